@@ -1,0 +1,303 @@
+#include "problems/derivatives/symbolic_problem.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+using GiNaC::ex;
+using GiNaC::symbol;
+
+std::vector<symbol> make_symbols(const char* name, int count) {
+  std::vector<symbol> symbols;
+  for (int k = 0; k < count; ++k) symbols.emplace_back(fmt::format("{}[{}]", name, k));
+  return symbols;
+}
+
+bool depends_on(const ex& expression, const std::vector<symbol>& symbols) {
+  return std::any_of(symbols.begin(), symbols.end(), [&](const symbol& s) { return expression.has(s); });
+}
+
+bool depends_on(const std::vector<ex>& expressions, const std::vector<symbol>& symbols) {
+  return std::any_of(expressions.begin(), expressions.end(), [&](const ex& e) { return depends_on(e, symbols); });
+}
+
+/// Column-major derivative of `values` with respect to `variables`.
+std::vector<ex> jacobian(const std::vector<ex>& values, const std::vector<symbol>& variables) {
+  std::vector<ex> entries;
+  for (const auto& x : variables) {
+    for (const auto& value : values) entries.push_back(value.diff(x));
+  }
+  return entries;
+}
+
+std::vector<ex> hessian(const ex& value, const std::vector<symbol>& variables) {
+  std::vector<ex> gradient;
+  for (const auto& x : variables) gradient.push_back(value.diff(x));
+  return jacobian(gradient, variables);
+}
+
+ex dot(const std::vector<ex>& x, const std::vector<symbol>& y) {
+  ex total = 0;
+  for (std::size_t k = 0; k < x.size(); ++k) total += x[k] * y[k];
+  return total;
+}
+
+}  // namespace
+
+std::vector<Tape::Constant> SymbolicModel::constants() const {
+  std::vector<Tape::Constant> constants;
+  for (std::size_t k = 0; k < parameters.size(); ++k) constants.push_back({parameter_symbols[k], parameters[k].value});
+  return constants;
+}
+
+double SymbolicModel::number(const GiNaC::ex& expression) const {
+  double value = 0;
+  Tape({expression}, {}, constants()).evaluate({}, &value);
+  return value;
+}
+
+SymbolicProblem::SparseTape::SparseTape(const Expressions& dense, const Tape::InputGroups& inputs,
+                                        const std::vector<Tape::Constant>& parameter_values)
+    : size(static_cast<int>(dense.size())) {
+  Expressions nonzero;
+  for (std::size_t k = 0; k < dense.size(); ++k) {
+    if (dense[k].is_zero()) continue;
+    nonzero.push_back(dense[k]);
+    positions.push_back(static_cast<int>(k));
+  }
+  tape = Tape(nonzero, inputs, parameter_values);
+  if (tape.is_constant()) {
+    constants.resize(nonzero.size());
+    std::size_t longest = 0;
+    for (const auto& group : inputs) longest = std::max(longest, group.size());
+    const std::vector<double> unread(longest);
+    const std::vector<const double*> groups(inputs.size(), unread.data());
+    tape.evaluate(groups, constants.data());
+  }
+}
+
+void SymbolicProblem::SparseTape::evaluate(std::initializer_list<const double*> inputs, double* dense) const {
+  const int n = static_cast<int>(positions.size());
+  if (tape.is_constant()) {
+    if (n < size) std::fill_n(dense, size, 0.0);
+    for (int k = 0; k < n; ++k) dense[positions[k]] = constants[k];
+  } else if (n == size) {
+    tape.evaluate({inputs.begin(), inputs.size()}, dense);
+  } else {
+    std::fill_n(dense, size, 0.0);
+    tape.evaluate({inputs.begin(), inputs.size()}, dense, positions.data());
+  }
+}
+
+SymbolicProblem::SymbolicProblem(SymbolicModel model) : model_(std::move(model)) {
+  const auto constants = model_.constants();
+  const int n_q = static_cast<int>(model_.q.size());
+
+  info_.id = model_.id;
+  info_.title = model_.title;
+  info_.source = model_.source;
+  info_.hard_feature = model_.hard_feature;
+  info_.parameters = model_.parameters;
+  info_.n_q = n_q;
+  info_.n_u = static_cast<int>(model_.u.size());
+  const auto numbers = [&](const Expressions& expressions) {
+    Vector values(static_cast<Eigen::Index>(expressions.size()));
+    for (std::size_t k = 0; k < expressions.size(); ++k)
+      values[static_cast<Eigen::Index>(k)] = model_.number(expressions[k]);
+    return values;
+  };
+  info_.q0 = numbers(model_.q0);
+  info_.v0 = numbers(model_.v0);
+  info_.u = numbers(model_.control);
+  info_.end_time = model_.number(model_.end_time);
+
+  total_force_ = model_.force;
+  for (std::size_t row = 0; row < model_.input.size(); ++row) total_force_[row] += dot(model_.input[row], model_.u);
+
+  describe_contacts();
+  const int n_c = info_.n_c();
+  a_ = make_symbols("a", n_q);
+  w_ = make_symbols("w", n_q);
+  w_c_ = make_symbols("w_c", n_c);
+  lambda_n_ = make_symbols("lambda_n", n_c);
+  lambda_t_ = make_symbols("lambda_t", info_.n_lambda_t);
+
+  // Values.
+  Expressions mass, gaps, normals, tangents;
+  for (int column = 0; column < n_q; ++column) {
+    for (int row = 0; row < n_q; ++row) mass.push_back(model_.mass[row][column]);
+  }
+  for (std::size_t i = 0; i < model_.contacts.size(); ++i) {
+    const auto& contact = model_.contacts[i];
+    gaps.push_back(contact.gap);
+    for (const int k : info_.contacts[i].support) normals.push_back(contact.gap.diff(model_.q[k]));
+    for (const auto& direction : contact.tangents) {
+      for (const int k : info_.contacts[i].support) tangents.push_back(direction[k]);
+    }
+  }
+  mass_ = SparseTape(mass, {model_.q}, constants);
+  force_ = SparseTape(total_force_, {model_.q, model_.v, model_.u}, constants);
+  gap_ = SparseTape(gaps, {model_.q}, constants);
+  normal_ = SparseTape(normals, {model_.q}, constants);
+  tangent_ = SparseTape(tangents, {model_.q}, constants);
+  potential_ = SparseTape({model_.potential_energy.value_or(0)}, {model_.q}, constants);
+
+  // First derivatives.
+  Expressions momentum(n_q), contact_force;
+  for (int row = 0; row < n_q; ++row) momentum[row] = dot(model_.mass[row], a_);
+  const ex work = contact_force_work(w_);
+  for (const auto& weight : w_) contact_force.push_back(work.diff(weight));
+  Expressions bias;
+  for (const auto& gap : gaps) {
+    ex gap_velocity = 0;
+    for (int k = 0; k < n_q; ++k) gap_velocity += gap.diff(model_.q[k]) * model_.v[k];
+    ex value = 0;
+    for (int k = 0; k < n_q; ++k) value += gap_velocity.diff(model_.q[k]) * model_.v[k];
+    bias.push_back(value);
+  }
+  force_q_ = SparseTape(jacobian(total_force_, model_.q), {model_.q, model_.v, model_.u}, constants);
+  force_v_ = SparseTape(jacobian(total_force_, model_.v), {model_.q, model_.v, model_.u}, constants);
+  mass_q_ = SparseTape(jacobian(momentum, model_.q), {model_.q, a_}, constants);
+  contact_q_ = SparseTape(jacobian(contact_force, model_.q), {model_.q, lambda_n_, lambda_t_}, constants);
+  gap_bias_ = SparseTape(bias, {model_.q, model_.v}, constants);
+
+  auto& structure = info_.structure;
+  structure.constant_mass = mass_.tape.is_constant();
+  structure.diagonal_mass =
+      std::all_of(mass_.positions.begin(), mass_.positions.end(), [&](int k) { return k % (n_q + 1) == 0; });
+  structure.force_uses_position = depends_on(total_force_, model_.q);
+  structure.force_uses_velocity = depends_on(total_force_, model_.v);
+  structure.constant_force_jacobian = force_q_.tape.is_constant() && force_v_.tape.is_constant();
+  structure.has_potential = model_.potential_energy.has_value();
+}
+
+void SymbolicProblem::describe_contacts() {
+  for (auto& contact : model_.contacts) {
+    ContactInfo described;
+    described.name = contact.name;
+    described.eps_r = model_.number(contact.eps_r);
+    described.mu = model_.number(contact.mu);
+    if (described.mu == 0) contact.tangents.clear();  // no friction: no tangential quantity from here on
+    described.n_t = static_cast<int>(contact.tangents.size());
+    if (described.mu > 0 && contact.tangents.empty()) {
+      throw InputError(fmt::format("contact '{}': mu", contact.name), described.mu,
+                       "friction needs tangent directions Jt");
+    }
+    std::set<int> support;
+    bool is_affine = true;
+    for (int k = 0; k < info_.n_q; ++k) {
+      const auto& x = model_.q[k];
+      const ex slope = contact.gap.diff(x);
+      const bool in_gap = !slope.is_zero();
+      bool in_tangents = false;
+      for (const auto& direction : contact.tangents) {
+        in_tangents = in_tangents || !direction[k].is_zero() ||
+                      std::any_of(direction.begin(), direction.end(), [&](const ex& e) { return e.has(x); });
+        is_affine = is_affine && !depends_on(direction[k], model_.q);
+      }
+      if (in_gap || in_tangents) support.insert(k);
+      is_affine = is_affine && !depends_on(slope, model_.q);
+    }
+    described.support.assign(support.begin(), support.end());
+    described.is_affine = is_affine;
+    described.normal_begin = info_.n_normal_entries;
+    described.tangent_begin = info_.n_tangent_entries;
+    described.tangent_index = info_.n_lambda_t;
+    const int entries = static_cast<int>(described.support.size());
+    info_.n_normal_entries += entries;
+    info_.n_tangent_entries += entries * described.n_t;
+    info_.n_lambda_t += described.n_t;
+    info_.contacts.push_back(std::move(described));
+  }
+}
+
+/// weight' (J_n lambda_n + J_t lambda_t)
+ex SymbolicProblem::contact_force_work(const std::vector<symbol>& weight) const {
+  ex work = 0;
+  for (std::size_t i = 0; i < model_.contacts.size(); ++i) {
+    const auto& contact = model_.contacts[i];
+    for (int k = 0; k < info_.n_q; ++k) {
+      work += weight[k] * contact.gap.diff(model_.q[k]) * lambda_n_[i];
+      for (std::size_t d = 0; d < contact.tangents.size(); ++d) {
+        work += weight[k] * contact.tangents[d][k] * lambda_t_[info_.contacts[i].tangent_index + d];
+      }
+    }
+  }
+  return work;
+}
+
+void SymbolicProblem::mass_matrix(const double* q, double* M) const {
+  mass_.evaluate({q}, M);
+}
+
+void SymbolicProblem::force(const double* q, const double* v, const double* u, double* f) const {
+  force_.evaluate({q, v, u}, f);
+}
+
+void SymbolicProblem::gap(const double* q, double* f_c) const {
+  gap_.evaluate({q}, f_c);
+}
+
+void SymbolicProblem::normal_jacobian(const double* q, double* J_n) const {
+  normal_.evaluate({q}, J_n);
+}
+
+void SymbolicProblem::tangent_jacobian(const double* q, double* J_t) const {
+  tangent_.evaluate({q}, J_t);
+}
+
+double SymbolicProblem::potential_energy(const double* q) const {
+  double energy = 0;
+  potential_.evaluate({q}, &energy);
+  return energy;
+}
+
+void SymbolicProblem::force_jacobians(const double* q, const double* v, const double* u, double* f_q,
+                                      double* f_v) const {
+  force_q_.evaluate({q, v, u}, f_q);
+  force_v_.evaluate({q, v, u}, f_v);
+}
+
+void SymbolicProblem::mass_derivative(const double* q, const double* a, double* Ma_q) const {
+  mass_q_.evaluate({q, a}, Ma_q);
+}
+
+void SymbolicProblem::contact_force_derivative(const double* q, const double* lambda_n, const double* lambda_t,
+                                               double* Jl_q) const {
+  contact_q_.evaluate({q, lambda_n, lambda_t}, Jl_q);
+}
+
+void SymbolicProblem::gap_acceleration_bias(const double* q, const double* v, double* b) const {
+  gap_bias_.evaluate({q, v}, b);
+}
+
+void SymbolicProblem::dynamics_hessian(const double* q, const double* v, const double* u, const double* a,
+                                       const double* lambda_n, const double* lambda_t, const double* w,
+                                       double* H) const {
+  std::call_once(dynamics_hessian_once_, [this] {
+    ex value = -contact_force_work(w_);
+    for (int row = 0; row < info_.n_q; ++row) value += w_[row] * (dot(model_.mass[row], a_) - total_force_[row]);
+    std::vector<symbol> state = model_.q;
+    state.insert(state.end(), model_.v.begin(), model_.v.end());
+    dynamics_hessian_ = SparseTape(hessian(value, state), {model_.q, model_.v, model_.u, a_, lambda_n_, lambda_t_, w_},
+                                   model_.constants());
+  });
+  dynamics_hessian_.evaluate({q, v, u, a, lambda_n, lambda_t, w}, H);
+}
+
+void SymbolicProblem::gap_hessian(const double* q, const double* w, double* H) const {
+  std::call_once(gap_hessian_once_, [this] {
+    ex value = 0;
+    for (int i = 0; i < info_.n_c(); ++i) value += w_c_[i] * model_.contacts[i].gap;
+    gap_hessian_ = SparseTape(hessian(value, model_.q), {model_.q, w_c_}, model_.constants());
+  });
+  gap_hessian_.evaluate({q, w}, H);
+}
+
+}  // namespace ricochet

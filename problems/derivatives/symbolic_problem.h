@@ -1,0 +1,105 @@
+#pragma once
+
+#include <ginac/ginac.h>
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "problems/derivatives/tape.h"
+#include "problems/problem.h"
+
+namespace ricochet {
+
+/// A scene as formulas: what a scene file states, or what a compiled scene says when it is run with symbols.
+struct SymbolicModel {
+  using Expressions = std::vector<GiNaC::ex>;
+
+  struct Contact {
+    std::string name;
+    GiNaC::ex gap;
+    std::vector<Expressions> tangents;  ///< directions, each with n_q entries; empty without friction
+    GiNaC::ex eps_r = 0, mu = 0;
+  };
+
+  std::string id, title, source, hard_feature;
+  std::vector<ParameterInfo> parameters;
+  std::vector<GiNaC::symbol> parameter_symbols;  ///< same order as `parameters`
+  std::vector<GiNaC::symbol> q, v, u;
+
+  std::vector<Expressions> mass;   ///< n_q rows of n_q entries
+  Expressions force;               ///< f_v(q, v), n_q entries
+  std::vector<Expressions> input;  ///< B_u(q), n_q rows of n_u entries; empty without control
+  std::vector<Contact> contacts;
+  Expressions q0, v0, control;  ///< in terms of the parameters only
+  GiNaC::ex end_time;
+  std::optional<GiNaC::ex> potential_energy;
+
+  /// Value of an expression of parameters and numbers.
+  double number(const GiNaC::ex& expression) const;
+  std::vector<Tape::Constant> constants() const;
+};
+
+/// The Problem of a SymbolicModel: J_n is the gradient of f_c, and every other derivative comes from GiNaC too, exact
+/// and sparse. Nothing that is identically zero or constant is computed again.
+///
+/// Why GiNaC and not automatic differentiation: it serves compiled scenes and scene files alike, to any order, finds
+/// the structure (constant M, affine f and f_c, supports of contacts) that lets a method skip work, and a Tape of its
+/// output evaluates the Jacobians of pendulum_wall in half the time of forward-mode Eigen::AutoDiffScalar
+/// (`bench/derivatives`).
+class SymbolicProblem : public Problem {
+ public:
+  explicit SymbolicProblem(SymbolicModel model);
+
+  void mass_matrix(const double* q, double* M) const override;
+  void force(const double* q, const double* v, const double* u, double* f) const override;
+  void gap(const double* q, double* f_c) const override;
+  void normal_jacobian(const double* q, double* J_n) const override;
+  void tangent_jacobian(const double* q, double* J_t) const override;
+  double potential_energy(const double* q) const override;
+
+  void force_jacobians(const double* q, const double* v, const double* u, double* f_q, double* f_v) const override;
+  void mass_derivative(const double* q, const double* a, double* Ma_q) const override;
+  void contact_force_derivative(const double* q, const double* lambda_n, const double* lambda_t,
+                                double* Jl_q) const override;
+  void gap_acceleration_bias(const double* q, const double* v, double* b) const override;
+
+  void dynamics_hessian(const double* q, const double* v, const double* u, const double* a, const double* lambda_n,
+                        const double* lambda_t, const double* w, double* H) const override;
+  void gap_hessian(const double* q, const double* w, double* H) const override;
+
+  const SymbolicModel& model() const { return model_; }
+
+ private:
+  using Expressions = SymbolicModel::Expressions;
+
+  /// A tape for the entries of a matrix that are not identically zero.
+  struct SparseTape {
+    Tape tape;
+    std::vector<int> positions;     ///< where each output goes in the dense column-major array
+    std::vector<double> constants;  ///< the outputs, when they never change
+    int size = 0;                   ///< of the dense array
+
+    SparseTape() = default;
+    SparseTape(const Expressions& dense, const Tape::InputGroups& inputs, const std::vector<Tape::Constant>& constants);
+    void evaluate(std::initializer_list<const double*> inputs, double* dense) const;
+  };
+
+  void describe_contacts();
+  GiNaC::ex contact_force_work(const std::vector<GiNaC::symbol>& weight) const;
+
+  SymbolicModel model_;
+  Expressions total_force_;  ///< f_v + B_u u
+  std::vector<GiNaC::symbol> a_, w_, w_c_, lambda_n_, lambda_t_;
+
+  SparseTape mass_, force_, gap_, normal_, tangent_, potential_;
+  SparseTape force_q_, force_v_, mass_q_, contact_q_, gap_bias_;
+
+  // Built at first use: only a transcription needs them.
+  mutable std::once_flag dynamics_hessian_once_, gap_hessian_once_;
+  mutable SparseTape dynamics_hessian_, gap_hessian_;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,358 @@
+#include "problems/derivatives/tape.h"
+
+#include <ginac/ginac.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <map>
+#include <string_view>
+#include <tuple>
+#include <unordered_map>
+
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+double sign(double x) {
+  return static_cast<double>((x > 0) - (x < 0));
+}
+
+std::uint64_t mix(std::uint64_t seed, std::uint64_t value) {
+  // splitmix64 finaliser: spreads the structural hash so that a collision of different subexpressions is negligible
+  std::uint64_t z = seed ^ (value + 0x9e3779b97f4a7c15ULL + (seed << 6) + (seed >> 2));
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return z ^ (z >> 31);
+}
+
+std::uint64_t hash_text(std::string_view text) {
+  std::uint64_t h = 0xcbf29ce484222325ULL;
+  for (const char c : text) h = (h ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
+  return h;
+}
+
+double real_value(const GiNaC::numeric& number) {
+  if (!number.is_real()) throw InputError("expression", "complex number", "only real numbers are allowed");
+  return number.to_double();
+}
+
+}  // namespace
+
+class TapeBuilder {
+ public:
+  TapeBuilder(Tape& tape, const Tape::InputGroups& inputs, const std::vector<Tape::Constant>& constants) : tape_(tape) {
+    for (const auto& group : inputs) {
+      tape_.group_sizes_.push_back(static_cast<std::int32_t>(group.size()));
+      for (const auto& symbol : group) symbols_.emplace(symbol, Node{.index = tape_.n_inputs_++});
+    }
+    for (const auto& [symbol, value] : constants) symbols_.emplace(symbol, number(value));
+  }
+
+  void add_output(const GiNaC::ex& expression) { outputs_.push_back(visit(expression)); }
+
+  /// Numbers the registers now that all constants are known.
+  void finish() {
+    const auto register_of = [&](const Node& node) -> std::int32_t {
+      if (node.is_number) return constant_index(node.number);
+      return node.index;
+    };
+    for (auto& step : steps_) {
+      const auto left = register_of(step.left);
+      const auto right = step.binary ? register_of(step.right) : left;
+      tape_.code_.push_back({step.op, 0, left, right});
+    }
+    for (const auto& node : outputs_) {
+      tape_.constant_ = tape_.constant_ && node.is_number;
+      tape_.outputs_.push_back(register_of(node));
+    }
+    // Until here, inputs and results count from 0 and constants are negative; shift all behind the constants.
+    const auto shift = static_cast<std::int32_t>(tape_.constants_.size());
+    const auto place = [&](std::int32_t r) { return r < 0 ? -r - 1 : r + shift; };
+    std::int32_t next = shift + tape_.n_inputs_;
+    for (auto& instruction : tape_.code_) {
+      instruction.left = place(instruction.left);
+      instruction.right = place(instruction.right);
+      instruction.result = next++;
+    }
+    for (auto& output : tape_.outputs_) output = place(output);
+  }
+
+ private:
+  using Op = Tape::Op;
+
+  /// Result of a subexpression: a number, or the index of an input or of a result.
+  struct Node {
+    bool is_number = false;
+    double number = 0;
+    std::int32_t index = -1;
+    auto operator<=>(const Node&) const = default;
+  };
+  struct Step {
+    Op op;
+    bool binary;
+    Node left, right;
+  };
+
+  Node visit(const GiNaC::ex& expression) {
+    const auto known = nodes_.find(expression);
+    if (known != nodes_.end()) return known->second;
+    const Node node = translate(expression);
+    nodes_.emplace(expression, node);
+    return node;
+  }
+
+  Node translate(const GiNaC::ex& e) {
+    if (GiNaC::is_a<GiNaC::numeric>(e)) return number(real_value(GiNaC::ex_to<GiNaC::numeric>(e)));
+    if (GiNaC::is_a<GiNaC::constant>(e)) return number(real_value(GiNaC::ex_to<GiNaC::numeric>(e.evalf())));
+    if (GiNaC::is_a<GiNaC::symbol>(e)) {
+      const auto bound = symbols_.find(e);
+      if (bound == symbols_.end()) {
+        throw InputError("expression", GiNaC::ex_to<GiNaC::symbol>(e).get_name(), "this name is not bound to a value");
+      }
+      return bound->second;
+    }
+    if (GiNaC::is_a<GiNaC::add>(e)) return sum(e);
+    if (GiNaC::is_a<GiNaC::mul>(e)) return product(e);
+    if (GiNaC::is_a<GiNaC::power>(e)) return product(e);
+    if (GiNaC::is_a<GiNaC::function>(e)) return call(GiNaC::ex_to<GiNaC::function>(e));
+    throw InputError("expression", print(e), "this kind of expression cannot be evaluated in doubles");
+  }
+
+  /// Sum in structural order; a term with negative coefficient is subtracted.
+  Node sum(const GiNaC::ex& e) {
+    std::vector<std::pair<bool, Node>> terms;  // (negative, value)
+    for (const auto& term : sorted(e)) {
+      const bool negative = has_negative_coefficient(term);
+      terms.emplace_back(negative, visit(negative ? GiNaC::ex(-term) : term));
+    }
+    std::stable_partition(terms.begin(), terms.end(), [](const auto& t) { return !t.first; });
+    auto [negative, total] = terms.front();
+    if (negative) total = unary(Op::neg, total);
+    for (std::size_t i = 1; i < terms.size(); ++i) {
+      total = binary(terms[i].first ? Op::sub : Op::add, total, terms[i].second);
+    }
+    return total;
+  }
+
+  /// Product as numerator over denominator, so that x^-1 y^-2 costs one division.
+  Node product(const GiNaC::ex& e) {
+    Node top = number(1), bottom = number(1);
+    const auto times = [&](Node& side, const Node& factor) { side = binary(Op::mul, side, factor); };
+    const auto factors = GiNaC::is_a<GiNaC::mul>(e) ? sorted(e) : std::vector<GiNaC::ex>{e};
+    for (const auto& factor : factors) {
+      if (!GiNaC::is_a<GiNaC::power>(factor)) {
+        if (GiNaC::is_a<GiNaC::numeric>(factor)) {
+          const auto& rational = GiNaC::ex_to<GiNaC::numeric>(factor);
+          times(top, number(real_value(rational.numer())));
+          times(bottom, number(real_value(rational.denom())));
+        } else {
+          times(top, visit(factor));
+        }
+        continue;
+      }
+      const GiNaC::ex base = factor.op(0), exponent = factor.op(1);
+      const bool negative = has_negative_coefficient(exponent);
+      times(negative ? bottom : top, raise(visit(base), negative ? GiNaC::ex(-exponent) : exponent));
+    }
+    return bottom.is_number && bottom.number == 1 ? top : binary(Op::div, top, bottom);
+  }
+
+  /// base^exponent for an exponent without minus sign: whole and half powers by multiplication and square root.
+  Node raise(const Node& base, const GiNaC::ex& exponent) {
+    if (GiNaC::is_a<GiNaC::numeric>(exponent)) {
+      const GiNaC::numeric twice = 2 * GiNaC::ex_to<GiNaC::numeric>(exponent);
+      if (twice.is_pos_integer() && twice <= 64) {
+        const int n = twice.to_int();
+        Node result = whole_power(base, n / 2);
+        if (n % 2) result = binary(Op::mul, result, unary(Op::sqrt, base));
+        return result;
+      }
+    }
+    return binary(Op::pow, base, visit(exponent));
+  }
+
+  Node whole_power(const Node& base, int n) {
+    if (n == 0) return number(1);
+    if (n == 1) return base;
+    const Node half = whole_power(base, n / 2);
+    const Node square = binary(Op::mul, half, half);
+    return n % 2 ? binary(Op::mul, square, base) : square;
+  }
+
+  Node call(const GiNaC::function& f) {
+    static const std::map<std::string, Op> unary_functions = {
+        {"sin", Op::sin},   {"cos", Op::cos}, {"tan", Op::tan},  {"asin", Op::asin}, {"acos", Op::acos},
+        {"atan", Op::atan}, {"exp", Op::exp}, {"log", Op::log},  {"sinh", Op::sinh}, {"cosh", Op::cosh},
+        {"tanh", Op::tanh}, {"abs", Op::abs}, {"csgn", Op::sign}};
+    if (f.get_name() == "atan2") return binary(Op::atan2, visit(f.op(0)), visit(f.op(1)));
+    const auto known = unary_functions.find(f.get_name());
+    if (known == unary_functions.end()) {
+      throw InputError("function", f.get_name(), "has no counterpart in doubles");
+    }
+    return unary(known->second, visit(f.op(0)));
+  }
+
+  static Node number(double value) { return Node{.is_number = true, .number = value}; }
+
+  Node unary(Op op, const Node& x) { return emit(op, false, x, x); }
+
+  Node binary(Op op, Node x, Node y) {
+    const auto is = [](const Node& n, double value) { return n.is_number && n.number == value; };
+    if (op == Op::mul && is(x, 1)) return y;
+    if ((op == Op::mul || op == Op::div) && is(y, 1)) return x;
+    if (op == Op::mul && (is(x, 0) || is(y, 0))) return number(0);
+    if (op == Op::add && is(x, 0)) return y;
+    if ((op == Op::add || op == Op::sub) && is(y, 0)) return x;
+    return emit(op, true, x, y);
+  }
+
+  Node emit(Op op, bool is_binary, const Node& x, const Node& y) {
+    if (x.is_number && y.is_number) return number(Tape::apply(op, x.number, y.number));
+    const auto key = std::tuple(op, x, y);
+    const auto known = values_.find(key);
+    if (known != values_.end()) return known->second;
+    steps_.push_back({op, is_binary, x, y});
+    const Node result{.index = tape_.n_inputs_ + static_cast<std::int32_t>(steps_.size()) - 1};
+    values_.emplace(key, result);
+    return result;
+  }
+
+  std::int32_t constant_index(double value) {
+    const auto bits = std::bit_cast<std::uint64_t>(value);
+    const auto [entry, is_new] =
+        constant_indices_.try_emplace(bits, static_cast<std::int32_t>(constant_indices_.size()));
+    if (is_new) tape_.constants_.push_back(value);
+    return -entry->second - 1;
+  }
+
+  static bool has_negative_coefficient(const GiNaC::ex& e) {
+    if (GiNaC::is_a<GiNaC::numeric>(e)) return GiNaC::ex_to<GiNaC::numeric>(e).is_negative();
+    if (!GiNaC::is_a<GiNaC::mul>(e)) return false;
+    for (std::size_t i = 0; i < e.nops(); ++i) {
+      const GiNaC::ex factor = e.op(i);
+      if (GiNaC::is_a<GiNaC::numeric>(factor)) return GiNaC::ex_to<GiNaC::numeric>(factor).is_negative();
+    }
+    return false;
+  }
+
+  std::vector<GiNaC::ex> sorted(const GiNaC::ex& e) {
+    std::vector<std::pair<std::uint64_t, GiNaC::ex>> keyed;
+    for (std::size_t i = 0; i < e.nops(); ++i) keyed.emplace_back(structural_hash(e.op(i)), e.op(i));
+    std::sort(keyed.begin(), keyed.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<GiNaC::ex> operands;
+    for (auto& [hash, operand] : keyed) operands.push_back(operand);
+    return operands;
+  }
+
+  /// Hash of the structure: names and numbers, no addresses.
+  std::uint64_t structural_hash(const GiNaC::ex& e) {
+    const auto known = hashes_.find(e);
+    if (known != hashes_.end()) return known->second;
+    std::uint64_t hash = 0;
+    if (e.nops() == 0) {
+      hash = hash_text(print(e));
+    } else {
+      std::vector<std::uint64_t> parts;
+      for (std::size_t i = 0; i < e.nops(); ++i) parts.push_back(structural_hash(e.op(i)));
+      const bool commutative = GiNaC::is_a<GiNaC::add>(e) || GiNaC::is_a<GiNaC::mul>(e);
+      if (commutative) std::sort(parts.begin(), parts.end());
+      hash = hash_text(GiNaC::is_a<GiNaC::function>(e) ? GiNaC::ex_to<GiNaC::function>(e).get_name()
+                       : GiNaC::is_a<GiNaC::add>(e)    ? "+"
+                       : GiNaC::is_a<GiNaC::mul>(e)    ? "*"
+                                                       : "^");
+      for (const auto part : parts) hash = mix(hash, part);
+    }
+    hashes_.emplace(e, hash);
+    return hash;
+  }
+
+  static std::string print(const GiNaC::ex& e) {
+    std::ostringstream text;
+    text << e;
+    return text.str();
+  }
+
+  Tape& tape_;
+  std::map<GiNaC::ex, Node, GiNaC::ex_is_less> symbols_, nodes_;
+  std::map<GiNaC::ex, std::uint64_t, GiNaC::ex_is_less> hashes_;
+  std::map<std::tuple<Op, Node, Node>, Node> values_;
+  std::unordered_map<std::uint64_t, std::int32_t> constant_indices_;
+  std::vector<Step> steps_;
+  std::vector<Node> outputs_;
+};
+
+Tape::Tape(const std::vector<GiNaC::ex>& outputs, const InputGroups& inputs, const std::vector<Constant>& constants) {
+  TapeBuilder builder(*this, inputs, constants);
+  for (const auto& output : outputs) builder.add_output(output);
+  builder.finish();
+}
+
+double Tape::apply(Op op, double x, double y) {
+  switch (op) {
+    case Op::add:
+      return x + y;
+    case Op::sub:
+      return x - y;
+    case Op::mul:
+      return x * y;
+    case Op::div:
+      return x / y;
+    case Op::neg:
+      return -x;
+    case Op::sqrt:
+      return std::sqrt(x);
+    case Op::pow:
+      return std::pow(x, y);
+    case Op::sin:
+      return std::sin(x);
+    case Op::cos:
+      return std::cos(x);
+    case Op::tan:
+      return std::tan(x);
+    case Op::asin:
+      return std::asin(x);
+    case Op::acos:
+      return std::acos(x);
+    case Op::atan:
+      return std::atan(x);
+    case Op::atan2:
+      return std::atan2(x, y);
+    case Op::exp:
+      return std::exp(x);
+    case Op::log:
+      return std::log(x);
+    case Op::sinh:
+      return std::sinh(x);
+    case Op::cosh:
+      return std::cosh(x);
+    case Op::tanh:
+      return std::tanh(x);
+    case Op::abs:
+      return std::abs(x);
+    case Op::sign:
+      return sign(x);
+  }
+  return std::nan("");
+}
+
+void Tape::evaluate(std::span<const double* const> inputs, double* outputs, const int* positions) const {
+  const std::size_t n_registers = constants_.size() + static_cast<std::size_t>(n_inputs_) + code_.size();
+  double small[256];  // a stack buffer keeps the time step free of allocation and the tape shareable between threads
+  thread_local std::vector<double> large;
+  if (n_registers > std::size(small) && large.size() < n_registers) large.resize(n_registers);
+  double* r = n_registers > std::size(small) ? large.data() : small;
+
+  double* next = std::copy(constants_.begin(), constants_.end(), r);
+  auto size = group_sizes_.begin();
+  for (const double* group : inputs) next = std::copy_n(group, *size++, next);
+  for (const auto& i : code_) r[i.result] = apply(i.op, r[i.left], r[i.right]);
+  if (positions) {
+    for (std::size_t k = 0; k < outputs_.size(); ++k) outputs[positions[k]] = r[outputs_[k]];
+  } else {
+    for (std::size_t k = 0; k < outputs_.size(); ++k) outputs[k] = r[outputs_[k]];
+  }
+}
+
+}  // namespace ricochet

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace ricochet {
+
+/// @throws InputError that names what was asked for, the nearest known names and all known names
+[[noreturn]] void throw_unknown_name(const std::string& kind, const std::string& name,
+                                     const std::vector<std::string>& known);
+
+template <class Map>
+std::vector<std::string> keys_of(const Map& map) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : map) keys.push_back(key);
+  return keys;
+}
+
+}  // namespace ricochet

@@ -1,0 +1,136 @@
+#include "problems/problem.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "problems/input_error.h"
+
+namespace ricochet {
+
+Matrix Problem::mass_matrix(const Vector& q) const {
+  Matrix M(n_q(), n_q());
+  mass_matrix(q.data(), M.data());
+  return M;
+}
+
+Vector Problem::force(const Vector& q, const Vector& v) const {
+  Vector f(n_q());
+  force(q.data(), v.data(), info_.u.data(), f.data());
+  return f;
+}
+
+Vector Problem::gap(const Vector& q) const {
+  Vector f_c(n_c());
+  gap(q.data(), f_c.data());
+  return f_c;
+}
+
+Matrix Problem::normal_jacobian(const Vector& q) const {
+  Vector packed(info_.n_normal_entries);
+  normal_jacobian(q.data(), packed.data());
+  Matrix J = Matrix::Zero(n_q(), n_c());
+  for (int i = 0; i < n_c(); ++i) {
+    const auto& contact = info_.contacts[i];
+    for (std::size_t k = 0; k < contact.support.size(); ++k)
+      J(contact.support[k], i) = packed[contact.normal_begin + k];
+  }
+  return J;
+}
+
+Matrix Problem::tangent_jacobian(const Vector& q) const {
+  Vector packed(info_.n_tangent_entries);
+  tangent_jacobian(q.data(), packed.data());
+  Matrix J = Matrix::Zero(n_q(), info_.n_lambda_t);
+  for (const auto& contact : info_.contacts) {
+    const double* entry = packed.data() + contact.tangent_begin;
+    for (int d = 0; d < contact.n_t; ++d) {
+      for (const int k : contact.support) J(k, contact.tangent_index + d) = *entry++;
+    }
+  }
+  return J;
+}
+
+std::optional<double> Problem::energy(const Vector& q, const Vector& v) const {
+  if (!info_.structure.has_potential) return std::nullopt;
+  return 0.5 * v.dot(mass_matrix(q) * v) + potential_energy(q.data());
+}
+
+namespace {
+
+void require_finite(const std::string& field, const Vector& values) {
+  for (Eigen::Index k = 0; k < values.size(); ++k) {
+    if (!std::isfinite(values[k]))
+      throw InputError(fmt::format("{}[{}]", field, k), values[k], "a finite number is required");
+  }
+}
+
+void require_size(const std::string& field, const Vector& values, int expected) {
+  if (values.size() != expected) {
+    throw InputError(fmt::format("size of {}", field), values.size(), fmt::format("{} entries are required", expected));
+  }
+}
+
+}  // namespace
+
+void validate(const Problem& problem) {
+  const ProblemInfo& info = problem.info();
+  if (info.n_q < 1) throw InputError("n_q", info.n_q, "at least one coordinate is required");
+  require_size("q0", info.q0, info.n_q);
+  require_size("v0", info.v0, info.n_q);
+  require_size("u", info.u, info.n_u);
+  for (const auto& parameter : info.parameters) {
+    if (!std::isfinite(parameter.value)) {
+      throw InputError("params." + parameter.name, parameter.value, "a finite number is required");
+    }
+  }
+  require_finite("q0", info.q0);
+  require_finite("v0", info.v0);
+  require_finite("u", info.u);
+  if (!(info.end_time > 0) || !std::isfinite(info.end_time)) {
+    throw InputError("T", info.end_time, "a positive number of seconds is required");
+  }
+  for (int i = 0; i < info.n_c(); ++i) {
+    const auto& contact = info.contacts[i];
+    const auto field = [&](const char* name) { return fmt::format("contacts[{}].{} ({})", i, name, contact.name); };
+    if (!(contact.eps_r >= 0 && contact.eps_r <= 1))
+      throw InputError(field("e"), contact.eps_r, "eps_r in [0, 1] is required");
+    if (!(contact.mu >= 0) || !std::isfinite(contact.mu))
+      throw InputError(field("mu"), contact.mu, "mu >= 0 is required");
+  }
+
+  const Matrix M = problem.mass_matrix(info.q0);
+  if (!M.allFinite()) throw InputError("M(q0)", "not finite", "finite entries are required");
+  const double asymmetry = (M - M.transpose()).cwiseAbs().maxCoeff();
+  if (asymmetry > 1e-14 * M.cwiseAbs().maxCoeff()) {  // a few roundings of entries that are equal on paper
+    throw InputError("M(q0)", "not symmetric",
+                     fmt::format("a symmetric matrix is required, largest difference {:.3g}", asymmetry));
+  }
+  const Eigen::LDLT<Matrix> ldlt(M);
+  const double largest = ldlt.vectorD().cwiseAbs().maxCoeff();
+  const double smallest = ldlt.vectorD().minCoeff();
+  if (!(smallest > 1e-14 * largest)) {  // below, M^-1 has no correct digit in double precision
+    throw InputError("M(q0)", fmt::format("pivots from {:.3g} to {:.3g}", smallest, largest),
+                     "a positive definite, non-singular mass matrix is required");
+  }
+  if (!problem.force(info.q0, info.v0).allFinite())
+    throw InputError("f(q0, v0)", "not finite", "a finite force is required");
+
+  const Vector f_c = problem.gap(info.q0);
+  const Matrix J_n = problem.normal_jacobian(info.q0);
+  for (int i = 0; i < info.n_c(); ++i) {
+    const auto field = [&](const char* name) {
+      return fmt::format("contacts[{}].{} ({})", i, name, info.contacts[i].name);
+    };
+    if (!std::isfinite(f_c[i])) throw InputError(field("gap"), f_c[i], "a finite gap at q0 is required");
+    // Rounding of q0 itself can put a touching body this far below the surface.
+    const double rounding = 1e-14 * (J_n.col(i).cwiseAbs().dot(info.q0.cwiseAbs()));
+    if (f_c[i] < -rounding)
+      throw InputError(field("gap"), f_c[i], "gap(q0) >= 0 is required, the scene starts in penetration");
+    if (J_n.col(i).cwiseAbs().maxCoeff() == 0)
+      throw InputError(field("Jn"), 0, "the gap does not depend on any coordinate at q0");
+  }
+}
+
+}  // namespace ricochet

@@ -1,0 +1,134 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace ricochet {
+
+using Vector = Eigen::VectorXd;
+using Matrix = Eigen::MatrixXd;
+
+/// One unilateral contact. Its Jacobian entries live on `support` only, the coordinates that the contact touches.
+struct ContactInfo {
+  std::string name;
+  double eps_r = 0;          ///< restitution coefficient, in [0, 1]
+  double mu = 0;             ///< friction coefficient, >= 0; zero exactly when n_t is zero
+  int n_t = 0;               ///< tangent directions: 0 frictionless, 1 planar, 2 in space
+  std::vector<int> support;  ///< coordinates q_k that occur in the gap or the tangents, ascending
+  bool is_affine = false;    ///< J_n and J_t do not depend on q
+  int normal_begin = 0;      ///< first entry of this contact in a packed J_n
+  int tangent_begin = 0;     ///< first entry of this contact in a packed J_t, direction after direction
+  int tangent_index = 0;     ///< first component of this contact in lambda_t and v_t
+};
+
+struct ParameterInfo {
+  std::string name;
+  double value = 0;
+  std::string unit;
+};
+
+/// What a method may know of a scene before it runs. Everything below `structure` is derived from the equations, never
+/// declared by hand.
+struct ProblemInfo {
+  std::string id, title;
+  std::string source;        ///< publication, or where the equations come from
+  std::string hard_feature;  ///< what the scene tests
+  std::vector<ParameterInfo> parameters;
+
+  int n_q = 0;  ///< coordinates
+  int n_u = 0;  ///< controls
+  std::vector<ContactInfo> contacts;
+
+  Vector q0, v0;        ///< initial state, before any impact at t = 0
+  Vector u;             ///< control of the plain simulation, constant in time
+  double end_time = 0;  ///< [s]
+
+  struct Structure {
+    bool constant_mass = false;            ///< M does not depend on q
+    bool diagonal_mass = false;            ///< M has no off-diagonal entries
+    bool force_uses_position = false;      ///< f_v + B_u u depends on q
+    bool force_uses_velocity = false;      ///< f_v + B_u u depends on v
+    bool constant_force_jacobian = false;  ///< f_v + B_u u is affine in (q, v)
+    bool has_potential = false;            ///< potential_energy() is defined
+  } structure;
+
+  int n_c() const { return static_cast<int>(contacts.size()); }
+  bool has_friction() const { return n_lambda_t > 0; }
+
+  int n_normal_entries = 0;   ///< length of a packed J_n
+  int n_tangent_entries = 0;  ///< length of a packed J_t
+  int n_lambda_t = 0;         ///< sum of n_t over the contacts
+};
+
+/// Complementarity Lagrangian system (paper eq. 1), SI units, angles in radians:
+///
+///   q' = v                                                                             (1)
+///   M(q) v' = f_v(q,v) + B_u(q) u + sum_i J_n^i lambda_n^i + J_t^i lambda_t^i          (2)
+///   0 <= lambda_n^i  _|_  f_c^i(q) >= 0,   J_n^i = grad f_c^i                          (3)
+///   J_n^i' v+ = -eps_r^i J_n^i' v-   at an impact of contact i                         (4)
+///   ||lambda_t^i|| <= mu^i lambda_n^i, opposite to the slip velocity v_t^i = J_t^i' v  (5)
+///
+/// A pure description: no solver, no time step. Time enters only as a clock coordinate (M entry 1, v = 1, f = 0).
+///
+/// Arrays are plain pointers because these functions are called once per stage of every time step: no temporary, no
+/// allocation. Matrices are column-major. Contact Jacobians are packed: the normal of contact i occupies
+/// contacts[i].support.size() entries from contacts[i].normal_begin, in the order of its support; its tangents follow
+/// the same rule from tangent_begin, one direction after the other. A scene without friction has no tangential entry at
+/// all. Every function is const and may be called from several threads.
+class Problem {
+ public:
+  virtual ~Problem() = default;
+
+  const ProblemInfo& info() const { return info_; }
+  int n_q() const { return info_.n_q; }
+  int n_c() const { return info_.n_c(); }
+
+  // Values.
+  virtual void mass_matrix(const double* q, double* M) const = 0;  ///< M: n_q x n_q, symmetric positive definite
+  /// f: n_q, f_v(q,v) + B_u(q) u. u: n_u, may be null when n_u = 0.
+  virtual void force(const double* q, const double* v, const double* u, double* f) const = 0;
+  virtual void gap(const double* q, double* f_c) const = 0;               ///< f_c: n_c [m], > 0 when open
+  virtual void normal_jacobian(const double* q, double* J_n) const = 0;   ///< packed, n_normal_entries
+  virtual void tangent_jacobian(const double* q, double* J_t) const = 0;  ///< packed, n_tangent_entries
+  virtual double potential_energy(const double* q) const = 0;             ///< [J]; 0 unless structure.has_potential
+
+  // First derivatives of the dynamics.
+  /// f_q, f_v: n_q x n_q, derivatives of force() with respect to q and v.
+  virtual void force_jacobians(const double* q, const double* v, const double* u, double* f_q, double* f_v) const = 0;
+  /// Ma_q: n_q x n_q, derivative of M(q) a with respect to q at fixed a.
+  virtual void mass_derivative(const double* q, const double* a, double* Ma_q) const = 0;
+  /// Jl_q: n_q x n_q, derivative of J_n(q) lambda_n + J_t(q) lambda_t with respect to q at fixed forces.
+  /// lambda_n: n_c; lambda_t: n_lambda_t, may be null when that is 0.
+  virtual void contact_force_derivative(const double* q, const double* lambda_n, const double* lambda_t,
+                                        double* Jl_q) const = 0;
+  /// b: n_c [m/s^2], the part v' (grad^2 f_c) v of the gap acceleration that does not contain v'.
+  virtual void gap_acceleration_bias(const double* q, const double* v, double* b) const = 0;
+
+  // Second derivatives.
+  /// H: 2 n_q x 2 n_q, Hessian with respect to (q, v) of w' (M(q) a - f_v(q,v) - B_u(q) u - J_n lambda_n - J_t
+  /// lambda_t). a, w: n_q. For exact Hessians of a transcription.
+  virtual void dynamics_hessian(const double* q, const double* v, const double* u, const double* a,
+                                const double* lambda_n, const double* lambda_t, const double* w, double* H) const = 0;
+  /// H: n_q x n_q, Hessian of sum_i w_i f_c^i(q). w: n_c.
+  virtual void gap_hessian(const double* q, const double* w, double* H) const = 0;
+
+  // Dense views for code outside the time step.
+  Matrix mass_matrix(const Vector& q) const;
+  Vector force(const Vector& q, const Vector& v) const;  ///< at the control info().u
+  Vector gap(const Vector& q) const;
+  Matrix normal_jacobian(const Vector& q) const;   ///< n_q x n_c
+  Matrix tangent_jacobian(const Vector& q) const;  ///< n_q x n_lambda_t
+  /// Kinetic plus potential energy [J]; empty when the scene states no potential.
+  std::optional<double> energy(const Vector& q, const Vector& v) const;
+
+ protected:
+  ProblemInfo info_;
+};
+
+/// Checks what a user can get wrong: sizes, non-finite numbers, eps_r outside [0, 1], mu < 0, end_time <= 0, M(q0) not
+/// positive definite, initial penetration. @throws InputError with the field, its value and what is allowed
+void validate(const Problem& problem);
+
+}  // namespace ricochet

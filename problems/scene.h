@@ -1,0 +1,215 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <memory>
+#include <type_traits>
+
+#include "problems/derivatives/symbolic_problem.h"
+#include "problems/problem.h"
+#include "problems/registry.h"
+
+namespace ricochet {
+
+// A compiled scene is a class template over its scalar type T. It is run twice: with T = double for the values that a
+// time step needs, compiled to machine code, and once with T = GiNaC::ex to learn its formulas, from which all
+// derivatives come.
+//
+//   template <class T>
+//   struct BouncingBall {
+//     static constexpr SceneText text{"bouncing_ball", "title", "source", "hard feature"};
+//     T m{1.0}, g{9.81};                                        // parameters with their default values
+//     void parameters(auto&& visit) { visit("m", m, "kg"); visit("g", g, "m/s^2"); }
+//     Vec<T, 1> q0() const;   Vec<T, 1> v0() const;   T end_time() const;
+//     Vec<T, 1> mass() const;                                   // diagonal of a constant M
+//     Vec<T, 1> force(const Vec<T, 1>& q, const Vec<T, 1>& v) const;
+//     std::array<Contact<T>, 1> contacts() const;               // name, eps_r, mu
+//     Vec<T, 1> gap(const Vec<T, 1>& q) const;
+//   };
+//   const bool registered = register_scene<BouncingBall>();
+//
+// A scene states only what it has. Optional members:
+//   mass(q)                  M depends on q; returning Mat<T, n> instead of Vec<T, n> makes it a full matrix
+//   tangents(q)              std::array<std::array<Vec<T, n_q>, n_t>, n_c>, columns of J_t; needed when some mu > 0
+//   input(q), control()      Mat-like std::array of n_q rows with n_u entries, and the constant u of the plain
+//   simulation potential_energy(q)      for energy reports
+// Use `using std::sin` and the like inside a function: the call then works for double and, by lookup, for symbols.
+
+template <class T, std::size_t n>
+using Vec = std::array<T, n>;
+template <class T, std::size_t rows, std::size_t columns = rows>
+using Mat = std::array<std::array<T, columns>, rows>;
+
+struct SceneText {
+  const char *id, *title, *source, *hard_feature;
+};
+
+template <class T>
+struct Contact {
+  const char* name;
+  T eps_r{0.0};
+  T mu{0.0};
+};
+
+namespace scene_detail {
+
+template <class Scene>
+concept HasContacts = requires(const Scene s) {
+  s.contacts();
+};
+template <class Scene>
+concept HasPotential = requires(const Scene s) {
+  s.potential_energy(s.q0());
+};
+template <class Scene>
+concept HasControl = requires(const Scene s) {
+  s.input(s.q0());
+};
+template <class Scene>
+concept HasTangents = requires(const Scene s) {
+  s.tangents(s.q0());
+};
+template <class Scene>
+concept HasConstantMass = requires(const Scene s) {
+  s.mass();
+};
+
+template <class Scene>
+auto mass_of(const Scene& scene, const auto& q) {
+  if constexpr (HasConstantMass<Scene>)
+    return scene.mass();
+  else
+    return scene.mass(q);
+}
+
+template <class Scene>
+constexpr std::size_t n_q = std::tuple_size_v<decltype(std::declval<const Scene>().q0())>;
+
+template <std::size_t n>
+std::array<double, n> load(const double* x) {
+  std::array<double, n> values;
+  for (std::size_t k = 0; k < n; ++k) values[k] = x[k];
+  return values;
+}
+
+/// Runs the scene with symbols in place of numbers. Parameter values come from `numeric`.
+template <template <class> class Scene>
+SymbolicModel symbolic_model(Scene<double> numeric) {
+  using GiNaC::ex;
+  Scene<ex> scene;
+  SymbolicModel model;
+  model.id = Scene<ex>::text.id;
+  model.title = Scene<ex>::text.title;
+  model.source = Scene<ex>::text.source;
+  model.hard_feature = Scene<ex>::text.hard_feature;
+  numeric.parameters([&](const char* name, double& value, const char* unit) {
+    model.parameters.push_back({name, value, unit});
+    model.parameter_symbols.emplace_back(name);
+  });
+  std::size_t next = 0;
+  scene.parameters([&](const char*, ex& value, const char*) { value = model.parameter_symbols[next++]; });
+
+  constexpr std::size_t n = n_q<Scene<ex>>;
+  Vec<ex, n> q, v;
+  for (std::size_t k = 0; k < n; ++k) {
+    model.q.emplace_back(fmt::format("q[{}]", k));
+    model.v.emplace_back(fmt::format("v[{}]", k));
+    q[k] = model.q[k];
+    v[k] = model.v[k];
+  }
+  const auto list = [](const auto& array) { return SymbolicModel::Expressions(array.begin(), array.end()); };
+  model.q0 = list(scene.q0());
+  model.v0 = list(scene.v0());
+  model.end_time = scene.end_time();
+
+  const auto mass = mass_of(scene, q);
+  model.mass.assign(n, SymbolicModel::Expressions(n, 0));
+  for (std::size_t row = 0; row < n; ++row) {
+    if constexpr (std::is_same_v<std::remove_const_t<decltype(mass)>, Vec<ex, n>>)
+      model.mass[row][row] = mass[row];
+    else
+      model.mass[row] = list(mass[row]);
+  }
+  model.force = list(scene.force(q, v));
+  if constexpr (HasControl<Scene<ex>>) {
+    for (const auto& row : scene.input(q)) model.input.push_back(list(row));
+    model.control = list(scene.control());
+    for (std::size_t k = 0; k < model.control.size(); ++k) model.u.emplace_back(fmt::format("u[{}]", k));
+  }
+  if constexpr (HasContacts<Scene<ex>>) {
+    const auto gaps = scene.gap(q);
+    const auto laws = scene.contacts();
+    std::array<std::vector<SymbolicModel::Expressions>, std::tuple_size_v<decltype(gaps)>> tangents;
+    if constexpr (HasTangents<Scene<ex>>) {
+      const auto directions = scene.tangents(q);
+      for (std::size_t i = 0; i < directions.size(); ++i) {
+        for (const auto& direction : directions[i]) tangents[i].push_back(list(direction));
+      }
+    }
+    for (std::size_t i = 0; i < laws.size(); ++i) {
+      model.contacts.push_back({laws[i].name, gaps[i], tangents[i], laws[i].eps_r, laws[i].mu});
+    }
+  }
+  if constexpr (HasPotential<Scene<ex>>) model.potential_energy = scene.potential_energy(q);
+  return model;
+}
+
+}  // namespace scene_detail
+
+/// A scene whose values run as machine code and whose derivatives run as tapes.
+template <template <class> class Scene>
+class CompiledProblem final : public SymbolicProblem {
+ public:
+  explicit CompiledProblem(const Scene<double>& scene)
+      : SymbolicProblem(scene_detail::symbolic_model<Scene>(scene)), scene_(scene) {}
+
+  void force(const double* q, const double* v, const double* u, double* f) const override {
+    const auto position = scene_detail::load<n>(q);
+    auto value = scene_.force(position, scene_detail::load<n>(v));
+    if constexpr (scene_detail::HasControl<Scene<double>>) {
+      const auto B_u = scene_.input(position);
+      for (std::size_t row = 0; row < n; ++row) {
+        for (std::size_t k = 0; k < B_u[row].size(); ++k) value[row] += B_u[row][k] * u[k];
+      }
+    }
+    std::copy(value.begin(), value.end(), f);
+  }
+
+  void gap(const double* q, double* f_c) const override {
+    if constexpr (scene_detail::HasContacts<Scene<double>>) {
+      const auto value = scene_.gap(scene_detail::load<n>(q));
+      std::copy(value.begin(), value.end(), f_c);
+    }
+  }
+
+ private:
+  static constexpr std::size_t n = scene_detail::n_q<Scene<double>>;
+  Scene<double> scene_;
+};
+
+/// Makes the scene known under its id. Call once, in the scene's own file.
+template <template <class> class Scene>
+bool register_scene() {
+  const auto text = Scene<double>::text;
+  SceneEntry entry{text.id, text.title, text.source, text.hard_feature, nullptr};
+  entry.make = [](const ParameterChanges& changes) -> std::unique_ptr<Problem> {
+    Scene<double> scene;
+    ParameterChanges unused = changes;
+    std::string known;
+    scene.parameters([&](const char* name, double& value, const char*) {
+      known += (known.empty() ? "" : ", ") + std::string(name);
+      if (const auto change = unused.find(name); change != unused.end()) {
+        value = change->second;
+        unused.erase(change);
+      }
+    });
+    if (!unused.empty()) {
+      throw InputError("parameter", unused.begin()->first,
+                       fmt::format("known parameters of {} are {}", Scene<double>::text.id, known));
+    }
+    return std::make_unique<CompiledProblem<Scene>>(scene);
+  };
+  return add_scene(std::move(entry));
+}
+
+}  // namespace ricochet

@@ -1,0 +1,266 @@
+#include "problems/scene_file/scene_file.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "problems/derivatives/symbolic_problem.h"
+#include "problems/input_error.h"
+#include "problems/names.h"
+#include "problems/scene_file/expression.h"
+
+namespace ricochet {
+namespace {
+
+using GiNaC::ex;
+using nlohmann::json;
+using Expressions = SymbolicModel::Expressions;
+
+json read_json(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) throw InputError("scene file", path, "cannot be opened");
+  try {
+    return json::parse(file, nullptr, true, /*ignore_comments=*/true);
+  } catch (const json::exception& error) {
+    throw InputError(fmt::format("{}: not valid JSON: {}", path, error.what()));
+  }
+}
+
+/// A place in the file: the value and its name for messages.
+class Field {
+ public:
+  Field(const json& value, std::string name) : value_(&value), name_(std::move(name)) {}
+
+  const std::string& name() const { return name_; }
+  const json& value() const { return *value_; }
+  bool has(const std::string& key) const { return value_->contains(key); }
+  std::size_t size() const { return value_->size(); }
+
+  Field at(const std::string& key) const {
+    if (!has(key)) throw InputError(fmt::format("{}.{}: this field is missing", name_, key));
+    return {(*value_)[key], name_.ends_with(": ") ? name_ + key : name_ + "." + key};
+  }
+  Field at(std::size_t index) const { return {(*value_)[index], fmt::format("{}[{}]", name_, index)}; }
+
+  void require_object() const {
+    if (!value_->is_object()) throw InputError(name_, value_->type_name(), "an object is required");
+  }
+  void require_list(std::size_t length) const {
+    require_list();
+    if (size() != length)
+      throw InputError("length of " + name_, size(), fmt::format("{} entries are required", length));
+  }
+  void require_list() const {
+    if (!value_->is_array()) throw InputError(name_, value_->type_name(), "a list is required");
+  }
+  /// An unknown field is a misspelt one: a scene that silently loses its friction would be worse.
+  void allow_only(const std::set<std::string>& known) const {
+    require_object();
+    for (const auto& [key, unused] : value_->items()) {
+      if (!known.contains(key)) throw_unknown_name("field of " + name_, key, {known.begin(), known.end()});
+    }
+  }
+
+  std::string text() const {
+    if (value_->is_string()) return value_->get<std::string>();
+    if (value_->is_number()) return value_->dump();
+    throw InputError(name_, value_->type_name(), "a number, or an expression in quotes, is required");
+  }
+
+ private:
+  const json* value_;
+  std::string name_;
+};
+
+class SceneReader {
+ public:
+  SceneReader(const Field& scene, const ParameterChanges& changes) : scene_(scene), changes_(changes) {}
+
+  SymbolicModel read() {
+    scene_.allow_only(
+        {"id", "title", "source", "params", "q0", "v0", "T", "M", "f", "Bu", "u", "contacts", "potential_energy"});
+    read_parameters();
+    const auto n_q = read_state();
+    read_dynamics(n_q);
+    if (scene_.has("contacts")) {
+      const Field contacts = scene_.at("contacts");
+      contacts.require_list();
+      for (std::size_t i = 0; i < contacts.size(); ++i) read_contact(contacts.at(i), n_q);
+    }
+    if (scene_.has("potential_energy")) model_.potential_energy = expression(scene_.at("potential_energy"), in_q_);
+    return std::move(model_);
+  }
+
+ private:
+  void read_parameters() {
+    ParameterChanges unused = changes_;
+    if (scene_.has("params")) {
+      const Field params = scene_.at("params");
+      params.require_object();
+      for (const auto& [name, unused_value] : params.value().items()) {
+        const Field field = params.at(name);
+        double value = decimal(field);
+        if (const auto change = unused.find(name); change != unused.end()) {
+          value = change->second;
+          unused.erase(change);
+        }
+        model_.parameters.push_back({name, value, ""});
+        model_.parameter_symbols.emplace_back(name);
+        constants_.scalars[name] = model_.parameter_symbols.back();
+      }
+    }
+    if (!unused.empty()) throw_unknown_name("parameter", unused.begin()->first, keys_of(constants_.scalars));
+  }
+
+  std::size_t read_state() {
+    scene_.at("q0").require_list();
+    const auto n_q = scene_.at("q0").size();
+    if (n_q == 0) throw InputError("length of " + scene_.at("q0").name(), 0, "at least one coordinate is required");
+    model_.q0 = expressions(scene_.at("q0"), n_q, constants_);
+    model_.v0 = expressions(scene_.at("v0"), n_q, constants_);
+    model_.end_time = expression(scene_.at("T"), constants_);
+    for (std::size_t k = 0; k < n_q; ++k) {
+      model_.q.emplace_back(fmt::format("q[{}]", k));
+      model_.v.emplace_back(fmt::format("v[{}]", k));
+    }
+    in_q_ = constants_;
+    in_q_.vectors["q"] = model_.q;
+    in_state_ = in_q_;
+    in_state_.vectors["v"] = model_.v;
+    return n_q;
+  }
+
+  void read_dynamics(std::size_t n_q) {
+    model_.mass = rows(scene_.at("M"), n_q, n_q);
+    model_.force = expressions(scene_.at("f"), n_q, in_state_);
+    if (!scene_.has("Bu") && !scene_.has("u")) return;
+    scene_.at("u").require_list();
+    const auto n_u = scene_.at("u").size();
+    model_.control = expressions(scene_.at("u"), n_u, constants_);
+    model_.input = rows(scene_.at("Bu"), n_q, n_u);
+    for (std::size_t k = 0; k < n_u; ++k) model_.u.emplace_back(fmt::format("u[{}]", k));
+  }
+
+  void read_contact(const Field& field, std::size_t n_q) {
+    field.allow_only({"name", "gap", "e", "mu", "Jt", "Jn"});
+    SymbolicModel::Contact contact;
+    contact.name = field.has("name") ? field.at("name").text() : fmt::format("contact {}", model_.contacts.size());
+    contact.gap = expression(field.at("gap"), in_q_);
+    if (field.has("e")) contact.eps_r = expression(field.at("e"), constants_);
+    if (field.has("mu")) contact.mu = expression(field.at("mu"), constants_);
+    if (field.has("Jt")) {
+      const Field directions = field.at("Jt");
+      directions.require_list();
+      if (directions.size() > 2)
+        throw InputError("length of " + directions.name(), directions.size(),
+                         "at most 2 tangent directions are possible");
+      for (std::size_t d = 0; d < directions.size(); ++d)
+        contact.tangents.push_back(expressions(directions.at(d), n_q, in_q_));
+    }
+    if (field.has("Jn")) compare_normal(field.at("Jn"), contact.gap, n_q);
+    model_.contacts.push_back(std::move(contact));
+  }
+
+  /// J_n is derived from the gap; a file that also states it must agree at q0 and at two points near it.
+  void compare_normal(const Field& field, const ex& gap, std::size_t n_q) {
+    const auto stated = expressions(field, n_q, in_q_);
+    for (const double shift : {0.0, 0.137, -0.0731}) {
+      std::vector<Tape::Constant> values = model_.constants();
+      for (std::size_t k = 0; k < n_q; ++k) {
+        values.push_back({model_.q[k], model_.number(model_.q0[k]) + shift * (1 + 0.3 * static_cast<double>(k))});
+      }
+      for (std::size_t k = 0; k < n_q; ++k) {
+        double pair[2];
+        Tape({stated[k], gap.diff(model_.q[k])}, {}, values).evaluate({}, pair);
+        // a few roundings of two ways to write one formula
+        if (std::abs(pair[0] - pair[1]) > 1e-10 * (std::abs(pair[0]) + std::abs(pair[1]))) {
+          throw InputError(field.at(k).name(), field.at(k).text(),
+                           fmt::format("the gradient of the gap is {:.17g} there, not {:.17g}", pair[1], pair[0]));
+        }
+      }
+    }
+  }
+
+  std::vector<Expressions> rows(const Field& field, std::size_t n_rows, std::size_t n_columns) {
+    field.require_list(n_rows);
+    std::vector<Expressions> matrix;
+    for (std::size_t row = 0; row < n_rows; ++row) matrix.push_back(expressions(field.at(row), n_columns, in_q_));
+    return matrix;
+  }
+
+  static Expressions expressions(const Field& field, std::size_t length, const ExpressionNames& names) {
+    field.require_list(length);
+    Expressions list;
+    for (std::size_t k = 0; k < length; ++k) list.push_back(expression(field.at(k), names));
+    return list;
+  }
+
+  static ex expression(const Field& field, const ExpressionNames& names) {
+    return parse_expression(field.text(), names, field.name());
+  }
+
+  static double decimal(const Field& field) {
+    const std::string text = field.text();
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    if (text.empty() || *end != '\0') throw InputError(field.name(), "'" + text + "'", "a decimal number is required");
+    return value;
+  }
+
+  Field scene_;
+  const ParameterChanges& changes_;
+  SymbolicModel model_;
+  ExpressionNames constants_, in_q_, in_state_;
+};
+
+/// The scene that `FILE` or `FILE#id` means, with the object around it that may hold id and title.
+std::pair<json, json> select(const json& document, const std::string& path, const std::string& id) {
+  if (document.is_object() && document.contains("cases")) {
+    std::vector<std::string> known;
+    for (const auto& entry : document["cases"]) {
+      known.push_back(entry.value("id", ""));
+      if (known.back() == id) return {entry.value("problem", json()), entry};
+    }
+    if (id.empty()) {
+      throw InputError(fmt::format("{}: this file holds several scenes; choose one with {}#ID. Known: {}", path, path,
+                                   fmt::join(known, ", ")));
+    }
+    throw_unknown_name("scene in " + path, id, known);
+  }
+  if (document.is_object() && document.contains("problem")) return {document["problem"], document};
+  return {document, document};
+}
+
+}  // namespace
+
+std::unique_ptr<Problem> read_scene_file(const std::string& path_and_id, const ParameterChanges& changes) {
+  const auto hash = path_and_id.rfind('#');
+  const std::string path = path_and_id.substr(0, hash);
+  const std::string id = hash == std::string::npos ? "" : path_and_id.substr(hash + 1);
+  const json document = read_json(path);
+  const auto [scene, around] = select(document, path, id);
+
+  SymbolicModel model = SceneReader(Field(scene, path + ": "), changes).read();
+  const auto label = [&](const char* key, const std::string& fallback) {
+    const auto& holder = scene.contains(key) ? scene : around;
+    return holder.contains(key) && holder[key].is_string() ? holder[key].get<std::string>() : fallback;
+  };
+  model.id = label("id", path);
+  model.title = label("title", "scene file " + path);
+  model.source = label("source", path);
+  std::unique_ptr<Problem> problem;
+  try {
+    problem = std::make_unique<SymbolicProblem>(std::move(model));
+    validate(*problem);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", path, error.what()));
+  }
+  return problem;
+}
+
+}  // namespace ricochet

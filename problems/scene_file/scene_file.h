@@ -1,0 +1,30 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "problems/problem.h"
+#include "problems/registry.h"
+
+namespace ricochet {
+
+/// Reads a scene from a JSON file; no compiler needed. The file holds the scene itself, or an object with the scene
+/// under "problem", or a set of such objects under "cases" from which `FILE#id` picks one. A scene has the fields
+///
+///   params     {"m": "1", ...}           exact decimals                                            optional
+///   q0, v0     ["1", ...]                initial state, expressions in the parameters
+///   T          "2"                       end time [s]
+///   M          [["m"]]                   n_q rows, expressions in q and the parameters
+///   f          ["-m*g"]                  expressions in q, v and the parameters
+///   Bu, u      [["1"]], ["5"]            control map (expressions in q) and its constant value     optional
+///   contacts   [{"name", "gap", "e", "mu", "Jt", "Jn"}]                                            optional
+///                gap: expression in q;  e, mu: in the parameters, default 0;  Jt: list of tangent directions;
+///                Jn: not needed, J_n is the gradient of the gap; when present it is compared with it
+///   potential_energy                     expression in q                                           optional
+///   id, title, source                                                                              optional
+///
+/// Expressions are in Python's syntax (parse_expression). Numbers may also be written as JSON numbers.
+/// @throws InputError that names the file, the field and the position
+std::unique_ptr<Problem> read_scene_file(const std::string& path, const ParameterChanges& changes = {});
+
+}  // namespace ricochet

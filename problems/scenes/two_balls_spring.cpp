@@ -1,0 +1,56 @@
+#include "problems/scene.h"
+
+namespace ricochet {
+namespace {
+
+// Two balls on a vertical line, joined by a stiff spring; the lower one hits the ground.
+//
+//      o  q2     m1 q1'' = -m1 g + k (q2 - q1 - l) + lambda_n
+//      <         m2 q2'' = -m2 g - k (q2 - q1 - l)
+//      >         f_c = q1 - R
+//      o  q1
+//   _______
+//
+// Between impacts the motion is a fall plus an oscillation of omega = sqrt(k/m1 + k/m2) = 141 rad/s.
+template <class T>
+struct TwoBallsSpring {
+  static constexpr SceneText text{
+      "two_balls_spring", "two balls joined by a stiff spring",
+      "Nurkanovic, Frey, Pozharskiy, Diehl, FESD-J, section 5.1; first in Chen, Acary, Virlez, Bruls, IJNME 96 (2013)",
+      "two elastic impacts 19 ms apart, a spring that a step of 10 ms barely resolves"};
+
+  T m1{1.0}, m2{1.0}, g{9.81}, R{0.2}, k{1e4}, l{1.0}, e{0.8}, height{1.0}, duration{1.0};
+
+  void parameters(auto&& visit) {
+    visit("m1", m1, "kg");
+    visit("m2", m2, "kg");
+    visit("g", g, "m/s^2");
+    visit("R", R, "m");
+    visit("k", k, "N/m");
+    visit("l", l, "m");
+    visit("e", e, "1");
+    visit("height", height, "m");
+    visit("duration", duration, "s");
+  }
+
+  Vec<T, 2> q0() const { return {height, height + l}; }
+  Vec<T, 2> v0() const { return {0, 0}; }
+  T end_time() const { return duration; }
+
+  Vec<T, 2> mass() const { return {m1, m2}; }
+  Vec<T, 2> force(const Vec<T, 2>& q, const Vec<T, 2>&) const {
+    const T spring = k * (q[1] - q[0] - l);
+    return {-m1 * g + spring, -m2 * g - spring};
+  }
+  std::array<Contact<T>, 1> contacts() const { return {{{"ground", e}}}; }
+  Vec<T, 1> gap(const Vec<T, 2>& q) const { return {q[0] - R}; }
+  T potential_energy(const Vec<T, 2>& q) const {
+    const T stretch = q[1] - q[0] - l;
+    return m1 * g * q[0] + m2 * g * q[1] + k * stretch * stretch / 2;
+  }
+};
+
+const bool registered = register_scene<TwoBallsSpring>();
+
+}  // namespace
+}  // namespace ricochet
