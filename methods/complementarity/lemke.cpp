@@ -1,0 +1,147 @@
+#include "methods/complementarity/lemke.h"
+
+#include <Eigen/LU>
+#include <cmath>
+
+namespace ricochet {
+
+void LemkeSolver::resize(int max_size) {
+  if (max_size <= max_size_) return;
+  max_size_ = max_size;
+  tableau_.resize(max_size, 2 * max_size + 2);
+  basis_.resize(static_cast<std::size_t>(max_size));
+  active_matrix_.resize(max_size, max_size);
+  active_rhs_.resize(max_size);
+  active_.reserve(static_cast<std::size_t>(max_size));
+}
+
+/// Gauss-Jordan step on the rows 0..n-1.
+void LemkeSolver::pivot(int n, int row, int column) {
+  auto T = tableau_.topLeftCorner(n, 2 * n + 2);
+  T.row(row) /= T(row, column);
+  for (int i = 0; i < n; ++i) {
+    if (i == row) continue;
+    const double factor = T(i, column);
+    if (factor != 0) T.row(i) -= factor * T.row(row);
+  }
+  ++pivots_;
+}
+
+/// Lexicographic minimum of (q_i, B^-1_i) / m_i over the rows with m_i > 0; -1 when there is none.
+int LemkeSolver::leaving_row(int n, int column) const {
+  const auto T = tableau_.topLeftCorner(n, 2 * n + 2);
+  const double smallest = 1e-12 * T.col(column).cwiseAbs().maxCoeff();  // below, an entry is rounding
+  int best = -1;
+  for (int i = 0; i < n; ++i) {
+    const double m = T(i, column);
+    if (!(m > smallest)) continue;
+    if (best < 0) {
+      best = i;
+      continue;
+    }
+    const double m_best = T(best, column);
+    double difference = T(i, 2 * n + 1) / m - T(best, 2 * n + 1) / m_best;
+    for (int k = 0; difference == 0 && k < n; ++k) difference = T(i, k) / m - T(best, k) / m_best;
+    if (difference < 0) best = i;
+  }
+  return best;
+}
+
+LcpStatus LemkeSolver::solve(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
+                             Eigen::Ref<Vector> z) {
+  const int n = static_cast<int>(q.size());
+  resize(n);
+  pivots_ = 0;
+  z.setZero();
+  if (n == 0 || q.minCoeff() >= 0) return LcpStatus::solved;
+
+  auto T = tableau_.topLeftCorner(n, 2 * n + 2);
+  T.leftCols(n).setIdentity();
+  T.middleCols(n, n) = -M;
+  T.col(2 * n).setConstant(-1);
+  T.col(2 * n + 1) = q;
+  for (int i = 0; i < n; ++i) basis_[i] = i;
+
+  // z_0 enters for the most negative q; of equal ones the lexicographically smallest row, the last.
+  int row = 0;
+  for (int i = 1; i < n; ++i) {
+    if (q[i] <= q[row]) row = i;
+  }
+  int entering = 2 * n;
+  const int limit = 50 * (n + 1);  // Lemke needs a small multiple of n in practice
+  while (true) {
+    const int leaving = basis_[row];
+    pivot(n, row, entering);
+    basis_[row] = entering;
+    if (leaving == 2 * n) break;
+    if (pivots_ >= limit) return LcpStatus::iteration_limit;
+    entering = leaving < n ? leaving + n : leaving - n;  // the complement of what left
+    row = leaving_row(n, entering);
+    if (row < 0) return LcpStatus::ray;
+    // z_0 leaves as soon as it may: among tied rows its own ends the method.
+    for (int i = 0; i < n; ++i) {
+      if (basis_[i] == 2 * n && T(i, entering) > 0 &&
+          T(i, 2 * n + 1) * T(row, entering) <= T(row, 2 * n + 1) * T(i, entering)) {
+        row = i;
+      }
+    }
+  }
+  for (int i = 0; i < n; ++i) {
+    if (basis_[i] >= n && basis_[i] < 2 * n) z[basis_[i] - n] = std::max(0.0, T(i, 2 * n + 1));
+  }
+  return LcpStatus::solved;
+}
+
+LcpStatus LemkeSolver::solve_warm(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
+                                  Eigen::Ref<Vector> z) {
+  const int n = static_cast<int>(q.size());
+  resize(n);
+  pivots_ = 0;
+  active_.clear();
+  for (int i = 0; i < n; ++i) {
+    if (z[i] > 0) active_.push_back(i);
+  }
+  const int n_a = static_cast<int>(active_.size());
+  auto A = active_matrix_.topLeftCorner(n_a, n_a);
+  auto x = active_rhs_.head(n_a);
+  for (int r = 0; r < n_a; ++r) {
+    for (int c = 0; c < n_a; ++c) A(r, c) = M(active_[r], active_[c]);
+    x[r] = -q[active_[r]];
+  }
+  // Small systems, in place: Gaussian elimination with partial pivoting on the preallocated block.
+  bool regular = true;
+  for (int k = 0; k < n_a && regular; ++k) {
+    Eigen::Index p;
+    regular = A.col(k).tail(n_a - k).cwiseAbs().maxCoeff(&p) > 1e-13 * A.cwiseAbs().maxCoeff();
+    if (!regular) break;
+    p += k;
+    A.row(k).swap(A.row(p));
+    std::swap(x[k], x[p]);
+    for (int r = k + 1; r < n_a; ++r) {
+      const double factor = A(r, k) / A(k, k);
+      A.row(r).tail(n_a - k) -= factor * A.row(k).tail(n_a - k);
+      x[r] -= factor * x[k];
+    }
+  }
+  if (regular) {
+    for (int k = n_a - 1; k >= 0; --k) {
+      for (int c = k + 1; c < n_a; ++c) x[k] -= A(k, c) * x[c];
+      x[k] /= A(k, k);
+      regular = regular && x[k] >= 0;
+    }
+  }
+  if (regular) {
+    for (int i = 0; i < n && regular; ++i) {
+      double w = q[i];
+      for (int r = 0; r < n_a; ++r) w += M(i, active_[r]) * x[r];
+      const bool is_active = z[i] > 0;
+      regular = is_active || w >= 0;
+    }
+  }
+  if (!regular) return solve(M, q, z);
+  z.setZero();
+  for (int r = 0; r < n_a; ++r) z[active_[r]] = x[r];
+  return LcpStatus::solved;
+}
+
+}  // namespace ricochet

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <vector>
+
+#include "problems/problem.h"
+
+namespace ricochet {
+
+enum class LcpStatus {
+  solved,
+  ray,  ///< Lemke ended on a ray; for a copositive matrix: the problem has no solution
+  iteration_limit,
+};
+
+/// Linear complementarity problem: find z with
+///
+///   w = M z + q,   0 <= w  _|_  z >= 0                                                (1)
+///
+/// solved by Lemke's method with lexicographic pivoting. Source: Cottle, Pang, Stone, The Linear Complementarity
+/// Problem, section 4.4 (Algorithm 4.4.5) and 4.9 (lexicographic degeneracy resolution).
+///
+/// The tableau of  w - M z - z_0 d = q  (2), d = 1, is kept with the inverse basis beside it. The ratio test compares
+/// the rows (q_i, B^-1_i) / m_i lexicographically, so that no basis returns, whatever ties occur: simultaneous contacts
+/// are ties.
+///
+/// A warm start tries the complementary basis of the last solution first: when the active set did not change, one
+/// factorisation answers, without a pivot.
+///
+/// All storage is allocated by the constructor; solve() allocates nothing for problems up to `max_size`.
+class LemkeSolver {
+ public:
+  explicit LemkeSolver(int max_size = 0) { resize(max_size); }
+
+  void resize(int max_size);
+
+  /// @param M  n x n, @param q n, @param z  n, overwritten with the solution
+  LcpStatus solve(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
+
+  /// Like solve(), but first tries the active set {i : z_i > 0} that `z` brings along.
+  LcpStatus solve_warm(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
+
+  int pivots() const { return pivots_; }  ///< of the last call
+
+ private:
+  void pivot(int n, int row, int column);
+  int leaving_row(int n, int column) const;
+
+  int max_size_ = 0;
+  int pivots_ = 0;
+  // Columns of (2): w_1..w_n | z_1..z_n | z_0 | q. The first n columns hold B^-1.
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> tableau_;
+  std::vector<int> basis_;  // variable of each row: 0..n-1 w, n..2n-1 z, 2n z_0
+  Matrix active_matrix_;
+  Vector active_rhs_;
+  std::vector<int> active_;
+};
+
+}  // namespace ricochet

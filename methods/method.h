@@ -1,0 +1,62 @@
+#pragma once
+
+#include <string>
+
+#include "methods/solution.h"
+#include "problems/problem.h"
+
+namespace ricochet {
+
+enum class Recording { final_state, grid };
+
+/// How a run is discretised and how exactly its inner problems are solved: three separate kinds of settings.
+struct Settings {
+  // Discretisation. A fixed-step method reads `steps`, an error-controlled one `tolerance`.
+  int steps = 0;         ///< N_sim, steps of equal length H = T / N_sim
+  double tolerance = 0;  ///< relative local error; the absolute one is the same number in SI units
+
+  // Inner solvers.
+  double inner_tolerance = 1e-13;  ///< relative size of the last Newton correction
+  double event_tolerance = 1e-13;  ///< relative width of the interval that brackets an event
+
+  double time_limit = 0;  ///< wall time [s]; 0 is none
+  Recording recording = Recording::final_state;
+  bool audit = false;  ///< evaluate every equation of the method after each step: Solution::max_residual
+};
+
+struct MethodInfo {
+  std::string id;  ///< as on the command line, "fesd:radau-iia:3,n_fe=2"
+  std::string title;
+  std::string source;        ///< publication with equation numbers
+  double order_smooth = 0;   ///< on smooth motion
+  double order_impacts = 0;  ///< of the final state, through impacts
+  bool is_adaptive = false;  ///< steered by Settings::tolerance instead of Settings::steps
+};
+
+/// Whether a method can run a problem, or why not.
+struct Support {
+  bool ok = true;
+  std::string reason;
+
+  static Support yes() { return {}; }
+  static Support no(std::string why) { return {false, std::move(why)}; }
+};
+
+/// A numerical method for complementarity Lagrangian systems. It knows a problem through `Problem` alone.
+class Method {
+ public:
+  virtual ~Method() = default;
+
+  virtual MethodInfo info() const = 0;
+  virtual Support supports(const ProblemInfo& problem) const = 0;
+
+  /// Integrates from t = 0 to end_time. Numerical failure is a status with a message and the state reached so far.
+  /// @throws InputError for settings out of range, or a problem that supports() declines
+  Solution solve(const Problem& problem, const Settings& settings) const;
+
+ protected:
+  /// Called with checked settings. May throw nothing but InputError and std::bad_alloc.
+  virtual Solution do_solve(const Problem& problem, const Settings& settings) const = 0;
+};
+
+}  // namespace ricochet

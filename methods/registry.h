@@ -1,0 +1,58 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "methods/method.h"
+
+namespace ricochet {
+
+/// The text that selects a method, taken apart: NAME[:ARGUMENT...][,OPTION=VALUE...], for example
+/// "fesd:radau-iia:3,elements=as_needed". Every accessor throws InputError for a value that is not allowed.
+class MethodSpec {
+ public:
+  explicit MethodSpec(const std::string& text);
+
+  const std::string& text() const { return text_; }
+  const std::string& name() const { return name_; }
+  const std::vector<std::string>& arguments() const { return arguments_; }
+
+  double number(const std::string& option, double fallback, double min, double max) const;
+  int whole_number(const std::string& option, int fallback, int min, int max) const;
+  /// One of `choices`; the first is the default.
+  std::string choice(const std::string& option, const std::vector<std::string>& choices) const;
+
+  /// @throws InputError for options that no accessor asked for, or more arguments than `max_arguments`
+  void finish(std::size_t max_arguments) const;
+
+ private:
+  const std::string* find(const std::string& option) const;
+
+  std::string text_, name_;
+  std::vector<std::string> arguments_;
+  std::map<std::string, std::string> options_;
+  mutable std::set<std::string> known_;
+};
+
+struct MethodEntry {
+  std::string name;
+  std::string usage;                  ///< "fesd:TABLEAU:STAGES[,n_fe=2][,elements=fixed|as_needed]"
+  std::string summary;                ///< one line
+  std::vector<std::string> examples;  ///< specs that the conformance tests run on every scene
+  std::function<std::unique_ptr<Method>(const MethodSpec&)> make;  ///< empty: not built
+  std::string not_built;                                           ///< why, for example "Siconos was not found"
+};
+
+/// Called once in each method's own file; no list of methods exists anywhere else.
+bool register_method(MethodEntry entry);
+
+std::vector<MethodEntry> methods();
+
+/// @throws InputError for an unknown method (with the nearest names) or wrong arguments (with the usage)
+std::unique_ptr<Method> make_method(const std::string& spec);
+
+}  // namespace ricochet

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "problems/problem.h"
+
+namespace ricochet {
+
+enum class Status {
+  success,
+  infeasible,  ///< the discrete equations of a step have no solution, or none was found; the message says which
+  inner_solver_failed,  ///< Newton, linear algebra or a complementarity solver gave up
+  step_limit,
+  time_limit,
+  non_finite,
+};
+
+const char* to_string(Status status);
+
+/// Work, counted in the same way by every method.
+struct Counters {
+  std::int64_t steps = 0;                 ///< simulation steps accepted
+  std::int64_t elements = 0;              ///< Runge-Kutta steps accepted (finite elements, internal steps)
+  std::int64_t force_evaluations = 0;     ///< f_v + B_u u
+  std::int64_t jacobian_evaluations = 0;  ///< derivatives of f_v, M, J_n at one point
+  std::int64_t mass_factorizations = 0;
+  std::int64_t matrix_factorizations = 0;  ///< of Newton matrices
+  std::int64_t linear_solves = 0;          ///< with a factorised Newton matrix or mass matrix
+  std::int64_t complementarity_solves = 0;
+  std::int64_t inner_iterations = 0;  ///< Newton iterations
+  std::int64_t pivots = 0;            ///< of complementarity solvers
+  std::int64_t events = 0;
+};
+
+enum class EventKind { impact, detach };
+
+const char* to_string(EventKind kind);
+
+/// A change of the active set. Left and right limits differ at an impact only.
+struct Event {
+  double t = 0;
+  EventKind kind = EventKind::impact;
+  int contact = -1;
+  Vector q, v_minus, v_plus;
+  Vector Lambda_n;  ///< n_c [N s]; zero for a detach
+  Vector Lambda_t;  ///< n_lambda_t [N s]
+};
+
+/// State at a grid point, both limits of the velocity.
+struct Sample {
+  double t = 0;
+  Vector q, v_minus, v_plus;
+};
+
+/// What remains of a run.
+struct Solution {
+  Status status = Status::success;
+  std::string message;  ///< why the run stopped early; empty on success
+  double t = 0;         ///< time that was reached [s]
+  Vector q, v;          ///< state there; v is the left limit
+
+  Counters counters;
+  std::vector<Event> events;
+  std::vector<Sample> samples;  ///< filled on Recording::grid
+
+  /// Largest relative residual of the method's own equations over all steps, when the run was audited; else negative.
+  double max_residual = -1;
+
+  bool succeeded() const { return status == Status::success; }
+};
+
+}  // namespace ricochet
