@@ -1,0 +1,72 @@
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "methods/fesd/pivoting_solver.h"
+
+namespace ricochet {
+
+/// The FESD-J equations of a step, numbered as in the paper's section 3; n counts elements, i contacts, j stages.
+enum class FesdCondition {
+  stage_position,         ///< q_nj = q_n0 + h_n sum_k a_jk v_nk
+  stage_velocity,         ///< v_nj = v_n0 + h_n sum_k a_jk F_v(q_nk, v_nk, u, lambda_nk)
+  end_position,           ///< q_{n+1} = q_n0 + h_n sum_k b_k v_nk
+  end_velocity,           ///< v_{n+1} = v_n0 + h_n sum_k b_k F_v(...)                               (correction 1)
+  continuity,             ///< q_n0 = q_n
+  impulse_balance,        ///< M(q_n) (v_n0 - v_n) = sum_i J_n^i Lambda_n^i
+  impulse_sign,           ///< Lambda_n^i >= 0
+  impulse_gap,            ///< Lambda_n^i f_c^i(q_n) = 0
+  impulse_restitution,    ///< Lambda_n^i J_n^i' (v_n0 + eps_r^i v_n) = 0                            (correction 4)
+  closed_separation,      ///< J_n^i' (v_n0 + eps_r^i v_n) >= 0 where f_c^i(q_n) = 0                 (correction 9)
+  grid_gap,               ///< f_c^i(q_n) >= 0
+  stage_gap,              ///< f_c^i(q_nj) >= 0
+  stage_force,            ///< lambda_nj^i >= 0
+  cross_complementarity,  ///< lambda_nj^i f_c^i(q_nj') = 0, j' = 0..n_s and the right end           (correction 8)
+  step_equilibration,     ///< (h_n - h_{n-1}) eta_n = 0                                             (correction 6)
+  pinned_breaking,        ///< lambda_n^i(right end of n-1) sum_j f_c^i(q_nj) = 0                    (open question 1)
+  step_length,            ///< sum_n h_n = H
+};
+constexpr int kFesdConditions = static_cast<int>(FesdCondition::step_length) + 1;
+
+std::string_view name(FesdCondition condition);
+std::string_view formula(FesdCondition condition);
+
+/// Largest relative residual of each condition, and where it was found.
+struct FesdResiduals {
+  struct Entry {
+    double value = 0;
+    double t = 0;  ///< start of the step [s]
+    int element = 0, contact = -1;
+  };
+  std::array<Entry, kFesdConditions> worst;
+
+  double largest() const;
+};
+
+/// Evaluates every condition of `step` afresh from q_nj, v_nj, lambda_nj, Lambda_n, h_n: none of the solver's formulas
+/// are used. Residuals are relative to the size of the terms that cancel: |q| + h |v| for positions, |v| + h max(|M^-1
+/// f_v|, |M^-1 J_n lambda|) for velocities; gaps to sum_k |J_n,k q_k| + H sum_k |J_n,k v_k|, forces to the largest
+/// contact force or load J_n' M^-1 f_v / G of the step, normal velocities to sum_k |J_n,k v_k| + H G force, impulses to
+/// m |v|; products to the product of both sizes. Indicators in eta_n are normalised in the same way.
+/// @param previous  the left neighbour, or null
+/// @param residuals  updated with this step
+class FesdAudit {
+ public:
+  /// @param pinned  whether the solver claims to fulfil FesdCondition::pinned_breaking
+  FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool pinned);
+  void add(const FesdStep& step, const FesdStep* previous, double t);
+
+  const FesdResiduals& residuals() const { return residuals_; }
+
+ private:
+  void report(FesdCondition condition, double residual, double size, int element, int contact);
+
+  const Problem& problem_;
+  const ButcherTableau tableau_;
+  const bool stiffly_accurate_, pinned_;
+  FesdResiduals residuals_;
+  double t_ = 0;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,127 @@
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "methods/fesd/conditions.h"
+#include "methods/fesd/pivoting_solver.h"
+#include "methods/registry.h"
+#include "methods/runge_kutta/tableau_argument.h"
+#include "methods/time_limit.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+/// FESD-J, the discrete equations of each simulation step solved by pivoting (pivoting_solver.h).
+/// Source: Nurkanovic, Frey, Pozharskiy, Diehl, FESD-J, section 3; corrections in the README of this folder.
+class Fesd final : public Method {
+ public:
+  explicit Fesd(const MethodSpec& spec) : id_(spec.text()), tableau_(tableau_argument(spec)) {
+    options_.n_fe = spec.whole_number("n_fe", 2, 1, 64);
+    options_.as_needed = spec.choice("elements", {"fixed", "as_needed"}) == "as_needed";
+    options_.switches = spec.choice("switches", {"pinned", "published"}) == "pinned"
+                            ? PivotingSolver::Switches::pinned
+                            : PivotingSolver::Switches::published;
+    options_.max_elements = spec.whole_number("max_elements", 64, 1, 100000);
+    spec.finish(2);
+  }
+
+  MethodInfo info() const override {
+    return {.id = id_,
+            .title = fmt::format("FESD-J, {}, {} finite elements{}", tableau_.name, options_.n_fe,
+                                 options_.as_needed ? " or more" : ""),
+            .source = "Nurkanovic, Frey, Pozharskiy, Diehl: FESD-J, section 3",
+            .order_smooth = static_cast<double>(tableau_.order),
+            .order_impacts = static_cast<double>(tableau_.order),
+            .is_adaptive = false};
+  }
+
+  Support supports(const ProblemInfo& problem) const override {
+    if (problem.has_friction()) return Support::no("friction is not part of this solver yet");
+    return Support::yes();
+  }
+
+ protected:
+  Solution do_solve(const Problem& problem, const Settings& settings) const override {
+    Solution solution;
+    PivotingSolver::Options options = options_;
+    options.tolerance = settings.inner_tolerance;
+    PivotingSolver solver(problem, tableau_, options, solution.counters);
+    std::optional<FesdAudit> audit;
+    if (settings.audit) audit.emplace(problem, tableau_, options.switches == PivotingSolver::Switches::pinned);
+    const TimeLimit time_limit(settings.time_limit);
+
+    const ProblemInfo& info = problem.info();
+    const double H = info.end_time / settings.steps;
+    solution.q = info.q0;
+    solution.v = info.v0;
+    for (int k = 0; k < settings.steps; ++k) {
+      const double t = k * H;
+      const Status status = time_limit.is_over() ? Status::time_limit : solver.advance(solution.q, solution.v, H);
+      if (status != Status::success) {
+        solution.status = status;
+        const std::string reason = status == Status::time_limit ? time_limit.message() : solver.failure_message();
+        solution.message = fmt::format("step {} of {}, from t = {:.6g} s: {}", k + 1, settings.steps, t, reason);
+        break;
+      }
+      const FesdStep& step = solver.step();
+      record(problem, settings.recording, solver, t, solution);
+      if (audit) audit->add(step, solver.has_previous_step() ? &solver.previous_step() : nullptr, t);
+      solution.q = step.last().q1;
+      solution.v = step.last().v1;
+      solution.t = k + 1 == settings.steps ? info.end_time : (k + 1) * H;
+    }
+    if (audit) solution.max_residual = audit->residuals().largest();
+    return solution;
+  }
+
+ private:
+  /// Events and grid points of one step.
+  static void record(const Problem& problem, Recording recording, const PivotingSolver& solver, double t,
+                     Solution& solution) {
+    const FesdStep& step = solver.step();
+    const int n_c = problem.n_c();
+    if (n_c == 0 && recording == Recording::final_state) return;
+    const Stages* left = solver.has_previous_step() ? &solver.previous_step().last() : nullptr;
+    for (int n = 0; n < step.n_elements; ++n) {
+      const Stages& element = step.elements[n];
+      const auto was_closed = [&](int i) { return left && left->modes[i] == ContactMode::closed; };
+      for (int i = 0; i < n_c; ++i) {
+        const bool impact = step.Lambda_n(i, n) > 0 && !was_closed(i);
+        const bool detach = was_closed(i) && element.modes[i] == ContactMode::open;
+        if (!impact && !detach) continue;
+        solution.events.push_back({.t = t,
+                                   .kind = impact ? EventKind::impact : EventKind::detach,
+                                   .contact = i,
+                                   .q = element.q0,
+                                   .v_minus = step.v_minus.col(n),
+                                   .v_plus = element.v0,
+                                   .Lambda_n = step.Lambda_n.col(n),
+                                   .Lambda_t = Vector()});
+        ++solution.counters.events;
+      }
+      if (recording == Recording::grid) solution.samples.push_back({t, element.q0, step.v_minus.col(n), element.v0});
+      t += element.h;
+      left = &element;
+    }
+  }
+
+  std::string id_;
+  ButcherTableau tableau_;
+  PivotingSolver::Options options_;
+};
+
+const bool registered = register_method({
+    .name = "fesd",
+    .usage = "fesd:TABLEAU:STAGES[,n_fe=2][,elements=fixed|as_needed][,max_elements=64][,switches=pinned|published], "
+             "or fesd:@TABLEAU_FILE",
+    .summary = "finite elements with switch detection and jumps (FESD-J), solved by pivoting",
+    .examples = {"fesd:radau-iia:1", "fesd:radau-iia:2", "fesd:radau-iia:3", "fesd:radau-iia:4", "fesd:gauss:1",
+                 "fesd:gauss:2", "fesd:gauss:3", "fesd:gauss:4", "fesd:radau-ia:3", "fesd:lobatto-iiic:3",
+                 "fesd:radau-iia:3,elements=as_needed"},
+    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<Fesd>(spec); },
+    .not_built = {},
+});
+
+}  // namespace
+}  // namespace ricochet

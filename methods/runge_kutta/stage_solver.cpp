@@ -1,0 +1,474 @@
+#include "methods/runge_kutta/stage_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ricochet {
+namespace {
+
+constexpr int kMaxNewton = 30;
+// Rounding of q_0 moves the gap by about 1e-16 of its size per step; from here on it is removed.
+constexpr double kGapDrift = 1e-13;
+constexpr std::size_t kMaxFactors =
+    8;  // element lengths and active sets that alternate: full step, rest after an impact, ...
+
+}  // namespace
+
+void Stages::resize(int n_q, int n_c, int n_s) {
+  q0 = v0 = q1 = v1 = Vector::Zero(n_q);
+  q = v = a = Matrix::Zero(n_q, n_s);
+  lambda_n = Matrix::Zero(n_c, n_s);
+  modes.assign(static_cast<std::size_t>(n_c), ContactMode::open);
+}
+
+StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, double tolerance, Counters& counters)
+    : problem_(problem),
+      tableau_(tableau),
+      tolerance_(tolerance),
+      counters_(counters),
+      n_q_(problem.n_q()),
+      n_s_(tableau.n_s),
+      structure_(problem.info().structure),
+      stiffly_accurate_(tableau.is_stiffly_accurate()) {
+  A2_ = tableau.A * tableau.A;
+  bA_ = tableau.A.transpose() * tableau.b;
+  if (structure_.constant_mass) M_ = problem.mass_matrix(problem.info().q0);
+
+  if (tableau.right_end.size() > 0 && (n_s_ == 1 || tableau.c.maxCoeff() > tableau.c.minCoeff())) {
+    extrapolation_ = Matrix::Ones(n_s_, n_s_);
+    for (int j = 0; j < n_s_; ++j) {
+      for (int k = 0; k < n_s_; ++k) {
+        for (int m = 0; m < n_s_; ++m) {
+          if (m != k) extrapolation_(j, k) *= (1 + tableau.c[j] - tableau.c[m]) / (tableau.c[k] - tableau.c[m]);
+        }
+      }
+    }
+  }
+
+  const int n_c = problem.n_c();
+  f_.resize(n_q_);
+  J_n_.resize(problem.info().n_normal_entries);
+  gap_.resize(n_c);
+  gap0_.setZero(n_c);
+  kept_gap0_.setZero(n_c);
+  dq_.setZero(n_q_, n_s_);
+  lambda_.setZero(n_c);
+  Mq_ = Fq_ = Fv_ = Jq_ = Matrix::Zero(n_q_, n_q_);
+  stage_M_.assign(n_s_, structure_.constant_mass ? M_ : Matrix::Zero(n_q_, n_q_));
+  Dq_.assign(n_s_, Matrix::Zero(n_q_, n_q_));
+  Dv_ = Dq_;
+  stage_J_.assign(n_s_, Matrix());
+  factors_.reserve(kMaxFactors);
+  set_active(std::vector<ContactMode>(static_cast<std::size_t>(n_c), ContactMode::open));
+}
+
+void StageSolver::set_length(Coefficients& k, double h) const {
+  k.h = h;
+  k.hA = h * tableau_.A;
+  k.h2A2 = (h * h) * A2_;
+  k.hb = h * tableau_.b;
+  k.h2bA = (h * h) * bA_;
+  k.hc = h * tableau_.c;
+}
+
+void StageSolver::set_active(const std::vector<ContactMode>& modes) {
+  if (modes == modes_ && n_x_ > 0) return;
+  modes_ = modes;
+  closed_.clear();
+  is_affine_ = structure_.constant_mass && structure_.constant_force_jacobian;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    if (modes[i] == ContactMode::open) continue;
+    closed_.push_back(static_cast<int>(i));
+    is_affine_ = is_affine_ && problem_.info().contacts[i].is_affine;
+  }
+  const int n_closed = static_cast<int>(closed_.size());
+  n_x_ = n_q_ + n_closed;
+  r_.resize(n_s_ * n_x_);
+  dx_.resize(n_s_ * n_x_);
+  for (auto& J : stage_J_) J.resize(n_q_, n_closed);
+}
+
+/// Decides what of f_c(q_0) equation (4) removes.
+void StageSolver::set_initial_gaps(const Stages& step, double h) {
+  if (closed_.empty()) return;
+  problem_.gap(step.q0.data(), gap0_.data());
+  problem_.normal_jacobian(step.q0.data(), J_n_.data());
+  for (const int i : closed_) {
+    const auto& contact = problem_.info().contacts[i];
+    const double* J = J_n_.data() + contact.normal_begin;
+    double position = 0, velocity = 0;
+    for (const int row : contact.support) {
+      position += std::abs(*J * step.q0[row]);
+      velocity += std::abs(*J++ * step.v0[row]);
+    }
+    const bool is_drift = std::abs(gap0_[i]) > kGapDrift * position;
+    const bool is_harmless = std::abs(gap0_[i]) <= 1e-8 * h * velocity;
+    kept_gap0_[i] = is_drift && is_harmless ? gap0_[i] : 0;
+  }
+}
+
+/// (1) and (2)
+void StageSolver::stage_values(const Coefficients& k, Stages& step) {
+  const int n = n_q_;
+  const double *a = step.a.data(), *q0 = step.q0.data(), *v0 = step.v0.data();
+  for (int j = 0; j < n_s_; ++j) {
+    const double *hA = &k.hA(j, 0), *h2A2 = &k.h2A2(j, 0), hc = k.hc[j];
+    double *q = step.q.data() + j * n, *v = step.v.data() + j * n;
+    for (int i = 0; i < n; ++i) {
+      double dv = 0, dq = 0;
+      for (int l = 0; l < n_s_; ++l) {
+        dv += hA[l] * a[l * n + i];
+        dq += h2A2[l] * a[l * n + i];
+      }
+      v[i] = v0[i] + dv;
+      dq_(i, j) = hc * v0[i] + dq;
+      q[i] = q0[i] + dq_(i, j);
+    }
+  }
+}
+
+/// (5)
+void StageSolver::end_values(const Coefficients& k, Stages& step) const {
+  if (stiffly_accurate_) {
+    step.q1 = step.q.col(n_s_ - 1);
+    step.v1 = step.v.col(n_s_ - 1);
+    return;
+  }
+  for (int i = 0; i < n_q_; ++i) {
+    double dv = 0, dq = 0;
+    for (int l = 0; l < n_s_; ++l) {
+      dv += k.hb[l] * step.a(i, l);
+      dq += k.h2bA[l] * step.a(i, l);
+    }
+    step.v1[i] = step.v0[i] + dv;
+    step.q1[i] = step.q0[i] + (k.h * step.v0[i] + dq);
+  }
+}
+
+/// (3) and (4), stage after stage
+void StageSolver::residual(const Coefficients& k, const Stages& step) {
+  const int n = n_q_;
+  const double* u = problem_.info().u.data();
+  counters_.force_evaluations += n_s_;
+  for (int j = 0; j < n_s_; ++j) {
+    const double *q = step.q.data() + j * n, *v = step.v.data() + j * n, *a = step.a.data() + j * n;
+    double* r = r_.data() + j * n_x_;
+    problem_.force(q, v, u, f_.data());
+    if (!structure_.constant_mass) problem_.mass_matrix(q, stage_M_[j].data());
+    const double* M = stage_M_[j].data();
+    if (structure_.diagonal_mass) {
+      for (int i = 0; i < n; ++i) r[i] = M[i * (n + 1)] * a[i] - f_[i];
+    } else {
+      for (int i = 0; i < n; ++i) {
+        double Ma = 0;
+        for (int l = 0; l < n; ++l) Ma += M[l * n + i] * a[l];
+        r[i] = Ma - f_[i];
+      }
+    }
+    if (closed_.empty()) continue;
+    problem_.normal_jacobian(q, J_n_.data());
+    problem_.gap(q, gap_.data());
+    for (std::size_t c = 0; c < closed_.size(); ++c) {
+      const int i = closed_[c];
+      const auto& contact = problem_.info().contacts[i];
+      const double* J = J_n_.data() + contact.normal_begin;
+      double change = 0;  // f_c(q_j) - f_c(q_0)
+      for (const int row : contact.support) {
+        change += *J * dq_(row, j);
+        r[row] -= *J++ * step.lambda_n(i, j);
+      }
+      if (!contact.is_affine) change = gap_[i] - gap0_[i];
+      r[n + static_cast<int>(c)] = (kept_gap0_[i] + change) / (k.h * k.h);
+    }
+  }
+}
+
+/// M, d(3)/dq, d(3)/dv and J_n at every stage
+void StageSolver::derivatives(const Stages& step) {
+  counters_.jacobian_evaluations += n_s_;
+  const double* u = problem_.info().u.data();
+  for (int j = 0; j < n_s_; ++j) {
+    const double *q = step.q.col(j).data(), *v = step.v.col(j).data();
+    problem_.force_jacobians(q, v, u, Fq_.data(), Fv_.data());
+    Dq_[j] = -Fq_;
+    Dv_[j] = -Fv_;
+    if (!structure_.constant_mass) {
+      problem_.mass_matrix(q, stage_M_[j].data());
+      problem_.mass_derivative(q, step.a.col(j).data(), Mq_.data());
+      Dq_[j] += Mq_;
+    }
+    if (closed_.empty()) continue;
+    lambda_ = step.lambda_n.col(j);
+    problem_.contact_force_derivative(q, lambda_.data(), nullptr, Jq_.data());
+    Dq_[j] -= Jq_;
+    problem_.normal_jacobian(q, J_n_.data());
+    stage_J_[j].setZero();
+    for (std::size_t c = 0; c < closed_.size(); ++c) {
+      const auto& contact = problem_.info().contacts[closed_[c]];
+      const double* J = J_n_.data() + contact.normal_begin;
+      for (const int row : contact.support) stage_J_[j](row, static_cast<Eigen::Index>(c)) = *J++;
+    }
+  }
+}
+
+/// Derivative of (3) and (4) with respect to all accelerations and forces, from derivatives()
+void StageSolver::newton_matrix(const Coefficients& k) {
+  const auto n_closed = static_cast<Eigen::Index>(closed_.size());
+  K_.setZero(n_s_ * n_x_, n_s_ * n_x_);
+  for (int j = 0; j < n_s_; ++j) {
+    for (int l = 0; l < n_s_; ++l) {
+      auto block = K_.block(j * n_x_, l * n_x_, n_x_, n_x_);
+      block.topLeftCorner(n_q_, n_q_) = k.h2A2(j, l) * Dq_[j] + k.hA(j, l) * Dv_[j];
+      if (n_closed > 0) block.bottomLeftCorner(n_closed, n_q_) = A2_(j, l) * stage_J_[j].transpose();
+      if (j != l) continue;
+      block.topLeftCorner(n_q_, n_q_) += stage_M_[j];
+      if (n_closed > 0) block.topRightCorner(n_q_, n_closed) = -stage_J_[j];
+    }
+  }
+}
+
+/// Adds a Newton correction and returns its size as a velocity, h max |dw|.
+double StageSolver::correct(const double* dx, double h, Stages& step) const {
+  double largest = 0;
+  for (int j = 0; j < n_s_; ++j) {
+    double* a = step.a.data() + j * n_q_;
+    for (int i = 0; i < n_q_; ++i) {
+      a[i] += dx[i];
+      largest = std::max(largest, std::abs(dx[i]));
+    }
+    dx += n_q_;
+    for (const int c : closed_) step.lambda_n(c, j) += *dx++;
+  }
+  return h * largest;
+}
+
+namespace {
+
+/// Size of velocities in a step, |v_0| + h max |w|: what corrections are compared with.
+double velocity_scale(const Stages& step, double h) {
+  double v = 0, a = 0;
+  for (Eigen::Index i = 0; i < step.v0.size(); ++i) v = std::max(v, std::abs(step.v0[i]));
+  for (Eigen::Index i = 0; i < step.a.size(); ++i) a = std::max(a, std::abs(step.a.data()[i]));
+  return v + h * a;
+}
+
+}  // namespace
+
+StageSolver::Factor& StageSolver::factor_for(const Stages& step) {
+  Factor* oldest = nullptr;
+  for (auto& factor : factors_) {
+    if (factor.coefficients.h == step.h && factor.modes == step.modes) {
+      factor.last_use = ++clock_;
+      return factor;
+    }
+    if (!oldest || factor.last_use < oldest->last_use) oldest = &factor;
+  }
+  if (factors_.size() < kMaxFactors) oldest = &factors_.emplace_back();
+  set_length(oldest->coefficients, step.h);
+  oldest->modes = step.modes;
+  oldest->is_valid = false;
+  oldest->last_use = ++clock_;
+  return *oldest;
+}
+
+bool StageSolver::refresh(Factor& factor, const Stages& step) {
+  derivatives(step);
+  newton_matrix(factor.coefficients);
+  lu_.compute(K_);
+  ++counters_.matrix_factorizations;
+  factor.inverse = lu_.inverse();
+  factor.is_valid = factor.inverse.allFinite();
+  return factor.is_valid;
+}
+
+StageSolver::Result StageSolver::solve(Stages& step) {
+  set_active(step.modes);
+  for (std::size_t i = 0; i < modes_.size(); ++i) {
+    if (modes_[i] == ContactMode::open) step.lambda_n.row(static_cast<Eigen::Index>(i)).setZero();
+  }
+  Factor& factor = factor_for(step);
+  const Coefficients& k = factor.coefficients;
+  set_initial_gaps(step, k.h);
+  stage_values(k, step);
+  bool is_fresh = false;
+  if (!factor.is_valid) {
+    if (!refresh(factor, step)) return Result::singular;
+    is_fresh = true;
+  }
+
+  double previous = 0;
+  for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
+    residual(k, step);
+    dx_.noalias() = factor.inverse.lazyProduct(-r_);
+    ++counters_.inner_iterations;
+    ++counters_.linear_solves;
+    const double size = correct(dx_.data(), k.h, step);
+    stage_values(k, step);
+    if (!std::isfinite(size)) return Result::no_convergence;
+    const double scale = velocity_scale(step, k.h);
+
+    bool is_converged = size <= tolerance_ * scale;
+    if (is_affine_) {
+      is_converged = is_converged || size <= 1e-3 * scale;  // one correction is exact, up to rounding of this size
+    }
+    if (iteration > 0) {
+      const double contraction = size / previous;
+      // What the next correction would be; and corrections that rounding keeps from shrinking further.
+      is_converged = is_converged ||
+                     (contraction < 1 && contraction / (1 - contraction) * size <= tolerance_ * scale) ||
+                     (iteration > 3 && contraction > 0.5 && size <= 1e-9 * scale);
+      if (!is_converged && contraction > 0.1 && !(is_fresh && contraction < 0.5)) {
+        if (!refresh(factor, step)) return Result::singular;
+        is_fresh = true;
+      }
+    }
+    if (is_converged) {
+      end_values(k, step);
+      return Result::converged;
+    }
+    previous = size;
+  }
+  return Result::no_convergence;
+}
+
+StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Switch& end, double max_h) {
+  set_active(run.front().modes);
+  const Vector& weights = tableau_.right_end;
+  const bool is_gap = end.kind == Switch::Kind::gap_closes;
+  if (!is_gap && weights.size() == 0) return Result::singular;
+  const auto closed_index = std::find(closed_.begin(), closed_.end(), end.contact) - closed_.begin();
+  const auto n_closed = static_cast<Eigen::Index>(closed_.size());
+  if (run_response_.size() < run.size()) run_response_.resize(run.size());
+  Coefficients& k = run_coefficients_;
+
+  double h = run.front().h, previous = 0;
+  Matrix incoming(2 * n_q_, 2);  // variation of (q_0, v_0) of the current step: constant, per unit of h
+  Matrix rhs(n_s_ * n_x_, 2);
+  for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
+    set_length(k, h);
+    incoming.setZero();
+    for (std::size_t m = 0; m < run.size(); ++m) {
+      Stages& step = run[m];
+      step.h = h;
+      if (m > 0) {
+        step.q0 = run[m - 1].q1;
+        step.v0 = run[m - 1].v1;
+      }
+      set_initial_gaps(step, h);
+      stage_values(k, step);
+      residual(k, step);
+      derivatives(step);
+      newton_matrix(k);
+      lu_.compute(K_);
+      ++counters_.matrix_factorizations;
+
+      // Right-hand sides: what the residual changes through the incoming state and through h, at fixed accelerations.
+      for (int j = 0; j < n_s_; ++j) {
+        Matrix dq = incoming.topRows(n_q_) + k.hc[j] * incoming.bottomRows(n_q_);
+        Matrix dv = incoming.bottomRows(n_q_);
+        dv.col(1) += step.a * tableau_.A.row(j).transpose();
+        dq.col(1) += tableau_.c[j] * step.v0 + 2 * h * (step.a * A2_.row(j).transpose());
+        rhs.middleRows(j * n_x_, n_q_) = Dq_[j] * dq + Dv_[j] * dv;
+        rhs.col(0).segment(j * n_x_, n_q_) += r_.segment(j * n_x_, n_q_);
+        if (n_closed == 0) continue;
+        rhs.middleRows(j * n_x_ + n_q_, n_closed) = stage_J_[j].transpose() * dq / (h * h);
+        rhs.col(0).segment(j * n_x_ + n_q_, n_closed) += r_.segment(j * n_x_ + n_q_, n_closed);
+        rhs.col(1).segment(j * n_x_ + n_q_, n_closed) -= 2 / h * r_.segment(j * n_x_ + n_q_, n_closed);
+      }
+      Matrix& response = run_response_[m];
+      response = -lu_.solve(rhs);
+      counters_.linear_solves += 2;
+      end_values(k, step);
+
+      // Variation of (5): the incoming state of the next step.
+      Matrix dq1 = incoming.topRows(n_q_) + h * incoming.bottomRows(n_q_);
+      Matrix dv1 = incoming.bottomRows(n_q_);
+      for (int l = 0; l < n_s_; ++l) {
+        const auto dw = response.middleRows(l * n_x_, n_q_);
+        dq1 += k.h2bA[l] * dw;
+        dv1 += k.hb[l] * dw;
+        dq1.col(1) += 2 * h * bA_[l] * step.a.col(l);
+        dv1.col(1) += tableau_.b[l] * step.a.col(l);
+      }
+      dq1.col(1) += step.v0;
+      incoming << dq1, dv1;
+    }
+    ++counters_.inner_iterations;
+
+    // The switch at the right end: value + slope(0) + slope(1) dh = 0.
+    Stages& last = run.back();
+    double value = 0;
+    Eigen::RowVector2d slope = Eigen::RowVector2d::Zero();
+    if (is_gap) {
+      problem_.gap(last.q1.data(), gap_.data());
+      problem_.normal_jacobian(last.q1.data(), J_n_.data());
+      const auto& contact = problem_.info().contacts[end.contact];
+      const double* J = J_n_.data() + contact.normal_begin;
+      for (const int row : contact.support) slope += *J++ * incoming.row(row);
+      value = gap_[end.contact];
+      if (end.starts_at_zero) {
+        value /= h;
+        slope /= h;
+        slope[1] -= value / h;
+      }
+    } else {
+      for (int l = 0; l < n_s_; ++l) {
+        value += weights[l] * last.lambda_n(end.contact, l);
+        slope += weights[l] * run_response_[run.size() - 1].row(l * n_x_ + n_q_ + closed_index);
+      }
+    }
+    double dh = -(value + slope[0]) / slope[1];
+    if (!std::isfinite(dh)) return Result::singular;
+    const double full_dh = dh;
+    dh = std::clamp(dh, -0.7 * h, 2 * h);  // keep h positive on the way
+
+    double size = std::abs(full_dh) / h, scale = 0;
+    for (std::size_t m = 0; m < run.size(); ++m) {
+      dx_ = run_response_[m].col(0) + dh * run_response_[m].col(1);
+      const double correction = correct(dx_.data(), h, run[m]);
+      scale = velocity_scale(run[m], h);
+      size = std::max(size, scale > 0 ? correction / scale : 0.0);
+    }
+    h += dh;
+    if (!std::isfinite(size)) return Result::no_convergence;
+    const double contraction = iteration > 0 ? size / previous : 1;
+    // Newton is quadratic: the error after this correction is about its square.
+    const bool is_converged = size <= tolerance_ ||
+                              (iteration > 0 && contraction < 0.1 && size * contraction <= tolerance_) ||
+                              (iteration > 3 && contraction > 0.5 && size <= 1e-9);
+    if (is_converged) {
+      set_length(k, h);
+      for (std::size_t m = 0; m < run.size(); ++m) {
+        run[m].h = h;
+        if (m > 0) {
+          run[m].q0 = run[m - 1].q1;
+          run[m].v0 = run[m - 1].v1;
+        }
+        stage_values(k, run[m]);
+        end_values(k, run[m]);
+      }
+      return h <= max_h ? Result::converged : Result::left_interval;
+    }
+    if (h > 4 * max_h || h < 1e-14 * max_h) return Result::left_interval;
+    previous = size;
+  }
+  return Result::no_convergence;
+}
+
+void StageSolver::extrapolate(const Stages& from, Stages& to) const {
+  if (extrapolation_.size() == 0) {
+    to.a = from.a;
+    to.lambda_n = from.lambda_n;
+    return;
+  }
+  for (int j = 0; j < n_s_; ++j) {
+    for (int i = 0; i < n_q_; ++i) {
+      double a = 0;
+      for (int l = 0; l < n_s_; ++l) a += extrapolation_(j, l) * from.a(i, l);
+      to.a(i, j) = a;
+    }
+  }
+  if (from.lambda_n.size() > 0) to.lambda_n.noalias() = from.lambda_n.lazyProduct(extrapolation_.transpose());
+}
+
+}  // namespace ricochet

@@ -1,0 +1,143 @@
+#pragma once
+
+#include <Eigen/LU>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "methods/runge_kutta/butcher_tableau.h"
+#include "methods/solution.h"
+#include "problems/problem.h"
+
+namespace ricochet {
+
+/// What a contact does during one Runge-Kutta step.
+enum class ContactMode : std::uint8_t { open, closed };
+
+/// One Runge-Kutta step with all its values; a finite element of FESD-J.
+struct Stages {
+  double h = 0;                    ///< length [s]
+  Vector q0, v0;                   ///< left end (after an impact)
+  Matrix q, v, a;                  ///< n_q x n_s: positions, velocities, accelerations v' at the stages
+  Matrix lambda_n;                 ///< n_c x n_s; zero for an open contact
+  Vector q1, v1;                   ///< right end
+  std::vector<ContactMode> modes;  ///< n_c
+
+  void resize(int n_q, int n_c, int n_s);
+};
+
+/// Where a run of equal steps ends.
+struct Switch {
+  enum class Kind : std::uint8_t { gap_closes, force_vanishes };
+  Kind kind = Kind::gap_closes;
+  int contact = -1;
+  bool starts_at_zero = false;  ///< the gap is zero at the left end too; the root h = 0 is divided out
+};
+
+/// Solves the stage equations of an implicit Runge-Kutta step with a fixed set of closed contacts:
+///
+///   v_j = v_0 + h sum_k a_jk w_k                                                        (1)
+///   q_j = q_0 + h c_j v_0 + h^2 sum_k (A^2)_jk w_k                                      (2)
+///   0   = M(q_j) w_j - f_v(q_j,v_j) - B_u u - sum_{i closed} J_n^i(q_j) lambda_j^i      (3)
+///   0   = f_c^i(q_j),  i closed                                                         (4)
+///   v_1 = v_0 + h sum_k b_k w_k,   q_1 = q_0 + h v_0 + h^2 sum_k (b'A)_k w_k            (5)
+///
+/// (1), (2), (5) are the usual q_j = q_0 + h sum a_jk v_k with the stage velocities inserted, c_j = sum_k a_jk.
+/// Unknowns are the accelerations w_j (Stages::a) and the forces lambda_j; Newton on (3), (4) with rows (4) divided by
+/// h^2.
+///
+/// (4) is evaluated as f_c(q_j) - f_c(q_0) = 0, for an affine gap as J_n' (q_j - q_0) = 0: f_c(q_0) is rounding, and to
+/// remove it within one short step would take forces and velocities far larger than rounding. It is removed when many
+/// steps have gathered more than 1e-13 of the size of q.
+///
+/// solve() has h given and keeps the inverse Newton matrix from step to step as long as it contracts: for an affine
+/// scene it is exact and one matrix-vector product solves the step. solve_to_switch() has h unknown too, with the
+/// switch as the additional equation: the square system of FESD-J for a given active set.
+class StageSolver {
+ public:
+  enum class Result : std::uint8_t { converged, no_convergence, singular, left_interval };
+
+  /// @param tolerance  relative size of the last Newton correction
+  StageSolver(const Problem& problem, const ButcherTableau& tableau, double tolerance, Counters& counters);
+
+  const ButcherTableau& tableau() const { return tableau_; }
+
+  /// In: h, q0, v0, modes, and a, lambda_n as first guess. Out: everything else. No allocation, apart from the first
+  /// use of an active set.
+  Result solve(Stages& step);
+
+  /// A run of steps of equal unknown length h, each starting where the one before ended, such that `end` holds at the
+  /// right end of the last. In: q0, v0 of the first, modes and guesses of all, h as first guess. Out: the rest.
+  /// A root with h <= 0 or h > max_h is refused with left_interval.
+  Result solve_to_switch(std::span<Stages> run, const Switch& end, double max_h);
+
+  /// First guess for `to`, of equal length and starting where `from` ends: the stage polynomials of `from`, continued.
+  void extrapolate(const Stages& from, Stages& to) const;
+
+ private:
+  using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+  /// (1), (2), (5) for one h.
+  struct Coefficients {
+    double h = 0;
+    RowMajorMatrix hA, h2A2;
+    Vector hb, h2bA, hc;
+  };
+
+  /// Inverse Newton matrix of one h and active set.
+  struct Factor {
+    Coefficients coefficients;
+    std::vector<ContactMode> modes;
+    Matrix inverse;
+    bool is_valid = false;
+    std::uint64_t last_use = 0;
+  };
+
+  void set_length(Coefficients& coefficients, double h) const;
+  void set_active(const std::vector<ContactMode>& modes);
+  void set_initial_gaps(const Stages& step, double h);
+  void stage_values(const Coefficients& k, Stages& step);
+  void end_values(const Coefficients& k, Stages& step) const;
+  void residual(const Coefficients& k, const Stages& step);
+  void derivatives(const Stages& step);
+  void newton_matrix(const Coefficients& k);
+  double correct(const double* dx, double h, Stages& step) const;
+  Factor& factor_for(const Stages& step);
+  bool refresh(Factor& factor, const Stages& step);
+
+  const Problem& problem_;
+  const ButcherTableau tableau_;
+  const double tolerance_;
+  Counters& counters_;
+  const int n_q_, n_s_;
+  const ProblemInfo::Structure structure_;
+  const bool stiffly_accurate_;
+
+  Matrix A2_;             // A A
+  Vector bA_;             // A' b
+  Matrix extrapolation_;  // stage values to those of the next step of equal length; empty when c has equal entries
+  Matrix M_;              // constant mass
+
+  // The active set.
+  std::vector<ContactMode> modes_;
+  std::vector<int> closed_;
+  int n_x_ = 0;  // unknowns per stage: n_q accelerations, then one force per closed contact
+  bool is_affine_ = false;
+
+  std::vector<Factor> factors_;
+  std::uint64_t clock_ = 0;
+
+  // Work space.
+  Vector f_, J_n_, gap_, lambda_, r_, dx_;
+  Vector gap0_, kept_gap0_;  // f_c(q_0), and the part of it that (4) removes
+  Matrix dq_;                // q_j - q_0 without the rounding of q_j
+  Matrix K_, Mq_, Fq_, Fv_, Jq_;
+  std::vector<Matrix> stage_M_, Dq_, Dv_,
+      stage_J_;  // per stage: M, d(3)/dq, d(3)/dv, J_n of the closed contacts (n_q x n_closed)
+  Eigen::PartialPivLU<Matrix> lu_;
+  Coefficients run_coefficients_;
+  std::vector<Matrix>
+      run_response_;  // per step of a run: response of the unknowns, n_s n_x x 2: constant, per unit of h
+};
+
+}  // namespace ricochet
