@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "methods/solution.h"
 #include "problems/problem.h"
+#include "problems/solution.h"
 
 namespace ricochet {
 

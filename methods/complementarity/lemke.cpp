@@ -5,6 +5,21 @@
 
 namespace ricochet {
 
+namespace {
+
+// Numbers that agree to this, relative to themselves or to what they were computed from, are equal: the rest is
+// rounding.
+constexpr double kTie = 1e-13;
+
+/// x / x_divisor - y / y_divisor, cross-multiplied; zero for a tie. `size` is that of the column x and y come from.
+double compare_ratios(double x, double x_divisor, double y, double y_divisor, double size) {
+  const double left = x * y_divisor, right = y * x_divisor;
+  const double rounding = kTie * (std::abs(left) + std::abs(right) + 0.1 * size * (x_divisor + y_divisor));
+  return std::abs(left - right) <= rounding ? 0 : left - right;
+}
+
+}  // namespace
+
 void LemkeSolver::resize(int max_size) {
   if (max_size <= max_size_) return;
   max_size_ = max_size;
@@ -40,8 +55,8 @@ int LemkeSolver::leaving_row(int n, int column) const {
       continue;
     }
     const double m_best = T(best, column);
-    double difference = T(i, 2 * n + 1) / m - T(best, 2 * n + 1) / m_best;
-    for (int k = 0; difference == 0 && k < n; ++k) difference = T(i, k) / m - T(best, k) / m_best;
+    double difference = compare_ratios(T(i, 2 * n + 1), m, T(best, 2 * n + 1), m_best, q_size_);
+    for (int k = 0; difference == 0 && k < n; ++k) difference = compare_ratios(T(i, k), m, T(best, k), m_best, 0);
     if (difference < 0) best = i;
   }
   return best;
@@ -55,6 +70,7 @@ LcpStatus LemkeSolver::solve(const Eigen::Ref<const Matrix>& M, const Eigen::Ref
   z.setZero();
   if (n == 0 || q.minCoeff() >= 0) return LcpStatus::solved;
 
+  q_size_ = q.cwiseAbs().maxCoeff();
   auto T = tableau_.topLeftCorner(n, 2 * n + 2);
   T.leftCols(n).setIdentity();
   T.middleCols(n, n) = -M;
@@ -80,10 +96,8 @@ LcpStatus LemkeSolver::solve(const Eigen::Ref<const Matrix>& M, const Eigen::Ref
     if (row < 0) return LcpStatus::ray;
     // z_0 leaves as soon as it may: among tied rows its own ends the method.
     for (int i = 0; i < n; ++i) {
-      if (basis_[i] == 2 * n && T(i, entering) > 0 &&
-          T(i, 2 * n + 1) * T(row, entering) <= T(row, 2 * n + 1) * T(i, entering)) {
-        row = i;
-      }
+      if (basis_[i] != 2 * n || !(T(i, entering) > 0)) continue;
+      if (compare_ratios(T(i, 2 * n + 1), T(i, entering), T(row, 2 * n + 1), T(row, entering), q_size_) <= 0) row = i;
     }
   }
   for (int i = 0; i < n; ++i) {

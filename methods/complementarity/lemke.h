@@ -47,6 +47,7 @@ class LemkeSolver {
 
   int max_size_ = 0;
   int pivots_ = 0;
+  double q_size_ = 0;
   // Columns of (2): w_1..w_n | z_1..z_n | z_0 | q. The first n columns hold B^-1.
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> tableau_;
   std::vector<int> basis_;  // variable of each row: 0..n-1 w, n..2n-1 z, 2n z_0

@@ -81,8 +81,9 @@ class Fesd final : public Method {
                      Solution& solution) {
     const FesdStep& step = solver.step();
     const int n_c = problem.n_c();
-    if (n_c == 0 && recording == Recording::final_state) return;
     const Stages* left = solver.has_previous_step() ? &solver.previous_step().last() : nullptr;
+    const bool may_have_events = step.touches || (left && solver.previous_step().touches);
+    if (!may_have_events && recording == Recording::final_state) return;
     for (int n = 0; n < step.n_elements; ++n) {
       const Stages& element = step.elements[n];
       const auto was_closed = [&](int i) { return left && left->modes[i] == ContactMode::closed; };

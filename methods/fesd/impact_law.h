@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "methods/complementarity/lemke.h"
-#include "methods/solution.h"
 #include "problems/problem.h"
+#include "problems/solution.h"
 
 namespace ricochet {
 

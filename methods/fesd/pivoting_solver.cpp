@@ -45,8 +45,8 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
       stiffly_accurate_(tableau.is_stiffly_accurate()),
       regular_A_(tableau.A.fullPivLu().isInvertible()) {
   const int capacity = options.as_needed ? std::max(options.n_fe, options.max_elements) : options.n_fe;
-  step_.resize(problem, n_s_, capacity);
-  previous_.resize(problem, n_s_, capacity);
+  step_->resize(problem, n_s_, capacity);
+  previous_->resize(problem, n_s_, capacity);
   junctions_.resize(static_cast<std::size_t>(capacity));
   for (auto& junction : junctions_) {
     junction.touching.reserve(static_cast<std::size_t>(n_c_));
@@ -61,13 +61,15 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
 
 Status PivotingSolver::advance(const Vector& q, const Vector& v, double H) {
   std::swap(step_, previous_);
-  step_.H = H;
-  step_.elements[0].q0 = q;
-  step_.v_minus.col(0) = v;
+  step_->H = H;
+  step_->touches = false;
+  step_->elements[0].q0 = q;
+  step_->v_minus.col(0) = v;
+  const double before = position_size_;
   for (int k = 0; k < n_q_; ++k) position_size_ = std::max(position_size_, std::abs(q[k]));
-  gap_size_ = position_size_ * normal_size_;
+  if (position_size_ > before) gap_size_ = position_size_ * normal_size_;
   trials_ = 0;
-  first_failure_ = deepest_failure_ = {};
+  if (first_failure_.violation.verdict != Verdict::fulfilled) first_failure_ = deepest_failure_ = {};
   longest_ = 0;
   bool solved = search(0, H, options_.n_fe);
   if (!solved && options_.as_needed) {
@@ -76,18 +78,18 @@ Status PivotingSolver::advance(const Vector& q, const Vector& v, double H) {
     solved = search(0, H, 0);
   }
   if (solved) {
-    counters_.elements += step_.n_elements;
+    counters_.elements += step_->n_elements;
     ++counters_.steps;
     return Status::success;
   }
-  step_.n_elements = 0;
+  step_->n_elements = 0;
   const Verdict verdict = first_failure_.violation.verdict;
   const bool solver_failed = verdict == Verdict::newton_failed || verdict == Verdict::impact_failed;
   return solver_failed ? Status::inner_solver_failed : Status::infeasible;
 }
 
 int PivotingSolver::max_trials() const {
-  return kMaxTrials * (longest_ == 0 ? options_.n_fe : static_cast<int>(step_.elements.size()));
+  return kMaxTrials * (longest_ == 0 ? options_.n_fe : static_cast<int>(step_->elements.size()));
 }
 
 /// Number of equal elements for the remaining time: what is left of N_FE, or as many as longest_ asks for. 0 when the
@@ -95,7 +97,7 @@ int PivotingSolver::max_trials() const {
 int PivotingSolver::elements_for(int element, double remaining, int elements_left) const {
   if (longest_ == 0) return elements_left;
   const int wanted = std::max(1, static_cast<int>(std::ceil(remaining / longest_ * (1 - 1e-9))));
-  return element + wanted <= static_cast<int>(step_.elements.size()) ? wanted : 0;
+  return element + wanted <= static_cast<int>(step_->elements.size()) ? wanted : 0;
 }
 
 bool PivotingSolver::search(int element, double remaining, int elements_left) {
@@ -110,7 +112,7 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
     const double h = remaining / count;
     const Violation violation = equal_elements(element, count, h);
     if (violation.verdict == Verdict::fulfilled) {
-      step_.n_elements = element + count;
+      step_->n_elements = element + count;
       return true;
     }
     note_failure(violation, h, count);
@@ -120,7 +122,7 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
     const int nearest = std::clamp(static_cast<int>(std::lround(violation.time / h)), 1, std::max(1, most_before));
     const auto candidate = [&](int k) { return nearest + (k % 2 ? -(k + 1) / 2 : k / 2); };
     const auto is_possible = [&](int m) {
-      return m >= 1 && m <= most_before && element + m < static_cast<int>(step_.elements.size());
+      return m >= 1 && m <= most_before && element + m < static_cast<int>(step_->elements.size());
     };
     for (int k = 0; k < 2 * count; ++k) {
       const int m = candidate(k);
@@ -144,26 +146,26 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
 
 /// Searches the rest of the step behind `count` elements that are solved.
 bool PivotingSolver::continue_after(int element, int count, double remaining, int elements_left) {
-  const double rest = remaining - count * step_.elements[element].h;
+  const double rest = remaining - count * step_->elements[element].h;
   if (rest <= 0) return false;
   const int next = element + count;
-  step_.elements[next].q0 = step_.elements[next - 1].q1;
-  step_.v_minus.col(next) = step_.elements[next - 1].v1;
+  step_->elements[next].q0 = step_->elements[next - 1].q1;
+  step_->v_minus.col(next) = step_->elements[next - 1].v1;
   return search(next, rest, elements_left - count);
 }
 
 const Stages* PivotingSolver::left_neighbour(int element) const {
-  if (element > 0) return &step_.elements[element - 1];
-  return has_previous_step() ? &previous_.last() : nullptr;
+  if (element > 0) return &step_->elements[element - 1];
+  return has_previous_step() ? &previous_->last() : nullptr;
 }
 
 /// Impulse and predicted modes at the left end of an element: ImpactLaw (1)-(4).
 bool PivotingSolver::begin_element(int element) {
-  Stages& stages = step_.elements[element];
+  Stages& stages = step_->elements[element];
   Junction& junction = junctions_[element];
   const Stages* left = left_neighbour(element);
-  auto v_minus = step_.v_minus.col(element);
-  auto Lambda = step_.Lambda_n.col(element);
+  auto v_minus = step_->v_minus.col(element);
+  auto Lambda = step_->Lambda_n.col(element);
   junction.touching.clear();
   junction.bounced.clear();
   stages.v0 = v_minus;
@@ -178,6 +180,7 @@ bool PivotingSolver::begin_element(int element) {
     junction.touching.push_back(i);
   }
   if (junction.touching.empty()) return true;
+  step_->touches = true;
   if (!impact_law_.prepare(stages.q0, junction.touching)) {
     note_failure({Verdict::impact_failed, element, junction.touching.front(), 0, 0}, 0, 1);
     return false;
@@ -227,15 +230,16 @@ void PivotingSolver::propose_modes(int element, unsigned trial) {
   const Junction& junction = junctions_[element];
   for (std::size_t k = 0; k < junction.bounced.size(); ++k) {
     const bool closes = k < 4 && (trial >> k & 1U);
-    step_.elements[element].modes[junction.bounced[k]] = closes ? ContactMode::closed : ContactMode::open;
+    step_->elements[element].modes[junction.bounced[k]] = closes ? ContactMode::closed : ContactMode::open;
   }
 }
 
 void PivotingSolver::first_guess(int element, double h) {
-  Stages& stages = step_.elements[element];
+  Stages& stages = step_->elements[element];
   const Stages* left = left_neighbour(element);
   stages.h = h;
-  if (left && left->h == h && left->modes == stages.modes && step_.Lambda_n.col(element).isZero(0)) {
+  const bool has_impulse = !junctions_[element].touching.empty() && !step_->Lambda_n.col(element).isZero(0);
+  if (left && left->h == h && left->modes == stages.modes && !has_impulse) {
     stage_solver_.extrapolate(*left, stages);
   } else {
     stages.a.setZero();
@@ -246,16 +250,17 @@ void PivotingSolver::first_guess(int element, double h) {
 /// Hands the state and the modes of the element before over to `element`. False when a closed contact needs an impulse
 /// that the impact law cannot give.
 bool PivotingSolver::continue_without_switch(int element) {
-  const Stages& before = step_.elements[element - 1];
-  Stages& stages = step_.elements[element];
+  const Stages& before = step_->elements[element - 1];
+  Stages& stages = step_->elements[element];
   stages.q0 = before.q1;
   stages.v0 = before.v1;
-  step_.v_minus.col(element) = before.v1;
-  if (n_c_ == 0) return true;
-  stages.modes = before.modes;
-  step_.Lambda_n.col(element).setZero();
+  step_->v_minus.col(element) = before.v1;
   Junction& junction = junctions_[element];
   junction.touching.clear();
+  if (n_c_ == 0) return true;
+  stages.modes = before.modes;
+  step_->Lambda_n.col(element).setZero();
+  if (!step_->touches) return true;
   for (int i = 0; i < n_c_; ++i) {
     if (stages.modes[i] == ContactMode::closed) junction.touching.push_back(i);
   }
@@ -264,7 +269,7 @@ bool PivotingSolver::continue_without_switch(int element) {
   for (const int i : junction.touching) {
     if (impact_law_.normal_velocity(i, stages.v0) <
         -kVelocityRounding * impact_law_.normal_velocity_scale(i, stages.v0)) {
-      return impact_law_.impact(stages.v0, step_.Lambda_n.col(element)) == LcpStatus::solved;
+      return impact_law_.impact(stages.v0, step_->Lambda_n.col(element)) == LcpStatus::solved;
     }
   }
   return true;
@@ -273,14 +278,14 @@ bool PivotingSolver::continue_without_switch(int element) {
 PivotingSolver::Violation PivotingSolver::equal_elements(int first, int count, double h) {
   if (!regular_A_) {
     for (int i = 0; i < n_c_; ++i) {
-      if (step_.elements[first].modes[i] == ContactMode::closed) return {Verdict::undetermined, first, i, 0, 0};
+      if (step_->elements[first].modes[i] == ContactMode::closed) return {Verdict::undetermined, first, i, 0, 0};
     }
   }
   for (int k = 0; k < count; ++k) {
     const int element = first + k;
     if (k > 0 && !continue_without_switch(element)) return {Verdict::impact_failed, element, -1, 0, 0};
     first_guess(element, h);
-    Stages& stages = step_.elements[element];
+    Stages& stages = step_->elements[element];
     if (stage_solver_.solve(stages) != StageSolver::Result::converged)
       return {Verdict::newton_failed, element, -1, 0, 0};
     Violation violation = check(stages);
@@ -293,11 +298,26 @@ PivotingSolver::Violation PivotingSolver::equal_elements(int first, int count, d
   return {};
 }
 
+/// The common case: every contact is open and no gap is negative.
+bool PivotingSolver::is_clear(const Stages& stages) {
+  for (const auto mode : stages.modes) {
+    if (mode != ContactMode::open) return false;
+  }
+  const int n_points = stiffly_accurate_ ? n_s_ : n_s_ + 1;
+  for (int j = 0; j < n_points; ++j) {
+    problem_.gap(j < n_s_ ? stages.q.data() + j * n_q_ : stages.q1.data(), gap_.data());
+    for (int i = 0; i < n_c_; ++i) {
+      if (!(gap_[i] >= 0)) return false;
+    }
+  }
+  return true;
+}
+
 /// Sign conditions of one element: f_c >= 0 at the stages and at the right end of an open contact, lambda_n >= 0 there
 /// of a closed one. Reports the condition that fails first in time.
 PivotingSolver::Violation PivotingSolver::check(const Stages& stages) {
   Violation first;
-  if (n_c_ == 0) return first;
+  if (is_clear(stages)) return first;
   const Vector& c = stage_solver_.tableau().c;
   const auto report = [&](Verdict verdict, int contact, double time, double value) {
     if (first.verdict == Verdict::fulfilled || time < first.time) first = {verdict, 0, contact, time, value};
@@ -349,21 +369,21 @@ PivotingSolver::Violation PivotingSolver::check(const Stages& stages) {
 /// there must be none: closed contacts with curved gaps need them.
 bool PivotingSolver::prepare_run(int first, int count) {
   for (int k = 1; k < count; ++k) {
-    const auto& modes = step_.elements[first].modes;
+    const auto& modes = step_->elements[first].modes;
     for (int i = 0; i < n_c_; ++i) {
       if (modes[i] == ContactMode::closed && !problem_.info().contacts[i].is_affine) return false;
     }
-    step_.elements[first + k].modes = modes;
+    step_->elements[first + k].modes = modes;
   }
   return true;
 }
 
 PivotingSolver::Violation PivotingSolver::check_run(int first, int count) {
   for (int k = 0; k < count; ++k) {
-    const Stages& stages = step_.elements[first + k];
+    const Stages& stages = step_->elements[first + k];
     if (k > 0) {
-      step_.v_minus.col(first + k) = stages.v0;
-      step_.Lambda_n.col(first + k).setZero();
+      step_->v_minus.col(first + k) = stages.v0;
+      step_->Lambda_n.col(first + k).setZero();
     }
     Violation violation = check(stages);
     violation.time += k * stages.h;
@@ -376,7 +396,7 @@ PivotingSolver::Violation PivotingSolver::check_run(int first, int count) {
 /// before it, that one is taken instead.
 bool PivotingSolver::run_to_switch(int first, int count, Violation violation, double remaining) {
   if (!prepare_run(first, count)) return false;
-  const std::span<Stages> run(step_.elements.data() + first, static_cast<std::size_t>(count));
+  const std::span<Stages> run(step_->elements.data() + first, static_cast<std::size_t>(count));
   for (int attempt = 0; attempt < 4; ++attempt) {
     if (++trials_ > max_trials()) return false;
     Switch end;
@@ -419,10 +439,10 @@ bool PivotingSolver::bracket_switch(int first, int count, const Switch& end, dou
     for (int k = 0; k < count; ++k) {
       if (k > 0 && !continue_without_switch(first + k)) return std::numeric_limits<double>::quiet_NaN();
       first_guess(first + k, h);
-      if (stage_solver_.solve(step_.elements[first + k]) != StageSolver::Result::converged)
+      if (stage_solver_.solve(step_->elements[first + k]) != StageSolver::Result::converged)
         return std::numeric_limits<double>::quiet_NaN();
     }
-    const Stages& last = step_.elements[first + count - 1];
+    const Stages& last = step_->elements[first + count - 1];
     if (end.kind == Switch::Kind::force_vanishes) return last.lambda_n.row(end.contact).dot(to_right_end);
     problem_.gap(last.q1.data(), gap_.data());
     return end.starts_at_zero ? gap_[end.contact] / h : gap_[end.contact];
@@ -438,9 +458,9 @@ bool PivotingSolver::bracket_switch(int first, int count, const Switch& end, dou
     at_high = value(high);
     found = part > 1 ? at_low > 0 && at_high <= 0 : at_high <= 0 && end.kind == Switch::Kind::gap_closes;
     if (part == 1 && found) {  // the gap at length zero is the one at the left end, the deflated one its velocity
-      problem_.gap(step_.elements[first].q0.data(), gap_.data());
+      problem_.gap(step_->elements[first].q0.data(), gap_.data());
       at_low =
-          end.starts_at_zero ? impact_law_.normal_velocity(end.contact, step_.elements[first].v0) : gap_[end.contact];
+          end.starts_at_zero ? impact_law_.normal_velocity(end.contact, step_->elements[first].v0) : gap_[end.contact];
     }
   }
   if (!found) return false;
@@ -502,7 +522,7 @@ std::string PivotingSolver::describe(const Failure& failure) const {
 
 std::string PivotingSolver::failure_message() const {
   std::string message = fmt::format("no solution with {}: {}",
-                                    options_.as_needed ? fmt::format("up to {} elements", step_.elements.size())
+                                    options_.as_needed ? fmt::format("up to {} elements", step_->elements.size())
                                                        : fmt::format("N_FE = {}", options_.n_fe),
                                     describe(first_failure_));
   const Violation &first = first_failure_.violation, &deepest = deepest_failure_.violation;

@@ -12,6 +12,7 @@ namespace ricochet {
 struct FesdStep {
   double H = 0;                  ///< length [s]
   int n_elements = 0;            ///< N_FE
+  bool touches = false;          ///< some contact touched at the left end of an element: modes and impulses may be set
   std::vector<Stages> elements;  ///< the first n_elements are in use
   Matrix v_minus;                ///< n_q x elements: velocity before the impact at the left end of each element
   Matrix Lambda_n;               ///< n_c x elements: impulse there
@@ -51,14 +52,16 @@ class PivotingSolver {
   };
 
   PivotingSolver(const Problem& problem, const ButcherTableau& tableau, const Options& options, Counters& counters);
+  PivotingSolver(const PivotingSolver&) = delete;
+  PivotingSolver& operator=(const PivotingSolver&) = delete;
 
   /// Solves the step of length H from (q, v), v before an impact at this instant. The step() of the call before is its
   /// left neighbour: it tells which contacts were closed.
   Status advance(const Vector& q, const Vector& v, double H);
 
-  const FesdStep& step() const { return step_; }
-  bool has_previous_step() const { return previous_.n_elements > 0; }
-  const FesdStep& previous_step() const { return previous_; }
+  const FesdStep& step() const { return *step_; }
+  bool has_previous_step() const { return previous_->n_elements > 0; }
+  const FesdStep& previous_step() const { return *previous_; }
 
   /// Why advance() failed, with times from the start of the step.
   std::string failure_message() const;
@@ -111,6 +114,7 @@ class PivotingSolver {
   Violation check_run(int first, int count);
   bool continue_without_switch(int element);
   Violation check(const Stages& stages);
+  bool is_clear(const Stages& stages);
   void first_guess(int element, double h);
   const Stages* left_neighbour(int element) const;
   void note_failure(const Violation& violation, double h, int count);
@@ -128,7 +132,8 @@ class PivotingSolver {
   Vector gap_size_;           // the same for the gaps
   Vector force_size_;         // largest lambda_n^i so far: what rounding of a contact force is relative to
 
-  FesdStep step_, previous_;
+  FesdStep buffers_[2];
+  FesdStep *step_ = &buffers_[0], *previous_ = &buffers_[1];
   std::vector<Junction> junctions_;
   int trials_ = 0;
   double longest_ = 0;  // element length that sets the number of elements; 0 when that number is fixed

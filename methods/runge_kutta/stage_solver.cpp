@@ -276,9 +276,21 @@ bool StageSolver::refresh(Factor& factor, const Stages& step) {
   newton_matrix(factor.coefficients);
   lu_.compute(K_);
   ++counters_.matrix_factorizations;
-  factor.inverse = lu_.inverse();
-  factor.is_valid = factor.inverse.allFinite();
+  factor.negative_inverse = -lu_.inverse();
+  factor.is_valid = factor.negative_inverse.allFinite();
   return factor.is_valid;
+}
+
+/// dx = -K^-1 r, column by column: the columns are contiguous
+void StageSolver::newton_correction(const Factor& factor) {
+  const auto n = r_.size();
+  const double* column = factor.negative_inverse.data();
+  double* dx = dx_.data();
+  std::fill_n(dx, n, 0.0);
+  for (Eigen::Index c = 0; c < n; ++c, column += n) {
+    const double r = r_[c];
+    for (Eigen::Index i = 0; i < n; ++i) dx[i] += column[i] * r;
+  }
 }
 
 StageSolver::Result StageSolver::solve(Stages& step) {
@@ -299,7 +311,7 @@ StageSolver::Result StageSolver::solve(Stages& step) {
   double previous = 0;
   for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
     residual(k, step);
-    dx_.noalias() = factor.inverse.lazyProduct(-r_);
+    newton_correction(factor);
     ++counters_.inner_iterations;
     ++counters_.linear_solves;
     const double size = correct(dx_.data(), k.h, step);

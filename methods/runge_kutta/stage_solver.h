@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "methods/runge_kutta/butcher_tableau.h"
-#include "methods/solution.h"
 #include "problems/problem.h"
+#include "problems/solution.h"
 
 namespace ricochet {
 
@@ -84,11 +84,12 @@ class StageSolver {
     Vector hb, h2bA, hc;
   };
 
-  /// Inverse Newton matrix of one h and active set.
+  /// Newton matrix of one h and active set. The inverse is kept, not its factors: it is used many times, and residuals
+  /// correct its rounding.
   struct Factor {
     Coefficients coefficients;
     std::vector<ContactMode> modes;
-    Matrix inverse;
+    Matrix negative_inverse;
     bool is_valid = false;
     std::uint64_t last_use = 0;
   };
@@ -101,6 +102,7 @@ class StageSolver {
   void residual(const Coefficients& k, const Stages& step);
   void derivatives(const Stages& step);
   void newton_matrix(const Coefficients& k);
+  void newton_correction(const Factor& factor);
   double correct(const double* dx, double h, Stages& step) const;
   Factor& factor_for(const Stages& step);
   bool refresh(Factor& factor, const Stages& step);

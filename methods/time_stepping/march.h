@@ -1,0 +1,113 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "methods/method.h"
+#include "methods/time_limit.h"
+#include "methods/time_stepping/contact_lcp.h"
+
+namespace ricochet {
+
+/// What every fixed-step time-stepping method has around its formulas: the state, the contact problem, the active set,
+/// the march over the steps with its time limit, events and recording.
+class March {
+ public:
+  March(const Problem& the_problem, const Settings& the_settings, int n_facets)
+      : problem(the_problem),
+        settings(the_settings),
+        h(problem.info().end_time / settings.steps),
+        contacts(problem, n_facets, solution.counters),
+        q(solution.q),
+        v(solution.v) {
+    q = problem.info().q0;
+    v = problem.info().v0;
+    gap_.setZero(problem.n_c());
+    Lambda_n = Vector::Zero(problem.n_c());
+    Lambda_t = Vector::Zero(problem.info().n_lambda_t);
+    active.reserve(problem.n_c());
+    was_pressed_.assign(problem.n_c(), false);
+    if (settings.audit) solution.max_residual = 0;
+  }
+  March(const March&) = delete;
+  March& operator=(const March&) = delete;
+
+  /// Contacts with f_c(q) <= 0.
+  void find_active(const Vector& position) {
+    active.clear();
+    if (problem.n_c() == 0) return;
+    problem.gap(position.data(), gap_.data());
+    for (int i = 0; i < problem.n_c(); ++i) {
+      if (gap_[i] <= 0) active.push_back(i);
+    }
+  }
+
+  /// ContactLcp::solve, with its impulses added to those of the step.
+  bool solve_contacts(Vector& velocity, const Vector& shift, const Vector& present) {
+    if (contacts.solve(velocity, shift, present) != LcpStatus::solved) return false;
+    if (settings.audit) {
+      solution.max_residual = std::max(solution.max_residual, contacts.residual(velocity, shift, present));
+    }
+    Lambda_n += contacts.Lambda_n();
+    Lambda_t += contacts.Lambda_t();
+    return true;
+  }
+
+  /// Calls step(v_plus) for every step: it reads q, v and sets q and v_plus, or returns false when the contact problem
+  /// has no solution.
+  template <class Step>
+  Solution run(Step step) {
+    const TimeLimit time_limit(settings.time_limit);
+    Vector v_plus = v, v_minus = v, q_minus = q;
+    for (int k = 0; k < settings.steps; ++k) {
+      if (time_limit.is_over()) return stop(Status::time_limit, k, time_limit.message());
+      Lambda_n.setZero();
+      Lambda_t.setZero();
+      v_minus = v;
+      q_minus = q;
+      if (!step(v_plus))
+        return stop(Status::inner_solver_failed, k, "Lemke's method found no solution of the contact problem");
+      v.swap(v_plus);
+      ++solution.counters.steps;
+      ++solution.counters.elements;
+      solution.t = k + 1 == settings.steps ? problem.info().end_time : (k + 1) * h;
+      record_closings(q_minus, v_minus);
+      if (settings.recording == Recording::grid) solution.samples.push_back({solution.t, q, v, v});
+    }
+    return std::move(solution);
+  }
+
+  const Problem& problem;
+  const Settings& settings;
+  const double h;
+  Solution solution;
+  ContactLcp contacts;
+  Vector &q, &v;
+  std::vector<int> active;
+  Vector Lambda_n, Lambda_t;  ///< impulses of the step so far
+
+ private:
+  Solution stop(Status status, int k, const std::string& reason) {
+    solution.status = status;
+    solution.message = fmt::format("step {} of {}, from t = {:.6g} s: {}", k + 1, settings.steps, k * h, reason);
+    return std::move(solution);
+  }
+
+  /// A contact that carries an impulse now and did not in the step before has closed, somewhere in this step.
+  void record_closings(const Vector& q_minus, const Vector& v_minus) {
+    for (int i = 0; i < problem.n_c(); ++i) {
+      const bool is_pressed = Lambda_n[i] > 0;
+      if (is_pressed && !was_pressed_[i]) {
+        solution.events.push_back({solution.t, EventKind::impact, i, q_minus, v_minus, v, Lambda_n, Lambda_t});
+        ++solution.counters.events;
+      }
+      was_pressed_[i] = is_pressed;
+    }
+  }
+
+  Vector gap_;
+  std::vector<char> was_pressed_;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,33 @@
+#include "problems/solution.h"
+
+namespace ricochet {
+
+const char* to_string(Status status) {
+  switch (status) {
+    case Status::success:
+      return "success";
+    case Status::infeasible:
+      return "infeasible";
+    case Status::inner_solver_failed:
+      return "inner_solver_failed";
+    case Status::step_limit:
+      return "step_limit";
+    case Status::time_limit:
+      return "time_limit";
+    case Status::non_finite:
+      return "non_finite";
+  }
+  return "unknown";
+}
+
+const char* to_string(EventKind kind) {
+  switch (kind) {
+    case EventKind::impact:
+      return "impact";
+    case EventKind::detach:
+      return "detach";
+  }
+  return "unknown";
+}
+
+}  // namespace ricochet

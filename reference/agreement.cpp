@@ -1,0 +1,55 @@
+#include "reference/agreement.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace ricochet::reference {
+
+int Reference::digits() const {
+  return uncertainty > 0 ? static_cast<int>(std::floor(-std::log10(uncertainty))) : 16;
+}
+
+double final_state_difference(const Vector& q, const Vector& v, const Vector& q_reference, const Vector& v_reference) {
+  return std::max((q - q_reference).cwiseAbs().maxCoeff(), (v - v_reference).cwiseAbs().maxCoeff());
+}
+
+Reference make_reference(const Problem& problem, double tolerance) {
+  const auto run = [&](Integrator integrator, double tol) {
+    Solution solution = integrate_event_located(problem, {.integrator = integrator, .tolerance = tol});
+    if (!solution.succeeded()) {
+      throw std::runtime_error(
+          fmt::format("reference of {}: {}: {}", problem.info().id, to_string(solution.status), solution.message));
+    }
+    return solution;
+  };
+  Reference reference;
+  reference.solution = run(Integrator::adams, tolerance);
+  const Solution others[] = {run(Integrator::adams, 10 * tolerance), run(Integrator::bdf, tolerance),
+                             run(Integrator::bdf, 10 * tolerance)};
+
+  const Solution& best = reference.solution;
+  double difference = 0;
+  for (const Solution& other : others) {
+    const bool same_events =
+        std::equal(best.events.begin(), best.events.end(), other.events.begin(), other.events.end(),
+                   [](const Event& a, const Event& b) { return a.kind == b.kind && a.contact == b.contact; });
+    if (!same_events) {
+      throw std::runtime_error(
+          fmt::format("reference of {}: the integrators disagree on the sequence of events", problem.info().id));
+    }
+    if (&other == &others[2]) continue;  // the loosest run checks the events only
+    difference = std::max(difference, final_state_difference(best.q, best.v, other.q, other.v));
+    for (std::size_t k = 0; k < best.events.size(); ++k)
+      difference = std::max(difference, std::abs(best.events[k].t - other.events[k].t));
+  }
+  const double rounding = 1e-15 * std::max({1.0, best.q.cwiseAbs().maxCoeff(), best.v.cwiseAbs().maxCoeff()});
+  reference.uncertainty = 3 * std::max(difference, rounding);
+  reference.how =
+      fmt::format("CVODE with event location, Adams and BDF at {:.0e} and {:.0e}", tolerance, 10 * tolerance);
+  return reference;
+}
+
+}  // namespace ricochet::reference

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problems/problem.h"
+#include "problems/solution.h"
+#include "reference/event_located.h"
+
+namespace ricochet::reference {
+
+/// A reference solution and what it is good for.
+struct Reference {
+  Solution solution;       ///< of the tighter Adams run
+  double uncertainty = 0;  ///< bound claimed for the max-norm error of the final (q, v) and of every event time
+  std::string how;         ///< one line: where it comes from
+
+  /// Decimal places that the uncertainty leaves.
+  int digits() const;
+};
+
+/// Four event-located runs, Adams and BDF at two tolerances each. They must agree on the sequence of events. The claim
+/// is three times the largest difference between the tighter Adams run and the looser Adams run or the tighter BDF run:
+/// the two integrators share no formula, and a tolerance ten times looser has a larger error, so an error that all
+/// three share would have to be an error of the event logic itself.
+/// @throws std::runtime_error when a run fails or the events differ, with the reason
+Reference make_reference(const Problem& problem, double tolerance = 1e-14);
+
+/// Max-norm of the difference of the final states (q, v), the error measure E(T) of the paper.
+double final_state_difference(const Vector& q, const Vector& v, const Vector& q_reference, const Vector& v_reference);
+
+}  // namespace ricochet::reference

@@ -1,0 +1,61 @@
+#include "reference/ground_truth.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "problems/input_error.h"
+#include "problems/names.h"
+
+namespace ricochet::reference {
+namespace {
+
+using nlohmann::json;
+
+double number(const json& value) {
+  return value.is_string() ? std::stod(value.get<std::string>()) : value.get<double>();
+}
+
+Vector vector(const json& values) {
+  Vector result(static_cast<Eigen::Index>(values.size()));
+  for (std::size_t k = 0; k < values.size(); ++k) result[static_cast<Eigen::Index>(k)] = number(values[k]);
+  return result;
+}
+
+}  // namespace
+
+std::vector<GroundTruth> read_ground_truth(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) throw InputError("ground truth file", path, "cannot be opened");
+  std::vector<GroundTruth> cases;
+  try {
+    const json document = json::parse(file);
+    for (const auto& entry : document.at("cases")) {
+      GroundTruth truth{
+          entry.at("id"), entry.at("title"), vector(entry.at("final").at("q")), vector(entry.at("final").at("v")), {}};
+      for (const auto& event : entry.at("events")) {
+        GroundTruth::Event e{number(event.at("t")), event.at("kind"), event.at("contact"), {}};
+        if (event.contains("Ln")) {
+          for (const auto& [contact, impulse] : event["Ln"].items()) e.Lambda_n.emplace_back(contact, number(impulse));
+        }
+        truth.events.push_back(std::move(e));
+      }
+      cases.push_back(std::move(truth));
+    }
+  } catch (const std::exception& error) {
+    throw InputError(fmt::format("{}: not a ground truth file: {}", path, error.what()));
+  }
+  return cases;
+}
+
+GroundTruth read_ground_truth(const std::string& path, const std::string& id) {
+  std::vector<std::string> known;
+  for (auto& truth : read_ground_truth(path)) {
+    if (truth.id == id) return truth;
+    known.push_back(truth.id);
+  }
+  throw_unknown_name("case of " + path, id, known);
+}
+
+}  // namespace ricochet::reference

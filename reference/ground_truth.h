@@ -1,0 +1,31 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "problems/problem.h"
+
+namespace ricochet::reference {
+
+/// A solved problem of a ground-truth file: the numbers a solution is held against, rounded to double from 42 decimals.
+struct GroundTruth {
+  struct Event {
+    double t = 0;
+    std::string kind;     ///< impact, detach, slip_to_stick, stick_to_slip, slip_reversal, zeno_end
+    std::string contact;  ///< name
+    std::vector<std::pair<std::string, double>> Lambda_n;  ///< impulses by contact, of an impact
+  };
+  std::string id, title;
+  Vector q, v;  ///< final state
+  std::vector<Event> events;
+};
+
+/// All cases of a file in the format of tests/data/ground_truth.json.
+/// @throws InputError when the file cannot be read
+std::vector<GroundTruth> read_ground_truth(const std::string& path);
+
+/// One case. @throws InputError for an unknown id
+GroundTruth read_ground_truth(const std::string& path, const std::string& id);
+
+}  // namespace ricochet::reference
