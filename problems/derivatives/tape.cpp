@@ -40,6 +40,10 @@ double real_value(const GiNaC::numeric& number) {
 
 }  // namespace
 
+/// Translates expressions into instructions. GiNaC orders operands by memory address and moves minus signs accordingly,
+/// so both are put into a canonical form here: every value is a magnitude with a sign kept aside, and operands follow
+/// the hash of their structure up to that sign. Changing a sign is exact, so the rounding of the program is the same in
+/// every run.
 class TapeBuilder {
  public:
   TapeBuilder(Tape& tape, const Tape::InputGroups& inputs, const std::vector<Tape::Constant>& constants) : tape_(tape) {
@@ -50,7 +54,7 @@ class TapeBuilder {
     for (const auto& [symbol, value] : constants) symbols_.emplace(symbol, number(value));
   }
 
-  void add_output(const GiNaC::ex& expression) { outputs_.push_back(visit(expression)); }
+  void add_output(const GiNaC::ex& expression) { outputs_.push_back(with_sign(visit(expression))); }
 
   /// Numbers the registers now that all constants are known.
   void finish() {
@@ -82,95 +86,107 @@ class TapeBuilder {
  private:
   using Op = Tape::Op;
 
-  /// Result of a subexpression: a number, or the index of an input or of a result.
+  /// A number, or the index of an input or of a result.
   struct Node {
     bool is_number = false;
     double number = 0;
     std::int32_t index = -1;
     auto operator<=>(const Node&) const = default;
   };
+  struct Value {
+    bool negative = false;
+    Node magnitude;
+  };
   struct Step {
     Op op;
     bool binary;
     Node left, right;
   };
+  /// Hash of an expression up to its sign, and the sign.
+  struct Shape {
+    std::uint64_t hash = 0;
+    bool negative = false;
+  };
 
-  Node visit(const GiNaC::ex& expression) {
-    const auto known = nodes_.find(expression);
-    if (known != nodes_.end()) return known->second;
-    const Node node = translate(expression);
-    nodes_.emplace(expression, node);
-    return node;
+  Value visit(const GiNaC::ex& expression) {
+    const auto known = values_.find(expression);
+    if (known != values_.end()) return known->second;
+    const Value value = translate(expression);
+    values_.emplace(expression, value);
+    return value;
   }
 
-  Node translate(const GiNaC::ex& e) {
-    if (GiNaC::is_a<GiNaC::numeric>(e)) return number(real_value(GiNaC::ex_to<GiNaC::numeric>(e)));
-    if (GiNaC::is_a<GiNaC::constant>(e)) return number(real_value(GiNaC::ex_to<GiNaC::numeric>(e.evalf())));
+  Value translate(const GiNaC::ex& e) {
+    if (GiNaC::is_a<GiNaC::numeric>(e)) return signed_number(real_value(GiNaC::ex_to<GiNaC::numeric>(e)));
+    if (GiNaC::is_a<GiNaC::constant>(e)) return signed_number(real_value(GiNaC::ex_to<GiNaC::numeric>(e.evalf())));
     if (GiNaC::is_a<GiNaC::symbol>(e)) {
       const auto bound = symbols_.find(e);
       if (bound == symbols_.end()) {
         throw InputError("expression", GiNaC::ex_to<GiNaC::symbol>(e).get_name(), "this name is not bound to a value");
       }
-      return bound->second;
+      return {false, bound->second};
     }
     if (GiNaC::is_a<GiNaC::add>(e)) return sum(e);
-    if (GiNaC::is_a<GiNaC::mul>(e)) return product(e);
-    if (GiNaC::is_a<GiNaC::power>(e)) return product(e);
-    if (GiNaC::is_a<GiNaC::function>(e)) return call(GiNaC::ex_to<GiNaC::function>(e));
+    if (GiNaC::is_a<GiNaC::mul>(e)) return product(sorted(e));
+    if (GiNaC::is_a<GiNaC::power>(e)) return product({e});
+    if (GiNaC::is_a<GiNaC::function>(e)) return {false, call(GiNaC::ex_to<GiNaC::function>(e))};
     throw InputError("expression", print(e), "this kind of expression cannot be evaluated in doubles");
   }
 
-  /// Sum in structural order; a term with negative coefficient is subtracted.
-  Node sum(const GiNaC::ex& e) {
-    std::vector<std::pair<bool, Node>> terms;  // (negative, value)
+  /// The first term in canonical order is positive in the magnitude of the sum.
+  Value sum(const GiNaC::ex& e) {
+    Value total;
+    bool is_first = true;
     for (const auto& term : sorted(e)) {
-      const bool negative = has_negative_coefficient(term);
-      terms.emplace_back(negative, visit(negative ? GiNaC::ex(-term) : term));
-    }
-    std::stable_partition(terms.begin(), terms.end(), [](const auto& t) { return !t.first; });
-    auto [negative, total] = terms.front();
-    if (negative) total = unary(Op::neg, total);
-    for (std::size_t i = 1; i < terms.size(); ++i) {
-      total = binary(terms[i].first ? Op::sub : Op::add, total, terms[i].second);
+      const Value value = visit(term);
+      if (is_first) {
+        total = value;
+        is_first = false;
+      } else {
+        total.magnitude =
+            binary(value.negative == total.negative ? Op::add : Op::sub, total.magnitude, value.magnitude);
+      }
     }
     return total;
   }
 
-  /// Product as numerator over denominator, so that x^-1 y^-2 costs one division.
-  Node product(const GiNaC::ex& e) {
+  /// Numerator over denominator, so that x^-1 y^-2 costs one division.
+  Value product(const std::vector<GiNaC::ex>& factors) {
+    bool negative = false;
     Node top = number(1), bottom = number(1);
-    const auto times = [&](Node& side, const Node& factor) { side = binary(Op::mul, side, factor); };
-    const auto factors = GiNaC::is_a<GiNaC::mul>(e) ? sorted(e) : std::vector<GiNaC::ex>{e};
+    const auto times = [&](Node& side, const Value& factor) {
+      negative = negative != factor.negative;
+      side = binary(Op::mul, side, factor.magnitude);
+    };
     for (const auto& factor : factors) {
-      if (!GiNaC::is_a<GiNaC::power>(factor)) {
-        if (GiNaC::is_a<GiNaC::numeric>(factor)) {
-          const auto& rational = GiNaC::ex_to<GiNaC::numeric>(factor);
-          times(top, number(real_value(rational.numer())));
-          times(bottom, number(real_value(rational.denom())));
-        } else {
-          times(top, visit(factor));
-        }
-        continue;
+      if (GiNaC::is_a<GiNaC::power>(factor)) {
+        const GiNaC::ex exponent = factor.op(1);
+        const bool inverse = shape(exponent).negative && !GiNaC::is_a<GiNaC::add>(exponent);
+        times(inverse ? bottom : top, raise(visit(factor.op(0)), inverse ? GiNaC::ex(-exponent) : exponent));
+      } else if (GiNaC::is_a<GiNaC::numeric>(factor)) {
+        const auto& rational = GiNaC::ex_to<GiNaC::numeric>(factor);
+        times(top, signed_number(real_value(rational.numer())));
+        times(bottom, signed_number(real_value(rational.denom())));
+      } else {
+        times(top, visit(factor));
       }
-      const GiNaC::ex base = factor.op(0), exponent = factor.op(1);
-      const bool negative = has_negative_coefficient(exponent);
-      times(negative ? bottom : top, raise(visit(base), negative ? GiNaC::ex(-exponent) : exponent));
     }
-    return bottom.is_number && bottom.number == 1 ? top : binary(Op::div, top, bottom);
+    if (!(bottom.is_number && bottom.number == 1)) top = binary(Op::div, top, bottom);
+    return {negative, top};
   }
 
   /// base^exponent for an exponent without minus sign: whole and half powers by multiplication and square root.
-  Node raise(const Node& base, const GiNaC::ex& exponent) {
+  Value raise(const Value& base, const GiNaC::ex& exponent) {
     if (GiNaC::is_a<GiNaC::numeric>(exponent)) {
       const GiNaC::numeric twice = 2 * GiNaC::ex_to<GiNaC::numeric>(exponent);
       if (twice.is_pos_integer() && twice <= 64) {
         const int n = twice.to_int();
-        Node result = whole_power(base, n / 2);
-        if (n % 2) result = binary(Op::mul, result, unary(Op::sqrt, base));
-        return result;
+        if (n % 2 == 0) return {n % 4 == 2 && base.negative, whole_power(base.magnitude, n / 2)};
+        const Node root = unary(Op::sqrt, with_sign(base));
+        return {n % 4 == 3 && base.negative, binary(Op::mul, whole_power(base.magnitude, n / 2), root)};
       }
     }
-    return binary(Op::pow, base, visit(exponent));
+    return {false, binary(Op::pow, with_sign(base), with_sign(visit(exponent)))};
   }
 
   Node whole_power(const Node& base, int n) {
@@ -186,15 +202,15 @@ class TapeBuilder {
         {"sin", Op::sin},   {"cos", Op::cos}, {"tan", Op::tan},  {"asin", Op::asin}, {"acos", Op::acos},
         {"atan", Op::atan}, {"exp", Op::exp}, {"log", Op::log},  {"sinh", Op::sinh}, {"cosh", Op::cosh},
         {"tanh", Op::tanh}, {"abs", Op::abs}, {"csgn", Op::sign}};
-    if (f.get_name() == "atan2") return binary(Op::atan2, visit(f.op(0)), visit(f.op(1)));
+    if (f.get_name() == "atan2") return binary(Op::atan2, with_sign(visit(f.op(0))), with_sign(visit(f.op(1))));
     const auto known = unary_functions.find(f.get_name());
-    if (known == unary_functions.end()) {
-      throw InputError("function", f.get_name(), "has no counterpart in doubles");
-    }
-    return unary(known->second, visit(f.op(0)));
+    if (known == unary_functions.end()) throw InputError("function", f.get_name(), "has no counterpart in doubles");
+    return unary(known->second, with_sign(visit(f.op(0))));
   }
 
   static Node number(double value) { return Node{.is_number = true, .number = value}; }
+  static Value signed_number(double value) { return {value < 0, number(std::abs(value))}; }
+  Node with_sign(const Value& value) { return value.negative ? unary(Op::neg, value.magnitude) : value.magnitude; }
 
   Node unary(Op op, const Node& x) { return emit(op, false, x, x); }
 
@@ -211,11 +227,11 @@ class TapeBuilder {
   Node emit(Op op, bool is_binary, const Node& x, const Node& y) {
     if (x.is_number && y.is_number) return number(Tape::apply(op, x.number, y.number));
     const auto key = std::tuple(op, x, y);
-    const auto known = values_.find(key);
-    if (known != values_.end()) return known->second;
+    const auto known = emitted_.find(key);
+    if (known != emitted_.end()) return known->second;
     steps_.push_back({op, is_binary, x, y});
     const Node result{.index = tape_.n_inputs_ + static_cast<std::int32_t>(steps_.size()) - 1};
-    values_.emplace(key, result);
+    emitted_.emplace(key, result);
     return result;
   }
 
@@ -227,45 +243,48 @@ class TapeBuilder {
     return -entry->second - 1;
   }
 
-  static bool has_negative_coefficient(const GiNaC::ex& e) {
-    if (GiNaC::is_a<GiNaC::numeric>(e)) return GiNaC::ex_to<GiNaC::numeric>(e).is_negative();
-    if (!GiNaC::is_a<GiNaC::mul>(e)) return false;
-    for (std::size_t i = 0; i < e.nops(); ++i) {
-      const GiNaC::ex factor = e.op(i);
-      if (GiNaC::is_a<GiNaC::numeric>(factor)) return GiNaC::ex_to<GiNaC::numeric>(factor).is_negative();
-    }
-    return false;
-  }
-
+  /// Operands of a sum or product in canonical order.
   std::vector<GiNaC::ex> sorted(const GiNaC::ex& e) {
-    std::vector<std::pair<std::uint64_t, GiNaC::ex>> keyed;
-    for (std::size_t i = 0; i < e.nops(); ++i) keyed.emplace_back(structural_hash(e.op(i)), e.op(i));
-    std::sort(keyed.begin(), keyed.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     std::vector<GiNaC::ex> operands;
-    for (auto& [hash, operand] : keyed) operands.push_back(operand);
+    for (std::size_t i = 0; i < e.nops(); ++i) operands.push_back(e.op(i));
+    std::sort(operands.begin(), operands.end(),
+              [&](const auto& a, const auto& b) { return shape(a).hash < shape(b).hash; });
     return operands;
   }
 
-  /// Hash of the structure: names and numbers, no addresses.
-  std::uint64_t structural_hash(const GiNaC::ex& e) {
-    const auto known = hashes_.find(e);
-    if (known != hashes_.end()) return known->second;
-    std::uint64_t hash = 0;
-    if (e.nops() == 0) {
-      hash = hash_text(print(e));
-    } else {
-      std::vector<std::uint64_t> parts;
-      for (std::size_t i = 0; i < e.nops(); ++i) parts.push_back(structural_hash(e.op(i)));
-      const bool commutative = GiNaC::is_a<GiNaC::add>(e) || GiNaC::is_a<GiNaC::mul>(e);
-      if (commutative) std::sort(parts.begin(), parts.end());
-      hash = hash_text(GiNaC::is_a<GiNaC::function>(e) ? GiNaC::ex_to<GiNaC::function>(e).get_name()
-                       : GiNaC::is_a<GiNaC::add>(e)    ? "+"
-                       : GiNaC::is_a<GiNaC::mul>(e)    ? "*"
-                                                       : "^");
-      for (const auto part : parts) hash = mix(hash, part);
+  Shape shape(const GiNaC::ex& e) {
+    const auto known = shapes_.find(e);
+    if (known != shapes_.end()) return known->second;
+    Shape result;
+    if (GiNaC::is_a<GiNaC::numeric>(e)) {
+      const auto& n = GiNaC::ex_to<GiNaC::numeric>(e);
+      result = {hash_text(print(GiNaC::abs(n))), n.is_negative()};
+    } else if (e.nops() == 0) {
+      result.hash = hash_text(print(e));
+    } else if (GiNaC::is_a<GiNaC::add>(e)) {
+      result.hash = hash_text("+");
+      const auto terms = sorted(e);
+      result.negative = shape(terms.front()).negative;
+      for (const auto& term : terms) {
+        result.hash = mix(result.hash, shape(term).hash + (shape(term).negative != result.negative));
+      }
+    } else if (GiNaC::is_a<GiNaC::mul>(e)) {
+      result.hash = hash_text("*");
+      for (const auto& factor : sorted(e)) {
+        result.hash = mix(result.hash, shape(factor).hash);
+        result.negative = result.negative != shape(factor).negative;
+      }
+    } else {  // a power or a function: the sign of an argument belongs to the hash, unless the power is a whole number
+      result.hash = hash_text(GiNaC::is_a<GiNaC::function>(e) ? GiNaC::ex_to<GiNaC::function>(e).get_name() : "^");
+      const bool is_whole = GiNaC::is_a<GiNaC::power>(e) && e.op(1).info(GiNaC::info_flags::integer);
+      for (std::size_t i = 0; i < e.nops(); ++i) {
+        const bool drops_sign = is_whole && i == 0;
+        result.hash = mix(result.hash, shape(e.op(i)).hash + (!drops_sign && shape(e.op(i)).negative));
+      }
+      if (is_whole) result.negative = shape(e.op(0)).negative && e.op(1).info(GiNaC::info_flags::odd);
     }
-    hashes_.emplace(e, hash);
-    return hash;
+    shapes_.emplace(e, result);
+    return result;
   }
 
   static std::string print(const GiNaC::ex& e) {
@@ -275,9 +294,10 @@ class TapeBuilder {
   }
 
   Tape& tape_;
-  std::map<GiNaC::ex, Node, GiNaC::ex_is_less> symbols_, nodes_;
-  std::map<GiNaC::ex, std::uint64_t, GiNaC::ex_is_less> hashes_;
-  std::map<std::tuple<Op, Node, Node>, Node> values_;
+  std::map<GiNaC::ex, Node, GiNaC::ex_is_less> symbols_;
+  std::map<GiNaC::ex, Value, GiNaC::ex_is_less> values_;
+  std::map<GiNaC::ex, Shape, GiNaC::ex_is_less> shapes_;
+  std::map<std::tuple<Op, Node, Node>, Node> emitted_;
   std::unordered_map<std::uint64_t, std::int32_t> constant_indices_;
   std::vector<Step> steps_;
   std::vector<Node> outputs_;
