@@ -21,7 +21,7 @@ struct Settings {
 
   double time_limit = 0;  ///< wall time [s]; 0 is none
   Recording recording = Recording::final_state;
-  bool audit = false;  ///< evaluate every equation of the method after each step: Solution::max_residual
+  bool audit = false;  ///< evaluate every equation of the method after each step: Solution::residuals
 };
 
 struct MethodInfo {

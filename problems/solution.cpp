@@ -1,5 +1,7 @@
 #include "problems/solution.h"
 
+#include <algorithm>
+
 namespace ricochet {
 
 const char* to_string(Status status) {
@@ -28,6 +30,12 @@ const char* to_string(EventKind kind) {
       return "detach";
   }
   return "unknown";
+}
+
+double Solution::max_residual() const {
+  double largest = -1;
+  for (const auto& residual : residuals) largest = std::max(largest, residual.value);
+  return largest;
 }
 
 }  // namespace ricochet

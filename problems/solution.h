@@ -54,6 +54,14 @@ struct Sample {
   Vector q, v_minus, v_plus;
 };
 
+/// Largest relative residual of one equation of a method over a run, and where it was found.
+struct Residual {
+  std::string name, formula;
+  double value = 0;
+  double t = 0;      ///< start of the step [s]
+  int contact = -1;  ///< -1: no contact's
+};
+
 /// What remains of a run.
 struct Solution {
   Status status = Status::success;
@@ -65,8 +73,9 @@ struct Solution {
   std::vector<Event> events;
   std::vector<Sample> samples;  ///< filled on Recording::grid
 
-  /// Largest relative residual of the method's own equations over all steps, when the run was audited; else negative.
-  double max_residual = -1;
+  /// The method's own equations, evaluated afresh after every step: filled when the run was audited.
+  std::vector<Residual> residuals;
+  double max_residual() const;  ///< the largest of them; -1 without an audit
 
   bool succeeded() const { return status == Status::success; }
 };

@@ -8,10 +8,10 @@ namespace ricochet {
 namespace {
 
 struct Text {
-  std::string_view name, formula;
+  const char *name, *formula;
 };
 
-constexpr std::array<Text, kFesdConditions> kTexts = {{
+constexpr Text kTexts[] = {
     {"stage position", "q_nj = q_n0 + h_n sum a_jk v_nk"},
     {"stage velocity", "v_nj = v_n0 + h_n sum a_jk F_v(q_nk, v_nk, u, lambda_nk)"},
     {"end position", "q_n+1 = q_n0 + h_n sum b_k v_nk"},
@@ -29,7 +29,7 @@ constexpr std::array<Text, kFesdConditions> kTexts = {{
     {"step equilibration", "(h_n - h_n-1) eta_n = 0"},
     {"pinned breaking", "lambda(right end of n-1) sum_j f_c(q_nj) = 0"},
     {"step length", "sum h_n = H"},
-}};
+};
 
 double max_abs(const auto& x) {
   return x.size() > 0 ? x.cwiseAbs().maxCoeff() : 0.0;
@@ -41,27 +41,19 @@ double ratio(double value, double size) {
 
 }  // namespace
 
-std::string_view name(FesdCondition condition) {
-  return kTexts[static_cast<std::size_t>(condition)].name;
-}
-std::string_view formula(FesdCondition condition) {
-  return kTexts[static_cast<std::size_t>(condition)].formula;
-}
-
-double FesdResiduals::largest() const {
-  double value = 0;
-  for (const auto& entry : worst) value = std::max(value, entry.value);
-  return value;
-}
-
 FesdAudit::FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool pinned)
-    : problem_(problem), tableau_(tableau), stiffly_accurate_(tableau.is_stiffly_accurate()), pinned_(pinned) {}
+    : problem_(problem), tableau_(tableau), stiffly_accurate_(tableau.is_stiffly_accurate()), pinned_(pinned) {
+  for (const auto& [name, formula] : kTexts) residuals_.push_back({.name = name, .formula = formula});
+}
 
-void FesdAudit::report(FesdCondition condition, double residual, double size, int element, int contact) {
-  auto& entry = residuals_.worst[static_cast<std::size_t>(condition)];
+void FesdAudit::report(FesdCondition condition, double residual, double size, int contact) {
+  Residual& worst = residuals_[static_cast<std::size_t>(condition)];
   double value = ratio(std::abs(residual), size);
   if (std::isnan(residual) || std::isnan(size)) value = INFINITY;
-  if (value > entry.value) entry = {value, t_, element, contact};
+  if (value <= worst.value) return;
+  worst.value = value;
+  worst.t = t_;
+  worst.contact = contact;
 }
 
 void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
@@ -85,7 +77,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
       speed_size[i] = std::max(speed_size[i], speed + step.H * delassus * force_size[i]);
     }
   }
-  report(FesdCondition::step_length, length - step.H, step.H, N - 1, -1);
+  report(FesdCondition::step_length, length - step.H, step.H, -1);
 
   Matrix accelerations(info.n_q, n_s), gaps(n_c, n_s);
   double acceleration_size = 0;  // of the terms of M^-1 (f_v + J_n lambda)
@@ -105,21 +97,21 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     }
     const double q_size = max_abs(e.q0) + e.h * max_abs(e.v), v_size = max_abs(e.v0) + e.h * acceleration_size;
     report(FesdCondition::stage_position, max_abs((e.q - e.h * e.v * tableau_.A.transpose()).colwise() - e.q0), q_size,
-           n, -1);
+           -1);
     report(FesdCondition::stage_velocity,
-           max_abs((e.v - e.h * accelerations * tableau_.A.transpose()).colwise() - e.v0), v_size, n, -1);
-    report(FesdCondition::end_position, max_abs(e.q1 - e.q0 - e.h * e.v * tableau_.b), q_size, n, -1);
-    report(FesdCondition::end_velocity, max_abs(e.v1 - e.v0 - e.h * accelerations * tableau_.b), v_size, n, -1);
+           max_abs((e.v - e.h * accelerations * tableau_.A.transpose()).colwise() - e.v0), v_size, -1);
+    report(FesdCondition::end_position, max_abs(e.q1 - e.q0 - e.h * e.v * tableau_.b), q_size, -1);
+    report(FesdCondition::end_velocity, max_abs(e.v1 - e.v0 - e.h * accelerations * tableau_.b), v_size, -1);
 
     // Left end.
     const Stages* left = n > 0 ? &step.elements[n - 1] : previous ? &previous->last() : nullptr;
-    if (left) report(FesdCondition::continuity, max_abs(e.q0 - left->q1), max_abs(e.q0), n, -1);
+    if (left) report(FesdCondition::continuity, max_abs(e.q0 - left->q1), max_abs(e.q0), -1);
     if (n_c == 0) continue;
     const Vector v_minus = step.v_minus.col(n), Lambda = step.Lambda_n.col(n);
     const Matrix J = problem_.normal_jacobian(e.q0);
     const Vector grid_gaps = problem_.gap(e.q0), end_gaps = problem_.gap(e.q1);
     const double momentum = max_abs(M0 * e.v0.cwiseAbs()) + max_abs(M0 * v_minus.cwiseAbs());
-    report(FesdCondition::impulse_balance, max_abs(M0 * (e.v0 - v_minus) - J * Lambda), momentum, n, -1);
+    report(FesdCondition::impulse_balance, max_abs(M0 * (e.v0 - v_minus) - J * Lambda), momentum, -1);
 
     double eta = 1;
     bool legitimate_jump = max_abs(Lambda) > 0;  // an impulse elsewhere may change a contact force at once
@@ -127,26 +119,26 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
       const double L = gap_size[i], force = force_size[i];
       const double separation = J.col(i).dot(e.v0 + info.contacts[i].eps_r * v_minus);
       const double Lambda_size = momentum > 0 ? momentum / max_abs(J.col(i)) : 0;
-      report(FesdCondition::impulse_sign, std::min(Lambda[i], 0.0), Lambda_size, n, i);
-      report(FesdCondition::impulse_gap, Lambda[i] * grid_gaps[i], Lambda_size * L, n, i);
-      report(FesdCondition::impulse_restitution, Lambda[i] * separation, Lambda_size * speed_size[i], n, i);
+      report(FesdCondition::impulse_sign, std::min(Lambda[i], 0.0), Lambda_size, i);
+      report(FesdCondition::impulse_gap, Lambda[i] * grid_gaps[i], Lambda_size * L, i);
+      report(FesdCondition::impulse_restitution, Lambda[i] * separation, Lambda_size * speed_size[i], i);
       if (grid_gaps[i] <= 1e-14 * L)
-        report(FesdCondition::closed_separation, std::min(separation, 0.0), speed_size[i], n, i);
-      report(FesdCondition::grid_gap, std::min(grid_gaps[i], 0.0), L, n, i);
+        report(FesdCondition::closed_separation, std::min(separation, 0.0), speed_size[i], i);
+      report(FesdCondition::grid_gap, std::min(grid_gaps[i], 0.0), L, i);
 
       // Stages.
       const auto lambda = e.lambda_n.row(i);
       double largest_gap = grid_gaps[i];
       for (int j = 0; j < n_s; ++j) {
-        report(FesdCondition::stage_gap, std::min(gaps(i, j), 0.0), L, n, i);
-        report(FesdCondition::stage_force, std::min(lambda[j], 0.0), force, n, i);
+        report(FesdCondition::stage_gap, std::min(gaps(i, j), 0.0), L, i);
+        report(FesdCondition::stage_force, std::min(lambda[j], 0.0), force, i);
         largest_gap = std::max(largest_gap, std::abs(gaps(i, j)));
       }
       if (!stiffly_accurate_) {
-        report(FesdCondition::stage_gap, std::min(end_gaps[i], 0.0), L, n, i);
+        report(FesdCondition::stage_gap, std::min(end_gaps[i], 0.0), L, i);
         largest_gap = std::max(largest_gap, std::abs(end_gaps[i]));
       }
-      report(FesdCondition::cross_complementarity, max_abs(lambda) * largest_gap, force * L, n, i);
+      report(FesdCondition::cross_complementarity, max_abs(lambda) * largest_gap, force * L, i);
 
       // Switch indicators between left and e: kappa = pi^f + pi^lambda.
       if (!left) continue;
@@ -159,10 +151,10 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
       eta *= pi_f + pi_lambda;
       if (n > 0 && pinned_ && tableau_.right_end.size() > 0 && !legitimate_jump) {
         const double lambda_end = left->lambda_n.row(i).dot(tableau_.right_end);
-        report(FesdCondition::pinned_breaking, lambda_end * gaps.row(i).sum(), force * L, n, i);
+        report(FesdCondition::pinned_breaking, lambda_end * gaps.row(i).sum(), force * L, i);
       }
     }
-    if (n > 0) report(FesdCondition::step_equilibration, (e.h - step.elements[n - 1].h) * eta, step.H, n, -1);
+    if (n > 0) report(FesdCondition::step_equilibration, (e.h - step.elements[n - 1].h) * eta, step.H, -1);
   }
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <array>
-#include <string_view>
+#include <vector>
 
 #include "methods/fesd/pivoting_solver.h"
 
@@ -27,45 +26,28 @@ enum class FesdCondition {
   pinned_breaking,        ///< lambda_n^i(right end of n-1) sum_j f_c^i(q_nj) = 0                    (open question 1)
   step_length,            ///< sum_n h_n = H
 };
-constexpr int kFesdConditions = static_cast<int>(FesdCondition::step_length) + 1;
-
-std::string_view name(FesdCondition condition);
-std::string_view formula(FesdCondition condition);
-
-/// Largest relative residual of each condition, and where it was found.
-struct FesdResiduals {
-  struct Entry {
-    double value = 0;
-    double t = 0;  ///< start of the step [s]
-    int element = 0, contact = -1;
-  };
-  std::array<Entry, kFesdConditions> worst;
-
-  double largest() const;
-};
-
 /// Evaluates every condition of `step` afresh from q_nj, v_nj, lambda_nj, Lambda_n, h_n: none of the solver's formulas
 /// are used. Residuals are relative to the size of the terms that cancel: |q| + h |v| for positions, |v| + h max(|M^-1
 /// f_v|, |M^-1 J_n lambda|) for velocities; gaps to sum_k |J_n,k q_k| + H sum_k |J_n,k v_k|, forces to the largest
 /// contact force or load J_n' M^-1 f_v / G of the step, normal velocities to sum_k |J_n,k v_k| + H G force, impulses to
 /// m |v|; products to the product of both sizes. Indicators in eta_n are normalised in the same way.
-/// @param previous  the left neighbour, or null
-/// @param residuals  updated with this step
 class FesdAudit {
  public:
   /// @param pinned  whether the solver claims to fulfil FesdCondition::pinned_breaking
   FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool pinned);
+  /// @param previous  the left neighbour, or null; @param t  start of the step [s]
   void add(const FesdStep& step, const FesdStep* previous, double t);
 
-  const FesdResiduals& residuals() const { return residuals_; }
+  /// One entry per condition, in the order of FesdCondition.
+  const std::vector<Residual>& residuals() const { return residuals_; }
 
  private:
-  void report(FesdCondition condition, double residual, double size, int element, int contact);
+  void report(FesdCondition condition, double residual, double size, int contact);
 
   const Problem& problem_;
   const ButcherTableau tableau_;
   const bool stiffly_accurate_, pinned_;
-  FesdResiduals residuals_;
+  std::vector<Residual> residuals_;
   double t_ = 0;
 };
 

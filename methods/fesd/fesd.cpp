@@ -71,7 +71,7 @@ class Fesd final : public Method {
       solution.v = step.last().v1;
       solution.t = k + 1 == settings.steps ? info.end_time : (k + 1) * H;
     }
-    if (audit) solution.max_residual = audit->residuals().largest();
+    if (audit) solution.residuals = audit->residuals();
     return solution;
   }
 

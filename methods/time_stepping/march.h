@@ -28,7 +28,10 @@ class March {
     Lambda_t = Vector::Zero(problem.info().n_lambda_t);
     active.reserve(problem.n_c());
     was_pressed_.assign(problem.n_c(), false);
-    if (settings.audit) solution.max_residual = 0;
+    if (settings.audit) {
+      solution.residuals = {
+          {.name = "contact law", .formula = "0 <= z _|_ M z + q >= 0, the contact problem of each step"}};
+    }
   }
   March(const March&) = delete;
   March& operator=(const March&) = delete;
@@ -47,7 +50,12 @@ class March {
   bool solve_contacts(Vector& velocity, const Vector& shift, const Vector& present) {
     if (contacts.solve(velocity, shift, present) != LcpStatus::solved) return false;
     if (settings.audit) {
-      solution.max_residual = std::max(solution.max_residual, contacts.residual(velocity, shift, present));
+      Residual& worst = solution.residuals.front();
+      const double value = contacts.residual(velocity, shift, present);
+      if (value > worst.value) {
+        worst.value = value;
+        worst.t = solution.t;
+      }
     }
     Lambda_n += contacts.Lambda_n();
     Lambda_t += contacts.Lambda_t();

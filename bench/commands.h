@@ -1,0 +1,18 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace ricochet {
+
+// One function per command of the program: adds its options and says what it does when it is called. The commands set
+// `exit_code` to 1 when a run or a check failed; InputError means exit code 2.
+
+void add_list_command(CLI::App& app, int& exit_code);
+void add_run_command(CLI::App& app, int& exit_code);
+void add_audit_command(CLI::App& app, int& exit_code);
+void add_order_command(CLI::App& app, int& exit_code);
+void add_precision_command(CLI::App& app, int& exit_code);
+void add_report_command(CLI::App& app, int& exit_code);
+void add_check_command(CLI::App& app, int& exit_code);
+
+}  // namespace ricochet

@@ -1,0 +1,101 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/commands.h"
+#include "bench/problem_options.h"
+#include "methods/registry.h"
+#include "reports/table.h"
+
+namespace ricochet {
+namespace {
+
+struct Options {
+  ProblemOptions problem;
+  std::string method;
+};
+
+/// The method's own equations, as it reports them.
+Table residual_table(const Problem& problem, const Solution& solution) {
+  Table table;
+  table.title = "Equations of the method: largest relative residual over all steps";
+  table.columns = {{"equation", true}, {"formula", true}, {"residual"}, {"in the step from t"}, {"contact", true}};
+  for (const auto& r : solution.residuals) {
+    table.rows.push_back({r.name, r.formula, r.value > 0 ? fmt::format("{:.2e}", r.value) : "0",
+                          r.value > 0 ? fmt::format("{:.6g}", r.t) : "-",
+                          r.contact >= 0 ? problem.info().contacts[r.contact].name : "-"});
+  }
+  return table;
+}
+
+/// What every motion must respect, measured on the grid points of the run.
+Table invariant_table(const Problem& problem, const Solution& solution) {
+  Table table;
+  table.title = "Invariants on the grid points";
+  table.columns = {{"invariant", true}, {"value"}, {"at t"}};
+  const auto& info = problem.info();
+  std::vector<double> lowest(info.n_c(), 0), lowest_time(info.n_c(), 0);
+  double gain = 0, gain_time = 0;
+  std::optional<double> energy = problem.energy(info.q0, info.v0);
+  const std::optional<double> first = energy;
+  for (const auto& sample : solution.samples) {
+    const Vector gap = problem.gap(sample.q);
+    for (int i = 0; i < info.n_c(); ++i) {
+      if (gap[i] >= lowest[i]) continue;
+      lowest[i] = gap[i];
+      lowest_time[i] = sample.t;
+    }
+    if (!first) continue;
+    const double change = *problem.energy(sample.q, sample.v_plus) - *first;
+    if (change > gain) {
+      gain = change;
+      gain_time = sample.t;
+    }
+  }
+  for (int i = 0; i < info.n_c(); ++i) {
+    table.rows.push_back({fmt::format("deepest penetration of contact '{}' [m]", info.contacts[i].name),
+                          fmt::format("{:.3g}", -lowest[i]), fmt::format("{:.6g}", lowest_time[i])});
+  }
+  if (first) {
+    table.rows.push_back(
+        {"largest energy above the initial one [J]", fmt::format("{:.3g}", gain), fmt::format("{:.6g}", gain_time)});
+    table.rows.push_back({"energy at the end minus at the start [J]",
+                          fmt::format("{:.6g}", *problem.energy(solution.q, solution.v) - *first),
+                          fmt::format("{:.6g}", solution.t)});
+  }
+  return table;
+}
+
+}  // namespace
+
+void add_audit_command(CLI::App& app, int& exit_code) {
+  static Options options;
+  auto* command = app.add_subcommand("audit", "every equation of a method and every invariant, residual by residual");
+  options.problem.add_problem(*command);
+  options.problem.add_settings(*command);
+  command->add_option("problem_id", options.problem.problem, "scene id");
+  command->add_option("method_spec,--method,-m", options.method, "method")->required();
+  command->callback([&exit_code] {
+    const auto problem = options.problem.make_problem();
+    const auto method = make_method(options.method);
+    Settings settings = options.problem.settings();
+    if (settings.steps == 0 && !method->info().is_adaptive) settings.steps = 200;
+    if (settings.tolerance == 0 && method->info().is_adaptive) settings.tolerance = 1e-10;
+    settings.audit = true;
+    settings.recording = Recording::grid;
+    const Solution solution = method->solve(*problem, settings);
+    fmt::print("{} on {}, {}\n", options.method, problem->info().id,
+               method->info().is_adaptive ? fmt::format("tolerance {:g}", settings.tolerance)
+                                          : fmt::format("{} steps", settings.steps));
+    fmt::print("status: {}{}\n\n", to_string(solution.status), solution.message.empty() ? "" : ": " + solution.message);
+    if (solution.residuals.empty())
+      fmt::print("This method reports no equations of its own.\n\n");
+    else
+      fmt::print("{}\n", residual_table(*problem, solution).text());
+    if (!solution.samples.empty()) fmt::print("{}\n", invariant_table(*problem, solution).text());
+    if (!solution.succeeded()) exit_code = 1;
+  });
+}
+
+}  // namespace ricochet

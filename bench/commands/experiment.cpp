@@ -1,0 +1,65 @@
+#include <fmt/format.h>
+
+#include "bench/commands.h"
+#include "bench/run_experiment.h"
+#include "problems/input_error.h"
+#include "reports/tables.h"
+
+namespace ricochet {
+namespace {
+
+struct Options {
+  std::string experiment;
+  RunOptions run;
+  bool without_times = false;
+  bool all = false;
+};
+
+void add_options(CLI::App& command, Options& options) {
+  command.add_option("experiment", options.experiment, "name, see `ricochet list experiments`, or a file")->required();
+  command.add_option("-o,--out", options.run.folder, "folder for the results file")->capture_default_str();
+  command.add_flag("--quick", options.run.quick, "leave out runs above 20000 steps, measure times three times only");
+  command.add_option("--time-limit", options.run.time_limit, "wall time per run in seconds")->capture_default_str();
+  command.add_flag("--all", options.all, "print every run");
+}
+
+Results run(Options& options, const std::string& command) {
+  options.run.command_line =
+      fmt::format("ricochet {} {}{}", command, options.experiment, options.run.quick ? " --quick" : "");
+  const std::string path = run_experiment(read_experiment(options.experiment), options.run);
+  fmt::print("results: {}\n\n", path);
+  return read_results(path);
+}
+
+}  // namespace
+
+void add_order_command(CLI::App& app, int&) {
+  static Options options;
+  auto* command = app.add_subcommand("order", "run an experiment and print its orders of convergence");
+  add_options(*command, options);
+  command->add_flag("--no-times", options.without_times, "do not measure times");
+  command->callback([] {
+    options.run.with_times = !options.without_times;
+    const Results results = run(options, "order");
+    fmt::print("{}\n", order_summary(results).text());
+    const Table failed = failures(results);
+    if (!failed.rows.empty()) fmt::print("{}\n", failed.list());
+    if (options.all) fmt::print("{}\n", order_details(results).text());
+  });
+}
+
+void add_precision_command(CLI::App& app, int&) {
+  static Options options;
+  auto* command = app.add_subcommand("precision", "run an experiment and print its speed against its error");
+  add_options(*command, options);
+  command->callback([] {
+    const Results results = run(options, "precision");
+    if (results.header.contains("overhead_of"))
+      fmt::print("{}\n", overhead(results).text());
+    else
+      fmt::print("{}\n", time_to_reach(results).text());
+    if (options.all) fmt::print("{}\n", precision_details(results).text());
+  });
+}
+
+}  // namespace ricochet

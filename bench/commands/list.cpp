@@ -1,0 +1,47 @@
+#include <fmt/format.h>
+
+#include "bench/commands.h"
+#include "bench/experiment.h"
+#include "methods/registry.h"
+#include "problems/registry.h"
+
+namespace ricochet {
+namespace {
+
+void list_problems() {
+  fmt::print("problems (--problem ID)\n");
+  for (const auto& scene : scenes()) {
+    fmt::print("  {:<20} {}\n  {:<20}   hard: {}\n", scene.id, scene.title, "", scene.hard_feature);
+  }
+  fmt::print("  {:<20} any scene file, --scene FILE or --scene FILE#ID\n\n", "");
+}
+
+void list_methods() {
+  fmt::print("methods (--method SPEC)\n");
+  for (const auto& method : methods()) {
+    fmt::print("  {:<20} {}\n  {:<20}   {}\n", method.name, method.summary, "", method.usage);
+    if (!method.make) fmt::print("  {:<20}   not built: {}\n", "", method.not_built);
+  }
+  fmt::print("\n");
+}
+
+void list_experiments() {
+  fmt::print("experiments\n");
+  for (const auto& name : experiment_names()) fmt::print("  {:<20} {}\n", name, read_experiment(name).title);
+}
+
+}  // namespace
+
+void add_list_command(CLI::App& app, int&) {
+  static std::string what = "all";
+  auto* command = app.add_subcommand("list", "what there is: problems, methods, experiments");
+  command->add_option("what", what, "methods, problems or experiments")
+      ->check(CLI::IsMember({"all", "methods", "problems", "experiments"}));
+  command->callback([] {
+    if (what == "all" || what == "problems") list_problems();
+    if (what == "all" || what == "methods") list_methods();
+    if (what == "all" || what == "experiments") list_experiments();
+  });
+}
+
+}  // namespace ricochet

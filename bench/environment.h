@@ -1,0 +1,17 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+namespace ricochet {
+
+/// What a measurement must be read with: git revision, compiler and flags, library versions, processor, frequency
+/// scaling, date.
+nlohmann::json environment();
+
+/// Hash of this program's own file: results of another build are not the same results.
+std::string program_hash();
+
+/// 16 hexadecimal digits that change with the text.
+std::string hash_of(const std::string& text);
+
+}  // namespace ricochet

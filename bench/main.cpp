@@ -1,0 +1,36 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <exception>
+
+#include "bench/commands.h"
+#include "problems/input_error.h"
+
+/// The program `ricochet`. Exit codes: 0 all went well, 1 a run or a check failed, 2 bad usage or bad input.
+int main(int argc, char** argv) {
+  CLI::App app{"Ricochet: methods for rigid-body motion with impacts, their accuracy and their speed"};
+  app.require_subcommand(1);
+  app.footer(
+      "Examples:\n"
+      "  ricochet run --problem two_balls_spring --method fesd:gauss:4 --steps 200\n"
+      "  ricochet order two_balls_order\n"
+      "  ricochet report out/results/two_balls_order.jsonl -o out/report");
+  int exit_code = 0;
+  for (const auto add :
+       {ricochet::add_list_command, ricochet::add_run_command, ricochet::add_audit_command, ricochet::add_order_command,
+        ricochet::add_precision_command, ricochet::add_report_command, ricochet::add_check_command}) {
+    add(app, exit_code);
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const ricochet::InputError& error) {
+    fmt::print(stderr, "ricochet: {}\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "ricochet: {}\n", error.what());
+    return 1;
+  }
+  return exit_code;
+}

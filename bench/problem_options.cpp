@@ -1,0 +1,48 @@
+#include "bench/problem_options.h"
+
+#include <charconv>
+
+#include "problems/input_error.h"
+#include "problems/registry.h"
+#include "problems/scene_file/scene_file.h"
+
+namespace ricochet {
+
+void ProblemOptions::add_problem(CLI::App& command) {
+  auto* by_id = command.add_option("--problem,-p", problem, "scene id, see `ricochet list problems`");
+  auto* by_file = command.add_option("--scene,-s", scene, "scene file, or FILE#ID for one of several in a file");
+  by_id->excludes(by_file);
+  command.add_option("--set", changes, "NAME=VALUE, a parameter of the problem; may be repeated");
+}
+
+void ProblemOptions::add_settings(CLI::App& command) {
+  command.add_option("--steps,-N", steps, "number of steps, of a fixed-step method");
+  command.add_option("--tolerance", tolerance, "tolerance, of an error-controlled method");
+  command.add_option("--time-limit", time_limit, "wall time in seconds; 0 is none");
+}
+
+std::unique_ptr<Problem> ProblemOptions::make_problem() const {
+  ParameterChanges parameters;
+  for (const auto& change : changes) {
+    const auto equals = change.find('=');
+    if (equals == std::string::npos || equals == 0) throw InputError("--set", change, "NAME=VALUE is required");
+    double value = 0;
+    const char *begin = change.data() + equals + 1, *end = change.data() + change.size();
+    const auto [rest, error] = std::from_chars(begin, end, value);
+    if (error != std::errc() || rest != end) throw InputError("--set", change, "the value must be a number");
+    parameters[change.substr(0, equals)] = value;
+  }
+  if (!scene.empty()) return read_scene_file(scene, parameters);
+  if (problem.empty()) throw InputError("--problem", "''", "a scene id, or --scene with a file, is required");
+  return ricochet::make_problem(problem, parameters);
+}
+
+Settings ProblemOptions::settings() const {
+  Settings settings;
+  settings.steps = steps;
+  settings.tolerance = tolerance;
+  settings.time_limit = time_limit;
+  return settings;
+}
+
+}  // namespace ricochet

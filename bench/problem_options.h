@@ -1,0 +1,29 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "methods/method.h"
+#include "problems/problem.h"
+
+namespace ricochet {
+
+/// The options that choose a problem and a setting: --problem or --scene, --set, --steps, --tolerance, --time-limit.
+struct ProblemOptions {
+  std::string problem, scene;
+  std::vector<std::string> changes;
+  int steps = 0;
+  double tolerance = 0;
+  double time_limit = 0;
+
+  void add_problem(CLI::App& command);
+  void add_settings(CLI::App& command);
+
+  /// @throws InputError
+  std::unique_ptr<Problem> make_problem() const;
+  Settings settings() const;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+
+namespace ricochet {
+
+/// One line on a terminal that says how far long work has come and how long it will take. Silent when stderr is a file.
+class Progress {
+ public:
+  explicit Progress(std::string title);
+  ~Progress() { finish(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void update(double share, const std::string& what);
+  void finish();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::string title_;
+  bool is_terminal_, is_shown_ = false;
+  Clock::time_point begin_, last_;
+};
+
+}  // namespace ricochet

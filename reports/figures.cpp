@@ -1,0 +1,281 @@
+#include "reports/figures.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+
+#include "problems/input_error.h"
+#include "reports/order_fit.h"
+
+namespace ricochet {
+namespace {
+
+/// "fesd:radau-iia:3,..." -> family "fesd:radau-iia", member "3"; "moreau_jean,theta=1" -> "moreau_jean,theta=1", "".
+struct MethodName {
+  std::string family, member;
+};
+
+MethodName take_apart(const std::string& method) {
+  const std::string name = method.substr(0, method.find(','));
+  const auto colon = name.rfind(':');
+  if (colon == std::string::npos || name.find(':') == colon) return {method, ""};
+  return {name.substr(0, colon), name.substr(colon + 1)};
+}
+
+struct Style {
+  std::string color;
+  int point;  // gnuplot's point type
+};
+
+// Four steps of one hue per family, dark for many stages, so that a family reads as one; colours after ColorBrewer
+// (Blues, Oranges), which keep their order in print and for colour-blind readers.
+/// A method keeps its colour in all figures of its results.
+Style style_of(const Results& results, const std::string& method) {
+  const auto all = results.methods();
+  const auto index = static_cast<std::size_t>(std::find(all.begin(), all.end(), method) - all.begin());
+  static const std::map<std::string, std::vector<std::string>> ramps = {
+      {"fesd:radau-iia", {"#9ecae1", "#6baed6", "#2171b5", "#08306b"}},
+      {"fesd:gauss", {"#fdae6b", "#fd8d3c", "#d94801", "#7f2704"}},
+  };
+  static const std::vector<std::string> others = {"#238b45", "#6a51a3", "#525252", "#969696", "#ae017e", "#8c6d31"};
+  static const std::vector<int> points = {7, 5, 9, 13};
+  const auto [family, member] = take_apart(method);
+  if (const auto ramp = ramps.find(family); ramp != ramps.end() && !member.empty()) {
+    const auto k = std::clamp<std::size_t>(static_cast<std::size_t>(std::atoi(member.c_str())), 1, 4) - 1;
+    return {ramp->second[k], points[k]};
+  }
+  return {others[index % others.size()], points[index % points.size()]};
+}
+
+std::string family_title(const std::string& family) {
+  static const std::map<std::string, std::string> names = {
+      {"fesd:radau-iia", "FESD-J Radau IIA"}, {"fesd:gauss", "FESD-J Gauss"}, {"time stepping", "Time stepping"}};
+  const auto known = names.find(family);
+  return known != names.end() ? known->second : family;
+}
+
+/// "FESD-J Gauss 4", or the title that the method gives itself.
+std::string label_of(const Record& record) {
+  const auto [family, member] = take_apart(record.method);
+  return member.empty() || !family.starts_with("fesd:") ? record.title : family_title(family) + " " + member;
+}
+
+const std::string kHead = R"(set encoding utf8
+set terminal svg size {0},{1} dynamic font "Helvetica,14" background "#ffffff"
+set border 3 lc rgb "#404040"
+set tics nomirror textcolor rgb "#404040"
+set grid lc rgb "#e4e4e4" lt 1 lw 0.7
+set key noenhanced
+set title noenhanced
+set xlabel noenhanced
+set ylabel noenhanced
+)";
+
+std::string block(const std::string& name, const std::vector<std::pair<double, double>>& points) {
+  std::string text = fmt::format("${} << EOD\n", name);
+  for (const auto& [x, y] : points) text += fmt::format("{:.10g} {:.10g}\n", x, y);
+  return text + "EOD\n";
+}
+
+/// Decades that contain all values, as gnuplot range.
+std::pair<double, double> decades(const std::vector<double>& values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return {std::pow(10, std::floor(std::log10(*low))), std::pow(10, std::ceil(std::log10(*high)))};
+}
+
+}  // namespace
+
+bool can_draw() {
+  return std::system("gnuplot --version >/dev/null 2>&1") == 0;
+}
+
+FigureFolder::FigureFolder(std::string folder) : folder_(std::move(folder)) {
+  std::error_code error;
+  std::filesystem::create_directories(folder_, error);
+  if (error) throw InputError("report folder", folder_, error.message());
+}
+
+void FigureFolder::draw(const std::string& name, const std::string& script) const {
+  const auto path = std::filesystem::path(folder_) / (name + ".gp");
+  {
+    std::ofstream file(path);
+    file << script;
+    if (!file.flush()) throw InputError("figure", path.string(), "cannot be written");
+  }
+  const std::string command = fmt::format("cd '{}' && gnuplot '{}.gp' 2>'{}.log'", folder_, name, name);
+  if (std::system(command.c_str()) != 0)
+    throw InputError("figure", name, fmt::format("gnuplot failed, see {}/{}.log", folder_, name));
+  std::filesystem::remove(std::filesystem::path(folder_) / (name + ".log"));
+}
+
+std::vector<Figure> FigureFolder::order(const Results& results) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> families;  // in the order of the results
+  for (const auto& method : results.methods()) {
+    if (results.of(method).front()->steps == 0) continue;
+    const auto [family, member] = take_apart(method);
+    const std::string key = member.empty() ? "time stepping" : family;
+    const auto known = std::find_if(families.begin(), families.end(), [&](const auto& f) { return f.first == key; });
+    if (known == families.end())
+      families.push_back({key, {method}});
+    else
+      known->second.push_back(method);
+  }
+
+  std::vector<Figure> figures;
+  for (const auto& [family, methods] : families) {
+    std::vector<double> steps, errors;
+    for (const auto& method : methods) {
+      for (const Record* run : results.of(method)) {
+        steps.push_back(run->h_bar);
+        if (run->has_error()) errors.push_back(std::max(run->error, 1e-16));
+      }
+    }
+    if (errors.empty()) continue;
+    const auto [low, high] = decades(errors);
+    std::string data, plot;
+    const auto add = [&](const std::string& item) { plot += (plot.empty() ? "plot " : ", \\\n     ") + item; };
+    std::size_t index = 0;
+    for (const auto& method : methods) {
+      const Style style = style_of(results, method);
+      std::vector<std::pair<double, double>> solved, failed, replaced, slope;
+      const auto runs = results.of(method);
+      for (const Record* run : runs) {
+        if (run->succeeded())
+          solved.emplace_back(run->h_bar, std::max(run->error, 1e-16));
+        else
+          failed.emplace_back(run->h_bar, high);
+      }
+      for (const auto& other : results.records) {
+        if (other.instead_of == method && other.has_error()) replaced.emplace_back(other.h_bar, other.error);
+      }
+      const std::string name = fmt::format("s{}", index);
+      data += block(name, solved);
+      const auto fit = fit_order(runs);
+      if (fit) {  // a line of the nominal order through the middle of the window
+        std::vector<const Record*> window;
+        for (const Record* run : runs) {
+          if (run->has_error() && run->steps >= fit->first_steps && run->steps <= fit->last_steps)
+            window.push_back(run);
+        }
+        double x = 0, y = 0;
+        for (const Record* run : window) {
+          x += std::log10(run->h_bar) / static_cast<double>(window.size());
+          y += std::log10(run->error) / static_cast<double>(window.size());
+        }
+        for (const Record* end : {window.front(), window.back()}) {
+          slope.emplace_back(end->h_bar, std::pow(10, y + runs.front()->nominal_order * (std::log10(end->h_bar) - x)));
+        }
+        data += block(name + "_slope", slope);
+        add(fmt::format("${}_slope with lines lc rgb '{}' lw 1 dt 2 notitle", name, style.color));
+      }
+      const std::string fitted =
+          fit ? fmt::format(", slope {:.2f} ± {:.2f}", fit->slope, fit->half_width) : ", not asymptotic";
+      add(fmt::format("${} with linespoints lc rgb '{}' lw 1.6 pt {} ps 0.55 title '{}{}'", name, style.color,
+                      style.point, label_of(*results.of(method).front()), fitted));
+      if (!failed.empty()) {
+        data += block(name + "_failed", failed);
+        add(fmt::format("${}_failed with points lc rgb '{}' pt 2 ps 1 lw 2 notitle", name, style.color));
+      }
+      if (!replaced.empty()) {
+        data += block(name + "_replaced", replaced);
+        add(fmt::format("${}_replaced with points lc rgb '{}' pt 6 ps 1 lw 1.6 notitle", name, style.color));
+      }
+      ++index;
+    }
+    std::string file = "order_" + family;
+    std::replace(file.begin(), file.end(), ':', '_');
+    std::replace(file.begin(), file.end(), ' ', '_');
+    std::string script = fmt::format(fmt::runtime(kHead), 640, 640);
+    script += data;
+    script += fmt::format("set output '{}.svg'\n", file);
+    script += script += fmt::format("set title '{}'\n", family_title(family));
+    script += "set logscale xy\nset format x '10^{%L}'\nset format y '10^{%L}'\n";
+    const auto [finest, coarsest] = std::minmax_element(steps.begin(), steps.end());
+    script += fmt::format("set xrange [{:.3g}:{:.3g}]\nset yrange [{:.3g}:{:.3g}]\n", *finest / 1.6, *coarsest * 1.6,
+                          low, high);
+    script += "set xlabel 'step length h̄ = T / (N_sim N_FE)  [s]'\nset ylabel 'error E(T)'\n";
+    script += "set key outside below left vertical maxrows 4 reverse Left samplen 2 spacing 1.15\n";
+    draw(file, script + plot + "\n");
+    figures.push_back(
+        {file + ".svg", "Order: " + family,
+         "Max-norm error of the final state over the mean length of a Runge-Kutta step. Dashed: the nominal order. "
+         "Crosses on the upper frame: runs without a solution; open circles: the same runs with elements added as "
+         "needed."});
+  }
+  return figures;
+}
+
+Figure FigureFolder::work_precision(const Results& results) {
+  std::vector<double> errors, times;
+  for (const auto& record : results.records) {
+    if (!record.has_error() || !record.timing || !record.instead_of.empty()) continue;
+    errors.push_back(std::max(record.error, 1e-16));
+    times.push_back(record.timing->median * 1e3);
+  }
+  if (errors.empty())
+    throw InputError("work-precision figure", results.experiment(), "no run of these results was timed");
+  const auto [low, high] = decades(errors);
+  std::string data, plot;
+  std::size_t index = 0;
+  for (const auto& method : results.methods()) {
+    const Style style = style_of(results, method);
+    std::vector<std::pair<double, double>> points;
+    for (const Record* run : results.of(method)) {
+      if (run->has_error() && run->timing) points.emplace_back(std::max(run->error, 1e-16), run->timing->median * 1e3);
+    }
+    if (!points.empty()) {
+      const std::string name = fmt::format("w{}", index);
+      data += block(name, points);
+      plot += fmt::format("{}${} with linespoints lc rgb '{}' lw 1.6 pt {} ps 0.5 title '{}'",
+                          plot.empty() ? "plot " : ", \\\n     ", name, style.color, style.point,
+                          label_of(*results.of(method).front()));
+    }
+    ++index;
+  }
+  std::string script = fmt::format(fmt::runtime(kHead), 980, 620);
+  script += data;
+  script += "set output 'work_precision.svg'\nset logscale xy\nset format x '10^{%L}'\nset format y '10^{%L}'\n";
+  script += fmt::format("set xrange [{:.3g}:{:.3g}]\n", low, high);
+  script +=
+      "set xlabel 'error E(T)'\nset ylabel 'CPU time [ms]'\nset key outside right center reverse Left samplen 2 "
+      "spacing 1.2\n";
+  draw("work_precision", script + plot + "\n");
+  return {"work_precision.svg", "Speed against error",
+          "Median CPU time of a whole run over the error of its final state: down and left is better. Every point is "
+          "one run with "
+          "another step length or tolerance."};
+}
+
+Figure FigureFolder::trajectory(const Trajectory& trajectory) {
+  const std::size_t n_q = trajectory.q.empty() ? 0 : trajectory.q.front().size();
+  static const std::vector<std::string> colors = {"#2171b5", "#d94801", "#238b45", "#6a51a3", "#525252", "#ae017e"};
+  std::string data, positions, velocities;
+  for (std::size_t k = 0; k < n_q; ++k) {
+    std::vector<std::pair<double, double>> q, v;
+    for (std::size_t s = 0; s < trajectory.t.size(); ++s) {
+      q.emplace_back(trajectory.t[s], trajectory.q[s][k]);
+      v.emplace_back(trajectory.t[s], trajectory.v[s][k]);
+    }
+    data += block(fmt::format("q{}", k), q) + block(fmt::format("v{}", k), v);
+    const std::string& color = colors[k % colors.size()];
+    positions += fmt::format("{}$q{} with lines lc rgb '{}' lw 1.8 title 'q_{}'", k ? ", " : "plot ", k, color, k + 1);
+    velocities += fmt::format("{}$v{} with lines lc rgb '{}' lw 1.4 title 'v_{}'", k ? ", " : "plot ", k, color, k + 1);
+  }
+  std::string script = fmt::format(fmt::runtime(kHead), 980, 560);
+  script +=
+      data + "set output 'trajectory.svg'\nset multiplot layout 2,1\nset lmargin 9\nset key right top horizontal\n";
+  script += "set ylabel 'position'\nset format x ''\n" + positions + "\n";
+  script += "set ylabel 'velocity'\nset format x '%g'\nset xlabel 't [s]'\n" + velocities + "\nunset multiplot\n";
+  draw("trajectory", script);
+  return {"trajectory.svg", "Motion",
+          fmt::format("{} as {} computes it. Velocities jump at impacts.", trajectory.problem, trajectory.method)};
+}
+
+}  // namespace ricochet

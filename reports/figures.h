@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "reports/record.h"
+
+namespace ricochet {
+
+/// A figure that was drawn.
+struct Figure {
+  std::string file;  ///< SVG, relative to the report folder
+  std::string title, caption;
+};
+
+/// Draws with gnuplot (Debian: gnuplot-nox), which writes SVG for log-log plots without further ado. The gnuplot script
+/// of each figure stays beside it.
+class FigureFolder {
+ public:
+  /// @throws InputError when the folder cannot be written
+  explicit FigureFolder(std::string folder);
+
+  /// Error over step length, one figure per family of methods, with lines of the nominal order. Failed runs are crosses
+  /// on the upper frame, runs that replace them open circles.
+  std::vector<Figure> order(const Results& results);
+
+  /// CPU time over error, all methods. Failed runs are crosses on the right frame.
+  Figure work_precision(const Results& results);
+
+  /// Positions and velocities over time; velocities jump.
+  Figure trajectory(const Trajectory& trajectory);
+
+ private:
+  void draw(const std::string& name, const std::string& script) const;
+
+  std::string folder_;
+};
+
+/// Whether gnuplot can be run.
+bool can_draw();
+
+}  // namespace ricochet

@@ -1,0 +1,166 @@
+#include "reports/page.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "problems/input_error.h"
+#include "reports/figures.h"
+#include "reports/tables.h"
+
+namespace ricochet {
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* const kStyle = R"(
+:root { color-scheme: light; }
+body { font: 16px/1.5 "Helvetica Neue", Helvetica, Arial, sans-serif; color: #222; margin: 2.5rem auto; max-width: 68rem; padding: 0 1.25rem; }
+h1 { font-size: 1.7rem; margin-bottom: .2rem; }
+h2 { font-size: 1.25rem; margin-top: 2.6rem; border-bottom: 1px solid #ddd; padding-bottom: .25rem; }
+p.lead { color: #555; max-width: 46rem; }
+p.warning { background: #fff4e0; border-left: 4px solid #d94801; padding: .5rem .8rem; }
+figure { margin: 1.4rem 0; }
+figure svg { width: 100%; height: auto; }
+figcaption { color: #555; font-size: .9rem; }
+figure.table figcaption { color: #222; font-weight: 600; font-size: 1rem; margin-bottom: .4rem; }
+.figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(28rem, 1fr)); gap: 1rem 1.5rem; }
+.scroll { overflow-x: auto; }
+details .scroll { max-height: 36rem; overflow-y: auto; }
+table { border-collapse: collapse; font-size: .85rem; font-variant-numeric: tabular-nums; }
+th, td { padding: .2rem .7rem; text-align: right; white-space: nowrap; }
+th { border-bottom: 1px solid #888; background: #fff; position: sticky; top: 0; }
+td { border-bottom: 1px solid #eee; }
+th.text, td.text { text-align: left; }
+td.text { max-width: 34rem; white-space: normal; }
+p.note { color: #666; font-size: .85rem; }
+code, pre { font: .85rem/1.45 "DejaVu Sans Mono", Menlo, Consolas, monospace; }
+pre { background: #f6f6f6; padding: .8rem 1rem; overflow-x: auto; }
+summary { cursor: pointer; color: #2171b5; }
+)";
+
+void write_file(const fs::path& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text;
+  if (!file.flush()) throw InputError("report file", path.string(), "cannot be written");
+}
+
+std::string read_file(const fs::path& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// HTML and Markdown, written side by side.
+class Document {
+ public:
+  explicit Document(fs::path folder) : folder_(std::move(folder)) {}
+
+  void heading(const std::string& text) {
+    html_ += fmt::format("<h2>{}</h2>\n", escape_html(text));
+    markdown_ += fmt::format("\n## {}\n\n", text);
+  }
+  void paragraph(const std::string& text, const char* css_class = "lead") {
+    html_ += fmt::format("<p class=\"{}\">{}</p>\n", css_class, escape_html(text));
+    markdown_ += text + "\n\n";
+  }
+  void code(const std::string& text) {
+    html_ += fmt::format("<pre>{}</pre>\n", escape_html(text));
+    markdown_ += "```\n" + text + "\n```\n\n";
+  }
+  void figures(const std::vector<Figure>& list) {
+    html_ += list.size() > 1 ? "<div class=\"figures\">\n" : "<div>\n";
+    for (const auto& figure : list) {
+      std::string svg = read_file(folder_ / figure.file);
+      svg = svg.substr(svg.find("<svg"));  // inside a page the XML prologue is not allowed
+      html_ += fmt::format("<figure>{}<figcaption>{}</figcaption></figure>\n", svg, escape_html(figure.caption));
+      markdown_ += fmt::format("![{}]({})\n\n{}\n\n", figure.title, figure.file, figure.caption);
+    }
+    html_ += "</div>\n";
+  }
+  void table(const Table& table, const std::string& name, bool is_long = false) {
+    write_file(folder_ / (name + ".csv"), table.csv());
+    if (is_long) {
+      html_ += fmt::format("<details><summary>{} ({} rows, also in {}.csv)</summary>{}</details>\n",
+                           escape_html(table.title), table.rows.size(), name, table.html());
+    } else {
+      html_ += table.html();
+    }
+    markdown_ += table.markdown() + "\n";
+  }
+
+  const std::string& html() const { return html_; }
+  const std::string& markdown() const { return markdown_; }
+
+ private:
+  fs::path folder_;
+  std::string html_, markdown_;
+};
+
+std::string environment_text(const nlohmann::json& header) {
+  std::string text;
+  const nlohmann::json environment = header.value("environment", nlohmann::json::object());
+  for (const auto& [key, value] : environment.items()) {
+    text += fmt::format("{:<18} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
+  }
+  return text;
+}
+
+void add_experiment(const Results& results, Document& document, FigureFolder& figures, bool draw) {
+  const std::string id = results.experiment();
+  document.heading(results.header.value("title", id));
+  document.paragraph(results.header.value("description", ""));
+  if (!results.is_complete) document.paragraph("These results are not complete: the run was interrupted.", "warning");
+  if (results.header.value("quick", false)) {
+    document.paragraph("Quick run: long runs are left out and times are measured three times only.", "warning");
+  }
+  if (draw) {
+    for (const auto& trajectory : results.trajectories) document.figures({figures.trajectory(trajectory)});
+  }
+  if (results.has_errors()) {
+    if (draw) document.figures(figures.order(results));
+    document.table(order_summary(results), id + "_orders");
+  }
+  const Table failed = failures(results);
+  if (!failed.rows.empty()) document.table(failed, id + "_failures");
+  if (results.has_errors() && results.has_timings()) {
+    if (draw) document.figures({figures.work_precision(results)});
+    document.table(time_to_reach(results), id + "_time_to_reach");
+  }
+  if (results.header.contains("overhead_of")) document.table(overhead(results), id + "_overhead");
+  document.table(order_details(results), id + "_runs", true);
+  if (results.has_timings()) document.table(precision_details(results), id + "_times", true);
+  document.paragraph("Where it was measured, and how to repeat it:", "note");
+  document.code(fmt::format("{}\n{}", results.header.value("command", ""), environment_text(results.header)));
+}
+
+}  // namespace
+
+std::string write_report(const std::vector<std::string>& paths, const std::string& folder) {
+  FigureFolder figures(folder);
+  Document document(folder);
+  const bool draw = can_draw();
+  if (!draw) document.paragraph("The figures are missing: gnuplot was not found.", "warning");
+  std::string title;
+  for (const auto& path : paths) {
+    const Results results = read_results(path);
+    title += (title.empty() ? "" : ", ") + results.experiment();
+    add_experiment(results, document, figures, draw);
+    fs::copy_file(path, fs::path(folder) / fs::path(path).filename(), fs::copy_options::overwrite_existing);
+  }
+  const fs::path index = fs::path(folder) / "index.html";
+  write_file(fs::path(folder) / "report.md", "# Ricochet: " + title + "\n" + document.markdown());
+  write_file(index,
+             fmt::format(
+                 "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+                 "content=\"width=device-width, initial-scale=1\"><title>Ricochet: {}</title><style>{}</style></head>\n"
+                 "<body><h1>Ricochet</h1>\n<p class=\"lead\">Accuracy and speed of methods for rigid-body motion with "
+                 "impacts.</p>\n{}</body></html>\n",
+                 escape_html(title), kStyle, document.html()));
+  return index.string();
+}
+
+}  // namespace ricochet

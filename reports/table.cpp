@@ -1,0 +1,132 @@
+#include "reports/table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace ricochet {
+namespace {
+
+/// Width in characters of UTF-8 text without combining characters.
+std::size_t width(const std::string& text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](unsigned char c) { return (c & 0xC0U) != 0x80U; }));
+}
+
+std::string pad(const std::string& text, std::size_t to, bool left_aligned) {
+  const std::string space(to - std::min(to, width(text)), ' ');
+  return left_aligned ? text + space : space + text;
+}
+
+}  // namespace
+
+std::string escape_html(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '&')
+      escaped += "&amp;";
+    else if (c == '<')
+      escaped += "&lt;";
+    else if (c == '>')
+      escaped += "&gt;";
+    else if (c == '"')
+      escaped += "&quot;";
+    else
+      escaped += c;
+  }
+  return escaped;
+}
+
+std::string Table::text() const {
+  std::vector<std::size_t> widths;
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    std::size_t widest = width(columns[c].header);
+    for (const auto& row : rows) widest = std::max(widest, width(row[c]));
+    widths.push_back(widest);
+  }
+  std::string out = title.empty() ? "" : title + "\n\n";
+  const auto line = [&](const auto& cell) {
+    std::string text;
+    for (std::size_t c = 0; c < columns.size(); ++c)
+      text += (c ? "  " : "  ") + pad(cell(c), widths[c], columns[c].is_text);
+    text.erase(text.find_last_not_of(' ') + 1);
+    out += text + "\n";
+  };
+  line([&](std::size_t c) { return columns[c].header; });
+  line([&](std::size_t c) { return std::string(widths[c], '-'); });
+  for (const auto& row : rows) line([&](std::size_t c) { return row[c]; });
+  if (!note.empty()) out += "\n  " + note + "\n";
+  return out;
+}
+
+std::string Table::list() const {
+  std::string out = title.empty() ? "" : title + "\n";
+  std::size_t widest = 0;
+  for (const auto& column : columns) widest = std::max(widest, width(column.header));
+  for (const auto& row : rows) {
+    out += "\n";
+    for (std::size_t c = 0; c < columns.size(); ++c)
+      out += fmt::format("  {}  {}\n", pad(columns[c].header, widest, true), row[c]);
+  }
+  if (!note.empty()) out += "\n  " + note + "\n";
+  return out;
+}
+
+std::string Table::markdown() const {
+  std::string out = title.empty() ? "" : "### " + title + "\n\n";
+  const auto escape = [](std::string cell) {
+    for (std::size_t at = 0; (at = cell.find('|', at)) != std::string::npos; at += 2) cell.insert(at, "\\");
+    return cell;
+  };
+  out += "|";
+  for (const auto& column : columns) out += " " + escape(column.header) + " |";
+  out += "\n|";
+  for (const auto& column : columns) out += column.is_text ? ":---|" : "---:|";
+  out += "\n";
+  for (const auto& row : rows) {
+    out += "|";
+    for (const auto& cell : row) out += " " + escape(cell) + " |";
+    out += "\n";
+  }
+  if (!note.empty()) out += "\n" + note + "\n";
+  return out;
+}
+
+std::string Table::html() const {
+  std::string out = "<figure class=\"table\">\n";
+  if (!title.empty()) out += fmt::format("<figcaption>{}</figcaption>\n", escape_html(title));
+  out += "<div class=\"scroll\"><table>\n<thead><tr>";
+  for (const auto& column : columns) {
+    out += fmt::format("<th{}>{}</th>", column.is_text ? " class=\"text\"" : "", escape_html(column.header));
+  }
+  out += "</tr></thead>\n<tbody>\n";
+  for (const auto& row : rows) {
+    out += "<tr>";
+    for (std::size_t c = 0; c < row.size(); ++c) {
+      out += fmt::format("<td{}>{}</td>", columns[c].is_text ? " class=\"text\"" : "", escape_html(row[c]));
+    }
+    out += "</tr>\n";
+  }
+  out += "</tbody></table></div>\n";
+  if (!note.empty()) out += fmt::format("<p class=\"note\">{}</p>\n", escape_html(note));
+  return out + "</figure>\n";
+}
+
+std::string Table::csv() const {
+  const auto quote = [](const std::string& cell) {
+    if (cell.find_first_of(",\"\n") == std::string::npos) return cell;
+    std::string quoted = "\"";
+    for (const char c : cell) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return quoted + "\"";
+  };
+  std::string out;
+  for (std::size_t c = 0; c < columns.size(); ++c) out += (c ? "," : "") + quote(columns[c].header);
+  out += "\n";
+  for (const auto& row : rows) {
+    for (std::size_t c = 0; c < row.size(); ++c) out += (c ? "," : "") + quote(row[c]);
+    out += "\n";
+  }
+  return out;
+}
+
+}  // namespace ricochet
