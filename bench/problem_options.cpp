@@ -1,6 +1,7 @@
 #include "bench/problem_options.h"
 
 #include <charconv>
+#include <cmath>
 
 #include "problems/input_error.h"
 #include "problems/registry.h"
@@ -16,7 +17,9 @@ void ProblemOptions::add_problem(CLI::App& command) {
 }
 
 void ProblemOptions::add_settings(CLI::App& command) {
-  command.add_option("--steps,-N", steps, "number of steps, of a fixed-step method");
+  auto* number = command.add_option("--steps,-N", steps, "number of steps, of a fixed-step method");
+  command.add_option("--step-length", step_length, "length of a step in seconds, which must divide the end time")
+      ->excludes(number);
   command.add_option("--tolerance", tolerance, "tolerance, of an error-controlled method");
   command.add_option("--time-limit", time_limit, "wall time in seconds; 0 is none");
 }
@@ -37,9 +40,18 @@ std::unique_ptr<Problem> ProblemOptions::make_problem() const {
   return ricochet::make_problem(problem, parameters);
 }
 
-Settings ProblemOptions::settings() const {
+Settings ProblemOptions::settings(const Problem& the_problem) const {
   Settings settings;
   settings.steps = steps;
+  if (step_length != 0) {
+    const double count = the_problem.info().end_time / step_length;
+    if (!(step_length > 0) || !std::isfinite(step_length) || count > 1e9 ||
+        std::abs(count - std::round(count)) > 1e-9 * count) {
+      throw InputError("--step-length", step_length,
+                       fmt::format("a positive number that divides T = {} is required", the_problem.info().end_time));
+    }
+    settings.steps = static_cast<int>(std::lround(count));
+  }
   settings.tolerance = tolerance;
   settings.time_limit = time_limit;
   return settings;

@@ -10,11 +10,13 @@
 
 namespace ricochet {
 
-/// The options that choose a problem and a setting: --problem or --scene, --set, --steps, --tolerance, --time-limit.
+/// The options that choose a problem and a setting: --problem or --scene, --set, --steps or
+/// --step-length, --tolerance, --time-limit.
 struct ProblemOptions {
   std::string problem, scene;
   std::vector<std::string> changes;
   int steps = 0;
+  double step_length = 0;
   double tolerance = 0;
   double time_limit = 0;
 
@@ -23,7 +25,7 @@ struct ProblemOptions {
 
   /// @throws InputError
   std::unique_ptr<Problem> make_problem() const;
-  Settings settings() const;
+  Settings settings(const Problem& problem) const;
 };
 
 }  // namespace ricochet

@@ -55,7 +55,7 @@ Table invariant_table(const Problem& problem, const Solution& solution) {
   }
   for (int i = 0; i < info.n_c(); ++i) {
     table.rows.push_back({fmt::format("deepest penetration of contact '{}' [m]", info.contacts[i].name),
-                          fmt::format("{:.3g}", -lowest[i]), fmt::format("{:.6g}", lowest_time[i])});
+                          fmt::format("{:.3g}", std::abs(lowest[i])), fmt::format("{:.6g}", lowest_time[i])});
   }
   if (first) {
     table.rows.push_back(
@@ -79,7 +79,7 @@ void add_audit_command(CLI::App& app, int& exit_code) {
   command->callback([&exit_code] {
     const auto problem = options.problem.make_problem();
     const auto method = make_method(options.method);
-    Settings settings = options.problem.settings();
+    Settings settings = options.problem.settings(*problem);
     if (settings.steps == 0 && !method->info().is_adaptive) settings.steps = 200;
     if (settings.tolerance == 0 && method->info().is_adaptive) settings.tolerance = 1e-10;
     settings.audit = true;

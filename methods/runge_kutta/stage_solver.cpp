@@ -58,6 +58,7 @@ StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, 
   Dq_.assign(n_s_, Matrix::Zero(n_q_, n_q_));
   Dv_ = Dq_;
   stage_J_.assign(n_s_, Matrix());
+  incoming_q_ = incoming_v_ = stage_dq_ = stage_dv_ = Matrix::Zero(n_q_, 2);
   factors_.reserve(kMaxFactors);
   set_active(std::vector<ContactMode>(static_cast<std::size_t>(n_c), ContactMode::open));
 }
@@ -85,6 +86,7 @@ void StageSolver::set_active(const std::vector<ContactMode>& modes) {
   n_x_ = n_q_ + n_closed;
   r_.resize(n_s_ * n_x_);
   dx_.resize(n_s_ * n_x_);
+  rhs_.resize(n_s_ * n_x_, 2);
   for (auto& J : stage_J_) J.resize(n_q_, n_closed);
 }
 
@@ -343,102 +345,111 @@ StageSolver::Result StageSolver::solve(Stages& step) {
   return Result::no_convergence;
 }
 
+/// One Newton step of a run: how the unknowns respond to the residual and to the variation incoming_q_, incoming_v_ of
+/// the left end, and what that makes of the right end (which becomes the next step's left end).
+void StageSolver::linearize_step(const Coefficients& k, const Stages& step, Matrix& response) {
+  const auto n_closed = static_cast<Eigen::Index>(closed_.size());
+  const double h = k.h;
+  derivatives(step);
+  newton_matrix(k);
+  lu_.compute(K_);
+  ++counters_.matrix_factorizations;
+  for (int j = 0; j < n_s_; ++j) {  // (3), (4) at fixed accelerations
+    stage_dv_ = incoming_v_;
+    stage_dv_.col(1).noalias() += step.a.lazyProduct(tableau_.A.row(j).transpose());
+    stage_dq_ = incoming_q_ + k.hc[j] * incoming_v_;
+    stage_dq_.col(1) += tableau_.c[j] * step.v0;
+    stage_dq_.col(1).noalias() += (2 * h) * step.a.lazyProduct(A2_.row(j).transpose());
+    auto dynamics = rhs_.middleRows(j * n_x_, n_q_);
+    dynamics.noalias() = Dq_[j].lazyProduct(stage_dq_);
+    dynamics.noalias() += Dv_[j].lazyProduct(stage_dv_);
+    dynamics.col(0) += r_.segment(j * n_x_, n_q_);
+    if (n_closed == 0) continue;
+    auto gaps = rhs_.middleRows(j * n_x_ + n_q_, n_closed);
+    gaps.noalias() = stage_J_[j].transpose().lazyProduct(stage_dq_);
+    gaps /= h * h;
+    gaps.col(0) += r_.segment(j * n_x_ + n_q_, n_closed);
+    gaps.col(1) -= 2 / h * r_.segment(j * n_x_ + n_q_, n_closed);
+  }
+  response = lu_.solve(rhs_);
+  response *= -1;
+  counters_.linear_solves += 2;
+
+  incoming_q_ += h * incoming_v_;  // (5)
+  incoming_q_.col(1) += step.v0;
+  for (int l = 0; l < n_s_; ++l) {
+    const auto dw = response.middleRows(l * n_x_, n_q_);
+    incoming_q_ += k.h2bA[l] * dw;
+    incoming_v_ += k.hb[l] * dw;
+    incoming_q_.col(1) += (2 * h * bA_[l]) * step.a.col(l);
+    incoming_v_.col(1) += tableau_.b[l] * step.a.col(l);
+  }
+}
+
+/// Value of the switch function at the right end of a run, and its slope: constant part, per unit of h.
+double StageSolver::switch_function(const Stages& last, const Switch& end, double h, Eigen::RowVector2d& slope) {
+  slope.setZero();
+  double value = 0;
+  if (end.kind == Switch::Kind::gap_closes) {
+    problem_.gap(last.q1.data(), gap_.data());
+    problem_.normal_jacobian(last.q1.data(), J_n_.data());
+    const auto& contact = problem_.info().contacts[end.contact];
+    const double* J = J_n_.data() + contact.normal_begin;
+    for (const int row : contact.support) slope += *J++ * incoming_q_.row(row);
+    value = gap_[end.contact];
+    if (end.starts_at_zero) {
+      value /= h;
+      slope /= h;
+      slope[1] -= value / h;
+    }
+    return value;
+  }
+  const auto closed_index = std::find(closed_.begin(), closed_.end(), end.contact) - closed_.begin();
+  const Matrix& response = run_response_[run_length_ - 1];
+  for (int l = 0; l < n_s_; ++l) {
+    value += tableau_.right_end[l] * last.lambda_n(end.contact, l);
+    slope += tableau_.right_end[l] * response.row(l * n_x_ + n_q_ + closed_index);
+  }
+  return value;
+}
+
 StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Switch& end, double max_h) {
   set_active(run.front().modes);
-  const Vector& weights = tableau_.right_end;
-  const bool is_gap = end.kind == Switch::Kind::gap_closes;
-  if (!is_gap && weights.size() == 0) return Result::singular;
-  const auto closed_index = std::find(closed_.begin(), closed_.end(), end.contact) - closed_.begin();
-  const auto n_closed = static_cast<Eigen::Index>(closed_.size());
+  if (end.kind == Switch::Kind::force_vanishes && tableau_.right_end.size() == 0) return Result::singular;
+  run_length_ = run.size();
   if (run_response_.size() < run.size()) run_response_.resize(run.size());
   Coefficients& k = run_coefficients_;
+  const auto hand_over = [&](std::size_t m) {
+    run[m].h = k.h;
+    if (m == 0) return;
+    run[m].q0 = run[m - 1].q1;
+    run[m].v0 = run[m - 1].v1;
+  };
 
   double h = run.front().h, previous = 0;
-  Matrix incoming(2 * n_q_, 2);  // variation of (q_0, v_0) of the current step: constant, per unit of h
-  Matrix rhs(n_s_ * n_x_, 2);
   for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
     set_length(k, h);
-    incoming.setZero();
+    incoming_q_.setZero();
+    incoming_v_.setZero();
     for (std::size_t m = 0; m < run.size(); ++m) {
-      Stages& step = run[m];
-      step.h = h;
-      if (m > 0) {
-        step.q0 = run[m - 1].q1;
-        step.v0 = run[m - 1].v1;
-      }
-      set_initial_gaps(step, h);
-      stage_values(k, step);
-      residual(k, step);
-      derivatives(step);
-      newton_matrix(k);
-      lu_.compute(K_);
-      ++counters_.matrix_factorizations;
-
-      // Right-hand sides: what the residual changes through the incoming state and through h, at fixed accelerations.
-      for (int j = 0; j < n_s_; ++j) {
-        Matrix dq = incoming.topRows(n_q_) + k.hc[j] * incoming.bottomRows(n_q_);
-        Matrix dv = incoming.bottomRows(n_q_);
-        dv.col(1) += step.a * tableau_.A.row(j).transpose();
-        dq.col(1) += tableau_.c[j] * step.v0 + 2 * h * (step.a * A2_.row(j).transpose());
-        rhs.middleRows(j * n_x_, n_q_) = Dq_[j] * dq + Dv_[j] * dv;
-        rhs.col(0).segment(j * n_x_, n_q_) += r_.segment(j * n_x_, n_q_);
-        if (n_closed == 0) continue;
-        rhs.middleRows(j * n_x_ + n_q_, n_closed) = stage_J_[j].transpose() * dq / (h * h);
-        rhs.col(0).segment(j * n_x_ + n_q_, n_closed) += r_.segment(j * n_x_ + n_q_, n_closed);
-        rhs.col(1).segment(j * n_x_ + n_q_, n_closed) -= 2 / h * r_.segment(j * n_x_ + n_q_, n_closed);
-      }
-      Matrix& response = run_response_[m];
-      response = -lu_.solve(rhs);
-      counters_.linear_solves += 2;
-      end_values(k, step);
-
-      // Variation of (5): the incoming state of the next step.
-      Matrix dq1 = incoming.topRows(n_q_) + h * incoming.bottomRows(n_q_);
-      Matrix dv1 = incoming.bottomRows(n_q_);
-      for (int l = 0; l < n_s_; ++l) {
-        const auto dw = response.middleRows(l * n_x_, n_q_);
-        dq1 += k.h2bA[l] * dw;
-        dv1 += k.hb[l] * dw;
-        dq1.col(1) += 2 * h * bA_[l] * step.a.col(l);
-        dv1.col(1) += tableau_.b[l] * step.a.col(l);
-      }
-      dq1.col(1) += step.v0;
-      incoming << dq1, dv1;
+      hand_over(m);
+      set_initial_gaps(run[m], h);
+      stage_values(k, run[m]);
+      residual(k, run[m]);
+      linearize_step(k, run[m], run_response_[m]);
+      end_values(k, run[m]);
     }
     ++counters_.inner_iterations;
+    Eigen::RowVector2d slope;
+    const double value = switch_function(run.back(), end, h, slope);
+    const double full_dh = -(value + slope[0]) / slope[1];
+    if (!std::isfinite(full_dh)) return Result::singular;
+    const double dh = std::clamp(full_dh, -0.7 * h, 2 * h);  // keeps h positive on the way
 
-    // The switch at the right end: value + slope(0) + slope(1) dh = 0.
-    Stages& last = run.back();
-    double value = 0;
-    Eigen::RowVector2d slope = Eigen::RowVector2d::Zero();
-    if (is_gap) {
-      problem_.gap(last.q1.data(), gap_.data());
-      problem_.normal_jacobian(last.q1.data(), J_n_.data());
-      const auto& contact = problem_.info().contacts[end.contact];
-      const double* J = J_n_.data() + contact.normal_begin;
-      for (const int row : contact.support) slope += *J++ * incoming.row(row);
-      value = gap_[end.contact];
-      if (end.starts_at_zero) {
-        value /= h;
-        slope /= h;
-        slope[1] -= value / h;
-      }
-    } else {
-      for (int l = 0; l < n_s_; ++l) {
-        value += weights[l] * last.lambda_n(end.contact, l);
-        slope += weights[l] * run_response_[run.size() - 1].row(l * n_x_ + n_q_ + closed_index);
-      }
-    }
-    double dh = -(value + slope[0]) / slope[1];
-    if (!std::isfinite(dh)) return Result::singular;
-    const double full_dh = dh;
-    dh = std::clamp(dh, -0.7 * h, 2 * h);  // keep h positive on the way
-
-    double size = std::abs(full_dh) / h, scale = 0;
+    double size = std::abs(full_dh) / h;
     for (std::size_t m = 0; m < run.size(); ++m) {
       dx_ = run_response_[m].col(0) + dh * run_response_[m].col(1);
-      const double correction = correct(dx_.data(), h, run[m]);
-      scale = velocity_scale(run[m], h);
+      const double correction = correct(dx_.data(), h, run[m]), scale = velocity_scale(run[m], h);
       size = std::max(size, scale > 0 ? correction / scale : 0.0);
     }
     h += dh;
@@ -451,11 +462,7 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
     if (is_converged) {
       set_length(k, h);
       for (std::size_t m = 0; m < run.size(); ++m) {
-        run[m].h = h;
-        if (m > 0) {
-          run[m].q0 = run[m - 1].q1;
-          run[m].v0 = run[m - 1].v1;
-        }
+        hand_over(m);
         stage_values(k, run[m]);
         end_values(k, run[m]);
       }

@@ -103,6 +103,8 @@ class StageSolver {
   void derivatives(const Stages& step);
   void newton_matrix(const Coefficients& k);
   void newton_correction(const Factor& factor);
+  void linearize_step(const Coefficients& k, const Stages& step, Matrix& response);
+  double switch_function(const Stages& last, const Switch& end, double h, Eigen::RowVector2d& slope);
   double correct(const double* dx, double h, Stages& step) const;
   Factor& factor_for(const Stages& step);
   bool refresh(Factor& factor, const Stages& step);
@@ -137,9 +139,13 @@ class StageSolver {
   std::vector<Matrix> stage_M_, Dq_, Dv_,
       stage_J_;  // per stage: M, d(3)/dq, d(3)/dv, J_n of the closed contacts (n_q x n_closed)
   Eigen::PartialPivLU<Matrix> lu_;
+
+  // A run to a switch: variations have two columns, a constant one and one per unit of h.
   Coefficients run_coefficients_;
-  std::vector<Matrix>
-      run_response_;  // per step of a run: response of the unknowns, n_s n_x x 2: constant, per unit of h
+  Matrix incoming_q_, incoming_v_, stage_dq_, stage_dv_;  // n_q x 2: of the left end of a step, of a stage
+  Matrix rhs_;                                            // n_s n_x x 2
+  std::size_t run_length_ = 0;
+  std::vector<Matrix> run_response_;  // per step, n_s n_x x 2: of the unknowns
 };
 
 }  // namespace ricochet
