@@ -21,6 +21,8 @@ namespace {
 
 // Normal velocities and gaps below this part of their terms are rounding and integration error.
 constexpr double kRest = 1e-9;
+// Flights shorter than this part of end_time could end within CVODE's own first step.
+constexpr double kShortFlight = 1e-3;
 
 /// CVODE's objects, released in the right order.
 class Cvode {
@@ -33,6 +35,7 @@ class Cvode {
     CVodeSStolerances(memory_, tolerance, tolerance);
     CVodeSetUserData(memory_, user_data);
     CVodeSetMaxNumSteps(memory_, 10'000'000);
+    CVodeSetMaxErrTestFails(memory_, 30);
     CVodeSetErrHandlerFn(
         memory_, [](int, const char*, const char*, char*, void*) {}, nullptr);  // statuses say it
     if (integrator == Integrator::adams) {
@@ -133,6 +136,7 @@ class EventLocatedRun {
   Cvode cvode_;
   std::vector<char> is_closed_;
   std::vector<double> last_impact_;
+  double first_step_ = std::numeric_limits<double>::infinity();  // bound for CVODE's first step behind an impact
   Clock::time_point begin_;
   Vector lambda_, gap_, scratch_;
 };
@@ -200,10 +204,17 @@ bool EventLocatedRun::decide_modes(double t, const std::vector<int>& at_root, So
     Lambda_n = impact->Lambda_n;
   }
   std::vector<int> candidates;
+  first_step_ = std::numeric_limits<double>::infinity();
   for (const int i : touching) {
     const double v_n = J.col(i).dot(solution.v);
     is_closed_[i] = false;
-    if (v_n <= kRest * speed_size(i)) candidates.push_back(i);
+    if (v_n <= kRest * speed_size(i)) {
+      candidates.push_back(i);
+    } else {  // if it comes back soon, the first step must end before, or its root is never bracketed
+      dynamics_.acceleration(solution.q.data(), solution.v.data(), scratch_.data(), lambda_.data());
+      const double flight = v_n / (std::abs(J.col(i).dot(scratch_)) + std::numeric_limits<double>::min());
+      if (flight < kShortFlight * problem_.info().end_time) first_step_ = std::min(first_step_, 0.1 * flight);
+    }
   }
   if (!candidates.empty()) {
     const auto closed = dynamics_.closing(solution.q, solution.v, candidates);
@@ -252,6 +263,10 @@ Solution EventLocatedRun::run() {
     std::copy_n(solution.v.data(), n_q_, y + n_q_);
     CVodeReInit(cvode_.memory(), t, cvode_.y());
     CVodeSetStopTime(cvode_.memory(), T);
+    if (first_step_ > 0 && t + first_step_ < T)
+      CVodeSetInitStep(cvode_.memory(), first_step_);
+    else
+      CVodeSetInitStep(cvode_.memory(), 0);
   };
   if (decide_modes(0, {}, solution)) {
     restart(0);

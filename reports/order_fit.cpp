@@ -8,7 +8,6 @@
 namespace ricochet {
 namespace {
 
-constexpr double kAsymptotic = 3e-3;  // of the size of the solution
 constexpr double kRounding = 1e-13;
 constexpr int kFewest = 6;
 
@@ -23,7 +22,7 @@ std::optional<OrderFit> fit_order(const std::vector<const Record*>& runs) {
   }
   std::size_t begin = 0, end = points.size();
   for (std::size_t k = 0; k < points.size(); ++k) {
-    if (points[k]->error >= kAsymptotic * points[k]->solution_size) begin = k + 1;
+    if (points[k]->error >= kAsymptoticError * points[k]->solution_size) begin = k + 1;
   }
   for (std::size_t k = points.size(); k-- > begin;) {
     const double floor = std::max(points[k]->reference_error, kRounding * points[k]->solution_size);

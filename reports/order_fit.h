@@ -26,6 +26,9 @@ struct OrderFit {
   double upper() const { return slope + half_width; }
 };
 
+/// Errors above this part of the solution are not asymptotic.
+constexpr double kAsymptoticError = 3e-3;
+
 /// @param runs  of one fixed-step method, ascending steps (Results::of)
 std::optional<OrderFit> fit_order(const std::vector<const Record*>& runs);
 

@@ -42,7 +42,11 @@ double ratio(double value, double size) {
 }  // namespace
 
 FesdAudit::FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool pinned)
-    : problem_(problem), tableau_(tableau), stiffly_accurate_(tableau.is_stiffly_accurate()), pinned_(pinned) {
+    : problem_(problem),
+      tableau_(tableau),
+      stiffly_accurate_(tableau.is_stiffly_accurate()),
+      pinned_(pinned),
+      gap_size_(Vector::Zero(problem.n_c())) {
   for (const auto& [name, formula] : kTexts) residuals_.push_back({.name = name, .formula = formula});
 }
 
@@ -62,7 +66,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
   const int n_c = info.n_c(), n_s = tableau_.n_s, N = step.n_elements;
 
   // Sizes that belong to the whole step.
-  Vector gap_size = Vector::Zero(n_c), force_size = Vector::Zero(n_c), speed_size = Vector::Zero(n_c);
+  Vector force_size = Vector::Zero(n_c), speed_size = Vector::Zero(n_c);
   double length = 0;
   for (int n = 0; n < N; ++n) {
     const Stages& e = step.elements[n];
@@ -71,7 +75,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     const Vector load = problem_.mass_matrix(e.q0).llt().solve(problem_.force(e.q0, e.v0)).cwiseAbs();
     for (int i = 0; i < n_c; ++i) {
       const double speed = std::max(J.col(i).dot(e.v0.cwiseAbs()), J.col(i).dot(step.v_minus.col(n).cwiseAbs()));
-      gap_size[i] = std::max(gap_size[i], J.col(i).dot(e.q0.cwiseAbs()) + step.H * speed);
+      gap_size_[i] = std::max(gap_size_[i], J.col(i).dot(e.q0.cwiseAbs()) + step.H * speed);
       const double delassus = J.col(i).dot(problem_.mass_matrix(e.q0).llt().solve(J.col(i)));
       force_size[i] = std::max({force_size[i], max_abs(e.lambda_n.row(i)), J.col(i).dot(load) / delassus});
       speed_size[i] = std::max(speed_size[i], speed + step.H * delassus * force_size[i]);
@@ -116,7 +120,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     double eta = 1;
     bool legitimate_jump = max_abs(Lambda) > 0;  // an impulse elsewhere may change a contact force at once
     for (int i = 0; i < n_c; ++i) {
-      const double L = gap_size[i], force = force_size[i];
+      const double L = gap_size_[i], force = force_size[i];
       const double separation = J.col(i).dot(e.v0 + info.contacts[i].eps_r * v_minus);
       const double Lambda_size = momentum > 0 ? momentum / max_abs(J.col(i)) : 0;
       report(FesdCondition::impulse_sign, std::min(Lambda[i], 0.0), Lambda_size, i);

@@ -48,6 +48,7 @@ class FesdAudit {
   const ButcherTableau tableau_;
   const bool stiffly_accurate_, pinned_;
   std::vector<Residual> residuals_;
+  Vector gap_size_;  // over all steps so far: a body at rest at q = 0 still has the rounding of its journey
   double t_ = 0;
 };
 

@@ -38,9 +38,9 @@ class ImpactLaw {
                            Eigen::Ref<Vector> lambda_n, Eigen::Ref<Vector> gap_acceleration);
 
   /// J_n^i' v of a touching contact.
-  double normal_velocity(int contact, const Vector& v) const { return J_n_.col(contact).dot(v); }
+  double normal_velocity(int contact, const Eigen::Ref<const Vector>& v) const { return J_n_.col(contact).dot(v); }
   /// sum_k |J_n,k^i v_k|: what rounding of a normal velocity is measured against.
-  double normal_velocity_scale(int contact, const Vector& v) const {
+  double normal_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const {
     return J_n_.col(contact).cwiseAbs().dot(v.cwiseAbs());
   }
 

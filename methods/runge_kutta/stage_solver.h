@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "methods/runge_kutta/butcher_tableau.h"
+#include "methods/small_inverse.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
 
@@ -37,18 +38,19 @@ struct Switch {
 /// Solves the stage equations of an implicit Runge-Kutta step with a fixed set of closed contacts:
 ///
 ///   v_j = v_0 + h sum_k a_jk w_k                                                        (1)
-///   q_j = q_0 + h c_j v_0 + h^2 sum_k (A^2)_jk w_k                                      (2)
+///   q_j = q_0 + h (sum_k a_jk) v_0 + h^2 sum_k (A^2)_jk w_k                              (2)
 ///   0   = M(q_j) w_j - f_v(q_j,v_j) - B_u u - sum_{i closed} J_n^i(q_j) lambda_j^i      (3)
 ///   0   = f_c^i(q_j),  i closed                                                         (4)
 ///   v_1 = v_0 + h sum_k b_k w_k,   q_1 = q_0 + h v_0 + h^2 sum_k (b'A)_k w_k            (5)
 ///
-/// (1), (2), (5) are the usual q_j = q_0 + h sum a_jk v_k with the stage velocities inserted, c_j = sum_k a_jk.
-/// Unknowns are the accelerations w_j (Stages::a) and the forces lambda_j; Newton on (3), (4) with rows (4) divided by
-/// h^2.
+/// (1), (2), (5) are the usual q_j = q_0 + h sum a_jk v_k with the stage velocities inserted. Unknowns are the
+/// accelerations w_j (Stages::a) and the forces lambda_j; Newton on (3), (4) with rows (4) divided by h^2.
 ///
-/// (4) is evaluated as f_c(q_j) - f_c(q_0) = 0, for an affine gap as J_n' (q_j - q_0) = 0: f_c(q_0) is rounding, and to
-/// remove it within one short step would take forces and velocities far larger than rounding. It is removed when many
-/// steps have gathered more than 1e-13 of the size of q.
+/// (4) is evaluated as f_c(q_j) - f_c(q_0) = 0. Divided by h^2, the rounding of either term would show in the force, so
+/// the difference is taken without them: J_n' (q_j - q_0) for an affine gap; else, as long as J_n hardly changes in the
+/// step, the integral of J_n' (q_j - q_0) along the chord by Gauss quadrature (6). f_c(q_0) itself is rounding that one
+/// short step could remove only with forces far larger than rounding; it is removed when many steps have gathered more
+/// than 1e-13 of the size of q.
 ///
 /// solve() has h given and keeps the inverse Newton matrix from step to step as long as it contracts: for an affine
 /// scene it is exact and one matrix-vector product solves the step. solve_to_switch() has h unknown too, with the
@@ -81,7 +83,7 @@ class StageSolver {
   struct Coefficients {
     double h = 0;
     RowMajorMatrix hA, h2A2;
-    Vector hb, h2bA, hc;
+    Vector hb, h2bA, h_rows;  // h_rows: h times the row sums of A
   };
 
   /// Newton matrix of one h and active set. The inverse is kept, not its factors: it is used many times, and residuals
@@ -99,6 +101,7 @@ class StageSolver {
   void set_initial_gaps(const Stages& step, double h);
   void stage_values(const Coefficients& k, Stages& step);
   void end_values(const Coefficients& k, Stages& step) const;
+  double gap_change(int contact, int stage, const Stages& step);
   void residual(const Coefficients& k, const Stages& step);
   void derivatives(const Stages& step);
   void newton_matrix(const Coefficients& k);
@@ -106,6 +109,7 @@ class StageSolver {
   void linearize_step(const Coefficients& k, const Stages& step, Matrix& response);
   double switch_function(const Stages& last, const Switch& end, double h, Eigen::RowVector2d& slope);
   double correct(const double* dx, double h, Stages& step) const;
+  double velocity_scale(const Stages& step, double h) const;
   Factor& factor_for(const Stages& step);
   bool refresh(Factor& factor, const Stages& step);
 
@@ -119,6 +123,7 @@ class StageSolver {
 
   Matrix A2_;             // A A
   Vector bA_;             // A' b
+  Vector rows_;           // row sums of A; equal to c in all but the smallest Radau IA and Lobatto IIIB methods
   Matrix extrapolation_;  // stage values to those of the next step of equal length; empty when c has equal entries
   Matrix M_;              // constant mass
 
@@ -133,12 +138,15 @@ class StageSolver {
 
   // Work space.
   Vector f_, J_n_, gap_, lambda_, r_, dx_;
+  Vector chord_J_, chord_q_;
   Vector gap0_, kept_gap0_;  // f_c(q_0), and the part of it that (4) removes
   Matrix dq_;                // q_j - q_0 without the rounding of q_j
   Matrix K_, Mq_, Fq_, Fv_, Jq_;
   std::vector<Matrix> stage_M_, Dq_, Dv_,
-      stage_J_;  // per stage: M, d(3)/dq, d(3)/dv, J_n of the closed contacts (n_q x n_closed)
+      stage_J_;      // per stage: M, d(3)/dq, d(3)/dv, J_n of the closed contacts (n_q x n_closed)
+  double load_ = 0;  // largest |f_i| / M_ii of the last residual
   Eigen::PartialPivLU<Matrix> lu_;
+  SmallInverse inverse_;
 
   // A run to a switch: variations have two columns, a constant one and one per unit of h.
   Coefficients run_coefficients_;

@@ -20,9 +20,8 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-
 #include "methods/registry.h"
+#include "methods/small_inverse.h"
 #include "methods/time_stepping/march.h"
 #include "problems/input_error.h"
 
@@ -65,9 +64,10 @@ Solution AnitescuPotra::do_solve(const Problem& problem, const Settings& setting
 
   Matrix M(n_q, n_q), W(n_q, n_q);  // W = M^-1
   Vector f(n_q), no_shift = Vector::Zero(info.n_c()), rebound(info.n_c());
+  SmallInverse inverse;
   const auto factorize = [&] {
     problem.mass_matrix(march.q.data(), M.data());
-    W = M.llt().solve(Matrix::Identity(n_q, n_q));
+    W = inverse.of(M);
     ++counters.mass_factorizations;
   };
   if (info.structure.constant_mass) factorize();

@@ -18,9 +18,8 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
-
 #include "methods/registry.h"
+#include "methods/small_inverse.h"
 #include "methods/time_stepping/march.h"
 #include "problems/input_error.h"
 
@@ -66,13 +65,12 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
 
   Matrix M(n_q, n_q), f_q(n_q, n_q), f_v(n_q, n_q), Mhat(n_q, n_q), W(n_q, n_q);  // W = Mhat^-1
   Vector q_m(n_q), f(n_q), shift(info.n_c());
-  Eigen::PartialPivLU<Matrix> lu(n_q);
+  SmallInverse inverse;
   const auto factorize = [&] {  // (2)
     problem.mass_matrix(q_m.data(), M.data());
     problem.force_jacobians(q.data(), v.data(), info.u.data(), f_q.data(), f_v.data());
     Mhat = M - (h * theta_) * f_v - (h * h * theta_ * theta_) * f_q;
-    lu.compute(Mhat);
-    W = lu.inverse();
+    W = inverse.of(Mhat);
     ++counters.jacobian_evaluations;
     ++counters.matrix_factorizations;
   };

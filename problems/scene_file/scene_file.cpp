@@ -42,8 +42,9 @@ class Field {
   std::size_t size() const { return value_->size(); }
 
   Field at(const std::string& key) const {
-    if (!has(key)) throw InputError(fmt::format("{}.{}: this field is missing", name_, key));
-    return {(*value_)[key], name_.ends_with(": ") ? name_ + key : name_ + "." + key};
+    const std::string child = name_.ends_with(": ") ? name_ + key : name_ + "." + key;
+    if (!has(key)) throw InputError(child + ": this field is missing");
+    return {(*value_)[key], child};
   }
   Field at(std::size_t index) const { return {(*value_)[index], fmt::format("{}[{}]", name_, index)}; }
 
@@ -52,8 +53,9 @@ class Field {
   }
   void require_list(std::size_t length) const {
     require_list();
-    if (size() != length)
-      throw InputError("length of " + name_, size(), fmt::format("{} entries are required", length));
+    if (size() != length) {
+      throw InputError(name_ + ", number of entries", size(), fmt::format("{} are required", length));
+    }
   }
   void require_list() const {
     if (!value_->is_array()) throw InputError(name_, value_->type_name(), "a list is required");
@@ -62,7 +64,9 @@ class Field {
   void allow_only(const std::set<std::string>& known) const {
     require_object();
     for (const auto& [key, unused] : value_->items()) {
-      if (!known.contains(key)) throw_unknown_name("field of " + name_, key, {known.begin(), known.end()});
+      if (!known.contains(key))
+        throw_unknown_name("field of " + name_.substr(0, name_.find_last_not_of(": ") + 1), key,
+                           {known.begin(), known.end()});
     }
   }
 

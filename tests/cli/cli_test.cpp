@@ -1,0 +1,259 @@
+// The program as a user meets it: exit codes, texts, files.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int code;
+  std::string text;  // stdout and stderr
+};
+
+Outcome run(const std::string& arguments) {
+  const std::string command = std::string(RICOCHET_PROGRAM) + " " + arguments + " 2>&1";
+  FILE* pipe = popen(command.c_str(), "r");
+  std::string text;
+  std::array<char, 4096> buffer;
+  while (std::size_t n = fread(buffer.data(), 1, buffer.size(), pipe)) text.append(buffer.data(), n);
+  const int status = pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
+}
+
+std::string test_data(const std::string& name) {
+  return std::string(RICOCHET_TEST_DATA) + "/" + name;
+}
+
+std::string read(const fs::path& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+class Cli : public testing::Test {
+ protected:
+  fs::path folder = fs::temp_directory_path() / ("ricochet_cli_" + std::to_string(getpid()));
+  void SetUp() override { fs::create_directories(folder); }
+  ~Cli() override { fs::remove_all(folder); }
+
+  std::string write(const std::string& name, const std::string& text) {
+    std::ofstream(folder / name) << text;
+    return (folder / name).string();
+  }
+};
+
+#define EXPECT_HAS(text, part) EXPECT_NE((text).find(part), std::string::npos) << (text)
+
+TEST_F(Cli, HelpAndUsage) {
+  EXPECT_EQ(run("--help").code, 0);
+  EXPECT_EQ(run("").code, 2);
+  EXPECT_EQ(run("dance").code, 2);
+  EXPECT_EQ(run("run --steps ten -p bouncing_ball -m fesd:gauss:2").code, 2);
+  const Outcome list = run("list");
+  EXPECT_EQ(list.code, 0);
+  for (const char* name :
+       {"two_balls_spring", "pendulum_wall", "fesd", "moreau_jean", "anitescu_potra", "cvode", "two_balls_order"})
+    EXPECT_HAS(list.text, name);
+}
+
+TEST_F(Cli, RunsAProblem) {
+  const Outcome outcome = run("run --problem two_balls_spring --method fesd:gauss:4 --steps 200");
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_HAS(outcome.text, "status     success");
+  EXPECT_HAS(outcome.text, "impact   t = 0.40385502187692");
+  EXPECT_EQ(run("run --problem two_balls_spring --method cvode:adams --tolerance 1e-10").code, 0);
+  EXPECT_EQ(run("run --problem sliding_block --method moreau_jean --step-length 0.01").code, 0);
+}
+
+TEST_F(Cli, RunsSceneFiles) {
+  EXPECT_EQ(run("run --scene " + test_data("double_pendulum_wall.json") + " --method fesd:gauss:2 --steps 100").code,
+            0);
+  EXPECT_EQ(
+      run("run --scene '" + test_data("ground_truth.json") + "#P8b_spring_table' --method fesd:radau-iia:3 --steps 100")
+          .code,
+      0);
+  EXPECT_EQ(run("run --scene '" + test_data("ground_truth.json") +
+                "#P6a_oblique_slip' --method anitescu_potra --steps 100 --set mu=0.1")
+                .code,
+            0);
+}
+
+TEST_F(Cli, AFailedRunIsExitCodeOne) {
+  const Outcome outcome = run("run --problem two_balls_spring --method fesd:gauss:1 --steps 80");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_HAS(
+      outcome.text,
+      "infeasible: step 34 of 80, from t = 0.4125 s: no solution with N_FE = 2: contact 'ground' would penetrate");
+}
+
+TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"run -p bouncing_bal -m fesd:gauss:2 -N 10", "problem = 'bouncing_bal': unknown; did you mean bouncing_ball?"},
+      {"run -p bouncing_ball -m fsd:gauss:2 -N 10", "method = 'fsd': unknown; did you mean"},
+      {"run -p bouncing_ball -m fesd:gauss:12 -N 10", "stages of gauss = 12: 1 to 9 stages are possible"},
+      {"run -p bouncing_ball -m fesd:gauss:2", "steps = 0: at least one step is required"},
+      {"run -p bouncing_ball -m fesd:gauss:2 -N -3", "steps = -3: at least one step is required"},
+      {"run -p bouncing_ball -m fesd:gauss:2 --step-length -0.1",
+       "--step-length = -0.1: a positive number that divides T = 2 is required"},
+      {"run -p bouncing_ball -m fesd:gauss:2 --step-length nan", "--step-length = nan"},
+      {"run -p bouncing_ball -m cvode:adams --tolerance nan", "tolerance = nan: a number from 1e-15 to 1 is required"},
+      {"run -p bouncing_ball -m fesd:gauss:2 -N 10 --set e=1.1",
+       "contacts[0].e (ground) = 1.1: eps_r in [0, 1] is required"},
+      {"run -p bouncing_ball -m fesd:gauss:2 -N 10 --set e=", "--set = e=: the value must be a number"},
+      {"run -p bouncing_ball -m fesd:gauss:2 -N 10 --set height=0",
+       "gap(q0) >= 0 is required, the scene starts in penetration"},
+      {"run -p bouncing_ball -m fesd:gauss:2 -N 10 --set m=0",
+       "a positive definite, non-singular mass matrix is required"},
+      {"run -p sliding_block -m moreau_jean -N 10 --set mu=-1", "mu >= 0 is required"},
+      {"run -p sliding_block -m fesd:gauss:2 -N 10", "method fesd:gauss:2 cannot run problem sliding_block"},
+      {"run -m fesd:gauss:2 -N 10", "--problem = '': a scene id, or --scene with a file, is required"},
+      {"run --scene /nonexistent.json -m fesd:gauss:2 -N 10", "scene file = /nonexistent.json: cannot be opened"},
+      {"run -p bouncing_ball -m fesd:@/nonexistent.json -N 10", "tableau file = /nonexistent.json: cannot be opened"},
+      {"order no_such_experiment", "experiment = 'no_such_experiment': unknown"},
+      {"report /nonexistent.jsonl", "results file = /nonexistent.jsonl: cannot be opened"},
+      {"check /nonexistent.jsonl --baseline x", "results file = /nonexistent.jsonl: cannot be opened"},
+  };
+  for (const auto& [arguments, message] : cases) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.code, 2) << arguments << "\n" << outcome.text;
+    EXPECT_HAS(outcome.text, message);
+  }
+}
+
+TEST_F(Cli, SceneFileErrorsShowTheColumn) {
+  const std::string scene =
+      write("scene.json",
+            R"({"params": {"m": "1"}, "q0": ["1"], "v0": ["0"], "T": "1", "M": [["m"]], "f": ["-m*9.81+q[3]"]})");
+  const Outcome outcome = run("run --scene " + scene + " -m fesd:gauss:2 -N 10");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_HAS(outcome.text,
+             "scene.json: f[0], column 9: index out of range, q has 1 entries\n  -m*9.81+q[3]\n          ^");
+}
+
+TEST_F(Cli, AuditsEveryCondition) {
+  const Outcome outcome = run("audit two_balls_spring fesd:radau-iia:3 --steps 100");
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  for (const char* condition :
+       {"stage position", "stage velocity", "end velocity", "impulse balance", "impulse restitution",
+        "closed separation", "cross complementarity", "step equilibration", "pinned breaking", "step length"}) {
+    EXPECT_HAS(outcome.text, condition);
+  }
+  EXPECT_EQ(run("audit pendulum_wall moreau_jean").code, 0);
+}
+
+const char* const kExperiment = R"({
+  "id": "small", "title": "a small experiment", "problem": "two_balls_spring",
+  "reference": {"ground_truth": "tests/data/ground_truth.json", "case": "P2_two_balls_spring"},
+  "methods": [
+    {"method": "fesd:gauss:1", "steps": [80, 90], "on_failure": "fesd:gauss:1,elements=as_needed"},
+    {"method": "fesd:gauss:3", "steps": [60, 75, 95, 120, 150, 190, 240, 300]},
+    {"method": "cvode:adams", "tolerances": [1e-8]}
+  ],
+  "trajectory": {"method": "fesd:gauss:3", "steps": 50}
+})";
+
+TEST_F(Cli, RunsAnExperimentResumesItAndChecksIt) {
+  const std::string experiment = write("small.json", kExperiment), out = (folder / "results").string();
+  const Outcome first = run("order " + experiment + " --no-times -o " + out);
+  ASSERT_EQ(first.code, 0) << first.text;
+  EXPECT_HAS(first.text, "fesd:gauss:3");
+  EXPECT_HAS(first.text, "fesd:gauss:1,elements=as_needed: error");
+  EXPECT_HAS(first.text, "ricochet run --problem two_balls_spring --method fesd:gauss:1 --steps 80");
+  const std::string results = out + "/small.jsonl", complete = read(results);
+
+  // The same again: nothing is run.
+  ASSERT_EQ(run("order " + experiment + " --no-times -o " + out).code, 0);
+  EXPECT_EQ(read(results), complete);
+
+  // Interrupted behind the fourth row, inside the fifth: continued without repeating or losing a row.
+  std::istringstream lines(complete);
+  std::string partial, line;
+  for (int k = 0; k < 5 && std::getline(lines, line); ++k) partial += line + "\n";
+  fs::remove(results);
+  write("results/small.jsonl.partial", partial + R"({"kind": "row", "metho)");
+  ASSERT_EQ(run("order " + experiment + " --no-times -o " + out).code, 0);
+  EXPECT_EQ(read(results), complete) << "rows are equal to the last bit, also those computed in another process";
+  EXPECT_FALSE(fs::exists(results + ".partial"));
+
+  // A baseline, kept and broken.
+  const std::string baseline = (folder / "baseline.json").string();
+  ASSERT_EQ(run("check " + results + " --write " + baseline).code, 0);
+  EXPECT_EQ(run("check " + results + " --write " + baseline).code, 2) << "an existing baseline is not replaced";
+  const Outcome holds = run("check " + results + " --baseline " + baseline);
+  EXPECT_EQ(holds.code, 0) << holds.text;
+  nlohmann::json stricter = nlohmann::json::parse(read(baseline));
+  for (auto& entry : stricter["runs"]) {
+    if (entry["method"] == "fesd:gauss:3" && entry["setting"] == "120")
+      entry["error"] = entry["error"].get<double>() / 2;
+  }
+  write("stricter.json", stricter.dump());
+  const Outcome worse = run("check " + results + " --baseline " + (folder / "stricter.json").string());
+  EXPECT_EQ(worse.code, 1) << worse.text;
+  EXPECT_HAS(worse.text, "regression: fesd:gauss:3 at 120: error");
+  EXPECT_EQ(run("check " + results).code, 2);
+  EXPECT_EQ(run("check " + results + " --baseline /nonexistent.json").code, 2);
+}
+
+TEST_F(Cli, WritesAReport) {
+  const std::string experiment = write("small.json", kExperiment), out = (folder / "results").string(),
+                    report = (folder / "report").string();
+  ASSERT_EQ(run("precision " + experiment + " --quick -o " + out).code, 0);
+  const Outcome outcome = run("report " + out + "/small.jsonl -o " + report);
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  const std::string page = read(report + "/index.html"), markdown = read(report + "/report.md");
+  EXPECT_HAS(page, "<svg");
+  EXPECT_HAS(page, "Observed orders");
+  EXPECT_HAS(page, "Time to reach an error");
+  EXPECT_HAS(page, "Quick run");
+  EXPECT_EQ(page.find("src=\"http"), std::string::npos) << "the page needs no server";
+  EXPECT_HAS(markdown, "| fesd:gauss:3 |");
+  for (const char* file : {"order_fesd_gauss.svg", "work_precision.svg", "trajectory.svg", "small_orders.csv",
+                           "small_runs.csv", "small.jsonl"}) {
+    EXPECT_TRUE(fs::exists(fs::path(report) / file)) << file;
+  }
+}
+
+TEST_F(Cli, AnExperimentWithAMistakeLeavesNoResults) {
+  const std::string out = (folder / "results").string();
+  const std::pair<const char*, const char*> cases[] = {
+      {R"({"id": "x", "problem": "two_balls_spring", "methods": [{"method": "fesd:gauss:3", "steps": "nowhere"}]})",
+       "nowhere"},
+      {R"({"id": "x", "problem": "two_balls_spring", "methods": [{"method": "fesd:gauss:3", "steps": [0]}]})",
+       "numbers of steps >= 1"},
+      {R"({"id": "x", "problem": "two_balls_spring", "methods": [{"method": "fesd:gauss:3"}]})",
+       "\"steps\" are required"},
+      {R"({"id": "x", "problem": "two_balls", "methods": []})", "problem = 'two_balls': unknown"},
+      {R"({"id": "x", "problem": "two_balls_spring", "method": []})", "did you mean methods?"},
+      {R"({"id": "x")", "not an experiment"},
+  };
+  for (const auto& [text, message] : cases) {
+    const Outcome outcome = run("order " + write("x.json", text) + " -o " + out);
+    EXPECT_EQ(outcome.code, 2) << text << outcome.text;
+    EXPECT_HAS(outcome.text, message);
+    EXPECT_FALSE(fs::exists(out + "/x.jsonl"));
+  }
+}
+
+TEST_F(Cli, SceneFilesGiveTheSameBitsInEveryProcess) {
+  const std::string arguments =
+      "run --scene '" + test_data("ground_truth.json") + "#P2_two_balls_spring' --method fesd:gauss:4 --steps 300";
+  const auto state = [&] {
+    const std::string text = run(arguments).text;
+    const auto begin = text.find("q          ");
+    return text.substr(begin, text.find("energy") - begin);
+  };
+  const std::string first = state();
+  for (int k = 0; k < 5; ++k) EXPECT_EQ(state(), first);
+}
+
+}  // namespace

@@ -1,0 +1,159 @@
+// Every registered method on every scene. A new method is covered by the examples it registers, a new scene by its
+// name.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "methods/registry.h"
+#include "problems/input_error.h"
+#include "tests/test_data.h"
+
+namespace ricochet {
+namespace {
+
+struct Pair {
+  std::string method, problem_id;
+  std::shared_ptr<const Problem> problem;
+};
+
+/// Pairs that run, or pairs that the method declines.
+std::vector<Pair> pairs_that(bool run) {
+  std::vector<Pair> pairs;
+  const auto problems = all_problems();
+  for (const auto& entry : methods()) {
+    for (const auto& example : entry.examples) {
+      const auto method = make_method(example);
+      for (const auto& problem : problems) {
+        if (method->supports(problem.problem->info()).ok == run)
+          pairs.push_back({example, problem.id, problem.problem});
+      }
+    }
+  }
+  return pairs;
+}
+
+Settings test_settings() {
+  Settings settings;
+  settings.steps = 400;
+  settings.tolerance = 1e-9;
+  settings.audit = true;
+  settings.recording = Recording::grid;
+  settings.time_limit = 20;
+  return settings;
+}
+
+class Conformance : public testing::TestWithParam<Pair> {};
+
+bool same_bits(const Vector& a, const Vector& b) {
+  return a.size() == b.size() &&
+         std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
+}
+
+TEST_P(Conformance, KeepsItsPromises) {
+  const Pair& pair = GetParam();
+  const Problem& problem = *pair.problem;
+  const ProblemInfo& info = problem.info();
+  const auto method = make_method(pair.method);
+  const Solution s = method->solve(problem, test_settings());
+
+  // A status, with a reason and a state, whatever happened.
+  ASSERT_EQ(s.q.size(), info.n_q);
+  ASSERT_EQ(s.v.size(), info.n_q);
+  EXPECT_EQ(s.message.empty(), s.succeeded()) << s.message;
+  EXPECT_TRUE(s.q.allFinite() && s.v.allFinite());
+  if (s.succeeded()) {
+    EXPECT_EQ(s.t, info.end_time) << "it ends exactly at the end";
+  } else {
+    EXPECT_LT(s.t, info.end_time);
+    EXPECT_NE(s.status, Status::non_finite);
+  }
+  EXPECT_LE(s.max_residual(), 1e-12) << "the audit's bound, relative to the terms that cancel";
+  EXPECT_GE(s.counters.force_evaluations, s.counters.steps > 0 ? 1 : 0);
+
+  // Events: in order, impulses push, contacts without impulse carry none.
+  double t = 0;
+  for (const Event& e : s.events) {
+    EXPECT_GE(e.t, t);
+    t = e.t;
+    ASSERT_GE(e.contact, 0);
+    ASSERT_LT(e.contact, info.n_c());
+    if (e.kind == EventKind::impact) EXPECT_GT(e.Lambda_n[e.contact], 0);
+    EXPECT_GE(e.Lambda_n.minCoeff(), 0);
+  }
+
+  // No energy from nowhere: e <= 1 and friction only dissipate. Time stepping gains O(h) on curved constraints and
+  // through explicit forces, so its bound is 1 % of the energy that moves; FESD-J and CVODE keep 1e-5 at these
+  // settings.
+  if (const auto before = problem.energy(info.q0, info.v0)) {
+    double moved = 0.5 * info.v0.dot(problem.mass_matrix(info.q0) * info.v0);
+    for (const auto& sample : s.samples)
+      moved = std::max(moved, 0.5 * sample.v_plus.dot(problem.mass_matrix(sample.q) * sample.v_plus));
+    const bool first_order = method->info().order_impacts <= 1;
+    for (const auto& sample : s.samples) {
+      const double gained = *problem.energy(sample.q, sample.v_plus) - *before;
+      ASSERT_LE(gained, (first_order ? 0.05 : 1e-3) * moved + 1e-12) << "at t = " << sample.t;
+    }
+  }
+
+  // Twice the same bits.
+  const Solution again = method->solve(problem, test_settings());
+  EXPECT_TRUE(same_bits(s.q, again.q) && same_bits(s.v, again.v));
+  EXPECT_EQ(s.counters.force_evaluations, again.counters.force_evaluations);
+  EXPECT_EQ(s.events.size(), again.events.size());
+}
+
+INSTANTIATE_TEST_SUITE_P(AllPairs, Conformance, testing::ValuesIn(pairs_that(true)), [](const auto& test) {
+  return test_name(test.param.method + "_on_" + test.param.problem_id);
+});
+
+TEST(UnsupportedPairs, SayWhyAndAreRefused) {
+  for (const auto& pair : pairs_that(false)) {
+    const auto method = make_method(pair.method);
+    EXPECT_FALSE(method->supports(pair.problem->info()).reason.empty()) << pair.method << " on " << pair.problem_id;
+    EXPECT_THROW(method->solve(*pair.problem, test_settings()), InputError) << pair.method << " on " << pair.problem_id;
+  }
+}
+
+TEST(Registry, EveryMethodIsDescribed) {
+  for (const auto& entry : methods()) {
+    EXPECT_FALSE(entry.summary.empty()) << entry.name;
+    EXPECT_FALSE(entry.usage.empty()) << entry.name;
+    if (!entry.make) {
+      EXPECT_FALSE(entry.not_built.empty()) << entry.name;
+      continue;
+    }
+    EXPECT_FALSE(entry.examples.empty()) << entry.name << " is not covered without examples";
+    for (const auto& example : entry.examples) {
+      const auto info = make_method(example)->info();
+      EXPECT_EQ(info.id, example);
+      EXPECT_FALSE(info.title.empty());
+      EXPECT_FALSE(info.source.empty());
+    }
+  }
+}
+
+TEST(Settings, AreChecked) {
+  const auto problem = make_problem("bouncing_ball");
+  const auto fesd = make_method("fesd:gauss:2"), cvode = make_method("cvode:adams");
+  const auto message = [&](const Method& method, const Settings& settings) {
+    try {
+      method.solve(*problem, settings);
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string("no error");
+  };
+  Settings settings;
+  EXPECT_EQ(message(*fesd, settings), "steps = 0: at least one step is required, h = T / steps > 0");
+  settings.steps = -5;
+  EXPECT_EQ(message(*fesd, settings), "steps = -5: at least one step is required, h = T / steps > 0");
+  EXPECT_EQ(message(*cvode, settings), "tolerance = 0: a number from 1e-15 to 1 is required");
+  settings.tolerance = std::nan("");
+  EXPECT_EQ(message(*cvode, settings), "tolerance = nan: a number from 1e-15 to 1 is required");
+  settings.steps = 10;
+  settings.inner_tolerance = 0;
+  EXPECT_EQ(message(*fesd, settings), "inner_tolerance = 0: a number between 0 and 1 is required");
+}
+
+}  // namespace
+}  // namespace ricochet

@@ -1,0 +1,142 @@
+// Observed orders, fitted by the same rule as in the reports.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "methods/registry.h"
+#include "reference/agreement.h"
+#include "reports/order_fit.h"
+#include "tests/test_data.h"
+
+namespace ricochet {
+namespace {
+
+struct Truth {
+  Vector q, v;
+  double uncertainty;
+};
+
+std::optional<OrderFit> observe(const Problem& problem, const Truth& truth, const std::string& spec,
+                                const std::vector<int>& grid) {
+  const auto method = make_method(spec);
+  std::vector<Record> records;
+  for (const int steps : grid) {
+    Settings settings;
+    settings.steps = steps;
+    const Solution s = method->solve(problem, settings);
+    Record r;
+    r.steps = steps;
+    r.h_bar = problem.info().end_time / steps;
+    r.status = to_string(s.status);
+    r.error = reference::final_state_difference(s.q, s.v, truth.q, truth.v);
+    r.reference_error = truth.uncertainty;
+    r.solution_size = std::max(truth.q.cwiseAbs().maxCoeff(), truth.v.cwiseAbs().maxCoeff());
+    records.push_back(r);
+  }
+  std::vector<const Record*> pointers;
+  for (const auto& r : records) pointers.push_back(&r);
+  return fit_order(pointers);
+}
+
+std::vector<int> logarithmic(double from, double to, int per_decade) {
+  std::vector<int> grid;
+  for (double n = from; n <= to * 1.0001; n *= std::pow(10, 1.0 / per_decade)) {
+    const int steps = static_cast<int>(std::lround(n));
+    if (grid.empty() || steps > grid.back()) grid.push_back(steps);
+  }
+  return grid;
+}
+
+Truth truth_of(const Problem& problem) {
+  const auto reference = reference::make_reference(problem);
+  return {reference.solution.q, reference.solution.v, reference.uncertainty};
+}
+
+/// The bound: within 0.2 of the nominal order, or better.
+constexpr double kSlack = 0.2;
+
+struct Case {
+  const char* method;
+  double order;
+  double from, to;
+};
+
+class TwoBalls : public testing::TestWithParam<Case> {};
+
+TEST_P(TwoBalls, HasItsOrderThroughElasticImpacts) {
+  const auto problem = make_problem("two_balls_spring");
+  const auto& cases = ground_truth();
+  const auto truth =
+      std::find_if(cases.begin(), cases.end(), [](const auto& c) { return c.id == "P2_two_balls_spring"; });
+  const auto fit = observe(*problem, {truth->q, truth->v, 1e-15}, GetParam().method,
+                           logarithmic(GetParam().from, GetParam().to, 12));
+  ASSERT_TRUE(fit);
+  EXPECT_GE(fit->slope, GetParam().order - kSlack) << "window " << fit->first_steps << " .. " << fit->last_steps;
+}
+
+// Grids: from the first N that is asymptotic for the stiff spring, one and a half decades or to rounding.
+INSTANTIATE_TEST_SUITE_P(Methods, TwoBalls,
+                         testing::Values(Case{"fesd:radau-iia:1", 1, 1e5, 1e6}, Case{"fesd:radau-iia:2", 3, 100, 2000},
+                                         Case{"fesd:radau-iia:3", 5, 60, 2000}, Case{"fesd:radau-iia:4", 7, 50, 800},
+                                         Case{"fesd:gauss:1", 2, 1000, 1e5}, Case{"fesd:gauss:2", 4, 100, 2000},
+                                         Case{"fesd:gauss:3", 6, 60, 1200}, Case{"fesd:gauss:4", 8, 50, 500},
+                                         Case{"fesd:lobatto-iiia:3", 4, 100, 2000}, Case{"moreau_jean", 1, 2e4, 2e6},
+                                         Case{"anitescu_potra", 1, 2e4, 2e6}),
+                         [](const auto& test) { return test_name(test.param.method); });
+
+/// Where impacts fall inside their steps makes errors saw-tooth over half a decade; many N average that out.
+constexpr int kDense = 40;
+
+TEST(PendulumWall, OrdersWithANonlinearGap) {
+  const auto problem = make_problem("pendulum_wall");
+  const Truth truth = truth_of(*problem);
+  ASSERT_LE(truth.uncertainty, 1e-9);
+  for (const auto& [method, order, from, to] :
+       {Case{"fesd:radau-iia:2", 3, 30, 1000}, Case{"fesd:radau-iia:3", 5, 10, 200}, Case{"fesd:gauss:2", 4, 20, 1000},
+        Case{"fesd:gauss:3", 6, 8, 60}}) {
+    const auto fit = observe(*problem, truth, method, logarithmic(from, to, kDense));
+    ASSERT_TRUE(fit) << method;
+    EXPECT_GE(fit->slope, order - kSlack) << method << " window " << fit->first_steps << " .. " << fit->last_steps;
+  }
+}
+
+TEST(DoublePendulum, OrdersWithAVaryingMassMatrix) {
+  const auto problem = read_scene_file(test_data("double_pendulum_wall.json"));
+  const Truth truth = truth_of(*problem);
+  ASSERT_LE(truth.uncertainty, 1e-9);
+  for (const auto& [method, order, from, to] :
+       {Case{"fesd:radau-iia:2", 3, 30, 1000}, Case{"fesd:radau-iia:3", 5, 10, 200},
+        Case{"fesd:gauss:2", 4, 15, 1000}}) {
+    const auto fit = observe(*problem, truth, method, logarithmic(from, to, kDense));
+    ASSERT_TRUE(fit) << method;
+    EXPECT_GE(fit->slope, order - kSlack) << method << " window " << fit->first_steps << " .. " << fit->last_steps;
+  }
+}
+
+TEST(SmoothMotion, OrdersWithoutImpacts) {
+  // The wall is out of reach: what remains is the smooth order of each method.
+  const auto problem = make_problem("pendulum_wall", {{"w", 5}});
+  const Truth truth = truth_of(*problem);
+  for (const auto& [method, order, from, to] :
+       {Case{"irk:gauss:2,contacts=ignored", 4, 30, 1000}, Case{"irk:radau-iia:2,contacts=ignored", 3, 30, 1000},
+        Case{"irk:radau-ia:2,contacts=ignored", 3, 30, 1000}, Case{"irk:lobatto-iiia:3,contacts=ignored", 4, 30, 1000},
+        Case{"irk:lobatto-iiib:3,contacts=ignored", 4, 30, 1000},
+        Case{"irk:lobatto-iiic:3,contacts=ignored", 4, 30, 1000}, Case{"irk:gauss:3,contacts=ignored", 6, 18, 90},
+        Case{"moreau_jean", 2, 100, 1e5}, Case{"moreau_jean,theta=1", 1, 1e3, 1e6},
+        Case{"anitescu_potra", 1, 1e3, 1e6}}) {
+    const auto fit = observe(*problem, truth, method, logarithmic(from, to, 12));
+    ASSERT_TRUE(fit) << method;
+    EXPECT_GE(fit->slope, order - kSlack) << method << " window " << fit->first_steps << " .. " << fit->last_steps;
+    EXPECT_LE(fit->slope, order + 1) << method << ": more would be another method";
+  }
+}
+
+TEST(SmoothMotion, MoreauJeanKeepsOrderTwoWithAVaryingMassMatrix) {
+  const auto problem = read_scene_file(test_data("double_pendulum_wall.json"), {{"w", 5}});
+  const auto fit = observe(*problem, truth_of(*problem), "moreau_jean", logarithmic(300, 1e5, 8));
+  ASSERT_TRUE(fit);
+  EXPECT_GE(fit->slope, 2 - kSlack);
+}
+
+}  // namespace
+}  // namespace ricochet

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "problems/problem.h"
+#include "problems/registry.h"
+#include "problems/scene_file/scene_file.h"
+#include "reference/ground_truth.h"
+
+namespace ricochet {
+
+inline std::string test_data(const std::string& name) {
+  return std::string(RICOCHET_TEST_DATA) + "/" + name;
+}
+
+inline const std::vector<reference::GroundTruth>& ground_truth() {
+  static const auto cases = reference::read_ground_truth(test_data("ground_truth.json"));
+  return cases;
+}
+
+inline std::unique_ptr<Problem> ground_truth_problem(const std::string& id) {
+  return read_scene_file(test_data("ground_truth.json") + "#" + id);
+}
+
+/// GoogleTest allows letters, digits and underscores in the name of a test.
+inline std::string test_name(std::string text) {
+  for (char& c : text) {
+    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+  }
+  return text;
+}
+
+/// Every scene the tests run: compiled ones, scene files of the tests, the cases of the ground truth.
+struct NamedProblem {
+  std::string id;
+  std::shared_ptr<const Problem> problem;
+};
+
+inline std::vector<NamedProblem> all_problems() {
+  std::vector<NamedProblem> problems;
+  for (const auto& scene : scenes()) problems.push_back({scene.id, make_problem(scene.id)});
+  for (const char* file : {"double_pendulum_wall", "simultaneous_balls", "touching_row"}) {
+    problems.push_back({file, read_scene_file(test_data(std::string(file) + ".json"))});
+  }
+  for (const auto& truth : ground_truth()) problems.push_back({truth.id, ground_truth_problem(truth.id)});
+  return problems;
+}
+
+}  // namespace ricochet

@@ -1,0 +1,86 @@
+// Counts heap allocations: a time step must not make any. A binary of its own, since it replaces malloc.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "methods/registry.h"
+#include "tests/test_data.h"
+
+namespace {
+bool counting = false;
+long allocations = 0;
+}  // namespace
+
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* malloc(std::size_t size) {
+  if (counting) ++allocations;
+  return __libc_malloc(size);
+}
+}
+
+namespace ricochet {
+namespace {
+
+struct Count {
+  long allocations;
+  std::size_t events;
+};
+
+Count count(const Problem& problem, const std::string& spec, int steps) {
+  const auto method = make_method(spec);
+  Settings settings;
+  settings.steps = steps;
+  allocations = 0;
+  counting = true;
+  const Solution solution = method->solve(problem, settings);
+  counting = false;
+  EXPECT_TRUE(solution.succeeded()) << spec << ": " << solution.message;
+  return {allocations, solution.events.size()};
+}
+
+/// An event that is recorded keeps five vectors, and the list of events may grow.
+constexpr long kPerEvent = 6;
+
+TEST(Allocations, AreCounted) {
+  allocations = 0;
+  counting = true;
+  Eigen::VectorXd x(100);
+  counting = false;
+  EXPECT_EQ(allocations, 1);
+  EXPECT_EQ(x.size(), 100);
+}
+
+struct Case {
+  const char *problem, *method;
+};
+
+class StepWithoutAllocation : public testing::TestWithParam<Case> {};
+
+/// What a run allocates depends on its events, not on its steps.
+TEST_P(StepWithoutAllocation, AllocatesTheSameForTwiceTheSteps) {
+  const auto problem = make_problem(GetParam().problem);
+  const Count few = count(*problem, GetParam().method, 400), many = count(*problem, GetParam().method, 800);
+  const long more_events = std::max(0L, static_cast<long>(many.events) - static_cast<long>(few.events));
+  EXPECT_LE(many.allocations, few.allocations + kPerEvent * more_events)
+      << GetParam().method << " on " << GetParam().problem;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Methods, StepWithoutAllocation,
+    testing::Values(Case{"two_balls_spring", "fesd:gauss:4"}, Case{"two_balls_spring", "fesd:radau-iia:3"},
+                    Case{"two_balls_spring", "fesd:radau-iia:2,elements=as_needed"},
+                    Case{"pendulum_wall", "fesd:gauss:3"}, Case{"bouncing_ball", "fesd:radau-iia:2"},
+                    Case{"two_balls_spring", "irk:gauss:4,contacts=ignored"},
+                    Case{"pendulum_wall", "irk:radau-iia:3,contacts=ignored"}, Case{"bouncing_ball", "moreau_jean"},
+                    Case{"pendulum_wall", "moreau_jean"}, Case{"sliding_block", "moreau_jean"},
+                    Case{"bouncing_ball", "anitescu_potra"}, Case{"sliding_block", "anitescu_potra"}),
+    [](const auto& test) { return test_name(std::string(test.param.problem) + "_" + test.param.method); });
+
+TEST(Allocations, OfAPersistentContact) {
+  const auto resting = make_problem("bouncing_ball", {{"e", 0}});
+  EXPECT_EQ(count(*resting, "fesd:radau-iia:3", 400).allocations, count(*resting, "fesd:radau-iia:3", 800).allocations);
+}
+
+}  // namespace
+}  // namespace ricochet

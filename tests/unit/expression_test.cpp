@@ -1,0 +1,122 @@
+#include "problems/scene_file/expression.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "problems/derivatives/tape.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+class Expression : public testing::Test {
+ protected:
+  GiNaC::symbol m{"m"}, q0{"q[0]"}, q1{"q[1]"};
+  ExpressionNames names{{{"m", m}}, {{"q", {q0, q1}}}};
+
+  double value(const std::string& text) {
+    const Tape tape({parse_expression(text, names, "field")}, {{q0, q1}}, {{m, 2.0}});
+    const double q[2] = {0.3, -1.7};
+    const double* inputs[] = {q};
+    double result = 0;
+    tape.evaluate(inputs, &result);
+    return result;
+  }
+
+  /// The message without the picture below it.
+  std::string error(const std::string& text) {
+    try {
+      parse_expression(text, names, "field");
+    } catch (const InputError& e) {
+      const std::string message = e.what();
+      return message.substr(0, message.find('\n'));
+    }
+    return "no error";
+  }
+};
+
+TEST_F(Expression, FollowsPythonsPrecedence) {
+  const double a = 0.3, b = -1.7, mass = 2.0;
+  EXPECT_DOUBLE_EQ(value("-m**2"), -4);
+  EXPECT_DOUBLE_EQ(value("2**-1"), 0.5);
+  EXPECT_DOUBLE_EQ(value("2**3**2"), 512) << "powers group from the right";
+  EXPECT_DOUBLE_EQ(value("q[0]**-2*q[1]"), b / (a * a)) << "a power binds tighter than the product behind it";
+  EXPECT_DOUBLE_EQ(value("8/4/2"), 1) << "quotients group from the left";
+  EXPECT_DOUBLE_EQ(value("1-2-3"), -4);
+  EXPECT_DOUBLE_EQ(value("m - -q[0]"), mass + a);
+  EXPECT_DOUBLE_EQ(value("m*-q[0]"), -mass * a);
+  EXPECT_DOUBLE_EQ(value(" ( m + 1 ) * q [ 1 ] "), 3 * b);
+  EXPECT_DOUBLE_EQ(value("1.5e-3*m + .5 + 2."), 1.5e-3 * mass + 2.5);
+  EXPECT_DOUBLE_EQ(value("+m"), mass);
+}
+
+TEST_F(Expression, KnowsTheFunctions) {
+  const double a = 0.3, b = -1.7;
+  EXPECT_DOUBLE_EQ(value("sin(q[0])*cos(q[1])"), std::sin(a) * std::cos(b));
+  EXPECT_DOUBLE_EQ(value("sqrt(q[0]*q[0]+q[1]*q[1])"), std::sqrt(a * a + b * b));
+  EXPECT_DOUBLE_EQ(value("atan2(q[1], q[0])"), std::atan2(b, a));
+  EXPECT_DOUBLE_EQ(value("exp(q[0])+log(m)+tanh(q[1])+abs(q[1])"),
+                   std::exp(a) + std::log(2.0) + std::tanh(b) + std::abs(b));
+  EXPECT_DOUBLE_EQ(value("2*pi"), 2 * M_PI);
+}
+
+TEST_F(Expression, ErrorsNameTheColumn) {
+  EXPECT_EQ(error("m+kk"), "field, column 3: unknown name 'kk'; known are m, pi and the functions");
+  EXPECT_EQ(error("m+"), "field, column 3: a number, a name or '(' is expected");
+  EXPECT_EQ(error(""), "field, column 1: a number, a name or '(' is expected");
+  EXPECT_EQ(error("q[2]"), "field, column 1: index out of range, q has 2 entries");
+  EXPECT_EQ(error("q[-1]"), "field, column 3: a whole number is expected as index");
+  EXPECT_EQ(error("w[0]"), "field, column 1: 'w' has no entries; q have");
+  EXPECT_EQ(error("2*(q[0]"), "field, column 8: ')' is expected");
+  EXPECT_EQ(error("sin(q[0],m)"), "field, column 1: sin takes 1 argument(s), not 2");
+  EXPECT_EQ(error("m q[0]"), "field, column 3: an operator or the end of the expression is expected");
+  EXPECT_EQ(error("m^2"), "field, column 2: an operator or the end of the expression is expected");
+  EXPECT_TRUE(error("sinn(m)").starts_with("field, column 1: unknown function 'sinn'; known are abs"));
+  EXPECT_TRUE(error("1/0").starts_with("field, column 1: ")) << error("1/0");
+}
+
+TEST_F(Expression, DeepNestingIsAnErrorNotACrash) {
+  EXPECT_NE(error(std::string(100000, '(')).find("nesting depth"), std::string::npos);
+  EXPECT_NE(error(std::string(100000, '-') + "m").find("nesting depth"), std::string::npos);
+}
+
+TEST_F(Expression, ErrorShowsThePlace) {
+  try {
+    parse_expression("m+kk*2", names, "scene.json: f[0]");
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("\n  m+kk*2\n    ^"), std::string::npos) << e.what();
+  }
+}
+
+TEST(Tape, ComputesEqualSubexpressionsOnce) {
+  const GiNaC::symbol x("x"), y("y");
+  const GiNaC::ex shared = sin(x + y);
+  const Tape tape({shared * shared, shared + x, cos(x + y)}, {{x, y}}, {});
+  EXPECT_EQ(tape.n_operations(), 5) << "x + y, sin, square, sum, cos";
+}
+
+TEST(Tape, FoldsConstants) {
+  const GiNaC::symbol x("x"), k("k");
+  EXPECT_TRUE(Tape({k * 2 + 1}, {{x}}, {{k, 3}}).is_constant());
+  EXPECT_EQ(Tape({k * 2 + 1, sqrt(k)}, {{x}}, {{k, 3}}).n_operations(), 0);
+  EXPECT_FALSE(Tape({k * x}, {{x}}, {{k, 3}}).is_constant());
+}
+
+TEST(Tape, RoundsTheSameHoweverTheSignsAreWritten) {
+  // GiNaC turns k (y - x - l) into -k (x + l - y) or not, depending on memory addresses: both must round alike.
+  const GiNaC::symbol x("x"), y("y"), l("l"), k("k");
+  const Tape tape({k * (y - x - l), -k * (x + l - y), (y - x - l) / k, pow(y - x - l, 3), -pow(x + l - y, 3)},
+                  {{x, y, l, k}}, {});
+  const double input[] = {0.1, 0.7, 0.3, 3.3};
+  const double* inputs[] = {input};
+  double out[5];
+  tape.evaluate(inputs, out);
+  EXPECT_EQ(out[0], out[1]);
+  EXPECT_EQ(out[3], out[4]);
+  EXPECT_LE(tape.n_operations(), 6 + 3) << "they are one value, computed once, with up to three changes of sign";
+}
+
+}  // namespace
+}  // namespace ricochet

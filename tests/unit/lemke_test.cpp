@@ -1,0 +1,159 @@
+#include "methods/complementarity/lemke.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "reference/active_set.h"
+
+namespace ricochet {
+namespace {
+
+/// Largest violation of 0 <= z _|_ M z + q >= 0, relative to the terms.
+double violation(const Matrix& M, const Vector& q, const Vector& z) {
+  const Vector w = M * z + q;
+  if (q.isZero(0) && z.isZero(0)) return 0;
+  const double w_size = (M.cwiseAbs() * z.cwiseAbs() + q.cwiseAbs()).maxCoeff(), z_size = 1 + z.cwiseAbs().maxCoeff();
+  return std::max(
+      {-w.minCoeff() / w_size, -z.minCoeff() / z_size, w.cwiseProduct(z).cwiseAbs().maxCoeff() / (w_size * z_size)});
+}
+
+/// Up to 12 Gauss-Jordan steps on entries of order one.
+constexpr double kRounding = 1e-12;
+
+TEST(Lemke, SolvesRandomPositiveDefiniteProblems) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  for (int n = 1; n <= 12; ++n) {
+    LemkeSolver solver(n);
+    for (int trial = 0; trial < 200; ++trial) {
+      const Matrix B = Matrix::NullaryExpr(n, n, [&] { return normal(random); });
+      const Matrix M = B * B.transpose() + 0.1 * Matrix::Identity(n, n);
+      const Vector q = Vector::NullaryExpr(n, [&] { return normal(random); });
+      Vector z(n);
+      ASSERT_EQ(solver.solve(M, q, z), LcpStatus::solved);
+      ASSERT_LE(violation(M, q, z), kRounding);
+      if (n <= 6) {
+        const auto enumerated = reference::solve_lcp_by_enumeration(M, q);
+        ASSERT_TRUE(enumerated);
+        ASSERT_LE((z - *enumerated).cwiseAbs().maxCoeff(), 1e-9 * (1 + z.maxCoeff()))
+            << "M is a P-matrix: the solution is unique; cond(M) up to 1e3";
+      }
+    }
+  }
+}
+
+/// The friction problem of a point on a plane: copositive, degenerate, redundant facets.
+struct PointOnPlane {
+  Matrix D, M;
+  explicit PointOnPlane(int facets, double mu = 0.35, double mass = 1.2) {
+    const int n = facets + 2;
+    D.setZero(3, facets + 1);
+    D(2, 0) = 1;
+    for (int f = 0; f < facets; ++f) {
+      D(0, 1 + f) = std::cos(2 * M_PI * f / facets);
+      D(1, 1 + f) = std::sin(2 * M_PI * f / facets);
+    }
+    M.setZero(n, n);
+    M.topLeftCorner(facets + 1, facets + 1) = D.transpose() * D / mass;
+    M(n - 1, 0) = mu;
+    M.block(1, n - 1, facets, 1).setOnes();
+    M.block(n - 1, 1, 1, facets).setConstant(-1);
+  }
+  Vector q(const Eigen::Vector3d& v) const {
+    Vector result = Vector::Zero(M.rows());
+    result.head(D.cols()) = D.transpose() * v;
+    return result;
+  }
+};
+
+TEST(Lemke, SolvesDegenerateFrictionProblems) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::uniform_int_distribution<int> exponent(0, 19);
+  for (const int facets : {4, 8, 16}) {
+    const PointOnPlane problem(facets);
+    LemkeSolver solver(facets + 2);
+    for (int trial = 0; trial < 3000; ++trial) {
+      const double scale = std::pow(10, -exponent(random));
+      Eigen::Vector3d v(scale * uniform(random), scale * uniform(random), -0.0098);
+      if (trial % 3 == 0) v[2] = 0;
+      if (trial % 3 == 1) v[2] = -1e-17;
+      if (trial % 7 == 0) v.head<2>().setZero();
+      const Vector q = problem.q(v);
+      Vector z(facets + 2);
+      ASSERT_EQ(solver.solve(problem.M, q, z), LcpStatus::solved) << facets << " facets, v = " << v.transpose();
+      ASSERT_LE(violation(problem.M, q, z), kRounding) << facets << " facets, v = " << v.transpose();
+    }
+  }
+}
+
+TEST(Lemke, TiesEndToo) {
+  // Every ratio is a tie: n equal rows.
+  const int n = 8;
+  const Matrix M = Matrix::Ones(n, n) + 1e-3 * Matrix::Identity(n, n);
+  Vector z(n);
+  LemkeSolver solver(n);
+  EXPECT_EQ(solver.solve(M, -Vector::Ones(n), z), LcpStatus::solved);
+  EXPECT_LE(violation(M, -Vector::Ones(n), z), kRounding);
+  EXPECT_LE(solver.pivots(), 2 * n);
+}
+
+TEST(Lemke, SaysWhenThereIsNoSolution) {
+  Matrix M(1, 1);
+  M << -1;
+  Vector z(1);
+  EXPECT_EQ(LemkeSolver(1).solve(M, Vector::Constant(1, -1), z), LcpStatus::ray);
+}
+
+TEST(Lemke, NonNegativeRightHandSideNeedsNoPivot) {
+  LemkeSolver solver(2);
+  Vector z(2);
+  EXPECT_EQ(solver.solve(Matrix::Identity(2, 2), Vector::Ones(2), z), LcpStatus::solved);
+  EXPECT_EQ(z, Vector(Vector::Zero(2)));
+  EXPECT_EQ(solver.pivots(), 0);
+}
+
+TEST(Lemke, WarmStartNeedsNoPivotWhenTheActiveSetStays) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  const int n = 6;
+  const Matrix B = Matrix::NullaryExpr(n, n, [&] { return normal(random); });
+  const Matrix M = B * B.transpose() + Matrix::Identity(n, n);
+  const Vector q = Vector::NullaryExpr(n, [&] { return normal(random); });
+  LemkeSolver solver(n);
+  Vector z = Vector::Zero(n), cold(n);
+  ASSERT_EQ(solver.solve(M, q, cold), LcpStatus::solved);
+  z = cold;
+  const Vector moved = q * 1.001;
+  EXPECT_EQ(solver.solve_warm(M, moved, z), LcpStatus::solved);
+  EXPECT_EQ(solver.pivots(), 0);
+  EXPECT_LE(violation(M, moved, z), kRounding);
+}
+
+TEST(Lemke, WarmStartFromAWrongActiveSetStillSolves) {
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  const int n = 5;
+  LemkeSolver solver(n);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Matrix B = Matrix::NullaryExpr(n, n, [&] { return normal(random); });
+    const Matrix M = B * B.transpose() + 0.1 * Matrix::Identity(n, n);
+    const Vector q = Vector::NullaryExpr(n, [&] { return normal(random); });
+    Vector z = Vector::NullaryExpr(n, [&] { return std::max(0.0, normal(random)); });
+    ASSERT_EQ(solver.solve_warm(M, q, z), LcpStatus::solved);
+    ASSERT_LE(violation(M, q, z), kRounding);
+  }
+}
+
+TEST(Enumeration, FindsTheKnownSolution) {
+  Matrix M(2, 2);
+  M << 2, 1, 1, 2;
+  const auto z = reference::solve_lcp_by_enumeration(M, Eigen::Vector2d(-5, -6));
+  ASSERT_TRUE(z);
+  EXPECT_NEAR((*z)[0], 4.0 / 3, 1e-15);
+  EXPECT_NEAR((*z)[1], 7.0 / 3, 1e-15);
+}
+
+}  // namespace
+}  // namespace ricochet

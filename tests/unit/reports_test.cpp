@@ -1,0 +1,254 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "bench/results_file.h"
+#include "problems/input_error.h"
+#include "reports/baseline.h"
+#include "reports/order_fit.h"
+#include "reports/tables.h"
+
+namespace ricochet {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Runs of a method of order p: error = c h^p, on a grid that is not made of powers of two.
+std::vector<Record> runs_of_order(double p, double c = 1, const std::string& method = "m") {
+  std::vector<Record> records;
+  for (const int steps :
+       {50, 60, 70, 85, 100, 120, 150, 180, 220, 270, 330, 400, 500, 600, 750, 900, 1100, 1300, 1600, 2000}) {
+    Record r;
+    r.experiment = "e";
+    r.problem = "p";
+    r.method = method;
+    r.title = method;
+    r.steps = steps;
+    r.h_bar = 1.0 / steps;
+    r.nominal_order = p;
+    r.status = "success";
+    r.error = c * std::pow(r.h_bar, p);
+    r.solution_size = 1;
+    r.counters.steps = steps;
+    records.push_back(r);
+  }
+  return records;
+}
+
+std::vector<const Record*> pointers(const std::vector<Record>& records) {
+  std::vector<const Record*> list;
+  for (const auto& r : records) list.push_back(&r);
+  return list;
+}
+
+TEST(OrderFit, FindsTheOrderOfExactData) {
+  for (const double p : {1.0, 2.0, 3.5, 7.0}) {
+    const auto records = runs_of_order(p, 2e-3 * std::pow(50, p));
+    const auto fit = fit_order(pointers(records));
+    ASSERT_TRUE(fit) << p;
+    EXPECT_NEAR(fit->slope, p, 1e-10);
+    EXPECT_NEAR(fit->half_width, 0, 1e-6);
+    EXPECT_EQ(fit->attempted, 20);
+  }
+}
+
+TEST(OrderFit, IntervalCoversTheSlopeOfNoisyData) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0, 0.3);
+  int covered = 0;
+  for (int trial = 0; trial < 400; ++trial) {
+    auto records = runs_of_order(3, 0.1);
+    for (auto& r : records) r.error *= std::pow(10, 0.1 * noise(random));
+    const auto fit = fit_order(pointers(records));
+    ASSERT_TRUE(fit);
+    covered += fit->lower() <= 3 && 3 <= fit->upper();
+  }
+  EXPECT_GE(covered, 365) << "95 % of 400 is 380, standard deviation 4.4";
+}
+
+TEST(OrderFit, WindowLeavesOutWhatIsNotAsymptoticAndWhatIsRounding) {
+  auto records = runs_of_order(4, 1);
+  for (auto& r : records)
+    r.error = std::max(r.error, 3e-13);                // floor: above 10 x 1e-13 of the solution from N = 700 on
+  for (int k = 0; k < 5; ++k) records[k].error = 0.5;  // coarse: no order yet
+  const auto fit = fit_order(pointers(records));
+  ASSERT_TRUE(fit);
+  EXPECT_NEAR(fit->slope, 4, 1e-10);
+  EXPECT_EQ(fit->first_steps, 120);
+  EXPECT_EQ(fit->last_steps, 900);
+}
+
+TEST(OrderFit, FewPointsAreNoFit) {
+  auto records = runs_of_order(1, 3);
+  EXPECT_FALSE(fit_order(pointers(records))) << "errors of 0.3 % of the solution are reached at N = 1000 only";
+}
+
+TEST(OrderFit, DivergenceIsANegativeSlope) {
+  const auto records = runs_of_order(-1, 1e-6);
+  const auto fit = fit_order(pointers(records));
+  ASSERT_TRUE(fit);
+  EXPECT_NEAR(fit->slope, -1, 1e-10);
+}
+
+TEST(LocalSlopes, AreBetweenNeighbours) {
+  auto records = runs_of_order(2);
+  records[3].status = "infeasible";
+  const auto slopes = local_slopes(pointers(records));
+  EXPECT_FALSE(slopes[0]);
+  EXPECT_NEAR(*slopes[1], 2, 1e-10);
+  EXPECT_FALSE(slopes[3]);
+  EXPECT_FALSE(slopes[4]) << "its left neighbour failed";
+}
+
+class Baseline : public testing::Test {
+ protected:
+  std::string path =
+      (fs::temp_directory_path() / ("ricochet_baseline_" + std::to_string(::getpid()) + ".json")).string();
+  ~Baseline() override { fs::remove(path); }
+  Results results;
+
+  void SetUp() override {
+    results.header = {{"experiment", "e"}};
+    results.records = runs_of_order(3, 0.1);
+    results.records[2].status = "infeasible";
+    results.records[2].error = std::nan("");
+    results.is_complete = true;
+    write_baseline(results, path);
+  }
+};
+
+TEST_F(Baseline, HoldsForEqualResults) {
+  const auto check = check_baseline(results, path);
+  EXPECT_TRUE(check.regressions.empty()) << check.regressions.front();
+  EXPECT_EQ(check.compared, 1 + 20);
+}
+
+TEST_F(Baseline, NoticesALowerOrder) {
+  for (auto& r : results.records) r.error = 0.1 * std::pow(r.h_bar, 2.8) * 1e-3;
+  const auto check = check_baseline(results, path);
+  ASSERT_FALSE(check.regressions.empty());
+  EXPECT_EQ(check.regressions.front(), "m: order 3.00 in the baseline, now 2.80");
+}
+
+TEST_F(Baseline, NoticesALargerError) {
+  results.records[7].error *= 1.2;
+  const auto check = check_baseline(results, path);
+  ASSERT_EQ(check.regressions.size(), 1u);
+  EXPECT_TRUE(check.regressions.front().starts_with("m at 180: error 1.715e-08 in the baseline, now 2.058e-08"))
+      << check.regressions.front();
+}
+
+TEST_F(Baseline, NoticesAFailureAndAMissingRun) {
+  results.records[7].status = "infeasible";
+  results.records.pop_back();
+  const auto check = check_baseline(results, path);
+  ASSERT_EQ(check.regressions.size(), 2u);
+  EXPECT_TRUE(check.regressions[0].starts_with("m at 180: succeeded in the baseline, now infeasible"));
+  EXPECT_EQ(check.regressions[1], "m at 2000: this run is missing");
+}
+
+TEST_F(Baseline, MentionsImprovements) {
+  results.records[2].status = "success";
+  results.records[2].error = 0.1 * std::pow(results.records[2].h_bar, 3);
+  for (auto& r : results.records) r.error *= 0.4;
+  const auto check = check_baseline(results, path);
+  EXPECT_TRUE(check.regressions.empty());
+  EXPECT_GE(check.improvements.size(), 10u) << "those well above rounding";
+}
+
+TEST_F(Baseline, BadFiles) {
+  EXPECT_THROW(check_baseline(results, "/nonexistent.json"), InputError);
+  EXPECT_THROW(write_baseline(results, path), InputError) << "an existing file is not replaced";
+  results.header = {{"experiment", "another"}};
+  EXPECT_THROW(check_baseline(results, path), InputError);
+  std::ofstream(path) << "[]";
+  EXPECT_THROW(check_baseline(results, path), InputError);
+}
+
+class ResultsOnDisk : public testing::Test {
+ protected:
+  std::string folder = (fs::temp_directory_path() / ("ricochet_results_" + std::to_string(::getpid()))).string();
+  ~ResultsOnDisk() override { fs::remove_all(folder); }
+  static nlohmann::json header(const std::string& key) {
+    return {{"kind", "header"}, {"schema", 1}, {"experiment", "e"}, {"key", key}};
+  }
+};
+
+TEST_F(ResultsOnDisk, RowsSurviveTheRoundTrip) {
+  auto records = runs_of_order(2);
+  records[1].status = "infeasible";
+  records[1].message = "a \"reason\", with commas";
+  records[1].error = std::nan("");
+  {
+    ResultsFile file(folder, "e", header("k"));
+    for (const auto& r : records) file.append(to_json(r));
+    file.append({{"kind", "timing"}, {"row", 2}, {"timing", to_json(Timing{1, 0.5, 0.7, 1.2, 9})}});
+    file.finish();
+  }
+  const Results results = read_results(folder + "/e.jsonl");
+  EXPECT_TRUE(results.is_complete);
+  ASSERT_EQ(results.records.size(), records.size());
+  EXPECT_EQ(results.records[0].error, records[0].error) << "to the last bit";
+  EXPECT_TRUE(std::isnan(results.records[1].error));
+  EXPECT_EQ(results.records[1].message, records[1].message);
+  ASSERT_TRUE(results.records[2].timing);
+  EXPECT_EQ(results.records[2].timing->repetitions, 9);
+}
+
+TEST_F(ResultsOnDisk, AnInterruptedRunLooksIncompleteAndIsContinued) {
+  const auto records = runs_of_order(2);
+  {
+    ResultsFile file(folder, "e", header("k"));
+    file.append(to_json(records[0]));
+    file.append(to_json(records[1]));
+  }  // interrupted here
+  EXPECT_FALSE(fs::exists(folder + "/e.jsonl"));
+  {
+    std::ofstream file(folder + "/e.jsonl.partial", std::ios::app);
+    file << "{\"kind\": \"row\", \"exper";  // a line cut by the interruption
+  }
+  ResultsFile file(folder, "e", header("k"));
+  ASSERT_EQ(file.taken_over().size(), 2u);
+  file.append(to_json(records[2]));
+  file.finish();
+  EXPECT_EQ(read_results(folder + "/e.jsonl").records.size(), 3u);
+}
+
+TEST_F(ResultsOnDisk, FinishedResultsAreReusedOrKeptAside) {
+  {
+    ResultsFile file(folder, "e", header("k"));
+    file.finish();
+  }
+  EXPECT_TRUE(ResultsFile(folder, "e", header("k")).is_complete());
+  {
+    ResultsFile file(folder, "e", header("another program"));
+    EXPECT_FALSE(file.is_complete());
+    file.finish();
+  }
+  int files = 0;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder)) ++files;
+  EXPECT_EQ(files, 2) << "the older results are still there";
+}
+
+TEST_F(ResultsOnDisk, DamagedFilesAreErrors) {
+  fs::create_directories(folder);
+  std::ofstream(folder + "/bad.jsonl") << "{\"kind\": \"header\", \"schema\": 99}\n";
+  EXPECT_THROW(read_results(folder + "/bad.jsonl"), InputError);
+  std::ofstream(folder + "/bad2.jsonl") << "no json\n";
+  EXPECT_THROW(read_results(folder + "/bad2.jsonl"), InputError);
+  EXPECT_THROW(read_results(folder + "/missing.jsonl"), InputError);
+}
+
+TEST(Table, PrintsInFourWays) {
+  Table table{"title", "note", {{"name", true}, {"value"}}, {{"a|b", "1.5"}, {"<x>, \"y\"", "10"}}};
+  EXPECT_EQ(table.csv(), "name,value\na|b,1.5\n\"<x>, \"\"y\"\"\",10\n");
+  EXPECT_NE(table.markdown().find("| a\\|b | 1.5 |"), std::string::npos) << table.markdown();
+  EXPECT_NE(table.html().find("<td class=\"text\">&lt;x&gt;, &quot;y&quot;</td><td>10</td>"), std::string::npos);
+  EXPECT_NE(table.text().find("  a|b         1.5\n"), std::string::npos) << table.text();
+}
+
+}  // namespace
+}  // namespace ricochet

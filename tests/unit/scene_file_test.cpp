@@ -1,0 +1,145 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "problems/input_error.h"
+#include "tests/test_data.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+/// A small scene that is valid; tests spoil one field of it.
+json good_scene() {
+  return json::parse(R"({
+    "params": {"m": "1", "g": "9.81", "e": "0.5", "mu": "0.2"},
+    "q0": ["0", "1"], "v0": ["1", "0"], "T": "2",
+    "M": [["m", "0"], ["0", "m"]], "f": ["0", "-m*g"],
+    "contacts": [{"name": "floor", "gap": "q[1]", "Jn": ["0", "1"], "Jt": [["1", "0"]], "e": "e", "mu": "mu"}]
+  })");
+}
+
+class SceneFile : public testing::Test {
+ protected:
+  std::string path =
+      (std::filesystem::temp_directory_path() / ("ricochet_scene_" + std::to_string(::getpid()) + ".json")).string();
+  ~SceneFile() override { std::filesystem::remove(path); }
+
+  std::unique_ptr<Problem> read(const json& scene, const ParameterChanges& changes = {}) {
+    std::ofstream(path) << scene.dump();
+    return read_scene_file(path, changes);
+  }
+  std::string error(const json& scene) {
+    try {
+      read(scene);
+    } catch (const InputError& e) {
+      std::string message = e.what();
+      if (message.starts_with(path)) message = "FILE" + message.substr(path.size());
+      return message.substr(0, message.find('\n'));
+    }
+    return "no error";
+  }
+};
+
+TEST_F(SceneFile, ReadsAScene) {
+  const auto p = read(good_scene());
+  EXPECT_EQ(p->n_q(), 2);
+  EXPECT_EQ(p->info().contacts[0].name, "floor");
+  EXPECT_EQ(p->info().contacts[0].mu, 0.2);
+  EXPECT_EQ(p->info().n_lambda_t, 1);
+  EXPECT_EQ(p->force(p->info().q0, p->info().v0), Vector(Eigen::Vector2d(0, -9.81)));
+}
+
+TEST_F(SceneFile, ParametersCanBeChanged) {
+  EXPECT_EQ(read(good_scene(), {{"e", 0.75}})->info().contacts[0].eps_r, 0.75);
+  EXPECT_THROW(read(good_scene(), {{"nothing", 1}}), InputError);
+}
+
+TEST_F(SceneFile, NumbersMayBePlain) {
+  json scene = good_scene();
+  scene["T"] = 2.5;
+  scene["q0"] = {0, 1.25};
+  EXPECT_EQ(read(scene)->info().q0[1], 1.25);
+  EXPECT_EQ(read(scene)->info().end_time, 2.5);
+}
+
+TEST_F(SceneFile, ASceneNeedsNoContact) {
+  json scene = good_scene();
+  scene.erase("contacts");
+  EXPECT_EQ(read(scene)->n_c(), 0);
+}
+
+TEST_F(SceneFile, ErrorsNameTheFieldAndWhatIsAllowed) {
+  const auto spoiled = [&](const std::function<void(json&)>& spoil) {
+    json scene = good_scene();
+    spoil(scene);
+    return error(scene);
+  };
+  EXPECT_EQ(spoiled([](json& s) { s.erase("f"); }), "FILE: f: this field is missing");
+  EXPECT_EQ(spoiled([](json& s) { s["f"][1] = "-m*gg"; }),
+            "FILE: f[1], column 4: unknown name 'gg'; known are e, g, m, mu, pi and the functions");
+  EXPECT_EQ(spoiled([](json& s) { s["f"] = {"0"}; }), "FILE: f, number of entries = 1: 2 are required");
+  EXPECT_EQ(spoiled([](json& s) {
+              s["M"][1] = {"0", "0"};
+            }),
+            "FILE: M(q0) = pivots from 0 to 1: a positive definite, non-singular mass matrix is required");
+  EXPECT_EQ(spoiled([](json& s) {
+              s["M"][0] = {"m", "1"};
+            }),
+            "FILE: M(q0) = not symmetric: a symmetric matrix is required, largest difference 1");
+  EXPECT_EQ(spoiled([](json& s) { s["q0"][1] = "-0.1"; }),
+            "FILE: contacts[0].gap (floor) = -0.1: gap(q0) >= 0 is required, the scene starts in penetration");
+  EXPECT_EQ(spoiled([](json& s) { s["contacts"][0]["e"] = "1.5"; }),
+            "FILE: contacts[0].e (floor) = 1.5: eps_r in [0, 1] is required");
+  EXPECT_EQ(spoiled([](json& s) { s["contacts"][0]["e"] = "-0.5"; }),
+            "FILE: contacts[0].e (floor) = -0.5: eps_r in [0, 1] is required");
+  EXPECT_EQ(spoiled([](json& s) { s["contacts"][0]["mu"] = "-1"; }),
+            "FILE: contacts[0].mu (floor) = -1: mu >= 0 is required");
+  EXPECT_EQ(spoiled([](json& s) { s["contacts"][0].erase("Jt"); }),
+            "FILE: contact 'floor': mu = 0.2: friction needs tangent directions Jt");
+  EXPECT_EQ(spoiled([](json& s) {
+              s["contacts"][0]["Jn"] = {"0", "2"};
+            }),
+            "FILE: contacts[0].Jn[1] = 2: the gradient of the gap is 1 there, not 2");
+  EXPECT_EQ(spoiled([](json& s) { s["contacts"][0]["gap"] = "1"; }),
+            "FILE: contacts[0].Jn[1] = 1: the gradient of the gap is 0 there, not 1");
+  EXPECT_EQ(spoiled([](json& s) { s["T"] = "0"; }), "FILE: T = 0: a positive number of seconds is required");
+  EXPECT_EQ(spoiled([](json& s) { s["T"] = "-1"; }), "FILE: T = -1: a positive number of seconds is required");
+  EXPECT_EQ(spoiled([](json& s) { s["params"]["m"] = "nan"; }), "FILE: params.m = nan: a finite number is required");
+  EXPECT_EQ(spoiled([](json& s) { s["params"]["m"] = "1kg"; }), "FILE: params.m = '1kg': a decimal number is required");
+  EXPECT_NE(
+      spoiled([](json& s) { s["contact"] = "1"; }).find("= 'contact': unknown; did you mean contacts? Known: Bu, M, T"),
+      std::string::npos);
+}
+
+TEST_F(SceneFile, UnreadableFiles) {
+  EXPECT_THROW(read_scene_file("/nonexistent/scene.json"), InputError);
+  std::ofstream(path) << "{\"q0\": [";
+  EXPECT_THROW(read_scene_file(path), InputError);
+  EXPECT_THROW(read_scene_file(test_data("ground_truth.json")), InputError) << "several scenes need a choice";
+  EXPECT_THROW(read_scene_file(test_data("ground_truth.json") + "#P99"), InputError);
+}
+
+TEST(Registry, UnknownNamesComeWithTheNearest) {
+  try {
+    make_problem("bouncing_bal");
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("did you mean bouncing_ball?"), std::string::npos) << e.what();
+  }
+}
+
+TEST(Registry, BadParametersOfACompiledScene) {
+  EXPECT_THROW(make_problem("bouncing_ball", {{"e", 1.5}}), InputError);
+  EXPECT_THROW(make_problem("bouncing_ball", {{"m", 0}}), InputError) << "singular M";
+  EXPECT_THROW(make_problem("bouncing_ball", {{"height", std::nan("")}}), InputError);
+  EXPECT_THROW(make_problem("bouncing_ball", {{"height", -1}}), InputError) << "penetration";
+  EXPECT_THROW(make_problem("sliding_block", {{"mu", -0.1}}), InputError);
+  EXPECT_THROW(make_problem("bouncing_ball", {{"wind", 1}}), InputError);
+}
+
+}  // namespace
+}  // namespace ricochet
