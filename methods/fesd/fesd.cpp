@@ -53,11 +53,11 @@ class Fesd final : public Method {
 
     const ProblemInfo& info = problem.info();
     const double H = info.end_time / settings.steps;
-    solution.q = info.q0;
-    solution.v = info.v0;
+    solver.start(info.q0, info.v0);
+    const Stages* reached = nullptr;  // the last element that was solved
     for (int k = 0; k < settings.steps; ++k) {
       const double t = k * H;
-      const Status status = time_limit.is_over() ? Status::time_limit : solver.advance(solution.q, solution.v, H);
+      const Status status = time_limit.is_over() ? Status::time_limit : solver.advance(H);
       if (status != Status::success) {
         solution.status = status;
         const std::string reason = status == Status::time_limit ? time_limit.message() : solver.failure_message();
@@ -67,10 +67,11 @@ class Fesd final : public Method {
       const FesdStep& step = solver.step();
       record(problem, settings.recording, solver, t, solution);
       if (audit) audit->add(step, solver.has_previous_step() ? &solver.previous_step() : nullptr, t);
-      solution.q = step.last().q1;
-      solution.v = step.last().v1;
+      reached = &step.last();
       solution.t = k + 1 == settings.steps ? info.end_time : (k + 1) * H;
     }
+    solution.q = reached ? reached->q1 : info.q0;
+    solution.v = reached ? reached->v1 : info.v0;
     if (audit) solution.residuals = audit->residuals();
     return solution;
   }

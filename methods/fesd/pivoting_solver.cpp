@@ -59,12 +59,21 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
   force_size_.setZero(n_c_);
 }
 
-Status PivotingSolver::advance(const Vector& q, const Vector& v, double H) {
-  std::swap(step_, previous_);
-  step_->H = H;
-  step_->touches = false;
+void PivotingSolver::start(const Vector& q, const Vector& v) {
+  step_->n_elements = previous_->n_elements = 0;
   step_->elements[0].q0 = q;
   step_->v_minus.col(0) = v;
+}
+
+Status PivotingSolver::advance(double H) {
+  if (step_->n_elements > 0) {
+    std::swap(step_, previous_);
+    step_->elements[0].q0 = previous_->last().q1;
+    step_->v_minus.col(0) = previous_->last().v1;
+  }
+  step_->H = H;
+  step_->touches = false;
+  const Vector& q = step_->elements[0].q0;
   const double before = position_size_;
   for (int k = 0; k < n_q_; ++k) position_size_ = std::max(position_size_, std::abs(q[k]));
   if (position_size_ > before) gap_size_ = position_size_ * normal_size_;
@@ -170,8 +179,10 @@ bool PivotingSolver::begin_element(int element) {
   junction.bounced.clear();
   stages.v0 = v_minus;
   if (n_c_ == 0) return true;
-  Lambda.setZero();
-  std::fill(stages.modes.begin(), stages.modes.end(), ContactMode::open);
+  for (int i = 0; i < n_c_; ++i) {
+    Lambda[i] = 0;
+    stages.modes[i] = ContactMode::open;
+  }
 
   const auto was_closed = [&](int i) { return left && left->modes[i] == ContactMode::closed; };
   problem_.gap(stages.q0.data(), gap_.data());
@@ -258,8 +269,10 @@ bool PivotingSolver::continue_without_switch(int element) {
   Junction& junction = junctions_[element];
   junction.touching.clear();
   if (n_c_ == 0) return true;
-  stages.modes = before.modes;
-  step_->Lambda_n.col(element).setZero();
+  for (int i = 0; i < n_c_; ++i) {
+    step_->Lambda_n(i, element) = 0;
+    stages.modes[i] = before.modes[i];
+  }
   if (!step_->touches) return true;
   for (int i = 0; i < n_c_; ++i) {
     if (stages.modes[i] == ContactMode::closed) junction.touching.push_back(i);

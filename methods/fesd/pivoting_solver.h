@@ -55,9 +55,11 @@ class PivotingSolver {
   PivotingSolver(const PivotingSolver&) = delete;
   PivotingSolver& operator=(const PivotingSolver&) = delete;
 
-  /// Solves the step of length H from (q, v), v before an impact at this instant. The step() of the call before is its
-  /// left neighbour: it tells which contacts were closed.
-  Status advance(const Vector& q, const Vector& v, double H);
+  /// Starts a run at (q, v), v before an impact at this instant.
+  void start(const Vector& q, const Vector& v);
+
+  /// Solves the next step, of length H, from where the step() before ended: that one tells which contacts were closed.
+  Status advance(double H);
 
   const FesdStep& step() const { return *step_; }
   bool has_previous_step() const { return previous_->n_elements > 0; }

@@ -161,8 +161,9 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model) : model_(std::move(model))
     for (int k = 0; k < n_q; ++k) value += gap_velocity.diff(model_.q[k]) * model_.v[k];
     bias.push_back(value);
   }
-  force_q_ = SparseTape(jacobian(total_force_, model_.q), {model_.q, model_.v, model_.u}, constants);
-  force_v_ = SparseTape(jacobian(total_force_, model_.v), {model_.q, model_.v, model_.u}, constants);
+  std::vector<symbol> state = model_.q;
+  state.insert(state.end(), model_.v.begin(), model_.v.end());
+  force_jacobian_ = SparseTape(jacobian(total_force_, state), {model_.q, model_.v, model_.u}, constants);
   mass_q_ = SparseTape(jacobian(momentum, model_.q), {model_.q, a_}, constants);
   contact_q_ = SparseTape(jacobian(contact_force, model_.q), {model_.q, lambda_n_, lambda_t_}, constants);
   gap_bias_ = SparseTape(bias, {model_.q, model_.v}, constants);
@@ -173,7 +174,7 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model) : model_(std::move(model))
       std::all_of(mass_.positions.begin(), mass_.positions.end(), [&](int k) { return k % (n_q + 1) == 0; });
   structure.force_uses_position = depends_on(total_force_, model_.q);
   structure.force_uses_velocity = depends_on(total_force_, model_.v);
-  structure.constant_force_jacobian = force_q_.tape.is_constant() && force_v_.tape.is_constant();
+  structure.constant_force_jacobian = force_jacobian_.tape.is_constant();
   structure.has_potential = model_.potential_energy.has_value();
 }
 
@@ -260,8 +261,12 @@ double SymbolicProblem::potential_energy(const double* q) const {
 
 void SymbolicProblem::force_jacobians(const double* q, const double* v, const double* u, double* f_q,
                                       double* f_v) const {
-  force_q_.evaluate({q, v, u}, f_q);
-  force_v_.evaluate({q, v, u}, f_v);
+  thread_local std::vector<double> both;  // one tape: sines and the like occur in both
+  both.resize(static_cast<std::size_t>(force_jacobian_.size));
+  force_jacobian_.evaluate({q, v, u}, both.data());
+  const auto half = static_cast<std::ptrdiff_t>(both.size() / 2);
+  std::copy(both.begin(), both.begin() + half, f_q);
+  std::copy(both.begin() + half, both.end(), f_v);
 }
 
 void SymbolicProblem::mass_derivative(const double* q, const double* a, double* Ma_q) const {
