@@ -16,6 +16,7 @@ using nlohmann::json;
 
 constexpr double kOrderSlack = 0.1;
 constexpr double kErrorFactor = 1.1;
+constexpr double kErrorFactorOfTolerance = 10;
 constexpr double kErrorRounding = 1e-11;
 
 const Record* find(const Results& results, const std::string& method, const std::string& setting) {
@@ -65,10 +66,11 @@ BaselineCheck check_baseline(const Results& results, const std::string& path) {
       } else if (succeeded) {
         const double then = line.at("error");
         if (then >= kAsymptoticError * run->solution_size) continue;
-        if (!(run->error <= kErrorFactor * then + kErrorRounding * run->solution_size)) {
+        const double factor = run->steps > 0 ? kErrorFactor : kErrorFactorOfTolerance;
+        if (!(run->error <= factor * then + kErrorRounding * run->solution_size)) {
           check.regressions.push_back(
               fmt::format("{}: error {:.3e} in the baseline, now {:.3e}", name, then, run->error));
-        } else if (run->error < 0.5 * then - kErrorRounding * run->solution_size) {
+        } else if (run->error < 0.5 / factor * then - kErrorRounding * run->solution_size) {
           check.improvements.push_back(
               fmt::format("{}: error {:.3e} in the baseline, now {:.3e}", name, then, run->error));
         }

@@ -17,7 +17,9 @@ struct BaselineCheck {
 
 /// Rules. An order may be 0.1 lower than stored, a fraction of what the saw-tooth of impact errors lets a fit scatter.
 /// An error may be 10 % larger, and by 1e-11 of the solution, where compilers and fused multiply-adds change the
-/// rounding. Of runs whose error is not asymptotic (kAsymptoticError) only the success is held.
+/// rounding. An error-controlled method chooses its steps by decisions that a last bit can turn (its errors scattered
+/// by up to 7 between processors), so its error may be 10 times larger. Of runs whose error is not asymptotic
+/// (kAsymptoticError) only the success is held.
 /// @throws InputError when the file cannot be read or belongs to another experiment
 BaselineCheck check_baseline(const Results& results, const std::string& path);
 
