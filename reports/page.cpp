@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 const char* const kStyle = R"(
 :root { color-scheme: light; }
-body { font: 16px/1.5 "Helvetica Neue", Helvetica, Arial, sans-serif; color: #222; margin: 2.5rem auto; max-width: 68rem; padding: 0 1.25rem; }
+body { font: 16px/1.5 "Helvetica Neue", Helvetica, Arial, sans-serif; color: #222; margin: 2.5rem auto; max-width: 76rem; padding: 0 1.25rem; }
 h1 { font-size: 1.7rem; margin-bottom: .2rem; }
 h2 { font-size: 1.25rem; margin-top: 2.6rem; border-bottom: 1px solid #ddd; padding-bottom: .25rem; }
 p.lead { color: #555; max-width: 46rem; }
@@ -34,7 +34,7 @@ th, td { padding: .2rem .7rem; text-align: right; white-space: nowrap; }
 th { border-bottom: 1px solid #888; background: #fff; position: sticky; top: 0; }
 td { border-bottom: 1px solid #eee; }
 th.text, td.text { text-align: left; }
-td.text { max-width: 34rem; white-space: normal; }
+td.long { min-width: 22rem; white-space: normal; }
 p.note { color: #666; font-size: .85rem; }
 code, pre { font: .85rem/1.45 "DejaVu Sans Mono", Menlo, Consolas, monospace; }
 pre { background: #f6f6f6; padding: .8rem 1rem; overflow-x: auto; }
@@ -73,11 +73,14 @@ class Document {
   }
   void figures(const std::vector<Figure>& list) {
     html_ += list.size() > 1 ? "<div class=\"figures\">\n" : "<div>\n";
-    for (const auto& figure : list) {
+    for (std::size_t k = 0; k < list.size(); ++k) {
+      const Figure& figure = list[k];
+      const bool is_last_of_its_caption = k + 1 == list.size() || list[k + 1].caption != figure.caption;
+      const std::string caption = is_last_of_its_caption ? figure.caption : "";
       std::string svg = read_file(folder_ / figure.file);
       svg = svg.substr(svg.find("<svg"));  // inside a page the XML prologue is not allowed
-      html_ += fmt::format("<figure>{}<figcaption>{}</figcaption></figure>\n", svg, escape_html(figure.caption));
-      markdown_ += fmt::format("![{}]({})\n\n{}\n\n", figure.title, figure.file, figure.caption);
+      html_ += fmt::format("<figure>{}<figcaption>{}</figcaption></figure>\n", svg, escape_html(caption));
+      markdown_ += fmt::format("![{}]({})\n\n{}\n\n", figure.title, figure.file, caption);
     }
     html_ += "</div>\n";
   }

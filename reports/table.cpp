@@ -103,7 +103,10 @@ std::string Table::html() const {
   for (const auto& row : rows) {
     out += "<tr>";
     for (std::size_t c = 0; c < row.size(); ++c) {
-      out += fmt::format("<td{}>{}</td>", columns[c].is_text ? " class=\"text\"" : "", escape_html(row[c]));
+      const char* css_class = !columns[c].is_text  ? ""
+                              : row[c].size() > 60 ? " class=\"text long\""
+                                                   : " class=\"text\"";
+      out += fmt::format("<td{}>{}</td>", css_class, escape_html(row[c]));
     }
     out += "</tr>\n";
   }
