@@ -52,6 +52,18 @@ Matrix Problem::tangent_jacobian(const Vector& q) const {
   return J;
 }
 
+Vector Problem::gap_acceleration_bias(const Vector& q, const Vector& v) const {
+  Vector b(n_c());
+  gap_acceleration_bias(q.data(), v.data(), b.data());
+  return b;
+}
+
+Vector Problem::slip_acceleration_bias(const Vector& q, const Vector& v) const {
+  Matrix T(info_.n_lambda_t, n_q());
+  slip_velocity_derivative(q.data(), v.data(), T.data());
+  return T * v;
+}
+
 std::optional<double> Problem::energy(const Vector& q, const Vector& v) const {
   if (!info_.structure.has_potential) return std::nullopt;
   return 0.5 * v.dot(mass_matrix(q) * v) + potential_energy(q.data());

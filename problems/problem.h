@@ -105,6 +105,9 @@ class Problem {
                                         double* Jl_q) const = 0;
   /// b: n_c [m/s^2], the part v' (grad^2 f_c) v of the gap acceleration that does not contain v'.
   virtual void gap_acceleration_bias(const double* q, const double* v, double* b) const = 0;
+  /// T: n_lambda_t x n_q, derivative of the slip velocities J_t(q)' v with respect to q at fixed v. T v is the part of
+  /// the slip acceleration that does not contain v'.
+  virtual void slip_velocity_derivative(const double* q, const double* v, double* T) const = 0;
 
   // Second derivatives.
   /// H: 2 n_q x 2 n_q, Hessian with respect to (q, v) of w' (M(q) a - f_v(q,v) - B_u(q) u - J_n lambda_n - J_t
@@ -120,6 +123,8 @@ class Problem {
   Vector gap(const Vector& q) const;
   Matrix normal_jacobian(const Vector& q) const;   ///< n_q x n_c
   Matrix tangent_jacobian(const Vector& q) const;  ///< n_q x n_lambda_t
+  Vector gap_acceleration_bias(const Vector& q, const Vector& v) const;
+  Vector slip_acceleration_bias(const Vector& q, const Vector& v) const;  ///< n_lambda_t, T v
   /// Kinetic plus potential energy [J]; empty when the scene states no potential.
   std::optional<double> energy(const Vector& q, const Vector& v) const;
 

@@ -28,6 +28,30 @@ const char* to_string(EventKind kind) {
       return "impact";
     case EventKind::detach:
       return "detach";
+    case EventKind::slip_to_stick:
+      return "slip_to_stick";
+    case EventKind::stick_to_slip:
+      return "stick_to_slip";
+    case EventKind::slip_reversal:
+      return "slip_reversal";
+  }
+  return "unknown";
+}
+
+const char* to_string(ContactMode mode) {
+  switch (mode) {
+    case ContactMode::open:
+      return "open";
+    case ContactMode::closed:
+      return "closed";
+    case ContactMode::stick:
+      return "stick";
+    case ContactMode::slip_positive:
+      return "slip+";
+    case ContactMode::slip_negative:
+      return "slip-";
+    case ContactMode::slip:
+      return "slip";
   }
   return "unknown";
 }

@@ -34,7 +34,21 @@ struct Counters {
   std::int64_t events = 0;
 };
 
-enum class EventKind { impact, detach };
+/// What a contact does between two events. In the plane slip has a sign, that of the slip velocity; in space it has a
+/// direction that may turn.
+enum class ContactMode : std::uint8_t { open, closed, stick, slip_positive, slip_negative, slip };
+
+/// "closed" is a contact without friction.
+const char* to_string(ContactMode mode);
+
+inline bool is_closed(ContactMode mode) { return mode != ContactMode::open; }
+inline bool is_slipping(ContactMode mode) { return mode >= ContactMode::slip_positive; }
+/// Sign of the slip velocity in the plane; 0 for every other mode.
+inline int slip_sign(ContactMode mode) {
+  return mode == ContactMode::slip_positive ? 1 : mode == ContactMode::slip_negative ? -1 : 0;
+}
+
+enum class EventKind { impact, detach, slip_to_stick, stick_to_slip, slip_reversal };
 
 const char* to_string(EventKind kind);
 
@@ -44,8 +58,9 @@ struct Event {
   EventKind kind = EventKind::impact;
   int contact = -1;
   Vector q, v_minus, v_plus;
-  Vector Lambda_n;  ///< n_c [N s]; zero for a detach
-  Vector Lambda_t;  ///< n_lambda_t [N s]
+  Vector Lambda_n;                 ///< n_c [N s]; zero unless an impact
+  Vector Lambda_t;                 ///< n_lambda_t [N s]
+  std::vector<ContactMode> modes;  ///< n_c, of all contacts behind the event; empty from methods that know none
 };
 
 /// State at a grid point, both limits of the velocity.
@@ -71,6 +86,7 @@ struct Solution {
 
   Counters counters;
   std::vector<Event> events;
+  std::vector<ContactMode> initial_modes;  ///< n_c, behind t = 0; empty from methods that know none
   std::vector<Sample> samples;  ///< filled on Recording::grid
 
   /// The method's own equations, evaluated afresh after every step: filled when the run was audited.

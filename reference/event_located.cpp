@@ -186,7 +186,7 @@ bool EventLocatedRun::decide_modes(double t, const std::vector<int>& at_root, So
     const bool found = std::find(at_root.begin(), at_root.end(), i) != at_root.end();
     if (is_closed_[i] && found) {  // its force vanishes
       is_closed_[i] = false;
-      solution.events.push_back({t, EventKind::detach, i, solution.q, v_minus, v_minus, Vector::Zero(n_c_), Vector()});
+      solution.events.push_back({t, EventKind::detach, i, solution.q, v_minus, v_minus, Vector::Zero(n_c_), Vector(), {}});
       continue;
     }
     if (is_closed_[i] || found || gap_[i] <= 1e-13 * gap_size(i)) touching.push_back(i);
@@ -224,7 +224,7 @@ bool EventLocatedRun::decide_modes(double t, const std::vector<int>& at_root, So
   for (int i = 0; i < n_c_; ++i) {
     const bool impact = Lambda_n[i] > 0 && !was_closed[i];
     if (impact) {
-      solution.events.push_back({t, EventKind::impact, i, solution.q, v_minus, solution.v, Lambda_n, Vector()});
+      solution.events.push_back({t, EventKind::impact, i, solution.q, v_minus, solution.v, Lambda_n, Vector(), {}});
       if (last_impact_[i] >= 0 && t - last_impact_[i] < settings_.zeno_interval * problem_.info().end_time) {
         return stop(solution, Status::step_limit, t,
                     fmt::format("the impacts of contact '{}' accumulate (Zeno); event location cannot pass",

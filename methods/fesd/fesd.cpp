@@ -99,7 +99,8 @@ class Fesd final : public Method {
                                    .v_minus = step.v_minus.col(n),
                                    .v_plus = element.v0,
                                    .Lambda_n = step.Lambda_n.col(n),
-                                   .Lambda_t = Vector()});
+                                   .Lambda_t = Vector(),
+                                   .modes = {}});
         ++solution.counters.events;
       }
       if (recording == Recording::grid) solution.samples.push_back({t, element.q0, step.v_minus.col(n), element.v0});

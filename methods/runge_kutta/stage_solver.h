@@ -12,9 +12,6 @@
 
 namespace ricochet {
 
-/// What a contact does during one Runge-Kutta step.
-enum class ContactMode : std::uint8_t { open, closed };
-
 /// One Runge-Kutta step with all its values; a finite element of FESD-J.
 struct Stages {
   double h = 0;                    ///< length [s]

@@ -167,6 +167,11 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model) : model_(std::move(model))
   mass_q_ = SparseTape(jacobian(momentum, model_.q), {model_.q, a_}, constants);
   contact_q_ = SparseTape(jacobian(contact_force, model_.q), {model_.q, lambda_n_, lambda_t_}, constants);
   gap_bias_ = SparseTape(bias, {model_.q, model_.v}, constants);
+  Expressions slip;
+  for (const auto& contact : model_.contacts) {
+    for (const auto& direction : contact.tangents) slip.push_back(dot(direction, model_.v));
+  }
+  slip_q_ = SparseTape(jacobian(slip, model_.q), {model_.q, model_.v}, constants);
 
   auto& structure = info_.structure;
   structure.constant_mass = mass_.tape.is_constant();
@@ -280,6 +285,10 @@ void SymbolicProblem::contact_force_derivative(const double* q, const double* la
 
 void SymbolicProblem::gap_acceleration_bias(const double* q, const double* v, double* b) const {
   gap_bias_.evaluate({q, v}, b);
+}
+
+void SymbolicProblem::slip_velocity_derivative(const double* q, const double* v, double* T) const {
+  slip_q_.evaluate({q, v}, T);
 }
 
 void SymbolicProblem::dynamics_hessian(const double* q, const double* v, const double* u, const double* a,

@@ -65,6 +65,7 @@ class SymbolicProblem : public Problem {
   void contact_force_derivative(const double* q, const double* lambda_n, const double* lambda_t,
                                 double* Jl_q) const override;
   void gap_acceleration_bias(const double* q, const double* v, double* b) const override;
+  void slip_velocity_derivative(const double* q, const double* v, double* T) const override;
 
   void dynamics_hessian(const double* q, const double* v, const double* u, const double* a, const double* lambda_n,
                         const double* lambda_t, const double* w, double* H) const override;
@@ -95,7 +96,7 @@ class SymbolicProblem : public Problem {
   std::vector<GiNaC::symbol> a_, w_, w_c_, lambda_n_, lambda_t_;
 
   SparseTape mass_, force_, gap_, normal_, tangent_, potential_;
-  SparseTape force_jacobian_, mass_q_, contact_q_, gap_bias_;
+  SparseTape force_jacobian_, mass_q_, contact_q_, gap_bias_, slip_q_;
 
   // Built at first use: only a transcription needs them.
   mutable std::once_flag dynamics_hessian_once_, gap_hessian_once_;

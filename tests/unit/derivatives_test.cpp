@@ -79,6 +79,13 @@ TEST_P(Derivatives, AgreeWithDifferencesOfTheValues) {
         difference([&](const Vector& x) { return Vector(p.normal_jacobian(x).transpose() * v); }, q);
     if (n_c > 0) expect_close(bias, gap_velocity * v, "v' hess(f_c) v");
 
+    Matrix slip_q(info.n_lambda_t, n_q);
+    p.slip_velocity_derivative(q.data(), v.data(), slip_q.data());
+    if (info.n_lambda_t > 0) {
+      const auto slip = [&](const Vector& x) { return Vector(p.tangent_jacobian(x).transpose() * v); };
+      expect_close(slip_q, difference(slip, q), "d(J_t'v)/dq");
+    }
+
     Matrix H(n_q, n_q), H_dynamics(2 * n_q, 2 * n_q);
     p.gap_hessian(q.data(), w_c.data(), H.data());
     if (n_c > 0)
