@@ -28,6 +28,12 @@ constexpr Text kTexts[] = {
     {"cross complementarity", "lambda_nj f_c(q_nj') = 0"},
     {"step equilibration", "(h_n - h_n-1) eta_n = 0"},
     {"pinned breaking", "lambda(right end of n-1) sum_j f_c(q_nj) = 0"},
+    {"impulse cone", "|Lambda_t| <= mu Lambda_n"},
+    {"impulse slip", "mu Lambda_n v_t + |v_t| Lambda_t = 0"},
+    {"stage cone", "|lambda_t,nj| <= mu lambda_n,nj"},
+    {"stage slip", "mu lambda_n,nj v_t,nj + |v_t,nj| lambda_t,nj = 0"},
+    {"cross friction", "xi+-,nj' (mu lambda_n +- lambda_t)_nj = 0"},
+    {"pinned sliding", "beta(right end of n-1) sum_j |v_t,nj| = 0"},
     {"step length", "sum h_n = H"},
 };
 
@@ -60,25 +66,114 @@ void FesdAudit::report(FesdCondition condition, double residual, double size, in
   worst.contact = contact;
 }
 
+Vector FesdAudit::slip(int contact, const Vector& q, const Vector& v) const {
+  const auto& info = problem_.info().contacts[contact];
+  return problem_.tangent_jacobian(q).middleCols(info.tangent_index, info.n_t).transpose() * v;
+}
+
+/// An impulse elsewhere changes contact forces at once, and so does a contact that stops or reverses its slip.
+bool FesdAudit::forces_jump(const Stages& left, const Stages& right) {
+  for (std::size_t i = 0; i < left.modes.size(); ++i) {
+    const bool stops = is_slipping(left.modes[i]) && right.modes[i] == ContactMode::stick;
+    if (stops || slip_sign(left.modes[i]) * slip_sign(right.modes[i]) < 0) return true;
+  }
+  return false;
+}
+
+/// Coulomb's law of a contact, in one element and at its left end.
+void FesdAudit::add_friction(const FesdStep& step, int n, int i, double force, double Lambda_size, double slip_size) {
+  const auto& contact = problem_.info().contacts[i];
+  const Stages& e = step.elements[n];
+  const int n_t = contact.n_t, n_s = tableau_.n_s;
+  const Vector Lambda_t = step.Lambda_t.col(n).segment(contact.tangent_index, n_t);
+  const double cone = contact.mu * step.Lambda_n(i, n);
+  const Vector slip_left = slip(i, e.q0, e.v0);
+  report(FesdCondition::impulse_cone, std::max(Lambda_t.norm() - cone, 0.0), Lambda_size, i);
+  report(FesdCondition::impulse_slip, max_abs(cone * slip_left + slip_left.norm() * Lambda_t), Lambda_size * slip_size,
+         i);
+
+  double most_positive = 0, most_negative = 0, fastest = 0;  // of xi+, xi-, ||v_t|| over j'
+  const auto at_point = [&](const Vector& v_t) {
+    most_positive = std::max(most_positive, v_t[0]);
+    most_negative = std::max(most_negative, -v_t[0]);
+    fastest = std::max(fastest, v_t.norm());
+  };
+  at_point(slip_left);
+  at_point(slip(i, e.q1, e.v1));
+  for (int j = 0; j < n_s; ++j) {
+    const Vector v_t = slip(i, e.q.col(j), e.v.col(j)),
+                 lambda_t = e.lambda_t.col(j).segment(contact.tangent_index, n_t);
+    const double mu_lambda = contact.mu * e.lambda_n(i, j);
+    at_point(v_t);
+    report(FesdCondition::stage_cone, std::max(lambda_t.norm() - mu_lambda, 0.0), force, i);
+    report(FesdCondition::stage_slip, max_abs(mu_lambda * v_t + v_t.norm() * lambda_t), force * slip_size, i);
+  }
+  for (int j = 0; j < n_s; ++j) {
+    const Vector lambda_t = e.lambda_t.col(j).segment(contact.tangent_index, n_t);
+    const double mu_lambda = contact.mu * e.lambda_n(i, j);
+    const double product = n_t == 1 ? std::max(most_positive * std::abs(mu_lambda + lambda_t[0]),
+                                               most_negative * std::abs(mu_lambda - lambda_t[0]))
+                                    : fastest * std::abs(mu_lambda - lambda_t.norm());
+    report(FesdCondition::cross_friction, product, force * slip_size, i);
+  }
+}
+
+void FesdAudit::add_pinned_sliding(const Stages& left, const Stages& e, int i, double force, double slip_size) {
+  const auto& contact = problem_.info().contacts[i];
+  double beta = 0, sum = 0;
+  for (int j = 0; j < tableau_.n_s; ++j) {
+    const double force_t = left.lambda_t.col(j).segment(contact.tangent_index, contact.n_t).norm();
+    beta += tableau_.right_end[j] * (contact.mu * left.lambda_n(i, j) - force_t);
+    sum += slip(i, e.q.col(j), e.v.col(j)).norm();
+  }
+  report(FesdCondition::pinned_sliding, beta * sum, force * slip_size, i);
+}
+
+/// sum pi^{xi+-} + pi^beta: positive when a closed contact goes on slipping in its direction, or sticking.
+double FesdAudit::friction_indicator(const Stages& left, const Stages& e, int i, double force, double slip_size) const {
+  const auto& contact = problem_.info().contacts[i];
+  const auto sums = [&](const Stages& element) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // of xi+, xi-, beta; in space of ||v_t||, 0, beta
+    for (int j = 0; j < tableau_.n_s; ++j) {
+      const Vector v_t = slip(i, element.q.col(j), element.v.col(j));
+      sum[0] += contact.n_t == 1 ? std::max(v_t[0], 0.0) : v_t.norm();
+      sum[1] += contact.n_t == 1 ? std::max(-v_t[0], 0.0) : 0;
+      sum[2] += contact.mu * element.lambda_n(i, j) -
+                element.lambda_t.col(j).segment(contact.tangent_index, contact.n_t).norm();
+    }
+    return sum;
+  };
+  const Eigen::Vector3d before = sums(left), after = sums(e);
+  return ratio(before[0], slip_size) * ratio(after[0], slip_size) +
+         ratio(before[1], slip_size) * ratio(after[1], slip_size) + ratio(before[2], force) * ratio(after[2], force);
+}
+
 void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
   t_ = t;
   const ProblemInfo& info = problem_.info();
   const int n_c = info.n_c(), n_s = tableau_.n_s, N = step.n_elements;
 
   // Sizes that belong to the whole step.
-  Vector force_size = Vector::Zero(n_c), speed_size = Vector::Zero(n_c);
+  Vector force_size = Vector::Zero(n_c), speed_size = Vector::Zero(n_c), slip_size = Vector::Zero(n_c);
   double length = 0;
   for (int n = 0; n < N; ++n) {
     const Stages& e = step.elements[n];
     length += e.h;
-    const Matrix J = problem_.normal_jacobian(e.q0).cwiseAbs();
+    const Matrix J = problem_.normal_jacobian(e.q0).cwiseAbs(), J_t = problem_.tangent_jacobian(e.q0);
     const Vector load = problem_.mass_matrix(e.q0).llt().solve(problem_.force(e.q0, e.v0)).cwiseAbs();
     for (int i = 0; i < n_c; ++i) {
       const double speed = std::max(J.col(i).dot(e.v0.cwiseAbs()), J.col(i).dot(step.v_minus.col(n).cwiseAbs()));
-      gap_size_[i] = std::max(gap_size_[i], J.col(i).dot(e.q0.cwiseAbs()) + step.H * speed);
+      gap_size_[i] = std::max(gap_size_[i], J.col(i).dot(e.q0.cwiseAbs() + step.H * step.H * load) + step.H * speed);
       const double delassus = J.col(i).dot(problem_.mass_matrix(e.q0).llt().solve(J.col(i)));
       force_size[i] = std::max({force_size[i], max_abs(e.lambda_n.row(i)), J.col(i).dot(load) / delassus});
       speed_size[i] = std::max(speed_size[i], speed + step.H * delassus * force_size[i]);
+      for (int d = 0; d < info.contacts[i].n_t; ++d) {
+        const Vector direction = J_t.col(info.contacts[i].tangent_index + d).cwiseAbs();
+        const double mobility = direction.dot(problem_.mass_matrix(e.q0).llt().solve(direction));
+        const double impulse = step.H * info.contacts[i].mu * force_size[i];
+        slip_size[i] = std::max({slip_size[i], direction.dot(e.v0.cwiseAbs() + step.H * load) + mobility * impulse,
+                                 direction.dot(step.v_minus.col(n).cwiseAbs())});
+      }
     }
   }
   report(FesdCondition::step_length, length - step.H, step.H, -1);
@@ -94,7 +189,8 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
       const Vector q = e.q.col(k), v = e.v.col(k);
       const Eigen::LLT<Matrix> M(problem_.mass_matrix(q));
       const Vector load = M.solve(problem_.force(q, v)),
-                   contact = M.solve(problem_.normal_jacobian(q) * e.lambda_n.col(k));
+                   contact = M.solve(problem_.normal_jacobian(q) * e.lambda_n.col(k) +
+                                     problem_.tangent_jacobian(q) * e.lambda_t.col(k));
       accelerations.col(k) = load + contact;
       acceleration_size = std::max({acceleration_size, max_abs(load), max_abs(contact)});
       gaps.col(k) = problem_.gap(q);
@@ -115,10 +211,12 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     const Matrix J = problem_.normal_jacobian(e.q0);
     const Vector grid_gaps = problem_.gap(e.q0), end_gaps = problem_.gap(e.q1);
     const double momentum = max_abs(M0 * e.v0.cwiseAbs()) + max_abs(M0 * v_minus.cwiseAbs());
-    report(FesdCondition::impulse_balance, max_abs(M0 * (e.v0 - v_minus) - J * Lambda), momentum, -1);
+    report(FesdCondition::impulse_balance,
+           max_abs(M0 * (e.v0 - v_minus) - J * Lambda - problem_.tangent_jacobian(e.q0) * step.Lambda_t.col(n)),
+           momentum, -1);
 
     double eta = 1;
-    bool legitimate_jump = max_abs(Lambda) > 0;  // an impulse elsewhere may change a contact force at once
+    const bool legitimate_jump = max_abs(Lambda) > 0 || (left && forces_jump(*left, e));
     for (int i = 0; i < n_c; ++i) {
       const double L = gap_size_[i], force = force_size[i];
       const double separation = J.col(i).dot(e.v0 + info.contacts[i].eps_r * v_minus);
@@ -144,7 +242,13 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
       }
       report(FesdCondition::cross_complementarity, max_abs(lambda) * largest_gap, force * L, i);
 
-      // Switch indicators between left and e: kappa = pi^f + pi^lambda.
+      if (info.contacts[i].n_t > 0) {
+        add_friction(step, n, i, force, Lambda_size, slip_size[i]);
+        if (n > 0 && pinned_ && tableau_.right_end.size() > 0 && !legitimate_jump)
+          add_pinned_sliding(*left, e, i, force, slip_size[i]);
+      }
+
+      // Switch indicators between left and e: kappa = pi^f + pi^lambda, nu = kappa zeta.
       if (!left) continue;
       const Vector left_start_gap = problem_.gap(left->q0);
       double sigma_f_left = left_start_gap[i];
@@ -152,7 +256,10 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
       const double sigma_f = grid_gaps[i] + gaps.row(i).sum();
       const double pi_f = std::max(0.0, ratio(grid_gaps[i], L)) * ratio(sigma_f_left, L) * ratio(sigma_f, L);
       const double pi_lambda = ratio(left->lambda_n.row(i).sum(), force) * ratio(lambda.sum(), force);
-      eta *= pi_f + pi_lambda;
+      double nu = pi_f + pi_lambda;
+      if (info.contacts[i].n_t > 0)
+        nu *= ratio(sigma_f_left + sigma_f, L) + friction_indicator(*left, e, i, force, slip_size[i]);
+      eta *= nu;
       if (n > 0 && pinned_ && tableau_.right_end.size() > 0 && !legitimate_jump) {
         const double lambda_end = left->lambda_n.row(i).dot(tableau_.right_end);
         report(FesdCondition::pinned_breaking, lambda_end * gaps.row(i).sum(), force * L, i);

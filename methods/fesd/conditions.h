@@ -24,13 +24,22 @@ enum class FesdCondition {
   cross_complementarity,  ///< lambda_nj^i f_c^i(q_nj') = 0, j' = 0..n_s and the right end           (correction 8)
   step_equilibration,     ///< (h_n - h_{n-1}) eta_n = 0                                             (correction 6)
   pinned_breaking,        ///< lambda_n^i(right end of n-1) sum_j f_c^i(q_nj) = 0                    (open question 1)
-  step_length,            ///< sum_n h_n = H
+  // With friction; v_t = J_t' v, beta = mu lambda_n - ||lambda_t||.                                 (correction 5)
+  impulse_cone,    ///< ||Lambda_t|| <= mu Lambda_n
+  impulse_slip,    ///< mu Lambda_n v_t + ||v_t|| Lambda_t = 0 at v_n0
+  stage_cone,      ///< ||lambda_t,nj|| <= mu lambda_n,nj
+  stage_slip,      ///< mu lambda_n,nj v_t,nj + ||v_t,nj|| lambda_t,nj = 0
+  cross_friction,  ///< in the plane xi+_nj' (mu lambda_n + lambda_t)_nj = 0 = xi-_nj' (mu lambda_n - lambda_t)_nj with
+                   ///< v_t = xi+ - xi-, in space ||v_t,nj'|| beta_nj = 0; j' = 0..n_s and the right end
+  pinned_sliding,  ///< beta^i(right end of n-1) sum_j ||v_t,nj^i|| = 0                              (open question 1)
+  step_length,     ///< sum_n h_n = H
 };
 /// Evaluates every condition of `step` afresh from q_nj, v_nj, lambda_nj, Lambda_n, h_n: none of the solver's formulas
 /// are used. Residuals are relative to the size of the terms that cancel: |q| + h |v| for positions, |v| + h max(|M^-1
-/// f_v|, |M^-1 J_n lambda|) for velocities; gaps to sum_k |J_n,k q_k| + H sum_k |J_n,k v_k|, forces to the largest
+/// f_v|, |M^-1 J_n lambda|) for velocities; gaps to |J_n|' (|q| + H |v| + H^2 |M^-1 f_v|), forces to the largest
 /// contact force or load J_n' M^-1 f_v / G of the step, normal velocities to sum_k |J_n,k v_k| + H G force, impulses to
-/// m |v|; products to the product of both sizes. Indicators in eta_n are normalised in the same way.
+/// m |v|; slip velocities to |J_t|' (|v| + H |M^-1 f_v|) + H G_t mu lambda_n; products to the product of both sizes.
+/// Indicators in eta_n are normalised in the same way.
 class FesdAudit {
  public:
   /// @param pinned  whether the solver claims to fulfil FesdCondition::pinned_breaking
@@ -43,6 +52,11 @@ class FesdAudit {
 
  private:
   void report(FesdCondition condition, double residual, double size, int contact);
+  Vector slip(int contact, const Vector& q, const Vector& v) const;  // v_t, n_t
+  static bool forces_jump(const Stages& left, const Stages& right);
+  void add_friction(const FesdStep& step, int n, int i, double force, double Lambda_size, double slip_size);
+  void add_pinned_sliding(const Stages& left, const Stages& e, int i, double force, double slip_size);
+  double friction_indicator(const Stages& left, const Stages& e, int i, double force, double slip_size) const;
 
   const Problem& problem_;
   const ButcherTableau tableau_;

@@ -1,22 +1,30 @@
 #include "methods/fesd/impact_law.h"
 
+#include <algorithm>
+
 namespace ricochet {
 
-ImpactLaw::ImpactLaw(const Problem& problem, Counters& counters)
-    : problem_(problem), counters_(counters), lcp_(problem.n_c()) {
-  const int n_q = problem.n_q(), n_c = problem.n_c();
+ImpactLaw::ImpactLaw(const Problem& problem, Counters& counters) : problem_(problem), counters_(counters) {
+  const ProblemInfo& info = problem.info();
+  const int n_q = problem.n_q(), n_c = problem.n_c(), n = n_c + info.n_lambda_t;
+  friction_.resize(n_c, info.n_lambda_t);
   touching_.reserve(static_cast<std::size_t>(n_c));
+  laws_.reserve(static_cast<std::size_t>(n_c));
+  columns_.reserve(static_cast<std::size_t>(n));
   M_.resize(n_q, n_q);
-  J_n_.setZero(n_q, n_c);
-  MJ_.setZero(n_q, n_c);
-  G_.resize(n_c, n_c);
-  packed_.resize(problem.info().n_normal_entries);
+  D_.setZero(n_q, n);
+  MD_.setZero(n_q, n);
+  G_.resize(n, n);
+  packed_n_.resize(info.n_normal_entries);
+  packed_t_.resize(info.n_tangent_entries);
   f_.resize(n_q);
+  w_.setZero(n_q);
   bias_.resize(n_c);
-  b_.resize(n_c);
-  z_.resize(n_c);
-  if (problem.info().structure.constant_mass) {
-    problem.mass_matrix(problem.info().q0.data(), M_.data());
+  T_.resize(info.n_lambda_t, n_q);
+  b_.resize(n);
+  r_.resize(n);
+  if (info.structure.constant_mass) {
+    problem.mass_matrix(info.q0.data(), M_.data());
     llt_.compute(M_);
     ++counters_.mass_factorizations;
   }
@@ -30,63 +38,115 @@ bool ImpactLaw::prepare(const Vector& q, std::span<const int> touching) {
     if (llt_.info() != Eigen::Success) return false;
   }
   touching_.assign(touching.begin(), touching.end());
-  problem_.normal_jacobian(q.data(), packed_.data());
+  problem_.normal_jacobian(q.data(), packed_n_.data());
+  if (problem_.info().has_friction()) problem_.tangent_jacobian(q.data(), packed_t_.data());
+  const auto set_column = [&](int column, const ContactInfo& contact, const double* entries) {
+    D_.col(column).setZero();
+    for (const int row : contact.support) D_(row, column) = *entries++;
+    MD_.col(column) = D_.col(column);
+    llt_.solveInPlace(MD_.col(column));
+    ++counters_.linear_solves;
+    return entries;
+  };
   for (const int i : touching_) {
     const auto& contact = problem_.info().contacts[i];
-    const double* J = packed_.data() + contact.normal_begin;
-    J_n_.col(i).setZero();
-    for (const int row : contact.support) J_n_(row, i) = *J++;
-    MJ_.col(i) = J_n_.col(i);
-    llt_.solveInPlace(MJ_.col(i));
-    ++counters_.linear_solves;
+    set_column(i, contact, packed_n_.data() + contact.normal_begin);
+    const double* entries = packed_t_.data() + contact.tangent_begin;
+    for (int d = 0; d < contact.n_t; ++d) entries = set_column(tangent_column(contact, d), contact, entries);
   }
   return true;
 }
 
-void ImpactLaw::delassus(std::span<const int> contacts) {
-  for (std::size_t r = 0; r < contacts.size(); ++r) {
-    for (std::size_t c = 0; c < contacts.size(); ++c) {
-      G_(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = J_n_.col(contacts[r]).dot(MJ_.col(contacts[c]));
+void ImpactLaw::slip_velocity(int contact, const Eigen::Ref<const Vector>& v, double* v_t) const {
+  const auto& info = problem_.info().contacts[contact];
+  for (int d = 0; d < info.n_t; ++d) v_t[d] = D_.col(tangent_column(info, d)).dot(v);
+}
+
+double ImpactLaw::slip_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const {
+  const auto& info = problem_.info().contacts[contact];
+  double scale = 0;
+  for (int d = 0; d < info.n_t; ++d)
+    scale = std::max(scale, D_.col(tangent_column(info, d)).cwiseAbs().dot(v.cwiseAbs()));
+  return scale;
+}
+
+void ImpactLaw::add_contact(int contact) {
+  const auto& info = problem_.info().contacts[contact];
+  laws_.push_back({.mu = info.mu, .n_t = info.n_t});
+  columns_.push_back(contact);
+  for (int d = 0; d < info.n_t; ++d) columns_.push_back(tangent_column(info, d));
+}
+
+void ImpactLaw::delassus() {
+  for (std::size_t r = 0; r < columns_.size(); ++r) {
+    for (std::size_t c = 0; c < columns_.size(); ++c) {
+      G_(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = D_.col(columns_[r]).dot(MD_.col(columns_[c]));
     }
   }
 }
 
-LcpStatus ImpactLaw::impact(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n) {
-  const auto n = static_cast<Eigen::Index>(touching_.size());
-  delassus(touching_);
-  for (Eigen::Index r = 0; r < n; ++r) {
-    const int i = touching_[r];
-    b_[r] = (1 + problem_.info().contacts[i].eps_r) * J_n_.col(i).dot(v);
+LcpStatus ImpactLaw::impact(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {
+  laws_.clear();
+  columns_.clear();
+  for (const int i : touching_) add_contact(i);
+  delassus();
+  const auto n = static_cast<Eigen::Index>(columns_.size());
+  Eigen::Index row = 0;
+  for (const int i : touching_) {
+    const auto& contact = problem_.info().contacts[i];
+    b_[row++] = (1 + contact.eps_r) * D_.col(i).dot(v);
+    for (int d = 0; d < contact.n_t; ++d) b_[row++] = D_.col(tangent_column(contact, d)).dot(v);
   }
-  const LcpStatus status = lcp_.solve(G_.topLeftCorner(n, n), b_.head(n), z_.head(n));
+  const LcpStatus status = friction_.solve(G_.topLeftCorner(n, n), b_.head(n), laws_, r_.head(n));
   ++counters_.complementarity_solves;
-  counters_.pivots += lcp_.pivots();
+  counters_.pivots += friction_.pivots();
   if (status != LcpStatus::solved) return status;
-  for (Eigen::Index r = 0; r < n; ++r) {
-    Lambda_n[touching_[r]] = z_[r];
-    v += z_[r] * MJ_.col(touching_[r]);
+  for (Eigen::Index k = 0; k < n; ++k) v += r_[k] * MD_.col(columns_[k]);
+  row = 0;
+  for (const int i : touching_) {
+    const auto& contact = problem_.info().contacts[i];
+    Lambda_n[i] = r_[row++];
+    for (int d = 0; d < contact.n_t; ++d) Lambda_t[contact.tangent_index + d] = r_[row++];
   }
   return status;
 }
 
-LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<const int> candidates,
-                                    Eigen::Ref<Vector> lambda_n, Eigen::Ref<Vector> gap_acceleration) {
-  const auto n = static_cast<Eigen::Index>(candidates.size());
+LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<Closed> closed,
+                                    Eigen::Ref<Vector> lambda_n, Eigen::Ref<Vector> lambda_t) {
   problem_.force(q.data(), v.data(), problem_.info().u.data(), f_.data());
   ++counters_.force_evaluations;
   problem_.gap_acceleration_bias(q.data(), v.data(), bias_.data());
-  llt_.solveInPlace(f_);
+  if (problem_.info().has_friction()) problem_.slip_velocity_derivative(q.data(), v.data(), T_.data());
+  w_ = f_;
+  llt_.solveInPlace(w_);
   ++counters_.linear_solves;
-  delassus(candidates);
-  for (Eigen::Index r = 0; r < n; ++r) b_[r] = J_n_.col(candidates[r]).dot(f_) + bias_[candidates[r]];
-  const LcpStatus status = lcp_.solve(G_.topLeftCorner(n, n), b_.head(n), z_.head(n));
-  ++counters_.complementarity_solves;
-  counters_.pivots += lcp_.pivots();
-  if (status != LcpStatus::solved) return status;
-  for (Eigen::Index r = 0; r < n; ++r) {
-    lambda_n[candidates[r]] = z_[r];
-    gap_acceleration[candidates[r]] = b_[r] + G_.row(r).head(n).dot(z_.head(n));
+
+  laws_.clear();
+  columns_.clear();
+  Eigen::Index row = 0;
+  for (const Closed& c : closed) {
+    add_contact(c.contact);
+    laws_.back().slides = c.slides;
+    std::copy_n(c.direction, 2, laws_.back().direction);
+    const auto& contact = problem_.info().contacts[c.contact];
+    b_[row++] = D_.col(c.contact).dot(w_) + bias_[c.contact];
+    for (int d = 0; d < contact.n_t; ++d)
+      b_[row++] = D_.col(tangent_column(contact, d)).dot(w_) + T_.row(contact.tangent_index + d).dot(v);
   }
+  delassus();
+  const auto n = static_cast<Eigen::Index>(columns_.size());
+  const LcpStatus status = friction_.solve(G_.topLeftCorner(n, n), b_.head(n), laws_, r_.head(n));
+  ++counters_.complementarity_solves;
+  counters_.pivots += friction_.pivots();
+  if (status != LcpStatus::solved) return status;
+  row = 0;
+  for (std::size_t k = 0; k < closed.size(); ++k) {
+    const auto& contact = problem_.info().contacts[closed[k].contact];
+    closed[k].mode = laws_[k].mode;
+    lambda_n[closed[k].contact] = r_[row++];
+    for (int d = 0; d < contact.n_t; ++d) lambda_t[contact.tangent_index + d] = r_[row++];
+  }
+  for (Eigen::Index k = 0; k < n; ++k) w_ += r_[k] * MD_.col(columns_[k]);
   return status;
 }
 

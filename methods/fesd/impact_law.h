@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "methods/complementarity/lemke.h"
+#include "methods/complementarity/friction_problem.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
 
@@ -12,48 +12,68 @@ namespace ricochet {
 
 /// What happens at one instant to the contacts that touch:
 ///
-///   M(q) (v+ - v-) = sum_i J_n^i Lambda_n^i                                             (1)
+///   M(q) (v+ - v-) = sum_i J_n^i Lambda_n^i + J_t^i Lambda_t^i                          (1)
 ///   0 <= Lambda_n^i  _|_  J_n^i' (v+ + eps_r^i v-) >= 0,   f_c^i(q) = 0                 (2)
+///   Coulomb's law for Lambda_t^i and the slip velocity J_t^i' v+                        (3)
 ///
 /// Source: paper eq. (impulse_eq_comp), with the inequality that keeps contacts without impulse from penetrating
-/// (correction 9 of the specification). And which of them stay closed afterwards:
+/// (correction 9 of the specification). And which of them stay closed afterwards, and whether they slip:
 ///
-///   M(q) w = f_v + B_u u + sum_i J_n^i lambda_n^i                                       (3)
-///   0 <= lambda_n^i  _|_  J_n^i' w + v+' (grad^2 f_c^i) v+ >= 0                         (4)
+///   M(q) w = f_v + B_u u + sum_i J_n^i lambda_n^i + J_t^i lambda_t^i                    (4)
+///   0 <= lambda_n^i  _|_  J_n^i' w + v+' (grad^2 f_c^i) v+ >= 0                         (5)
+///   lambda_t^i: opposite to J_t^i' v+ where that is not zero, else Coulomb's law with J_t^i' w + (J_t^i)^. ' v+   (6)
 ///
-/// Both are linear complementarity problems with the Delassus matrix G = J_n' M^-1 J_n.
+/// Both are friction problems (friction_problem.h) with the Delassus matrix G = D' M^-1 D, D = [J_n, J_t].
 class ImpactLaw {
  public:
   ImpactLaw(const Problem& problem, Counters& counters);
 
-  /// Evaluates M and J_n at q for the contacts in `touching`. False when M(q) is not positive definite.
+  /// Evaluates M, J_n and J_t at q for the contacts in `touching`. False when M(q) is not positive definite.
   bool prepare(const Vector& q, std::span<const int> touching);
 
-  /// (1), (2). @param v  v- in, v+ out; @param Lambda_n  n_c, written for touching contacts only
-  LcpStatus impact(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n);
+  /// (1)-(3). @param v  v- in, v+ out; @param Lambda_n  n_c, @param Lambda_t  n_lambda_t, written for touching contacts
+  /// only
+  LcpStatus impact(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
 
-  /// (3), (4) for the subset `candidates` of the touching contacts. @param lambda_n, gap_acceleration  n_c, written for
-  /// candidates
-  LcpStatus contact_forces(const Vector& q, const Vector& v, std::span<const int> candidates,
-                           Eigen::Ref<Vector> lambda_n, Eigen::Ref<Vector> gap_acceleration);
+  /// A closed contact, for contact_forces().
+  struct Closed {
+    int contact = -1;
+    bool slides = false;                   ///< its slip direction is known
+    double direction[2]{1, 0};             ///< of slip
+    ContactMode mode = ContactMode::open;  ///< out
+  };
+
+  /// (4)-(6) for a subset of the touching contacts. @param lambda_n  n_c, @param lambda_t  n_lambda_t, written for
+  /// them. acceleration() holds w afterwards.
+  LcpStatus contact_forces(const Vector& q, const Vector& v, std::span<Closed> closed, Eigen::Ref<Vector> lambda_n,
+                           Eigen::Ref<Vector> lambda_t);
+  const Vector& acceleration() const { return w_; }
 
   /// J_n^i' v of a touching contact.
-  double normal_velocity(int contact, const Eigen::Ref<const Vector>& v) const { return J_n_.col(contact).dot(v); }
+  double normal_velocity(int contact, const Eigen::Ref<const Vector>& v) const { return D_.col(contact).dot(v); }
   /// sum_k |J_n,k^i v_k|: what rounding of a normal velocity is measured against.
   double normal_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const {
-    return J_n_.col(contact).cwiseAbs().dot(v.cwiseAbs());
+    return D_.col(contact).cwiseAbs().dot(v.cwiseAbs());
   }
+  /// J_t^i' v of a touching contact, n_t components.
+  void slip_velocity(int contact, const Eigen::Ref<const Vector>& v, double* v_t) const;
+  double slip_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const;
 
  private:
-  void delassus(std::span<const int> contacts);
+  int tangent_column(const ContactInfo& contact, int d) const { return problem_.n_c() + contact.tangent_index + d; }
+  void delassus();
+  void add_contact(int contact);
 
   const Problem& problem_;
   Counters& counters_;
   std::vector<int> touching_;
-  Matrix M_, J_n_, MJ_, G_;  // J_n_, MJ_: n_q x n_c, the latter M^-1 J_n
+  Matrix M_, D_, MD_, G_;  // D_, MD_: n_q x (n_c + n_lambda_t), the latter M^-1 D
   Eigen::LLT<Matrix> llt_;
-  Vector packed_, f_, bias_, b_, z_;
-  LemkeSolver lcp_;
+  Vector packed_n_, packed_t_, f_, w_, bias_, b_, r_;
+  Matrix T_;
+  std::vector<FrictionProblem::Contact> laws_;
+  std::vector<int> columns_;  // of D_, in the order of the friction problem
+  FrictionProblem friction_;
 };
 
 }  // namespace ricochet

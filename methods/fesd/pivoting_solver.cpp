@@ -9,28 +9,33 @@
 namespace ricochet {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-// A gap is zero when rounding of q explains it: a few dozen additions of numbers of the size of q.
-constexpr double kGapRounding = 64 * kEpsilon;
-// A gap that its equation holds at zero may have gathered rounding over many steps (StageSolver removes it from 1e-13
-// on).
-constexpr double kClosedGapRounding = 2e-13;
-constexpr double kVelocityRounding = 64 * kEpsilon;
-// Forces carry the rounding of the stage equations.
-constexpr double kForceRounding = 1e-12;
 // Predictions tried in one step before the search gives up, per element.
 constexpr int kMaxTrials = 100;
+// Alternative modes of a junction that are combined with each other.
+constexpr std::size_t kMaxAlternatives = 4;
 // Lengths at which a switch function is sampled when Newton's method misses its root.
 constexpr int kBracketSamples = 16;
 
-}  // namespace
-
-void FesdStep::resize(const Problem& problem, int n_s, int max_elements) {
-  elements.resize(static_cast<std::size_t>(max_elements));
-  for (auto& stages : elements) stages.resize(problem.n_q(), problem.n_c(), n_s);
-  v_minus.setZero(problem.n_q(), max_elements);
-  Lambda_n.setZero(problem.n_c(), max_elements);
+/// A sign condition that a switch inside the element explains.
+bool is_switch(Verdict verdict) {
+  return verdict == Verdict::gap_negative || verdict == Verdict::force_negative || verdict == Verdict::cone_left ||
+         verdict == Verdict::slip_reversed;
 }
+
+Switch::Kind switch_kind(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::force_negative:
+      return Switch::Kind::force_vanishes;
+    case Verdict::cone_left:
+      return Switch::Kind::cone_reached;
+    case Verdict::slip_reversed:
+      return Switch::Kind::slip_stops;
+    default:
+      return Switch::Kind::gap_closes;
+  }
+}
+
+}  // namespace
 
 PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tableau, const Options& options,
                                Counters& counters)
@@ -38,25 +43,21 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
       options_(options),
       counters_(counters),
       stage_solver_(problem, tableau, options.tolerance, counters),
-      impact_law_(problem, counters),
+      junction_solver_(problem, stage_solver_.tableau(), gap_size_, counters),
+      sign_conditions_(problem, stage_solver_.tableau(), gap_size_),
       n_q_(problem.n_q()),
       n_c_(problem.n_c()),
       n_s_(tableau.n_s),
-      stiffly_accurate_(tableau.is_stiffly_accurate()),
       regular_A_(tableau.A.fullPivLu().isInvertible()) {
   const int capacity = options.as_needed ? std::max(options.n_fe, options.max_elements) : options.n_fe;
   step_->resize(problem, n_s_, capacity);
   previous_->resize(problem, n_s_, capacity);
   junctions_.resize(static_cast<std::size_t>(capacity));
-  for (auto& junction : junctions_) {
-    junction.touching.reserve(static_cast<std::size_t>(n_c_));
-    junction.bounced.reserve(static_cast<std::size_t>(n_c_));
-  }
-  candidates_.reserve(static_cast<std::size_t>(n_c_));
-  for (Vector* v : {&gap_, &left_gap_, &lambda_, &gap_acceleration_}) v->setZero(n_c_);
+  for (auto& junction : junctions_) junction.reserve(problem.info());
+  gap_.setZero(n_c_);
+  J_t_.setZero(problem.info().n_tangent_entries);
   normal_size_ = problem.normal_jacobian(problem.info().q0).cwiseAbs().colwise().sum().transpose();
   gap_size_.setZero(n_c_);
-  force_size_.setZero(n_c_);
 }
 
 void PivotingSolver::start(const Vector& q, const Vector& v) {
@@ -73,9 +74,9 @@ Status PivotingSolver::advance(double H) {
   }
   step_->H = H;
   step_->touches = false;
-  const Vector& q = step_->elements[0].q0;
+  const double *q = step_->elements[0].q0.data(), *v = &step_->v_minus(0, 0);
   const double before = position_size_;
-  for (int k = 0; k < n_q_; ++k) position_size_ = std::max(position_size_, std::abs(q[k]));
+  for (int k = 0; k < n_q_; ++k) position_size_ = std::max(position_size_, std::abs(q[k]) + H * std::abs(v[k]));
   if (position_size_ > before) gap_size_ = position_size_ * normal_size_;
   trials_ = 0;
   if (first_failure_.violation.verdict != Verdict::fulfilled) first_failure_ = deepest_failure_ = {};
@@ -93,7 +94,8 @@ Status PivotingSolver::advance(double H) {
   }
   step_->n_elements = 0;
   const Verdict verdict = first_failure_.violation.verdict;
-  const bool solver_failed = verdict == Verdict::newton_failed || verdict == Verdict::impact_failed;
+  const bool solver_failed =
+      verdict == Verdict::newton_failed || verdict == Verdict::no_impulse || verdict == Verdict::no_forces;
   return solver_failed ? Status::inner_solver_failed : Status::infeasible;
 }
 
@@ -111,10 +113,12 @@ int PivotingSolver::elements_for(int element, double remaining, int elements_lef
 
 bool PivotingSolver::search(int element, double remaining, int elements_left) {
   const int count = elements_for(element, remaining, elements_left);
+  if (element == 0) junctions_[0].switched = -1;
   if (count == 0 || !begin_element(element)) return false;
   // A switch may be preceded by all but one of the elements; by all of them when there may be more.
   const int most_before = longest_ == 0 ? count - 1 : count;
-  const unsigned n_alternatives = 1U << std::min<std::size_t>(junctions_[element].bounced.size(), 4);
+  const unsigned n_alternatives =
+      1U << std::min<std::size_t>(junctions_[element].alternatives.size(), kMaxAlternatives);
   for (unsigned trial = 0; trial < n_alternatives; ++trial) {
     if (++trials_ > max_trials()) return false;
     propose_modes(element, trial);
@@ -125,7 +129,7 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
       return true;
     }
     note_failure(violation, h, count);
-    if (violation.verdict != Verdict::gap_negative && violation.verdict != Verdict::force_negative) continue;
+    if (!is_switch(violation.verdict)) continue;
 
     // How many equal elements up to the switch: first the number that changes their length least, then its neighbours.
     const int nearest = std::clamp(static_cast<int>(std::lround(violation.time / h)), 1, std::max(1, most_before));
@@ -168,214 +172,84 @@ const Stages* PivotingSolver::left_neighbour(int element) const {
   return has_previous_step() ? &previous_->last() : nullptr;
 }
 
-/// Impulse and predicted modes at the left end of an element: ImpactLaw (1)-(4).
 bool PivotingSolver::begin_element(int element) {
-  Stages& stages = step_->elements[element];
-  Junction& junction = junctions_[element];
-  const Stages* left = left_neighbour(element);
-  auto v_minus = step_->v_minus.col(element);
-  auto Lambda = step_->Lambda_n.col(element);
-  junction.touching.clear();
-  junction.bounced.clear();
-  stages.v0 = v_minus;
-  if (n_c_ == 0) return true;
-  for (int i = 0; i < n_c_; ++i) {
-    Lambda[i] = 0;
-    stages.modes[i] = ContactMode::open;
-  }
-
-  const auto was_closed = [&](int i) { return left && left->modes[i] == ContactMode::closed; };
-  problem_.gap(stages.q0.data(), gap_.data());
-  for (int i = 0; i < n_c_; ++i) {
-    if (gap_[i] > 0 && gap_[i] > (was_closed(i) ? kClosedGapRounding : kGapRounding) * gap_size_[i]) continue;
-    junction.touching.push_back(i);
-  }
-  if (junction.touching.empty()) return true;
-  step_->touches = true;
-  if (!impact_law_.prepare(stages.q0, junction.touching)) {
-    note_failure({Verdict::impact_failed, element, junction.touching.front(), 0, 0}, 0, 1);
-    return false;
-  }
-
-  const auto rounding = [&](int i) { return kVelocityRounding * impact_law_.normal_velocity_scale(i, v_minus); };
-  bool approaches = false;
-  for (const int i : junction.touching)
-    approaches = approaches || impact_law_.normal_velocity(i, v_minus) < -rounding(i);
-  bool is_impact =
-      false;  // a contact closes; the small impulses that keep a closed contact's velocity tangential are none
-  if (approaches) {
-    if (impact_law_.impact(stages.v0, Lambda) != LcpStatus::solved) {
-      note_failure({Verdict::impact_failed, element, junction.touching.front(), 0, 0}, 0, 1);
-      return false;
-    }
-    for (const int i : junction.touching) is_impact = is_impact || (Lambda[i] > 0 && !was_closed(i));
-  }
-
-  // A contact that rested goes on resting, within a step; a new step knows the state only, so there the load decides,
-  // as it does after an impact for every contact that does not separate.
-  candidates_.clear();
-  for (const int i : junction.touching) {
-    const bool rested = was_closed(i) && !is_impact;
-    if (i == junction.broken) continue;
-    if (rested && element > 0) {
-      stages.modes[i] = ContactMode::closed;
-    } else if (rested || impact_law_.normal_velocity(i, stages.v0) <= rounding(i)) {
-      candidates_.push_back(i);
-    } else {
-      junction.bounced.push_back(i);
-    }
-  }
-  if (candidates_.empty()) return true;
-  if (impact_law_.contact_forces(stages.q0, stages.v0, candidates_, lambda_, gap_acceleration_) != LcpStatus::solved) {
-    note_failure({Verdict::impact_failed, element, candidates_.front(), 0, 0}, 0, 1);
-    return false;
-  }
-  for (const int i : candidates_) {
-    if (lambda_[i] > 0) stages.modes[i] = ContactMode::closed;
-  }
-  return true;
+  const auto result =
+      junction_solver_.begin(*step_, element, left_neighbour(element), element > 0, junctions_[element]);
+  if (result == JunctionSolver::Result::done) return true;
+  const Verdict verdict = result == JunctionSolver::Result::no_impulse ? Verdict::no_impulse : Verdict::no_forces;
+  note_failure({verdict, element, junctions_[element].touching.front(), 0, 0}, 0, 1);
+  return false;
 }
 
-/// Trial 0 is the prediction; bit k of a later trial closes the k-th contact that bounced.
+/// Trial 0 is the prediction; bit k of a later trial takes the k-th alternative.
 void PivotingSolver::propose_modes(int element, unsigned trial) {
-  const Junction& junction = junctions_[element];
-  for (std::size_t k = 0; k < junction.bounced.size(); ++k) {
-    const bool closes = k < 4 && (trial >> k & 1U);
-    step_->elements[element].modes[junction.bounced[k]] = closes ? ContactMode::closed : ContactMode::open;
+  const auto& alternatives = junctions_[element].alternatives;
+  for (std::size_t k = 0; k < alternatives.size(); ++k) {
+    const bool differs = k < kMaxAlternatives && (trial >> k & 1U);
+    step_->elements[element].modes[alternatives[k].contact] =
+        differs ? alternatives[k].mode : alternatives[k].predicted;
   }
 }
 
 void PivotingSolver::first_guess(int element, double h) {
   Stages& stages = step_->elements[element];
   const Stages* left = left_neighbour(element);
+  const Junction& junction = junctions_[element];
   stages.h = h;
-  const bool has_impulse = !junctions_[element].touching.empty() && !step_->Lambda_n.col(element).isZero(0);
+  const bool has_impulse = !junction.touching.empty() && !step_->Lambda_n.col(element).isZero(0);
   if (left && left->h == h && left->modes == stages.modes && !has_impulse) {
     stage_solver_.extrapolate(*left, stages);
+  } else if (junction.has_forces) {
+    stages.a.colwise() = junction.acceleration;
+    stages.lambda_n.colwise() = junction.lambda_n;
+    stages.lambda_t.colwise() = junction.lambda_t;
   } else {
     stages.a.setZero();
     stages.lambda_n.setZero();
+    stages.lambda_t.setZero();
   }
 }
 
-/// Hands the state and the modes of the element before over to `element`. False when a closed contact needs an impulse
-/// that the impact law cannot give.
-bool PivotingSolver::continue_without_switch(int element) {
-  const Stages& before = step_->elements[element - 1];
-  Stages& stages = step_->elements[element];
-  stages.q0 = before.q1;
-  stages.v0 = before.v1;
-  step_->v_minus.col(element) = before.v1;
-  Junction& junction = junctions_[element];
-  junction.touching.clear();
-  if (n_c_ == 0) return true;
-  for (int i = 0; i < n_c_; ++i) {
-    step_->Lambda_n(i, element) = 0;
-    stages.modes[i] = before.modes[i];
-  }
-  if (!step_->touches) return true;
-  for (int i = 0; i < n_c_; ++i) {
-    if (stages.modes[i] == ContactMode::closed) junction.touching.push_back(i);
-  }
-  if (junction.touching.empty()) return true;
-  if (!impact_law_.prepare(stages.q0, junction.touching)) return false;
-  for (const int i : junction.touching) {
-    if (impact_law_.normal_velocity(i, stages.v0) <
-        -kVelocityRounding * impact_law_.normal_velocity_scale(i, stages.v0)) {
-      return impact_law_.impact(stages.v0, step_->Lambda_n.col(element)) == LcpStatus::solved;
-    }
-  }
-  return true;
+/// Slip in space that would have to turn back leaves Newton's method without a solution: the contact comes to rest
+/// before.
+Violation PivotingSolver::after_failed_newton(int element) {
+  const Stages& stages = step_->elements[element];
+  const bool slips_in_space =
+      std::find(stages.modes.begin(), stages.modes.end(), ContactMode::slip) != stages.modes.end();
+  double time = 0;
+  const int contact = slips_in_space ? junction_solver_.first_to_stop(stages, time) : -1;
+  if (contact < 0) return {Verdict::newton_failed, element, -1, 0, 0};
+  first_guess(element, stages.h);  // the failed iteration left none
+  return {Verdict::slip_reversed, element, contact, time, 0};
 }
 
-PivotingSolver::Violation PivotingSolver::equal_elements(int first, int count, double h) {
+Violation PivotingSolver::equal_elements(int first, int count, double h) {
   if (!regular_A_) {
     for (int i = 0; i < n_c_; ++i) {
-      if (step_->elements[first].modes[i] == ContactMode::closed) return {Verdict::undetermined, first, i, 0, 0};
+      if (is_closed(step_->elements[first].modes[i])) return {Verdict::undetermined, first, i, 0, 0};
     }
   }
   for (int k = 0; k < count; ++k) {
     const int element = first + k;
-    if (k > 0 && !continue_without_switch(element)) return {Verdict::impact_failed, element, -1, 0, 0};
+    if (k > 0 && !junction_solver_.carry_on(*step_, element, junctions_[element]))
+      return {Verdict::no_impulse, element, -1, 0, 0};
     first_guess(element, h);
     Stages& stages = step_->elements[element];
-    if (stage_solver_.solve(stages) != StageSolver::Result::converged)
-      return {Verdict::newton_failed, element, -1, 0, 0};
-    Violation violation = check(stages);
+    Violation violation;
+    if (stage_solver_.solve(stages) == StageSolver::Result::converged)
+      violation = sign_conditions_.check(stages);
+    else
+      violation = after_failed_newton(element);
     if (violation.verdict != Verdict::fulfilled) {
       violation.element = element;
       violation.time += k * h;
+      const bool stops_in_space =
+          violation.verdict == Verdict::slip_reversed && problem_.info().contacts[violation.contact].n_t == 2;
+      if (stops_in_space && !stage_solver_.tableau().is_stiffly_accurate()) violation.verdict = Verdict::no_right_stage;
       return violation;
     }
   }
   return {};
-}
-
-/// The common case: every contact is open and no gap is negative.
-bool PivotingSolver::is_clear(const Stages& stages) {
-  for (const auto mode : stages.modes) {
-    if (mode != ContactMode::open) return false;
-  }
-  const int n_points = stiffly_accurate_ ? n_s_ : n_s_ + 1;
-  for (int j = 0; j < n_points; ++j) {
-    problem_.gap(j < n_s_ ? stages.q.data() + j * n_q_ : stages.q1.data(), gap_.data());
-    for (int i = 0; i < n_c_; ++i) {
-      if (!(gap_[i] >= 0)) return false;
-    }
-  }
-  return true;
-}
-
-/// Sign conditions of one element: f_c >= 0 at the stages and at the right end of an open contact, lambda_n >= 0 there
-/// of a closed one. Reports the condition that fails first in time.
-PivotingSolver::Violation PivotingSolver::check(const Stages& stages) {
-  Violation first;
-  if (is_clear(stages)) return first;
-  const Vector& c = stage_solver_.tableau().c;
-  const auto report = [&](Verdict verdict, int contact, double time, double value) {
-    if (first.verdict == Verdict::fulfilled || time < first.time) first = {verdict, 0, contact, time, value};
-  };
-
-  problem_.gap(stages.q0.data(), left_gap_.data());
-  double left_time = 0;
-  const int n_points = stiffly_accurate_ ? n_s_ : n_s_ + 1;
-  for (int j = 0; j < n_points; ++j) {
-    const bool is_stage = j < n_s_;
-    const double time = is_stage ? c[j] * stages.h : stages.h;
-    problem_.gap(is_stage ? stages.q.col(j).data() : stages.q1.data(), gap_.data());
-    for (int i = 0; i < n_c_; ++i) {
-      if (stages.modes[i] == ContactMode::closed) {
-        if (!is_stage && std::abs(gap_[i]) > kClosedGapRounding * gap_size_[i]) {
-          report(Verdict::drifts, i, time, gap_[i]);
-        }
-      } else if (gap_[i] < 0 && gap_[i] < -kGapRounding * gap_size_[i]) {
-        const double left = std::max(left_gap_[i], 0.0);
-        report(Verdict::gap_negative, i, left_time + (time - left_time) * left / (left - gap_[i]), gap_[i]);
-      }
-    }
-    std::swap(gap_, left_gap_);
-    left_time = time;
-  }
-
-  const Vector& to_right_end = stage_solver_.tableau().right_end;
-  for (int i = 0; i < n_c_; ++i) {
-    if (stages.modes[i] == ContactMode::open) continue;
-    force_size_[i] = std::max(force_size_[i], stages.lambda_n.row(i).maxCoeff());
-    double before = stages.lambda_n(i, 0), time_before = 0;
-    for (int j = 0; j <= n_s_; ++j) {
-      if (j == n_s_ && to_right_end.size() == 0) break;
-      const double lambda = j < n_s_ ? stages.lambda_n(i, j) : stages.lambda_n.row(i).dot(to_right_end);
-      const double time = j < n_s_ ? c[j] * stages.h : stages.h;
-      if (lambda < -kForceRounding * force_size_[i]) {
-        const double fraction = before > 0 ? before / (before - lambda) : 0.5;
-        report(Verdict::force_negative, i, time_before + (time - time_before) * fraction, lambda);
-        break;
-      }
-      before = lambda;
-      time_before = time;
-    }
-  }
-  return first;
 }
 
 /// Equal elements of one active set, before a switch. Jumps of v between them are left out of the square system, so
@@ -384,21 +258,23 @@ bool PivotingSolver::prepare_run(int first, int count) {
   for (int k = 1; k < count; ++k) {
     const auto& modes = step_->elements[first].modes;
     for (int i = 0; i < n_c_; ++i) {
-      if (modes[i] == ContactMode::closed && !problem_.info().contacts[i].is_affine) return false;
+      if (is_closed(modes[i]) && !problem_.info().contacts[i].is_affine) return false;
     }
     step_->elements[first + k].modes = modes;
+    step_->elements[first + k].slip_start.setZero();
   }
   return true;
 }
 
-PivotingSolver::Violation PivotingSolver::check_run(int first, int count) {
+Violation PivotingSolver::check_run(int first, int count) {
   for (int k = 0; k < count; ++k) {
     const Stages& stages = step_->elements[first + k];
     if (k > 0) {
       step_->v_minus.col(first + k) = stages.v0;
       step_->Lambda_n.col(first + k).setZero();
+      step_->Lambda_t.col(first + k).setZero();
     }
-    Violation violation = check(stages);
+    Violation violation = sign_conditions_.check(stages);
     violation.time += k * stages.h;
     if (violation.verdict != Verdict::fulfilled) return violation;
   }
@@ -412,11 +288,15 @@ bool PivotingSolver::run_to_switch(int first, int count, Violation violation, do
   const std::span<Stages> run(step_->elements.data() + first, static_cast<std::size_t>(count));
   for (int attempt = 0; attempt < 4; ++attempt) {
     if (++trials_ > max_trials()) return false;
-    Switch end;
-    end.kind = violation.verdict == Verdict::gap_negative ? Switch::Kind::gap_closes : Switch::Kind::force_vanishes;
-    end.contact = violation.contact;
-    const auto& touching = junctions_[first].touching;
-    end.starts_at_zero = std::find(touching.begin(), touching.end(), violation.contact) != touching.end();
+    Switch end{switch_kind(violation.verdict), violation.contact};
+    const Junction& junction = junctions_[first];
+    const auto has = [&](const std::vector<int>& contacts) {
+      return std::find(contacts.begin(), contacts.end(), violation.contact) != contacts.end();
+    };
+    if (end.kind == Switch::Kind::gap_closes && has(junction.touching)) end.zeros_at_start = 1;
+    if (end.kind == Switch::Kind::slip_stops && has(junction.from_rest))
+      end.zeros_at_start =
+          junction.switched == end.contact && junction.switch_kind == Switch::Kind::cone_reached ? 2 : 1;
     run.front().h = std::clamp(violation.time, 1e-3 * remaining, remaining) / count;
 
     const double max_h = remaining / count;
@@ -427,10 +307,10 @@ bool PivotingSolver::run_to_switch(int first, int count, Violation violation, do
     }
     const Violation other = check_run(first, count);
     if (other.verdict == Verdict::fulfilled) {
-      junctions_[first + count].broken = end.kind == Switch::Kind::force_vanishes ? end.contact : -1;
+      end_run(first + count, end.contact, end.kind);
       return true;
     }
-    if (other.verdict != Verdict::gap_negative && other.verdict != Verdict::force_negative) return false;
+    if (!is_switch(other.verdict)) return false;
     violation = other;
   }
   return false;
@@ -440,27 +320,62 @@ bool PivotingSolver::run_to_switch(int first, int count, Violation violation, do
 bool PivotingSolver::run_to_time(int first, int count, double h, int breaking_contact) {
   if (++trials_ > max_trials()) return false;
   if (equal_elements(first, count, h).verdict != Verdict::fulfilled) return false;
-  junctions_[first + count].broken = breaking_contact;
+  end_run(first + count, breaking_contact, Switch::Kind::force_vanishes);
   return true;
+}
+
+/// Tells the junction behind a run which switch ended it.
+void PivotingSolver::end_run(int next, int contact, Switch::Kind kind) {
+  junctions_[next].switched = contact;
+  junctions_[next].switch_kind = kind;
+}
+
+/// Switch function at the right end of a solved element, with its zeros at the start of a run divided out by the
+/// caller.
+double PivotingSolver::switch_value(int first, const Stages& last, const Switch& end) {
+  const Vector& to_right_end = stage_solver_.tableau().right_end;
+  const auto& contact = problem_.info().contacts[end.contact];
+  switch (end.kind) {
+    case Switch::Kind::gap_closes:
+      problem_.gap(last.q1.data(), gap_.data());
+      return gap_[end.contact];
+    case Switch::Kind::force_vanishes:
+      return last.lambda_n.row(end.contact).dot(to_right_end);
+    case Switch::Kind::cone_reached: {
+      double margin = 0;
+      for (int j = 0; j < n_s_; ++j)
+        margin += to_right_end[j] * (contact.mu * last.lambda_n(end.contact, j) -
+                                     last.lambda_t.col(j).segment(contact.tangent_index, contact.n_t).norm());
+      return margin;
+    }
+    case Switch::Kind::slip_stops: {
+      problem_.tangent_jacobian(last.q1.data(), J_t_.data());
+      const double* J_t = J_t_.data() + contact.tangent_begin;
+      double slip = 0;
+      for (const int row : contact.support) slip += *J_t++ * last.v1[row];
+      return slip_sign(step_->elements[first].modes[end.contact]) * slip;
+    }
+  }
+  return 0;
 }
 
 /// First guess for a switch that Newton's method did not find: the first sign change of the switch function over the
 /// lengths of the run, then regula falsi (Illinois variant). Leaves the run solved for that length.
 bool PivotingSolver::bracket_switch(int first, int count, const Switch& end, double remaining) {
-  const Vector& to_right_end = stage_solver_.tableau().right_end;
   const auto value = [&](double h) {
     for (int k = 0; k < count; ++k) {
-      if (k > 0 && !continue_without_switch(first + k)) return std::numeric_limits<double>::quiet_NaN();
+      if (k > 0 && !junction_solver_.carry_on(*step_, first + k, junctions_[first + k]))
+        return std::numeric_limits<double>::quiet_NaN();
       first_guess(first + k, h);
       if (stage_solver_.solve(step_->elements[first + k]) != StageSolver::Result::converged)
         return std::numeric_limits<double>::quiet_NaN();
     }
-    const Stages& last = step_->elements[first + count - 1];
-    if (end.kind == Switch::Kind::force_vanishes) return last.lambda_n.row(end.contact).dot(to_right_end);
-    problem_.gap(last.q1.data(), gap_.data());
-    return end.starts_at_zero ? gap_[end.contact] / h : gap_[end.contact];
+    return switch_value(first, step_->elements[first + count - 1], end) / std::pow(h, end.zeros_at_start);
   };
-  if (end.kind == Switch::Kind::force_vanishes && to_right_end.size() == 0) return false;
+  const bool needs_force = end.kind == Switch::Kind::force_vanishes || end.kind == Switch::Kind::cone_reached;
+  if (needs_force && stage_solver_.tableau().right_end.size() == 0) return false;
+  // Slip in space has no solution behind the switch that could bracket it.
+  if (step_->elements[first].modes[end.contact] == ContactMode::slip) return false;
 
   double low = 0, high = 0, at_low = 0, at_high = 0;
   bool found = false;
@@ -470,10 +385,9 @@ bool PivotingSolver::bracket_switch(int first, int count, const Switch& end, dou
     high = remaining / count * part / kBracketSamples;
     at_high = value(high);
     found = part > 1 ? at_low > 0 && at_high <= 0 : at_high <= 0 && end.kind == Switch::Kind::gap_closes;
-    if (part == 1 && found) {  // the gap at length zero is the one at the left end, the deflated one its velocity
+    if (part == 1 && found) {  // the gap at length zero is the one at the left end; deflated, some positive number
       problem_.gap(step_->elements[first].q0.data(), gap_.data());
-      at_low =
-          end.starts_at_zero ? impact_law_.normal_velocity(end.contact, step_->elements[first].v0) : gap_[end.contact];
+      at_low = end.zeros_at_start > 0 ? std::abs(at_high) : gap_[end.contact];
     }
   }
   if (!found) return false;
@@ -521,11 +435,25 @@ std::string PivotingSolver::describe(const Failure& failure) const {
     case Verdict::undetermined:
       return fmt::format("{} stays closed, but the matrix A of tableau {} is singular and does not determine its force",
                          contact, stage_solver_.tableau().name);
+    case Verdict::cone_left:
+      return fmt::format("{} would stick with {:.3g} N more than its friction cone has {}", contact, -v.value, where);
+    case Verdict::slip_reversed:
+      return fmt::format("{} would slip back with {:.3g} m/s {}", contact, -v.value, where);
+    case Verdict::no_right_stage:
+      return fmt::format(
+          "{} comes to rest, but tableau {} has no stage at the right end where both components of its slip velocity "
+          "could vanish: slip in space that stops needs a stiffly accurate tableau",
+          contact, stage_solver_.tableau().name);
     case Verdict::newton_failed:
       return fmt::format("Newton's method on the stage equations did not converge {}", where);
-    case Verdict::impact_failed:
+    case Verdict::no_impulse:
       return fmt::format(
           "the impact law at {} has no solution: M(q) is not positive definite or the contact problem is degenerate",
+          contact);
+    case Verdict::no_forces:
+      return fmt::format(
+          "the contact forces at {} are inconsistent: no active set of the touching contacts fulfils the contact laws "
+          "(Painleve)",
           contact);
     case Verdict::fulfilled:
       break;

@@ -3,42 +3,28 @@
 #include <string>
 #include <vector>
 
-#include "methods/fesd/impact_law.h"
-#include "methods/runge_kutta/stage_solver.h"
+#include "methods/fesd/fesd_step.h"
+#include "methods/fesd/junction.h"
+#include "methods/fesd/sign_conditions.h"
 
 namespace ricochet {
 
-/// All discrete quantities of one FESD-J step: the finite elements and what happens at their left ends.
-struct FesdStep {
-  double H = 0;                  ///< length [s]
-  int n_elements = 0;            ///< N_FE
-  bool touches = false;          ///< some contact touched at the left end of an element: modes and impulses may be set
-  std::vector<Stages> elements;  ///< the first n_elements are in use
-  Matrix v_minus;                ///< n_q x elements: velocity before the impact at the left end of each element
-  Matrix Lambda_n;               ///< n_c x elements: impulse there
-
-  void resize(const Problem& problem, int n_s, int max_elements);
-  const Stages& last() const { return elements[static_cast<std::size_t>(n_elements) - 1]; }
-};
-
 /// Solves the FESD-J equations of a step exactly, by pivoting on the active set instead of a homotopy.
 ///
-/// At the left end of an element the impact law decides the impulse and which contacts are closed (ImpactLaw). Predict
-/// that no switch happens in the rest of the step; then step equilibration makes all remaining elements equally long
-/// and their stage equations determine everything. When a sign condition fails - a gap or a contact force becomes
-/// negative - a switch lies inside: choose how many equal elements m lead up to it, solve the square system of their
-/// stage equations, the switch equation at the right end of the m-th, and the common length h
-/// (StageSolver::solve_to_switch), and continue there with the elements and the time that remain. Every choice is
-/// checked by the sign conditions and taken back when they fail: other m, then closed instead of open for contacts that
-/// have just bounced (that is how a ball comes to rest, open question 2 of the specification). So a step is either
-/// solved to rounding, or it is infeasible for this number of elements as far as the search reaches, and says why. With
-/// Options::as_needed an infeasible step is searched again with as many elements as it takes, none longer than H /
-/// N_FE.
+/// At the left end of an element the contact laws decide the impulse and the modes (junction.h). Predict that no switch
+/// happens in the rest of the step; then step equilibration makes all remaining elements equally long and their stage
+/// equations determine everything. When a sign condition fails (sign_conditions.h) a switch lies inside: choose how
+/// many equal elements m lead up to it, solve the square system of their stage equations, the switch equation at the
+/// right end of the m-th, and the common length h (StageSolver::solve_to_switch), and continue there with the elements
+/// and the time that remain. Every choice is checked by the sign conditions and taken back when they fail: other m,
+/// then the alternative modes of the junction. So a step is either solved to rounding, or it is infeasible for this
+/// number of elements as far as the search reaches, and says why. With Options::as_needed an infeasible step is
+/// searched again with as many elements as it takes, none longer than H / N_FE.
 ///
 /// Published equations: paper section 3, with the corrections of the specification. They leave an interval of length
-/// O(h) for the time at which a contact breaks (specification, open question 1). It is pinned by one more equation,
-/// lambda_n(right end) = 0, or, with Switches::published, only if that has a solution: else some time of the interval
-/// is taken.
+/// O(h) for the time at which a contact breaks or begins to slip (specification, open question 1). It is pinned by one
+/// more equation, lambda_n(right end) = 0 or the cone reached there, or, with Switches::published, only if that has a
+/// solution: else some time of the interval is taken.
 class PivotingSolver {
  public:
   enum class Switches : std::uint8_t { pinned, published };
@@ -69,32 +55,6 @@ class PivotingSolver {
   std::string failure_message() const;
 
  private:
-  enum class Verdict : std::uint8_t {
-    fulfilled,
-    gap_negative,
-    force_negative,
-    drifts,
-    undetermined,
-    newton_failed,
-    impact_failed
-  };
-
-  /// First sign condition that a run of elements breaks.
-  struct Violation {
-    Verdict verdict = Verdict::fulfilled;
-    int element = 0;  // of the step
-    int contact = -1;
-    double time = 0;   // where the quantity crosses zero, from the start of the run, interpolated [s]
-    double value = 0;  // gap [m] or force [N]
-  };
-
-  /// What happens at the left end of an element.
-  struct Junction {
-    std::vector<int> touching;
-    std::vector<int> bounced;  // touching contacts that separate: predicted open, closed is the alternative
-    int broken = -1;           // contact whose force has just vanished
-  };
-
   /// A prediction that failed: `count` equal elements of length h.
   struct Failure {
     Violation violation;
@@ -110,13 +70,13 @@ class PivotingSolver {
   Violation equal_elements(int first, int count, double h);
   bool run_to_switch(int first, int count, Violation violation, double remaining);
   bool run_to_time(int first, int count, double h, int breaking_contact);
+  void end_run(int next, int contact, Switch::Kind kind);
   bool continue_after(int element, int count, double remaining, int elements_left);
   bool prepare_run(int first, int count);
   bool bracket_switch(int first, int count, const Switch& end, double remaining);
+  double switch_value(int first, const Stages& last, const Switch& end);
   Violation check_run(int first, int count);
-  bool continue_without_switch(int element);
-  Violation check(const Stages& stages);
-  bool is_clear(const Stages& stages);
+  Violation after_failed_newton(int element);
   void first_guess(int element, double h);
   const Stages* left_neighbour(int element) const;
   void note_failure(const Violation& violation, double h, int count);
@@ -125,14 +85,14 @@ class PivotingSolver {
   const Problem& problem_;
   const Options options_;
   Counters& counters_;
-  StageSolver stage_solver_;
-  ImpactLaw impact_law_;
-  const int n_q_, n_c_, n_s_;
-  const bool stiffly_accurate_, regular_A_;
   Vector normal_size_;        // sum_k |J_n,k^i(q0)|
-  double position_size_ = 0;  // largest |q_k| so far: the rounding that q may carry is relative to it
+  double position_size_ = 0;  // largest |q_k| + H |v_k| so far: the rounding that q may carry is relative to it
   Vector gap_size_;           // the same for the gaps
-  Vector force_size_;         // largest lambda_n^i so far: what rounding of a contact force is relative to
+  StageSolver stage_solver_;
+  JunctionSolver junction_solver_;
+  SignConditions sign_conditions_;
+  const int n_q_, n_c_, n_s_;
+  const bool regular_A_;
 
   FesdStep buffers_[2];
   FesdStep *step_ = &buffers_[0], *previous_ = &buffers_[1];
@@ -143,8 +103,7 @@ class PivotingSolver {
   Failure first_failure_;    // of the natural prediction, without a switch
   Failure deepest_failure_;  // behind as many switches as the search got
 
-  Vector gap_, left_gap_, lambda_, gap_acceleration_;
-  std::vector<int> candidates_;
+  Vector gap_, J_t_;
 };
 
 }  // namespace ricochet

@@ -40,7 +40,7 @@ class ImplicitRungeKutta final : public Method {
     const TimeLimit time_limit(settings.time_limit);
     const double h = problem.info().end_time / settings.steps;
     Stages step, next;
-    for (Stages* s : {&step, &next}) s->resize(problem.n_q(), problem.n_c(), tableau_.n_s);
+    for (Stages* s : {&step, &next}) s->resize(problem.info(), tableau_.n_s);
     step.h = next.h = h;
     step.q1 = problem.info().q0;
     step.v1 = problem.info().v0;

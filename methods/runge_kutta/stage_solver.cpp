@@ -9,16 +9,20 @@ namespace {
 constexpr int kMaxNewton = 30;
 // Rounding of q_0 moves the gap by about 1e-16 of its size per step; from here on it is removed.
 constexpr double kGapDrift = 1e-13;
+// The same for slip velocities, which a switch makes zero to the accuracy of Newton's method.
+constexpr double kSlipDrift = 1e-13;
 constexpr std::size_t kMaxFactors =
     8;  // element lengths and active sets that alternate: full step, rest after an impact, ...
 
 }  // namespace
 
-void Stages::resize(int n_q, int n_c, int n_s) {
-  q0 = v0 = q1 = v1 = Vector::Zero(n_q);
-  q = v = a = Matrix::Zero(n_q, n_s);
-  lambda_n = Matrix::Zero(n_c, n_s);
-  modes.assign(static_cast<std::size_t>(n_c), ContactMode::open);
+void Stages::resize(const ProblemInfo& info, int n_s) {
+  q0 = v0 = q1 = v1 = Vector::Zero(info.n_q);
+  q = v = a = Matrix::Zero(info.n_q, n_s);
+  lambda_n = Matrix::Zero(info.n_c(), n_s);
+  lambda_t = Matrix::Zero(info.n_lambda_t, n_s);
+  slip_start = Vector::Zero(info.n_lambda_t);
+  modes.assign(info.contacts.size(), ContactMode::open);
 }
 
 StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, double tolerance, Counters& counters)
@@ -49,18 +53,22 @@ StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, 
   const int n_c = problem.n_c();
   f_.resize(n_q_);
   J_n_.resize(problem.info().n_normal_entries);
+  J_t_.resize(problem.info().n_tangent_entries);
   chord_J_.resize(problem.info().n_normal_entries);
   chord_q_.resize(n_q_);
   gap_.resize(n_c);
   gap0_.setZero(n_c);
   kept_gap0_.setZero(n_c);
+  kept_slip0_.setZero(problem.info().n_lambda_t);
   dq_.setZero(n_q_, n_s_);
   lambda_.setZero(n_c);
+  lambda_t_.setZero(problem.info().n_lambda_t);
+  Tq_.setZero(problem.info().n_lambda_t, n_q_);
   Mq_ = Fq_ = Fv_ = Jq_ = Matrix::Zero(n_q_, n_q_);
   stage_M_.assign(n_s_, structure_.constant_mass ? M_ : Matrix::Zero(n_q_, n_q_));
   Dq_.assign(n_s_, Matrix::Zero(n_q_, n_q_));
   Dv_ = Dq_;
-  stage_J_.assign(n_s_, Matrix());
+  for (auto* matrices : {&forces_, &Rq_, &Rv_, &Rl_}) matrices->assign(n_s_, Matrix());
   incoming_q_ = incoming_v_ = stage_dq_ = stage_dv_ = Matrix::Zero(n_q_, 2);
   factors_.reserve(kMaxFactors);
   set_active(std::vector<ContactMode>(static_cast<std::size_t>(n_c), ContactMode::open));
@@ -79,26 +87,43 @@ void StageSolver::set_active(const std::vector<ContactMode>& modes) {
   if (modes == modes_ && n_x_ > 0) return;
   modes_ = modes;
   closed_.clear();
+  row_power_.clear();
+  has_friction_ = false;
   is_affine_ = structure_.constant_mass && structure_.constant_force_jacobian;
   for (std::size_t i = 0; i < modes.size(); ++i) {
     if (modes[i] == ContactMode::open) continue;
-    closed_.push_back(static_cast<int>(i));
-    is_affine_ = is_affine_ && problem_.info().contacts[i].is_affine;
+    const auto& contact = problem_.info().contacts[i];
+    const bool has_tangential_rows = modes[i] == ContactMode::stick || modes[i] == ContactMode::slip;
+    closed_.push_back({.contact = static_cast<int>(i),
+                       .mode = modes[i],
+                       .row = static_cast<int>(row_power_.size()),
+                       .n_rows = has_tangential_rows ? 1 + contact.n_t : 1});
+    row_power_.push_back(2);
+    for (int d = 1; d < closed_.back().n_rows; ++d) row_power_.push_back(modes[i] == ContactMode::stick ? 1 : 0);
+    has_friction_ = has_friction_ || contact.n_t > 0;
+    is_affine_ = is_affine_ && contact.is_affine && modes[i] != ContactMode::slip;
   }
-  const int n_closed = static_cast<int>(closed_.size());
-  n_x_ = n_q_ + n_closed;
+  const int n_rows = static_cast<int>(row_power_.size());
+  n_x_ = n_q_ + n_rows;
   r_.resize(n_s_ * n_x_);
   dx_.resize(n_s_ * n_x_);
   rhs_.resize(n_s_ * n_x_, 2);
-  for (auto& J : stage_J_) J.resize(n_q_, n_closed);
+  for (int j = 0; j < n_s_; ++j) {
+    forces_[j].setZero(n_q_, n_rows);
+    Rq_[j].setZero(n_rows, n_q_);
+    Rv_[j].setZero(n_rows, n_q_);
+    Rl_[j].setZero(n_rows, n_rows);
+  }
 }
 
-/// Decides what of f_c(q_0) equation (4) removes.
-void StageSolver::set_initial_gaps(const Stages& step, double h) {
+/// Decides what of f_c(q_0) equation (4) removes, and what of J_t' v_0 equation (7a).
+void StageSolver::set_initial_values(const Stages& step, double h) {
   if (closed_.empty()) return;
   problem_.gap(step.q0.data(), gap0_.data());
   problem_.normal_jacobian(step.q0.data(), J_n_.data());
-  for (const int i : closed_) {
+  if (has_friction_) problem_.tangent_jacobian(step.q0.data(), J_t_.data());
+  for (const Active& active : closed_) {
+    const int i = active.contact;
     const auto& contact = problem_.info().contacts[i];
     const double* J = J_n_.data() + contact.normal_begin;
     double position = 0, velocity = 0;
@@ -109,7 +134,45 @@ void StageSolver::set_initial_gaps(const Stages& step, double h) {
     const bool is_drift = std::abs(gap0_[i]) > kGapDrift * position;
     const bool is_harmless = std::abs(gap0_[i]) <= 1e-8 * h * velocity;
     kept_gap0_[i] = is_drift && is_harmless ? gap0_[i] : 0;
+    const double* J_t = J_t_.data() + contact.tangent_begin;
+    for (int d = 0; d < contact.n_t; ++d) {
+      double slip = 0, size = 0;
+      for (const int row : contact.support) {
+        slip += *J_t * step.v0[row];
+        size += std::abs(*J_t++ * step.v0[row]);
+      }
+      kept_slip0_[contact.tangent_index + d] = std::abs(slip) > kSlipDrift * size ? slip : 0;
+    }
   }
+}
+
+/// (7a) holds for the contact at this stage.
+bool StageSolver::sticks(const Active& active, int stage) const {
+  return active.mode == ContactMode::stick || (active.contact == resting_contact_ && stage == n_s_ - 1);
+}
+
+/// Unit vector of slip for (7b), (7c) at velocity v, with J_t_ evaluated there; returns ||v_t||, 0 when the direction
+/// does not depend on it.
+double StageSolver::slip_direction(const Active& active, const double* v, const Stages& step, double* direction) const {
+  const auto& contact = problem_.info().contacts[active.contact];
+  if (active.mode != ContactMode::slip) {
+    direction[0] = slip_sign(active.mode);
+    return 0;
+  }
+  const double* J_t = J_t_.data() + contact.tangent_begin;
+  for (int d = 0; d < 2; ++d) {
+    direction[d] = 0;
+    for (const int row : contact.support) direction[d] += *J_t++ * v[row];
+  }
+  const double speed = std::hypot(direction[0], direction[1]);
+  const double* start = step.slip_start.data() + contact.tangent_index;
+  const bool has_start = start[0] != 0 || start[1] != 0;
+  if (has_start && (is_frozen_ || speed == 0)) {
+    std::copy_n(start, 2, direction);
+    return 0;
+  }
+  for (int d = 0; d < 2; ++d) direction[d] /= speed;
+  return speed;
 }
 
 /// (1) and (2)
@@ -173,7 +236,7 @@ double StageSolver::gap_change(int contact, int stage, const Stages& step) {
   return variation <= 0.01 * size ? change : gap_[contact] - gap0_[contact];
 }
 
-/// (3) and (4), stage after stage
+/// (3), (4) and (7), stage after stage
 void StageSolver::residual(const Coefficients& k, const Stages& step) {
   const int n = n_q_;
   const double* u = problem_.info().u.data();
@@ -198,8 +261,9 @@ void StageSolver::residual(const Coefficients& k, const Stages& step) {
     if (closed_.empty()) continue;
     problem_.normal_jacobian(q, J_n_.data());
     problem_.gap(q, gap_.data());
-    for (std::size_t c = 0; c < closed_.size(); ++c) {
-      const int i = closed_[c];
+    if (has_friction_) problem_.tangent_jacobian(q, J_t_.data());
+    for (const Active& active : closed_) {
+      const int i = active.contact;
       const auto& contact = problem_.info().contacts[i];
       const double* J = J_n_.data() + contact.normal_begin;
       double change = 0;  // f_c(q_j) - f_c(q_0)
@@ -208,13 +272,41 @@ void StageSolver::residual(const Coefficients& k, const Stages& step) {
         r[row] -= *J++ * step.lambda_n(i, j);
       }
       if (!contact.is_affine) change = gap_change(i, j, step);
-      r[n + static_cast<int>(c)] = (kept_gap0_[i] + change) / (k.h * k.h);
+      r[n + active.row] = (kept_gap0_[i] + change) / (k.h * k.h);
+      if (contact.n_t > 0) friction_residual(k, active, j, step, r);
     }
   }
 }
 
-/// M, d(3)/dq, d(3)/dv and J_n at every stage
-void StageSolver::derivatives(const Stages& step) {
+/// J_t lambda_t in (3), and (7)
+void StageSolver::friction_residual(const Coefficients& k, const Active& active, int j, const Stages& step, double* r) {
+  const auto& contact = problem_.info().contacts[active.contact];
+  const double* v = step.v.data() + j * n_q_;
+  double direction[2]{0, 0};
+  const bool is_sticking = sticks(active, j);
+  if (!is_sticking) slip_direction(active, v, step, direction);
+  const auto change_of_v = [&](int row) {  // without the rounding of v_j
+    double dv = 0;
+    for (int l = 0; l < n_s_; ++l) dv += k.hA(j, l) * step.a(row, l);
+    return dv;
+  };
+  const double cone = contact.mu * step.lambda_n(active.contact, j);
+  const double* J_t = J_t_.data() + contact.tangent_begin;
+  for (int d = 0; d < contact.n_t; ++d) {
+    const double lambda_t = step.lambda_t(contact.tangent_index + d, j);
+    double slip = contact.is_affine ? kept_slip0_[contact.tangent_index + d] : 0;
+    for (const int row : contact.support) {
+      slip += *J_t * (contact.is_affine ? change_of_v(row) : v[row]);
+      r[row] -= *J_t++ * lambda_t;
+    }
+    if (active.n_rows == 1) continue;
+    r[n_q_ + active.row + 1 + d] =
+        is_sticking ? slip / tangential_scale(active, k.h) : lambda_t + cone * direction[d];  // (7a), (7c)
+  }
+}
+
+/// M and the derivatives of (3), (4), (7) at every stage
+void StageSolver::derivatives(const Coefficients& k, const Stages& step) {
   counters_.jacobian_evaluations += n_s_;
   const double* u = problem_.info().u.data();
   for (int j = 0; j < n_s_; ++j) {
@@ -229,30 +321,77 @@ void StageSolver::derivatives(const Stages& step) {
     }
     if (closed_.empty()) continue;
     lambda_ = step.lambda_n.col(j);
-    problem_.contact_force_derivative(q, lambda_.data(), nullptr, Jq_.data());
+    if (has_friction_) lambda_t_ = step.lambda_t.col(j);
+    problem_.contact_force_derivative(q, lambda_.data(), lambda_t_.data(), Jq_.data());
     Dq_[j] -= Jq_;
     problem_.normal_jacobian(q, J_n_.data());
-    stage_J_[j].setZero();
-    for (std::size_t c = 0; c < closed_.size(); ++c) {
-      const auto& contact = problem_.info().contacts[closed_[c]];
+    if (has_friction_) {
+      problem_.tangent_jacobian(q, J_t_.data());
+      problem_.slip_velocity_derivative(q, v, Tq_.data());
+    }
+    for (const Active& active : closed_) {
+      const auto& contact = problem_.info().contacts[active.contact];
       const double* J = J_n_.data() + contact.normal_begin;
-      for (const int row : contact.support) stage_J_[j](row, static_cast<Eigen::Index>(c)) = *J++;
+      for (const int row : contact.support) {
+        forces_[j](row, active.row) = *J;
+        Rq_[j](active.row, row) = *J++ / (k.h * k.h);
+      }
+      if (contact.n_t > 0) friction_derivatives(k, active, j, step);
     }
   }
 }
 
-/// Derivative of (3) and (4) with respect to all accelerations and forces, from derivatives()
+/// Columns of lambda_t, and the derivatives of (7)
+void StageSolver::friction_derivatives(const Coefficients& k, const Active& active, int j, const Stages& step) {
+  const auto& contact = problem_.info().contacts[active.contact];
+  const auto entries = static_cast<int>(contact.support.size());
+  const double* J_t = J_t_.data() + contact.tangent_begin;
+  double direction[2]{0, 0};
+  const bool is_sticking = sticks(active, j);
+  const double speed = is_sticking ? 0 : slip_direction(active, step.v.col(j).data(), step, direction);
+  if (active.n_rows == 1) {  // (7b)
+    for (int s = 0; s < entries; ++s) forces_[j](contact.support[s], active.row) -= contact.mu * direction[0] * J_t[s];
+    return;
+  }
+  const double cone = contact.mu * step.lambda_n(active.contact, j);
+  for (int d = 0; d < contact.n_t; ++d) {
+    const int row = active.row + 1 + d;
+    for (int s = 0; s < entries; ++s) forces_[j](contact.support[s], row) = J_t[d * entries + s];
+    auto Rq = Rq_[j].row(row), Rv = Rv_[j].row(row), Rl = Rl_[j].row(row);
+    Rq.setZero();
+    Rv.setZero();
+    Rl.setZero();
+    if (is_sticking) {  // (7a)
+      for (int s = 0; s < entries; ++s) Rv[contact.support[s]] = J_t[d * entries + s] / tangential_scale(active, k.h);
+      Rq = Tq_.row(contact.tangent_index + d) / tangential_scale(active, k.h);
+      continue;
+    }
+    Rl[row] = 1;  // (7c)
+    Rl[active.row] = contact.mu * direction[d];
+    if (speed == 0) continue;
+    for (int e = 0; e < contact.n_t; ++e) {
+      const double slope = cone * ((d == e ? 1 : 0) - direction[d] * direction[e]) / speed;
+      for (int s = 0; s < entries; ++s) Rv[contact.support[s]] += slope * J_t[e * entries + s];
+      Rq += slope * Tq_.row(contact.tangent_index + e);
+    }
+  }
+}
+
+/// Derivative of (3), (4), (7) with respect to all accelerations and forces, from derivatives()
 void StageSolver::newton_matrix(const Coefficients& k) {
-  const auto n_closed = static_cast<Eigen::Index>(closed_.size());
+  const auto n_rows = static_cast<Eigen::Index>(row_power_.size());
   K_.setZero(n_s_ * n_x_, n_s_ * n_x_);
   for (int j = 0; j < n_s_; ++j) {
     for (int l = 0; l < n_s_; ++l) {
       auto block = K_.block(j * n_x_, l * n_x_, n_x_, n_x_);
       block.topLeftCorner(n_q_, n_q_) = k.h2A2(j, l) * Dq_[j] + k.hA(j, l) * Dv_[j];
-      if (n_closed > 0) block.bottomLeftCorner(n_closed, n_q_) = A2_(j, l) * stage_J_[j].transpose();
+      if (n_rows > 0) block.bottomLeftCorner(n_rows, n_q_) = k.h2A2(j, l) * Rq_[j] + k.hA(j, l) * Rv_[j];
       if (j != l) continue;
       block.topLeftCorner(n_q_, n_q_) += stage_M_[j];
-      if (n_closed > 0) block.topRightCorner(n_q_, n_closed) = -stage_J_[j];
+      if (n_rows > 0) {
+        block.topRightCorner(n_q_, n_rows) = -forces_[j];
+        block.bottomRightCorner(n_rows, n_rows) = Rl_[j];
+      }
     }
   }
 }
@@ -267,7 +406,14 @@ double StageSolver::correct(const double* dx, double h, Stages& step) const {
       largest = std::max(largest, std::abs(dx[i]));
     }
     dx += n_q_;
-    for (const int c : closed_) step.lambda_n(c, j) += *dx++;
+    for (const Active& active : closed_) {
+      step.lambda_n(active.contact, j) += *dx++;
+      const int begin = problem_.info().contacts[active.contact].tangent_index;
+      for (int d = 0; d < active.n_rows - 1; ++d) step.lambda_t(begin + d, j) += *dx++;
+      if (const int sign = slip_sign(active.mode); sign != 0)
+        step.lambda_t(begin, j) =
+            -sign * problem_.info().contacts[active.contact].mu * step.lambda_n(active.contact, j);
+    }
   }
   return h * largest;
 }
@@ -299,7 +445,7 @@ StageSolver::Factor& StageSolver::factor_for(const Stages& step) {
 }
 
 bool StageSolver::refresh(Factor& factor, const Stages& step) {
-  derivatives(step);
+  derivatives(factor.coefficients, step);
   newton_matrix(factor.coefficients);
   ++counters_.matrix_factorizations;
   factor.negative_inverse = -inverse_.of(K_);
@@ -321,14 +467,13 @@ void StageSolver::newton_correction(const Factor& factor) {
 
 StageSolver::Result StageSolver::solve(Stages& step) {
   set_active(step.modes);
-  for (std::size_t i = 0; i < modes_.size(); ++i) {
-    if (modes_[i] == ContactMode::open) step.lambda_n.row(static_cast<Eigen::Index>(i)).setZero();
-  }
+  set_dependent_forces(step);
   Factor& factor = factor_for(step);
   const Coefficients& k = factor.coefficients;
-  set_initial_gaps(step, k.h);
+  set_initial_values(step, k.h);
   stage_values(k, step);
   bool is_fresh = false;
+  is_frozen_ = has_friction_ && !step.slip_start.isZero(0);
   if (!factor.is_valid) {
     if (!refresh(factor, step)) return Result::singular;
     is_fresh = true;
@@ -360,7 +505,13 @@ StageSolver::Result StageSolver::solve(Stages& step) {
         is_fresh = true;
       }
     }
+    if (is_frozen_ && size <= 1e-3 * scale) {  // close enough for the direction to follow the velocity
+      is_frozen_ = false;
+      if (!refresh(factor, step)) return Result::singular;
+      continue;
+    }
     if (is_converged) {
+      set_slip_in_space(step);
       end_values(k, step);
       return Result::converged;
     }
@@ -369,12 +520,43 @@ StageSolver::Result StageSolver::solve(Stages& step) {
   return Result::no_convergence;
 }
 
+/// (7c) from the velocities: they are known to the tolerance, the forces in the Newton correction only to the tolerance
+/// divided by h.
+void StageSolver::set_slip_in_space(Stages& step) {
+  for (const Active& active : closed_) {
+    if (active.mode != ContactMode::slip) continue;
+    const auto& contact = problem_.info().contacts[active.contact];
+    for (int j = 0; j < n_s_; ++j) {
+      if (sticks(active, j)) continue;
+      problem_.tangent_jacobian(step.q.col(j).data(), J_t_.data());
+      double direction[2];
+      slip_direction(active, step.v.col(j).data(), step, direction);
+      for (int d = 0; d < contact.n_t; ++d)
+        step.lambda_t(contact.tangent_index + d, j) = -contact.mu * step.lambda_n(active.contact, j) * direction[d];
+    }
+  }
+}
+
+/// Forces that are not unknowns: those of open contacts, and (7b).
+void StageSolver::set_dependent_forces(Stages& step) const {
+  for (std::size_t i = 0; i < modes_.size(); ++i) {
+    const auto& contact = problem_.info().contacts[i];
+    if (modes_[i] == ContactMode::open) step.lambda_n.row(static_cast<Eigen::Index>(i)).setZero();
+    const int sign = slip_sign(modes_[i]);
+    if (sign != 0) {
+      step.lambda_t.row(contact.tangent_index) = -sign * contact.mu * step.lambda_n.row(static_cast<Eigen::Index>(i));
+    } else if (contact.n_t > 0 && modes_[i] == ContactMode::open) {
+      step.lambda_t.middleRows(contact.tangent_index, contact.n_t).setZero();
+    }
+  }
+}
+
 /// One Newton step of a run: how the unknowns respond to the residual and to the variation incoming_q_, incoming_v_ of
 /// the left end, and what that makes of the right end (which becomes the next step's left end).
 void StageSolver::linearize_step(const Coefficients& k, const Stages& step, Matrix& response) {
-  const auto n_closed = static_cast<Eigen::Index>(closed_.size());
+  const auto n_rows = static_cast<Eigen::Index>(row_power_.size());
   const double h = k.h;
-  derivatives(step);
+  derivatives(k, step);
   newton_matrix(k);
   lu_.compute(K_);
   ++counters_.matrix_factorizations;
@@ -388,12 +570,15 @@ void StageSolver::linearize_step(const Coefficients& k, const Stages& step, Matr
     dynamics.noalias() = Dq_[j].lazyProduct(stage_dq_);
     dynamics.noalias() += Dv_[j].lazyProduct(stage_dv_);
     dynamics.col(0) += r_.segment(j * n_x_, n_q_);
-    if (n_closed == 0) continue;
-    auto gaps = rhs_.middleRows(j * n_x_ + n_q_, n_closed);
-    gaps.noalias() = stage_J_[j].transpose().lazyProduct(stage_dq_);
-    gaps /= h * h;
-    gaps.col(0) += r_.segment(j * n_x_ + n_q_, n_closed);
-    gaps.col(1) -= 2 / h * r_.segment(j * n_x_ + n_q_, n_closed);
+    if (n_rows == 0) continue;
+    auto laws = rhs_.middleRows(j * n_x_ + n_q_, n_rows);
+    laws.noalias() = Rq_[j].lazyProduct(stage_dq_);
+    laws.noalias() += Rv_[j].lazyProduct(stage_dv_);
+    for (Eigen::Index row = 0; row < n_rows; ++row) {
+      const double r = r_[j * n_x_ + n_q_ + row];
+      laws(row, 0) += r;
+      laws(row, 1) -= row_power_[row] / h * r;
+    }
   }
   response = lu_.solve(rhs_);
   response *= -1;
@@ -410,36 +595,80 @@ void StageSolver::linearize_step(const Coefficients& k, const Stages& step, Matr
   }
 }
 
+/// Slip velocity at the right end of a run, in the plane, with its sign.
+double StageSolver::right_end_slip(const Stages& last, const Active& active, Eigen::RowVector2d& slope) {
+  const auto& contact = problem_.info().contacts[active.contact];
+  problem_.tangent_jacobian(last.q1.data(), J_t_.data());
+  problem_.slip_velocity_derivative(last.q1.data(), last.v1.data(), Tq_.data());
+  const double* J_t = J_t_.data() + contact.tangent_begin;
+  const int sign = slip_sign(active.mode);
+  double value = 0;
+  slope.noalias() = sign * Tq_.row(contact.tangent_index).lazyProduct(incoming_q_);
+  for (const int row : contact.support) {
+    value += sign * *J_t * last.v1[row];
+    slope += sign * *J_t++ * incoming_v_.row(row);
+  }
+  return value;
+}
+
+/// lambda_n at the right end of a run or, with `cone`, the margin mu lambda_n - ||lambda_t|| of a sticking contact.
+double StageSolver::right_end_force(const Stages& last, const Active& active, bool cone,
+                                    Eigen::RowVector2d& slope) const {
+  const Matrix& response = run_response_[run_length_ - 1];
+  const auto& contact = problem_.info().contacts[active.contact];
+  double value = 0;
+  for (int l = 0; l < n_s_; ++l) {
+    const double weight = tableau_.right_end[l], weight_n = cone ? weight * contact.mu : weight;
+    const auto row = l * n_x_ + n_q_ + active.row;
+    value += weight_n * last.lambda_n(active.contact, l);
+    slope += weight_n * response.row(row);
+    if (!cone) continue;
+    const auto lambda_t = last.lambda_t.col(l).segment(contact.tangent_index, contact.n_t);
+    const double force = lambda_t.norm();
+    value -= weight * force;
+    for (int d = 0; d < contact.n_t && force > 0; ++d)
+      slope -= weight * lambda_t[d] / force * response.row(row + 1 + d);
+  }
+  return value;
+}
+
 /// Value of the switch function at the right end of a run, and its slope: constant part, per unit of h.
 double StageSolver::switch_function(const Stages& last, const Switch& end, double h, Eigen::RowVector2d& slope) {
   slope.setZero();
   double value = 0;
+  const auto active =
+      std::find_if(closed_.begin(), closed_.end(), [&](const Active& a) { return a.contact == end.contact; });
+  const auto& contact = problem_.info().contacts[end.contact];
   if (end.kind == Switch::Kind::gap_closes) {
     problem_.gap(last.q1.data(), gap_.data());
     problem_.normal_jacobian(last.q1.data(), J_n_.data());
-    const auto& contact = problem_.info().contacts[end.contact];
     const double* J = J_n_.data() + contact.normal_begin;
     for (const int row : contact.support) slope += *J++ * incoming_q_.row(row);
     value = gap_[end.contact];
-    if (end.starts_at_zero) {
-      value /= h;
-      slope /= h;
-      slope[1] -= value / h;
-    }
-    return value;
+  } else if (end.kind == Switch::Kind::force_vanishes) {
+    value = right_end_force(last, *active, false, slope);
+  } else if (end.kind == Switch::Kind::slip_stops && resting_contact_ < 0) {
+    value = right_end_slip(last, *active, slope);
+  } else {  // the force reaches the cone: from inside, or, by (8), from outside
+    value = right_end_force(last, *active, true, slope);
   }
-  const auto closed_index = std::find(closed_.begin(), closed_.end(), end.contact) - closed_.begin();
-  const Matrix& response = run_response_[run_length_ - 1];
-  for (int l = 0; l < n_s_; ++l) {
-    value += tableau_.right_end[l] * last.lambda_n(end.contact, l);
-    slope += tableau_.right_end[l] * response.row(l * n_x_ + n_q_ + closed_index);
+  for (int zero = 0; zero < end.zeros_at_start; ++zero) {
+    value /= h;
+    slope /= h;
+    slope[1] -= value / h;
   }
   return value;
 }
 
 StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Switch& end, double max_h) {
   set_active(run.front().modes);
-  if (end.kind == Switch::Kind::force_vanishes && tableau_.right_end.size() == 0) return Result::singular;
+  const bool needs_force = end.kind == Switch::Kind::force_vanishes || end.kind == Switch::Kind::cone_reached;
+  if (needs_force && tableau_.right_end.size() == 0) return Result::singular;
+  const bool comes_to_rest =
+      end.kind == Switch::Kind::slip_stops && run.front().modes[end.contact] == ContactMode::slip;
+  if (comes_to_rest && !stiffly_accurate_) return Result::singular;
+  is_frozen_ = false;
+  for (Stages& step : run) set_dependent_forces(step);
   run_length_ = run.size();
   if (run_response_.size() < run.size()) run_response_.resize(run.size());
   Coefficients& k = run_coefficients_;
@@ -457,7 +686,8 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
     incoming_v_.setZero();
     for (std::size_t m = 0; m < run.size(); ++m) {
       hand_over(m);
-      set_initial_gaps(run[m], h);
+      resting_contact_ = comes_to_rest && m + 1 == run.size() ? end.contact : -1;
+      set_initial_values(run[m], h);
       stage_values(k, run[m]);
       residual(k, run[m]);
       linearize_step(k, run[m], run_response_[m]);
@@ -466,6 +696,7 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
     ++counters_.inner_iterations;
     Eigen::RowVector2d slope;
     const double value = switch_function(run.back(), end, h, slope);
+    resting_contact_ = -1;
     double full_dh = -(value + slope[0]) / slope[1];
     if (!std::isfinite(full_dh)) {
       if (iteration > 0) return Result::singular;
@@ -492,6 +723,9 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
         hand_over(m);
         stage_values(k, run[m]);
         end_values(k, run[m]);
+        resting_contact_ = comes_to_rest && m + 1 == run.size() ? end.contact : -1;
+        set_slip_in_space(run[m]);
+        resting_contact_ = -1;
       }
       return h <= max_h ? Result::converged : Result::left_interval;
     }
@@ -505,6 +739,7 @@ void StageSolver::extrapolate(const Stages& from, Stages& to) const {
   if (extrapolation_.size() == 0) {
     to.a = from.a;
     to.lambda_n = from.lambda_n;
+    to.lambda_t = from.lambda_t;
     return;
   }
   for (int j = 0; j < n_s_; ++j) {
@@ -515,6 +750,7 @@ void StageSolver::extrapolate(const Stages& from, Stages& to) const {
     }
   }
   if (from.lambda_n.size() > 0) to.lambda_n.noalias() = from.lambda_n.lazyProduct(extrapolation_.transpose());
+  if (from.lambda_t.size() > 0) to.lambda_t.noalias() = from.lambda_t.lazyProduct(extrapolation_.transpose());
 }
 
 }  // namespace ricochet

@@ -18,30 +18,52 @@ struct Stages {
   Vector q0, v0;                   ///< left end (after an impact)
   Matrix q, v, a;                  ///< n_q x n_s: positions, velocities, accelerations v' at the stages
   Matrix lambda_n;                 ///< n_c x n_s; zero for an open contact
+  Matrix lambda_t;                 ///< n_lambda_t x n_s
+  Vector slip_start;               ///< n_lambda_t; in: unit slip direction where slip in space starts from rest, else 0
   Vector q1, v1;                   ///< right end
   std::vector<ContactMode> modes;  ///< n_c
 
-  void resize(int n_q, int n_c, int n_s);
+  void resize(const ProblemInfo& info, int n_s);
 };
 
 /// Where a run of equal steps ends.
 struct Switch {
-  enum class Kind : std::uint8_t { gap_closes, force_vanishes };
+  enum class Kind : std::uint8_t {
+    gap_closes,      ///< f_c = 0
+    force_vanishes,  ///< lambda_n = 0
+    slip_stops,      ///< v_t = 0 in the plane; in space see StageSolver (8)
+    cone_reached,    ///< ||lambda_t|| = mu lambda_n of a sticking contact
+  };
   Kind kind = Kind::gap_closes;
   int contact = -1;
-  bool starts_at_zero = false;  ///< the gap is zero at the left end too; the root h = 0 is divided out
+  int zeros_at_start =
+      0;  ///< how often the switch function vanishes at the left end; these roots h = 0 are divided out
 };
 
-/// Solves the stage equations of an implicit Runge-Kutta step with a fixed set of closed contacts:
+/// Solves the stage equations of an implicit Runge-Kutta step with a fixed mode for every contact:
 ///
 ///   v_j = v_0 + h sum_k a_jk w_k                                                        (1)
 ///   q_j = q_0 + h (sum_k a_jk) v_0 + h^2 sum_k (A^2)_jk w_k                              (2)
-///   0   = M(q_j) w_j - f_v(q_j,v_j) - B_u u - sum_{i closed} J_n^i(q_j) lambda_j^i      (3)
+///   0   = M(q_j) w_j - f_v(q_j,v_j) - B_u u - sum_{i closed} J_n^i lambda_n,j^i + J_t^i lambda_t,j^i     (3)
 ///   0   = f_c^i(q_j),  i closed                                                         (4)
 ///   v_1 = v_0 + h sum_k b_k w_k,   q_1 = q_0 + h v_0 + h^2 sum_k (b'A)_k w_k            (5)
 ///
+/// and for a contact with friction one of
+///
+///   stick            0 = J_t^i(q_j)' v_j                                                (7a)
+///   slip+, slip-     lambda_t,j = -+mu lambda_n,j                                       (7b)
+///   slip in space    0 = lambda_t,j + mu lambda_n,j v_t,j / ||v_t,j||,   v_t = J_t' v   (7c)
+///
 /// (1), (2), (5) are the usual q_j = q_0 + h sum a_jk v_k with the stage velocities inserted. Unknowns are the
-/// accelerations w_j (Stages::a) and the forces lambda_j; Newton on (3), (4) with rows (4) divided by h^2.
+/// accelerations w_j (Stages::a) and the forces lambda_j, without lambda_t where (7b) gives it; Newton on (3), (4), (7)
+/// with rows (4) divided by h^2 and (7a) by h. A contact that is open, or has no friction, has no tangential unknown.
+///
+/// Slip in space that comes to rest at the right end is singular in (7c). A stage there - the last one of a stiffly
+/// accurate tableau - has (7a) instead, and the element length makes its force reach the cone from outside:
+///
+///   J_t' v_{n_s} = 0,   ||lambda_t,n_s|| = mu lambda_n,n_s.                             (8)
+///
+/// Other tableaus cannot make both components of v_t at the right end zero with one length.
 ///
 /// (4) is evaluated as f_c(q_j) - f_c(q_0) = 0. Divided by h^2, the rounding of either term would show in the force, so
 /// the difference is taken without them: J_n' (q_j - q_0) for an affine gap; else, as long as J_n hardly changes in the
@@ -94,19 +116,37 @@ class StageSolver {
   };
 
   void set_length(Coefficients& coefficients, double h) const;
+  /// A closed contact. Its unknowns and equations at a stage: the normal ones, then, unless (7b), the tangential ones.
+  struct Active {
+    int contact = -1;
+    ContactMode mode = ContactMode::closed;
+    int row = 0;     // of its first unknown among those of all closed contacts
+    int n_rows = 1;  // 1 or 1 + n_t
+  };
+
   void set_active(const std::vector<ContactMode>& modes);
-  void set_initial_gaps(const Stages& step, double h);
+  void set_initial_values(const Stages& step, double h);
   void stage_values(const Coefficients& k, Stages& step);
   void end_values(const Coefficients& k, Stages& step) const;
   double gap_change(int contact, int stage, const Stages& step);
+  bool sticks(const Active& active, int stage) const;
+  /// What (7a) is divided by: h, but 1 for (8), among rows (7c).
+  static double tangential_scale(const Active& active, double h) { return active.mode == ContactMode::stick ? h : 1; }
+  double slip_direction(const Active& active, const double* v, const Stages& step, double* direction) const;
   void residual(const Coefficients& k, const Stages& step);
-  void derivatives(const Stages& step);
+  void friction_residual(const Coefficients& k, const Active& active, int j, const Stages& step, double* r);
+  void derivatives(const Coefficients& k, const Stages& step);
+  void friction_derivatives(const Coefficients& k, const Active& active, int stage, const Stages& step);
   void newton_matrix(const Coefficients& k);
   void newton_correction(const Factor& factor);
   void linearize_step(const Coefficients& k, const Stages& step, Matrix& response);
   double switch_function(const Stages& last, const Switch& end, double h, Eigen::RowVector2d& slope);
+  double right_end_force(const Stages& last, const Active& active, bool cone, Eigen::RowVector2d& slope) const;
+  double right_end_slip(const Stages& last, const Active& active, Eigen::RowVector2d& slope);
   double correct(const double* dx, double h, Stages& step) const;
   double velocity_scale(const Stages& step, double h) const;
+  void set_dependent_forces(Stages& step) const;
+  void set_slip_in_space(Stages& step);
   Factor& factor_for(const Stages& step);
   bool refresh(Factor& factor, const Stages& step);
 
@@ -126,22 +166,28 @@ class StageSolver {
 
   // The active set.
   std::vector<ContactMode> modes_;
-  std::vector<int> closed_;
-  int n_x_ = 0;  // unknowns per stage: n_q accelerations, then one force per closed contact
+  std::vector<Active> closed_;
+  int n_x_ = 0;  // unknowns per stage: n_q accelerations, then the forces of the closed contacts
   bool is_affine_ = false;
+  bool has_friction_ = false;  // a closed contact has
+  bool is_frozen_ = false;     // (7c) with the direction slip_start
+  int resting_contact_ = -1;   // (8) holds for it, in the step at hand
 
   std::vector<Factor> factors_;
   std::uint64_t clock_ = 0;
 
   // Work space.
-  Vector f_, J_n_, gap_, lambda_, r_, dx_;
+  Vector f_, J_n_, J_t_, gap_, lambda_, lambda_t_, r_, dx_;
   Vector chord_J_, chord_q_;
   Vector gap0_, kept_gap0_;  // f_c(q_0), and the part of it that (4) removes
+  Vector kept_slip0_;        // the part of J_t' v_0 that (7a) removes
   Matrix dq_;                // q_j - q_0 without the rounding of q_j
-  Matrix K_, Mq_, Fq_, Fv_, Jq_;
-  std::vector<Matrix> stage_M_, Dq_, Dv_,
-      stage_J_;      // per stage: M, d(3)/dq, d(3)/dv, J_n of the closed contacts (n_q x n_closed)
-  double load_ = 0;  // largest |f_i| / M_ii of the last residual
+  Matrix K_, Mq_, Fq_, Fv_, Jq_, Tq_;
+  std::vector<Matrix> stage_M_, Dq_, Dv_;  // per stage: M, d(3)/dq, d(3)/dv
+  std::vector<Matrix> forces_;             // per stage, n_q x n_rows: -d(3)/dlambda
+  std::vector<Matrix> Rq_, Rv_, Rl_;       // per stage: derivatives of (4), (7) by q_j, v_j, lambda_j
+  std::vector<int> row_power_;             // of the h that a row of (4), (7) is divided by
+  double load_ = 0;                        // largest |f_i| / M_ii of the last residual
   Eigen::PartialPivLU<Matrix> lu_;
   SmallInverse inverse_;
 

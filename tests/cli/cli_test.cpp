@@ -115,7 +115,7 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
       {"run -p bouncing_ball -m fesd:gauss:2 -N 10 --set m=0",
        "a positive definite, non-singular mass matrix is required"},
       {"run -p sliding_block -m moreau_jean -N 10 --set mu=-1", "mu >= 0 is required"},
-      {"run -p sliding_block -m fesd:gauss:2 -N 10", "method fesd:gauss:2 cannot run problem sliding_block"},
+      {"run -p sliding_block -m irk:gauss:2 -N 10", "method irk:gauss:2 cannot run problem sliding_block"},
       {"run -m fesd:gauss:2 -N 10", "--problem = '': a scene id, or --scene with a file, is required"},
       {"run --scene /nonexistent.json -m fesd:gauss:2 -N 10", "scene file = /nonexistent.json: cannot be opened"},
       {"run -p bouncing_ball -m fesd:@/nonexistent.json -N 10", "tableau file = /nonexistent.json: cannot be opened"},

@@ -49,7 +49,7 @@ TEST_F(Switches, FindTheImpactTimeOfAFall) {
     for (int elements = 1; elements <= 3; ++elements) {
       StageSolver solver(*ball, make_tableau(family, 2), 1e-14, counters);
       std::vector<Stages> run(3);
-      for (auto& stages : run) stages.resize(1, 1, 2);
+      for (auto& stages : run) stages.resize(ball->info(), 2);
       run[0].q0[0] = 1;
       run[0].h = 0.3 / elements;
       const auto result = solver.solve_to_switch(std::span(run).first(elements), {.contact = 0}, 1.0);
@@ -65,18 +65,18 @@ TEST_F(Switches, SkipTheContactAtTheLeftEnd) {
   // Thrown up from the ground: the gap is zero at both ends.
   StageSolver solver(*ball, make_tableau("radau-iia", 2), 1e-14, counters);
   std::vector<Stages> run(1);
-  run[0].resize(1, 1, 2);
+  run[0].resize(ball->info(), 2);
   run[0].q0[0] = 0.1;
   run[0].v0[0] = 2;
   run[0].h = 0.1;
-  ASSERT_EQ(solver.solve_to_switch(run, {.contact = 0, .starts_at_zero = true}, 1.0), StageSolver::Result::converged);
+  ASSERT_EQ(solver.solve_to_switch(run, {.contact = 0, .zeros_at_start = 1}, 1.0), StageSolver::Result::converged);
   EXPECT_NEAR(run[0].h, 2 * 2 / 9.81, 1e-15);
 }
 
 TEST_F(Switches, RefuseARootOutsideTheStep) {
   StageSolver solver(*ball, make_tableau("gauss", 2), 1e-14, counters);
   std::vector<Stages> run(1);
-  run[0].resize(1, 1, 2);
+  run[0].resize(ball->info(), 2);
   run[0].q0[0] = 1;
   run[0].h = 0.1;
   EXPECT_EQ(solver.solve_to_switch(run, {.contact = 0}, 0.2), StageSolver::Result::left_interval);
@@ -87,7 +87,7 @@ TEST(ClosedContact, CarriesTheLoad) {
   Counters counters;
   StageSolver solver(*p, make_tableau("radau-iia", 3), 1e-14, counters);
   Stages stages;
-  stages.resize(1, 1, 3);
+  stages.resize(p->info(), 3);
   stages.q0[0] = 0.1;
   stages.modes[0] = ContactMode::closed;
   for (const double h : {1e-1, 1e-3, 1e-6, 1e-9}) {  // also in steps whose square drowns in the rounding of q

@@ -1,0 +1,268 @@
+#include "methods/complementarity/friction_problem.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace ricochet {
+namespace {
+
+constexpr int kFacetsInSpace = 8;
+// Of the projection equations, relative to the impulses: the rounding of a solve.
+constexpr double kRounding = 1e-12;
+constexpr int kMaxNewton = 60;
+constexpr int kMaxHalvings = 12;
+constexpr int kRestarts = 5;
+constexpr int kSweeps = 200;
+
+int facets_of(const FrictionProblem::Contact& contact) {
+  return contact.slides ? 0 : contact.n_t == 2 ? kFacetsInSpace : 2 * contact.n_t;
+}
+
+/// Component d of facet f: +-1 in the plane, points of the unit circle in space.
+double facet(const FrictionProblem::Contact& contact, int f, int d) {
+  if (contact.n_t == 1) return f == 0 ? 1 : -1;
+  const double angle = 2 * std::numbers::pi * f / kFacetsInSpace;
+  return d == 0 ? std::cos(angle) : std::sin(angle);
+}
+
+ContactMode slip_mode(const FrictionProblem::Contact& contact, double w_t) {
+  if (contact.n_t == 2) return ContactMode::slip;
+  return w_t > 0 ? ContactMode::slip_positive : ContactMode::slip_negative;
+}
+
+}  // namespace
+
+void FrictionProblem::resize(int most_contacts, int most_tangents) {
+  const int n = most_contacts + most_tangents;
+  const int columns = most_contacts + kFacetsInSpace / 2 * most_tangents;
+  const int most = most_tangents > 0 ? columns + most_contacts : columns;
+  lemke_.resize(most);
+  M_.resize(most, most);
+  q_.resize(most);
+  z_.resize(most);
+  directions_.resize(n, columns);
+  w_.resize(n);
+  residual_.resize(n);
+  step_.resize(n);
+  trial_.resize(n);
+}
+
+LcpStatus FrictionProblem::solve(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b,
+                                 std::span<Contact> contacts, Eigen::Ref<Vector> r) {
+  const LcpStatus status = solve_polyhedral(G, b, contacts, r);
+  const bool has_cones =
+      std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return c.n_t == 2 && !c.slides; });
+  if (status != LcpStatus::solved || !has_cones) return status;
+  return solve_cones(G, b, contacts, r) ? LcpStatus::solved : LcpStatus::iteration_limit;
+}
+
+/// (1), (2), (4), (5)
+LcpStatus FrictionProblem::solve_polyhedral(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b,
+                                            std::span<Contact> contacts, Eigen::Ref<Vector> r) {
+  // Columns of the LCP: the (perhaps sliding) normals, then the facets; each a combination of the columns of G.
+  const auto n = b.size();
+  const auto n_c = static_cast<Eigen::Index>(contacts.size());
+  Eigen::Index columns = n_c, frictional = 0;
+  for (const Contact& contact : contacts) {
+    columns += facets_of(contact);
+    frictional += facets_of(contact) > 0;
+  }
+  const bool is_plain = columns == n_c && n == n_c;
+  if (is_plain) {
+    const LcpStatus status = lemke_.solve(G, b, r);
+    for (Eigen::Index k = 0; k < n_c; ++k) contacts[k].mode = r[k] > 0 ? ContactMode::closed : ContactMode::open;
+    return status;
+  }
+
+  const Eigen::Index size = columns + frictional;
+  auto D = directions_.topLeftCorner(n, columns);  // of the impulses
+  auto M = M_.topLeftCorner(size, size);
+  auto q = q_.head(size);
+  D.setZero();
+  M.setZero();
+  Eigen::Index row = 0, column = n_c;
+  for (Eigen::Index k = 0; k < n_c; ++k) {
+    const Contact& contact = contacts[k];
+    D(row, k) = 1;
+    if (contact.slides) {
+      for (int d = 0; d < contact.n_t; ++d) D(row + 1 + d, k) = -contact.mu * contact.direction[d];
+    }
+    for (int f = 0; f < facets_of(contact); ++f, ++column) {
+      for (int d = 0; d < contact.n_t; ++d) D(row + 1 + d, column) = facet(contact, f, d);
+    }
+    row += 1 + contact.n_t;
+  }
+  // Rows: w_n, then the facets' velocities.
+  row = 0;
+  column = n_c;
+  Eigen::Index gamma = columns;
+  for (Eigen::Index k = 0; k < n_c; ++k) {
+    const Contact& contact = contacts[k];
+    M.row(k).head(columns).noalias() = G.row(row).lazyProduct(D);
+    q[k] = b[row];
+    const int facets = facets_of(contact);
+    for (int f = 0; f < facets; ++f, ++column) {
+      q[column] = 0;
+      for (int d = 0; d < contact.n_t; ++d) {
+        const double e = facet(contact, f, d);
+        M.row(column).head(columns) += e * G.row(row + 1 + d).lazyProduct(D);
+        q[column] += e * b[row + 1 + d];
+      }
+      M(column, gamma) = 1;
+      M(gamma, column) = -1;
+    }
+    if (facets > 0) {
+      M(gamma, k) = contact.mu;
+      q[gamma++] = 0;
+    }
+    row += 1 + contact.n_t;
+  }
+  auto z = z_.head(size);
+  const LcpStatus status = lemke_.solve(M, q, z);
+  if (status != LcpStatus::solved) return status;
+  r.noalias() = D.lazyProduct(z.head(columns));
+
+  gamma = columns;
+  column = n_c;
+  row = 0;
+  for (Eigen::Index k = 0; k < n_c; ++k) {
+    Contact& contact = contacts[k];
+    const int facets = facets_of(contact);
+    const bool slips = contact.slides || (facets > 0 && z[gamma] > 0);
+    if (r[row] <= 0) {
+      contact.mode = ContactMode::open;
+      r.segment(row, 1 + contact.n_t).setZero();  // facets may hold rounding
+    } else if (contact.n_t == 0) {
+      contact.mode = ContactMode::closed;
+    } else if (slips) {
+      contact.mode = slip_mode(contact, contact.slides ? contact.direction[0] : -r[row + 1]);
+    } else {
+      contact.mode = ContactMode::stick;
+    }
+    if (facets > 0) ++gamma;
+    column += facets;
+    row += 1 + contact.n_t;
+  }
+  return status;
+}
+
+bool FrictionProblem::solve_cones(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b,
+                                  std::span<Contact> contacts, Eigen::Ref<Vector> r) {
+  if (newton(G, b, contacts, r)) return true;
+  // The prediction led nowhere: Gauss-Seidel sweeps approach the solution from anywhere.
+  for (int restart = 0; restart < kRestarts; ++restart) {
+    for (int k = 0; k < kSweeps; ++k) sweep(G, b, contacts, r);
+    if (newton(G, b, contacts, r)) return true;
+  }
+  return false;
+}
+
+/// (6), (7) at r, and where `jacobian` is asked for an element of their generalised Jacobian. Sets the modes; returns
+/// ||F||.
+double FrictionProblem::projections(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b,
+                                    std::span<Contact> contacts, const Eigen::Ref<const Vector>& r, bool jacobian) {
+  const auto n = b.size();
+  w_.head(n).noalias() = G.lazyProduct(r);
+  w_.head(n) += b;
+  if (jacobian) jacobian_.setZero(n, n);
+  Eigen::Index row = 0;
+  for (Contact& contact : contacts) {
+    const int n_t = contact.n_t;
+    const double rho_n = 1 / G(row, row), pressed = r[row] - rho_n * w_[row];
+    if (pressed <= 0) {
+      contact.mode = ContactMode::open;
+      residual_.segment(row, 1 + n_t) = r.segment(row, 1 + n_t);
+      if (jacobian) jacobian_.block(row, row, 1 + n_t, 1 + n_t).setIdentity();
+      row += 1 + n_t;
+      continue;
+    }
+    contact.mode = ContactMode::closed;
+    residual_[row] = rho_n * w_[row];
+    if (jacobian) jacobian_.row(row) = rho_n * G.row(row);
+    if (contact.slides) {
+      contact.mode = slip_mode(contact, contact.direction[0]);
+      for (int d = 0; d < n_t; ++d) {
+        residual_[row + 1 + d] = r[row + 1 + d] + contact.mu * r[row] * contact.direction[d];
+        if (!jacobian) continue;
+        jacobian_(row + 1 + d, row + 1 + d) = 1;
+        jacobian_(row + 1 + d, row) = contact.mu * contact.direction[d];
+      }
+    } else if (n_t > 0) {
+      const double rho_t = 1 / G.diagonal().segment(row + 1, n_t).maxCoeff(), radius = contact.mu * pressed;
+      double y[2]{0, 0};
+      for (int d = 0; d < n_t; ++d) y[d] = r[row + 1 + d] - rho_t * w_[row + 1 + d];
+      const double size = std::hypot(y[0], y[1]);
+      const bool sticks = size <= radius;
+      contact.mode = sticks ? ContactMode::stick : slip_mode(contact, -y[0]);
+      for (int d = 0; d < n_t; ++d) {
+        const Eigen::Index t = row + 1 + d;
+        residual_[t] = sticks ? rho_t * w_[t] : r[t] - radius * y[d] / size;
+        if (!jacobian) continue;
+        if (sticks) {
+          jacobian_.row(t) = rho_t * G.row(t);
+          continue;
+        }
+        jacobian_(t, t) += 1;
+        jacobian_(t, row) -= contact.mu * y[d] / size;
+        jacobian_.row(t) += contact.mu * y[d] / size * rho_n * G.row(row);
+        for (int e = 0; e < n_t; ++e) {
+          const double across = radius / size * ((d == e ? 1 : 0) - y[d] * y[e] / (size * size));
+          jacobian_(t, row + 1 + e) -= across;
+          jacobian_.row(t) += across * rho_t * G.row(row + 1 + e);
+        }
+      }
+    }
+    row += 1 + n_t;
+  }
+  return residual_.head(n).norm();
+}
+
+bool FrictionProblem::newton(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b,
+                             std::span<Contact> contacts, Eigen::Ref<Vector> r) {
+  const auto n = b.size();
+  double error = projections(G, b, contacts, r, true);
+  for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
+    if (error == 0) return true;
+    // Redundant contacts make the matrix singular; the smallest correction keeps their forces where they are.
+    step_.head(n) = -jacobian_.completeOrthogonalDecomposition().solve(residual_.head(n));
+    if (!step_.head(n).allFinite()) return false;
+    double length = 1, trial = 0;
+    for (int halving = 0; halving < kMaxHalvings; ++halving, length /= 2) {
+      trial_.head(n) = r + length * step_.head(n);
+      trial = projections(G, b, contacts, trial_.head(n), false);
+      if (trial < error) break;
+    }
+    const bool is_exact = error <= kRounding * r.cwiseAbs().maxCoeff();
+    if (!(trial < error)) {
+      projections(G, b, contacts, r, false);
+      return is_exact;
+    }
+    r = trial_.head(n);
+    error = projections(G, b, contacts, r, true);
+  }
+  return error <= kRounding * r.cwiseAbs().maxCoeff();
+}
+
+/// One projected Gauss-Seidel sweep over the contacts.
+void FrictionProblem::sweep(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b,
+                            std::span<const Contact> contacts, Eigen::Ref<Vector> r) const {
+  Eigen::Index row = 0;
+  for (const Contact& contact : contacts) {
+    r[row] = std::max(0.0, r[row] - (G.row(row).dot(r) + b[row]) / G(row, row));
+    auto r_t = r.segment(row + 1, contact.n_t);
+    if (contact.slides) {
+      for (int d = 0; d < contact.n_t; ++d) r_t[d] = -contact.mu * r[row] * contact.direction[d];
+    } else if (contact.n_t > 0) {
+      double largest = 0;
+      for (int d = 0; d < contact.n_t; ++d) largest = std::max(largest, G(row + 1 + d, row + 1 + d));
+      for (int d = 0; d < contact.n_t; ++d) r_t[d] -= (G.row(row + 1 + d).dot(r) + b[row + 1 + d]) / largest;
+      const double size = r_t.norm(), cone = contact.mu * r[row];
+      if (size > cone) r_t *= size > 0 ? cone / size : 0;
+    }
+    row += 1 + contact.n_t;
+  }
+}
+
+}  // namespace ricochet

@@ -1,0 +1,227 @@
+#include "methods/fesd/junction.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "methods/fesd/rounding.h"
+
+namespace ricochet {
+namespace {
+
+// A force this near to the cone, as part of the cone, may belong to either side of it.
+constexpr double kNearCone = 0.1;
+
+}  // namespace
+
+void Junction::reserve(const ProblemInfo& info) {
+  touching.reserve(info.contacts.size());
+  alternatives.reserve(info.contacts.size());
+  from_rest.reserve(info.contacts.size());
+  acceleration.setZero(info.n_q);
+  lambda_n.setZero(info.n_c());
+  lambda_t.setZero(info.n_lambda_t);
+}
+
+JunctionSolver::JunctionSolver(const Problem& problem, const ButcherTableau& tableau, const Vector& gap_size,
+                               Counters& counters)
+    : problem_(problem), tableau_(tableau), gap_size_(gap_size), impact_law_(problem, counters) {
+  closed_.reserve(problem.info().contacts.size());
+  gap_.setZero(problem.n_c());
+}
+
+/// A closed contact that stays closed whatever the load says.
+ContactMode JunctionSolver::continued_mode(const ImpactLaw::Closed& closed) const {
+  const int n_t = problem_.info().contacts[closed.contact].n_t;
+  if (n_t == 0) return ContactMode::closed;
+  if (!closed.slides) return ContactMode::stick;
+  if (n_t == 2) return ContactMode::slip;
+  return closed.direction[0] > 0 ? ContactMode::slip_positive : ContactMode::slip_negative;
+}
+
+/// Whether a closed contact slides already, and where to.
+void JunctionSolver::set_tangential_law(const Stages& element, const Stages* left, const Junction& junction,
+                                        bool is_impact, ImpactLaw::Closed& closed) const {
+  const int i = closed.contact;
+  const auto& contact = problem_.info().contacts[i];
+  const bool switched = junction.switched == i;
+  const ContactMode before = left ? left->modes[i] : ContactMode::open;
+  if (switched && junction.switch_kind == Switch::Kind::cone_reached) {  // slip starts against the force
+    closed.slides = true;
+    double size = 0;
+    for (int d = 0; d < contact.n_t; ++d) {
+      closed.direction[d] = -left->lambda_t.row(contact.tangent_index + d).dot(tableau_.right_end);
+      size = std::hypot(size, closed.direction[d]);
+    }
+    for (int d = 0; d < contact.n_t; ++d) closed.direction[d] /= size;
+    return;
+  }
+  if (before == ContactMode::stick && !is_impact) return;
+  if (switched && junction.switch_kind == Switch::Kind::slip_stops) return;
+  double v_t[2]{0, 0};
+  impact_law_.slip_velocity(i, element.v0, v_t);
+  const double speed = std::hypot(v_t[0], v_t[1]);
+  if (speed <= kVelocityRounding * impact_law_.slip_velocity_scale(i, element.v0)) return;
+  closed.slides = true;
+  for (int d = 0; d < 2; ++d) closed.direction[d] = v_t[d] / speed;
+}
+
+JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const Stages* left, bool within_step,
+                                             Junction& junction) {
+  const ProblemInfo& info = problem_.info();
+  const int n_c = info.n_c();
+  Stages& stages = step.elements[element];
+  auto v_minus = step.v_minus.col(element);
+  auto Lambda_n = step.Lambda_n.col(element);
+  auto Lambda_t = step.Lambda_t.col(element);
+  junction.touching.clear();
+  junction.alternatives.clear();
+  junction.from_rest.clear();
+  junction.has_forces = false;
+  stages.v0 = v_minus;
+  if (n_c == 0) return Result::done;
+  for (int i = 0; i < n_c; ++i) {
+    Lambda_n[i] = 0;
+    stages.modes[i] = ContactMode::open;
+  }
+  if (info.has_friction()) {
+    Lambda_t.setZero();
+    stages.slip_start.setZero();
+  }
+
+  const auto was_closed = [&](int i) { return left && is_closed(left->modes[i]); };
+  problem_.gap(stages.q0.data(), gap_.data());
+  for (int i = 0; i < n_c; ++i) {
+    if (gap_[i] > 0 && gap_[i] > (was_closed(i) ? kClosedGapRounding : kGapRounding) * gap_size_[i]) continue;
+    junction.touching.push_back(i);
+  }
+  if (junction.touching.empty()) return Result::done;
+  step.touches = true;
+  if (!impact_law_.prepare(stages.q0, junction.touching)) return Result::no_impulse;
+
+  const auto rounding = [&](int i) { return kVelocityRounding * impact_law_.normal_velocity_scale(i, v_minus); };
+  bool approaches = false;
+  for (const int i : junction.touching)
+    approaches = approaches || impact_law_.normal_velocity(i, v_minus) < -rounding(i);
+  // A contact closes; the small impulses that keep a closed contact's velocity tangential are no impact.
+  bool is_impact = false;
+  if (approaches) {
+    if (impact_law_.impact(stages.v0, Lambda_n, Lambda_t) != LcpStatus::solved) return Result::no_impulse;
+    for (const int i : junction.touching) is_impact = is_impact || (Lambda_n[i] > 0 && !was_closed(i));
+  }
+
+  closed_.clear();
+  for (const int i : junction.touching) {
+    if (junction.switched == i && junction.switch_kind == Switch::Kind::force_vanishes) continue;
+    const bool rested = was_closed(i) && !is_impact;
+    ImpactLaw::Closed closed{.contact = i};
+    if (info.contacts[i].n_t > 0) set_tangential_law(stages, left, junction, is_impact, closed);
+    if (rested || impact_law_.normal_velocity(i, stages.v0) <= rounding(i)) {
+      closed_.push_back(closed);
+    } else {
+      junction.alternatives.push_back({i, continued_mode(closed), ContactMode::open});
+    }
+  }
+  if (closed_.empty()) return Result::done;
+  if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, junction.lambda_n, junction.lambda_t) !=
+      LcpStatus::solved) {
+    return Result::no_forces;
+  }
+  junction.has_forces = true;
+  junction.acceleration = impact_law_.acceleration();
+
+  for (const auto& closed : closed_) {
+    const int i = closed.contact;
+    const auto& contact = info.contacts[i];
+    ContactMode mode = closed.mode;
+    if (mode == ContactMode::open && within_step && was_closed(i) && !is_impact) mode = continued_mode(closed);
+    stages.modes[i] = mode;
+    if (!is_closed(mode) || contact.n_t == 0) continue;
+
+    const auto lambda_t = junction.lambda_t.segment(contact.tangent_index, contact.n_t);
+    const double force = lambda_t.norm(), cone = contact.mu * junction.lambda_n[i];
+    const bool starts_at_cone = junction.switched == i && junction.switch_kind == Switch::Kind::cone_reached;
+    const bool from_rest = is_slipping(mode) && (!closed.slides || starts_at_cone);
+    if (from_rest) {
+      junction.from_rest.push_back(i);
+      junction.alternatives.push_back({i, ContactMode::stick, mode});
+      if (mode == ContactMode::slip) stages.slip_start.segment(contact.tangent_index, contact.n_t) = -lambda_t / force;
+    } else if (mode == ContactMode::stick && force > (1 - kNearCone) * cone && contact.n_t == 1) {
+      const auto slip = lambda_t[0] > 0 ? ContactMode::slip_negative : ContactMode::slip_positive;
+      junction.alternatives.push_back({i, slip, mode});
+    }
+  }
+  return Result::done;
+}
+
+bool JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
+  const Stages& before = step.elements[element - 1];
+  Stages& stages = step.elements[element];
+  stages.q0 = before.q1;
+  stages.v0 = before.v1;
+  step.v_minus.col(element) = before.v1;
+  junction.touching.clear();
+  junction.from_rest.clear();
+  junction.has_forces = false;
+  const int n_c = problem_.n_c();
+  if (n_c == 0) return true;
+  if (problem_.info().has_friction()) {
+    step.Lambda_t.col(element).setZero();
+    stages.slip_start.setZero();
+  }
+  for (int i = 0; i < n_c; ++i) {
+    step.Lambda_n(i, element) = 0;
+    stages.modes[i] = before.modes[i];
+  }
+  if (!step.touches) return true;
+  for (int i = 0; i < n_c; ++i) {
+    if (is_closed(stages.modes[i])) junction.touching.push_back(i);
+  }
+  if (junction.touching.empty()) return true;
+  if (!impact_law_.prepare(stages.q0, junction.touching)) return false;
+  for (const int i : junction.touching) {
+    if (impact_law_.normal_velocity(i, stages.v0) <
+        -kVelocityRounding * impact_law_.normal_velocity_scale(i, stages.v0)) {
+      return impact_law_.impact(stages.v0, step.Lambda_n.col(element), step.Lambda_t.col(element)) == LcpStatus::solved;
+    }
+  }
+  return true;
+}
+
+int JunctionSolver::first_to_stop(const Stages& element, double& time) {
+  closed_.clear();
+  std::vector<int> touching;
+  for (int i = 0; i < problem_.n_c(); ++i) {
+    if (is_closed(element.modes[i])) touching.push_back(i);
+  }
+  if (!impact_law_.prepare(element.q0, touching)) return -1;
+  for (const int i : touching) {
+    ImpactLaw::Closed closed{.contact = i};
+    double v_t[2]{0, 0};
+    impact_law_.slip_velocity(i, element.v0, v_t);
+    closed.slides = is_slipping(element.modes[i]);
+    const double speed = std::hypot(v_t[0], v_t[1]);
+    if (closed.slides && speed > 0) {
+      for (int d = 0; d < 2; ++d) closed.direction[d] = v_t[d] / speed;
+    }
+    closed_.push_back(closed);
+  }
+  Vector lambda_n(problem_.n_c()), lambda_t(problem_.info().n_lambda_t);
+  if (impact_law_.contact_forces(element.q0, element.v0, closed_, lambda_n, lambda_t) != LcpStatus::solved) return -1;
+  int first = -1;
+  for (const auto& closed : closed_) {
+    if (element.modes[closed.contact] != ContactMode::slip) continue;
+    double v_t[2], w_t[2];
+    impact_law_.slip_velocity(closed.contact, element.v0, v_t);
+    impact_law_.slip_velocity(closed.contact, impact_law_.acceleration(), w_t);
+    const double work = v_t[0] * w_t[0] + v_t[1] * w_t[1];
+    if (work >= 0) continue;
+    const double stop = -(v_t[0] * v_t[0] + v_t[1] * v_t[1]) / work;
+    if (first < 0 || stop < time) {
+      first = closed.contact;
+      time = stop;
+    }
+  }
+  return first;
+}
+
+}  // namespace ricochet

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <vector>
+
+#include "methods/fesd/fesd_step.h"
+#include "methods/fesd/impact_law.h"
+
+namespace ricochet {
+
+/// The left end of an element: what touches, what the modes are predicted to be, and what else they might be.
+struct Junction {
+  /// A mode to try when the prediction is refuted.
+  struct Alternative {
+    int contact = -1;
+    ContactMode mode = ContactMode::open, predicted = ContactMode::open;
+  };
+
+  int switched = -1;  ///< in: contact whose switch ended the element before, -1 for none
+  Switch::Kind switch_kind = Switch::Kind::gap_closes;
+
+  std::vector<int> touching;
+  std::vector<Alternative> alternatives;
+  std::vector<int> from_rest;  ///< contacts that start to slip with zero slip velocity
+  bool has_forces = false;     ///< acceleration and forces right behind the junction are known:
+  Vector acceleration, lambda_n, lambda_t;
+
+  void reserve(const ProblemInfo& info);
+};
+
+/// Impulses and predicted modes at the left end of an element, from the laws of one instant (impact_law.h).
+///
+/// A touching contact that approaches takes an impulse. Behind it, contacts that do not separate and contacts that
+/// rested before are closed where the load presses them together, and stick or slip as Coulomb's law for accelerations
+/// says. Two things the instant does not show: within a step a contact that rested goes on resting, unless its own
+/// switch ended the element before (a new step knows the state only, so there the load decides); and where the force of
+/// a sticking contact has just reached the cone, slip begins against that force, with zero acceleration at first.
+///
+/// Alternatives: a contact that bounced may be closed instead (that is how a ball comes to rest, open question 2 of the
+/// specification); stick and slip at the boundary of the cone may be either.
+class JunctionSolver {
+ public:
+  /// @param gap_size  n_c, what rounding of the gaps is relative to; read at every call
+  JunctionSolver(const Problem& problem, const ButcherTableau& tableau, const Vector& gap_size, Counters& counters);
+
+  enum class Result : std::uint8_t { done, no_impulse, no_forces };
+
+  /// In: q0 of the element, its column of step.v_minus, junction.switched. Out: v0, modes, slip_start, impulses,
+  /// junction. @param left  the element before, or null; @param within_step  whether it belongs to the same step
+  Result begin(FesdStep& step, int element, const Stages* left, bool within_step, Junction& junction);
+
+  /// Continues the modes of the element before without a switch. Curved closed contacts may need an impulse that keeps
+  /// their velocity tangential. False when there is none.
+  bool carry_on(FesdStep& step, int element, Junction& junction);
+
+  /// Contact in space whose slip would stop first at constant acceleration, and when [s]. -1 when none does.
+  int first_to_stop(const Stages& element, double& time);
+
+ private:
+  ContactMode continued_mode(const ImpactLaw::Closed& closed) const;
+  void set_tangential_law(const Stages& element, const Stages* left, const Junction& junction, bool is_impact,
+                          ImpactLaw::Closed& closed) const;
+
+  const Problem& problem_;
+  const ButcherTableau& tableau_;
+  const Vector& gap_size_;
+  ImpactLaw impact_law_;
+  std::vector<ImpactLaw::Closed> closed_;
+  Vector gap_;
+};
+
+}  // namespace ricochet

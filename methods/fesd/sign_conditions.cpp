@@ -1,0 +1,156 @@
+#include "methods/fesd/sign_conditions.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "methods/fesd/rounding.h"
+
+namespace ricochet {
+namespace {
+
+void report(Violation& first, Verdict verdict, int contact, double time, double value) {
+  if (first.verdict == Verdict::fulfilled || time < first.time) first = {verdict, 0, contact, time, value};
+}
+
+}  // namespace
+
+SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tableau, const Vector& gap_size)
+    : problem_(problem),
+      tableau_(tableau),
+      gap_size_(gap_size),
+      n_s_(tableau.n_s),
+      n_points_(tableau.is_stiffly_accurate() ? n_s_ : n_s_ + 1) {
+  gap_.setZero(problem.n_c());
+  left_gap_.setZero(problem.n_c());
+  force_size_.setZero(problem.n_c());
+  cone_margin_.setZero(n_s_);
+  J_t_.setZero(problem.info().n_tangent_entries);
+}
+
+/// The common case: every contact is open and no gap is negative.
+bool SignConditions::is_clear(const Stages& stages) {
+  for (const auto mode : stages.modes) {
+    if (is_closed(mode)) return false;
+  }
+  const int n_q = problem_.n_q(), n_c = problem_.n_c();
+  for (int j = 0; j < n_points_; ++j) {
+    problem_.gap(j < n_s_ ? stages.q.data() + j * n_q : stages.q1.data(), gap_.data());
+    for (int i = 0; i < n_c; ++i) {
+      if (!(gap_[i] >= 0)) return false;
+    }
+  }
+  return true;
+}
+
+Violation SignConditions::check(const Stages& stages) {
+  Violation first;
+  if (is_clear(stages)) return first;
+  check_gaps(stages, first);
+  check_forces(stages, first);
+  if (problem_.info().has_friction()) check_slip(stages, first);
+  return first;
+}
+
+void SignConditions::check_gaps(const Stages& stages, Violation& first) {
+  problem_.gap(stages.q0.data(), left_gap_.data());
+  double left_time = 0;
+  for (int j = 0; j < n_points_; ++j) {
+    const bool is_stage = j < n_s_;
+    const double time = is_stage ? tableau_.c[j] * stages.h : stages.h;
+    problem_.gap(is_stage ? stages.q.col(j).data() : stages.q1.data(), gap_.data());
+    for (int i = 0; i < problem_.n_c(); ++i) {
+      if (is_closed(stages.modes[i])) {
+        if (!is_stage && std::abs(gap_[i]) > kClosedGapRounding * gap_size_[i])
+          report(first, Verdict::drifts, i, time, gap_[i]);
+      } else if (gap_[i] < 0 && gap_[i] < -kGapRounding * gap_size_[i]) {
+        const double left = std::max(left_gap_[i], 0.0);
+        report(first, Verdict::gap_negative, i, left_time + (time - left_time) * left / (left - gap_[i]), gap_[i]);
+      }
+    }
+    std::swap(gap_, left_gap_);
+    left_time = time;
+  }
+}
+
+/// lambda_n >= 0, and the cone margin mu lambda_n - ||lambda_t|| of sticking contacts
+void SignConditions::check_forces(const Stages& stages, Violation& first) {
+  const Vector& to_right_end = tableau_.right_end;
+  const int n_points = to_right_end.size() > 0 ? n_s_ + 1 : n_s_;
+  for (int i = 0; i < problem_.n_c(); ++i) {
+    const ContactMode mode = stages.modes[i];
+    if (!is_closed(mode)) continue;
+    const auto& contact = problem_.info().contacts[i];
+    force_size_[i] = std::max(force_size_[i], stages.lambda_n.row(i).maxCoeff());
+    const double rounding = kForceRounding * force_size_[i];
+    double force_before = 0, margin_before = 0, time_before = 0;
+    bool pulls = false, leaves = false;
+    if (mode == ContactMode::stick) {
+      for (int j = 0; j < n_s_; ++j)
+        cone_margin_[j] = contact.mu * stages.lambda_n(i, j) -
+                          stages.lambda_t.col(j).segment(contact.tangent_index, contact.n_t).norm();
+    }
+    for (int j = 0; j < n_points; ++j) {
+      const double time = j < n_s_ ? tableau_.c[j] * stages.h : stages.h;
+      const auto at = [&](const auto& row) { return j < n_s_ ? row[j] : row.dot(to_right_end); };
+      const double lambda = at(stages.lambda_n.row(i));
+      const auto crossing = [&](double before, double value) {
+        return time_before + (time - time_before) * (j > 0 && before > 0 ? before / (before - value) : 0.5);
+      };
+      if (!pulls && lambda < -rounding) {
+        report(first, Verdict::force_negative, i, crossing(force_before, lambda), lambda);
+        pulls = true;
+      }
+      if (mode == ContactMode::stick && !leaves) {
+        const double margin = at(cone_margin_.head(n_s_));
+        if (margin < -contact.mu * rounding) {
+          report(first, Verdict::cone_left, i, crossing(margin_before, margin), margin);
+          leaves = true;
+        }
+        margin_before = margin;
+      }
+      force_before = lambda;
+      time_before = time;
+    }
+  }
+}
+
+void SignConditions::check_slip(const Stages& stages, Violation& first) {
+  const double acceleration = stages.a.cwiseAbs().maxCoeff();
+  for (int i = 0; i < problem_.n_c(); ++i) {
+    const ContactMode mode = stages.modes[i];
+    if (!is_slipping(mode)) continue;
+    const auto& contact = problem_.info().contacts[i];
+    double before[2]{0, 0}, time_before = 0;
+    for (int j = -1; j < n_points_; ++j) {  // -1: the left end
+      const bool is_stage = j < n_s_;
+      const auto q = j < 0 ? stages.q0.data() : is_stage ? stages.q.col(j).data() : stages.q1.data();
+      const auto v = j < 0 ? stages.v0.data() : is_stage ? stages.v.col(j).data() : stages.v1.data();
+      const double time = j < 0 ? 0 : is_stage ? tableau_.c[j] * stages.h : stages.h;
+      problem_.tangent_jacobian(q, J_t_.data());
+      const double* J_t = J_t_.data() + contact.tangent_begin;
+      double slip[2]{0, 0}, size = 0;
+      for (int d = 0; d < contact.n_t; ++d) {
+        for (const int row : contact.support) {
+          slip[d] += *J_t * v[row];
+          size += std::abs(*J_t++) * (std::abs(v[row]) + stages.h * acceleration);
+        }
+      }
+      if (j >= 0) {
+        // In the plane the slip velocity itself; in space its component along the direction before.
+        const double speed_before = contact.n_t == 1 ? slip_sign(mode) * before[0] : std::hypot(before[0], before[1]);
+        const double speed = contact.n_t == 1
+                                 ? slip_sign(mode) * slip[0]
+                                 : (speed_before > 0 ? (slip[0] * before[0] + slip[1] * before[1]) / speed_before : 0);
+        if (speed < -kSlipRounding * size) {
+          const double part = speed_before > 0 ? speed_before / (speed_before - speed) : 0;
+          report(first, Verdict::slip_reversed, i, time_before + (time - time_before) * part, speed);
+          break;
+        }
+      }
+      std::copy_n(slip, 2, before);
+      time_before = time;
+    }
+  }
+}
+
+}  // namespace ricochet

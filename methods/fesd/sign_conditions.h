@@ -1,0 +1,61 @@
+#pragma once
+
+#include "methods/runge_kutta/stage_solver.h"
+
+namespace ricochet {
+
+/// Why a prediction of the modes is refused.
+enum class Verdict : std::uint8_t {
+  fulfilled,
+  gap_negative,
+  force_negative,
+  cone_left,      ///< a sticking contact needs more than mu lambda_n
+  slip_reversed,  ///< a slipping contact turns back
+  drifts,
+  undetermined,
+  no_right_stage,
+  newton_failed,
+  no_impulse,
+  no_forces
+};
+
+/// First sign condition that a run of elements breaks.
+struct Violation {
+  Verdict verdict = Verdict::fulfilled;
+  int element = 0;  ///< of the step
+  int contact = -1;
+  double time = 0;   ///< where the quantity crosses zero, from the start of the run, interpolated [s]
+  double value = 0;  ///< gap [m], force [N], slip velocity [m/s]
+};
+
+/// The inequalities of one element, at its stages and its right end:
+///
+///   f_c^i >= 0                       open
+///   lambda_n^i >= 0                  closed
+///   ||lambda_t^i|| <= mu lambda_n^i  stick
+///   +-v_t^i >= 0                     slip+, slip-
+///   v_t,j^i' v_t,j-1^i > 0           slip in space: the direction turns, but does not turn back
+class SignConditions {
+ public:
+  /// @param gap_size  n_c, what rounding of the gaps is relative to; read at every call
+  SignConditions(const Problem& problem, const ButcherTableau& tableau, const Vector& gap_size);
+
+  /// The condition that fails first in time; Violation::time from the left end of the element.
+  Violation check(const Stages& stages);
+
+ private:
+  bool is_clear(const Stages& stages);
+  void check_gaps(const Stages& stages, Violation& first);
+  void check_forces(const Stages& stages, Violation& first);
+  void check_slip(const Stages& stages, Violation& first);
+
+  const Problem& problem_;
+  const ButcherTableau& tableau_;
+  const Vector& gap_size_;
+  const int n_s_, n_points_;  // points: the stages, and the right end when it is none of them
+  Vector force_size_;         // largest lambda_n^i so far: what rounding of a contact force is relative to
+  Vector gap_, left_gap_, cone_margin_;
+  Vector J_t_;
+};
+
+}  // namespace ricochet
