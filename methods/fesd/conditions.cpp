@@ -47,11 +47,12 @@ double ratio(double value, double size) {
 
 }  // namespace
 
-FesdAudit::FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool pinned)
+FesdAudit::FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool pinned, double gap_tolerance)
     : problem_(problem),
       tableau_(tableau),
       stiffly_accurate_(tableau.is_stiffly_accurate()),
       pinned_(pinned),
+      gap_tolerance_(gap_tolerance),
       gap_size_(Vector::Zero(problem.n_c())) {
   for (const auto& [name, formula] : kTexts) residuals_.push_back({.name = name, .formula = formula});
 }
@@ -228,16 +229,19 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
         report(FesdCondition::closed_separation, std::min(separation, 0.0), speed_size[i], i);
       report(FesdCondition::grid_gap, std::min(grid_gaps[i], 0.0), L, i);
 
+      const bool breaks = left && is_closed(left->modes[i]) && e.modes[i] == ContactMode::open && Lambda[i] == 0;
+      const double allowed = breaks ? gap_tolerance_ : 0;
+
       // Stages.
       const auto lambda = e.lambda_n.row(i);
       double largest_gap = grid_gaps[i];
       for (int j = 0; j < n_s; ++j) {
-        report(FesdCondition::stage_gap, std::min(gaps(i, j), 0.0), L, i);
+        report(FesdCondition::stage_gap, std::min(gaps(i, j) + allowed, 0.0), L, i);
         report(FesdCondition::stage_force, std::min(lambda[j], 0.0), force, i);
         largest_gap = std::max(largest_gap, std::abs(gaps(i, j)));
       }
       if (!stiffly_accurate_) {
-        report(FesdCondition::stage_gap, std::min(end_gaps[i], 0.0), L, i);
+        report(FesdCondition::stage_gap, std::min(end_gaps[i] + allowed, 0.0), L, i);
         largest_gap = std::max(largest_gap, std::abs(end_gaps[i]));
       }
       report(FesdCondition::cross_complementarity, max_abs(lambda) * largest_gap, force * L, i);

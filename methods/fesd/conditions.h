@@ -43,7 +43,8 @@ enum class FesdCondition {
 class FesdAudit {
  public:
   /// @param pinned  whether the solver claims to fulfil FesdCondition::pinned_breaking
-  FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool pinned);
+  /// @param gap_tolerance  what the solver allowed to a contact that has just broken [m]
+  FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool pinned, double gap_tolerance);
   /// @param previous  the left neighbour, or null; @param t  start of the step [s]
   void add(const FesdStep& step, const FesdStep* previous, double t);
 
@@ -61,6 +62,7 @@ class FesdAudit {
   const Problem& problem_;
   const ButcherTableau tableau_;
   const bool stiffly_accurate_, pinned_;
+  const double gap_tolerance_;
   std::vector<Residual> residuals_;
   Vector gap_size_;  // over all steps so far: a body at rest at q = 0 still has the rounding of its journey
   double t_ = 0;

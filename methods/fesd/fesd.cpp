@@ -19,9 +19,12 @@ class Fesd final : public Method {
   explicit Fesd(const MethodSpec& spec) : id_(spec.text()), tableau_(tableau_argument(spec)) {
     options_.n_fe = spec.whole_number("n_fe", 2, 1, 64);
     options_.as_needed = spec.choice("elements", {"fixed", "as_needed"}) == "as_needed";
-    options_.switches = spec.choice("switches", {"pinned", "published"}) == "pinned"
-                            ? PivotingSolver::Switches::pinned
-                            : PivotingSolver::Switches::published;
+    using Switches = PivotingSolver::Switches;
+    const std::string switches = spec.choice("switches", {"pinned", "published", "published_earliest"});
+    options_.switches = switches == "pinned"      ? Switches::pinned
+                        : switches == "published" ? Switches::published
+                                                  : Switches::published_earliest;
+    options_.gap_tolerance = spec.number("gap_tolerance", 0, 0, 1);
     options_.max_elements = spec.whole_number("max_elements", 64, 1, 100000);
     spec.finish(2);
   }
@@ -45,7 +48,8 @@ class Fesd final : public Method {
     options.tolerance = settings.inner_tolerance;
     PivotingSolver solver(problem, tableau_, options, solution.counters);
     std::optional<FesdAudit> audit;
-    if (settings.audit) audit.emplace(problem, tableau_, options.switches == PivotingSolver::Switches::pinned);
+    if (settings.audit)
+      audit.emplace(problem, tableau_, options.switches == PivotingSolver::Switches::pinned, options.gap_tolerance);
     const TimeLimit time_limit(settings.time_limit);
 
     const ProblemInfo& info = problem.info();
@@ -122,7 +126,9 @@ class Fesd final : public Method {
 
 const bool registered = register_method({
     .name = "fesd",
-    .usage = "fesd:TABLEAU:STAGES[,n_fe=2][,elements=fixed|as_needed][,max_elements=64][,switches=pinned|published], "
+    .usage = "fesd:TABLEAU:STAGES[,n_fe=2][,elements=fixed|as_needed][,max_elements=64][,switches=pinned|published|"
+             "published_earliest]"
+             "[,gap_tolerance=0], "
              "or fesd:@TABLEAU_FILE",
     .summary = "finite elements with switch detection and jumps (FESD-J), solved by pivoting",
     .examples = {"fesd:radau-iia:1", "fesd:radau-iia:2", "fesd:radau-iia:3", "fesd:radau-iia:4", "fesd:gauss:1",

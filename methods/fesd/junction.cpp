@@ -162,6 +162,7 @@ bool JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
   junction.touching.clear();
   junction.from_rest.clear();
   junction.has_forces = false;
+  junction.switched = -1;
   const int n_c = problem_.n_c();
   if (n_c == 0) return true;
   if (problem_.info().has_friction()) {

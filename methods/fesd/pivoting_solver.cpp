@@ -13,6 +13,8 @@ namespace {
 constexpr int kMaxTrials = 100;
 // Alternative modes of a junction that are combined with each other.
 constexpr std::size_t kMaxAlternatives = 4;
+// Of the search for the earliest switching time: to a relative 1e-12.
+constexpr int kBisections = 40;
 // Lengths at which a switch function is sampled when Newton's method misses its root.
 constexpr int kBracketSamples = 16;
 
@@ -44,7 +46,7 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
       counters_(counters),
       stage_solver_(problem, tableau, options.tolerance, counters),
       junction_solver_(problem, stage_solver_.tableau(), gap_size_, counters),
-      sign_conditions_(problem, stage_solver_.tableau(), gap_size_),
+      sign_conditions_(problem, stage_solver_.tableau(), gap_size_, options.gap_tolerance),
       n_q_(problem.n_q()),
       n_c_(problem.n_c()),
       n_s_(tableau.n_s),
@@ -131,30 +133,60 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
     note_failure(violation, h, count);
     if (!is_switch(violation.verdict)) continue;
 
-    // How many equal elements up to the switch: first the number that changes their length least, then its neighbours.
-    const int nearest = std::clamp(static_cast<int>(std::lround(violation.time / h)), 1, std::max(1, most_before));
-    const auto candidate = [&](int k) { return nearest + (k % 2 ? -(k + 1) / 2 : k / 2); };
-    const auto is_possible = [&](int m) {
-      return m >= 1 && m <= most_before && element + m < static_cast<int>(step_->elements.size());
-    };
-    for (int k = 0; k < 2 * count; ++k) {
-      const int m = candidate(k);
-      if (!is_possible(m)) continue;
-      if (run_to_switch(element, m, violation, remaining) && continue_after(element, m, remaining, count)) return true;
-    }
-    if (options_.switches == Switches::pinned || violation.verdict != Verdict::force_negative) continue;
-    for (int k = 0; k < 2 * count; ++k) {
-      const int m = candidate(k);
-      if (!is_possible(m)) continue;
-      for (int part = kBracketSamples - 1; part > 0;
-           --part) {  // the latest breaking time first: it is nearest to the truth
-        const double length = remaining / m * part / kBracketSamples;
-        if (run_to_time(element, m, length, violation.contact) && continue_after(element, m, remaining, count))
-          return true;
-      }
-    }
+    if (split_at_switch(element, count, most_before, violation, remaining)) return true;
   }
   return false;
+}
+
+/// Lets a switch follow some of the `count` elements, and solves what remains.
+bool PivotingSolver::split_at_switch(int element, int count, int most_before, const Violation& violation,
+                                     double remaining) {
+  // How many equal elements up to the switch: first the number that changes their length least, then its neighbours.
+  const double h = remaining / count;
+  const int nearest = std::clamp(static_cast<int>(std::lround(violation.time / h)), 1, std::max(1, most_before));
+  const auto for_all_candidates = [&](const auto& attempt) {
+    for (int k = 0; k < 2 * count; ++k) {
+      const int m = nearest + (k % 2 ? -(k + 1) / 2 : k / 2);
+      const bool is_possible = m >= 1 && m <= most_before && element + m < static_cast<int>(step_->elements.size());
+      if (is_possible && attempt(m)) return true;
+    }
+    return false;
+  };
+  const bool may_float = options_.switches != Switches::pinned &&
+                         (violation.verdict == Verdict::force_negative || violation.verdict == Verdict::cone_left);
+  if (may_float && options_.switches == Switches::published_earliest)
+    return for_all_candidates([&](int m) { return split_unpinned(element, m, count, violation, remaining); });
+  const auto pinned = [&](int m) {
+    return run_to_switch(element, m, violation, remaining) && continue_after(element, m, remaining, count);
+  };
+  if (for_all_candidates(pinned)) return true;
+  return may_float &&
+         for_all_candidates([&](int m) { return split_unpinned(element, m, count, violation, remaining); });
+}
+
+/// A switch at some time that the published equations admit: the latest, which is nearest to the truth, or the
+/// earliest.
+bool PivotingSolver::split_unpinned(int element, int m, int count, const Violation& violation, double remaining) {
+  const auto is_feasible = [&](double h) {
+    return run_to_time(element, m, h, violation) && continue_after(element, m, remaining, count);
+  };
+  const double longest = remaining / m;
+  double feasible = 0, infeasible = 0;
+  if (options_.switches == Switches::published_earliest && run_to_switch(element, m, violation, remaining) &&
+      continue_after(element, m, remaining, count)) {
+    feasible = step_->elements[element].h;  // the pinned one
+  }
+  for (int part = kBracketSamples - 1; part > 0 && feasible == 0; --part) {
+    if (is_feasible(longest * part / kBracketSamples)) feasible = longest * part / kBracketSamples;
+  }
+  if (feasible == 0) return false;
+  if (options_.switches == Switches::published) return true;
+  for (int halving = 0; halving < kBisections; ++halving) {
+    trials_ = 0;
+    const double middle = 0.5 * (feasible + infeasible);
+    (is_feasible(middle) ? feasible : infeasible) = middle;
+  }
+  return is_feasible(feasible);
 }
 
 /// Searches the rest of the step behind `count` elements that are solved.
@@ -223,6 +255,12 @@ Violation PivotingSolver::after_failed_newton(int element) {
   return {Verdict::slip_reversed, element, contact, time, 0};
 }
 
+/// Contact whose force vanished at the left end of the element, or -1.
+int PivotingSolver::just_broken(int element) const {
+  const Junction& junction = junctions_[element];
+  return junction.switch_kind == Switch::Kind::force_vanishes ? junction.switched : -1;
+}
+
 Violation PivotingSolver::equal_elements(int first, int count, double h) {
   if (!regular_A_) {
     for (int i = 0; i < n_c_; ++i) {
@@ -237,7 +275,7 @@ Violation PivotingSolver::equal_elements(int first, int count, double h) {
     Stages& stages = step_->elements[element];
     Violation violation;
     if (stage_solver_.solve(stages) == StageSolver::Result::converged)
-      violation = sign_conditions_.check(stages);
+      violation = sign_conditions_.check(stages, just_broken(element));
     else
       violation = after_failed_newton(element);
     if (violation.verdict != Verdict::fulfilled) {
@@ -274,7 +312,7 @@ Violation PivotingSolver::check_run(int first, int count) {
       step_->Lambda_n.col(first + k).setZero();
       step_->Lambda_t.col(first + k).setZero();
     }
-    Violation violation = sign_conditions_.check(stages);
+    Violation violation = sign_conditions_.check(stages, k == 0 ? just_broken(first) : -1);
     violation.time += k * stages.h;
     if (violation.verdict != Verdict::fulfilled) return violation;
   }
@@ -316,11 +354,11 @@ bool PivotingSolver::run_to_switch(int first, int count, Violation violation, do
   return false;
 }
 
-/// Solves `count` equal elements of given length; the contact breaks at their end.
-bool PivotingSolver::run_to_time(int first, int count, double h, int breaking_contact) {
+/// Solves `count` equal elements of given length; the switch of the violation happens at their end.
+bool PivotingSolver::run_to_time(int first, int count, double h, const Violation& violation) {
   if (++trials_ > max_trials()) return false;
   if (equal_elements(first, count, h).verdict != Verdict::fulfilled) return false;
-  end_run(first + count, breaking_contact, Switch::Kind::force_vanishes);
+  end_run(first + count, violation.contact, switch_kind(violation.verdict));
   return true;
 }
 

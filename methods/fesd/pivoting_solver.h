@@ -23,17 +23,20 @@ namespace ricochet {
 ///
 /// Published equations: paper section 3, with the corrections of the specification. They leave an interval of length
 /// O(h) for the time at which a contact breaks or begins to slip (specification, open question 1). It is pinned by one
-/// more equation, lambda_n(right end) = 0 or the cone reached there, or, with Switches::published, only if that has a
-/// solution: else some time of the interval is taken.
+/// more equation, lambda_n(right end) = 0 or the cone reached there. Switches::published does so only if that has a
+/// solution, and else takes the latest time of the interval; Switches::published_earliest takes the earliest, the worst
+/// that the published equations allow. With two stages a pinned break dips below the gap by O(h^3) at the first stage
+/// of the open element, and only Options::gap_tolerance makes it feasible.
 class PivotingSolver {
  public:
-  enum class Switches : std::uint8_t { pinned, published };
+  enum class Switches : std::uint8_t { pinned, published, published_earliest };
 
   struct Options {
     int n_fe = 2;            ///< finite elements per step
     bool as_needed = false;  ///< add elements to a step that is infeasible with n_fe
     int max_elements = 64;   ///< of a step, when elements are added
     Switches switches = Switches::pinned;
+    double gap_tolerance = 0;  ///< [m] by which a gap may be negative in the element behind a pinned break
     double tolerance = 1e-13;
   };
 
@@ -63,13 +66,15 @@ class PivotingSolver {
   };
 
   bool search(int element, double remaining, int elements_left);
+  bool split_at_switch(int element, int count, int most_before, const Violation& violation, double remaining);
+  bool split_unpinned(int element, int m, int count, const Violation& violation, double remaining);
   int max_trials() const;
   int elements_for(int element, double remaining, int elements_left) const;
   bool begin_element(int element);
   void propose_modes(int element, unsigned trial);
   Violation equal_elements(int first, int count, double h);
   bool run_to_switch(int first, int count, Violation violation, double remaining);
-  bool run_to_time(int first, int count, double h, int breaking_contact);
+  bool run_to_time(int first, int count, double h, const Violation& violation);
   void end_run(int next, int contact, Switch::Kind kind);
   bool continue_after(int element, int count, double remaining, int elements_left);
   bool prepare_run(int first, int count);
@@ -77,6 +82,7 @@ class PivotingSolver {
   double switch_value(int first, const Stages& last, const Switch& end);
   Violation check_run(int first, int count);
   Violation after_failed_newton(int element);
+  int just_broken(int element) const;
   void first_guess(int element, double h);
   const Stages* left_neighbour(int element) const;
   void note_failure(const Violation& violation, double h, int count);

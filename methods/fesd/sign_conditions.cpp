@@ -14,10 +14,12 @@ void report(Violation& first, Verdict verdict, int contact, double time, double 
 
 }  // namespace
 
-SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tableau, const Vector& gap_size)
+SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tableau, const Vector& gap_size,
+                               double gap_tolerance)
     : problem_(problem),
       tableau_(tableau),
       gap_size_(gap_size),
+      gap_tolerance_(gap_tolerance),
       n_s_(tableau.n_s),
       n_points_(tableau.is_stiffly_accurate() ? n_s_ : n_s_ + 1) {
   gap_.setZero(problem.n_c());
@@ -42,16 +44,16 @@ bool SignConditions::is_clear(const Stages& stages) {
   return true;
 }
 
-Violation SignConditions::check(const Stages& stages) {
+Violation SignConditions::check(const Stages& stages, int just_broken) {
   Violation first;
   if (is_clear(stages)) return first;
-  check_gaps(stages, first);
+  check_gaps(stages, just_broken, first);
   check_forces(stages, first);
   if (problem_.info().has_friction()) check_slip(stages, first);
   return first;
 }
 
-void SignConditions::check_gaps(const Stages& stages, Violation& first) {
+void SignConditions::check_gaps(const Stages& stages, int just_broken, Violation& first) {
   problem_.gap(stages.q0.data(), left_gap_.data());
   double left_time = 0;
   for (int j = 0; j < n_points_; ++j) {
@@ -62,7 +64,7 @@ void SignConditions::check_gaps(const Stages& stages, Violation& first) {
       if (is_closed(stages.modes[i])) {
         if (!is_stage && std::abs(gap_[i]) > kClosedGapRounding * gap_size_[i])
           report(first, Verdict::drifts, i, time, gap_[i]);
-      } else if (gap_[i] < 0 && gap_[i] < -kGapRounding * gap_size_[i]) {
+      } else if (gap_[i] < 0 && gap_[i] < -kGapRounding * gap_size_[i] - (i == just_broken ? gap_tolerance_ : 0)) {
         const double left = std::max(left_gap_[i], 0.0);
         report(first, Verdict::gap_negative, i, left_time + (time - left_time) * left / (left - gap_[i]), gap_[i]);
       }

@@ -38,20 +38,23 @@ struct Violation {
 class SignConditions {
  public:
   /// @param gap_size  n_c, what rounding of the gaps is relative to; read at every call
-  SignConditions(const Problem& problem, const ButcherTableau& tableau, const Vector& gap_size);
+  /// @param gap_tolerance  [m] by which the gap of a contact that has just broken may be negative
+  SignConditions(const Problem& problem, const ButcherTableau& tableau, const Vector& gap_size, double gap_tolerance);
 
   /// The condition that fails first in time; Violation::time from the left end of the element.
-  Violation check(const Stages& stages);
+  /// @param just_broken  contact that broke at the left end, or -1
+  Violation check(const Stages& stages, int just_broken);
 
  private:
   bool is_clear(const Stages& stages);
-  void check_gaps(const Stages& stages, Violation& first);
+  void check_gaps(const Stages& stages, int just_broken, Violation& first);
   void check_forces(const Stages& stages, Violation& first);
   void check_slip(const Stages& stages, Violation& first);
 
   const Problem& problem_;
   const ButcherTableau& tableau_;
   const Vector& gap_size_;
+  const double gap_tolerance_;
   const int n_s_, n_points_;  // points: the stages, and the right end when it is none of them
   Vector force_size_;         // largest lambda_n^i so far: what rounding of a contact force is relative to
   Vector gap_, left_gap_, cone_margin_;
