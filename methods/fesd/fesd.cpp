@@ -4,6 +4,7 @@
 
 #include "methods/fesd/conditions.h"
 #include "methods/fesd/pivoting_solver.h"
+#include "methods/fesd/record_step.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "methods/time_limit.h"
@@ -66,7 +67,7 @@ class Fesd final : public Method {
         break;
       }
       const FesdStep& step = solver.step();
-      record(problem, settings.recording, solver, t, solution);
+      record_step(problem, settings.recording, solver, t, solution);
       if (audit) audit->add(step, solver.has_previous_step() ? &solver.previous_step() : nullptr, t);
       reached = &step.last();
       solution.t = k + 1 == settings.steps ? info.end_time : (k + 1) * H;
@@ -78,47 +79,6 @@ class Fesd final : public Method {
   }
 
  private:
-  /// What a contact does at the left end of an element, if anything.
-  static std::optional<EventKind> event_kind(ContactMode before, ContactMode after, double Lambda_n, bool has_left) {
-    if (Lambda_n > 0 && !is_closed(before)) return EventKind::impact;
-    if (!has_left || !is_closed(before) || before == after) return std::nullopt;
-    if (after == ContactMode::open) return EventKind::detach;
-    if (after == ContactMode::stick) return EventKind::slip_to_stick;
-    return before == ContactMode::stick ? EventKind::stick_to_slip : EventKind::slip_reversal;
-  }
-
-  /// Events and grid points of one step.
-  static void record(const Problem& problem, Recording recording, const PivotingSolver& solver, double t,
-                     Solution& solution) {
-    const FesdStep& step = solver.step();
-    const int n_c = problem.n_c();
-    const Stages* left = solver.has_previous_step() ? &solver.previous_step().last() : nullptr;
-    if (!left) solution.initial_modes = step.elements[0].modes;
-    const bool may_have_events = step.touches || (left && solver.previous_step().touches);
-    if (!may_have_events && recording == Recording::final_state) return;
-    for (int n = 0; n < step.n_elements; ++n) {
-      const Stages& element = step.elements[n];
-      for (int i = 0; i < n_c; ++i) {
-        const ContactMode before = left ? left->modes[i] : ContactMode::open;
-        const auto kind = event_kind(before, element.modes[i], step.Lambda_n(i, n), left != nullptr);
-        if (!kind) continue;
-        solution.events.push_back({.t = t,
-                                   .kind = *kind,
-                                   .contact = i,
-                                   .q = element.q0,
-                                   .v_minus = step.v_minus.col(n),
-                                   .v_plus = element.v0,
-                                   .Lambda_n = step.Lambda_n.col(n),
-                                   .Lambda_t = step.Lambda_t.col(n),
-                                   .modes = element.modes});
-        ++solution.counters.events;
-      }
-      if (recording == Recording::grid) solution.samples.push_back({t, element.q0, step.v_minus.col(n), element.v0});
-      t += element.h;
-      left = &element;
-    }
-  }
-
   std::string id_;
   ButcherTableau tableau_;
   PivotingSolver::Options options_;

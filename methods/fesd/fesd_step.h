@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "methods/runge_kutta/stage_solver.h"
@@ -16,12 +17,16 @@ struct FesdStep {
   Matrix Lambda_n;               ///< n_c x elements: impulse there
   Matrix Lambda_t;               ///< n_lambda_t x elements
 
-  void resize(const Problem& problem, int n_s, int max_elements) {
-    elements.resize(static_cast<std::size_t>(max_elements));
-    for (auto& stages : elements) stages.resize(problem.info(), n_s);
-    v_minus.setZero(problem.n_q(), max_elements);
-    Lambda_n.setZero(problem.n_c(), max_elements);
-    Lambda_t.setZero(problem.info().n_lambda_t, max_elements);
+  /// Makes room for n elements and keeps those that are there.
+  void resize(const Problem& problem, int n_s, int n) {
+    const auto before = elements.size();
+    elements.resize(static_cast<std::size_t>(n));
+    for (std::size_t k = before; k < elements.size(); ++k) elements[k].resize(problem.info(), n_s);
+    for (auto [matrix, rows] : {std::pair(&v_minus, problem.n_q()), std::pair(&Lambda_n, problem.n_c()),
+                                std::pair(&Lambda_t, problem.info().n_lambda_t)}) {
+      matrix->conservativeResize(rows, n);
+      matrix->rightCols(n - static_cast<Eigen::Index>(before)).setZero();
+    }
   }
   const Stages& last() const { return elements[static_cast<std::size_t>(n_elements) - 1]; }
 };

@@ -118,7 +118,8 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
     if (rested || impact_law_.normal_velocity(i, stages.v0) <= rounding(i)) {
       closed_.push_back(closed);
     } else {
-      junction.alternatives.push_back({i, continued_mode(closed), ContactMode::open});
+      junction.alternatives.push_back(
+          {i, continued_mode(closed), ContactMode::open, impact_law_.normal_velocity(i, stages.v0)});
     }
   }
   if (closed_.empty()) return Result::done;

@@ -13,6 +13,7 @@ struct Junction {
   struct Alternative {
     int contact = -1;
     ContactMode mode = ContactMode::open, predicted = ContactMode::open;
+    double v_n = 0;  ///< of a contact that bounced, behind the impact [m/s]
   };
 
   int switched = -1;  ///< in: contact whose switch ended the element before, -1 for none

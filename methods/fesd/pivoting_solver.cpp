@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "methods/fesd/rounding.h"
+
 namespace ricochet {
 namespace {
 
@@ -50,29 +52,41 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
       n_q_(problem.n_q()),
       n_c_(problem.n_c()),
       n_s_(tableau.n_s),
+      capacity_(options.as_needed ? std::max(options.n_fe, options.max_elements) : options.n_fe),
       regular_A_(tableau.A.fullPivLu().isInvertible()) {
-  const int capacity = options.as_needed ? std::max(options.n_fe, options.max_elements) : options.n_fe;
-  step_->resize(problem, n_s_, capacity);
-  previous_->resize(problem, n_s_, capacity);
-  junctions_.resize(static_cast<std::size_t>(capacity));
-  for (auto& junction : junctions_) junction.reserve(problem.info());
+  previous_->resize(problem, n_s_, options.n_fe);
+  make_room(options.n_fe);
   gap_.setZero(n_c_);
   J_t_.setZero(problem.info().n_tangent_entries);
   normal_size_ = problem.normal_jacobian(problem.info().q0).cwiseAbs().colwise().sum().transpose();
   gap_size_.setZero(n_c_);
 }
 
+/// Storage for more elements than a step had so far. Not inside a run: references to elements move.
+void PivotingSolver::make_room(int n_elements) {
+  if (n_elements <= static_cast<int>(step_->elements.size())) return;
+  step_->resize(problem_, n_s_, n_elements);
+  const std::size_t before = junctions_.size();
+  junctions_.resize(std::max(before, static_cast<std::size_t>(n_elements)));
+  for (std::size_t k = before; k < junctions_.size(); ++k) junctions_[k].reserve(problem_.info());
+}
+
 void PivotingSolver::start(const Vector& q, const Vector& v) {
   step_->n_elements = previous_->n_elements = 0;
+  entry_.switched = exit_.switched = -1;
   step_->elements[0].q0 = q;
   step_->v_minus.col(0) = v;
 }
 
-Status PivotingSolver::advance(double H) {
+/// Starts where the last step ended.
+void PivotingSolver::begin_step(double H) {
   if (step_->n_elements > 0) {
     std::swap(step_, previous_);
+    make_room(options_.n_fe);
     step_->elements[0].q0 = previous_->last().q1;
     step_->v_minus.col(0) = previous_->last().v1;
+    entry_.switched = exit_.switched;
+    entry_.switch_kind = exit_.switch_kind;
   }
   step_->H = H;
   step_->touches = false;
@@ -83,12 +97,9 @@ Status PivotingSolver::advance(double H) {
   trials_ = 0;
   if (first_failure_.violation.verdict != Verdict::fulfilled) first_failure_ = deepest_failure_ = {};
   longest_ = 0;
-  bool solved = search(0, H, options_.n_fe);
-  if (!solved && options_.as_needed) {
-    trials_ = 0;
-    longest_ = H / options_.n_fe;
-    solved = search(0, H, 0);
-  }
+}
+
+Status PivotingSolver::finish_step(bool solved) {
   if (solved) {
     counters_.elements += step_->n_elements;
     ++counters_.steps;
@@ -96,13 +107,83 @@ Status PivotingSolver::advance(double H) {
   }
   step_->n_elements = 0;
   const Verdict verdict = first_failure_.violation.verdict;
+  if (verdict == Verdict::accumulates) return Status::step_limit;
   const bool solver_failed =
       verdict == Verdict::newton_failed || verdict == Verdict::no_impulse || verdict == Verdict::no_forces;
   return solver_failed ? Status::inner_solver_failed : Status::infeasible;
 }
 
+Status PivotingSolver::advance(double H) {
+  begin_step(H);
+  bool solved = search(0, H, options_.n_fe);
+  if (!solved && options_.as_needed) {
+    trials_ = 0;
+    longest_ = H / options_.n_fe;
+    solved = search(0, H, 0);
+  }
+  return finish_step(solved);
+}
+
+Status PivotingSolver::advance_to_switch(double H, double capture) {
+  begin_step(H);
+  make_room(2);  // for what is known of the next step
+  return finish_step(solve_one_element(H, capture));
+}
+
+/// A contact bounces no higher than rounding of its gap.
+bool PivotingSolver::is_below_rounding(const Junction& junction, const Stages& flight) const {
+  return std::any_of(junction.alternatives.begin(), junction.alternatives.end(), [&](const auto& alternative) {
+    const int i = alternative.contact;
+    return alternative.predicted == ContactMode::open && flight.modes[i] == ContactMode::open &&
+           junctions_[1].switched == i && 0.25 * alternative.v_n * flight.h <= kGapRounding * gap_size_[i];
+  });
+}
+
+bool PivotingSolver::solve_one_element(double H, double capture) {
+  Junction& junction = junctions_[0];
+  junction.switched = entry_.switched;
+  junction.switch_kind = entry_.switch_kind;
+  exit_.switched = -1;
+  if (!begin_element(0)) return false;
+  const auto& alternatives = junction.alternatives;
+  unsigned captured = 0;
+  captured_ = false;
+  bool is_unresolved = false;  // the flight predicted is lower than positions are known
+  for (std::size_t k = 0; k < std::min(alternatives.size(), kMaxAlternatives); ++k) {
+    if (alternatives[k].predicted == ContactMode::open && alternatives[k].v_n <= capture) captured |= 1U << k;
+  }
+  const unsigned n_alternatives = 1U << std::min(alternatives.size(), kMaxAlternatives);
+  for (unsigned trial = 0; trial < n_alternatives; ++trial) {
+    propose_modes(0, trial ^ captured);
+    captured_ = (captured != 0 && trial == 0) || is_unresolved;
+    const Violation violation = equal_elements(0, 1, H);
+    step_->n_elements = 1;
+    if (violation.verdict == Verdict::fulfilled) return true;
+    note_failure(violation, H, 1);
+    // A capture is for the whole step, or not at all.
+    if (captured_ || !is_switch(violation.verdict) || !run_to_switch(0, 1, violation, H)) continue;
+    is_unresolved = is_below_rounding(junction, step_->elements[0]);
+    if (is_unresolved) {
+      if (stage_solver_.tableau().is_stiffly_accurate()) continue;
+      first_failure_ = deepest_failure_ = {{Verdict::accumulates, 0, junctions_[1].switched, 0, 0}, H, 1};
+      return false;  // closing would not stop it
+    }
+    step_->H = step_->elements[0].h;
+    std::swap(exit_.switched, junctions_[1].switched);
+    exit_.switch_kind = junctions_[1].switch_kind;
+    return true;
+  }
+  return false;
+}
+
+void PivotingSolver::reject() {
+  counters_.elements -= step_->n_elements;
+  --counters_.steps;
+  step_->n_elements = 0;
+}
+
 int PivotingSolver::max_trials() const {
-  return kMaxTrials * (longest_ == 0 ? options_.n_fe : static_cast<int>(step_->elements.size()));
+  return kMaxTrials * (longest_ == 0 ? options_.n_fe : capacity_);
 }
 
 /// Number of equal elements for the remaining time: what is left of N_FE, or as many as longest_ asks for. 0 when the
@@ -110,13 +191,15 @@ int PivotingSolver::max_trials() const {
 int PivotingSolver::elements_for(int element, double remaining, int elements_left) const {
   if (longest_ == 0) return elements_left;
   const int wanted = std::max(1, static_cast<int>(std::ceil(remaining / longest_ * (1 - 1e-9))));
-  return element + wanted <= static_cast<int>(step_->elements.size()) ? wanted : 0;
+  return element + wanted <= capacity_ ? wanted : 0;
 }
 
 bool PivotingSolver::search(int element, double remaining, int elements_left) {
   const int count = elements_for(element, remaining, elements_left);
   if (element == 0) junctions_[0].switched = -1;
-  if (count == 0 || !begin_element(element)) return false;
+  if (count == 0) return false;
+  make_room(std::min(element + count + 1, capacity_));
+  if (!begin_element(element)) return false;
   // A switch may be preceded by all but one of the elements; by all of them when there may be more.
   const int most_before = longest_ == 0 ? count - 1 : count;
   const unsigned n_alternatives =
@@ -147,7 +230,7 @@ bool PivotingSolver::split_at_switch(int element, int count, int most_before, co
   const auto for_all_candidates = [&](const auto& attempt) {
     for (int k = 0; k < 2 * count; ++k) {
       const int m = nearest + (k % 2 ? -(k + 1) / 2 : k / 2);
-      const bool is_possible = m >= 1 && m <= most_before && element + m < static_cast<int>(step_->elements.size());
+      const bool is_possible = m >= 1 && m <= most_before && element + m < capacity_;
       if (is_possible && attempt(m)) return true;
     }
     return false;
@@ -205,8 +288,8 @@ const Stages* PivotingSolver::left_neighbour(int element) const {
 }
 
 bool PivotingSolver::begin_element(int element) {
-  const auto result =
-      junction_solver_.begin(*step_, element, left_neighbour(element), element > 0, junctions_[element]);
+  const auto result = junction_solver_.begin(*step_, element, left_neighbour(element),
+                                             element > 0 || entry_.switched >= 0, junctions_[element]);
   if (result == JunctionSolver::Result::done) return true;
   const Verdict verdict = result == JunctionSolver::Result::no_impulse ? Verdict::no_impulse : Verdict::no_forces;
   note_failure({verdict, element, junctions_[element].touching.front(), 0, 0}, 0, 1);
@@ -477,6 +560,12 @@ std::string PivotingSolver::describe(const Failure& failure) const {
       return fmt::format("{} would stick with {:.3g} N more than its friction cone has {}", contact, -v.value, where);
     case Verdict::slip_reversed:
       return fmt::format("{} would slip back with {:.3g} m/s {}", contact, -v.value, where);
+    case Verdict::accumulates:
+      return fmt::format(
+          "the impacts of {} accumulate, it bounces no higher than its gap is known; tableau {} has no stage at the "
+          "right "
+          "end that could stop it",
+          contact, stage_solver_.tableau().name);
     case Verdict::no_right_stage:
       return fmt::format(
           "{} comes to rest, but tableau {} has no stage at the right end where both components of its slip velocity "
@@ -500,10 +589,10 @@ std::string PivotingSolver::describe(const Failure& failure) const {
 }
 
 std::string PivotingSolver::failure_message() const {
-  std::string message = fmt::format("no solution with {}: {}",
-                                    options_.as_needed ? fmt::format("up to {} elements", step_->elements.size())
-                                                       : fmt::format("N_FE = {}", options_.n_fe),
-                                    describe(first_failure_));
+  std::string message = fmt::format(
+      "no solution with {}: {}",
+      options_.as_needed ? fmt::format("up to {} elements", capacity_) : fmt::format("N_FE = {}", options_.n_fe),
+      describe(first_failure_));
   const Violation &first = first_failure_.violation, &deepest = deepest_failure_.violation;
   if (deepest.element != first.element || deepest.verdict != first.verdict) {
     message += fmt::format("; with a switch before it, {}", describe(deepest_failure_));

@@ -50,6 +50,15 @@ class PivotingSolver {
   /// Solves the next step, of length H, from where the step() before ended: that one tells which contacts were closed.
   Status advance(double H);
 
+  /// Solves a step of one element that ends after H or where the first switch is, so that step().H may be less than H.
+  /// A contact that bounces with at most the normal velocity `capture` [m/s] stays closed if it can: the state changes
+  /// by no more than that, and an accumulation of impacts ends.
+  Status advance_to_switch(double H, double capture);
+  /// Whether a contact that bounced was closed by `capture` in the last step.
+  bool captured() const { return captured_; }
+  /// Forgets the last step, which succeeded; the next one starts where it started.
+  void reject();
+
   const FesdStep& step() const { return *step_; }
   bool has_previous_step() const { return previous_->n_elements > 0; }
   const FesdStep& previous_step() const { return *previous_; }
@@ -65,6 +74,11 @@ class PivotingSolver {
     int count = 0;
   };
 
+  void begin_step(double H);
+  Status finish_step(bool solved);
+  bool solve_one_element(double H, double capture);
+  bool is_below_rounding(const Junction& junction, const Stages& flight) const;
+  void make_room(int n_elements);
   bool search(int element, double remaining, int elements_left);
   bool split_at_switch(int element, int count, int most_before, const Violation& violation, double remaining);
   bool split_unpinned(int element, int m, int count, const Violation& violation, double remaining);
@@ -97,13 +111,15 @@ class PivotingSolver {
   StageSolver stage_solver_;
   JunctionSolver junction_solver_;
   SignConditions sign_conditions_;
-  const int n_q_, n_c_, n_s_;
+  const int n_q_, n_c_, n_s_, capacity_;
   const bool regular_A_;
 
   FesdStep buffers_[2];
   FesdStep *step_ = &buffers_[0], *previous_ = &buffers_[1];
   std::vector<Junction> junctions_;
+  Junction entry_, exit_;  // which switch ended the step before, and this one, if one did (advance_to_switch)
   int trials_ = 0;
+  bool captured_ = false;
   double longest_ = 0;  // element length that sets the number of elements; 0 when that number is fixed
 
   Failure first_failure_;    // of the natural prediction, without a switch

@@ -14,6 +14,7 @@ enum class Verdict : std::uint8_t {
   drifts,
   undetermined,
   no_right_stage,
+  accumulates,
   newton_failed,
   no_impulse,
   no_forces

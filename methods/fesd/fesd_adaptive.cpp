@@ -1,0 +1,194 @@
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "methods/fesd/conditions.h"
+#include "methods/fesd/pivoting_solver.h"
+#include "methods/fesd/record_step.h"
+#include "methods/registry.h"
+#include "methods/runge_kutta/tableau_argument.h"
+#include "methods/time_limit.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+/// FESD-J with error control: every element is a step of its own. It ends where the tolerance or a switch says; the
+/// lengths are free, so step equilibration has nothing to do.
+///
+/// Estimate. The accelerations w(c) of an element, as a polynomial through its n_s stages, have Legendre coefficients
+///
+///   alpha_k = sum_j L_kj w_j,   sum_k alpha_k P_k(2 c_j - 1) = w_j.                                           (1)
+///
+/// Coefficients of a smooth function fall like rho^k, so |alpha_k| / |w| measures rho^k, and a method of order p leaves
+/// an error of the size of the coefficients p. The last coefficient says so, and the one before it too in case the last
+/// is small by chance, for each velocity
+///
+///   e_v = h |w| max over k = n_s - 1, n_s - 2 >= 1 of (|alpha_k| / |w|)^(p / k),   e_q = h e_v.              (2)
+///
+/// On a curved closed contact the velocity that is left across it, J_n' v_1, counts as well: shorter steps behind it
+/// would have to pull it back with a force J_n' v_1 / h.
+///
+/// This is the size of the local error of order p + 1 itself, without evaluating anything: not of a lower-order method
+/// embedded in it. A step is accepted when e <= tol (1 + |x|) in every component. The next one has length
+///
+///   h min(4, max(1/5, 0.8 (tol (1 + |x|) / e)^(1 / (p + 1))))                                                (3)
+///
+/// at most end_time, but the same length as long as (3) asks for 0.9 to 1.5 of it: the Newton matrix of a length is
+/// kept. Steps for which no solution was found are halved. A contact that bounces with less than tol / kappa, kappa =
+/// max |A^-1 1|, stays closed (open question 2 of the specification): its stage forces stop it with accelerations of
+/// kappa v_n / h, and an accumulation of impacts ends there, with an error of tol.
+class FesdAdaptive final : public Method {
+ public:
+  explicit FesdAdaptive(const MethodSpec& spec) : id_(spec.text()), tableau_(tableau_argument(spec)) {
+    options_.n_fe = 1;
+    spec.finish(2);
+    const int n = tableau_.n_s;
+    for (int j = 0; j < n; ++j) {
+      for (int m = 0; m < j; ++m) {
+        if (n < 2 || tableau_.c[j] == tableau_.c[m]) distinct_ = false;
+      }
+    }
+    if (n < 2 || !distinct_) {
+      throw InputError("tableau of fesd_adaptive", tableau_.name,
+                       "at least two stages with different nodes c are required, the error estimate needs them");
+    }
+    Matrix values(n, n);  // P_k(2 c_j - 1)
+    for (int j = 0; j < n; ++j) {
+      for (int k = 0; k < n; ++k) values(j, k) = std::legendre(static_cast<unsigned>(k), 2 * tableau_.c[j] - 1);
+    }
+    legendre_ = values.inverse();
+    const Eigen::FullPivLU<Matrix> A(tableau_.A);
+    if (tableau_.is_stiffly_accurate() && A.isInvertible()) kappa_ = A.solve(Vector::Ones(n)).cwiseAbs().maxCoeff();
+  }
+
+  MethodInfo info() const override {
+    return {.id = id_,
+            .title = fmt::format("FESD-J, {}, error-controlled", tableau_.name),
+            .source = "Nurkanovic, Frey, Pozharskiy, Diehl: FESD-J, section 3; error control of this project",
+            .order_smooth = static_cast<double>(tableau_.order),
+            .order_impacts = static_cast<double>(tableau_.order),
+            .is_adaptive = true};
+  }
+
+  Support supports(const ProblemInfo&) const override { return Support::yes(); }
+
+ protected:
+  Solution do_solve(const Problem& problem, const Settings& settings) const override;
+
+ private:
+  double error(const Problem& problem, const FesdStep& step, double tolerance) const;
+
+  std::string id_;
+  ButcherTableau tableau_;
+  PivotingSolver::Options options_;
+  bool distinct_ = true;
+  Matrix legendre_;                                         // L of (1)
+  double kappa_ = std::numeric_limits<double>::infinity();  // no capture without a stage at the right end that stops it
+};
+
+constexpr double kFirstStep = 0.05;  // of end_time; the first elements tell more
+constexpr double kShortest = 1e-13;  // of end_time; what time can resolve
+
+/// (1), (2), relative to the tolerance: the largest of all elements and components.
+double FesdAdaptive::error(const Problem& problem, const FesdStep& step, double tolerance) const {
+  const int n_s = tableau_.n_s;
+  double worst = 0;
+  for (int n = 0; n < step.n_elements; ++n) {
+    const Stages& e = step.elements[n];
+    for (Eigen::Index i = 0; i < e.v0.size(); ++i) {
+      const double size = e.a.row(i).cwiseAbs().maxCoeff();
+      if (size == 0) continue;
+      double decay = 0;
+      for (int k = n_s - 1; k >= std::max(1, n_s - 2); --k) {
+        const double alpha = std::abs(legendre_.row(k).dot(e.a.row(i)));
+        decay = std::max(decay, std::pow(alpha / size, static_cast<double>(tableau_.order) / k));
+      }
+      const double e_v = e.h * size * decay, e_q = e.h * e_v;
+      worst =
+          std::max({worst, e_v / (tolerance * (1 + std::abs(e.v0[i]))), e_q / (tolerance * (1 + std::abs(e.q0[i])))});
+    }
+  }
+  const Stages& last = step.last();
+  for (int i = 0; i < problem.n_c(); ++i) {
+    if (!is_closed(last.modes[i]) || problem.info().contacts[i].is_affine) continue;
+    const double v_n = problem.normal_jacobian(last.q1).col(i).dot(last.v1);
+    worst = std::max(worst, std::abs(v_n) / (tolerance * (1 + last.v1.cwiseAbs().maxCoeff())));
+  }
+  return worst;
+}
+
+Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings) const {
+  Solution solution;
+  PivotingSolver::Options options = options_;
+  options.tolerance = settings.inner_tolerance;
+  PivotingSolver solver(problem, tableau_, options, solution.counters);
+  std::optional<FesdAudit> audit;
+  if (settings.audit) audit.emplace(problem, tableau_, true, 0.0);
+  const TimeLimit time_limit(settings.time_limit);
+
+  const ProblemInfo& info = problem.info();
+  const double T = info.end_time;
+  solver.start(info.q0, info.v0);
+  const Stages* reached = nullptr;
+  double t = 0, h = kFirstStep * T;
+  const double may_be_captured = settings.tolerance / kappa_;
+  double capture = may_be_captured;
+  while (t < T) {
+    // The last two steps share what is left, so that none is tiny.
+    const double rest = T - t;
+    const bool is_last = h >= rest * (1 - 1e-12);
+    const double H = is_last ? rest : (2 * h > rest ? 0.5 * rest : h);
+    Status status = time_limit.is_over() ? Status::time_limit : solver.advance_to_switch(H, capture);
+    double scaled_error = 0;
+    if (status == Status::success) {
+      scaled_error = error(problem, solver.step(), settings.tolerance);
+      const double wanted =
+          std::clamp(0.8 * std::pow(std::max(scaled_error, 1e-300), -1.0 / (tableau_.order + 1)), 0.2, 4.0);  // (3)
+      const bool was_refused = solver.captured() && capture == 0;
+      if (scaled_error > 1 && H > kShortest * T && !was_refused) {
+        // What the forces of a capture do is the same in a shorter step: the contact has to bounce once more.
+        const bool is_captured = solver.captured();
+        capture = is_captured ? 0 : capture;
+        solver.reject();
+        h = is_captured ? h : solver.step().H * wanted;
+        continue;
+      }
+      capture = may_be_captured;
+      if (wanted < 0.9 || wanted > 1.5) h = std::min(std::max(H, h) * wanted, T);
+    } else if (status != Status::time_limit && status != Status::step_limit && H > kShortest * T) {
+      h = 0.5 * H;
+      continue;
+    }
+    if (status != Status::success) {
+      solution.status = status;
+      const std::string reason = status == Status::time_limit ? time_limit.message() : solver.failure_message();
+      solution.message = fmt::format("from t = {:.12g} s, with a step of {:.3g} s: {}", t, H, reason);
+      break;
+    }
+    record_step(problem, settings.recording, solver, t, solution);
+    if (audit) audit->add(solver.step(), solver.has_previous_step() ? &solver.previous_step() : nullptr, t);
+    reached = &solver.step().last();
+    t = is_last && solver.step().H == H ? T : t + solver.step().H;
+    solution.t = t;
+  }
+  solution.q = reached ? reached->q1 : info.q0;
+  solution.v = reached ? reached->v1 : info.v0;
+  if (audit) solution.residuals = audit->residuals();
+  return solution;
+}
+
+const bool registered = register_method({
+    .name = "fesd_adaptive",
+    .usage = "fesd_adaptive:TABLEAU:STAGES, or fesd_adaptive:@TABLEAU_FILE, with --tolerance",
+    .summary = "FESD-J with steps that follow a tolerance",
+    .examples = {"fesd_adaptive:radau-iia:3", "fesd_adaptive:radau-iia:4", "fesd_adaptive:gauss:4"},
+    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<FesdAdaptive>(spec); },
+    .not_built = {},
+});
+
+}  // namespace
+}  // namespace ricochet

@@ -1,0 +1,50 @@
+#include "methods/fesd/record_step.h"
+
+#include <optional>
+
+namespace ricochet {
+namespace {
+
+/// What a contact does at the left end of an element, if anything.
+std::optional<EventKind> event_kind(ContactMode before, ContactMode after, double Lambda_n, bool has_left) {
+  if (Lambda_n > 0 && !is_closed(before)) return EventKind::impact;
+  if (!has_left || !is_closed(before) || before == after) return std::nullopt;
+  if (after == ContactMode::open) return EventKind::detach;
+  if (after == ContactMode::stick) return EventKind::slip_to_stick;
+  return before == ContactMode::stick ? EventKind::stick_to_slip : EventKind::slip_reversal;
+}
+
+}  // namespace
+
+void record_step(const Problem& problem, Recording recording, const PivotingSolver& solver, double t,
+                 Solution& solution) {
+  const FesdStep& step = solver.step();
+  const int n_c = problem.n_c();
+  const Stages* left = solver.has_previous_step() ? &solver.previous_step().last() : nullptr;
+  if (!left) solution.initial_modes = step.elements[0].modes;
+  const bool may_have_events = step.touches || (left && solver.previous_step().touches);
+  if (!may_have_events && recording == Recording::final_state) return;
+  for (int n = 0; n < step.n_elements; ++n) {
+    const Stages& element = step.elements[n];
+    for (int i = 0; i < n_c; ++i) {
+      const ContactMode before = left ? left->modes[i] : ContactMode::open;
+      const auto kind = event_kind(before, element.modes[i], step.Lambda_n(i, n), left != nullptr);
+      if (!kind) continue;
+      solution.events.push_back({.t = t,
+                                 .kind = *kind,
+                                 .contact = i,
+                                 .q = element.q0,
+                                 .v_minus = step.v_minus.col(n),
+                                 .v_plus = element.v0,
+                                 .Lambda_n = step.Lambda_n.col(n),
+                                 .Lambda_t = step.Lambda_t.col(n),
+                                 .modes = element.modes});
+      ++solution.counters.events;
+    }
+    if (recording == Recording::grid) solution.samples.push_back({t, element.q0, step.v_minus.col(n), element.v0});
+    t += element.h;
+    left = &element;
+  }
+}
+
+}  // namespace ricochet
