@@ -41,7 +41,7 @@ struct NamedProblem {
 inline std::vector<NamedProblem> all_problems() {
   std::vector<NamedProblem> problems;
   for (const auto& scene : scenes()) problems.push_back({scene.id, make_problem(scene.id)});
-  for (const char* file : {"double_pendulum_wall", "simultaneous_balls", "touching_row"}) {
+  for (const char* file : {"simultaneous_balls", "touching_row"}) {
     problems.push_back({file, read_scene_file(test_data(std::string(file) + ".json"))});
   }
   for (const auto& truth : ground_truth()) problems.push_back({truth.id, ground_truth_problem(truth.id)});
