@@ -43,15 +43,15 @@ struct BallRow {
 
 /// The same row with balls that touch.
 template <class T>
-struct TouchingBalls : BallRow<T> {
-  static constexpr SceneText text{"touching_balls", "row of three touching balls, hit by a fourth",
+struct BallRowTouching : BallRow<T> {
+  static constexpr SceneText text{"ball_row_touching", "row of three touching balls, hit by a fourth",
                                   "Newton restitution at every contact at once",
                                   "one impact that involves three contacts"};
 
-  TouchingBalls() { this->spacing = 0; }
+  BallRowTouching() { this->spacing = 0; }
 };
 
-const bool registered = register_scene<BallRow>() && register_scene<TouchingBalls>();
+const bool registered = register_scene<BallRow>() && register_scene<BallRowTouching>();
 
 }  // namespace
 }  // namespace ricochet

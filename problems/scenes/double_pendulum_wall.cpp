@@ -18,7 +18,8 @@ struct DoublePendulumWall {
                                   "Lagrange's equations of the double pendulum with point masses",
                                   "M(q), velocity-dependent forces, curved gaps and a control"};
 
-  T m1{1.3}, m2{0.7}, l1{0.9}, l2{0.6}, g{9.81}, w{0.55}, e1{0.6}, e2{0.4}, tau{0.35}, duration{1.5};
+  T m1{1.3}, m2{0.7}, l1{0.9}, l2{0.6}, g{9.81}, w{0.55}, e1{0.6}, e2{0.4}, tau{0.35};
+  T theta1_0{0.4}, theta2_0{-0.2}, omega1_0{1.8}, omega2_0{-1.1}, duration{1.5};
 
   void parameters(auto&& visit) {
     visit("m1", m1, "kg");
@@ -30,11 +31,15 @@ struct DoublePendulumWall {
     visit("e1", e1, "1");
     visit("e2", e2, "1");
     visit("tau", tau, "N m");
+    visit("theta1_0", theta1_0, "rad");
+    visit("theta2_0", theta2_0, "rad");
+    visit("omega1_0", omega1_0, "rad/s");
+    visit("omega2_0", omega2_0, "rad/s");
     visit("duration", duration, "s");
   }
 
-  Vec<T, 2> q0() const { return {T(2) / 5, -T(1) / 5}; }
-  Vec<T, 2> v0() const { return {T(9) / 5, -T(11) / 10}; }
+  Vec<T, 2> q0() const { return {theta1_0, theta2_0}; }
+  Vec<T, 2> v0() const { return {omega1_0, omega2_0}; }
   T end_time() const { return duration; }
 
   Mat<T, 2> mass(const Vec<T, 2>& q) const {

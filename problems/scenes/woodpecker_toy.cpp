@@ -15,8 +15,10 @@ namespace {
 //   lower sleeve   f_c = r_M - r_0 + h_M phi_M                 v_t = y' + r_M phi_M'
 //   upper sleeve   f_c = r_M - r_0 - h_M phi_M                 v_t = y' + r_M phi_M'
 //
-// Angles are small and the kinematics linear, as in the source. A tilted sleeve jams by friction and holds the toy;
-// from the initial state below, on the source's limit cycle to four digits, a period takes 0.15 s.
+// Angles are small and the kinematics linear, as in the source. A tilted sleeve jams by friction and holds the toy. The
+// initial state is the source's point of the limit cycle, with phi_M rounded to the open side of the lower sleeve
+// contact: a gap of 0.3 um closes at once, a gap of zero would leave the first step to rounding. A period takes 0.146
+// s.
 template <class T>
 struct WoodpeckerToy {
   static constexpr SceneText text{
@@ -27,7 +29,8 @@ struct WoodpeckerToy {
 
   T m_M{3e-4}, J_M{5e-9}, m_S{4.5e-3}, J_S{7e-7}, c{5.6e-3}, g{9.81};
   T r_0{2.5e-3}, r_M{3.1e-3}, h_M{5.8e-3}, l_M{1e-2}, l_G{1.5e-2}, h_S{2e-2}, l_S{2.01e-2};
-  T e_beak{0.5}, e_sleeve{0.0}, mu{0.3}, duration{0.3};
+  T e_beak{0.5}, e_sleeve{0.0}, mu{0.3};
+  T phi_M0{-0.1034}, phi_S0{-0.2788}, v_y0{-0.3411}, omega_S0{-7.4583}, duration{0.3};
 
   void parameters(auto&& visit) {
     visit("m_M", m_M, "kg");
@@ -46,11 +49,15 @@ struct WoodpeckerToy {
     visit("e_beak", e_beak, "1");
     visit("e_sleeve", e_sleeve, "1");
     visit("mu", mu, "1");
+    visit("phi_M0", phi_M0, "rad");
+    visit("phi_S0", phi_S0, "rad");
+    visit("v_y0", v_y0, "m/s");
+    visit("omega_S0", omega_S0, "rad/s");
     visit("duration", duration, "s");
   }
 
-  Vec<T, 3> q0() const { return {0, -(r_M - r_0) / h_M, -T(2788) / 10000}; }
-  Vec<T, 3> v0() const { return {-T(3411) / 10000, 0, -T(74583) / 10000}; }
+  Vec<T, 3> q0() const { return {0, phi_M0, phi_S0}; }
+  Vec<T, 3> v0() const { return {v_y0, 0, omega_S0}; }
   T end_time() const { return duration; }
 
   Mat<T, 3> mass() const {
