@@ -39,13 +39,16 @@ struct NamedProblem {
   std::shared_ptr<const Problem> problem;
 };
 
-inline std::vector<NamedProblem> all_problems() {
-  std::vector<NamedProblem> problems;
-  for (const auto& scene : scenes()) problems.push_back({scene.id, make_problem(scene.id)});
-  for (const char* file : {"simultaneous_balls", "touching_row"}) {
-    problems.push_back({file, read_scene_file(test_data(std::string(file) + ".json"))});
-  }
-  return problems;
+inline const std::vector<NamedProblem>& all_problems() {
+  static const auto list = [] {
+    std::vector<NamedProblem> problems;
+    for (const auto& scene : scenes()) problems.push_back({scene.id, make_problem(scene.id)});
+    for (const char* file : {"simultaneous_balls", "touching_row"}) {
+      problems.push_back({file, read_scene_file(test_data(std::string(file) + ".json"))});
+    }
+    return problems;
+  }();
+  return list;
 }
 
 }  // namespace ricochet

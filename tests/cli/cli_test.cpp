@@ -129,7 +129,7 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
       {"run -m fesd:gauss:2 -N 10", "--problem = '': a scene id, or --scene with a file, is required"},
       {"run --scene /nonexistent.json -m fesd:gauss:2 -N 10", "scene file = /nonexistent.json: cannot be opened"},
       {"run -p bouncing_ball -m fesd:@/nonexistent.json -N 10", "tableau file = /nonexistent.json: cannot be opened"},
-      {"export --problem rocking_blok -o x.json", "problem = 'rocking_blok': unknown; did you mean rocking_block?"},
+      {"export --problem rocking_blok -o x.json", "problem = 'rocking_blok': unknown; did you mean rocking_block or"},
       {"export --problem rocking_block -o /nonexistent/x.json", "scene file = /nonexistent/x.json: cannot be written"},
       {"export --problem rocking_block -o /dev/null", "scene file = /dev/null: it exists; a new file is required"},
       {"order no_such_experiment", "experiment = 'no_such_experiment': unknown"},
