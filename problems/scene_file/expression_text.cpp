@@ -76,7 +76,7 @@ void add_factor(const ex& e, Factors& factors) {
   }
   const Text base = write(e.op(0));
   const Text exponent = write(e.op(1));
-  const bool inverse = exponent.negative && !GiNaC::is_a<GiNaC::add>(e.op(1));
+  const bool inverse = exponent.negative && GiNaC::is_a<GiNaC::numeric>(e.op(1));
   const bool whole = e.op(1).info(GiNaC::info_flags::integer);
   // A sign leaves a whole power; inside another one it stays.
   factors.negative = factors.negative != (base.negative && whole && e.op(1).info(GiNaC::info_flags::odd));
