@@ -17,8 +17,8 @@ namespace {
 //
 // Angles are small and the kinematics linear, as in the source. A tilted sleeve jams by friction and holds the toy. The
 // initial state is the source's point of the limit cycle, with phi_M rounded to the open side of the lower sleeve
-// contact: a gap of 0.3 um closes at once, a gap of zero would leave the first step to rounding. A period takes 0.146
-// s.
+// contact: a gap of 0.3 um closes at once, a gap of zero would leave the first step to rounding. A period takes
+// 0.146 s.
 template <class T>
 struct WoodpeckerToy {
   static constexpr SceneText text{
