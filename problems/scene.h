@@ -29,7 +29,7 @@ namespace ricochet {
 //   const bool registered = register_scene<BouncingBall>();
 //
 // A scene states only what it has. Optional members:
-//   mass(q)                  M depends on q; returning Mat<T, n> instead of Vec<T, n> makes it a full matrix
+//   mass(q)                  M depends on q; Mat<T, n> instead of Vec<T, n>, of mass() or mass(q), is a full matrix
 //   tangents(q)              std::array<std::array<Vec<T, n_q>, n_t>, n_c>, columns of J_t; needed when some mu > 0
 //   input(q), control()      Mat-like std::array of n_q rows with n_u entries, and the constant u of the plain
 //   simulation potential_energy(q)      for energy reports

@@ -11,9 +11,9 @@ namespace {
 void list_problems() {
   fmt::print("problems (--problem ID)\n");
   for (const auto& scene : scenes()) {
-    fmt::print("  {:<20} {}\n  {:<20}   hard: {}\n", scene.id, scene.title, "", scene.hard_feature);
+    fmt::print("  {:<24} {}\n  {:<24}   hard: {}\n", scene.id, scene.title, "", scene.hard_feature);
   }
-  fmt::print("  {:<20} any scene file, --scene FILE or --scene FILE#ID\n\n", "");
+  fmt::print("  {:<24} any scene file, --scene FILE or --scene FILE#ID\n\n", "");
 }
 
 void list_methods() {

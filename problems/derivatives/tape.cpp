@@ -269,10 +269,12 @@ class TapeBuilder {
         result.hash = mix(result.hash, shape(term).hash + (shape(term).negative != result.negative));
       }
     } else if (GiNaC::is_a<GiNaC::mul>(e)) {
-      result.hash = hash_text("*");
+      int n_factors = 0;
       for (const auto& factor : sorted(e)) {
-        result.hash = mix(result.hash, shape(factor).hash);
         result.negative = result.negative != shape(factor).negative;
+        if (factor.is_equal(-1)) continue;  // -x has the shape of x
+        const std::uint64_t hash = shape(factor).hash;
+        result.hash = n_factors++ == 0 ? hash : mix(result.hash + hash_text("*"), hash);
       }
     } else {  // a power or a function: the sign of an argument belongs to the hash, unless the power is a whole number
       result.hash = hash_text(GiNaC::is_a<GiNaC::function>(e) ? GiNaC::ex_to<GiNaC::function>(e).get_name() : "^");

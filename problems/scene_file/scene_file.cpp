@@ -21,14 +21,19 @@ using GiNaC::ex;
 using nlohmann::json;
 using Expressions = SymbolicModel::Expressions;
 
+/// @param text  a string or a stream
+json parse_json(auto&& text, const std::string& name) {
+  try {
+    return json::parse(text, nullptr, true, /*ignore_comments=*/true);
+  } catch (const json::exception& error) {
+    throw InputError(fmt::format("{}: not valid JSON: {}", name, error.what()));
+  }
+}
+
 json read_json(const std::string& path) {
   std::ifstream file(path);
   if (!file) throw InputError("scene file", path, "cannot be opened");
-  try {
-    return json::parse(file, nullptr, true, /*ignore_comments=*/true);
-  } catch (const json::exception& error) {
-    throw InputError(fmt::format("{}: not valid JSON: {}", path, error.what()));
-  }
+  return parse_json(file, path);
 }
 
 /// A place in the file: the value and its name for messages.
@@ -86,8 +91,8 @@ class SceneReader {
   SceneReader(const Field& scene, const ParameterChanges& changes) : scene_(scene), changes_(changes) {}
 
   SymbolicModel read() {
-    scene_.allow_only(
-        {"id", "title", "source", "params", "q0", "v0", "T", "M", "f", "Bu", "u", "contacts", "potential_energy"});
+    scene_.allow_only({"id", "title", "source", "hard_feature", "params", "units", "q0", "v0", "T", "M", "f", "Bu", "u",
+                       "contacts", "potential_energy"});
     read_parameters();
     const auto n_q = read_state();
     read_dynamics(n_q);
@@ -119,6 +124,13 @@ class SceneReader {
       }
     }
     if (!unused.empty()) throw_unknown_name("parameter", unused.begin()->first, keys_of(constants_.scalars));
+    if (!scene_.has("units")) return;
+    const Field units = scene_.at("units");
+    const auto names = keys_of(constants_.scalars);
+    units.allow_only({names.begin(), names.end()});
+    for (auto& parameter : model_.parameters) {
+      if (units.has(parameter.name)) parameter.unit = units.at(parameter.name).text();
+    }
   }
 
   std::size_t read_state() {
@@ -240,15 +252,8 @@ std::pair<json, json> select(const json& document, const std::string& path, cons
   return {document, document};
 }
 
-}  // namespace
-
-std::unique_ptr<Problem> read_scene_file(const std::string& path_and_id, const ParameterChanges& changes) {
-  const auto hash = path_and_id.rfind('#');
-  const std::string path = path_and_id.substr(0, hash);
-  const std::string id = hash == std::string::npos ? "" : path_and_id.substr(hash + 1);
-  const json document = read_json(path);
-  const auto [scene, around] = select(document, path, id);
-
+std::unique_ptr<Problem> make_problem_of(const json& scene, const json& around, const std::string& path,
+                                         const ParameterChanges& changes) {
   SymbolicModel model = SceneReader(Field(scene, path + ": "), changes).read();
   const auto label = [&](const char* key, const std::string& fallback) {
     const auto& holder = scene.contains(key) ? scene : around;
@@ -257,6 +262,7 @@ std::unique_ptr<Problem> read_scene_file(const std::string& path_and_id, const P
   model.id = label("id", path);
   model.title = label("title", "scene file " + path);
   model.source = label("source", path);
+  model.hard_feature = label("hard_feature", "");
   std::unique_ptr<Problem> problem;
   try {
     problem = std::make_unique<SymbolicProblem>(std::move(model));
@@ -265,6 +271,22 @@ std::unique_ptr<Problem> read_scene_file(const std::string& path_and_id, const P
     throw InputError(fmt::format("{}: {}", path, error.what()));
   }
   return problem;
+}
+
+}  // namespace
+
+std::unique_ptr<Problem> read_scene_file(const std::string& path_and_id, const ParameterChanges& changes) {
+  const auto hash = path_and_id.rfind('#');
+  const std::string path = path_and_id.substr(0, hash);
+  const std::string id = hash == std::string::npos ? "" : path_and_id.substr(hash + 1);
+  const auto [scene, around] = select(read_json(path), path, id);
+  return make_problem_of(scene, around, path, changes);
+}
+
+std::unique_ptr<Problem> read_scene_text(const std::string& text, const std::string& name,
+                                         const ParameterChanges& changes) {
+  const auto [scene, around] = select(parse_json(text, name), name, "");
+  return make_problem_of(scene, around, name, changes);
 }
 
 }  // namespace ricochet

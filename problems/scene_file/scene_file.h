@@ -21,10 +21,15 @@ namespace ricochet {
 ///                gap: expression in q;  e, mu: in the parameters, default 0;  Jt: list of tangent directions;
 ///                Jn: not needed, J_n is the gradient of the gap; when present it is compared with it
 ///   potential_energy                     expression in q                                           optional
-///   id, title, source                                                                              optional
+///   units      {"m": "kg"}               of parameters, for reports                                optional
+///   id, title, source, hard_feature      here or in the object around the scene                    optional
 ///
 /// Expressions are in Python's syntax (parse_expression). Numbers may also be written as JSON numbers.
 /// @throws InputError that names the file, the field and the position
 std::unique_ptr<Problem> read_scene_file(const std::string& path, const ParameterChanges& changes = {});
+
+/// The same for the text of a scene. @param name  stands for the file in messages
+std::unique_ptr<Problem> read_scene_text(const std::string& text, const std::string& name,
+                                         const ParameterChanges& changes = {});
 
 }  // namespace ricochet

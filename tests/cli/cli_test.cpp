@@ -88,6 +88,16 @@ TEST_F(Cli, RunsSceneFiles) {
             0);
 }
 
+TEST_F(Cli, ExportsAProblemAsASceneFile) {
+  const std::string file = (folder / "block.json").string();
+  const Outcome outcome = run("export --problem rocking_block --set mu=0.5 -o " + file);
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_HAS(outcome.text, "scene file: " + file);
+  EXPECT_HAS(read(file), "\"mu\": \"0.5\"");
+  EXPECT_EQ(run("run --scene " + file + " --method moreau_jean --steps 100 --set phi0=0.1").code, 0);
+  EXPECT_EQ(run("run --problem P6a_oblique_slip --method moreau_jean --steps 100").code, 0);
+}
+
 TEST_F(Cli, AFailedRunIsExitCodeOne) {
   const Outcome outcome = run("run --problem two_balls_spring --method fesd:gauss:1 --steps 80");
   EXPECT_EQ(outcome.code, 1);
@@ -119,6 +129,9 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
       {"run -m fesd:gauss:2 -N 10", "--problem = '': a scene id, or --scene with a file, is required"},
       {"run --scene /nonexistent.json -m fesd:gauss:2 -N 10", "scene file = /nonexistent.json: cannot be opened"},
       {"run -p bouncing_ball -m fesd:@/nonexistent.json -N 10", "tableau file = /nonexistent.json: cannot be opened"},
+      {"export --problem rocking_blok -o x.json", "problem = 'rocking_blok': unknown; did you mean rocking_block or"},
+      {"export --problem rocking_block -o /nonexistent/x.json", "scene file = /nonexistent/x.json: cannot be written"},
+      {"export --problem rocking_block -o /dev/null", "scene file = /dev/null: it exists; a new file is required"},
       {"order no_such_experiment", "experiment = 'no_such_experiment': unknown"},
       {"report /nonexistent.jsonl", "results file = /nonexistent.jsonl: cannot be opened"},
       {"check /nonexistent.jsonl --baseline x", "results file = /nonexistent.jsonl: cannot be opened"},

@@ -6,6 +6,7 @@
 
 #include "problems/derivatives/tape.h"
 #include "problems/input_error.h"
+#include "problems/scene_file/expression_text.h"
 
 namespace ricochet {
 namespace {
@@ -59,6 +60,37 @@ TEST_F(Expression, KnowsTheFunctions) {
   EXPECT_DOUBLE_EQ(value("exp(q[0])+log(m)+tanh(q[1])+abs(q[1])"),
                    std::exp(a) + std::log(2.0) + std::tanh(b) + std::abs(b));
   EXPECT_DOUBLE_EQ(value("2*pi"), 2 * M_PI);
+}
+
+TEST_F(Expression, IsWrittenAsItIsRead) {
+  for (const char* text : {"m",
+                           "-m",
+                           "-3/4*q[0]",
+                           "0.1*q[0]-1e-9",
+                           "-(q[0]-q[1])**2/m",
+                           "(-q[0])**m",
+                           "2**(-q[0]-m)",
+                           "(-2)**q[0]",
+                           "1/(q[0]*m)**3",
+                           "m/(q[0]/q[1])",
+                           "1/(q[0]-q[1])",
+                           "sqrt(-q[0]+m)",
+                           "(q[0]-q[1])**(3/2)",
+                           "q[0]**(-1/2)",
+                           "(q[0]**2)**m",
+                           "-q[0]*(-m-q[1])",
+                           "1-(m-(q[0]-2*q[1]))*m",
+                           "sin(-q[0]-m)*cos(q[1]-q[0])",
+                           "pi*m**-pi",
+                           "atan2(-q[0], q[1]-m)",
+                           "abs(-q[0])+exp(-q[1])+log(m)"}) {
+    const GiNaC::ex expression = parse_expression(text, names, "field");
+    const std::string written = expression_text(expression);
+    EXPECT_TRUE(parse_expression(written, names, "field").is_equal(expression)) << text << " -> " << written;
+  }
+  EXPECT_EQ(expression_text(parse_expression("q[1]*-m + 3/4*q[0]**2 - 1", names, "field")), "-1+3*q[0]**2/4-m*q[1]");
+  EXPECT_EQ(expression_text((q1 - q0) * m), expression_text(-m * (q0 - q1)));
+  EXPECT_THROW(expression_text(GiNaC::abs(q0).diff(q0)), InputError) << "the grammar has no sign function";
 }
 
 TEST_F(Expression, ErrorsNameTheColumn) {

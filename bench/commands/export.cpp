@@ -1,0 +1,21 @@
+#include <fmt/format.h>
+
+#include "bench/commands.h"
+#include "bench/problem_options.h"
+#include "problems/scene_file/scene_writer.h"
+
+namespace ricochet {
+
+void add_export_command(CLI::App& app, int&) {
+  static ProblemOptions problem;
+  static std::string path;
+  auto* command = app.add_subcommand("export", "a problem as a scene file, for --scene");
+  problem.add_problem(*command);
+  command->add_option("-o,--out", path, "the new scene file")->required();
+  command->callback([] {
+    write_scene_file(*problem.make_problem(), path);
+    fmt::print("scene file: {}\n", path);
+  });
+}
+
+}  // namespace ricochet

@@ -1,0 +1,82 @@
+#include "problems/scene_file/scene_writer.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "problems/derivatives/symbolic_problem.h"
+#include "problems/input_error.h"
+#include "problems/scene_file/expression_text.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr const char* kConventions =
+    "M(q) v' = f(q,v) + Bu u + sum_i Jn_i lambda_n_i + Jt_i lambda_t_i, q' = v, Jn_i = grad gap_i, gap >= 0; Newton's "
+    "restitution e, Coulomb's friction mu. SI units: m, kg, s, rad; forces lambda in N, impulses Lambda in N s";
+
+ordered_json texts(const SymbolicModel::Expressions& expressions) {
+  ordered_json list = ordered_json::array();
+  for (const auto& expression : expressions) list.push_back(expression_text(expression));
+  return list;
+}
+
+ordered_json texts(const std::vector<SymbolicModel::Expressions>& rows) {
+  ordered_json list = ordered_json::array();
+  for (const auto& row : rows) list.push_back(texts(row));
+  return list;
+}
+
+ordered_json contact_json(const SymbolicModel::Contact& contact) {
+  ordered_json json = {{"name", contact.name}, {"gap", expression_text(contact.gap)}};
+  if (!contact.eps_r.is_zero()) json["e"] = expression_text(contact.eps_r);
+  if (!contact.tangents.empty()) {
+    json["mu"] = expression_text(contact.mu);
+    json["Jt"] = texts(contact.tangents);
+  }
+  return json;
+}
+
+}  // namespace
+
+std::string scene_text(const Problem& problem) {
+  const auto* symbolic = dynamic_cast<const SymbolicProblem*>(&problem);
+  if (!symbolic) throw InputError("problem", problem.info().id, "only a problem made of formulas can be written");
+  const SymbolicModel& model = symbolic->model();
+
+  ordered_json scene;
+  for (const auto& parameter : model.parameters) {
+    scene["params"][parameter.name] = fmt::format("{}", parameter.value);  // the shortest text that reads back exactly
+    if (!parameter.unit.empty()) scene["units"][parameter.name] = parameter.unit;
+  }
+  scene["q0"] = texts(model.q0);
+  scene["v0"] = texts(model.v0);
+  scene["T"] = expression_text(model.end_time);
+  scene["M"] = texts(model.mass);
+  scene["f"] = texts(model.force);
+  if (!model.u.empty()) {
+    scene["Bu"] = texts(model.input);
+    scene["u"] = texts(model.control);
+  }
+  for (const auto& contact : model.contacts) scene["contacts"].push_back(contact_json(contact));
+  if (model.potential_energy) scene["potential_energy"] = expression_text(*model.potential_energy);
+
+  ordered_json document = {{"id", model.id}, {"title", model.title}, {"source", model.source}};
+  if (!model.hard_feature.empty()) document["hard_feature"] = model.hard_feature;
+  document["conventions"] = kConventions;
+  document["problem"] = std::move(scene);
+  return document.dump(2) + "\n";
+}
+
+void write_scene_file(const Problem& problem, const std::string& path) {
+  const std::string text = scene_text(problem);
+  if (std::filesystem::exists(path)) throw InputError("scene file", path, "it exists; a new file is required");
+  std::ofstream file(path);
+  if (!(file << text).flush()) throw InputError("scene file", path, "cannot be written");
+}
+
+}  // namespace ricochet
