@@ -165,35 +165,48 @@ ContactDynamics::Verdict ContactDynamics::coulomb_law(const Question& question, 
         fmt::format("inconsistent: no combination of modes satisfies the {} at '{}'", what, fmt::join(names, "', '"));
     return verdict;
   }
+  const auto& first = solutions[0];
+  std::vector<std::string> choices;
+  bool same_motion = true;  // redundant contacts: to rounding, and 1e-9 is far above that and far below a choice
   if (solutions.size() > 1) {
-    const auto& first = solutions[0];
     const auto& second = solutions[1];
-    std::vector<std::string> choices;
+    const Vector change = MJ * second.z, difference = MJ * (first.z - second.z);
+    same_motion = difference.cwiseAbs().maxCoeff() <= 1e-9 * (change + free).cwiseAbs().maxCoeff();
     for (std::size_t k = 0; k < contacts.size(); ++k) {
-      if (first.modes[k] != second.modes[k])
+      if (first.modes[k] != second.modes[k]) {
         choices.push_back(
             fmt::format("'{}' may be {} or {}", names[k], to_string(first.modes[k]), to_string(second.modes[k])));
+      }
     }
-    const Vector change = MJ * second.z, difference = MJ * (first.z - second.z);
-    // Redundant contacts give the same motion to rounding; 1e-9 is far above that and far below a choice.
-    const bool same_motion = difference.cwiseAbs().maxCoeff() <= 1e-9 * (change + free).cwiseAbs().maxCoeff();
+  }
+  // A contact free to stick that is at the edge of its cone without slipping: sticking was singular, so other contacts
+  // share its force in ways that the law leaves open.
+  Eigen::Index row = 0;
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const Vector u_t = first.u.segment(row + 1, law[k].n_t);
+    if (solutions.size() == 1 && is_slipping(first.modes[k]) && law[k].direction.size() == 0 &&
+        u_t.norm() <= 1e-9 * b.cwiseAbs().maxCoeff())
+      choices.push_back(fmt::format("'{}' may be stick or {}", names[k], to_string(first.modes[k])));
+    row += 1 + law[k].n_t;
+  }
+  if (solutions.size() > 1 || !choices.empty()) {
     verdict.failure = fmt::format("indeterminate: the {} has several solutions that differ in {}, {}", what,
                                   same_motion ? "forces only" : "motion",
                                   choices.empty() ? fmt::format("at '{}'", fmt::join(names, "', '"))
                                                   : fmt::format("{}", fmt::join(choices, ", ")));
     return verdict;
   }
-  verdict.modes = solutions[0].modes;
+  verdict.modes = first.modes;
   verdict.normal = Vector::Zero(problem_.n_c());
   verdict.tangential = Vector::Zero(problem_.info().n_lambda_t);
   Eigen::Index n = 0;
   for (const int i : contacts) {
     const auto& contact = problem_.info().contacts[i];
-    verdict.normal[i] = std::max(0.0, solutions[0].z[n]);  // down to rounding it may be negative
-    verdict.tangential.segment(contact.tangent_index, contact.n_t) = solutions[0].z.segment(n + 1, contact.n_t);
+    verdict.normal[i] = std::max(0.0, first.z[n]);  // down to rounding it may be negative
+    verdict.tangential.segment(contact.tangent_index, contact.n_t) = first.z.segment(n + 1, contact.n_t);
     n += 1 + contact.n_t;
   }
-  verdict.motion = free + MJ * solutions[0].z;
+  verdict.motion = free + MJ * first.z;
   return verdict;
 }
 

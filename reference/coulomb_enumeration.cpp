@@ -66,16 +66,31 @@ class Enumeration {
       if (modes_[k] == ContactMode::slip && contacts_[k].direction.size() == 0) turning.push_back(k);
     }
     if (turning.empty()) return accept(linear_solution());
-    const auto starts = static_cast<long>(std::pow(kAngles, turning.size()));
-    for (long start = 0; start < starts; ++start) {
-      Vector angles(static_cast<Eigen::Index>(turning.size()));
-      long digits = start;
-      for (double& angle : angles) {
-        angle = 2 * std::numbers::pi / kAngles * static_cast<double>(digits % kAngles);
-        digits /= kAngles;
+    for (const Vector& start : starting_angles(turning)) accept(newton(turning, start));
+  }
+
+  /// Up to two contacts: every combination of kAngles angles. More would take minutes: there all contacts start from
+  /// the direction of their b_t, the slip without contact forces, turned by the same angle.
+  std::vector<Vector> starting_angles(const std::vector<std::size_t>& turning) const {
+    const auto n = static_cast<Eigen::Index>(turning.size());
+    const auto nth = [](int k) { return 2 * std::numbers::pi / kAngles * k; };
+    std::vector<Vector> starts;
+    for (int first = 0; first < kAngles; ++first) {
+      if (n <= 2) {
+        for (int second = 0; second < (n == 2 ? kAngles : 1); ++second) {
+          starts.emplace_back(Vector::Constant(n, nth(first)));
+          starts.back()[n - 1] += nth(second);
+        }
+        continue;
       }
-      accept(newton(turning, angles));
+      Vector angles(n);
+      for (Eigen::Index j = 0; j < n; ++j) {
+        const int row = row_[turning[static_cast<std::size_t>(j)]];
+        angles[j] = std::atan2(b_[row + 2], b_[row + 1]) + nth(first);
+      }
+      starts.push_back(angles);
     }
+    return starts;
   }
 
   void set_angles(const std::vector<std::size_t>& turning, const Vector& angles) {

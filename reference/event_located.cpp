@@ -18,12 +18,15 @@ namespace {
 
 // Normal velocities and gaps below this part of their terms are rounding and integration error.
 constexpr double kRest = 1e-9;
-// The same for slip velocities away from a root: those that stop within rounding of each other stop together.
+// The same for slip velocities away from a root [m/s, times the largest velocity above 1]: contacts that stop within
+// rounding of each other stop together. Not relative to v_t's own terms, which vanish together with it.
 constexpr double kSlipRest = 1e-12;
 // Flights shorter than this part of end_time could end within CVODE's own first step.
 constexpr double kShortFlight = 1e-3;
 // Longest first step of slip in space, as a part of end_time; start_slip() shortens it.
-constexpr double kSlipStart = 1e-3;
+constexpr double kSlipStart = 1e-2;
+// Slip velocity [m/s] that CVODE takes over: 1e11 tolerances, and a direction that settles within 1e-3 s at mu g = 1.
+constexpr double kFastSlip = 1e-3;
 
 /// Root functions, all watched for falling through zero:
 ///
@@ -97,15 +100,19 @@ class EventLocatedRun {
   }
 
   static int root_functions(double, N_Vector y, double* values, void* self) {
-    auto& run = *static_cast<EventLocatedRun*>(self);
-    const double* q = N_VGetArrayPointer(y);
-    run.problem_.gap(q, values);  // (1)
-    if (run.problem_.info().has_friction()) std::fill_n(values + run.n_c_, number_of_roots(run.problem_) - run.n_c_, 1);
-    if (run.dynamics_.closed().empty()) return 0;
-    if (!run.accelerate(q, q + run.n_q_, run.scratch_.data())) return -1;
-    for (const int i : run.dynamics_.closed()) values[i] = run.lambda_n_[i];  // (1)
-    if (run.problem_.info().has_friction()) run.friction_roots(q, values);
-    return 0;
+    return static_cast<EventLocatedRun*>(self)->evaluate_roots(N_VGetArrayPointer(y), values) ? 0 : -1;
+  }
+
+  /// @param y  q, then v
+  bool evaluate_roots(const double* y, double* values) {
+    problem_.gap(y, values);  // (1)
+    const bool has_friction = problem_.info().has_friction();
+    if (has_friction) std::fill_n(values + n_c_, number_of_roots(problem_) - n_c_, 1);
+    if (dynamics_.closed().empty()) return true;
+    if (!accelerate(y, y + n_q_, scratch_.data())) return false;
+    for (const int i : dynamics_.closed()) values[i] = lambda_n_[i];  // (1)
+    if (has_friction) friction_roots(y, values);
+    return true;
   }
 
   bool accelerate(const double* q, const double* v, double* a) {
@@ -292,9 +299,7 @@ std::vector<Vector> EventLocatedRun::known_directions(const Vector& q, const Vec
   const Matrix J_t = problem_.tangent_jacobian(q);
   for (int i = 0; i < n_c_; ++i) {
     if (slip_[i].root < 0) continue;
-    const auto t_i = tangents(J_t, i);
-    const Vector v_t = t_i.transpose() * v;
-    const bool rests = v_t.norm() <= kSlipRest * (t_i.cwiseAbs().transpose() * v.cwiseAbs()).norm();
+    const Vector v_t = tangents(J_t, i).transpose() * v;
     if (!impact) {
       if (std::count(stopped.begin(), stopped.end(), i) > 0) continue;
       if (std::count(leaving_cone.begin(), leaving_cone.end(), i) > 0) {
@@ -307,8 +312,7 @@ std::vector<Vector> EventLocatedRun::known_directions(const Vector& q, const Vec
         continue;
       }
     }
-    if (rests) continue;
-    directions[i] = v_t.normalized();
+    if (v_t.norm() > kSlipRest * std::max(1.0, v.cwiseAbs().maxCoeff())) directions[i] = v_t.normalized();
   }
   return directions;
 }
@@ -373,7 +377,10 @@ bool EventLocatedRun::decide_modes(double& t, const Roots& found, Solution& solu
     solution.v = impact.motion;
   }
   std::vector<int> candidates, parting;
-  for (const int i : touching) (J.col(i).dot(solution.v) <= kRest * speed_size(i) ? candidates : parting).push_back(i);
+  for (const int i : touching) {
+    const bool stays = (!approaches && is_closed(before[i])) || J.col(i).dot(solution.v) <= kRest * speed_size(i);
+    (stays ? candidates : parting).push_back(i);
+  }
   for (const int i : parting) modes_[i] = ContactMode::open;
   if (!candidates.empty()) {
     auto directions = known_directions(solution.q, solution.v, leaving_cone, stopped, approaches);
@@ -393,8 +400,10 @@ bool EventLocatedRun::decide_modes(double& t, const Roots& found, Solution& solu
     // Located roots leave 1e-14 of slip and gap behind, smooth phases a drift. At events only: CVODE projects within a
     // phase for BDF alone, and the drift of a phase stays below its integration error.
     std::vector<int> halted;
-    std::copy_if(stopped.begin(), stopped.end(), std::back_inserter(halted),
-                 [&](int i) { return !approaches && is_closed(modes_[i]); });
+    if (!approaches) {
+      halted = stopped;
+      halted.insert(halted.end(), leaving_cone.begin(), leaving_cone.end());
+    }
     if (!dynamics_.project(solution.q, solution.v, halted))
       return stop(solution, Status::inner_solver_failed, t, "the state cannot be projected onto its contacts");
   }
@@ -410,15 +419,27 @@ bool EventLocatedRun::begin_slip(double& t, Solution& solution) {
   std::string names;
   for (const int i : dynamics_.closed()) {
     if (modes_[i] != ContactMode::slip || !slip_[i].is_new) continue;
-    const auto t_i = tangents(J_t, i);
-    if ((t_i.transpose() * solution.v).norm() > kSlipRest * (t_i.cwiseAbs().transpose() * solution.v.cwiseAbs()).norm())
-      continue;
+    if ((tangents(J_t, i).transpose() * solution.v).norm() > v_stop_) continue;  // CVODE follows it since a while
     beginning.push_back({i, slip_[i].direction});
     names = name(i);
   }
-  const double longest = std::min(kSlipStart * problem_.info().end_time, problem_.info().end_time - t);
-  if (beginning.empty() || longest <= 0) return true;
-  const auto start = start_slip(problem_, dynamics_, solution.q, solution.v, beginning, longest, settings_.tolerance);
+  const double left = problem_.info().end_time - t;
+  if (beginning.empty() || left <= 0) return true;
+
+  Vector y(2 * n_q_), before(number_of_roots(problem_)), behind(before.size());
+  y << solution.q, solution.v;
+  evaluate_roots(y.data(), before.data());
+  const auto keeps_modes = [&](const Vector& q, const Vector& v) {
+    y << q, v;
+    return evaluate_roots(y.data(), behind.data()) && ((before.array() <= 0) || (behind.array() > 0)).all();
+  };
+  const auto start = start_slip(
+      problem_, dynamics_, solution.q, solution.v, beginning,
+      {.longest_step = std::min(kSlipStart * problem_.info().end_time, left),
+       .end = left,
+       .fast = std::max(kFastSlip, 100 * settings_.tolerance) * std::max(1.0, solution.v.cwiseAbs().maxCoeff()),
+       .tolerance = settings_.tolerance,
+       .keeps_modes = keeps_modes});
   if (!start) {
     return stop(solution, Status::inner_solver_failed, t,
                 fmt::format("no motion follows the begin of slip at contact '{}'", names));

@@ -2,25 +2,31 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <limits>
 
 namespace ricochet::reference {
 namespace {
 
-constexpr int kStages = 3;
+constexpr int kStages = 5;
+using StageVector = Eigen::Matrix<double, kStages, 1>;
+using StageMatrix = Eigen::Matrix<double, kStages, kStages>;
 
 struct RadauIIA {
-  Eigen::Matrix3d A;
-  Eigen::Vector3d c;
+  StageMatrix A;
+  StageVector c;
 };
 
+/// c are the zeros of d^4/dx^4 (x^4 (x - 1)^5); A integrates polynomials up to degree 4 from 0 to c_i exactly.
 RadauIIA radau_iia() {
-  const double r = std::sqrt(6.0);
-  RadauIIA t;
-  t.A << (88 - 7 * r) / 360, (296 - 169 * r) / 1800, (-2 + 3 * r) / 225,  //
-      (296 + 169 * r) / 1800, (88 + 7 * r) / 360, (-2 - 3 * r) / 225,     //
-      (16 - r) / 36, (16 + r) / 36, 1.0 / 9;
-  t.c << (4 - r) / 10, (4 + r) / 10, 1;
-  return t;
+  RadauIIA tableau;
+  tableau.c << 0.057104196114517682193, 0.27684301363812382768, 0.58359043236891682006, 0.86024013565621944785, 1;
+  StageMatrix powers, integrals;  // c_j^k and int_0^c_i x^k
+  for (int k = 0; k < kStages; ++k) {
+    powers.col(k) = tableau.c.array().pow(k);
+    integrals.col(k) = tableau.c.array().pow(k + 1) / (k + 1);
+  }
+  tableau.A = integrals * powers.inverse();
+  return tableau;
 }
 
 class Collocation {
@@ -54,7 +60,7 @@ class Collocation {
       if (iteration == 19) return false;
     }
     if (!across(phi) || !forward_) return false;
-    q = q_[kStages - 1];  // c_3 = 1
+    q = q_[kStages - 1];  // c_5 = 1
     v = v_[kStages - 1];
     angles = phi.tail(n);
     return true;
@@ -77,8 +83,8 @@ class Collocation {
 
   /// Left side of (3) over h, with (1) and (2) solved; forward_ tells whether every slip goes along its direction.
   std::optional<Vector> across(const Vector& phi) {
-    const auto [A, c] = radau_iia();
-    const Eigen::Matrix3d A2 = A * A;
+    const auto& [A, c] = tableau_;
+    const StageMatrix A2 = A * A;
     for (int sweep = 0;; ++sweep) {
       Matrix a(problem_.n_q(), kStages);
       for (int i = 0; i < kStages; ++i) {
@@ -112,6 +118,7 @@ class Collocation {
     return residual;
   }
 
+  const RadauIIA tableau_ = radau_iia();
   const Problem& problem_;
   ContactDynamics& dynamics_;
   const std::vector<BeginningSlip>& beginning_;
@@ -122,27 +129,48 @@ class Collocation {
   bool forward_ = true;
 };
 
+double slowest(const Problem& problem, const Vector& q, const Vector& v, const std::vector<BeginningSlip>& beginning) {
+  const Matrix J_t = problem.tangent_jacobian(q);
+  double speed = std::numeric_limits<double>::infinity();
+  for (const auto& slip : beginning) {
+    const int column = problem.info().contacts[slip.contact].tangent_index;
+    speed = std::min(speed, (J_t.middleCols(column, 2).transpose() * v).norm());
+  }
+  return speed;
+}
+
 }  // namespace
 
 std::optional<SlipStart> start_slip(const Problem& problem, ContactDynamics& dynamics, const Vector& q, const Vector& v,
-                                    const std::vector<BeginningSlip>& beginning, double longest, double tolerance) {
+                                    const std::vector<BeginningSlip>& beginning, const SlipStartSettings& settings) {
   Vector angles(static_cast<Eigen::Index>(beginning.size()));
   for (std::size_t k = 0; k < beginning.size(); ++k)
     angles[static_cast<Eigen::Index>(k)] = std::atan2(beginning[k].direction[1], beginning[k].direction[0]);
 
   Collocation collocation(problem, dynamics, beginning);
-  constexpr int kHalvings = 30;  // nine decades, below which h v is rounding
-  double h = longest;
-  for (int halving = 0; halving < kHalvings; ++halving, h /= 2) {
-    Vector q_once = q, v_once = v, angles_once = angles, q_twice = q, v_twice = v, angles_twice = angles;
-    if (!collocation.step(h, q_once, v_once, angles_once)) continue;
-    if (!collocation.step(h / 2, q_twice, v_twice, angles_twice)) continue;
-    if (!collocation.step(h / 2, q_twice, v_twice, angles_twice)) continue;
-    const double error = std::max((q_once - q_twice).cwiseAbs().maxCoeff(), (v_once - v_twice).cwiseAbs().maxCoeff());
+  SlipStart start{0, q, v};
+  constexpr int kSteps = 1000, kHalvings = 30;  // nine decades, below which h v is rounding
+  double h = settings.longest_step;
+  for (int step = 0, halvings = 0; step < kSteps && halvings < kHalvings; ++step) {
+    h = std::min(h, settings.end - start.duration);
+    Vector q_once = start.q, v_once = start.v, angles_once = angles;
+    Vector q_twice = start.q, v_twice = start.v, angles_twice = angles;
+    const bool solved =
+        collocation.step(h, q_once, v_once, angles_once) && collocation.step(h / 2, q_twice, v_twice, angles_twice) &&
+        collocation.step(h / 2, q_twice, v_twice, angles_twice) && settings.keeps_modes(q_twice, v_twice);
     const double size = std::max({1.0, q_twice.cwiseAbs().maxCoeff(), v_twice.cwiseAbs().maxCoeff()});
-    if (error <= tolerance * size) return SlipStart{h, q_twice, v_twice};
+    if (!solved || std::max((q_once - q_twice).cwiseAbs().maxCoeff(), (v_once - v_twice).cwiseAbs().maxCoeff()) >
+                       settings.tolerance * size) {
+      h /= 2;
+      ++halvings;
+      continue;
+    }
+    start = {start.duration + h, q_twice, v_twice};
+    angles = angles_twice;
+    if (slowest(problem, start.q, start.v, beginning) >= settings.fast || start.duration >= settings.end) break;
   }
-  return std::nullopt;
+  if (start.duration == 0) return std::nullopt;
+  return start;
 }
 
 }  // namespace ricochet::reference
