@@ -10,9 +10,6 @@
 namespace ricochet {
 namespace {
 
-bool is_frictionless(const std::string& id) {
-  return !ground_truth_problem(id)->info().has_friction();
-}
 bool is_zeno(const std::string& id) {
   return id.find("through_zeno") != std::string::npos;
 }
@@ -139,7 +136,7 @@ TEST(FesdZeno, FindsTheFirstTwelveImpactsOfTheAccumulation) {
 
 TEST(CvodeAsACompetitor, ConvergesWithItsTolerance) {
   for (const auto& truth : ground_truth()) {
-    if (!is_frictionless(truth.id) || is_zeno(truth.id)) continue;
+    if (is_zeno(truth.id)) continue;
     const auto problem = ground_truth_problem(truth.id);
     for (const char* method : {"cvode:adams", "cvode:bdf"}) {
       Settings settings;
