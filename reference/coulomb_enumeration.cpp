@@ -54,7 +54,7 @@ class Enumeration {
     if (is_free) choose(ContactMode::stick, {});
     if (contact.n_t == 2) return choose(ContactMode::slip, contact.direction);
     for (const int sign : {1, -1}) {
-      if (is_free || contact.direction[0] == sign)
+      if (is_free || contact.direction[0] * sign > 0)
         choose(sign > 0 ? ContactMode::slip_positive : ContactMode::slip_negative, Vector::Constant(1, sign));
     }
   }

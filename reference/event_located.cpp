@@ -18,9 +18,10 @@ namespace {
 
 // Normal velocities and gaps below this part of their terms are rounding and integration error.
 constexpr double kRest = 1e-9;
-// The same for slip velocities away from a root [m/s, times the largest velocity above 1]: contacts that stop within
-// rounding of each other stop together. Not relative to v_t's own terms, which vanish together with it.
-constexpr double kSlipRest = 1e-12;
+// The same where a velocity's own terms vanish with it, as of a contact that rests on its own [m/s, times the largest
+// velocity above 1]: normal velocities of closed contacts, and slip velocities away from a root, where contacts that
+// stop within rounding of each other stop together.
+constexpr double kRestingSpeed = 1e-12;
 // Flights shorter than this part of end_time could end within CVODE's own first step.
 constexpr double kShortFlight = 1e-3;
 // Longest first step of slip in space, as a part of end_time; start_slip() shortens it.
@@ -214,7 +215,8 @@ bool EventLocatedRun::check_gaps(double t, Solution& solution) {
   for (int i = 0; i < n_c_; ++i) {
     const double size =
         J.col(i).cwiseAbs().dot(solution.q.cwiseAbs() + problem_.info().end_time * solution.v.cwiseAbs());
-    if (gap_[i] < -std::max(1e-9, 100 * settings_.tolerance) * size) {  // more than closed contacts drift
+    // More than closed contacts drift; tolerances are absolute in SI units too, for gaps whose terms all vanish.
+    if (gap_[i] < -std::max(1e-9, 100 * settings_.tolerance) * size - 100 * settings_.tolerance) {
       return stop(solution, Status::inner_solver_failed, t,
                   fmt::format("contact '{}' was passed unnoticed, its gap is {:.3g} m", name(i), gap_[i]));
     }
@@ -312,7 +314,7 @@ std::vector<Vector> EventLocatedRun::known_directions(const Vector& q, const Vec
         continue;
       }
     }
-    if (v_t.norm() > kSlipRest * std::max(1.0, v.cwiseAbs().maxCoeff())) directions[i] = v_t.normalized();
+    if (v_t.norm() > kRestingSpeed * std::max(1.0, v.cwiseAbs().maxCoeff())) directions[i] = v_t.normalized();
   }
   return directions;
 }
@@ -377,8 +379,10 @@ bool EventLocatedRun::decide_modes(double& t, const Roots& found, Solution& solu
     solution.v = impact.motion;
   }
   std::vector<int> candidates, parting;
+  const double resting = kRestingSpeed * std::max(1.0, solution.v.cwiseAbs().maxCoeff());
   for (const int i : touching) {
-    const bool stays = (!approaches && is_closed(before[i])) || J.col(i).dot(solution.v) <= kRest * speed_size(i);
+    const double v_n = J.col(i).dot(solution.v);
+    const bool stays = v_n <= kRest * speed_size(i) || (is_closed(before[i]) && (!approaches || v_n <= resting));
     (stays ? candidates : parting).push_back(i);
   }
   for (const int i : parting) modes_[i] = ContactMode::open;
