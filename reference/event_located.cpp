@@ -348,7 +348,8 @@ bool EventLocatedRun::decide_modes(double& t, const Roots& found, Solution& solu
     }
   }
   const std::vector<int> stopped = finish_slip(t, found, solution);
-  if (problem_.info().has_friction()) accelerate(solution.q.data(), solution.v.data(), scratch_.data());  // lambda
+  if (problem_.info().has_friction())
+    accelerate(solution.q.data(), solution.v.data(), scratch_.data());  // forces for the decisions
 
   const Vector v_minus = solution.v;
   const std::vector<ContactMode> before = modes_;
@@ -423,7 +424,7 @@ bool EventLocatedRun::begin_slip(double& t, Solution& solution) {
   std::string names;
   for (const int i : dynamics_.closed()) {
     if (modes_[i] != ContactMode::slip || !slip_[i].is_new) continue;
-    if ((tangents(J_t, i).transpose() * solution.v).norm() > v_stop_) continue;  // CVODE follows it since a while
+    if ((tangents(J_t, i).transpose() * solution.v).norm() > v_stop_) continue;  // CVODE follows it already
     beginning.push_back({i, slip_[i].direction});
     names = name(i);
   }
@@ -528,7 +529,9 @@ Solution EventLocatedRun::run() {
     double* y = N_VGetArrayPointer(cvode_.y());
     std::copy_n(solution.q.data(), n_q_, y);
     std::copy_n(solution.v.data(), n_q_, y + n_q_);
-    std::fill_n(y + 2 * n_q_, n_impulses_, 0);
+    // Where the impulses start is free. From zero CVODE would hold its first step to lambda h <= tolerance, so short
+    // that a gap just left behind by an impact does not grow beyond rounding and is a root again.
+    std::fill_n(y + 2 * n_q_, n_impulses_, 1);
     CVodeReInit(cvode_.memory(), t, cvode_.y());
     CVodeSetStopTime(cvode_.memory(), T);
     if (first_step_ > 0 && t + first_step_ < T)
