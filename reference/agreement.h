@@ -22,7 +22,7 @@ struct Reference {
 /// Four event-located runs, Adams and BDF at two tolerances each. They must agree on the sequence of events. The claim
 /// is three times the largest difference between the tighter Adams run and the looser Adams run or the tighter BDF run:
 /// the two integrators share no formula, and a tolerance ten times looser has a larger error, so an error that all
-/// three share would have to be an error of the event logic itself.
+/// three share would have to be an error of the event logic itself. The looser BDF run has to follow the same motion.
 /// @throws std::runtime_error when a run fails or the events differ, with the reason
 Reference make_reference(const Problem& problem, double tolerance = 1e-14);
 

@@ -1,5 +1,12 @@
 #include "reference/contact_dynamics.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <algorithm>
+
 #include "reference/active_set.h"
 
 namespace ricochet::reference {
@@ -7,7 +14,9 @@ namespace ricochet::reference {
 ContactDynamics::ContactDynamics(const Problem& problem)
     : problem_(problem),
       constant_mass_(problem.info().structure.constant_mass),
-      diagonal_mass_(problem.info().structure.diagonal_mass && constant_mass_) {
+      diagonal_mass_(problem.info().structure.diagonal_mass && constant_mass_),
+      modes_(problem.info().contacts.size(), ContactMode::open),
+      held_(problem.info().contacts.size()) {
   const int n_q = problem.n_q();
   M_ = problem.mass_matrix(problem.info().q0);
   llt_.compute(M_);
@@ -18,7 +27,19 @@ ContactDynamics::ContactDynamics(const Problem& problem)
   bias_.resize(problem.n_c());
 }
 
-bool ContactDynamics::acceleration(const double* q, const double* v, double* a, double* lambda_n) {
+void ContactDynamics::set_modes(const std::vector<ContactMode>& modes) {
+  modes_ = modes;
+  closed_.clear();
+  rubs_ = false;
+  for (int i = 0; i < problem_.n_c(); ++i) {
+    held_[i].resize(0);
+    if (!is_closed(modes[i])) continue;
+    closed_.push_back(i);
+    rubs_ = rubs_ || modes[i] != ContactMode::closed;
+  }
+}
+
+bool ContactDynamics::acceleration(const double* q, const double* v, double* a, double* lambda_n, double* lambda_t) {
   const int n_q = problem_.n_q();
   problem_.force(q, v, problem_.info().u.data(), f_.data());
   ++force_evaluations;
@@ -34,55 +55,234 @@ bool ContactDynamics::acceleration(const double* q, const double* v, double* a, 
   else
     acceleration = llt_.solve(f_);
   if (closed_.empty()) return true;
+  return rubs_ ? add_frictional_forces(q, v, acceleration, lambda_n, lambda_t)
+               : add_contact_forces(q, v, acceleration, lambda_n);
+}
 
+bool ContactDynamics::add_contact_forces(const double* q, const double* v, Eigen::Ref<Vector> a, double* lambda_n) {
   const auto n = static_cast<Eigen::Index>(closed_.size());
   problem_.normal_jacobian(q, packed_.data());
   problem_.gap_acceleration_bias(q, v, bias_.data());
-  Matrix J = Matrix::Zero(n_q, n);
+  Matrix J = Matrix::Zero(problem_.n_q(), n);
   Vector rhs(n);
   for (Eigen::Index k = 0; k < n; ++k) {
     const auto& contact = problem_.info().contacts[closed_[k]];
     const double* entry = packed_.data() + contact.normal_begin;
     for (const int row : contact.support) J(row, k) = *entry++;
-    rhs[k] = -J.col(k).dot(acceleration) - bias_[closed_[k]];
+    rhs[k] = -J.col(k).dot(a) - bias_[closed_[k]];
   }
   const Matrix MJ = llt_.solve(J);
   const Eigen::LLT<Matrix> delassus(J.transpose() * MJ);
   if (delassus.info() != Eigen::Success) return false;
-  const Vector lambda = delassus.solve(rhs);  // (3)
-  acceleration += MJ * lambda;
+  const Vector lambda = delassus.solve(rhs);  // (5)
+  a += MJ * lambda;
   for (Eigen::Index k = 0; k < n; ++k) lambda_n[closed_[k]] = lambda[k];
   return true;
 }
 
-std::optional<ContactDynamics::Impact> ContactDynamics::impact(const Vector& q, const Vector& v_minus,
-                                                               const std::vector<int>& touching) const {
-  const Matrix J = problem_.normal_jacobian(q)(Eigen::all, touching);
-  const Matrix MJ = problem_.mass_matrix(q).llt().solve(J);
-  Vector b = J.transpose() * v_minus;
-  for (std::size_t k = 0; k < touching.size(); ++k)
-    b[static_cast<Eigen::Index>(k)] *= 1 + problem_.info().contacts[touching[k]].eps_r;
-  const auto z = solve_lcp_by_enumeration(J.transpose() * MJ, b);
-  if (!z) return std::nullopt;
-  Impact impact{v_minus + MJ * *z, Vector::Zero(problem_.n_c())};
-  impact.Lambda_n(touching) = *z;
-  return impact;
+bool ContactDynamics::add_frictional_forces(const double* q, const double* v, Eigen::Ref<Vector> a, double* lambda_n,
+                                            double* lambda_t) {
+  const int n_q = problem_.n_q();
+  const Vector q_vector = Eigen::Map<const Vector>(q, n_q), v_vector = Eigen::Map<const Vector>(v, n_q);
+  const Matrix J_n = problem_.normal_jacobian(q_vector), J_t = problem_.tangent_jacobian(q_vector);
+  const Vector normal_bias = problem_.gap_acceleration_bias(q_vector, v_vector);
+  const Vector slip_bias = problem_.slip_acceleration_bias(q_vector, v_vector);
+
+  const Eigen::Index most = static_cast<Eigen::Index>(closed_.size()) + problem_.info().n_lambda_t;
+  Matrix R(n_q, most), C(n_q, most);
+  Vector bias(most);
+  std::vector<Vector> direction(closed_.size());
+  Eigen::Index n = 0;
+  for (std::size_t k = 0; k < closed_.size(); ++k) {
+    const int i = closed_[k];
+    const auto& contact = problem_.info().contacts[i];
+    const auto tangents = J_t.middleCols(contact.tangent_index, contact.n_t);
+    R.col(n) = C.col(n) = J_n.col(i);
+    bias[n] = normal_bias[i];
+    if (is_slipping(modes_[i])) {  // (4)
+      if (modes_[i] != ContactMode::slip)
+        direction[k] = Vector::Constant(1, slip_sign(modes_[i]));
+      else if (held_[i].size() > 0)
+        direction[k] = held_[i];
+      else
+        direction[k] = (tangents.transpose() * v_vector).normalized();
+      C.col(n) -= contact.mu * tangents * direction[k];
+    }
+    ++n;
+    if (modes_[i] != ContactMode::stick) continue;
+    R.middleCols(n, contact.n_t) = C.middleCols(n, contact.n_t) = tangents;
+    bias.segment(n, contact.n_t) = slip_bias.segment(contact.tangent_index, contact.n_t);
+    n += contact.n_t;
+  }
+  const Matrix MC = llt_.solve(C.leftCols(n));
+  const Eigen::FullPivLU<Matrix> lu(R.leftCols(n).transpose() * MC);
+  if (!lu.isInvertible()) return false;
+  const Vector lambda = -lu.solve(R.leftCols(n).transpose() * a + bias.head(n));  // (5)
+  a += MC * lambda;
+
+  n = 0;
+  for (std::size_t k = 0; k < closed_.size(); ++k) {
+    const int i = closed_[k];
+    const auto& contact = problem_.info().contacts[i];
+    Eigen::Map<Vector> tangential(lambda_t + contact.tangent_index, contact.n_t);
+    lambda_n[i] = lambda[n++];
+    if (is_slipping(modes_[i])) tangential = -contact.mu * lambda_n[i] * direction[k];  // (4)
+    if (modes_[i] != ContactMode::stick) continue;
+    tangential = lambda.segment(n, contact.n_t);
+    n += contact.n_t;
+  }
+  return true;
 }
 
-std::optional<std::vector<int>> ContactDynamics::closing(const Vector& q, const Vector& v,
-                                                         const std::vector<int>& candidates) const {
-  const Matrix J = problem_.normal_jacobian(q)(Eigen::all, candidates);
-  const Eigen::LLT<Matrix> M(problem_.mass_matrix(q));
-  Vector bias(problem_.n_c());
-  problem_.gap_acceleration_bias(q.data(), v.data(), bias.data());
-  const Vector b = J.transpose() * M.solve(problem_.force(q, v)) + bias(candidates);
-  const auto z = solve_lcp_by_enumeration(J.transpose() * M.solve(J), b);
-  if (!z) return std::nullopt;
-  std::vector<int> closed;
-  for (std::size_t k = 0; k < candidates.size(); ++k) {
-    if ((*z)[static_cast<Eigen::Index>(k)] > 0) closed.push_back(candidates[k]);
+/// n_q x (1 + n_t of each): normal, then tangents, contact after contact.
+Matrix ContactDynamics::jacobian(const Vector& q, const std::vector<int>& contacts) const {
+  const Matrix J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
+  Matrix J(problem_.n_q(), problem_.n_c() + problem_.info().n_lambda_t);
+  Eigen::Index n = 0;
+  for (const int i : contacts) {
+    const auto& contact = problem_.info().contacts[i];
+    J.col(n) = J_n.col(i);
+    J.middleCols(n + 1, contact.n_t) = J_t.middleCols(contact.tangent_index, contact.n_t);
+    n += 1 + contact.n_t;
   }
-  return closed;
+  return J.leftCols(n);
+}
+
+ContactDynamics::Verdict ContactDynamics::coulomb_law(const Question& question, const std::vector<Vector>& directions,
+                                                      const char* what) const {
+  const auto& [contacts, J, MJ, free, b] = question;
+  std::vector<CoulombContact> law;
+  std::vector<std::string> names;
+  for (const int i : contacts) {
+    const auto& contact = problem_.info().contacts[i];
+    law.push_back({contact.n_t, contact.mu, directions.empty() ? Vector() : directions[i]});
+    names.push_back(contact.name);
+  }
+  const auto solutions = solve_coulomb_by_enumeration(J.transpose() * MJ, b, law);
+  Verdict verdict;
+  if (solutions.empty()) {
+    verdict.failure =
+        fmt::format("inconsistent: no combination of modes satisfies the {} at '{}'", what, fmt::join(names, "', '"));
+    return verdict;
+  }
+  const auto& first = solutions[0];
+  std::vector<std::string> choices;
+  bool same_motion = true;  // redundant contacts: to rounding, and 1e-9 is far above that and far below a choice
+  if (solutions.size() > 1) {
+    const auto& second = solutions[1];
+    const Vector change = MJ * second.z, difference = MJ * (first.z - second.z);
+    same_motion = difference.cwiseAbs().maxCoeff() <= 1e-9 * (change + free).cwiseAbs().maxCoeff();
+    for (std::size_t k = 0; k < contacts.size(); ++k) {
+      if (first.modes[k] != second.modes[k]) {
+        choices.push_back(
+            fmt::format("'{}' may be {} or {}", names[k], to_string(first.modes[k]), to_string(second.modes[k])));
+      }
+    }
+  }
+  // A contact free to stick that is at the edge of its cone without slipping: sticking was singular, so other contacts
+  // share its force in ways that the law leaves open.
+  Eigen::Index row = 0;
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const Vector u_t = first.u.segment(row + 1, law[k].n_t);
+    if (solutions.size() == 1 && is_slipping(first.modes[k]) && law[k].direction.size() == 0 &&
+        u_t.norm() <= 1e-9 * b.cwiseAbs().maxCoeff())
+      choices.push_back(fmt::format("'{}' may be stick or {}", names[k], to_string(first.modes[k])));
+    row += 1 + law[k].n_t;
+  }
+  if (solutions.size() > 1 || !choices.empty()) {
+    verdict.failure = fmt::format("indeterminate: the {} has several solutions that differ in {}, {}", what,
+                                  same_motion ? "forces only" : "motion",
+                                  choices.empty() ? fmt::format("at '{}'", fmt::join(names, "', '"))
+                                                  : fmt::format("{}", fmt::join(choices, ", ")));
+    return verdict;
+  }
+  verdict.modes = first.modes;
+  verdict.normal = Vector::Zero(problem_.n_c());
+  verdict.tangential = Vector::Zero(problem_.info().n_lambda_t);
+  Eigen::Index n = 0;
+  for (const int i : contacts) {
+    const auto& contact = problem_.info().contacts[i];
+    verdict.normal[i] = std::max(0.0, first.z[n]);  // down to rounding it may be negative
+    verdict.tangential.segment(contact.tangent_index, contact.n_t) = first.z.segment(n + 1, contact.n_t);
+    n += 1 + contact.n_t;
+  }
+  verdict.motion = free + MJ * first.z;
+  return verdict;
+}
+
+ContactDynamics::Verdict ContactDynamics::impact(const Vector& q, const Vector& v_minus,
+                                                 const std::vector<int>& touching) const {
+  const Matrix J = jacobian(q, touching);
+  const Matrix MJ = problem_.mass_matrix(q).llt().solve(J);
+  Vector b = J.transpose() * v_minus;
+  Eigen::Index n = 0;
+  for (const int i : touching) {
+    const auto& contact = problem_.info().contacts[i];
+    b[n] *= 1 + contact.eps_r;  // (6)
+    n += 1 + contact.n_t;
+  }
+  if (problem_.info().has_friction()) return coulomb_law({touching, J, MJ, v_minus, b}, {}, "impact law");
+  const auto z = solve_lcp_by_enumeration(J.transpose() * MJ, b);
+  Verdict verdict;
+  if (!z) {
+    verdict.failure = "the impact law has no solution";
+    return verdict;
+  }
+  verdict.motion = v_minus + MJ * *z;
+  verdict.normal = Vector::Zero(problem_.n_c());
+  verdict.normal(touching) = *z;
+  return verdict;
+}
+
+ContactDynamics::Verdict ContactDynamics::decide(const Vector& q, const Vector& v, const std::vector<int>& candidates,
+                                                 const std::vector<Vector>& directions) const {
+  const Matrix J = jacobian(q, candidates);
+  const Eigen::LLT<Matrix> M(problem_.mass_matrix(q));
+  const Matrix MJ = M.solve(J);
+  const Vector free = M.solve(problem_.force(q, v));
+  const Vector normal_bias = problem_.gap_acceleration_bias(q, v);
+  const Vector slip_bias = problem_.slip_acceleration_bias(q, v);
+  Vector b = J.transpose() * free;
+  Eigen::Index n = 0;
+  for (const int i : candidates) {
+    const auto& contact = problem_.info().contacts[i];
+    b[n] += normal_bias[i];                                                                  // (2)
+    b.segment(n + 1, contact.n_t) += slip_bias.segment(contact.tangent_index, contact.n_t);  // (3)
+    n += 1 + contact.n_t;
+  }
+  if (problem_.info().has_friction()) return coulomb_law({candidates, J, MJ, free, b}, directions, "contact law");
+  const auto z = solve_lcp_by_enumeration(J.transpose() * MJ, b);
+  Verdict verdict;
+  if (!z) {
+    verdict.failure = "the contact force problem has no solution";
+    return verdict;
+  }
+  for (const double force : *z) verdict.modes.push_back(force > 0 ? ContactMode::closed : ContactMode::open);
+  return verdict;
+}
+
+bool ContactDynamics::project(Vector& q, Vector& v, const std::vector<int>& stopped) const {
+  if (closed_.empty()) return true;
+  const Eigen::LLT<Matrix> M(problem_.mass_matrix(q));
+  for (int iteration = 0; iteration < 2; ++iteration) {  // the drift is small, so Newton's second step is rounding
+    const Matrix J_n = problem_.normal_jacobian(q)(Eigen::all, closed_);
+    const Matrix MJ = M.solve(J_n);
+    q -= MJ * Matrix(J_n.transpose() * MJ).completeOrthogonalDecomposition().solve(Vector(problem_.gap(q)(closed_)));
+  }
+  const Matrix J = jacobian(q, closed_);
+  std::vector<Eigen::Index> zero;  // columns of J whose velocity vanishes
+  Eigen::Index n = 0;
+  for (const int i : closed_) {
+    const int n_t = problem_.info().contacts[i].n_t;
+    const bool rests = modes_[i] == ContactMode::stick || std::count(stopped.begin(), stopped.end(), i) > 0;
+    zero.push_back(n);
+    for (int d = 1; rests && d <= n_t; ++d) zero.push_back(n + d);
+    n += 1 + n_t;
+  }
+  const Matrix R = J(Eigen::all, zero);
+  const Matrix MR = problem_.mass_matrix(q).llt().solve(R);
+  v -= MR * Matrix(R.transpose() * MR).completeOrthogonalDecomposition().solve(R.transpose() * v);
+  return q.allFinite() && v.allFinite();
 }
 
 }  // namespace ricochet::reference

@@ -1,48 +1,89 @@
 #pragma once
 
 #include <Eigen/Cholesky>
-#include <optional>
+#include <string>
 #include <vector>
 
 #include "problems/problem.h"
+#include "problems/solution.h"
+#include "reference/coulomb_enumeration.h"
 
 namespace ricochet::reference {
 
-/// The equations of motion for a given set of closed contacts, and the laws that change the set. Index 1: the closed
-/// gaps are differentiated twice,
+/// The equations of motion while every contact keeps its mode, and the laws that change the modes. Index 1: the closed
+/// gaps are differentiated twice, the slip velocities of sticking contacts once,
 ///
-///   M v' = f_v + B_u u + J_c lambda_c                                                    (1)
-///   0 = J_c' v' + v' (grad^2 f_c) v                                                      (2)
+///   M v' = f_v + B_u u + sum_i J_n^i lambda_n^i + J_t^i lambda_t^i                       (1)
+///   0 = J_n^i' v' + v' (grad^2 f_c^i) v          closed, sticking, slipping              (2)
+///   0 = J_t^i' v' + T^i v                        sticking                                (3)
+///   lambda_t^i = -mu^i lambda_n^i d^i            slipping, d the direction of slip       (4)
 ///
-/// so lambda_c = -(J_c' M^-1 J_c)^-1 (J_c' M^-1 f + bias)                                  (3)
+/// With R = [J_n, J_t of sticking contacts] and C = [J_n - mu J_t d, J_t of sticking contacts] the unknown forces are
+///
+///   lambda = -(R' M^-1 C)^-1 (R' M^-1 (f_v + B_u u) + bias)                              (5)
+///
+/// symmetric where nothing slips. d is the sign of the mode in the plane and v_t / |v_t| in space; where v_t = 0 in
+/// space it has to be held from outside.
 class ContactDynamics {
  public:
   explicit ContactDynamics(const Problem& problem);
 
-  /// Contacts that stay closed until the next call.
-  void set_closed(const std::vector<int>& closed) { closed_ = closed; }
-  const std::vector<int>& closed() const { return closed_; }
+  /// Modes of all contacts until the next call. Releases held directions.
+  void set_modes(const std::vector<ContactMode>& modes);
+  const std::vector<ContactMode>& modes() const { return modes_; }
+  const std::vector<int>& closed() const { return closed_; }  ///< contacts that are not open
 
-  /// v' and, for the closed contacts, lambda_n (n_c, else untouched). False when M is not positive definite or the
-  /// closed contacts are redundant.
-  bool acceleration(const double* q, const double* v, double* acceleration, double* lambda_n);
+  /// Fixes d in (4) for contact i, which slips in space. @param d 2, a unit vector; empty to follow the velocity again
+  void hold_direction(int i, const Vector& d) { held_[static_cast<std::size_t>(i)] = d; }
 
-  /// Newton's law at the touching contacts: 0 <= Lambda_n _|_ J_n'(v+ + eps_r v-) >= 0. Nothing when it has no
-  /// solution.
-  struct Impact {
-    Vector v_plus, Lambda_n;
+  /// v' and, for the closed contacts, lambda_n (n_c) and lambda_t (n_lambda_t), else untouched. False when M is not
+  /// positive definite or (5) is singular.
+  bool acceleration(const double* q, const double* v, double* acceleration, double* lambda_n, double* lambda_t);
+
+  /// What a law says of the contacts it was asked about.
+  struct Verdict {
+    std::string failure;             ///< why the law decides nothing; empty when it does
+    std::vector<ContactMode> modes;  ///< in the order of the question
+    Vector motion;                   ///< n_q, v_plus or v'
+    Vector normal, tangential;       ///< n_c and n_lambda_t, impulses or forces; zero at contacts not asked about
   };
-  std::optional<Impact> impact(const Vector& q, const Vector& v_minus, const std::vector<int>& touching) const;
 
-  /// Which of the candidates, touching with zero normal velocity, carry a force: 0 <= lambda _|_ gap acceleration >= 0.
-  std::optional<std::vector<int>> closing(const Vector& q, const Vector& v, const std::vector<int>& candidates) const;
+  /// Newton's law with Coulomb's on the impulses and the velocities behind the impact, at the touching contacts:
+  ///   0 <= Lambda_n _|_ J_n'(v+ + eps_r v-) >= 0,  ||Lambda_t|| <= mu Lambda_n, opposite to J_t' v+      (6)
+  Verdict impact(const Vector& q, const Vector& v_minus, const std::vector<int>& touching) const;
+
+  /// Modes of candidates, touching with zero normal velocity: (1)-(4) with 0 <= lambda_n _|_ gap acceleration >= 0.
+  /// @param directions by contact (n_c), the direction of slip where it is known; empty where v_t = 0 and the
+  ///   acceleration decides. Not read without friction.
+  Verdict decide(const Vector& q, const Vector& v, const std::vector<int>& candidates,
+                 const std::vector<Vector>& directions) const;
+
+  /// Moves q and v, least in the metric of M, to where the gaps of closed contacts, their rates, and the slip
+  /// velocities of those that stick vanish. @param stopped  closed contacts that are to have no slip velocity either
+  /// @return false when that fails
+  bool project(Vector& q, Vector& v, const std::vector<int>& stopped) const;
 
   long force_evaluations = 0, mass_factorizations = 0;
 
  private:
+  bool add_contact_forces(const double* q, const double* v, Eigen::Ref<Vector> a, double* lambda_n);
+  bool add_frictional_forces(const double* q, const double* v, Eigen::Ref<Vector> a, double* lambda_n,
+                             double* lambda_t);
+  Matrix jacobian(const Vector& q, const std::vector<int>& contacts) const;
+  /// Coulomb's law with motion = free + MJ z and u = J' MJ z + b.
+  struct Question {
+    const std::vector<int>& contacts;
+    const Matrix &J, &MJ;  ///< J as from jacobian(), M^-1 J
+    const Vector &free, &b;
+  };
+  Verdict coulomb_law(const Question& question, const std::vector<Vector>& directions, const char* what) const;
+
   const Problem& problem_;
   const bool constant_mass_, diagonal_mass_;
+  std::vector<ContactMode> modes_;
   std::vector<int> closed_;
+  bool rubs_ = false;  // a closed contact has friction
+  std::vector<Vector> held_;
   Matrix M_;
   Eigen::LLT<Matrix> llt_;
   Vector inverse_diagonal_, f_, packed_, bias_;

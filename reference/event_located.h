@@ -15,11 +15,13 @@ struct EventLocatedSettings {
   double zeno_interval = 1e-7;  ///< impacts of one contact closer than this part of end_time are an accumulation
 };
 
-/// Integrates the smooth phases with CVODE, locates the zeros of open gaps (an impact) and of closed contacts' forces
-/// (a detachment) with its root finding, and restarts it behind each event. Mode decisions come from ContactDynamics
-/// and use nothing of methods/. A Zeno accumulation cannot be passed and ends the run with Status::step_limit; a gap
-/// that became negative unnoticed ends it with Status::inner_solver_failed.
-/// @throws InputError for a problem with friction
+/// Integrates the smooth phases with CVODE, locates with its root finding where a gap closes, a contact force vanishes,
+/// a friction force reaches its cone or a slip velocity zero, and restarts it behind each event. Mode decisions come
+/// from ContactDynamics and use nothing of methods/.
+///
+/// Ends early with Status::step_limit at a Zeno accumulation, which it cannot pass, and with
+/// Status::inner_solver_failed where no combination of contact modes fits ("inconsistent"), several do
+/// ("indeterminate", also where redundant contacts leave their forces undetermined), or an event was passed unnoticed.
 Solution integrate_event_located(const Problem& problem, const EventLocatedSettings& settings);
 
 }  // namespace ricochet::reference

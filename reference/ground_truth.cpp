@@ -32,13 +32,21 @@ std::vector<GroundTruth> read_ground_truth(const std::string& path) {
   try {
     const json document = json::parse(file);
     for (const auto& entry : document.at("cases")) {
-      GroundTruth truth{
-          entry.at("id"), entry.at("title"), vector(entry.at("final").at("q")), vector(entry.at("final").at("v")), {}};
+      GroundTruth truth{entry.at("id"),
+                        entry.at("title"),
+                        vector(entry.at("final").at("q")),
+                        vector(entry.at("final").at("v")),
+                        entry.at("initial_modes"),
+                        {}};
       for (const auto& event : entry.at("events")) {
-        GroundTruth::Event e{number(event.at("t")), event.at("kind"), event.at("contact"), {}};
+        GroundTruth::Event e{number(event.at("t")), event.at("kind"), event.at("contact"), {}, {}, {}};
         if (event.contains("Ln")) {
           for (const auto& [contact, impulse] : event["Ln"].items()) e.Lambda_n.emplace_back(contact, number(impulse));
         }
+        if (event.contains("Lt")) {
+          for (const auto& [contact, impulse] : event["Lt"].items()) e.Lambda_t.emplace_back(contact, vector(impulse));
+        }
+        if (event.contains("modes_after")) event["modes_after"].get_to(e.modes);
         truth.events.push_back(std::move(e));
       }
       cases.push_back(std::move(truth));

@@ -14,10 +14,14 @@ struct GroundTruth {
     double t = 0;
     std::string kind;     ///< impact, detach, slip_to_stick, stick_to_slip, slip_reversal, zeno_end
     std::string contact;  ///< name
-    std::vector<std::pair<std::string, double>> Lambda_n;  ///< impulses by contact, of an impact
+    std::vector<std::pair<std::string, double>> Lambda_n;  ///< impulses by contact, of an impact [N s]
+    std::vector<std::pair<std::string, Vector>> Lambda_t;  ///< n_t each, empty without friction [N s]
+    std::vector<std::string> modes;  ///< of all contacts behind the event: open, free (closed without friction), stick,
+                                     ///< slip+, slip-, slip; empty where the file states none
   };
   std::string id, title;
-  Vector q, v;  ///< final state
+  Vector q, v;                             ///< final state
+  std::vector<std::string> initial_modes;  ///< as Event::modes
   std::vector<Event> events;
 };
 

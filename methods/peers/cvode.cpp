@@ -27,10 +27,7 @@ class CvodeWithEvents final : public Method {
             .is_adaptive = true};
   }
 
-  Support supports(const ProblemInfo& problem) const override {
-    if (problem.has_friction()) return Support::no("friction is not part of the event location yet");
-    return Support::yes();
-  }
+  Support supports(const ProblemInfo&) const override { return Support::yes(); }
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {

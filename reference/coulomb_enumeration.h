@@ -1,0 +1,41 @@
+#pragma once
+
+#include <vector>
+
+#include "problems/problem.h"
+#include "problems/solution.h"
+
+namespace ricochet::reference {
+
+/// A touching contact in the contact law below. Its rows of G and b: the normal, then its n_t tangents.
+struct CoulombContact {
+  int n_t = 0;       ///< 0, 1 or 2
+  double mu = 0;     ///< > 0 exactly when n_t > 0
+  Vector direction;  ///< n_t, the unit slip direction when it is known beforehand; empty when the law decides it
+};
+
+/// z and u = G z + b, block after block: z_n, z_t and u_n, u_t of every contact.
+struct CoulombSolution {
+  std::vector<ContactMode> modes;  ///< by contact
+  Vector z, u;
+};
+
+/// Unilateral contact with Coulomb friction at several contacts at once,
+///
+///   u = G z + b                                                                          (1)
+///   0 <= u_n _|_ z_n >= 0                                                                (2)
+///   ||z_t|| <= mu z_n,  and where u_t is not zero  z_t = -mu z_n u_t / ||u_t||           (3)
+///
+/// At an impact z are impulses and u is (v_n+ + eps_r v_n-, v_t+). Between impacts z are forces and u accelerations; a
+/// contact that slips already, or is about to, has a known direction d, and (3) reads z_t = -mu z_n d for every u_t.
+///
+/// Every combination of modes is tried: open z = 0; stick u = 0; slip u_n = 0, z_t = -mu z_n d. Each leaves a linear
+/// system, save that the directions of slip in space are unknown angles that Newton's method finds from u_t _|_ d_perp,
+/// started from a grid of angles. A combination is accepted when the inequalities hold to rounding.
+/// @return all solutions that differ in z. None: inconsistent. Several: indeterminate, or redundant contacts.
+/// Of combinations with the same z the one with fewest active conditions, so open before stick before slip.
+/// @throws InputError for more than 8 contacts
+std::vector<CoulombSolution> solve_coulomb_by_enumeration(const Matrix& G, const Vector& b,
+                                                          const std::vector<CoulombContact>& contacts);
+
+}  // namespace ricochet::reference
