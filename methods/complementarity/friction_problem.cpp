@@ -150,13 +150,18 @@ LcpStatus FrictionProblem::solve_polyhedral(const Eigen::Ref<const Matrix>& G, c
 
 bool FrictionProblem::solve_cones(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b,
                                   std::span<Contact> contacts, Eigen::Ref<Vector> r) {
-  if (newton(G, b, contacts, r)) return true;
+  bool solved = newton(G, b, contacts, r);
   // The prediction led nowhere: Gauss-Seidel sweeps approach the solution from anywhere.
-  for (int restart = 0; restart < kRestarts; ++restart) {
+  for (int restart = 0; restart < kRestarts && !solved; ++restart) {
     for (int k = 0; k < kSweeps; ++k) sweep(G, b, contacts, r);
-    if (newton(G, b, contacts, r)) return true;
+    solved = newton(G, b, contacts, r);
   }
-  return false;
+  Eigen::Index row = 0;
+  for (const Contact& contact : contacts) {
+    if (contact.mode == ContactMode::open) r.segment(row, 1 + contact.n_t).setZero();  // rounding
+    row += 1 + contact.n_t;
+  }
+  return solved;
 }
 
 /// (6), (7) at r, and where `jacobian` is asked for an element of their generalised Jacobian. Sets the modes; returns

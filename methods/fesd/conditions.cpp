@@ -53,7 +53,8 @@ FesdAudit::FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool
       stiffly_accurate_(tableau.is_stiffly_accurate()),
       pinned_(pinned),
       gap_tolerance_(gap_tolerance),
-      gap_size_(Vector::Zero(problem.n_c())) {
+      gap_size_(Vector::Zero(problem.n_c())),
+      speed_size_(Vector::Zero(problem.n_c())) {
   for (const auto& [name, formula] : kTexts) residuals_.push_back({.name = name, .formula = formula});
 }
 
@@ -155,7 +156,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
   const int n_c = info.n_c(), n_s = tableau_.n_s, N = step.n_elements;
 
   // Sizes that belong to the whole step.
-  Vector force_size = Vector::Zero(n_c), speed_size = Vector::Zero(n_c), slip_size = Vector::Zero(n_c);
+  Vector force_size = Vector::Zero(n_c), slip_size = Vector::Zero(n_c);
   double length = 0;
   for (int n = 0; n < N; ++n) {
     const Stages& e = step.elements[n];
@@ -167,7 +168,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
       gap_size_[i] = std::max(gap_size_[i], J.col(i).dot(e.q0.cwiseAbs() + step.H * step.H * load) + step.H * speed);
       const double delassus = J.col(i).dot(problem_.mass_matrix(e.q0).llt().solve(J.col(i)));
       force_size[i] = std::max({force_size[i], max_abs(e.lambda_n.row(i)), J.col(i).dot(load) / delassus});
-      speed_size[i] = std::max(speed_size[i], speed + step.H * delassus * force_size[i]);
+      speed_size_[i] = std::max(speed_size_[i], speed + step.H * delassus * force_size[i]);
       for (int d = 0; d < info.contacts[i].n_t; ++d) {
         const Vector direction = J_t.col(info.contacts[i].tangent_index + d).cwiseAbs();
         const double mobility = direction.dot(problem_.mass_matrix(e.q0).llt().solve(direction));
@@ -224,9 +225,9 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
       const double Lambda_size = momentum > 0 ? momentum / max_abs(J.col(i)) : 0;
       report(FesdCondition::impulse_sign, std::min(Lambda[i], 0.0), Lambda_size, i);
       report(FesdCondition::impulse_gap, Lambda[i] * grid_gaps[i], Lambda_size * L, i);
-      report(FesdCondition::impulse_restitution, Lambda[i] * separation, Lambda_size * speed_size[i], i);
-      if (grid_gaps[i] <= 1e-14 * L)
-        report(FesdCondition::closed_separation, std::min(separation, 0.0), speed_size[i], i);
+      report(FesdCondition::impulse_restitution, Lambda[i] * separation, Lambda_size * speed_size_[i], i);
+      if (grid_gaps[i] <= 1e-15 * L)  // what a switch leaves; the solver treats gaps up to 64 roundings as closed
+        report(FesdCondition::closed_separation, std::min(separation, 0.0), speed_size_[i], i);
       report(FesdCondition::grid_gap, std::min(grid_gaps[i], 0.0), L, i);
 
       const bool breaks = left && is_closed(left->modes[i]) && e.modes[i] == ContactMode::open && Lambda[i] == 0;

@@ -64,7 +64,7 @@ class FesdAudit {
   const bool stiffly_accurate_, pinned_;
   const double gap_tolerance_;
   std::vector<Residual> residuals_;
-  Vector gap_size_;  // over all steps so far: a body at rest at q = 0 still has the rounding of its journey
+  Vector gap_size_, speed_size_;  // over all steps so far: a body at rest at q = 0 has the rounding of its journey
   double t_ = 0;
 };
 

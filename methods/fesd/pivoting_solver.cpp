@@ -550,8 +550,9 @@ std::string PivotingSolver::describe(const Failure& failure) const {
       return fmt::format("{} would pull with {:.3g} N {}", contact, v.value, where);
     case Verdict::drifts:
       return fmt::format(
-          "{} stays closed, but tableau {} has no stage at the right end and the gap there is {:.3g} m {}: a curved "
-          "persistent contact needs a stiffly accurate tableau",
+          "{} stays closed, but tableau {} has no stage at the right end and drifts to a gap or slip velocity of "
+          "{:.3g} "
+          "there {}: a curved persistent contact needs a stiffly accurate tableau",
           contact, stage_solver_.tableau().name, v.value, where);
     case Verdict::undetermined:
       return fmt::format("{} stays closed, but the matrix A of tableau {} is singular and does not determine its force",

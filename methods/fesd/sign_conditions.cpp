@@ -1,5 +1,6 @@
 #include "methods/fesd/sign_conditions.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -27,6 +28,15 @@ SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tab
   force_size_.setZero(problem.n_c());
   cone_margin_.setZero(n_s_);
   J_t_.setZero(problem.info().n_tangent_entries);
+  mobility_.setZero(problem.n_c());
+  if (!problem.info().has_friction()) return;
+  const Matrix J_t = problem.tangent_jacobian(problem.info().q0).cwiseAbs();
+  const Matrix G = J_t.transpose() * problem.mass_matrix(problem.info().q0).llt().solve(J_t).cwiseAbs();
+  for (int i = 0; i < problem.n_c(); ++i) {
+    const auto& contact = problem.info().contacts[i];
+    for (int d = 0; d < contact.n_t; ++d)
+      mobility_[i] = std::max(mobility_[i], G(contact.tangent_index + d, contact.tangent_index + d));
+  }
 }
 
 /// The common case: every contact is open and no gap is negative.
@@ -120,7 +130,7 @@ void SignConditions::check_slip(const Stages& stages, Violation& first) {
   const double acceleration = stages.a.cwiseAbs().maxCoeff();
   for (int i = 0; i < problem_.n_c(); ++i) {
     const ContactMode mode = stages.modes[i];
-    if (!is_slipping(mode)) continue;
+    if (!is_slipping(mode) && (mode != ContactMode::stick || n_points_ == n_s_)) continue;
     const auto& contact = problem_.info().contacts[i];
     double before[2]{0, 0}, time_before = 0;
     for (int j = -1; j < n_points_; ++j) {  // -1: the left end
@@ -130,14 +140,17 @@ void SignConditions::check_slip(const Stages& stages, Violation& first) {
       const double time = j < 0 ? 0 : is_stage ? tableau_.c[j] * stages.h : stages.h;
       problem_.tangent_jacobian(q, J_t_.data());
       const double* J_t = J_t_.data() + contact.tangent_begin;
-      double slip[2]{0, 0}, size = 0;
+      double slip[2]{0, 0}, size = stages.h * mobility_[i] * contact.mu * force_size_[i];
       for (int d = 0; d < contact.n_t; ++d) {
         for (const int row : contact.support) {
           slip[d] += *J_t * v[row];
           size += std::abs(*J_t++) * (std::abs(v[row]) + stages.h * acceleration);
         }
       }
-      if (j >= 0) {
+      if (mode == ContactMode::stick) {  // without a stage there, the right end of a curved contact may creep
+        const double speed = std::hypot(slip[0], slip[1]);
+        if (j == n_s_ && speed > kSlipRounding * size) report(first, Verdict::drifts, i, time, speed);
+      } else if (j >= 0) {
         // In the plane the slip velocity itself; in space its component along the direction before.
         const double speed_before = contact.n_t == 1 ? slip_sign(mode) * before[0] : std::hypot(before[0], before[1]);
         const double speed = contact.n_t == 1

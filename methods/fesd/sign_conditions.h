@@ -58,6 +58,7 @@ class SignConditions {
   const double gap_tolerance_;
   const int n_s_, n_points_;  // points: the stages, and the right end when it is none of them
   Vector force_size_;         // largest lambda_n^i so far: what rounding of a contact force is relative to
+  Vector mobility_;           // J_t' M^-1 J_t at q0: what a friction force does to a slip velocity
   Vector gap_, left_gap_, cone_margin_;
   Vector J_t_;
 };

@@ -105,6 +105,8 @@ void StageSolver::set_active(const std::vector<ContactMode>& modes) {
   }
   const int n_rows = static_cast<int>(row_power_.size());
   n_x_ = n_q_ + n_rows;
+  // A predicted correction of dw says little about what (3) is left with where closed contacts turn.
+  predicted_tolerance_ = closed_.empty() ? tolerance_ : 0.1 * tolerance_;
   r_.resize(n_s_ * n_x_);
   dx_.resize(n_s_ * n_x_);
   rhs_.resize(n_s_ * n_x_, 2);
@@ -396,7 +398,8 @@ void StageSolver::newton_matrix(const Coefficients& k) {
   }
 }
 
-/// Adds a Newton correction and returns its size as a velocity, h max |dw|.
+/// Adds a Newton correction and returns its size as a velocity: h max |dw|, and what the corrections of the forces
+/// accelerate, which (3) may hide in dw.
 double StageSolver::correct(const double* dx, double h, Stages& step) const {
   double largest = 0;
   for (int j = 0; j < n_s_; ++j) {
@@ -407,12 +410,16 @@ double StageSolver::correct(const double* dx, double h, Stages& step) const {
     }
     dx += n_q_;
     for (const Active& active : closed_) {
+      const auto& contact = problem_.info().contacts[active.contact];
+      for (int d = 0; d < active.n_rows; ++d) {
+        for (const int row : contact.support) {
+          largest = std::max(largest, std::abs(forces_[j](row, active.row + d) * dx[d]) / stage_M_[j](row, row));
+        }
+      }
       step.lambda_n(active.contact, j) += *dx++;
-      const int begin = problem_.info().contacts[active.contact].tangent_index;
-      for (int d = 0; d < active.n_rows - 1; ++d) step.lambda_t(begin + d, j) += *dx++;
+      for (int d = 0; d < active.n_rows - 1; ++d) step.lambda_t(contact.tangent_index + d, j) += *dx++;
       if (const int sign = slip_sign(active.mode); sign != 0)
-        step.lambda_t(begin, j) =
-            -sign * problem_.info().contacts[active.contact].mu * step.lambda_n(active.contact, j);
+        step.lambda_t(contact.tangent_index, j) = -sign * contact.mu * step.lambda_n(active.contact, j);
     }
   }
   return h * largest;
@@ -498,7 +505,7 @@ StageSolver::Result StageSolver::solve(Stages& step) {
       const double contraction = size / previous;
       // What the next correction would be; and corrections that rounding keeps from shrinking further.
       is_converged = is_converged ||
-                     (contraction < 1 && contraction / (1 - contraction) * size <= tolerance_ * scale) ||
+                     (contraction < 1 && contraction / (1 - contraction) * size <= predicted_tolerance_ * scale) ||
                      (iteration > 3 && contraction > 0.5 && size <= 1e-9 * scale);
       if (!is_converged && contraction > 0.1 && !(is_fresh && contraction < 0.5)) {
         if (!refresh(factor, step)) return Result::singular;

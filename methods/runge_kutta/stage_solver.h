@@ -169,6 +169,7 @@ class StageSolver {
   std::vector<Active> closed_;
   int n_x_ = 0;  // unknowns per stage: n_q accelerations, then the forces of the closed contacts
   bool is_affine_ = false;
+  double predicted_tolerance_ = 0;
   bool has_friction_ = false;  // a closed contact has
   bool is_frozen_ = false;     // (7c) with the direction slip_start
   int resting_contact_ = -1;   // (8) holds for it, in the step at hand
