@@ -70,16 +70,36 @@ std::vector<std::string> experiment_names() {
   return names;
 }
 
-Experiment read_experiment(const std::string& name) {
+namespace {
+
+/// Path and text of an experiment file.
+std::pair<std::string, std::string> read_text(const std::string& name) {
   std::string path = name;
   if (!fs::exists(path)) path = find_project_file(fmt::format("{}/{}.json", kFolder, name));
   std::ifstream file(path);
   if (!file || fs::is_directory(path)) throw_unknown_name("experiment", name, experiment_names());
   std::ostringstream content;
   content << file.rdbuf();
+  return {path, content.str()};
+}
 
+}  // namespace
+
+ExperimentOutline outline_of(const std::string& name) {
+  const auto [path, text] = read_text(name);
+  try {
+    const json document = json::parse(text);
+    return {document.value("title", name), document.value("parts", std::vector<std::string>{name})};
+  } catch (const json::exception& error) {
+    throw InputError(fmt::format("{}: not an experiment: {}", path, error.what()));
+  }
+}
+
+Experiment read_experiment(const std::string& name) {
+  const auto [path_of_file, text] = read_text(name);
+  const std::string& path = path_of_file;
   Experiment experiment;
-  experiment.text = content.str();
+  experiment.text = text;
   const auto place = [&](const std::string& field) { return path + ": " + field; };
   try {
     const json document = json::parse(experiment.text);

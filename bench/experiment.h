@@ -43,6 +43,13 @@ struct Experiment {
 /// @throws InputError with file and field
 Experiment read_experiment(const std::string& name);
 
+/// What a file in bench/experiments/ is about: one experiment, or several that it names as "parts".
+struct ExperimentOutline {
+  std::string title;
+  std::vector<std::string> parts;  ///< experiments to read; the name itself when the file is one
+};
+ExperimentOutline outline_of(const std::string& name);
+
 /// Names of the files in bench/experiments/.
 std::vector<std::string> experiment_names();
 

@@ -23,12 +23,16 @@ void add_options(CLI::App& command, Options& options) {
   command.add_flag("--all", options.all, "print every run");
 }
 
-Results run(Options& options, const std::string& command) {
-  options.run.command_line =
-      fmt::format("ricochet {} {}{}", command, options.experiment, options.run.quick ? " --quick" : "");
-  const std::string path = run_experiment(read_experiment(options.experiment), options.run);
-  fmt::print("results: {}\n\n", path);
-  return read_results(path);
+/// Runs the experiment, or each part of it, and shows its results.
+template <class Show>
+void run(Options& options, const std::string& command, const Show& show) {
+  for (const auto& part : outline_of(options.experiment).parts) {
+    options.run.command_line = fmt::format("ricochet {} {}{}", command, part, options.run.quick ? " --quick" : "");
+    const std::string path = run_experiment(read_experiment(part), options.run);
+    const Results results = read_results(path);
+    fmt::print("{}\nresults: {}\n\n", results.header.value("title", part), path);
+    show(results);
+  }
 }
 
 }  // namespace
@@ -40,11 +44,12 @@ void add_order_command(CLI::App& app, int&) {
   command->add_flag("--no-times", options.without_times, "do not measure times");
   command->callback([] {
     options.run.with_times = !options.without_times;
-    const Results results = run(options, "order");
-    fmt::print("{}\n", order_summary(results).text());
-    const Table failed = failures(results);
-    if (!failed.rows.empty()) fmt::print("{}\n", failed.list());
-    if (options.all) fmt::print("{}\n", order_details(results).text());
+    run(options, "order", [](const Results& results) {
+      fmt::print("{}\n", order_summary(results).text());
+      const Table failed = failures(results);
+      if (!failed.rows.empty()) fmt::print("{}\n", failed.list());
+      if (options.all) fmt::print("{}\n", order_details(results).text());
+    });
   });
 }
 
@@ -53,12 +58,13 @@ void add_precision_command(CLI::App& app, int&) {
   auto* command = app.add_subcommand("precision", "run an experiment and print its speed against its error");
   add_options(*command, options);
   command->callback([] {
-    const Results results = run(options, "precision");
-    if (results.header.contains("overhead_of"))
-      fmt::print("{}\n", overhead(results).text());
-    else
-      fmt::print("{}\n", time_to_reach(results).text());
-    if (options.all) fmt::print("{}\n", precision_details(results).text());
+    run(options, "precision", [](const Results& results) {
+      if (results.header.contains("overhead_of"))
+        fmt::print("{}\n", overhead(results).text());
+      else
+        fmt::print("{}\n", time_to_reach(results).text());
+      if (options.all) fmt::print("{}\n", precision_details(results).text());
+    });
   });
 }
 

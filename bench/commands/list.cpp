@@ -27,7 +27,7 @@ void list_methods() {
 
 void list_experiments() {
   fmt::print("experiments\n");
-  for (const auto& name : experiment_names()) fmt::print("  {:<20} {}\n", name, read_experiment(name).title);
+  for (const auto& name : experiment_names()) fmt::print("  {:<20} {}\n", name, outline_of(name).title);
 }
 
 }  // namespace
