@@ -80,7 +80,7 @@ class FesdAdaptive final : public Method {
   Solution do_solve(const Problem& problem, const Settings& settings) const override;
 
  private:
-  double error(const Problem& problem, const FesdStep& step, double tolerance) const;
+  double error(const Problem& problem, const Stages& e, double tolerance) const;
 
   std::string id_;
   ButcherTableau tableau_;
@@ -91,32 +91,28 @@ class FesdAdaptive final : public Method {
 };
 
 constexpr double kFirstStep = 0.05;  // of end_time; the first elements tell more
+constexpr double kHopeless = 100;    // an error that an element which ends at a switch inside will hardly lose
 constexpr double kShortest = 1e-13;  // of end_time; what time can resolve
 
-/// (1), (2), relative to the tolerance: the largest of all elements and components.
-double FesdAdaptive::error(const Problem& problem, const FesdStep& step, double tolerance) const {
+/// (1), (2), relative to the tolerance: the largest of all components.
+double FesdAdaptive::error(const Problem& problem, const Stages& e, double tolerance) const {
   const int n_s = tableau_.n_s;
   double worst = 0;
-  for (int n = 0; n < step.n_elements; ++n) {
-    const Stages& e = step.elements[n];
-    for (Eigen::Index i = 0; i < e.v0.size(); ++i) {
-      const double size = e.a.row(i).cwiseAbs().maxCoeff();
-      if (size == 0) continue;
-      double decay = 0;
-      for (int k = n_s - 1; k >= std::max(1, n_s - 2); --k) {
-        const double alpha = std::abs(legendre_.row(k).dot(e.a.row(i)));
-        decay = std::max(decay, std::pow(alpha / size, static_cast<double>(tableau_.order) / k));
-      }
-      const double e_v = e.h * size * decay, e_q = e.h * e_v;
-      worst =
-          std::max({worst, e_v / (tolerance * (1 + std::abs(e.v0[i]))), e_q / (tolerance * (1 + std::abs(e.q0[i])))});
+  for (Eigen::Index i = 0; i < e.v0.size(); ++i) {
+    const double size = e.a.row(i).cwiseAbs().maxCoeff();
+    if (size == 0) continue;
+    double decay = 0;
+    for (int k = n_s - 1; k >= std::max(1, n_s - 2); --k) {
+      const double alpha = std::abs(legendre_.row(k).dot(e.a.row(i)));
+      decay = std::max(decay, std::pow(alpha / size, static_cast<double>(tableau_.order) / k));
     }
+    const double e_v = e.h * size * decay, e_q = e.h * e_v;
+    worst = std::max({worst, e_v / (tolerance * (1 + std::abs(e.v0[i]))), e_q / (tolerance * (1 + std::abs(e.q0[i])))});
   }
-  const Stages& last = step.last();
   for (int i = 0; i < problem.n_c(); ++i) {
-    if (!is_closed(last.modes[i]) || problem.info().contacts[i].is_affine) continue;
-    const double v_n = problem.normal_jacobian(last.q1).col(i).dot(last.v1);
-    worst = std::max(worst, std::abs(v_n) / (tolerance * (1 + last.v1.cwiseAbs().maxCoeff())));
+    if (!is_closed(e.modes[i]) || problem.info().contacts[i].is_affine) continue;
+    const double v_n = problem.normal_jacobian(e.q1).col(i).dot(e.v1);
+    worst = std::max(worst, std::abs(v_n) / (tolerance * (1 + e.v1.cwiseAbs().maxCoeff())));
   }
   return worst;
 }
@@ -134,6 +130,9 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
   const double T = info.end_time;
   solver.start(info.q0, info.v0);
   const Stages* reached = nullptr;
+  const std::function<bool(const Stages&)> is_accurate = [&](const Stages& element) {
+    return error(problem, element, settings.tolerance) <= kHopeless;
+  };
   double t = 0, h = kFirstStep * T;
   const double may_be_captured = settings.tolerance / kappa_;
   double capture = may_be_captured;
@@ -142,13 +141,19 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
     const double rest = T - t;
     const bool is_last = h >= rest * (1 - 1e-12);
     const double H = is_last ? rest : (2 * h > rest ? 0.5 * rest : h);
-    Status status = time_limit.is_over() ? Status::time_limit : solver.advance_to_switch(H, capture);
+    Status status = time_limit.is_over() ? Status::time_limit : solver.advance_to_switch(H, capture, is_accurate);
     double scaled_error = 0;
     if (status == Status::success) {
-      scaled_error = error(problem, solver.step(), settings.tolerance);
+      scaled_error = error(problem, solver.step().last(), settings.tolerance);
       const double wanted =
           std::clamp(0.8 * std::pow(std::max(scaled_error, 1e-300), -1.0 / (tableau_.order + 1)), 0.2, 4.0);  // (3)
       const bool was_refused = solver.captured() && capture == 0;
+      if (scaled_error > kHopeless && H <= kShortest * T) {
+        solution.status = Status::step_limit;
+        solution.message = fmt::format("t = {:.12g} s: a step of {:.3g} s still has {:.3g} times the error allowed", t,
+                                       H, scaled_error);
+        break;
+      }
       if (scaled_error > 1 && H > kShortest * T && !was_refused) {
         // What the forces of a capture do is the same in a shorter step: the contact has to bounce once more.
         const bool is_captured = solver.captured();

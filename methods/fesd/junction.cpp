@@ -189,6 +189,13 @@ bool JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
   return true;
 }
 
+bool JunctionSolver::is_pressed(const Stages& element, int contact) {
+  ImpactLaw::Closed closed{.contact = contact};
+  Vector lambda_n(problem_.n_c()), lambda_t(problem_.info().n_lambda_t);
+  return impact_law_.contact_forces(element.q0, element.v0, {&closed, 1}, lambda_n, lambda_t) == LcpStatus::solved &&
+         is_closed(closed.mode);
+}
+
 int JunctionSolver::first_to_stop(const Stages& element, double& time) {
   closed_.clear();
   std::vector<int> touching;

@@ -53,6 +53,9 @@ class JunctionSolver {
   /// their velocity tangential. False when there is none.
   bool carry_on(FesdStep& step, int element, Junction& junction);
 
+  /// Whether the load presses a touching contact together, at the junction that begin() has just made.
+  bool is_pressed(const Stages& element, int contact);
+
   /// Contact in space whose slip would stop first at constant acceleration, and when [s]. -1 when none does.
   int first_to_stop(const Stages& element, double& time);
 

@@ -124,10 +124,11 @@ Status PivotingSolver::advance(double H) {
   return finish_step(solved);
 }
 
-Status PivotingSolver::advance_to_switch(double H, double capture) {
+Status PivotingSolver::advance_to_switch(double H, double capture,
+                                         const std::function<bool(const Stages&)>& is_accurate) {
   begin_step(H);
   make_room(2);  // for what is known of the next step
-  return finish_step(solve_one_element(H, capture));
+  return finish_step(solve_one_element(H, capture, is_accurate));
 }
 
 /// A contact bounces no higher than rounding of its gap.
@@ -139,7 +140,8 @@ bool PivotingSolver::is_below_rounding(const Junction& junction, const Stages& f
   });
 }
 
-bool PivotingSolver::solve_one_element(double H, double capture) {
+bool PivotingSolver::solve_one_element(double H, double capture,
+                                       const std::function<bool(const Stages&)>& is_accurate) {
   Junction& junction = junctions_[0];
   junction.switched = entry_.switched;
   junction.switch_kind = entry_.switch_kind;
@@ -150,7 +152,10 @@ bool PivotingSolver::solve_one_element(double H, double capture) {
   captured_ = false;
   bool is_unresolved = false;  // the flight predicted is lower than positions are known
   for (std::size_t k = 0; k < std::min(alternatives.size(), kMaxAlternatives); ++k) {
-    if (alternatives[k].predicted == ContactMode::open && alternatives[k].v_n <= capture) captured |= 1U << k;
+    if (alternatives[k].predicted == ContactMode::open && alternatives[k].v_n <= capture &&
+        junction_solver_.is_pressed(step_->elements[0], alternatives[k].contact)) {
+      captured |= 1U << k;
+    }
   }
   const unsigned n_alternatives = 1U << std::min(alternatives.size(), kMaxAlternatives);
   for (unsigned trial = 0; trial < n_alternatives; ++trial) {
@@ -161,7 +166,9 @@ bool PivotingSolver::solve_one_element(double H, double capture) {
     if (violation.verdict == Verdict::fulfilled) return true;
     note_failure(violation, H, 1);
     // A capture is for the whole step, or not at all.
-    if (captured_ || !is_switch(violation.verdict) || !run_to_switch(0, 1, violation, H)) continue;
+    if (captured_ || !is_switch(violation.verdict)) continue;
+    if (!is_accurate(step_->elements[0])) return true;
+    if (!run_to_switch(0, 1, violation, H)) continue;
     is_unresolved = is_below_rounding(junction, step_->elements[0]);
     if (is_unresolved) {
       if (stage_solver_.tableau().is_stiffly_accurate()) continue;

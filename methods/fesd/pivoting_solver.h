@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -53,7 +54,9 @@ class PivotingSolver {
   /// Solves a step of one element that ends after H or where the first switch is, so that step().H may be less than H.
   /// A contact that bounces with at most the normal velocity `capture` [m/s] stays closed if it can: the state changes
   /// by no more than that, and an accumulation of impacts ends.
-  Status advance_to_switch(double H, double capture);
+  /// @param is_accurate  says of an element whether its error would be accepted. No switch is looked for in one that
+  /// would not: it comes back as it is, and the caller has to reject() it.
+  Status advance_to_switch(double H, double capture, const std::function<bool(const Stages&)>& is_accurate);
   /// Whether a contact that bounced was closed by `capture` in the last step.
   bool captured() const { return captured_; }
   /// Forgets the last step, which succeeded; the next one starts where it started.
@@ -76,7 +79,7 @@ class PivotingSolver {
 
   void begin_step(double H);
   Status finish_step(bool solved);
-  bool solve_one_element(double H, double capture);
+  bool solve_one_element(double H, double capture, const std::function<bool(const Stages&)>& is_accurate);
   bool is_below_rounding(const Junction& junction, const Stages& flight) const;
   void make_room(int n_elements);
   bool search(int element, double remaining, int elements_left);
