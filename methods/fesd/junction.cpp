@@ -40,7 +40,7 @@ ContactMode JunctionSolver::continued_mode(const ImpactLaw::Closed& closed) cons
 
 /// Whether a closed contact slides already, and where to.
 void JunctionSolver::set_tangential_law(const Stages& element, const Stages* left, const Junction& junction,
-                                        bool is_impact, ImpactLaw::Closed& closed) const {
+                                        bool is_impact, ImpactLaw::Closed& closed) {
   const int i = closed.contact;
   const auto& contact = problem_.info().contacts[i];
   const bool switched = junction.switched == i;
@@ -60,7 +60,9 @@ void JunctionSolver::set_tangential_law(const Stages& element, const Stages* lef
   double v_t[2]{0, 0};
   impact_law_.slip_velocity(i, element.v0, v_t);
   const double speed = std::hypot(v_t[0], v_t[1]);
-  if (speed <= kVelocityRounding * impact_law_.slip_velocity_scale(i, element.v0)) return;
+  // What contacts that come to rest together have left of their slip when the switch of one of them is solved.
+  slip_size_ = std::max(slip_size_, impact_law_.slip_velocity_scale(i, element.v0));
+  if (speed <= kSlipRounding * slip_size_) return;
   closed.slides = true;
   for (int d = 0; d < 2; ++d) closed.direction[d] = v_t[d] / speed;
 }

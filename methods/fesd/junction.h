@@ -62,7 +62,7 @@ class JunctionSolver {
  private:
   ContactMode continued_mode(const ImpactLaw::Closed& closed) const;
   void set_tangential_law(const Stages& element, const Stages* left, const Junction& junction, bool is_impact,
-                          ImpactLaw::Closed& closed) const;
+                          ImpactLaw::Closed& closed);
 
   const Problem& problem_;
   const ButcherTableau& tableau_;
@@ -70,6 +70,7 @@ class JunctionSolver {
   ImpactLaw impact_law_;
   std::vector<ImpactLaw::Closed> closed_;
   Vector gap_;
+  double slip_size_ = 0;  // largest slip velocity so far, before cancellation
 };
 
 }  // namespace ricochet
