@@ -164,7 +164,7 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
       }
       capture = may_be_captured;
       if (wanted < 0.9 || wanted > 1.5) h = std::min(std::max(H, h) * wanted, T);
-    } else if (status != Status::time_limit && status != Status::step_limit && H > kShortest * T) {
+    } else if (status != Status::time_limit && solver.depends_on_length() && H > kShortest * T) {
       h = 0.5 * H;
       continue;
     }

@@ -57,6 +57,14 @@ bool ImpactLaw::prepare(const Vector& q, std::span<const int> touching) {
   return true;
 }
 
+double ImpactLaw::sliding_delassus(int contact, const double* direction) const {
+  const auto& info = problem_.info().contacts[contact];
+  double entry = D_.col(contact).dot(MD_.col(contact));
+  for (int d = 0; d < info.n_t; ++d)
+    entry -= info.mu * direction[d] * D_.col(contact).dot(MD_.col(tangent_column(info, d)));
+  return entry;
+}
+
 void ImpactLaw::slip_velocity(int contact, const Eigen::Ref<const Vector>& v, double* v_t) const {
   const auto& info = problem_.info().contacts[contact];
   for (int d = 0; d < info.n_t; ++d) v_t[d] = D_.col(tangent_column(info, d)).dot(v);

@@ -49,6 +49,10 @@ class ImpactLaw {
                            Eigen::Ref<Vector> lambda_t);
   const Vector& acceleration() const { return w_; }
 
+  /// Diagonal Delassus entry of a touching contact that slides along `direction` (n_t):
+  /// J_n' M^-1 (J_n - mu J_t d). Not positive in Painleve's region.
+  double sliding_delassus(int contact, const double* direction) const;
+
   /// J_n^i' v of a touching contact.
   double normal_velocity(int contact, const Eigen::Ref<const Vector>& v) const { return D_.col(contact).dot(v); }
   /// sum_k |J_n,k^i v_k|: what rounding of a normal velocity is measured against.

@@ -98,6 +98,7 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   }
   if (junction.touching.empty()) return Result::done;
   step.touches = true;
+  junction.culprit = junction.touching.front();
   if (!impact_law_.prepare(stages.q0, junction.touching)) return Result::no_impulse;
 
   const auto rounding = [&](int i) { return kVelocityRounding * impact_law_.normal_velocity_scale(i, v_minus); };
@@ -125,10 +126,16 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
     }
   }
   if (closed_.empty()) return Result::done;
+  const auto in_paradox = std::find_if(closed_.begin(), closed_.end(), [&](const ImpactLaw::Closed& c) {
+    return c.slides && impact_law_.sliding_delassus(c.contact, c.direction) <= 0;
+  });
+  junction.culprit = in_paradox != closed_.end() ? in_paradox->contact : closed_.front().contact;
   if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, junction.lambda_n, junction.lambda_t) !=
       LcpStatus::solved) {
     return Result::no_forces;
   }
+  // Where sliding pulls the contact into itself, a load that leaves it open lets it press as well.
+  if (in_paradox != closed_.end()) return Result::indeterminate;
   junction.has_forces = true;
   junction.acceleration = impact_law_.acceleration();
 

@@ -22,6 +22,7 @@ struct Junction {
   std::vector<int> touching;
   std::vector<Alternative> alternatives;
   std::vector<int> from_rest;  ///< contacts that start to slip with zero slip velocity
+  int culprit = -1;            ///< contact to blame for a Result that is not done
   bool has_forces = false;     ///< acceleration and forces right behind the junction are known:
   Vector acceleration, lambda_n, lambda_t;
 
@@ -43,7 +44,8 @@ class JunctionSolver {
   /// @param gap_size  n_c, what rounding of the gaps is relative to; read at every call
   JunctionSolver(const Problem& problem, const ButcherTableau& tableau, const Vector& gap_size, Counters& counters);
 
-  enum class Result : std::uint8_t { done, no_impulse, no_forces };
+  /// no_forces, indeterminate: Painleve's paradox, the load fits no mode of Junction::culprit or more than one
+  enum class Result : std::uint8_t { done, no_impulse, no_forces, indeterminate };
 
   /// In: q0 of the element, its column of step.v_minus, junction.switched. Out: v0, modes, slip_start, impulses,
   /// junction. @param left  the element before, or null; @param within_step  whether it belongs to the same step

@@ -108,8 +108,8 @@ Status PivotingSolver::finish_step(bool solved) {
   step_->n_elements = 0;
   const Verdict verdict = first_failure_.violation.verdict;
   if (verdict == Verdict::accumulates) return Status::step_limit;
-  const bool solver_failed =
-      verdict == Verdict::newton_failed || verdict == Verdict::no_impulse || verdict == Verdict::no_forces;
+  const bool solver_failed = verdict == Verdict::newton_failed || verdict == Verdict::no_impulse ||
+                             verdict == Verdict::no_forces || verdict == Verdict::indeterminate;
   return solver_failed ? Status::inner_solver_failed : Status::infeasible;
 }
 
@@ -298,8 +298,11 @@ bool PivotingSolver::begin_element(int element) {
   const auto result = junction_solver_.begin(*step_, element, left_neighbour(element),
                                              element > 0 || entry_.switched >= 0, junctions_[element]);
   if (result == JunctionSolver::Result::done) return true;
-  const Verdict verdict = result == JunctionSolver::Result::no_impulse ? Verdict::no_impulse : Verdict::no_forces;
-  note_failure({verdict, element, junctions_[element].touching.front(), 0, 0}, 0, 1);
+  using Result = JunctionSolver::Result;
+  const Verdict verdict = result == Result::no_impulse  ? Verdict::no_impulse
+                          : result == Result::no_forces ? Verdict::no_forces
+                                                        : Verdict::indeterminate;
+  note_failure({verdict, element, junctions_[element].culprit, 0, 0}, 0, 1);
   return false;
 }
 
@@ -590,13 +593,31 @@ std::string PivotingSolver::describe(const Failure& failure) const {
           "the contact forces at {} are inconsistent: no active set of the touching contacts fulfils the contact laws "
           "(Painleve)",
           contact);
+    case Verdict::indeterminate:
+      return fmt::format(
+          "the contact forces at {} are indeterminate: it may open, and as well press itself against the surface it "
+          "slides on (Painleve)",
+          contact);
     case Verdict::fulfilled:
       break;
   }
   return "";
 }
 
+bool PivotingSolver::depends_on_length() const {
+  switch (first_failure_.violation.verdict) {
+    case Verdict::no_impulse:
+    case Verdict::no_forces:
+    case Verdict::indeterminate:
+    case Verdict::accumulates:
+      return false;
+    default:
+      return true;
+  }
+}
+
 std::string PivotingSolver::failure_message() const {
+  if (!depends_on_length()) return describe(first_failure_);
   std::string message = fmt::format(
       "no solution with {}: {}",
       options_.as_needed ? fmt::format("up to {} elements", capacity_) : fmt::format("N_FE = {}", options_.n_fe),

@@ -66,6 +66,8 @@ class PivotingSolver {
   bool has_previous_step() const { return previous_->n_elements > 0; }
   const FesdStep& previous_step() const { return *previous_; }
 
+  /// Whether a step of another length, or with more elements, might succeed where the last one failed.
+  bool depends_on_length() const;
   /// Why advance() failed, with times from the start of the step.
   std::string failure_message() const;
 

@@ -17,7 +17,8 @@ enum class Verdict : std::uint8_t {
   accumulates,
   newton_failed,
   no_impulse,
-  no_forces
+  no_forces,
+  indeterminate
 };
 
 /// First sign condition that a run of elements breaks.

@@ -223,6 +223,23 @@ TEST(Fesd, RecordsBothLimitsAtAnImpact) {
   }
 }
 
+/// A rod that slides on its tip beyond the critical friction coefficient: no contact force, or two.
+TEST(Painleve, IsAStatusThatNamesTheContact) {
+  const std::string rod = test_data("friction_scenes.json") + "#rod";
+  for (const char* method : {"fesd:radau-iia:3", "fesd_adaptive:radau-iia:4"}) {
+    Settings settings;
+    settings.steps = 20;
+    settings.tolerance = 1e-8;
+    const Solution none = make_method(method)->solve(*read_scene_file(rod), settings);
+    EXPECT_EQ(none.status, Status::inner_solver_failed);
+    EXPECT_NE(none.message.find("forces at contact 'tip' are inconsistent"), std::string::npos) << none.message;
+    const Solution two = make_method(method)->solve(*read_scene_file(rod, {{"omega", 6}}), settings);
+    EXPECT_EQ(two.status, Status::inner_solver_failed);
+    EXPECT_NE(two.message.find("forces at contact 'tip' are indeterminate"), std::string::npos) << two.message;
+    EXPECT_TRUE(make_method(method)->solve(*read_scene_file(rod, {{"mu", 1.2}}), settings).succeeded()) << method;
+  }
+}
+
 TEST(Fesd, RefusesBadOptions) {
   EXPECT_THROW(make_method("fesd"), InputError);
   EXPECT_THROW(make_method("fesd:gauss"), InputError);
