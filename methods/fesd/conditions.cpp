@@ -34,6 +34,8 @@ constexpr Text kTexts[] = {
     {"stage slip", "mu lambda_n,nj v_t,nj + |v_t,nj| lambda_t,nj = 0"},
     {"cross friction", "xi+-,nj' (mu lambda_n +- lambda_t)_nj = 0"},
     {"pinned sliding", "beta(right end of n-1) sum_j |v_t,nj| = 0"},
+    {"aggregated complementarity", "sum_j lambda_nj sum_j' f_c(q_nj') = 0"},
+    {"tanh equilibration", "(h_n - h_n-1) tanh(eta_n) = 0"},
     {"step length", "sum h_n = H"},
 };
 
@@ -56,6 +58,16 @@ FesdAudit::FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool
       gap_size_(Vector::Zero(problem.n_c())),
       speed_size_(Vector::Zero(problem.n_c())) {
   for (const auto& [name, formula] : kTexts) residuals_.push_back({.name = name, .formula = formula});
+}
+
+std::vector<Residual> FesdAudit::residuals() const {
+  std::vector<Residual> list;
+  for (std::size_t k = 0; k < residuals_.size(); ++k) {
+    const auto condition = static_cast<FesdCondition>(k);
+    const bool is_of_friction = condition >= FesdCondition::impulse_cone && condition <= FesdCondition::pinned_sliding;
+    if (problem_.info().has_friction() || !is_of_friction) list.push_back(residuals_[k]);
+  }
+  return list;
 }
 
 void FesdAudit::report(FesdCondition condition, double residual, double size, int contact) {
@@ -246,6 +258,9 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
         largest_gap = std::max(largest_gap, std::abs(end_gaps[i]));
       }
       report(FesdCondition::cross_complementarity, max_abs(lambda) * largest_gap, force * L, i);
+      const double gap_sum = std::abs(grid_gaps[i] + gaps.row(i).sum() + (stiffly_accurate_ ? 0 : end_gaps[i]));
+      report(FesdCondition::aggregated_complementarity, lambda.cwiseAbs().sum() * gap_sum, n_s * force * (n_s + 1) * L,
+             i);
 
       if (info.contacts[i].n_t > 0) {
         add_friction(step, n, i, force, Lambda_size, slip_size[i]);
@@ -270,7 +285,11 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
         report(FesdCondition::pinned_breaking, lambda_end * gaps.row(i).sum(), force * L, i);
       }
     }
-    if (n > 0) report(FesdCondition::step_equilibration, (e.h - step.elements[n - 1].h) * eta, step.H, -1);
+    if (n > 0) {
+      const double difference = e.h - step.elements[n - 1].h;
+      report(FesdCondition::step_equilibration, difference * eta, step.H, -1);
+      report(FesdCondition::tanh_equilibration, difference * std::tanh(eta), step.H, -1);
+    }
   }
 }
 

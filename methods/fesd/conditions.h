@@ -32,7 +32,10 @@ enum class FesdCondition {
   cross_friction,  ///< in the plane xi+_nj' (mu lambda_n + lambda_t)_nj = 0 = xi-_nj' (mu lambda_n - lambda_t)_nj with
                    ///< v_t = xi+ - xi-, in space ||v_t,nj'|| beta_nj = 0; j' = 0..n_s and the right end
   pinned_sliding,  ///< beta^i(right end of n-1) sum_j ||v_t,nj^i|| = 0                              (open question 1)
-  step_length,     ///< sum_n h_n = H
+  // Other forms of conditions above, with the same solutions.
+  aggregated_complementarity,  ///< sum_j lambda_nj^i sum_j' f_c^i(q_nj') = 0, one equation for n_s (n_s + 1)
+  tanh_equilibration,          ///< (h_n - h_{n-1}) tanh(eta_n) = 0, of the size of the step when no switch happens
+  step_length,                 ///< sum_n h_n = H
 };
 /// Evaluates every condition of `step` afresh from q_nj, v_nj, lambda_nj, Lambda_n, h_n: none of the solver's formulas
 /// are used. Residuals are relative to the size of the terms that cancel: |q| + h |v| for positions, |v| + h max(|M^-1
@@ -48,8 +51,8 @@ class FesdAudit {
   /// @param previous  the left neighbour, or null; @param t  start of the step [s]
   void add(const FesdStep& step, const FesdStep* previous, double t);
 
-  /// One entry per condition, in the order of FesdCondition.
-  const std::vector<Residual>& residuals() const { return residuals_; }
+  /// One entry per condition, in the order of FesdCondition; those of friction only if the scene has some.
+  std::vector<Residual> residuals() const;
 
  private:
   void report(FesdCondition condition, double residual, double size, int contact);
