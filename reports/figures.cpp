@@ -32,39 +32,67 @@ MethodName take_apart(const std::string& method) {
 struct Style {
   std::string color;
   int point;  // gnuplot's point type
+  int dash;   // gnuplot's dash type
 };
 
 // Four steps of one hue per family, dark for many stages, so that a family reads as one; colours after ColorBrewer
 // (Blues, Oranges), which keep their order in print and for colour-blind readers.
-/// A method keeps its colour in all figures of its results.
-Style style_of(const Results& results, const std::string& method) {
-  const auto all = results.methods();
-  const auto index = static_cast<std::size_t>(std::find(all.begin(), all.end(), method) - all.begin());
-  static const std::map<std::string, std::vector<std::string>> ramps = {
+const std::map<std::string, std::vector<std::string>>& ramps() {
+  static const std::map<std::string, std::vector<std::string>> colors = {
       {"fesd:radau-iia", {"#9ecae1", "#6baed6", "#2171b5", "#08306b"}},
       {"fesd:gauss", {"#fdae6b", "#fd8d3c", "#d94801", "#7f2704"}},
+      {"fesd_adaptive:radau-iia", {"#9e9ac8", "#807dba", "#6a51a3", "#3f007d"}},
+      {"fesd_adaptive:gauss", {"#74c476", "#41ab5d", "#238b45", "#00441b"}},
   };
-  static const std::vector<std::string> others = {"#238b45", "#6a51a3", "#525252", "#969696", "#ae017e", "#8c6d31"};
+  return colors;
+}
+
+/// Options behind the tableau, when another method of the results differs in nothing else.
+std::string distinguishing_options(const Results& results, const std::string& method) {
+  const auto [family, member] = take_apart(method);
+  const auto all = results.methods();
+  const auto twins = std::count_if(all.begin(), all.end(), [&](const std::string& other) {
+    const auto name = take_apart(other);
+    return !member.empty() && name.family == family && name.member == member;
+  });
+  const auto comma = method.find(',');
+  return twins > 1 && comma != std::string::npos ? method.substr(comma + 1) : "";
+}
+
+/// A method keeps its colour in all figures of its results. Variants of a method are dashed.
+Style style_of(const Results& results, const std::string& method) {
+  static const std::vector<std::string> others = {"#525252", "#969696", "#ae017e", "#8c6d31", "#c994c7", "#02818a"};
   static const std::vector<int> points = {7, 5, 9, 13};
   const auto [family, member] = take_apart(method);
-  if (const auto ramp = ramps.find(family); ramp != ramps.end() && !member.empty()) {
+  const int dash = distinguishing_options(results, method).empty() ? 1 : 3;
+  if (const auto ramp = ramps().find(family); ramp != ramps().end() && !member.empty()) {
     const auto k = std::clamp<std::size_t>(static_cast<std::size_t>(std::atoi(member.c_str())), 1, 4) - 1;
-    return {ramp->second[k], points[k]};
+    return {ramp->second[k], points[k], dash};
   }
-  return {others[index % others.size()], points[index % points.size()]};
+  std::size_t index = 0;  // among the methods without a hue of their family
+  for (const auto& other : results.methods()) {
+    if (other == method) break;
+    index += !ramps().contains(take_apart(other).family);
+  }
+  return {others[index % others.size()], points[index % points.size()], dash};
 }
 
 std::string family_title(const std::string& family) {
-  static const std::map<std::string, std::string> names = {
-      {"fesd:radau-iia", "FESD-J Radau IIA"}, {"fesd:gauss", "FESD-J Gauss"}, {"time stepping", "Time stepping"}};
+  static const std::map<std::string, std::string> names = {{"fesd:radau-iia", "FESD-J Radau IIA"},
+                                                           {"fesd:gauss", "FESD-J Gauss"},
+                                                           {"fesd_adaptive:radau-iia", "FESD-J adaptive Radau IIA"},
+                                                           {"fesd_adaptive:gauss", "FESD-J adaptive Gauss"},
+                                                           {"time stepping", "Time stepping"}};
   const auto known = names.find(family);
   return known != names.end() ? known->second : family;
 }
 
 /// "FESD-J Gauss 4", or the title that the method gives itself.
-std::string label_of(const Record& record) {
+std::string label_of(const Results& results, const Record& record) {
   const auto [family, member] = take_apart(record.method);
-  return member.empty() || !family.starts_with("fesd:") ? record.title : family_title(family) + " " + member;
+  if (member.empty() || !ramps().contains(family)) return record.title;
+  const std::string options = distinguishing_options(results, record.method);
+  return family_title(family) + " " + member + (options.empty() ? "" : ", " + options);
 }
 
 const std::string kHead = R"(set encoding utf8
@@ -177,8 +205,8 @@ std::vector<Figure> FigureFolder::order(const Results& results) {
       }
       const std::string fitted =
           fit ? fmt::format(", slope {:.2f} ± {:.2f}", fit->slope, fit->half_width) : ", not asymptotic";
-      add(fmt::format("${} with linespoints lc rgb '{}' lw 1.6 pt {} ps 0.55 title '{}{}'", name, style.color,
-                      style.point, label_of(*results.of(method).front()), fitted));
+      add(fmt::format("${} with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.55 title '{}{}'", name, style.color,
+                      style.dash, style.point, label_of(results, *results.of(method).front()), fitted));
       if (!failed.empty()) {
         data += block(name + "_failed", failed);
         add(fmt::format("${}_failed with points lc rgb '{}' pt 2 ps 1 lw 2 notitle", name, style.color));
@@ -189,19 +217,19 @@ std::vector<Figure> FigureFolder::order(const Results& results) {
       }
       ++index;
     }
-    std::string file = "order_" + family;
+    std::string file = results.experiment() + "_order_" + family;
     std::replace(file.begin(), file.end(), ':', '_');
     std::replace(file.begin(), file.end(), ' ', '_');
-    std::string script = fmt::format(fmt::runtime(kHead), 640, 640);
+    std::string script = fmt::format(fmt::runtime(kHead), 640, 530 + 26 * methods.size());  // the key below needs room
     script += data;
     script += fmt::format("set output '{}.svg'\n", file);
-    script += script += fmt::format("set title '{}'\n", family_title(family));
+    script += fmt::format("set title '{}'\n", family_title(family));
     script += "set logscale xy\nset format x '10^{%L}'\nset format y '10^{%L}'\n";
     const auto [finest, coarsest] = std::minmax_element(steps.begin(), steps.end());
     script += fmt::format("set xrange [{:.3g}:{:.3g}]\nset yrange [{:.3g}:{:.3g}]\n", *finest / 1.6, *coarsest * 1.6,
                           low, high);
     script += "set xlabel 'step length h̄ = T / (N_sim N_FE)  [s]'\nset ylabel 'error E(T)'\n";
-    script += "set key outside below left vertical maxrows 4 reverse Left samplen 2 spacing 1.15\n";
+    script += "set key outside below left vertical maxcols 1 reverse Left samplen 2 spacing 1.15\n";
     draw(file, script + plot + "\n");
     figures.push_back(
         {file + ".svg", "Order: " + family,
@@ -233,27 +261,29 @@ Figure FigureFolder::work_precision(const Results& results) {
     if (!points.empty()) {
       const std::string name = fmt::format("w{}", index);
       data += block(name, points);
-      plot += fmt::format("{}${} with linespoints lc rgb '{}' lw 1.6 pt {} ps 0.5 title '{}'",
-                          plot.empty() ? "plot " : ", \\\n     ", name, style.color, style.point,
-                          label_of(*results.of(method).front()));
+      plot += fmt::format("{}${} with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.5 title '{}'",
+                          plot.empty() ? "plot " : ", \\\n     ", name, style.color, style.dash, style.point,
+                          label_of(results, *results.of(method).front()));
     }
     ++index;
   }
   std::string script = fmt::format(fmt::runtime(kHead), 980, 620);
   script += data;
-  script += "set output 'work_precision.svg'\nset logscale xy\nset format x '10^{%L}'\nset format y '10^{%L}'\n";
+  const std::string file = results.experiment() + "_work_precision";
+  script += fmt::format("set output '{}.svg'\n", file);
+  script += "set logscale xy\nset format x '10^{%L}'\nset format y '10^{%L}'\n";
   script += fmt::format("set xrange [{:.3g}:{:.3g}]\n", low, high);
   script +=
       "set xlabel 'error E(T)'\nset ylabel 'CPU time [ms]'\nset key outside right center reverse Left samplen 2 "
       "spacing 1.2\n";
-  draw("work_precision", script + plot + "\n");
-  return {"work_precision.svg", "Speed against error",
+  draw(file, script + plot + "\n");
+  return {file + ".svg", "Speed against error",
           "Median CPU time of a whole run over the error of its final state: down and left is better. Every point is "
           "one run with "
           "another step length or tolerance."};
 }
 
-Figure FigureFolder::trajectory(const Trajectory& trajectory) {
+Figure FigureFolder::trajectory(const Trajectory& trajectory, const std::string& name) {
   const std::size_t n_q = trajectory.q.empty() ? 0 : trajectory.q.front().size();
   static const std::vector<std::string> colors = {"#2171b5", "#d94801", "#238b45", "#6a51a3", "#525252", "#ae017e"};
   std::string data, positions, velocities;
@@ -269,12 +299,12 @@ Figure FigureFolder::trajectory(const Trajectory& trajectory) {
     velocities += fmt::format("{}$v{} with lines lc rgb '{}' lw 1.4 title 'v_{}'", k ? ", " : "plot ", k, color, k + 1);
   }
   std::string script = fmt::format(fmt::runtime(kHead), 980, 560);
-  script +=
-      data + "set output 'trajectory.svg'\nset multiplot layout 2,1\nset lmargin 9\nset key right top horizontal\n";
+  script += data + fmt::format("set output '{}.svg'\n", name) +
+            "set multiplot layout 2,1\nset lmargin 9\nset key right top horizontal\n";
   script += "set ylabel 'position'\nset format x ''\n" + positions + "\n";
   script += "set ylabel 'velocity'\nset format x '%g'\nset xlabel 't [s]'\n" + velocities + "\nunset multiplot\n";
-  draw("trajectory", script);
-  return {"trajectory.svg", "Motion",
+  draw(name, script);
+  return {name + ".svg", "Motion",
           fmt::format("{} as {} computes it. Velocities jump at impacts.", trajectory.problem, trajectory.method)};
 }
 

@@ -28,7 +28,7 @@ class FigureFolder {
   Figure work_precision(const Results& results);
 
   /// Positions and velocities over time; velocities jump.
-  Figure trajectory(const Trajectory& trajectory);
+  Figure trajectory(const Trajectory& trajectory, const std::string& name);
 
  private:
   void draw(const std::string& name, const std::string& script) const;

@@ -121,7 +121,8 @@ void add_experiment(const Results& results, Document& document, FigureFolder& fi
     document.paragraph("Quick run: long runs are left out and times are measured three times only.", "warning");
   }
   if (draw) {
-    for (const auto& trajectory : results.trajectories) document.figures({figures.trajectory(trajectory)});
+    for (const auto& trajectory : results.trajectories)
+      document.figures({figures.trajectory(trajectory, id + "_trajectory")});
   }
   if (results.has_errors()) {
     if (draw) document.figures(figures.order(results));

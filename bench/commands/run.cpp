@@ -87,7 +87,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
                method->info().title);
     print_solution(*problem, solution, seconds);
     if (!options.plot.empty() && !solution.samples.empty()) {
-      const auto figure = FigureFolder(options.plot).trajectory(trajectory_of(*problem, options.method, solution));
+      const auto figure =
+          FigureFolder(options.plot).trajectory(trajectory_of(*problem, options.method, solution), "trajectory");
       fmt::print("figure     {}/{}\n", options.plot, figure.file);
     }
     if (!solution.succeeded()) exit_code = 1;

@@ -230,7 +230,7 @@ TEST_F(Cli, WritesAReport) {
   EXPECT_HAS(page, "Quick run");
   EXPECT_EQ(page.find("src=\"http"), std::string::npos) << "the page needs no server";
   EXPECT_HAS(markdown, "| fesd:gauss:3 |");
-  for (const char* file : {"order_fesd_gauss.svg", "work_precision.svg", "trajectory.svg", "small_orders.csv",
+  for (const char* file : {"small_order_fesd_gauss.svg", "small_work_precision.svg", "small_trajectory.svg", "small_orders.csv",
                            "small_runs.csv", "small.jsonl"}) {
     EXPECT_TRUE(fs::exists(fs::path(report) / file)) << file;
   }
