@@ -35,14 +35,14 @@ struct Style {
   int dash;   // gnuplot's dash type
 };
 
-// Four steps of one hue per family, dark for many stages, so that a family reads as one; colours after ColorBrewer
+// Steps of one hue per family, dark for many stages, so that a family reads as one; colours after ColorBrewer
 // (Blues, Oranges), which keep their order in print and for colour-blind readers.
 const std::map<std::string, std::vector<std::string>>& ramps() {
   static const std::map<std::string, std::vector<std::string>> colors = {
       {"fesd:radau-iia", {"#9ecae1", "#6baed6", "#2171b5", "#08306b"}},
       {"fesd:gauss", {"#fdae6b", "#fd8d3c", "#d94801", "#7f2704"}},
-      {"fesd_adaptive:radau-iia", {"#9e9ac8", "#807dba", "#6a51a3", "#3f007d"}},
-      {"fesd_adaptive:gauss", {"#74c476", "#41ab5d", "#238b45", "#00441b"}},
+      {"fesd_adaptive:radau-iia", {"#dadaeb", "#bcbddc", "#9e9ac8", "#807dba", "#6a51a3", "#3f007d"}},
+      {"fesd_adaptive:gauss", {"#c7e9c0", "#a1d99b", "#74c476", "#41ab5d", "#238b45", "#00441b"}},
   };
   return colors;
 }
@@ -66,8 +66,9 @@ Style style_of(const Results& results, const std::string& method) {
   const auto [family, member] = take_apart(method);
   const int dash = distinguishing_options(results, method).empty() ? 1 : 3;
   if (const auto ramp = ramps().find(family); ramp != ramps().end() && !member.empty()) {
-    const auto k = std::clamp<std::size_t>(static_cast<std::size_t>(std::atoi(member.c_str())), 1, 4) - 1;
-    return {ramp->second[k], points[k], dash};
+    const auto k =
+        std::clamp<std::size_t>(static_cast<std::size_t>(std::atoi(member.c_str())), 1, ramp->second.size()) - 1;
+    return {ramp->second[k], points[k % points.size()], dash};
   }
   std::size_t index = 0;  // among the methods without a hue of their family
   for (const auto& other : results.methods()) {
