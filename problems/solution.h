@@ -41,8 +41,12 @@ enum class ContactMode : std::uint8_t { open, closed, stick, slip_positive, slip
 /// "closed" is a contact without friction.
 const char* to_string(ContactMode mode);
 
-inline bool is_closed(ContactMode mode) { return mode != ContactMode::open; }
-inline bool is_slipping(ContactMode mode) { return mode >= ContactMode::slip_positive; }
+inline bool is_closed(ContactMode mode) {
+  return mode != ContactMode::open;
+}
+inline bool is_slipping(ContactMode mode) {
+  return mode >= ContactMode::slip_positive;
+}
 /// Sign of the slip velocity in the plane; 0 for every other mode.
 inline int slip_sign(ContactMode mode) {
   return mode == ContactMode::slip_positive ? 1 : mode == ContactMode::slip_negative ? -1 : 0;
@@ -61,6 +65,7 @@ struct Event {
   Vector Lambda_n;                 ///< n_c [N s]; zero unless an impact
   Vector Lambda_t;                 ///< n_lambda_t [N s]
   std::vector<ContactMode> modes;  ///< n_c, of all contacts behind the event; empty from methods that know none
+  Vector dt;                       ///< derivatives of t, as Solution::dq
 };
 
 /// State at a grid point, both limits of the velocity.
@@ -84,10 +89,12 @@ struct Solution {
   double t = 0;         ///< time that was reached [s]
   Vector q, v;          ///< state there; v is the left limit
 
+  Matrix dq, dv;  ///< n_q x Settings::sensitivities: derivatives of q and v, through all switches
+
   Counters counters;
   std::vector<Event> events;
   std::vector<ContactMode> initial_modes;  ///< n_c, behind t = 0; empty from methods that know none
-  std::vector<Sample> samples;  ///< filled on Recording::grid
+  std::vector<Sample> samples;             ///< filled on Recording::grid
 
   /// The method's own equations, evaluated afresh after every step: filled when the run was audited.
   std::vector<Residual> residuals;
