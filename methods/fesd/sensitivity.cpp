@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "problems/names.h"
@@ -65,6 +66,7 @@ Sensitivity::Sensitivity(const Problem& problem, const ButcherTableau& tableau, 
 void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
   const int N = step.n_elements;
   dt_elements_.resize(static_cast<std::size_t>(N));
+  if (step.touches && !modes_.empty()) through_switch_at_start(step);
   for (int first = 0; first < N;) {
     int count = 1;  // of the run of equal elements
     while (first + count < N && step.ends[first + count - 1].contact < 0) ++count;
@@ -95,6 +97,46 @@ void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
     }
     first += count;
   }
+  const Stages& last = step.last();
+  modes_ = last.modes;
+  const Vector right_end = tableau_.right_end.size() > 0 ? tableau_.right_end : Vector::Unit(n_s_, n_s_ - 1);
+  lambda_n_ = last.lambda_n * right_end;
+  lambda_t_ = last.lambda_t * right_end;
+}
+
+/// (9)
+void Sensitivity::through_switch_at_start(const FesdStep& step) {
+  const Stages& e = step.elements[0];
+  const Vector q = e.q0, v = step.v_minus.col(0), Lambda_n = step.Lambda_n.col(0);
+  const bool has_impulse = !Lambda_n.isZero(0);
+  int contact = -1;
+  for (int i = 0; i < n_c_ && contact < 0; ++i) {
+    const bool closes = !is_closed(modes_[i]) && Lambda_n[i] > 0,
+               stops = !has_impulse && is_slipping(modes_[i]) && is_closed(e.modes[i]) && e.modes[i] != modes_[i];
+    if (closes || stops) contact = i;
+  }
+  if (contact < 0) return;
+  const Matrix J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
+  const Vector a = problem_.mass_matrix(q).llt().solve(problem_.force(q, v) + J_n * lambda_n_ + J_t * lambda_t_);
+  const Matrix parameters = parameter_rows(q, v, a, lambda_n_, lambda_t_).leftCols(n_theta_);
+  Matrix slope;        // of the switch functions, by theta
+  Vector slope_per_h;  // by the length of the element
+  if (has_impulse) {
+    slope = J_n.col(contact).transpose() * dq_ + parameters.row(n_q_ + contact);
+    slope_per_h = J_n.col(contact).transpose() * v;
+  } else {
+    const auto& info = problem_.info().contacts[contact];
+    Matrix T(n_t_, n_q_);
+    problem_.slip_velocity_derivative(q.data(), v.data(), T.data());
+    const Matrix s_q = T.middleRows(info.tangent_index, info.n_t),
+                 s_v = J_t.middleCols(info.tangent_index, info.n_t).transpose();
+    slope = s_q * dq_ + s_v * dv_ + parameters.middleRows(n_q_ + 2 * n_c_ + info.tangent_index, info.n_t);
+    slope_per_h = s_q * v + s_v * a;
+  }
+  const Vector dh = -slope.transpose() * slope_per_h / slope_per_h.squaredNorm();
+  dq_ += v * dh.transpose();
+  dv_ += a * dh.transpose();
+  dt_ += dh;
 }
 
 /// Derivatives with respect to theta alone: n_q rows of the dynamics, n_c of f_c, n_c of J_n' v, n_t of J_t' v.

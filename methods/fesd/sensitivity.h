@@ -37,6 +37,12 @@ namespace ricochet {
 /// with the weights w_j of the right end; where slip in space comes to rest, the last of them, and (6a) at the last
 /// stage. Behind the last switch the elements of a step share its remaining time: n dh = dt_end - dt.      (8)
 ///
+/// A switch that falls on the boundary of two steps has no equation there, but it moves off the boundary with theta. It
+/// is treated as if an element of length zero led up to it, the limit of (5), with (7) for an impact or for slip that
+/// stops; where a contact breaks or begins to slip accelerations are continuous, and only its time would change:
+///
+///   dq = dq_1 + v- dh,   dv = dv- + a dh,   M a = f_v + B_u u + J_n lambda_n + J_t lambda_t     (9)
+///
 /// Nothing depends smoothly on theta where the active set is about to change: at a grazing contact the derivatives are
 /// not finite. They are those of the solved equations, so they converge with the order of the method.
 class Sensitivity {
@@ -72,6 +78,7 @@ class Sensitivity {
     Matrix turn;       // mu lambda_n times the derivative of the direction by s
   };
 
+  void through_switch_at_start(const FesdStep& step);
   void through_junction(const FesdStep& step, int element, State& state) const;
   Matrix through_element(const Stages& e, const Switch& end, State& state) const;
   Eigen::RowVectorXd switch_slope(const Stages& e, const Switch& end, const State& state, const Matrix& forces) const;
@@ -92,6 +99,10 @@ class Sensitivity {
   Matrix dq_, dv_;     // n_q x n_theta
   Vector dt_, dt_final_;
   std::vector<Vector> dt_elements_;
+
+  // At the right end of the last step; no modes before the first.
+  std::vector<ContactMode> modes_;
+  Vector lambda_n_, lambda_t_;
 };
 
 }  // namespace ricochet

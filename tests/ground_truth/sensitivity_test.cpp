@@ -118,7 +118,7 @@ Vector difference_quotient(const std::string& scene, const ParameterInfo& parame
 }
 
 TEST(FesdSensitivitiesOfParameters, AreTheDerivativesOfTheDiscreteSolution) {
-  for (const char* scene : {"ball_3d", "ball_row", "belt_oscillator", "bouncing_ball", "disc_in_chute",
+  for (const char* scene : {"ball_3d", "ball_in_box", "ball_row", "belt_oscillator", "bouncing_ball", "disc_in_chute",
                             "double_pendulum_wall", "falling_rod", "oblique_impact", "pendulum_wall", "rocking_block",
                             "sliding_block", "stacked_blocks", "two_balls_spring"}) {
     const auto problem = make_problem(scene);
@@ -140,6 +140,23 @@ TEST(FesdSensitivitiesOfParameters, AreTheDerivativesOfTheDiscreteSolution) {
           << scene << " " << parameter.name;
     }
   }
+}
+
+TEST(FesdSensitivitiesAtAStepBoundary, SlipThatStopsThere) {
+  // v_x0 / (mu g) = 1: the block stops behind 20 of 40 steps, having slid v_x0^2 / (2 mu g).
+  const ParameterChanges changes{{"g", 10}, {"mu", 0.25}, {"v_x0", 2.5}, {"duration", 2}};
+  const auto problem = make_problem("sliding_block", changes);
+  Settings settings;
+  settings.steps = 40;
+  settings.sensitivities = {"param:v_x0", "param:mu"};
+  const Solution s = make_method("fesd:radau-iia:2")->solve(*problem, settings);
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  ASSERT_EQ(s.events.size(), 1u);
+  EXPECT_NEAR(s.events[0].dt[0], 0.4, 1e-12);
+  EXPECT_NEAR(s.events[0].dt[1], -4, 1e-12);
+  EXPECT_NEAR(s.dq(0, 0), 1, 1e-12);
+  EXPECT_NEAR(s.dq(0, 1), -5, 1e-12);
+  EXPECT_LE(s.dv.cwiseAbs().maxCoeff(), 1e-12);
 }
 
 TEST(FesdSensitivitiesNames, AreChecked) {
