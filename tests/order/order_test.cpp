@@ -129,7 +129,7 @@ TEST(TwoBallsSensitivities, HaveTheTableausOrder) {
     for (std::size_t k = 0; k < truth.sensitivities.size(); ++k) {
       const auto& expected = truth.sensitivities[k];
       std::vector<Record> records;
-      for (const int steps : logarithmic(from, to, 12)) {
+      for (const int steps : logarithmic(from, to, 24)) {
         Settings settings;
         settings.steps = steps;
         settings.sensitivities = {expected.wrt};
