@@ -118,10 +118,9 @@ class Problem {
   virtual void gap_hessian(const double* q, const double* w, double* H) const = 0;
 
   // Derivatives with respect to info().parameters, for sensitivities.
-  /// D: (n_q + 2 n_c + n_lambda_t) x parameters, column-major: derivatives of M(q) a - f_v(q,v) - B_u(q) u - J_n
-  /// lambda_n
-  /// - J_t lambda_t, of f_c(q), of J_n(q)' v and of J_t(q)' v, one below the other, at fixed arguments. The control
-  /// alone is not fixed: it is info().u, which may be made of parameters.
+  /// D: (n_q + 2 n_c + n_lambda_t) x parameters, one below the other the derivatives of M(q) a - f_v(q,v) - B_u(q) u -
+  /// J_n lambda_n - J_t lambda_t, of f_c(q), of J_n(q)' v and of J_t(q)' v, at fixed arguments. The control is info().u
+  /// and varies with the parameters it is made of. A contact with mu = 0 has no tangents, so its mu changes nothing.
   virtual void parameter_derivative(const double* q, const double* v, const double* a, const double* lambda_n,
                                     const double* lambda_t, double* D) const = 0;
   /// C: (2 n_q + 2 n_c + 1) x parameters: derivatives of q0, v0, all eps_r, all mu, end_time, one below the other.

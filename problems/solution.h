@@ -41,12 +41,8 @@ enum class ContactMode : std::uint8_t { open, closed, stick, slip_positive, slip
 /// "closed" is a contact without friction.
 const char* to_string(ContactMode mode);
 
-inline bool is_closed(ContactMode mode) {
-  return mode != ContactMode::open;
-}
-inline bool is_slipping(ContactMode mode) {
-  return mode >= ContactMode::slip_positive;
-}
+inline bool is_closed(ContactMode mode) { return mode != ContactMode::open; }
+inline bool is_slipping(ContactMode mode) { return mode >= ContactMode::slip_positive; }
 /// Sign of the slip velocity in the plane; 0 for every other mode.
 inline int slip_sign(ContactMode mode) {
   return mode == ContactMode::slip_positive ? 1 : mode == ContactMode::slip_negative ? -1 : 0;
@@ -94,7 +90,7 @@ struct Solution {
   Counters counters;
   std::vector<Event> events;
   std::vector<ContactMode> initial_modes;  ///< n_c, behind t = 0; empty from methods that know none
-  std::vector<Sample> samples;             ///< filled on Recording::grid
+  std::vector<Sample> samples;  ///< filled on Recording::grid
 
   /// The method's own equations, evaluated afresh after every step: filled when the run was audited.
   std::vector<Residual> residuals;
