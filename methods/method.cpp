@@ -27,6 +27,8 @@ Solution Method::solve(const Problem& problem, const Settings& settings) const {
           "a number between 0 and 1 is required");
   require(in_unit_interval(settings.event_tolerance), "event_tolerance", settings.event_tolerance,
           "a number between 0 and 1 is required");
+  if (!settings.sensitivities.empty() && !method.has_sensitivities)
+    throw InputError(fmt::format("method {} computes no sensitivities", method.id));
   require(settings.time_limit >= 0, "time_limit", settings.time_limit, "a number of seconds >= 0 is required");
 
   Solution solution = do_solve(problem, settings);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "problems/problem.h"
 #include "problems/solution.h"
@@ -21,16 +22,20 @@ struct Settings {
 
   double time_limit = 0;  ///< wall time [s]; 0 is none
   Recording recording = Recording::final_state;
+  /// What Solution::dq, dv and Event::dt are derivatives with respect to: "q0:0", "v0:0" for a component of the initial
+  /// values, "param:NAME" for a parameter, which the initial values may depend on.
+  std::vector<std::string> sensitivities;
   bool audit = false;  ///< evaluate every equation of the method after each step: Solution::residuals
 };
 
 struct MethodInfo {
   std::string id;  ///< as on the command line, "fesd:radau-iia:3,n_fe=2"
   std::string title;
-  std::string source;        ///< publication with equation numbers
-  double order_smooth = 0;   ///< on smooth motion
-  double order_impacts = 0;  ///< of the final state, through impacts
-  bool is_adaptive = false;  ///< steered by Settings::tolerance instead of Settings::steps
+  std::string source;              ///< publication with equation numbers
+  double order_smooth = 0;         ///< on smooth motion
+  double order_impacts = 0;        ///< of the final state, through impacts
+  bool is_adaptive = false;        ///< steered by Settings::tolerance instead of Settings::steps
+  bool has_sensitivities = false;  ///< reads Settings::sensitivities
 };
 
 /// Whether a method can run a problem, or why not.

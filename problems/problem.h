@@ -117,6 +117,15 @@ class Problem {
   /// H: n_q x n_q, Hessian of sum_i w_i f_c^i(q). w: n_c.
   virtual void gap_hessian(const double* q, const double* w, double* H) const = 0;
 
+  // Derivatives with respect to info().parameters, for sensitivities.
+  /// D: (n_q + 2 n_c + n_lambda_t) x parameters, one below the other the derivatives of M(q) a - f_v(q,v) - B_u(q) u -
+  /// J_n lambda_n - J_t lambda_t, of f_c(q), of J_n(q)' v and of J_t(q)' v, at fixed arguments. The control is info().u
+  /// and varies with the parameters it is made of. A contact with mu = 0 has no tangents, so its mu changes nothing.
+  virtual void parameter_derivative(const double* q, const double* v, const double* a, const double* lambda_n,
+                                    const double* lambda_t, double* D) const = 0;
+  /// C: (2 n_q + 2 n_c + 1) x parameters: derivatives of q0, v0, all eps_r, all mu, end_time, one below the other.
+  virtual void parameter_derivative_of_constants(double* C) const = 0;
+
   // Dense views for code outside the time step.
   Matrix mass_matrix(const Vector& q) const;
   Vector force(const Vector& q, const Vector& v) const;  ///< at the control info().u

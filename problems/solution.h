@@ -61,6 +61,7 @@ struct Event {
   Vector Lambda_n;                 ///< n_c [N s]; zero unless an impact
   Vector Lambda_t;                 ///< n_lambda_t [N s]
   std::vector<ContactMode> modes;  ///< n_c, of all contacts behind the event; empty from methods that know none
+  Vector dt;                       ///< derivatives of t, as Solution::dq
 };
 
 /// State at a grid point, both limits of the velocity.
@@ -83,6 +84,8 @@ struct Solution {
   std::string message;  ///< why the run stopped early; empty on success
   double t = 0;         ///< time that was reached [s]
   Vector q, v;          ///< state there; v is the left limit
+
+  Matrix dq, dv;  ///< n_q x Settings::sensitivities: derivatives of q and v, through all switches
 
   Counters counters;
   std::vector<Event> events;

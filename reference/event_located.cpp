@@ -463,9 +463,16 @@ bool EventLocatedRun::record_events(double t, const std::vector<ContactMode>& be
   for (int i = 0; i < n_c_; ++i) {
     const auto record = [&](EventKind kind) {
       const bool is_impact = kind == EventKind::impact;
-      solution.events.push_back({t, kind, i, solution.q, v_minus, solution.v, is_impact ? impact.normal : no_normal,
+      solution.events.push_back({t,
+                                 kind,
+                                 i,
+                                 solution.q,
+                                 v_minus,
+                                 solution.v,
+                                 is_impact ? impact.normal : no_normal,
                                  is_impact && impact.tangential.size() > 0 ? impact.tangential : no_tangential,
-                                 modes_});
+                                 modes_,
+                                 {}});
     };
     const ContactMode was = before[i], is = modes_[i];
     if (!is_closed(was)) {

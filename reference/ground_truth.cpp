@@ -37,6 +37,7 @@ std::vector<GroundTruth> read_ground_truth(const std::string& path) {
                         vector(entry.at("final").at("q")),
                         vector(entry.at("final").at("v")),
                         entry.at("initial_modes"),
+                        {},
                         {}};
       for (const auto& event : entry.at("events")) {
         GroundTruth::Event e{number(event.at("t")), event.at("kind"), event.at("contact"), {}, {}, {}};
@@ -49,6 +50,8 @@ std::vector<GroundTruth> read_ground_truth(const std::string& path) {
         if (event.contains("modes_after")) event["modes_after"].get_to(e.modes);
         truth.events.push_back(std::move(e));
       }
+      for (const auto& s : entry.at("sensitivities"))
+        truth.sensitivities.push_back({s.at("wrt"), vector(s.at("dq")), vector(s.at("dv")), vector(s.at("dt_events"))});
       cases.push_back(std::move(truth));
     }
   } catch (const std::exception& error) {

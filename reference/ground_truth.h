@@ -23,6 +23,13 @@ struct GroundTruth {
   Vector q, v;                             ///< final state
   std::vector<std::string> initial_modes;  ///< as Event::modes
   std::vector<Event> events;
+
+  /// Derivatives of the final state and of the event times with respect to one variable, as Settings::sensitivities.
+  struct Sensitivity {
+    std::string wrt;
+    Vector dq, dv, dt_events;
+  };
+  std::vector<Sensitivity> sensitivities;
 };
 
 /// All cases of a file in the format of tests/data/ground_truth.json.

@@ -5,6 +5,7 @@
 #include "methods/fesd/conditions.h"
 #include "methods/fesd/pivoting_solver.h"
 #include "methods/fesd/record_step.h"
+#include "methods/fesd/sensitivity.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "methods/time_limit.h"
@@ -37,7 +38,8 @@ class Fesd final : public Method {
             .source = "Nurkanovic, Frey, Pozharskiy, Diehl: FESD-J, section 3",
             .order_smooth = static_cast<double>(tableau_.order),
             .order_impacts = static_cast<double>(tableau_.order),
-            .is_adaptive = false};
+            .is_adaptive = false,
+            .has_sensitivities = true};
   }
 
   Support supports(const ProblemInfo&) const override { return Support::yes(); }
@@ -51,6 +53,13 @@ class Fesd final : public Method {
     std::optional<FesdAudit> audit;
     if (settings.audit)
       audit.emplace(problem, tableau_, options.switches == PivotingSolver::Switches::pinned, options.gap_tolerance);
+    std::optional<Sensitivity> sensitivity;
+    if (!settings.sensitivities.empty()) {
+      if (options.switches != PivotingSolver::Switches::pinned)
+        throw InputError(
+            fmt::format("{}: sensitivities need switches=pinned, else no equation gives the time of a switch", id_));
+      sensitivity.emplace(problem, tableau_, settings.sensitivities);
+    }
     const TimeLimit time_limit(settings.time_limit);
 
     const ProblemInfo& info = problem.info();
@@ -67,7 +76,8 @@ class Fesd final : public Method {
         break;
       }
       const FesdStep& step = solver.step();
-      record_step(problem, settings.recording, solver, t, solution);
+      if (sensitivity) sensitivity->add(step, (k + 1.0) / settings.steps * sensitivity->dt_final());
+      record_step(problem, settings.recording, solver, t, sensitivity ? &*sensitivity : nullptr, solution);
       if (audit) audit->add(step, solver.has_previous_step() ? &solver.previous_step() : nullptr, t);
       reached = &step.last();
       solution.t = k + 1 == settings.steps ? info.end_time : (k + 1) * H;
@@ -75,6 +85,10 @@ class Fesd final : public Method {
     solution.q = reached ? reached->q1 : info.q0;
     solution.v = reached ? reached->v1 : info.v0;
     if (audit) solution.residuals = audit->residuals();
+    if (sensitivity) {
+      solution.dq = sensitivity->dq();
+      solution.dv = sensitivity->dv();
+    }
     return solution;
   }
 

@@ -365,6 +365,7 @@ Violation PivotingSolver::equal_elements(int first, int count, double h) {
     if (k > 0 && !junction_solver_.carry_on(*step_, element, junctions_[element]))
       return {Verdict::no_impulse, element, -1, 0, 0};
     first_guess(element, h);
+    step_->ends[element].contact = -1;
     Stages& stages = step_->elements[element];
     Violation violation;
     if (stage_solver_.solve(stages) == StageSolver::Result::converged)
@@ -386,6 +387,7 @@ Violation PivotingSolver::equal_elements(int first, int count, double h) {
 /// Equal elements of one active set, before a switch. Jumps of v between them are left out of the square system, so
 /// there must be none: closed contacts with curved gaps need them.
 bool PivotingSolver::prepare_run(int first, int count) {
+  for (int k = 0; k < count; ++k) step_->ends[first + k].contact = -1;
   for (int k = 1; k < count; ++k) {
     const auto& modes = step_->elements[first].modes;
     for (int i = 0; i < n_c_; ++i) {
@@ -455,8 +457,9 @@ bool PivotingSolver::run_to_time(int first, int count, double h, const Violation
   return true;
 }
 
-/// Tells the junction behind a run which switch ended it.
+/// Tells the step, and the junction behind a run, which switch ended it.
 void PivotingSolver::end_run(int next, int contact, Switch::Kind kind) {
+  step_->ends[next - 1] = {.kind = kind, .contact = contact};
   junctions_[next].switched = contact;
   junctions_[next].switch_kind = kind;
 }

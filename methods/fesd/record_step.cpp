@@ -17,7 +17,7 @@ std::optional<EventKind> event_kind(ContactMode before, ContactMode after, doubl
 }  // namespace
 
 void record_step(const Problem& problem, Recording recording, const PivotingSolver& solver, double t,
-                 Solution& solution) {
+                 const Sensitivity* sensitivity, Solution& solution) {
   const FesdStep& step = solver.step();
   const int n_c = problem.n_c();
   const Stages* left = solver.has_previous_step() ? &solver.previous_step().last() : nullptr;
@@ -38,7 +38,8 @@ void record_step(const Problem& problem, Recording recording, const PivotingSolv
                                  .v_plus = element.v0,
                                  .Lambda_n = step.Lambda_n.col(n),
                                  .Lambda_t = step.Lambda_t.col(n),
-                                 .modes = element.modes});
+                                 .modes = element.modes,
+                                 .dt = sensitivity ? sensitivity->dt_of_element(n) : Vector()});
       ++solution.counters.events;
     }
     if (recording == Recording::grid) solution.samples.push_back({t, element.q0, step.v_minus.col(n), element.v0});

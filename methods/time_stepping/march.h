@@ -107,7 +107,7 @@ class March {
     for (int i = 0; i < problem.n_c(); ++i) {
       const bool is_pressed = Lambda_n[i] > 0;
       if (is_pressed && !was_pressed_[i]) {
-        solution.events.push_back({solution.t, EventKind::impact, i, q_minus, v_minus, v, Lambda_n, Lambda_t, {}});
+        solution.events.push_back({solution.t, EventKind::impact, i, q_minus, v_minus, v, Lambda_n, Lambda_t, {}, {}});
         ++solution.counters.events;
       }
       was_pressed_[i] = is_pressed;

@@ -314,4 +314,42 @@ void SymbolicProblem::gap_hessian(const double* q, const double* w, double* H) c
   gap_hessian_.evaluate({q, w}, H);
 }
 
+void SymbolicProblem::parameter_derivative(const double* q, const double* v, const double* a, const double* lambda_n,
+                                           const double* lambda_t, double* D) const {
+  std::call_once(parameter_derivative_once_, [this] {
+    Expressions entries;
+    const ex contact_work = contact_force_work(w_);
+    for (const auto& p : model_.parameter_symbols) {
+      for (int row = 0; row < info_.n_q; ++row) {
+        ex value = (dot(model_.mass[row], a_) - total_force_[row] - contact_work.diff(w_[row])).diff(p);
+        for (std::size_t k = 0; k < model_.control.size() && !model_.input.empty(); ++k)
+          value -= model_.input[row][k] * model_.control[k].diff(p);
+        entries.push_back(value);
+      }
+      for (const auto& contact : model_.contacts) entries.push_back(contact.gap.diff(p));
+      for (const auto& contact : model_.contacts) {
+        ex rate = 0;
+        for (int k = 0; k < info_.n_q; ++k) rate += contact.gap.diff(model_.q[k]) * model_.v[k];
+        entries.push_back(rate.diff(p));
+      }
+      for (const auto& contact : model_.contacts) {
+        for (const auto& direction : contact.tangents) entries.push_back(dot(direction, model_.v).diff(p));
+      }
+    }
+    parameter_derivative_ =
+        SparseTape(entries, {model_.q, model_.v, model_.u, a_, lambda_n_, lambda_t_}, model_.constants());
+  });
+  parameter_derivative_.evaluate({q, v, info_.u.data(), a, lambda_n, lambda_t}, D);
+}
+
+void SymbolicProblem::parameter_derivative_of_constants(double* C) const {
+  for (const auto& p : model_.parameter_symbols) {
+    for (const auto& value : model_.q0) *C++ = model_.number(value.diff(p));
+    for (const auto& value : model_.v0) *C++ = model_.number(value.diff(p));
+    for (const auto& contact : model_.contacts) *C++ = model_.number(contact.eps_r.diff(p));
+    for (const auto& contact : model_.contacts) *C++ = model_.number(contact.mu.diff(p));
+    *C++ = model_.number(model_.end_time.diff(p));
+  }
+}
+
 }  // namespace ricochet

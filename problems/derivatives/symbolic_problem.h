@@ -71,6 +71,10 @@ class SymbolicProblem : public Problem {
                         const double* lambda_t, const double* w, double* H) const override;
   void gap_hessian(const double* q, const double* w, double* H) const override;
 
+  void parameter_derivative(const double* q, const double* v, const double* a, const double* lambda_n,
+                            const double* lambda_t, double* D) const override;
+  void parameter_derivative_of_constants(double* C) const override;
+
   const SymbolicModel& model() const { return model_; }
 
  private:
@@ -98,9 +102,9 @@ class SymbolicProblem : public Problem {
   SparseTape mass_, force_, gap_, normal_, tangent_, potential_;
   SparseTape force_jacobian_, mass_q_, contact_q_, gap_bias_, slip_q_;
 
-  // Built at first use: only a transcription needs them.
-  mutable std::once_flag dynamics_hessian_once_, gap_hessian_once_;
-  mutable SparseTape dynamics_hessian_, gap_hessian_;
+  // Built at first use: only a transcription and sensitivities need them.
+  mutable std::once_flag dynamics_hessian_once_, gap_hessian_once_, parameter_derivative_once_;
+  mutable SparseTape dynamics_hessian_, gap_hessian_, parameter_derivative_;
 };
 
 }  // namespace ricochet

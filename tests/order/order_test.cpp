@@ -120,6 +120,38 @@ INSTANTIATE_TEST_SUITE_P(Methods, TwoBalls,
                                          Case{"anitescu_potra", 1, 2e4, 2e6}),
                          [](const auto& test) { return test_name(test.param.method); });
 
+TEST(TwoBallsSensitivities, HaveTheTableausOrder) {
+  const auto problem = ground_truth_problem("P2_two_balls_spring");
+  const auto truth = reference::read_ground_truth(test_data("ground_truth.json"), "P2_two_balls_spring");
+  for (const auto& [method, order, from, to] :
+       {Case{"fesd:radau-iia:2", 3, 200, 4000}, Case{"fesd:radau-iia:3", 5, 100, 2000},
+        Case{"fesd:gauss:2", 4, 200, 4000}}) {
+    for (std::size_t k = 0; k < truth.sensitivities.size(); ++k) {
+      const auto& expected = truth.sensitivities[k];
+      std::vector<Record> records;
+      for (const int steps : logarithmic(from, to, 24)) {
+        Settings settings;
+        settings.steps = steps;
+        settings.sensitivities = {expected.wrt};
+        const Solution s = make_method(method)->solve(*problem, settings);
+        Record r;
+        r.steps = steps;
+        r.h_bar = problem->info().end_time / steps;
+        r.status = to_string(s.status);
+        r.error = reference::final_state_difference(s.dq.col(0), s.dv.col(0), expected.dq, expected.dv);
+        r.reference_error = 1e-15;
+        r.solution_size = std::max(expected.dq.cwiseAbs().maxCoeff(), expected.dv.cwiseAbs().maxCoeff());
+        records.push_back(r);
+      }
+      std::vector<const Record*> pointers;
+      for (const auto& r : records) pointers.push_back(&r);
+      const auto fit = fit_order(pointers);
+      ASSERT_TRUE(fit) << method << " " << expected.wrt;
+      EXPECT_GE(fit->slope, order - kSlack) << method << " " << expected.wrt;
+    }
+  }
+}
+
 /// Where impacts fall inside their steps makes errors saw-tooth over half a decade; many N average that out.
 constexpr int kDense = 40;
 

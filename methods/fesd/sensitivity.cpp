@@ -1,0 +1,356 @@
+#include "methods/fesd/sensitivity.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "problems/names.h"
+
+namespace ricochet {
+namespace {
+
+/// Of an impulse: as part of the velocities that cancel, what counts as no slip behind it.
+constexpr double kNoSlip = 1e-12;
+
+std::vector<std::string> known_names(const ProblemInfo& info) {
+  std::vector<std::string> names;
+  for (const char* value : {"q0", "v0"}) {
+    for (int i = 0; i < info.n_q; ++i) names.push_back(fmt::format("{}:{}", value, i));
+  }
+  for (const auto& parameter : info.parameters) names.push_back("param:" + parameter.name);
+  return names;
+}
+
+}  // namespace
+
+void Sensitivity::Rows::reset(Eigen::Index n, Eigen::Index n_q, Eigen::Index n_columns) {
+  q.setZero(n, n_q);
+  v.setZero(n, n_q);
+  x.setZero(n, n);
+  theta.setZero(n, n_columns);
+}
+
+Sensitivity::Sensitivity(const Problem& problem, const ButcherTableau& tableau, const std::vector<std::string>& names)
+    : problem_(problem),
+      tableau_(tableau),
+      n_q_(problem.n_q()),
+      n_c_(problem.n_c()),
+      n_t_(problem.info().n_lambda_t),
+      n_s_(tableau.n_s),
+      n_theta_(static_cast<Eigen::Index>(names.size())) {
+  const ProblemInfo& info = problem.info();
+  const auto n_parameters = static_cast<Eigen::Index>(info.parameters.size());
+  parameters_ = Matrix::Zero(n_parameters, n_theta_ + 1);
+  const std::vector<std::string> known = known_names(info);
+  Matrix initial = Matrix::Zero(2 * n_q_, n_theta_);
+  for (Eigen::Index column = 0; column < n_theta_; ++column) {
+    const auto& name = names[static_cast<std::size_t>(column)];
+    const auto found = std::find(known.begin(), known.end(), name);
+    if (found == known.end()) throw_unknown_name("sensitivity", name, known);
+    const auto k = found - known.begin();
+    (k < 2 * n_q_ ? initial(k, column) : parameters_(k - 2 * n_q_, column)) = 1;
+  }
+  Matrix constants(2 * n_q_ + 2 * n_c_ + 1, n_parameters);
+  problem.parameter_derivative_of_constants(constants.data());
+  const Matrix varied = constants * parameters_;
+  initial += varied.topLeftCorner(2 * n_q_, n_theta_);
+  dq_ = initial.topRows(n_q_);
+  dv_ = initial.bottomRows(n_q_);
+  deps_ = varied.middleRows(2 * n_q_, n_c_);
+  dmu_ = varied.middleRows(2 * n_q_ + n_c_, n_c_);
+  dt_final_ = varied.bottomLeftCorner(1, n_theta_).transpose();
+  dt_ = Vector::Zero(n_theta_);
+}
+
+void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
+  const int N = step.n_elements;
+  dt_elements_.resize(static_cast<std::size_t>(N));
+  if (step.touches && !modes_.empty()) through_switch_at_start(step);
+  for (int first = 0; first < N;) {
+    int count = 1;  // of the run of equal elements
+    while (first + count < N && step.ends[first + count - 1].contact < 0) ++count;
+    const Stages& last = step.elements[first + count - 1];
+    const Switch& end = step.ends[first + count - 1];
+    const Switch none;
+
+    State state{Matrix::Zero(n_q_, n_theta_ + 1), Matrix::Zero(n_q_, n_theta_ + 1)};
+    state.q.leftCols(n_theta_) = dq_;
+    state.v.leftCols(n_theta_) = dv_;
+    Matrix forces;
+    for (int k = first; k < first + count; ++k) {
+      through_junction(step, k, state);
+      forces = through_element(step.elements[k], k + 1 < first + count ? none : end, state);
+    }
+    Vector dh;
+    if (end.contact >= 0) {
+      const Eigen::RowVectorXd slope = switch_slope(last, end, state, forces);
+      dh = -slope.head(n_theta_).transpose() / slope[n_theta_];  // (7)
+    } else {
+      dh = (dt_end - dt_) / count;  // (8)
+    }
+    dq_ = state.q.leftCols(n_theta_) + state.q.col(n_theta_) * dh.transpose();
+    dv_ = state.v.leftCols(n_theta_) + state.v.col(n_theta_) * dh.transpose();
+    for (int k = first; k < first + count; ++k) {
+      dt_elements_[static_cast<std::size_t>(k)] = dt_;
+      dt_ += dh;
+    }
+    first += count;
+  }
+  const Stages& last = step.last();
+  modes_ = last.modes;
+  const Vector right_end = tableau_.right_end.size() > 0 ? tableau_.right_end : Vector::Unit(n_s_, n_s_ - 1);
+  lambda_n_ = last.lambda_n * right_end;
+  lambda_t_ = last.lambda_t * right_end;
+}
+
+/// (9)
+void Sensitivity::through_switch_at_start(const FesdStep& step) {
+  const Stages& e = step.elements[0];
+  const Vector q = e.q0, v = step.v_minus.col(0), Lambda_n = step.Lambda_n.col(0);
+  const bool has_impulse = !Lambda_n.isZero(0);
+  int contact = -1;
+  for (int i = 0; i < n_c_ && contact < 0; ++i) {
+    const bool closes = !is_closed(modes_[i]) && Lambda_n[i] > 0,
+               stops = !has_impulse && is_slipping(modes_[i]) && is_closed(e.modes[i]) && e.modes[i] != modes_[i];
+    if (closes || stops) contact = i;
+  }
+  if (contact < 0) return;
+  const Matrix J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
+  const Vector a = problem_.mass_matrix(q).llt().solve(problem_.force(q, v) + J_n * lambda_n_ + J_t * lambda_t_);
+  const Matrix parameters = parameter_rows(q, v, a, lambda_n_, lambda_t_).leftCols(n_theta_);
+  Matrix slope;        // of the switch functions, by theta
+  Vector slope_per_h;  // by the length of the element
+  if (has_impulse) {
+    slope = J_n.col(contact).transpose() * dq_ + parameters.row(n_q_ + contact);
+    slope_per_h = J_n.col(contact).transpose() * v;
+  } else {
+    const auto& info = problem_.info().contacts[contact];
+    Matrix T(n_t_, n_q_);
+    problem_.slip_velocity_derivative(q.data(), v.data(), T.data());
+    const Matrix s_q = T.middleRows(info.tangent_index, info.n_t),
+                 s_v = J_t.middleCols(info.tangent_index, info.n_t).transpose();
+    slope = s_q * dq_ + s_v * dv_ + parameters.middleRows(n_q_ + 2 * n_c_ + info.tangent_index, info.n_t);
+    slope_per_h = s_q * v + s_v * a;
+  }
+  const Vector dh = -slope.transpose() * slope_per_h / slope_per_h.squaredNorm();
+  dq_ += v * dh.transpose();
+  dv_ += a * dh.transpose();
+  dt_ += dh;
+}
+
+/// Derivatives with respect to theta alone: n_q rows of the dynamics, n_c of f_c, n_c of J_n' v, n_t of J_t' v.
+Matrix Sensitivity::parameter_rows(const Vector& q, const Vector& v, const Vector& a, const Vector& lambda_n,
+                                   const Vector& lambda_t) const {
+  Matrix D(n_q_ + 2 * n_c_ + n_t_, parameters_.rows());
+  problem_.parameter_derivative(q.data(), v.data(), a.data(), lambda_n.data(), lambda_t.data(), D.data());
+  return D * parameters_;
+}
+
+Vector Sensitivity::slip_velocity(int contact, const Vector& q, const Vector& v) const {
+  const auto& info = problem_.info().contacts[contact];
+  return problem_.tangent_jacobian(q).middleCols(info.tangent_index, info.n_t).transpose() * v;
+}
+
+/// d(J_n^i(q)' v)/dq
+Eigen::RowVectorXd Sensitivity::gap_curvature(int contact, const Vector& q, const Vector& v) const {
+  const Vector weight = Vector::Unit(n_c_, contact);
+  Matrix H(n_q_, n_q_);
+  problem_.gap_hessian(q.data(), weight.data(), H.data());
+  return v.transpose() * H;
+}
+
+/// @param sign  of slip in the plane, 0 in space; @param start  direction of slip in space while s is zero
+Sensitivity::Friction Sensitivity::slip(int contact, const Vector& s, double lambda_n, int sign,
+                                        const Vector& start) const {
+  const auto& info = problem_.info().contacts[contact];
+  Friction friction{.contact = contact, .direction = s, .turn = Matrix::Zero(info.n_t, info.n_t)};
+  const double speed = s.norm();
+  if (info.n_t == 1) {
+    friction.direction[0] = sign;
+  } else if (speed > 0) {
+    friction.direction /= speed;
+    friction.turn =
+        info.mu * lambda_n / speed * (Matrix::Identity(2, 2) - friction.direction * friction.direction.transpose());
+  } else {
+    friction.direction = start;
+  }
+  return friction;
+}
+
+/// (6), at a row of its own. @param column  of lambda_n among the unknowns; lambda_t follows
+void Sensitivity::add_friction(const Friction& friction, const Vector& q, const Vector& v, double lambda_n,
+                               const Matrix& parameters, Eigen::Index column, Eigen::Index row, Rows& rows) const {
+  const auto& info = problem_.info().contacts[friction.contact];
+  Matrix T(n_t_, n_q_);
+  problem_.slip_velocity_derivative(q.data(), v.data(), T.data());
+  const Matrix s_q = T.middleRows(info.tangent_index, info.n_t),
+               s_v = problem_.tangent_jacobian(q).middleCols(info.tangent_index, info.n_t).transpose(),
+               s_theta = parameters.middleRows(n_q_ + 2 * n_c_ + info.tangent_index, info.n_t);
+  if (friction.sticks) {
+    rows.q.middleRows(row, info.n_t) = s_q;
+    rows.v.middleRows(row, info.n_t) = s_v;
+    rows.theta.middleRows(row, info.n_t) = s_theta;
+    return;
+  }
+  rows.q.middleRows(row, info.n_t) = friction.turn * s_q;
+  rows.v.middleRows(row, info.n_t) = friction.turn * s_v;
+  rows.theta.middleRows(row, info.n_t) =
+      friction.turn * s_theta + lambda_n * friction.direction * dmu_.row(friction.contact);
+  rows.x.block(row, column, info.n_t, 1) = info.mu * friction.direction;
+  rows.x.block(row, column + 1, info.n_t, info.n_t).setIdentity();
+}
+
+/// (1), (2), (6)
+void Sensitivity::through_junction(const FesdStep& step, int element, State& state) const {
+  if (!step.touches || step.Lambda_n.col(element).isZero(0)) return;
+  const Stages& e = step.elements[element];
+  const Vector q = e.q0, v = e.v0, v_minus = step.v_minus.col(element), jump = v - v_minus,
+               Lambda_n = step.Lambda_n.col(element), Lambda_t = step.Lambda_t.col(element);
+  const Vector no_a = Vector::Zero(n_q_), no_Lambda_n = Vector::Zero(n_c_), no_Lambda_t = Vector::Zero(n_t_);
+  const Matrix before = parameter_rows(q, v_minus, no_a, no_Lambda_n, no_Lambda_t),
+               without = parameter_rows(q, v, no_a, no_Lambda_n, no_Lambda_t),
+               behind = parameter_rows(q, v, jump, Lambda_n, Lambda_t);
+  const Matrix M = problem_.mass_matrix(q), J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
+
+  Eigen::Index n = n_q_;
+  for (int i = 0; i < n_c_; ++i) n += Lambda_n[i] > 0 ? 1 + problem_.info().contacts[i].n_t : 0;
+  Rows rows;
+  rows.reset(n, n_q_, n_theta_ + 1);
+  Matrix M_q(n_q_, n_q_), J_q(n_q_, n_q_);
+  problem_.mass_derivative(q.data(), jump.data(), M_q.data());
+  problem_.contact_force_derivative(q.data(), Lambda_n.data(), Lambda_t.data(), J_q.data());
+  rows.q.topRows(n_q_) = M_q - J_q;
+  rows.v.topRows(n_q_) = M;
+  rows.theta.topRows(n_q_) = (behind - without).topRows(n_q_) - M * state.v;
+  Eigen::Index row = n_q_;
+  for (int i = 0; i < n_c_; ++i) {
+    if (Lambda_n[i] <= 0) continue;
+    const auto& info = problem_.info().contacts[i];
+    rows.x.block(0, row, n_q_, 1) = -J_n.col(i);
+    rows.x.block(0, row + 1, n_q_, info.n_t) = -J_t.middleCols(info.tangent_index, info.n_t);
+    rows.q.row(row) = gap_curvature(i, q, v + info.eps_r * v_minus);
+    rows.v.row(row) = J_n.col(i).transpose();
+    rows.theta.row(row) = behind.row(n_q_ + n_c_ + i) + info.eps_r * before.row(n_q_ + n_c_ + i) +
+                          deps_.row(i) * J_n.col(i).dot(v_minus) + info.eps_r * J_n.col(i).transpose() * state.v;
+    if (info.n_t > 0) {
+      const Vector s = slip_velocity(i, q, v);
+      const Matrix size =
+          J_t.middleCols(info.tangent_index, info.n_t).cwiseAbs().transpose() * (v.cwiseAbs() + v_minus.cwiseAbs());
+      Friction friction = slip(i, s, Lambda_n[i], s[0] > 0 ? 1 : -1, s);
+      friction.sticks = s.norm() <= kNoSlip * size.norm();
+      add_friction(friction, q, v, Lambda_n[i], behind, row, row + 1, rows);
+    }
+    row += 1 + info.n_t;
+  }
+  rows.x.leftCols(n_q_) += rows.v;  // v+ is an unknown here
+  const Matrix solution = rows.x.fullPivLu().solve(rows.q * state.q + rows.theta);
+  state.v = -solution.topRows(n_q_);
+}
+
+/// (3)-(6). Returns the variations of all forces of all stages: n_s times n_c, then n_t, rows.
+Matrix Sensitivity::through_element(const Stages& e, const Switch& end, State& state) const {
+  const ProblemInfo& info = problem_.info();
+  const Matrix& A = tableau_.A;
+  const Matrix A2 = A * A;
+  const Vector r = A.rowwise().sum(), bA = A.transpose() * tableau_.b;
+  const double h = e.h;
+  const bool comes_to_rest =
+      end.contact >= 0 && end.kind == Switch::Kind::slip_stops && e.modes[end.contact] == ContactMode::slip;
+
+  Eigen::Index n = n_q_;
+  for (int i = 0; i < n_c_; ++i) n += is_closed(e.modes[i]) ? 1 + info.contacts[i].n_t : 0;
+  Matrix K = Matrix::Zero(n_s_ * n, n_s_ * n), R(n_s_ * n, n_theta_ + 1);
+  Rows rows;
+  for (int j = 0; j < n_s_; ++j) {
+    const Vector q = e.q.col(j), v = e.v.col(j), a = e.a.col(j), lambda_n = e.lambda_n.col(j),
+                 lambda_t = e.lambda_t.col(j);
+    const Matrix parameters = parameter_rows(q, v, a, lambda_n, lambda_t);
+    const Matrix J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
+    Matrix M_q(n_q_, n_q_), f_q(n_q_, n_q_), f_v(n_q_, n_q_), J_q(n_q_, n_q_);
+    problem_.mass_derivative(q.data(), a.data(), M_q.data());
+    problem_.force_jacobians(q.data(), v.data(), info.u.data(), f_q.data(), f_v.data());
+    problem_.contact_force_derivative(q.data(), lambda_n.data(), lambda_t.data(), J_q.data());
+    rows.reset(n, n_q_, n_theta_ + 1);
+    rows.q.topRows(n_q_) = M_q - f_q - J_q;  // (3)
+    rows.v.topRows(n_q_) = -f_v;
+    rows.x.topLeftCorner(n_q_, n_q_) = problem_.mass_matrix(q);
+    rows.theta.topRows(n_q_) = parameters.topRows(n_q_);
+    Eigen::Index row = n_q_;
+    for (int i = 0; i < n_c_; ++i) {
+      if (!is_closed(e.modes[i])) continue;
+      const auto& contact = info.contacts[i];
+      rows.x.block(0, row, n_q_, 1) = -J_n.col(i);
+      rows.x.block(0, row + 1, n_q_, contact.n_t) = -J_t.middleCols(contact.tangent_index, contact.n_t);
+      rows.q.row(row) = J_n.col(i).transpose() / (h * h);  // (4), scaled for the pivoting
+      rows.theta.row(row) = parameters.row(n_q_ + i) / (h * h);
+      if (contact.n_t > 0) {
+        Friction friction = slip(i, slip_velocity(i, q, v), lambda_n[i], slip_sign(e.modes[i]),
+                                 e.slip_start.segment(contact.tangent_index, contact.n_t));
+        friction.sticks = e.modes[i] == ContactMode::stick || (comes_to_rest && i == end.contact && j == n_s_ - 1);
+        add_friction(friction, q, v, lambda_n[i], parameters, row, row + 1, rows);
+      }
+      row += 1 + contact.n_t;
+    }
+    Matrix q_j = state.q + h * r[j] * state.v, v_j = state.v;  // (5) at fixed accelerations
+    q_j.col(n_theta_) += r[j] * e.v0 + 2 * h * e.a * A2.row(j).transpose();
+    v_j.col(n_theta_) += e.a * A.row(j).transpose();
+    R.middleRows(j * n, n) = rows.q * q_j + rows.v * v_j + rows.theta;
+    K.block(j * n, j * n, n, n) += rows.x;
+    for (int l = 0; l < n_s_; ++l) K.block(j * n, l * n, n, n_q_) += h * h * A2(j, l) * rows.q + h * A(j, l) * rows.v;
+  }
+  const Matrix dx = -K.partialPivLu().solve(R);
+
+  Matrix forces = Matrix::Zero(n_s_ * (n_c_ + n_t_), n_theta_ + 1);
+  state.q += h * state.v;
+  state.q.col(n_theta_) += e.v0 + 2 * h * e.a * bA;
+  state.v.col(n_theta_) += e.a * tableau_.b;
+  for (int j = 0; j < n_s_; ++j) {
+    state.q += h * h * bA[j] * dx.middleRows(j * n, n_q_);
+    state.v += h * tableau_.b[j] * dx.middleRows(j * n, n_q_);
+    Eigen::Index row = j * n + n_q_;
+    for (int i = 0; i < n_c_; ++i) {
+      if (!is_closed(e.modes[i])) continue;
+      const auto& contact = info.contacts[i];
+      forces.row(j * (n_c_ + n_t_) + i) = dx.row(row);
+      forces.middleRows(j * (n_c_ + n_t_) + n_c_ + contact.tangent_index, contact.n_t) =
+          dx.middleRows(row + 1, contact.n_t);
+      row += 1 + contact.n_t;
+    }
+  }
+  return forces;
+}
+
+/// (7) @param e  the last element of the run; @param state  at its right end; @param forces  its variations
+Eigen::RowVectorXd Sensitivity::switch_slope(const Stages& e, const Switch& end, const State& state,
+                                             const Matrix& forces) const {
+  const auto& contact = problem_.info().contacts[end.contact];
+  const Matrix parameters =
+      parameter_rows(e.q1, e.v1, e.a.col(n_s_ - 1), e.lambda_n.col(n_s_ - 1), e.lambda_t.col(n_s_ - 1));
+  if (end.kind == Switch::Kind::gap_closes)
+    return problem_.normal_jacobian(e.q1).col(end.contact).transpose() * state.q + parameters.row(n_q_ + end.contact);
+  if (end.kind == Switch::Kind::slip_stops && contact.n_t == 1) {
+    Matrix T(n_t_, n_q_);
+    problem_.slip_velocity_derivative(e.q1.data(), e.v1.data(), T.data());
+    return T.row(contact.tangent_index) * state.q +
+           problem_.tangent_jacobian(e.q1).col(contact.tangent_index).transpose() * state.v +
+           parameters.row(n_q_ + 2 * n_c_ + contact.tangent_index);
+  }
+  const bool is_cone = end.kind != Switch::Kind::force_vanishes;
+  Eigen::RowVectorXd slope = Eigen::RowVectorXd::Zero(n_theta_ + 1);
+  for (int j = 0; j < n_s_; ++j) {
+    const double weight = tableau_.right_end[j];
+    const Eigen::Index begin = j * (n_c_ + n_t_);
+    slope += weight * (is_cone ? contact.mu : 1.0) * forces.row(begin + end.contact);
+    if (!is_cone) continue;
+    const Vector lambda_t = e.lambda_t.col(j).segment(contact.tangent_index, contact.n_t);
+    const double force = lambda_t.norm();
+    slope += weight * e.lambda_n(end.contact, j) * dmu_.row(end.contact);
+    if (force > 0)
+      slope -=
+          weight / force * lambda_t.transpose() * forces.middleRows(begin + n_c_ + contact.tangent_index, contact.n_t);
+  }
+  return slope;
+}
+
+}  // namespace ricochet

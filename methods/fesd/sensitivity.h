@@ -1,0 +1,108 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "methods/fesd/fesd_step.h"
+
+namespace ricochet {
+
+/// Derivatives of what FESD-J computes with respect to initial values and parameters theta, by the implicit function
+/// theorem on the equations that hold at the solution. Below, d is d/dtheta, one column per theta, and every function
+/// also depends on the parameters directly. Starting from dq_0, dv_0 at t = 0, element after element:
+///
+/// Left end, where an impulse acts, from dv- to dv+:
+///
+///   d[ M (v+ - v-) - J_n Lambda_n - J_t Lambda_t ] = 0                                  (1)
+///   d[ J_n^i' (v+ + eps_r^i v-) ] = 0,   Lambda_n^i > 0                                 (2)
+///
+/// Element, with the stage equations and modes of StageSolver, and its length h as one more theta:
+///
+///   d[ M(q_j) w_j - f_v(q_j,v_j) - B_u u - J_n lambda_n,j - J_t lambda_t,j ] = 0        (3)
+///   d[ f_c^i(q_j) ] = 0,   i closed                                                     (4)
+///   dq_j = dq_0 + h r_j dv_0 + (r_j v_0 + 2 h sum_k (A^2)_jk w_k) dh + h^2 sum_k (A^2)_jk dw_k,   r = A 1
+///   dv_j = dv_0 + (sum_k a_jk w_k) dh + h sum_k a_jk dw_k                               (5)
+///
+/// (5) with b'A, b' in place of a row of A^2, A gives the right end. Friction in (1) and (3), of a contact with slip
+/// velocity s = J_t' v (v+ in (1)) and forces lambda_n, lambda_t (in (1) Lambda_n, Lambda_t):
+///
+///   stick   ds = 0                                                                      (6a)
+///   slip    d[ lambda_t + mu lambda_n s / ||s|| ] = 0; in the plane s / ||s|| is a constant sign     (6b)
+///
+/// Element lengths. A run of equal elements that a switch ends has d of the switch function at its right end equal to
+/// zero, which gives dh:
+///
+///   f_c^i(q_1),   sum_j w_j lambda_n,j^i,   s^i,   sum_j w_j (mu lambda_n,j - ||lambda_t,j||)^i       (7)
+///
+/// with the weights w_j of the right end; where slip in space comes to rest, the last of them, and (6a) at the last
+/// stage. Behind the last switch the elements of a step share its remaining time: n dh = dt_end - dt.      (8)
+///
+/// A switch that falls on the boundary of two steps has no equation there, but it moves off the boundary with theta. It
+/// is treated as if an element of length zero led up to it, the limit of (5), with (7) for an impact or for slip that
+/// stops; where a contact breaks or begins to slip accelerations are continuous, and only its time would change:
+///
+///   dq = dq_1 + v- dh,   dv = dv- + a dh,   M a = f_v + B_u u + J_n lambda_n + J_t lambda_t     (9)
+///
+/// Nothing depends smoothly on theta where the active set is about to change: at a grazing contact the derivatives are
+/// not finite. They are those of the solved equations, so they converge with the order of the method.
+class Sensitivity {
+ public:
+  /// @param names  Settings::sensitivities. @throws InputError for a name that the problem does not have
+  Sensitivity(const Problem& problem, const ButcherTableau& tableau, const std::vector<std::string>& names);
+
+  /// Continues through an accepted step. @param dt_end  derivative of the time where it ends unless a switch ends it
+  void add(const FesdStep& step, const Vector& dt_end);
+
+  const Matrix& dq() const { return dq_; }
+  const Matrix& dv() const { return dv_; }
+  const Vector& dt() const { return dt_; }
+  const Vector& dt_final() const { return dt_final_; }  ///< of the problem's end_time
+  /// Of the left end of an element of the last step.
+  const Vector& dt_of_element(int element) const { return dt_elements_[static_cast<std::size_t>(element)]; }
+
+ private:
+  /// Variations: n_theta columns, then one per unit of h of the run at hand.
+  struct State {
+    Matrix q, v;
+  };
+  /// Linear equations in the variations of q and v of a point, of its unknowns x and of theta.
+  struct Rows {
+    Matrix q, v, x, theta;
+    void reset(Eigen::Index n, Eigen::Index n_q, Eigen::Index n_columns);
+  };
+  /// How a contact that carries a force obeys Coulomb.
+  struct Friction {
+    int contact = -1;
+    bool sticks = false;
+    Vector direction;  // of slip
+    Matrix turn;       // mu lambda_n times the derivative of the direction by s
+  };
+
+  void through_switch_at_start(const FesdStep& step);
+  void through_junction(const FesdStep& step, int element, State& state) const;
+  Matrix through_element(const Stages& e, const Switch& end, State& state) const;
+  Eigen::RowVectorXd switch_slope(const Stages& e, const Switch& end, const State& state, const Matrix& forces) const;
+  Matrix parameter_rows(const Vector& q, const Vector& v, const Vector& a, const Vector& lambda_n,
+                        const Vector& lambda_t) const;
+  Friction slip(int contact, const Vector& s, double lambda_n, int sign, const Vector& start) const;
+  void add_friction(const Friction& friction, const Vector& q, const Vector& v, double lambda_n,
+                    const Matrix& parameters, Eigen::Index column, Eigen::Index row, Rows& rows) const;
+  Vector slip_velocity(int contact, const Vector& q, const Vector& v) const;
+  Eigen::RowVectorXd gap_curvature(int contact, const Vector& q, const Vector& v) const;
+
+  const Problem& problem_;
+  const ButcherTableau tableau_;
+  const int n_q_, n_c_, n_t_, n_s_;
+  Eigen::Index n_theta_;
+  Matrix parameters_;  // parameters x (n_theta + 1): which column varies which parameter
+  Matrix deps_, dmu_;  // n_c x (n_theta + 1)
+  Matrix dq_, dv_;     // n_q x n_theta
+  Vector dt_, dt_final_;
+  std::vector<Vector> dt_elements_;
+
+  // At the right end of the last step; no modes before the first.
+  std::vector<ContactMode> modes_;
+  Vector lambda_n_, lambda_t_;
+};
+
+}  // namespace ricochet
