@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -22,6 +24,11 @@ inline const std::vector<reference::GroundTruth>& ground_truth() {
 
 inline std::unique_ptr<Problem> ground_truth_problem(const std::string& id) {
   return read_scene_file(test_data("ground_truth.json") + "#" + id);
+}
+
+/// A tolerance that was measured, but no less than what processors may differ by in the last bits: twenty roundings.
+inline double with_rounding(double tolerance) {
+  return std::max(tolerance, 20 * std::numeric_limits<double>::epsilon());
 }
 
 /// GoogleTest allows letters, digits and underscores in the name of a test.
