@@ -41,11 +41,22 @@ enum class ContactMode : std::uint8_t { open, closed, stick, slip_positive, slip
 /// "closed" is a contact without friction.
 const char* to_string(ContactMode mode);
 
-inline bool is_closed(ContactMode mode) { return mode != ContactMode::open; }
-inline bool is_slipping(ContactMode mode) { return mode >= ContactMode::slip_positive; }
+inline bool is_closed(ContactMode mode) {
+  return mode != ContactMode::open;
+}
+inline bool is_slipping(ContactMode mode) {
+  return mode >= ContactMode::slip_positive;
+}
 /// Sign of the slip velocity in the plane; 0 for every other mode.
 inline int slip_sign(ContactMode mode) {
   return mode == ContactMode::slip_positive ? 1 : mode == ContactMode::slip_negative ? -1 : 0;
+}
+
+/// Of a contact that slips with velocity v_t (n_t components), not zero; "closed" without tangent directions.
+inline ContactMode slip_mode(int n_t, const double* v_t) {
+  if (n_t == 0) return ContactMode::closed;
+  if (n_t == 2) return ContactMode::slip;
+  return v_t[0] > 0 ? ContactMode::slip_positive : ContactMode::slip_negative;
 }
 
 enum class EventKind { impact, detach, slip_to_stick, stick_to_slip, slip_reversal };
@@ -90,7 +101,7 @@ struct Solution {
   Counters counters;
   std::vector<Event> events;
   std::vector<ContactMode> initial_modes;  ///< n_c, behind t = 0; empty from methods that know none
-  std::vector<Sample> samples;  ///< filled on Recording::grid
+  std::vector<Sample> samples;             ///< filled on Recording::grid
 
   /// The method's own equations, evaluated afresh after every step: filled when the run was audited.
   std::vector<Residual> residuals;

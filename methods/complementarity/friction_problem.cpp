@@ -27,11 +27,6 @@ double facet(const FrictionProblem::Contact& contact, int f, int d) {
   return d == 0 ? std::cos(angle) : std::sin(angle);
 }
 
-ContactMode slip_mode(const FrictionProblem::Contact& contact, double w_t) {
-  if (contact.n_t == 2) return ContactMode::slip;
-  return w_t > 0 ? ContactMode::slip_positive : ContactMode::slip_negative;
-}
-
 }  // namespace
 
 void FrictionProblem::resize(int most_contacts, int most_tangents) {
@@ -137,7 +132,8 @@ LcpStatus FrictionProblem::solve_polyhedral(const Eigen::Ref<const Matrix>& G, c
     } else if (contact.n_t == 0) {
       contact.mode = ContactMode::closed;
     } else if (slips) {
-      contact.mode = slip_mode(contact, contact.slides ? contact.direction[0] : -r[row + 1]);
+      const double against = -r[row + 1];
+      contact.mode = slip_mode(contact.n_t, contact.slides ? contact.direction : &against);
     } else {
       contact.mode = ContactMode::stick;
     }
@@ -187,7 +183,7 @@ double FrictionProblem::projections(const Eigen::Ref<const Matrix>& G, const Eig
     residual_[row] = rho_n * w_[row];
     if (jacobian) jacobian_.row(row) = rho_n * G.row(row);
     if (contact.slides) {
-      contact.mode = slip_mode(contact, contact.direction[0]);
+      contact.mode = slip_mode(n_t, contact.direction);
       for (int d = 0; d < n_t; ++d) {
         residual_[row + 1 + d] = r[row + 1 + d] + contact.mu * r[row] * contact.direction[d];
         if (!jacobian) continue;
@@ -200,7 +196,8 @@ double FrictionProblem::projections(const Eigen::Ref<const Matrix>& G, const Eig
       for (int d = 0; d < n_t; ++d) y[d] = r[row + 1 + d] - rho_t * w_[row + 1 + d];
       const double size = std::hypot(y[0], y[1]);
       const bool sticks = size <= radius;
-      contact.mode = sticks ? ContactMode::stick : slip_mode(contact, -y[0]);
+      const double against = -y[0];
+      contact.mode = sticks ? ContactMode::stick : slip_mode(n_t, &against);
       for (int d = 0; d < n_t; ++d) {
         const Eigen::Index t = row + 1 + d;
         residual_[t] = sticks ? rho_t * w_[t] : r[t] - radius * y[d] / size;

@@ -1,6 +1,7 @@
 #include "methods/fesd/impact_law.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace ricochet {
 
@@ -68,6 +69,15 @@ double ImpactLaw::sliding_delassus(int contact, const double* direction) const {
 void ImpactLaw::slip_velocity(int contact, const Eigen::Ref<const Vector>& v, double* v_t) const {
   const auto& info = problem_.info().contacts[contact];
   for (int d = 0; d < info.n_t; ++d) v_t[d] = D_.col(tangent_column(info, d)).dot(v);
+}
+
+void ImpactLaw::set_slide(Closed& closed, const Eigen::Ref<const Vector>& v, double rounding) const {
+  double v_t[2]{0, 0};
+  slip_velocity(closed.contact, v, v_t);
+  const double speed = std::hypot(v_t[0], v_t[1]);
+  closed.slides = speed > rounding;
+  if (!closed.slides) return;
+  for (int d = 0; d < 2; ++d) closed.direction[d] = v_t[d] / speed;
 }
 
 double ImpactLaw::slip_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const {

@@ -61,6 +61,8 @@ class ImpactLaw {
   }
   /// J_t^i' v of a touching contact, n_t components.
   void slip_velocity(int contact, const Eigen::Ref<const Vector>& v, double* v_t) const;
+  /// The contact slides the way it slips at velocity v, if its slip velocity is larger than `rounding`.
+  void set_slide(Closed& closed, const Eigen::Ref<const Vector>& v, double rounding) const;
   double slip_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const;
 
  private:

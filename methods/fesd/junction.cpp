@@ -32,20 +32,16 @@ JunctionSolver::JunctionSolver(const Problem& problem, const ButcherTableau& tab
 /// A closed contact that stays closed whatever the load says.
 ContactMode JunctionSolver::continued_mode(const ImpactLaw::Closed& closed) const {
   const int n_t = problem_.info().contacts[closed.contact].n_t;
-  if (n_t == 0) return ContactMode::closed;
-  if (!closed.slides) return ContactMode::stick;
-  if (n_t == 2) return ContactMode::slip;
-  return closed.direction[0] > 0 ? ContactMode::slip_positive : ContactMode::slip_negative;
+  return n_t > 0 && !closed.slides ? ContactMode::stick : slip_mode(n_t, closed.direction);
 }
 
 /// Whether a closed contact slides already, and where to.
-void JunctionSolver::set_tangential_law(const Stages& element, const Stages* left, const Junction& junction,
-                                        bool is_impact, ImpactLaw::Closed& closed) {
+void JunctionSolver::set_tangential_law(const Stages& element, const Stages* left, const Switch& end, bool is_impact,
+                                        ImpactLaw::Closed& closed) {
   const int i = closed.contact;
   const auto& contact = problem_.info().contacts[i];
-  const bool switched = junction.switched == i;
   const ContactMode before = left ? left->modes[i] : ContactMode::open;
-  if (switched && junction.switch_kind == Switch::Kind::cone_reached) {  // slip starts against the force
+  if (end.is(Switch::Kind::cone_reached, i)) {  // slip starts against the force
     closed.slides = true;
     double size = 0;
     for (int d = 0; d < contact.n_t; ++d) {
@@ -56,19 +52,14 @@ void JunctionSolver::set_tangential_law(const Stages& element, const Stages* lef
     return;
   }
   if (before == ContactMode::stick && !is_impact) return;
-  if (switched && junction.switch_kind == Switch::Kind::slip_stops) return;
-  double v_t[2]{0, 0};
-  impact_law_.slip_velocity(i, element.v0, v_t);
-  const double speed = std::hypot(v_t[0], v_t[1]);
+  if (end.is(Switch::Kind::slip_stops, i)) return;
   // What contacts that come to rest together have left of their slip when the switch of one of them is solved.
   slip_size_ = std::max(slip_size_, impact_law_.slip_velocity_scale(i, element.v0));
-  if (speed <= kSlipRounding * slip_size_) return;
-  closed.slides = true;
-  for (int d = 0; d < 2; ++d) closed.direction[d] = v_t[d] / speed;
+  impact_law_.set_slide(closed, element.v0, kSlipRounding * slip_size_);
 }
 
-JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const Stages* left, bool within_step,
-                                             Junction& junction) {
+JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const Stages* left, const Switch& end,
+                                             bool within_step, Junction& junction) {
   const ProblemInfo& info = problem_.info();
   const int n_c = info.n_c();
   Stages& stages = step.elements[element];
@@ -114,10 +105,10 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
 
   closed_.clear();
   for (const int i : junction.touching) {
-    if (junction.switched == i && junction.switch_kind == Switch::Kind::force_vanishes) continue;
+    if (end.is(Switch::Kind::force_vanishes, i)) continue;
     const bool rested = was_closed(i) && !is_impact;
     ImpactLaw::Closed closed{.contact = i};
-    if (info.contacts[i].n_t > 0) set_tangential_law(stages, left, junction, is_impact, closed);
+    if (info.contacts[i].n_t > 0) set_tangential_law(stages, left, end, is_impact, closed);
     if (rested || impact_law_.normal_velocity(i, stages.v0) <= rounding(i)) {
       closed_.push_back(closed);
     } else {
@@ -149,15 +140,14 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
 
     const auto lambda_t = junction.lambda_t.segment(contact.tangent_index, contact.n_t);
     const double force = lambda_t.norm(), cone = contact.mu * junction.lambda_n[i];
-    const bool starts_at_cone = junction.switched == i && junction.switch_kind == Switch::Kind::cone_reached;
-    const bool from_rest = is_slipping(mode) && (!closed.slides || starts_at_cone);
+    const bool from_rest = is_slipping(mode) && (!closed.slides || end.is(Switch::Kind::cone_reached, i));
     if (from_rest) {
       junction.from_rest.push_back(i);
       junction.alternatives.push_back({i, ContactMode::stick, mode});
       if (mode == ContactMode::slip) stages.slip_start.segment(contact.tangent_index, contact.n_t) = -lambda_t / force;
     } else if (mode == ContactMode::stick && force > (1 - kNearCone) * cone && contact.n_t == 1) {
-      const auto slip = lambda_t[0] > 0 ? ContactMode::slip_negative : ContactMode::slip_positive;
-      junction.alternatives.push_back({i, slip, mode});
+      const double against = -lambda_t[0];
+      junction.alternatives.push_back({i, slip_mode(contact.n_t, &against), mode});
     }
   }
   return Result::done;
@@ -172,7 +162,6 @@ bool JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
   junction.touching.clear();
   junction.from_rest.clear();
   junction.has_forces = false;
-  junction.switched = -1;
   const int n_c = problem_.n_c();
   if (n_c == 0) return true;
   if (problem_.info().has_friction()) {
@@ -214,13 +203,7 @@ int JunctionSolver::first_to_stop(const Stages& element, double& time) {
   if (!impact_law_.prepare(element.q0, touching)) return -1;
   for (const int i : touching) {
     ImpactLaw::Closed closed{.contact = i};
-    double v_t[2]{0, 0};
-    impact_law_.slip_velocity(i, element.v0, v_t);
-    closed.slides = is_slipping(element.modes[i]);
-    const double speed = std::hypot(v_t[0], v_t[1]);
-    if (closed.slides && speed > 0) {
-      for (int d = 0; d < 2; ++d) closed.direction[d] = v_t[d] / speed;
-    }
+    if (is_slipping(element.modes[i])) impact_law_.set_slide(closed, element.v0, 0);
     closed_.push_back(closed);
   }
   Vector lambda_n(problem_.n_c()), lambda_t(problem_.info().n_lambda_t);

@@ -16,9 +16,6 @@ struct Junction {
     double v_n = 0;  ///< of a contact that bounced, behind the impact [m/s]
   };
 
-  int switched = -1;  ///< in: contact whose switch ended the element before, -1 for none
-  Switch::Kind switch_kind = Switch::Kind::gap_closes;
-
   std::vector<int> touching;
   std::vector<Alternative> alternatives;
   std::vector<int> from_rest;  ///< contacts that start to slip with zero slip velocity
@@ -47,9 +44,11 @@ class JunctionSolver {
   /// no_forces, indeterminate: Painleve's paradox, the load fits no mode of Junction::culprit or more than one
   enum class Result : std::uint8_t { done, no_impulse, no_forces, indeterminate };
 
-  /// In: q0 of the element, its column of step.v_minus, junction.switched. Out: v0, modes, slip_start, impulses,
-  /// junction. @param left  the element before, or null; @param within_step  whether it belongs to the same step
-  Result begin(FesdStep& step, int element, const Stages* left, bool within_step, Junction& junction);
+  /// In: q0 of the element, its column of step.v_minus. Out: v0, modes, slip_start, impulses, junction.
+  /// @param left  the element before, or null; @param end  the switch that ended it; @param within_step  whether it
+  /// belongs to the same step
+  Result begin(FesdStep& step, int element, const Stages* left, const Switch& end, bool within_step,
+               Junction& junction);
 
   /// Continues the modes of the element before without a switch. Curved closed contacts may need an impulse that keeps
   /// their velocity tangential. False when there is none.
@@ -63,7 +62,7 @@ class JunctionSolver {
 
  private:
   ContactMode continued_mode(const ImpactLaw::Closed& closed) const;
-  void set_tangential_law(const Stages& element, const Stages* left, const Junction& junction, bool is_impact,
+  void set_tangential_law(const Stages& element, const Stages* left, const Switch& end, bool is_impact,
                           ImpactLaw::Closed& closed);
 
   const Problem& problem_;

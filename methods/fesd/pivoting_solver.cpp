@@ -57,7 +57,6 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
   previous_->resize(problem, n_s_, options.n_fe);
   make_room(options.n_fe);
   gap_.setZero(n_c_);
-  J_t_.setZero(problem.info().n_tangent_entries);
   normal_size_ = problem.normal_jacobian(problem.info().q0).cwiseAbs().colwise().sum().transpose();
   gap_size_.setZero(n_c_);
 }
@@ -73,7 +72,6 @@ void PivotingSolver::make_room(int n_elements) {
 
 void PivotingSolver::start(const Vector& q, const Vector& v) {
   step_->n_elements = previous_->n_elements = 0;
-  entry_.switched = exit_.switched = -1;
   step_->elements[0].q0 = q;
   step_->v_minus.col(0) = v;
 }
@@ -85,8 +83,6 @@ void PivotingSolver::begin_step(double H) {
     make_room(options_.n_fe);
     step_->elements[0].q0 = previous_->last().q1;
     step_->v_minus.col(0) = previous_->last().v1;
-    entry_.switched = exit_.switched;
-    entry_.switch_kind = exit_.switch_kind;
   }
   step_->H = H;
   step_->touches = false;
@@ -108,9 +104,7 @@ Status PivotingSolver::finish_step(bool solved) {
   step_->n_elements = 0;
   const Verdict verdict = first_failure_.violation.verdict;
   if (verdict == Verdict::accumulates) return Status::step_limit;
-  const bool solver_failed = verdict == Verdict::newton_failed || verdict == Verdict::no_impulse ||
-                             verdict == Verdict::no_forces || verdict == Verdict::indeterminate;
-  return solver_failed ? Status::inner_solver_failed : Status::infeasible;
+  return verdict == Verdict::newton_failed || !depends_on_length() ? Status::inner_solver_failed : Status::infeasible;
 }
 
 Status PivotingSolver::advance(double H) {
@@ -136,16 +130,13 @@ bool PivotingSolver::is_below_rounding(const Junction& junction, const Stages& f
   return std::any_of(junction.alternatives.begin(), junction.alternatives.end(), [&](const auto& alternative) {
     const int i = alternative.contact;
     return alternative.predicted == ContactMode::open && flight.modes[i] == ContactMode::open &&
-           junctions_[1].switched == i && 0.25 * alternative.v_n * flight.h <= kGapRounding * gap_size_[i];
+           step_->ends[0].contact == i && 0.25 * alternative.v_n * flight.h <= kGapRounding * gap_size_[i];
   });
 }
 
 bool PivotingSolver::solve_one_element(double H, double capture,
                                        const std::function<bool(const Stages&)>& is_accurate) {
   Junction& junction = junctions_[0];
-  junction.switched = entry_.switched;
-  junction.switch_kind = entry_.switch_kind;
-  exit_.switched = -1;
   if (!begin_element(0)) return false;
   const auto& alternatives = junction.alternatives;
   unsigned captured = 0;
@@ -172,12 +163,10 @@ bool PivotingSolver::solve_one_element(double H, double capture,
     is_unresolved = is_below_rounding(junction, step_->elements[0]);
     if (is_unresolved) {
       if (stage_solver_.tableau().is_stiffly_accurate()) continue;
-      first_failure_ = deepest_failure_ = {{Verdict::accumulates, 0, junctions_[1].switched, 0, 0}, H, 1};
+      first_failure_ = deepest_failure_ = {{Verdict::accumulates, 0, step_->ends[0].contact, 0, 0}, H, 1};
       return false;  // closing would not stop it
     }
     step_->H = step_->elements[0].h;
-    std::swap(exit_.switched, junctions_[1].switched);
-    exit_.switch_kind = junctions_[1].switch_kind;
     return true;
   }
   return false;
@@ -203,7 +192,6 @@ int PivotingSolver::elements_for(int element, double remaining, int elements_lef
 
 bool PivotingSolver::search(int element, double remaining, int elements_left) {
   const int count = elements_for(element, remaining, elements_left);
-  if (element == 0) junctions_[0].switched = -1;
   if (count == 0) return false;
   make_room(std::min(element + count + 1, capacity_));
   if (!begin_element(element)) return false;
@@ -294,9 +282,17 @@ const Stages* PivotingSolver::left_neighbour(int element) const {
   return has_previous_step() ? &previous_->last() : nullptr;
 }
 
+/// The switch that ended the element before; its contact is -1 when none did.
+Switch PivotingSolver::switch_before(int element) const {
+  if (element > 0) return step_->ends[element - 1];
+  return has_previous_step() ? previous_->ends[previous_->n_elements - 1] : Switch{};
+}
+
 bool PivotingSolver::begin_element(int element) {
-  const auto result = junction_solver_.begin(*step_, element, left_neighbour(element),
-                                             element > 0 || entry_.switched >= 0, junctions_[element]);
+  const Switch end = switch_before(element);
+  const bool within_step = element > 0 || end.contact >= 0;
+  const auto result =
+      junction_solver_.begin(*step_, element, left_neighbour(element), end, within_step, junctions_[element]);
   if (result == JunctionSolver::Result::done) return true;
   using Result = JunctionSolver::Result;
   const Verdict verdict = result == Result::no_impulse  ? Verdict::no_impulse
@@ -350,8 +346,8 @@ Violation PivotingSolver::after_failed_newton(int element) {
 
 /// Contact whose force vanished at the left end of the element, or -1.
 int PivotingSolver::just_broken(int element) const {
-  const Junction& junction = junctions_[element];
-  return junction.switch_kind == Switch::Kind::force_vanishes ? junction.switched : -1;
+  const Switch end = switch_before(element);
+  return end.kind == Switch::Kind::force_vanishes ? end.contact : -1;
 }
 
 Violation PivotingSolver::equal_elements(int first, int count, double h) {
@@ -428,8 +424,7 @@ bool PivotingSolver::run_to_switch(int first, int count, Violation violation, do
     };
     if (end.kind == Switch::Kind::gap_closes && has(junction.touching)) end.zeros_at_start = 1;
     if (end.kind == Switch::Kind::slip_stops && has(junction.from_rest))
-      end.zeros_at_start =
-          junction.switched == end.contact && junction.switch_kind == Switch::Kind::cone_reached ? 2 : 1;
+      end.zeros_at_start = switch_before(first).is(Switch::Kind::cone_reached, end.contact) ? 2 : 1;
     run.front().h = std::clamp(violation.time, 1e-3 * remaining, remaining) / count;
 
     const double max_h = remaining / count;
@@ -440,7 +435,7 @@ bool PivotingSolver::run_to_switch(int first, int count, Violation violation, do
     }
     const Violation other = check_run(first, count);
     if (other.verdict == Verdict::fulfilled) {
-      end_run(first + count, end.contact, end.kind);
+      step_->ends[first + count - 1] = end;
       return true;
     }
     if (!is_switch(other.verdict)) return false;
@@ -453,44 +448,8 @@ bool PivotingSolver::run_to_switch(int first, int count, Violation violation, do
 bool PivotingSolver::run_to_time(int first, int count, double h, const Violation& violation) {
   if (++trials_ > max_trials()) return false;
   if (equal_elements(first, count, h).verdict != Verdict::fulfilled) return false;
-  end_run(first + count, violation.contact, switch_kind(violation.verdict));
+  step_->ends[first + count - 1] = {.kind = switch_kind(violation.verdict), .contact = violation.contact};
   return true;
-}
-
-/// Tells the step, and the junction behind a run, which switch ended it.
-void PivotingSolver::end_run(int next, int contact, Switch::Kind kind) {
-  step_->ends[next - 1] = {.kind = kind, .contact = contact};
-  junctions_[next].switched = contact;
-  junctions_[next].switch_kind = kind;
-}
-
-/// Switch function at the right end of a solved element, with its zeros at the start of a run divided out by the
-/// caller.
-double PivotingSolver::switch_value(int first, const Stages& last, const Switch& end) {
-  const Vector& to_right_end = stage_solver_.tableau().right_end;
-  const auto& contact = problem_.info().contacts[end.contact];
-  switch (end.kind) {
-    case Switch::Kind::gap_closes:
-      problem_.gap(last.q1.data(), gap_.data());
-      return gap_[end.contact];
-    case Switch::Kind::force_vanishes:
-      return last.lambda_n.row(end.contact).dot(to_right_end);
-    case Switch::Kind::cone_reached: {
-      double margin = 0;
-      for (int j = 0; j < n_s_; ++j)
-        margin += to_right_end[j] * (contact.mu * last.lambda_n(end.contact, j) -
-                                     last.lambda_t.col(j).segment(contact.tangent_index, contact.n_t).norm());
-      return margin;
-    }
-    case Switch::Kind::slip_stops: {
-      problem_.tangent_jacobian(last.q1.data(), J_t_.data());
-      const double* J_t = J_t_.data() + contact.tangent_begin;
-      double slip = 0;
-      for (const int row : contact.support) slip += *J_t++ * last.v1[row];
-      return slip_sign(step_->elements[first].modes[end.contact]) * slip;
-    }
-  }
-  return 0;
 }
 
 /// First guess for a switch that Newton's method did not find: the first sign change of the switch function over the
@@ -504,7 +463,7 @@ bool PivotingSolver::bracket_switch(int first, int count, const Switch& end, dou
       if (stage_solver_.solve(step_->elements[first + k]) != StageSolver::Result::converged)
         return std::numeric_limits<double>::quiet_NaN();
     }
-    return switch_value(first, step_->elements[first + count - 1], end) / std::pow(h, end.zeros_at_start);
+    return stage_solver_.switch_value(step_->elements[first + count - 1], end) / std::pow(h, end.zeros_at_start);
   };
   const bool needs_force = end.kind == Switch::Kind::force_vanishes || end.kind == Switch::Kind::cone_reached;
   if (needs_force && stage_solver_.tableau().right_end.size() == 0) return false;

@@ -89,16 +89,15 @@ class PivotingSolver {
   bool split_unpinned(int element, int m, int count, const Violation& violation, double remaining);
   int max_trials() const;
   int elements_for(int element, double remaining, int elements_left) const;
+  Switch switch_before(int element) const;
   bool begin_element(int element);
   void propose_modes(int element, unsigned trial);
   Violation equal_elements(int first, int count, double h);
   bool run_to_switch(int first, int count, Violation violation, double remaining);
   bool run_to_time(int first, int count, double h, const Violation& violation);
-  void end_run(int next, int contact, Switch::Kind kind);
   bool continue_after(int element, int count, double remaining, int elements_left);
   bool prepare_run(int first, int count);
   bool bracket_switch(int first, int count, const Switch& end, double remaining);
-  double switch_value(int first, const Stages& last, const Switch& end);
   Violation check_run(int first, int count);
   Violation after_failed_newton(int element);
   int just_broken(int element) const;
@@ -122,7 +121,6 @@ class PivotingSolver {
   FesdStep buffers_[2];
   FesdStep *step_ = &buffers_[0], *previous_ = &buffers_[1];
   std::vector<Junction> junctions_;
-  Junction entry_, exit_;  // which switch ended the step before, and this one, if one did (advance_to_switch)
   int trials_ = 0;
   bool captured_ = false;
   double longest_ = 0;  // element length that sets the number of elements; 0 when that number is fixed
@@ -130,7 +128,7 @@ class PivotingSolver {
   Failure first_failure_;    // of the natural prediction, without a switch
   Failure deepest_failure_;  // behind as many switches as the search got
 
-  Vector gap_, J_t_;
+  Vector gap_;
 };
 
 }  // namespace ricochet

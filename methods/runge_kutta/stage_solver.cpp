@@ -602,63 +602,69 @@ void StageSolver::linearize_step(const Coefficients& k, const Stages& step, Matr
   }
 }
 
-/// Slip velocity at the right end of a run, in the plane, with its sign.
-double StageSolver::right_end_slip(const Stages& last, const Active& active, Eigen::RowVector2d& slope) {
-  const auto& contact = problem_.info().contacts[active.contact];
-  problem_.tangent_jacobian(last.q1.data(), J_t_.data());
-  problem_.slip_velocity_derivative(last.q1.data(), last.v1.data(), Tq_.data());
-  const double* J_t = J_t_.data() + contact.tangent_begin;
-  const int sign = slip_sign(active.mode);
-  double value = 0;
-  slope.noalias() = sign * Tq_.row(contact.tangent_index).lazyProduct(incoming_q_);
-  for (const int row : contact.support) {
-    value += sign * *J_t * last.v1[row];
-    slope += sign * *J_t++ * incoming_v_.row(row);
-  }
-  return value;
-}
-
-/// lambda_n at the right end of a run or, with `cone`, the margin mu lambda_n - ||lambda_t|| of a sticking contact.
-double StageSolver::right_end_force(const Stages& last, const Active& active, bool cone,
-                                    Eigen::RowVector2d& slope) const {
-  const Matrix& response = run_response_[run_length_ - 1];
-  const auto& contact = problem_.info().contacts[active.contact];
-  double value = 0;
-  for (int l = 0; l < n_s_; ++l) {
-    const double weight = tableau_.right_end[l], weight_n = cone ? weight * contact.mu : weight;
-    const auto row = l * n_x_ + n_q_ + active.row;
-    value += weight_n * last.lambda_n(active.contact, l);
-    slope += weight_n * response.row(row);
-    if (!cone) continue;
-    const auto lambda_t = last.lambda_t.col(l).segment(contact.tangent_index, contact.n_t);
-    const double force = lambda_t.norm();
-    value -= weight * force;
-    for (int d = 0; d < contact.n_t && force > 0; ++d)
-      slope -= weight * lambda_t[d] / force * response.row(row + 1 + d);
-  }
-  return value;
-}
-
-/// Value of the switch function at the right end of a run, and its slope: constant part, per unit of h.
-double StageSolver::switch_function(const Stages& last, const Switch& end, double h, Eigen::RowVector2d& slope) {
-  slope.setZero();
-  double value = 0;
-  const auto active =
-      std::find_if(closed_.begin(), closed_.end(), [&](const Active& a) { return a.contact == end.contact; });
+double StageSolver::switch_value(const Stages& last, const Switch& end) {
   const auto& contact = problem_.info().contacts[end.contact];
   if (end.kind == Switch::Kind::gap_closes) {
     problem_.gap(last.q1.data(), gap_.data());
+    return gap_[end.contact];
+  }
+  if (end.kind == Switch::Kind::force_vanishes) return last.lambda_n.row(end.contact).dot(tableau_.right_end);
+  if (const int sign = slip_sign(last.modes[end.contact]); sign != 0) {
+    problem_.tangent_jacobian(last.q1.data(), J_t_.data());
+    const double* J_t = J_t_.data() + contact.tangent_begin;
+    double slip = 0;
+    for (const int row : contact.support) slip += *J_t++ * last.v1[row];
+    return sign * slip;
+  }
+  double margin = 0;  // the force reaches the cone: from inside or, by (8), from outside
+  for (int j = 0; j < n_s_; ++j)
+    margin += tableau_.right_end[j] * (contact.mu * last.lambda_n(end.contact, j) -
+                                       last.lambda_t.col(j).segment(contact.tangent_index, contact.n_t).norm());
+  return margin;
+}
+
+/// Slope of lambda_n, or of the cone margin mu lambda_n - ||lambda_t||, from the responses of the last step of a run.
+void StageSolver::force_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope) const {
+  const Matrix& response = run_response_[run_length_ - 1];
+  const auto& contact = problem_.info().contacts[end.contact];
+  const auto active =
+      std::find_if(closed_.begin(), closed_.end(), [&](const Active& a) { return a.contact == end.contact; });
+  const bool is_margin = end.kind != Switch::Kind::force_vanishes;
+  for (int j = 0; j < n_s_; ++j) {
+    const double weight = tableau_.right_end[j];
+    const auto row = j * n_x_ + n_q_ + active->row;
+    slope += weight * (is_margin ? contact.mu : 1) * response.row(row);
+    if (!is_margin) continue;
+    const auto lambda_t = last.lambda_t.col(j).segment(contact.tangent_index, contact.n_t);
+    const double force = lambda_t.norm();
+    for (int d = 0; d < contact.n_t && force > 0; ++d)
+      slope -= weight * lambda_t[d] / force * response.row(row + 1 + d);
+  }
+}
+
+/// Derivative of switch_value(): constant part, per unit of h. After switch_value(), whose Jacobians it uses.
+void StageSolver::switch_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope) {
+  slope.setZero();
+  const auto& contact = problem_.info().contacts[end.contact];
+  const int sign = slip_sign(last.modes[end.contact]);
+  if (end.kind == Switch::Kind::gap_closes) {
     problem_.normal_jacobian(last.q1.data(), J_n_.data());
     const double* J = J_n_.data() + contact.normal_begin;
     for (const int row : contact.support) slope += *J++ * incoming_q_.row(row);
-    value = gap_[end.contact];
-  } else if (end.kind == Switch::Kind::force_vanishes) {
-    value = right_end_force(last, *active, false, slope);
-  } else if (end.kind == Switch::Kind::slip_stops && resting_contact_ < 0) {
-    value = right_end_slip(last, *active, slope);
-  } else {  // the force reaches the cone: from inside, or, by (8), from outside
-    value = right_end_force(last, *active, true, slope);
+  } else if (end.kind == Switch::Kind::slip_stops && sign != 0) {
+    problem_.slip_velocity_derivative(last.q1.data(), last.v1.data(), Tq_.data());
+    const double* J_t = J_t_.data() + contact.tangent_begin;
+    slope.noalias() = sign * Tq_.row(contact.tangent_index).lazyProduct(incoming_q_);
+    for (const int row : contact.support) slope += sign * *J_t++ * incoming_v_.row(row);
+  } else {
+    force_slope(last, end, slope);
   }
+}
+
+/// Switch function at the right end of a run without its zeros at h = 0, and its slope.
+double StageSolver::deflated_switch(const Stages& last, const Switch& end, double h, Eigen::RowVector2d& slope) {
+  double value = switch_value(last, end);
+  switch_slope(last, end, slope);
   for (int zero = 0; zero < end.zeros_at_start; ++zero) {
     value /= h;
     slope /= h;
@@ -702,7 +708,7 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
     }
     ++counters_.inner_iterations;
     Eigen::RowVector2d slope;
-    const double value = switch_function(run.back(), end, h, slope);
+    const double value = deflated_switch(run.back(), end, h, slope);
     resting_contact_ = -1;
     double full_dh = -(value + slope[0]) / slope[1];
     if (!std::isfinite(full_dh)) {

@@ -36,8 +36,9 @@ struct Switch {
   };
   Kind kind = Kind::gap_closes;
   int contact = -1;
-  int zeros_at_start =
-      0;  ///< how often the switch function vanishes at the left end; these roots h = 0 are divided out
+  int zeros_at_start = 0;  ///< of the switch function at the left end; these roots h = 0 are divided out
+
+  bool is(Kind its_kind, int its_contact) const { return contact == its_contact && kind == its_kind; }
 };
 
 /// Solves the stage equations of an implicit Runge-Kutta step with a fixed mode for every contact:
@@ -92,6 +93,10 @@ class StageSolver {
   /// A root with h <= 0 or h > max_h is refused with left_interval.
   Result solve_to_switch(std::span<Stages> run, const Switch& end, double max_h);
 
+  /// Switch function at the right end of a solved step, zeros at the start included. The tableau must reach the right
+  /// end (ButcherTableau::right_end) for a switch of forces.
+  double switch_value(const Stages& last, const Switch& end);
+
   /// First guess for `to`, of equal length and starting where `from` ends: the stage polynomials of `from`, continued.
   void extrapolate(const Stages& from, Stages& to) const;
 
@@ -140,9 +145,9 @@ class StageSolver {
   void newton_matrix(const Coefficients& k);
   void newton_correction(const Factor& factor);
   void linearize_step(const Coefficients& k, const Stages& step, Matrix& response);
-  double switch_function(const Stages& last, const Switch& end, double h, Eigen::RowVector2d& slope);
-  double right_end_force(const Stages& last, const Active& active, bool cone, Eigen::RowVector2d& slope) const;
-  double right_end_slip(const Stages& last, const Active& active, Eigen::RowVector2d& slope);
+  double deflated_switch(const Stages& last, const Switch& end, double h, Eigen::RowVector2d& slope);
+  void switch_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope);
+  void force_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope) const;
   double correct(const double* dx, double h, Stages& step) const;
   double velocity_scale(const Stages& step, double h) const;
   void set_dependent_forces(Stages& step) const;
