@@ -174,16 +174,17 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     const Stages& e = step.elements[n];
     length += e.h;
     const Matrix J = problem_.normal_jacobian(e.q0).cwiseAbs(), J_t = problem_.tangent_jacobian(e.q0);
-    const Vector load = problem_.mass_matrix(e.q0).llt().solve(problem_.force(e.q0, e.v0)).cwiseAbs();
+    const Eigen::LLT<Matrix> M(problem_.mass_matrix(e.q0));
+    const Vector load = M.solve(problem_.force(e.q0, e.v0)).cwiseAbs();
     for (int i = 0; i < n_c; ++i) {
       const double speed = std::max(J.col(i).dot(e.v0.cwiseAbs()), J.col(i).dot(step.v_minus.col(n).cwiseAbs()));
       gap_size_[i] = std::max(gap_size_[i], J.col(i).dot(e.q0.cwiseAbs() + step.H * step.H * load) + step.H * speed);
-      const double delassus = J.col(i).dot(problem_.mass_matrix(e.q0).llt().solve(J.col(i)));
+      const double delassus = J.col(i).dot(M.solve(J.col(i)));
       force_size[i] = std::max({force_size[i], max_abs(e.lambda_n.row(i)), J.col(i).dot(load) / delassus});
       speed_size_[i] = std::max(speed_size_[i], speed + step.H * delassus * force_size[i]);
       for (int d = 0; d < info.contacts[i].n_t; ++d) {
         const Vector direction = J_t.col(info.contacts[i].tangent_index + d).cwiseAbs();
-        const double mobility = direction.dot(problem_.mass_matrix(e.q0).llt().solve(direction));
+        const double mobility = direction.dot(M.solve(direction));
         const double impulse = step.H * info.contacts[i].mu * force_size[i];
         slip_size[i] = std::max({slip_size[i], direction.dot(e.v0.cwiseAbs() + step.H * load) + mobility * impulse,
                                  direction.dot(step.v_minus.col(n).cwiseAbs())});

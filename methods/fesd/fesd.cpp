@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <chrono>
-
 #include "methods/fesd/conditions.h"
 #include "methods/fesd/pivoting_solver.h"
 #include "methods/fesd/record_step.h"
@@ -100,10 +98,8 @@ class Fesd final : public Method {
 
 const bool registered = register_method({
     .name = "fesd",
-    .usage = "fesd:TABLEAU:STAGES[,n_fe=2][,elements=fixed|as_needed][,max_elements=64][,switches=pinned|published|"
-             "published_earliest]"
-             "[,gap_tolerance=0], "
-             "or fesd:@TABLEAU_FILE",
+    .usage = "fesd:TABLEAU:STAGES[,n_fe=2][,elements=fixed|as_needed][,max_elements=64][,"
+             "switches=pinned|published|published_earliest][,gap_tolerance=0], or fesd:@TABLEAU_FILE",
     .summary = "finite elements with switch detection and jumps (FESD-J), solved by pivoting",
     .examples = {"fesd:radau-iia:1", "fesd:radau-iia:2", "fesd:radau-iia:3", "fesd:radau-iia:4", "fesd:gauss:1",
                  "fesd:gauss:2", "fesd:gauss:3", "fesd:gauss:4", "fesd:radau-ia:3", "fesd:lobatto-iiic:3",

@@ -29,11 +29,11 @@ namespace {
 ///
 ///   e_v = h |w| max over k = n_s - 1, n_s - 2 >= 1 of (|alpha_k| / |w|)^(p / k),   e_q = h e_v.              (2)
 ///
-/// On a curved closed contact the velocity that is left across it, J_n' v_1, counts as well: shorter steps behind it
-/// would have to pull it back with a force J_n' v_1 / h.
-///
 /// This is the size of the local error of order p + 1 itself, without evaluating anything: not of a lower-order method
-/// embedded in it. A step is accepted when e <= tol (1 + |x|) in every component. The next one has length
+/// embedded in it. On a curved closed contact the velocity that is left across it, J_n' v_1, counts as well: shorter
+/// steps behind it would have to pull it back with a force J_n' v_1 / h.
+///
+/// A step is accepted when e <= tol (1 + |x|) in every component. The next one has length
 ///
 ///   h min(4, max(1/5, 0.8 (tol (1 + |x|) / e)^(1 / (p + 1))))                                                (3)
 ///
@@ -47,12 +47,11 @@ class FesdAdaptive final : public Method {
     options_.n_fe = 1;
     spec.finish(2);
     const int n = tableau_.n_s;
+    bool is_distinct = true;
     for (int j = 0; j < n; ++j) {
-      for (int m = 0; m < j; ++m) {
-        if (n < 2 || tableau_.c[j] == tableau_.c[m]) distinct_ = false;
-      }
+      for (int m = 0; m < j; ++m) is_distinct = is_distinct && tableau_.c[j] != tableau_.c[m];
     }
-    if (n < 2 || !distinct_) {
+    if (n < 2 || !is_distinct) {
       throw InputError("tableau of fesd_adaptive", tableau_.name,
                        "at least two stages with different nodes c are required, the error estimate needs them");
     }
@@ -85,14 +84,14 @@ class FesdAdaptive final : public Method {
   std::string id_;
   ButcherTableau tableau_;
   PivotingSolver::Options options_;
-  bool distinct_ = true;
   Matrix legendre_;                                         // L of (1)
   double kappa_ = std::numeric_limits<double>::infinity();  // no capture without a stage at the right end that stops it
 };
 
-constexpr double kFirstStep = 0.05;  // of end_time; the first elements tell more
-constexpr double kHopeless = 100;    // an error that an element which ends at a switch inside will hardly lose
-constexpr double kShortest = 1e-13;  // of end_time; what time can resolve
+constexpr double kFirstStep = 0.05;    // of end_time; the first elements tell more
+constexpr double kHopeless = 100;      // an error that an element which ends at a switch inside will hardly lose
+constexpr double kShortest = 1e-13;    // of end_time; what time can resolve
+constexpr int kMostStandstills = 100;  // steps in a row too short to move t; a few switches may coincide
 
 /// (1), (2), relative to the tolerance: the largest of all components.
 double FesdAdaptive::error(const Problem& problem, const Stages& e, double tolerance) const {
@@ -134,6 +133,7 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
     return error(problem, element, settings.tolerance) <= kHopeless;
   };
   double t = 0, h = kFirstStep * T;
+  int standstills = 0;
   const double may_be_captured = settings.tolerance / kappa_;
   double capture = may_be_captured;
   while (t < T) {
@@ -177,8 +177,15 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
     record_step(problem, settings.recording, solver, t, nullptr, solution);
     if (audit) audit->add(solver.step(), solver.has_previous_step() ? &solver.previous_step() : nullptr, t);
     reached = &solver.step().last();
-    t = is_last && solver.step().H == H ? T : t + solver.step().H;
+    const double next = is_last && solver.step().H == H ? T : t + solver.step().H;
+    standstills = next > t ? 0 : standstills + 1;
+    t = next;
     solution.t = t;
+    if (standstills > kMostStandstills) {
+      solution.status = Status::step_limit;
+      solution.message = fmt::format("t = {:.12g} s: {} steps in a row too short to move the time", t, standstills);
+      break;
+    }
   }
   solution.q = reached ? reached->q1 : info.q0;
   solution.v = reached ? reached->v1 : info.v0;

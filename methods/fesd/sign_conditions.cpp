@@ -27,7 +27,7 @@ SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tab
   left_gap_.setZero(problem.n_c());
   force_size_.setZero(problem.n_c());
   cone_margin_.setZero(n_s_);
-  J_t_.setZero(problem.info().n_tangent_entries);
+  J_t_.setZero(problem.info().n_tangent_entries, n_points_ + 1);
   mobility_.setZero(problem.n_c());
   if (!problem.info().has_friction()) return;
   const Matrix J_t = problem.tangent_jacobian(problem.info().q0).cwiseAbs();
@@ -127,19 +127,26 @@ void SignConditions::check_forces(const Stages& stages, Violation& first) {
 }
 
 void SignConditions::check_slip(const Stages& stages, Violation& first) {
+  // Without a stage at the right end, a sticking contact on a curve may creep there.
+  const auto is_checked = [&](ContactMode mode) {
+    return is_slipping(mode) || (mode == ContactMode::stick && n_points_ > n_s_);
+  };
+  if (std::none_of(stages.modes.begin(), stages.modes.end(), is_checked)) return;
+  for (int j = -1; j < n_points_; ++j) {  // -1: the left end
+    const auto q = j < 0 ? stages.q0.data() : j < n_s_ ? stages.q.col(j).data() : stages.q1.data();
+    problem_.tangent_jacobian(q, J_t_.col(j + 1).data());
+  }
   const double acceleration = stages.a.cwiseAbs().maxCoeff();
   for (int i = 0; i < problem_.n_c(); ++i) {
     const ContactMode mode = stages.modes[i];
-    if (!is_slipping(mode) && (mode != ContactMode::stick || n_points_ == n_s_)) continue;
+    if (!is_checked(mode)) continue;
     const auto& contact = problem_.info().contacts[i];
     double before[2]{0, 0}, time_before = 0;
-    for (int j = -1; j < n_points_; ++j) {  // -1: the left end
+    for (int j = -1; j < n_points_; ++j) {
       const bool is_stage = j < n_s_;
-      const auto q = j < 0 ? stages.q0.data() : is_stage ? stages.q.col(j).data() : stages.q1.data();
       const auto v = j < 0 ? stages.v0.data() : is_stage ? stages.v.col(j).data() : stages.v1.data();
       const double time = j < 0 ? 0 : is_stage ? tableau_.c[j] * stages.h : stages.h;
-      problem_.tangent_jacobian(q, J_t_.data());
-      const double* J_t = J_t_.data() + contact.tangent_begin;
+      const double* J_t = J_t_.col(j + 1).data() + contact.tangent_begin;
       double slip[2]{0, 0}, size = stages.h * mobility_[i] * contact.mu * force_size_[i];
       for (int d = 0; d < contact.n_t; ++d) {
         for (const int row : contact.support) {
@@ -147,7 +154,7 @@ void SignConditions::check_slip(const Stages& stages, Violation& first) {
           size += std::abs(*J_t++) * (std::abs(v[row]) + stages.h * acceleration);
         }
       }
-      if (mode == ContactMode::stick) {  // without a stage there, the right end of a curved contact may creep
+      if (mode == ContactMode::stick) {
         const double speed = std::hypot(slip[0], slip[1]);
         if (j == n_s_ && speed > kSlipRounding * size) report(first, Verdict::drifts, i, time, speed);
       } else if (j >= 0) {

@@ -61,7 +61,7 @@ class SignConditions {
   Vector force_size_;         // largest lambda_n^i so far: what rounding of a contact force is relative to
   Vector mobility_;           // J_t' M^-1 J_t at q0: what a friction force does to a slip velocity
   Vector gap_, left_gap_, cone_margin_;
-  Vector J_t_;
+  Matrix J_t_;  // packed; of the left end, then of every point
 };
 
 }  // namespace ricochet
