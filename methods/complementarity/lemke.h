@@ -23,10 +23,15 @@ enum class LcpStatus {
 /// the rows (q_i, B^-1_i) / m_i lexicographically, so that no basis returns, whatever ties occur: simultaneous contacts
 /// are ties.
 ///
+/// Redundant contacts, a box on four corners, make M singular, and with it bases that rounding alone makes regular.
+/// When the pivots end there without a solution, they start again on M + delta I, whose forces are unique (and near the
+/// smallest ones), and the smallest correction of the active variables takes delta out of (1) again.
+///
 /// A warm start tries the complementary basis of the last solution first: when the active set did not change, one
 /// factorisation answers, without a pivot.
 ///
-/// All storage is allocated by the constructor; solve() allocates nothing for problems up to `max_size`.
+/// All storage is allocated by the constructor; solve() allocates nothing for problems up to `max_size`, unless M is
+/// redundant.
 class LemkeSolver {
  public:
   explicit LemkeSolver(int max_size = 0) { resize(max_size); }
@@ -42,6 +47,12 @@ class LemkeSolver {
   int pivots() const { return pivots_; }  ///< of the last call
 
  private:
+  LcpStatus follow_path(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
+  LcpStatus solve_redundant(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
+  LcpStatus solve_regularized(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, double delta,
+                              Eigen::Ref<Vector> z);
+  bool is_solution(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
+                   const Eigen::Ref<const Vector>& z) const;
   void pivot(int n, int row, int column);
   int leaving_row(int n, int column) const;
 
