@@ -78,10 +78,18 @@ LcpStatus LemkeSolver::solve(const Eigen::Ref<const Matrix>& M, const Eigen::Ref
   return solve_redundant(M, q, z);
 }
 
+LcpStatus LemkeSolver::solve_smallest(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
+                                      Eigen::Ref<Vector> z) {
+  resize(static_cast<int>(q.size()));
+  pivots_ = 0;
+  const LcpStatus status = solve_redundant(M, q, z);
+  return status == LcpStatus::solved ? status : solve(M, q, z);
+}
+
 /// (1) holds: bases that rounding alone makes regular may end far from it.
 bool LemkeSolver::is_solution(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
                               const Eigen::Ref<const Vector>& z) const {
-  const double allowed = kInconsistency * q_size_;
+  const double allowed = std::max(kInconsistency * q_size_, rounding_);
   for (Eigen::Index i = 0; i < q.size(); ++i) {
     const double w = M.row(i).dot(z) + q[i];
     if (w < -allowed || (z[i] > 0 && w > allowed)) return false;

@@ -44,6 +44,12 @@ class LemkeSolver {
   /// Like solve(), but first tries the active set {i : z_i > 0} that `z` brings along.
   LcpStatus solve_warm(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
 
+  /// Like solve(), but among the solutions of a redundant problem one with the smallest z, up to how delta rounds it.
+  LcpStatus solve_smallest(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
+
+  /// @param size  what q may be wrong by: redundant equations need not agree any better
+  void set_rounding(double size) { rounding_ = size; }
+
   int pivots() const { return pivots_; }  ///< of the last call
 
  private:
@@ -59,6 +65,7 @@ class LemkeSolver {
   int max_size_ = 0;
   int pivots_ = 0;
   double q_size_ = 0;
+  double rounding_ = 0;
   // Columns of (2): w_1..w_n | z_1..z_n | z_0 | q. The first n columns hold B^-1.
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> tableau_;
   std::vector<int> basis_;  // variable of each row: 0..n-1 w, n..2n-1 z, 2n z_0
