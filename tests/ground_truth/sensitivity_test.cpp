@@ -189,6 +189,18 @@ TEST(SensitivitiesByDifferences, OfEventsThatAreNotTheSameOnes) {
   EXPECT_TRUE(std::isnan(s.events[0].dt[0]));
 }
 
+TEST(SensitivitiesByDifferences, FailWhereASolutionBesideFails) {
+  const auto problem = make_problem("two_balls_spring", {{"k", 9500}});
+  const auto method = make_method("fesd:gauss:1");  // has no solution at k = 9975
+  Settings settings;
+  settings.steps = 80;
+  settings.sensitivities = {"param:k"};
+  ASSERT_TRUE(method->solve(*problem, settings).succeeded());
+  const Solution s = solve_with_differences(*method, *problem, settings, 0.05);
+  EXPECT_EQ(s.status, Status::infeasible);
+  EXPECT_TRUE(s.message.starts_with("at param:k = 9975: step 34 of 80")) << s.message;
+}
+
 TEST(ExperimentOfSensitivities, MeasuresTheLargestRelativeErrorOfTheirs) {
   const auto& truth = truth_of("P2_two_balls_spring");
   Experiment experiment;
