@@ -101,21 +101,23 @@ LcpStatus LemkeSolver::solve_redundant(const Eigen::Ref<const Matrix>& M, const 
                                        Eigen::Ref<Vector> z) {
   const double size = q.size() > 0 ? M.diagonal().maxCoeff() : 0;
   for (const double regularization : kRegularizations) {
-    if (size > 0 && solve_regularized(M, q, regularization * size, z) == LcpStatus::solved) return LcpStatus::solved;
+    if (size > 0 && solve_regularized(M, q, regularization, z) == LcpStatus::solved) return LcpStatus::solved;
   }
   return LcpStatus::ray;
 }
 
-/// M + delta I instead of M, then the active equations of M itself.
+/// M + delta I instead of M, q without ties, then the active equations of M and q themselves.
 LcpStatus LemkeSolver::solve_regularized(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
                                          double delta, Eigen::Ref<Vector> z) {
   const auto n = q.size();
   Matrix regular = M;
-  regular.diagonal().array() += delta;
+  regular.diagonal().array() += delta * M.diagonal().maxCoeff();
+  const Vector without_ties = q + delta * q.cwiseAbs().maxCoeff() * Vector::LinSpaced(n, 0, 1);
   const int before = pivots_;
   pivots_ = 0;
-  const LcpStatus status = follow_path(regular, q, z);
+  const LcpStatus status = follow_path(regular, without_ties, z);
   pivots_ += before;
+  q_size_ = q.cwiseAbs().maxCoeff();
   if (status != LcpStatus::solved) return status;
 
   // As exactly as the active equations are consistent: forces that rounding alone tells apart stay as they are.
