@@ -187,27 +187,33 @@ class CompiledProblem final : public SymbolicProblem {
   Scene<double> scene_;
 };
 
+/// The scene with changed parameters. @throws InputError for a name that it does not have
+template <template <class> class Scene>
+Scene<double> scene_with(const ParameterChanges& changes) {
+  Scene<double> scene;
+  ParameterChanges unused = changes;
+  std::string known;
+  scene.parameters([&](const char* name, double& value, const char*) {
+    known += (known.empty() ? "" : ", ") + std::string(name);
+    if (const auto change = unused.find(name); change != unused.end()) {
+      value = change->second;
+      unused.erase(change);
+    }
+  });
+  if (!unused.empty()) {
+    throw InputError("parameter", unused.begin()->first,
+                     fmt::format("known parameters of {} are {}", Scene<double>::text.id, known));
+  }
+  return scene;
+}
+
 /// Makes the scene known under its id. Call once, in the scene's own file.
 template <template <class> class Scene>
 bool register_scene() {
   const auto text = Scene<double>::text;
   SceneEntry entry{text.id, text.title, text.source, text.hard_feature, nullptr};
   entry.make = [](const ParameterChanges& changes) -> std::unique_ptr<Problem> {
-    Scene<double> scene;
-    ParameterChanges unused = changes;
-    std::string known;
-    scene.parameters([&](const char* name, double& value, const char*) {
-      known += (known.empty() ? "" : ", ") + std::string(name);
-      if (const auto change = unused.find(name); change != unused.end()) {
-        value = change->second;
-        unused.erase(change);
-      }
-    });
-    if (!unused.empty()) {
-      throw InputError("parameter", unused.begin()->first,
-                       fmt::format("known parameters of {} are {}", Scene<double>::text.id, known));
-    }
-    return std::make_unique<CompiledProblem<Scene>>(scene);
+    return std::make_unique<CompiledProblem<Scene>>(scene_with<Scene>(changes));
   };
   return add_scene(std::move(entry));
 }

@@ -1,0 +1,94 @@
+#include "bench/replay.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "methods/registry.h"
+#include "problems/control/replay_problem.h"
+#include "reference/event_located.h"
+
+namespace ricochet {
+namespace {
+
+// Impulses of a solution that count as impacts, relative to the largest: a transcription ends with rounding elsewhere.
+constexpr double kImpact = 1e-6;
+
+}  // namespace
+
+Replay replay(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, const IntervalSolver& solve) {
+  ReplayProblem plant(problem);
+  const Eigen::Index n_q = problem.plant->n_q(), n = trajectory.u.cols();
+  const double H = trajectory.T / static_cast<double>(n);
+  Replay result;
+  result.q = problem.plant->info().q0;
+  result.v = problem.plant->info().v0;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    plant.restart(result.q, result.v, trajectory.u.col(k), H);
+    const Solution s = solve(plant);
+    const double start = static_cast<double>(k) * H;
+    for (Event event : s.events) {
+      event.t += start;
+      result.events.push_back(std::move(event));
+    }
+    for (const auto& sample : s.samples)
+      result.penetration = std::max(result.penetration, -plant.gap(sample.q).minCoeff());
+    result.q = s.q.head(n_q);
+    result.v = s.v.head(n_q);
+    result.cost += s.v[n_q];
+    if (!s.succeeded()) {
+      result.status = s.status;
+      result.message = fmt::format("interval {} of {}, from t = {:.6g} s: {}", k + 1, n, start, s.message);
+      return result;
+    }
+  }
+  Vector end(2 * n_q);
+  end << result.q, result.v;
+  double terminal = 0;
+  problem.terminal_cost.evaluate(end.data(), &terminal);
+  result.cost += terminal;
+  return result;
+}
+
+IntervalSolver reference_solver(double tolerance) {
+  return [tolerance](const Problem& plant) {
+    return reference::integrate_event_located(plant, {.tolerance = tolerance, .time_limit = 60});
+  };
+}
+
+IntervalSolver pivoting_solver(double tolerance) {
+  return [tolerance](const Problem& plant) {
+    Settings settings;
+    settings.tolerance = tolerance;
+    settings.time_limit = 60;
+    settings.recording = Recording::grid;
+    return make_method("fesd_adaptive:radau-iia:4")->solve(plant, settings);
+  };
+}
+
+ReplayMismatch mismatch(const ControlTrajectory& claimed, const Replay& truth) {
+  ReplayMismatch result;
+  const auto& end = claimed.points.back();
+  result.terminal = std::max((end.q - truth.q).cwiseAbs().maxCoeff(), (end.v - truth.v).cwiseAbs().maxCoeff());
+  result.cost = truth.cost - claimed.objective;
+
+  double largest = 0;
+  for (const auto& impulse : claimed.impulses) largest = std::max(largest, impulse.Lambda_n);
+  std::vector<std::pair<int, double>> expected, found;
+  for (const auto& impulse : claimed.impulses) {
+    if (impulse.Lambda_n > kImpact * largest) expected.emplace_back(impulse.contact, impulse.t);
+  }
+  for (const auto& event : truth.events) {
+    if (event.kind == EventKind::impact && event.Lambda_n[event.contact] > kImpact * largest)
+      found.emplace_back(event.contact, event.t);
+  }
+  const bool same = std::equal(expected.begin(), expected.end(), found.begin(), found.end(),
+                               [](const auto& a, const auto& b) { return a.first == b.first; });
+  if (!same) result.events = INFINITY;
+  for (std::size_t k = 0; same && k < expected.size(); ++k)
+    result.events = std::max(result.events, std::abs(expected[k].second - found[k].second));
+  return result;
+}
+
+}  // namespace ricochet

@@ -1,0 +1,236 @@
+#include "methods/control/contact_equations.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "methods/control/nlp_blocks.h"
+
+namespace ricochet {
+namespace {
+
+using GiNaC::ex;
+using GiNaC::symbol;
+using Symbols = std::vector<symbol>;
+using Expressions = SmoothFunction::Expressions;
+
+// Guess of forces, impulses and slacks: Ipopt starts inside of their bounds.
+constexpr double kPositive = 1e-1;
+
+/// Direction of facet f: +-1 in the plane, points of the unit circle in space.
+std::vector<double> facet(int n_t, int f, int facets) {
+  if (n_t == 1) return {f == 0 ? 1.0 : -1.0};
+  const double angle = 2 * std::numbers::pi * f / facets;
+  return {std::cos(angle), std::sin(angle)};
+}
+
+}  // namespace
+
+std::vector<int> ContactEquations::join(std::initializer_list<std::vector<int>> lists) {
+  std::vector<int> all;
+  for (const auto& list : lists) all.insert(all.end(), list.begin(), list.end());
+  return all;
+}
+
+ContactEquations::ContactEquations(const Problem& plant, Cone cone, int facets, double eps, Mpcc& mpcc)
+    : plant_(plant),
+      info_(plant.info()),
+      mpcc_(mpcc),
+      functions_(plant_functions(plant, eps)),
+      cone_(cone),
+      facets_(facets) {
+  const Vector infinite = Vector::Constant(info_.n_q, kInfinity);
+  bounds_ = {-infinite, infinite, -infinite, infinite};
+  for (const auto& contact : info_.contacts) {
+    const auto n_t = static_cast<std::size_t>(contact.n_t);
+    const symbol slack, lambda_n, gamma;
+    const Symbols lambda_t(n_t), v_t(n_t);
+    ex size = 0;
+    Expressions law;
+    for (std::size_t d = 0; d < n_t; ++d) {
+      size += lambda_t[d] * lambda_t[d];
+      law.push_back(cone == Cone::squared ? ex(-v_t[d] - 2 * gamma * lambda_t[d])
+                                          : ex(contact.mu * lambda_n * v_t[d] + gamma * lambda_t[d]));
+    }
+    Symbols slack_inputs{slack, lambda_n}, law_inputs{lambda_n, gamma};
+    slack_inputs.insert(slack_inputs.end(), lambda_t.begin(), lambda_t.end());
+    law_inputs.insert(law_inputs.end(), lambda_t.begin(), lambda_t.end());
+    law_inputs.insert(law_inputs.end(), v_t.begin(), v_t.end());
+    cone_slack_.emplace_back(Expressions{slack - contact.mu * contact.mu * lambda_n * lambda_n + size}, slack_inputs,
+                             std::vector<Tape::Constant>{});
+    cone_law_.emplace_back(law, law_inputs, std::vector<Tape::Constant>{});
+  }
+}
+
+int ContactEquations::add_variable(double lower, double guess, const std::string& name) {
+  return mpcc_.nlp.add_variable(lower, kInfinity, guess, name);
+}
+
+std::vector<int> ContactEquations::add_variables(int count, double lower, double guess, const std::string& name) {
+  std::vector<int> numbers;
+  for (int k = 0; k < count; ++k) numbers.push_back(add_variable(lower, guess, fmt::format("{}[{}]", name, k)));
+  return numbers;
+}
+
+void ContactEquations::add_linear(const Terms& terms, double lower, double upper, const std::string& name) {
+  const int row = mpcc_.nlp.add_row(lower, upper, name);
+  mpcc_.nlp.add_block(std::make_unique<LinearBlock>(row, terms));
+}
+
+/// 0 = function(variables) - minus
+void ContactEquations::add_equations(const SmoothFunction& function, const std::vector<int>& variables,
+                                     const std::string& name, const std::vector<int>& minus) {
+  if (function.n_outputs() == 0) return;
+  std::vector<int> rows;
+  for (int k = 0; k < function.n_outputs(); ++k) {
+    rows.push_back(mpcc_.nlp.add_row(0, 0, fmt::format("{}[{}]", name, k)));
+    if (!minus.empty()) mpcc_.nlp.add_block(std::make_unique<LinearBlock>(rows.back(), Terms{{minus[k], -1.0}}));
+  }
+  mpcc_.nlp.add_block(std::make_unique<FunctionBlock>(function, variables, rows));
+}
+
+ContactEquations::Point ContactEquations::add_initial_state(const Vector& q, const Vector& v) {
+  Point point;
+  for (int k = 0; k < info_.n_q; ++k)
+    point.q.push_back(mpcc_.nlp.add_variable(q[k], q[k], q[k], fmt::format("q_0[{}]", k)));
+  for (int k = 0; k < info_.n_q; ++k)
+    point.v.push_back(mpcc_.nlp.add_variable(v[k], v[k], v[k], fmt::format("v_0[{}]", k)));
+  const Vector gap = plant_.gap(q).cwiseMax(0);
+  for (int i = 0; i < info_.n_c(); ++i)
+    point.gap.push_back(mpcc_.nlp.add_variable(gap[i], gap[i], gap[i], "initial gap of " + info_.contacts[i].name));
+  return point;
+}
+
+std::vector<int> ContactEquations::add_velocity(const std::string& name) {
+  std::vector<int> v;
+  for (int k = 0; k < info_.n_q; ++k)
+    v.push_back(
+        mpcc_.nlp.add_variable(bounds_.v_lower[k], bounds_.v_upper[k], info_.v0[k], fmt::format("{}, v[{}]", name, k)));
+  return v;
+}
+
+ContactEquations::Point ContactEquations::add_point(const std::string& name) {
+  Point point;
+  for (int k = 0; k < info_.n_q; ++k)
+    point.q.push_back(
+        mpcc_.nlp.add_variable(bounds_.q_lower[k], bounds_.q_upper[k], info_.q0[k], fmt::format("{}, q[{}]", name, k)));
+  for (int k = 0; k < info_.n_q; ++k)
+    point.v.push_back(
+        mpcc_.nlp.add_variable(bounds_.v_lower[k], bounds_.v_upper[k], info_.v0[k], fmt::format("{}, v[{}]", name, k)));
+  return point;
+}
+
+/// (1)
+void ContactEquations::add_gap_and_slip(Point& point, const std::string& name) {
+  if (point.gap.empty()) {
+    const Vector gap = plant_.gap(info_.q0).cwiseMax(kPositive);
+    for (int i = 0; i < info_.n_c(); ++i)
+      point.gap.push_back(add_variable(0, gap[i], fmt::format("{}, gap of {}", name, info_.contacts[i].name)));
+    add_equations(functions_.gap, point.q, name + ", gap", point.gap);
+  }
+  point.slip = add_variables(info_.n_lambda_t, -kInfinity, 0, name + ", slip velocity");
+  add_equations(functions_.slip, join({point.q, point.v}), name + ", slip", point.slip);
+}
+
+/// The unknowns of (2)-(4) at a point. @param has_force  whether the law is stated there, so that gamma is determined
+std::vector<ContactEquations::Slip> ContactEquations::add_slips(const Point& point, bool has_force,
+                                                                const std::string& name) {
+  std::vector<Slip> slips(info_.contacts.size());
+  for (std::size_t i = 0; i < slips.size(); ++i) {
+    const auto& contact = info_.contacts[i];
+    if (contact.n_t == 0) continue;
+    const std::string at = fmt::format("{}, {}", name, contact.name);
+    const bool has_signs = cone_ == Cone::squared || (cone_ == Cone::exact && contact.n_t == 1);
+    Slip& slip = slips[i];
+    if (has_signs) {
+      slip.xi_plus = add_variables(contact.n_t, 0, kPositive, at + ", xi+");
+      slip.xi_minus = add_variables(contact.n_t, 0, kPositive, at + ", xi-");
+      for (int d = 0; d < contact.n_t; ++d)
+        add_linear({{point.slip[contact.tangent_index + d], 1}, {slip.xi_plus[d], -1}, {slip.xi_minus[d], 1}}, 0, 0,
+                   at + ", v_t = xi+ - xi-");
+    }
+    if (cone_ == Cone::polyhedral) {
+      const int facets = contact.n_t == 1 ? 2 : facets_;
+      slip.gamma = add_variables(1, 0, kPositive, at + ", gamma");
+      slip.rates = add_variables(facets, 0, kPositive, at + ", D' v_t + gamma");
+      for (int f = 0; f < facets; ++f) {
+        const auto direction = facet(contact.n_t, f, facets);
+        Terms terms{{slip.rates[f], -1}, {slip.gamma[0], 1}};
+        for (int d = 0; d < contact.n_t; ++d) terms.emplace_back(point.slip[contact.tangent_index + d], direction[d]);
+        add_linear(terms, 0, 0, at + ", facet velocity");
+      }
+    } else if (has_force && !(cone_ == Cone::exact && contact.n_t == 1)) {
+      slip.gamma = add_variables(1, 0, kPositive, at + ", gamma");
+    }
+  }
+  return slips;
+}
+
+/// lambda_t and the slacks of the cone, in terms of lambda_n.
+std::vector<ContactEquations::Force> ContactEquations::add_forces(const std::vector<int>& lambda_n,
+                                                                  const std::string& name) {
+  std::vector<Force> forces(info_.contacts.size());
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    const auto& contact = info_.contacts[i];
+    if (contact.n_t == 0) continue;
+    const std::string at = fmt::format("{}, {}", name, contact.name);
+    Force& force = forces[i];
+    force.lambda_t = add_variables(contact.n_t, -kInfinity, 0, at + ", lambda_t");
+    if (cone_ == Cone::polyhedral) {
+      const int facets = contact.n_t == 1 ? 2 : facets_;
+      force.facets = add_variables(facets, 0, kPositive, at + ", l");
+      force.slack = add_variables(1, 0, kPositive, at + ", cone slack");
+      Terms sum{{lambda_n[i], contact.mu}, {force.slack[0], -1}};
+      for (const int l : force.facets) sum.emplace_back(l, -1);
+      add_linear(sum, 0, 0, at + ", cone");
+      for (int d = 0; d < contact.n_t; ++d) {
+        Terms terms{{force.lambda_t[d], -1}};
+        for (int f = 0; f < facets; ++f) terms.emplace_back(force.facets[f], facet(contact.n_t, f, facets)[d]);
+        add_linear(terms, 0, 0, at + ", lambda_t = D l");
+      }
+    } else if (cone_ == Cone::exact && contact.n_t == 1) {
+      force.slack = add_variables(2, 0, kPositive, at + ", cone slack");
+      for (const int sign : {1, -1})
+        add_linear({{lambda_n[i], contact.mu}, {force.lambda_t[0], sign}, {force.slack[sign > 0 ? 0 : 1], -1}}, 0, 0,
+                   at + ", cone");
+    } else {
+      force.slack = add_variables(1, 0, kPositive, at + ", cone slack");
+      add_equations(cone_slack_[i], join({force.slack, {lambda_n[i]}, force.lambda_t}), at + ", cone");
+    }
+  }
+  return forces;
+}
+
+/// The first half of (3), or its published form.
+void ContactEquations::add_friction_laws(const Point& point, const std::vector<Slip>& slip,
+                                         const std::vector<Force>& force, const std::vector<int>& lambda_n,
+                                         const std::string& name) {
+  for (std::size_t i = 0; i < slip.size(); ++i) {
+    const auto& contact = info_.contacts[i];
+    if (contact.n_t == 0 || cone_ == Cone::polyhedral || slip[i].gamma.empty()) continue;
+    const auto first = point.slip.begin() + contact.tangent_index;
+    const std::vector<int> v_t(first, first + contact.n_t);
+    add_equations(cone_law_[i], join({{lambda_n[i]}, slip[i].gamma, force[i].lambda_t, v_t}),
+                  fmt::format("{}, {}, friction law", name, contact.name));
+  }
+}
+
+void ContactEquations::add_friction_pairs(const Slip& slip, const Force& force, const std::string& name) {
+  if (force.slack.size() == 2) {
+    mpcc_.add_pair({force.slack[0]}, slip.xi_plus, name + ", cone _|_ xi+");
+    mpcc_.add_pair({force.slack[1]}, slip.xi_minus, name + ", cone _|_ xi-");
+    return;
+  }
+  if (!force.slack.empty()) mpcc_.add_pair(force.slack, slip.gamma, name + ", cone _|_ gamma");
+  for (std::size_t f = 0; f < force.facets.size(); ++f)
+    mpcc_.add_pair({force.facets[f]}, {slip.rates[f]}, name + ", l _|_ D' v_t + gamma");
+}
+
+std::vector<int> ContactEquations::tangential(const std::vector<Force>& forces) {
+  std::vector<int> all;
+  for (const auto& force : forces) all.insert(all.end(), force.lambda_t.begin(), force.lambda_t.end());
+  return all;
+}
+
+}  // namespace ricochet

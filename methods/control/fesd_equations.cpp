@@ -1,0 +1,370 @@
+#include "methods/control/fesd_equations.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "methods/control/nlp_blocks.h"
+
+namespace ricochet {
+namespace {
+
+using GiNaC::ex;
+using GiNaC::symbol;
+using Symbols = std::vector<symbol>;
+using Expressions = SmoothFunction::Expressions;
+
+// Shortest element, relative to equal ones: elements that collapse are degenerate.
+constexpr double kShortest = 1e-3;
+// Guess of forces, impulses and slacks: Ipopt starts inside of their bounds.
+constexpr double kPositive = 1e-1;
+
+/// x_1 - x_0 - h sum_k a_k d_k for every row `a` of A: inputs (h, x_0, x_1..x_rows, d_1..d_s).
+SmoothFunction runge_kutta_rows(const Matrix& A) {
+  const auto rows = A.rows(), n_s = A.cols();
+  const symbol h, start;
+  Symbols values(static_cast<std::size_t>(rows)), slopes(static_cast<std::size_t>(n_s)), inputs{h, start};
+  Expressions outputs;
+  for (Eigen::Index j = 0; j < rows; ++j) {
+    ex sum = 0;
+    for (Eigen::Index k = 0; k < n_s; ++k) sum += A(j, k) * slopes[k];
+    outputs.push_back(values[j] - start - h * sum);
+  }
+  inputs.insert(inputs.end(), values.begin(), values.end());
+  inputs.insert(inputs.end(), slopes.begin(), slopes.end());
+  return {outputs, inputs, {}};
+}
+
+}  // namespace
+
+FesdEquations::FesdEquations(const Problem& plant, const ButcherTableau& tableau, const Options& options, Mpcc& mpcc)
+    : ContactEquations(plant, options.cone, options.facets, options.eps_c, mpcc),
+      tableau_(tableau),
+      options_(options),
+      stiffly_accurate_(tableau.is_stiffly_accurate()),
+      runge_kutta_(runge_kutta_rows(tableau.A)),
+      right_end_(runge_kutta_rows(tableau.b.transpose())) {
+  indicator_.reserve(info_.contacts.size());  // blocks refer to them
+  Symbols lengths(2 + info_.contacts.size());
+  ex eta = 1;
+  for (std::size_t i = 2; i < lengths.size(); ++i) eta *= lengths[i];
+  if (options.equilibration == Equilibration::tanh) eta = GiNaC::tanh(eta);
+  equilibration_ = {{(lengths[0] - lengths[1]) * eta}, lengths, {}};
+}
+
+/// (3), (5), (6) and friction of the impulses
+void FesdEquations::add_impact(Element& element, const std::string& name) {
+  const int n_c = info_.n_c();
+  element.Lambda_n = add_variables(n_c, 0, kPositive, name + ", Lambda_n");
+  add_gap_and_slip(element.left, name + ", left end");
+  element.left_slip = add_slips(element.left, true, name + ", left end");
+  element.impulse = add_forces(element.Lambda_n, name + ", impulse");
+  add_equations(functions_.impulse,
+                join({element.left.q, element.left.v, element.v_minus, element.Lambda_n, tangential(element.impulse)}),
+                name + ", impulse balance");
+  if (n_c == 0) return;
+  add_friction_laws(element.left, element.left_slip, element.impulse, element.Lambda_n, name + ", impulse");
+
+  element.s_plus = add_variables(n_c, 0, kPositive, name + ", s+");
+  element.s_minus = add_variables(n_c, 0, kPositive, name + ", s-");
+  const int first_row = mpcc_.nlp.n_rows();
+  add_equations(functions_.restitution, join({element.left.q, element.left.v, element.v_minus}), name + ", restitution",
+                element.s_plus);
+  for (int i = 0; i < n_c; ++i) {
+    mpcc_.nlp.add_block(std::make_unique<LinearBlock>(first_row + i, Terms{{element.s_minus[i], 1}}));
+    const std::string at = fmt::format("{}, {}", name, info_.contacts[i].name);
+    const int y = element.left.gap[i], Lambda = element.Lambda_n[i], plus = element.s_plus[i],
+              minus = element.s_minus[i];
+    if (options_.impulses == Impulses::slack) {
+      mpcc_.add_pair({Lambda}, {y, plus, minus}, at + ", Lambda_n _|_ gap + s+ + s-");
+      mpcc_.add_pair({plus}, {minus}, at + ", s+ _|_ s-");
+    } else {
+      mpcc_.add_pair({Lambda}, {y}, at + ", Lambda_n _|_ gap");
+      mpcc_.add_pair({Lambda}, {plus}, at + ", Lambda_n _|_ s+");
+      mpcc_.add_pair({Lambda}, {minus}, at + ", Lambda_n _|_ s-");
+    }
+  }
+  if (options_.eps_c > 0) {  // (6)
+    std::vector<int> rows;
+    for (int i = 0; i < n_c; ++i)
+      rows.push_back(mpcc_.nlp.add_row(0, kInfinity, fmt::format("{}, {}, gap ahead", name, info_.contacts[i].name)));
+    mpcc_.nlp.add_block(
+        std::make_unique<FunctionBlock>(functions_.ahead, join({element.left.q, element.left.v, {element.h}}), rows));
+  }
+}
+
+/// (1), (2) and the contact quantities of every stage
+void FesdEquations::add_stages(Element& element, const std::vector<int>& u, const std::string& name) {
+  const int n_q = info_.n_q, n_s = tableau_.n_s;
+  for (int j = 0; j < n_s; ++j) {
+    const std::string at = fmt::format("{}, stage {}", name, j + 1);
+    Stage stage;
+    stage.point = add_point(at);
+    stage.w = add_variables(n_q, -kInfinity, 0, at + ", w");
+    stage.lambda_n = add_variables(info_.n_c(), 0, kPositive, at + ", lambda_n");
+    add_gap_and_slip(stage.point, at);
+    stage.slip = add_slips(stage.point, true, at);
+    stage.force = add_forces(stage.lambda_n, at);
+    add_friction_laws(stage.point, stage.slip, stage.force, stage.lambda_n, at);
+    add_equations(functions_.dynamics,
+                  join({stage.point.q, stage.point.v, stage.w, stage.lambda_n, tangential(stage.force), u}),
+                  at + ", dynamics");
+    element.stages.push_back(std::move(stage));
+  }
+  if (stiffly_accurate_) {
+    element.right = element.stages.back().point;
+  } else {
+    element.right = add_point(name + ", right end");
+    add_gap_and_slip(element.right, name + ", right end");
+    element.right_slip = add_slips(element.right, false, name + ", right end");
+  }
+  for (int k = 0; k < n_q; ++k) {
+    std::vector<int> q{element.h, element.left.q[k]}, v{element.h, element.left.v[k]}, slopes_q, slopes_v;
+    for (const auto& stage : element.stages) {
+      q.push_back(stage.point.q[k]);
+      v.push_back(stage.point.v[k]);
+      slopes_q.push_back(stage.point.v[k]);
+      slopes_v.push_back(stage.w[k]);
+    }
+    add_equations(runge_kutta_, join({q, slopes_q}), fmt::format("{}, stage positions {}", name, k));
+    add_equations(runge_kutta_, join({v, slopes_v}), fmt::format("{}, stage velocities {}", name, k));
+    if (stiffly_accurate_) continue;
+    add_equations(right_end_, join({{element.h, element.left.q[k], element.right.q[k]}, slopes_q}),
+                  fmt::format("{}, end position {}", name, k));
+    add_equations(right_end_, join({{element.h, element.left.v[k], element.right.v[k]}, slopes_v}),
+                  fmt::format("{}, end velocity {}", name, k));
+  }
+}
+
+/// Pairs of every stage value with every point value, or of their sums.
+void FesdEquations::add_cross(const std::vector<int>& stages, const std::vector<int>& points, const std::string& name) {
+  switch (options_.cross) {
+    case CrossComplementarity::sparse:
+      for (const int a : stages) {
+        for (const int b : points) mpcc_.add_pair({a}, {b}, name);
+      }
+      break;
+    case CrossComplementarity::per_stage:
+      for (const int a : stages) mpcc_.add_pair({a}, points, name);
+      break;
+    case CrossComplementarity::aggregated:
+      mpcc_.add_pair(stages, points, name);
+      break;
+  }
+}
+
+/// The pairs of (4), (8), (9), (10)
+void FesdEquations::add_cross_complementarity(const Element& element, const std::string& name) {
+  // Values of a quantity at the stages, and at the left end, the stages and the right end.
+  const auto at_stages = [&](const auto& value) {
+    std::vector<int> numbers;
+    for (const auto& stage : element.stages) numbers.push_back(value(stage));
+    return numbers;
+  };
+  for (std::size_t i = 0; i < info_.contacts.size(); ++i) {
+    const std::string at = fmt::format("{}, {}", name, info_.contacts[i].name);
+    std::vector<int> gaps{element.left.gap[i]};
+    for (const auto& stage : element.stages) gaps.push_back(stage.point.gap[i]);
+    if (!stiffly_accurate_) gaps.push_back(element.right.gap[i]);
+    add_cross(at_stages([&](const Stage& s) { return s.lambda_n[i]; }), gaps, at + ", lambda_n _|_ gap");
+
+    const int n_t = info_.contacts[i].n_t;
+    if (n_t == 0) continue;
+    const auto at_points = [&](const auto& value) {  // of a Slip; gamma is not known at a right end that is no stage
+      std::vector<int> numbers;
+      const auto append = [&](const Slip& slip) {
+        const auto& list = value(slip);
+        numbers.insert(numbers.end(), list.begin(), list.end());
+      };
+      append(element.left_slip[i]);
+      for (const auto& stage : element.stages) append(stage.slip[i]);
+      if (!stiffly_accurate_) append(element.right_slip[i]);
+      return numbers;
+    };
+    const auto component = [](const std::vector<int>& list, int d) {
+      return list.empty() ? std::vector<int>{} : std::vector<int>{list[d]};
+    };
+    for (int d = 0; d < n_t; ++d) {
+      const auto plus = at_points([&](const Slip& s) { return component(s.xi_plus, d); });
+      const auto minus = at_points([&](const Slip& s) { return component(s.xi_minus, d); });
+      if (!plus.empty()) add_cross(plus, minus, at + ", xi+ _|_ xi-");
+    }
+    add_friction_pairs(element.left_slip[i], element.impulse[i], at + ", impulse");
+    if (options_.cone == Cone::exact && n_t == 1) {
+      const auto plus = at_points([](const Slip& s) { return s.xi_plus; });
+      const auto minus = at_points([](const Slip& s) { return s.xi_minus; });
+      add_cross(at_stages([&](const Stage& s) { return s.force[i].slack[0]; }), plus, at + ", cone _|_ xi+");
+      add_cross(at_stages([&](const Stage& s) { return s.force[i].slack[1]; }), minus, at + ", cone _|_ xi-");
+      continue;
+    }
+    add_cross(at_stages([&](const Stage& s) { return s.force[i].slack[0]; }),
+              at_points([](const Slip& s) { return s.gamma; }), at + ", cone _|_ gamma");
+    for (std::size_t f = 0; f < element.impulse[i].facets.size(); ++f) {
+      add_cross(at_stages([&](const Stage& s) { return s.force[i].facets[f]; }),
+                at_points([&](const Slip& s) { return component(s.rates, static_cast<int>(f)); }),
+                at + ", l _|_ D' v_t + gamma");
+    }
+  }
+}
+
+/// The lists of variables whose sums (8) is made of: gaps at the points, lambda_n, then for a contact with friction
+/// the cone slacks and everything whose sums stay positive while the contact goes on slipping in one direction.
+std::vector<std::vector<int>> FesdEquations::indicator_lists(const Element& element, int contact) const {
+  const auto i = static_cast<std::size_t>(contact);
+  std::vector<std::vector<int>> lists(2);
+  lists[0] = {element.left.gap[i]};
+  for (const auto& stage : element.stages) {
+    lists[0].push_back(stage.point.gap[i]);
+    lists[1].push_back(stage.lambda_n[i]);
+  }
+  if (info_.contacts[i].n_t == 0) return lists;
+  const Stage& first = element.stages.front();
+  for (std::size_t k = 0; k < first.force[i].slack.size(); ++k) {
+    lists.emplace_back();
+    for (const auto& stage : element.stages) lists.back().push_back(stage.force[i].slack[k]);
+  }
+  const auto add_slip_list = [&](const auto& value) {
+    for (std::size_t k = 0; k < value(element.left_slip[i]).size(); ++k) {
+      lists.push_back({value(element.left_slip[i])[k]});
+      for (const auto& stage : element.stages) lists.back().push_back(value(stage.slip[i])[k]);
+    }
+  };
+  add_slip_list([](const Slip& slip) { return slip.xi_plus; });
+  add_slip_list([](const Slip& slip) { return slip.xi_minus; });
+  if (first.slip[i].xi_plus.empty() && first.force[i].facets.empty())
+    add_slip_list([](const Slip& slip) { return slip.gamma; });
+  for (std::size_t f = 0; f < first.force[i].facets.size(); ++f) {
+    lists.emplace_back();
+    for (const auto& stage : element.stages) lists.back().push_back(stage.force[i].facets[f]);
+  }
+  return lists;
+}
+
+/// nu of (8) with the lists of both neighbours as inputs, minus nu itself, the last input.
+SmoothFunction FesdEquations::indicator(const std::vector<std::vector<int>>& lists, int n_slacks) const {
+  Symbols inputs;
+  std::vector<Symbols> before, after;
+  for (auto* side : {&before, &after}) {
+    for (const auto& list : lists) {
+      side->emplace_back(list.size());
+      inputs.insert(inputs.end(), side->back().begin(), side->back().end());
+    }
+  }
+  const symbol nu;
+  inputs.push_back(nu);
+  const auto sum = [](const Symbols& list) {
+    ex total = 0;
+    for (const auto& x : list) total += x;
+    return total;
+  };
+  const ex Y_before = sum(before[0]), Y_after = sum(after[0]);
+  ex zeta = 1;
+  if (n_slacks > 0) {
+    // Both slacks of the plane make that of (9): their product.
+    const auto cone = [&](const std::vector<Symbols>& side) {
+      ex total = 0;
+      for (std::size_t j = 0; j < side[2].size(); ++j) {
+        ex product = 1;
+        for (int k = 0; k < n_slacks; ++k) product *= side[2 + k][j];
+        total += product;
+      }
+      return total;
+    };
+    zeta = Y_before + Y_after + cone(before) * cone(after);
+    for (std::size_t k = 2 + n_slacks; k < lists.size(); ++k) zeta += sum(before[k]) * sum(after[k]);
+  }
+  const ex kappa = after[0][0] * Y_before * Y_after + sum(before[1]) * sum(after[1]);
+  return {{kappa * zeta - nu}, inputs, {}};
+}
+
+/// (8)
+void FesdEquations::add_equilibration(const Element& before, const Element& element, const std::string& name) {
+  if (options_.equilibration == Equilibration::none) return;
+  if (options_.equilibration == Equilibration::objective) {
+    mpcc_.nlp.add_block(std::make_unique<SquareBlock>(options_.rho, Terms{{element.h, 1}, {before.h, -1}}));
+    return;
+  }
+  std::vector<int> lengths{element.h, before.h};
+  for (int i = 0; i < info_.n_c(); ++i) {
+    const auto left = indicator_lists(before, i), right = indicator_lists(element, i);
+    const int n_slacks = info_.contacts[i].n_t == 0 ? 0 : static_cast<int>(element.stages[0].force[i].slack.size());
+    if (static_cast<int>(indicator_.size()) <= i) indicator_.push_back(indicator(left, n_slacks));
+    std::vector<int> inputs;
+    for (const auto* side : {&left, &right}) {
+      for (const auto& list : *side) inputs.insert(inputs.end(), list.begin(), list.end());
+    }
+    const std::string at = fmt::format("{}, {}, indicator", name, info_.contacts[i].name);
+    const int nu = add_variable(0, kPositive, at);
+    inputs.push_back(nu);
+    add_equations(indicator_[i], inputs, at);
+    lengths.push_back(nu);
+  }
+  add_equations(equilibration_, lengths, name + ", step equilibration");
+}
+
+FesdEquations::Point FesdEquations::add_interval(const Point& start, const std::vector<int>& u, double H, int T,
+                                                 double share) {
+  const int n_fe = options_.n_fe;
+  const std::string interval = fmt::format("interval {}", intervals_.size() + 1);
+  std::vector<Element> elements(static_cast<std::size_t>(n_fe));
+  Point left = start;
+  Terms lengths;
+  for (int n = 0; n < n_fe; ++n) {
+    const std::string name = fmt::format("{}, element {}", interval, n + 1);
+    Element& element = elements[n];
+    element.h = mpcc_.nlp.add_variable(kShortest * H / n_fe, T >= 0 ? kInfinity : H, H / n_fe, name + ", h");
+    lengths.emplace_back(element.h, 1);
+    element.left.q = left.q;
+    element.left.gap = left.gap;
+    element.v_minus = left.v;
+    element.left.v = add_velocity(name + ", left end");
+    add_impact(element, name);
+    add_stages(element, u, name);
+    add_cross_complementarity(element, name);
+    if (n > 0) add_equilibration(elements[n - 1], element, name);
+    left = element.right;
+  }
+  if (T >= 0) lengths.emplace_back(T, -share);
+  add_linear(lengths, T >= 0 ? 0 : H, T >= 0 ? 0 : H, interval + ", sum of h");  // (7)
+  intervals_.push_back(std::move(elements));
+  return left;
+}
+
+FesdStep FesdEquations::read(const Vector& x, int interval) const {
+  const auto& elements = intervals_[static_cast<std::size_t>(interval)];
+  const auto values = [&](const std::vector<int>& numbers) {
+    Vector result(static_cast<Eigen::Index>(numbers.size()));
+    for (std::size_t k = 0; k < numbers.size(); ++k) result[static_cast<Eigen::Index>(k)] = x[numbers[k]];
+    return result;
+  };
+  FesdStep step;
+  step.resize(plant_, tableau_.n_s, static_cast<int>(elements.size()));
+  step.n_elements = static_cast<int>(elements.size());
+  for (int n = 0; n < step.n_elements; ++n) {
+    const Element& element = elements[n];
+    Stages& stages = step.elements[n];
+    stages.h = x[element.h];
+    step.H += stages.h;
+    stages.q0 = values(element.left.q);
+    stages.v0 = values(element.left.v);
+    stages.q1 = values(element.right.q);
+    stages.v1 = values(element.right.v);
+    for (int j = 0; j < tableau_.n_s; ++j) {
+      const Stage& stage = element.stages[j];
+      stages.q.col(j) = values(stage.point.q);
+      stages.v.col(j) = values(stage.point.v);
+      stages.a.col(j) = values(stage.w);
+      stages.lambda_n.col(j) = values(stage.lambda_n);
+      stages.lambda_t.col(j) = values(tangential(stage.force));
+    }
+    step.v_minus.col(n) = values(element.v_minus);
+    step.Lambda_n.col(n) = values(element.Lambda_n);
+    step.Lambda_t.col(n) = values(tangential(element.impulse));
+    for (int i = 0; i < info_.n_c(); ++i)
+      stages.modes[i] =
+          stages.lambda_n.row(i).maxCoeff() > x[element.right.gap[i]] ? ContactMode::closed : ContactMode::open;
+  }
+  return step;
+}
+
+}  // namespace ricochet

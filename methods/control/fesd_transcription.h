@@ -1,0 +1,28 @@
+#pragma once
+
+#include "methods/control/fesd_equations.h"
+#include "methods/control/transcription.h"
+
+namespace ricochet {
+
+/// Optimal control with FESD-J (fesd_equations.h) on every control interval; the running cost by the tableau's
+/// quadrature,
+///
+///   int L dt = sum over elements n and stages j of h_n b_j L(q_nj, v_nj, u).                                 (1)
+///
+/// Source: paper section 4.
+class FesdTranscription final : public Transcription {
+ public:
+  FesdTranscription(const OptimalControlProblem& problem, const ButcherTableau& tableau,
+                    const FesdEquations::Options& options);
+
+  ControlTrajectory trajectory(const Vector& x) const override;
+  /// The discrete motion of an interval with all its FESD-J quantities.
+  FesdStep step(const Vector& x, int interval) const { return equations_.read(x, interval); }
+
+ private:
+  const ButcherTableau tableau_;
+  FesdEquations equations_;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,135 @@
+#pragma once
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "methods/complementarity/nlp.h"
+#include "problems/derivatives/smooth_function.h"
+
+namespace ricochet {
+
+// The kinds of blocks that a transcription is made of.
+
+/// scale * f(x). The function is shared by many blocks and has to outlive them.
+class FunctionBlock final : public NlpBlock {
+ public:
+  /// @param its_rows  one per output of f; empty: f has one output, a term of the objective
+  FunctionBlock(const SmoothFunction& function, std::vector<int> its_variables, std::vector<int> its_rows,
+                double scale = 1)
+      : function_(function), scale_(scale) {
+    variables = std::move(its_variables);
+    rows = std::move(its_rows);
+  }
+
+  void evaluate(const double* x, double* values) const override {
+    function_.evaluate(x, values);
+    for (int k = 0; k < n_outputs(); ++k) values[k] *= scale_;
+  }
+  void jacobian(const double* x, double* J) const override {
+    function_.jacobian(x, J);
+    for (std::size_t k = 0; k < variables.size() * static_cast<std::size_t>(n_outputs()); ++k) J[k] *= scale_;
+  }
+  void hessian(const double* x, const double* weights, double* H) const override {
+    function_.hessian(x, weights, H);
+    for (std::size_t k = 0; k < variables.size() * variables.size(); ++k) H[k] *= scale_;
+  }
+
+ private:
+  const SmoothFunction& function_;
+  const double scale_;
+};
+
+/// One row: sum_k c_k x_k.
+class LinearBlock final : public NlpBlock {
+ public:
+  LinearBlock(int row, const std::vector<std::pair<int, double>>& terms) {
+    rows = {row};
+    for (const auto& [variable, coefficient] : terms) {
+      variables.push_back(variable);
+      coefficients_.push_back(coefficient);
+    }
+  }
+
+  void evaluate(const double* x, double* values) const override {
+    values[0] = 0;
+    for (std::size_t k = 0; k < variables.size(); ++k) values[0] += coefficients_[k] * x[k];
+  }
+  void jacobian(const double*, double* J) const override {
+    for (std::size_t k = 0; k < variables.size(); ++k) J[k] = coefficients_[k];
+  }
+  void hessian(const double*, const double*, double*) const override {}
+
+ private:
+  std::vector<double> coefficients_;
+};
+
+/// A term of the objective: weight (sum_k c_k x_k)^2.
+class SquareBlock final : public NlpBlock {
+ public:
+  SquareBlock(double weight, const std::vector<std::pair<int, double>>& terms) : weight_(weight) {
+    for (const auto& [variable, coefficient] : terms) {
+      variables.push_back(variable);
+      coefficients_.push_back(coefficient);
+    }
+  }
+
+  void evaluate(const double* x, double* values) const override { values[0] = weight_ * sum(x) * sum(x); }
+  void jacobian(const double* x, double* J) const override {
+    for (std::size_t k = 0; k < variables.size(); ++k) J[k] = 2 * weight_ * sum(x) * coefficients_[k];
+  }
+  void hessian(const double*, const double* weights, double* H) const override {
+    const std::size_t n = variables.size();
+    for (std::size_t c = 0; c < n; ++c) {
+      for (std::size_t r = 0; r < n; ++r) H[c * n + r] = 2 * weights[0] * weight_ * coefficients_[r] * coefficients_[c];
+    }
+  }
+
+ private:
+  double sum(const double* x) const {
+    double total = 0;
+    for (std::size_t k = 0; k < variables.size(); ++k) total += coefficients_[k] * x[k];
+    return total;
+  }
+
+  const double weight_;
+  std::vector<double> coefficients_;
+};
+
+/// A term of the objective: b h f(x), the contribution of a stage to an integral. Variables: h, then those of f.
+class QuadratureBlock final : public NlpBlock {
+ public:
+  QuadratureBlock(const SmoothFunction& integrand, double b, int h, const std::vector<int>& arguments)
+      : integrand_(integrand), b_(b) {
+    variables = {h};
+    variables.insert(variables.end(), arguments.begin(), arguments.end());
+  }
+
+  void evaluate(const double* x, double* values) const override {
+    integrand_.evaluate(x + 1, values);
+    values[0] *= b_ * x[0];
+  }
+  void jacobian(const double* x, double* J) const override {
+    integrand_.evaluate(x + 1, J);
+    J[0] *= b_;
+    integrand_.jacobian(x + 1, J + 1);
+    for (std::size_t k = 1; k < variables.size(); ++k) J[k] *= b_ * x[0];
+  }
+  void hessian(const double* x, const double* weights, double* H) const override {
+    const auto n = static_cast<Eigen::Index>(variables.size());
+    Vector slope = Vector::Zero(n - 1);
+    Matrix curvature = Matrix::Zero(n - 1, n - 1);
+    integrand_.jacobian(x + 1, slope.data());
+    integrand_.hessian(x + 1, weights, curvature.data());
+    Eigen::Map<Matrix> result(H, n, n);
+    result.block(1, 1, n - 1, n - 1) = b_ * x[0] * curvature;
+    result.col(0).tail(n - 1) = weights[0] * b_ * slope;
+    result.row(0).tail(n - 1) = result.col(0).tail(n - 1).transpose();
+  }
+
+ private:
+  const SmoothFunction& integrand_;
+  const double b_;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,78 @@
+#include "methods/control/transcription.h"
+
+#include <fmt/format.h>
+
+#include "methods/control/nlp_blocks.h"
+
+namespace ricochet {
+namespace {
+
+std::vector<int> join(const std::vector<int>& a, const std::vector<int>& b, const std::vector<int>& c = {}) {
+  std::vector<int> all = a;
+  all.insert(all.end(), b.begin(), b.end());
+  all.insert(all.end(), c.begin(), c.end());
+  return all;
+}
+
+}  // namespace
+
+std::vector<std::vector<int>> Transcription::add_controls() {
+  const ProblemInfo& info = problem_.plant->info();
+  std::vector<std::vector<int>> u(static_cast<std::size_t>(problem_.n_intervals));
+  for (std::size_t k = 0; k < u.size(); ++k) {
+    for (int c = 0; c < info.n_u; ++c)
+      u[k].push_back(mpcc_.nlp.add_variable(problem_.u.lower[c], problem_.u.upper[c], info.u[c],
+                                            fmt::format("interval {}, u[{}]", k + 1, c)));
+  }
+  return u;
+}
+
+int Transcription::add_time() {
+  if (!problem_.is_time_free) return -1;
+  return mpcc_.nlp.add_variable(problem_.T_lower, problem_.T_upper, problem_.plant->info().end_time, "T");
+}
+
+void Transcription::add_path(const std::vector<int>& q, const std::vector<int>& v, const std::vector<int>& u,
+                             const std::string& name) {
+  if (problem_.path.n_outputs() == 0) return;
+  std::vector<int> rows;
+  for (const auto& constraint : problem_.path_names)
+    rows.push_back(mpcc_.nlp.add_row(0, kInfinity, name + ", " + constraint));
+  mpcc_.nlp.add_block(std::make_unique<FunctionBlock>(problem_.path, join(q, v, u), rows));
+}
+
+void Transcription::add_terminal(const std::vector<int>& q, const std::vector<int>& v) {
+  mpcc_.nlp.add_block(std::make_unique<FunctionBlock>(problem_.terminal_cost, join(q, v), std::vector<int>{}));
+  if (problem_.terminal.n_outputs() == 0) return;
+  std::vector<int> rows;
+  for (const auto& constraint : problem_.terminal_names) rows.push_back(mpcc_.nlp.add_row(0, 0, "at T, " + constraint));
+  mpcc_.nlp.add_block(std::make_unique<FunctionBlock>(problem_.terminal, join(q, v), rows));
+}
+
+ControlTrajectory Transcription::read_controls(const Vector& x) const {
+  ControlTrajectory trajectory;
+  trajectory.u.resize(problem_.plant->info().n_u, problem_.n_intervals);
+  for (std::size_t k = 0; k < u_.size(); ++k) {
+    for (std::size_t c = 0; c < u_[k].size(); ++c) trajectory.u(c, k) = x[u_[k][c]];
+  }
+  trajectory.T = T_ >= 0 ? x[T_] : problem_.plant->info().end_time;
+  return trajectory;
+}
+
+double Transcription::running_cost(const Vector& q, const Vector& v, const Vector& u) const {
+  Vector arguments(q.size() + v.size() + u.size());
+  arguments << q, v, u;
+  double cost = 0;
+  problem_.running_cost.evaluate(arguments.data(), &cost);
+  return cost;
+}
+
+double Transcription::terminal_cost(const Vector& q, const Vector& v) const {
+  Vector arguments(q.size() + v.size());
+  arguments << q, v;
+  double cost = 0;
+  problem_.terminal_cost.evaluate(arguments.data(), &cost);
+  return cost;
+}
+
+}  // namespace ricochet

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "methods/complementarity/nlp.h"
+#include "problems/control/optimal_control_problem.h"
+
+namespace ricochet {
+
+/// Controls and motion of a transcribed optimal control problem.
+struct ControlTrajectory {
+  Matrix u;              ///< n_u x N, constant on each interval
+  double T = 0;          ///< [s]
+  double objective = 0;  ///< (1) of optimal_control_problem.h as the discretisation integrates it
+
+  /// A point of the discrete motion; at an impact two with the same t.
+  struct Point {
+    double t = 0;
+    Vector q, v;
+    Vector lambda_n, lambda_t;  ///< forces [N]; of the stage, zero at points without one
+  };
+  struct Impulse {
+    double t = 0;
+    int contact = -1;
+    double Lambda_n = 0;  ///< [N s]
+  };
+  std::vector<Point> points;
+  std::vector<Impulse> impulses;
+};
+
+/// An optimal control problem as a mathematical program with complementarity constraints: a discretisation of the
+/// plant, the costs and constraints at its points.
+class Transcription {
+ public:
+  virtual ~Transcription() = default;
+
+  const Mpcc& mpcc() const { return mpcc_; }
+  Mpcc& mpcc() { return mpcc_; }
+  /// Reads the motion out of a solution x.
+  virtual ControlTrajectory trajectory(const Vector& x) const = 0;
+
+ protected:
+  explicit Transcription(const OptimalControlProblem& problem) : problem_(problem) {}
+
+  /// Variables of every interval's control.
+  std::vector<std::vector<int>> add_controls();
+  /// T as a variable, or -1 when it is fixed.
+  int add_time();
+  /// Path constraints of problem_ at (q, v, u).
+  void add_path(const std::vector<int>& q, const std::vector<int>& v, const std::vector<int>& u,
+                const std::string& name);
+  /// Terminal cost and constraints at (q, v).
+  void add_terminal(const std::vector<int>& q, const std::vector<int>& v);
+  /// The controls and T of a ControlTrajectory.
+  ControlTrajectory read_controls(const Vector& x) const;
+  double running_cost(const Vector& q, const Vector& v, const Vector& u) const;
+  double terminal_cost(const Vector& q, const Vector& v) const;
+
+  const OptimalControlProblem& problem_;
+  Mpcc mpcc_;
+  std::vector<std::vector<int>> u_;
+  int T_ = -1;
+};
+
+}  // namespace ricochet

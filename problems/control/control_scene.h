@@ -1,0 +1,128 @@
+#pragma once
+
+#include "problems/control/optimal_control_problem.h"
+#include "problems/scene.h"
+
+namespace ricochet {
+
+// An optimal control problem is a scene (problems/scene.h) with a control, and on top of it
+//
+//   ControlGrid grid() const;                          // N, N_FE, tableau
+//   ControlBounds<n_q, n_u> bounds() const;            // of q, v, u
+//   T running_cost(q, v, u) const;   T terminal_cost(q, v) const;
+//
+// and what it has of
+//
+//   std::array<T, n> path(q, v, u) const;              // >= 0 at every stage
+//   std::array<const char*, n> path_names() const;
+//   std::array<T, n> terminal(q, v) const;             // = 0 at T
+//   std::array<const char*, n> terminal_names() const;
+//   std::array<double, 2> time_bounds() const;         // T is an unknown between these; end_time() is its guess
+//
+//   const bool registered = register_control_problem<Discs>();
+
+struct ControlGrid {
+  int n_intervals, n_fe;
+  const char* tableau;
+};
+
+template <std::size_t n_q, std::size_t n_u>
+struct ControlBounds {
+  std::array<double, n_q> q_lower, q_upper, v_lower, v_upper;
+  std::array<double, n_u> u_lower, u_upper;
+};
+
+template <std::size_t n>
+std::array<double, n> every(double value) {
+  std::array<double, n> values;
+  values.fill(value);
+  return values;
+}
+
+namespace scene_detail {
+
+template <class Scene>
+concept HasPath = requires(const Scene s) {
+  s.path(s.q0(), s.v0(), s.control());
+};
+template <class Scene>
+concept HasTerminal = requires(const Scene s) {
+  s.terminal(s.q0(), s.v0());
+};
+template <class Scene>
+concept HasFreeTime = requires(const Scene s) {
+  s.time_bounds();
+};
+
+template <std::size_t n>
+Vector to_vector(const std::array<double, n>& values) {
+  return Eigen::Map<const Vector>(values.data(), static_cast<Eigen::Index>(n));
+}
+
+template <template <class> class Scene>
+std::unique_ptr<OptimalControlProblem> make_control(const Scene<double>& numeric) {
+  using GiNaC::ex;
+  auto problem = std::make_unique<OptimalControlProblem>();
+  auto plant = std::make_unique<CompiledProblem<Scene>>(numeric);
+  const SymbolicModel& model = plant->model();
+  problem->id = model.id;
+  problem->title = model.title;
+  problem->source = model.source;
+  problem->hard_feature = model.hard_feature;
+
+  const ControlGrid grid = numeric.grid();
+  problem->n_intervals = grid.n_intervals;
+  problem->n_fe = grid.n_fe;
+  problem->tableau = grid.tableau;
+  const auto bounds = numeric.bounds();
+  problem->q = {to_vector(bounds.q_lower), to_vector(bounds.q_upper)};
+  problem->v = {to_vector(bounds.v_lower), to_vector(bounds.v_upper)};
+  problem->u = {to_vector(bounds.u_lower), to_vector(bounds.u_upper)};
+
+  Scene<ex> scene;
+  std::size_t next = 0;
+  scene.parameters([&](const char*, ex& value, const char*) { value = model.parameter_symbols[next++]; });
+  constexpr std::size_t n = n_q<Scene<ex>>, n_u = std::tuple_size_v<decltype(scene.control())>;
+  Vec<ex, n> q, v;
+  Vec<ex, n_u> u;
+  std::copy(model.q.begin(), model.q.end(), q.begin());
+  std::copy(model.v.begin(), model.v.end(), v.begin());
+  std::copy(model.u.begin(), model.u.end(), u.begin());
+  std::vector<GiNaC::symbol> state = model.q;
+  state.insert(state.end(), model.v.begin(), model.v.end());
+  auto state_and_control = state;
+  state_and_control.insert(state_and_control.end(), model.u.begin(), model.u.end());
+  const auto constants = model.constants();
+  problem->running_cost = {{scene.running_cost(q, v, u)}, state_and_control, constants};
+  problem->terminal_cost = {{scene.terminal_cost(q, v)}, state, constants};
+  if constexpr (HasPath<Scene<ex>>) {
+    const auto path = scene.path(q, v, u);
+    problem->path = {{path.begin(), path.end()}, state_and_control, constants};
+    for (const char* name : scene.path_names()) problem->path_names.emplace_back(name);
+  }
+  if constexpr (HasTerminal<Scene<ex>>) {
+    const auto terminal = scene.terminal(q, v);
+    problem->terminal = {{terminal.begin(), terminal.end()}, state, constants};
+    for (const char* name : scene.terminal_names()) problem->terminal_names.emplace_back(name);
+  }
+  if constexpr (HasFreeTime<Scene<double>>) {
+    problem->is_time_free = true;
+    problem->T_lower = numeric.time_bounds()[0];
+    problem->T_upper = numeric.time_bounds()[1];
+  }
+  problem->plant = std::move(plant);
+  return problem;
+}
+
+}  // namespace scene_detail
+
+/// Makes the optimal control problem known under its id. Call once, in the problem's own file.
+template <template <class> class Scene>
+bool register_control_problem() {
+  const auto text = Scene<double>::text;
+  return add_control_problem({text.id, text.title, text.source, text.hard_feature, [](const ParameterChanges& changes) {
+                                return scene_detail::make_control<Scene>(scene_with<Scene>(changes));
+                              }});
+}
+
+}  // namespace ricochet

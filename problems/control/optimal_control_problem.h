@@ -1,0 +1,63 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "problems/derivatives/smooth_function.h"
+#include "problems/problem.h"
+#include "problems/registry.h"
+
+namespace ricochet {
+
+/// Optimal control of a complementarity Lagrangian system, SI units:
+///
+///   min  int_0^T L(q, v, u) dt + E(q(T), v(T))                                          (1)
+///   s.t. the plant's equations (problem.h), (q, v)(0) = (q_0, v_0),                     (2)
+///        lower <= q, v, u <= upper,   p(q, v, u) >= 0,   r(q(T), v(T)) = 0              (3)
+///
+/// u is constant on N control intervals of equal length, (3) holds at the stages.
+struct OptimalControlProblem {
+  struct Bounds {
+    Vector lower, upper;  ///< infinite where there is none
+  };
+
+  std::string id, title, source, hard_feature;
+  std::unique_ptr<Problem> plant;  ///< end_time is T, u the guess of the control
+  bool is_time_free = false;       ///< T is an unknown in [T_lower, T_upper], plant->info().end_time its guess
+  double T_lower = 0, T_upper = 0;
+
+  Bounds q, v, u;
+  SmoothFunction running_cost;   ///< (q, v, u) -> L
+  SmoothFunction terminal_cost;  ///< (q, v) -> E
+  SmoothFunction path;           ///< (q, v, u) -> p
+  SmoothFunction terminal;       ///< (q, v) -> r
+  std::vector<std::string> path_names, terminal_names;
+
+  // What the problem's source, or this project, solves it with.
+  int n_intervals = 1;  ///< N
+  int n_fe = 2;         ///< finite elements in each
+  std::string tableau = "radau-iia:2";
+};
+
+struct ControlEntry {
+  std::string id, title, source, hard_feature;
+  std::function<std::unique_ptr<OptimalControlProblem>(const ParameterChanges&)> make;
+};
+
+/// Called by register_control_problem() in each problem's own file.
+bool add_control_problem(ControlEntry entry);
+
+/// All optimal control problems, by id.
+std::vector<ControlEntry> control_problems();
+
+/// @throws InputError for an unknown id or parameter, inconsistent sizes, lower > upper, or an initial state outside
+/// its bounds or path constraints
+std::unique_ptr<OptimalControlProblem> make_control_problem(const std::string& id,
+                                                            const ParameterChanges& changes = {});
+
+/// The checks of make_control_problem(), for problems that are built by hand.
+void validate(const OptimalControlProblem& problem);
+
+}  // namespace ricochet

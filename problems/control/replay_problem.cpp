@@ -1,0 +1,40 @@
+#include "problems/control/replay_problem.h"
+
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+SymbolicModel with_cost(const OptimalControlProblem& problem) {
+  const auto* plant = dynamic_cast<const SymbolicProblem*>(problem.plant.get());
+  if (!plant) throw InputError("plant", problem.id, "a plant with formulas is required");
+  SymbolicModel model = plant->model();
+  const auto n_q = model.q.size();
+  model.q.emplace_back("cost_integral");
+  model.v.emplace_back("cost");
+  model.q0.emplace_back(0);
+  model.v0.emplace_back(0);
+  for (auto& row : model.mass) row.emplace_back(0);
+  model.mass.emplace_back(n_q + 1, 0);
+  model.mass[n_q][n_q] = 1;
+  model.force.push_back(problem.running_cost.formulas()[0]);  // (1)
+  model.input.emplace_back(model.u.size(), 0);
+  for (auto& contact : model.contacts) {
+    for (auto& direction : contact.tangents) direction.emplace_back(0);
+  }
+  model.potential_energy.reset();
+  return model;
+}
+
+}  // namespace
+
+ReplayProblem::ReplayProblem(const OptimalControlProblem& problem) : SymbolicProblem(with_cost(problem)) {}
+
+void ReplayProblem::restart(const Vector& q, const Vector& v, const Vector& u, double duration) {
+  info_.q0 << q, 0;
+  info_.v0 << v, 0;
+  info_.u = u;
+  info_.end_time = duration;
+}
+
+}  // namespace ricochet

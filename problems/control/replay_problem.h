@@ -1,0 +1,22 @@
+#pragma once
+
+#include "problems/control/optimal_control_problem.h"
+#include "problems/derivatives/symbolic_problem.h"
+
+namespace ricochet {
+
+/// The plant of an optimal control problem with one more coordinate whose velocity is the running cost so far,
+///
+///   M = 1,   v_cost' = L(q, v, u),                                                                         (1)
+///
+/// so that any method integrates the cost as accurately as the motion. It is run interval by interval, with the control
+/// of each.
+class ReplayProblem final : public SymbolicProblem {
+ public:
+  explicit ReplayProblem(const OptimalControlProblem& problem);
+
+  /// Starts the next interval at the plant's (q, v), before an impact at this instant, with no cost so far.
+  void restart(const Vector& q, const Vector& v, const Vector& u, double duration);
+};
+
+}  // namespace ricochet

@@ -1,0 +1,91 @@
+#include "problems/derivatives/plant_functions.h"
+
+#include <fmt/format.h>
+
+#include "problems/derivatives/symbolic_problem.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+using GiNaC::ex;
+using GiNaC::symbol;
+using Symbols = std::vector<symbol>;
+using Expressions = SmoothFunction::Expressions;
+
+Symbols symbols(int count) {
+  return Symbols(static_cast<std::size_t>(count));
+}
+
+Symbols join(std::initializer_list<Symbols> groups) {
+  Symbols all;
+  for (const auto& group : groups) all.insert(all.end(), group.begin(), group.end());
+  return all;
+}
+
+/// Row `k` of M x.
+ex mass_times(const SymbolicModel& model, int k, const Expressions& x) {
+  ex sum = 0;
+  for (std::size_t column = 0; column < x.size(); ++column) sum += model.mass[k][column] * x[column];
+  return sum;
+}
+
+/// Row `k` of J_n lambda_n + J_t lambda_t.
+ex contact_force(const SymbolicModel& model, int k, const Symbols& lambda_n, const Symbols& lambda_t) {
+  ex sum = 0;
+  std::size_t t = 0;
+  for (std::size_t i = 0; i < model.contacts.size(); ++i) {
+    sum += model.contacts[i].gap.diff(model.q[k]) * lambda_n[i];
+    for (const auto& direction : model.contacts[i].tangents) sum += direction[k] * lambda_t[t++];
+  }
+  return sum;
+}
+
+}  // namespace
+
+PlantFunctions plant_functions(const Problem& problem, double eps) {
+  const auto* symbolic = dynamic_cast<const SymbolicProblem*>(&problem);
+  if (!symbolic)
+    throw InputError("problem", problem.info().id, "a problem with formulas is required: a scene or a scene file");
+  const SymbolicModel& model = symbolic->model();
+  const auto& info = problem.info();
+  const int n_q = info.n_q, n_c = info.n_c();
+  const auto constants = model.constants();
+  const Symbols w = symbols(n_q), v_plus = symbols(n_q), v_minus = symbols(n_q), lambda_n = symbols(n_c),
+                lambda_t = symbols(info.n_lambda_t);
+  const symbol h;
+
+  PlantFunctions functions;
+  Expressions dynamics, impulse, jump, gap, ahead, slip, restitution;
+  for (int k = 0; k < n_q; ++k) jump.push_back(v_plus[k] - v_minus[k]);
+  for (int k = 0; k < n_q; ++k) {
+    const ex contact = contact_force(model, k, lambda_n, lambda_t);
+    ex force = model.force[k];
+    for (std::size_t c = 0; c < model.u.size(); ++c) force += model.input[k][c] * model.u[c];
+    dynamics.push_back(mass_times(model, k, Expressions(w.begin(), w.end())) - force - contact);
+    impulse.push_back(mass_times(model, k, jump) - contact);
+  }
+  GiNaC::exmap step;
+  for (int k = 0; k < n_q; ++k) step[model.q[k]] = model.q[k] + eps * h * model.v[k];
+  for (const auto& contact : model.contacts) {
+    gap.push_back(contact.gap);
+    ahead.push_back(contact.gap.subs(step));
+    ex rate = 0;
+    for (int k = 0; k < n_q; ++k) rate += contact.gap.diff(model.q[k]) * (v_plus[k] + contact.eps_r * v_minus[k]);
+    restitution.push_back(rate);
+    for (const auto& direction : contact.tangents) {
+      ex sum = 0;
+      for (int k = 0; k < n_q; ++k) sum += direction[k] * model.v[k];
+      slip.push_back(sum);
+    }
+  }
+  functions.dynamics = {dynamics, join({model.q, model.v, w, lambda_n, lambda_t, model.u}), constants};
+  functions.gap = {gap, model.q, constants};
+  functions.slip = {slip, join({model.q, model.v}), constants};
+  functions.impulse = {impulse, join({model.q, v_plus, v_minus, lambda_n, lambda_t}), constants};
+  functions.restitution = {restitution, join({model.q, v_plus, v_minus}), constants};
+  functions.ahead = {ahead, join({model.q, model.v, {h}}), constants};
+  return functions;
+}
+
+}  // namespace ricochet

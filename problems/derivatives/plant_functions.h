@@ -1,0 +1,23 @@
+#pragma once
+
+#include "problems/derivatives/smooth_function.h"
+#include "problems/problem.h"
+
+namespace ricochet {
+
+/// The equations of a scene (problem.h, (1)-(5)) as functions with second derivatives: what a transcription is made of.
+/// Arguments are listed in the order in which the inputs follow each other; lambda_t, J_t only where the scene has
+/// them.
+struct PlantFunctions {
+  SmoothFunction dynamics;     ///< (q, v, w, lambda_n, lambda_t, u) -> M w - f_v - B_u u - J_n lambda_n - J_t lambda_t
+  SmoothFunction gap;          ///< (q) -> f_c
+  SmoothFunction slip;         ///< (q, v) -> J_t' v
+  SmoothFunction impulse;      ///< (q, v+, v-, Lambda_n, Lambda_t) -> M (v+ - v-) - J_n Lambda_n - J_t Lambda_t
+  SmoothFunction restitution;  ///< (q, v+, v-) -> J_n^i' (v+ + eps_r^i v-)
+  SmoothFunction ahead;        ///< (q, v, h) -> f_c(q + eps h v), eps as given to plant_functions()
+};
+
+/// @throws InputError when the problem has no formulas: neither a compiled scene nor a scene file
+PlantFunctions plant_functions(const Problem& problem, double eps);
+
+}  // namespace ricochet
