@@ -22,6 +22,9 @@ class NlpBlock {
   std::vector<int> variables;
   std::vector<int> rows;  ///< empty for a term of the objective
 
+  /// A piecewise function, whose derivatives vanish on some pieces only: all its entries belong to the structure.
+  virtual bool is_piecewise() const { return false; }
+
   /// Outputs: rows.size() constraint values, or 1 objective term.
   int n_outputs() const { return rows.empty() ? 1 : static_cast<int>(rows.size()); }
 

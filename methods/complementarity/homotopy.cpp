@@ -1,0 +1,216 @@
+#include "methods/complementarity/homotopy.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "methods/complementarity/relaxation.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+
+namespace {
+
+constexpr double kLoosestTolerance = 1e-4;
+constexpr double kRounding = 1e-9;  // of repeated factors
+
+void check(const HomotopyOptions& options) {
+  const auto require = [](bool ok, const char* field, double value, const char* allowed) {
+    if (!ok) throw InputError(field, value, allowed);
+  };
+  find_relaxation(options.relaxation);
+  require(options.sigma_0 > 0 && options.sigma_0 < kInfinity, "sigma_0", options.sigma_0, "a number > 0 is required");
+  require(options.sigma_final > 0 && options.sigma_final <= options.sigma_0, "sigma_final", options.sigma_final,
+          "a number > 0 and <= sigma_0 is required");
+  require(options.factor > 0 && options.factor < 1, "factor", options.factor, "a number between 0 and 1 is required");
+  require(options.power > 1 && options.power < kInfinity, "power", options.power, "a number > 1 is required");
+  require(options.tolerance >= 1e-14 && options.tolerance < 1, "tolerance", options.tolerance,
+          "a number from 1e-14 to 1 is required");
+  require(options.tolerance_per_sigma >= 0 && options.tolerance_per_sigma < kInfinity, "tolerance_per_sigma",
+          options.tolerance_per_sigma, "a number >= 0 is required");
+  require(options.max_iterations >= 1, "max_iterations", options.max_iterations, "a number >= 1 is required");
+  require(options.time_limit >= 0, "time_limit", options.time_limit, "a number of seconds >= 0 is required");
+  require(options.max_switches >= 0, "max_switches", options.max_switches, "a number >= 0 is required");
+}
+
+void check_pairs(const Mpcc& mpcc) {
+  for (const auto& pair : mpcc.pairs) {
+    for (const auto* side : {&pair.G, &pair.H}) {
+      for (const int k : *side) {
+        const auto& variable = mpcc.nlp.variables[k];
+        if (variable.lower != 0)
+          throw InputError(fmt::format("pair '{}': lower bound of '{}'", pair.name, variable.name), variable.lower,
+                           "0 is required");
+      }
+    }
+  }
+}
+
+Status status_of(NlpStatus status) {
+  switch (status) {
+    case NlpStatus::solved:
+    case NlpStatus::acceptable:
+      return Status::success;
+    case NlpStatus::infeasible:
+      return Status::infeasible;
+    case NlpStatus::iteration_limit:
+      return Status::step_limit;
+    case NlpStatus::time_limit:
+      return Status::time_limit;
+    case NlpStatus::non_finite:
+      return Status::non_finite;
+    default:
+      return Status::inner_solver_failed;
+  }
+}
+
+/// What failed and where it is worst.
+std::string describe(const std::string& what, const NlpResult& result) {
+  std::string text = fmt::format("{}: {}", what, result.message);
+  if (!result.violation.name.empty())
+    text += fmt::format("; the largest violation is {:.3g}, of {}", result.violation.value, result.violation.name);
+  return text;
+}
+
+/// One run of Homotopy::solve.
+class Run {
+ public:
+  Run(const Mpcc& mpcc, const HomotopyOptions& options)
+      : mpcc_(mpcc),
+        options_(options),
+        evaluator_(mpcc.nlp),
+        relaxation_(find_relaxation(options.relaxation)),
+        relaxed_(mpcc, relaxation_, options.sigma_0),
+        solver_(relaxed_.nlp()) {
+    point_.x.resize(relaxed_.nlp().n_variables());
+    std::ranges::transform(relaxed_.nlp().variables, point_.x.begin(), &Nlp::Variable::guess);
+  }
+
+  MpccSolution solve(const Homotopy::Progress& progress) {
+    if (follow_relaxations(progress)) cross_over();
+    solution_.seconds = seconds();
+    return std::move(solution_);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
+
+  IpoptOptions ipopt_options(double tolerance) const {
+    IpoptOptions ipopt;
+    ipopt.tolerance = tolerance;
+    ipopt.max_iterations = options_.max_iterations;
+    if (options_.time_limit > 0) ipopt.time_limit = std::max(options_.time_limit - seconds(), 1e-9);
+    return ipopt;
+  }
+
+  double next(double sigma) const {
+    double reduced = options_.factor * sigma;
+    if (options_.update == SigmaUpdate::superlinear) reduced = std::min(reduced, std::pow(sigma, options_.power));
+    return reduced > options_.sigma_final * (1 + kRounding) ? reduced : options_.sigma_final;
+  }
+
+  /// A penalty that does not yet outweigh an objective without a lower bound.
+  bool is_too_weak(NlpStatus status) const {
+    return relaxation_.is_elastic() && (status == NlpStatus::failed || status == NlpStatus::non_finite);
+  }
+
+  /// Until one step fails. @return whether there is a point to cross over from
+  bool follow_relaxations(const Homotopy::Progress& progress) {
+    for (double sigma = options_.sigma_0;; sigma = next(sigma)) {
+      relaxed_.set_sigma(sigma);
+      const double per_sigma = std::min(options_.tolerance_per_sigma * sigma, kLoosestTolerance);
+      IpoptOptions ipopt = ipopt_options(std::max(options_.tolerance, per_sigma));
+      if (solution_.x.size() > 0) ipopt.barrier = std::clamp(sigma, options_.tolerance, ipopt.barrier);
+      const NlpResult result = solver_.solve(point_, ipopt);
+      if (is_solved(result.status)) take(result.point);
+      record(sigma, result, progress);
+      if (is_too_weak(result.status) && sigma > options_.sigma_final) continue;
+      if (!is_solved(result.status)) {
+        solution_.status = status_of(result.status);
+        solution_.message = describe(fmt::format("relaxation with sigma = {:.3g}", sigma), result);
+        const bool is_start = solution_.x.size() == 0;
+        if (is_start) take(result.point);
+        return !is_start && result.status != NlpStatus::time_limit;
+      }
+      if (sigma <= options_.sigma_final || solution_.complementarity <= options_.tolerance) return true;
+    }
+  }
+
+  void take(const NlpPoint& point) {
+    point_ = point;
+    set_x(point.x.head(mpcc_.nlp.n_variables()));
+  }
+
+  void set_x(const Vector& x) {
+    solution_.x = x;
+    solution_.objective = evaluator_.objective(x.data());
+    solution_.complementarity = complementarity(mpcc_, x.data()).value;
+    solution_.violation = evaluator_.worst_violation(x.data());
+  }
+
+  void record(double sigma, const NlpResult& result, const Homotopy::Progress& progress) {
+    const double* x = result.point.x.data();
+    const HomotopyStep step = {.sigma = sigma,
+                               .status = result.status,
+                               .iterations = result.iterations,
+                               .objective = evaluator_.objective(x),
+                               .complementarity = complementarity(mpcc_, x).value,
+                               .violation = evaluator_.worst_violation(x).value,
+                               .seconds = result.seconds,
+                               .derivative_seconds = result.derivative_seconds};
+    solution_.steps.push_back(step);
+    solution_.iterations += step.iterations;
+    solution_.derivative_seconds += step.derivative_seconds;
+    if (progress) progress(step);
+  }
+
+  void cross_over() {
+    const auto n = mpcc_.nlp.n_variables(), m = mpcc_.nlp.n_rows();
+    const NlpPoint start = {point_.x.head(n), point_.lambda.head(m), point_.z_L.head(n), point_.z_U.head(n)};
+    const CrossoverResult result =
+        ricochet::cross_over(mpcc_, start, {ipopt_options(options_.tolerance), options_.max_switches});
+    solution_.switches = result.switches;
+    solution_.iterations += result.iterations;
+    solution_.derivative_seconds += result.derivative_seconds;
+    if (is_solved(result.branch.status)) {
+      solution_.status = Status::success;
+      solution_.message.clear();
+      solution_.stationarity = result.stationarity;
+      solution_.is_b_stationary = result.is_b_stationary;
+      solution_.n_biactive = result.n_biactive;
+      set_x(result.branch.point.x);
+      return;
+    }
+    const NamedResidual open = complementarity(mpcc_, solution_.x.data());
+    solution_.status = status_of(result.branch.status);
+    solution_.message = describe(fmt::format("crossover, {} branches tried", result.switches + 1), result.branch) +
+                        fmt::format("; before it min(G, H) is at most {:.3g}{}", open.value,
+                                    open.name.empty() ? "" : ", of " + open.name);
+  }
+
+  const Mpcc& mpcc_;
+  const HomotopyOptions& options_;
+  Clock::time_point begin_ = Clock::now();
+  NlpEvaluator evaluator_;
+  const Relaxation& relaxation_;
+  RelaxedMpcc relaxed_;
+  IpoptSolver solver_;
+  NlpPoint point_;
+  MpccSolution solution_;
+};
+
+}  // namespace
+
+Homotopy::Homotopy(HomotopyOptions options) : options_(std::move(options)) {
+  check(options_);
+}
+
+MpccSolution Homotopy::solve(const Mpcc& mpcc, const Progress& progress) const {
+  check_pairs(mpcc);
+  return Run(mpcc, options_).solve(progress);
+}
+
+}  // namespace ricochet

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "methods/complementarity/crossover.h"
+#include "problems/solution.h"
+
+namespace ricochet {
+
+enum class SigmaUpdate {
+  linear,       ///< sigma_{k+1} = factor sigma_k
+  superlinear,  ///< sigma_{k+1} = min(factor sigma_k, sigma_k^power)
+};
+
+struct HomotopyOptions {
+  std::string relaxation = "scholtes";  ///< a name of relaxations()
+  double sigma_0 = 1;
+  double sigma_final = 1e-9;
+  SigmaUpdate update = SigmaUpdate::linear;
+  double factor = 0.1;
+  double power = 1.5;
+  double tolerance = 1e-10;           ///< of the last step and of the crossover
+  double tolerance_per_sigma = 1e-3;  ///< a step is solved to max(tolerance, tolerance_per_sigma sigma), at most 1e-4
+  int max_iterations = 1000;          ///< of one step
+  double time_limit = 0;              ///< wall time of everything [s]; 0 is none
+  int max_switches = 10;              ///< branches that the crossover may try besides the first
+};
+
+/// One solve of the homotopy.
+struct HomotopyStep {
+  double sigma = 0;
+  NlpStatus status = NlpStatus::failed;
+  int iterations = 0;
+  double objective = 0;        ///< of the Mpcc, without penalties
+  double complementarity = 0;  ///< max over the pairs of min(G, H)
+  double violation = 0;        ///< of the Mpcc's rows and bounds
+  double seconds = 0, derivative_seconds = 0;
+};
+
+struct MpccSolution {
+  Status status = Status::inner_solver_failed;
+  std::string message;  ///< empty on success
+  Vector x;             ///< n_variables of the Mpcc
+  double objective = 0;
+  double complementarity = 0;  ///< max over the pairs of min(G, H)
+  NamedResidual violation;
+  Stationarity stationarity = Stationarity::unknown;
+  bool is_b_stationary = false;  ///< known to be
+  int n_biactive = 0;            ///< pairs
+  int switches = 0;              ///< branches that the crossover tried besides the first
+  std::vector<HomotopyStep> steps;
+  // Totals of homotopy and crossover.
+  int iterations = 0;
+  double seconds = 0, derivative_seconds = 0;
+
+  bool succeeded() const { return status == Status::success; }
+};
+
+/// Solves an `Mpcc` through a sequence of relaxations with sigma_0 > sigma_1 > ... , each from the solution before,
+/// until sigma_final or until the pairs are complementary to the tolerance; then crosses over to a point that is
+/// complementary exactly. When no branch can be solved there, the solution of the last relaxation is returned with a
+/// status that says so.
+class Homotopy {
+ public:
+  using Progress = std::function<void(const HomotopyStep&)>;
+
+  /// @throws InputError for options out of range
+  explicit Homotopy(HomotopyOptions options);
+
+  /// @param progress  called after every step
+  /// @throws InputError when a variable of a pair does not have the lower bound 0
+  MpccSolution solve(const Mpcc& mpcc, const Progress& progress = {}) const;
+
+ private:
+  HomotopyOptions options_;
+};
+
+}  // namespace ricochet
