@@ -33,7 +33,7 @@ Replay replay(const OptimalControlProblem& problem, const ControlTrajectory& tra
       result.events.push_back(std::move(event));
     }
     for (const auto& sample : s.samples)
-      result.penetration = std::max(result.penetration, -plant.gap(sample.q).minCoeff());
+      result.penetration = std::max(result.penetration, -problem.plant->gap(sample.q.head(n_q)).minCoeff());
     result.q = s.q.head(n_q);
     result.v = s.v.head(n_q);
     result.cost += s.v[n_q];

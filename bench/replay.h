@@ -6,6 +6,7 @@
 
 #include "methods/control/transcription.h"
 #include "problems/control/optimal_control_problem.h"
+#include "problems/solution.h"
 
 namespace ricochet {
 

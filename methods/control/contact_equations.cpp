@@ -96,9 +96,6 @@ ContactEquations::Point ContactEquations::add_initial_state(const Vector& q, con
     point.q.push_back(mpcc_.nlp.add_variable(q[k], q[k], q[k], fmt::format("q_0[{}]", k)));
   for (int k = 0; k < info_.n_q; ++k)
     point.v.push_back(mpcc_.nlp.add_variable(v[k], v[k], v[k], fmt::format("v_0[{}]", k)));
-  const Vector gap = plant_.gap(q).cwiseMax(0);
-  for (int i = 0; i < info_.n_c(); ++i)
-    point.gap.push_back(mpcc_.nlp.add_variable(gap[i], gap[i], gap[i], "initial gap of " + info_.contacts[i].name));
   return point;
 }
 
