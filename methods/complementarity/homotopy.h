@@ -48,7 +48,7 @@ struct MpccSolution {
   NamedResidual violation;
   Stationarity stationarity = Stationarity::unknown;
   bool is_b_stationary = false;  ///< known to be
-  int n_biactive = 0;            ///< pairs
+  int n_biactive = 0;            ///< pairs of variables
   int switches = 0;              ///< branches that the crossover tried besides the first
   std::vector<HomotopyStep> steps;
   // Totals of homotopy and crossover.
