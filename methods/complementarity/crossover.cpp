@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <set>
 
@@ -46,8 +47,7 @@ class Crossover {
   }
 
   CrossoverResult run(const NlpPoint& relaxed) {
-    for (const auto& pair : mpcc_.pairs)
-      sides_.push_back(sum(pair.G, relaxed.x.data()) <= sum(pair.H, relaxed.x.data()) ? Side::G : Side::H);
+    choose_sides(relaxed.x.data());
     result_.branch = solve(sides_, relaxed);
     if (!is_solved(result_.branch.status)) find_solvable_branch(relaxed);
     if (!is_solved(result_.branch.status)) return result_;
@@ -70,6 +70,26 @@ class Crossover {
     return limit > 0 ? std::max(limit - seconds(), 1e-9) : 0;
   }
 
+  /// The smaller ones, the clearest pairs first. A side that those hold already is taken in any case: where pairs share
+  /// variables, holding both sides of an unclear one may leave too few variables for the rows.
+  void choose_sides(const double* x) {
+    const auto& pairs = mpcc_.pairs;
+    sides_.resize(pairs.size());
+    std::vector<std::size_t> order(pairs.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, std::greater{},
+                             [&](std::size_t i) { return std::max(sum(pairs[i].G, x), sum(pairs[i].H, x)); });
+    std::vector<char> is_held(mpcc_.nlp.variables.size(), false);
+    const auto holds = [&](const std::vector<int>& side) {
+      return std::ranges::all_of(side, [&](int k) { return is_held[k]; });
+    };
+    for (const std::size_t i : order) {
+      const auto& [G, H, name] = pairs[i];
+      sides_[i] = holds(G) ? Side::G : holds(H) ? Side::H : sum(G, x) <= sum(H, x) ? Side::G : Side::H;
+      for (const int k : held(pairs[i], sides_[i])) is_held[k] = true;
+    }
+  }
+
   /// The branch (1).
   NlpResult solve(const std::vector<Side>& sides, NlpPoint start) {
     program_.variables = mpcc_.nlp.variables;
@@ -78,6 +98,10 @@ class Crossover {
     IpoptOptions ipopt = options_.ipopt;
     ipopt.time_limit = remaining_time();
     NlpResult branch = solver_.solve(start, ipopt);
+    for (std::size_t i = 0; i < sides.size(); ++i)  // to rounding they are
+      for (const int k : held(mpcc_.pairs[i], sides[i])) branch.point.x[k] = 0;
+    branch.objective = solver_.evaluator().objective(branch.point.x.data());
+    branch.violation = solver_.evaluator().worst_violation(branch.point.x.data());
     result_.iterations += branch.iterations;
     result_.derivative_seconds += branch.derivative_seconds;
     return branch;

@@ -2,29 +2,28 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <memory>
 
 namespace ricochet {
 
 namespace {
 
-/// c + sum_k a_k x_k
-class LinearRow : public NlpBlock {
+/// What one variable contributes to linear rows: a x.
+class LinearColumn : public NlpBlock {
  public:
-  LinearRow(int row, double c) : c_(c) { rows = {row}; }
-  void add(double a, int variable) {
+  explicit LinearColumn(int variable) { variables = {variable}; }
+  void add(double a, int row) {
     a_.push_back(a);
-    variables.push_back(variable);
+    rows.push_back(row);
   }
 
   void evaluate(const double* x, double* values) const override {
-    values[0] = std::inner_product(a_.begin(), a_.end(), x, c_);
+    std::ranges::transform(a_, values, [x](double a) { return a * x[0]; });
   }
   void jacobian(const double*, double* J) const override { std::ranges::copy(a_, J); }
   void hessian(const double*, const double*, double*) const override {}
 
  private:
-  double c_;
   std::vector<double> a_;
 };
 
@@ -78,39 +77,44 @@ StationarityTest::StationarityTest(const Mpcc& mpcc, const Vector& x, double zer
         if (is_zero(v) && is_zero(w) && !is_held[v] && !is_held[w]) biactive_.push_back({v, w});
   }
 
-  std::vector<LinearRow*> equations;  // (1)
+  // (1) as rows: sum_i lambda_i g_i' - nu - residual = -f'.
+  std::vector<std::unique_ptr<LinearColumn>> columns;
   for (int k = 0; k < n; ++k) {
-    const int r = least_squares_.add_variable(-kInfinity, kInfinity, 0, "residual");
-    least_squares_.add_block(std::make_unique<HalfSquare>(r));
-    const int row = least_squares_.add_row(0, 0, mpcc.nlp.variables[k].name);
-    auto equation = std::make_unique<LinearRow>(row, gradient[k]);
-    equation->add(-1, r);
-    equations.push_back(equation.get());
-    least_squares_.add_block(std::move(equation));
+    least_squares_.add_row(-gradient[k], -gradient[k], mpcc.nlp.variables[k].name);
+    columns.push_back(
+        std::make_unique<LinearColumn>(least_squares_.add_variable(-kInfinity, kInfinity, 0, "residual")));
+    columns[k]->add(-1, k);
+    least_squares_.add_block(std::make_unique<HalfSquare>(k));
   }
-  /// The multiplier of a value between bounds; -1 when it is inactive.
+  // The multiplier of a value between bounds, `upper_sign` being its sign at the upper one; null when inactive.
   const auto add_multiplier = [&](double value, double lower, double upper, bool is_free, double upper_sign,
-                                  const std::string& name) {
+                                  const std::string& name) -> LinearColumn* {
     const bool at_lower = value - lower <= zero, at_upper = upper - value <= zero;
-    if (!at_lower && !at_upper && !is_free) return -1;
-    const double sign = at_lower ? -upper_sign : upper_sign;
+    if (!at_lower && !at_upper && !is_free) return nullptr;
     const bool has_sign = !is_free && at_lower != at_upper;
-    return least_squares_.add_variable(has_sign && sign > 0 ? 0 : -kInfinity, has_sign && sign < 0 ? 0 : kInfinity, 0,
-                                       name);
+    const double sign = at_upper ? upper_sign : -upper_sign;
+    columns.push_back(std::make_unique<LinearColumn>(least_squares_.add_variable(
+        has_sign && sign > 0 ? 0 : -kInfinity, has_sign && sign < 0 ? 0 : kInfinity, 0, name)));
+    return columns.back().get();
   };
   for (int k = 0; k < n; ++k) {
     const auto& variable = mpcc.nlp.variables[k];
-    nu_.push_back(add_multiplier(x[k], variable.lower, variable.upper, is_held[k] && is_zero(k), -1, variable.name));
-    if (nu_[k] >= 0) equations[k]->add(-1, nu_[k]);
+    const bool is_free = is_held[k] && is_zero(k);
+    LinearColumn* nu = add_multiplier(x[k], variable.lower, variable.upper, is_free, -1, variable.name);
+    nu_.push_back(nu ? nu->variables[0] : -1);
+    if (nu) nu->add(-1, k);
   }
-  std::vector<int> lambda;
-  for (int i = 0; i < m; ++i)
-    lambda.push_back(
-        add_multiplier(g[i], mpcc.nlp.rows[i].lower, mpcc.nlp.rows[i].upper, false, 1, mpcc.nlp.rows[i].name));
+  std::vector<LinearColumn*> lambda;
+  for (int i = 0; i < m; ++i) {
+    const auto& row = mpcc.nlp.rows[i];
+    lambda.push_back(add_multiplier(g[i], row.lower, row.upper, false, 1, row.name));
+  }
   for (int e = 0; e < jacobian.size(); ++e) {
     const int i = evaluator.jacobian_pattern().rows[e], k = evaluator.jacobian_pattern().columns[e];
-    if (lambda[i] >= 0) equations[k]->add(jacobian[e], lambda[i]);
+    if (lambda[i]) lambda[i]->add(jacobian[e], k);
   }
+  for (auto& column : columns)
+    if (!column->rows.empty()) least_squares_.add_block(std::move(column));
 }
 
 /// Whether (1) has a solution with these signs.

@@ -147,6 +147,19 @@ TEST(Crossover, HoldsSumsByTheirVariables) {
   }
 }
 
+// a = 0 holds the first pair, and with it the second, whose sides are both zero: b stays with the row.
+TEST(Crossover, HoldsNoMoreThanItMust) {
+  Problem p{"shared", 0, {}};
+  const int a = p.nonnegative("a", 0), b = p.nonnegative("b", 0), c = p.nonnegative("c", 1);
+  p.minimize(1, {{a, 1}, {b, -2, 1}, {c, 0, 1}});
+  p.row("c", 1, 1, 0, {{c, 1}});
+  p.pair(a, c);
+  p.pair(b, a);
+  const CrossoverResult result = cross_over(p.mpcc, primal(Vector{{1e-3, 1e-4, 1}}), {.ipopt = {}, .max_switches = 0});
+  EXPECT_EQ(result.branch.status, NlpStatus::solved);
+  EXPECT_NEAR(result.branch.objective, 1, 1e-8);  // b = 1; with b held too it is 2
+}
+
 // A relaxation has solutions that the program does not: the last one names what is violated.
 TEST(Homotopy, NamesTheRowOfAnInfeasibleProgram) {
   Problem p{"infeasible", 0, {}};

@@ -161,6 +161,20 @@ TEST(Ipopt, MultiplierOfAFixedVariable) {
   }
 }
 
+// x = 0, and three consistent rows for the other two.
+TEST(Ipopt, MoreRowsThanFreeVariables) {
+  Nlp nlp;
+  const int x = nlp.add_variable(0, 0, 0, "x"), y = nlp.add_variable(0, 9, 1, "y"), z = nlp.add_variable(0, 9, 1, "z");
+  for (const double slope : {1, 5, 6}) {
+    const double value = (1 + slope) / 2;  // at y = z = 1/2
+    add_terms(nlp, nlp.add_row(value, value, "row"), 0, {{x, 1}, {y, 1}, {z, slope}});
+  }
+  add_terms(nlp, -1, 0, {{x, 1}, {y, 0, 1}});
+  const NlpResult result = IpoptSolver(nlp).solve({.multipliers_of_fixed = true});
+  ASSERT_TRUE(is_solved(result.status)) << result.message;
+  EXPECT_LT((result.point.x - Vector{{0, 0.5, 0.5}}).norm(), 1e-8);
+}
+
 TEST(Ipopt, BoundsMayChangeBetweenSolves) {
   Nlp nlp = hock_schittkowski_35();
   IpoptSolver solver(nlp);
