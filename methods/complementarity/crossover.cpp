@@ -1,7 +1,9 @@
 #include "methods/complementarity/crossover.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <set>
 
@@ -45,9 +47,7 @@ class Crossover {
   }
 
   CrossoverResult run(const NlpPoint& relaxed) {
-    for (const auto& pair : mpcc_.pairs)
-      sides_.push_back(sum(pair.G, relaxed.x.data()) <= sum(pair.H, relaxed.x.data()) ? Side::G : Side::H);
-    solved_here_too_ = sides_.size();
+    choose_sides(relaxed.x.data());
     result_.branch = solve(sides_, relaxed);
     if (!is_solved(result_.branch.status)) find_solvable_branch(relaxed);
     if (!is_solved(result_.branch.status)) return result_;
@@ -57,9 +57,37 @@ class Crossover {
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
+
   bool may_switch() const {
     return result_.switches < options_.max_switches &&
-           (options_.ipopt.time_limit <= 0 || result_.seconds < options_.ipopt.time_limit);
+           (options_.ipopt.time_limit <= 0 || seconds() < options_.ipopt.time_limit);
+  }
+
+  double remaining_time() const {
+    const double limit = options_.ipopt.time_limit;
+    return limit > 0 ? std::max(limit - seconds(), 1e-9) : 0;
+  }
+
+  /// The smaller ones, the clearest pairs first. A side that those hold already is taken in any case: where pairs share
+  /// variables, holding both sides of an unclear one may leave too few variables for the rows.
+  void choose_sides(const double* x) {
+    const auto& pairs = mpcc_.pairs;
+    sides_.resize(pairs.size());
+    std::vector<std::size_t> order(pairs.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, std::greater{},
+                             [&](std::size_t i) { return std::max(sum(pairs[i].G, x), sum(pairs[i].H, x)); });
+    std::vector<char> is_held(mpcc_.nlp.variables.size(), false);
+    const auto holds = [&](const std::vector<int>& side) {
+      return std::ranges::all_of(side, [&](int k) { return is_held[k]; });
+    };
+    for (const std::size_t i : order) {
+      const auto& [G, H, name] = pairs[i];
+      sides_[i] = holds(G) ? Side::G : holds(H) ? Side::H : sum(G, x) <= sum(H, x) ? Side::G : Side::H;
+      for (const int k : held(pairs[i], sides_[i])) is_held[k] = true;
+    }
   }
 
   /// The branch (1).
@@ -68,10 +96,13 @@ class Crossover {
     for (std::size_t i = 0; i < sides.size(); ++i)
       for (const int k : held(mpcc_.pairs[i], sides[i])) program_.variables[k].upper = start.x[k] = 0;
     IpoptOptions ipopt = options_.ipopt;
-    if (ipopt.time_limit > 0) ipopt.time_limit = std::max(ipopt.time_limit - result_.seconds, 1e-9);
+    ipopt.time_limit = remaining_time();
     NlpResult branch = solver_.solve(start, ipopt);
+    for (std::size_t i = 0; i < sides.size(); ++i)  // to rounding they are
+      for (const int k : held(mpcc_.pairs[i], sides[i])) branch.point.x[k] = 0;
+    branch.objective = solver_.evaluator().objective(branch.point.x.data());
+    branch.violation = solver_.evaluator().worst_violation(branch.point.x.data());
     result_.iterations += branch.iterations;
-    result_.seconds += branch.seconds;
     result_.derivative_seconds += branch.derivative_seconds;
     return branch;
   }
@@ -86,7 +117,7 @@ class Crossover {
   void accept(std::size_t pair, NlpResult branch) {
     sides_[pair] = other(sides_[pair]);
     result_.branch = std::move(branch);
-    solved_here_too_ = sides_.size();
+    other_branch_ends_here_ = false;
   }
 
   /// Least clear pairs first: those whose larger side is the smallest.
@@ -106,7 +137,7 @@ class Crossover {
     std::set<std::size_t> tried;  // since the last descent
     while (may_switch()) {
       const auto i = most_negative_pair(tried);
-      if (i == sides_.size()) return;
+      if (i == sides_.size() || (tried.empty() && is_S())) return;
       tried.insert(i);
       NlpResult branch = solve_switched(i, result_.branch.point);
       const double here = result_.branch.objective;
@@ -115,24 +146,22 @@ class Crossover {
         accept(i, std::move(branch));
         tried.clear();
       } else if ((branch.point.x - result_.branch.point.x).cwiseAbs().maxCoeff() < zero_) {
-        solved_here_too_ = i;
+        other_branch_ends_here_ = true;
       }
     }
   }
 
-  double value(int k) const { return result_.branch.point.x[k]; }
+  bool is_zero(int k) const { return result_.branch.point.x[k] <= zero_; }
   double multiplier(int k) const { return result_.branch.point.z_L[k] - result_.branch.point.z_U[k]; }
-  bool is_biactive(std::size_t i) const {
-    return std::ranges::all_of(free(mpcc_.pairs[i], sides_[i]), [&](int k) { return value(k) < zero_; });
-  }
 
   /// Of the biactive pairs that are not in `tried`; the number of pairs when no multiplier is negative.
   std::size_t most_negative_pair(const std::set<std::size_t>& tried) const {
     std::size_t found = sides_.size();
     double least = -zero_;
     for (std::size_t i = 0; i < sides_.size(); ++i) {
-      if (tried.contains(i) || !is_biactive(i)) continue;
-      for (const int k : held(mpcc_.pairs[i], sides_[i])) {
+      const auto& pair = mpcc_.pairs[i];
+      if (tried.contains(i) || !std::ranges::all_of(free(pair, sides_[i]), [&](int k) { return is_zero(k); })) continue;
+      for (const int k : held(pair, sides_[i])) {
         if (multiplier(k) >= least) continue;
         least = multiplier(k);
         found = i;
@@ -141,54 +170,37 @@ class Crossover {
     return found;
   }
 
+  bool is_S() const { return StationarityTest(mpcc_, result_.branch.point.x, zero_).is_S(stationarity_options()); }
+
   void classify() {
-    result_.stationarity = Stationarity::S;
-    for (std::size_t i = 0; i < sides_.size(); ++i) {
-      if (!is_biactive(i)) continue;
-      ++result_.n_biactive;
-      for (const int v : mpcc_.pairs[i].G)
-        for (const int w : mpcc_.pairs[i].H)
-          result_.stationarity = std::min(result_.stationarity, stationarity(multiplier(v), multiplier(w)));
-    }
-    // One biactive pair: its two branches are all there are.
+    StationarityTest test(mpcc_, result_.branch.point.x, zero_);
+    result_.n_biactive = static_cast<int>(test.biactive().size());
+    result_.stationarity = test.classify(stationarity_options());
+    // The two branches of a single biactive pair are all there are.
     result_.is_b_stationary =
         result_.stationarity == Stationarity::S ||
-        (result_.n_biactive == 1 && solved_here_too_ < sides_.size() && is_biactive(solved_here_too_));
+        (result_.stationarity != Stationarity::unknown && result_.n_biactive == 1 && other_branch_ends_here_);
   }
 
-  Stationarity stationarity(double nu_v, double nu_w) const {
-    const bool is_zero = std::abs(nu_v) <= zero_ || std::abs(nu_w) <= zero_;
-    if (nu_v >= -zero_ && nu_w >= -zero_) return Stationarity::S;  // (5)
-    if (is_zero) return Stationarity::M;                           // (4): both positive is S
-    return nu_v * nu_w > 0 ? Stationarity::C : Stationarity::W;    // (3), (2)
+  IpoptOptions stationarity_options() const {
+    IpoptOptions ipopt;
+    ipopt.tolerance = options_.ipopt.tolerance;
+    ipopt.time_limit = remaining_time();
+    return ipopt;
   }
 
   const Mpcc& mpcc_;
+  const Clock::time_point begin_ = Clock::now();
   CrossoverOptions options_;
   double zero_ = 0;
   Nlp program_;
   IpoptSolver solver_;
-  std::vector<Side> sides_;          // held at zero
-  std::size_t solved_here_too_ = 0;  // pair whose other branch ends at the same point; their number for none
+  std::vector<Side> sides_;  // held at zero
+  bool other_branch_ends_here_ = false;
   CrossoverResult result_;
 };
 
 }  // namespace
-
-const char* to_string(Stationarity stationarity) {
-  switch (stationarity) {
-    case Stationarity::W:
-      return "W";
-    case Stationarity::C:
-      return "C";
-    case Stationarity::M:
-      return "M";
-    case Stationarity::S:
-      return "S";
-    default:
-      return "unknown";
-  }
-}
 
 NamedResidual complementarity(const Mpcc& mpcc, const double* x) {
   NamedResidual worst;

@@ -66,14 +66,6 @@ Status status_of(NlpStatus status) {
   }
 }
 
-/// What failed and where it is worst.
-std::string describe(const std::string& what, const NlpResult& result) {
-  std::string text = fmt::format("{}: {}", what, result.message);
-  if (!result.violation.name.empty())
-    text += fmt::format("; the largest violation is {:.3g}, of {}", result.violation.value, result.violation.name);
-  return text;
-}
-
 /// One run of Homotopy::solve.
 class Run {
  public:
@@ -123,8 +115,9 @@ class Run {
       relaxed_.set_sigma(sigma);
       const double per_sigma = std::min(options_.tolerance_per_sigma * sigma, kLoosestTolerance);
       IpoptOptions ipopt = ipopt_options(std::max(options_.tolerance, per_sigma));
-      if (solution_.x.size() > 0) ipopt.barrier = std::clamp(sigma, options_.tolerance, ipopt.barrier);
-      const NlpResult result = solver_.solve(point_, ipopt);
+      // The barrier begins below sigma: it should not undo the last step.
+      if (solution_.x.size() > 0) ipopt.barrier = std::clamp(sigma * sigma, options_.tolerance, ipopt.barrier);
+      const NlpResult result = solver_.solve(start(), ipopt);
       if (is_solved(result.status)) take(result.point);
       record(sigma, result, progress);
       if (is_too_weak(result.status) && sigma > options_.sigma_final) continue;
@@ -137,6 +130,10 @@ class Run {
       }
       if (sigma <= options_.sigma_final || solution_.complementarity <= options_.tolerance) return true;
     }
+  }
+
+  NlpPoint start() const {
+    return options_.warm_multipliers ? point_ : NlpPoint{.x = point_.x, .lambda = {}, .z_L = {}, .z_U = {}};
   }
 
   void take(const NlpPoint& point) {
@@ -169,9 +166,9 @@ class Run {
 
   void cross_over() {
     const auto n = mpcc_.nlp.n_variables(), m = mpcc_.nlp.n_rows();
-    const NlpPoint start = {point_.x.head(n), point_.lambda.head(m), point_.z_L.head(n), point_.z_U.head(n)};
+    const NlpPoint relaxed = {point_.x.head(n), point_.lambda.head(m), point_.z_L.head(n), point_.z_U.head(n)};
     const CrossoverResult result =
-        ricochet::cross_over(mpcc_, start, {ipopt_options(options_.tolerance), options_.max_switches});
+        ricochet::cross_over(mpcc_, relaxed, {ipopt_options(options_.tolerance), options_.max_switches});
     solution_.switches = result.switches;
     solution_.iterations += result.iterations;
     solution_.derivative_seconds += result.derivative_seconds;
@@ -184,11 +181,25 @@ class Run {
       set_x(result.branch.point.x);
       return;
     }
-    const NamedResidual open = complementarity(mpcc_, solution_.x.data());
-    solution_.status = status_of(result.branch.status);
-    solution_.message = describe(fmt::format("crossover, {} branches tried", result.switches + 1), result.branch) +
-                        fmt::format("; before it min(G, H) is at most {:.3g}{}", open.value,
-                                    open.name.empty() ? "" : ", of " + open.name);
+    const std::string message =
+        describe(fmt::format("crossover, {} branches tried", result.switches + 1), result.branch);
+    if (solution_.message.empty()) {
+      solution_.status = status_of(result.branch.status);
+      solution_.message = message;
+    } else {  // far from a solution, a branch without one says little: what ended the relaxations remains the status
+      solution_.message += "; " + message;
+    }
+  }
+
+  /// What failed, and what of the Mpcc is worst there.
+  std::string describe(const std::string& what, const NlpResult& result) {
+    std::string text = fmt::format("{}: {}", what, result.message);
+    const double* x = result.point.x.data();
+    if (const NamedResidual worst = evaluator_.worst_violation(x); worst.value > options_.tolerance)
+      text += fmt::format("; the largest violation is {:.3g}, of {}", worst.value, worst.name);
+    if (const NamedResidual worst = complementarity(mpcc_, x); worst.value > options_.tolerance)
+      text += fmt::format("; min(G, H) is up to {:.3g}, of {}", worst.value, worst.name);
+    return text;
   }
 
   const Mpcc& mpcc_;

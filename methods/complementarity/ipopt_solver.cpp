@@ -140,12 +140,12 @@ void check(const IpoptOptions& options) {
   require(options.barrier > 0 && options.barrier < kInfinity, "barrier", options.barrier, "a number > 0 is required");
 }
 
-void set_options(const IpoptOptions& options, bool is_warm, Ipopt::OptionsList& list) {
+void set_options(const IpoptOptions& options, bool is_warm, bool multipliers_of_fixed, Ipopt::OptionsList& list) {
   list.SetIntegerValue("print_level", 0);
   list.SetStringValue("sb", "yes");  // no banner
   list.SetStringValue("linear_solver", "mumps");
   list.SetNumericValue("bound_relax_factor", 0);
-  list.SetStringValue("fixed_variable_treatment", options.multipliers_of_fixed ? "make_constraint" : "make_parameter");
+  list.SetStringValue("fixed_variable_treatment", multipliers_of_fixed ? "make_constraint" : "make_parameter");
   list.SetNumericValue("tol", options.tolerance);
   list.SetNumericValue("constr_viol_tol", options.tolerance);
   const double acceptable = options.acceptable_factor * options.tolerance;
@@ -213,11 +213,18 @@ NlpResult IpoptSolver::solve(const NlpPoint& start, const IpoptOptions& options)
                        start.z_U.size() == start.x.size();
   const double derivative_seconds = evaluator_.work().derivative_seconds;
 
-  const Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
-  set_options(options, is_warm, *application->Options());
+  const auto run = [&](const Ipopt::SmartPtr<IpoptProgram>& program, bool multipliers_of_fixed) {
+    const Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
+    set_options(options, is_warm, multipliers_of_fixed, *application->Options());
+    const auto status = application->Initialize("");  // "": reads no file of options
+    return status == Ipopt::Solve_Succeeded ? application->OptimizeTNLP(GetRawPtr(program)) : status;
+  };
   const Ipopt::SmartPtr<IpoptProgram> program = new IpoptProgram(evaluator_, start, options.time_limit);
-  Ipopt::ApplicationReturnStatus ipopt_status = application->Initialize("");  // "": reads no file of options
-  if (ipopt_status == Ipopt::Solve_Succeeded) ipopt_status = application->OptimizeTNLP(GetRawPtr(program));
+  Ipopt::ApplicationReturnStatus ipopt_status = run(program, options.multipliers_of_fixed);
+  // More rows than free variables, which may be consistent all the same: without constraints of their own, Ipopt turns
+  // fixed variables into bounded ones then.
+  if (ipopt_status == Ipopt::Not_Enough_Degrees_Of_Freedom && options.multipliers_of_fixed)
+    ipopt_status = run(program, false);
   program->rethrow();
 
   NlpResult result;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <map>
 #include <random>
 #include <stdexcept>
+#include <utility>
 
 namespace ricochet {
 
@@ -48,20 +48,24 @@ std::string name_of(const Nlp& nlp, const NlpBlock& block) {
 /// Numbers positions of a matrix by column, then row.
 class PatternBuilder {
  public:
-  void add(int row, int column) { positions_[{column, row}] = 0; }
+  void add(int row, int column) { positions_.push_back({column, row}); }
   SparsityPattern build() {
+    std::ranges::sort(positions_);
+    const auto duplicates = std::ranges::unique(positions_);
+    positions_.erase(duplicates.begin(), duplicates.end());
     SparsityPattern pattern;
-    for (auto& [position, index] : positions_) {
-      index = pattern.size();
-      pattern.rows.push_back(position.second);
-      pattern.columns.push_back(position.first);
+    for (const auto& [column, row] : positions_) {
+      pattern.rows.push_back(row);
+      pattern.columns.push_back(column);
     }
     return pattern;
   }
-  int index(int row, int column) const { return positions_.at({column, row}); }
+  int index(int row, int column) const {
+    return static_cast<int>(std::ranges::lower_bound(positions_, std::pair{column, row}) - positions_.begin());
+  }
 
  private:
-  std::map<std::pair<int, int>, int> positions_;
+  std::vector<std::pair<int, int>> positions_;  // column, row
 };
 
 }  // namespace
