@@ -117,7 +117,7 @@ class Run {
       IpoptOptions ipopt = ipopt_options(std::max(options_.tolerance, per_sigma));
       // The barrier begins below sigma: it should not undo the last step.
       if (solution_.x.size() > 0) ipopt.barrier = std::clamp(sigma * sigma, options_.tolerance, ipopt.barrier);
-      const NlpResult result = solver_.solve(point_, ipopt);
+      const NlpResult result = solver_.solve(start(), ipopt);
       if (is_solved(result.status)) take(result.point);
       record(sigma, result, progress);
       if (is_too_weak(result.status) && sigma > options_.sigma_final) continue;
@@ -130,6 +130,10 @@ class Run {
       }
       if (sigma <= options_.sigma_final || solution_.complementarity <= options_.tolerance) return true;
     }
+  }
+
+  NlpPoint start() const {
+    return options_.warm_multipliers ? point_ : NlpPoint{.x = point_.x, .lambda = {}, .z_L = {}, .z_U = {}};
   }
 
   void take(const NlpPoint& point) {
@@ -162,9 +166,9 @@ class Run {
 
   void cross_over() {
     const auto n = mpcc_.nlp.n_variables(), m = mpcc_.nlp.n_rows();
-    const NlpPoint start = {point_.x.head(n), point_.lambda.head(m), point_.z_L.head(n), point_.z_U.head(n)};
+    const NlpPoint relaxed = {point_.x.head(n), point_.lambda.head(m), point_.z_L.head(n), point_.z_U.head(n)};
     const CrossoverResult result =
-        ricochet::cross_over(mpcc_, start, {ipopt_options(options_.tolerance), options_.max_switches});
+        ricochet::cross_over(mpcc_, relaxed, {ipopt_options(options_.tolerance), options_.max_switches});
     solution_.switches = result.switches;
     solution_.iterations += result.iterations;
     solution_.derivative_seconds += result.derivative_seconds;
@@ -177,8 +181,14 @@ class Run {
       set_x(result.branch.point.x);
       return;
     }
-    solution_.status = status_of(result.branch.status);
-    solution_.message = describe(fmt::format("crossover, {} branches tried", result.switches + 1), result.branch);
+    const std::string message =
+        describe(fmt::format("crossover, {} branches tried", result.switches + 1), result.branch);
+    if (solution_.message.empty()) {
+      solution_.status = status_of(result.branch.status);
+      solution_.message = message;
+    } else {  // far from a solution, a branch without one says little: what ended the relaxations remains the status
+      solution_.message += "; " + message;
+    }
   }
 
   /// What failed, and what of the Mpcc is worst there.

@@ -23,6 +23,7 @@ struct HomotopyOptions {
   double power = 1.5;
   double tolerance = 1e-10;           ///< of the last step and of the crossover
   double tolerance_per_sigma = 1e-3;  ///< a step is solved to max(tolerance, tolerance_per_sigma sigma), at most 1e-4
+  bool warm_multipliers = true;       ///< a step starts from the multipliers of the last one too, not from x alone
   int max_iterations = 1000;          ///< of one step
   double time_limit = 0;              ///< wall time of everything [s]; 0 is none
   int max_switches = 10;              ///< branches that the crossover may try besides the first

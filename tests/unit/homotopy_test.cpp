@@ -160,7 +160,6 @@ TEST(Crossover, HoldsNoMoreThanItMust) {
   EXPECT_NEAR(result.branch.objective, 1, 1e-8);  // b = 1; with b held too it is 2
 }
 
-// A relaxation has solutions that the program does not: the last one names what is violated.
 TEST(Homotopy, NamesTheRowOfAnInfeasibleProgram) {
   Problem p{"infeasible", 0, {}};
   const int x = p.nonnegative("x", 2), y = p.nonnegative("y", 2);
@@ -175,7 +174,12 @@ TEST(Homotopy, NamesTheRowOfAnInfeasibleProgram) {
                            solution.message.find("of row 'y floor'") != std::string::npos;
     const bool names_pair = solution.message.find("of pair 'x _|_ y'") != std::string::npos;
     EXPECT_TRUE(names_row || names_pair) << solution.message;
-    if (relaxation.name == "scholtes") EXPECT_TRUE(names_row) << solution.message;
+    // x = y = 1 is feasible for sigma = 1 alone: what stopped the relaxations is said, and that no branch exists.
+    if (relaxation.name == "scholtes") {
+      EXPECT_TRUE(names_row) << solution.message;
+      EXPECT_EQ(solution.message.find("relaxation with sigma = 0.1"), 0u) << solution.message;
+      EXPECT_NE(solution.message.find("; crossover, 2 branches tried"), std::string::npos) << solution.message;
+    }
     EXPECT_GT(solution.complementarity + solution.violation.value, 0.1) << relaxation.name;
   }
 }
@@ -207,6 +211,14 @@ TEST(Homotopy, SuperlinearUpdateTakesFewerSteps) {
   EXPECT_NEAR(superlinear.steps[3].sigma, 1e-4, 1e-18);
   EXPECT_EQ(linear.steps.size(), 10u);
   EXPECT_NEAR(superlinear.objective, problem.optimum, 1e-8);
+}
+
+TEST(Homotopy, MayStartStepsFromVariablesAlone) {
+  for (const auto& problem : macmpec::all()) {
+    const MpccSolution solution = solve(problem.mpcc, {.warm_multipliers = false});
+    EXPECT_TRUE(solution.succeeded()) << problem.name << ": " << solution.message;
+    EXPECT_NEAR(solution.objective, problem.optimum, 1e-8 * (1 + problem.optimum)) << problem.name;
+  }
 }
 
 TEST(Homotopy, LimitsAreStatuses) {
