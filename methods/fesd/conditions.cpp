@@ -1,6 +1,7 @@
 #include "methods/fesd/conditions.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -15,7 +16,7 @@ constexpr Text kTexts[] = {
     {"stage position", "q_nj = q_n0 + h_n sum a_jk v_nk"},
     {"stage velocity", "v_nj = v_n0 + h_n sum a_jk F_v(q_nk, v_nk, u, lambda_nk)"},
     {"end position", "q_n+1 = q_n0 + h_n sum b_k v_nk"},
-    {"end velocity", "v_n+1 = v_n0 + h_n sum b_k F_v(q_nk, v_nk, u, lambda_nk)"},
+    {"end velocity", "v_n+1 = P (v_n0 + h_n sum b_k F_v(q_nk, v_nk, u, lambda_nk))"},
     {"continuity", "q_n0 = q_n"},
     {"impulse balance", "M (v_n0 - v_n) = sum J_n Lambda_n"},
     {"impulse sign", "Lambda_n >= 0"},
@@ -34,6 +35,8 @@ constexpr Text kTexts[] = {
     {"stage slip", "mu lambda_n,nj v_t,nj + |v_t,nj| lambda_t,nj = 0"},
     {"cross friction", "xi+-,nj' (mu lambda_n +- lambda_t)_nj = 0"},
     {"pinned sliding", "beta(right end of n-1) sum_j |v_t,nj| = 0"},
+    {"bilateral gap", "f_c = 0"},
+    {"bilateral velocity", "J_n'v = 0 at v_n0, v_n+1"},
     {"aggregated complementarity", "sum_j lambda_nj sum_j' f_c(q_nj') = 0"},
     {"tanh equilibration", "(h_n - h_n-1) tanh(eta_n) = 0"},
     {"step length", "sum h_n = H"},
@@ -65,7 +68,10 @@ std::vector<Residual> FesdAudit::residuals() const {
   for (std::size_t k = 0; k < residuals_.size(); ++k) {
     const auto condition = static_cast<FesdCondition>(k);
     const bool is_of_friction = condition >= FesdCondition::impulse_cone && condition <= FesdCondition::pinned_sliding;
-    if (problem_.info().has_friction() || !is_of_friction) list.push_back(residuals_[k]);
+    const bool is_bilateral =
+        condition == FesdCondition::bilateral_gap || condition == FesdCondition::bilateral_velocity;
+    if ((problem_.info().has_friction() || !is_of_friction) && (problem_.info().has_bilateral() || !is_bilateral))
+      list.push_back(residuals_[k]);
   }
   return list;
 }
@@ -92,6 +98,28 @@ bool FesdAudit::forces_jump(const Stages& left, const Stages& right) {
     if (stops || slip_sign(left.modes[i]) * slip_sign(right.modes[i]) < 0) return true;
   }
   return false;
+}
+
+/// What v_{n+1} has besides the velocity of the Runge-Kutta step and an impulse of the bilateral constraints.
+Vector FesdAudit::end_velocity_residual(const Stages& e, const Matrix& accelerations) const {
+  const ProblemInfo& info = problem_.info();
+  Vector residual = e.v1 - e.v0 - e.h * accelerations * tableau_.b;
+  if (!info.has_bilateral()) return residual;
+  const Matrix M = problem_.mass_matrix(e.q1), G = problem_.normal_jacobian(e.q1)(Eigen::all, info.bilateral);
+  const Vector impulse = G.colPivHouseholderQr().solve(M * residual);
+  return residual - M.llt().solve(G * impulse);
+}
+
+/// @param gaps  n_c x n_s, at the stages
+void FesdAudit::add_bilateral(const Stages& e, const Matrix& gaps) {
+  const Vector left = problem_.gap(e.q0), right = problem_.gap(e.q1);
+  const Matrix J_left = problem_.normal_jacobian(e.q0), J_right = problem_.normal_jacobian(e.q1);
+  for (const int i : problem_.info().bilateral) {
+    report(FesdCondition::bilateral_gap, std::max({max_abs(gaps.row(i)), std::abs(left[i]), std::abs(right[i])}),
+           gap_size_[i], i);
+    report(FesdCondition::bilateral_velocity,
+           std::max(std::abs(J_left.col(i).dot(e.v0)), std::abs(J_right.col(i).dot(e.v1))), speed_size_[i], i);
+  }
 }
 
 /// Coulomb's law of a contact, in one element and at its left end.
@@ -216,7 +244,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     report(FesdCondition::stage_velocity,
            max_abs((e.v - e.h * accelerations * tableau_.A.transpose()).colwise() - e.v0), v_size, -1);
     report(FesdCondition::end_position, max_abs(e.q1 - e.q0 - e.h * e.v * tableau_.b), q_size, -1);
-    report(FesdCondition::end_velocity, max_abs(e.v1 - e.v0 - e.h * accelerations * tableau_.b), v_size, -1);
+    report(FesdCondition::end_velocity, max_abs(end_velocity_residual(e, accelerations)), v_size, -1);
 
     // Left end.
     const Stages* left = n > 0 ? &step.elements[n - 1] : previous ? &previous->last() : nullptr;
@@ -229,10 +257,11 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     report(FesdCondition::impulse_balance,
            max_abs(M0 * (e.v0 - v_minus) - J * Lambda - problem_.tangent_jacobian(e.q0) * step.Lambda_t.col(n)),
            momentum, -1);
+    add_bilateral(e, gaps);
 
     double eta = 1;
     const bool legitimate_jump = max_abs(Lambda) > 0 || (left && forces_jump(*left, e));
-    for (int i = 0; i < n_c; ++i) {
+    for (const int i : info.unilateral) {
       const double L = gap_size_[i], force = force_size[i];
       const double separation = J.col(i).dot(e.v0 + info.contacts[i].eps_r * v_minus);
       const double Lambda_size = momentum > 0 ? momentum / max_abs(J.col(i)) : 0;

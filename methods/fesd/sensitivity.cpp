@@ -4,7 +4,9 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <Eigen/QR>
 
+#include "problems/input_error.h"
 #include "problems/names.h"
 
 namespace ricochet {
@@ -12,6 +14,8 @@ namespace {
 
 /// Of an impulse: as part of the velocities that cancel, what counts as no slip behind it.
 constexpr double kNoSlip = 1e-12;
+/// Of derivatives of the initial state, a few hundred roundings of its formulas.
+constexpr double kInitialRounding = 1e-13;
 
 std::vector<std::string> known_names(const ProblemInfo& info) {
   std::vector<std::string> names;
@@ -61,6 +65,35 @@ Sensitivity::Sensitivity(const Problem& problem, const ButcherTableau& tableau, 
   dmu_ = varied.middleRows(2 * n_q_ + n_c_, n_c_);
   dt_final_ = varied.bottomLeftCorner(1, n_theta_).transpose();
   dt_ = Vector::Zero(n_theta_);
+  if (info.has_bilateral()) require_consistent_start(names);
+}
+
+/// f_c = 0 and J_n' v = 0 at t = 0, varied
+void Sensitivity::require_consistent_start(const std::vector<std::string>& names) const {
+  const ProblemInfo& info = problem_.info();
+  const Matrix J_n = problem_.normal_jacobian(info.q0),
+               parameters =
+                   parameter_rows(info.q0, info.v0, Vector::Zero(n_q_), Vector::Zero(n_c_), Vector::Zero(n_t_));
+  for (const int i : info.bilateral) {
+    const Eigen::RowVectorXd J = J_n.col(i).transpose(), curvature = gap_curvature(i, info.q0, info.v0);
+    for (Eigen::Index k = 0; k < n_theta_; ++k) {
+      const double of_gap = parameters(n_q_ + i, k), of_rate = parameters(n_q_ + n_c_ + i, k);
+      const auto is_zero = [](const Eigen::RowVectorXd& slope, const Vector& change, double direct) {
+        return std::abs(slope.dot(change) + direct) <=
+               kInitialRounding * (slope.cwiseAbs().dot(change.cwiseAbs()) + std::abs(direct));
+      };
+      Eigen::RowVectorXd both(2 * n_q_);
+      Vector change(2 * n_q_);
+      both << curvature, J;
+      change << dq_.col(k), dv_.col(k);
+      if (!is_zero(J, dq_.col(k), of_gap) || !is_zero(both, change, of_rate))
+        throw InputError(
+            "sensitivity", names[static_cast<std::size_t>(k)],
+            fmt::format("it violates the bilateral constraint '{}' at t = 0; the initial state has to vary "
+                        "within it, as with parameters that q0 and v0 follow",
+                        info.contacts[i].name));
+    }
+  }
 }
 
 void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
@@ -201,12 +234,29 @@ void Sensitivity::add_friction(const Friction& friction, const Vector& q, const 
   rows.x.block(row, column + 1, info.n_t, info.n_t).setIdentity();
 }
 
-/// (1), (2), (6)
 void Sensitivity::through_junction(const FesdStep& step, int element, State& state) const {
   if (!step.touches || step.Lambda_n.col(element).isZero(0)) return;
   const Stages& e = step.elements[element];
-  const Vector q = e.q0, v = e.v0, v_minus = step.v_minus.col(element), jump = v - v_minus,
-               Lambda_n = step.Lambda_n.col(element), Lambda_t = step.Lambda_t.col(element);
+  const Vector v_minus = step.v_minus.col(element), Lambda_n = step.Lambda_n.col(element),
+               Lambda_t = step.Lambda_t.col(element);
+  through_impulse({e.q0, v_minus, e.v0, Lambda_n, Lambda_t}, state);
+}
+
+/// (5) of StageSolver: P takes away v_1 across bilateral constraints by an impulse of theirs.
+void Sensitivity::through_projection(const Stages& e, State& state) const {
+  const auto& bilateral = problem_.info().bilateral;
+  const Vector v_minus = e.v0 + e.h * e.a * tableau_.b, no_Lambda_t = Vector::Zero(n_t_);
+  const Matrix G = problem_.normal_jacobian(e.q1)(Eigen::all, bilateral);
+  Vector Lambda_n = Vector::Zero(n_c_);
+  Lambda_n(bilateral) = G.colPivHouseholderQr().solve(problem_.mass_matrix(e.q1) * (e.v1 - v_minus));
+  through_impulse({e.q1, v_minus, e.v1, Lambda_n, no_Lambda_t}, state);
+}
+
+/// (1), (2), (6)
+void Sensitivity::through_impulse(const Impulse& impulse, State& state) const {
+  const auto& [q, v_minus, v, Lambda_n, Lambda_t] = impulse;
+  const Vector jump = v - v_minus;
+  const auto acts = [&](int i) { return impulse.Lambda_n[i] > 0 || problem_.info().contacts[i].is_bilateral; };
   const Vector no_a = Vector::Zero(n_q_), no_Lambda_n = Vector::Zero(n_c_), no_Lambda_t = Vector::Zero(n_t_);
   const Matrix before = parameter_rows(q, v_minus, no_a, no_Lambda_n, no_Lambda_t),
                without = parameter_rows(q, v, no_a, no_Lambda_n, no_Lambda_t),
@@ -214,7 +264,7 @@ void Sensitivity::through_junction(const FesdStep& step, int element, State& sta
   const Matrix M = problem_.mass_matrix(q), J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
 
   Eigen::Index n = n_q_;
-  for (int i = 0; i < n_c_; ++i) n += Lambda_n[i] > 0 ? 1 + problem_.info().contacts[i].n_t : 0;
+  for (int i = 0; i < n_c_; ++i) n += acts(i) ? 1 + problem_.info().contacts[i].n_t : 0;
   Rows rows;
   rows.reset(n, n_q_, n_theta_ + 1);
   Matrix M_q(n_q_, n_q_), J_q(n_q_, n_q_);
@@ -225,7 +275,7 @@ void Sensitivity::through_junction(const FesdStep& step, int element, State& sta
   rows.theta.topRows(n_q_) = (behind - without).topRows(n_q_) - M * state.v;
   Eigen::Index row = n_q_;
   for (int i = 0; i < n_c_; ++i) {
-    if (Lambda_n[i] <= 0) continue;
+    if (!acts(i)) continue;
     const auto& info = problem_.info().contacts[i];
     rows.x.block(0, row, n_q_, 1) = -J_n.col(i);
     rows.x.block(0, row + 1, n_q_, info.n_t) = -J_t.middleCols(info.tangent_index, info.n_t);
@@ -318,6 +368,7 @@ Matrix Sensitivity::through_element(const Stages& e, const Switch& end, State& s
       row += 1 + contact.n_t;
     }
   }
+  if (info.has_bilateral()) through_projection(e, state);
   return forces;
 }
 

@@ -23,6 +23,7 @@ void Stages::resize(const ProblemInfo& info, int n_s) {
   lambda_t = Matrix::Zero(info.n_lambda_t, n_s);
   slip_start = Vector::Zero(info.n_lambda_t);
   modes.assign(info.contacts.size(), ContactMode::open);
+  for (const int i : info.bilateral) modes[i] = ContactMode::closed;
 }
 
 StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, double tolerance, Counters& counters)
@@ -33,7 +34,9 @@ StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, 
       n_q_(problem.n_q()),
       n_s_(tableau.n_s),
       structure_(problem.info().structure),
-      stiffly_accurate_(tableau.is_stiffly_accurate()) {
+      stiffly_accurate_(tableau.is_stiffly_accurate()),
+      has_bilateral_(problem.info().has_bilateral()),
+      bilateral_(problem) {
   A2_ = tableau.A * tableau.A;
   bA_ = tableau.A.transpose() * tableau.b;
   rows_ = tableau.A.rowwise().sum();
@@ -61,6 +64,7 @@ StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, 
   kept_gap0_.setZero(n_c);
   kept_slip0_.setZero(problem.info().n_lambda_t);
   dq_.setZero(n_q_, n_s_);
+  M_end_.setZero(n_q_, n_q_);
   lambda_.setZero(n_c);
   lambda_t_.setZero(problem.info().n_lambda_t);
   Tq_.setZero(problem.info().n_lambda_t, n_q_);
@@ -197,22 +201,35 @@ void StageSolver::stage_values(const Coefficients& k, Stages& step) {
   }
 }
 
-/// (5)
-void StageSolver::end_values(const Coefficients& k, Stages& step) const {
+/// (5). False when bilateral constraints depend on each other at q_1.
+bool StageSolver::end_values(const Coefficients& k, Stages& step) {
   if (stiffly_accurate_) {
     step.q1 = step.q.col(n_s_ - 1);
     step.v1 = step.v.col(n_s_ - 1);
-    return;
-  }
-  for (int i = 0; i < n_q_; ++i) {
-    double dv = 0, dq = 0;
-    for (int l = 0; l < n_s_; ++l) {
-      dv += k.hb[l] * step.a(i, l);
-      dq += k.h2bA[l] * step.a(i, l);
+  } else {
+    for (int i = 0; i < n_q_; ++i) {
+      double dv = 0, dq = 0;
+      for (int l = 0; l < n_s_; ++l) {
+        dv += k.hb[l] * step.a(i, l);
+        dq += k.h2bA[l] * step.a(i, l);
+      }
+      step.v1[i] = step.v0[i] + dv;
+      step.q1[i] = step.q0[i] + (k.h * step.v0[i] + dq);
     }
-    step.v1[i] = step.v0[i] + dv;
-    step.q1[i] = step.q0[i] + (k.h * step.v0[i] + dq);
   }
+  return !has_bilateral_ || project_end_velocity(step);
+}
+
+bool StageSolver::project_end_velocity(Stages& step) {
+  if (!structure_.constant_mass || llt_.cols() == 0) {
+    problem_.mass_matrix(step.q1.data(), M_end_.data());
+    llt_.compute(M_end_);
+    ++counters_.mass_factorizations;
+  }
+  problem_.normal_jacobian(step.q1.data(), J_n_.data());
+  if (!bilateral_.prepare(J_n_.data(), [&](auto column) { llt_.solveInPlace(column); })) return false;
+  bilateral_.impose(step.v1, nullptr, lambda_);
+  return true;
 }
 
 /// (6)  f_c(q_0 + dq) - f_c(q_0) = int_0^1 J_n(q_0 + s dq)' dq ds, by four Gauss points. If J_n changes by less than 1
@@ -519,8 +536,7 @@ StageSolver::Result StageSolver::solve(Stages& step) {
     }
     if (is_converged) {
       set_slip_in_space(step);
-      end_values(k, step);
-      return Result::converged;
+      return end_values(k, step) ? Result::converged : Result::singular;
     }
     previous = size;
   }
@@ -559,7 +575,9 @@ void StageSolver::set_dependent_forces(Stages& step) const {
 }
 
 /// One Newton step of a run: how the unknowns respond to the residual and to the variation incoming_q_, incoming_v_ of
-/// the left end, and what that makes of the right end (which becomes the next step's left end).
+/// the left end, and what that makes of the right end (which becomes the next step's left end). The projection in (5)
+/// is left out of the variation of v_1: what it takes away lies across the constraints, and (4) of the next step does
+/// too.
 void StageSolver::linearize_step(const Coefficients& k, const Stages& step, Matrix& response) {
   const auto n_rows = static_cast<Eigen::Index>(row_power_.size());
   const double h = k.h;
@@ -704,7 +722,7 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
       stage_values(k, run[m]);
       residual(k, run[m]);
       linearize_step(k, run[m], run_response_[m]);
-      end_values(k, run[m]);
+      if (!end_values(k, run[m])) return Result::singular;
     }
     ++counters_.inner_iterations;
     Eigen::RowVector2d slope;
@@ -735,7 +753,7 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
       for (std::size_t m = 0; m < run.size(); ++m) {
         hand_over(m);
         stage_values(k, run[m]);
-        end_values(k, run[m]);
+        if (!end_values(k, run[m])) return Result::singular;
         resting_contact_ = comes_to_rest && m + 1 == run.size() ? end.contact : -1;
         set_slip_in_space(run[m]);
         resting_contact_ = -1;

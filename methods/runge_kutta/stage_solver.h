@@ -1,10 +1,12 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "methods/bilateral_constraints.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 #include "methods/small_inverse.h"
 #include "problems/problem.h"
@@ -47,7 +49,10 @@ struct Switch {
 ///   q_j = q_0 + h (sum_k a_jk) v_0 + h^2 sum_k (A^2)_jk w_k                              (2)
 ///   0   = M(q_j) w_j - f_v(q_j,v_j) - B_u u - sum_{i closed} J_n^i lambda_n,j^i + J_t^i lambda_t,j^i     (3)
 ///   0   = f_c^i(q_j),  i closed                                                         (4)
-///   v_1 = v_0 + h sum_k b_k w_k,   q_1 = q_0 + h v_0 + h^2 sum_k (b'A)_k w_k            (5)
+///   v_1 = P (v_0 + h sum_k b_k w_k),   q_1 = q_0 + h v_0 + h^2 sum_k (b'A)_k w_k        (5)
+///
+/// where P, at q_1, projects onto the velocities that bilateral constraints allow (bilateral_constraints.h); without
+/// them it is the identity. (4) alone leaves a velocity of O(h^n_s) across a curved constraint, and that order in v_1.
 ///
 /// and for a contact with friction one of
 ///
@@ -132,7 +137,8 @@ class StageSolver {
   void set_active(const std::vector<ContactMode>& modes);
   void set_initial_values(const Stages& step, double h);
   void stage_values(const Coefficients& k, Stages& step);
-  void end_values(const Coefficients& k, Stages& step) const;
+  bool end_values(const Coefficients& k, Stages& step);
+  bool project_end_velocity(Stages& step);
   double gap_change(int contact, int stage, const Stages& step);
   bool sticks(const Active& active, int stage) const;
   /// What (7a) is divided by: h, but 1 for (8), among rows (7c).
@@ -181,6 +187,12 @@ class StageSolver {
 
   std::vector<Factor> factors_;
   std::uint64_t clock_ = 0;
+
+  // P of (5).
+  const bool has_bilateral_;
+  BilateralConstraints bilateral_;
+  Matrix M_end_;
+  Eigen::LLT<Matrix> llt_;
 
   // Work space.
   Vector f_, J_n_, J_t_, gap_, lambda_, lambda_t_, r_, dx_;
