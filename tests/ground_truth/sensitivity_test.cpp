@@ -119,9 +119,10 @@ Vector difference_quotient(const std::string& scene, const ParameterInfo& parame
 }
 
 TEST(FesdSensitivitiesOfParameters, AreTheDerivativesOfTheDiscreteSolution) {
-  for (const char* scene : {"ball_3d", "ball_in_box", "ball_row", "belt_oscillator", "bouncing_ball", "disc_in_chute",
-                            "double_pendulum_wall", "falling_rod", "oblique_impact", "pendulum_wall", "rocking_block",
-                            "sliding_block", "stacked_blocks", "two_balls_spring"}) {
+  for (const char* scene :
+       {"ball_3d", "ball_in_box", "ball_row", "belt_oscillator", "bouncing_ball", "disc_in_chute",
+        "double_pendulum_wall", "falling_rod", "oblique_impact", "pendulum_wall", "pendulum_wall_cartesian",
+        "rocking_block", "slider_crank_stop", "sliding_block", "stacked_blocks", "two_balls_spring"}) {
     const auto problem = make_problem(scene);
     const std::string method = "fesd:radau-iia:3,elements=as_needed";
     Settings settings;
