@@ -35,18 +35,17 @@ class BilateralConstraints {
 
   /// G' x, n_c; entries of unilateral contacts are left alone.
   void velocities(const Vector& x, Vector& rates) const;
-  /// Largest violation of G' x + b = 0, relative to its terms.
-  double residual(const Vector& x, const double* b) const;
+  /// Largest violation of G' x + b = 0, relative to its terms and to what m contributes to them.
+  double residual(const Vector& x, const double* b, const Vector& m) const;
 
  private:
   void set_jacobian(const double* packed_J_n);
   bool set_delassus();
 
   const ProblemInfo& info_;
-  Matrix G_, WG_, S_;
+  Matrix G_, WG_, S_, S_inverse_;
   Vector rates_, multipliers_;
   SmallInverse inverse_;
-  const Matrix* S_inverse_ = nullptr;
 };
 
 }  // namespace ricochet

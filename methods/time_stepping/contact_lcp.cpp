@@ -150,7 +150,7 @@ LcpStatus ContactLcp::solve(Vector& v, const Vector& shift, const Vector& presen
 
 double ContactLcp::residual(const Vector& v_plus, const Vector& shift, const Vector& present) const {
   const int n = n_active_ + n_facet_total_;
-  double speed = 0, impulse = 0, worst = has_bilateral_ ? bilateral_.residual(v_plus, shift.data()) : 0;
+  double speed = 0, impulse = 0, worst = has_bilateral_ ? bilateral_.residual(v_plus, shift.data(), Lambda_n_) : 0;
   for (int k = 0; k < n; ++k) {
     speed = std::max(
         {speed, directions_.col(k).cwiseAbs().dot(v_plus.cwiseAbs()), k < n_active_ ? std::abs(shift[active_[k]]) : 0});

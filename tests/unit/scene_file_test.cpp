@@ -117,8 +117,8 @@ TEST_F(SceneFile, ErrorsNameTheFieldAndWhatIsAllowed) {
 
 TEST_F(SceneFile, BilateralConstraintsHoldAtTheStart) {
   json rod = good_scene();
-  rod["q0"] = {"0.6", "-0.8"};
-  rod["v0"] = {"0.8", "0.6"};
+  rod["q0"] = {"1", "0"};
+  rod["v0"] = {"0", "1"};
   rod["contacts"] = {{{"name", "rod"}, {"gap", "(q[0]**2 + q[1]**2 - 1)/2"}, {"bilateral", true}}};
   const auto spoiled = [&](const std::function<void(json&)>& spoil) {
     json scene = rod;
@@ -129,11 +129,12 @@ TEST_F(SceneFile, BilateralConstraintsHoldAtTheStart) {
   EXPECT_TRUE(p->info().contacts[0].is_bilateral);
   EXPECT_EQ(p->info().bilateral, std::vector<int>{0});
   EXPECT_TRUE(p->info().unilateral.empty());
-  EXPECT_EQ(spoiled([](json& s) { s["q0"][0] = "0.7"; }),
-            "FILE: contacts[0].gap (rod) = 0.06499999999999995: |gap(q0)| <= 1.13e-13 is required, it is bilateral");
-  EXPECT_EQ(spoiled([](json& s) { s["q0"][0] = "0.5"; }).substr(0, 27), "FILE: contacts[0].gap (rod)");
-  EXPECT_EQ(spoiled([](json& s) { s["v0"][0] = "0.9"; }),
-            "FILE: contacts[0].Jn' v0 (rod) = 0.06000000000000005: |Jn' v0| <= 1.02e-13 is required, it is bilateral");
+  EXPECT_EQ(spoiled([](json& s) { s["q0"][0] = "1.5"; }),
+            "FILE: contacts[0].gap (rod) = 0.625: |gap(q0)| <= 2.25e-13 is required, it is bilateral");
+  EXPECT_EQ(spoiled([](json& s) { s["q0"][0] = "0.5"; }),
+            "FILE: contacts[0].gap (rod) = -0.375: |gap(q0)| <= 2.5e-14 is required, it is bilateral");
+  EXPECT_EQ(spoiled([](json& s) { s["v0"][0] = "0.5"; }),
+            "FILE: contacts[0].Jn' v0 (rod) = 0.5: |Jn' v0| <= 5e-14 is required, it is bilateral");
   EXPECT_EQ(spoiled([](json& s) { s["contacts"][0]["e"] = "0.5"; }),
             "FILE: contacts[0].e (rod) = 0.5: a bilateral constraint has no restitution, 0 is required");
   EXPECT_EQ(spoiled([](json& s) { s["contacts"][0]["mu"] = "0.1"; }),
