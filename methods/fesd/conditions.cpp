@@ -68,9 +68,9 @@ std::vector<Residual> FesdAudit::residuals() const {
   for (std::size_t k = 0; k < residuals_.size(); ++k) {
     const auto condition = static_cast<FesdCondition>(k);
     const bool is_of_friction = condition >= FesdCondition::impulse_cone && condition <= FesdCondition::pinned_sliding;
-    const bool is_bilateral =
+    const bool is_of_bilateral =
         condition == FesdCondition::bilateral_gap || condition == FesdCondition::bilateral_velocity;
-    if ((problem_.info().has_friction() || !is_of_friction) && (problem_.info().has_bilateral() || !is_bilateral))
+    if ((problem_.info().has_friction() || !is_of_friction) && (problem_.info().has_bilateral() || !is_of_bilateral))
       list.push_back(residuals_[k]);
   }
   return list;

@@ -32,7 +32,7 @@ enum class FesdCondition {
   cross_friction,  ///< in the plane xi+_nj' (mu lambda_n + lambda_t)_nj = 0 = xi-_nj' (mu lambda_n - lambda_t)_nj with
                    ///< v_t = xi+ - xi-, in space ||v_t,nj'|| beta_nj = 0; j' = 0..n_s and the right end
   pinned_sliding,  ///< beta^i(right end of n-1) sum_j ||v_t,nj^i|| = 0                              (open question 1)
-  // With bilateral constraints, to which none of the conditions from impulse_sign on applies.
+  // With bilateral constraints; the conditions of single contacts above and below are those of unilateral ones.
   bilateral_gap,       ///< f_c^i = 0 at q_n, q_nj and q_{n+1}
   bilateral_velocity,  ///< J_n^i' v = 0 at v_n0 and v_{n+1}
   // Other forms of conditions above, with the same solutions.

@@ -16,9 +16,9 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr const char* kConventions =
-    "M(q) v' = f(q,v) + Bu u + sum_i Jn_i lambda_n_i + Jt_i lambda_t_i, q' = v, Jn_i = grad gap_i, gap >= 0, or = 0 "
-    "where "
-    "bilateral; Newton's restitution e, Coulomb's friction mu. SI units: m, kg, s, rad; forces lambda in N, impulses "
+    "M(q) v' = f(q,v) + Bu u + sum_i Jn_i lambda_n_i + Jt_i lambda_t_i, q' = v, Jn_i = grad gap_i, gap >= 0 "
+    "(bilateral: "
+    "gap = 0); Newton's restitution e, Coulomb's friction mu. SI units: m, kg, s, rad; forces lambda in N, impulses "
     "Lambda in N s";
 
 ordered_json texts(const SymbolicModel::Expressions& expressions) {
