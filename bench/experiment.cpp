@@ -103,8 +103,9 @@ Experiment read_experiment(const std::string& name) {
   const auto place = [&](const std::string& field) { return path + ": " + field; };
   try {
     const json document = json::parse(experiment.text);
-    static const std::set<std::string> known = {"id",    "title",     "description", "problem",    "parameters",
-                                                "grids", "reference", "methods",     "trajectory", "overhead_of"};
+    static const std::set<std::string> known = {"id",         "title",         "description", "problem",
+                                                "parameters", "sensitivities", "grids",       "reference",
+                                                "methods",    "trajectory",    "overhead_of"};
     for (const auto& [key, value] : document.items()) {
       if (!known.contains(key)) throw_unknown_name("field of " + path, key, {known.begin(), known.end()});
     }
@@ -121,6 +122,11 @@ Experiment read_experiment(const std::string& name) {
         experiment.ground_truth_file = reference.at("ground_truth");
         experiment.ground_truth_case = reference.at("case");
       }
+    }
+    experiment.sensitivities = document.value("sensitivities", experiment.sensitivities);
+    if (!experiment.sensitivities.empty() && experiment.ground_truth_file.empty()) {
+      throw InputError(place("reference"), document.value("reference", json()).dump(),
+                       "sensitivities are measured against a \"ground_truth\"");
     }
     const json grids = document.value("grids", json::object());
     for (const auto& entry : document.at("methods")) {
@@ -160,11 +166,9 @@ reference::Reference Experiment::make_reference(const Problem& the_problem) cons
   if (ground_truth_file.empty()) return reference::make_reference(the_problem);
   const auto truth = reference::read_ground_truth(find_project_file(ground_truth_file), ground_truth_case);
   reference::Reference reference;
-  reference.solution.q = truth.q;
-  reference.solution.v = truth.v;
-  // 42 decimals, rounded to double.
-  const double size = std::max(truth.q.cwiseAbs().maxCoeff(), truth.v.cwiseAbs().maxCoeff());
-  reference.uncertainty = std::numeric_limits<double>::epsilon() * size;
+  reference.solution = truth.solution(sensitivities);
+  // 42 decimals of the state, 27 and more of its derivatives, rounded to double.
+  reference.uncertainty = std::numeric_limits<double>::epsilon() * reference.size();
   reference.how = fmt::format("{}, {}", ground_truth_file, ground_truth_case);
   return reference;
 }

@@ -29,6 +29,7 @@ struct Experiment {
   ParameterChanges parameters;
   std::string ground_truth_file, ground_truth_case;  ///< empty: the reference is computed with SUNDIALS
   bool needs_reference = true;                       ///< false for experiments that measure time only
+  std::vector<std::string> sensitivities;  ///< Settings::sensitivities, whose error is measured instead of the state's
   std::vector<MethodGrid> methods;
   std::string trajectory_method;  ///< run once with all grid points recorded; empty for none
   int trajectory_steps = 0;

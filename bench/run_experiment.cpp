@@ -10,6 +10,7 @@
 #include "bench/environment.h"
 #include "bench/progress.h"
 #include "bench/results_file.h"
+#include "bench/sensitivities.h"
 #include "bench/timing.h"
 #include "methods/registry.h"
 
@@ -54,6 +55,7 @@ class ExperimentRun {
     settings.steps = steps;
     settings.tolerance = tolerance;
     settings.time_limit = options_.time_limit;
+    settings.sensitivities = experiment_.sensitivities;
     return settings;
   }
   std::string problem_arguments() const;
@@ -75,7 +77,7 @@ Record ExperimentRun::run(const Job& job, const std::string& instead_of) const {
   const auto method = make_method(job.method);
   Settings settings = settings_of(job.steps, job.tolerance);
   settings.audit = job.steps <= kAuditedSteps;
-  const Solution solution = method->solve(*problem_, settings);
+  const Solution solution = solve_with_sensitivities(*method, *problem_, settings);
 
   Record record;
   record.experiment = experiment_.id;
@@ -99,16 +101,16 @@ Record ExperimentRun::run(const Job& job, const std::string& instead_of) const {
   }
   record.error = std::numeric_limits<double>::quiet_NaN();
   if (reference_) {
-    const auto& truth = reference_->solution;
     record.reference_error = reference_->uncertainty;
-    record.solution_size = std::max(truth.q.cwiseAbs().maxCoeff(), truth.v.cwiseAbs().maxCoeff());
-    if (solution.succeeded())
-      record.error = reference::final_state_difference(solution.q, solution.v, truth.q, truth.v);
+    record.solution_size = reference_->size();
+    if (solution.succeeded()) record.error = reference_->error_of(solution);
   }
+  record.sensitivities = experiment_.sensitivities;
   record.instead_of = instead_of;
   const std::string setting =
       job.steps > 0 ? fmt::format("--steps {}", job.steps) : fmt::format("--tolerance {:g}", job.tolerance);
   record.command = fmt::format("ricochet run {} --method {} {}", problem_arguments(), job.method, setting);
+  for (const auto& name : experiment_.sensitivities) record.command += " --sensitivity " + name;
   return record;
 }
 
@@ -118,10 +120,10 @@ std::vector<TimedRun> ExperimentRun::timed_runs(const std::vector<Record>& recor
     const std::shared_ptr<const Method> method = make_method(record.method);
     const Settings settings = settings_of(record.steps, record.tolerance);
     const auto begin = std::chrono::steady_clock::now();
-    if (record.succeeded()) method->solve(*problem_, settings);
+    if (record.succeeded()) solve_with_sensitivities(*method, *problem_, settings);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     runs.push_back({record.method, seconds, [this, method, settings] {
-                      const Solution solution = method->solve(*problem_, settings);
+                      const Solution solution = solve_with_sensitivities(*method, *problem_, settings);
                       if (solution.q.size() == 0) std::abort();  // keeps the call from being optimised away
                     }});
   }
@@ -131,6 +133,7 @@ std::vector<TimedRun> ExperimentRun::timed_runs(const std::vector<Record>& recor
 Trajectory ExperimentRun::trajectory() const {
   Settings settings = settings_of(experiment_.trajectory_steps, 0);
   settings.recording = Recording::grid;
+  settings.sensitivities.clear();
   const Solution solution = make_method(experiment_.trajectory_method)->solve(*problem_, settings);
   Trajectory trajectory{experiment_.problem, experiment_.trajectory_method, {}, {}, {}};
   const auto add = [&](double t, const Vector& q, const Vector& v) {

@@ -17,6 +17,25 @@ double final_state_difference(const Vector& q, const Vector& v, const Vector& q_
   return std::max((q - q_reference).cwiseAbs().maxCoeff(), (v - v_reference).cwiseAbs().maxCoeff());
 }
 
+double sensitivity_difference(const Solution& solution, const Solution& reference) {
+  double worst = 0;
+  for (Eigen::Index k = 0; k < reference.dq.cols(); ++k) {
+    const auto dq = reference.dq.col(k), dv = reference.dv.col(k);
+    const double size = std::max({1.0, dq.cwiseAbs().maxCoeff(), dv.cwiseAbs().maxCoeff()});
+    worst = std::max(worst, final_state_difference(solution.dq.col(k), solution.dv.col(k), dq, dv) / size);
+  }
+  return worst;
+}
+
+double Reference::error_of(const Solution& other) const {
+  return solution.dq.size() > 0 ? sensitivity_difference(other, solution)
+                                : final_state_difference(other.q, other.v, solution.q, solution.v);
+}
+
+double Reference::size() const {
+  return solution.dq.size() > 0 ? 1 : std::max(solution.q.cwiseAbs().maxCoeff(), solution.v.cwiseAbs().maxCoeff());
+}
+
 namespace {
 
 /// Events of a run; those at the same time to rounding and integration error, 1e-9 of the end time, in the order of

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -24,6 +25,26 @@ Vector vector(const json& values) {
 }
 
 }  // namespace
+
+Solution GroundTruth::solution(const std::vector<std::string>& wrt) const {
+  Solution solution;
+  solution.q = q;
+  solution.v = v;
+  solution.dq.resize(q.size(), static_cast<Eigen::Index>(wrt.size()));
+  solution.dv = solution.dq;
+  for (std::size_t k = 0; k < wrt.size(); ++k) {
+    const auto known =
+        std::find_if(sensitivities.begin(), sensitivities.end(), [&](const auto& s) { return s.wrt == wrt[k]; });
+    if (known == sensitivities.end()) {
+      std::vector<std::string> names;
+      for (const auto& s : sensitivities) names.push_back(s.wrt);
+      throw_unknown_name("sensitivity in the ground truth of " + id, wrt[k], names);
+    }
+    solution.dq.col(static_cast<Eigen::Index>(k)) = known->dq;
+    solution.dv.col(static_cast<Eigen::Index>(k)) = known->dv;
+  }
+  return solution;
+}
 
 std::vector<GroundTruth> read_ground_truth(const std::string& path) {
   std::ifstream file(path);

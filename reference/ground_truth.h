@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "problems/problem.h"
+#include "problems/solution.h"
 
 namespace ricochet::reference {
 
@@ -30,6 +31,10 @@ struct GroundTruth {
     Vector dq, dv, dt_events;
   };
   std::vector<Sensitivity> sensitivities;
+
+  /// Final state, and its derivatives with respect to `wrt` as columns of dq and dv.
+  /// @throws InputError for a derivative that is not among `sensitivities`
+  Solution solution(const std::vector<std::string>& wrt = {}) const;
 };
 
 /// All cases of a file in the format of tests/data/ground_truth.json.

@@ -229,14 +229,15 @@ std::vector<Figure> FigureFolder::order(const Results& results) {
     const auto [finest, coarsest] = std::minmax_element(steps.begin(), steps.end());
     script += fmt::format("set xrange [{:.3g}:{:.3g}]\nset yrange [{:.3g}:{:.3g}]\n", *finest / 1.6, *coarsest * 1.6,
                           low, high);
-    script += "set xlabel 'step length h̄ = T / (N_sim N_FE)  [s]'\nset ylabel 'error E(T)'\n";
+    script += fmt::format("set xlabel 'step length h̄ = T / (N_sim N_FE)  [s]'\nset ylabel '{}'\n",
+                          results.error_measure().axis);
     script += "set key outside below left vertical maxcols 1 reverse Left samplen 2 spacing 1.15\n";
     draw(file, script + plot + "\n");
-    figures.push_back(
-        {file + ".svg", "Order: " + family,
-         "Max-norm error of the final state over the mean length of a Runge-Kutta step. Dashed: the nominal order. "
-         "Crosses on the upper frame: runs without a solution; open circles: the same runs with elements added as "
-         "needed."});
+    figures.push_back({file + ".svg", "Order: " + family,
+                       "Error over the mean length of a Runge-Kutta step. Dashed: the nominal order. Crosses on the "
+                       "upper frame: runs without a solution; open circles: the same runs with elements added as "
+                       "needed. " +
+                           results.error_measure().definition});
   }
   return figures;
 }
@@ -274,14 +275,14 @@ Figure FigureFolder::work_precision(const Results& results) {
   script += fmt::format("set output '{}.svg'\n", file);
   script += "set logscale xy\nset format x '10^{%L}'\nset format y '10^{%L}'\n";
   script += fmt::format("set xrange [{:.3g}:{:.3g}]\n", low, high);
-  script +=
-      "set xlabel 'error E(T)'\nset ylabel 'CPU time [ms]'\nset key outside right center reverse Left samplen 2 "
-      "spacing 1.2\n";
+  script += fmt::format(
+      "set xlabel '{}'\nset ylabel 'CPU time [ms]'\nset key outside right center reverse Left samplen 2 spacing 1.2\n",
+      results.error_measure().axis);
   draw(file, script + plot + "\n");
   return {file + ".svg", "Speed against error",
-          "Median CPU time of a whole run over the error of its final state: down and left is better. Every point is "
-          "one run with "
-          "another step length or tolerance."};
+          "Median CPU time of a whole run over its error: down and left is better. Every point is one run with another "
+          "step length or tolerance. " +
+              results.error_measure().definition};
 }
 
 Figure FigureFolder::trajectory(const Trajectory& trajectory, const std::string& name) {

@@ -1,6 +1,7 @@
 #include "reports/record.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -70,6 +71,7 @@ Record record_from_json(const json& j) {
   r.max_residual = number_or_nan(j.at("max_residual"));
   r.detected_events = j.at("detected_events");
   r.counters = counters_from_json(j.at("counters"));
+  r.sensitivities = j.value("sensitivities", r.sensitivities);
   r.instead_of = j.at("instead_of");
   r.command = j.at("command");
   return r;
@@ -91,6 +93,16 @@ bool Results::has_errors() const {
 
 bool Results::has_timings() const {
   return std::any_of(records.begin(), records.end(), [](const Record& r) { return r.timing.has_value(); });
+}
+
+ErrorMeasure Results::error_measure() const {
+  if (records.empty() || records.front().sensitivities.empty())
+    return {"error E(T)", "Error: max-norm of the difference of the final (q, v) to the reference."};
+  return {
+      "relative error of d(q, v)/dθ at T",
+      fmt::format("Error: that of d(q, v)/dθ at the end time, the largest over θ = {}; max-norm, relative to 1 or the "
+                  "size of the derivative, whichever is larger.",
+                  fmt::join(records.front().sensitivities, ", "))};
 }
 
 std::vector<std::string> Results::methods() const {
@@ -132,6 +144,7 @@ json to_json(const Record& r) {
           {"max_residual", number_or_null(r.max_residual)},
           {"detected_events", r.detected_events},
           {"counters", counters_to_json(r.counters)},
+          {"sensitivities", r.sensitivities},
           {"instead_of", r.instead_of},
           {"command", r.command}};
 }

@@ -29,7 +29,10 @@ struct Record {
   double error = 0;            ///< max-norm of the error of the final (q, v); NaN when the run failed
   double reference_error = 0;  ///< bound for the error of the reference
   double solution_size = 0;    ///< max-norm of the reference's final (q, v)
-  double max_residual = -1;    ///< -1: not audited
+  /// Where there are some, `error` is that of d(q, v) with respect to these (reference::sensitivity_difference), and
+  /// `solution_size` is 1.
+  std::vector<std::string> sensitivities;
+  double max_residual = -1;  ///< -1: not audited
   int detected_events = 0;
   Counters counters;
   std::optional<Timing> timing;
@@ -49,6 +52,12 @@ struct Trajectory {
   std::vector<std::vector<double>> q, v;  ///< per sample
 };
 
+/// What the errors of results are errors of, in words.
+struct ErrorMeasure {
+  std::string axis;        ///< of a figure
+  std::string definition;  ///< a sentence
+};
+
 /// A results file, read.
 struct Results {
   nlohmann::json header;
@@ -59,6 +68,7 @@ struct Results {
   std::string experiment() const { return header.value("experiment", ""); }
   bool has_errors() const;   ///< some run was compared with a reference
   bool has_timings() const;  ///< some run was timed
+  ErrorMeasure error_measure() const;
   /// Methods in the order of their first record.
   std::vector<std::string> methods() const;
   /// Records of a method, by decreasing accuracy demand last: ascending steps, descending tolerance. Without

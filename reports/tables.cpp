@@ -60,7 +60,8 @@ Table order_summary(const Results& results) {
   table.note =
       "Slope of log10(error) over log10(step length); the window follows one rule for all methods "
       "(reports/order_fit.h). "
-      "The interval says how well the points lie on a line; scatter is in decades. us/step: median over the grid.";
+      "The interval says how well the points lie on a line; scatter is in decades. us/step: median over the grid. " +
+      results.error_measure().definition;
   return table;
 }
 
@@ -90,7 +91,7 @@ Table order_details(const Results& results) {
       }
     }
   }
-  table.note = "Runs above 20000 steps are not audited (residual '-').";
+  table.note = "Runs above 20000 steps are not audited (residual '-'). " + results.error_measure().definition;
   return table;
 }
 
@@ -147,7 +148,8 @@ Table time_to_reach(const Results& results, const std::vector<double>& levels) {
     }
     table.rows.push_back(row);
   }
-  table.note = "Shortest median CPU time of a run whose error is at most the level; nothing is interpolated.";
+  table.note = "Shortest median CPU time of a run whose error is at most the level; nothing is interpolated. " +
+               results.error_measure().definition;
   return table;
 }
 

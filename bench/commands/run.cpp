@@ -5,6 +5,7 @@
 
 #include "bench/commands.h"
 #include "bench/problem_options.h"
+#include "bench/sensitivities.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "reports/figures.h"
@@ -16,14 +17,18 @@ struct Options {
   ProblemOptions problem;
   std::string method;
   std::string plot;
-  bool with_reference = false;
+  std::vector<std::string> sensitivities;
 };
 
 std::string numbers(const Vector& x) {
   return fmt::format("{:.15g}", fmt::join(x.begin(), x.end(), "  "));
 }
 
-void print_solution(const Problem& problem, const Solution& solution, double seconds) {
+std::size_t shown_events(const Solution& solution) {
+  return std::min<std::size_t>(solution.events.size(), 20);
+}
+
+void print_solution(const Problem& problem, const Solution& solution) {
   const auto& info = problem.info();
   fmt::print("status     {}{}\n", to_string(solution.status), solution.message.empty() ? "" : ": " + solution.message);
   fmt::print("t          {:.15g} of {:.15g} s\nq          {}\nv          {}\n", solution.t, info.end_time,
@@ -32,7 +37,7 @@ void print_solution(const Problem& problem, const Solution& solution, double sec
   if (before && after) fmt::print("energy     {:.12g} J, {:+.3g} J since the start\n", *after, *after - *before);
   if (!solution.events.empty()) {
     fmt::print("events     {}\n", solution.events.size());
-    const std::size_t shown = std::min<std::size_t>(solution.events.size(), 20);
+    const std::size_t shown = shown_events(solution);
     for (std::size_t k = 0; k < shown; ++k) {
       const Event& e = solution.events[k];
       fmt::print("  {:<8} t = {:.15g}  {}{}\n", to_string(e.kind), e.t, info.contacts[e.contact].name,
@@ -40,15 +45,33 @@ void print_solution(const Problem& problem, const Solution& solution, double sec
     }
     if (shown < solution.events.size()) fmt::print("  and {} more\n", solution.events.size() - shown);
   }
-  const Counters& c = solution.counters;
+}
+
+/// @param n_solutions  that took the time, all but one of them for differences
+void print_work(const Counters& c, double seconds, std::size_t n_solutions) {
   fmt::print(
       "work       {} steps, {} elements, {} force evaluations, {} Newton iterations, {} factorizations, {} contact "
       "problems\n",
       c.steps, c.elements, c.force_evaluations, c.inner_iterations, c.matrix_factorizations, c.complementarity_solves);
-  fmt::print("wall time  {:.3f} ms{}\n", seconds * 1e3,
-             c.steps > 0 ? fmt::format(", {:.3f} us a step (one run, not a benchmark)",
-                                       seconds * 1e6 / static_cast<double>(c.steps))
-                         : "");
+  std::string cost;
+  if (n_solutions > 1)
+    cost = fmt::format(", for {} solutions", n_solutions);
+  else if (c.steps > 0)
+    cost = fmt::format(", {:.3f} us a step (one run, not a benchmark)", seconds * 1e6 / static_cast<double>(c.steps));
+  fmt::print("wall time  {:.3f} ms{}\n", seconds * 1e3, cost);
+}
+
+/// @param by_differences  whether the method has none itself
+void print_sensitivities(const std::vector<std::string>& names, const Solution& solution, bool by_differences) {
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const auto column = static_cast<Eigen::Index>(k);
+    Vector dt(static_cast<Eigen::Index>(shown_events(solution)));
+    for (Eigen::Index e = 0; e < dt.size(); ++e) dt[e] = solution.events[static_cast<std::size_t>(e)].dt[column];
+    fmt::print("d/d {}{}\n  dq       {}\n  dv       {}\n", names[k],
+               by_differences ? ", by differences of its solution" : "", numbers(solution.dq.col(column)),
+               numbers(solution.dv.col(column)));
+    if (dt.size() > 0) fmt::print("  dt       {}\n", numbers(dt));
+  }
 }
 
 Trajectory trajectory_of(const Problem& problem, const std::string& method, const Solution& solution) {
@@ -72,6 +95,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
   options.problem.add_settings(*command);
   command->add_option("--method,-m", options.method, "method, see `ricochet list methods`")->required();
   command->add_option("--plot", options.plot, "FOLDER for a figure of the motion (trajectory.svg)");
+  command->add_option("--sensitivity", options.sensitivities,
+                      "print derivatives by q0:0 or v0:0, a component of the initial values, or by param:NAME, a "
+                      "parameter; may be repeated");
   command->callback([&exit_code] {
     const auto problem = options.problem.make_problem();
     const auto method = make_method(options.method);
@@ -80,12 +106,16 @@ void add_run_command(CLI::App& app, int& exit_code) {
       if (!can_draw()) throw InputError("--plot", options.plot, "gnuplot is needed for figures and was not found");
       settings.recording = Recording::grid;
     }
+    settings.sensitivities = options.sensitivities;
+    const bool by_differences = !settings.sensitivities.empty() && !method->info().has_sensitivities;
     const auto begin = std::chrono::steady_clock::now();
-    const Solution solution = method->solve(*problem, settings);
+    const Solution solution = solve_with_sensitivities(*method, *problem, settings);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     fmt::print("problem    {}: {}\nmethod     {}: {}\n", problem->info().id, problem->info().title, options.method,
                method->info().title);
-    print_solution(*problem, solution, seconds);
+    print_solution(*problem, solution);
+    if (solution.succeeded()) print_sensitivities(settings.sensitivities, solution, by_differences);
+    print_work(solution.counters, seconds, by_differences ? 1 + 4 * settings.sensitivities.size() : 1);
     if (!options.plot.empty() && !solution.samples.empty()) {
       const auto figure =
           FigureFolder(options.plot).trajectory(trajectory_of(*problem, options.method, solution), "trajectory");

@@ -15,6 +15,8 @@ constexpr int kMaxNewton = 60;
 constexpr int kMaxHalvings = 12;
 constexpr int kRestarts = 5;
 constexpr int kSweeps = 200;
+// A pivot of dependent contact normals, relative to the diagonal: rounding, and not bodies of different weight.
+constexpr double kDependent = 1e-11;
 
 int facets_of(const FrictionProblem::Contact& contact) {
   return contact.slides ? 0 : contact.n_t == 2 ? kFacetsInSpace : 2 * contact.n_t;
@@ -34,6 +36,7 @@ void FrictionProblem::resize(int most_contacts, int most_tangents) {
   const int columns = most_contacts + kFacetsInSpace / 2 * most_tangents;
   const int most = most_tangents > 0 ? columns + most_contacts : columns;
   lemke_.resize(most);
+  normals_.resize(most_contacts, most_contacts);
   M_.resize(most, most);
   q_.resize(most);
   z_.resize(most);
@@ -44,13 +47,38 @@ void FrictionProblem::resize(int most_contacts, int most_tangents) {
   trial_.resize(n);
 }
 
-LcpStatus FrictionProblem::solve(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b,
+LcpStatus FrictionProblem::solve(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b, double rounding,
                                  std::span<Contact> contacts, Eigen::Ref<Vector> r) {
+  lemke_.set_rounding(rounding);
+  is_redundant_ = has_dependent_normals(G, contacts);
   const LcpStatus status = solve_polyhedral(G, b, contacts, r);
   const bool has_cones =
       std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return c.n_t == 2 && !c.slides; });
   if (status != LcpStatus::solved || !has_cones) return status;
+  rounding_ = rounding / G.diagonal().minCoeff();
   return solve_cones(G, b, contacts, r) ? LcpStatus::solved : LcpStatus::iteration_limit;
+}
+
+/// Cholesky decomposition of the normal part of G without square roots: its smallest pivot.
+bool FrictionProblem::has_dependent_normals(const Eigen::Ref<const Matrix>& G, std::span<const Contact> contacts) {
+  const auto n = static_cast<Eigen::Index>(contacts.size());
+  if (n < 2) return false;
+  auto A = normals_.topLeftCorner(n, n);
+  Eigen::Index row = 0;
+  for (Eigen::Index r = 0; r < n; row += 1 + contacts[r++].n_t) {
+    Eigen::Index column = 0;
+    for (Eigen::Index c = 0; c < n; column += 1 + contacts[c++].n_t) A(r, c) = G(row, column);
+  }
+  auto diagonal = w_.head(n);
+  diagonal = A.diagonal();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    if (A(k, k) <= kDependent * diagonal[k]) return true;
+    for (Eigen::Index r = k + 1; r < n; ++r) {
+      const double factor = A(r, k) / A(k, k);
+      for (Eigen::Index c = k + 1; c < n; ++c) A(r, c) -= factor * A(k, c);
+    }
+  }
+  return false;
 }
 
 /// (1), (2), (4), (5)
@@ -66,7 +94,7 @@ LcpStatus FrictionProblem::solve_polyhedral(const Eigen::Ref<const Matrix>& G, c
   }
   const bool is_plain = columns == n_c && n == n_c;
   if (is_plain) {
-    const LcpStatus status = lemke_.solve(G, b, r);
+    const LcpStatus status = lcp(G, b, r);
     for (Eigen::Index k = 0; k < n_c; ++k) contacts[k].mode = r[k] > 0 ? ContactMode::closed : ContactMode::open;
     return status;
   }
@@ -115,7 +143,7 @@ LcpStatus FrictionProblem::solve_polyhedral(const Eigen::Ref<const Matrix>& G, c
     row += 1 + contact.n_t;
   }
   auto z = z_.head(size);
-  const LcpStatus status = lemke_.solve(M, q, z);
+  const LcpStatus status = lcp(M, q, z);
   if (status != LcpStatus::solved) return status;
   r.noalias() = D.lazyProduct(z.head(columns));
 
@@ -236,7 +264,7 @@ bool FrictionProblem::newton(const Eigen::Ref<const Matrix>& G, const Eigen::Ref
       trial = projections(G, b, contacts, trial_.head(n), false);
       if (trial < error) break;
     }
-    const bool is_exact = error <= kRounding * r.cwiseAbs().maxCoeff();
+    const bool is_exact = error <= kRounding * r.cwiseAbs().maxCoeff() + rounding_;
     if (!(trial < error)) {
       projections(G, b, contacts, r, false);
       return is_exact;
@@ -244,7 +272,7 @@ bool FrictionProblem::newton(const Eigen::Ref<const Matrix>& G, const Eigen::Ref
     r = trial_.head(n);
     error = projections(G, b, contacts, r, true);
   }
-  return error <= kRounding * r.cwiseAbs().maxCoeff();
+  return error <= kRounding * r.cwiseAbs().maxCoeff() + rounding_;
 }
 
 /// One projected Gauss-Seidel sweep over the contacts.

@@ -32,7 +32,8 @@ namespace ricochet {
 ///   0 = r_n - max(0, r_n - rho_n w_n)                                                   (6)
 ///   0 = r_t - P(r_t - rho_t w_t),   P: projection onto the disc of radius mu max(0, r_n - rho_n w_n),   (7)
 ///
-/// with a line search on the norm of both. Sources: (5) Stewart, Trinkle, IJNME 39 (1996), eq. (12)-(16); (6), (7)
+/// with a line search on the norm of both. Where the normals are dependent, a box on four corners, r is not unique: the
+/// smallest r is taken. Sources: (5) Stewart, Trinkle, IJNME 39 (1996), eq. (12)-(16); (6), (7)
 /// Alart, Curnier, CMAME 92 (1991).
 class FrictionProblem {
  public:
@@ -48,9 +49,10 @@ class FrictionProblem {
   /// in space
   void resize(int most_contacts, int most_tangents);
 
-  /// @param G  n x n, b  n with n = sum (1 + n_t); @param r  n, overwritten with the solution; contacts: modes are set
-  LcpStatus solve(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b, std::span<Contact> contacts,
-                  Eigen::Ref<Vector> r);
+  /// @param G  n x n, b  n with n = sum (1 + n_t); @param rounding  what b may be wrong by
+  /// @param r  n, overwritten with the solution; contacts: modes are set
+  LcpStatus solve(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b, double rounding,
+                  std::span<Contact> contacts, Eigen::Ref<Vector> r);
 
   int pivots() const { return lemke_.pivots(); }
 
@@ -66,7 +68,15 @@ class FrictionProblem {
   void sweep(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b, std::span<const Contact> contacts,
              Eigen::Ref<Vector> r) const;
 
+  bool has_dependent_normals(const Eigen::Ref<const Matrix>& G, std::span<const Contact> contacts);
+  LcpStatus lcp(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z) {
+    return is_redundant_ ? lemke_.solve_smallest(M, q, z) : lemke_.solve(M, q, z);
+  }
+
   LemkeSolver lemke_;
+  bool is_redundant_ = false;
+  double rounding_ = 0;  // of r
+  Matrix normals_;
   Matrix M_, directions_;  // LCP matrix; facet directions in terms of (n, t) columns
   Vector q_, z_, w_, residual_, step_, trial_;
   Matrix jacobian_;

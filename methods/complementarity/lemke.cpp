@@ -1,7 +1,9 @@
 #include "methods/complementarity/lemke.h"
 
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <cmath>
+#include <limits>
 
 namespace ricochet {
 
@@ -10,6 +12,12 @@ namespace {
 // Numbers that agree to this, relative to themselves or to what they were computed from, are equal: the rest is
 // rounding.
 constexpr double kTie = 1e-13;
+// delta, relative to the largest diagonal entry: above rounding, and below what distinguishes contacts.
+constexpr double kRegularizations[] = {1e-8, 1e-10, 1e-6};
+constexpr int kMostCorrections = 10;
+// What (1) may be left with there, relative: below the error of any time step, and nothing that a problem without a
+// solution comes near.
+constexpr double kInconsistency = 1e-9;
 
 /// x / x_divisor - y / y_divisor, cross-multiplied; zero for a tie. `size` is that of the column x and y come from.
 double compare_ratios(double x, double x_divisor, double y, double y_divisor, double size) {
@@ -64,13 +72,77 @@ int LemkeSolver::leaving_row(int n, int column) const {
 
 LcpStatus LemkeSolver::solve(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
                              Eigen::Ref<Vector> z) {
-  const int n = static_cast<int>(q.size());
-  resize(n);
+  resize(static_cast<int>(q.size()));
   pivots_ = 0;
-  z.setZero();
-  if (n == 0 || q.minCoeff() >= 0) return LcpStatus::solved;
+  if (follow_path(M, q, z) == LcpStatus::solved && is_solution(M, q, z)) return LcpStatus::solved;
+  return solve_redundant(M, q, z);
+}
 
+LcpStatus LemkeSolver::solve_smallest(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
+                                      Eigen::Ref<Vector> z) {
+  resize(static_cast<int>(q.size()));
+  pivots_ = 0;
+  const LcpStatus status = solve_redundant(M, q, z);
+  return status == LcpStatus::solved ? status : solve(M, q, z);
+}
+
+/// (1) holds: bases that rounding alone makes regular may end far from it.
+bool LemkeSolver::is_solution(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
+                              const Eigen::Ref<const Vector>& z) const {
+  const double allowed = std::max(kInconsistency * q_size_, rounding_);
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    const double w = M.row(i).dot(z) + q[i];
+    if (w < -allowed || (z[i] > 0 && w > allowed)) return false;
+  }
+  return z.allFinite();
+}
+
+LcpStatus LemkeSolver::solve_redundant(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
+                                       Eigen::Ref<Vector> z) {
+  const double size = q.size() > 0 ? M.diagonal().maxCoeff() : 0;
+  for (const double regularization : kRegularizations) {
+    if (size > 0 && solve_regularized(M, q, regularization, z) == LcpStatus::solved) return LcpStatus::solved;
+  }
+  return LcpStatus::ray;
+}
+
+/// M + delta I instead of M, q without ties, then the active equations of M and q themselves.
+LcpStatus LemkeSolver::solve_regularized(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
+                                         double delta, Eigen::Ref<Vector> z) {
+  const auto n = q.size();
+  Matrix regular = M;
+  regular.diagonal().array() += delta * M.diagonal().maxCoeff();
+  const Vector without_ties = q + delta * q.cwiseAbs().maxCoeff() * Vector::LinSpaced(n, 0, 1);
+  const int before = pivots_;
+  pivots_ = 0;
+  const LcpStatus status = follow_path(regular, without_ties, z);
+  pivots_ += before;
   q_size_ = q.cwiseAbs().maxCoeff();
+  if (status != LcpStatus::solved) return status;
+
+  // As exactly as the active equations are consistent: forces that rounding alone tells apart stay as they are.
+  const double rounding = kTie * n * (M.cwiseAbs().maxCoeff() * z.maxCoeff() + q_size_);
+  Vector w = M * z + q;
+  double error = std::numeric_limits<double>::infinity();
+  for (int correction = 0; correction < kMostCorrections && error > rounding; ++correction) {
+    active_.clear();
+    for (int i = 0; i < n; ++i) {
+      if (z[i] > 0 || w[i] < -rounding) active_.push_back(i);
+    }
+    z(active_) -= M(active_, active_).completeOrthogonalDecomposition().solve(Vector(w(active_)));
+    z = z.cwiseMax(0);
+    w = M * z + q;
+    error = std::max(-w.minCoeff(), w(active_).cwiseAbs().maxCoeff());
+  }
+  return is_solution(M, q, z) ? LcpStatus::solved : LcpStatus::ray;  // else M itself has none
+}
+
+LcpStatus LemkeSolver::follow_path(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
+                                   Eigen::Ref<Vector> z) {
+  const int n = static_cast<int>(q.size());
+  z.setZero();
+  q_size_ = n > 0 ? q.cwiseAbs().maxCoeff() : 0;
+  if (n == 0 || q.minCoeff() >= 0) return LcpStatus::solved;
   auto T = tableau_.topLeftCorner(n, 2 * n + 2);
   T.leftCols(n).setIdentity();
   T.middleCols(n, n) = -M;
@@ -155,7 +227,8 @@ LcpStatus LemkeSolver::solve_warm(const Eigen::Ref<const Matrix>& M, const Eigen
   if (!regular) return solve(M, q, z);
   z.setZero();
   for (int r = 0; r < n_a; ++r) z[active_[r]] = x[r];
-  return LcpStatus::solved;
+  q_size_ = n > 0 ? q.cwiseAbs().maxCoeff() : 0;
+  return is_solution(M, q, z) ? LcpStatus::solved : solve(M, q, z);
 }
 
 }  // namespace ricochet

@@ -23,10 +23,15 @@ enum class LcpStatus {
 /// the rows (q_i, B^-1_i) / m_i lexicographically, so that no basis returns, whatever ties occur: simultaneous contacts
 /// are ties.
 ///
+/// Redundant contacts, a box on four corners, make M singular, and with it bases that rounding alone makes regular.
+/// When the pivots end there without a solution, they start again on M + delta I, whose forces are unique (and near the
+/// smallest ones), and the smallest correction of the active variables takes delta out of (1) again.
+///
 /// A warm start tries the complementary basis of the last solution first: when the active set did not change, one
 /// factorisation answers, without a pivot.
 ///
-/// All storage is allocated by the constructor; solve() allocates nothing for problems up to `max_size`.
+/// All storage is allocated by the constructor; solve() allocates nothing for problems up to `max_size`, unless M is
+/// redundant.
 class LemkeSolver {
  public:
   explicit LemkeSolver(int max_size = 0) { resize(max_size); }
@@ -39,15 +44,28 @@ class LemkeSolver {
   /// Like solve(), but first tries the active set {i : z_i > 0} that `z` brings along.
   LcpStatus solve_warm(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
 
+  /// Like solve(), but among the solutions of a redundant problem one with the smallest z, up to how delta rounds it.
+  LcpStatus solve_smallest(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
+
+  /// @param size  what q may be wrong by: redundant equations need not agree any better
+  void set_rounding(double size) { rounding_ = size; }
+
   int pivots() const { return pivots_; }  ///< of the last call
 
  private:
+  LcpStatus follow_path(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
+  LcpStatus solve_redundant(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
+  LcpStatus solve_regularized(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, double delta,
+                              Eigen::Ref<Vector> z);
+  bool is_solution(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
+                   const Eigen::Ref<const Vector>& z) const;
   void pivot(int n, int row, int column);
   int leaving_row(int n, int column) const;
 
   int max_size_ = 0;
   int pivots_ = 0;
   double q_size_ = 0;
+  double rounding_ = 0;
   // Columns of (2): w_1..w_n | z_1..z_n | z_0 | q. The first n columns hold B^-1.
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> tableau_;
   std::vector<int> basis_;  // variable of each row: 0..n-1 w, n..2n-1 z, 2n z_0

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "methods/fesd/rounding.h"
+
 namespace ricochet {
 
 ImpactLaw::ImpactLaw(const Problem& problem, Counters& counters)
@@ -126,12 +128,15 @@ LcpStatus ImpactLaw::impact(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, E
   delassus();
   const auto n = static_cast<Eigen::Index>(columns_.size());
   Eigen::Index row = 0;
+  double size = 0;
   for (const int i : touching_) {
     const auto& contact = problem_.info().contacts[i];
+    size = std::max({size, normal_velocity_scale(i, v), slip_velocity_scale(i, v)});
     b_[row++] = (1 + contact.eps_r) * D_.col(i).dot(v);
     for (int d = 0; d < contact.n_t; ++d) b_[row++] = D_.col(tangent_column(contact, d)).dot(v);
   }
-  const LcpStatus status = friction_.solve(G_.topLeftCorner(n, n), b_.head(n), laws_, r_.head(n));
+  const LcpStatus status =
+      friction_.solve(G_.topLeftCorner(n, n), b_.head(n), kVelocityRounding * size, laws_, r_.head(n));
   ++counters_.complementarity_solves;
   counters_.pivots += friction_.pivots();
   if (status != LcpStatus::solved) return status;
@@ -161,7 +166,9 @@ LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<
   laws_.clear();
   columns_.clear();
   Eigen::Index row = 0;
+  double size = 0;
   for (const Closed& c : closed) {
+    size = std::max({size, normal_velocity_scale(c.contact, w_), slip_velocity_scale(c.contact, w_)});
     add_contact(c.contact);
     laws_.back().slides = c.slides;
     std::copy_n(c.direction, 2, laws_.back().direction);
@@ -172,7 +179,8 @@ LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<
   }
   delassus();
   const auto n = static_cast<Eigen::Index>(columns_.size());
-  const LcpStatus status = friction_.solve(G_.topLeftCorner(n, n), b_.head(n), laws_, r_.head(n));
+  const LcpStatus status =
+      friction_.solve(G_.topLeftCorner(n, n), b_.head(n), kVelocityRounding * size, laws_, r_.head(n));
   ++counters_.complementarity_solves;
   counters_.pivots += friction_.pivots();
   if (status != LcpStatus::solved) return status;

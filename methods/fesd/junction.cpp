@@ -150,6 +150,11 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
       junction.alternatives.push_back({i, slip_mode(contact.n_t, &against), mode});
     }
   }
+  for (const auto& closed : closed_) {
+    const int i = closed.contact;
+    if (is_closed(stages.modes[i]) && !info.contacts[i].is_affine && impact_law_.normal_velocity(i, stages.v0) > 0)
+      junction.alternatives.push_back({i, ContactMode::open, stages.modes[i]});
+  }
   return Result::done;
 }
 

@@ -139,17 +139,19 @@ bool PivotingSolver::solve_one_element(double H, double capture,
   Junction& junction = junctions_[0];
   if (!begin_element(0)) return false;
   const auto& alternatives = junction.alternatives;
-  unsigned captured = 0;
   captured_ = false;
-  bool is_unresolved = false;  // the flight predicted is lower than positions are known
+  bool is_unresolved = false;           // the flight predicted is lower than positions are known
+  unsigned captured = 0, too_fast = 0;  // alternatives that close a contact that bounced
   for (std::size_t k = 0; k < std::min(alternatives.size(), kMaxAlternatives); ++k) {
-    if (alternatives[k].predicted == ContactMode::open && alternatives[k].v_n <= capture &&
-        junction_solver_.is_pressed(step_->elements[0], alternatives[k].contact)) {
+    if (alternatives[k].predicted != ContactMode::open) continue;
+    if (alternatives[k].v_n > capture)
+      too_fast |= 1U << k;  // the error would be its velocity
+    else if (junction_solver_.is_pressed(step_->elements[0], alternatives[k].contact))
       captured |= 1U << k;
-    }
   }
   const unsigned n_alternatives = 1U << std::min(alternatives.size(), kMaxAlternatives);
   for (unsigned trial = 0; trial < n_alternatives; ++trial) {
+    if (!is_unresolved && ((trial ^ captured) & too_fast) != 0) continue;
     propose_modes(0, trial ^ captured);
     captured_ = (captured != 0 && trial == 0) || is_unresolved;
     const Violation violation = equal_elements(0, 1, H);
@@ -427,12 +429,7 @@ bool PivotingSolver::run_to_switch(int first, int count, Violation violation, do
       end.zeros_at_start = switch_before(first).is(Switch::Kind::cone_reached, end.contact) ? 2 : 1;
     run.front().h = std::clamp(violation.time, 1e-3 * remaining, remaining) / count;
 
-    const double max_h = remaining / count;
-    if (stage_solver_.solve_to_switch(run, end, max_h) != StageSolver::Result::converged &&
-        !(bracket_switch(first, count, end, remaining) &&
-          stage_solver_.solve_to_switch(run, end, max_h) == StageSolver::Result::converged)) {
-      return false;
-    }
+    if (!solve_run(first, count, end, remaining)) return false;
     const Violation other = check_run(first, count);
     if (other.verdict == Verdict::fulfilled) {
       step_->ends[first + count - 1] = end;
@@ -442,6 +439,23 @@ bool PivotingSolver::run_to_switch(int first, int count, Violation violation, do
     violation = other;
   }
   return false;
+}
+
+/// StageSolver::solve_to_switch, from other guesses when it fails.
+bool PivotingSolver::solve_run(int first, int count, Switch& end, double remaining) {
+  const std::span<Stages> run(step_->elements.data() + first, static_cast<std::size_t>(count));
+  const double max_h = remaining / count, guess = run.front().h;
+  const auto converges = [&] {
+    return stage_solver_.solve_to_switch(run, end, max_h) == StageSolver::Result::converged;
+  };
+  const auto& modes = run.front().modes;
+  if (end.kind == Switch::Kind::slip_stops && std::count(modes.begin(), modes.end(), ContactMode::slip) > 1) {
+    end.together = true;
+    if (converges()) return true;
+    end.together = false;
+    for (int k = 0; k < count; ++k) first_guess(first + k, guess);
+  }
+  return converges() || (bracket_switch(first, count, end, remaining) && converges());
 }
 
 /// Solves `count` equal elements of given length; the switch of the violation happens at their end.

@@ -94,6 +94,7 @@ class PivotingSolver {
   void propose_modes(int element, unsigned trial);
   Violation equal_elements(int first, int count, double h);
   bool run_to_switch(int first, int count, Violation violation, double remaining);
+  bool solve_run(int first, int count, Switch& end, double remaining);
   bool run_to_time(int first, int count, double h, const Violation& violation);
   bool continue_after(int element, int count, double remaining, int elements_left);
   bool prepare_run(int first, int count);

@@ -1,13 +1,11 @@
 #include "methods/fesd/sensitivity.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <Eigen/QR>
 
 #include "problems/input_error.h"
-#include "problems/names.h"
+#include "problems/variables.h"
 
 namespace ricochet {
 namespace {
@@ -16,15 +14,6 @@ namespace {
 constexpr double kNoSlip = 1e-12;
 /// Of derivatives of the initial state, a few hundred roundings of its formulas.
 constexpr double kInitialRounding = 1e-13;
-
-std::vector<std::string> known_names(const ProblemInfo& info) {
-  std::vector<std::string> names;
-  for (const char* value : {"q0", "v0"}) {
-    for (int i = 0; i < info.n_q; ++i) names.push_back(fmt::format("{}:{}", value, i));
-  }
-  for (const auto& parameter : info.parameters) names.push_back("param:" + parameter.name);
-  return names;
-}
 
 }  // namespace
 
@@ -46,13 +35,9 @@ Sensitivity::Sensitivity(const Problem& problem, const ButcherTableau& tableau, 
   const ProblemInfo& info = problem.info();
   const auto n_parameters = static_cast<Eigen::Index>(info.parameters.size());
   parameters_ = Matrix::Zero(n_parameters, n_theta_ + 1);
-  const std::vector<std::string> known = known_names(info);
   Matrix initial = Matrix::Zero(2 * n_q_, n_theta_);
   for (Eigen::Index column = 0; column < n_theta_; ++column) {
-    const auto& name = names[static_cast<std::size_t>(column)];
-    const auto found = std::find(known.begin(), known.end(), name);
-    if (found == known.end()) throw_unknown_name("sensitivity", name, known);
-    const auto k = found - known.begin();
+    const auto k = find_variable(info, names[static_cast<std::size_t>(column)]);
     (k < 2 * n_q_ ? initial(k, column) : parameters_(k - 2 * n_q_, column)) = 1;
   }
   Matrix constants(2 * n_q_ + 2 * n_c_ + 1, n_parameters);

@@ -25,6 +25,7 @@ SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tab
       n_points_(tableau.is_stiffly_accurate() ? n_s_ : n_s_ + 1) {
   gap_.setZero(problem.n_c());
   left_gap_.setZero(problem.n_c());
+  allowed_gap_.setZero(problem.n_c());
   force_size_.setZero(problem.n_c());
   cone_margin_.setZero(n_s_);
   J_t_.setZero(problem.info().n_tangent_entries, n_points_ + 1);
@@ -66,6 +67,11 @@ Violation SignConditions::check(const Stages& stages, int just_broken) {
 
 void SignConditions::check_gaps(const Stages& stages, int just_broken, Violation& first) {
   problem_.gap(stages.q0.data(), left_gap_.data());
+  for (int i = 0; i < problem_.n_c(); ++i) {
+    // A contact that opens starts from the rounding it gathered while it was closed.
+    const double start = std::clamp(-left_gap_[i], kGapRounding * gap_size_[i], kClosedGapRounding * gap_size_[i]);
+    allowed_gap_[i] = -start - (i == just_broken ? gap_tolerance_ : 0);
+  }
   double left_time = 0;
   for (int j = 0; j < n_points_; ++j) {
     const bool is_stage = j < n_s_;
@@ -75,7 +81,7 @@ void SignConditions::check_gaps(const Stages& stages, int just_broken, Violation
       if (is_closed(stages.modes[i])) {
         if (!is_stage && std::abs(gap_[i]) > kClosedGapRounding * gap_size_[i])
           report(first, Verdict::drifts, i, time, gap_[i]);
-      } else if (gap_[i] < 0 && gap_[i] < -kGapRounding * gap_size_[i] - (i == just_broken ? gap_tolerance_ : 0)) {
+      } else if (gap_[i] < allowed_gap_[i]) {
         const double left = std::max(left_gap_[i], 0.0);
         report(first, Verdict::gap_negative, i, left_time + (time - left_time) * left / (left - gap_[i]), gap_[i]);
       }

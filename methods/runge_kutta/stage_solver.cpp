@@ -11,6 +11,8 @@ constexpr int kMaxNewton = 30;
 constexpr double kGapDrift = 1e-13;
 // The same for slip velocities, which a switch makes zero to the accuracy of Newton's method.
 constexpr double kSlipDrift = 1e-13;
+// What equations of redundant contacts may be left with at the end of Newton's method, relative to the accelerations.
+constexpr double kContradiction = 1e-9;
 constexpr std::size_t kMaxFactors =
     8;  // element lengths and active sets that alternate: full step, rest after an impact, ...
 
@@ -68,6 +70,7 @@ StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, 
   lambda_.setZero(n_c);
   lambda_t_.setZero(problem.info().n_lambda_t);
   Tq_.setZero(problem.info().n_lambda_t, n_q_);
+  Ta_ = Tq_;
   Mq_ = Fq_ = Fv_ = Jq_ = Matrix::Zero(n_q_, n_q_);
   stage_M_.assign(n_s_, structure_.constant_mass ? M_ : Matrix::Zero(n_q_, n_q_));
   Dq_.assign(n_s_, Matrix::Zero(n_q_, n_q_));
@@ -113,6 +116,11 @@ void StageSolver::set_active(const std::vector<ContactMode>& modes) {
   predicted_tolerance_ = closed_.empty() ? tolerance_ : 0.1 * tolerance_;
   r_.resize(n_s_ * n_x_);
   dx_.resize(n_s_ * n_x_);
+  x_.setZero(n_s_ * n_x_);
+  force_rows_.clear();
+  for (int j = 0; j < n_s_; ++j) {
+    for (int row = 0; row < n_rows; ++row) force_rows_.push_back(j * n_x_ + n_q_ + row);
+  }
   rhs_.resize(n_s_ * n_x_, 2);
   for (int j = 0; j < n_s_; ++j) {
     forces_[j].setZero(n_q_, n_rows);
@@ -154,7 +162,9 @@ void StageSolver::set_initial_values(const Stages& step, double h) {
 
 /// (7a) holds for the contact at this stage.
 bool StageSolver::sticks(const Active& active, int stage) const {
-  return active.mode == ContactMode::stick || (active.contact == resting_contact_ && stage == n_s_ - 1);
+  if (active.mode == ContactMode::stick) return true;
+  const bool comes_to_rest = active.contact == resting_contact_ || (rest_together_ && active.mode == ContactMode::slip);
+  return comes_to_rest && stage == n_s_ - 1;
 }
 
 /// Unit vector of slip for (7b), (7c) at velocity v, with J_t_ evaluated there; returns ||v_t||, 0 when the direction
@@ -473,12 +483,38 @@ bool StageSolver::refresh(Factor& factor, const Stages& step) {
   newton_matrix(factor.coefficients);
   ++counters_.matrix_factorizations;
   factor.negative_inverse = -inverse_.of(K_);
+  factor.to_smallest.resize(0, 0);
+  if (closed_.size() > 1 && RedundantSystem::is_singular(K_, factor.negative_inverse)) {
+    const RedundantSystem system(K_, force_rows_);
+    factor.negative_inverse = -system.pseudo_inverse();
+    factor.to_smallest = system.to_smallest();
+  }
+  is_redundant_ = factor.to_smallest.size() > 0;
   factor.is_valid = factor.negative_inverse.allFinite();
   return factor.is_valid;
 }
 
+/// The forces among the unknowns, in x_.
+void StageSolver::gather_forces(const Stages& step) {
+  for (int j = 0; j < n_s_; ++j) {
+    for (const Active& active : closed_) {
+      double* x = x_.data() + j * n_x_ + n_q_ + active.row;
+      *x++ = step.lambda_n(active.contact, j);
+      const int tangent = problem_.info().contacts[active.contact].tangent_index;
+      for (int d = 0; d < active.n_rows - 1; ++d) *x++ = step.lambda_t(tangent + d, j);
+    }
+  }
+}
+
+/// Equations of redundant contacts may contradict each other: then Newton's method converges to a compromise.
+bool StageSolver::is_consistent(const Stages& step, double h) const {
+  const double acceleration = velocity_scale(step, h) / h;
+  return std::all_of(force_rows_.begin(), force_rows_.end(),
+                     [&](int row) { return std::abs(r_[row]) <= kContradiction * acceleration; });
+}
+
 /// dx = -K^-1 r, column by column: the columns are contiguous
-void StageSolver::newton_correction(const Factor& factor) {
+void StageSolver::newton_correction(const Factor& factor, const Stages& step) {
   const auto n = r_.size();
   const double* column = factor.negative_inverse.data();
   double* dx = dx_.data();
@@ -487,6 +523,9 @@ void StageSolver::newton_correction(const Factor& factor) {
     const double r = r_[c];
     for (Eigen::Index i = 0; i < n; ++i) dx[i] += column[i] * r;
   }
+  if (factor.to_smallest.size() == 0) return;
+  gather_forces(step);
+  dx_.noalias() -= factor.to_smallest.lazyProduct(x_);
 }
 
 StageSolver::Result StageSolver::solve(Stages& step) {
@@ -506,7 +545,7 @@ StageSolver::Result StageSolver::solve(Stages& step) {
   double previous = 0;
   for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
     residual(k, step);
-    newton_correction(factor);
+    newton_correction(factor, step);
     ++counters_.inner_iterations;
     ++counters_.linear_solves;
     const double size = correct(dx_.data(), k.h, step);
@@ -535,6 +574,10 @@ StageSolver::Result StageSolver::solve(Stages& step) {
       continue;
     }
     if (is_converged) {
+      if (factor.to_smallest.size() > 0) {
+        residual(k, step);
+        if (!is_consistent(step, k.h)) return Result::no_convergence;
+      }
       set_slip_in_space(step);
       return end_values(k, step) ? Result::converged : Result::singular;
     }
@@ -574,6 +617,24 @@ void StageSolver::set_dependent_forces(Stages& step) const {
   }
 }
 
+/// response = -K^-1 rhs
+void StageSolver::solve_linearized(const Stages& step, Matrix& response) {
+  lu_.compute(K_);
+  ++counters_.matrix_factorizations;
+  counters_.linear_solves += 2;
+  is_redundant_ = closed_.size() > 1 && RedundantSystem::is_singular(K_, inverse_.of(K_));
+  if (!is_redundant_) {
+    response = lu_.solve(rhs_);
+    response *= -1;
+    return;
+  }
+  const RedundantSystem system(K_, force_rows_);
+  response.noalias() = -system.pseudo_inverse() * rhs_;
+  gather_forces(step);
+  response.col(0) -= system.to_smallest() * x_;
+  response.col(1) -= (system.to_smallest() * response.col(1)).eval();
+}
+
 /// One Newton step of a run: how the unknowns respond to the residual and to the variation incoming_q_, incoming_v_ of
 /// the left end, and what that makes of the right end (which becomes the next step's left end). The projection in (5)
 /// is left out of the variation of v_1: what it takes away lies across the constraints, and (4) of the next step does
@@ -583,8 +644,6 @@ void StageSolver::linearize_step(const Coefficients& k, const Stages& step, Matr
   const double h = k.h;
   derivatives(k, step);
   newton_matrix(k);
-  lu_.compute(K_);
-  ++counters_.matrix_factorizations;
   for (int j = 0; j < n_s_; ++j) {  // (3), (4) at fixed accelerations
     stage_dv_ = incoming_v_;
     stage_dv_.col(1).noalias() += step.a.lazyProduct(tableau_.A.row(j).transpose());
@@ -605,9 +664,7 @@ void StageSolver::linearize_step(const Coefficients& k, const Stages& step, Matr
       laws(row, 1) -= row_power_[row] / h * r;
     }
   }
-  response = lu_.solve(rhs_);
-  response *= -1;
-  counters_.linear_solves += 2;
+  solve_linearized(step, response);
 
   incoming_q_ += h * incoming_v_;  // (5)
   incoming_q_.col(1) += step.v0;
@@ -627,6 +684,7 @@ double StageSolver::switch_value(const Stages& last, const Switch& end) {
     return gap_[end.contact];
   }
   if (end.kind == Switch::Kind::force_vanishes) return last.lambda_n.row(end.contact).dot(tableau_.right_end);
+  if (end.together) return missing_power(last, nullptr);
   if (const int sign = slip_sign(last.modes[end.contact]); sign != 0) {
     problem_.tangent_jacobian(last.q1.data(), J_t_.data());
     const double* J_t = J_t_.data() + contact.tangent_begin;
@@ -674,9 +732,74 @@ void StageSolver::switch_slope(const Stages& last, const Switch& end, Eigen::Row
     const double* J_t = J_t_.data() + contact.tangent_begin;
     slope.noalias() = sign * Tq_.row(contact.tangent_index).lazyProduct(incoming_q_);
     for (const int row : contact.support) slope += sign * *J_t++ * incoming_v_.row(row);
+  } else if (end.together) {
+    missing_power(last, &slope);
   } else {
     force_slope(last, end, slope);
   }
+}
+
+/// s of (9), n_t components; J_t_ and Tq_ are evaluated at the right end.
+double StageSolver::slip_acceleration(const Active& active, const Stages& last, double* s) const {
+  const auto& contact = problem_.info().contacts[active.contact];
+  const double* J_t = J_t_.data() + contact.tangent_begin;
+  for (int d = 0; d < 2; ++d) {
+    s[d] = Tq_.row(contact.tangent_index + d).dot(last.v1);
+    for (const int row : contact.support) s[d] += *J_t++ * last.a(row, n_s_ - 1);
+  }
+  return std::hypot(s[0], s[1]);
+}
+
+/// Of the friction forces at the last stage of (9), all with the same effect, those nearest to the limit at rest.
+void StageSolver::spread_friction(Stages& last) {
+  problem_.tangent_jacobian(last.q1.data(), J_t_.data());
+  problem_.slip_velocity_derivative(last.q1.data(), last.v1.data(), Tq_.data());
+  Matrix T = Matrix::Zero(n_q_, problem_.info().n_lambda_t);  // columns of resting contacts only
+  Vector excess = Vector::Zero(problem_.info().n_lambda_t);
+  for (const Active& active : closed_) {
+    if (active.mode != ContactMode::slip) continue;
+    const auto& contact = problem_.info().contacts[active.contact];
+    double s[2];
+    const double size = slip_acceleration(active, last, s);
+    const double* J_t = J_t_.data() + contact.tangent_begin;
+    for (int d = 0; d < 2; ++d) {
+      const int t = contact.tangent_index + d;
+      for (const int row : contact.support) T(row, t) = *J_t++;
+      excess[t] = last.lambda_t(t, n_s_ - 1) - contact.mu * last.lambda_n(active.contact, n_s_ - 1) * s[d] / size;
+    }
+  }
+  last.lambda_t.col(n_s_ - 1) -= excess - T.completeOrthogonalDecomposition().solve(T * excess);
+}
+
+/// (9): the right-hand side minus the left one, at the last stage; and its slope, where asked for.
+double StageSolver::missing_power(const Stages& last, Eigen::RowVector2d* slope) {
+  const int j = n_s_ - 1;
+  problem_.tangent_jacobian(last.q1.data(), J_t_.data());
+  problem_.slip_velocity_derivative(last.q1.data(), last.v1.data(), Tq_.data());
+  if (slope) problem_.slip_velocity_derivative(last.q1.data(), last.a.col(j).data(), Ta_.data());
+  double power = 0;
+  for (const Active& active : closed_) {
+    if (active.mode != ContactMode::slip) continue;
+    const auto& contact = problem_.info().contacts[active.contact];
+    const double lambda_n = last.lambda_n(active.contact, j);
+    double s[2];
+    const double size = slip_acceleration(active, last, s);
+    power += contact.mu * lambda_n * size;
+    for (int d = 0; d < 2; ++d) power -= last.lambda_t(contact.tangent_index + d, j) * s[d];
+    if (!slope) continue;
+    const auto response = run_response_[run_length_ - 1].middleRows(j * n_x_, n_x_);
+    *slope += contact.mu * size * response.row(n_q_ + active.row);
+    const double* J_t = J_t_.data() + contact.tangent_begin;
+    for (int d = 0; d < 2; ++d) {
+      const int t = contact.tangent_index + d;
+      *slope -= s[d] * response.row(n_q_ + active.row + 1 + d);
+      // T v is quadratic in v: the factor 2.
+      Eigen::RowVector2d ds = Ta_.row(t) * incoming_q_ + 2 * Tq_.row(t) * incoming_v_;
+      for (const int row : contact.support) ds += *J_t++ * response.row(row);
+      *slope += (contact.mu * lambda_n * s[d] / size - last.lambda_t(t, j)) * ds;
+    }
+  }
+  return power;
 }
 
 /// Switch function at the right end of a run without its zeros at h = 0, and its slope.
@@ -710,6 +833,12 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
     run[m].v0 = run[m - 1].v1;
   };
 
+  const auto set_resting = [&](bool is_last) {
+    resting_contact_ = comes_to_rest && is_last ? end.contact : -1;
+    rest_together_ = resting_contact_ >= 0 && end.together;
+  };
+
+  bool is_contradictory = false;  // the last step of the run, as far as redundant contacts go
   double h = run.front().h, previous = 0;
   for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
     set_length(k, h);
@@ -717,17 +846,18 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
     incoming_v_.setZero();
     for (std::size_t m = 0; m < run.size(); ++m) {
       hand_over(m);
-      resting_contact_ = comes_to_rest && m + 1 == run.size() ? end.contact : -1;
+      set_resting(m + 1 == run.size());
       set_initial_values(run[m], h);
       stage_values(k, run[m]);
       residual(k, run[m]);
       linearize_step(k, run[m], run_response_[m]);
+      is_contradictory = is_redundant_ && !is_consistent(run[m], h);
       if (!end_values(k, run[m])) return Result::singular;
     }
     ++counters_.inner_iterations;
     Eigen::RowVector2d slope;
     const double value = deflated_switch(run.back(), end, h, slope);
-    resting_contact_ = -1;
+    set_resting(false);
     double full_dh = -(value + slope[0]) / slope[1];
     if (!std::isfinite(full_dh)) {
       if (iteration > 0) return Result::singular;
@@ -748,15 +878,17 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
     const bool is_converged = (iteration > 0 && size <= tolerance_) ||
                               (iteration > 0 && contraction < 0.1 && size * contraction <= tolerance_) ||
                               (iteration > 3 && contraction > 0.5 && size <= 1e-9);
+    if (is_converged && is_contradictory) return Result::no_convergence;
     if (is_converged) {
       set_length(k, h);
       for (std::size_t m = 0; m < run.size(); ++m) {
         hand_over(m);
         stage_values(k, run[m]);
         if (!end_values(k, run[m])) return Result::singular;
-        resting_contact_ = comes_to_rest && m + 1 == run.size() ? end.contact : -1;
+        set_resting(m + 1 == run.size());
         set_slip_in_space(run[m]);
-        resting_contact_ = -1;
+        if (rest_together_) spread_friction(run[m]);
+        set_resting(false);
       }
       return h <= max_h ? Result::converged : Result::left_interval;
     }

@@ -8,6 +8,7 @@
 
 #include "methods/bilateral_constraints.h"
 #include "methods/runge_kutta/butcher_tableau.h"
+#include "methods/runge_kutta/redundant_system.h"
 #include "methods/small_inverse.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
@@ -39,6 +40,7 @@ struct Switch {
   Kind kind = Kind::gap_closes;
   int contact = -1;
   int zeros_at_start = 0;  ///< of the switch function at the left end; these roots h = 0 are divided out
+  bool together = false;   ///< all contacts that slip in space come to rest with this one: they are on one rigid body
 
   bool is(Kind its_kind, int its_contact) const { return contact == its_contact && kind == its_kind; }
 };
@@ -69,7 +71,15 @@ struct Switch {
 ///
 ///   J_t' v_{n_s} = 0,   ||lambda_t,n_s|| = mu lambda_n,n_s.                             (8)
 ///
-/// Other tableaus cannot make both components of v_t at the right end zero with one length.
+/// Other tableaus cannot make both components of v_t at the right end zero with one length. A rigid body that slides
+/// and spins on several contacts comes to rest on all of them at once. Then the first half of (8) holds for each,
+/// redundant as it is, and instead of the second the power of friction is all that the cones allow, with the slip
+/// accelerations in place of the velocities that vanish:
+///
+///   sum_i lambda_t^i' s^i = sum_i mu^i lambda_n^i ||s^i||,   s = (J_t' v)^. = J_t' w + T v   at stage n_s.      (9)
+///
+/// Redundant contacts (four corners on a plane) have no unique forces: the smallest are taken, see redundant_system.h;
+/// for (9), those nearest to mu^i lambda_n^i s^i / ||s^i||, which is the limit at rest.
 ///
 /// (4) is evaluated as f_c(q_j) - f_c(q_0) = 0. Divided by h^2, the rounding of either term would show in the force, so
 /// the difference is taken without them: J_n' (q_j - q_0) for an affine gap; else, as long as J_n hardly changes in the
@@ -121,6 +131,7 @@ class StageSolver {
     Coefficients coefficients;
     std::vector<ContactMode> modes;
     Matrix negative_inverse;
+    Matrix to_smallest;  // RedundantSystem (2); empty when the contacts are not redundant
     bool is_valid = false;
     std::uint64_t last_use = 0;
   };
@@ -149,11 +160,17 @@ class StageSolver {
   void derivatives(const Coefficients& k, const Stages& step);
   void friction_derivatives(const Coefficients& k, const Active& active, int stage, const Stages& step);
   void newton_matrix(const Coefficients& k);
-  void newton_correction(const Factor& factor);
+  void newton_correction(const Factor& factor, const Stages& step);
+  void gather_forces(const Stages& step);
+  void solve_linearized(const Stages& step, Matrix& response);
+  bool is_consistent(const Stages& step, double h) const;
   void linearize_step(const Coefficients& k, const Stages& step, Matrix& response);
   double deflated_switch(const Stages& last, const Switch& end, double h, Eigen::RowVector2d& slope);
   void switch_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope);
   void force_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope) const;
+  double slip_acceleration(const Active& active, const Stages& last, double* s) const;
+  void spread_friction(Stages& last);
+  double missing_power(const Stages& last, Eigen::RowVector2d* slope);
   double correct(const double* dx, double h, Stages& step) const;
   double velocity_scale(const Stages& step, double h) const;
   void set_dependent_forces(Stages& step) const;
@@ -181,9 +198,11 @@ class StageSolver {
   int n_x_ = 0;  // unknowns per stage: n_q accelerations, then the forces of the closed contacts
   bool is_affine_ = false;
   double predicted_tolerance_ = 0;
-  bool has_friction_ = false;  // a closed contact has
-  bool is_frozen_ = false;     // (7c) with the direction slip_start
-  int resting_contact_ = -1;   // (8) holds for it, in the step at hand
+  bool has_friction_ = false;   // a closed contact has
+  bool is_frozen_ = false;      // (7c) with the direction slip_start
+  int resting_contact_ = -1;    // (8) holds for it, in the step at hand
+  bool rest_together_ = false;  // and for all that slip in space
+  bool is_redundant_ = false;   // so were the contacts of the last factorisation
 
   std::vector<Factor> factors_;
   std::uint64_t clock_ = 0;
@@ -200,10 +219,12 @@ class StageSolver {
   Vector gap0_, kept_gap0_;  // f_c(q_0), and the part of it that (4) removes
   Vector kept_slip0_;        // the part of J_t' v_0 that (7a) removes
   Matrix dq_;                // q_j - q_0 without the rounding of q_j
-  Matrix K_, Mq_, Fq_, Fv_, Jq_, Tq_;
+  Matrix K_, Mq_, Fq_, Fv_, Jq_, Tq_, Ta_;
   std::vector<Matrix> stage_M_, Dq_, Dv_;  // per stage: M, d(3)/dq, d(3)/dv
   std::vector<Matrix> forces_;             // per stage, n_q x n_rows: -d(3)/dlambda
   std::vector<Matrix> Rq_, Rv_, Rl_;       // per stage: derivatives of (4), (7) by q_j, v_j, lambda_j
+  std::vector<int> force_rows_;            // of the unknowns that are forces
+  Vector x_;                               // all unknowns, accelerations left out
   std::vector<int> row_power_;             // of the h that a row of (4), (7) is divided by
   double load_ = 0;                        // largest |f_i| / M_ii of the last residual
   Eigen::PartialPivLU<Matrix> lu_;

@@ -16,8 +16,8 @@ namespace {
 //   corner p = (x, y, z) + R (+-a, +-b, +-c):   f_c = p_z,   v_t = (p_x', p_y')
 //
 // (3) is Euler's equation times E'. The angles are singular at beta = +-pi/2, where M is; the default motion tumbles
-// with |beta| below 1. It ends when the box falls onto its lower face, with impacts on edges behind it; from 0.34 s on
-// it slides and turns on four corners, whose forces are not unique.
+// with |beta| below 1. The box lands on a corner at 0.21 s, then on edges; from 0.34 s on it slides and turns on four
+// corners, whose forces are not unique, and at 0.39 s all four come to rest at once.
 template <class T>
 struct Box3d {
   static constexpr SceneText text{
@@ -26,7 +26,7 @@ struct Box3d {
 
   T m{1.0}, a{0.15}, b{0.1}, c{0.05}, g{9.81}, e{0.2}, mu{0.3};
   T height{0.3}, alpha0{0.5}, beta0{0.3}, gamma0{0.2}, v_x0{0.8}, v_y0{-0.3};
-  T d_alpha0{1.0}, d_beta0{-0.5}, d_gamma0{2.0}, duration{0.3};
+  T d_alpha0{1.0}, d_beta0{-0.5}, d_gamma0{2.0}, duration{0.6};
 
   void parameters(auto&& visit) {
     visit("m", m, "kg");

@@ -27,7 +27,7 @@ struct SliderCrankClearance {
 
   T l_1{0.153}, l_2{0.306}, a{0.05}, b{0.025}, c{0.001};
   T m_1{0.038}, m_2{0.038}, m_3{0.076}, J_1{7.4e-5}, J_2{5.9e-4}, J_3{2.7e-6};
-  T g{9.81}, mu{0.01}, e{0.4}, omega_1{150.0}, duration{0.025};
+  T g{9.81}, mu{0.01}, e{0.4}, omega_1{150.0}, duration{0.05};
 
   void parameters(auto&& visit) {
     visit("l_1", l_1, "m");

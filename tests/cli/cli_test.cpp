@@ -98,6 +98,18 @@ TEST_F(Cli, ExportsAProblemAsASceneFile) {
   EXPECT_EQ(run("run --problem P6a_oblique_slip --method moreau_jean --steps 100").code, 0);
 }
 
+TEST_F(Cli, PrintsSensitivities) {
+  const Outcome own = run("run -p P1a_ball_e09 -m fesd:gauss:2 -N 50 --sensitivity param:e --sensitivity q0:0");
+  EXPECT_EQ(own.code, 0) << own.text;
+  EXPECT_HAS(own.text, "d/d param:e\n  dq       ");
+  EXPECT_HAS(own.text, "d/d q0:0\n  dq       ");
+  const Outcome differences = run("run -p P1a_ball_e09 -m moreau_jean -N 50 --sensitivity param:e");
+  EXPECT_EQ(differences.code, 0) << differences.text;
+  EXPECT_HAS(differences.text, "d/d param:e, by differences of its solution\n  dq       ");
+  EXPECT_HAS(differences.text, "for 5 solutions");
+  EXPECT_EQ(run("run -p P1a_ball_e09 -m fesd:gauss:2 -N 50").text.find("d/d"), std::string::npos);
+}
+
 TEST_F(Cli, AFailedRunIsExitCodeOne) {
   const Outcome outcome = run("run --problem two_balls_spring --method fesd:gauss:1 --steps 80");
   EXPECT_EQ(outcome.code, 1);
@@ -126,6 +138,12 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
        "a positive definite, non-singular mass matrix is required"},
       {"run -p sliding_block -m moreau_jean -N 10 --set mu=-1", "mu >= 0 is required"},
       {"run -p sliding_block -m irk:gauss:2 -N 10", "method irk:gauss:2 cannot run problem sliding_block"},
+      {"run -p bouncing_ball -m fesd:gauss:2 -N 10 --sensitivity param:gravity",
+       "sensitivity = 'param:gravity': unknown; did you mean param:duration? Known: q0:0, v0:0, param:m, param:g,"},
+      {"run -p bouncing_ball -m moreau_jean -N 10 --sensitivity q0:1",
+       "sensitivity = 'q0:1': unknown; did you mean q0:0"},
+      {"run -p sliding_block -m moreau_jean -N 10 --sensitivity q0:1",
+       "sensitivity q0:1 by differences: contacts[0].gap (plane)"},
       {"run -m fesd:gauss:2 -N 10", "--problem = '': a scene id, or --scene with a file, is required"},
       {"run --scene /nonexistent.json -m fesd:gauss:2 -N 10", "scene file = /nonexistent.json: cannot be opened"},
       {"run -p bouncing_ball -m fesd:@/nonexistent.json -N 10", "tableau file = /nonexistent.json: cannot be opened"},
@@ -230,8 +248,8 @@ TEST_F(Cli, WritesAReport) {
   EXPECT_HAS(page, "Quick run");
   EXPECT_EQ(page.find("src=\"http"), std::string::npos) << "the page needs no server";
   EXPECT_HAS(markdown, "| fesd:gauss:3 |");
-  for (const char* file : {"small_order_fesd_gauss.svg", "small_work_precision.svg", "small_trajectory.svg", "small_orders.csv",
-                           "small_runs.csv", "small.jsonl"}) {
+  for (const char* file : {"small_order_fesd_gauss.svg", "small_work_precision.svg", "small_trajectory.svg",
+                           "small_orders.csv", "small_runs.csv", "small.jsonl"}) {
     EXPECT_TRUE(fs::exists(fs::path(report) / file)) << file;
   }
 }
@@ -247,6 +265,11 @@ TEST_F(Cli, AnExperimentWithAMistakeLeavesNoResults) {
        "\"steps\" are required"},
       {R"({"id": "x", "problem": "two_balls", "methods": []})", "problem = 'two_balls': unknown"},
       {R"({"id": "x", "problem": "two_balls_spring", "method": []})", "did you mean methods?"},
+      {R"({"id": "x", "problem": "two_balls_spring", "sensitivities": ["param:e"], "methods": []})",
+       "reference = null: sensitivities are measured against a \"ground_truth\""},
+      {R"({"id": "x", "problem": "two_balls_spring", "sensitivities": ["param:R"], "methods": [],
+           "reference": {"ground_truth": "tests/data/ground_truth.json", "case": "P2_two_balls_spring"}})",
+       "sensitivity in the ground truth of P2_two_balls_spring = 'param:R': unknown"},
       {R"({"id": "x")", "not an experiment"},
   };
   for (const auto& [text, message] : cases) {

@@ -1,11 +1,17 @@
 // Sensitivities against 42 decimals that no code of this project has touched.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
-#include <tuple>
+#include <filesystem>
 
+#include "bench/run_experiment.h"
+#include "bench/sensitivities.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
+#include "problems/variables.h"
+#include "reference/agreement.h"
+#include "reports/record.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
@@ -16,24 +22,16 @@ const reference::GroundTruth& truth_of(const std::string& id) {
   return *std::find_if(cases.begin(), cases.end(), [&](const auto& c) { return c.id == id; });
 }
 
-Solution solve(const Problem& problem, const reference::GroundTruth& truth, const std::string& method, int steps) {
+/// Of everything that the ground truth states derivatives by.
+Settings settings_of(const reference::GroundTruth& truth) {
   Settings settings;
-  settings.steps = steps;
   for (const auto& s : truth.sensitivities) settings.sensitivities.push_back(s.wrt);
-  return make_method(method)->solve(problem, settings);
+  return settings;
 }
 
-/// Largest error of a sensitivity of the final state, relative to 1 or the size of that column.
+/// Of the final state, relative to 1 or the size of a column.
 double state_error(const Solution& s, const reference::GroundTruth& truth) {
-  double worst = 0;
-  for (std::size_t k = 0; k < truth.sensitivities.size(); ++k) {
-    const auto& expected = truth.sensitivities[k];
-    const auto column = static_cast<Eigen::Index>(k);
-    const double size = std::max({1.0, expected.dq.cwiseAbs().maxCoeff(), expected.dv.cwiseAbs().maxCoeff()});
-    worst = std::max({worst, (s.dq.col(column) - expected.dq).cwiseAbs().maxCoeff() / size,
-                      (s.dv.col(column) - expected.dv).cwiseAbs().maxCoeff() / size});
-  }
-  return worst;
+  return reference::sensitivity_difference(s, truth.solution(settings_of(truth).sensitivities));
 }
 
 /// The same for event times.
@@ -61,7 +59,9 @@ TEST_P(FesdSensitivities, ReachTheGroundTruth) {
   const auto& [id, method, steps, state, times] = GetParam();
   const auto& truth = truth_of(id);
   const auto problem = ground_truth_problem(id);
-  const Solution s = solve(*problem, truth, method, steps);
+  Settings settings = settings_of(truth);
+  settings.steps = steps;
+  const Solution s = make_method(method)->solve(*problem, settings);
   ASSERT_TRUE(s.succeeded()) << s.message;
   ASSERT_EQ(s.events.size(), truth.events.size());
   EXPECT_LE(state_error(s, truth), with_rounding(state));
@@ -104,43 +104,29 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"P8b_spring_table", "fesd:gauss:4,elements=as_needed", 200, 3e-12, 9e-11}),
     [](const auto& test) { return test_name(std::string(test.param.id) + "_" + test.param.method); });
 
-/// d/dp of the final state that the method computes, by differences of fourth order.
-Vector difference_quotient(const std::string& scene, const ParameterInfo& parameter, const Settings& settings,
-                           const std::string& method) {
-  const double delta = 1e-4 * std::max(std::abs(parameter.value), 0.1);
-  const auto state = [&](double steps) -> Vector {
-    const auto problem = make_problem(scene, {{parameter.name, parameter.value + steps * delta}});
-    const Solution s = make_method(method)->solve(*problem, settings);
-    Vector x(2 * problem->n_q());
-    x << s.q, s.v;
-    return x;
-  };
-  return (8 * (state(1) - state(-1)) - (state(2) - state(-2))) / (12 * delta);
-}
-
-TEST(FesdSensitivitiesOfParameters, AreTheDerivativesOfTheDiscreteSolution) {
+TEST(FesdSensitivitiesOfEveryVariable, AreTheDerivativesOfTheDiscreteSolution) {
   for (const char* scene :
        {"ball_3d", "ball_in_box", "ball_row", "belt_oscillator", "bouncing_ball", "disc_in_chute",
         "double_pendulum_wall", "falling_rod", "oblique_impact", "pendulum_wall", "pendulum_wall_cartesian",
         "rocking_block", "slider_crank_stop", "sliding_block", "stacked_blocks", "two_balls_spring"}) {
     const auto problem = make_problem(scene);
-    const std::string method = "fesd:radau-iia:3,elements=as_needed";
+    const auto method = make_method("fesd:radau-iia:3,elements=as_needed");
+    // Touching contacts: on one side an impact at t = 0. Bilateral constraints: they would be violated at t = 0.
+    const bool is_free =
+        problem->n_c() == 0 || (!problem->info().has_bilateral() && problem->gap(problem->info().q0).minCoeff() > 0);
     Settings settings;
     settings.steps = 200;
-    Settings with = settings;
-    for (const auto& p : problem->info().parameters) with.sensitivities.push_back("param:" + p.name);
-    const Solution s = make_method(method)->solve(*problem, with);
-    ASSERT_TRUE(s.succeeded()) << s.message;
-    for (std::size_t k = 0; k < with.sensitivities.size(); ++k) {
-      const auto& parameter = problem->info().parameters[k];
-      if (parameter.value == 0 && parameter.name[0] == 'e') continue;  // restitution, at the end of what is allowed
-      Vector x(2 * problem->n_q());
-      x << s.dq.col(static_cast<Eigen::Index>(k)), s.dv.col(static_cast<Eigen::Index>(k));
-      const Vector expected = difference_quotient(scene, parameter, settings, method);
-      const double size = std::max(1.0, expected.cwiseAbs().maxCoeff());
-      EXPECT_LE((x - expected).cwiseAbs().maxCoeff(), 2e-8 * size)  // 6e-9 measured: differences lose that much
-          << scene << " " << parameter.name;
+    for (const auto& [name, value] : variables(problem->info())) {
+      const bool is_parameter = name.starts_with("param:");
+      if (!is_parameter && !is_free) continue;
+      if (is_parameter && name[6] == 'e' && value == 0) continue;  // restitution, at the end of what is allowed
+      settings.sensitivities.push_back(name);
     }
+    const Solution s = method->solve(*problem, settings),
+                   differences = solve_with_differences(*method, *problem, settings, 1e-4);
+    ASSERT_TRUE(s.succeeded() && differences.succeeded()) << scene << s.message << differences.message;
+    ASSERT_EQ(s.dq.cols(), static_cast<Eigen::Index>(settings.sensitivities.size()));
+    EXPECT_LE(reference::sensitivity_difference(s, differences), 2e-8) << scene;  // 6e-9 measured: lost by differences
   }
 }
 
@@ -164,31 +150,97 @@ TEST(FesdSensitivitiesAtAStepBoundary, SlipThatStopsThere) {
 /// What makes a switching time move with its parameter is missing in the derivative of a time-stepping method: an
 /// impact stays in its step. A finer grid does not change that.
 TEST(TimeSteppingSensitivities, StayWrongAtAnyStepLength) {
-  for (const auto& [id, restitution, error] :
-       {std::tuple{"P1a_ball_e09", 0.9, 0.90}, std::tuple{"P2_two_balls_spring", 0.8, 0.47}}) {
-    const auto& sensitivities = truth_of(id).sensitivities;
-    const auto truth =
-        std::find_if(sensitivities.begin(), sensitivities.end(), [](const auto& s) { return s.wrt == "param:e"; });
-    ASSERT_NE(truth, sensitivities.end());
-    const double size = std::max(truth->dq.cwiseAbs().maxCoeff(), truth->dv.cwiseAbs().maxCoeff());
+  for (const auto& [id, error] : {std::pair{"P1a_ball_e09", 0.90}, {"P2_two_balls_spring", 0.47}}) {
+    const Solution truth = truth_of(id).solution({"param:e"});
     for (const char* method : {"moreau_jean", "anitescu_potra"}) {
       for (const int steps : {10000, 100000}) {
         Settings settings;
         settings.steps = steps;
-        const double delta = 1e-7 * restitution;  // too small for an impact to change its step
-        Solution s[2];
-        for (const int side : {0, 1}) {
-          const double e = restitution + (side ? delta : -delta);
-          s[side] = make_method(method)->solve(*read_scene_file(test_data("ground_truth.json") + "#" + id, {{"e", e}}),
-                                               settings);
-          ASSERT_TRUE(s[side].succeeded()) << s[side].message;
-        }
-        const Vector dq = (s[1].q - s[0].q) / (2 * delta), dv = (s[1].v - s[0].v) / (2 * delta);
-        const double wrong = std::max((dq - truth->dq).cwiseAbs().maxCoeff(), (dv - truth->dv).cwiseAbs().maxCoeff());
-        EXPECT_NEAR(wrong / size, error, 0.02) << id << " " << method << " " << steps;
+        settings.sensitivities = {"param:e"};
+        const Solution s = solve_with_sensitivities(*make_method(method), *ground_truth_problem(id), settings);
+        ASSERT_TRUE(s.succeeded()) << s.message;
+        EXPECT_NEAR(reference::sensitivity_difference(s, truth), error, 0.02) << id << " " << method << " " << steps;
       }
     }
   }
+}
+
+/// Of a method that follows a tolerance: what it computes is close to the truth, and so are its differences.
+TEST(SensitivitiesByDifferences, ReachTheGroundTruth) {
+  for (const char* id : {"P1a_ball_e09", "P2_two_balls_spring", "P4b_spring_driven_block"}) {
+    const auto& truth = truth_of(id);
+    Settings settings = settings_of(truth);
+    settings.tolerance = 1e-13;
+    const Solution s = solve_with_sensitivities(*make_method("cvode:adams"), *ground_truth_problem(id), settings);
+    ASSERT_TRUE(s.succeeded()) << s.message;
+    // Three times what was measured: 1e-12 of integration error over a change of 5e-5.
+    EXPECT_LE(state_error(s, truth), 4e-6) << id;
+    EXPECT_LE(time_error(s, truth), 3e-7) << id;
+  }
+}
+
+TEST(SensitivitiesByDifferences, OfEventsThatAreNotTheSameOnes) {
+  // It lands after 0.43 s, so not within a tenth less than 0.45 s.
+  const auto problem = make_problem("bouncing_ball", {{"duration", 0.45}});
+  Settings settings;
+  settings.steps = 100;
+  settings.sensitivities = {"param:duration"};
+  const auto method = make_method("fesd:radau-iia:2,elements=as_needed");
+  const Solution s = solve_with_differences(*method, *problem, settings, 0.1);
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  ASSERT_EQ(s.events.size(), 1u);
+  EXPECT_TRUE(std::isnan(s.events[0].dt[0]));
+}
+
+TEST(SensitivitiesByDifferences, FailWhereASolutionBesideFails) {
+  const auto problem = make_problem("two_balls_spring", {{"k", 9500}});
+  const auto method = make_method("fesd:gauss:1");  // has no solution at k = 9975
+  Settings settings;
+  settings.steps = 80;
+  settings.sensitivities = {"param:k"};
+  ASSERT_TRUE(method->solve(*problem, settings).succeeded());
+  const Solution s = solve_with_differences(*method, *problem, settings, 0.05);
+  EXPECT_EQ(s.status, Status::infeasible);
+  EXPECT_TRUE(s.message.starts_with("at param:k = 9975: step 34 of 80")) << s.message;
+}
+
+TEST(ExperimentOfSensitivities, MeasuresTheLargestRelativeErrorOfTheirs) {
+  const auto& truth = truth_of("P2_two_balls_spring");
+  Experiment experiment;
+  experiment.id = "small";
+  experiment.problem = truth.id;
+  experiment.ground_truth_file = test_data("ground_truth.json");
+  experiment.ground_truth_case = truth.id;
+  experiment.sensitivities = {"param:k", "param:e"};  // d/dk is below 1, d/de above
+  experiment.methods = {{"fesd:radau-iia:2", {200}, {}, ""}, {"moreau_jean", {10000}, {}, ""}};
+  RunOptions options;
+  options.folder = (std::filesystem::temp_directory_path() / fmt::format("ricochet_small_{}", getpid())).string();
+  options.with_times = false;
+  const Results results = read_results(run_experiment(experiment, options));
+  std::filesystem::remove_all(options.folder);
+
+  ASSERT_EQ(results.records.size(), 2u);
+  const auto column = [&](const char* wrt) {
+    return *std::find_if(truth.sensitivities.begin(), truth.sensitivities.end(),
+                         [&](const auto& s) { return s.wrt == wrt; });
+  };
+  const auto by_k = column("param:k"), by_e = column("param:e");
+  Settings settings;
+  settings.steps = 200;
+  settings.sensitivities = experiment.sensitivities;
+  const Solution s = make_method("fesd:radau-iia:2")->solve(*ground_truth_problem(truth.id), settings);
+  const double error_by_k =
+      std::max((s.dq.col(0) - by_k.dq).cwiseAbs().maxCoeff(), (s.dv.col(0) - by_k.dv).cwiseAbs().maxCoeff());
+  const double error_by_e =
+      std::max((s.dq.col(1) - by_e.dq).cwiseAbs().maxCoeff(), (s.dv.col(1) - by_e.dv).cwiseAbs().maxCoeff());
+  const double size_by_e = std::max(by_e.dq.cwiseAbs().maxCoeff(), by_e.dv.cwiseAbs().maxCoeff());
+  const Record& fesd = results.records[0];
+  EXPECT_DOUBLE_EQ(fesd.error, std::max(error_by_k, error_by_e / size_by_e));  // rounding of a quotient
+  EXPECT_EQ(fesd.solution_size, 1);
+  EXPECT_EQ(fesd.sensitivities, experiment.sensitivities);
+  EXPECT_TRUE(fesd.command.ends_with("--steps 200 --sensitivity param:k --sensitivity param:e")) << fesd.command;
+  EXPECT_NEAR(results.records[1].error, 0.47, 0.02) << "as above";
+  EXPECT_NE(results.error_measure().definition.find("param:k, param:e"), std::string::npos);
 }
 
 TEST(FesdSensitivitiesNames, AreChecked) {

@@ -10,6 +10,7 @@ namespace {
 Solution run(const Problem& problem, const std::string& method, int steps) {
   Settings settings;
   settings.steps = steps;
+  settings.tolerance = 1e-8;
   settings.audit = true;
   settings.recording = Recording::grid;
   return make_method(method)->solve(problem, settings);
@@ -224,6 +225,52 @@ TEST(Fesd, RecordsBothLimitsAtAnImpact) {
 }
 
 /// A rod that slides on its tip beyond the critical friction coefficient: no contact force, or two.
+/// A box lies on four corners; what their friction does together has a closed form.
+ParameterChanges lying_box(const ParameterChanges& motion) {
+  ParameterChanges changes{{"height", 0.05}, {"alpha0", 0},   {"beta0", 0}, {"gamma0", 0}, {"d_alpha0", 0},
+                           {"d_beta0", 0},   {"d_gamma0", 0}, {"v_x0", 0},  {"v_y0", 0}};
+  for (const auto& [name, value] : motion) changes[name] = value;
+  return changes;
+}
+
+TEST(FesdRedundantContacts, ASlidingBoxStopsOnFourCornersAtOnce) {
+  const auto p = make_problem("box_3d", lying_box({{"v_x0", 0.5}, {"duration", 0.3}}));
+  for (const char* method : {"fesd:radau-iia:2", "fesd:radau-iia:3", "fesd_adaptive:radau-iia:3"}) {
+    const Solution s = run(*p, method, 10);
+    ASSERT_TRUE(s.succeeded()) << s.message;
+    EXPECT_NEAR(s.q[0], 0.5 * 0.5 / (2 * 0.3 * 9.81), with_rounding(0)) << method;
+    EXPECT_LE(s.v.cwiseAbs().maxCoeff(), with_rounding(0)) << method;
+    ASSERT_EQ(s.events.size(), 4u) << method;
+    for (const auto& event : s.events) {
+      EXPECT_EQ(event.kind, EventKind::slip_to_stick);
+      EXPECT_NEAR(event.t, 0.5 / (0.3 * 9.81), with_rounding(0)) << method;
+    }
+    EXPECT_LE(s.max_residual(), kAudit) << method;
+  }
+}
+
+TEST(FesdRedundantContacts, ASpinningBoxStopsWithEqualForces) {
+  const double a = 0.15, b = 0.1, moment = 0.3 * 9.81 * std::hypot(a, b), alpha = moment / ((a * a + b * b) / 3);
+  const auto p = make_problem("box_3d", lying_box({{"d_gamma0", 5}, {"duration", 0.15}}));
+  for (const char* method : {"fesd:radau-iia:2", "fesd:radau-iia:3", "fesd_adaptive:radau-iia:3"}) {
+    const Solution s = run(*p, method, 10);
+    ASSERT_TRUE(s.succeeded()) << s.message;
+    // A corner's direction turns by 0.25 rad: the limit of the two-stage tableau in ten steps.
+    EXPECT_NEAR(s.q[5], 25 / (2 * alpha), 1e-12) << method;
+    EXPECT_LE(s.v.cwiseAbs().maxCoeff(), with_rounding(0)) << method;
+    ASSERT_EQ(s.events.size(), 4u) << method;
+    EXPECT_NEAR(s.events.back().t, 5 / alpha, 1e-12) << method;
+  }
+}
+
+TEST(FesdRedundantContacts, AThrownBoxComesToRest) {
+  const auto p = make_problem("box_3d");
+  const Solution s = run(*p, "fesd_adaptive:radau-iia:4", 0);
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  EXPECT_LE(s.v.cwiseAbs().maxCoeff(), with_rounding(0));
+  EXPECT_NEAR(s.q[2], 0.05, with_rounding(0)) << "on its lower face";
+}
+
 TEST(Painleve, IsAStatusThatNamesTheContact) {
   const std::string rod = test_data("friction_scenes.json") + "#rod";
   for (const char* method : {"fesd:radau-iia:3", "fesd_adaptive:radau-iia:4"}) {

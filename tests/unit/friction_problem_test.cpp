@@ -68,7 +68,7 @@ TEST_P(RandomProblems, FulfilTheContactLaws) {
   for (unsigned seed = 1; seed <= 200; ++seed) {
     Instance instance = random_instance(n_c, n_t, n_q, seed);
     Vector r(instance.b.size());
-    ASSERT_EQ(solver.solve(instance.G, instance.b, instance.contacts, r), LcpStatus::solved) << "seed " << seed;
+    ASSERT_EQ(solver.solve(instance.G, instance.b, 0, instance.contacts, r), LcpStatus::solved) << "seed " << seed;
     // 1e-11: the solver's rounding of 1e-12 in each of a few dozen terms
     EXPECT_LE(violation(instance, r), 1e-11) << "seed " << seed;
     for (const auto& contact : instance.contacts) {
@@ -99,15 +99,15 @@ TEST(FrictionProblem, OfAPointMassIsTheProjectionOntoTheCone) {
   const Matrix G = Matrix::Identity(3, 3);
   Vector r(3);
   std::vector<FrictionProblem::Contact> contacts{{.mu = 0.5, .n_t = 2}};
-  ASSERT_EQ(solver.solve(G, Eigen::Vector3d(-1, 0.3, -0.2), contacts, r), LcpStatus::solved);
+  ASSERT_EQ(solver.solve(G, Eigen::Vector3d(-1, 0.3, -0.2), 0, contacts, r), LcpStatus::solved);
   EXPECT_EQ(contacts[0].mode, ContactMode::stick);
   EXPECT_LE((r - Eigen::Vector3d(1, -0.3, 0.2)).norm(), 1e-15);
 
-  ASSERT_EQ(solver.solve(G, Eigen::Vector3d(-1, 3, -4), contacts, r), LcpStatus::solved);
+  ASSERT_EQ(solver.solve(G, Eigen::Vector3d(-1, 3, -4), 0, contacts, r), LcpStatus::solved);
   EXPECT_EQ(contacts[0].mode, ContactMode::slip);
   EXPECT_LE((r - Eigen::Vector3d(1, -0.3, 0.4)).norm(), 1e-15) << "0.5 N s against the direction (3, -4) / 5";
 
-  ASSERT_EQ(solver.solve(G, Eigen::Vector3d(1, 3, -4), contacts, r), LcpStatus::solved);
+  ASSERT_EQ(solver.solve(G, Eigen::Vector3d(1, 3, -4), 0, contacts, r), LcpStatus::solved);
   EXPECT_EQ(contacts[0].mode, ContactMode::open);
   EXPECT_EQ(r.norm(), 0);
 }
@@ -120,9 +120,9 @@ TEST(FrictionProblem, SaysWhenNoForceIsConsistent) {
   G << 1, 2, 2, 5;  // sliding with mu = 1 to the right: w_n = (1 - 2) r_n + b_n
   Vector r(2);
   std::vector<FrictionProblem::Contact> contacts{{.mu = 1, .n_t = 1, .slides = true, .direction = {1, 0}}};
-  EXPECT_EQ(solver.solve(G, Eigen::Vector2d(-1, 0), contacts, r), LcpStatus::ray);
+  EXPECT_EQ(solver.solve(G, Eigen::Vector2d(-1, 0), 0, contacts, r), LcpStatus::ray);
   contacts[0].direction[0] = -1;
-  ASSERT_EQ(solver.solve(G, Eigen::Vector2d(-1, 0), contacts, r), LcpStatus::solved);
+  ASSERT_EQ(solver.solve(G, Eigen::Vector2d(-1, 0), 0, contacts, r), LcpStatus::solved);
   EXPECT_NEAR(r[0], 1.0 / 3, 1e-16);
   EXPECT_NEAR(r[1], 1.0 / 3, 1e-16);
 }

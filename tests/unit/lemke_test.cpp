@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <numbers>
 #include <random>
 
 #include "reference/active_set.h"
@@ -20,6 +22,58 @@ double violation(const Matrix& M, const Vector& q, const Vector& z) {
 
 /// Up to 12 Gauss-Jordan steps on entries of order one.
 constexpr double kRounding = 1e-12;
+
+/// Eight contacts of a body with three coordinates: forces that are not unique, among bases that are singular.
+TEST(Lemke, SolvesRedundantProblems) {
+  std::mt19937 random(2);
+  std::normal_distribution<double> normal;
+  const int n = 8, rank = 3;
+  LemkeSolver solver(n);
+  for (int trial = 0; trial < 500; ++trial) {
+    const Matrix B = Matrix::NullaryExpr(n, rank, [&] { return normal(random); });
+    const Vector free = Vector::NullaryExpr(rank, [&] { return normal(random); });
+    const Matrix M = B * B.transpose();
+    const Vector q = B * free;  // any M z + q is B times something, so z = 0 is beaten by a projection: always solvable
+    Vector z(n);
+    ASSERT_EQ(solver.solve(M, q, z), LcpStatus::solved) << trial;
+    ASSERT_LE(violation(M, q, z), kRounding) << trial;
+  }
+}
+
+/// Pressed down and pushed sideways, on a polygon of four corners with friction: the LCP of velocity-level stepping.
+TEST(Lemke, SolvesABoxOnFourCorners) {
+  const int facets = 8, corners = 4, n = corners * (facets + 2);
+  Matrix D(6, corners * (facets + 1));  // directions in terms of velocity and spin of a unit body
+  Matrix M = Matrix::Zero(n, n);
+  for (int k = 0; k < corners; ++k) {
+    const Eigen::Vector3d arm((k & 1) ? 1 : -1, (k & 2) ? 1 : -1, -0.5);
+    const auto direction = [&](const Eigen::Vector3d& e) {
+      Vector column(6);
+      column << e, arm.cross(e);
+      return column;
+    };
+    D.col(k) = direction({0, 0, 1});
+    for (int f = 0; f < facets; ++f) {
+      const double angle = 2 * std::numbers::pi * f / facets;
+      D.col(corners + k * facets + f) = direction({std::cos(angle), std::sin(angle), 0});
+    }
+  }
+  const auto columns = D.cols();
+  M.topLeftCorner(columns, columns) = D.transpose() * D;
+  for (int k = 0; k < corners; ++k) {
+    M(columns + k, k) = 0.5;
+    M.block(corners + k * facets, columns + k, facets, 1).setOnes();
+    M.block(columns + k, corners + k * facets, 1, facets).setConstant(-1);
+  }
+  LemkeSolver solver(n);
+  for (const double push : {0.0, 0.1, 0.45, 0.6, 3.0}) {
+    Vector v(6), q = Vector::Zero(n), z(n);
+    v << push, 0.3 * push, -1, 0, 0, 0.2 * push;
+    q.head(columns) = D.transpose() * v;
+    ASSERT_EQ(solver.solve(M, q, z), LcpStatus::solved) << push;
+    EXPECT_LE(violation(M, q, z), kRounding) << push;
+  }
+}
 
 TEST(Lemke, SolvesRandomPositiveDefiniteProblems) {
   std::mt19937 random(1);

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/QR>
+#include <vector>
+
+#include "problems/problem.h"
+
+namespace ricochet {
+
+/// Newton's equations K dx = -r of a step whose contacts are redundant, four corners on a plane or both ends of a rod
+/// that stick: K is singular, and forces that balance each other may be added to any solution. Of all solutions the one
+/// with the smallest forces is taken,
+///
+///   minimise ||S (x + dx)||   subject to   K dx = -r,   S: the forces among the unknowns.                     (1)
+///
+/// With N a basis of the null space of K it is
+///
+///   dx = -K^+ r - R x,   R = N (S N)^+ S   (2).
+class RedundantSystem {
+ public:
+  /// @param force_rows  of the unknowns that are forces
+  RedundantSystem(const Matrix& K, const std::vector<int>& force_rows) {
+    Eigen::CompleteOrthogonalDecomposition<Matrix> decomposition(K.rows(), K.cols());
+    decomposition.setThreshold(kRank);
+    decomposition.compute(K);
+    pseudo_inverse_ = decomposition.pseudoInverse();
+    const Eigen::Index nullity = K.cols() - decomposition.rank();
+    to_smallest_.setZero(K.rows(), K.cols());
+    if (nullity == 0) return;
+    Matrix N = Matrix::Zero(K.cols(), nullity);
+    N.bottomRows(nullity).setIdentity();
+    N = decomposition.colsPermutation() * (decomposition.matrixZ().transpose() * N).eval();
+    const Matrix forces = N(force_rows, Eigen::all);
+    to_smallest_(Eigen::all, force_rows) = N * forces.completeOrthogonalDecomposition().pseudoInverse();
+  }
+
+  const Matrix& pseudo_inverse() const { return pseudo_inverse_; }  ///< K^+
+  const Matrix& to_smallest() const { return to_smallest_; }        ///< R
+
+  /// Whether K, with the inverse that a factorisation gave, is singular to rounding.
+  static bool is_singular(const Matrix& K, const Matrix& inverse) {
+    const double condition = K.cwiseAbs().colwise().sum().maxCoeff() * inverse.cwiseAbs().colwise().sum().maxCoeff();
+    return !(condition < kSingular);
+  }
+
+ private:
+  static constexpr double kSingular = 1e14;  // condition number; masses and lengths of many orders stay below
+  static constexpr double kRank = 1e-11;     // of a pivot; while Newton's method converges they are not yet dependent
+
+  Matrix pseudo_inverse_, to_smallest_;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,44 @@
+#include "problems/variables.h"
+
+#include <algorithm>
+
+#include "problems/derivatives/symbolic_problem.h"
+#include "problems/input_error.h"
+#include "problems/names.h"
+
+namespace ricochet {
+
+std::vector<Variable> variables(const ProblemInfo& info) {
+  std::vector<Variable> list;
+  for (int k = 0; k < info.n_q; ++k) list.push_back({fmt::format("q0:{}", k), info.q0[k]});
+  for (int k = 0; k < info.n_q; ++k) list.push_back({fmt::format("v0:{}", k), info.v0[k]});
+  for (const auto& parameter : info.parameters) list.push_back({"param:" + parameter.name, parameter.value});
+  return list;
+}
+
+Eigen::Index find_variable(const ProblemInfo& info, const std::string& name) {
+  std::vector<std::string> known;
+  for (const auto& variable : variables(info)) {
+    if (variable.name == name) return static_cast<Eigen::Index>(known.size());
+    known.push_back(variable.name);
+  }
+  throw_unknown_name("sensitivity", name, known);
+}
+
+std::unique_ptr<Problem> with_value(const Problem& problem, Eigen::Index variable, double value) {
+  const auto* symbolic = dynamic_cast<const SymbolicProblem*>(&problem);
+  if (!symbolic) throw InputError("problem", problem.info().id, "only a problem made of formulas can be varied");
+  SymbolicModel model = symbolic->model();
+  const auto k = static_cast<std::size_t>(variable), n_q = model.q.size();
+  if (k < n_q)
+    model.q0[k] = value;
+  else if (k < 2 * n_q)
+    model.v0[k - n_q] = value;
+  else
+    model.parameters.at(k - 2 * n_q).value = value;
+  auto varied = std::make_unique<SymbolicProblem>(std::move(model));
+  validate(*varied);
+  return varied;
+}
+
+}  // namespace ricochet
