@@ -100,14 +100,30 @@ bool FesdAudit::forces_jump(const Stages& left, const Stages& right) {
   return false;
 }
 
-/// What v_{n+1} has besides the velocity of the Runge-Kutta step and an impulse of the bilateral constraints.
+/// Of slip: at the last stage, when it is the right end, P has acted.
+Vector FesdAudit::stage_velocity(const Stages& e, int j) const {
+  return stiffly_accurate_ && j + 1 == tableau_.n_s ? e.v1 : Vector(e.v.col(j));
+}
+
+/// What v_{n+1} has besides the velocity of the Runge-Kutta step and what P took away, an impulse of closed contacts.
 Vector FesdAudit::end_velocity_residual(const Stages& e, const Matrix& accelerations) const {
   const ProblemInfo& info = problem_.info();
   Vector residual = e.v1 - e.v0 - e.h * accelerations * tableau_.b;
   if (!info.has_bilateral()) return residual;
-  const Matrix M = problem_.mass_matrix(e.q1), G = problem_.normal_jacobian(e.q1)(Eigen::all, info.bilateral);
-  const Vector impulse = G.colPivHouseholderQr().solve(M * residual);
-  return residual - M.llt().solve(G * impulse);
+  const Matrix M = problem_.mass_matrix(e.q1), J_n = problem_.normal_jacobian(e.q1),
+               J_t = problem_.tangent_jacobian(e.q1);
+  Matrix held = Matrix::Zero(info.n_q, info.n_c() + info.n_lambda_t);
+  for (int i = 0; i < info.n_c(); ++i) {
+    const auto& contact = info.contacts[i];
+    if (is_closed(e.modes[i])) held.col(i) = J_n.col(i);
+    if (const int sign = slip_sign(e.modes[i]); sign != 0)
+      held.col(i) -= sign * contact.mu * J_t.col(contact.tangent_index);
+    if (e.modes[i] == ContactMode::stick || e.modes[i] == ContactMode::slip)  // in space the direction turns
+      held.middleCols(info.n_c() + contact.tangent_index, contact.n_t) =
+          J_t.middleCols(contact.tangent_index, contact.n_t);
+  }
+  const Vector impulse = held.completeOrthogonalDecomposition().solve(M * residual);
+  return residual - M.llt().solve(held * impulse);
 }
 
 /// @param gaps  n_c x n_s, at the stages
@@ -143,7 +159,7 @@ void FesdAudit::add_friction(const FesdStep& step, int n, int i, double force, d
   at_point(slip_left);
   at_point(slip(i, e.q1, e.v1));
   for (int j = 0; j < n_s; ++j) {
-    const Vector v_t = slip(i, e.q.col(j), e.v.col(j)),
+    const Vector v_t = slip(i, e.q.col(j), stage_velocity(e, j)),
                  lambda_t = e.lambda_t.col(j).segment(contact.tangent_index, n_t);
     const double mu_lambda = contact.mu * e.lambda_n(i, j);
     at_point(v_t);
@@ -166,7 +182,7 @@ void FesdAudit::add_pinned_sliding(const Stages& left, const Stages& e, int i, d
   for (int j = 0; j < tableau_.n_s; ++j) {
     const double force_t = left.lambda_t.col(j).segment(contact.tangent_index, contact.n_t).norm();
     beta += tableau_.right_end[j] * (contact.mu * left.lambda_n(i, j) - force_t);
-    sum += slip(i, e.q.col(j), e.v.col(j)).norm();
+    sum += slip(i, e.q.col(j), stage_velocity(e, j)).norm();
   }
   report(FesdCondition::pinned_sliding, beta * sum, force * slip_size, i);
 }
@@ -177,7 +193,7 @@ double FesdAudit::friction_indicator(const Stages& left, const Stages& e, int i,
   const auto sums = [&](const Stages& element) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // of xi+, xi-, beta; in space of ||v_t||, 0, beta
     for (int j = 0; j < tableau_.n_s; ++j) {
-      const Vector v_t = slip(i, element.q.col(j), element.v.col(j));
+      const Vector v_t = slip(i, element.q.col(j), stage_velocity(element, j));
       sum[0] += contact.n_t == 1 ? std::max(v_t[0], 0.0) : v_t.norm();
       sum[1] += contact.n_t == 1 ? std::max(-v_t[0], 0.0) : 0;
       sum[2] += contact.mu * element.lambda_n(i, j) -
@@ -203,7 +219,9 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     length += e.h;
     const Matrix J = problem_.normal_jacobian(e.q0).cwiseAbs(), J_t = problem_.tangent_jacobian(e.q0);
     const Eigen::LLT<Matrix> M(problem_.mass_matrix(e.q0));
-    const Vector load = M.solve(problem_.force(e.q0, e.v0)).cwiseAbs();
+    Vector load = M.solve(problem_.force(e.q0, e.v0)).cwiseAbs();
+    for (const int i : info.bilateral)
+      load += M.solve(problem_.normal_jacobian(e.q0).col(i)).cwiseAbs() * max_abs(e.lambda_n.row(i));
     for (int i = 0; i < n_c; ++i) {
       const double speed = std::max(J.col(i).dot(e.v0.cwiseAbs()), J.col(i).dot(step.v_minus.col(n).cwiseAbs()));
       gap_size_[i] = std::max(gap_size_[i], J.col(i).dot(e.q0.cwiseAbs() + step.H * step.H * load) + step.H * speed);

@@ -11,7 +11,7 @@ enum class FesdCondition {
   stage_position,         ///< q_nj = q_n0 + h_n sum_k a_jk v_nk
   stage_velocity,         ///< v_nj = v_n0 + h_n sum_k a_jk F_v(q_nk, v_nk, u, lambda_nk)
   end_position,           ///< q_{n+1} = q_n0 + h_n sum_k b_k v_nk
-  end_velocity,           ///< v_{n+1} = P (v_n0 + h_n sum_k b_k F_v(...)), P of stage_solver.h (5)   (correction 1)
+  end_velocity,           ///< v_{n+1} = P (v_n0 + h_n sum_k b_k F_v(...)), P: stage_solver.h, (10)  (correction 1)
   continuity,             ///< q_n0 = q_n
   impulse_balance,        ///< M(q_n) (v_n0 - v_n) = sum_i J_n^i Lambda_n^i
   impulse_sign,           ///< Lambda_n^i >= 0
@@ -45,7 +45,7 @@ enum class FesdCondition {
 /// f_v|, |M^-1 J_n lambda|) for velocities; gaps to |J_n|' (|q| + H |v| + H^2 |M^-1 f_v|), forces to the largest
 /// contact force or load J_n' M^-1 f_v / G of the step, normal velocities to sum_k |J_n,k v_k| + H G force, impulses to
 /// m |v|; slip velocities to |J_t|' (|v| + H |M^-1 f_v|) + H G_t mu lambda_n; products to the product of both sizes.
-/// Indicators in eta_n are normalised in the same way.
+/// Indicators in eta_n are normalised in the same way. Forces of bilateral constraints are load to the other contacts.
 class FesdAudit {
  public:
   /// @param pinned  whether the solver claims to fulfil FesdCondition::pinned_breaking
@@ -61,6 +61,7 @@ class FesdAudit {
  private:
   void report(FesdCondition condition, double residual, double size, int contact);
   Vector slip(int contact, const Vector& q, const Vector& v) const;  // v_t, n_t
+  Vector stage_velocity(const Stages& e, int j) const;
   Vector end_velocity_residual(const Stages& e, const Matrix& accelerations) const;
   void add_bilateral(const Stages& e, const Matrix& gaps);
   static bool forces_jump(const Stages& left, const Stages& right);

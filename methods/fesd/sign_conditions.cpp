@@ -151,7 +151,8 @@ void SignConditions::check_slip(const Stages& stages, Violation& first) {
     double before[2]{0, 0}, time_before = 0;
     for (int j = -1; j < n_points_; ++j) {
       const bool is_stage = j < n_s_;
-      const auto v = j < 0 ? stages.v0.data() : is_stage ? stages.v.col(j).data() : stages.v1.data();
+      const bool is_right_end = j + 1 == n_points_;
+      const auto v = j < 0 ? stages.v0.data() : is_right_end ? stages.v1.data() : stages.v.col(j).data();
       const double time = j < 0 ? 0 : is_stage ? tableau_.c[j] * stages.h : stages.h;
       const double* J_t = J_t_.col(j + 1).data() + contact.tangent_begin;
       double slip[2]{0, 0}, size = stages.h * mobility_[i] * contact.mu * force_size_[i];

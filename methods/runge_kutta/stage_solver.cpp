@@ -37,8 +37,7 @@ StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, 
       n_s_(tableau.n_s),
       structure_(problem.info().structure),
       stiffly_accurate_(tableau.is_stiffly_accurate()),
-      has_bilateral_(problem.info().has_bilateral()),
-      bilateral_(problem) {
+      has_bilateral_(problem.info().has_bilateral()) {
   A2_ = tableau.A * tableau.A;
   bA_ = tableau.A.transpose() * tableau.b;
   rows_ = tableau.A.rowwise().sum();
@@ -112,6 +111,8 @@ void StageSolver::set_active(const std::vector<ContactMode>& modes) {
   }
   const int n_rows = static_cast<int>(row_power_.size());
   n_x_ = n_q_ + n_rows;
+  held_.setZero(n_q_, n_rows);
+  pushed_.setZero(n_q_, n_rows);
   // A predicted correction of dw says little about what (3) is left with where closed contacts turn.
   predicted_tolerance_ = closed_.empty() ? tolerance_ : 0.1 * tolerance_;
   r_.resize(n_s_ * n_x_);
@@ -211,8 +212,8 @@ void StageSolver::stage_values(const Coefficients& k, Stages& step) {
   }
 }
 
-/// (5). False when bilateral constraints depend on each other at q_1.
-bool StageSolver::end_values(const Coefficients& k, Stages& step) {
+/// (5)
+void StageSolver::end_values(const Coefficients& k, Stages& step) {
   if (stiffly_accurate_) {
     step.q1 = step.q.col(n_s_ - 1);
     step.v1 = step.v.col(n_s_ - 1);
@@ -227,19 +228,81 @@ bool StageSolver::end_values(const Coefficients& k, Stages& step) {
       step.q1[i] = step.q0[i] + (k.h * step.v0[i] + dq);
     }
   }
-  return !has_bilateral_ || project_end_velocity(step);
+  if (has_bilateral_) project_end_velocity(step);
 }
 
-bool StageSolver::project_end_velocity(Stages& step) {
+/// P = I - M^-1 C (R' M^-1 C)^-1 R', with the directions C in which the held contacts push
+void StageSolver::project_end_velocity(Stages& step) {
   if (!structure_.constant_mass || llt_.cols() == 0) {
     problem_.mass_matrix(step.q1.data(), M_end_.data());
     llt_.compute(M_end_);
     ++counters_.mass_factorizations;
   }
   problem_.normal_jacobian(step.q1.data(), J_n_.data());
-  if (!bilateral_.prepare(J_n_.data(), [&](auto column) { llt_.solveInPlace(column); })) return false;
-  bilateral_.impose(step.v1, nullptr, lambda_);
-  return true;
+  if (has_friction_) problem_.tangent_jacobian(step.q1.data(), J_t_.data());
+  held_.setZero();
+  pushed_.setZero();
+  Eigen::Index n = 0;
+  for (const Active& active : closed_) {
+    const auto& contact = problem_.info().contacts[active.contact];
+    const auto entries = static_cast<int>(contact.support.size());
+    const double *J_n = J_n_.data() + contact.normal_begin, *J_t = J_t_.data() + contact.tangent_begin;
+    const bool is_sticking = sticks(active, n_s_ - 1);
+    double direction[2]{0, 0};
+    if (contact.n_t > 0 && !is_sticking) slip_direction(active, step.v1.data(), step, direction);
+    for (int s = 0; s < entries; ++s) {
+      held_(contact.support[s], n) = pushed_(contact.support[s], n) = J_n[s];
+      for (int d = 0; d < contact.n_t; ++d)
+        pushed_(contact.support[s], n) -= contact.mu * direction[d] * J_t[d * entries + s];
+    }
+    ++n;
+    for (int d = 0; is_sticking && d < contact.n_t; ++d, ++n) {
+      for (int s = 0; s < entries; ++s)
+        held_(contact.support[s], n) = pushed_(contact.support[s], n) = J_t[d * entries + s];
+    }
+  }
+  const auto R = held_.leftCols(n);
+  auto MC = pushed_.leftCols(n);
+  for (Eigen::Index k = 0; k < n; ++k) llt_.solveInPlace(MC.col(k));
+  end_system_.noalias() = R.transpose().lazyProduct(MC);
+  end_inverse_ = inverse_.of(end_system_);
+  if (RedundantSystem::is_singular(end_system_, end_inverse_))
+    end_inverse_ = end_system_.completeOrthogonalDecomposition().pseudoInverse();
+  end_rates_.noalias() = R.transpose().lazyProduct(step.v1);
+  take_away_end_rates(step.v1);
+}
+
+/// x -= M^-1 C (R' M^-1 C)^-1 end_rates_
+void StageSolver::take_away_end_rates(Eigen::Ref<Vector> x) {
+  end_impulses_.noalias() = end_inverse_.lazyProduct(end_rates_);
+  x.noalias() -= pushed_.leftCols(end_rates_.size()).lazyProduct(end_impulses_);
+}
+
+/// The same for the variations of v_1: R' dv_1 + dR' v_1 = 0, with v' (grad^2 f_c) dq as a difference of two bias
+/// terms. Variations of C are left out, since the impulses are O(h^n_s).
+void StageSolver::project_variations(const Stages& step) {
+  if (has_friction_) problem_.slip_velocity_derivative(step.q1.data(), step.v1.data(), Tq_.data());
+  for (Eigen::Index c = 0; c < 2; ++c) {
+    const auto dq = incoming_q_.col(c);
+    end_rates_.noalias() = held_.leftCols(end_rates_.size()).transpose().lazyProduct(incoming_v_.col(c));
+    for (const double sign : {1.0, -1.0}) {
+      chord_q_ = step.v1 + sign * dq;
+      problem_.gap_acceleration_bias(step.q1.data(), chord_q_.data(), gap_.data());
+      Eigen::Index row = 0;
+      for (const Active& active : closed_) {
+        end_rates_[row++] += sign / 4 * gap_[active.contact];
+        if (sticks(active, n_s_ - 1)) row += problem_.info().contacts[active.contact].n_t;
+      }
+    }
+    Eigen::Index row = 0;
+    for (const Active& active : closed_) {
+      const auto& contact = problem_.info().contacts[active.contact];
+      ++row;
+      for (int d = 0; sticks(active, n_s_ - 1) && d < contact.n_t; ++d)
+        end_rates_[row++] += Tq_.row(contact.tangent_index + d).dot(dq);
+    }
+    take_away_end_rates(incoming_v_.col(c));
+  }
 }
 
 /// (6)  f_c(q_0 + dq) - f_c(q_0) = int_0^1 J_n(q_0 + s dq)' dq ds, by four Gauss points. If J_n changes by less than 1
@@ -579,7 +642,8 @@ StageSolver::Result StageSolver::solve(Stages& step) {
         if (!is_consistent(step, k.h)) return Result::no_convergence;
       }
       set_slip_in_space(step);
-      return end_values(k, step) ? Result::converged : Result::singular;
+      end_values(k, step);
+      return Result::converged;
     }
     previous = size;
   }
@@ -636,9 +700,7 @@ void StageSolver::solve_linearized(const Stages& step, Matrix& response) {
 }
 
 /// One Newton step of a run: how the unknowns respond to the residual and to the variation incoming_q_, incoming_v_ of
-/// the left end, and what that makes of the right end (which becomes the next step's left end). The projection in (5)
-/// is left out of the variation of v_1: what it takes away lies across the constraints, and (4) of the next step does
-/// too.
+/// the left end, and what that makes of the right end (which becomes the next step's left end).
 void StageSolver::linearize_step(const Coefficients& k, const Stages& step, Matrix& response) {
   const auto n_rows = static_cast<Eigen::Index>(row_power_.size());
   const double h = k.h;
@@ -852,7 +914,8 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
       residual(k, run[m]);
       linearize_step(k, run[m], run_response_[m]);
       is_contradictory = is_redundant_ && !is_consistent(run[m], h);
-      if (!end_values(k, run[m])) return Result::singular;
+      end_values(k, run[m]);
+      if (has_bilateral_) project_variations(run[m]);
     }
     ++counters_.inner_iterations;
     Eigen::RowVector2d slope;
@@ -884,8 +947,8 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
       for (std::size_t m = 0; m < run.size(); ++m) {
         hand_over(m);
         stage_values(k, run[m]);
-        if (!end_values(k, run[m])) return Result::singular;
         set_resting(m + 1 == run.size());
+        end_values(k, run[m]);
         set_slip_in_space(run[m]);
         if (rest_together_) spread_friction(run[m]);
         set_resting(false);

@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "methods/bilateral_constraints.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 #include "methods/runge_kutta/redundant_system.h"
 #include "methods/small_inverse.h"
@@ -53,8 +52,14 @@ struct Switch {
 ///   0   = f_c^i(q_j),  i closed                                                         (4)
 ///   v_1 = P (v_0 + h sum_k b_k w_k),   q_1 = q_0 + h v_0 + h^2 sum_k (b'A)_k w_k        (5)
 ///
-/// where P, at q_1, projects onto the velocities that bilateral constraints allow (bilateral_constraints.h); without
-/// them it is the identity. (4) alone leaves a velocity of O(h^n_s) across a curved constraint, and that order in v_1.
+/// where P = I, unless the problem has bilateral constraints. (4) alone leaves a velocity of O(h^n_s) across a curved
+/// constraint, which errors of the forces made. So P, at q_1, takes it away by impulses of all closed contacts, along
+/// the directions of their forces:
+///
+///   P = I - M^-1 C (R' M^-1 C)^-1 R',   R = [J_n closed, J_t sticking],   C = [J_n - mu J_t d slipping, else as R]
+///   (10)
+///
+/// with d the direction of slip.
 ///
 /// and for a contact with friction one of
 ///
@@ -148,8 +153,10 @@ class StageSolver {
   void set_active(const std::vector<ContactMode>& modes);
   void set_initial_values(const Stages& step, double h);
   void stage_values(const Coefficients& k, Stages& step);
-  bool end_values(const Coefficients& k, Stages& step);
-  bool project_end_velocity(Stages& step);
+  void end_values(const Coefficients& k, Stages& step);
+  void project_end_velocity(Stages& step);
+  void take_away_end_rates(Eigen::Ref<Vector> x);
+  void project_variations(const Stages& step);
   double gap_change(int contact, int stage, const Stages& step);
   bool sticks(const Active& active, int stage) const;
   /// What (7a) is divided by: h, but 1 for (8), among rows (7c).
@@ -209,9 +216,11 @@ class StageSolver {
 
   // P of (5).
   const bool has_bilateral_;
-  BilateralConstraints bilateral_;
   Matrix M_end_;
   Eigen::LLT<Matrix> llt_;
+  Matrix held_, pushed_;             // R; C, then M^-1 C
+  Matrix end_system_, end_inverse_;  // R' M^-1 C
+  Vector end_rates_, end_impulses_;
 
   // Work space.
   Vector f_, J_n_, J_t_, gap_, lambda_, lambda_t_, r_, dx_;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "bench/sensitivities.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "reference/agreement.h"
@@ -186,6 +187,37 @@ TEST(Bilateral, JoinedBlocksSlideAndStickAsOne) {
     EXPECT_NEAR(s.v[0], one.v[0], 1e-12) << method;
     EXPECT_LE(s.max_residual(), 1e-12) << method;
   }
+}
+
+/// Slip reversals under curved constraints, whose forces share the normal force: the end velocity is projected along
+/// the directions of the forces, friction included. Orthogonally projected, it would leave n_s - 1.
+TEST(CrankWithFriction, HasTheOrderOfTheTableau) {
+  const auto p = read_scene_file(test_data("crank_with_friction.json"));
+  const auto exact = reference::make_reference(*p);
+  for (const auto& [n_s, steps] : {std::pair{2, 100}, {3, 50}, {4, 25}}) {
+    const std::string method = "fesd:radau-iia:" + std::to_string(n_s) + ",elements=as_needed";
+    const Solution coarse = run(*p, method, steps), fine = run(*p, method, 2 * steps);
+    ASSERT_TRUE(coarse.succeeded() && fine.succeeded()) << method << ": " << coarse.message << fine.message;
+    EXPECT_LE(fine.max_residual(), 1e-12) << method;
+    ASSERT_EQ(fine.events.size(), exact.solution.events.size()) << method;
+    const auto error = [&](const Solution& s) {
+      return reference::final_state_difference(s.q, s.v, exact.solution.q, exact.solution.v);
+    };
+    // Measured 2.9, 5.9 and 8.1.
+    EXPECT_GE(order(error(coarse), error(fine)), 2 * n_s - 1 - 0.3) << method;
+    EXPECT_LE(std::abs(fine.events.back().t - exact.solution.events.back().t), 2e-6) << method;
+  }
+}
+
+TEST(CrankWithFriction, HasTheDerivativesOfTheDiscreteSolution) {
+  const auto p = read_scene_file(test_data("crank_with_friction.json"));
+  const auto method = make_method("fesd:radau-iia:3,elements=as_needed");
+  Settings settings;
+  settings.steps = 100;
+  settings.sensitivities = {"param:mu", "param:m_3", "param:l_1", "param:theta0"};
+  const Solution s = method->solve(*p, settings), differences = solve_with_differences(*method, *p, settings, 1e-4);
+  ASSERT_TRUE(s.succeeded() && differences.succeeded()) << s.message << differences.message;
+  EXPECT_LE(reference::sensitivity_difference(s, differences), 2e-8);
 }
 
 TEST(BilateralTimeStepping, KeepsItsOrders) {
