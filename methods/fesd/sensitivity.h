@@ -24,9 +24,8 @@ namespace ricochet {
 ///   dv_j = dv_0 + (sum_k a_jk w_k) dh + h sum_k a_jk dw_k                               (5)
 ///
 /// (5) with b'A, b' in place of a row of A^2, A gives the right end. There the projection of v_1 (stage_solver.h) is an
-/// impulse too, with (1), (6) and eps_r = 0 in (2) for all closed contacts. Friction in (1) and
-/// (3), of a contact with slip velocity s = J_t' v (v+ in (1)) and forces lambda_n, lambda_t (in (1) Lambda_n,
-/// Lambda_t):
+/// impulse too, with (1), (6) and eps_r = 0 in (2) for all closed contacts. Friction in (1) and (3), of a contact with
+/// slip velocity s = J_t' v (v+ in (1)) and forces lambda_n, lambda_t (in (1) Lambda_n, Lambda_t):
 ///
 ///   stick   ds = 0                                                                      (6a)
 ///   slip    d[ lambda_t + mu lambda_n s / ||s|| ] = 0; in the plane s / ||s|| is a constant sign     (6b)

@@ -231,7 +231,7 @@ void StageSolver::end_values(const Coefficients& k, Stages& step) {
   if (has_bilateral_) project_end_velocity(step);
 }
 
-/// P = I - M^-1 C (R' M^-1 C)^-1 R', with the directions C in which the held contacts push
+/// (10)
 void StageSolver::project_end_velocity(Stages& step) {
   if (!structure_.constant_mass || llt_.cols() == 0) {
     problem_.mass_matrix(step.q1.data(), M_end_.data());
@@ -261,7 +261,7 @@ void StageSolver::project_end_velocity(Stages& step) {
         held_(contact.support[s], n) = pushed_(contact.support[s], n) = J_t[d * entries + s];
     }
   }
-  const auto R = held_.leftCols(n);
+  const auto R = held_.leftCols(n);  // (10)
   auto MC = pushed_.leftCols(n);
   for (Eigen::Index k = 0; k < n; ++k) llt_.solveInPlace(MC.col(k));
   end_system_.noalias() = R.transpose().lazyProduct(MC);
