@@ -39,13 +39,13 @@ class March {
   /// Unilateral contacts with f_c(q) <= 0.
   void find_active(const Vector& position) {
     active.clear();
-    if (problem.info().unilateral.empty()) return;
+    if (unilateral_.empty()) return;
     problem.gap(position.data(), gap_.data());
-    for (const int i : problem.info().unilateral) {
+    for (const int i : unilateral_) {
       if (gap_[i] <= 0) active.push_back(i);
     }
   }
-  bool has_contact_problem() const { return !active.empty() || problem.info().has_bilateral(); }
+  bool has_contact_problem() const { return !active.empty() || has_bilateral_; }
 
   /// ContactLcp::solve, with its impulses added to those of the step.
   bool solve_contacts(Vector& velocity, const Vector& shift, const Vector& present) {
@@ -107,7 +107,7 @@ class March {
 
   /// A contact that carries an impulse now and did not in the step before has closed, somewhere in this step.
   void record_closings(const Vector& q_minus, const Vector& v_minus) {
-    for (const int i : problem.info().unilateral) {
+    for (const int i : unilateral_) {
       const bool is_pressed = Lambda_n[i] > 0;
       if (is_pressed && !was_pressed_[i]) {
         solution.events.push_back({solution.t, EventKind::impact, i, q_minus, v_minus, v, Lambda_n, Lambda_t, {}, {}});
@@ -117,6 +117,8 @@ class March {
     }
   }
 
+  const bool has_bilateral_ = problem.info().has_bilateral();
+  const std::vector<int> unilateral_ = problem.info().unilateral;
   Vector gap_;
   std::vector<char> was_pressed_;
 };
