@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <cmath>
 
 #include "problems/input_error.h"
@@ -84,6 +85,40 @@ void require_size(const std::string& field, const Vector& values, int expected) 
   }
 }
 
+// A few hundred roundings of the formulas for q0, v0 and the constraints.
+constexpr double kInitialRounding = 1e-13;
+// Of L^-1 G, M = L L', with columns of length one. Below, G' M^-1 G is singular in double precision.
+constexpr double kRank = 1e-8;
+
+void validate_bilateral(const Problem& problem, const Vector& f_c, const Matrix& J_n, const Matrix& M) {
+  const ProblemInfo& info = problem.info();
+  for (const int i : info.bilateral) {
+    const auto field = [&](const char* name) {
+      return fmt::format("contacts[{}].{} ({})", i, name, info.contacts[i].name);
+    };
+    const Vector J = J_n.col(i);
+    const double most = kInitialRounding * J.cwiseAbs().dot(info.q0.cwiseAbs());
+    if (std::abs(f_c[i]) > most)
+      throw InputError(field("gap"), f_c[i], fmt::format("|gap(q0)| <= {:.3g} is required, it is bilateral", most));
+    const double rate = J.dot(info.v0), most_rate = kInitialRounding * J.cwiseAbs().dot(info.v0.cwiseAbs());
+    if (std::abs(rate) > most_rate)
+      throw InputError(field("Jn' v0"), rate,
+                       fmt::format("|Jn' v0| <= {:.3g} is required, it is bilateral", most_rate));
+  }
+  if (info.n_bilateral() > info.n_q)
+    throw InputError("number of bilateral constraints", info.n_bilateral(),
+                     fmt::format("at most n_q = {} are possible", info.n_q));
+  Matrix G = M.llt().matrixL().solve(Matrix(J_n(Eigen::all, info.bilateral)));
+  G.colwise().normalize();
+  const Eigen::ColPivHouseholderQR<Matrix> qr(G);
+  const double smallest = qr.matrixQR().diagonal().cwiseAbs().minCoeff();
+  if (!(smallest >= kRank)) {
+    const int i = info.bilateral[qr.colsPermutation().indices()[info.n_bilateral() - 1]];
+    throw InputError(fmt::format("contacts[{}].Jn ({})", i, info.contacts[i].name), smallest,
+                     fmt::format("a part of at least {} that no other bilateral constraint has is required", kRank));
+  }
+}
+
 }  // namespace
 
 void validate(const Problem& problem) {
@@ -110,6 +145,10 @@ void validate(const Problem& problem) {
       throw InputError(field("e"), contact.eps_r, "eps_r in [0, 1] is required");
     if (!(contact.mu >= 0) || !std::isfinite(contact.mu))
       throw InputError(field("mu"), contact.mu, "mu >= 0 is required");
+    if (contact.is_bilateral && contact.eps_r != 0)
+      throw InputError(field("e"), contact.eps_r, "a bilateral constraint has no restitution, 0 is required");
+    if (contact.is_bilateral && contact.mu != 0)
+      throw InputError(field("mu"), contact.mu, "a bilateral constraint has no friction, 0 is required");
   }
 
   const Matrix M = problem.mass_matrix(info.q0);
@@ -138,11 +177,12 @@ void validate(const Problem& problem) {
     if (!std::isfinite(f_c[i])) throw InputError(field("gap"), f_c[i], "a finite gap at q0 is required");
     // Rounding of q0 itself can put a touching body this far below the surface.
     const double rounding = 1e-14 * (J_n.col(i).cwiseAbs().dot(info.q0.cwiseAbs()));
-    if (f_c[i] < -rounding)
+    if (f_c[i] < -rounding && !info.contacts[i].is_bilateral)
       throw InputError(field("gap"), f_c[i], "gap(q0) >= 0 is required, the scene starts in penetration");
     if (J_n.col(i).cwiseAbs().maxCoeff() == 0)
       throw InputError(field("Jn"), 0, "the gap does not depend on any coordinate at q0");
   }
+  if (info.has_bilateral()) validate_bilateral(problem, f_c, J_n, M);
 }
 
 }  // namespace ricochet

@@ -10,17 +10,19 @@ namespace ricochet {
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
-/// One unilateral contact. Its Jacobian entries live on `support` only, the coordinates that the contact touches.
+/// One unilateral contact, or a bilateral constraint: a contact that is always closed and may pull. Its Jacobian
+/// entries live on `support` only, the coordinates that the contact touches.
 struct ContactInfo {
   std::string name;
-  double eps_r = 0;          ///< restitution coefficient, in [0, 1]
-  double mu = 0;             ///< friction coefficient, >= 0; zero exactly when n_t is zero
-  int n_t = 0;               ///< tangent directions: 0 frictionless, 1 planar, 2 in space
-  std::vector<int> support;  ///< coordinates q_k that occur in the gap or the tangents, ascending
-  bool is_affine = false;    ///< J_n and J_t do not depend on q
-  int normal_begin = 0;      ///< first entry of this contact in a packed J_n
-  int tangent_begin = 0;     ///< first entry of this contact in a packed J_t, direction after direction
-  int tangent_index = 0;     ///< first component of this contact in lambda_t and v_t
+  bool is_bilateral = false;  ///< f_c = 0 at all times, lambda_n of either sign; no friction, no restitution
+  double eps_r = 0;           ///< restitution coefficient, in [0, 1]
+  double mu = 0;              ///< friction coefficient, >= 0; zero exactly when n_t is zero
+  int n_t = 0;                ///< tangent directions: 0 frictionless, 1 planar, 2 in space
+  std::vector<int> support;   ///< coordinates q_k that occur in the gap or the tangents, ascending
+  bool is_affine = false;     ///< J_n and J_t do not depend on q
+  int normal_begin = 0;       ///< first entry of this contact in a packed J_n
+  int tangent_begin = 0;      ///< first entry of this contact in a packed J_t, direction after direction
+  int tangent_index = 0;      ///< first component of this contact in lambda_t and v_t
 };
 
 struct ParameterInfo {
@@ -40,6 +42,7 @@ struct ProblemInfo {
   int n_q = 0;  ///< coordinates
   int n_u = 0;  ///< controls
   std::vector<ContactInfo> contacts;
+  std::vector<int> unilateral, bilateral;  ///< contacts of each kind, ascending
 
   Vector q0, v0;        ///< initial state, before any impact at t = 0
   Vector u;             ///< control of the plain simulation, constant in time
@@ -55,7 +58,9 @@ struct ProblemInfo {
   } structure;
 
   int n_c() const { return static_cast<int>(contacts.size()); }
+  int n_bilateral() const { return static_cast<int>(bilateral.size()); }
   bool has_friction() const { return n_lambda_t > 0; }
+  bool has_bilateral() const { return !bilateral.empty(); }
 
   int n_normal_entries = 0;   ///< length of a packed J_n
   int n_tangent_entries = 0;  ///< length of a packed J_t
@@ -69,6 +74,7 @@ struct ProblemInfo {
 ///   0 <= lambda_n^i  _|_  f_c^i(q) >= 0,   J_n^i = grad f_c^i                          (3)
 ///   J_n^i' v+ = -eps_r^i J_n^i' v-   at an impact of contact i                         (4)
 ///   ||lambda_t^i|| <= mu^i lambda_n^i, opposite to the slip velocity v_t^i = J_t^i' v  (5)
+///   f_c^i(q) = 0, lambda_n^i of either sign, instead of (3)-(5) where i is bilateral   (6)
 ///
 /// A pure description: no solver, no time step. Time enters only as a clock coordinate (M entry 1, v = 1, f = 0).
 ///
@@ -142,7 +148,8 @@ class Problem {
 };
 
 /// Checks what a user can get wrong: sizes, non-finite numbers, eps_r outside [0, 1], mu < 0, end_time <= 0, M(q0) not
-/// positive definite, initial penetration. @throws InputError with the field, its value and what is allowed
+/// positive definite, initial penetration, an initial state that violates a bilateral constraint, bilateral constraints
+/// that depend on each other. @throws InputError with the field, its value and what is allowed
 void validate(const Problem& problem);
 
 }  // namespace ricochet

@@ -33,6 +33,7 @@ namespace ricochet {
 //   tangents(q)              std::array<std::array<Vec<T, n_q>, n_t>, n_c>, columns of J_t; needed when some mu > 0
 //   input(q), control()      Mat-like std::array of n_q rows with n_u entries, and the constant u of the plain
 //   simulation potential_energy(q)      for energy reports
+// A bilateral constraint is a contact joint<T>("name"), and its gap is zero at all times.
 // Use `using std::sin` and the like inside a function: the call then works for double and, by lookup, for symbols.
 
 template <class T, std::size_t n>
@@ -49,7 +50,14 @@ struct Contact {
   const char* name;
   T eps_r{0.0};
   T mu{0.0};
+  bool is_bilateral{false};
 };
+
+/// A bilateral constraint.
+template <class T>
+Contact<T> joint(const char* name) {
+  return {.name = name, .is_bilateral = true};
+}
 
 namespace scene_detail {
 
@@ -147,7 +155,7 @@ SymbolicModel symbolic_model(Scene<double> numeric) {
       }
     }
     for (std::size_t i = 0; i < laws.size(); ++i) {
-      model.contacts.push_back({laws[i].name, gaps[i], tangents[i], laws[i].eps_r, laws[i].mu});
+      model.contacts.push_back({laws[i].name, gaps[i], tangents[i], laws[i].eps_r, laws[i].mu, laws[i].is_bilateral});
     }
   }
   if constexpr (HasPotential<Scene<ex>>) model.potential_energy = scene.potential_energy(q);

@@ -18,6 +18,8 @@ ContactDynamics::ContactDynamics(const Problem& problem)
       modes_(problem.info().contacts.size(), ContactMode::open),
       held_(problem.info().contacts.size()) {
   const int n_q = problem.n_q();
+  for (const int i : problem.info().bilateral) modes_[i] = ContactMode::closed;
+  set_modes(std::vector(modes_));
   M_ = problem.mass_matrix(problem.info().q0);
   llt_.compute(M_);
   ++mass_factorizations;
@@ -148,6 +150,24 @@ Matrix ContactDynamics::jacobian(const Vector& q, const std::vector<int>& contac
   return J.leftCols(n);
 }
 
+Matrix ContactDynamics::under_constraints(const Vector& q, const Matrix& right_hand_side) const {
+  const auto& info = problem_.info();
+  if (!info.has_bilateral()) return problem_.mass_matrix(q).llt().solve(right_hand_side);
+  const Matrix G = problem_.normal_jacobian(q)(Eigen::all, info.bilateral);
+  const Eigen::Index n = info.n_q + info.n_bilateral();
+  Matrix K = Matrix::Zero(n, n);
+  K.topLeftCorner(info.n_q, info.n_q) = problem_.mass_matrix(q);
+  K.topRightCorner(info.n_q, info.n_bilateral()) = -G;
+  K.bottomLeftCorner(info.n_bilateral(), info.n_q) = G.transpose();
+  return K.partialPivLu().solve(right_hand_side);
+}
+
+Matrix ContactDynamics::response(const Vector& q, const Matrix& p) const {
+  Matrix right_hand_side = Matrix::Zero(p.rows() + problem_.info().n_bilateral(), p.cols());
+  right_hand_side.topRows(p.rows()) = p;
+  return under_constraints(q, right_hand_side).topRows(p.rows());
+}
+
 ContactDynamics::Verdict ContactDynamics::coulomb_law(const Question& question, const std::vector<Vector>& directions,
                                                       const char* what) const {
   const auto& [contacts, J, MJ, free, b] = question;
@@ -213,7 +233,7 @@ ContactDynamics::Verdict ContactDynamics::coulomb_law(const Question& question, 
 ContactDynamics::Verdict ContactDynamics::impact(const Vector& q, const Vector& v_minus,
                                                  const std::vector<int>& touching) const {
   const Matrix J = jacobian(q, touching);
-  const Matrix MJ = problem_.mass_matrix(q).llt().solve(J);
+  const Matrix MJ = response(q, J);
   Vector b = J.transpose() * v_minus;
   Eigen::Index n = 0;
   for (const int i : touching) {
@@ -221,27 +241,41 @@ ContactDynamics::Verdict ContactDynamics::impact(const Vector& q, const Vector& 
     b[n] *= 1 + contact.eps_r;  // (6)
     n += 1 + contact.n_t;
   }
-  if (problem_.info().has_friction()) return coulomb_law({touching, J, MJ, v_minus, b}, {}, "impact law");
-  const auto z = solve_lcp_by_enumeration(J.transpose() * MJ, b);
   Verdict verdict;
-  if (!z) {
+  if (problem_.info().has_friction()) {
+    verdict = coulomb_law({touching, J, MJ, v_minus, b}, {}, "impact law");
+  } else if (const auto z = solve_lcp_by_enumeration(J.transpose() * MJ, b)) {
+    verdict.motion = v_minus + MJ * *z;
+    verdict.normal = Vector::Zero(problem_.n_c());
+    verdict.normal(touching) = *z;
+  } else {
     verdict.failure = "the impact law has no solution";
-    return verdict;
   }
-  verdict.motion = v_minus + MJ * *z;
-  verdict.normal = Vector::Zero(problem_.n_c());
-  verdict.normal(touching) = *z;
+  if (verdict.failure.empty() && problem_.info().has_bilateral()) add_bilateral_impulses(q, v_minus, verdict);
   return verdict;
+}
+
+/// (7) with p from the impulses of the verdict
+void ContactDynamics::add_bilateral_impulses(const Vector& q, const Vector& v_minus, Verdict& verdict) const {
+  const auto& info = problem_.info();
+  Vector right_hand_side = Vector::Zero(info.n_q + info.n_bilateral());
+  right_hand_side.head(info.n_q) = problem_.mass_matrix(q) * v_minus + problem_.normal_jacobian(q) * verdict.normal;
+  if (info.has_friction()) right_hand_side.head(info.n_q) += problem_.tangent_jacobian(q) * verdict.tangential;
+  const Vector solution = under_constraints(q, right_hand_side);
+  verdict.motion = solution.head(info.n_q);
+  verdict.normal(info.bilateral) = solution.tail(info.n_bilateral());
 }
 
 ContactDynamics::Verdict ContactDynamics::decide(const Vector& q, const Vector& v, const std::vector<int>& candidates,
                                                  const std::vector<Vector>& directions) const {
+  const auto& info = problem_.info();
   const Matrix J = jacobian(q, candidates);
-  const Eigen::LLT<Matrix> M(problem_.mass_matrix(q));
-  const Matrix MJ = M.solve(J);
-  const Vector free = M.solve(problem_.force(q, v));
+  const Matrix MJ = response(q, J);
   const Vector normal_bias = problem_.gap_acceleration_bias(q, v);
   const Vector slip_bias = problem_.slip_acceleration_bias(q, v);
+  Vector right_hand_side(info.n_q + info.n_bilateral());
+  right_hand_side << problem_.force(q, v), -normal_bias(info.bilateral);
+  const Vector free = under_constraints(q, right_hand_side).topRows(info.n_q);  // (7)
   Vector b = J.transpose() * free;
   Eigen::Index n = 0;
   for (const int i : candidates) {

@@ -24,11 +24,17 @@ namespace ricochet::reference {
 ///
 /// symmetric where nothing slips. d is the sign of the mode in the plane and v_t / |v_t| in space; where v_t = 0 in
 /// space it has to be held from outside.
+///
+/// Bilateral constraints are closed in every mode, and their forces may pull. The laws of the other contacts hold for
+/// motions that keep them: with their Jacobian G, an impulse p leads from v- to v+, and a force p to v', by
+///
+///   [ M  -G ] [ v+ ]   [ M v- + p ]       [ M  -G ] [ v' ]   [ f_v + B_u u + p    ]
+///   [ G'  0 ] [ m  ] = [ 0        ],      [ G'  0 ] [ m  ] = [ -v' (grad^2 f_c) v ]       (7)
 class ContactDynamics {
  public:
   explicit ContactDynamics(const Problem& problem);
 
-  /// Modes of all contacts until the next call. Releases held directions.
+  /// Modes of all contacts until the next call; bilateral ones have to be closed. Releases held directions.
   void set_modes(const std::vector<ContactMode>& modes);
   const std::vector<ContactMode>& modes() const { return modes_; }
   const std::vector<int>& closed() const { return closed_; }  ///< contacts that are not open
@@ -45,7 +51,8 @@ class ContactDynamics {
     std::string failure;             ///< why the law decides nothing; empty when it does
     std::vector<ContactMode> modes;  ///< in the order of the question
     Vector motion;                   ///< n_q, v_plus or v'
-    Vector normal, tangential;       ///< n_c and n_lambda_t, impulses or forces; zero at contacts not asked about
+    Vector normal, tangential;       ///< n_c and n_lambda_t, impulses or forces of these contacts, else zero; the
+                                     ///< impulses of bilateral constraints, too
   };
 
   /// Newton's law with Coulomb's on the impulses and the velocities behind the impact, at the touching contacts:
@@ -70,6 +77,11 @@ class ContactDynamics {
   bool add_frictional_forces(const double* q, const double* v, Eigen::Ref<Vector> a, double* lambda_n,
                              double* lambda_t);
   Matrix jacobian(const Vector& q, const std::vector<int>& contacts) const;
+  /// Solves (7). @return columns (v+ or v', m)
+  Matrix under_constraints(const Vector& q, const Matrix& right_hand_side) const;
+  /// v+ or v' of (7) for columns p alone
+  Matrix response(const Vector& q, const Matrix& p) const;
+  void add_bilateral_impulses(const Vector& q, const Vector& v_minus, Verdict& verdict) const;
   /// Coulomb's law with motion = free + MJ z and u = J' MJ z + b.
   struct Question {
     const std::vector<int>& contacts;

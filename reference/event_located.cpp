@@ -31,7 +31,7 @@ constexpr double kFastSlip = 1e-3;
 
 /// Root functions, all watched for falling through zero:
 ///
-///   every contact      gap while open; lambda_n while closed                             (1)
+///   every contact      gap while open; lambda_n while closed; 1 where bilateral          (1)
 ///   with friction      stick  mu lambda_n - |lambda_t|                                   (2)
 ///                      slip   d' v_t + offset, d the slip direction                      (3)
 ///
@@ -54,7 +54,7 @@ class EventLocatedRun {
         n_impulses_(problem.info().has_friction() ? n_c_ + problem.info().n_lambda_t : 0),
         cvode_(settings.integrator == Integrator::adams ? CV_ADAMS : CV_BDF, 2 * n_q_ + n_impulses_, this,
                right_hand_side, root_functions, number_of_roots(problem), settings.tolerance),
-        modes_(static_cast<std::size_t>(n_c_), ContactMode::open),
+        modes_(dynamics_.modes()),
         slip_(static_cast<std::size_t>(n_c_)),
         last_impact_(static_cast<std::size_t>(n_c_), -1),
         begin_(Clock::now()) {
@@ -112,6 +112,7 @@ class EventLocatedRun {
     if (dynamics_.closed().empty()) return true;
     if (!accelerate(y, y + n_q_, scratch_.data())) return false;
     for (const int i : dynamics_.closed()) values[i] = lambda_n_[i];  // (1)
+    for (const int i : problem_.info().bilateral) values[i] = 1;
     if (has_friction) friction_roots(y, values);
     return true;
   }
@@ -216,7 +217,11 @@ bool EventLocatedRun::check_gaps(double t, Solution& solution) {
     const double size =
         J.col(i).cwiseAbs().dot(solution.q.cwiseAbs() + problem_.info().end_time * solution.v.cwiseAbs());
     // More than closed contacts drift; tolerances are absolute in SI units too, for gaps whose terms all vanish.
-    if (gap_[i] < -std::max(1e-9, 100 * settings_.tolerance) * size - 100 * settings_.tolerance) {
+    const double most = std::max(1e-9, 100 * settings_.tolerance) * size + 100 * settings_.tolerance;
+    if (problem_.info().contacts[i].is_bilateral && std::abs(gap_[i]) > most)
+      return stop(solution, Status::inner_solver_failed, t,
+                  fmt::format("bilateral constraint '{}' has drifted to {:.3g} m", name(i), gap_[i]));
+    if (gap_[i] < -most) {
       return stop(solution, Status::inner_solver_failed, t,
                   fmt::format("contact '{}' was passed unnoticed, its gap is {:.3g} m", name(i), gap_[i]));
     }
@@ -359,7 +364,7 @@ bool EventLocatedRun::decide_modes(double& t, const Roots& found, Solution& solu
 
   gap_ = problem_.gap(solution.q);
   std::vector<int> touching, leaving_cone;
-  for (int i = 0; i < n_c_; ++i) {
+  for (const int i : problem_.info().unilateral) {
     const bool at_cone = found.friction[i] && modes_[i] == ContactMode::stick;
     // Without a tangential force the tip of the cone is reached, and which of the two roots is found is rounding.
     if (is_closed(modes_[i]) && (found.normal[i] || (at_cone && lambda_n_[i] <= kRest * force_size_))) {
@@ -401,9 +406,10 @@ bool EventLocatedRun::decide_modes(double& t, const Roots& found, Solution& solu
     renew_slip(before, stopped, approaches, directions, solution);
   }
   dynamics_.set_modes(modes_);
-  if (problem_.info().has_friction()) {
-    // Located roots leave 1e-14 of slip and gap behind, smooth phases a drift. At events only: CVODE projects within a
-    // phase for BDF alone, and the drift of a phase stays below its integration error.
+  if (problem_.info().has_friction() || problem_.info().has_bilateral()) {
+    // Located roots leave 1e-14 of slip and gap behind, smooth phases a drift. At events, and at the end for bilateral
+    // constraints: CVODE projects within a phase for BDF alone, and the drift of a phase stays below its integration
+    // error.
     std::vector<int> halted;
     if (!approaches) {
       halted = stopped;
@@ -460,7 +466,7 @@ bool EventLocatedRun::begin_slip(double& t, Solution& solution) {
 bool EventLocatedRun::record_events(double t, const std::vector<ContactMode>& before, const std::vector<int>& stopped,
                                     const Vector& v_minus, const ContactDynamics::Verdict& impact, Solution& solution) {
   const Vector no_normal = Vector::Zero(n_c_), no_tangential = Vector::Zero(problem_.info().n_lambda_t);
-  for (int i = 0; i < n_c_; ++i) {
+  for (const int i : problem_.info().unilateral) {
     const auto record = [&](EventKind kind) {
       const bool is_impact = kind == EventKind::impact;
       solution.events.push_back({t,
@@ -581,6 +587,7 @@ Solution EventLocatedRun::run() {
       }
     }
   }
+  if (solution.succeeded() && problem_.info().has_bilateral()) dynamics_.project(solution.q, solution.v, {});
   collect_counters(solution.counters);
   solution.counters.events = static_cast<std::int64_t>(solution.events.size());
   return solution;

@@ -50,7 +50,7 @@ inline const std::vector<NamedProblem>& all_problems() {
   static const auto list = [] {
     std::vector<NamedProblem> problems;
     for (const auto& scene : scenes()) problems.push_back({scene.id, make_problem(scene.id)});
-    for (const char* file : {"simultaneous_balls", "touching_row"}) {
+    for (const char* file : {"simultaneous_balls", "touching_row", "joined_blocks", "crank_with_friction"}) {
       problems.push_back({file, read_scene_file(test_data(std::string(file) + ".json"))});
     }
     return problems;

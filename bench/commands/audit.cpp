@@ -42,8 +42,9 @@ Table invariant_table(const Problem& problem, const Solution& solution) {
   for (const auto& sample : solution.samples) {
     const Vector gap = problem.gap(sample.q);
     for (int i = 0; i < info.n_c(); ++i) {
-      if (gap[i] >= lowest[i]) continue;
-      lowest[i] = gap[i];
+      const double depth = info.contacts[i].is_bilateral ? -std::abs(gap[i]) : gap[i];
+      if (depth >= lowest[i]) continue;
+      lowest[i] = depth;
       lowest_time[i] = sample.t;
     }
     if (!first) continue;
@@ -54,7 +55,9 @@ Table invariant_table(const Problem& problem, const Solution& solution) {
     }
   }
   for (int i = 0; i < info.n_c(); ++i) {
-    table.rows.push_back({fmt::format("deepest penetration of contact '{}' [m]", info.contacts[i].name),
+    const char* what =
+        info.contacts[i].is_bilateral ? "largest gap of bilateral constraint" : "deepest penetration of contact";
+    table.rows.push_back({fmt::format("{} '{}' [m]", what, info.contacts[i].name),
                           fmt::format("{:.3g}", std::abs(lowest[i])), fmt::format("{:.6g}", lowest_time[i])});
   }
   if (first) {

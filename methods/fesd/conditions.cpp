@@ -1,6 +1,7 @@
 #include "methods/fesd/conditions.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -15,7 +16,7 @@ constexpr Text kTexts[] = {
     {"stage position", "q_nj = q_n0 + h_n sum a_jk v_nk"},
     {"stage velocity", "v_nj = v_n0 + h_n sum a_jk F_v(q_nk, v_nk, u, lambda_nk)"},
     {"end position", "q_n+1 = q_n0 + h_n sum b_k v_nk"},
-    {"end velocity", "v_n+1 = v_n0 + h_n sum b_k F_v(q_nk, v_nk, u, lambda_nk)"},
+    {"end velocity", "v_n+1 = P (v_n0 + h_n sum b_k F_v(q_nk, v_nk, u, lambda_nk))"},
     {"continuity", "q_n0 = q_n"},
     {"impulse balance", "M (v_n0 - v_n) = sum J_n Lambda_n"},
     {"impulse sign", "Lambda_n >= 0"},
@@ -34,6 +35,8 @@ constexpr Text kTexts[] = {
     {"stage slip", "mu lambda_n,nj v_t,nj + |v_t,nj| lambda_t,nj = 0"},
     {"cross friction", "xi+-,nj' (mu lambda_n +- lambda_t)_nj = 0"},
     {"pinned sliding", "beta(right end of n-1) sum_j |v_t,nj| = 0"},
+    {"bilateral gap", "f_c = 0"},
+    {"bilateral velocity", "J_n'v = 0 at v_n0, v_n+1"},
     {"aggregated complementarity", "sum_j lambda_nj sum_j' f_c(q_nj') = 0"},
     {"tanh equilibration", "(h_n - h_n-1) tanh(eta_n) = 0"},
     {"step length", "sum h_n = H"},
@@ -65,7 +68,10 @@ std::vector<Residual> FesdAudit::residuals() const {
   for (std::size_t k = 0; k < residuals_.size(); ++k) {
     const auto condition = static_cast<FesdCondition>(k);
     const bool is_of_friction = condition >= FesdCondition::impulse_cone && condition <= FesdCondition::pinned_sliding;
-    if (problem_.info().has_friction() || !is_of_friction) list.push_back(residuals_[k]);
+    const bool is_of_bilateral =
+        condition == FesdCondition::bilateral_gap || condition == FesdCondition::bilateral_velocity;
+    if ((problem_.info().has_friction() || !is_of_friction) && (problem_.info().has_bilateral() || !is_of_bilateral))
+      list.push_back(residuals_[k]);
   }
   return list;
 }
@@ -94,6 +100,44 @@ bool FesdAudit::forces_jump(const Stages& left, const Stages& right) {
   return false;
 }
 
+/// Of slip: at the last stage, when it is the right end, P has acted.
+Vector FesdAudit::stage_velocity(const Stages& e, int j) const {
+  return stiffly_accurate_ && j + 1 == tableau_.n_s ? e.v1 : Vector(e.v.col(j));
+}
+
+/// What v_{n+1} has besides the velocity of the Runge-Kutta step and what P took away, an impulse of closed contacts.
+Vector FesdAudit::end_velocity_residual(const Stages& e, const Matrix& accelerations) const {
+  const ProblemInfo& info = problem_.info();
+  Vector residual = e.v1 - e.v0 - e.h * accelerations * tableau_.b;
+  if (!info.has_bilateral()) return residual;
+  const Matrix M = problem_.mass_matrix(e.q1), J_n = problem_.normal_jacobian(e.q1),
+               J_t = problem_.tangent_jacobian(e.q1);
+  Matrix held = Matrix::Zero(info.n_q, info.n_c() + info.n_lambda_t);
+  for (int i = 0; i < info.n_c(); ++i) {
+    const auto& contact = info.contacts[i];
+    if (is_closed(e.modes[i])) held.col(i) = J_n.col(i);
+    if (const int sign = slip_sign(e.modes[i]); sign != 0)
+      held.col(i) -= sign * contact.mu * J_t.col(contact.tangent_index);
+    if (e.modes[i] == ContactMode::stick || e.modes[i] == ContactMode::slip)  // in space the direction turns
+      held.middleCols(info.n_c() + contact.tangent_index, contact.n_t) =
+          J_t.middleCols(contact.tangent_index, contact.n_t);
+  }
+  const Vector impulse = held.completeOrthogonalDecomposition().solve(M * residual);
+  return residual - M.llt().solve(held * impulse);
+}
+
+/// @param gaps  n_c x n_s, at the stages
+void FesdAudit::add_bilateral(const Stages& e, const Matrix& gaps) {
+  const Vector left = problem_.gap(e.q0), right = problem_.gap(e.q1);
+  const Matrix J_left = problem_.normal_jacobian(e.q0), J_right = problem_.normal_jacobian(e.q1);
+  for (const int i : problem_.info().bilateral) {
+    report(FesdCondition::bilateral_gap, std::max({max_abs(gaps.row(i)), std::abs(left[i]), std::abs(right[i])}),
+           gap_size_[i], i);
+    report(FesdCondition::bilateral_velocity,
+           std::max(std::abs(J_left.col(i).dot(e.v0)), std::abs(J_right.col(i).dot(e.v1))), speed_size_[i], i);
+  }
+}
+
 /// Coulomb's law of a contact, in one element and at its left end.
 void FesdAudit::add_friction(const FesdStep& step, int n, int i, double force, double Lambda_size, double slip_size) {
   const auto& contact = problem_.info().contacts[i];
@@ -115,7 +159,7 @@ void FesdAudit::add_friction(const FesdStep& step, int n, int i, double force, d
   at_point(slip_left);
   at_point(slip(i, e.q1, e.v1));
   for (int j = 0; j < n_s; ++j) {
-    const Vector v_t = slip(i, e.q.col(j), e.v.col(j)),
+    const Vector v_t = slip(i, e.q.col(j), stage_velocity(e, j)),
                  lambda_t = e.lambda_t.col(j).segment(contact.tangent_index, n_t);
     const double mu_lambda = contact.mu * e.lambda_n(i, j);
     at_point(v_t);
@@ -138,7 +182,7 @@ void FesdAudit::add_pinned_sliding(const Stages& left, const Stages& e, int i, d
   for (int j = 0; j < tableau_.n_s; ++j) {
     const double force_t = left.lambda_t.col(j).segment(contact.tangent_index, contact.n_t).norm();
     beta += tableau_.right_end[j] * (contact.mu * left.lambda_n(i, j) - force_t);
-    sum += slip(i, e.q.col(j), e.v.col(j)).norm();
+    sum += slip(i, e.q.col(j), stage_velocity(e, j)).norm();
   }
   report(FesdCondition::pinned_sliding, beta * sum, force * slip_size, i);
 }
@@ -149,7 +193,7 @@ double FesdAudit::friction_indicator(const Stages& left, const Stages& e, int i,
   const auto sums = [&](const Stages& element) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // of xi+, xi-, beta; in space of ||v_t||, 0, beta
     for (int j = 0; j < tableau_.n_s; ++j) {
-      const Vector v_t = slip(i, element.q.col(j), element.v.col(j));
+      const Vector v_t = slip(i, element.q.col(j), stage_velocity(element, j));
       sum[0] += contact.n_t == 1 ? std::max(v_t[0], 0.0) : v_t.norm();
       sum[1] += contact.n_t == 1 ? std::max(-v_t[0], 0.0) : 0;
       sum[2] += contact.mu * element.lambda_n(i, j) -
@@ -175,7 +219,9 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     length += e.h;
     const Matrix J = problem_.normal_jacobian(e.q0).cwiseAbs(), J_t = problem_.tangent_jacobian(e.q0);
     const Eigen::LLT<Matrix> M(problem_.mass_matrix(e.q0));
-    const Vector load = M.solve(problem_.force(e.q0, e.v0)).cwiseAbs();
+    Vector load = M.solve(problem_.force(e.q0, e.v0)).cwiseAbs();
+    for (const int i : info.bilateral)
+      load += M.solve(problem_.normal_jacobian(e.q0).col(i)).cwiseAbs() * max_abs(e.lambda_n.row(i));
     for (int i = 0; i < n_c; ++i) {
       const double speed = std::max(J.col(i).dot(e.v0.cwiseAbs()), J.col(i).dot(step.v_minus.col(n).cwiseAbs()));
       gap_size_[i] = std::max(gap_size_[i], J.col(i).dot(e.q0.cwiseAbs() + step.H * step.H * load) + step.H * speed);
@@ -216,7 +262,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     report(FesdCondition::stage_velocity,
            max_abs((e.v - e.h * accelerations * tableau_.A.transpose()).colwise() - e.v0), v_size, -1);
     report(FesdCondition::end_position, max_abs(e.q1 - e.q0 - e.h * e.v * tableau_.b), q_size, -1);
-    report(FesdCondition::end_velocity, max_abs(e.v1 - e.v0 - e.h * accelerations * tableau_.b), v_size, -1);
+    report(FesdCondition::end_velocity, max_abs(end_velocity_residual(e, accelerations)), v_size, -1);
 
     // Left end.
     const Stages* left = n > 0 ? &step.elements[n - 1] : previous ? &previous->last() : nullptr;
@@ -229,10 +275,11 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     report(FesdCondition::impulse_balance,
            max_abs(M0 * (e.v0 - v_minus) - J * Lambda - problem_.tangent_jacobian(e.q0) * step.Lambda_t.col(n)),
            momentum, -1);
+    add_bilateral(e, gaps);
 
     double eta = 1;
     const bool legitimate_jump = max_abs(Lambda) > 0 || (left && forces_jump(*left, e));
-    for (int i = 0; i < n_c; ++i) {
+    for (const int i : info.unilateral) {
       const double L = gap_size_[i], force = force_size[i];
       const double separation = J.col(i).dot(e.v0 + info.contacts[i].eps_r * v_minus);
       const double Lambda_size = momentum > 0 ? momentum / max_abs(J.col(i)) : 0;

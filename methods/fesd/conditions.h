@@ -11,7 +11,7 @@ enum class FesdCondition {
   stage_position,         ///< q_nj = q_n0 + h_n sum_k a_jk v_nk
   stage_velocity,         ///< v_nj = v_n0 + h_n sum_k a_jk F_v(q_nk, v_nk, u, lambda_nk)
   end_position,           ///< q_{n+1} = q_n0 + h_n sum_k b_k v_nk
-  end_velocity,           ///< v_{n+1} = v_n0 + h_n sum_k b_k F_v(...)                               (correction 1)
+  end_velocity,           ///< v_{n+1} = P (v_n0 + h_n sum_k b_k F_v(...)), P: stage_solver.h, (10)  (correction 1)
   continuity,             ///< q_n0 = q_n
   impulse_balance,        ///< M(q_n) (v_n0 - v_n) = sum_i J_n^i Lambda_n^i
   impulse_sign,           ///< Lambda_n^i >= 0
@@ -32,6 +32,9 @@ enum class FesdCondition {
   cross_friction,  ///< in the plane xi+_nj' (mu lambda_n + lambda_t)_nj = 0 = xi-_nj' (mu lambda_n - lambda_t)_nj with
                    ///< v_t = xi+ - xi-, in space ||v_t,nj'|| beta_nj = 0; j' = 0..n_s and the right end
   pinned_sliding,  ///< beta^i(right end of n-1) sum_j ||v_t,nj^i|| = 0                              (open question 1)
+  // With bilateral constraints; the conditions of single contacts above and below are those of unilateral ones.
+  bilateral_gap,       ///< f_c^i = 0 at q_n, q_nj and q_{n+1}
+  bilateral_velocity,  ///< J_n^i' v = 0 at v_n0 and v_{n+1}
   // Other forms of conditions above, with the same solutions.
   aggregated_complementarity,  ///< sum_j lambda_nj^i sum_j' f_c^i(q_nj') = 0, one equation for n_s (n_s + 1)
   tanh_equilibration,          ///< (h_n - h_{n-1}) tanh(eta_n) = 0, of the size of the step when no switch happens
@@ -42,7 +45,7 @@ enum class FesdCondition {
 /// f_v|, |M^-1 J_n lambda|) for velocities; gaps to |J_n|' (|q| + H |v| + H^2 |M^-1 f_v|), forces to the largest
 /// contact force or load J_n' M^-1 f_v / G of the step, normal velocities to sum_k |J_n,k v_k| + H G force, impulses to
 /// m |v|; slip velocities to |J_t|' (|v| + H |M^-1 f_v|) + H G_t mu lambda_n; products to the product of both sizes.
-/// Indicators in eta_n are normalised in the same way.
+/// Indicators in eta_n are normalised in the same way. Forces of bilateral constraints are load to the other contacts.
 class FesdAudit {
  public:
   /// @param pinned  whether the solver claims to fulfil FesdCondition::pinned_breaking
@@ -51,12 +54,16 @@ class FesdAudit {
   /// @param previous  the left neighbour, or null; @param t  start of the step [s]
   void add(const FesdStep& step, const FesdStep* previous, double t);
 
-  /// One entry per condition, in the order of FesdCondition; those of friction only if the scene has some.
+  /// One entry per condition, in the order of FesdCondition; those of friction and of bilateral constraints only if the
+  /// scene has some.
   std::vector<Residual> residuals() const;
 
  private:
   void report(FesdCondition condition, double residual, double size, int contact);
   Vector slip(int contact, const Vector& q, const Vector& v) const;  // v_t, n_t
+  Vector stage_velocity(const Stages& e, int j) const;
+  Vector end_velocity_residual(const Stages& e, const Matrix& accelerations) const;
+  void add_bilateral(const Stages& e, const Matrix& gaps);
   static bool forces_jump(const Stages& left, const Stages& right);
   void add_friction(const FesdStep& step, int n, int i, double force, double Lambda_size, double slip_size);
   void add_pinned_sliding(const Stages& left, const Stages& e, int i, double force, double slip_size);

@@ -5,6 +5,7 @@
 #include "methods/fesd/record_step.h"
 #include "methods/fesd/sensitivity.h"
 #include "methods/registry.h"
+#include "methods/runge_kutta/bilateral_support.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "methods/time_limit.h"
 #include "problems/input_error.h"
@@ -40,7 +41,7 @@ class Fesd final : public Method {
             .has_sensitivities = true};
   }
 
-  Support supports(const ProblemInfo&) const override { return Support::yes(); }
+  Support supports(const ProblemInfo& problem) const override { return can_hold_bilateral(tableau_, problem); }
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {

@@ -7,7 +7,8 @@
 
 namespace ricochet {
 
-ImpactLaw::ImpactLaw(const Problem& problem, Counters& counters) : problem_(problem), counters_(counters) {
+ImpactLaw::ImpactLaw(const Problem& problem, Counters& counters)
+    : problem_(problem), counters_(counters), has_bilateral_(problem.info().has_bilateral()), bilateral_(problem) {
   const ProblemInfo& info = problem.info();
   const int n_q = problem.n_q(), n_c = problem.n_c(), n = n_c + info.n_lambda_t;
   friction_.resize(n_c, info.n_lambda_t);
@@ -17,6 +18,7 @@ ImpactLaw::ImpactLaw(const Problem& problem, Counters& counters) : problem_(prob
   M_.resize(n_q, n_q);
   D_.setZero(n_q, n);
   MD_.setZero(n_q, n);
+  if (has_bilateral_) reaction_.setZero(n_c, n);
   G_.resize(n, n);
   packed_n_.resize(info.n_normal_entries);
   packed_t_.resize(info.n_tangent_entries);
@@ -43,12 +45,17 @@ bool ImpactLaw::prepare(const Vector& q, std::span<const int> touching) {
   touching_.assign(touching.begin(), touching.end());
   problem_.normal_jacobian(q.data(), packed_n_.data());
   if (problem_.info().has_friction()) problem_.tangent_jacobian(q.data(), packed_t_.data());
+  const auto solve = [&](auto column) {
+    llt_.solveInPlace(column);
+    ++counters_.linear_solves;
+  };
+  if (has_bilateral_ && !bilateral_.prepare(packed_n_.data(), solve)) return false;
   const auto set_column = [&](int column, const ContactInfo& contact, const double* entries) {
     D_.col(column).setZero();
     for (const int row : contact.support) D_(row, column) = *entries++;
     MD_.col(column) = D_.col(column);
-    llt_.solveInPlace(MD_.col(column));
-    ++counters_.linear_solves;
+    solve(MD_.col(column));
+    if (has_bilateral_) bilateral_.impose(MD_.col(column), nullptr, reaction_.col(column));
     return entries;
   };
   for (const int i : touching_) {
@@ -105,6 +112,15 @@ void ImpactLaw::delassus() {
   }
 }
 
+/// Adds what the first n entries of r_ do to a velocity or acceleration, and the reaction of the bilateral constraints.
+void ImpactLaw::apply(Eigen::Index n, Eigen::Ref<Vector> motion, Eigen::Ref<Vector> normal) const {
+  for (Eigen::Index k = 0; k < n; ++k) motion += r_[k] * MD_.col(columns_[k]);
+  if (!has_bilateral_) return;
+  for (const int i : problem_.info().bilateral) {
+    for (Eigen::Index k = 0; k < n; ++k) normal[i] += r_[k] * reaction_(i, columns_[k]);
+  }
+}
+
 LcpStatus ImpactLaw::impact(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {
   laws_.clear();
   columns_.clear();
@@ -124,7 +140,8 @@ LcpStatus ImpactLaw::impact(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, E
   ++counters_.complementarity_solves;
   counters_.pivots += friction_.pivots();
   if (status != LcpStatus::solved) return status;
-  for (Eigen::Index k = 0; k < n; ++k) v += r_[k] * MD_.col(columns_[k]);
+  if (has_bilateral_) bilateral_.impose(v, nullptr, Lambda_n);
+  apply(n, v, Lambda_n);
   row = 0;
   for (const int i : touching_) {
     const auto& contact = problem_.info().contacts[i];
@@ -143,6 +160,8 @@ LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<
   w_ = f_;
   llt_.solveInPlace(w_);
   ++counters_.linear_solves;
+  if (has_bilateral_) bilateral_.impose(w_, bias_.data(), lambda_n);
+  if (closed.empty()) return LcpStatus::solved;
 
   laws_.clear();
   columns_.clear();
@@ -172,7 +191,7 @@ LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<
     lambda_n[closed[k].contact] = r_[row++];
     for (int d = 0; d < contact.n_t; ++d) lambda_t[contact.tangent_index + d] = r_[row++];
   }
-  for (Eigen::Index k = 0; k < n; ++k) w_ += r_[k] * MD_.col(columns_[k]);
+  apply(n, w_, lambda_n);
   return status;
 }
 

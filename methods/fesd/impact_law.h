@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "methods/bilateral_constraints.h"
 #include "methods/complementarity/friction_problem.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
@@ -23,16 +24,18 @@ namespace ricochet {
 ///   0 <= lambda_n^i  _|_  J_n^i' w + v+' (grad^2 f_c^i) v+ >= 0                         (5)
 ///   lambda_t^i: opposite to J_t^i' v+ where that is not zero, else Coulomb's law with J_t^i' w + (J_t^i)^. ' v+   (6)
 ///
-/// Both are friction problems (friction_problem.h) with the Delassus matrix G = D' M^-1 D, D = [J_n, J_t].
+/// Both are friction problems (friction_problem.h) with the Delassus matrix G = D' M^-1 D, D = [J_n, J_t]. Bilateral
+/// constraints are eliminated (bilateral_constraints.h): P M^-1 stands for M^-1, and their impulses and forces follow.
 class ImpactLaw {
  public:
   ImpactLaw(const Problem& problem, Counters& counters);
 
-  /// Evaluates M, J_n and J_t at q for the contacts in `touching`. False when M(q) is not positive definite.
+  /// Evaluates M, J_n and J_t at q for the unilateral contacts in `touching` and the bilateral ones. False when M(q) is
+  /// not positive definite, or bilateral constraints depend on each other.
   bool prepare(const Vector& q, std::span<const int> touching);
 
   /// (1)-(3). @param v  v- in, v+ out; @param Lambda_n  n_c, @param Lambda_t  n_lambda_t, written for touching contacts
-  /// only
+  /// and bilateral constraints only
   LcpStatus impact(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
 
   /// A closed contact, for contact_forces().
@@ -44,7 +47,7 @@ class ImpactLaw {
   };
 
   /// (4)-(6) for a subset of the touching contacts. @param lambda_n  n_c, @param lambda_t  n_lambda_t, written for
-  /// them. acceleration() holds w afterwards.
+  /// them and the bilateral ones. acceleration() holds w afterwards.
   LcpStatus contact_forces(const Vector& q, const Vector& v, std::span<Closed> closed, Eigen::Ref<Vector> lambda_n,
                            Eigen::Ref<Vector> lambda_t);
   const Vector& acceleration() const { return w_; }
@@ -69,12 +72,16 @@ class ImpactLaw {
   int tangent_column(const ContactInfo& contact, int d) const { return problem_.n_c() + contact.tangent_index + d; }
   void delassus();
   void add_contact(int contact);
+  void apply(Eigen::Index n, Eigen::Ref<Vector> motion, Eigen::Ref<Vector> normal) const;
 
   const Problem& problem_;
   Counters& counters_;
   std::vector<int> touching_;
-  Matrix M_, D_, MD_, G_;  // D_, MD_: n_q x (n_c + n_lambda_t), the latter M^-1 D
+  Matrix M_, D_, MD_, G_;  // D_, MD_: n_q x (n_c + n_lambda_t), the latter P M^-1 D
   Eigen::LLT<Matrix> llt_;
+  const bool has_bilateral_;
+  BilateralConstraints bilateral_;
+  Matrix reaction_;  // n_c x (n_c + n_lambda_t): of the bilateral constraints to the columns of D
   Vector packed_n_, packed_t_, f_, w_, bias_, b_, r_;
   Matrix T_;
   std::vector<FrictionProblem::Contact> laws_;

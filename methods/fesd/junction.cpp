@@ -74,7 +74,7 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   if (n_c == 0) return Result::done;
   for (int i = 0; i < n_c; ++i) {
     Lambda_n[i] = 0;
-    stages.modes[i] = ContactMode::open;
+    stages.modes[i] = info.contacts[i].is_bilateral ? ContactMode::closed : ContactMode::open;
   }
   if (info.has_friction()) {
     Lambda_t.setZero();
@@ -83,13 +83,13 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
 
   const auto was_closed = [&](int i) { return left && is_closed(left->modes[i]); };
   problem_.gap(stages.q0.data(), gap_.data());
-  for (int i = 0; i < n_c; ++i) {
+  for (const int i : info.unilateral) {
     if (gap_[i] > 0 && gap_[i] > (was_closed(i) ? kClosedGapRounding : kGapRounding) * gap_size_[i]) continue;
     junction.touching.push_back(i);
   }
-  if (junction.touching.empty()) return Result::done;
-  step.touches = true;
-  junction.culprit = junction.touching.front();
+  if (junction.touching.empty() && !info.has_bilateral()) return Result::done;
+  step.touches = step.touches || !junction.touching.empty();
+  junction.culprit = junction.touching.empty() ? info.bilateral.front() : junction.touching.front();
   if (!impact_law_.prepare(stages.q0, junction.touching)) return Result::no_impulse;
 
   const auto rounding = [&](int i) { return kVelocityRounding * impact_law_.normal_velocity_scale(i, v_minus); };
@@ -116,11 +116,11 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
           {i, continued_mode(closed), ContactMode::open, impact_law_.normal_velocity(i, stages.v0)});
     }
   }
-  if (closed_.empty()) return Result::done;
+  if (closed_.empty() && !info.has_bilateral()) return Result::done;
   const auto in_paradox = std::find_if(closed_.begin(), closed_.end(), [&](const ImpactLaw::Closed& c) {
     return c.slides && impact_law_.sliding_delassus(c.contact, c.direction) <= 0;
   });
-  junction.culprit = in_paradox != closed_.end() ? in_paradox->contact : closed_.front().contact;
+  if (!closed_.empty()) junction.culprit = in_paradox != closed_.end() ? in_paradox->contact : closed_.front().contact;
   if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, junction.lambda_n, junction.lambda_t) !=
       LcpStatus::solved) {
     return Result::no_forces;
@@ -178,7 +178,7 @@ bool JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
     stages.modes[i] = before.modes[i];
   }
   if (!step.touches) return true;
-  for (int i = 0; i < n_c; ++i) {
+  for (const int i : problem_.info().unilateral) {
     if (is_closed(stages.modes[i])) junction.touching.push_back(i);
   }
   if (junction.touching.empty()) return true;
@@ -202,7 +202,7 @@ bool JunctionSolver::is_pressed(const Stages& element, int contact) {
 int JunctionSolver::first_to_stop(const Stages& element, double& time) {
   closed_.clear();
   std::vector<int> touching;
-  for (int i = 0; i < problem_.n_c(); ++i) {
+  for (const int i : problem_.info().unilateral) {
     if (is_closed(element.modes[i])) touching.push_back(i);
   }
   if (!impact_law_.prepare(element.q0, touching)) return -1;

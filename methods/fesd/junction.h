@@ -30,13 +30,14 @@ struct Junction {
 ///
 /// A touching contact that approaches takes an impulse. Behind it, contacts that do not separate and contacts that
 /// rested before are closed where the load presses them together, and stick or slip as Coulomb's law for accelerations
-/// says. Two things the instant does not show: within a step a contact that rested goes on resting, unless its own
-/// switch ended the element before (a new step knows the state only, so there the load decides); and where the force of
-/// a sticking contact has just reached the cone, slip begins against that force, with zero acceleration at first.
+/// says. Bilateral constraints stay closed whatever happens. Two things the instant does not show: within a step a
+/// contact that rested goes on resting, unless its own switch ended the element before (a new step knows the state
+/// only, so there the load decides); and where the force of a sticking contact has just reached the cone, slip begins
+/// against that force, with zero acceleration at first.
 ///
 /// Alternatives: a contact that bounced may be closed instead (that is how a ball comes to rest, open question 2 of the
-/// specification); stick and slip at the boundary of the cone may be either; a contact on a curve, whose stage equations
-/// left it a small velocity away from it (index 3), may open with that.
+/// specification); stick and slip at the boundary of the cone may be either; a contact on a curve, whose stage
+/// equations left it a small velocity away from it (index 3), may open with that.
 class JunctionSolver {
  public:
   /// @param gap_size  n_c, what rounding of the gaps is relative to; read at every call

@@ -383,12 +383,12 @@ Violation PivotingSolver::equal_elements(int first, int count, double h) {
 }
 
 /// Equal elements of one active set, before a switch. Jumps of v between them are left out of the square system, so
-/// there must be none: closed contacts with curved gaps need them.
+/// there must be none: closed unilateral contacts with curved gaps need them.
 bool PivotingSolver::prepare_run(int first, int count) {
   for (int k = 0; k < count; ++k) step_->ends[first + k].contact = -1;
   for (int k = 1; k < count; ++k) {
     const auto& modes = step_->elements[first].modes;
-    for (int i = 0; i < n_c_; ++i) {
+    for (const int i : problem_.info().unilateral) {
       if (is_closed(modes[i]) && !problem_.info().contacts[i].is_affine) return false;
     }
     step_->elements[first + k].modes = modes;

@@ -19,14 +19,13 @@ std::optional<EventKind> event_kind(ContactMode before, ContactMode after, doubl
 void record_step(const Problem& problem, Recording recording, const PivotingSolver& solver, double t,
                  const Sensitivity* sensitivity, Solution& solution) {
   const FesdStep& step = solver.step();
-  const int n_c = problem.n_c();
   const Stages* left = solver.has_previous_step() ? &solver.previous_step().last() : nullptr;
   if (!left) solution.initial_modes = step.elements[0].modes;
   const bool may_have_events = step.touches || (left && solver.previous_step().touches);
   if (!may_have_events && recording == Recording::final_state) return;
   for (int n = 0; n < step.n_elements; ++n) {
     const Stages& element = step.elements[n];
-    for (int i = 0; i < n_c; ++i) {
+    for (const int i : problem.info().unilateral) {
       const ContactMode before = left ? left->modes[i] : ContactMode::open;
       const auto kind = event_kind(before, element.modes[i], step.Lambda_n(i, n), left != nullptr);
       if (!kind) continue;

@@ -2,7 +2,9 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <Eigen/QR>
 
+#include "problems/input_error.h"
 #include "problems/variables.h"
 
 namespace ricochet {
@@ -10,6 +12,8 @@ namespace {
 
 /// Of an impulse: as part of the velocities that cancel, what counts as no slip behind it.
 constexpr double kNoSlip = 1e-12;
+/// Of derivatives of the initial state, a few hundred roundings of its formulas.
+constexpr double kInitialRounding = 1e-13;
 
 }  // namespace
 
@@ -46,6 +50,35 @@ Sensitivity::Sensitivity(const Problem& problem, const ButcherTableau& tableau, 
   dmu_ = varied.middleRows(2 * n_q_ + n_c_, n_c_);
   dt_final_ = varied.bottomLeftCorner(1, n_theta_).transpose();
   dt_ = Vector::Zero(n_theta_);
+  if (info.has_bilateral()) require_consistent_start(names);
+}
+
+/// f_c = 0 and J_n' v = 0 at t = 0, varied
+void Sensitivity::require_consistent_start(const std::vector<std::string>& names) const {
+  const ProblemInfo& info = problem_.info();
+  const Matrix J_n = problem_.normal_jacobian(info.q0),
+               parameters =
+                   parameter_rows(info.q0, info.v0, Vector::Zero(n_q_), Vector::Zero(n_c_), Vector::Zero(n_t_));
+  for (const int i : info.bilateral) {
+    const Eigen::RowVectorXd J = J_n.col(i).transpose(), curvature = gap_curvature(i, info.q0, info.v0);
+    for (Eigen::Index k = 0; k < n_theta_; ++k) {
+      const double of_gap = parameters(n_q_ + i, k), of_rate = parameters(n_q_ + n_c_ + i, k);
+      const auto is_zero = [](const Eigen::RowVectorXd& slope, const Vector& change, double direct) {
+        return std::abs(slope.dot(change) + direct) <=
+               kInitialRounding * (slope.cwiseAbs().dot(change.cwiseAbs()) + std::abs(direct));
+      };
+      Eigen::RowVectorXd both(2 * n_q_);
+      Vector change(2 * n_q_);
+      both << curvature, J;
+      change << dq_.col(k), dv_.col(k);
+      if (!is_zero(J, dq_.col(k), of_gap) || !is_zero(both, change, of_rate))
+        throw InputError(
+            "sensitivity", names[static_cast<std::size_t>(k)],
+            fmt::format("it violates the bilateral constraint '{}' at t = 0; the initial state has to vary "
+                        "within it, as with parameters that q0 and v0 follow",
+                        info.contacts[i].name));
+    }
+  }
 }
 
 void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
@@ -186,12 +219,60 @@ void Sensitivity::add_friction(const Friction& friction, const Vector& q, const 
   rows.x.block(row, column + 1, info.n_t, info.n_t).setIdentity();
 }
 
-/// (1), (2), (6)
 void Sensitivity::through_junction(const FesdStep& step, int element, State& state) const {
   if (!step.touches || step.Lambda_n.col(element).isZero(0)) return;
   const Stages& e = step.elements[element];
-  const Vector q = e.q0, v = e.v0, v_minus = step.v_minus.col(element), jump = v - v_minus,
-               Lambda_n = step.Lambda_n.col(element), Lambda_t = step.Lambda_t.col(element);
+  const Vector v_minus = step.v_minus.col(element), Lambda_n = step.Lambda_n.col(element),
+               Lambda_t = step.Lambda_t.col(element);
+  through_impulse({e.q0, v_minus, e.v0, Lambda_n, Lambda_t}, state);
+}
+
+/// (6a) holds at the right end.
+bool Sensitivity::sticks_at_end(const Stages& e, const Switch& end, int contact) {
+  const bool comes_to_rest = end.is(Switch::Kind::slip_stops, contact) && e.modes[contact] == ContactMode::slip;
+  return e.modes[contact] == ContactMode::stick || comes_to_rest;
+}
+
+/// Law of a contact that slips at the right end.
+Sensitivity::Friction Sensitivity::slip_at_end(const Stages& e, int contact, double lambda_n) const {
+  const auto& info = problem_.info().contacts[contact];
+  return slip(contact, slip_velocity(contact, e.q1, e.v1), lambda_n, slip_sign(e.modes[contact]),
+              e.slip_start.segment(info.tangent_index, info.n_t));
+}
+
+/// (5) of StageSolver
+void Sensitivity::through_projection(const Stages& e, const Switch& end, State& state) const {
+  const Vector v_minus = e.v0 + e.h * e.a * tableau_.b;
+  const Matrix J_n = problem_.normal_jacobian(e.q1), J_t = problem_.tangent_jacobian(e.q1);
+  Matrix forces = Matrix::Zero(n_c_ + n_t_, n_c_ + n_t_), C(n_q_, n_c_ + n_t_);  // of one impulse per column
+  for (int i = 0; i < n_c_; ++i) {
+    const auto& contact = problem_.info().contacts[i];
+    const int t = n_c_ + contact.tangent_index;
+    if (!is_closed(e.modes[i])) continue;
+    forces(i, i) = 1;
+    if (sticks_at_end(e, end, i))
+      forces.block(t, t, contact.n_t, contact.n_t).setIdentity();
+    else if (contact.n_t > 0)
+      forces.block(t, i, contact.n_t, 1) = -contact.mu * slip_at_end(e, i, 0).direction;
+  }
+  C << J_n, J_t;
+  C *= forces;
+  const Vector Lambda =
+                   forces * C.completeOrthogonalDecomposition().solve(problem_.mass_matrix(e.q1) * (e.v1 - v_minus)),
+               Lambda_n = Lambda.head(n_c_), Lambda_t = Lambda.tail(n_t_);
+  through_impulse({e.q1, v_minus, e.v1, Lambda_n, Lambda_t, &e, &end}, state);
+}
+
+/// (1), (2), (6)
+void Sensitivity::through_impulse(const Impulse& impulse, State& state) const {
+  const Vector &q = impulse.q, &v_minus = impulse.v_minus, &v = impulse.v_plus, &Lambda_n = impulse.Lambda_n,
+               &Lambda_t = impulse.Lambda_t;
+  const Vector jump = v - v_minus;
+  const bool is_projection = impulse.projected != nullptr;
+  const auto acts = [&](int i) {
+    return is_projection ? is_closed(impulse.projected->modes[i])
+                         : Lambda_n[i] > 0 || problem_.info().contacts[i].is_bilateral;
+  };
   const Vector no_a = Vector::Zero(n_q_), no_Lambda_n = Vector::Zero(n_c_), no_Lambda_t = Vector::Zero(n_t_);
   const Matrix before = parameter_rows(q, v_minus, no_a, no_Lambda_n, no_Lambda_t),
                without = parameter_rows(q, v, no_a, no_Lambda_n, no_Lambda_t),
@@ -199,7 +280,7 @@ void Sensitivity::through_junction(const FesdStep& step, int element, State& sta
   const Matrix M = problem_.mass_matrix(q), J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
 
   Eigen::Index n = n_q_;
-  for (int i = 0; i < n_c_; ++i) n += Lambda_n[i] > 0 ? 1 + problem_.info().contacts[i].n_t : 0;
+  for (int i = 0; i < n_c_; ++i) n += acts(i) ? 1 + problem_.info().contacts[i].n_t : 0;
   Rows rows;
   rows.reset(n, n_q_, n_theta_ + 1);
   Matrix M_q(n_q_, n_q_), J_q(n_q_, n_q_);
@@ -210,20 +291,24 @@ void Sensitivity::through_junction(const FesdStep& step, int element, State& sta
   rows.theta.topRows(n_q_) = (behind - without).topRows(n_q_) - M * state.v;
   Eigen::Index row = n_q_;
   for (int i = 0; i < n_c_; ++i) {
-    if (Lambda_n[i] <= 0) continue;
+    if (!acts(i)) continue;
     const auto& info = problem_.info().contacts[i];
     rows.x.block(0, row, n_q_, 1) = -J_n.col(i);
     rows.x.block(0, row + 1, n_q_, info.n_t) = -J_t.middleCols(info.tangent_index, info.n_t);
-    rows.q.row(row) = gap_curvature(i, q, v + info.eps_r * v_minus);
+    const double eps_r = is_projection ? 0 : info.eps_r;
+    rows.q.row(row) = gap_curvature(i, q, v + eps_r * v_minus);
     rows.v.row(row) = J_n.col(i).transpose();
-    rows.theta.row(row) = behind.row(n_q_ + n_c_ + i) + info.eps_r * before.row(n_q_ + n_c_ + i) +
-                          deps_.row(i) * J_n.col(i).dot(v_minus) + info.eps_r * J_n.col(i).transpose() * state.v;
+    rows.theta.row(row) =
+        behind.row(n_q_ + n_c_ + i) + eps_r * before.row(n_q_ + n_c_ + i) + eps_r * J_n.col(i).transpose() * state.v;
+    if (!is_projection) rows.theta.row(row) += deps_.row(i) * J_n.col(i).dot(v_minus);
     if (info.n_t > 0) {
       const Vector s = slip_velocity(i, q, v);
       const Matrix size =
           J_t.middleCols(info.tangent_index, info.n_t).cwiseAbs().transpose() * (v.cwiseAbs() + v_minus.cwiseAbs());
-      Friction friction = slip(i, s, Lambda_n[i], s[0] > 0 ? 1 : -1, s);
-      friction.sticks = s.norm() <= kNoSlip * size.norm();
+      Friction friction = is_projection ? slip_at_end(*impulse.projected, i, Lambda_n[i])
+                                        : slip(i, s, Lambda_n[i], s[0] > 0 ? 1 : -1, s);
+      friction.sticks =
+          is_projection ? sticks_at_end(*impulse.projected, *impulse.end, i) : s.norm() <= kNoSlip * size.norm();
       add_friction(friction, q, v, Lambda_n[i], behind, row, row + 1, rows);
     }
     row += 1 + info.n_t;
@@ -240,8 +325,6 @@ Matrix Sensitivity::through_element(const Stages& e, const Switch& end, State& s
   const Matrix A2 = A * A;
   const Vector r = A.rowwise().sum(), bA = A.transpose() * tableau_.b;
   const double h = e.h;
-  const bool comes_to_rest =
-      end.contact >= 0 && end.kind == Switch::Kind::slip_stops && e.modes[end.contact] == ContactMode::slip;
 
   Eigen::Index n = n_q_;
   for (int i = 0; i < n_c_; ++i) n += is_closed(e.modes[i]) ? 1 + info.contacts[i].n_t : 0;
@@ -272,7 +355,7 @@ Matrix Sensitivity::through_element(const Stages& e, const Switch& end, State& s
       if (contact.n_t > 0) {
         Friction friction = slip(i, slip_velocity(i, q, v), lambda_n[i], slip_sign(e.modes[i]),
                                  e.slip_start.segment(contact.tangent_index, contact.n_t));
-        friction.sticks = e.modes[i] == ContactMode::stick || (comes_to_rest && i == end.contact && j == n_s_ - 1);
+        friction.sticks = e.modes[i] == ContactMode::stick || (j == n_s_ - 1 && sticks_at_end(e, end, i));
         add_friction(friction, q, v, lambda_n[i], parameters, row, row + 1, rows);
       }
       row += 1 + contact.n_t;
@@ -303,6 +386,7 @@ Matrix Sensitivity::through_element(const Stages& e, const Switch& end, State& s
       row += 1 + contact.n_t;
     }
   }
+  if (info.has_bilateral()) through_projection(e, end, state);
   return forces;
 }
 

@@ -14,7 +14,7 @@ namespace ricochet {
 /// Left end, where an impulse acts, from dv- to dv+:
 ///
 ///   d[ M (v+ - v-) - J_n Lambda_n - J_t Lambda_t ] = 0                                  (1)
-///   d[ J_n^i' (v+ + eps_r^i v-) ] = 0,   Lambda_n^i > 0                                 (2)
+///   d[ J_n^i' (v+ + eps_r^i v-) ] = 0,   Lambda_n^i > 0 or i bilateral                  (2)
 ///
 /// Element, with the stage equations and modes of StageSolver, and its length h as one more theta:
 ///
@@ -23,8 +23,9 @@ namespace ricochet {
 ///   dq_j = dq_0 + h r_j dv_0 + (r_j v_0 + 2 h sum_k (A^2)_jk w_k) dh + h^2 sum_k (A^2)_jk dw_k,   r = A 1
 ///   dv_j = dv_0 + (sum_k a_jk w_k) dh + h sum_k a_jk dw_k                               (5)
 ///
-/// (5) with b'A, b' in place of a row of A^2, A gives the right end. Friction in (1) and (3), of a contact with slip
-/// velocity s = J_t' v (v+ in (1)) and forces lambda_n, lambda_t (in (1) Lambda_n, Lambda_t):
+/// (5) with b'A, b' in place of a row of A^2, A gives the right end. There the projection of v_1 (stage_solver.h) is an
+/// impulse too, with (1), (6) and eps_r = 0 in (2) for all closed contacts. Friction in (1) and (3), of a contact with
+/// slip velocity s = J_t' v (v+ in (1)) and forces lambda_n, lambda_t (in (1) Lambda_n, Lambda_t):
 ///
 ///   stick   ds = 0                                                                      (6a)
 ///   slip    d[ lambda_t + mu lambda_n s / ||s|| ] = 0; in the plane s / ||s|| is a constant sign     (6b)
@@ -47,7 +48,8 @@ namespace ricochet {
 /// not finite. They are those of the solved equations, so they converge with the order of the method.
 class Sensitivity {
  public:
-  /// @param names  Settings::sensitivities. @throws InputError for a name that the problem does not have
+  /// @param names  Settings::sensitivities. @throws InputError for a name that the problem does not have, and for one
+  /// whose variation of the initial state violates a bilateral constraint
   Sensitivity(const Problem& problem, const ButcherTableau& tableau, const std::vector<std::string>& names);
 
   /// Continues through an accepted step. @param dt_end  derivative of the time where it ends unless a switch ends it
@@ -80,6 +82,17 @@ class Sensitivity {
 
   void through_switch_at_start(const FesdStep& step);
   void through_junction(const FesdStep& step, int element, State& state) const;
+  /// An impulse at q: of the contacts that press, or of the projection of v_1.
+  struct Impulse {
+    const Vector &q, &v_minus, &v_plus, &Lambda_n, &Lambda_t;
+    const Stages* projected = nullptr;  ///< the element that ends with it
+    const Switch* end = nullptr;        ///< and the switch there
+  };
+  void through_impulse(const Impulse& impulse, State& state) const;
+  static bool sticks_at_end(const Stages& e, const Switch& end, int contact);
+  Friction slip_at_end(const Stages& e, int contact, double lambda_n) const;
+  void through_projection(const Stages& e, const Switch& end, State& state) const;
+  void require_consistent_start(const std::vector<std::string>& names) const;
   Matrix through_element(const Stages& e, const Switch& end, State& state) const;
   Eigen::RowVectorXd switch_slope(const Stages& e, const Switch& end, const State& state, const Matrix& forces) const;
   Matrix parameter_rows(const Vector& q, const Vector& v, const Vector& a, const Vector& lambda_n,

@@ -42,13 +42,14 @@ SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tab
 
 /// The common case: every contact is open and no gap is negative.
 bool SignConditions::is_clear(const Stages& stages) {
-  for (const auto mode : stages.modes) {
-    if (is_closed(mode)) return false;
+  if (problem_.info().has_bilateral() && n_points_ > n_s_) return false;  // it may drift
+  for (const int i : problem_.info().unilateral) {
+    if (is_closed(stages.modes[i])) return false;
   }
-  const int n_q = problem_.n_q(), n_c = problem_.n_c();
+  const int n_q = problem_.n_q();
   for (int j = 0; j < n_points_; ++j) {
     problem_.gap(j < n_s_ ? stages.q.data() + j * n_q : stages.q1.data(), gap_.data());
-    for (int i = 0; i < n_c; ++i) {
+    for (const int i : problem_.info().unilateral) {
       if (!(gap_[i] >= 0)) return false;
     }
   }
@@ -90,11 +91,11 @@ void SignConditions::check_gaps(const Stages& stages, int just_broken, Violation
   }
 }
 
-/// lambda_n >= 0, and the cone margin mu lambda_n - ||lambda_t|| of sticking contacts
+/// lambda_n >= 0 of unilateral contacts, and the cone margin mu lambda_n - ||lambda_t|| of sticking contacts
 void SignConditions::check_forces(const Stages& stages, Violation& first) {
   const Vector& to_right_end = tableau_.right_end;
   const int n_points = to_right_end.size() > 0 ? n_s_ + 1 : n_s_;
-  for (int i = 0; i < problem_.n_c(); ++i) {
+  for (const int i : problem_.info().unilateral) {
     const ContactMode mode = stages.modes[i];
     if (!is_closed(mode)) continue;
     const auto& contact = problem_.info().contacts[i];
@@ -150,7 +151,8 @@ void SignConditions::check_slip(const Stages& stages, Violation& first) {
     double before[2]{0, 0}, time_before = 0;
     for (int j = -1; j < n_points_; ++j) {
       const bool is_stage = j < n_s_;
-      const auto v = j < 0 ? stages.v0.data() : is_stage ? stages.v.col(j).data() : stages.v1.data();
+      const bool is_right_end = j + 1 == n_points_;
+      const auto v = j < 0 ? stages.v0.data() : is_right_end ? stages.v1.data() : stages.v.col(j).data();
       const double time = j < 0 ? 0 : is_stage ? tableau_.c[j] * stages.h : stages.h;
       const double* J_t = J_t_.col(j + 1).data() + contact.tangent_begin;
       double slip[2]{0, 0}, size = stages.h * mobility_[i] * contact.mu * force_size_[i];

@@ -37,6 +37,8 @@ struct Violation {
 ///   ||lambda_t^i|| <= mu lambda_n^i  stick
 ///   +-v_t^i >= 0                     slip+, slip-
 ///   v_t,j^i' v_t,j-1^i > 0           slip in space: the direction turns, but does not turn back
+///
+/// A bilateral constraint has none of them; only its drift at a right end that is no stage is refused.
 class SignConditions {
  public:
   /// @param gap_size  n_c, what rounding of the gaps is relative to; read at every call

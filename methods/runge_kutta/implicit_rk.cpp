@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "methods/registry.h"
+#include "methods/runge_kutta/bilateral_support.h"
 #include "methods/runge_kutta/stage_solver.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "methods/time_limit.h"
@@ -8,8 +9,9 @@
 namespace ricochet {
 namespace {
 
-/// A bare implicit Runge-Kutta method for q' = v, M v' = f_v + B_u u (stage_solver.h without contacts): the measure of
-/// what FESD-J costs where nothing switches. It refuses scenes with contacts unless told to ignore them.
+/// A bare implicit Runge-Kutta method for q' = v, M v' = f_v + B_u u (stage_solver.h, contacts open): the measure of
+/// what FESD-J costs where nothing switches. It refuses scenes with unilateral contacts unless told to ignore them;
+/// bilateral constraints are part of the motion.
 class ImplicitRungeKutta final : public Method {
  public:
   explicit ImplicitRungeKutta(const MethodSpec& spec) : id_(spec.text()), tableau_(tableau_argument(spec)) {
@@ -27,10 +29,10 @@ class ImplicitRungeKutta final : public Method {
   }
 
   Support supports(const ProblemInfo& problem) const override {
-    if (problem.n_c() > 0 && !ignores_contacts_) {
+    if (!problem.unilateral.empty() && !ignores_contacts_) {
       return Support::no("it knows no contacts; contacts=ignored integrates the motion without them");
     }
-    return Support::yes();
+    return can_hold_bilateral(tableau_, problem);
   }
 
  protected:

@@ -18,6 +18,9 @@ namespace ricochet {
 ///   dx = -K^+ r - R x,   R = N (S N)^+ S   (2).
 class RedundantSystem {
  public:
+  /// Of a pivot; while Newton's method converges they are not yet dependent.
+  static constexpr double kRank = 1e-11;
+
   /// @param force_rows  of the unknowns that are forces
   RedundantSystem(const Matrix& K, const std::vector<int>& force_rows) {
     Eigen::CompleteOrthogonalDecomposition<Matrix> decomposition(K.rows(), K.cols());
@@ -45,7 +48,6 @@ class RedundantSystem {
 
  private:
   static constexpr double kSingular = 1e14;  // condition number; masses and lengths of many orders stay below
-  static constexpr double kRank = 1e-11;     // of a pivot; while Newton's method converges they are not yet dependent
 
   Matrix pseudo_inverse_, to_smallest_;
 };

@@ -25,6 +25,7 @@ void Stages::resize(const ProblemInfo& info, int n_s) {
   lambda_t = Matrix::Zero(info.n_lambda_t, n_s);
   slip_start = Vector::Zero(info.n_lambda_t);
   modes.assign(info.contacts.size(), ContactMode::open);
+  for (const int i : info.bilateral) modes[i] = ContactMode::closed;
 }
 
 StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, double tolerance, Counters& counters)
@@ -35,7 +36,8 @@ StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, 
       n_q_(problem.n_q()),
       n_s_(tableau.n_s),
       structure_(problem.info().structure),
-      stiffly_accurate_(tableau.is_stiffly_accurate()) {
+      stiffly_accurate_(tableau.is_stiffly_accurate()),
+      has_bilateral_(problem.info().has_bilateral()) {
   A2_ = tableau.A * tableau.A;
   bA_ = tableau.A.transpose() * tableau.b;
   rows_ = tableau.A.rowwise().sum();
@@ -63,6 +65,7 @@ StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, 
   kept_gap0_.setZero(n_c);
   kept_slip0_.setZero(problem.info().n_lambda_t);
   dq_.setZero(n_q_, n_s_);
+  M_end_.setZero(n_q_, n_q_);
   lambda_.setZero(n_c);
   lambda_t_.setZero(problem.info().n_lambda_t);
   Tq_.setZero(problem.info().n_lambda_t, n_q_);
@@ -108,6 +111,8 @@ void StageSolver::set_active(const std::vector<ContactMode>& modes) {
   }
   const int n_rows = static_cast<int>(row_power_.size());
   n_x_ = n_q_ + n_rows;
+  held_.setZero(n_q_, n_rows);
+  pushed_.setZero(n_q_, n_rows);
   // A predicted correction of dw says little about what (3) is left with where closed contacts turn.
   predicted_tolerance_ = closed_.empty() ? tolerance_ : 0.1 * tolerance_;
   r_.resize(n_s_ * n_x_);
@@ -208,20 +213,95 @@ void StageSolver::stage_values(const Coefficients& k, Stages& step) {
 }
 
 /// (5)
-void StageSolver::end_values(const Coefficients& k, Stages& step) const {
+void StageSolver::end_values(const Coefficients& k, Stages& step) {
   if (stiffly_accurate_) {
     step.q1 = step.q.col(n_s_ - 1);
     step.v1 = step.v.col(n_s_ - 1);
-    return;
-  }
-  for (int i = 0; i < n_q_; ++i) {
-    double dv = 0, dq = 0;
-    for (int l = 0; l < n_s_; ++l) {
-      dv += k.hb[l] * step.a(i, l);
-      dq += k.h2bA[l] * step.a(i, l);
+  } else {
+    for (int i = 0; i < n_q_; ++i) {
+      double dv = 0, dq = 0;
+      for (int l = 0; l < n_s_; ++l) {
+        dv += k.hb[l] * step.a(i, l);
+        dq += k.h2bA[l] * step.a(i, l);
+      }
+      step.v1[i] = step.v0[i] + dv;
+      step.q1[i] = step.q0[i] + (k.h * step.v0[i] + dq);
     }
-    step.v1[i] = step.v0[i] + dv;
-    step.q1[i] = step.q0[i] + (k.h * step.v0[i] + dq);
+  }
+  if (has_bilateral_) project_end_velocity(step);
+}
+
+/// (10)
+void StageSolver::project_end_velocity(Stages& step) {
+  if (!structure_.constant_mass || llt_.cols() == 0) {
+    problem_.mass_matrix(step.q1.data(), M_end_.data());
+    llt_.compute(M_end_);
+    ++counters_.mass_factorizations;
+  }
+  problem_.normal_jacobian(step.q1.data(), J_n_.data());
+  if (has_friction_) problem_.tangent_jacobian(step.q1.data(), J_t_.data());
+  held_.setZero();
+  pushed_.setZero();
+  Eigen::Index n = 0;
+  for (const Active& active : closed_) {
+    const auto& contact = problem_.info().contacts[active.contact];
+    const auto entries = static_cast<int>(contact.support.size());
+    const double *J_n = J_n_.data() + contact.normal_begin, *J_t = J_t_.data() + contact.tangent_begin;
+    const bool is_sticking = sticks(active, n_s_ - 1);
+    double direction[2]{0, 0};
+    if (contact.n_t > 0 && !is_sticking) slip_direction(active, step.v1.data(), step, direction);
+    for (int s = 0; s < entries; ++s) {
+      held_(contact.support[s], n) = pushed_(contact.support[s], n) = J_n[s];
+      for (int d = 0; d < contact.n_t; ++d)
+        pushed_(contact.support[s], n) -= contact.mu * direction[d] * J_t[d * entries + s];
+    }
+    ++n;
+    for (int d = 0; is_sticking && d < contact.n_t; ++d, ++n) {
+      for (int s = 0; s < entries; ++s)
+        held_(contact.support[s], n) = pushed_(contact.support[s], n) = J_t[d * entries + s];
+    }
+  }
+  const auto R = held_.leftCols(n);  // (10)
+  auto MC = pushed_.leftCols(n);
+  for (Eigen::Index k = 0; k < n; ++k) llt_.solveInPlace(MC.col(k));
+  end_system_.noalias() = R.transpose().lazyProduct(MC);
+  end_inverse_ = inverse_.of(end_system_);
+  if (RedundantSystem::is_singular(end_system_, end_inverse_))
+    end_inverse_ = end_system_.completeOrthogonalDecomposition().pseudoInverse();
+  end_rates_.noalias() = R.transpose().lazyProduct(step.v1);
+  take_away_end_rates(step.v1);
+}
+
+/// x -= M^-1 C (R' M^-1 C)^-1 end_rates_
+void StageSolver::take_away_end_rates(Eigen::Ref<Vector> x) {
+  end_impulses_.noalias() = end_inverse_.lazyProduct(end_rates_);
+  x.noalias() -= pushed_.leftCols(end_rates_.size()).lazyProduct(end_impulses_);
+}
+
+/// The same for the variations of v_1: R' dv_1 + dR' v_1 = 0, with v' (grad^2 f_c) dq as a difference of two bias
+/// terms. Variations of C are left out, since the impulses are O(h^n_s).
+void StageSolver::project_variations(const Stages& step) {
+  if (has_friction_) problem_.slip_velocity_derivative(step.q1.data(), step.v1.data(), Tq_.data());
+  for (Eigen::Index c = 0; c < 2; ++c) {
+    const auto dq = incoming_q_.col(c);
+    end_rates_.noalias() = held_.leftCols(end_rates_.size()).transpose().lazyProduct(incoming_v_.col(c));
+    for (const double sign : {1.0, -1.0}) {
+      chord_q_ = step.v1 + sign * dq;
+      problem_.gap_acceleration_bias(step.q1.data(), chord_q_.data(), gap_.data());
+      Eigen::Index row = 0;
+      for (const Active& active : closed_) {
+        end_rates_[row++] += sign / 4 * gap_[active.contact];
+        if (sticks(active, n_s_ - 1)) row += problem_.info().contacts[active.contact].n_t;
+      }
+    }
+    Eigen::Index row = 0;
+    for (const Active& active : closed_) {
+      const auto& contact = problem_.info().contacts[active.contact];
+      ++row;
+      for (int d = 0; sticks(active, n_s_ - 1) && d < contact.n_t; ++d)
+        end_rates_[row++] += Tq_.row(contact.tangent_index + d).dot(dq);
+    }
+    take_away_end_rates(incoming_v_.col(c));
   }
 }
 
@@ -835,6 +915,7 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
       linearize_step(k, run[m], run_response_[m]);
       is_contradictory = is_redundant_ && !is_consistent(run[m], h);
       end_values(k, run[m]);
+      if (has_bilateral_) project_variations(run[m]);
     }
     ++counters_.inner_iterations;
     Eigen::RowVector2d slope;
@@ -866,8 +947,8 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
       for (std::size_t m = 0; m < run.size(); ++m) {
         hand_over(m);
         stage_values(k, run[m]);
-        end_values(k, run[m]);
         set_resting(m + 1 == run.size());
+        end_values(k, run[m]);
         set_slip_in_space(run[m]);
         if (rest_together_) spread_friction(run[m]);
         set_resting(false);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cstdint>
 #include <span>
@@ -49,7 +50,16 @@ struct Switch {
 ///   q_j = q_0 + h (sum_k a_jk) v_0 + h^2 sum_k (A^2)_jk w_k                              (2)
 ///   0   = M(q_j) w_j - f_v(q_j,v_j) - B_u u - sum_{i closed} J_n^i lambda_n,j^i + J_t^i lambda_t,j^i     (3)
 ///   0   = f_c^i(q_j),  i closed                                                         (4)
-///   v_1 = v_0 + h sum_k b_k w_k,   q_1 = q_0 + h v_0 + h^2 sum_k (b'A)_k w_k            (5)
+///   v_1 = P (v_0 + h sum_k b_k w_k),   q_1 = q_0 + h v_0 + h^2 sum_k (b'A)_k w_k        (5)
+///
+/// where P = I, unless the problem has bilateral constraints. (4) alone leaves a velocity of O(h^n_s) across a curved
+/// constraint, which errors of the forces made. So P, at q_1, takes it away by impulses of all closed contacts, along
+/// the directions of their forces:
+///
+///   P = I - M^-1 C (R' M^-1 C)^-1 R',   R = [J_n closed, J_t sticking],   C = [J_n - mu J_t d slipping, else as R]
+///   (10)
+///
+/// with d the direction of slip.
 ///
 /// and for a contact with friction one of
 ///
@@ -143,7 +153,10 @@ class StageSolver {
   void set_active(const std::vector<ContactMode>& modes);
   void set_initial_values(const Stages& step, double h);
   void stage_values(const Coefficients& k, Stages& step);
-  void end_values(const Coefficients& k, Stages& step) const;
+  void end_values(const Coefficients& k, Stages& step);
+  void project_end_velocity(Stages& step);
+  void take_away_end_rates(Eigen::Ref<Vector> x);
+  void project_variations(const Stages& step);
   double gap_change(int contact, int stage, const Stages& step);
   bool sticks(const Active& active, int stage) const;
   /// What (7a) is divided by: h, but 1 for (8), among rows (7c).
@@ -200,6 +213,14 @@ class StageSolver {
 
   std::vector<Factor> factors_;
   std::uint64_t clock_ = 0;
+
+  // P of (5).
+  const bool has_bilateral_;
+  Matrix M_end_;
+  Eigen::LLT<Matrix> llt_;
+  Matrix held_, pushed_;             // R; C, then M^-1 C
+  Matrix end_system_, end_inverse_;  // R' M^-1 C
+  Vector end_rates_, end_impulses_;
 
   // Work space.
   Vector f_, J_n_, J_t_, gap_, lambda_, lambda_t_, r_, dx_;

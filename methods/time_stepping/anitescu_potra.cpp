@@ -9,7 +9,8 @@
 //   Step:
 //     M (v_{k+1} - v_k) = h f(q_k, v_k) + J_n Lambda_n + J_t Lambda_t,   0 <= Lambda_n  _|_  J_n' v_{k+1} >= 0 (3)
 //     q_{k+1} = q_k + h v_{k+1}                                                                          (4)
-//   Coulomb's law with the velocity after each of (1), (2), (3), solved as in contact_lcp.h.
+//   Coulomb's law with the velocity after each of (1), (2), (3), solved as in contact_lcp.h. Bilateral constraints have
+//   J_n' v = 0 after each of them, with impulses of either sign.
 //
 // Order 1, on smooth motion too: forces are explicit, (4) is semi-implicit. For several simultaneous or oblique impacts
 // Poisson's hypothesis differs from Newton's law, which the references use.
@@ -85,8 +86,7 @@ Solution AnitescuPotra::do_solve(const Problem& problem, const Settings& setting
     if (largest == 0) return true;
     for (std::size_t k = 0; k < march.active.size(); ++k) {
       const double impulse = rebound[static_cast<Eigen::Index>(k)];
-      contacts.add_normal_impulse(k, impulse, v);
-      march.Lambda_n[march.active[k]] += impulse;
+      contacts.add_normal_impulse(k, impulse, v, march.Lambda_n);
     }
     return march.solve_contacts(v, no_shift, rebound);
   };
@@ -94,9 +94,9 @@ Solution AnitescuPotra::do_solve(const Problem& problem, const Settings& setting
   return march.run([&](Vector& v_plus) {
     if (!info.structure.constant_mass) factorize();
     march.find_active(march.q);
-    if (!march.active.empty()) {
+    if (march.has_contact_problem()) {
       contacts.set_active(march.q, march.active);
-      contacts.set_inverse_mass(W);
+      if (!contacts.set_inverse_mass(W)) return false;
       bool approaches = false;
       for (std::size_t k = 0; k < march.active.size(); ++k)
         approaches = approaches || contacts.normal_velocity(k, march.v) < 0;
@@ -108,8 +108,8 @@ Solution AnitescuPotra::do_solve(const Problem& problem, const Settings& setting
     v_plus.noalias() += W.lazyProduct(f);
     ++counters.force_evaluations;
     ++counters.linear_solves;
-    if (!march.active.empty() && !march.solve_contacts(v_plus, no_shift, {})) return false;  // (3)
-    march.q += h * v_plus;                                                                   // (4)
+    if (march.has_contact_problem() && !march.solve_contacts(v_plus, no_shift, {})) return false;  // (3)
+    march.q += h * v_plus;                                                                         // (4)
     return true;
   });
 }

@@ -36,15 +36,16 @@ class March {
   March(const March&) = delete;
   March& operator=(const March&) = delete;
 
-  /// Contacts with f_c(q) <= 0.
+  /// Unilateral contacts with f_c(q) <= 0.
   void find_active(const Vector& position) {
     active.clear();
-    if (problem.n_c() == 0) return;
+    if (unilateral_.empty()) return;
     problem.gap(position.data(), gap_.data());
-    for (int i = 0; i < problem.n_c(); ++i) {
+    for (const int i : unilateral_) {
       if (gap_[i] <= 0) active.push_back(i);
     }
   }
+  bool has_contact_problem() const { return !active.empty() || has_bilateral_; }
 
   /// ContactLcp::solve, with its impulses added to those of the step.
   bool solve_contacts(Vector& velocity, const Vector& shift, const Vector& present) {
@@ -75,7 +76,9 @@ class March {
       v_minus = v;
       q_minus = q;
       if (!step(v_plus))
-        return stop(Status::inner_solver_failed, k, "Lemke's method found no solution of the contact problem");
+        return stop(Status::inner_solver_failed, k,
+                    "the contact problem has no solution: Lemke's method found none, or bilateral constraints depend "
+                    "on each other");
       v.swap(v_plus);
       ++solution.counters.steps;
       ++solution.counters.elements;
@@ -104,7 +107,7 @@ class March {
 
   /// A contact that carries an impulse now and did not in the step before has closed, somewhere in this step.
   void record_closings(const Vector& q_minus, const Vector& v_minus) {
-    for (int i = 0; i < problem.n_c(); ++i) {
+    for (const int i : unilateral_) {
       const bool is_pressed = Lambda_n[i] > 0;
       if (is_pressed && !was_pressed_[i]) {
         solution.events.push_back({solution.t, EventKind::impact, i, q_minus, v_minus, v, Lambda_n, Lambda_t, {}, {}});
@@ -114,6 +117,8 @@ class March {
     }
   }
 
+  const bool has_bilateral_ = problem.info().has_bilateral();
+  const std::vector<int> unilateral_ = problem.info().unilateral;
   Vector gap_;
   std::vector<char> was_pressed_;
 };

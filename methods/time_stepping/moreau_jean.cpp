@@ -5,11 +5,13 @@
 //   v_free = v_k + Mhat^-1 (h f(q_k, v_k) + h^2 theta f_q v_k)                                    (3)
 //   v_{k+1} = v_free + Mhat^-1 sum_i (J_n^i Lambda_n^i + J_t^i Lambda_t^i),   i with f_c^i(q_m) <= 0    (4)
 //   0 <= Lambda_n^i  _|_  J_n^i' (v_{k+1} + eps_r^i v_k) >= 0,   Coulomb's law for Lambda_t^i and J_t^i' v_{k+1}   (5)
+//   G' (theta v_{k+1} + (1 - theta) v_k) = 0,   G: J_n of the bilateral constraints, whose impulses are in (4) too (5b)
 //   q_{k+1} = q_k + h (theta v_{k+1} + (1 - theta) v_k)                                         (6)
 //
 // (2), (3) are one Newton step on M (v_{k+1} - v_k) = h (theta f_{k+1} + (1 - theta) f_k); J_n, J_t at q_m. (4), (5)
-// are solved as in contact_lcp.h. Order 1 through impacts, since (5) acts where a step happens to end; on smooth motion
-// order 2 for theta = 1/2, else 1.
+// are solved as in contact_lcp.h. (5b) holds for the velocity that moves q in (6): with theta = 1/2 the constraints do
+// no work, and keep their gaps to O(h^2). Order 1 through impacts, since (5) acts where a step happens to end; on
+// smooth motion order 2 for theta = 1/2, else 1.
 //
 // Source: Jean, CMAME 177 (1999); Acary, Brogliato, Numerical Methods for Nonsmooth Dynamical Systems (2008),
 // section 10.1, eq. (10.7)-(10.12).
@@ -64,7 +66,7 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
   Counters& counters = march.solution.counters;
 
   Matrix M(n_q, n_q), f_q(n_q, n_q), f_v(n_q, n_q), Mhat(n_q, n_q), W(n_q, n_q);  // W = Mhat^-1
-  Vector q_m(n_q), f(n_q), shift(info.n_c());
+  Vector q_m(n_q), f(n_q), shift = Vector::Zero(info.n_c());
   SmallInverse inverse;
   const auto factorize = [&] {  // (2)
     problem.mass_matrix(q_m.data(), M.data());
@@ -90,13 +92,15 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
     ++counters.linear_solves;
 
     march.find_active(q_m);
-    if (!march.active.empty()) {  // (4), (5)
+    if (march.has_contact_problem()) {  // (4), (5)
       march.contacts.set_active(q_m, march.active);
-      march.contacts.set_inverse_mass(W);
+      if (!march.contacts.set_inverse_mass(W)) return false;
       for (std::size_t k = 0; k < march.active.size(); ++k) {
-        shift[static_cast<Eigen::Index>(k)] =
-            info.contacts[march.active[k]].eps_r * march.contacts.normal_velocity(k, v);
+        const int i = march.active[k];
+        shift[i] = info.contacts[i].eps_r * march.contacts.normal_velocity(k, v);
       }
+      march.contacts.bilateral_velocities(v, shift);
+      for (const int i : info.bilateral) shift[i] *= (1 - theta_) / theta_;  // (5b)
       if (!march.solve_contacts(v_plus, shift, {})) return false;
     }
     march.q += (h * theta_) * v_plus + (h * (1 - theta_)) * v;  // (6)

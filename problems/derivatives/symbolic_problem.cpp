@@ -187,11 +187,12 @@ void SymbolicProblem::describe_contacts() {
   for (auto& contact : model_.contacts) {
     ContactInfo described;
     described.name = contact.name;
+    described.is_bilateral = contact.is_bilateral;
     described.eps_r = model_.number(contact.eps_r);
     described.mu = model_.number(contact.mu);
     if (described.mu == 0) contact.tangents.clear();  // no friction: no tangential quantity from here on
     described.n_t = static_cast<int>(contact.tangents.size());
-    if (described.mu > 0 && contact.tangents.empty()) {
+    if (described.mu > 0 && contact.tangents.empty() && !contact.is_bilateral) {
       throw InputError(fmt::format("contact '{}': mu", contact.name), described.mu,
                        "friction needs tangent directions Jt");
     }
@@ -219,6 +220,7 @@ void SymbolicProblem::describe_contacts() {
     info_.n_normal_entries += entries;
     info_.n_tangent_entries += entries * described.n_t;
     info_.n_lambda_t += described.n_t;
+    (described.is_bilateral ? info_.bilateral : info_.unilateral).push_back(info_.n_c());
     info_.contacts.push_back(std::move(described));
   }
 }

@@ -22,6 +22,7 @@ struct SymbolicModel {
     GiNaC::ex gap;
     std::vector<Expressions> tangents;  ///< directions, each with n_q entries; empty without friction
     GiNaC::ex eps_r = 0, mu = 0;
+    bool is_bilateral = false;
   };
 
   std::string id, title, source, hard_feature;

@@ -163,7 +163,7 @@ class SceneReader {
   }
 
   void read_contact(const Field& field, std::size_t n_q) {
-    field.allow_only({"name", "gap", "e", "mu", "Jt", "Jn"});
+    field.allow_only({"name", "gap", "e", "mu", "Jt", "Jn", "bilateral"});
     SymbolicModel::Contact contact;
     contact.name = field.has("name") ? field.at("name").text() : fmt::format("contact {}", model_.contacts.size());
     contact.gap = expression(field.at("gap"), in_q_);
@@ -178,6 +178,7 @@ class SceneReader {
       for (std::size_t d = 0; d < directions.size(); ++d)
         contact.tangents.push_back(expressions(directions.at(d), n_q, in_q_));
     }
+    if (field.has("bilateral")) contact.is_bilateral = truth(field.at("bilateral"));
     if (field.has("Jn")) compare_normal(field.at("Jn"), contact.gap, n_q);
     model_.contacts.push_back(std::move(contact));
   }
@@ -218,6 +219,11 @@ class SceneReader {
 
   static ex expression(const Field& field, const ExpressionNames& names) {
     return parse_expression(field.text(), names, field.name());
+  }
+
+  static bool truth(const Field& field) {
+    if (!field.value().is_boolean()) throw InputError(field.name(), field.value().dump(), "true or false is required");
+    return field.value().get<bool>();
   }
 
   static double decimal(const Field& field) {

@@ -17,9 +17,10 @@ namespace ricochet {
 ///   M          [["m"]]                   n_q rows, expressions in q and the parameters
 ///   f          ["-m*g"]                  expressions in q, v and the parameters
 ///   Bu, u      [["1"]], ["5"]            control map (expressions in q) and its constant value     optional
-///   contacts   [{"name", "gap", "e", "mu", "Jt", "Jn"}]                                            optional
+///   contacts   [{"name", "gap", "e", "mu", "Jt", "Jn", "bilateral"}]                               optional
 ///                gap: expression in q;  e, mu: in the parameters, default 0;  Jt: list of tangent directions;
-///                Jn: not needed, J_n is the gradient of the gap; when present it is compared with it
+///                Jn: not needed, J_n is the gradient of the gap; when present it is compared with it;
+///                bilateral: true for a constraint gap = 0 that may pull, without e and mu; default false
 ///   potential_energy                     expression in q                                           optional
 ///   units      {"m": "kg"}               of parameters, for reports                                optional
 ///   id, title, source, hard_feature      here or in the object around the scene                    optional

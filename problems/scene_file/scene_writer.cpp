@@ -16,8 +16,10 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr const char* kConventions =
-    "M(q) v' = f(q,v) + Bu u + sum_i Jn_i lambda_n_i + Jt_i lambda_t_i, q' = v, Jn_i = grad gap_i, gap >= 0; Newton's "
-    "restitution e, Coulomb's friction mu. SI units: m, kg, s, rad; forces lambda in N, impulses Lambda in N s";
+    "M(q) v' = f(q,v) + Bu u + sum_i Jn_i lambda_n_i + Jt_i lambda_t_i, q' = v, Jn_i = grad gap_i, gap >= 0 "
+    "(bilateral: "
+    "gap = 0); Newton's restitution e, Coulomb's friction mu. SI units: m, kg, s, rad; forces lambda in N, impulses "
+    "Lambda in N s";
 
 ordered_json texts(const SymbolicModel::Expressions& expressions) {
   ordered_json list = ordered_json::array();
@@ -33,6 +35,7 @@ ordered_json texts(const std::vector<SymbolicModel::Expressions>& rows) {
 
 ordered_json contact_json(const SymbolicModel::Contact& contact) {
   ordered_json json = {{"name", contact.name}, {"gap", expression_text(contact.gap)}};
+  if (contact.is_bilateral) json["bilateral"] = true;
   if (!contact.eps_r.is_zero()) json["e"] = expression_text(contact.eps_r);
   if (!contact.tangents.empty()) {
     json["mu"] = expression_text(contact.mu);

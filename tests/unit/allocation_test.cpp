@@ -75,7 +75,9 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"two_balls_spring", "irk:gauss:4,contacts=ignored"},
                     Case{"pendulum_wall", "irk:radau-iia:3,contacts=ignored"}, Case{"bouncing_ball", "moreau_jean"},
                     Case{"pendulum_wall", "moreau_jean"}, Case{"sliding_block", "moreau_jean"},
-                    Case{"bouncing_ball", "anitescu_potra"}, Case{"sliding_block", "anitescu_potra"}),
+                    Case{"pendulum_wall_cartesian", "fesd:radau-iia:3"}, Case{"pendulum_wall_cartesian", "moreau_jean"},
+                    Case{"slider_crank_stop", "anitescu_potra"}, Case{"bouncing_ball", "anitescu_potra"},
+                    Case{"sliding_block", "anitescu_potra"}),
     [](const auto& test) { return test_name(std::string(test.param.problem) + "_" + test.param.method); });
 
 TEST(Allocations, OfAPersistentContact) {

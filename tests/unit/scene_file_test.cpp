@@ -115,6 +115,44 @@ TEST_F(SceneFile, ErrorsNameTheFieldAndWhatIsAllowed) {
       std::string::npos);
 }
 
+TEST_F(SceneFile, BilateralConstraintsHoldAtTheStart) {
+  json rod = good_scene();
+  rod["q0"] = {"1", "0"};
+  rod["v0"] = {"0", "1"};
+  rod["contacts"] = {{{"name", "rod"}, {"gap", "(q[0]**2 + q[1]**2 - 1)/2"}, {"bilateral", true}}};
+  const auto spoiled = [&](const std::function<void(json&)>& spoil) {
+    json scene = rod;
+    spoil(scene);
+    return error(scene);
+  };
+  const auto p = read(rod);
+  EXPECT_TRUE(p->info().contacts[0].is_bilateral);
+  EXPECT_EQ(p->info().bilateral, std::vector<int>{0});
+  EXPECT_TRUE(p->info().unilateral.empty());
+  EXPECT_EQ(spoiled([](json& s) { s["q0"][0] = "1.5"; }),
+            "FILE: contacts[0].gap (rod) = 0.625: |gap(q0)| <= 2.25e-13 is required, it is bilateral");
+  EXPECT_EQ(spoiled([](json& s) { s["q0"][0] = "0.5"; }),
+            "FILE: contacts[0].gap (rod) = -0.375: |gap(q0)| <= 2.5e-14 is required, it is bilateral");
+  EXPECT_EQ(spoiled([](json& s) { s["v0"][0] = "0.5"; }),
+            "FILE: contacts[0].Jn' v0 (rod) = 0.5: |Jn' v0| <= 5e-14 is required, it is bilateral");
+  EXPECT_EQ(spoiled([](json& s) { s["contacts"][0]["e"] = "0.5"; }),
+            "FILE: contacts[0].e (rod) = 0.5: a bilateral constraint has no restitution, 0 is required");
+  EXPECT_EQ(spoiled([](json& s) { s["contacts"][0]["mu"] = "0.1"; }),
+            "FILE: contacts[0].mu (rod) = 0.1: a bilateral constraint has no friction, 0 is required");
+  EXPECT_EQ(spoiled([](json& s) { s["contacts"][0]["bilateral"] = "yes"; }),
+            "FILE: contacts[0].bilateral = \"yes\": true or false is required");
+  json twice = rod["contacts"][0];
+  twice["name"] = "second rod";
+  EXPECT_NE(
+      spoiled([&](json& s) { s["contacts"].push_back(twice); }).find("no other bilateral constraint has is required"),
+      std::string::npos);
+  EXPECT_EQ(spoiled([&](json& s) {
+              s["contacts"].push_back(twice);
+              s["contacts"].push_back(twice);
+            }),
+            "FILE: number of bilateral constraints = 3: at most n_q = 2 are possible");
+}
+
 TEST_F(SceneFile, UnreadableFiles) {
   EXPECT_THROW(read_scene_file("/nonexistent/scene.json"), InputError);
   std::ofstream(path) << "{\"q0\": [";
