@@ -24,7 +24,7 @@ void ProblemOptions::add_settings(CLI::App& command) {
   command.add_option("--time-limit", time_limit, "wall time in seconds; 0 is none");
 }
 
-std::unique_ptr<Problem> ProblemOptions::make_problem() const {
+ParameterChanges parameter_changes(const std::vector<std::string>& changes) {
   ParameterChanges parameters;
   for (const auto& change : changes) {
     const auto equals = change.find('=');
@@ -35,6 +35,11 @@ std::unique_ptr<Problem> ProblemOptions::make_problem() const {
     if (error != std::errc() || rest != end) throw InputError("--set", change, "the value must be a number");
     parameters[change.substr(0, equals)] = value;
   }
+  return parameters;
+}
+
+std::unique_ptr<Problem> ProblemOptions::make_problem() const {
+  const ParameterChanges parameters = parameter_changes(changes);
   if (!scene.empty()) return read_scene_file(scene, parameters);
   if (problem.empty()) throw InputError("--problem", "''", "a scene id, or --scene with a file, is required");
   return ricochet::make_problem(problem, parameters);

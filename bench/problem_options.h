@@ -7,8 +7,12 @@
 
 #include "methods/method.h"
 #include "problems/problem.h"
+#include "problems/registry.h"
 
 namespace ricochet {
+
+/// What `--set NAME=VALUE`, given several times, says. @throws InputError
+ParameterChanges parameter_changes(const std::vector<std::string>& changes);
 
 /// The options that choose a problem and a setting: --problem or --scene, --set, --steps or
 /// --step-length, --tolerance, --time-limit.

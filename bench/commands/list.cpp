@@ -3,6 +3,7 @@
 #include "bench/commands.h"
 #include "bench/experiment.h"
 #include "methods/registry.h"
+#include "problems/control/optimal_control_problem.h"
 #include "problems/registry.h"
 
 namespace ricochet {
@@ -14,6 +15,13 @@ void list_problems() {
     fmt::print("  {:<24} {}\n  {:<24}   hard: {}\n", scene.id, scene.title, "", scene.hard_feature);
   }
   fmt::print("  {:<24} any scene file, --scene FILE or --scene FILE#ID\n\n", "");
+}
+
+void list_control_problems() {
+  fmt::print("optimal control problems (ricochet control ID)\n");
+  for (const auto& problem : control_problems())
+    fmt::print("  {:<24} {}\n  {:<24}   hard: {}\n", problem.id, problem.title, "", problem.hard_feature);
+  fmt::print("\n");
 }
 
 void list_methods() {
@@ -34,11 +42,12 @@ void list_experiments() {
 
 void add_list_command(CLI::App& app, int&) {
   static std::string what = "all";
-  auto* command = app.add_subcommand("list", "what there is: problems, methods, experiments");
-  command->add_option("what", what, "methods, problems or experiments")
-      ->check(CLI::IsMember({"all", "methods", "problems", "experiments"}));
+  auto* command = app.add_subcommand("list", "what there is: problems, optimal control problems, methods, experiments");
+  command->add_option("what", what, "methods, problems, control or experiments")
+      ->check(CLI::IsMember({"all", "methods", "problems", "control", "experiments"}));
   command->callback([] {
     if (what == "all" || what == "problems") list_problems();
+    if (what == "all" || what == "control") list_control_problems();
     if (what == "all" || what == "methods") list_methods();
     if (what == "all" || what == "experiments") list_experiments();
   });

@@ -84,8 +84,8 @@ class Crossover {
       return std::ranges::all_of(side, [&](int k) { return is_held[k]; });
     };
     for (const std::size_t i : order) {
-      const auto& [G, H, name] = pairs[i];
-      sides_[i] = holds(G) ? Side::G : holds(H) ? Side::H : sum(G, x) <= sum(H, x) ? Side::G : Side::H;
+      const auto& [G, H, name, bias] = pairs[i];
+      sides_[i] = holds(G) ? Side::G : holds(H) ? Side::H : sum(G, x) <= bias * sum(H, x) ? Side::G : Side::H;
       for (const int k : held(pairs[i], sides_[i])) is_held[k] = true;
     }
   }

@@ -79,13 +79,14 @@ struct Mpcc {
   struct Pair {
     std::vector<int> G, H;  ///< variables to sum; one each in the sparse form, several when aggregated
     std::string name;
+    double bias = 1;  ///< G is taken for the zero side of a nearly complementary pair where G <= bias H
   };
 
   Nlp nlp;
   std::vector<Pair> pairs;
 
-  void add_pair(std::vector<int> G, std::vector<int> H, std::string name) {
-    pairs.push_back({std::move(G), std::move(H), std::move(name)});
+  void add_pair(std::vector<int> G, std::vector<int> H, std::string name, double bias = 1) {
+    pairs.push_back({std::move(G), std::move(H), std::move(name), bias});
   }
 };
 

@@ -15,6 +15,8 @@ using GiNaC::symbol;
 using Symbols = std::vector<symbol>;
 using Expressions = SmoothFunction::Expressions;
 
+// An initial gap up to here is rounding of a contact that touches [m].
+constexpr double kTouching = 1e-12;
 // Guess of forces, impulses and slacks: Ipopt starts inside of their bounds.
 constexpr double kPositive = 1e-1;
 
@@ -96,6 +98,14 @@ ContactEquations::Point ContactEquations::add_initial_state(const Vector& q, con
     point.q.push_back(mpcc_.nlp.add_variable(q[k], q[k], q[k], fmt::format("q_0[{}]", k)));
   for (int k = 0; k < info_.n_q; ++k)
     point.v.push_back(mpcc_.nlp.add_variable(v[k], v[k], v[k], fmt::format("v_0[{}]", k)));
+  // A gap that equations held at its bound would leave the program no interior: closed contacts are constants.
+  const Vector gap = plant_.gap(q);
+  for (int i = 0; i < info_.n_c(); ++i) {
+    const bool is_closed = gap[i] <= kTouching;
+    const std::string name = "initial gap of " + info_.contacts[i].name;
+    point.gap.push_back(mpcc_.nlp.add_variable(0, is_closed ? 0 : kInfinity, std::max(gap[i], 0.0), name));
+    if (!is_closed) add_linear({{point.gap[i], 1}}, gap[i], gap[i], name);
+  }
   return point;
 }
 
@@ -213,15 +223,15 @@ void ContactEquations::add_friction_laws(const Point& point, const std::vector<S
   }
 }
 
-void ContactEquations::add_friction_pairs(const Slip& slip, const Force& force, const std::string& name) {
+void ContactEquations::add_friction_pairs(const Slip& slip, const Force& force, double bias, const std::string& name) {
   if (force.slack.size() == 2) {
-    mpcc_.add_pair({force.slack[0]}, slip.xi_plus, name + ", cone _|_ xi+");
-    mpcc_.add_pair({force.slack[1]}, slip.xi_minus, name + ", cone _|_ xi-");
+    mpcc_.add_pair({force.slack[0]}, slip.xi_plus, name + ", cone _|_ xi+", bias);
+    mpcc_.add_pair({force.slack[1]}, slip.xi_minus, name + ", cone _|_ xi-", bias);
     return;
   }
-  if (!force.slack.empty()) mpcc_.add_pair(force.slack, slip.gamma, name + ", cone _|_ gamma");
+  if (!force.slack.empty()) mpcc_.add_pair(force.slack, slip.gamma, name + ", cone _|_ gamma", bias);
   for (std::size_t f = 0; f < force.facets.size(); ++f)
-    mpcc_.add_pair({force.facets[f]}, {slip.rates[f]}, name + ", l _|_ D' v_t + gamma");
+    mpcc_.add_pair({force.facets[f]}, {slip.rates[f]}, name + ", l _|_ D' v_t + gamma", bias);
 }
 
 std::vector<int> ContactEquations::tangential(const std::vector<Force>& forces) {

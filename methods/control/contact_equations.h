@@ -84,7 +84,7 @@ class ContactEquations {
   void add_friction_laws(const Point& point, const std::vector<Slip>& slip, const std::vector<Force>& force,
                          const std::vector<int>& lambda_n, const std::string& name);
   /// The pairs of (2)-(4) between the force and the slip of one contact at one point.
-  void add_friction_pairs(const Slip& slip, const Force& force, const std::string& name);
+  void add_friction_pairs(const Slip& slip, const Force& force, double bias, const std::string& name);
   static std::vector<int> tangential(const std::vector<Force>& forces);
 
   const Problem& plant_;

@@ -14,8 +14,9 @@ using GiNaC::symbol;
 using Symbols = std::vector<symbol>;
 using Expressions = SmoothFunction::Expressions;
 
-// Shortest element, relative to equal ones: elements that collapse are degenerate.
-constexpr double kShortest = 1e-3;
+// An impulse is taken for none unless it is so many times as large as what it is complementary to: a contact that
+// persists has small ones of both.
+constexpr double kNoImpact = 100;
 // Guess of forces, impulses and slacks: Ipopt starts inside of their bounds.
 constexpr double kPositive = 1e-1;
 
@@ -76,12 +77,11 @@ void FesdEquations::add_impact(Element& element, const std::string& name) {
     const int y = element.left.gap[i], Lambda = element.Lambda_n[i], plus = element.s_plus[i],
               minus = element.s_minus[i];
     if (options_.impulses == Impulses::slack) {
-      mpcc_.add_pair({Lambda}, {y, plus, minus}, at + ", Lambda_n _|_ gap + s+ + s-");
+      mpcc_.add_pair({Lambda}, {y, plus, minus}, at + ", Lambda_n _|_ gap + s+ + s-", kNoImpact);
       mpcc_.add_pair({plus}, {minus}, at + ", s+ _|_ s-");
     } else {
-      mpcc_.add_pair({Lambda}, {y}, at + ", Lambda_n _|_ gap");
-      mpcc_.add_pair({Lambda}, {plus}, at + ", Lambda_n _|_ s+");
-      mpcc_.add_pair({Lambda}, {minus}, at + ", Lambda_n _|_ s-");
+      mpcc_.add_pair({Lambda}, {y}, at + ", Lambda_n _|_ gap", kNoImpact);
+      mpcc_.add_pair({Lambda}, {plus, minus}, at + ", Lambda_n _|_ s+ + s-", kNoImpact);
     }
   }
   if (options_.eps_c > 0) {  // (6)
@@ -189,7 +189,7 @@ void FesdEquations::add_cross_complementarity(const Element& element, const std:
       const auto minus = at_points([&](const Slip& s) { return component(s.xi_minus, d); });
       if (!plus.empty()) add_cross(plus, minus, at + ", xi+ _|_ xi-");
     }
-    add_friction_pairs(element.left_slip[i], element.impulse[i], at + ", impulse");
+    add_friction_pairs(element.left_slip[i], element.impulse[i], kNoImpact, at + ", impulse");
     if (options_.cone == Cone::exact && n_t == 1) {
       const auto plus = at_points([](const Slip& s) { return s.xi_plus; });
       const auto minus = at_points([](const Slip& s) { return s.xi_minus; });
@@ -312,7 +312,7 @@ FesdEquations::Point FesdEquations::add_interval(const Point& start, const std::
   for (int n = 0; n < n_fe; ++n) {
     const std::string name = fmt::format("{}, element {}", interval, n + 1);
     Element& element = elements[n];
-    element.h = mpcc_.nlp.add_variable(kShortest * H / n_fe, T >= 0 ? kInfinity : H, H / n_fe, name + ", h");
+    element.h = mpcc_.nlp.add_variable(options_.shortest * H / n_fe, T >= 0 ? kInfinity : H, H / n_fe, name + ", h");
     lengths.emplace_back(element.h, 1);
     element.left.q = left.q;
     element.left.gap = left.gap;

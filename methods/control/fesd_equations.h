@@ -44,8 +44,9 @@ class FesdEquations final : public ContactEquations {
     int facets = 8;  ///< of Cone::polyhedral in space
     CrossComplementarity cross = CrossComplementarity::sparse;
     Equilibration equilibration = Equilibration::objective;
-    double rho = 1;       ///< of Equilibration::objective [1/s^2]
-    double eps_c = 1e-3;  ///< of (6); 0 leaves (6) out
+    double rho = 1;         ///< of Equilibration::objective [1/s^2]
+    double shortest = 0.1;  ///< element, relative to equal ones: elements that collapse are degenerate
+    double eps_c = 1e-3;    ///< of (6); 0 leaves (6) out
   };
 
   /// @param mpcc  what everything is added to; outlives this object, as `plant` does
