@@ -12,7 +12,7 @@
 namespace ricochet {
 namespace {
 
-// Impulses of a solution that count as impacts, relative to the largest: a transcription ends with rounding elsewhere.
+// Of the largest momentum.
 constexpr double kImpact = 1e-6;
 
 }  // namespace
@@ -67,20 +67,26 @@ IntervalSolver pivoting_solver(double tolerance) {
   };
 }
 
-ReplayMismatch mismatch(const ControlTrajectory& claimed, const Replay& truth) {
+double smallest_impact(const OptimalControlProblem& problem, const ControlTrajectory& trajectory) {
+  double momentum = 0;
+  for (const auto& point : trajectory.points)
+    momentum = std::max(momentum, (problem.plant->mass_matrix(point.q) * point.v).cwiseAbs().maxCoeff());
+  return kImpact * momentum;
+}
+
+ReplayMismatch mismatch(const OptimalControlProblem& problem, const ControlTrajectory& claimed, const Replay& truth) {
   ReplayMismatch result;
   const auto& end = claimed.points.back();
   result.terminal = std::max((end.q - truth.q).cwiseAbs().maxCoeff(), (end.v - truth.v).cwiseAbs().maxCoeff());
   result.cost = truth.cost - claimed.objective;
 
-  double largest = 0;
-  for (const auto& impulse : claimed.impulses) largest = std::max(largest, impulse.Lambda_n);
+  const double least = smallest_impact(problem, claimed);
   std::vector<std::pair<int, double>> expected, found;
   for (const auto& impulse : claimed.impulses) {
-    if (impulse.Lambda_n > kImpact * largest) expected.emplace_back(impulse.contact, impulse.t);
+    if (impulse.Lambda_n > least) expected.emplace_back(impulse.contact, impulse.t);
   }
   for (const auto& event : truth.events) {
-    if (event.kind == EventKind::impact && event.Lambda_n[event.contact] > kImpact * largest)
+    if (event.kind == EventKind::impact && event.Lambda_n[event.contact] > least)
       found.emplace_back(event.contact, event.t);
   }
   const bool same = std::equal(expected.begin(), expected.end(), found.begin(), found.end(),

@@ -37,6 +37,10 @@ struct ReplayMismatch {
   double events = 0;    ///< largest difference of impact times [s]; infinite when their number or contacts differ
   double cost = 0;      ///< true minus claimed
 };
-ReplayMismatch mismatch(const ControlTrajectory& claimed, const Replay& truth);
+ReplayMismatch mismatch(const OptimalControlProblem& problem, const ControlTrajectory& claimed, const Replay& truth);
+
+/// What an impulse has to exceed to count as an impact [N s]: a transcription, and a contact that is made softly, have
+/// tiny ones.
+double smallest_impact(const OptimalControlProblem& problem, const ControlTrajectory& trajectory);
 
 }  // namespace ricochet

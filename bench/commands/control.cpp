@@ -22,8 +22,7 @@ struct Options {
   std::string tableau;
   std::string impulses = "position_velocity", cone = "exact", cross = "aggregated", equilibration = "objective";
   FesdEquations::Options equations;
-  HomotopyOptions homotopy{
-      .sigma_final = 1e-6, .warm_multipliers = false, .max_iterations = 500, .time_limit = 120};
+  HomotopyOptions homotopy{.sigma_final = 1e-6, .warm_multipliers = false, .max_iterations = 500, .time_limit = 120};
   bool superlinear = false;
   double noise = 0;
   unsigned seed = 1;
@@ -104,7 +103,7 @@ Table replay_table(const OptimalControlProblem& problem, const ControlTrajectory
                                                             {"FESD-J, pivoting, adaptive", pivoting_solver(1e-9)}};
   for (const auto& [name, solve] : solvers) {
     const Replay truth = replay(problem, trajectory, solve);
-    const ReplayMismatch difference = mismatch(trajectory, truth);
+    const ReplayMismatch difference = mismatch(problem, trajectory, truth);
     table.rows.push_back({name, truth.message.empty() ? to_string(truth.status) : truth.message,
                           fmt::format("{:.2e}", difference.terminal),
                           std::isfinite(difference.events) ? fmt::format("{:.2e}", difference.events) : "other",
@@ -115,10 +114,9 @@ Table replay_table(const OptimalControlProblem& problem, const ControlTrajectory
 }
 
 void print_impulses(const OptimalControlProblem& problem, const ControlTrajectory& trajectory) {
-  double largest = 0;
-  for (const auto& impulse : trajectory.impulses) largest = std::max(largest, impulse.Lambda_n);
+  const double least = smallest_impact(problem, trajectory);
   for (const auto& impulse : trajectory.impulses) {
-    if (impulse.Lambda_n > 1e-6 * largest)
+    if (impulse.Lambda_n > least)
       fmt::print("impact     t = {:.9g} s  {}  Lambda_n = {:.6g} N s\n", impulse.t,
                  problem.plant->info().contacts[impulse.contact].name, impulse.Lambda_n);
   }
@@ -189,6 +187,7 @@ void add_control_command(CLI::App& app, int& exit_code) {
   command->add_option("--equilibration", o.equilibration, "of the steps: objective, exact, tanh, none")
       ->capture_default_str();
   command->add_option("--rho", o.equations.rho, "weight of --equilibration objective")->capture_default_str();
+  command->add_flag("!--capture", o.equations.no_capture, "as published: a closed element may absorb a bounce");
   command->add_option("--eps-c", o.equations.eps_c, "gaps stay open over this part of a step; 0 for none")
       ->capture_default_str();
   command->add_option("--relaxation", o.homotopy.relaxation, "of the complementarity pairs")->capture_default_str();

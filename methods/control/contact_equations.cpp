@@ -20,19 +20,18 @@ constexpr double kTouching = 1e-12;
 // Guess of forces, impulses and slacks: Ipopt starts inside of their bounds.
 constexpr double kPositive = 1e-1;
 
-/// Direction of facet f: +-1 in the plane, points of the unit circle in space.
-std::vector<double> facet(int n_t, int f, int facets) {
-  if (n_t == 1) return {f == 0 ? 1.0 : -1.0};
-  const double angle = 2 * std::numbers::pi * f / facets;
-  return {std::cos(angle), std::sin(angle)};
-}
-
 }  // namespace
 
 std::vector<int> ContactEquations::join(std::initializer_list<std::vector<int>> lists) {
   std::vector<int> all;
   for (const auto& list : lists) all.insert(all.end(), list.begin(), list.end());
   return all;
+}
+
+std::vector<double> ContactEquations::facet(int n_t, int f, int facets) {
+  if (n_t == 1) return {f == 0 ? 1.0 : -1.0};
+  const double angle = 2 * std::numbers::pi * f / facets;
+  return {std::cos(angle), std::sin(angle)};
 }
 
 ContactEquations::ContactEquations(const Problem& plant, Cone cone, int facets, double eps, Mpcc& mpcc)

@@ -86,6 +86,8 @@ class ContactEquations {
   /// The pairs of (2)-(4) between the force and the slip of one contact at one point.
   void add_friction_pairs(const Slip& slip, const Force& force, double bias, const std::string& name);
   static std::vector<int> tangential(const std::vector<Force>& forces);
+  /// Direction of facet f: +-1 in the plane, points of the unit circle in space.
+  static std::vector<double> facet(int n_t, int f, int facets);
 
   const Problem& plant_;
   const ProblemInfo& info_;

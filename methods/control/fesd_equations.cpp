@@ -84,6 +84,15 @@ void FesdEquations::add_impact(Element& element, const std::string& name) {
       mpcc_.add_pair({Lambda}, {plus, minus}, at + ", Lambda_n _|_ s+ + s-", kNoImpact);
     }
   }
+  if (options_.no_capture) {  // (9)
+    element.z_plus = add_variables(n_c, 0, kPositive, name + ", z+");
+    element.z_minus = add_variables(n_c, 0, kPositive, name + ", z-");
+    const int row = mpcc_.nlp.n_rows();
+    add_equations(functions_.normal_velocity, join({element.left.q, element.left.v}), name + ", normal velocity",
+                  element.z_plus);
+    for (int i = 0; i < n_c; ++i)
+      mpcc_.nlp.add_block(std::make_unique<LinearBlock>(row + i, Terms{{element.z_minus[i], 1}}));
+  }
   if (options_.eps_c > 0) {  // (6)
     std::vector<int> rows;
     for (int i = 0; i < n_c; ++i)
@@ -167,6 +176,9 @@ void FesdEquations::add_cross_complementarity(const Element& element, const std:
     for (const auto& stage : element.stages) gaps.push_back(stage.point.gap[i]);
     if (!stiffly_accurate_) gaps.push_back(element.right.gap[i]);
     add_cross(at_stages([&](const Stage& s) { return s.lambda_n[i]; }), gaps, at + ", lambda_n _|_ gap");
+    if (options_.no_capture && info_.contacts[i].is_affine)
+      add_cross(at_stages([&](const Stage& s) { return s.lambda_n[i]; }), {element.z_plus[i]},
+                at + ", lambda_n _|_ z+");
 
     const int n_t = info_.contacts[i].n_t;
     if (n_t == 0) continue;
@@ -365,6 +377,89 @@ FesdStep FesdEquations::read(const Vector& x, int interval) const {
           stages.lambda_n.row(i).maxCoeff() > x[element.right.gap[i]] ? ContactMode::closed : ContactMode::open;
   }
   return step;
+}
+
+void FesdEquations::guess_point(const Point& point, const Vector& q, const Vector& v, const std::vector<Slip>& slips) {
+  auto& variables = mpcc_.nlp.variables;
+  for (int k = 0; k < info_.n_q; ++k) {
+    variables[point.q[k]].guess = q[k];
+    variables[point.v[k]].guess = v[k];
+  }
+  const Vector gap = plant_.gap(q), v_t = plant_.tangent_jacobian(q).transpose() * v;
+  for (int i = 0; i < info_.n_c(); ++i) variables[point.gap[i]].guess = std::max(gap[i], 0.0);
+  for (int t = 0; t < info_.n_lambda_t; ++t) variables[point.slip[t]].guess = v_t[t];
+  for (std::size_t i = 0; i < slips.size(); ++i) {
+    const auto& contact = info_.contacts[i];
+    const double* slip = v_t.data() + contact.tangent_index;
+    for (std::size_t d = 0; d < slips[i].xi_plus.size(); ++d) {
+      variables[slips[i].xi_plus[d]].guess = std::max(slip[d], 0.0);
+      variables[slips[i].xi_minus[d]].guess = std::max(-slip[d], 0.0);
+    }
+    const double speed = v_t.segment(contact.tangent_index, contact.n_t).norm();
+    for (const int gamma : slips[i].gamma) variables[gamma].guess = speed;
+    for (std::size_t f = 0; f < slips[i].rates.size(); ++f) {
+      const auto direction = facet(contact.n_t, static_cast<int>(f), static_cast<int>(slips[i].rates.size()));
+      double rate = speed;
+      for (int d = 0; d < contact.n_t; ++d) rate += direction[d] * slip[d];
+      variables[slips[i].rates[f]].guess = std::max(rate, 0.0);
+    }
+  }
+}
+
+void FesdEquations::guess_forces(const std::vector<Force>& forces, const Vector& lambda_n, const Vector& lambda_t) {
+  auto& variables = mpcc_.nlp.variables;
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    const auto& contact = info_.contacts[i];
+    const auto tangential = lambda_t.segment(contact.tangent_index, contact.n_t);
+    const double cone = contact.mu * lambda_n[static_cast<Eigen::Index>(i)];
+    for (int d = 0; d < contact.n_t; ++d) variables[forces[i].lambda_t[d]].guess = tangential[d];
+    const auto& slack = forces[i].slack;
+    if (slack.size() == 2) {
+      variables[slack[0]].guess = std::max(cone + tangential[0], 0.0);
+      variables[slack[1]].guess = std::max(cone - tangential[0], 0.0);
+    } else if (slack.size() == 1) {
+      const double rest = forces[i].facets.empty() ? cone * cone - tangential.squaredNorm() : cone - tangential.norm();
+      variables[slack[0]].guess = std::max(rest, 0.0);
+    }
+    for (std::size_t f = 0; f < forces[i].facets.size(); ++f) {
+      const auto direction = facet(contact.n_t, static_cast<int>(f), static_cast<int>(forces[i].facets.size()));
+      double part = 0;
+      for (int d = 0; d < contact.n_t; ++d) part += direction[d] * tangential[d];
+      variables[forces[i].facets[f]].guess = std::max(part, 0.0);  // exact in the plane
+    }
+  }
+}
+
+void FesdEquations::set_guess(const FesdStep& step, int interval) {
+  auto& variables = mpcc_.nlp.variables;
+  const auto& elements = intervals_[static_cast<std::size_t>(interval)];
+  for (std::size_t n = 0; n < elements.size(); ++n) {
+    const Element& element = elements[n];
+    const Stages& stages = step.elements[n];
+    const auto column = static_cast<Eigen::Index>(n);
+    variables[element.h].guess = stages.h;
+    guess_point(element.left, stages.q0, stages.v0, element.left_slip);
+    guess_forces(element.impulse, step.Lambda_n.col(column), step.Lambda_t.col(column));
+    const Matrix J = plant_.normal_jacobian(stages.q0);
+    for (int i = 0; i < info_.n_c(); ++i) {
+      const double rate = J.col(i).dot(stages.v0 + info_.contacts[i].eps_r * step.v_minus.col(column));
+      variables[element.Lambda_n[i]].guess = step.Lambda_n(i, column);
+      variables[element.s_plus[i]].guess = std::max(rate, 0.0);
+      variables[element.s_minus[i]].guess = std::max(-rate, 0.0);
+      if (!options_.no_capture) continue;
+      const double after = J.col(i).dot(stages.v0);
+      variables[element.z_plus[i]].guess = std::max(after, 0.0);
+      variables[element.z_minus[i]].guess = std::max(-after, 0.0);
+    }
+    for (int j = 0; j < tableau_.n_s; ++j) {
+      const Stage& stage = element.stages[j];
+      guess_point(stage.point, stages.q.col(j), stages.v.col(j), stage.slip);
+      guess_forces(stage.force, stages.lambda_n.col(j), stages.lambda_t.col(j));
+      for (int k = 0; k < info_.n_q; ++k) variables[stage.w[k]].guess = stages.a(k, j);
+      for (int i = 0; i < info_.n_c(); ++i) variables[stage.lambda_n[i]].guess = stages.lambda_n(i, j);
+    }
+    if (!stiffly_accurate_) guess_point(element.right, stages.q1, stages.v1, element.right_slip);
+  }
 }
 
 }  // namespace ricochet

@@ -20,6 +20,11 @@ namespace ricochet {
 ///   0 <= Lambda_n  _|_  y_0 >= 0,   s+ - s- = J_n' (v_0 + eps_r v-),   0 <= Lambda_n  _|_  s+, s- >= 0    (5)
 ///   f_c(q_0 + eps_c h v_0) >= 0                                                                           (6)
 ///   sum_n h_n = H                                                                                         (7)
+///   J_n' v_0 = z+ - z-,   0 <= z+  _|_  lambda_n,j >= 0                                                   (9)
+///
+/// (9) is ours: a contact that bounces has no force. Without it a closed element of Radau type may absorb the bounce by
+/// stage forces (open question 2 in methods/fesd/README.md), and an optimisation finds that out. It is stated for
+/// affine gaps; on a curve (1)-(4) themselves leave small normal velocities.
 ///
 /// Impulses::slack has the paper's appendix instead of the pairs in (5): Lambda_n _|_ y_0 + s+ + s-, s+ _|_ s-.
 /// Friction is that of contact_equations.h, with forces at the stages j complementary to slip at j', and xi+_j to
@@ -44,9 +49,10 @@ class FesdEquations final : public ContactEquations {
     int facets = 8;  ///< of Cone::polyhedral in space
     CrossComplementarity cross = CrossComplementarity::sparse;
     Equilibration equilibration = Equilibration::objective;
-    double rho = 1;         ///< of Equilibration::objective [1/s^2]
-    double shortest = 0.1;  ///< element, relative to equal ones: elements that collapse are degenerate
-    double eps_c = 1e-3;    ///< of (6); 0 leaves (6) out
+    double rho = 1;          ///< of Equilibration::objective [1/s^2]
+    double shortest = 0.1;   ///< element, relative to equal ones: elements that collapse are degenerate
+    bool no_capture = true;  ///< (9)
+    double eps_c = 1e-3;     ///< of (6); 0 leaves (6) out
   };
 
   /// @param mpcc  what everything is added to; outlives this object, as `plant` does
@@ -69,6 +75,7 @@ class FesdEquations final : public ContactEquations {
     Point left;  ///< v is v_0, behind an impact
     std::vector<int> v_minus;
     std::vector<int> Lambda_n, s_plus, s_minus;
+    std::vector<int> z_plus, z_minus;  ///< empty without (9)
     std::vector<Slip> left_slip;
     std::vector<Force> impulse;
     std::vector<Stage> stages;
@@ -80,7 +87,12 @@ class FesdEquations final : public ContactEquations {
   /// The solution x of the MPCC in an interval, for the audit and for figures.
   FesdStep read(const Vector& x, int interval) const;
 
+  /// The interval's variables for a step that is solved, with as many elements; the indicators of (8) stay as they are.
+  void set_guess(const FesdStep& step, int interval);
+
  private:
+  void guess_point(const Point& point, const Vector& q, const Vector& v, const std::vector<Slip>& slips);
+  void guess_forces(const std::vector<Force>& forces, const Vector& lambda_n, const Vector& lambda_t);
   void add_impact(Element& element, const std::string& name);
   void add_stages(Element& element, const std::vector<int>& u, const std::string& name);
   void add_cross(const std::vector<int>& stages, const std::vector<int>& points, const std::string& name);

@@ -56,7 +56,7 @@ PlantFunctions plant_functions(const Problem& problem, double eps) {
   const symbol h;
 
   PlantFunctions functions;
-  Expressions dynamics, impulse, jump, gap, ahead, slip, restitution;
+  Expressions dynamics, impulse, jump, gap, ahead, slip, restitution, normal_velocity;
   for (int k = 0; k < n_q; ++k) jump.push_back(v_plus[k] - v_minus[k]);
   for (int k = 0; k < n_q; ++k) {
     const ex contact = contact_force(model, k, lambda_n, lambda_t);
@@ -70,9 +70,13 @@ PlantFunctions plant_functions(const Problem& problem, double eps) {
   for (const auto& contact : model.contacts) {
     gap.push_back(contact.gap);
     ahead.push_back(contact.gap.subs(step));
-    ex rate = 0;
-    for (int k = 0; k < n_q; ++k) rate += contact.gap.diff(model.q[k]) * (v_plus[k] + contact.eps_r * v_minus[k]);
+    ex rate = 0, after = 0;
+    for (int k = 0; k < n_q; ++k) {
+      rate += contact.gap.diff(model.q[k]) * (v_plus[k] + contact.eps_r * v_minus[k]);
+      after += contact.gap.diff(model.q[k]) * model.v[k];
+    }
     restitution.push_back(rate);
+    normal_velocity.push_back(after);
     for (const auto& direction : contact.tangents) {
       ex sum = 0;
       for (int k = 0; k < n_q; ++k) sum += direction[k] * model.v[k];
@@ -84,6 +88,7 @@ PlantFunctions plant_functions(const Problem& problem, double eps) {
   functions.slip = {slip, join({model.q, model.v}), constants};
   functions.impulse = {impulse, join({model.q, v_plus, v_minus, lambda_n, lambda_t}), constants};
   functions.restitution = {restitution, join({model.q, v_plus, v_minus}), constants};
+  functions.normal_velocity = {normal_velocity, join({model.q, model.v}), constants};
   functions.ahead = {ahead, join({model.q, model.v, {h}}), constants};
   return functions;
 }

@@ -14,7 +14,8 @@ struct PlantFunctions {
   SmoothFunction slip;         ///< (q, v) -> J_t' v
   SmoothFunction impulse;      ///< (q, v+, v-, Lambda_n, Lambda_t) -> M (v+ - v-) - J_n Lambda_n - J_t Lambda_t
   SmoothFunction restitution;  ///< (q, v+, v-) -> J_n^i' (v+ + eps_r^i v-)
-  SmoothFunction ahead;        ///< (q, v, h) -> f_c(q + eps h v), eps as given to plant_functions()
+  SmoothFunction normal_velocity;  ///< (q, v) -> J_n' v
+  SmoothFunction ahead;            ///< (q, v, h) -> f_c(q + eps h v), eps as given to plant_functions()
 };
 
 /// @throws InputError when the problem has no formulas: neither a compiled scene nor a scene file
