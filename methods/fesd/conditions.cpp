@@ -109,7 +109,7 @@ Vector FesdAudit::stage_velocity(const Stages& e, int j) const {
 Vector FesdAudit::end_velocity_residual(const Stages& e, const Matrix& accelerations) const {
   const ProblemInfo& info = problem_.info();
   Vector residual = e.v1 - e.v0 - e.h * accelerations * tableau_.b;
-  if (!info.has_bilateral()) return residual;
+  if (!e.is_projected) return residual;
   const Matrix M = problem_.mass_matrix(e.q1), J_n = problem_.normal_jacobian(e.q1),
                J_t = problem_.tangent_jacobian(e.q1);
   Matrix held = Matrix::Zero(info.n_q, info.n_c() + info.n_lambda_t);

@@ -45,7 +45,7 @@ void JunctionSolver::set_tangential_law(const Stages& element, const Stages* lef
     closed.slides = true;
     double size = 0;
     for (int d = 0; d < contact.n_t; ++d) {
-      closed.direction[d] = -left->lambda_t.row(contact.tangent_index + d).dot(tableau_.right_end);
+      closed.direction[d] = -left->end_lambda_t[contact.tangent_index + d];
       size = std::hypot(size, closed.direction[d]);
     }
     for (int d = 0; d < contact.n_t; ++d) closed.direction[d] /= size;
@@ -150,15 +150,10 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
       junction.alternatives.push_back({i, slip_mode(contact.n_t, &against), mode});
     }
   }
-  for (const auto& closed : closed_) {
-    const int i = closed.contact;
-    if (is_closed(stages.modes[i]) && !info.contacts[i].is_affine && impact_law_.normal_velocity(i, stages.v0) > 0)
-      junction.alternatives.push_back({i, ContactMode::open, stages.modes[i]});
-  }
   return Result::done;
 }
 
-bool JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
+void JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
   const Stages& before = step.elements[element - 1];
   Stages& stages = step.elements[element];
   stages.q0 = before.q1;
@@ -168,7 +163,6 @@ bool JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
   junction.from_rest.clear();
   junction.has_forces = false;
   const int n_c = problem_.n_c();
-  if (n_c == 0) return true;
   if (problem_.info().has_friction()) {
     step.Lambda_t.col(element).setZero();
     stages.slip_start.setZero();
@@ -177,19 +171,6 @@ bool JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
     step.Lambda_n(i, element) = 0;
     stages.modes[i] = before.modes[i];
   }
-  if (!step.touches) return true;
-  for (const int i : problem_.info().unilateral) {
-    if (is_closed(stages.modes[i])) junction.touching.push_back(i);
-  }
-  if (junction.touching.empty()) return true;
-  if (!impact_law_.prepare(stages.q0, junction.touching)) return false;
-  for (const int i : junction.touching) {
-    if (impact_law_.normal_velocity(i, stages.v0) <
-        -kVelocityRounding * impact_law_.normal_velocity_scale(i, stages.v0)) {
-      return impact_law_.impact(stages.v0, step.Lambda_n.col(element), step.Lambda_t.col(element)) == LcpStatus::solved;
-    }
-  }
-  return true;
 }
 
 bool JunctionSolver::is_pressed(const Stages& element, int contact) {

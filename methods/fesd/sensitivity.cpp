@@ -386,7 +386,7 @@ Matrix Sensitivity::through_element(const Stages& e, const Switch& end, State& s
       row += 1 + contact.n_t;
     }
   }
-  if (info.has_bilateral()) through_projection(e, end, state);
+  if (e.is_projected) through_projection(e, end, state);
   return forces;
 }
 
