@@ -134,8 +134,12 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
     const int i = closed.contact;
     const auto& contact = info.contacts[i];
     ContactMode mode = closed.mode;
-    if (mode == ContactMode::open && within_step && was_closed(i) && !is_impact) mode = continued_mode(closed);
+    const bool rested = was_closed(i) && !is_impact;
+    if (mode == ContactMode::open && within_step && rested) mode = continued_mode(closed);
     stages.modes[i] = mode;
+    const bool breaks_too = end.kind == Switch::Kind::force_vanishes && end.contact >= 0 && is_closed(mode) && rested &&
+                            junction.lambda_n[i] <= kForceRounding * left->lambda_n.row(i).maxCoeff();
+    if (breaks_too) junction.alternatives.push_back({i, ContactMode::open, mode});
     if (!is_closed(mode) || contact.n_t == 0) continue;
 
     const auto lambda_t = junction.lambda_t.segment(contact.tangent_index, contact.n_t);

@@ -36,7 +36,8 @@ struct Junction {
 /// against that force, with zero acceleration at first.
 ///
 /// Alternatives: a contact that bounced may be closed instead (that is how a ball comes to rest, open question 2 of the
-/// specification); stick and slip at the boundary of the cone may be either.
+/// specification); stick and slip at the boundary of the cone may be either; where one contact breaks, others that the
+/// load leaves without a force may break at the same instant.
 class JunctionSolver {
  public:
   /// @param gap_size  n_c, what rounding of the gaps is relative to; read at every call

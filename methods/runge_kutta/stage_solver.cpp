@@ -836,8 +836,8 @@ void StageSolver::constrained_force_slope(const Stages& last, const Switch& end,
       end_v_ = last.v1 + sign * part * dv;
       set_end_system(end_q_, end_v_, last);
       constrained_forces(end_q_, end_v_);
-      const double value = end.kind == Switch::Kind::force_vanishes ? lambda_[end.contact]
-                                                                    : end_margin(end.contact, lambda_, lambda_t_);
+      const double value =
+          end.kind == Switch::Kind::force_vanishes ? lambda_[end.contact] : end_margin(end.contact, lambda_, lambda_t_);
       slope[c] += sign / (2 * part) * value;
     }
   }

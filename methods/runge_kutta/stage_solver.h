@@ -16,16 +16,16 @@ namespace ricochet {
 
 /// One Runge-Kutta step with all its values; a finite element of FESD-J.
 struct Stages {
-  double h = 0;                    ///< length [s]
-  Vector q0, v0;                   ///< left end (after an impact)
-  Matrix q, v, a;                  ///< n_q x n_s: positions, velocities, accelerations v' at the stages
-  Matrix lambda_n;                 ///< n_c x n_s; zero for an open contact
-  Matrix lambda_t;                 ///< n_lambda_t x n_s
-  Vector slip_start;               ///< n_lambda_t; in: unit slip direction where slip in space starts from rest, else 0
-  Vector q1, v1;                   ///< right end
-  bool is_projected = false;       ///< StageSolver (10) made v1, and (11) the forces at the right end:
+  double h = 0;               ///< length [s]
+  Vector q0, v0;              ///< left end (after an impact)
+  Matrix q, v, a;             ///< n_q x n_s: positions, velocities, accelerations v' at the stages
+  Matrix lambda_n;            ///< n_c x n_s; zero for an open contact
+  Matrix lambda_t;            ///< n_lambda_t x n_s
+  Vector slip_start;          ///< n_lambda_t; in: unit slip direction where slip in space starts from rest, else 0
+  Vector q1, v1;              ///< right end
+  bool is_projected = false;  ///< StageSolver (10) made v1, and (11) the forces at the right end:
   Vector end_lambda_n, end_lambda_t;  ///< n_c, n_lambda_t; zero if the tableau says nothing about the right end
-  std::vector<ContactMode> modes;  ///< n_c
+  std::vector<ContactMode> modes;     ///< n_c
 
   void resize(const ProblemInfo& info, int n_s);
 };
@@ -54,14 +54,16 @@ struct Switch {
 ///   0   = f_c^i(q_j),  i closed                                                         (4)
 ///   v_1 = P (v_0 + h sum_k b_k w_k),   q_1 = q_0 + h v_0 + h^2 sum_k (b'A)_k w_k        (5)
 ///
-/// where P = I, unless a closed contact is curved. (4) alone leaves a velocity of O(h^n_s) across it, which errors of the
-/// forces made. So P, at q_1, takes it away by impulses of all closed contacts, along the directions of their forces:
+/// where P = I, unless a closed contact is curved. (4) alone leaves a velocity of O(h^n_s) across it, which errors of
+/// the forces made. So P, at q_1, takes it away by impulses of all closed contacts, along the directions of their
+/// forces:
 ///
 ///   P = I - M^-1 C (R' M^-1 C)^-1 R',   R = [J_n closed, J_t sticking],   C = [J_n - mu J_t d slipping, else as R]
 ///   (10)
 ///
-/// with d the direction of slip. The force of the last stage is of order n_s - 1 only. The forces at the right end, which
-/// say when a contact breaks or begins to slip, are those that keep q_1, v_1 on the contacts, as accurate as the state:
+/// with d the direction of slip. The force of the last stage is of order n_s - 1 only. The forces at the right end,
+/// which say when a contact breaks or begins to slip, are those that keep q_1, v_1 on the contacts, as accurate as the
+/// state:
 ///
 ///   M w = f_v + B_u u + C lambda,   R' w + (d/dt R') v_1 = 0.                             (11)
 ///
