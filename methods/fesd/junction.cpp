@@ -96,7 +96,7 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   bool approaches = false;
   for (const int i : junction.touching)
     approaches = approaches || impact_law_.normal_velocity(i, v_minus) < -rounding(i);
-  // A contact closes; the small impulses that keep a closed contact's velocity tangential are no impact.
+  // A contact closes; the impulses of contacts that were closed when they bounced (see carry_on) are no impact.
   bool is_impact = false;
   if (approaches) {
     if (impact_law_.impact(stages.v0, Lambda_n, Lambda_t) != LcpStatus::solved) return Result::no_impulse;
@@ -157,7 +157,7 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   return Result::done;
 }
 
-void JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
+bool JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
   const Stages& before = step.elements[element - 1];
   Stages& stages = step.elements[element];
   stages.q0 = before.q1;
@@ -167,6 +167,7 @@ void JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
   junction.from_rest.clear();
   junction.has_forces = false;
   const int n_c = problem_.n_c();
+  if (n_c == 0) return true;
   if (problem_.info().has_friction()) {
     step.Lambda_t.col(element).setZero();
     stages.slip_start.setZero();
@@ -175,6 +176,19 @@ void JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
     step.Lambda_n(i, element) = 0;
     stages.modes[i] = before.modes[i];
   }
+  if (!step.touches) return true;
+  for (const int i : problem_.info().unilateral) {
+    if (is_closed(stages.modes[i])) junction.touching.push_back(i);
+  }
+  if (junction.touching.empty()) return true;
+  if (!impact_law_.prepare(stages.q0, junction.touching)) return false;
+  for (const int i : junction.touching) {
+    if (impact_law_.normal_velocity(i, stages.v0) <
+        -kVelocityRounding * impact_law_.normal_velocity_scale(i, stages.v0)) {
+      return impact_law_.impact(stages.v0, step.Lambda_n.col(element), step.Lambda_t.col(element)) == LcpStatus::solved;
+    }
+  }
+  return true;
 }
 
 bool JunctionSolver::is_pressed(const Stages& element, int contact) {

@@ -52,8 +52,9 @@ class JunctionSolver {
   Result begin(FesdStep& step, int element, const Stages* left, const Switch& end, bool within_step,
                Junction& junction);
 
-  /// Continues the modes of the element before without a switch.
-  void carry_on(FesdStep& step, int element, Junction& junction);
+  /// Continues the modes of the element before without a switch. A contact that bounced and was closed instead may come
+  /// back where the tableau has no stage at the right end, and then needs an impulse. False when there is none.
+  bool carry_on(FesdStep& step, int element, Junction& junction);
 
   /// Whether the load presses a touching contact together, at the junction that begin() has just made.
   bool is_pressed(const Stages& element, int contact);

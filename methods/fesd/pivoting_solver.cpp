@@ -360,7 +360,8 @@ Violation PivotingSolver::equal_elements(int first, int count, double h) {
   }
   for (int k = 0; k < count; ++k) {
     const int element = first + k;
-    if (k > 0) junction_solver_.carry_on(*step_, element, junctions_[element]);
+    if (k > 0 && !junction_solver_.carry_on(*step_, element, junctions_[element]))
+      return {Verdict::no_impulse, element, -1, 0, 0};
     first_guess(element, h);
     step_->ends[element].contact = -1;
     Stages& stages = step_->elements[element];
@@ -465,7 +466,8 @@ bool PivotingSolver::run_to_time(int first, int count, double h, const Violation
 bool PivotingSolver::bracket_switch(int first, int count, const Switch& end, double remaining) {
   const auto value = [&](double h) {
     for (int k = 0; k < count; ++k) {
-      if (k > 0) junction_solver_.carry_on(*step_, first + k, junctions_[first + k]);
+      if (k > 0 && !junction_solver_.carry_on(*step_, first + k, junctions_[first + k]))
+        return std::numeric_limits<double>::quiet_NaN();
       first_guess(first + k, h);
       if (stage_solver_.solve(step_->elements[first + k]) != StageSolver::Result::converged)
         return std::numeric_limits<double>::quiet_NaN();

@@ -327,6 +327,13 @@ void StageSolver::set_end_forces(Stages& step) {
   } else if (tableau_.right_end.size() > 0) {
     step.end_lambda_n.noalias() = step.lambda_n.lazyProduct(tableau_.right_end);
     step.end_lambda_t.noalias() = step.lambda_t.lazyProduct(tableau_.right_end);
+    for (const Active& active : closed_) {  // extrapolated, a force that turns leaves its cone
+      if (stiffly_accurate_ || active.mode != ContactMode::slip) continue;
+      const auto& contact = problem_.info().contacts[active.contact];
+      auto lambda_t = step.end_lambda_t.segment(contact.tangent_index, contact.n_t);
+      const double force = lambda_t.norm();
+      if (force > 0) lambda_t *= contact.mu * step.end_lambda_n[active.contact] / force;
+    }
   }
 }
 
