@@ -37,6 +37,8 @@ constexpr Text kTexts[] = {
     {"pinned sliding", "beta(right end of n-1) sum_j |v_t,nj| = 0"},
     {"bilateral gap", "f_c = 0"},
     {"bilateral velocity", "J_n'v = 0 at v_n0, v_n+1"},
+    {"end tangency", "J_n'v_n+1 = 0, J_t'v_n+1 = 0 of stick"},
+    {"end force", "(J_n'v)' = 0, (J_t'v)' = 0 of stick at v_n+1"},
     {"aggregated complementarity", "sum_j lambda_nj sum_j' f_c(q_nj') = 0"},
     {"tanh equilibration", "(h_n - h_n-1) tanh(eta_n) = 0"},
     {"step length", "sum h_n = H"},
@@ -65,13 +67,20 @@ FesdAudit::FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool
 
 std::vector<Residual> FesdAudit::residuals() const {
   std::vector<Residual> list;
+  const ProblemInfo& info = problem_.info();
+  const bool has_curved =
+      std::any_of(info.contacts.begin(), info.contacts.end(), [](const auto& c) { return !c.is_affine; });
+  const auto is_from = [](FesdCondition condition, FesdCondition first, FesdCondition last) {
+    return condition >= first && condition <= last;
+  };
   for (std::size_t k = 0; k < residuals_.size(); ++k) {
     const auto condition = static_cast<FesdCondition>(k);
-    const bool is_of_friction = condition >= FesdCondition::impulse_cone && condition <= FesdCondition::pinned_sliding;
-    const bool is_of_bilateral =
-        condition == FesdCondition::bilateral_gap || condition == FesdCondition::bilateral_velocity;
-    if ((problem_.info().has_friction() || !is_of_friction) && (problem_.info().has_bilateral() || !is_of_bilateral))
-      list.push_back(residuals_[k]);
+    if (is_from(condition, FesdCondition::impulse_cone, FesdCondition::pinned_sliding) && !info.has_friction())
+      continue;
+    if (is_from(condition, FesdCondition::bilateral_gap, FesdCondition::bilateral_velocity) && !info.has_bilateral())
+      continue;
+    if (is_from(condition, FesdCondition::end_tangency, FesdCondition::end_force) && !has_curved) continue;
+    list.push_back(residuals_[k]);
   }
   return list;
 }
@@ -100,16 +109,16 @@ bool FesdAudit::forces_jump(const Stages& left, const Stages& right) {
   return false;
 }
 
-/// Of slip: at the last stage, when it is the right end, P has acted.
-Vector FesdAudit::stage_velocity(const Stages& e, int j) const {
-  return stiffly_accurate_ && j + 1 == tableau_.n_s ? e.v1 : Vector(e.v.col(j));
+/// Of slip: at the last stage, when it is the right end, P has acted; the direction of slip in space was there before.
+Vector FesdAudit::stage_velocity(const Stages& e, int j, int n_t) const {
+  return stiffly_accurate_ && n_t == 1 && j + 1 == tableau_.n_s ? e.v1 : Vector(e.v.col(j));
 }
 
 /// What v_{n+1} has besides the velocity of the Runge-Kutta step and what P took away, an impulse of closed contacts.
 Vector FesdAudit::end_velocity_residual(const Stages& e, const Matrix& accelerations) const {
   const ProblemInfo& info = problem_.info();
   Vector residual = e.v1 - e.v0 - e.h * accelerations * tableau_.b;
-  if (!info.has_bilateral()) return residual;
+  if (!e.is_projected) return residual;
   const Matrix M = problem_.mass_matrix(e.q1), J_n = problem_.normal_jacobian(e.q1),
                J_t = problem_.tangent_jacobian(e.q1);
   Matrix held = Matrix::Zero(info.n_q, info.n_c() + info.n_lambda_t);
@@ -124,6 +133,30 @@ Vector FesdAudit::end_velocity_residual(const Stages& e, const Matrix& accelerat
   }
   const Vector impulse = held.completeOrthogonalDecomposition().solve(M * residual);
   return residual - M.llt().solve(held * impulse);
+}
+
+/// What P and the forces at the right end are to achieve.
+void FesdAudit::add_right_end(const Stages& e, const Vector& force_size) {
+  const Matrix J_n = problem_.normal_jacobian(e.q1), J_t = problem_.tangent_jacobian(e.q1);
+  const Eigen::LLT<Matrix> M(problem_.mass_matrix(e.q1));
+  const Vector load = M.solve(problem_.force(e.q1, e.v1)),
+               a = load + M.solve(J_n * e.end_lambda_n + J_t * e.end_lambda_t),
+               bias_n = problem_.gap_acceleration_bias(e.q1, e.v1),
+               bias_t = problem_.slip_acceleration_bias(e.q1, e.v1);
+  for (int i = 0; i < problem_.n_c(); ++i) {
+    if (!is_closed(e.modes[i])) continue;
+    const auto hold = [&](const Vector& J, double bias) {
+      const double acceleration =
+          J.cwiseAbs().dot(load.cwiseAbs()) + J.dot(M.solve(J)) * force_size[i] + std::abs(bias);
+      report(FesdCondition::end_tangency, J.dot(e.v1), J.cwiseAbs().dot(e.v1.cwiseAbs()) + e.h * acceleration, i);
+      report(FesdCondition::end_force, J.dot(a) + bias, acceleration, i);
+    };
+    hold(J_n.col(i), bias_n[i]);
+    const auto& contact = problem_.info().contacts[i];
+    for (int t = contact.tangent_index; e.modes[i] == ContactMode::stick && t < contact.tangent_index + contact.n_t;
+         ++t)
+      hold(J_t.col(t), bias_t[t]);
+  }
 }
 
 /// @param gaps  n_c x n_s, at the stages
@@ -159,12 +192,17 @@ void FesdAudit::add_friction(const FesdStep& step, int n, int i, double force, d
   at_point(slip_left);
   at_point(slip(i, e.q1, e.v1));
   for (int j = 0; j < n_s; ++j) {
-    const Vector v_t = slip(i, e.q.col(j), stage_velocity(e, j)),
+    const Vector v_t = slip(i, e.q.col(j), stage_velocity(e, j, n_t)),
                  lambda_t = e.lambda_t.col(j).segment(contact.tangent_index, n_t);
     const double mu_lambda = contact.mu * e.lambda_n(i, j);
     at_point(v_t);
-    report(FesdCondition::stage_cone, std::max(lambda_t.norm() - mu_lambda, 0.0), force, i);
+    if (!e.is_projected || j + 1 < n_s)
+      report(FesdCondition::stage_cone, std::max(lambda_t.norm() - mu_lambda, 0.0), force, i);
     report(FesdCondition::stage_slip, max_abs(mu_lambda * v_t + v_t.norm() * lambda_t), force * slip_size, i);
+  }
+  if (e.is_projected) {
+    const double outside = e.end_lambda_t.segment(contact.tangent_index, n_t).norm() - contact.mu * e.end_lambda_n[i];
+    report(FesdCondition::stage_cone, std::max(outside, 0.0), force, i);
   }
   for (int j = 0; j < n_s; ++j) {
     const Vector lambda_t = e.lambda_t.col(j).segment(contact.tangent_index, n_t);
@@ -178,12 +216,10 @@ void FesdAudit::add_friction(const FesdStep& step, int n, int i, double force, d
 
 void FesdAudit::add_pinned_sliding(const Stages& left, const Stages& e, int i, double force, double slip_size) {
   const auto& contact = problem_.info().contacts[i];
-  double beta = 0, sum = 0;
-  for (int j = 0; j < tableau_.n_s; ++j) {
-    const double force_t = left.lambda_t.col(j).segment(contact.tangent_index, contact.n_t).norm();
-    beta += tableau_.right_end[j] * (contact.mu * left.lambda_n(i, j) - force_t);
-    sum += slip(i, e.q.col(j), stage_velocity(e, j)).norm();
-  }
+  const int n_t = contact.n_t;
+  const double beta = contact.mu * left.end_lambda_n[i] - left.end_lambda_t.segment(contact.tangent_index, n_t).norm();
+  double sum = 0;
+  for (int j = 0; j < tableau_.n_s; ++j) sum += slip(i, e.q.col(j), stage_velocity(e, j, n_t)).norm();
   report(FesdCondition::pinned_sliding, beta * sum, force * slip_size, i);
 }
 
@@ -193,7 +229,7 @@ double FesdAudit::friction_indicator(const Stages& left, const Stages& e, int i,
   const auto sums = [&](const Stages& element) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // of xi+, xi-, beta; in space of ||v_t||, 0, beta
     for (int j = 0; j < tableau_.n_s; ++j) {
-      const Vector v_t = slip(i, element.q.col(j), stage_velocity(element, j));
+      const Vector v_t = slip(i, element.q.col(j), stage_velocity(element, j, contact.n_t));
       sum[0] += contact.n_t == 1 ? std::max(v_t[0], 0.0) : v_t.norm();
       sum[1] += contact.n_t == 1 ? std::max(-v_t[0], 0.0) : 0;
       sum[2] += contact.mu * element.lambda_n(i, j) -
@@ -276,6 +312,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
            max_abs(M0 * (e.v0 - v_minus) - J * Lambda - problem_.tangent_jacobian(e.q0) * step.Lambda_t.col(n)),
            momentum, -1);
     add_bilateral(e, gaps);
+    if (e.is_projected) add_right_end(e, force_size);
 
     double eta = 1;
     const bool legitimate_jump = max_abs(Lambda) > 0 || (left && forces_jump(*left, e));
@@ -298,7 +335,8 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
       double largest_gap = grid_gaps[i];
       for (int j = 0; j < n_s; ++j) {
         report(FesdCondition::stage_gap, std::min(gaps(i, j) + allowed, 0.0), L, i);
-        report(FesdCondition::stage_force, std::min(lambda[j], 0.0), force, i);
+        const bool is_replaced = e.is_projected && j + 1 == n_s;
+        report(FesdCondition::stage_force, std::min(is_replaced ? e.end_lambda_n[i] : lambda[j], 0.0), force, i);
         largest_gap = std::max(largest_gap, std::abs(gaps(i, j)));
       }
       if (!stiffly_accurate_) {
@@ -329,8 +367,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
         nu *= ratio(sigma_f_left + sigma_f, L) + friction_indicator(*left, e, i, force, slip_size[i]);
       eta *= nu;
       if (n > 0 && pinned_ && tableau_.right_end.size() > 0 && !legitimate_jump) {
-        const double lambda_end = left->lambda_n.row(i).dot(tableau_.right_end);
-        report(FesdCondition::pinned_breaking, lambda_end * gaps.row(i).sum(), force * L, i);
+        report(FesdCondition::pinned_breaking, left->end_lambda_n[i] * gaps.row(i).sum(), force * L, i);
       }
     }
     if (n > 0) {

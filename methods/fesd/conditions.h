@@ -35,6 +35,10 @@ enum class FesdCondition {
   // With bilateral constraints; the conditions of single contacts above and below are those of unilateral ones.
   bilateral_gap,       ///< f_c^i = 0 at q_n, q_nj and q_{n+1}
   bilateral_velocity,  ///< J_n^i' v = 0 at v_n0 and v_{n+1}
+  // With curved contacts, where P acts. The forces at the right end take the place of those of the last stage in the
+  // signs, the cone and the pinned switches.
+  end_tangency,  ///< J_n^i' v_{n+1} = 0 of closed contacts, J_t^i' v_{n+1} = 0 of sticking ones
+  end_force,     ///< (J_n^i' v)^. = 0 at v_{n+1} with the forces at the right end, (J_t^i' v)^. = 0 of sticking ones
   // Other forms of conditions above, with the same solutions.
   aggregated_complementarity,  ///< sum_j lambda_nj^i sum_j' f_c^i(q_nj') = 0, one equation for n_s (n_s + 1)
   tanh_equilibration,          ///< (h_n - h_{n-1}) tanh(eta_n) = 0, of the size of the step when no switch happens
@@ -54,15 +58,16 @@ class FesdAudit {
   /// @param previous  the left neighbour, or null; @param t  start of the step [s]
   void add(const FesdStep& step, const FesdStep* previous, double t);
 
-  /// One entry per condition, in the order of FesdCondition; those of friction and of bilateral constraints only if the
-  /// scene has some.
+  /// One entry per condition, in the order of FesdCondition; those of friction, bilateral constraints and curved
+  /// contacts only if the scene has some.
   std::vector<Residual> residuals() const;
 
  private:
   void report(FesdCondition condition, double residual, double size, int contact);
   Vector slip(int contact, const Vector& q, const Vector& v) const;  // v_t, n_t
-  Vector stage_velocity(const Stages& e, int j) const;
+  Vector stage_velocity(const Stages& e, int j, int n_t) const;
   Vector end_velocity_residual(const Stages& e, const Matrix& accelerations) const;
+  void add_right_end(const Stages& e, const Vector& force_size);
   void add_bilateral(const Stages& e, const Matrix& gaps);
   static bool forces_jump(const Stages& left, const Stages& right);
   void add_friction(const FesdStep& step, int n, int i, double force, double Lambda_size, double slip_size);

@@ -31,8 +31,7 @@ namespace {
 ///   e_v = h |w| max over k = n_s - 1, n_s - 2 >= 1 of (|alpha_k| / |w|)^(p / k),   e_q = h e_v.              (2)
 ///
 /// This is the size of the local error of order p + 1 itself, without evaluating anything: not of a lower-order method
-/// embedded in it. On a curved closed contact the velocity that is left across it, J_n' v_1, counts as well: shorter
-/// steps behind it would have to pull it back with a force J_n' v_1 / h.
+/// embedded in it.
 ///
 /// A step is accepted when e <= tol (1 + |x|) in every component. The next one has length
 ///
@@ -80,7 +79,7 @@ class FesdAdaptive final : public Method {
   Solution do_solve(const Problem& problem, const Settings& settings) const override;
 
  private:
-  double error(const Problem& problem, const Stages& e, double tolerance) const;
+  double error(const Stages& e, double tolerance) const;
 
   std::string id_;
   ButcherTableau tableau_;
@@ -95,7 +94,7 @@ constexpr double kShortest = 1e-13;    // of end_time; what time can resolve
 constexpr int kMostStandstills = 100;  // steps in a row too short to move t; a few switches may coincide
 
 /// (1), (2), relative to the tolerance: the largest of all components.
-double FesdAdaptive::error(const Problem& problem, const Stages& e, double tolerance) const {
+double FesdAdaptive::error(const Stages& e, double tolerance) const {
   const int n_s = tableau_.n_s;
   double worst = 0;
   for (Eigen::Index i = 0; i < e.v0.size(); ++i) {
@@ -108,11 +107,6 @@ double FesdAdaptive::error(const Problem& problem, const Stages& e, double toler
     }
     const double e_v = e.h * size * decay, e_q = e.h * e_v;
     worst = std::max({worst, e_v / (tolerance * (1 + std::abs(e.v0[i]))), e_q / (tolerance * (1 + std::abs(e.q0[i])))});
-  }
-  for (int i = 0; i < problem.n_c(); ++i) {
-    if (!is_closed(e.modes[i]) || problem.info().contacts[i].is_affine) continue;
-    const double v_n = problem.normal_jacobian(e.q1).col(i).dot(e.v1);
-    worst = std::max(worst, std::abs(v_n) / (tolerance * (1 + e.v1.cwiseAbs().maxCoeff())));
   }
   return worst;
 }
@@ -131,7 +125,7 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
   solver.start(info.q0, info.v0);
   const Stages* reached = nullptr;
   const std::function<bool(const Stages&)> is_accurate = [&](const Stages& element) {
-    return error(problem, element, settings.tolerance) <= kHopeless;
+    return error(element, settings.tolerance) <= kHopeless;
   };
   double t = 0, h = kFirstStep * T;
   int standstills = 0;
@@ -145,7 +139,7 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
     Status status = time_limit.is_over() ? Status::time_limit : solver.advance_to_switch(H, capture, is_accurate);
     double scaled_error = 0;
     if (status == Status::success) {
-      scaled_error = error(problem, solver.step().last(), settings.tolerance);
+      scaled_error = error(solver.step().last(), settings.tolerance);
       const double wanted =
           std::clamp(0.8 * std::pow(std::max(scaled_error, 1e-300), -1.0 / (tableau_.order + 1)), 0.2, 4.0);  // (3)
       const bool was_refused = solver.captured() && capture == 0;

@@ -45,7 +45,7 @@ void JunctionSolver::set_tangential_law(const Stages& element, const Stages* lef
     closed.slides = true;
     double size = 0;
     for (int d = 0; d < contact.n_t; ++d) {
-      closed.direction[d] = -left->lambda_t.row(contact.tangent_index + d).dot(tableau_.right_end);
+      closed.direction[d] = -left->end_lambda_t[contact.tangent_index + d];
       size = std::hypot(size, closed.direction[d]);
     }
     for (int d = 0; d < contact.n_t; ++d) closed.direction[d] /= size;
@@ -96,7 +96,7 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   bool approaches = false;
   for (const int i : junction.touching)
     approaches = approaches || impact_law_.normal_velocity(i, v_minus) < -rounding(i);
-  // A contact closes; the small impulses that keep a closed contact's velocity tangential are no impact.
+  // A contact closes; the impulses of contacts that were closed when they bounced (see carry_on) are no impact.
   bool is_impact = false;
   if (approaches) {
     if (impact_law_.impact(stages.v0, Lambda_n, Lambda_t) != LcpStatus::solved) return Result::no_impulse;
@@ -134,8 +134,12 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
     const int i = closed.contact;
     const auto& contact = info.contacts[i];
     ContactMode mode = closed.mode;
-    if (mode == ContactMode::open && within_step && was_closed(i) && !is_impact) mode = continued_mode(closed);
+    const bool rested = was_closed(i) && !is_impact;
+    if (mode == ContactMode::open && within_step && rested) mode = continued_mode(closed);
     stages.modes[i] = mode;
+    const bool breaks_too = end.kind == Switch::Kind::force_vanishes && end.contact >= 0 && is_closed(mode) && rested &&
+                            junction.lambda_n[i] <= kForceRounding * left->lambda_n.row(i).maxCoeff();
+    if (breaks_too) junction.alternatives.push_back({i, ContactMode::open, mode});
     if (!is_closed(mode) || contact.n_t == 0) continue;
 
     const auto lambda_t = junction.lambda_t.segment(contact.tangent_index, contact.n_t);
@@ -149,11 +153,6 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
       const double against = -lambda_t[0];
       junction.alternatives.push_back({i, slip_mode(contact.n_t, &against), mode});
     }
-  }
-  for (const auto& closed : closed_) {
-    const int i = closed.contact;
-    if (is_closed(stages.modes[i]) && !info.contacts[i].is_affine && impact_law_.normal_velocity(i, stages.v0) > 0)
-      junction.alternatives.push_back({i, ContactMode::open, stages.modes[i]});
   }
   return Result::done;
 }

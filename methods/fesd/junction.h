@@ -36,8 +36,8 @@ struct Junction {
 /// against that force, with zero acceleration at first.
 ///
 /// Alternatives: a contact that bounced may be closed instead (that is how a ball comes to rest, open question 2 of the
-/// specification); stick and slip at the boundary of the cone may be either; a contact on a curve, whose stage
-/// equations left it a small velocity away from it (index 3), may open with that.
+/// specification); stick and slip at the boundary of the cone may be either; where one contact breaks, others that the
+/// load leaves without a force may break at the same instant.
 class JunctionSolver {
  public:
   /// @param gap_size  n_c, what rounding of the gaps is relative to; read at every call
@@ -52,8 +52,8 @@ class JunctionSolver {
   Result begin(FesdStep& step, int element, const Stages* left, const Switch& end, bool within_step,
                Junction& junction);
 
-  /// Continues the modes of the element before without a switch. Curved closed contacts may need an impulse that keeps
-  /// their velocity tangential. False when there is none.
+  /// Continues the modes of the element before without a switch. A contact that bounced and was closed instead may come
+  /// back where the tableau has no stage at the right end, and then needs an impulse. False when there is none.
   bool carry_on(FesdStep& step, int element, Junction& junction);
 
   /// Whether the load presses a touching contact together, at the junction that begin() has just made.

@@ -382,19 +382,14 @@ Violation PivotingSolver::equal_elements(int first, int count, double h) {
   return {};
 }
 
-/// Equal elements of one active set, before a switch. Jumps of v between them are left out of the square system, so
-/// there must be none: closed unilateral contacts with curved gaps need them.
-bool PivotingSolver::prepare_run(int first, int count) {
-  for (int k = 0; k < count; ++k) step_->ends[first + k].contact = -1;
-  for (int k = 1; k < count; ++k) {
-    const auto& modes = step_->elements[first].modes;
-    for (const int i : problem_.info().unilateral) {
-      if (is_closed(modes[i]) && !problem_.info().contacts[i].is_affine) return false;
-    }
-    step_->elements[first + k].modes = modes;
+/// Equal elements of one active set, before a switch.
+void PivotingSolver::prepare_run(int first, int count) {
+  for (int k = 0; k < count; ++k) {
+    step_->ends[first + k].contact = -1;
+    if (k == 0) continue;
+    step_->elements[first + k].modes = step_->elements[first].modes;
     step_->elements[first + k].slip_start.setZero();
   }
-  return true;
 }
 
 Violation PivotingSolver::check_run(int first, int count) {
@@ -415,7 +410,7 @@ Violation PivotingSolver::check_run(int first, int count) {
 /// Solves `count` equal elements up to the switch that the violation announces. When the solution shows another switch
 /// before it, that one is taken instead.
 bool PivotingSolver::run_to_switch(int first, int count, Violation violation, double remaining) {
-  if (!prepare_run(first, count)) return false;
+  prepare_run(first, count);
   const std::span<Stages> run(step_->elements.data() + first, static_cast<std::size_t>(count));
   for (int attempt = 0; attempt < 4; ++attempt) {
     if (++trials_ > max_trials()) return false;

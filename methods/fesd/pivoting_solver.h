@@ -97,7 +97,7 @@ class PivotingSolver {
   bool solve_run(int first, int count, Switch& end, double remaining);
   bool run_to_time(int first, int count, double h, const Violation& violation);
   bool continue_after(int element, int count, double remaining, int elements_left);
-  bool prepare_run(int first, int count);
+  void prepare_run(int first, int count);
   bool bracket_switch(int first, int count, const Switch& end, double remaining);
   Violation check_run(int first, int count);
   Violation after_failed_newton(int element);

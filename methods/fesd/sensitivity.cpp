@@ -12,8 +12,14 @@ namespace {
 
 /// Of an impulse: as part of the velocities that cancel, what counts as no slip behind it.
 constexpr double kNoSlip = 1e-12;
+/// Of differences, relative to the state: rounding and the error of fourth order are both of 1e-12.
+constexpr double kDifference = 1e-3;
 /// Of derivatives of the initial state, a few hundred roundings of its formulas.
 constexpr double kInitialRounding = 1e-13;
+
+double max_abs(const Vector& x) {
+  return x.lpNorm<Eigen::Infinity>();
+}
 
 }  // namespace
 
@@ -117,9 +123,9 @@ void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
   }
   const Stages& last = step.last();
   modes_ = last.modes;
-  const Vector right_end = tableau_.right_end.size() > 0 ? tableau_.right_end : Vector::Unit(n_s_, n_s_ - 1);
-  lambda_n_ = last.lambda_n * right_end;
-  lambda_t_ = last.lambda_t * right_end;
+  const bool is_known = tableau_.right_end.size() > 0;
+  lambda_n_ = is_known ? last.end_lambda_n : last.lambda_n.col(n_s_ - 1);
+  lambda_t_ = is_known ? last.end_lambda_t : last.lambda_t.col(n_s_ - 1);
 }
 
 /// (9)
@@ -318,7 +324,7 @@ void Sensitivity::through_impulse(const Impulse& impulse, State& state) const {
   state.v = -solution.topRows(n_q_);
 }
 
-/// (3)-(6). Returns the variations of all forces of all stages: n_s times n_c, then n_t, rows.
+/// (3)-(6). Returns the variations of the forces at the right end: n_c, then n_t, rows.
 Matrix Sensitivity::through_element(const Stages& e, const Switch& end, State& state) const {
   const ProblemInfo& info = problem_.info();
   const Matrix& A = tableau_.A;
@@ -369,7 +375,7 @@ Matrix Sensitivity::through_element(const Stages& e, const Switch& end, State& s
   }
   const Matrix dx = -K.partialPivLu().solve(R);
 
-  Matrix forces = Matrix::Zero(n_s_ * (n_c_ + n_t_), n_theta_ + 1);
+  Matrix forces = Matrix::Zero(n_c_ + n_t_, n_theta_ + 1);
   state.q += h * state.v;
   state.q.col(n_theta_) += e.v0 + 2 * h * e.a * bA;
   state.v.col(n_theta_) += e.a * tableau_.b;
@@ -380,13 +386,96 @@ Matrix Sensitivity::through_element(const Stages& e, const Switch& end, State& s
     for (int i = 0; i < n_c_; ++i) {
       if (!is_closed(e.modes[i])) continue;
       const auto& contact = info.contacts[i];
-      forces.row(j * (n_c_ + n_t_) + i) = dx.row(row);
-      forces.middleRows(j * (n_c_ + n_t_) + n_c_ + contact.tangent_index, contact.n_t) =
-          dx.middleRows(row + 1, contact.n_t);
+      if (tableau_.right_end.size() > 0) {
+        forces.row(i) += tableau_.right_end[j] * dx.row(row);
+        forces.middleRows(n_c_ + contact.tangent_index, contact.n_t) +=
+            tableau_.right_end[j] * dx.middleRows(row + 1, contact.n_t);
+      }
       row += 1 + contact.n_t;
     }
   }
-  if (info.has_bilateral()) through_projection(e, end, state);
+  if (!e.is_projected) return forces;
+  through_projection(e, end, state);
+  return constrained_forces(e, end, state);
+}
+
+/// (11) of StageSolver, varied. @param state  at the right end
+Matrix Sensitivity::constrained_forces(const Stages& e, const Switch& end, const State& state) const {
+  const ProblemInfo& info = problem_.info();
+  const Vector &q = e.q1, &v = e.v1, &lambda_n = e.end_lambda_n, &lambda_t = e.end_lambda_t;
+  const Matrix M = problem_.mass_matrix(q), J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
+  const Vector a = M.llt().solve(problem_.force(q, v) + J_n * lambda_n + J_t * lambda_t);
+  const Matrix parameters = parameter_rows(q, v, a, lambda_n, lambda_t),
+               of_acceleration = parameter_rows(q, a, a, lambda_n, lambda_t);
+  // The bias contains third derivatives of gaps: differences of fourth order, along the variations and along v.
+  const auto derivative = [](const auto& f, double step) -> Matrix {
+    return (8 * (f(step) - f(-step)) - (f(2 * step) - f(-2 * step))) / (12 * step);
+  };
+  const auto step_along = [&](const Vector& dq, const Vector& dv) {
+    const double q_size = max_abs(q) + e.h * max_abs(v), v_size = max_abs(v) + e.h * max_abs(a);
+    const double size = std::max(max_abs(dq) / q_size, max_abs(dv) / v_size);
+    return size > 0 ? kDifference / size : kDifference;
+  };
+  Matrix bias(n_c_ + n_t_, n_theta_ + 1);
+  for (Eigen::Index k = 0; k <= n_theta_; ++k) {
+    const Vector dq = state.q.col(k), dv = state.v.col(k);
+    const auto at = [&](double x) {
+      const Vector q_x = q + x * dq, v_x = v + x * dv;
+      Vector b(n_c_ + n_t_);
+      b << problem_.gap_acceleration_bias(q_x, v_x), problem_.slip_acceleration_bias(q_x, v_x);
+      return b;
+    };
+    bias.col(k) = derivative(at, step_along(dq, dv));
+  }
+  bias += derivative(
+      [&](double x) -> Matrix {
+        return parameter_rows(q + x * v, v, a, lambda_n, lambda_t).middleRows(n_q_ + n_c_, n_c_ + n_t_);
+      },
+      step_along(v, Vector::Zero(n_q_)));
+
+  Eigen::Index n = n_q_;
+  for (int i = 0; i < n_c_; ++i) n += is_closed(e.modes[i]) ? 1 + info.contacts[i].n_t : 0;
+  Rows rows;
+  rows.reset(n, n_q_, n_theta_ + 1);
+  Matrix M_q(n_q_, n_q_), f_q(n_q_, n_q_), f_v(n_q_, n_q_), J_q(n_q_, n_q_), T(n_t_, n_q_);
+  problem_.mass_derivative(q.data(), a.data(), M_q.data());
+  problem_.force_jacobians(q.data(), v.data(), info.u.data(), f_q.data(), f_v.data());
+  problem_.contact_force_derivative(q.data(), lambda_n.data(), lambda_t.data(), J_q.data());
+  problem_.slip_velocity_derivative(q.data(), a.data(), T.data());
+  rows.q.topRows(n_q_) = M_q - f_q - J_q;
+  rows.v.topRows(n_q_) = -f_v;
+  rows.x.topLeftCorner(n_q_, n_q_) = M;
+  rows.theta.topRows(n_q_) = parameters.topRows(n_q_);
+  Eigen::Index row = n_q_;
+  for (int i = 0; i < n_c_; ++i) {
+    if (!is_closed(e.modes[i])) continue;
+    const auto& contact = info.contacts[i];
+    const int t = contact.tangent_index, n_t = contact.n_t;
+    rows.x.block(0, row, n_q_, 1) = -J_n.col(i);
+    rows.x.block(0, row + 1, n_q_, n_t) = -J_t.middleCols(t, n_t);
+    rows.x.block(row, 0, 1, n_q_) = J_n.col(i).transpose();
+    rows.q.row(row) = gap_curvature(i, q, a);
+    rows.theta.row(row) = of_acceleration.row(n_q_ + n_c_ + i) + bias.row(i);
+    if (n_t > 0 && sticks_at_end(e, end, i)) {
+      rows.x.block(row + 1, 0, n_t, n_q_) = J_t.middleCols(t, n_t).transpose();
+      rows.q.middleRows(row + 1, n_t) = T.middleRows(t, n_t);
+      rows.theta.middleRows(row + 1, n_t) =
+          of_acceleration.middleRows(n_q_ + 2 * n_c_ + t, n_t) + bias.middleRows(n_c_ + t, n_t);
+    } else if (n_t > 0) {
+      add_friction(slip_at_end(e, i, lambda_n[i]), q, v, lambda_n[i], parameters, row, row + 1, rows);
+    }
+    row += 1 + n_t;
+  }
+  const Matrix dx = -rows.x.fullPivLu().solve(rows.q * state.q + rows.v * state.v + rows.theta);
+  Matrix forces = Matrix::Zero(n_c_ + n_t_, n_theta_ + 1);
+  row = n_q_;
+  for (int i = 0; i < n_c_; ++i) {
+    if (!is_closed(e.modes[i])) continue;
+    const auto& contact = info.contacts[i];
+    forces.row(i) = dx.row(row);
+    forces.middleRows(n_c_ + contact.tangent_index, contact.n_t) = dx.middleRows(row + 1, contact.n_t);
+    row += 1 + contact.n_t;
+  }
   return forces;
 }
 
@@ -405,20 +494,11 @@ Eigen::RowVectorXd Sensitivity::switch_slope(const Stages& e, const Switch& end,
            problem_.tangent_jacobian(e.q1).col(contact.tangent_index).transpose() * state.v +
            parameters.row(n_q_ + 2 * n_c_ + contact.tangent_index);
   }
-  const bool is_cone = end.kind != Switch::Kind::force_vanishes;
-  Eigen::RowVectorXd slope = Eigen::RowVectorXd::Zero(n_theta_ + 1);
-  for (int j = 0; j < n_s_; ++j) {
-    const double weight = tableau_.right_end[j];
-    const Eigen::Index begin = j * (n_c_ + n_t_);
-    slope += weight * (is_cone ? contact.mu : 1.0) * forces.row(begin + end.contact);
-    if (!is_cone) continue;
-    const Vector lambda_t = e.lambda_t.col(j).segment(contact.tangent_index, contact.n_t);
-    const double force = lambda_t.norm();
-    slope += weight * e.lambda_n(end.contact, j) * dmu_.row(end.contact);
-    if (force > 0)
-      slope -=
-          weight / force * lambda_t.transpose() * forces.middleRows(begin + n_c_ + contact.tangent_index, contact.n_t);
-  }
+  if (end.kind == Switch::Kind::force_vanishes) return forces.row(end.contact);
+  const auto lambda_t = e.end_lambda_t.segment(contact.tangent_index, contact.n_t);
+  Eigen::RowVectorXd slope = contact.mu * forces.row(end.contact) + e.end_lambda_n[end.contact] * dmu_.row(end.contact);
+  if (const double force = lambda_t.norm(); force > 0)
+    slope -= lambda_t.transpose() / force * forces.middleRows(n_c_ + contact.tangent_index, contact.n_t);
   return slope;
 }
 

@@ -33,10 +33,11 @@ namespace ricochet {
 /// Element lengths. A run of equal elements that a switch ends has d of the switch function at its right end equal to
 /// zero, which gives dh:
 ///
-///   f_c^i(q_1),   sum_j w_j lambda_n,j^i,   s^i,   sum_j w_j (mu lambda_n,j - ||lambda_t,j||)^i       (7)
+///   f_c^i(q_1),   lambda_n^i,   s^i,   mu lambda_n^i - ||lambda_t^i||                    (7)
 ///
-/// with the weights w_j of the right end; where slip in space comes to rest, the last of them, and (6a) at the last
-/// stage. Behind the last switch the elements of a step share its remaining time: n dh = dt_end - dt.      (8)
+/// with the forces at the right end, of the stages or of the state there (stage_solver.h, 11); where slip in space
+/// comes to rest, the last of them, and (6a) at the last stage. Behind the last switch the elements of a step share its
+/// remaining time: n dh = dt_end - dt.      (8)
 ///
 /// A switch that falls on the boundary of two steps has no equation there, but it moves off the boundary with theta. It
 /// is treated as if an element of length zero led up to it, the limit of (5), with (7) for an impact or for slip that
@@ -91,6 +92,7 @@ class Sensitivity {
   void through_impulse(const Impulse& impulse, State& state) const;
   static bool sticks_at_end(const Stages& e, const Switch& end, int contact);
   Friction slip_at_end(const Stages& e, int contact, double lambda_n) const;
+  Matrix constrained_forces(const Stages& e, const Switch& end, const State& state) const;
   void through_projection(const Stages& e, const Switch& end, State& state) const;
   void require_consistent_start(const std::vector<std::string>& names) const;
   Matrix through_element(const Stages& e, const Switch& end, State& state) const;

@@ -27,7 +27,6 @@ SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tab
   left_gap_.setZero(problem.n_c());
   allowed_gap_.setZero(problem.n_c());
   force_size_.setZero(problem.n_c());
-  cone_margin_.setZero(n_s_);
   J_t_.setZero(problem.info().n_tangent_entries, n_points_ + 1);
   mobility_.setZero(problem.n_c());
   if (!problem.info().has_friction()) return;
@@ -93,8 +92,7 @@ void SignConditions::check_gaps(const Stages& stages, int just_broken, Violation
 
 /// lambda_n >= 0 of unilateral contacts, and the cone margin mu lambda_n - ||lambda_t|| of sticking contacts
 void SignConditions::check_forces(const Stages& stages, Violation& first) {
-  const Vector& to_right_end = tableau_.right_end;
-  const int n_points = to_right_end.size() > 0 ? n_s_ + 1 : n_s_;
+  const int n_points = tableau_.right_end.size() > 0 ? n_s_ + 1 : n_s_;
   for (const int i : problem_.info().unilateral) {
     const ContactMode mode = stages.modes[i];
     if (!is_closed(mode)) continue;
@@ -103,15 +101,10 @@ void SignConditions::check_forces(const Stages& stages, Violation& first) {
     const double rounding = kForceRounding * force_size_[i];
     double force_before = 0, margin_before = 0, time_before = 0;
     bool pulls = false, leaves = false;
-    if (mode == ContactMode::stick) {
-      for (int j = 0; j < n_s_; ++j)
-        cone_margin_[j] = contact.mu * stages.lambda_n(i, j) -
-                          stages.lambda_t.col(j).segment(contact.tangent_index, contact.n_t).norm();
-    }
     for (int j = 0; j < n_points; ++j) {
+      if (j == n_s_ - 1 && stages.is_projected) continue;  // the right end: (11) of stage_solver.h says more
       const double time = j < n_s_ ? tableau_.c[j] * stages.h : stages.h;
-      const auto at = [&](const auto& row) { return j < n_s_ ? row[j] : row.dot(to_right_end); };
-      const double lambda = at(stages.lambda_n.row(i));
+      const double lambda = j < n_s_ ? stages.lambda_n(i, j) : stages.end_lambda_n[i];
       const auto crossing = [&](double before, double value) {
         return time_before + (time - time_before) * (j > 0 && before > 0 ? before / (before - value) : 0.5);
       };
@@ -120,7 +113,9 @@ void SignConditions::check_forces(const Stages& stages, Violation& first) {
         pulls = true;
       }
       if (mode == ContactMode::stick && !leaves) {
-        const double margin = at(cone_margin_.head(n_s_));
+        const double lambda_t = j < n_s_ ? stages.lambda_t.col(j).segment(contact.tangent_index, contact.n_t).norm()
+                                         : stages.end_lambda_t.segment(contact.tangent_index, contact.n_t).norm();
+        const double margin = contact.mu * lambda - lambda_t;
         if (margin < -contact.mu * rounding) {
           report(first, Verdict::cone_left, i, crossing(margin_before, margin), margin);
           leaves = true;

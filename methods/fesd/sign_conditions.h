@@ -62,7 +62,7 @@ class SignConditions {
   const int n_s_, n_points_;  // points: the stages, and the right end when it is none of them
   Vector force_size_;         // largest lambda_n^i so far: what rounding of a contact force is relative to
   Vector mobility_;           // J_t' M^-1 J_t at q0: what a friction force does to a slip velocity
-  Vector gap_, left_gap_, allowed_gap_, cone_margin_;
+  Vector gap_, left_gap_, allowed_gap_;
   Matrix J_t_;  // packed; of the left end, then of every point
 };
 

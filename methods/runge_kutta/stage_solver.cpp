@@ -13,6 +13,8 @@ constexpr double kGapDrift = 1e-13;
 constexpr double kSlipDrift = 1e-13;
 // What equations of redundant contacts may be left with at the end of Newton's method, relative to the accelerations.
 constexpr double kContradiction = 1e-9;
+// Of differences of forces, relative to the state: their error is its square, and Newton's method goes on with it.
+constexpr double kDifference = 1e-4;
 constexpr std::size_t kMaxFactors =
     8;  // element lengths and active sets that alternate: full step, rest after an impact, ...
 
@@ -23,7 +25,8 @@ void Stages::resize(const ProblemInfo& info, int n_s) {
   q = v = a = Matrix::Zero(info.n_q, n_s);
   lambda_n = Matrix::Zero(info.n_c(), n_s);
   lambda_t = Matrix::Zero(info.n_lambda_t, n_s);
-  slip_start = Vector::Zero(info.n_lambda_t);
+  slip_start = end_lambda_t = Vector::Zero(info.n_lambda_t);
+  end_lambda_n = Vector::Zero(info.n_c());
   modes.assign(info.contacts.size(), ContactMode::open);
   for (const int i : info.bilateral) modes[i] = ContactMode::closed;
 }
@@ -36,8 +39,7 @@ StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, 
       n_q_(problem.n_q()),
       n_s_(tableau.n_s),
       structure_(problem.info().structure),
-      stiffly_accurate_(tableau.is_stiffly_accurate()),
-      has_bilateral_(problem.info().has_bilateral()) {
+      stiffly_accurate_(tableau.is_stiffly_accurate()) {
   A2_ = tableau.A * tableau.A;
   bA_ = tableau.A.transpose() * tableau.b;
   rows_ = tableau.A.rowwise().sum();
@@ -96,6 +98,7 @@ void StageSolver::set_active(const std::vector<ContactMode>& modes) {
   row_power_.clear();
   has_friction_ = false;
   is_affine_ = structure_.constant_mass && structure_.constant_force_jacobian;
+  is_projected_ = false;
   for (std::size_t i = 0; i < modes.size(); ++i) {
     if (modes[i] == ContactMode::open) continue;
     const auto& contact = problem_.info().contacts[i];
@@ -107,12 +110,14 @@ void StageSolver::set_active(const std::vector<ContactMode>& modes) {
     row_power_.push_back(2);
     for (int d = 1; d < closed_.back().n_rows; ++d) row_power_.push_back(modes[i] == ContactMode::stick ? 1 : 0);
     has_friction_ = has_friction_ || contact.n_t > 0;
+    is_projected_ = is_projected_ || (stiffly_accurate_ && !contact.is_affine);
     is_affine_ = is_affine_ && contact.is_affine && modes[i] != ContactMode::slip;
   }
   const int n_rows = static_cast<int>(row_power_.size());
   n_x_ = n_q_ + n_rows;
   held_.setZero(n_q_, n_rows);
   pushed_.setZero(n_q_, n_rows);
+  end_directions_.setZero(2, static_cast<Eigen::Index>(closed_.size()));
   // A predicted correction of dw says little about what (3) is left with where closed contacts turn.
   predicted_tolerance_ = closed_.empty() ? tolerance_ : 0.1 * tolerance_;
   r_.resize(n_s_ * n_x_);
@@ -228,48 +233,108 @@ void StageSolver::end_values(const Coefficients& k, Stages& step) {
       step.q1[i] = step.q0[i] + (k.h * step.v0[i] + dq);
     }
   }
-  if (has_bilateral_) project_end_velocity(step);
+  if (is_projected_) project_end_velocity(step);
 }
 
 /// (10)
 void StageSolver::project_end_velocity(Stages& step) {
+  set_end_system(step.q1, step.v1, step);
+  end_rates_.noalias() = held_.leftCols(n_end_).transpose().lazyProduct(step.v1);
+  take_away_end_rates(step.v1);
+}
+
+/// R, M^-1 C and the inverse of R' M^-1 C at q, v
+void StageSolver::set_end_system(const Vector& q, const Vector& v, const Stages& step) {
   if (!structure_.constant_mass || llt_.cols() == 0) {
-    problem_.mass_matrix(step.q1.data(), M_end_.data());
+    problem_.mass_matrix(q.data(), M_end_.data());
     llt_.compute(M_end_);
     ++counters_.mass_factorizations;
   }
-  problem_.normal_jacobian(step.q1.data(), J_n_.data());
-  if (has_friction_) problem_.tangent_jacobian(step.q1.data(), J_t_.data());
+  problem_.normal_jacobian(q.data(), J_n_.data());
+  if (has_friction_) problem_.tangent_jacobian(q.data(), J_t_.data());
   held_.setZero();
   pushed_.setZero();
-  Eigen::Index n = 0;
-  for (const Active& active : closed_) {
+  n_end_ = 0;
+  for (std::size_t k = 0; k < closed_.size(); ++k) {
+    const Active& active = closed_[k];
     const auto& contact = problem_.info().contacts[active.contact];
     const auto entries = static_cast<int>(contact.support.size());
     const double *J_n = J_n_.data() + contact.normal_begin, *J_t = J_t_.data() + contact.tangent_begin;
     const bool is_sticking = sticks(active, n_s_ - 1);
-    double direction[2]{0, 0};
-    if (contact.n_t > 0 && !is_sticking) slip_direction(active, step.v1.data(), step, direction);
+    double* direction = end_directions_.col(static_cast<Eigen::Index>(k)).data();
+    if (contact.n_t > 0 && !is_sticking) slip_direction(active, v.data(), step, direction);
     for (int s = 0; s < entries; ++s) {
-      held_(contact.support[s], n) = pushed_(contact.support[s], n) = J_n[s];
-      for (int d = 0; d < contact.n_t; ++d)
-        pushed_(contact.support[s], n) -= contact.mu * direction[d] * J_t[d * entries + s];
+      held_(contact.support[s], n_end_) = pushed_(contact.support[s], n_end_) = J_n[s];
+      for (int d = 0; d < contact.n_t && !is_sticking; ++d)
+        pushed_(contact.support[s], n_end_) -= contact.mu * direction[d] * J_t[d * entries + s];
     }
-    ++n;
-    for (int d = 0; is_sticking && d < contact.n_t; ++d, ++n) {
+    ++n_end_;
+    for (int d = 0; is_sticking && d < contact.n_t; ++d, ++n_end_) {
       for (int s = 0; s < entries; ++s)
-        held_(contact.support[s], n) = pushed_(contact.support[s], n) = J_t[d * entries + s];
+        held_(contact.support[s], n_end_) = pushed_(contact.support[s], n_end_) = J_t[d * entries + s];
     }
   }
-  const auto R = held_.leftCols(n);  // (10)
-  auto MC = pushed_.leftCols(n);
-  for (Eigen::Index k = 0; k < n; ++k) llt_.solveInPlace(MC.col(k));
+  const auto R = held_.leftCols(n_end_);
+  auto MC = pushed_.leftCols(n_end_);
+  for (Eigen::Index k = 0; k < n_end_; ++k) llt_.solveInPlace(MC.col(k));
   end_system_.noalias() = R.transpose().lazyProduct(MC);
   end_inverse_ = inverse_.of(end_system_);
   if (RedundantSystem::is_singular(end_system_, end_inverse_))
     end_inverse_ = end_system_.completeOrthogonalDecomposition().pseudoInverse();
-  end_rates_.noalias() = R.transpose().lazyProduct(step.v1);
-  take_away_end_rates(step.v1);
+}
+
+/// (11), behind set_end_system(), in lambda_ and lambda_t_
+void StageSolver::constrained_forces(const Vector& q, const Vector& v) {
+  problem_.force(q.data(), v.data(), problem_.info().u.data(), f_.data());
+  llt_.solveInPlace(f_);
+  end_rates_.noalias() = held_.leftCols(n_end_).transpose().lazyProduct(f_);
+  problem_.gap_acceleration_bias(q.data(), v.data(), gap_.data());
+  if (has_friction_) problem_.slip_velocity_derivative(q.data(), v.data(), Tq_.data());
+  Eigen::Index row = 0;
+  for (const Active& active : closed_) {
+    const auto& contact = problem_.info().contacts[active.contact];
+    end_rates_[row++] += gap_[active.contact];
+    for (int d = 0; sticks(active, n_s_ - 1) && d < contact.n_t; ++d)
+      end_rates_[row++] += Tq_.row(contact.tangent_index + d).dot(v);
+  }
+  end_impulses_.noalias() = end_inverse_.lazyProduct(end_rates_);
+  lambda_.setZero();
+  lambda_t_.setZero();
+  row = 0;
+  for (std::size_t k = 0; k < closed_.size(); ++k) {
+    const auto& contact = problem_.info().contacts[closed_[k].contact];
+    const double lambda_n = lambda_[closed_[k].contact] = -end_impulses_[row++];
+    const bool is_sticking = sticks(closed_[k], n_s_ - 1);
+    for (int d = 0; d < contact.n_t; ++d)
+      lambda_t_[contact.tangent_index + d] =
+          is_sticking ? -end_impulses_[row++]
+                      : -contact.mu * lambda_n * end_directions_(d, static_cast<Eigen::Index>(k));
+  }
+}
+
+void StageSolver::set_end_forces(Stages& step) {
+  step.is_projected = is_projected_;
+  if (is_projected_) {
+    // The direction of slip in space follows the projected velocity.
+    const auto turns = [](const Active& active) { return active.mode == ContactMode::slip; };
+    if (std::any_of(closed_.begin(), closed_.end(), turns)) set_end_system(step.q1, step.v1, step);
+    constrained_forces(step.q1, step.v1);
+    step.end_lambda_n = lambda_;
+    step.end_lambda_t = lambda_t_;
+  } else if (closed_.empty()) {
+    step.end_lambda_n.setZero();
+    step.end_lambda_t.setZero();
+  } else if (tableau_.right_end.size() > 0) {
+    step.end_lambda_n.noalias() = step.lambda_n.lazyProduct(tableau_.right_end);
+    step.end_lambda_t.noalias() = step.lambda_t.lazyProduct(tableau_.right_end);
+    for (const Active& active : closed_) {  // extrapolated, a force that turns leaves its cone
+      if (stiffly_accurate_ || active.mode != ContactMode::slip) continue;
+      const auto& contact = problem_.info().contacts[active.contact];
+      auto lambda_t = step.end_lambda_t.segment(contact.tangent_index, contact.n_t);
+      const double force = lambda_t.norm();
+      if (force > 0) lambda_t *= contact.mu * step.end_lambda_n[active.contact] / force;
+    }
+  }
 }
 
 /// x -= M^-1 C (R' M^-1 C)^-1 end_rates_
@@ -643,6 +708,7 @@ StageSolver::Result StageSolver::solve(Stages& step) {
       }
       set_slip_in_space(step);
       end_values(k, step);
+      set_end_forces(step);
       return Result::converged;
     }
     previous = size;
@@ -745,7 +811,7 @@ double StageSolver::switch_value(const Stages& last, const Switch& end) {
     problem_.gap(last.q1.data(), gap_.data());
     return gap_[end.contact];
   }
-  if (end.kind == Switch::Kind::force_vanishes) return last.lambda_n.row(end.contact).dot(tableau_.right_end);
+  if (end.kind == Switch::Kind::force_vanishes) return last.end_lambda_n[end.contact];
   if (end.together) return missing_power(last, nullptr);
   if (const int sign = slip_sign(last.modes[end.contact]); sign != 0) {
     problem_.tangent_jacobian(last.q1.data(), J_t_.data());
@@ -754,11 +820,34 @@ double StageSolver::switch_value(const Stages& last, const Switch& end) {
     for (const int row : contact.support) slip += *J_t++ * last.v1[row];
     return sign * slip;
   }
-  double margin = 0;  // the force reaches the cone: from inside or, by (8), from outside
-  for (int j = 0; j < n_s_; ++j)
-    margin += tableau_.right_end[j] * (contact.mu * last.lambda_n(end.contact, j) -
-                                       last.lambda_t.col(j).segment(contact.tangent_index, contact.n_t).norm());
-  return margin;
+  return end_margin(end.contact, last.end_lambda_n, last.end_lambda_t);
+}
+
+/// mu lambda_n - ||lambda_t||: the force reaches the cone from inside or, by (8), from outside.
+double StageSolver::end_margin(int contact, const Vector& lambda_n, const Vector& lambda_t) const {
+  const auto& info = problem_.info().contacts[contact];
+  return info.mu * lambda_n[contact] - lambda_t.segment(info.tangent_index, info.n_t).norm();
+}
+
+/// Slope of the forces (11), by central differences along the two variations: they contain third derivatives of gaps.
+void StageSolver::constrained_force_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope) {
+  const double q_size = last.q1.lpNorm<Eigen::Infinity>() + last.h * last.v1.lpNorm<Eigen::Infinity>();
+  const double v_size = last.v1.lpNorm<Eigen::Infinity>() + last.h * last.a.lpNorm<Eigen::Infinity>();
+  for (Eigen::Index c = 0; c < 2; ++c) {
+    const auto dq = incoming_q_.col(c), dv = incoming_v_.col(c);
+    const double size = std::max(dq.lpNorm<Eigen::Infinity>() / q_size, dv.lpNorm<Eigen::Infinity>() / v_size);
+    if (!(size > 0)) continue;
+    const double part = kDifference / size;
+    for (const double sign : {1.0, -1.0}) {
+      end_q_ = last.q1 + sign * part * dq;
+      end_v_ = last.v1 + sign * part * dv;
+      set_end_system(end_q_, end_v_, last);
+      constrained_forces(end_q_, end_v_);
+      const double value =
+          end.kind == Switch::Kind::force_vanishes ? lambda_[end.contact] : end_margin(end.contact, lambda_, lambda_t_);
+      slope[c] += sign / (2 * part) * value;
+    }
+  }
 }
 
 /// Slope of lambda_n, or of the cone margin mu lambda_n - ||lambda_t||, from the responses of the last step of a run.
@@ -768,14 +857,13 @@ void StageSolver::force_slope(const Stages& last, const Switch& end, Eigen::RowV
   const auto active =
       std::find_if(closed_.begin(), closed_.end(), [&](const Active& a) { return a.contact == end.contact; });
   const bool is_margin = end.kind != Switch::Kind::force_vanishes;
+  const auto lambda_t = last.end_lambda_t.segment(contact.tangent_index, contact.n_t);
+  const double force = lambda_t.norm();
   for (int j = 0; j < n_s_; ++j) {
     const double weight = tableau_.right_end[j];
     const auto row = j * n_x_ + n_q_ + active->row;
     slope += weight * (is_margin ? contact.mu : 1) * response.row(row);
-    if (!is_margin) continue;
-    const auto lambda_t = last.lambda_t.col(j).segment(contact.tangent_index, contact.n_t);
-    const double force = lambda_t.norm();
-    for (int d = 0; d < contact.n_t && force > 0; ++d)
+    for (int d = 0; is_margin && d < contact.n_t && force > 0; ++d)
       slope -= weight * lambda_t[d] / force * response.row(row + 1 + d);
   }
 }
@@ -796,6 +884,8 @@ void StageSolver::switch_slope(const Stages& last, const Switch& end, Eigen::Row
     for (const int row : contact.support) slope += sign * *J_t++ * incoming_v_.row(row);
   } else if (end.together) {
     missing_power(last, &slope);
+  } else if (is_projected_) {
+    constrained_force_slope(last, end, slope);
   } else {
     force_slope(last, end, slope);
   }
@@ -915,7 +1005,8 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
       linearize_step(k, run[m], run_response_[m]);
       is_contradictory = is_redundant_ && !is_consistent(run[m], h);
       end_values(k, run[m]);
-      if (has_bilateral_) project_variations(run[m]);
+      if (is_projected_) project_variations(run[m]);
+      if (m + 1 == run.size()) set_end_forces(run[m]);
     }
     ++counters_.inner_iterations;
     Eigen::RowVector2d slope;
@@ -951,6 +1042,7 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
         end_values(k, run[m]);
         set_slip_in_space(run[m]);
         if (rest_together_) spread_friction(run[m]);
+        set_end_forces(run[m]);
         set_resting(false);
       }
       return h <= max_h ? Result::converged : Result::left_interval;

@@ -16,14 +16,16 @@ namespace ricochet {
 
 /// One Runge-Kutta step with all its values; a finite element of FESD-J.
 struct Stages {
-  double h = 0;                    ///< length [s]
-  Vector q0, v0;                   ///< left end (after an impact)
-  Matrix q, v, a;                  ///< n_q x n_s: positions, velocities, accelerations v' at the stages
-  Matrix lambda_n;                 ///< n_c x n_s; zero for an open contact
-  Matrix lambda_t;                 ///< n_lambda_t x n_s
-  Vector slip_start;               ///< n_lambda_t; in: unit slip direction where slip in space starts from rest, else 0
-  Vector q1, v1;                   ///< right end
-  std::vector<ContactMode> modes;  ///< n_c
+  double h = 0;               ///< length [s]
+  Vector q0, v0;              ///< left end (after an impact)
+  Matrix q, v, a;             ///< n_q x n_s: positions, velocities, accelerations v' at the stages
+  Matrix lambda_n;            ///< n_c x n_s; zero for an open contact
+  Matrix lambda_t;            ///< n_lambda_t x n_s
+  Vector slip_start;          ///< n_lambda_t; in: unit slip direction where slip in space starts from rest, else 0
+  Vector q1, v1;              ///< right end
+  bool is_projected = false;  ///< StageSolver (10) made v1, and (11) the forces at the right end:
+  Vector end_lambda_n, end_lambda_t;  ///< n_c, n_lambda_t; zero if the tableau says nothing about the right end
+  std::vector<ContactMode> modes;     ///< n_c
 
   void resize(const ProblemInfo& info, int n_s);
 };
@@ -52,14 +54,21 @@ struct Switch {
 ///   0   = f_c^i(q_j),  i closed                                                         (4)
 ///   v_1 = P (v_0 + h sum_k b_k w_k),   q_1 = q_0 + h v_0 + h^2 sum_k (b'A)_k w_k        (5)
 ///
-/// where P = I, unless the problem has bilateral constraints. (4) alone leaves a velocity of O(h^n_s) across a curved
-/// constraint, which errors of the forces made. So P, at q_1, takes it away by impulses of all closed contacts, along
-/// the directions of their forces:
+/// where P = I, unless a closed contact is curved. (4) alone leaves a velocity of O(h^n_s) across it, which errors of
+/// the forces made. So P, at q_1, takes it away by impulses of all closed contacts, along the directions of their
+/// forces:
 ///
 ///   P = I - M^-1 C (R' M^-1 C)^-1 R',   R = [J_n closed, J_t sticking],   C = [J_n - mu J_t d slipping, else as R]
 ///   (10)
 ///
-/// with d the direction of slip.
+/// with d the direction of slip. The force of the last stage is of order n_s - 1 only. The forces at the right end,
+/// which say when a contact breaks or begins to slip, are those that keep q_1, v_1 on the contacts, as accurate as the
+/// state:
+///
+///   M w = f_v + B_u u + C lambda,   R' w + (d/dt R') v_1 = 0.                             (11)
+///
+/// Without P they are the stage forces extrapolated to the right end. Tableaus without a stage there leave the curve
+/// already with q_1: P = I.
 ///
 /// and for a contact with friction one of
 ///
@@ -155,6 +164,9 @@ class StageSolver {
   void stage_values(const Coefficients& k, Stages& step);
   void end_values(const Coefficients& k, Stages& step);
   void project_end_velocity(Stages& step);
+  void set_end_system(const Vector& q, const Vector& v, const Stages& step);
+  void constrained_forces(const Vector& q, const Vector& v);
+  void set_end_forces(Stages& step);
   void take_away_end_rates(Eigen::Ref<Vector> x);
   void project_variations(const Stages& step);
   double gap_change(int contact, int stage, const Stages& step);
@@ -174,6 +186,8 @@ class StageSolver {
   void linearize_step(const Coefficients& k, const Stages& step, Matrix& response);
   double deflated_switch(const Stages& last, const Switch& end, double h, Eigen::RowVector2d& slope);
   void switch_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope);
+  double end_margin(int contact, const Vector& lambda_n, const Vector& lambda_t) const;
+  void constrained_force_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope);
   void force_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope) const;
   double slip_acceleration(const Active& active, const Stages& last, double* s) const;
   void spread_friction(Stages& last);
@@ -204,6 +218,7 @@ class StageSolver {
   std::vector<Active> closed_;
   int n_x_ = 0;  // unknowns per stage: n_q accelerations, then the forces of the closed contacts
   bool is_affine_ = false;
+  bool is_projected_ = false;  // P of (5) is not I
   double predicted_tolerance_ = 0;
   bool has_friction_ = false;   // a closed contact has
   bool is_frozen_ = false;      // (7c) with the direction slip_start
@@ -214,8 +229,10 @@ class StageSolver {
   std::vector<Factor> factors_;
   std::uint64_t clock_ = 0;
 
-  // P of (5).
-  const bool has_bilateral_;
+  // (10), (11)
+  Eigen::Index n_end_ = 0;  // columns of R, C
+  Matrix end_directions_;   // 2 x closed contacts: d
+  Vector end_q_, end_v_;
   Matrix M_end_;
   Eigen::LLT<Matrix> llt_;
   Matrix held_, pushed_;             // R; C, then M^-1 C

@@ -61,8 +61,8 @@ struct Case {
   double from, to;
 };
 
-/// Switching times that the published equations leave open: order 2 without pinning, the tableau's order with it on a
-/// flat contact, and n_s on a curved one (index 3).
+/// Switching times that the published equations leave open: order 2 without pinning, the tableau's order with it, on
+/// flat and on curved contacts.
 struct PinningCase {
   const char *problem, *method;
   double least, most;
@@ -93,8 +93,9 @@ INSTANTIATE_TEST_SUITE_P(
                     PinningCase{"P4a_clock_driven_block", "fesd:radau-iia:2", 2.8, 3.6, 20, 1000},
                     PinningCase{"P4a_clock_driven_block", "fesd:radau-iia:3,switches=published_earliest", 1.4, 2.6, 20,
                                 1000},
-                    PinningCase{kBead, "fesd:radau-iia:3", 2.8, 3.2, 10, 270},
-                    PinningCase{kBead, "fesd:radau-iia:4", 3.8, 4.2, 10, 66}),
+                    PinningCase{"P8a_bead_leaves_circle", "fesd:radau-iia:2,gap_tolerance=1", 2.8, 3.2, 10, 270},
+                    PinningCase{"P8a_bead_leaves_circle", "fesd:radau-iia:3", 4.5, 5.6, 10, 90},
+                    PinningCase{kBead, "fesd:radau-iia:2", 2.8, 3.4, 10, 270}),
     [](const auto& test) { return test_name(std::string(test.param.problem) + "_" + test.param.method); });
 
 class TwoBalls : public testing::TestWithParam<Case> {};
