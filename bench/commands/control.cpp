@@ -24,6 +24,7 @@ struct Options {
   FesdEquations::Options equations;
   HomotopyOptions homotopy{.sigma_final = 1e-6, .warm_multipliers = false, .max_iterations = 500, .time_limit = 120};
   bool superlinear = false;
+  bool simulate = false;
   double noise = 0;
   unsigned seed = 1;
   bool no_replay = false;
@@ -143,6 +144,10 @@ int solve(const Options& options) {
   if (options.superlinear) homotopy.update = SigmaUpdate::superlinear;
   const Homotopy solver(homotopy);
   FesdTranscription transcription(*problem, tableau_of(problem->tableau), equations(options, *problem));
+  if (options.simulate) {
+    const Status status = transcription.guess_from_simulation();
+    if (status != Status::success) fmt::print("guess      the simulation ended early: {}\n", to_string(status));
+  }
   disturb(transcription.mpcc().nlp, options.noise, options.seed);
 
   const Mpcc& mpcc = transcription.mpcc();
@@ -197,6 +202,8 @@ void add_control_command(CLI::App& app, int& exit_code) {
   command->add_flag("--superlinear", o.superlinear, "sigma to the power 1.5 when that is less");
   command->add_option("--max-iterations", o.homotopy.max_iterations, "of one homotopy step")->capture_default_str();
   command->add_option("--time-limit", o.homotopy.time_limit, "wall time [s]; 0 for none")->capture_default_str();
+  command->add_flag("--simulate", o.simulate,
+                    "guess: the motion under the guessed control, instead of a constant state");
   command->add_option("--noise", o.noise, "random change of the guessed positions, up to this")->capture_default_str();
   command->add_option("--seed", o.seed, "of --noise")->capture_default_str();
   command->add_flag("--no-replay", o.no_replay, "do not run the controls on the plant");

@@ -3,12 +3,16 @@
 #include <fmt/format.h>
 
 #include "methods/control/nlp_blocks.h"
+#include "methods/fesd/pivoting_solver.h"
 
 namespace ricochet {
 
 FesdTranscription::FesdTranscription(const OptimalControlProblem& problem, const ButcherTableau& tableau,
                                      const FesdEquations::Options& options)
-    : Transcription(problem), tableau_(tableau), equations_(*problem.plant, tableau, options, mpcc_) {
+    : Transcription(problem),
+      tableau_(tableau),
+      n_fe_(options.n_fe),
+      equations_(*problem.plant, tableau, options, mpcc_) {
   const ProblemInfo& info = problem.plant->info();
   equations_.set_bounds({problem.q.lower, problem.q.upper, problem.v.lower, problem.v.upper});
   u_ = add_controls();
@@ -54,6 +58,19 @@ ControlTrajectory FesdTranscription::trajectory(const Vector& x) const {
   }
   trajectory.objective += terminal_cost(trajectory.points.back().q, trajectory.points.back().v);
   return trajectory;
+}
+
+Status FesdTranscription::guess_from_simulation() {
+  const ProblemInfo& info = problem_.plant->info();
+  Counters counters;
+  PivotingSolver solver(*problem_.plant, tableau_, {.n_fe = n_fe_}, counters);
+  solver.start(info.q0, info.v0);
+  for (int k = 0; k < problem_.n_intervals; ++k) {
+    const Status status = solver.advance(info.end_time / problem_.n_intervals);
+    if (status != Status::success) return status;
+    equations_.set_guess(solver.step(), k);
+  }
+  return Status::success;
 }
 
 }  // namespace ricochet

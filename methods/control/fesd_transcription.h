@@ -17,11 +17,17 @@ class FesdTranscription final : public Transcription {
                     const FesdEquations::Options& options);
 
   ControlTrajectory trajectory(const Vector& x) const override;
+
+  /// Takes the motion under the guess of the control, as the pivoting solver finds it, for the guess of everything.
+  /// @return its status; intervals behind a failure keep the plain guess
+  Status guess_from_simulation();
+
   /// The discrete motion of an interval with all its FESD-J quantities.
   FesdStep step(const Vector& x, int interval) const { return equations_.read(x, interval); }
 
  private:
   const ButcherTableau tableau_;
+  const int n_fe_;
   FesdEquations equations_;
 };
 

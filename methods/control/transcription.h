@@ -5,6 +5,7 @@
 
 #include "methods/complementarity/nlp.h"
 #include "problems/control/optimal_control_problem.h"
+#include "problems/solution.h"
 
 namespace ricochet {
 

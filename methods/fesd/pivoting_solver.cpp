@@ -125,12 +125,15 @@ Status PivotingSolver::advance_to_switch(double H, double capture,
   return finish_step(solve_one_element(H, capture, is_accurate));
 }
 
-/// A contact bounces no higher than rounding of its gap.
-bool PivotingSolver::is_below_rounding(const Junction& junction, const Stages& flight) const {
-  return std::any_of(junction.alternatives.begin(), junction.alternatives.end(), [&](const auto& alternative) {
+/// The `count` elements are the flight of a contact that bounced no higher than rounding of its gap.
+bool PivotingSolver::is_below_rounding(int first, int count) const {
+  const Stages& flight = step_->elements[first];
+  const auto& alternatives = junctions_[first].alternatives;
+  return std::any_of(alternatives.begin(), alternatives.end(), [&](const auto& alternative) {
     const int i = alternative.contact;
     return alternative.predicted == ContactMode::open && flight.modes[i] == ContactMode::open &&
-           step_->ends[0].contact == i && 0.25 * alternative.v_n * flight.h <= kGapRounding * gap_size_[i];
+           step_->ends[first + count - 1].contact == i &&
+           0.25 * alternative.v_n * count * flight.h <= kGapRounding * gap_size_[i];
   });
 }
 
@@ -162,7 +165,7 @@ bool PivotingSolver::solve_one_element(double H, double capture,
     if (captured_ || !is_switch(violation.verdict)) continue;
     if (!is_accurate(step_->elements[0])) return true;
     if (!run_to_switch(0, 1, violation, H)) continue;
-    is_unresolved = is_below_rounding(junction, step_->elements[0]);
+    is_unresolved = is_below_rounding(0, 1);
     if (is_unresolved) {
       if (stage_solver_.tableau().is_stiffly_accurate()) continue;
       first_failure_ = deepest_failure_ = {{Verdict::accumulates, 0, step_->ends[0].contact, 0, 0}, H, 1};
@@ -237,7 +240,10 @@ bool PivotingSolver::split_at_switch(int element, int count, int most_before, co
   if (may_float && options_.switches == Switches::published_earliest)
     return for_all_candidates([&](int m) { return split_unpinned(element, m, count, violation, remaining); });
   const auto pinned = [&](int m) {
-    return run_to_switch(element, m, violation, remaining) && continue_after(element, m, remaining, count);
+    if (!run_to_switch(element, m, violation, remaining)) return false;
+    // Closing stops a bounce that cannot be seen: the alternative modes come next.
+    if (stage_solver_.tableau().is_stiffly_accurate() && is_below_rounding(element, m)) return false;
+    return continue_after(element, m, remaining, count);
   };
   if (for_all_candidates(pinned)) return true;
   return may_float &&

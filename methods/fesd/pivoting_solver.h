@@ -82,7 +82,7 @@ class PivotingSolver {
   void begin_step(double H);
   Status finish_step(bool solved);
   bool solve_one_element(double H, double capture, const std::function<bool(const Stages&)>& is_accurate);
-  bool is_below_rounding(const Junction& junction, const Stages& flight) const;
+  bool is_below_rounding(int first, int count) const;
   void make_room(int n_elements);
   bool search(int element, double remaining, int elements_left);
   bool split_at_switch(int element, int count, int most_before, const Violation& violation, double remaining);

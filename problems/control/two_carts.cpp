@@ -15,13 +15,14 @@ struct TwoCarts {
                                   "after Lin, Ohtsuka, IEEE Trans. Automatic Control (2022), and FESD-J, section 5.3",
                                   "one elastic impact whose time and speed the optimisation chooses"};
 
-  T m_1{1.0}, m_2{1.0}, d{0.5}, e{0.5}, duration{2.0};
+  T m_1{1.0}, m_2{1.0}, d{0.5}, e{0.5}, u_guess{3.0}, duration{2.0};
 
   void parameters(auto&& visit) {
     visit("m_1", m_1, "kg");
     visit("m_2", m_2, "kg");
     visit("d", d, "N s/m");
     visit("e", e, "1");
+    visit("u_guess", u_guess, "N");
     visit("duration", duration, "s");
   }
 
@@ -31,7 +32,7 @@ struct TwoCarts {
   Vec<T, 2> mass() const { return {m_1, m_2}; }
   Vec<T, 2> force(const Vec<T, 2>&, const Vec<T, 2>& v) const { return {-d * v[0], -d * v[1]}; }  // (1)
   Mat<T, 2, 1> input(const Vec<T, 2>&) const { return {{{1}, {0}}}; }
-  Vec<T, 1> control() const { return {0}; }
+  Vec<T, 1> control() const { return {u_guess}; }
   std::array<Contact<T>, 1> contacts() const { return {{{"bumper", e}}}; }
   Vec<T, 1> gap(const Vec<T, 2>& q) const { return {q[1] - q[0]}; }
 
