@@ -32,6 +32,7 @@ Replay replay(const OptimalControlProblem& problem, const ControlTrajectory& tra
       event.t += start;
       result.events.push_back(std::move(event));
     }
+    result.is_sampled = result.is_sampled || !s.samples.empty();
     for (const auto& sample : s.samples)
       result.penetration = std::max(result.penetration, -problem.plant->gap(sample.q.head(n_q)).minCoeff());
     result.q = s.q.head(n_q);
@@ -89,6 +90,8 @@ ReplayMismatch mismatch(const OptimalControlProblem& problem, const ControlTraje
     if (event.kind == EventKind::impact && event.Lambda_n[event.contact] > least)
       found.emplace_back(event.contact, event.t);
   }
+  std::ranges::sort(expected);  // impacts at the same instant have no order
+  std::ranges::sort(found);
   const bool same = std::equal(expected.begin(), expected.end(), found.begin(), found.end(),
                                [](const auto& a, const auto& b) { return a.first == b.first; });
   if (!same) result.events = INFINITY;

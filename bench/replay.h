@@ -16,6 +16,7 @@ struct Replay {
   std::string message;
   Vector q, v;                ///< at T
   double cost = 0;            ///< (1) of optimal_control_problem.h
+  bool is_sampled = false;    ///< the solver recorded points inside of the intervals
   double penetration = 0;     ///< deepest, at the recorded points [m, or the unit of the gap]
   std::vector<Event> events;  ///< times from 0
 };
@@ -39,8 +40,8 @@ struct ReplayMismatch {
 };
 ReplayMismatch mismatch(const OptimalControlProblem& problem, const ControlTrajectory& claimed, const Replay& truth);
 
-/// What an impulse has to exceed to count as an impact [N s]: a transcription, and a contact that is made softly, have
-/// tiny ones.
+/// What an impulse has to exceed to count as an impact, a part of the largest momentum: a transcription, and a contact
+/// that is made softly, have tiny ones.
 double smallest_impact(const OptimalControlProblem& problem, const ControlTrajectory& trajectory);
 
 }  // namespace ricochet

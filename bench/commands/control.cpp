@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cmath>
+#include <cstdio>
 #include <map>
 #include <random>
 
@@ -41,7 +43,7 @@ Value choose(const std::string& option, const std::string& name, const std::map<
   throw InputError(option, name, "one of " + known + " is required");
 }
 
-FesdEquations::Options equations(const Options& options, const OptimalControlProblem& problem) {
+FesdEquations::Options equation_options(const Options& options, const OptimalControlProblem& problem) {
   using E = FesdEquations;
   E::Options result = options.equations;
   result.n_fe = problem.n_fe;
@@ -104,12 +106,15 @@ Table replay_table(const OptimalControlProblem& problem, const ControlTrajectory
                                                             {"FESD-J, pivoting, adaptive", pivoting_solver(1e-9)}};
   for (const auto& [name, solve] : solvers) {
     const Replay truth = replay(problem, trajectory, solve);
+    if (truth.status != Status::success) {
+      table.rows.push_back({name, truth.message, "-", "-", "-", "-", "-"});
+      continue;
+    }
     const ReplayMismatch difference = mismatch(problem, trajectory, truth);
-    table.rows.push_back({name, truth.message.empty() ? to_string(truth.status) : truth.message,
-                          fmt::format("{:.2e}", difference.terminal),
+    table.rows.push_back({name, "success", fmt::format("{:.2e}", difference.terminal),
                           std::isfinite(difference.events) ? fmt::format("{:.2e}", difference.events) : "other",
                           fmt::format("{:.8g}", truth.cost), fmt::format("{:+.2e}", difference.cost),
-                          fmt::format("{:.1e}", truth.penetration)});
+                          truth.is_sampled ? fmt::format("{:.1e}", truth.penetration) : "-"});
   }
   return table;
 }
@@ -140,10 +145,14 @@ int solve(const Options& options) {
   if (!options.tableau.empty()) problem->tableau = options.tableau;
   if (!options.plot.empty() && !can_draw())
     throw InputError("--plot", options.plot, "gnuplot is needed for figures and was not found");
+  for (const auto& [name, value] : {std::pair("--noise", options.noise), std::pair("--rho", options.equations.rho),
+                                    std::pair("--eps-c", options.equations.eps_c)}) {
+    if (!(value >= 0) || !std::isfinite(value)) throw InputError(name, value, "a finite number >= 0 is required");
+  }
   HomotopyOptions homotopy = options.homotopy;
   if (options.superlinear) homotopy.update = SigmaUpdate::superlinear;
   const Homotopy solver(homotopy);
-  FesdTranscription transcription(*problem, tableau_of(problem->tableau), equations(options, *problem));
+  FesdTranscription transcription(*problem, tableau_of(problem->tableau), equation_options(options, *problem));
   if (options.simulate) {
     const Status status = transcription.guess_from_simulation();
     if (status != Status::success) fmt::print("guess      the simulation ended early: {}\n", to_string(status));
@@ -152,7 +161,7 @@ int solve(const Options& options) {
 
   const Mpcc& mpcc = transcription.mpcc();
   fmt::print("problem    {}: {}\n", problem->id, problem->title);
-  fmt::print("transcript FESD-J {}, {} intervals of {} elements: {} variables, {} rows, {} complementarity pairs\n",
+  fmt::print("program    FESD-J {}, {} intervals of {} elements: {} variables, {} rows, {} complementarity pairs\n",
              problem->tableau, problem->n_intervals, problem->n_fe, mpcc.nlp.n_variables(), mpcc.nlp.n_rows(),
              mpcc.pairs.size());
   fmt::print("homotopy   {}\n  {:>8}  {:>10}  {:>12}  {:>8}  {:>8}  {:>7}  derivatives\n", homotopy.relaxation, "sigma",
@@ -199,7 +208,7 @@ void add_control_command(CLI::App& app, int& exit_code) {
   command->add_option("--sigma-0", o.homotopy.sigma_0, "first relaxation parameter")->capture_default_str();
   command->add_option("--sigma-final", o.homotopy.sigma_final, "last one, before the crossover")->capture_default_str();
   command->add_option("--factor", o.homotopy.factor, "from one sigma to the next")->capture_default_str();
-  command->add_flag("--superlinear", o.superlinear, "sigma to the power 1.5 when that is less");
+  command->add_flag("--superlinear", o.superlinear, "sigma to the power 1.5 when that is less than factor * sigma");
   command->add_option("--max-iterations", o.homotopy.max_iterations, "of one homotopy step")->capture_default_str();
   command->add_option("--time-limit", o.homotopy.time_limit, "wall time [s]; 0 for none")->capture_default_str();
   command->add_flag("--simulate", o.simulate,

@@ -116,7 +116,7 @@ class Run {
       const double per_sigma = std::min(options_.tolerance_per_sigma * sigma, kLoosestTolerance);
       IpoptOptions ipopt = ipopt_options(std::max(options_.tolerance, per_sigma));
       // The barrier begins below sigma: it should not undo the last step.
-      if (solution_.x.size() > 0) ipopt.barrier = std::clamp(sigma * sigma, options_.tolerance, ipopt.barrier);
+      if (solution_.x.size() > 0) ipopt.barrier = std::min(ipopt.barrier, std::max(sigma * sigma, options_.tolerance));
       const NlpResult result = solver_.solve(start(), ipopt);
       if (is_solved(result.status)) take(result.point);
       record(sigma, result, progress);

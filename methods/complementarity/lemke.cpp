@@ -129,6 +129,7 @@ LcpStatus LemkeSolver::solve_regularized(const Eigen::Ref<const Matrix>& M, cons
     for (int i = 0; i < n; ++i) {
       if (z[i] > 0 || w[i] < -rounding) active_.push_back(i);
     }
+    if (active_.empty()) break;
     z(active_) -= M(active_, active_).completeOrthogonalDecomposition().solve(Vector(w(active_)));
     z = z.cwiseMax(0);
     w = M * z + q;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "methods/control/nlp_blocks.h"
+#include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
@@ -41,6 +42,9 @@ ContactEquations::ContactEquations(const Problem& plant, Cone cone, int facets, 
       functions_(plant_functions(plant, eps)),
       cone_(cone),
       facets_(facets) {
+  if (!info_.bilateral.empty())
+    throw InputError("plant", info_.id,
+                     "a transcription has no bilateral constraints yet: one without them is required");
   const Vector infinite = Vector::Constant(info_.n_q, kInfinity);
   bounds_ = {-infinite, infinite, -infinite, infinite};
   for (const auto& contact : info_.contacts) {
@@ -121,9 +125,7 @@ ContactEquations::Point ContactEquations::add_point(const std::string& name) {
   for (int k = 0; k < info_.n_q; ++k)
     point.q.push_back(
         mpcc_.nlp.add_variable(bounds_.q_lower[k], bounds_.q_upper[k], info_.q0[k], fmt::format("{}, q[{}]", name, k)));
-  for (int k = 0; k < info_.n_q; ++k)
-    point.v.push_back(
-        mpcc_.nlp.add_variable(bounds_.v_lower[k], bounds_.v_upper[k], info_.v0[k], fmt::format("{}, v[{}]", name, k)));
+  point.v = add_velocity(name);
   return point;
 }
 

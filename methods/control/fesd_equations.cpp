@@ -162,7 +162,7 @@ void FesdEquations::add_cross(const std::vector<int>& stages, const std::vector<
   }
 }
 
-/// The pairs of (4), (8), (9), (10)
+/// The pairs of (4) and (9), and those of friction
 void FesdEquations::add_cross_complementarity(const Element& element, const std::string& name) {
   // Values of a quantity at the stages, and at the left end, the stages and the right end.
   const auto at_stages = [&](const auto& value) {
@@ -272,7 +272,7 @@ SmoothFunction FesdEquations::indicator(const std::vector<std::vector<int>>& lis
   const ex Y_before = sum(before[0]), Y_after = sum(after[0]);
   ex zeta = 1;
   if (n_slacks > 0) {
-    // Both slacks of the plane make that of (9): their product.
+    // Both slacks of the plane make the cone slack of (8): their product.
     const auto cone = [&](const std::vector<Symbols>& side) {
       ex total = 0;
       for (std::size_t j = 0; j < side[2].size(); ++j) {

@@ -84,7 +84,7 @@ class FesdEquations final : public ContactEquations {
   };
   const std::vector<std::vector<Element>>& intervals() const { return intervals_; }
 
-  /// The solution x of the MPCC in an interval, for the audit and for figures.
+  /// The solution x of the MPCC in an interval.
   FesdStep read(const Vector& x, int interval) const;
 
   /// The interval's variables for a step that is solved, with as many elements; the indicators of (8) stay as they are.

@@ -22,9 +22,6 @@ class FesdTranscription final : public Transcription {
   /// @return its status; intervals behind a failure keep the plain guess
   Status guess_from_simulation();
 
-  /// The discrete motion of an interval with all its FESD-J quantities.
-  FesdStep step(const Vector& x, int interval) const { return equations_.read(x, interval); }
-
  private:
   const ButcherTableau tableau_;
   const int n_fe_;

@@ -78,6 +78,15 @@ void validate(const OptimalControlProblem& problem) {
   check_function("terminal cost", problem.terminal_cost, n_x, 1);
   check_function("path constraints", problem.path, n_x + info.n_u, -1);
   check_function("terminal constraints", problem.terminal, n_x, -1);
+  const auto check_names = [](const char* what, const std::vector<std::string>& names, int count) {
+    if (static_cast<int>(names.size()) != count)
+      throw InputError(what, fmt::format("{} names", names.size()),
+                       fmt::format("one for each of {} is required", count));
+  };
+  check_names("path constraints", problem.path_names, problem.path.n_outputs());
+  check_names("terminal constraints", problem.terminal_names, problem.terminal.n_outputs());
+  if (problem.n_intervals < 1) throw InputError("control intervals", problem.n_intervals, "at least one is required");
+  if (problem.n_fe < 1) throw InputError("finite elements", problem.n_fe, "at least one is required");
   if (problem.is_time_free && !(0 < problem.T_lower && problem.T_lower <= problem.T_upper))
     throw InputError("bounds of T", fmt::format("[{:g}, {:g}]", problem.T_lower, problem.T_upper),
                      "0 < lower <= upper is required");

@@ -6,7 +6,7 @@ namespace {
 // Three boxes side by side on rough ground; the driven middle box pushes the others to their places and returns.
 //
 //    _____      _____      _____       q = (x_1, y_1, x_2, y_2, x_3, y_3), centres; u = horizontal force on box 2
-//   |  1  |    |  2  |u-> |  3  |      m x_i' ' = u delta_i2 + contact forces,  m y_i'' = -m g + contact forces    (1)
+//   |  1  |    |  2  |u-> |  3  |      m x_i'' = u delta_i2 + contact forces,  m y_i'' = -m g + contact forces    (1)
 //   |_____|____|_____|____|_____|___
 //
 //   f_c = (x_2 - x_1 - a, x_3 - x_2 - a, y_1 - a/2, y_2 - a/2, y_3 - a/2)
@@ -60,7 +60,7 @@ struct ThreeBoxes {
     return {every<6>(-10), every<6>(10), every<6>(-10), every<6>(10), {-30.0}, {30.0}};
   }
   T distance(const Vec<T, 6>& q, const Vec<T, 6>& v) const {
-    const Vec<T, 6> target{-7, 1, 0, 1, 6, 1}, weight{10, 0.001, 1, 0.001, 10, 0.001};
+    const Vec<T, 6> target{-7, a / 2, 0, a / 2, 6, a / 2}, weight{10, 0.001, 1, 0.001, 10, 0.001};
     T sum = 0;
     for (std::size_t k = 0; k < 6; ++k) sum += weight[k] * (q[k] - target[k]) * (q[k] - target[k]) + v[k] * v[k] / 10;
     return sum;
