@@ -12,12 +12,21 @@ class SmallInverse {
  public:
   /// @return A^-1; its entries are not finite when A is singular
   const Matrix& of(const Matrix& A) {
-    lu_.compute(A);
-    inverse_ = lu_.permutationP() * Matrix::Identity(A.rows(), A.cols());
+    factorize(A);
+    return inverse();
+  }
+
+  // In parts, for a matrix whose inverse is not always wanted.
+  void factorize(const Matrix& A) { lu_.compute(A); }
+  /// Of the factorised matrix.
+  const Matrix& inverse() {
+    inverse_ = lu_.permutationP() * Matrix::Identity(lu_.rows(), lu_.cols());
     lu_.matrixLU().triangularView<Eigen::UnitLower>().solveInPlace(inverse_);
     lu_.matrixLU().triangularView<Eigen::Upper>().solveInPlace(inverse_);
     return inverse_;
   }
+  /// x = A^-1 b of the factorised matrix, more accurate than with the inverse.
+  void solve(const Matrix& b, Matrix& x) const { x = lu_.solve(b); }
 
  private:
   Eigen::PartialPivLU<Matrix> lu_;

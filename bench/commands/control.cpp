@@ -10,6 +10,7 @@
 #include "bench/replay.h"
 #include "methods/complementarity/homotopy.h"
 #include "methods/control/fesd_transcription.h"
+#include "methods/runge_kutta/tableau_argument.h"
 #include "problems/input_error.h"
 #include "reports/figures.h"
 #include "reports/table.h"
@@ -63,18 +64,6 @@ FesdEquations::Options equation_options(const Options& options, const OptimalCon
                                                    {"tanh", E::Equilibration::tanh},
                                                    {"none", E::Equilibration::none}});
   return result;
-}
-
-ButcherTableau tableau_of(const std::string& name) {
-  const auto colon = name.find(':');
-  int n_s = 0;
-  try {
-    n_s = std::stoi(name.substr(colon + 1));
-  } catch (const std::exception&) {
-  }
-  if (colon == std::string::npos || n_s < 1)
-    throw InputError("--tableau", name, "FAMILY:STAGES is required, as radau-iia:2");
-  return make_tableau(name.substr(0, colon), n_s);
 }
 
 /// Moves the guess of every position by up to `noise`: a plain guess may be a symmetric point that no descent leaves.
@@ -152,7 +141,7 @@ int solve(const Options& options) {
   HomotopyOptions homotopy = options.homotopy;
   if (options.superlinear) homotopy.update = SigmaUpdate::superlinear;
   const Homotopy solver(homotopy);
-  FesdTranscription transcription(*problem, tableau_of(problem->tableau), equation_options(options, *problem));
+  FesdTranscription transcription(*problem, tableau_argument(problem->tableau), equation_options(options, *problem));
   if (options.simulate) {
     const Status status = transcription.guess_from_simulation();
     if (status != Status::success) fmt::print("guess      the simulation ended early: {}\n", to_string(status));
@@ -193,7 +182,7 @@ void add_control_command(CLI::App& app, int& exit_code) {
   command->add_option("--set", o.changes, "NAME=VALUE, a parameter of the problem");
   command->add_option("--intervals,-N", o.intervals, "control intervals")->check(CLI::PositiveNumber);
   command->add_option("--elements", o.elements, "finite elements per interval")->check(CLI::PositiveNumber);
-  command->add_option("--tableau", o.tableau, "FAMILY:STAGES");
+  command->add_option("--tableau", o.tableau, "FAMILY:STAGES, or @FILE");
   command->add_option("--cross", o.cross, "cross complementarity: sparse, per_stage, aggregated")
       ->capture_default_str();
   command->add_option("--impulses", o.impulses, "position_velocity or slack")->capture_default_str();

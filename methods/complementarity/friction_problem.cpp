@@ -3,7 +3,8 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "methods/complementarity/friction_polygon.h"
 
 namespace ricochet {
 namespace {
@@ -20,13 +21,6 @@ constexpr double kDependent = 1e-11;
 
 int facets_of(const FrictionProblem::Contact& contact) {
   return contact.slides ? 0 : contact.n_t == 2 ? kFacetsInSpace : 2 * contact.n_t;
-}
-
-/// Component d of facet f: +-1 in the plane, points of the unit circle in space.
-double facet(const FrictionProblem::Contact& contact, int f, int d) {
-  if (contact.n_t == 1) return f == 0 ? 1 : -1;
-  const double angle = 2 * std::numbers::pi * f / kFacetsInSpace;
-  return d == 0 ? std::cos(angle) : std::sin(angle);
 }
 
 }  // namespace
@@ -113,7 +107,8 @@ LcpStatus FrictionProblem::solve_polyhedral(const Eigen::Ref<const Matrix>& G, c
       for (int d = 0; d < contact.n_t; ++d) D(row + 1 + d, k) = -contact.mu * contact.direction[d];
     }
     for (int f = 0; f < facets_of(contact); ++f, ++column) {
-      for (int d = 0; d < contact.n_t; ++d) D(row + 1 + d, column) = facet(contact, f, d);
+      const auto e = facet_direction(contact.n_t, f, kFacetsInSpace);
+      for (int d = 0; d < contact.n_t; ++d) D(row + 1 + d, column) = e[d];
     }
     row += 1 + contact.n_t;
   }
@@ -128,10 +123,10 @@ LcpStatus FrictionProblem::solve_polyhedral(const Eigen::Ref<const Matrix>& G, c
     const int facets = facets_of(contact);
     for (int f = 0; f < facets; ++f, ++column) {
       q[column] = 0;
+      const auto e = facet_direction(contact.n_t, f, kFacetsInSpace);
       for (int d = 0; d < contact.n_t; ++d) {
-        const double e = facet(contact, f, d);
-        M.row(column).head(columns) += e * G.row(row + 1 + d).lazyProduct(D);
-        q[column] += e * b[row + 1 + d];
+        M.row(column).head(columns) += e[d] * G.row(row + 1 + d).lazyProduct(D);
+        q[column] += e[d] * b[row + 1 + d];
       }
       M(column, gamma) = 1;
       M(gamma, column) = -1;

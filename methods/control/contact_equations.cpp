@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <numbers>
-
+#include "methods/complementarity/friction_polygon.h"
 #include "methods/control/nlp_blocks.h"
 #include "problems/input_error.h"
+#include "problems/join.h"
 
 namespace ricochet {
 namespace {
@@ -18,22 +17,8 @@ using Expressions = SmoothFunction::Expressions;
 
 // An initial gap up to here is rounding of a contact that touches [m].
 constexpr double kTouching = 1e-12;
-// Guess of forces, impulses and slacks: Ipopt starts inside of their bounds.
-constexpr double kPositive = 1e-1;
 
 }  // namespace
-
-std::vector<int> ContactEquations::join(std::initializer_list<std::vector<int>> lists) {
-  std::vector<int> all;
-  for (const auto& list : lists) all.insert(all.end(), list.begin(), list.end());
-  return all;
-}
-
-std::vector<double> ContactEquations::facet(int n_t, int f, int facets) {
-  if (n_t == 1) return {f == 0 ? 1.0 : -1.0};
-  const double angle = 2 * std::numbers::pi * f / facets;
-  return {std::cos(angle), std::sin(angle)};
-}
 
 ContactEquations::ContactEquations(const Problem& plant, Cone cone, int facets, double eps, Mpcc& mpcc)
     : plant_(plant),
@@ -58,10 +43,8 @@ ContactEquations::ContactEquations(const Problem& plant, Cone cone, int facets, 
       law.push_back(cone == Cone::squared ? ex(-v_t[d] - 2 * gamma * lambda_t[d])
                                           : ex(contact.mu * lambda_n * v_t[d] + gamma * lambda_t[d]));
     }
-    Symbols slack_inputs{slack, lambda_n}, law_inputs{lambda_n, gamma};
-    slack_inputs.insert(slack_inputs.end(), lambda_t.begin(), lambda_t.end());
-    law_inputs.insert(law_inputs.end(), lambda_t.begin(), lambda_t.end());
-    law_inputs.insert(law_inputs.end(), v_t.begin(), v_t.end());
+    const Symbols slack_inputs = join<symbol>({{slack, lambda_n}, lambda_t});
+    const Symbols law_inputs = join<symbol>({{lambda_n, gamma}, lambda_t, v_t});
     cone_slack_.emplace_back(Expressions{slack - contact.mu * contact.mu * lambda_n * lambda_n + size}, slack_inputs,
                              std::vector<Tape::Constant>{});
     cone_law_.emplace_back(law, law_inputs, std::vector<Tape::Constant>{});
@@ -138,7 +121,7 @@ void ContactEquations::add_gap_and_slip(Point& point, const std::string& name) {
     add_equations(functions_.gap, point.q, name + ", gap", point.gap);
   }
   point.slip = add_variables(info_.n_lambda_t, -kInfinity, 0, name + ", slip velocity");
-  add_equations(functions_.slip, join({point.q, point.v}), name + ", slip", point.slip);
+  add_equations(functions_.slip, join<int>({point.q, point.v}), name + ", slip", point.slip);
 }
 
 /// The unknowns of (2)-(4) at a point. @param has_force  whether the law is stated there, so that gamma is determined
@@ -163,7 +146,7 @@ std::vector<ContactEquations::Slip> ContactEquations::add_slips(const Point& poi
       slip.gamma = add_variables(1, 0, kPositive, at + ", gamma");
       slip.rates = add_variables(facets, 0, kPositive, at + ", D' v_t + gamma");
       for (int f = 0; f < facets; ++f) {
-        const auto direction = facet(contact.n_t, f, facets);
+        const auto direction = facet_direction(contact.n_t, f, facets);
         Terms terms{{slip.rates[f], -1}, {slip.gamma[0], 1}};
         for (int d = 0; d < contact.n_t; ++d) terms.emplace_back(point.slip[contact.tangent_index + d], direction[d]);
         add_linear(terms, 0, 0, at + ", facet velocity");
@@ -194,7 +177,8 @@ std::vector<ContactEquations::Force> ContactEquations::add_forces(const std::vec
       add_linear(sum, 0, 0, at + ", cone");
       for (int d = 0; d < contact.n_t; ++d) {
         Terms terms{{force.lambda_t[d], -1}};
-        for (int f = 0; f < facets; ++f) terms.emplace_back(force.facets[f], facet(contact.n_t, f, facets)[d]);
+        for (int f = 0; f < facets; ++f)
+          terms.emplace_back(force.facets[f], facet_direction(contact.n_t, f, facets)[d]);
         add_linear(terms, 0, 0, at + ", lambda_t = D l");
       }
     } else if (cone_ == Cone::exact && contact.n_t == 1) {
@@ -204,7 +188,7 @@ std::vector<ContactEquations::Force> ContactEquations::add_forces(const std::vec
                    at + ", cone");
     } else {
       force.slack = add_variables(1, 0, kPositive, at + ", cone slack");
-      add_equations(cone_slack_[i], join({force.slack, {lambda_n[i]}, force.lambda_t}), at + ", cone");
+      add_equations(cone_slack_[i], join<int>({force.slack, {lambda_n[i]}, force.lambda_t}), at + ", cone");
     }
   }
   return forces;
@@ -219,7 +203,7 @@ void ContactEquations::add_friction_laws(const Point& point, const std::vector<S
     if (contact.n_t == 0 || cone_ == Cone::polyhedral || slip[i].gamma.empty()) continue;
     const auto first = point.slip.begin() + contact.tangent_index;
     const std::vector<int> v_t(first, first + contact.n_t);
-    add_equations(cone_law_[i], join({{lambda_n[i]}, slip[i].gamma, force[i].lambda_t, v_t}),
+    add_equations(cone_law_[i], join<int>({{lambda_n[i]}, slip[i].gamma, force[i].lambda_t, v_t}),
                   fmt::format("{}, {}, friction law", name, contact.name));
   }
 }

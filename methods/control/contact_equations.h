@@ -67,8 +67,10 @@ class ContactEquations {
   /// @param eps  see plant_functions()
   ContactEquations(const Problem& plant, Cone cone, int facets, double eps, Mpcc& mpcc);
 
+  /// Guess of forces, impulses and slacks: Ipopt starts inside of their bounds.
+  static constexpr double kPositive = 1e-1;
+
   using Terms = std::vector<std::pair<int, double>>;
-  static std::vector<int> join(std::initializer_list<std::vector<int>> lists);
 
   int add_variable(double lower, double guess, const std::string& name);
   std::vector<int> add_variables(int count, double lower, double guess, const std::string& name);
@@ -86,8 +88,6 @@ class ContactEquations {
   /// The pairs of (2)-(4) between the force and the slip of one contact at one point.
   void add_friction_pairs(const Slip& slip, const Force& force, double bias, const std::string& name);
   static std::vector<int> tangential(const std::vector<Force>& forces);
-  /// Direction of facet f: +-1 in the plane, points of the unit circle in space.
-  static std::vector<double> facet(int n_t, int f, int facets);
 
   const Problem& plant_;
   const ProblemInfo& info_;

@@ -4,7 +4,9 @@
 
 #include <cmath>
 
+#include "methods/complementarity/friction_polygon.h"
 #include "methods/control/nlp_blocks.h"
+#include "problems/join.h"
 
 namespace ricochet {
 namespace {
@@ -17,23 +19,19 @@ using Expressions = SmoothFunction::Expressions;
 // An impulse is taken for none unless it is so many times as large as what it is complementary to: a contact that
 // persists has small ones of both.
 constexpr double kNoImpact = 100;
-// Guess of forces, impulses and slacks: Ipopt starts inside of their bounds.
-constexpr double kPositive = 1e-1;
 
 /// x_1 - x_0 - h sum_k a_k d_k for every row `a` of A: inputs (h, x_0, x_1..x_rows, d_1..d_s).
 SmoothFunction runge_kutta_rows(const Matrix& A) {
   const auto rows = A.rows(), n_s = A.cols();
   const symbol h, start;
-  Symbols values(static_cast<std::size_t>(rows)), slopes(static_cast<std::size_t>(n_s)), inputs{h, start};
+  const Symbols values(static_cast<std::size_t>(rows)), slopes(static_cast<std::size_t>(n_s));
   Expressions outputs;
   for (Eigen::Index j = 0; j < rows; ++j) {
     ex sum = 0;
     for (Eigen::Index k = 0; k < n_s; ++k) sum += A(j, k) * slopes[k];
     outputs.push_back(values[j] - start - h * sum);
   }
-  inputs.insert(inputs.end(), values.begin(), values.end());
-  inputs.insert(inputs.end(), slopes.begin(), slopes.end());
-  return {outputs, inputs, {}};
+  return {outputs, join<symbol>({{h, start}, values, slopes}), {}};
 }
 
 }  // namespace
@@ -60,17 +58,18 @@ void FesdEquations::add_impact(Element& element, const std::string& name) {
   add_gap_and_slip(element.left, name + ", left end");
   element.left_slip = add_slips(element.left, true, name + ", left end");
   element.impulse = add_forces(element.Lambda_n, name + ", impulse");
-  add_equations(functions_.impulse,
-                join({element.left.q, element.left.v, element.v_minus, element.Lambda_n, tangential(element.impulse)}),
-                name + ", impulse balance");
+  add_equations(
+      functions_.impulse,
+      join<int>({element.left.q, element.left.v, element.v_minus, element.Lambda_n, tangential(element.impulse)}),
+      name + ", impulse balance");
   if (n_c == 0) return;
   add_friction_laws(element.left, element.left_slip, element.impulse, element.Lambda_n, name + ", impulse");
 
   element.s_plus = add_variables(n_c, 0, kPositive, name + ", s+");
   element.s_minus = add_variables(n_c, 0, kPositive, name + ", s-");
   const int first_row = mpcc_.nlp.n_rows();
-  add_equations(functions_.restitution, join({element.left.q, element.left.v, element.v_minus}), name + ", restitution",
-                element.s_plus);
+  add_equations(functions_.restitution, join<int>({element.left.q, element.left.v, element.v_minus}),
+                name + ", restitution", element.s_plus);
   for (int i = 0; i < n_c; ++i) {
     mpcc_.nlp.add_block(std::make_unique<LinearBlock>(first_row + i, Terms{{element.s_minus[i], 1}}));
     const std::string at = fmt::format("{}, {}", name, info_.contacts[i].name);
@@ -88,7 +87,7 @@ void FesdEquations::add_impact(Element& element, const std::string& name) {
     element.z_plus = add_variables(n_c, 0, kPositive, name + ", z+");
     element.z_minus = add_variables(n_c, 0, kPositive, name + ", z-");
     const int row = mpcc_.nlp.n_rows();
-    add_equations(functions_.normal_velocity, join({element.left.q, element.left.v}), name + ", normal velocity",
+    add_equations(functions_.normal_velocity, join<int>({element.left.q, element.left.v}), name + ", normal velocity",
                   element.z_plus);
     for (int i = 0; i < n_c; ++i)
       mpcc_.nlp.add_block(std::make_unique<LinearBlock>(row + i, Terms{{element.z_minus[i], 1}}));
@@ -97,8 +96,8 @@ void FesdEquations::add_impact(Element& element, const std::string& name) {
     std::vector<int> rows;
     for (int i = 0; i < n_c; ++i)
       rows.push_back(mpcc_.nlp.add_row(0, kInfinity, fmt::format("{}, {}, gap ahead", name, info_.contacts[i].name)));
-    mpcc_.nlp.add_block(
-        std::make_unique<FunctionBlock>(functions_.ahead, join({element.left.q, element.left.v, {element.h}}), rows));
+    mpcc_.nlp.add_block(std::make_unique<FunctionBlock>(
+        functions_.ahead, join<int>({element.left.q, element.left.v, {element.h}}), rows));
   }
 }
 
@@ -116,7 +115,7 @@ void FesdEquations::add_stages(Element& element, const std::vector<int>& u, cons
     stage.force = add_forces(stage.lambda_n, at);
     add_friction_laws(stage.point, stage.slip, stage.force, stage.lambda_n, at);
     add_equations(functions_.dynamics,
-                  join({stage.point.q, stage.point.v, stage.w, stage.lambda_n, tangential(stage.force), u}),
+                  join<int>({stage.point.q, stage.point.v, stage.w, stage.lambda_n, tangential(stage.force), u}),
                   at + ", dynamics");
     element.stages.push_back(std::move(stage));
   }
@@ -135,12 +134,12 @@ void FesdEquations::add_stages(Element& element, const std::vector<int>& u, cons
       slopes_q.push_back(stage.point.v[k]);
       slopes_v.push_back(stage.w[k]);
     }
-    add_equations(runge_kutta_, join({q, slopes_q}), fmt::format("{}, stage positions {}", name, k));
-    add_equations(runge_kutta_, join({v, slopes_v}), fmt::format("{}, stage velocities {}", name, k));
+    add_equations(runge_kutta_, join<int>({q, slopes_q}), fmt::format("{}, stage positions {}", name, k));
+    add_equations(runge_kutta_, join<int>({v, slopes_v}), fmt::format("{}, stage velocities {}", name, k));
     if (stiffly_accurate_) continue;
-    add_equations(right_end_, join({{element.h, element.left.q[k], element.right.q[k]}, slopes_q}),
+    add_equations(right_end_, join<int>({{element.h, element.left.q[k], element.right.q[k]}, slopes_q}),
                   fmt::format("{}, end position {}", name, k));
-    add_equations(right_end_, join({{element.h, element.left.v[k], element.right.v[k]}, slopes_v}),
+    add_equations(right_end_, join<int>({{element.h, element.left.v[k], element.right.v[k]}, slopes_v}),
                   fmt::format("{}, end velocity {}", name, k));
   }
 }
@@ -398,7 +397,7 @@ void FesdEquations::guess_point(const Point& point, const Vector& q, const Vecto
     const double speed = v_t.segment(contact.tangent_index, contact.n_t).norm();
     for (const int gamma : slips[i].gamma) variables[gamma].guess = speed;
     for (std::size_t f = 0; f < slips[i].rates.size(); ++f) {
-      const auto direction = facet(contact.n_t, static_cast<int>(f), static_cast<int>(slips[i].rates.size()));
+      const auto direction = facet_direction(contact.n_t, static_cast<int>(f), static_cast<int>(slips[i].rates.size()));
       double rate = speed;
       for (int d = 0; d < contact.n_t; ++d) rate += direction[d] * slip[d];
       variables[slips[i].rates[f]].guess = std::max(rate, 0.0);
@@ -422,7 +421,8 @@ void FesdEquations::guess_forces(const std::vector<Force>& forces, const Vector&
       variables[slack[0]].guess = std::max(rest, 0.0);
     }
     for (std::size_t f = 0; f < forces[i].facets.size(); ++f) {
-      const auto direction = facet(contact.n_t, static_cast<int>(f), static_cast<int>(forces[i].facets.size()));
+      const auto direction =
+          facet_direction(contact.n_t, static_cast<int>(f), static_cast<int>(forces[i].facets.size()));
       double part = 0;
       for (int d = 0; d < contact.n_t; ++d) part += direction[d] * tangential[d];
       variables[forces[i].facets[f]].guess = std::max(part, 0.0);  // exact in the plane

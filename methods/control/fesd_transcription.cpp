@@ -4,6 +4,7 @@
 
 #include "methods/control/nlp_blocks.h"
 #include "methods/fesd/pivoting_solver.h"
+#include "problems/join.h"
 
 namespace ricochet {
 
@@ -23,9 +24,7 @@ FesdTranscription::FesdTranscription(const OptimalControlProblem& problem, const
     for (const auto& element : equations_.intervals().back()) {
       for (int j = 0; j < tableau_.n_s; ++j) {
         const auto& at = element.stages[j].point;
-        std::vector<int> arguments = at.q;
-        arguments.insert(arguments.end(), at.v.begin(), at.v.end());
-        arguments.insert(arguments.end(), u_[k].begin(), u_[k].end());
+        const std::vector<int> arguments = join<int>({at.q, at.v, u_[k]});
         mpcc_.nlp.add_block(
             std::make_unique<QuadratureBlock>(problem.running_cost, tableau_.b[j], element.h, arguments));  // (1)
         add_path(at.q, at.v, u_[k], fmt::format("interval {}, stage {}", k + 1, j + 1));
@@ -38,22 +37,20 @@ FesdTranscription::FesdTranscription(const OptimalControlProblem& problem, const
 ControlTrajectory FesdTranscription::trajectory(const Vector& x) const {
   ControlTrajectory trajectory = read_controls(x);
   const ProblemInfo& info = problem_.plant->info();
-  const Vector no_n = Vector::Zero(info.n_c()), no_t = Vector::Zero(info.n_lambda_t);
   double t = 0;
   for (int k = 0; k < problem_.n_intervals; ++k) {
     const FesdStep step = equations_.read(x, k);
     for (int n = 0; n < step.n_elements; ++n) {
       const Stages& e = step.elements[n];
       for (int i = 0; i < info.n_c(); ++i) trajectory.impulses.push_back({t, i, step.Lambda_n(i, n)});
-      trajectory.points.push_back({t, e.q0, step.v_minus.col(n), no_n, no_t});
-      trajectory.points.push_back({t, e.q0, e.v0, no_n, no_t});
+      trajectory.points.push_back({t, e.q0, step.v_minus.col(n)});
+      trajectory.points.push_back({t, e.q0, e.v0});
       for (int j = 0; j < tableau_.n_s; ++j) {
-        trajectory.points.push_back(
-            {t + tableau_.c[j] * e.h, e.q.col(j), e.v.col(j), e.lambda_n.col(j), e.lambda_t.col(j)});
+        trajectory.points.push_back({t + tableau_.c[j] * e.h, e.q.col(j), e.v.col(j)});
         trajectory.objective += e.h * tableau_.b[j] * running_cost(e.q.col(j), e.v.col(j), trajectory.u.col(k));
       }
       t += e.h;
-      if (!tableau_.is_stiffly_accurate()) trajectory.points.push_back({t, e.q1, e.v1, no_n, no_t});
+      if (!tableau_.is_stiffly_accurate()) trajectory.points.push_back({t, e.q1, e.v1});
     }
   }
   trajectory.objective += terminal_cost(trajectory.points.back().q, trajectory.points.back().v);

@@ -10,33 +10,22 @@ namespace ricochet {
 
 // The kinds of blocks that a transcription is made of.
 
-/// scale * f(x). The function is shared by many blocks and has to outlive them.
+/// f(x). The function is shared by many blocks and has to outlive them.
 class FunctionBlock final : public NlpBlock {
  public:
   /// @param its_rows  one per output of f; empty: f has one output, a term of the objective
-  FunctionBlock(const SmoothFunction& function, std::vector<int> its_variables, std::vector<int> its_rows,
-                double scale = 1)
-      : function_(function), scale_(scale) {
+  FunctionBlock(const SmoothFunction& function, std::vector<int> its_variables, std::vector<int> its_rows)
+      : function_(function) {
     variables = std::move(its_variables);
     rows = std::move(its_rows);
   }
 
-  void evaluate(const double* x, double* values) const override {
-    function_.evaluate(x, values);
-    for (int k = 0; k < n_outputs(); ++k) values[k] *= scale_;
-  }
-  void jacobian(const double* x, double* J) const override {
-    function_.jacobian(x, J);
-    for (std::size_t k = 0; k < variables.size() * static_cast<std::size_t>(n_outputs()); ++k) J[k] *= scale_;
-  }
-  void hessian(const double* x, const double* weights, double* H) const override {
-    function_.hessian(x, weights, H);
-    for (std::size_t k = 0; k < variables.size() * variables.size(); ++k) H[k] *= scale_;
-  }
+  void evaluate(const double* x, double* values) const override { function_.evaluate(x, values); }
+  void jacobian(const double* x, double* J) const override { function_.jacobian(x, J); }
+  void hessian(const double* x, const double* weights, double* H) const override { function_.hessian(x, weights, H); }
 
  private:
   const SmoothFunction& function_;
-  const double scale_;
 };
 
 /// One row: sum_k c_k x_k.

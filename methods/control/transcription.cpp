@@ -3,19 +3,9 @@
 #include <fmt/format.h>
 
 #include "methods/control/nlp_blocks.h"
+#include "problems/join.h"
 
 namespace ricochet {
-namespace {
-
-std::vector<int> join(const std::vector<int>& a, const std::vector<int>& b, const std::vector<int>& c = {}) {
-  std::vector<int> all = a;
-  all.insert(all.end(), b.begin(), b.end());
-  all.insert(all.end(), c.begin(), c.end());
-  return all;
-}
-
-}  // namespace
-
 std::vector<std::vector<int>> Transcription::add_controls() {
   const ProblemInfo& info = problem_.plant->info();
   std::vector<std::vector<int>> u(static_cast<std::size_t>(problem_.n_intervals));
@@ -38,15 +28,15 @@ void Transcription::add_path(const std::vector<int>& q, const std::vector<int>& 
   std::vector<int> rows;
   for (const auto& constraint : problem_.path_names)
     rows.push_back(mpcc_.nlp.add_row(0, kInfinity, name + ", " + constraint));
-  mpcc_.nlp.add_block(std::make_unique<FunctionBlock>(problem_.path, join(q, v, u), rows));
+  mpcc_.nlp.add_block(std::make_unique<FunctionBlock>(problem_.path, join<int>({q, v, u}), rows));
 }
 
 void Transcription::add_terminal(const std::vector<int>& q, const std::vector<int>& v) {
-  mpcc_.nlp.add_block(std::make_unique<FunctionBlock>(problem_.terminal_cost, join(q, v), std::vector<int>{}));
+  mpcc_.nlp.add_block(std::make_unique<FunctionBlock>(problem_.terminal_cost, join<int>({q, v}), std::vector<int>{}));
   if (problem_.terminal.n_outputs() == 0) return;
   std::vector<int> rows;
   for (const auto& constraint : problem_.terminal_names) rows.push_back(mpcc_.nlp.add_row(0, 0, "at T, " + constraint));
-  mpcc_.nlp.add_block(std::make_unique<FunctionBlock>(problem_.terminal, join(q, v), rows));
+  mpcc_.nlp.add_block(std::make_unique<FunctionBlock>(problem_.terminal, join<int>({q, v}), rows));
 }
 
 ControlTrajectory Transcription::read_controls(const Vector& x) const {

@@ -19,7 +19,6 @@ struct ControlTrajectory {
   struct Point {
     double t = 0;
     Vector q, v;
-    Vector lambda_n, lambda_t;  ///< forces [N]; of the stage, zero at points without one
   };
   struct Impulse {
     double t = 0;

@@ -15,7 +15,9 @@ namespace ricochet {
 ///
 /// With N a basis of the null space of K it is
 ///
-///   dx = -K^+ r - R x,   R = N (S N)^+ S   (2).
+///   dx = -K^+ r - R x,   R = N (S N)^+ S   (2),
+///
+/// for null vectors that consist of forces: M is regular, so forces in balance move nothing.
 class RedundantSystem {
  public:
   /// Of a pivot; while Newton's method converges they are not yet dependent.

@@ -617,7 +617,6 @@ bool StageSolver::refresh(Factor& factor, const Stages& step) {
     factor.negative_inverse = -system.pseudo_inverse();
     factor.to_smallest = system.to_smallest();
   }
-  is_redundant_ = factor.to_smallest.size() > 0;
   factor.is_valid = factor.negative_inverse.allFinite();
   return factor.is_valid;
 }
@@ -749,12 +748,12 @@ void StageSolver::set_dependent_forces(Stages& step) const {
 
 /// response = -K^-1 rhs
 void StageSolver::solve_linearized(const Stages& step, Matrix& response) {
-  lu_.compute(K_);
+  inverse_.factorize(K_);
   ++counters_.matrix_factorizations;
   counters_.linear_solves += 2;
-  is_redundant_ = closed_.size() > 1 && RedundantSystem::is_singular(K_, inverse_.of(K_));
+  is_redundant_ = closed_.size() > 1 && RedundantSystem::is_singular(K_, inverse_.inverse());
   if (!is_redundant_) {
-    response = lu_.solve(rhs_);
+    inverse_.solve(rhs_, response);
     response *= -1;
     return;
   }

@@ -54,9 +54,19 @@ struct Switch {
 ///   0   = f_c^i(q_j),  i closed                                                         (4)
 ///   v_1 = P (v_0 + h sum_k b_k w_k),   q_1 = q_0 + h v_0 + h^2 sum_k (b'A)_k w_k        (5)
 ///
-/// where P = I, unless a closed contact is curved. (4) alone leaves a velocity of O(h^n_s) across it, which errors of
-/// the forces made. So P, at q_1, takes it away by impulses of all closed contacts, along the directions of their
-/// forces:
+/// and for a contact with friction one of
+///
+///   stick            0 = J_t^i(q_j)' v_j                                                (7a)
+///   slip+, slip-     lambda_t,j = -+mu lambda_n,j                                       (7b)
+///   slip in space    0 = lambda_t,j + mu lambda_n,j v_t,j / ||v_t,j||,   v_t = J_t' v   (7c)
+///
+/// (1), (2), (5) are the usual q_j = q_0 + h sum a_jk v_k with the stage velocities inserted. Unknowns are the
+/// accelerations w_j (Stages::a) and the forces lambda_j, without lambda_t where (7b) gives it; Newton on (3), (4), (7)
+/// with rows (4) divided by h^2 and (7a) by h. A contact that is open, or has no friction, has no tangential unknown.
+///
+/// P of (5) is the identity, unless a closed contact is curved. (4) alone leaves a velocity of O(h^n_s) across it,
+/// which errors of the forces made. So P, at q_1, takes it away by impulses of all closed contacts, along the
+/// directions of their forces:
 ///
 ///   P = I - M^-1 C (R' M^-1 C)^-1 R',   R = [J_n closed, J_t sticking],   C = [J_n - mu J_t d slipping, else as R]
 ///   (10)
@@ -69,16 +79,6 @@ struct Switch {
 ///
 /// Without P they are the stage forces extrapolated to the right end. Tableaus without a stage there leave the curve
 /// already with q_1: P = I.
-///
-/// and for a contact with friction one of
-///
-///   stick            0 = J_t^i(q_j)' v_j                                                (7a)
-///   slip+, slip-     lambda_t,j = -+mu lambda_n,j                                       (7b)
-///   slip in space    0 = lambda_t,j + mu lambda_n,j v_t,j / ||v_t,j||,   v_t = J_t' v   (7c)
-///
-/// (1), (2), (5) are the usual q_j = q_0 + h sum a_jk v_k with the stage velocities inserted. Unknowns are the
-/// accelerations w_j (Stages::a) and the forces lambda_j, without lambda_t where (7b) gives it; Newton on (3), (4), (7)
-/// with rows (4) divided by h^2 and (7a) by h. A contact that is open, or has no friction, has no tangential unknown.
 ///
 /// Slip in space that comes to rest at the right end is singular in (7c). A stage there - the last one of a stiffly
 /// accurate tableau - has (7a) instead, and the element length makes its force reach the cone from outside:
@@ -224,7 +224,7 @@ class StageSolver {
   bool is_frozen_ = false;      // (7c) with the direction slip_start
   int resting_contact_ = -1;    // (8) holds for it, in the step at hand
   bool rest_together_ = false;  // and for all that slip in space
-  bool is_redundant_ = false;   // so were the contacts of the last factorisation
+  bool is_redundant_ = false;   // so are the contacts of the step that solve_linearized() saw last
 
   std::vector<Factor> factors_;
   std::uint64_t clock_ = 0;
@@ -253,7 +253,6 @@ class StageSolver {
   Vector x_;                               // all unknowns, accelerations left out
   std::vector<int> row_power_;             // of the h that a row of (4), (7) is divided by
   double load_ = 0;                        // largest |f_i| / M_ii of the last residual
-  Eigen::PartialPivLU<Matrix> lu_;
   SmallInverse inverse_;
 
   // A run to a switch: variations have two columns, a constant one and one per unit of h.

@@ -1,7 +1,8 @@
 #include "methods/time_stepping/contact_lcp.h"
 
 #include <cmath>
-#include <numbers>
+
+#include "methods/complementarity/friction_polygon.h"
 
 namespace ricochet {
 
@@ -58,9 +59,7 @@ void ContactLcp::set_active(const Vector& q, std::span<const int> active) {
     gamma_index_.push_back(contact.n_t > 0 ? n_frictional++ : -1);
     const double* J_t = packed_t_.data() + contact.tangent_begin;
     for (int f = 0; f < facets; ++f, ++column) {
-      const double angle = 2 * std::numbers::pi * f / facets;  // 0 and pi in the plane
-      const double first = contact.n_t == 1 ? (f == 0 ? 1 : -1) : std::cos(angle);
-      const double second = contact.n_t == 1 ? 0 : std::sin(angle);
+      const auto [first, second] = facet_direction(contact.n_t, f, facets);
       directions_.col(column).setZero();
       for (int s = 0; s < entries; ++s) {
         directions_(contact.support[s], column) = first * J_t[s] + (contact.n_t == 2 ? second * J_t[entries + s] : 0);
@@ -136,13 +135,8 @@ LcpStatus ContactLcp::solve(Vector& v, const Vector& shift, const Vector& presen
     const int facets = facets_count_[k];
     for (int f = 0; f < facets; ++f) {
       const double beta = z_[facets_begin_[k] + f];
-      if (contact.n_t == 1) {
-        Lambda_t_[contact.tangent_index] += f == 0 ? beta : -beta;
-      } else {
-        const double angle = 2 * std::numbers::pi * f / facets;
-        Lambda_t_[contact.tangent_index] += std::cos(angle) * beta;
-        Lambda_t_[contact.tangent_index + 1] += std::sin(angle) * beta;
-      }
+      const auto direction = facet_direction(contact.n_t, f, facets);
+      for (int d = 0; d < contact.n_t; ++d) Lambda_t_[contact.tangent_index + d] += direction[d] * beta;
     }
   }
   return status;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "problems/control/optimal_control_problem.h"
+#include "problems/join.h"
 #include "problems/scene.h"
 
 namespace ricochet {
@@ -88,10 +89,8 @@ std::unique_ptr<OptimalControlProblem> make_control(const Scene<double>& numeric
   std::copy(model.q.begin(), model.q.end(), q.begin());
   std::copy(model.v.begin(), model.v.end(), v.begin());
   std::copy(model.u.begin(), model.u.end(), u.begin());
-  std::vector<GiNaC::symbol> state = model.q;
-  state.insert(state.end(), model.v.begin(), model.v.end());
-  auto state_and_control = state;
-  state_and_control.insert(state_and_control.end(), model.u.begin(), model.u.end());
+  const auto state = join<GiNaC::symbol>({model.q, model.v});
+  const auto state_and_control = join<GiNaC::symbol>({model.q, model.v, model.u});
   const auto constants = model.constants();
   problem->running_cost = {{scene.running_cost(q, v, u)}, state_and_control, constants};
   problem->terminal_cost = {{scene.terminal_cost(q, v)}, state, constants};

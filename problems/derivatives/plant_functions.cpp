@@ -4,6 +4,7 @@
 
 #include "problems/derivatives/symbolic_problem.h"
 #include "problems/input_error.h"
+#include "problems/join.h"
 
 namespace ricochet {
 namespace {
@@ -15,12 +16,6 @@ using Expressions = SmoothFunction::Expressions;
 
 Symbols symbols(int count) {
   return Symbols(static_cast<std::size_t>(count));
-}
-
-Symbols join(std::initializer_list<Symbols> groups) {
-  Symbols all;
-  for (const auto& group : groups) all.insert(all.end(), group.begin(), group.end());
-  return all;
 }
 
 /// Row `k` of M x.
@@ -83,13 +78,13 @@ PlantFunctions plant_functions(const Problem& problem, double eps) {
       slip.push_back(sum);
     }
   }
-  functions.dynamics = {dynamics, join({model.q, model.v, w, lambda_n, lambda_t, model.u}), constants};
+  functions.dynamics = {dynamics, join<symbol>({model.q, model.v, w, lambda_n, lambda_t, model.u}), constants};
   functions.gap = {gap, model.q, constants};
-  functions.slip = {slip, join({model.q, model.v}), constants};
-  functions.impulse = {impulse, join({model.q, v_plus, v_minus, lambda_n, lambda_t}), constants};
-  functions.restitution = {restitution, join({model.q, v_plus, v_minus}), constants};
-  functions.normal_velocity = {normal_velocity, join({model.q, model.v}), constants};
-  functions.ahead = {ahead, join({model.q, model.v, {h}}), constants};
+  functions.slip = {slip, join<symbol>({model.q, model.v}), constants};
+  functions.impulse = {impulse, join<symbol>({model.q, v_plus, v_minus, lambda_n, lambda_t}), constants};
+  functions.restitution = {restitution, join<symbol>({model.q, v_plus, v_minus}), constants};
+  functions.normal_velocity = {normal_velocity, join<symbol>({model.q, model.v}), constants};
+  functions.ahead = {ahead, join<symbol>({model.q, model.v, {h}}), constants};
   return functions;
 }
 

@@ -1,10 +1,8 @@
 #pragma once
 
-#include <ginac/ginac.h>
-
 #include <vector>
 
-#include "problems/derivatives/tape.h"
+#include "problems/derivatives/sparse_tape.h"
 
 namespace ricochet {
 
@@ -19,21 +17,20 @@ class SmoothFunction {
                  const std::vector<Tape::Constant>& constants);
 
   int n_inputs() const { return n_inputs_; }
-  int n_outputs() const { return n_outputs_; }
+  int n_outputs() const { return static_cast<int>(formulas_.size()); }
   const Expressions& formulas() const { return formulas_; }
 
   /// @param y  n_outputs
-  void evaluate(const double* x, double* y) const;
-  /// @param J  n_outputs x n_inputs, column-major, zero on entry: entries that are identically zero are not written
-  void jacobian(const double* x, double* J) const;
-  /// Hessian of sum_k weights[k] y_k. @param H  n_inputs x n_inputs, zero on entry, as above; both triangles
-  void hessian(const double* x, const double* weights, double* H) const;
+  void evaluate(const double* x, double* y) const { value_.evaluate({x}, y); }
+  /// @param J  n_outputs x n_inputs, column-major
+  void jacobian(const double* x, double* J) const { jacobian_.evaluate({x}, J); }
+  /// Hessian of sum_k weights[k] y_k. @param H  n_inputs x n_inputs
+  void hessian(const double* x, const double* weights, double* H) const { hessian_.evaluate({x, weights}, H); }
 
  private:
   Expressions formulas_;
-  int n_inputs_ = 0, n_outputs_ = 0;
-  Tape value_, jacobian_, hessian_;
-  std::vector<int> jacobian_positions_, hessian_positions_;
+  int n_inputs_ = 0;
+  SparseTape value_, jacobian_, hessian_;
 };
 
 }  // namespace ricochet

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "problems/input_error.h"
+#include "problems/join.h"
 
 namespace ricochet {
 namespace {
@@ -60,39 +61,6 @@ double SymbolicModel::number(const GiNaC::ex& expression) const {
   double value = 0;
   Tape({expression}, {}, constants()).evaluate({}, &value);
   return value;
-}
-
-SymbolicProblem::SparseTape::SparseTape(const Expressions& dense, const Tape::InputGroups& inputs,
-                                        const std::vector<Tape::Constant>& parameter_values)
-    : size(static_cast<int>(dense.size())) {
-  Expressions nonzero;
-  for (std::size_t k = 0; k < dense.size(); ++k) {
-    if (dense[k].is_zero()) continue;
-    nonzero.push_back(dense[k]);
-    positions.push_back(static_cast<int>(k));
-  }
-  tape = Tape(nonzero, inputs, parameter_values);
-  if (tape.is_constant()) {
-    constants.resize(nonzero.size());
-    std::size_t longest = 0;
-    for (const auto& group : inputs) longest = std::max(longest, group.size());
-    const std::vector<double> unread(longest);
-    const std::vector<const double*> groups(inputs.size(), unread.data());
-    tape.evaluate(groups, constants.data());
-  }
-}
-
-void SymbolicProblem::SparseTape::evaluate(std::initializer_list<const double*> inputs, double* dense) const {
-  const int n = static_cast<int>(positions.size());
-  if (tape.is_constant()) {
-    if (n < size) std::fill_n(dense, size, 0.0);
-    for (int k = 0; k < n; ++k) dense[positions[k]] = constants[k];
-  } else if (n == size) {
-    tape.evaluate({inputs.begin(), inputs.size()}, dense);
-  } else {
-    std::fill_n(dense, size, 0.0);
-    tape.evaluate({inputs.begin(), inputs.size()}, dense, positions.data());
-  }
 }
 
 SymbolicProblem::SymbolicProblem(SymbolicModel model) : model_(std::move(model)) {
@@ -174,12 +142,12 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model) : model_(std::move(model))
   slip_q_ = SparseTape(jacobian(slip, model_.q), {model_.q, model_.v}, constants);
 
   auto& structure = info_.structure;
-  structure.constant_mass = mass_.tape.is_constant();
+  structure.constant_mass = mass_.is_constant();
   structure.diagonal_mass =
-      std::all_of(mass_.positions.begin(), mass_.positions.end(), [&](int k) { return k % (n_q + 1) == 0; });
+      std::all_of(mass_.positions().begin(), mass_.positions().end(), [&](int k) { return k % (n_q + 1) == 0; });
   structure.force_uses_position = depends_on(total_force_, model_.q);
   structure.force_uses_velocity = depends_on(total_force_, model_.v);
-  structure.constant_force_jacobian = force_jacobian_.tape.is_constant();
+  structure.constant_force_jacobian = force_jacobian_.is_constant();
   structure.has_potential = model_.potential_energy.has_value();
 }
 
@@ -269,7 +237,7 @@ double SymbolicProblem::potential_energy(const double* q) const {
 void SymbolicProblem::force_jacobians(const double* q, const double* v, const double* u, double* f_q,
                                       double* f_v) const {
   thread_local std::vector<double> both;  // one tape: sines and the like occur in both
-  both.resize(static_cast<std::size_t>(force_jacobian_.size));
+  both.resize(static_cast<std::size_t>(force_jacobian_.size()));
   force_jacobian_.evaluate({q, v, u}, both.data());
   const auto half = static_cast<std::ptrdiff_t>(both.size() / 2);
   std::copy(both.begin(), both.begin() + half, f_q);
@@ -299,10 +267,8 @@ void SymbolicProblem::dynamics_hessian(const double* q, const double* v, const d
   std::call_once(dynamics_hessian_once_, [this] {
     ex value = -contact_force_work(w_);
     for (int row = 0; row < info_.n_q; ++row) value += w_[row] * (dot(model_.mass[row], a_) - total_force_[row]);
-    std::vector<symbol> state = model_.q;
-    state.insert(state.end(), model_.v.begin(), model_.v.end());
-    dynamics_hessian_ = SparseTape(hessian(value, state), {model_.q, model_.v, model_.u, a_, lambda_n_, lambda_t_, w_},
-                                   model_.constants());
+    dynamics_hessian_ = SparseTape(hessian(value, join<symbol>({model_.q, model_.v})),
+                                   {model_.q, model_.v, model_.u, a_, lambda_n_, lambda_t_, w_}, model_.constants());
   });
   dynamics_hessian_.evaluate({q, v, u, a, lambda_n, lambda_t, w}, H);
 }

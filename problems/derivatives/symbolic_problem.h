@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "problems/derivatives/sparse_tape.h"
 #include "problems/derivatives/tape.h"
 #include "problems/problem.h"
 
@@ -80,18 +81,6 @@ class SymbolicProblem : public Problem {
 
  private:
   using Expressions = SymbolicModel::Expressions;
-
-  /// A tape for the entries of a matrix that are not identically zero.
-  struct SparseTape {
-    Tape tape;
-    std::vector<int> positions;     ///< where each output goes in the dense column-major array
-    std::vector<double> constants;  ///< the outputs, when they never change
-    int size = 0;                   ///< of the dense array
-
-    SparseTape() = default;
-    SparseTape(const Expressions& dense, const Tape::InputGroups& inputs, const std::vector<Tape::Constant>& constants);
-    void evaluate(std::initializer_list<const double*> inputs, double* dense) const;
-  };
 
   void describe_contacts();
   GiNaC::ex contact_force_work(const std::vector<GiNaC::symbol>& weight) const;
