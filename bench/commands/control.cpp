@@ -3,12 +3,14 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <optional>
 #include <random>
 
 #include "bench/commands.h"
 #include "bench/problem_options.h"
 #include "bench/replay.h"
 #include "methods/complementarity/homotopy.h"
+#include "methods/control/exploration.h"
 #include "methods/control/fesd_transcription.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "problems/input_error.h"
@@ -25,11 +27,20 @@ struct Options {
   std::string tableau;
   std::string impulses = "position_velocity", cone = "exact", cross = "aggregated", equilibration = "objective";
   FesdEquations::Options equations;
-  HomotopyOptions homotopy{.sigma_final = 1e-6, .warm_multipliers = false, .max_iterations = 500, .time_limit = 120};
+  HomotopyOptions homotopy{.sigma_final = 1e-6,
+                           .factor = 0.01,
+                           .tolerance_per_sigma = 1,
+                           .loosest_tolerance = 1e-3,
+                           .sigma_crossover = 1e-4,
+                           .warm_multipliers = false,
+                           .adaptive_barrier = true,
+                           .push = 1e-3,
+                           .max_iterations = 500,
+                           .time_limit = 120};
   bool superlinear = false;
   bool simulate = false;
+  ExplorationOptions exploration{.rounds = 0};
   double noise = 0;
-  unsigned seed = 1;
   bool no_replay = false;
   std::string plot;
 };
@@ -127,6 +138,18 @@ void draw(const OptimalControlProblem& problem, const ControlTrajectory& traject
   fmt::print("figure     {}/{}\n", folder, FigureFolder(folder).trajectory(figure, problem.id).file);
 }
 
+/// Whose motion is the guess; none for the plain guess, a constant state.
+std::optional<Matrix> guessed_controls(const OptimalControlProblem& problem, const Options& options) {
+  if (options.exploration.rounds > 0) {
+    const auto found = explore(problem, tableau_argument(problem.tableau), problem.n_fe, options.exploration);
+    fmt::print("explored   {} rollouts in {:.2f} s, {} of them without a solution: cost {:.6g}, violation {:.2g}\n",
+               found.rollouts, found.seconds, found.failed, found.rollout.cost, found.rollout.violation);
+    return found.u;
+  }
+  if (options.simulate) return problem.plant->info().u.replicate(1, problem.n_intervals);
+  return {};
+}
+
 int solve(const Options& options) {
   const auto problem = make_control_problem(options.problem, parameter_changes(options.changes));
   if (options.intervals > 0) problem->n_intervals = options.intervals;
@@ -142,11 +165,11 @@ int solve(const Options& options) {
   if (options.superlinear) homotopy.update = SigmaUpdate::superlinear;
   const Homotopy solver(homotopy);
   FesdTranscription transcription(*problem, tableau_argument(problem->tableau), equation_options(options, *problem));
-  if (options.simulate) {
-    const Status status = transcription.guess_from_simulation();
+  if (const auto u = guessed_controls(*problem, options)) {
+    const Status status = transcription.set_guess(*u);
     if (status != Status::success) fmt::print("guess      the simulation ended early: {}\n", to_string(status));
   }
-  disturb(transcription.mpcc().nlp, options.noise, options.seed);
+  disturb(transcription.mpcc().nlp, options.noise, options.exploration.seed);
 
   const Mpcc& mpcc = transcription.mpcc();
   fmt::print("problem    {}: {}\n", problem->id, problem->title);
@@ -191,6 +214,8 @@ void add_control_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--rho", o.equations.rho, "weight of --equilibration objective")->capture_default_str();
   command->add_flag("!--capture", o.equations.no_capture, "as published: a closed element may absorb a bounce");
+  command->add_flag("--project", o.equations.projects,
+                    "end velocities of curved contacts without friction are projected");
   command->add_option("--eps-c", o.equations.eps_c, "gaps stay open over this part of a step; 0 for none")
       ->capture_default_str();
   command->add_option("--relaxation", o.homotopy.relaxation, "of the complementarity pairs")->capture_default_str();
@@ -202,8 +227,12 @@ void add_control_command(CLI::App& app, int& exit_code) {
   command->add_option("--time-limit", o.homotopy.time_limit, "wall time [s]; 0 for none")->capture_default_str();
   command->add_flag("--simulate", o.simulate,
                     "guess: the motion under the guessed control, instead of a constant state");
+  command
+      ->add_option("--explore", o.exploration.rounds,
+                   "guess: the best motion of a random search over the controls with so many rounds")
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--noise", o.noise, "random change of the guessed positions, up to this")->capture_default_str();
-  command->add_option("--seed", o.seed, "of --noise")->capture_default_str();
+  command->add_option("--seed", o.exploration.seed, "of --explore and --noise")->capture_default_str();
   command->add_flag("--no-replay", o.no_replay, "do not run the controls on the plant");
   command->add_option("--plot", o.plot, "FOLDER for a figure of the motion");
   command->callback([&exit_code] { exit_code = solve(o); });

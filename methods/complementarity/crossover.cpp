@@ -49,7 +49,7 @@ class Crossover {
   CrossoverResult run(const NlpPoint& relaxed) {
     choose_sides(relaxed.x.data());
     result_.branch = solve(sides_, relaxed);
-    if (!is_solved(result_.branch.status)) find_solvable_branch(relaxed);
+    if (!is_solved(result_.branch.status) && options_.search_branches) find_solvable_branch(relaxed);
     if (!is_solved(result_.branch.status)) return result_;
     descend();
     classify();

@@ -9,7 +9,8 @@ NamedResidual complementarity(const Mpcc& mpcc, const double* x);
 
 struct CrossoverOptions {
   IpoptOptions ipopt;
-  int max_switches = 10;  ///< branches that may be tried besides the first
+  int max_switches = 10;        ///< branches that may be tried besides the first
+  bool search_branches = true;  ///< others too when the first has no solution
 };
 
 struct CrossoverResult {

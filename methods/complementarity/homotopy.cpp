@@ -13,8 +13,9 @@ namespace ricochet {
 
 namespace {
 
-constexpr double kLoosestTolerance = 1e-4;
 constexpr double kRounding = 1e-9;  // of repeated factors
+// Of a crossover that may be tried again with a smaller sigma; one that succeeds takes fewer.
+constexpr int kEarlyIterations = 150;
 
 void check(const HomotopyOptions& options) {
   const auto require = [](bool ok, const char* field, double value, const char* allowed) {
@@ -30,6 +31,9 @@ void check(const HomotopyOptions& options) {
           "a number from 1e-14 to 1 is required");
   require(options.tolerance_per_sigma >= 0 && options.tolerance_per_sigma < kInfinity, "tolerance_per_sigma",
           options.tolerance_per_sigma, "a number >= 0 is required");
+  require(options.loosest_tolerance >= options.tolerance && options.loosest_tolerance < 1, "loosest_tolerance",
+          options.loosest_tolerance, "a number from the tolerance to 1 is required");
+  require(options.sigma_crossover >= 0, "sigma_crossover", options.sigma_crossover, "a number >= 0 is required");
   require(options.max_iterations >= 1, "max_iterations", options.max_iterations, "a number >= 1 is required");
   require(options.time_limit >= 0, "time_limit", options.time_limit, "a number of seconds >= 0 is required");
   require(options.max_switches >= 0, "max_switches", options.max_switches, "a number >= 0 is required");
@@ -81,7 +85,7 @@ class Run {
   }
 
   MpccSolution solve(const Homotopy::Progress& progress) {
-    if (follow_relaxations(progress)) cross_over();
+    if (follow_relaxations(progress)) cross_over(true);
     solution_.seconds = seconds();
     return std::move(solution_);
   }
@@ -94,6 +98,8 @@ class Run {
     IpoptOptions ipopt;
     ipopt.tolerance = tolerance;
     ipopt.max_iterations = options_.max_iterations;
+    ipopt.adaptive_barrier = options_.adaptive_barrier;
+    ipopt.push = options_.push;
     if (options_.time_limit > 0) ipopt.time_limit = std::max(options_.time_limit - seconds(), 1e-9);
     return ipopt;
   }
@@ -109,11 +115,11 @@ class Run {
     return relaxation_.is_elastic() && (status == NlpStatus::failed || status == NlpStatus::non_finite);
   }
 
-  /// Until one step fails. @return whether there is a point to cross over from
+  /// Until one step fails, or an early crossover succeeds. @return whether there is a point to cross over from
   bool follow_relaxations(const Homotopy::Progress& progress) {
     for (double sigma = options_.sigma_0;; sigma = next(sigma)) {
       relaxed_.set_sigma(sigma);
-      const double per_sigma = std::min(options_.tolerance_per_sigma * sigma, kLoosestTolerance);
+      const double per_sigma = std::min(options_.tolerance_per_sigma * sigma, options_.loosest_tolerance);
       IpoptOptions ipopt = ipopt_options(std::max(options_.tolerance, per_sigma));
       // The barrier begins below sigma: it should not undo the last step.
       if (solution_.x.size() > 0) ipopt.barrier = std::min(ipopt.barrier, std::max(sigma * sigma, options_.tolerance));
@@ -129,6 +135,11 @@ class Run {
         return !is_start && result.status != NlpStatus::time_limit;
       }
       if (sigma <= options_.sigma_final || solution_.complementarity <= options_.tolerance) return true;
+      if (sigma <= options_.sigma_crossover * (1 + kRounding)) {
+        cross_over(false);
+        if (solution_.succeeded()) return false;
+        solution_.message.clear();
+      }
     }
   }
 
@@ -164,11 +175,13 @@ class Run {
     if (progress) progress(step);
   }
 
-  void cross_over() {
+  /// @param is_last  else it is not worth much
+  void cross_over(bool is_last) {
     const auto n = mpcc_.nlp.n_variables(), m = mpcc_.nlp.n_rows();
     const NlpPoint relaxed = {point_.x.head(n), point_.lambda.head(m), point_.z_L.head(n), point_.z_U.head(n)};
-    const CrossoverResult result =
-        ricochet::cross_over(mpcc_, relaxed, {ipopt_options(options_.tolerance), options_.max_switches});
+    IpoptOptions ipopt = ipopt_options(options_.tolerance);
+    if (!is_last) ipopt.max_iterations = std::min(ipopt.max_iterations, kEarlyIterations);
+    const CrossoverResult result = ricochet::cross_over(mpcc_, relaxed, {ipopt, options_.max_switches, is_last});
     solution_.switches = result.switches;
     solution_.iterations += result.iterations;
     solution_.derivative_seconds += result.derivative_seconds;

@@ -137,6 +137,7 @@ void check(const IpoptOptions& options) {
   require(options.acceptable_factor >= 1, "acceptable_factor", options.acceptable_factor, "a number >= 1 is required");
   require(options.max_iterations >= 0, "max_iterations", options.max_iterations, "a number >= 0 is required");
   require(options.time_limit >= 0, "time_limit", options.time_limit, "a number of seconds >= 0 is required");
+  require(options.push > 0 && options.push <= 0.5, "push", options.push, "a number > 0 and <= 0.5 is required");
   require(options.barrier > 0 && options.barrier < kInfinity, "barrier", options.barrier, "a number > 0 is required");
 }
 
@@ -153,6 +154,9 @@ void set_options(const IpoptOptions& options, bool is_warm, bool multipliers_of_
   list.SetNumericValue("acceptable_constr_viol_tol", acceptable);
   list.SetIntegerValue("max_iter", options.max_iterations);
   list.SetNumericValue("mu_init", options.barrier);
+  if (options.adaptive_barrier) list.SetStringValue("mu_strategy", "adaptive");
+  for (const char* push : {"bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac"})
+    list.SetNumericValue(push, options.push);
   if (!is_warm) return;
   list.SetStringValue("warm_start_init_point", "yes");
   for (const char* push : {"warm_start_bound_push", "warm_start_bound_frac", "warm_start_slack_bound_push",

@@ -43,12 +43,39 @@ FesdEquations::FesdEquations(const Problem& plant, const ButcherTableau& tableau
       stiffly_accurate_(tableau.is_stiffly_accurate()),
       runge_kutta_(runge_kutta_rows(tableau.A)),
       right_end_(runge_kutta_rows(tableau.b.transpose())) {
+  for (int i = 0; i < info_.n_c(); ++i) projects_ = projects_ || is_projected(i);
   indicator_.reserve(info_.contacts.size());  // blocks refer to them
   Symbols lengths(2 + info_.contacts.size());
   ex eta = 1;
   for (std::size_t i = 2; i < lengths.size(); ++i) eta *= lengths[i];
   if (options.equilibration == Equilibration::tanh) eta = GiNaC::tanh(eta);
   equilibration_ = {{(lengths[0] - lengths[1]) * eta}, lengths, {}};
+}
+
+/// Whether (10), (11) are stated.
+bool FesdEquations::is_projected(int contact) const {
+  const ContactInfo& info = info_.contacts[static_cast<std::size_t>(contact)];
+  return options_.projects && stiffly_accurate_ && !info.is_affine && info.n_t == 0;
+}
+
+/// Whether a contact that stays closed has no normal velocity, but for rounding.
+bool FesdEquations::keeps_velocity(int contact) const {
+  return info_.contacts[static_cast<std::size_t>(contact)].is_affine || is_projected(contact);
+}
+
+/// J_n' v = plus - minus, both >= 0 where `is_split`, else minus = -1 and plus of either sign.
+void FesdEquations::add_normal_velocity(const Point& point, const std::function<bool(int)>& is_split,
+                                        std::vector<int>& plus, std::vector<int>& minus, const std::string& name) {
+  for (int i = 0; i < info_.n_c(); ++i) {
+    const std::string at = fmt::format("{}, {}, normal velocity", name, info_.contacts[i].name);
+    plus.push_back(add_variable(is_split(i) ? 0 : -kInfinity, is_split(i) ? kPositive : 0, at + " +"));
+    minus.push_back(is_split(i) ? add_variable(0, kPositive, at + " -") : -1);
+  }
+  const int row = mpcc_.nlp.n_rows();
+  add_equations(functions_.normal_velocity, join<int>({point.q, point.v}), name + ", normal velocity", plus);
+  for (int i = 0; i < info_.n_c(); ++i) {
+    if (minus[i] >= 0) mpcc_.nlp.add_block(std::make_unique<LinearBlock>(row + i, Terms{{minus[i], 1}}));
+  }
 }
 
 /// (3), (5), (6) and friction of the impulses
@@ -84,13 +111,8 @@ void FesdEquations::add_impact(Element& element, const std::string& name) {
     }
   }
   if (options_.no_capture) {  // (9)
-    element.z_plus = add_variables(n_c, 0, kPositive, name + ", z+");
-    element.z_minus = add_variables(n_c, 0, kPositive, name + ", z-");
-    const int row = mpcc_.nlp.n_rows();
-    add_equations(functions_.normal_velocity, join<int>({element.left.q, element.left.v}), name + ", normal velocity",
-                  element.z_plus);
-    for (int i = 0; i < n_c; ++i)
-      mpcc_.nlp.add_block(std::make_unique<LinearBlock>(row + i, Terms{{element.z_minus[i], 1}}));
+    const auto is_split = [this](int i) { return keeps_velocity(i); };
+    add_normal_velocity(element.left, is_split, element.z_plus, element.z_minus, name + ", left end");
   }
   if (options_.eps_c > 0) {  // (6)
     std::vector<int> rows;
@@ -121,6 +143,7 @@ void FesdEquations::add_stages(Element& element, const std::vector<int>& u, cons
   }
   if (stiffly_accurate_) {
     element.right = element.stages.back().point;
+    if (projects_) add_projection(element, name);
   } else {
     element.right = add_point(name + ", right end");
     add_gap_and_slip(element.right, name + ", right end");
@@ -141,6 +164,42 @@ void FesdEquations::add_stages(Element& element, const std::vector<int>& u, cons
                   fmt::format("{}, end position {}", name, k));
     add_equations(right_end_, join<int>({{element.h, element.left.v[k], element.right.v[k]}, slopes_v}),
                   fmt::format("{}, end velocity {}", name, k));
+  }
+}
+
+/// (10), (11)
+void FesdEquations::add_projection(Element& element, const std::string& name) {
+  const Point& last = element.stages.back().point;
+  element.right.v = add_velocity(name + ", right end");
+  const auto add_impulse = [&](bool is_free, const std::string& of) {
+    const double bound = is_free ? kInfinity : 0;
+    return mpcc_.nlp.add_variable(-bound, bound, 0, fmt::format("{}, {}, P", name, of));
+  };
+  std::vector<int> tangential;
+  for (int i = 0; i < info_.n_c(); ++i) {
+    const auto& contact = info_.contacts[i];
+    element.P.push_back(add_impulse(is_projected(i), contact.name));
+    for (int d = 0; d < contact.n_t; ++d) tangential.push_back(add_impulse(false, contact.name));
+  }
+  add_equations(functions_.impulse, join<int>({last.q, element.right.v, last.v, element.P, tangential}),
+                name + ", projection");
+  const auto is_split = [this](int i) { return is_projected(i); };
+  add_normal_velocity(element.right, is_split, element.r_plus, element.r_minus, name + ", right end");
+  for (int i = 0; i < info_.n_c(); ++i) {
+    element.p_plus.push_back(-1);
+    element.p_minus.push_back(-1);
+    if (!is_projected(i)) continue;
+    const std::string at = fmt::format("{}, {}", name, info_.contacts[i].name);
+    element.p_plus.back() = add_variable(0, kPositive, at + ", p+");
+    element.p_minus.back() = add_variable(0, kPositive, at + ", p-");
+    add_linear({{element.P[i], -1}, {element.p_plus.back(), 1}, {element.p_minus.back(), -1}}, 0, 0, at + ", P");
+    std::vector<int> gaps{element.left.gap[i]}, forces;
+    for (const auto& stage : element.stages) {
+      gaps.push_back(stage.point.gap[i]);
+      forces.push_back(stage.lambda_n[i]);
+    }
+    mpcc_.add_pair({element.p_plus.back(), element.p_minus.back()}, gaps, at + ", P _|_ gap");
+    mpcc_.add_pair({element.r_plus[i], element.r_minus[i]}, forces, at + ", normal velocity _|_ lambda_n");
   }
 }
 
@@ -175,7 +234,7 @@ void FesdEquations::add_cross_complementarity(const Element& element, const std:
     for (const auto& stage : element.stages) gaps.push_back(stage.point.gap[i]);
     if (!stiffly_accurate_) gaps.push_back(element.right.gap[i]);
     add_cross(at_stages([&](const Stage& s) { return s.lambda_n[i]; }), gaps, at + ", lambda_n _|_ gap");
-    if (options_.no_capture && info_.contacts[i].is_affine)
+    if (options_.no_capture && keeps_velocity(static_cast<int>(i)))
       add_cross(at_stages([&](const Stage& s) { return s.lambda_n[i]; }), {element.z_plus[i]},
                 at + ", lambda_n _|_ z+");
 
@@ -430,6 +489,16 @@ void FesdEquations::guess_forces(const std::vector<Force>& forces, const Vector&
   }
 }
 
+/// @param plus, minus  as add_normal_velocity() makes them; plus may be -1, too
+void FesdEquations::guess_split(const Vector& values, const std::vector<int>& plus, const std::vector<int>& minus) {
+  auto& variables = mpcc_.nlp.variables;
+  for (std::size_t i = 0; i < plus.size(); ++i) {
+    const double value = values[static_cast<Eigen::Index>(i)];
+    if (plus[i] >= 0) variables[plus[i]].guess = minus[i] >= 0 ? std::max(value, 0.0) : value;
+    if (minus[i] >= 0) variables[minus[i]].guess = std::max(-value, 0.0);
+  }
+}
+
 void FesdEquations::set_guess(const FesdStep& step, int interval) {
   auto& variables = mpcc_.nlp.variables;
   const auto& elements = intervals_[static_cast<std::size_t>(interval)];
@@ -446,10 +515,22 @@ void FesdEquations::set_guess(const FesdStep& step, int interval) {
       variables[element.Lambda_n[i]].guess = step.Lambda_n(i, column);
       variables[element.s_plus[i]].guess = std::max(rate, 0.0);
       variables[element.s_minus[i]].guess = std::max(-rate, 0.0);
-      if (!options_.no_capture) continue;
-      const double after = J.col(i).dot(stages.v0);
-      variables[element.z_plus[i]].guess = std::max(after, 0.0);
-      variables[element.z_minus[i]].guess = std::max(-after, 0.0);
+    }
+    if (options_.no_capture) guess_split(J.transpose() * stages.v0, element.z_plus, element.z_minus);
+    if (projects_) {
+      const Matrix J_end = plant_.normal_jacobian(stages.q1);
+      const Vector impulse = plant_.mass_matrix(stages.q1) * (stages.v1 - stages.v.col(tableau_.n_s - 1));
+      Vector P = Vector::Zero(info_.n_c());
+      std::vector<int> projected;
+      for (int i = 0; i < info_.n_c(); ++i) {
+        if (is_projected(i) && stages.modes[i] != ContactMode::open) projected.push_back(i);
+      }
+      const Vector solved = J_end(Eigen::all, projected).completeOrthogonalDecomposition().solve(impulse);
+      P(projected) = solved;
+      for (const int i : projected) variables[element.P[i]].guess = P[i];
+      guess_split(P, element.p_plus, element.p_minus);
+      guess_split(J_end.transpose() * stages.v1, element.r_plus, element.r_minus);
+      for (int k = 0; k < info_.n_q; ++k) variables[element.right.v[k]].guess = stages.v1[k];
     }
     for (int j = 0; j < tableau_.n_s; ++j) {
       const Stage& stage = element.stages[j];

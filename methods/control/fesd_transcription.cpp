@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "methods/control/nlp_blocks.h"
-#include "methods/fesd/pivoting_solver.h"
+#include "methods/control/rollout.h"
 #include "problems/join.h"
 
 namespace ricochet {
@@ -50,24 +50,19 @@ ControlTrajectory FesdTranscription::trajectory(const Vector& x) const {
         trajectory.objective += e.h * tableau_.b[j] * running_cost(e.q.col(j), e.v.col(j), trajectory.u.col(k));
       }
       t += e.h;
-      if (!tableau_.is_stiffly_accurate()) trajectory.points.push_back({t, e.q1, e.v1});
     }
+    if (k + 1 == problem_.n_intervals) trajectory.points.push_back({t, step.last().q1, step.last().v1});
   }
   trajectory.objective += terminal_cost(trajectory.points.back().q, trajectory.points.back().v);
   return trajectory;
 }
 
-Status FesdTranscription::guess_from_simulation() {
-  const ProblemInfo& info = problem_.plant->info();
-  Counters counters;
-  PivotingSolver solver(*problem_.plant, tableau_, {.n_fe = n_fe_}, counters);
-  solver.start(info.q0, info.v0);
-  for (int k = 0; k < problem_.n_intervals; ++k) {
-    const Status status = solver.advance(info.end_time / problem_.n_intervals);
-    if (status != Status::success) return status;
-    equations_.set_guess(solver.step(), k);
+Status FesdTranscription::set_guess(const Matrix& u) {
+  for (std::size_t k = 0; k < u_.size(); ++k) {
+    for (std::size_t c = 0; c < u_[k].size(); ++c) mpcc_.nlp.variables[u_[k][c]].guess = u(c, k);
   }
-  return Status::success;
+  const auto set_interval = [&](int k, const FesdStep& step) { equations_.set_guess(step, k); };
+  return roll_out(problem_, tableau_, n_fe_, u, set_interval).status;
 }
 
 }  // namespace ricochet

@@ -18,9 +18,9 @@ class FesdTranscription final : public Transcription {
 
   ControlTrajectory trajectory(const Vector& x) const override;
 
-  /// Takes the motion under the guess of the control, as the pivoting solver finds it, for the guess of everything.
-  /// @return its status; intervals behind a failure keep the plain guess
-  Status guess_from_simulation();
+  /// Takes controls, and the motion under them, for the guess of everything. @param u  n_u x N
+  /// @return the status of the motion; intervals behind a failure keep the plain guess
+  Status set_guess(const Matrix& u);
 
  private:
   const ButcherTableau tableau_;

@@ -104,7 +104,7 @@ TEST(OptimalControl, PlantFollowsTheSolution) {
   const auto problem = make_control_problem("two_carts");
   FesdTranscription transcription(*problem, make_tableau("radau-iia", 3),
                                   {.cross = E::CrossComplementarity::aggregated});
-  ASSERT_EQ(transcription.guess_from_simulation(), Status::success);
+  ASSERT_EQ(transcription.set_guess(problem->plant->info().u.replicate(1, problem->n_intervals)), Status::success);
   const MpccSolution s = Homotopy({.sigma_0 = 1e-2, .sigma_final = 1e-6}).solve(transcription.mpcc());
   ASSERT_TRUE(s.succeeded()) << s.message;
   EXPECT_LE(s.complementarity, 1e-12);
