@@ -57,16 +57,7 @@ struct FacetCondition {
 class FrictionPolygon {
  public:
   /// 0 facets: there is no polygon, friction in space has the disc.
-  explicit FrictionPolygon(int facets = 0)
-      : facets_(facets),
-        inner_(facets > 0 ? std::cos(std::numbers::pi / facets) : 0),
-        half_edge_(facets > 0 ? std::sin(std::numbers::pi / facets) : 0) {
-    for (int k = 0; k < facets; ++k) {
-      const double angle = std::numbers::pi * (2 * k + 1) / facets;
-      vertices_.push_back(facet_direction(2, k, facets));
-      normals_.push_back({std::cos(angle), std::sin(angle)});
-    }
-  }
+  explicit FrictionPolygon(int facets = 0);
 
   int facets() const { return facets_; }
   /// Of a contact with n_t tangent directions.
@@ -79,87 +70,33 @@ class FrictionPolygon {
   std::array<double, 2> edge(int k) const { return {-normal(k)[1], normal(k)[0]}; }
 
   /// (1) of a contact with n_t tangent directions. @param facet  of vertex_slip and edge_slip
-  TangentialLaw law(ContactMode mode, int n_t, int facet) const {
-    TangentialLaw law;
-    if (mode == ContactMode::stick) {
-      law.n_held = n_t;
-    } else if (mode == ContactMode::vertex_slip) {
-      law.along = {-vertex(facet)[0], -vertex(facet)[1]};
-    } else if (mode == ContactMode::edge_slip) {
-      law.along = {-inner_ * normal(facet)[0], -inner_ * normal(facet)[1]};
-      law.n_held = 1;
-      law.held[0] = edge(facet);
-    } else {
-      law.along = {static_cast<double>(slip_sign(mode)), 0};
-    }
-    return law;
-  }
+  TangentialLaw law(ContactMode mode, int n_t, int facet) const;
 
   /// Number of conditions (2) of a mode of a contact in space, and one of them.
-  int n_conditions(ContactMode mode) const {
-    switch (mode) {
-      case ContactMode::stick:
-        return facets_;
-      case ContactMode::vertex_slip:
-        return 2;
-      case ContactMode::edge_slip:
-        return 3;
-      default:
-        return 0;
-    }
-  }
-  FacetCondition condition(ContactMode mode, int facet, int c) const {
-    const auto minus = [](const std::array<double, 2>& x) { return std::array{-x[0], -x[1]}; };
-    if (mode == ContactMode::stick) return {true, normal(c), inner_, c};
-    if (mode == ContactMode::vertex_slip) {  // the neighbours dissipate less
-      if (c == 0) return {false, edge(facet), 0, facet};
-      return {false, minus(edge(previous(facet))), 0, previous(facet)};
-    }
-    if (c == 0) return {true, edge(facet), half_edge_, next(facet)};
-    if (c == 1) return {true, minus(edge(facet)), half_edge_, facet};
-    return {false, minus(normal(facet)), 0, facet};
-  }
+  int n_conditions(ContactMode mode) const;
+  FacetCondition condition(ContactMode mode, int facet, int c) const;
 
   /// Vertex that dissipates most at v_t, not zero.
-  int most_dissipative(const double* v_t) const { return nearest_vertex(std::atan2(-v_t[1], -v_t[0])); }
+  int most_dissipative(const double* v_t) const;
 
   /// Where a force on the border of the polygon is: at a vertex, up to `rounding` of the radius, or on an edge.
   /// @return vertex_slip or edge_slip; facet is set
-  ContactMode locate(const double* lambda_t, double radius, double rounding, int& facet) const {
-    const double angle = std::atan2(lambda_t[1], lambda_t[0]);
-    facet = nearest_vertex(angle);
-    const auto& d = vertex(facet);
-    const double across = d[0] * lambda_t[1] - d[1] * lambda_t[0];
-    if (std::abs(across) <= rounding * radius) return ContactMode::vertex_slip;
-    if (across < 0) facet = previous(facet);
-    return ContactMode::edge_slip;
-  }
+  ContactMode locate(const double* lambda_t, double radius, double rounding, int& facet) const;
 
   /// mu lambda_n - the radius that lambda_t needs: the least of (2) of a sticking contact, divided by cos(pi/F).
-  double margin(double mu_lambda_n, const double* lambda_t) const {
-    double most = 0;
-    for (int k = 0; k < facets_; ++k) {
-      const auto& n = normal(k);
-      most = std::max(most, n[0] * lambda_t[0] + n[1] * lambda_t[1]);
-    }
-    return mu_lambda_n - most / inner_;
-  }
+  double margin(double mu_lambda_n, const double* lambda_t) const;
 
   /// gamma = -min_f d_f' v_t: what the polygon dissipates per mu lambda_n.
-  double speed(const double* v_t) const {
-    double most = 0;
-    for (int k = 0; k < facets_; ++k) {
-      const auto& d = vertex(k);
-      most = std::max(most, -d[0] * v_t[0] - d[1] * v_t[1]);
-    }
-    return most;
-  }
+  double speed(const double* v_t) const;
+
+  /// l_f >= 0 with lambda_t = sum_f l_f d_f of a contact that slips; where it sticks they are not unique: zero.
+  std::vector<double> facet_forces(ContactMode mode, int facet, const double* lambda_t) const;
+
+  /// d_f' v_t + gamma >= 0
+  std::vector<double> facet_rates(const double* v_t) const;
 
  private:
-  int nearest_vertex(double angle) const {
-    const int k = static_cast<int>(std::lround(angle * facets_ / (2 * std::numbers::pi)));
-    return (k + facets_) % facets_;
-  }
+  int nearest_vertex(double angle) const;
 
   int facets_;
   double inner_, half_edge_;  // distance of an edge from the centre, half its length

@@ -239,7 +239,7 @@ void FesdAudit::add_slip(FesdCondition condition, const FrictionPoint& at, int c
       if (at.v_t.norm() > kRest * slip_size) ++residuals_[static_cast<std::size_t>(condition)].impossible;
       return;
     }
-    report(condition, max_abs(at.v_t + 2 * std::max(gamma, 0.0) * at.force), slip_size, contact);
+    report(condition, max_abs(at.v_t + 2 * gamma * at.force), slip_size, contact);
   } else if (polygon_.applies(static_cast<int>(at.v_t.size()))) {
     report(condition, missing_dissipation(at, at.v_t), force * slip_size, contact);
   } else {
@@ -247,10 +247,10 @@ void FesdAudit::add_slip(FesdCondition condition, const FrictionPoint& at, int c
   }
 }
 
-/// gamma of v_t + 2 gamma lambda_t = 0; infinite without a force.
+/// gamma of v_t + 2 gamma lambda_t = 0 with ||lambda_t|| = mu lambda_n where it is not zero; infinite where there is no
+/// force.
 double FesdAudit::published_gamma(const FrictionPoint& at, double force) const {
-  if (at.force.norm() > kRest * force) return -at.v_t.dot(at.force) / (2 * at.force.squaredNorm());
-  return at.cone > kRest * force ? 0 : INFINITY;
+  return at.cone > kRest * force ? at.v_t.norm() / (2 * at.cone) : INFINITY;
 }
 
 /// Power that a polygon could still take out of v_t: mu lambda_n gamma + lambda_t' v_t.
@@ -327,40 +327,12 @@ void FesdAudit::add_pinned_sliding(const Stages& left, const Stages& e, int i, d
   for (int j = 0; j < tableau_.n_s; ++j) sum += slip(i, e.q.col(j), stage_velocity(e, j, n_t)).norm();
   report(FesdCondition::pinned_sliding, beta * sum, force * slip_size, i);
   if (!polygon_.applies(n_t)) return;
-  const std::vector<double> l = facet_forces(left, i, lambda_t);
+  const std::vector<double> l = polygon_.facet_forces(left.modes[i], left.facets[i], lambda_t.data());
   for (int j = 0; j < tableau_.n_s; ++j) {
-    const std::vector<double> rates = facet_rates(slip(i, e.q.col(j), e.v.col(j)));
+    const std::vector<double> rates = polygon_.facet_rates(slip(i, e.q.col(j), e.v.col(j)).data());
     for (std::size_t f = 0; f < l.size(); ++f)
       report(FesdCondition::pinned_sliding, l[f] * rates[f], force * slip_size, i);
   }
-}
-
-/// l_f >= 0 with lambda_t = sum_f l_f d_f of a contact that slips; where it sticks they are not unique, and left out.
-std::vector<double> FesdAudit::facet_forces(const Stages& e, int i, const Vector& lambda_t) const {
-  std::vector<double> l(static_cast<std::size_t>(polygon_.facets()), 0.0);
-  const ContactMode mode = e.modes[i];
-  if (mode != ContactMode::vertex_slip && mode != ContactMode::edge_slip) return l;
-  const int k = e.facets[i], next = polygon_.next(k);
-  const auto d = polygon_.vertex(k), d_next = polygon_.vertex(next);
-  if (mode == ContactMode::vertex_slip) {
-    l[k] = d[0] * lambda_t[0] + d[1] * lambda_t[1];
-  } else {
-    const double area = d[0] * d_next[1] - d[1] * d_next[0];
-    l[k] = (lambda_t[0] * d_next[1] - lambda_t[1] * d_next[0]) / area;
-    l[next] = (d[0] * lambda_t[1] - d[1] * lambda_t[0]) / area;
-  }
-  return l;
-}
-
-/// d_f' v_t + gamma
-std::vector<double> FesdAudit::facet_rates(const Vector& v_t) const {
-  std::vector<double> rates;
-  const double gamma = polygon_.speed(v_t.data());
-  for (int f = 0; f < polygon_.facets(); ++f) {
-    const auto d = polygon_.vertex(f);
-    rates.push_back(d[0] * v_t[0] + d[1] * v_t[1] + gamma);
-  }
-  return rates;
 }
 
 /// sum pi^{xi+-} + pi^beta: positive when a closed contact goes on slipping in its direction, or sticking.
@@ -390,8 +362,9 @@ double FesdAudit::facet_indicator(const Stages& left, const Stages& e, int i, do
   const auto sums = [&](const Stages& element) {
     Matrix sum = Matrix::Zero(polygon_.facets(), 2);
     for (int j = 0; j < tableau_.n_s; ++j) {
-      const auto l = facet_forces(element, i, element.lambda_t.col(j).segment(contact.tangent_index, contact.n_t)),
-                 rates = facet_rates(slip(i, element.q.col(j), element.v.col(j)));
+      const auto l = polygon_.facet_forces(element.modes[i], element.facets[i],
+                                           element.lambda_t.col(j).data() + contact.tangent_index),
+                 rates = polygon_.facet_rates(slip(i, element.q.col(j), element.v.col(j)).data());
       for (int f = 0; f < polygon_.facets(); ++f) sum.row(f) += Eigen::RowVector2d(l[f] / force, rates[f] / slip_size);
     }
     return sum;

@@ -92,14 +92,12 @@ class FesdAudit {
   double missing_dissipation(const FrictionPoint& at, const Vector& v_t) const;
   double published_gamma(const FrictionPoint& at, double force) const;
   double cone_margin(double cone, const Vector& force) const;
-  double facet_indicator(const Stages& left, const Stages& e, int i, double force, double slip_size) const;
   void add_cross_friction(const std::vector<FrictionPoint>& stages, const std::vector<Vector>& slips, int i,
                           double force, double slip_size);
-  std::vector<double> facet_forces(const Stages& e, int i, const Vector& lambda_t) const;
-  std::vector<double> facet_rates(const Vector& v_t) const;
   void add_friction(const FesdStep& step, int n, int i, double force, double Lambda_size, double slip_size);
   void add_pinned_sliding(const Stages& left, const Stages& e, int i, double force, double slip_size);
   double friction_indicator(const Stages& left, const Stages& e, int i, double force, double slip_size) const;
+  double facet_indicator(const Stages& left, const Stages& e, int i, double force, double slip_size) const;
 
   const Problem& problem_;
   const ButcherTableau tableau_;

@@ -58,15 +58,8 @@ void JunctionSolver::set_tangential_law(const Stages& element, const Stages* lef
   const int i = closed.contact;
   const auto& contact = problem_.info().contacts[i];
   const ContactMode before = left ? left->modes[i] : ContactMode::open;
-  if (polygon_.applies(contact.n_t)) {
-    if (end.is(Switch::Kind::cone_reached, i)) return impact_law_.set_edge(closed, end.condition.facet);
-    if (end.is(Switch::Kind::slip_turns, i)) {
-      set_slide(element, closed);
-      if (closed.slides) impact_law_.set_edge(closed, end.condition.facet);  // else it stopped at its vertex
-      return;
-    }
-    if (end.is(Switch::Kind::edge_left, i)) return impact_law_.set_vertex(closed, end.condition.facet);
-  } else if (end.is(Switch::Kind::cone_reached, i)) {  // slip starts against the force
+  if (end.contact == i && end.on_polygon() && !is_impact) return set_facet(element, end, closed);
+  if (end.is(Switch::Kind::cone_reached, i) && !end.on_polygon()) {  // slip starts against the force
     closed.slides = true;
     double size = 0;
     for (int d = 0; d < contact.n_t; ++d) {
@@ -79,6 +72,13 @@ void JunctionSolver::set_tangential_law(const Stages& element, const Stages* lef
   if (before == ContactMode::stick && !is_impact) return;
   if (end.is(Switch::Kind::slip_stops, i)) return;
   set_slide(element, closed);
+}
+
+/// The same on a polygon, where the switch of this contact says it.
+void JunctionSolver::set_facet(const Stages& element, const Switch& end, ImpactLaw::Closed& closed) {
+  if (end.kind == Switch::Kind::slip_turns) set_slide(element, closed);
+  if (end.kind == Switch::Kind::cone_reached || closed.slides) impact_law_.set_edge(closed, end.condition.facet);
+  if (end.kind == Switch::Kind::edge_left) impact_law_.set_vertex(closed, end.condition.facet);
 }
 
 /// Whether it slides, up to what contacts that come to rest together have left of their slip when the switch of one of

@@ -72,6 +72,7 @@ class JunctionSolver {
 
  private:
   ContactMode continued_mode(const ImpactLaw::Closed& closed) const;
+  void set_facet(const Stages& element, const Switch& end, ImpactLaw::Closed& closed);
   void set_slide(const Stages& element, ImpactLaw::Closed& closed);
   bool is_paradox(const ImpactLaw::Closed& closed) const;
   void set_tangential_law(const Stages& element, const Stages* left, const Switch& end, bool is_impact,
