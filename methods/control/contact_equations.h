@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "methods/complementarity/friction_cone.h"
 #include "methods/complementarity/nlp.h"
 #include "problems/derivatives/plant_functions.h"
 
@@ -32,7 +33,7 @@ namespace ricochet {
 /// complementary to which points is up to the discretisation.
 class ContactEquations {
  public:
-  enum class Cone { exact, squared, polyhedral };
+  using Cone = FrictionCone;
 
   /// Variable numbers of a point of the trajectory.
   struct Point {

@@ -45,6 +45,8 @@ class FesdAdaptive final : public Method {
  public:
   explicit FesdAdaptive(const MethodSpec& spec) : id_(spec.text()), tableau_(tableau_argument(spec)) {
     options_.n_fe = 1;
+    cone_ = cone_argument(spec);
+    options_.facets = cone_.facets;
     spec.finish(2);
     const int n = tableau_.n_s;
     bool is_distinct = true;
@@ -83,6 +85,7 @@ class FesdAdaptive final : public Method {
 
   std::string id_;
   ButcherTableau tableau_;
+  FrictionConeOptions cone_;
   PivotingSolver::Options options_;
   Matrix legendre_;                                         // L of (1)
   double kappa_ = std::numeric_limits<double>::infinity();  // no capture without a stage at the right end that stops it
@@ -117,7 +120,7 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
   options.tolerance = settings.inner_tolerance;
   PivotingSolver solver(problem, tableau_, options, solution.counters);
   std::optional<FesdAudit> audit;
-  if (settings.audit) audit.emplace(problem, tableau_, true, 0.0);
+  if (settings.audit) audit.emplace(problem, tableau_, true, 0.0, cone_);
   const TimeLimit time_limit(settings.time_limit);
 
   const ProblemInfo& info = problem.info();
@@ -190,7 +193,8 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
 
 const bool registered = register_method({
     .name = "fesd_adaptive",
-    .usage = "fesd_adaptive:TABLEAU:STAGES, or fesd_adaptive:@TABLEAU_FILE, with --tolerance",
+    .usage = "fesd_adaptive:TABLEAU:STAGES[,cone=exact|squared|polyhedral][,facets=8], or "
+             "fesd_adaptive:@TABLEAU_FILE, with --tolerance",
     .summary = "FESD-J with steps that follow a tolerance",
     .examples = {"fesd_adaptive:radau-iia:3", "fesd_adaptive:radau-iia:4", "fesd_adaptive:gauss:4"},
     .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<FesdAdaptive>(spec); },
