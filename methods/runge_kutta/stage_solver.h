@@ -169,7 +169,7 @@ class StageSolver {
   void set_end_forces(Stages& step);
   void take_away_end_rates(Eigen::Ref<Vector> x);
   void project_variations(const Stages& step);
-  double gap_change(int contact, int stage, const Stages& step);
+  void gap_changes(int stage, const Stages& step);
   bool sticks(const Active& active, int stage) const;
   /// What (7a) is divided by: h, but 1 for (8), among rows (7c).
   static double tangential_scale(const Active& active, double h) { return active.mode == ContactMode::stick ? h : 1; }
@@ -218,6 +218,7 @@ class StageSolver {
   std::vector<Active> closed_;
   int n_x_ = 0;  // unknowns per stage: n_q accelerations, then the forces of the closed contacts
   bool is_affine_ = false;
+  bool has_curved_ = false;    // a closed contact is curved
   bool is_projected_ = false;  // P of (5) is not I
   double predicted_tolerance_ = 0;
   bool has_friction_ = false;   // a closed contact has
@@ -241,7 +242,7 @@ class StageSolver {
 
   // Work space.
   Vector f_, J_n_, J_t_, gap_, lambda_, lambda_t_, r_, dx_;
-  Vector chord_J_, chord_q_;
+  Vector chord_J_, chord_q_, chord_variation_, gap_change_;
   Vector gap0_, kept_gap0_;  // f_c(q_0), and the part of it that (4) removes
   Vector kept_slip0_;        // the part of J_t' v_0 that (7a) removes
   Matrix dq_;                // q_j - q_0 without the rounding of q_j
