@@ -8,6 +8,7 @@
 #include "methods/fesd/conditions.h"
 #include "methods/fesd/pivoting_solver.h"
 #include "methods/fesd/record_step.h"
+#include "methods/fesd/sensitivity.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/bilateral_support.h"
 #include "methods/runge_kutta/tableau_argument.h"
@@ -41,6 +42,11 @@ namespace {
 /// kept. Steps for which no solution was found are halved. A contact that bounces with less than tol / kappa, kappa =
 /// max |A^-1 1|, stays closed (open question 2 of the specification): its stage forces stop it with accelerations of
 /// kappa v_n / h, and an accumulation of impacts ends there, with an error of tol.
+///
+/// Sensitivities are derivatives of the solution at the lengths chosen, as usual for a method that chooses them: h does
+/// not depend on theta where (3) gave it, follows from the switch equation where the element ends at a switch, and the
+/// last element has what remains. A perturbation may oscillate where the solution does not; so the lengths have to hold
+/// (2) for the derivatives of w, q and v as well, each within tol (1 + |dx|).
 class FesdAdaptive final : public Method {
  public:
   explicit FesdAdaptive(const MethodSpec& spec) : id_(spec.text()), tableau_(tableau_argument(spec)) {
@@ -70,7 +76,8 @@ class FesdAdaptive final : public Method {
             .source = "Nurkanovic, Frey, Pozharskiy, Diehl: FESD-J, section 3; error control of this project",
             .order_smooth = static_cast<double>(tableau_.order),
             .order_impacts = static_cast<double>(tableau_.order),
-            .is_adaptive = true};
+            .is_adaptive = true,
+            .has_sensitivities = true};
   }
 
   Support supports(const ProblemInfo& problem) const override { return can_hold_bilateral(tableau_, problem); }
@@ -79,7 +86,10 @@ class FesdAdaptive final : public Method {
   Solution do_solve(const Problem& problem, const Settings& settings) const override;
 
  private:
-  double error(const Stages& e, double tolerance) const;
+  using State = Eigen::Ref<const Vector>;
+  double error(double h, const Eigen::Ref<const Matrix>& w, const State& q, const State& v, double tolerance) const;
+  double error(const Stages& e, double tolerance) const { return error(e.h, e.a, e.q0, e.v0, tolerance); }
+  double error(const Stages& e, const Sensitivity& sensitivity, double tolerance) const;
 
   std::string id_;
   ButcherTableau tableau_;
@@ -93,20 +103,31 @@ constexpr double kHopeless = 100;      // an error that an element which ends at
 constexpr double kShortest = 1e-13;    // of end_time; what time can resolve
 constexpr int kMostStandstills = 100;  // steps in a row too short to move t; a few switches may coincide
 
-/// (1), (2), relative to the tolerance: the largest of all components.
-double FesdAdaptive::error(const Stages& e, double tolerance) const {
+/// (1), (2), relative to the tolerance: the largest of all components. @param w  n_q x n_s
+double FesdAdaptive::error(double h, const Eigen::Ref<const Matrix>& w, const State& q, const State& v,
+                           double tolerance) const {
   const int n_s = tableau_.n_s;
   double worst = 0;
-  for (Eigen::Index i = 0; i < e.v0.size(); ++i) {
-    const double size = e.a.row(i).cwiseAbs().maxCoeff();
+  for (Eigen::Index i = 0; i < v.size(); ++i) {
+    const double size = w.row(i).cwiseAbs().maxCoeff();
     if (size == 0) continue;
     double decay = 0;
     for (int k = n_s - 1; k >= std::max(1, n_s - 2); --k) {
-      const double alpha = std::abs(legendre_.row(k).dot(e.a.row(i)));
+      const double alpha = std::abs(legendre_.row(k).dot(w.row(i)));
       decay = std::max(decay, std::pow(alpha / size, static_cast<double>(tableau_.order) / k));
     }
-    const double e_v = e.h * size * decay, e_q = e.h * e_v;
-    worst = std::max({worst, e_v / (tolerance * (1 + std::abs(e.v0[i]))), e_q / (tolerance * (1 + std::abs(e.q0[i])))});
+    const double e_v = h * size * decay, e_q = h * e_v;
+    worst = std::max({worst, e_v / (tolerance * (1 + std::abs(v[i]))), e_q / (tolerance * (1 + std::abs(q[i])))});
+  }
+  return worst;
+}
+
+/// The same for the derivatives in the element that was added last.
+double FesdAdaptive::error(const Stages& e, const Sensitivity& sensitivity, double tolerance) const {
+  double worst = 0;
+  for (Eigen::Index k = 0; k < sensitivity.dq().cols(); ++k) {
+    const Eigen::Map<const Matrix> dw(sensitivity.stage_accelerations().col(k).data(), e.a.rows(), e.a.cols());
+    worst = std::max(worst, error(e.h, dw, sensitivity.dq().col(k), sensitivity.dv().col(k), tolerance));
   }
   return worst;
 }
@@ -118,6 +139,8 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
   PivotingSolver solver(problem, tableau_, options, solution.counters);
   std::optional<FesdAudit> audit;
   if (settings.audit) audit.emplace(problem, tableau_, true, 0.0);
+  std::optional<Sensitivity> sensitivity;
+  if (!settings.sensitivities.empty()) sensitivity.emplace(problem, tableau_, settings.sensitivities);
   const TimeLimit time_limit(settings.time_limit);
 
   const ProblemInfo& info = problem.info();
@@ -139,7 +162,12 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
     Status status = time_limit.is_over() ? Status::time_limit : solver.advance_to_switch(H, capture, is_accurate);
     double scaled_error = 0;
     if (status == Status::success) {
-      scaled_error = error(solver.step().last(), settings.tolerance);
+      const Stages& element = solver.step().last();
+      scaled_error = error(element, settings.tolerance);
+      if (sensitivity) {
+        sensitivity->add(solver.step(), is_last ? sensitivity->dt_final() : sensitivity->dt());
+        scaled_error = std::max(scaled_error, error(element, *sensitivity, settings.tolerance));
+      }
       const double wanted =
           std::clamp(0.8 * std::pow(std::max(scaled_error, 1e-300), -1.0 / (tableau_.order + 1)), 0.2, 4.0);  // (3)
       const bool was_refused = solver.captured() && capture == 0;
@@ -154,6 +182,7 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
         const bool is_captured = solver.captured();
         capture = is_captured ? 0 : capture;
         solver.reject();
+        if (sensitivity) sensitivity->reject();
         h = is_captured ? h : solver.step().H * wanted;
         continue;
       }
@@ -169,7 +198,7 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
       solution.message = fmt::format("from t = {:.12g} s, with a step of {:.3g} s: {}", t, H, reason);
       break;
     }
-    record_step(problem, settings.recording, solver, t, nullptr, solution);
+    record_step(problem, settings.recording, solver, t, sensitivity ? &*sensitivity : nullptr, solution);
     if (audit) audit->add(solver.step(), solver.has_previous_step() ? &solver.previous_step() : nullptr, t);
     reached = &solver.step().last();
     const double next = is_last && solver.step().H == H ? T : t + solver.step().H;
@@ -185,6 +214,10 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
   solution.q = reached ? reached->q1 : info.q0;
   solution.v = reached ? reached->v1 : info.v0;
   if (audit) solution.residuals = audit->residuals();
+  if (sensitivity) {
+    solution.dq = sensitivity->dq();
+    solution.dv = sensitivity->dv();
+  }
   return solution;
 }
 
