@@ -425,7 +425,11 @@ bool PivotingSolver::run_to_switch(int first, int count, Violation violation, do
     const auto has = [&](const std::vector<int>& contacts) {
       return std::find(contacts.begin(), contacts.end(), violation.contact) != contacts.end();
     };
-    if (end.kind == Switch::Kind::gap_closes && has(junction.touching)) end.zeros_at_start = 1;
+    if (end.kind == Switch::Kind::gap_closes && has(junction.touching)) {
+      end.zeros_at_start = 1;
+      problem_.gap(run.front().q0.data(), gap_.data());
+      end.left_gap = gap_[end.contact];
+    }
     if (end.kind == Switch::Kind::slip_stops && has(junction.from_rest))
       end.zeros_at_start = switch_before(first).is(Switch::Kind::cone_reached, end.contact) ? 2 : 1;
     run.front().h = std::clamp(violation.time, 1e-3 * remaining, remaining) / count;

@@ -822,7 +822,7 @@ double StageSolver::switch_value(const Stages& last, const Switch& end) {
   const auto& contact = problem_.info().contacts[end.contact];
   if (end.kind == Switch::Kind::gap_closes) {
     problem_.gap(last.q1.data(), gap_.data());
-    return gap_[end.contact];
+    return gap_[end.contact] - end.left_gap;
   }
   if (end.kind == Switch::Kind::force_vanishes) return last.end_lambda_n[end.contact];
   if (end.together) return missing_power(last, nullptr);

@@ -41,6 +41,7 @@ struct Switch {
   Kind kind = Kind::gap_closes;
   int contact = -1;
   int zeros_at_start = 0;  ///< of the switch function at the left end; these roots h = 0 are divided out
+  double left_gap = 0;     ///< [m] of a contact that starts the run touching: its gap closes where it is this again
   bool together = false;   ///< all contacts that slip in space come to rest with this one: they are on one rigid body
 
   bool is(Kind its_kind, int its_contact) const { return contact == its_contact && kind == its_kind; }
