@@ -279,7 +279,7 @@ TEST(FesdAccumulations, OfSeveralContactsEndAtAnyTolerance) {
     settings.tolerance = tolerance;
     const Solution s = make_method(method)->solve(*p, settings);
     EXPECT_TRUE(s.succeeded()) << problem << " " << tolerance << ": " << s.message;
-    EXPECT_GE(p->gap(s.q).minCoeff(), with_rounding(-1e-13)) << problem << " " << tolerance;
+    EXPECT_GE(p->gap(s.q).minCoeff(), -1e-13) << problem << " " << tolerance;  // what counts as closed is 2e-13
   };
   for (const double tolerance : {1e-10, 1e-11, 1e-12, 1e-13}) {
     for (const char* method : {"fesd_adaptive:radau-iia:3", "fesd_adaptive:radau-iia:4"})
