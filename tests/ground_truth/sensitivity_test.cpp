@@ -124,13 +124,14 @@ TEST_P(AdaptiveSensitivities, FallWithTheTolerance) {
     const Solution s = make_method(method)->solve(*problem, settings);
     ASSERT_TRUE(s.succeeded()) << s.message;
     ASSERT_EQ(s.events.size(), truth.events.size());
-    // Largest seen: 0.4 of the tolerance, for the sum of what the steps may have.
-    EXPECT_LE(state_error(s, truth), with_rounding(tolerance)) << tolerance;
-    EXPECT_LE(time_error(s, truth), with_rounding(tolerance)) << tolerance;
+    // The tolerance is for the local error of a step, of which there are up to 1000. Largest seen: 14 times the
+    // tolerance in the state, 20 times in event times.
+    EXPECT_LE(state_error(s, truth), with_rounding(50 * tolerance)) << tolerance;
+    EXPECT_LE(time_error(s, truth), with_rounding(50 * tolerance)) << tolerance;
     fine = state_error(s, truth);
     if (coarse == 0) coarse = fine;
   }
-  // By 1e5 if the error were the tolerance; at least 1.5e4 was seen, unless rounding ends it.
+  // By 1e5 if the error were the tolerance; at least 2e4 was seen, unless rounding ends it.
   EXPECT_LE(fine, std::max(coarse / 1e3, with_rounding(5e-14)));
 }
 
