@@ -14,6 +14,7 @@ void add_export_command(CLI::App& app, int& exit_code);
 void add_control_command(CLI::App& app, int& exit_code);
 void add_order_command(CLI::App& app, int& exit_code);
 void add_precision_command(CLI::App& app, int& exit_code);
+void add_cost_command(CLI::App& app, int& exit_code);
 void add_report_command(CLI::App& app, int& exit_code);
 void add_check_command(CLI::App& app, int& exit_code);
 

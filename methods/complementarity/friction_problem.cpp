@@ -56,6 +56,7 @@ void FrictionProblem::resize(int most_contacts, int most_tangents, const Frictio
   q_.resize(most);
   z_.resize(most);
   directions_.resize(n, columns);
+  effects_.resize(n, columns);
   w_.resize(n);
   residual_.resize(n);
   step_.resize(n);
@@ -134,20 +135,22 @@ LcpStatus FrictionProblem::solve_polyhedral(const Eigen::Ref<const Matrix>& G, c
     }
     row += 1 + contact.n_t;
   }
+  auto GD = effects_.topLeftCorner(n, columns);
+  GD.noalias() = G.lazyProduct(D);
   // Rows: w_n, then the facets' velocities.
   row = 0;
   column = n_c;
   Eigen::Index gamma = columns;
   for (Eigen::Index k = 0; k < n_c; ++k) {
     const Contact& contact = contacts[k];
-    M.row(k).head(columns).noalias() = G.row(row).lazyProduct(D);
+    M.row(k).head(columns) = GD.row(row);
     q[k] = b[row];
     const int facets = columns_of(contact);
     for (int f = 0; f < facets; ++f, ++column) {
       q[column] = 0;
       const auto e = column_direction(contact, f);
       for (int d = 0; d < contact.n_t; ++d) {
-        M.row(column).head(columns) += e[d] * G.row(row + 1 + d).lazyProduct(D);
+        M.row(column).head(columns) += e[d] * GD.row(row + 1 + d);
         q[column] += e[d] * b[row + 1 + d];
       }
       M(column, gamma) = 1;

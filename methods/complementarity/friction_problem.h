@@ -92,7 +92,7 @@ class FrictionProblem {
   bool is_redundant_ = false;
   double rounding_ = 0;  // of r
   Matrix normals_;
-  Matrix M_, directions_;  // LCP matrix; facet directions in terms of (n, t) columns
+  Matrix M_, directions_, effects_;  // LCP matrix; D, facet directions in terms of (n, t) columns; G D
   Vector q_, z_, w_, residual_, step_, trial_;
   Matrix jacobian_;
 };

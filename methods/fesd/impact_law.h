@@ -61,6 +61,9 @@ class ImpactLaw {
   /// J_n' M^-1 (J_n - mu J_t d). Not positive in Painleve's region.
   double sliding_delassus(int contact, const double* direction) const;
 
+  /// Diagonal Delassus entry J_n' M^-1 J_n of a touching contact.
+  double normal_delassus(int contact) const { return D_.col(contact).dot(MD_.col(contact)); }
+
   /// J_n^i' v of a touching contact.
   double normal_velocity(int contact, const Eigen::Ref<const Vector>& v) const { return D_.col(contact).dot(v); }
   /// sum_k |J_n,k^i v_k|: what rounding of a normal velocity is measured against.

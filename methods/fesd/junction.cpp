@@ -52,6 +52,18 @@ bool JunctionSolver::is_paradox(const ImpactLaw::Closed& closed) const {
   return impact_law_.sliding_delassus(closed.contact, direction) <= 0;
 }
 
+/// Whether a contact needs an impulse. What is left across one that was closed in the element before is rounding of
+/// velocities before they cancelled, and of what its force took away: a body at rest has no velocity to compare with.
+bool JunctionSolver::approaches(int contact, const Eigen::Ref<const Vector>& v, const Stages* left) {
+  double size = impact_law_.normal_velocity_scale(contact, v);
+  normal_size_ = std::max(normal_size_, size);
+  if (left && is_closed(left->modes[contact])) {
+    const double stopped = left->h * left->lambda_n.row(contact).maxCoeff() * impact_law_.normal_delassus(contact);
+    normal_size_ = size = std::max(normal_size_, stopped);
+  }
+  return impact_law_.normal_velocity(contact, v) < -kVelocityRounding * size;
+}
+
 /// Whether a closed contact slides already, and where to.
 void JunctionSolver::set_tangential_law(const Stages& element, const Stages* left, const Switch& end, bool is_impact,
                                         ImpactLaw::Closed& closed) {
@@ -125,12 +137,11 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   if (!impact_law_.prepare(stages.q0, junction.touching)) return Result::no_impulse;
 
   const auto rounding = [&](int i) { return kVelocityRounding * impact_law_.normal_velocity_scale(i, v_minus); };
-  bool approaches = false;
-  for (const int i : junction.touching)
-    approaches = approaches || impact_law_.normal_velocity(i, v_minus) < -rounding(i);
+  const bool must_bounce = std::any_of(junction.touching.begin(), junction.touching.end(),
+                                       [&](int i) { return approaches(i, v_minus, left); });
   // A contact closes; the impulses of contacts that were closed when they bounced (see carry_on) are no impact.
   bool is_impact = false;
-  if (approaches) {
+  if (must_bounce) {
     if (impact_law_.impact(stages.v0, Lambda_n, Lambda_t) != LcpStatus::solved) return Result::no_impulse;
     for (const int i : junction.touching) is_impact = is_impact || (Lambda_n[i] > 0 && !was_closed(i));
   }
@@ -223,13 +234,10 @@ bool JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
   }
   if (junction.touching.empty()) return true;
   if (!impact_law_.prepare(stages.q0, junction.touching)) return false;
-  for (const int i : junction.touching) {
-    if (impact_law_.normal_velocity(i, stages.v0) <
-        -kVelocityRounding * impact_law_.normal_velocity_scale(i, stages.v0)) {
-      return impact_law_.impact(stages.v0, step.Lambda_n.col(element), step.Lambda_t.col(element)) == LcpStatus::solved;
-    }
-  }
-  return true;
+  const bool approach = std::any_of(junction.touching.begin(), junction.touching.end(),
+                                    [&](int i) { return approaches(i, stages.v0, &before); });
+  return !approach ||
+         impact_law_.impact(stages.v0, step.Lambda_n.col(element), step.Lambda_t.col(element)) == LcpStatus::solved;
 }
 
 bool JunctionSolver::is_pressed(const Stages& element, int contact) {

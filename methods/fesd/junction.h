@@ -71,6 +71,7 @@ class JunctionSolver {
   int first_to_stop(const Stages& element, double& time);
 
  private:
+  bool approaches(int contact, const Eigen::Ref<const Vector>& v, const Stages* left);
   ContactMode continued_mode(const ImpactLaw::Closed& closed) const;
   void set_facet(const Stages& element, const Switch& end, ImpactLaw::Closed& closed);
   void set_slide(const Stages& element, ImpactLaw::Closed& closed);
@@ -85,7 +86,8 @@ class JunctionSolver {
   ImpactLaw impact_law_;
   std::vector<ImpactLaw::Closed> closed_;
   Vector gap_;
-  double slip_size_ = 0;  // largest slip velocity so far, before cancellation
+  // Largest velocities so far, before cancellation.
+  double normal_size_ = 0, slip_size_ = 0;
 };
 
 }  // namespace ricochet

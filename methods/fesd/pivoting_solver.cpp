@@ -422,14 +422,18 @@ Violation PivotingSolver::check_run(int first, int count) {
 }
 
 /// The switch that a violation in the run from `first` on announces.
-Switch PivotingSolver::switch_for(int first, const Violation& violation) const {
+Switch PivotingSolver::switch_for(int first, const Violation& violation) {
   Switch end{switch_kind(violation.verdict), violation.contact};
   const Junction& junction = junctions_[first];
   const Stages& stages = step_->elements[first];
   const auto has = [&](const std::vector<int>& contacts) {
     return std::find(contacts.begin(), contacts.end(), violation.contact) != contacts.end();
   };
-  if (end.kind == Switch::Kind::gap_closes && has(junction.touching)) end.zeros_at_start = 1;
+  if (end.kind == Switch::Kind::gap_closes && has(junction.touching)) {
+    end.zeros_at_start = 1;
+    problem_.gap(stages.q0.data(), gap_.data());
+    end.left_gap = gap_[end.contact];
+  }
   if (violation.condition >= 0)
     end.condition = polygon_.condition(stages.modes[end.contact], stages.facets[end.contact], violation.condition);
   const bool on_its_edge = end.kind == Switch::Kind::slip_turns &&

@@ -94,7 +94,7 @@ class PivotingSolver {
   bool begin_element(int element);
   void propose_modes(int element, unsigned trial);
   Violation equal_elements(int first, int count, double h);
-  Switch switch_for(int first, const Violation& violation) const;
+  Switch switch_for(int first, const Violation& violation);
   bool run_to_switch(int first, int count, Violation violation, double remaining);
   bool solve_run(int first, int count, Switch& end, double remaining);
   bool run_to_time(int first, int count, double h, const Violation& violation);

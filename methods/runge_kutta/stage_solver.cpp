@@ -66,6 +66,8 @@ StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, 
   chord_J_.resize(problem.info().n_normal_entries);
   chord_q_.resize(n_q_);
   gap_.resize(n_c);
+  gap_change_.setZero(n_c);
+  chord_variation_.setZero(n_c);
   gap0_.setZero(n_c);
   kept_gap0_.setZero(n_c);
   kept_slip0_.setZero(problem.info().n_lambda_t);
@@ -102,7 +104,7 @@ void StageSolver::set_active(const std::vector<ContactMode>& modes, const std::v
   row_power_.clear();
   has_friction_ = false;
   is_affine_ = structure_.constant_mass && structure_.constant_force_jacobian;
-  is_projected_ = false;
+  has_curved_ = false;
   for (std::size_t i = 0; i < modes.size(); ++i) {
     if (modes[i] == ContactMode::open) continue;
     const auto& contact = problem_.info().contacts[i];
@@ -116,9 +118,10 @@ void StageSolver::set_active(const std::vector<ContactMode>& modes, const std::v
     row_power_.push_back(2);
     for (int d = 1; d < closed_.back().n_rows; ++d) row_power_.push_back(turns ? 0 : 1);
     has_friction_ = has_friction_ || contact.n_t > 0;
-    is_projected_ = is_projected_ || (stiffly_accurate_ && !contact.is_affine);
+    has_curved_ = has_curved_ || !contact.is_affine;
     is_affine_ = is_affine_ && contact.is_affine && !turns;
   }
+  is_projected_ = stiffly_accurate_ && has_curved_;
   const int n_rows = static_cast<int>(row_power_.size());
   n_x_ = n_q_ + n_rows;
   held_.setZero(n_q_, n_rows);
@@ -394,25 +397,35 @@ void StageSolver::project_variations(const Stages& step) {
 
 /// (6)  f_c(q_0 + dq) - f_c(q_0) = int_0^1 J_n(q_0 + s dq)' dq ds, by four Gauss points. If J_n changes by less than 1
 /// % over the chord, the error is about (1 %)^8 of the result; else the plain difference is accurate enough.
-double StageSolver::gap_change(int contact, int stage, const Stages& step) {
+/// For all closed contacts that are curved, in gap_change_. J_n_ and gap_ are those of the stage.
+void StageSolver::gap_changes(int stage, const Stages& step) {
   static constexpr double nodes[] = {0.069431844202973712, 0.33000947820757187, 0.66999052179242813,
                                      0.93056815579702629};
   static constexpr double weights[] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
                                        0.17392742256872693};
-  const auto& info = problem_.info().contacts[contact];
   const auto dq = dq_.col(stage);
-  double change = 0, size = 0, variation = 0;
+  gap_change_.setZero();
+  chord_variation_.setZero();
   for (int m = 0; m < 4; ++m) {
     chord_q_ = step.q0 + nodes[m] * dq;
     problem_.normal_jacobian(chord_q_.data(), chord_J_.data());
-    for (std::size_t s = 0; s < info.support.size(); ++s) {
-      const std::size_t entry = info.normal_begin + s;
-      change += weights[m] * chord_J_[entry] * dq[info.support[s]];
-      variation = std::max(variation, std::abs(chord_J_[entry] - J_n_[entry]));
-      size = std::max(size, std::abs(J_n_[entry]));
+    for (const Active& active : closed_) {
+      const auto& info = problem_.info().contacts[active.contact];
+      for (std::size_t s = 0; s < info.support.size(); ++s) {
+        const std::size_t entry = info.normal_begin + s;
+        double& variation = chord_variation_[active.contact];
+        gap_change_[active.contact] += weights[m] * chord_J_[entry] * dq[info.support[s]];
+        variation = std::max(variation, std::abs(chord_J_[entry] - J_n_[entry]));
+      }
     }
   }
-  return variation <= 0.01 * size ? change : gap_[contact] - gap0_[contact];
+  for (const Active& active : closed_) {
+    const int i = active.contact;
+    const auto& info = problem_.info().contacts[i];
+    const auto entries = static_cast<Eigen::Index>(info.support.size());
+    const double size = J_n_.segment(static_cast<Eigen::Index>(info.normal_begin), entries).lpNorm<Eigen::Infinity>();
+    if (chord_variation_[i] > 0.01 * size) gap_change_[i] = gap_[i] - gap0_[i];
+  }
 }
 
 /// (3), (4) and (7), stage after stage
@@ -441,6 +454,7 @@ void StageSolver::residual(const Coefficients& k, const Stages& step) {
     problem_.normal_jacobian(q, J_n_.data());
     problem_.gap(q, gap_.data());
     if (has_friction_) problem_.tangent_jacobian(q, J_t_.data());
+    if (has_curved_) gap_changes(j, step);
     for (const Active& active : closed_) {
       const int i = active.contact;
       const auto& contact = problem_.info().contacts[i];
@@ -450,7 +464,7 @@ void StageSolver::residual(const Coefficients& k, const Stages& step) {
         change += *J * dq_(row, j);
         r[row] -= *J++ * step.lambda_n(i, j);
       }
-      if (!contact.is_affine) change = gap_change(i, j, step);
+      if (!contact.is_affine) change = gap_change_[i];
       r[n + active.row] = (kept_gap0_[i] + change) / (k.h * k.h);
       if (contact.n_t > 0) friction_residual(k, active, j, step, r);
     }
@@ -863,7 +877,7 @@ double StageSolver::switch_value(const Stages& last, const Switch& end) {
   const auto& contact = problem_.info().contacts[end.contact];
   if (end.kind == Switch::Kind::gap_closes) {
     problem_.gap(last.q1.data(), gap_.data());
-    return gap_[end.contact];
+    return gap_[end.contact] - end.left_gap;
   }
   if (end.kind == Switch::Kind::force_vanishes) return last.end_lambda_n[end.contact];
   if (end.together) return missing_power(last, nullptr);

@@ -45,6 +45,7 @@ struct Switch {
   Kind kind = Kind::gap_closes;
   int contact = -1;
   int zeros_at_start = 0;  ///< of the switch function at the left end; these roots h = 0 are divided out
+  double left_gap = 0;     ///< [m] of a contact that starts the run touching: its gap closes where it is this again
   bool together = false;   ///< all contacts that slip in space come to rest with this one: they are on one rigid body
   FacetCondition condition{};  ///< on a polygon: the one that becomes zero; its facet is -1 elsewhere
 
@@ -187,7 +188,7 @@ class StageSolver {
   void set_end_forces(Stages& step);
   void take_away_end_rates(Eigen::Ref<Vector> x);
   void project_variations(const Stages& step);
-  double gap_change(int contact, int stage, const Stages& step);
+  void gap_changes(int stage, const Stages& step);
   bool rests(const Active& active, int stage) const;
   int n_held(const Active& active, int stage) const;
   void set_friction(const Active& active, int stage, const double* dx, Stages& step) const;
@@ -241,6 +242,7 @@ class StageSolver {
   std::vector<Active> closed_;
   int n_x_ = 0;  // unknowns per stage: n_q accelerations, then the forces of the closed contacts
   bool is_affine_ = false;
+  bool has_curved_ = false;    // a closed contact is curved
   bool is_projected_ = false;  // P of (5) is not I
   double predicted_tolerance_ = 0;
   bool has_friction_ = false;   // a closed contact has
@@ -264,7 +266,7 @@ class StageSolver {
 
   // Work space.
   Vector f_, J_n_, J_t_, gap_, lambda_, lambda_t_, r_, dx_;
-  Vector chord_J_, chord_q_;
+  Vector chord_J_, chord_q_, chord_variation_, gap_change_;
   Vector gap0_, kept_gap0_;  // f_c(q_0), and the part of it that (4) removes
   Vector kept_slip0_;        // the part of held' J_t' v_0 that (7a) removes
   Matrix dq_;                // q_j - q_0 without the rounding of q_j
