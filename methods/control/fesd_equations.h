@@ -63,12 +63,6 @@ class FesdEquations final : public ContactEquations {
   /// @return the right end
   Point add_interval(const Point& left, const std::vector<int>& u, double H, int T, double share);
 
-  struct Stage {
-    Point point;
-    std::vector<int> w, lambda_n;
-    std::vector<Slip> slip;    ///< n_c
-    std::vector<Force> force;  ///< n_c
-  };
   /// A finite element.
   struct Element {
     int h = -1;
@@ -91,8 +85,6 @@ class FesdEquations final : public ContactEquations {
   void set_guess(const FesdStep& step, int interval);
 
  private:
-  void guess_point(const Point& point, const Vector& q, const Vector& v, const std::vector<Slip>& slips);
-  void guess_forces(const std::vector<Force>& forces, const Vector& lambda_n, const Vector& lambda_t);
   void add_impact(Element& element, const std::string& name);
   void add_stages(Element& element, const std::vector<int>& u, const std::string& name);
   void add_cross(const std::vector<int>& stages, const std::vector<int>& points, const std::string& name);
