@@ -5,10 +5,14 @@
 namespace ricochet {
 namespace {
 
-SymbolicModel with_cost(const OptimalControlProblem& problem) {
+const SymbolicModel& plant_model(const OptimalControlProblem& problem) {
   const auto* plant = dynamic_cast<const SymbolicProblem*>(problem.plant.get());
   if (!plant) throw InputError("plant", problem.id, "a plant with formulas is required");
-  SymbolicModel model = plant->model();
+  return plant->model();
+}
+
+SymbolicModel with_cost(const OptimalControlProblem& problem) {
+  SymbolicModel model = plant_model(problem);
   const auto n_q = model.q.size();
   model.q.emplace_back("cost_integral");
   model.v.emplace_back("cost");
@@ -27,6 +31,8 @@ SymbolicModel with_cost(const OptimalControlProblem& problem) {
 }
 
 }  // namespace
+
+ControlledPlant::ControlledPlant(const OptimalControlProblem& problem) : SymbolicProblem(plant_model(problem)) {}
 
 ReplayProblem::ReplayProblem(const OptimalControlProblem& problem) : SymbolicProblem(with_cost(problem)) {}
 

@@ -5,6 +5,13 @@
 
 namespace ricochet {
 
+/// The plant of an optimal control problem, whose control can be changed.
+class ControlledPlant final : public SymbolicProblem {
+ public:
+  explicit ControlledPlant(const OptimalControlProblem& problem);
+  void set_control(const Vector& u) { info_.u = u; }
+};
+
 /// The plant of an optimal control problem with one more coordinate whose velocity is the running cost so far,
 ///
 ///   M = 1,   v_cost' = L(q, v, u),                                                                         (1)
