@@ -45,7 +45,7 @@ ControlTrajectory FesdTranscription::trajectory(const Vector& x) const {
       trajectory.points.push_back({t, e.q0, step.v_minus.col(n)});
       trajectory.points.push_back({t, e.q0, e.v0});
       for (int j = 0; j < tableau_.n_s; ++j) {
-        trajectory.points.push_back({t + tableau_.c[j] * e.h, e.q.col(j), e.v.col(j)});
+        trajectory.points.push_back({t + tableau_.c[j] * e.h, e.q.col(j), e.v.col(j), e.lambda_n.col(j)});
         trajectory.objective += e.h * tableau_.b[j] * running_cost(e.q.col(j), e.v.col(j), trajectory.u.col(k));
       }
       t += e.h;

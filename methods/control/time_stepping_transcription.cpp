@@ -51,9 +51,9 @@ ControlTrajectory TimeSteppingTranscription::trajectory(const Vector& x) const {
   Matrix impulses(info.n_c(), n);
   for (int k = 0; k < n; ++k) {
     const Vector q = equations_.position(x, k), v = equations_.velocity(x, k);
-    trajectory.points.push_back({(k + 1) * h, q, v});
     trajectory.objective += h * running_cost(q, v, trajectory.u.col(k / steps_));
     impulses.col(k) = equations_.normal_impulse(x, k);
+    trajectory.points.push_back({(k + 1) * h, q, v, impulses.col(k) / h});
   }
   trajectory.objective += terminal_cost(trajectory.points.back().q, trajectory.points.back().v);
   const Vector initial_gap = problem_.plant->gap(info.q0);

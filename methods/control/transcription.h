@@ -21,6 +21,7 @@ struct ControlTrajectory {
   struct Point {
     double t = 0;
     Vector q, v;
+    Vector lambda_n = {};  ///< n_c; empty where the discretisation has no force
   };
   struct Impulse {
     double t = 0;

@@ -23,6 +23,12 @@ SymbolicModel with_cost(const OptimalControlProblem& problem) {
   model.mass[n_q][n_q] = 1;
   model.force.push_back(problem.running_cost.formulas()[0]);  // (1)
   model.input.emplace_back(model.u.size(), 0);
+  for (std::size_t c = 0; c < model.u.size(); ++c) {
+    const std::string name = ReplayProblem::control_parameter(static_cast<int>(c));
+    model.parameters.push_back({name, model.number(model.control[c]), ""});
+    model.parameter_symbols.emplace_back(name);
+    model.control[c] = model.parameter_symbols.back();
+  }
   for (auto& contact : model.contacts) {
     for (auto& direction : contact.tangents) direction.emplace_back(0);
   }

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <fmt/format.h>
+
+#include <string>
+
 #include "problems/control/optimal_control_problem.h"
 #include "problems/derivatives/symbolic_problem.h"
 
@@ -16,11 +20,12 @@ class ControlledPlant final : public SymbolicProblem {
 ///
 ///   M = 1,   v_cost' = L(q, v, u),                                                                         (1)
 ///
-/// so that any method integrates the cost as accurately as the motion. It is run interval by interval, with the control
-/// of each.
+/// so that any method integrates the cost as accurately as the motion, and with the controls as parameters, so that
+/// derivatives with respect to them are sensitivities. It is run interval by interval, with the control of each.
 class ReplayProblem final : public SymbolicProblem {
  public:
   explicit ReplayProblem(const OptimalControlProblem& problem);
+  static std::string control_parameter(int control) { return fmt::format("control_{}", control); }
 
   /// Starts the next interval at the plant's (q, v), before an impact at this instant, with no cost so far.
   void restart(const Vector& q, const Vector& v, const Vector& u, double duration);

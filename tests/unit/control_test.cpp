@@ -2,8 +2,10 @@
 // problem whose solution the plant follows.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
+#include "bench/control_gradient.h"
 #include "bench/replay.h"
 #include "methods/complementarity/homotopy.h"
 #include "methods/control/fesd_transcription.h"
@@ -210,6 +212,51 @@ TEST(OptimalControl, PlantFollowsTheSolution) {
     EXPECT_LE(difference.events, 1e-5);
     EXPECT_LE(std::abs(difference.cost), 1e-5 * truth.cost);
   }
+}
+
+TEST(ControlGradient, IsThatOfThePlantThroughAnImpact) {
+  const auto problem = make_control_problem("two_carts");
+  ControlTrajectory trajectory;
+  trajectory.T = problem->plant->info().end_time;
+  trajectory.u.resize(1, 5);
+  trajectory.u << 4, 3, 1, -1, 0;
+  const Matrix truth = gradient_by_differences(*problem, trajectory, reference_solver(1e-12), 1e-3);
+  const Replay motion = replay(*problem, trajectory, reference_solver(1e-12));
+  EXPECT_TRUE(std::ranges::any_of(motion.events, [](const Event& e) { return e.kind == EventKind::impact; }));
+  const Matrix fesd = gradient_by_sensitivities(*problem, trajectory, "fesd:radau-iia:3", 4);
+  // Order 5 with 20 steps in all; the reference is good to its tolerance over the change, 1e-9.
+  EXPECT_LE((fesd - truth).cwiseAbs().maxCoeff(), 1e-7 * truth.cwiseAbs().maxCoeff());
+  // A time-stepping scheme does not move its impact with the controls: no step length helps.
+  for (const int steps : {10, 100, 1000}) {
+    const Matrix stepped =
+        gradient_by_differences(*problem, trajectory, fixed_step_solver("moreau_jean,theta=1", steps), 1e-6);
+    EXPECT_GE((stepped - truth).cwiseAbs().maxCoeff(), 0.1 * truth.cwiseAbs().maxCoeff()) << steps;
+  }
+}
+
+TEST(OptimalControl, TimeSteppingIsAGuess) {
+  // Its controls do not do what it claims; FESD-J, started from the motion under them, does.
+  const auto problem = make_control_problem("push_box_goal");
+  const Homotopy homotopy({.sigma_0 = 1e-2, .sigma_final = 1e-6, .warm_multipliers = false, .max_switches = 0});
+  TimeSteppingTranscription stepped(*problem, {.steps = 6, .equations = {}});
+  ASSERT_EQ(stepped.guess_from_simulation(), Status::success);
+  const MpccSolution guess = homotopy.solve(stepped.mpcc());
+  ASSERT_TRUE(guess.succeeded()) << guess.message;
+  const ControlTrajectory claimed = stepped.trajectory(guess.x);
+  const Replay plain = replay(*problem, claimed, reference_solver(1e-11));
+  ASSERT_EQ(plain.status, Status::success) << plain.message;
+  EXPECT_GE(mismatch(*problem, claimed, plain).terminal, 1e-2);
+
+  FesdTranscription transcription(*problem, make_tableau("radau-iia", 2),
+                                  {.cross = E::CrossComplementarity::aggregated});
+  ASSERT_EQ(transcription.guess_from_simulation(claimed.u), Status::success);
+  const MpccSolution s = homotopy.solve(transcription.mpcc());
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  const ControlTrajectory trajectory = transcription.trajectory(s.x);
+  EXPECT_LE(trajectory.objective, 5) << "15.5 is the local optimum near a constant push";
+  const Replay truth = replay(*problem, trajectory, reference_solver(1e-11));
+  ASSERT_EQ(truth.status, Status::success) << truth.message;
+  EXPECT_LE(mismatch(*problem, trajectory, truth).terminal, 1e-5);  // the goal of the project
 }
 
 }  // namespace
