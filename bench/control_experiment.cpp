@@ -49,6 +49,10 @@ void describe_claim(const OptimalControlProblem& problem, const ControlTrajector
     run.force_t.push_back(point.t);
     run.lambda_n.push_back(list(point.lambda_n));
   }
+  const double least = smallest_impact(problem, trajectory);
+  for (const auto& impulse : trajectory.impulses) {
+    if (impulse.Lambda_n > least) run.impacts.push_back({impulse.t, impulse.Lambda_n});
+  }
   for (const auto& contact : problem.plant->info().contacts) run.contacts.push_back(contact.name);
 }
 
@@ -124,11 +128,11 @@ void compare_transcriptions(const json& document, ResultsFile& file) {
   }
 }
 
-/// Relative to the reference's largest derivative of each component. @param n_columns  the first of them
+/// Relative to the reference's largest derivative of each component. @param n_columns  the last of them
 double largest_error(const Matrix& gradient, const Matrix& reference, Eigen::Index n_columns) {
   double worst = 0;
   for (Eigen::Index row = 0; n_columns > 0 && row < gradient.rows(); ++row) {
-    const double error = (gradient - reference).row(row).head(n_columns).cwiseAbs().maxCoeff();
+    const double error = (gradient - reference).row(row).tail(n_columns).cwiseAbs().maxCoeff();
     worst = std::max(worst, error / reference.row(row).cwiseAbs().maxCoeff());
   }
   return worst;
@@ -154,8 +158,9 @@ void compare_gradients(const json& document, ResultsFile& file) {
   for (const auto& event : truth.events) {
     if (event.kind == EventKind::impact) last_impact = event.t;
   }
-  const Eigen::Index n_before =
-      info.n_u * static_cast<Eigen::Index>(last_impact / (trajectory.T / static_cast<double>(control.size())));
+  const auto n_until =
+      static_cast<Eigen::Index>(std::ceil(last_impact * static_cast<double>(control.size()) / trajectory.T));
+  const Eigen::Index n_behind = info.n_u * (static_cast<Eigen::Index>(control.size()) - n_until);
 
   ControlGradient line;
   line.problem = problem->id;
@@ -168,7 +173,7 @@ void compare_gradients(const json& document, ResultsFile& file) {
     line.derivatives.clear();
     for (const auto& row : gradient.rowwise()) line.derivatives.emplace_back(row.begin(), row.end());
     line.error = largest_error(gradient, reference, gradient.cols());
-    line.error_before_impact = largest_error(gradient, reference, n_before);
+    line.error_after_impact = largest_error(gradient, reference, n_behind);
     file.append(to_json(line));
   };
   append("reference", 0, reference);

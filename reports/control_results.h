@@ -30,6 +30,12 @@ struct ControlRun {
   double T = 0;
   std::vector<std::vector<double>> u;  ///< per interval
   Motion claimed;
+  /// Of the claimed motion.
+  struct Impact {
+    double t = 0;
+    double Lambda_n = 0;  ///< [N s]
+  };
+  std::vector<Impact> impacts;
   std::vector<std::string> contacts;
   std::vector<double> force_t;
   std::vector<std::vector<double>> lambda_n;  ///< per instant of force_t
@@ -52,7 +58,7 @@ struct ControlGradient {
   std::vector<std::string> components;           ///< of the terminal state
   std::vector<std::vector<double>> derivatives;  ///< per component, over intervals and controls
   double error = 0;                              ///< largest, relative to the reference's largest derivative
-  double error_before_impact = 0;                ///< the same, of the intervals that end before the last impact
+  double error_after_impact = 0;                 ///< the same, of the intervals behind the last impact
 
   bool is_reference() const { return steps == 0; }
 };

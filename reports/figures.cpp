@@ -365,18 +365,26 @@ Figure FigureFolder::control(const std::vector<const ControlRun*>& runs, const s
     data += positions.data() + controls.data() + forces.data();
     const std::string heading =
         run.succeeded() ? run.discretisation : fmt::format("{}: {}", run.discretisation, run.status);
+    std::string impacts;  // dashed, with their impulse
+    for (const auto& impact : run.impacts)
+      impacts += fmt::format(
+          "set arrow from {0:.6g}, graph 0 to {0:.6g}, graph 1 nohead dt 3 lc rgb '#404040'\n"
+          "set label '{1:.2g} N s' at {0:.6g}, graph 0.94 offset 0.4,0 font ',11' tc rgb '#404040'\n",
+          impact.t, impact.Lambda_n);
     panels += fmt::format("set title '{}' font ',12'\nset ylabel 'position'\nset format x ''\n", heading) +
-              positions.plot() + "set title ''\nset ylabel 'control'\n" + controls.plot() +
+              positions.plot() + "set title ''\nset ylabel 'control'\n" + controls.plot() + impacts +
               "set ylabel 'normal force [N]'\nset format x '%g'\nset xlabel 't [s]'\n" + forces.plot() +
-              "unset xlabel\n";
+              "unset xlabel\nunset arrow\nunset label\n";
   }
   const std::string script =
       fmt::format(fmt::runtime(kHead), 1080, 760) + data + fmt::format("set output '{}.svg'\n", name) +
       fmt::format("set multiplot layout 3,{} columnsfirst\n", runs.size()) +
-      "set lmargin 9\nset key top right horizontal samplen 1.5 font ',11'\n" + panels + "unset multiplot\n";
+      "set lmargin 9\nset key above right horizontal samplen 1.5 font ',11'\n" + panels + "unset multiplot\n";
   draw(name, script);
   return {name + ".svg", runs.front()->problem,
-          fmt::format("{}. Lines: the motion that the optimisation claims; circles: the plant under its controls.",
+          fmt::format("{}. Lines: the motion that the optimisation claims; circles: the plant under its controls. "
+                      "Dashed: impacts with their "
+                      "impulse; time stepping has them as forces of a step.",
                       runs.front()->title)};
 }
 
@@ -388,7 +396,7 @@ Figure FigureFolder::control_gradient(const std::vector<ControlGradient>& gradie
     if (is_first || is_last) shown.push_back(&gradients[k]);
   }
   const auto& components = gradients.front().components;
-  std::string data, panels;
+  std::string data, panels, keys;
   for (std::size_t c = 0; c < components.size(); ++c) {
     std::string plot;
     for (std::size_t m = 0; m < shown.size(); ++m) {
@@ -402,17 +410,21 @@ Figure FigureFolder::control_gradient(const std::vector<ControlGradient>& gradie
       const std::string style = g.is_reference() ? "with points pt 6 ps 1.1 lw 1.6 lc rgb '#000000'"
                                                  : fmt::format("with linespoints pt 7 ps 0.4 lw 1.4 lc rgb '{}'",
                                                                curve_colors()[(m - 1) % curve_colors().size()]);
-      plot += fmt::format("{}${} {} title '{}'", plot.empty() ? "plot " : ", ", block_name, style, label);
+      plot += fmt::format("{}${} {}", plot.empty() ? "plot " : ", ", block_name, style);
+      if (c == 0) keys += fmt::format("{}NaN {} title '{}'", m ? ", " : "plot [0:1][0:1] ", style, label);
     }
-    panels += fmt::format("set ylabel 'd {}(T) / du'\n", components[c]) + plot + "\nset key off\n";
+    panels += fmt::format("set ylabel 'd {}(T) / du'\n", components[c]) + plot + "\n";
   }
   const std::string script =
       fmt::format(fmt::runtime(kHead), 1080, 760) + data + fmt::format("set output '{}.svg'\n", name) +
       fmt::format("set multiplot layout {},2 margins 0.1,0.98,0.08,0.94 spacing 0.11,0.1\n",
                   (components.size() + 1) / 2) +
-      "set xlabel 'control interval'\n"
-      "set key at screen 0.5,0.99 center top horizontal maxrows 1 reverse Left samplen 2 font ',12'\n" +
-      panels + "unset multiplot\n";
+      "set key off\nset xlabel 'control interval'\n" + panels +
+      // One key for all panels, in a plot of its own above them.
+      "set lmargin at screen 0.02\nset rmargin at screen 0.98\nset bmargin at screen 0.95\nset tmargin at screen 1\n"
+      "unset border\nunset tics\nunset xlabel\nunset ylabel\n"
+      "set key on center horizontal maxrows 1 reverse Left samplen 2 font ',12'\n" +
+      keys + "\nunset multiplot\n";
   draw(name, script);
   return {
       name + ".svg", "Derivatives of the terminal state",

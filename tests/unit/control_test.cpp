@@ -234,6 +234,22 @@ TEST(ControlGradient, IsThatOfThePlantThroughAnImpact) {
   }
 }
 
+TEST(OptimalControl, AnIntervalThatNeedsMoreElementsIsGuessedToo) {
+  // One element per interval does not reach through the impact: its stages are points of the motion.
+  const auto problem = make_control_problem("two_carts");
+  problem->n_fe = 1;
+  FesdTranscription transcription(*problem, make_tableau("radau-iia", 3), {.n_fe = 1});
+  ASSERT_EQ(transcription.guess_from_simulation(), Status::success);
+  const Nlp& nlp = transcription.mpcc().nlp;
+  Vector x(nlp.n_variables());
+  for (Eigen::Index k = 0; k < x.size(); ++k) x[k] = nlp.variables[k].guess;
+  const ControlTrajectory guess = transcription.trajectory(x);
+  const Replay truth = replay(*problem, guess, reference_solver(1e-11));
+  ASSERT_EQ(truth.status, Status::success) << truth.message;
+  EXPECT_TRUE(std::ranges::any_of(truth.events, [](const Event& e) { return e.kind == EventKind::impact; }));
+  EXPECT_LE(mismatch(*problem, guess, truth).terminal, 1e-5);  // order 5 with elements of 0.2 s
+}
+
 TEST(OptimalControl, TimeSteppingIsAGuess) {
   // Its controls do not do what it claims; FESD-J, started from the motion under them, does.
   const auto problem = make_control_problem("push_box_goal");

@@ -250,6 +250,7 @@ TEST(ControlResults, SurviveTheRoundTripAndShowFailures) {
   run.claimed_cost = 19.5;
   run.u = {{1.0}, {2.0}};
   run.claimed = {{0, 1}, {{0.5}, {0.75}}};
+  run.impacts = {{0.5, 2}};
   run.lambda_n = {{3}};
   run.replay_status = "inner_solver_failed";
   run.replay_message = "why";
