@@ -196,7 +196,8 @@ std::string run_control_experiment(const std::string& name, const std::string& f
     const json document = json::parse(text);
     const std::string kind = document.value("kind", "");
     if (kind != "optimal_control" && kind != "control_gradient")
-      throw InputError(path + ": kind", kind, "optimal_control or control_gradient is required");
+      throw InputError(path + ": kind", document.value("kind", json()).dump(),
+                       "optimal_control or control_gradient is required");
     ResultsFile file(folder, document.at("id"),
                      {{"kind", "header"},
                       {"schema", kResultsSchema},

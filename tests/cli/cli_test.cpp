@@ -152,7 +152,7 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
       {"export --problem rocking_block -o /dev/null", "scene file = /dev/null: it exists; a new file is required"},
       {"order no_such_experiment", "experiment = 'no_such_experiment': unknown"},
       {"order optimal_control", "this experiment is run by `ricochet compare`"},
-      {"compare two_balls_order", "kind = '': optimal_control or control_gradient is required"},
+      {"compare two_balls_order", "kind = null: optimal_control or control_gradient is required"},
       {"control two_carts --discretisation euler", "euler"},
       {"report /nonexistent.jsonl", "results file = /nonexistent.jsonl: cannot be opened"},
       {"check /nonexistent.jsonl --baseline x", "results file = /nonexistent.jsonl: cannot be opened"},
