@@ -88,8 +88,6 @@ class Problem {
   virtual ~Problem() = default;
 
   const ProblemInfo& info() const { return info_; }
-  /// The control from now on, n_u. The only change that a problem allows, and not while another thread runs it.
-  void set_control(const Vector& u) { info_.u = u; }
   int n_q() const { return info_.n_q; }
   int n_c() const { return info_.n_c(); }
 

@@ -39,10 +39,11 @@ ExplorationResult explore(const OptimalControlProblem& problem, const ButcherTab
   std::normal_distribution<double> normal;
   Matrix mean = problem.plant->info().u.replicate(1, N), spread = first_spread(problem.u, N);
   ExplorationResult result;
+  ControlledPlant plant(problem);
 
   double penalty = 0;
   const auto run = [&](const Matrix& u) {
-    Candidate candidate{u, roll_out(problem, tableau, n_fe, u), 0};
+    Candidate candidate{u, roll_out(problem, plant, tableau, n_fe, u), 0};
     candidate.score = candidate.rollout.cost + penalty * candidate.rollout.violation;
     ++result.rollouts;
     if (candidate.rollout.status != Status::success) ++result.failed;

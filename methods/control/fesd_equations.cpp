@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "methods/complementarity/friction_polygon.h"
 #include "methods/control/nlp_blocks.h"
 #include "problems/join.h"
 
@@ -82,7 +81,8 @@ void FesdEquations::add_normal_velocity(const Point& point, const std::function<
 void FesdEquations::add_impact(Element& element, const std::string& name) {
   const int n_c = info_.n_c();
   element.Lambda_n = add_variables(n_c, 0, kPositive, name + ", Lambda_n");
-  add_gap_and_slip(element.left, name + ", left end");
+  if (element.left.gap.empty()) add_gap(element.left, name + ", left end");
+  add_slip_velocity(element.left, name + ", left end");
   element.left_slip = add_slips(element.left, true, name + ", left end");
   element.impulse = add_forces(element.Lambda_n, name + ", impulse");
   add_equations(
@@ -125,28 +125,17 @@ void FesdEquations::add_impact(Element& element, const std::string& name) {
 
 /// (1), (2) and the contact quantities of every stage
 void FesdEquations::add_stages(Element& element, const std::vector<int>& u, const std::string& name) {
-  const int n_q = info_.n_q, n_s = tableau_.n_s;
-  for (int j = 0; j < n_s; ++j) {
-    const std::string at = fmt::format("{}, stage {}", name, j + 1);
-    Stage stage;
-    stage.point = add_point(at);
-    stage.w = add_variables(n_q, -kInfinity, 0, at + ", w");
-    stage.lambda_n = add_variables(info_.n_c(), 0, kPositive, at + ", lambda_n");
-    add_gap_and_slip(stage.point, at);
-    stage.slip = add_slips(stage.point, true, at);
-    stage.force = add_forces(stage.lambda_n, at);
-    add_friction_laws(stage.point, stage.slip, stage.force, stage.lambda_n, at);
-    add_equations(functions_.dynamics,
-                  join<int>({stage.point.q, stage.point.v, stage.w, stage.lambda_n, tangential(stage.force), u}),
-                  at + ", dynamics");
-    element.stages.push_back(std::move(stage));
+  const int n_q = info_.n_q;
+  for (int j = 0; j < tableau_.n_s; ++j) {
+    element.stages.push_back(add_stage(u, true, fmt::format("{}, stage {}", name, j + 1)));
   }
   if (stiffly_accurate_) {
     element.right = element.stages.back().point;
     if (projects_) add_projection(element, name);
   } else {
     element.right = add_point(name + ", right end");
-    add_gap_and_slip(element.right, name + ", right end");
+    add_gap(element.right, name + ", right end");
+    add_slip_velocity(element.right, name + ", right end");
     element.right_slip = add_slips(element.right, false, name + ", right end");
   }
   for (int k = 0; k < n_q; ++k) {
@@ -402,11 +391,6 @@ FesdEquations::Point FesdEquations::add_interval(const Point& start, const std::
 
 FesdStep FesdEquations::read(const Vector& x, int interval) const {
   const auto& elements = intervals_[static_cast<std::size_t>(interval)];
-  const auto values = [&](const std::vector<int>& numbers) {
-    Vector result(static_cast<Eigen::Index>(numbers.size()));
-    for (std::size_t k = 0; k < numbers.size(); ++k) result[static_cast<Eigen::Index>(k)] = x[numbers[k]];
-    return result;
-  };
   FesdStep step;
   step.resize(plant_, tableau_.n_s, static_cast<int>(elements.size()));
   step.n_elements = static_cast<int>(elements.size());
@@ -415,78 +399,26 @@ FesdStep FesdEquations::read(const Vector& x, int interval) const {
     Stages& stages = step.elements[n];
     stages.h = x[element.h];
     step.H += stages.h;
-    stages.q0 = values(element.left.q);
-    stages.v0 = values(element.left.v);
-    stages.q1 = values(element.right.q);
-    stages.v1 = values(element.right.v);
+    stages.q0 = values(x, element.left.q);
+    stages.v0 = values(x, element.left.v);
+    stages.q1 = values(x, element.right.q);
+    stages.v1 = values(x, element.right.v);
     for (int j = 0; j < tableau_.n_s; ++j) {
       const Stage& stage = element.stages[j];
-      stages.q.col(j) = values(stage.point.q);
-      stages.v.col(j) = values(stage.point.v);
-      stages.a.col(j) = values(stage.w);
-      stages.lambda_n.col(j) = values(stage.lambda_n);
-      stages.lambda_t.col(j) = values(tangential(stage.force));
+      stages.q.col(j) = values(x, stage.point.q);
+      stages.v.col(j) = values(x, stage.point.v);
+      stages.a.col(j) = values(x, stage.w);
+      stages.lambda_n.col(j) = values(x, stage.lambda_n);
+      stages.lambda_t.col(j) = values(x, tangential(stage.force));
     }
-    step.v_minus.col(n) = values(element.v_minus);
-    step.Lambda_n.col(n) = values(element.Lambda_n);
-    step.Lambda_t.col(n) = values(tangential(element.impulse));
+    step.v_minus.col(n) = values(x, element.v_minus);
+    step.Lambda_n.col(n) = values(x, element.Lambda_n);
+    step.Lambda_t.col(n) = values(x, tangential(element.impulse));
     for (int i = 0; i < info_.n_c(); ++i)
       stages.modes[i] =
           stages.lambda_n.row(i).maxCoeff() > x[element.right.gap[i]] ? ContactMode::closed : ContactMode::open;
   }
   return step;
-}
-
-void FesdEquations::guess_point(const Point& point, const Vector& q, const Vector& v, const std::vector<Slip>& slips) {
-  auto& variables = mpcc_.nlp.variables;
-  for (int k = 0; k < info_.n_q; ++k) {
-    variables[point.q[k]].guess = q[k];
-    variables[point.v[k]].guess = v[k];
-  }
-  const Vector gap = plant_.gap(q), v_t = plant_.tangent_jacobian(q).transpose() * v;
-  for (int i = 0; i < info_.n_c(); ++i) variables[point.gap[i]].guess = std::max(gap[i], 0.0);
-  for (int t = 0; t < info_.n_lambda_t; ++t) variables[point.slip[t]].guess = v_t[t];
-  for (std::size_t i = 0; i < slips.size(); ++i) {
-    const auto& contact = info_.contacts[i];
-    const double* slip = v_t.data() + contact.tangent_index;
-    for (std::size_t d = 0; d < slips[i].xi_plus.size(); ++d) {
-      variables[slips[i].xi_plus[d]].guess = std::max(slip[d], 0.0);
-      variables[slips[i].xi_minus[d]].guess = std::max(-slip[d], 0.0);
-    }
-    const double speed = v_t.segment(contact.tangent_index, contact.n_t).norm();
-    for (const int gamma : slips[i].gamma) variables[gamma].guess = speed;
-    for (std::size_t f = 0; f < slips[i].rates.size(); ++f) {
-      const auto direction = facet_direction(contact.n_t, static_cast<int>(f), static_cast<int>(slips[i].rates.size()));
-      double rate = speed;
-      for (int d = 0; d < contact.n_t; ++d) rate += direction[d] * slip[d];
-      variables[slips[i].rates[f]].guess = std::max(rate, 0.0);
-    }
-  }
-}
-
-void FesdEquations::guess_forces(const std::vector<Force>& forces, const Vector& lambda_n, const Vector& lambda_t) {
-  auto& variables = mpcc_.nlp.variables;
-  for (std::size_t i = 0; i < forces.size(); ++i) {
-    const auto& contact = info_.contacts[i];
-    const auto tangential = lambda_t.segment(contact.tangent_index, contact.n_t);
-    const double cone = contact.mu * lambda_n[static_cast<Eigen::Index>(i)];
-    for (int d = 0; d < contact.n_t; ++d) variables[forces[i].lambda_t[d]].guess = tangential[d];
-    const auto& slack = forces[i].slack;
-    if (slack.size() == 2) {
-      variables[slack[0]].guess = std::max(cone + tangential[0], 0.0);
-      variables[slack[1]].guess = std::max(cone - tangential[0], 0.0);
-    } else if (slack.size() == 1) {
-      const double rest = forces[i].facets.empty() ? cone * cone - tangential.squaredNorm() : cone - tangential.norm();
-      variables[slack[0]].guess = std::max(rest, 0.0);
-    }
-    for (std::size_t f = 0; f < forces[i].facets.size(); ++f) {
-      const auto direction =
-          facet_direction(contact.n_t, static_cast<int>(f), static_cast<int>(forces[i].facets.size()));
-      double part = 0;
-      for (int d = 0; d < contact.n_t; ++d) part += direction[d] * tangential[d];
-      variables[forces[i].facets[f]].guess = std::max(part, 0.0);  // exact in the plane
-    }
-  }
 }
 
 /// @param plus, minus  as add_normal_velocity() makes them; plus may be -1, too
@@ -533,11 +465,8 @@ void FesdEquations::set_guess(const FesdStep& step, int interval) {
       for (int k = 0; k < info_.n_q; ++k) variables[element.right.v[k]].guess = stages.v1[k];
     }
     for (int j = 0; j < tableau_.n_s; ++j) {
-      const Stage& stage = element.stages[j];
-      guess_point(stage.point, stages.q.col(j), stages.v.col(j), stage.slip);
-      guess_forces(stage.force, stages.lambda_n.col(j), stages.lambda_t.col(j));
-      for (int k = 0; k < info_.n_q; ++k) variables[stage.w[k]].guess = stages.a(k, j);
-      for (int i = 0; i < info_.n_c(); ++i) variables[stage.lambda_n[i]].guess = stages.lambda_n(i, j);
+      guess_stage(element.stages[j], stages.q.col(j), stages.v.col(j), stages.a.col(j), stages.lambda_n.col(j),
+                  stages.lambda_t.col(j));
     }
     if (!stiffly_accurate_) guess_point(element.right, stages.q1, stages.v1, element.right_slip);
   }

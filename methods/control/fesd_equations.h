@@ -73,12 +73,6 @@ class FesdEquations final : public ContactEquations {
   /// @return the right end
   Point add_interval(const Point& left, const std::vector<int>& u, double H, int T, double share);
 
-  struct Stage {
-    Point point;
-    std::vector<int> w, lambda_n;
-    std::vector<Slip> slip;    ///< n_c
-    std::vector<Force> force;  ///< n_c
-  };
   /// A finite element.
   struct Element {
     int h = -1;
@@ -102,9 +96,7 @@ class FesdEquations final : public ContactEquations {
   void set_guess(const FesdStep& step, int interval);
 
  private:
-  void guess_point(const Point& point, const Vector& q, const Vector& v, const std::vector<Slip>& slips);
   void guess_split(const Vector& values, const std::vector<int>& plus, const std::vector<int>& minus);
-  void guess_forces(const std::vector<Force>& forces, const Vector& lambda_n, const Vector& lambda_t);
   bool is_projected(int contact) const;
   bool keeps_velocity(int contact) const;
   void add_normal_velocity(const Point& point, const std::function<bool(int)>& is_split, std::vector<int>& plus,

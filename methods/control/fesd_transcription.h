@@ -18,11 +18,10 @@ class FesdTranscription final : public Transcription {
 
   ControlTrajectory trajectory(const Vector& x) const override;
 
-  /// Takes controls, and the motion under them, for the guess of everything. @param u  n_u x N
-  /// @return the status of the motion; intervals behind a failure keep the plain guess
-  Status set_guess(const Matrix& u);
-
  private:
+  Status guess_interval(PivotingSolver& solver, double H, int k, Vector& q, Vector& v) override;
+  Status sample(PivotingSolver& solver, double H, Vector q, Vector v, FesdStep& step) const;
+
   const ButcherTableau tableau_;
   const int n_fe_;
   FesdEquations equations_;

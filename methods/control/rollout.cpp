@@ -17,25 +17,10 @@ Vector values(const SmoothFunction& function, const Vector& arguments) {
   return y;
 }
 
-/// Gives the plant its control back.
-class ControlGuard {
- public:
-  explicit ControlGuard(Problem& plant) : plant_(plant), u_(plant.info().u) {}
-  ControlGuard(const ControlGuard&) = delete;
-  ControlGuard& operator=(const ControlGuard&) = delete;
-  ~ControlGuard() { plant_.set_control(u_); }
-
- private:
-  Problem& plant_;
-  Vector u_;
-};
-
 }  // namespace
 
-Rollout roll_out(const OptimalControlProblem& problem, const ButcherTableau& tableau, int n_fe, const Matrix& u,
-                 const std::function<void(int, const FesdStep&)>& visit) {
-  Problem& plant = *problem.plant;
-  const ControlGuard guard(plant);
+Rollout roll_out(const OptimalControlProblem& problem, ControlledPlant& plant, const ButcherTableau& tableau, int n_fe,
+                 const Matrix& u) {
   const ProblemInfo& info = plant.info();
   const int N = static_cast<int>(u.cols());
   Rollout result;
@@ -49,7 +34,6 @@ Rollout roll_out(const OptimalControlProblem& problem, const ButcherTableau& tab
     result.status = solver.advance(info.end_time / N);
     if (result.status != Status::success) return result;
     const FesdStep& step = solver.step();
-    if (visit) visit(k, step);
     for (int n = 0; n < step.n_elements; ++n) {
       const Stages& e = step.elements[static_cast<std::size_t>(n)];
       for (int j = 0; j < tableau.n_s; ++j) {

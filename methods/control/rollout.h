@@ -1,10 +1,8 @@
 #pragma once
 
-#include <functional>
-
-#include "methods/fesd/fesd_step.h"
 #include "methods/runge_kutta/butcher_tableau.h"
-#include "problems/control/optimal_control_problem.h"
+#include "problems/control/replay_problem.h"
+#include "problems/solution.h"
 
 namespace ricochet {
 
@@ -17,8 +15,8 @@ struct Rollout {
 };
 
 /// Runs FESD-J with n_fe elements on each interval, solved by pivoting: what a FesdTranscription has as its equations.
-/// @param u  n_u x N; @param visit  called with the number and the step of every interval that is solved
-Rollout roll_out(const OptimalControlProblem& problem, const ButcherTableau& tableau, int n_fe, const Matrix& u,
-                 const std::function<void(int, const FesdStep&)>& visit = {});
+/// @param plant  of `problem`; @param u  n_u x N
+Rollout roll_out(const OptimalControlProblem& problem, ControlledPlant& plant, const ButcherTableau& tableau, int n_fe,
+                 const Matrix& u);
 
 }  // namespace ricochet
