@@ -98,6 +98,7 @@ ControlRun solve(const ControlOptions& options, const std::string& arguments) {
 int steps_of_equal_size(const ControlRun& fesd, ControlOptions options) {
   options.from_time_stepping = 0;
   options.simulate = false;
+  options.exploration.rounds = 0;
   const auto problem = options.make_problem();
   const auto size = [&](int steps) {
     options.steps = steps;

@@ -73,7 +73,9 @@ void FesdEquations::add_normal_velocity(const Point& point, const std::function<
   const int row = mpcc_.nlp.n_rows();
   add_equations(functions_.normal_velocity, join<int>({point.q, point.v}), name + ", normal velocity", plus);
   for (int i = 0; i < info_.n_c(); ++i) {
-    if (minus[i] >= 0) mpcc_.nlp.add_block(std::make_unique<LinearBlock>(row + i, Terms{{minus[i], 1}}));
+    if (minus[i] < 0) continue;
+    mpcc_.nlp.add_block(std::make_unique<LinearBlock>(row + i, Terms{{minus[i], 1}}));
+    mpcc_.add_pair({plus[i]}, {minus[i]}, fmt::format("{}, {}, normal velocity + _|_ -", name, info_.contacts[i].name));
   }
 }
 
@@ -182,6 +184,7 @@ void FesdEquations::add_projection(Element& element, const std::string& name) {
     element.p_plus.back() = add_variable(0, kPositive, at + ", p+");
     element.p_minus.back() = add_variable(0, kPositive, at + ", p-");
     add_linear({{element.P[i], -1}, {element.p_plus.back(), 1}, {element.p_minus.back(), -1}}, 0, 0, at + ", P");
+    mpcc_.add_pair({element.p_plus.back()}, {element.p_minus.back()}, at + ", p+ _|_ p-");
     std::vector<int> gaps{element.left.gap[i]}, forces;
     for (const auto& stage : element.stages) {
       gaps.push_back(stage.point.gap[i]);

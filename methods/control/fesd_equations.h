@@ -21,7 +21,7 @@ namespace ricochet {
 ///   0 <= Lambda_n  _|_  y_0 >= 0,   s+ - s- = J_n' (v_0 + eps_r v-),   0 <= Lambda_n  _|_  s+, s- >= 0    (5)
 ///   f_c(q_0 + eps_c h v_0) >= 0                                                                           (6)
 ///   sum_n h_n = H                                                                                         (7)
-///   J_n' v_0 = z+ - z-,   0 <= z+  _|_  lambda_n,j >= 0                                                   (9)
+///   J_n' v_0 = z+ - z-,   0 <= z+  _|_  lambda_n,j >= 0,   z+  _|_  z-                                    (9)
 ///
 /// (9) is ours: a contact that bounces has no force. Without it a closed element of Radau type may absorb the bounce by
 /// stage forces (open question 2 in methods/fesd/README.md), and an optimisation finds that out.
@@ -32,6 +32,7 @@ namespace ricochet {
 ///   0 = M(q_1) (v_1 - v_ns) - J_n P,   P = p+ - p-,   0 <= p+ + p-  _|_  sum_j y_j >= 0                    (10)
 ///   J_n' v_1 = r+ - r-,   0 <= r+ + r-  _|_  sum_j lambda_n,j >= 0                                        (11)
 ///
+/// (p+ _|_ p-, r+ _|_ r-, so that the parts do not grow together)
 /// with Options::projects, for curved contacts without friction and tableaus whose last stage is the right end. (9) is
 /// stated where the equations keep the normal velocity zero: for affine contacts, and those of (10), (11).
 ///
