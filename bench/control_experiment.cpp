@@ -27,6 +27,7 @@ using nlohmann::json;
 
 // Of the event-located reference.
 constexpr double kReplayTolerance = 1e-11;
+constexpr double kPivotingTolerance = 1e-9;
 constexpr double kGradientTolerance = 1e-12;
 // Changes of a control for differences: of the reference, whose error is about its tolerance; and of a discrete scheme,
 // which is smooth up to the next change of its active sets.
@@ -57,9 +58,14 @@ void describe_claim(const OptimalControlProblem& problem, const ControlTrajector
 }
 
 void describe_replay(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, ControlRun& run) {
-  const Replay truth = replay(problem, trajectory, reference_solver(kReplayTolerance));
-  run.replay_status = to_string(truth.status);
+  Replay truth = replay(problem, trajectory, reference_solver(kReplayTolerance));
+  run.replayed_by = "reference";
   run.replay_message = truth.message;
+  if (truth.status != Status::success) {
+    truth = replay(problem, trajectory, pivoting_solver(kPivotingTolerance));
+    run.replayed_by = "pivoting";
+  }
+  run.replay_status = to_string(truth.status);
   for (const auto& point : truth.points) {
     run.replayed.t.push_back(point.t);
     run.replayed.q.push_back(list(point.q));

@@ -40,8 +40,10 @@ struct ControlRun {
   std::vector<double> force_t;
   std::vector<std::vector<double>> lambda_n;  ///< per instant of force_t
 
-  // Of its replay with the event-located reference.
-  std::string replay_status, replay_message;
+  // Of its replay: with the event-located reference, and where that declines with the pivoting solver.
+  std::string replayed_by;     ///< "reference" or "pivoting"
+  std::string replay_status;   ///< of that one
+  std::string replay_message;  ///< what the first that failed said
   double true_cost = 0;
   double terminal = 0;  ///< max-norm of the difference of (q, v) at T
   double events = 0;    ///< largest difference of impact times [s]; NaN when they are not the same impacts

@@ -6,8 +6,10 @@
 #include <random>
 
 #include "bench/control_gradient.h"
+#include "bench/control_options.h"
 #include "bench/replay.h"
 #include "methods/complementarity/homotopy.h"
+#include "methods/control/exploration.h"
 #include "methods/control/fesd_transcription.h"
 #include "methods/control/time_stepping_transcription.h"
 #include "methods/fesd/pivoting_solver.h"
@@ -214,6 +216,38 @@ TEST(OptimalControl, PlantFollowsTheSolution) {
   }
 }
 
+TEST(Exploration, FindsTheContactsThatNoSmallChangeFinds) {
+  const auto problem = make_control_problem("three_boxes");
+  const ButcherTableau tableau = make_tableau("radau-iia", 2);
+  ControlledPlant plant(*problem);
+  const Matrix still = Matrix::Zero(1, problem->n_intervals);
+  const Rollout at_rest = roll_out(*problem, plant, tableau, problem->n_fe, still);
+  ASSERT_EQ(at_rest.status, Status::success);
+  // The boxes stay 4 and 3 from their goals: 10 (4^2 + 3^2) for 6 s, and 100 times that at the end.
+  EXPECT_NEAR(at_rest.cost, 250 * (6 + 100), 1e-8);
+  EXPECT_EQ(at_rest.violation, 0);
+  // Dry friction holds the driven box against 1.9 N.
+  const Rollout pushed = roll_out(*problem, plant, tableau, problem->n_fe, still.array() + 1.9);
+  EXPECT_NEAR(pushed.cost - at_rest.cost, 6 * 1.9 * 1.9 / 10, 1e-8);
+
+  const ExplorationOptions options{.rounds = 8, .samples = 60, .elite = 10};
+  const ExplorationResult found = explore(*problem, tableau, problem->n_fe, options);
+  EXPECT_EQ(found.rollouts, 481);
+  EXPECT_LT(found.rollout.cost, 0.5 * at_rest.cost) << "at least one box was pushed";
+  const Rollout again = roll_out(*problem, plant, tableau, problem->n_fe, found.u);
+  EXPECT_EQ(again.cost, found.rollout.cost);
+}
+
+TEST(Exploration, RolloutSaysHowFarItGot) {
+  auto problem = make_control_problem("three_boxes");
+  problem->q.upper[2] = 0.1;  // of the driven box
+  ControlledPlant plant(*problem);
+  const Matrix u = Matrix::Constant(1, problem->n_intervals, 3);
+  const Rollout rollout = roll_out(*problem, plant, make_tableau("radau-iia", 2), problem->n_fe, u);
+  EXPECT_GT(rollout.violation, 0);
+  EXPECT_EQ(rollout.n_solved == problem->n_intervals, rollout.status == Status::success);
+}
+
 TEST(ControlGradient, IsThatOfThePlantThroughAnImpact) {
   const auto problem = make_control_problem("two_carts");
   ControlTrajectory trajectory;
@@ -253,7 +287,10 @@ TEST(OptimalControl, AnIntervalThatNeedsMoreElementsIsGuessedToo) {
 TEST(OptimalControl, TimeSteppingIsAGuess) {
   // Its controls do not do what it claims; FESD-J, started from the motion under them, does.
   const auto problem = make_control_problem("push_box_goal");
-  const Homotopy homotopy({.sigma_0 = 1e-2, .sigma_final = 1e-6, .warm_multipliers = false, .max_switches = 0});
+  HomotopyOptions settings = ControlOptions().homotopy;
+  settings.sigma_0 = 1e-2;
+  settings.max_switches = 0;
+  const Homotopy homotopy(settings);
   TimeSteppingTranscription stepped(*problem, {.steps = 6, .equations = {}});
   ASSERT_EQ(stepped.guess_from_simulation(), Status::success);
   const MpccSolution guess = homotopy.solve(stepped.mpcc());
