@@ -10,6 +10,7 @@ NamedResidual complementarity(const Mpcc& mpcc, const double* x);
 struct CrossoverOptions {
   IpoptOptions ipopt;
   int max_switches = 10;  ///< branches that may be tried besides the first
+  bool descend = true;    ///< look for better branches and classify the point; false: any branch that is solved
 };
 
 struct CrossoverResult {
@@ -34,7 +35,21 @@ struct CrossoverResult {
 /// of a biactive pair whose held variable has a negative multiplier may descend, and is tried; so are, one by one, the
 /// least clear pairs when a branch has no solution.
 ///
-/// @param relaxed  near a solution: n_variables and n_rows of the Mpcc, its multipliers start the first branch
+class Crossover {
+ public:
+  /// @param mpcc  must outlive this; bounds may change between runs, blocks and pairs may not
+  explicit Crossover(const Mpcc& mpcc);
+
+  /// @param relaxed  near a solution: n_variables and n_rows of the Mpcc, its multipliers start the first branch
+  CrossoverResult run(const NlpPoint& relaxed, const CrossoverOptions& options);
+
+ private:
+  const Mpcc& mpcc_;
+  Nlp program_;
+  IpoptSolver solver_;
+};
+
+/// The same for one run.
 CrossoverResult cross_over(const Mpcc& mpcc, const NlpPoint& relaxed, const CrossoverOptions& options);
 
 }  // namespace ricochet

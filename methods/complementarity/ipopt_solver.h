@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "methods/complementarity/nlp_evaluator.h"
@@ -35,6 +36,7 @@ struct IpoptOptions {
   int max_iterations = 1000;
   double time_limit = 0;              ///< wall time [s]; 0 is none
   double barrier = 0.1;               ///< first barrier parameter mu
+  double push = 1e-2;                 ///< a start of x alone is moved inside of its bounds by this, relatively
   bool multipliers_of_fixed = false;  ///< of variables with x_L = x_U: they stay in the problem, with a constraint each
 };
 
@@ -54,7 +56,8 @@ struct NlpResult {
 class IpoptSolver {
  public:
   /// @param nlp  must outlive the solver; bounds may change between solves, blocks may not
-  explicit IpoptSolver(const Nlp& nlp) : evaluator_(nlp) {}
+  explicit IpoptSolver(const Nlp& nlp);
+  ~IpoptSolver();
 
   /// From the guesses of the variables.
   NlpResult solve(const IpoptOptions& options = {});
@@ -64,7 +67,10 @@ class IpoptSolver {
   NlpEvaluator& evaluator() { return evaluator_; }
 
  private:
+  struct Application;
+
   NlpEvaluator evaluator_;
+  std::unique_ptr<Application> application_;  // its construction takes as long as a small program
 };
 
 }  // namespace ricochet
