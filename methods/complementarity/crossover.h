@@ -43,6 +43,9 @@ class Crossover {
   /// @param relaxed  near a solution: n_variables and n_rows of the Mpcc, its multipliers start the first branch
   CrossoverResult run(const NlpPoint& relaxed, const CrossoverOptions& options);
 
+  /// Evaluations since construction.
+  const NlpEvaluator::Work& work() const { return solver_.evaluator().work(); }
+
  private:
   const Mpcc& mpcc_;
   Nlp program_;

@@ -238,6 +238,12 @@ MpccSolution MpccSolver::solve(const Progress& progress) {
   return Run(*this).solve(progress);
 }
 
+NlpEvaluator::Work MpccSolver::work() const {
+  NlpEvaluator::Work work = solver_.evaluator().work();
+  if (crossover_) work += crossover_->work();
+  return work;
+}
+
 void MpccSolver::set_options(HomotopyOptions options) {
   check(options);
   if (options.relaxation != options_.relaxation)

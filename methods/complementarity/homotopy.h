@@ -81,6 +81,9 @@ class MpccSolver {
   /// @param progress  called after every step
   MpccSolution solve(const Progress& progress = {});
 
+  /// Evaluations since construction, in the homotopy and in the crossover.
+  NlpEvaluator::Work work() const;
+
   /// For the following solves. @throws InputError for options out of range; `relaxation` has to stay as it is
   void set_options(HomotopyOptions options);
 

@@ -65,6 +65,7 @@ class IpoptSolver {
   NlpResult solve(const NlpPoint& start, const IpoptOptions& options = {});
 
   NlpEvaluator& evaluator() { return evaluator_; }
+  const NlpEvaluator& evaluator() const { return evaluator_; }
 
  private:
   struct Application;

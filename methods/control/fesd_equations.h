@@ -91,7 +91,9 @@ class FesdEquations final : public ContactEquations {
   void set_guess(const FesdStep& step, int interval);
 
  private:
+  ContactMode mode(const Element& element, int contact, const Vector& x) const;
   void guess_point(const Point& point, const Vector& q, const Vector& v, const std::vector<Slip>& slips);
+  void guess_gamma(const Point& point, const std::vector<Slip>& slips, const std::vector<Force>& forces);
   void guess_forces(const std::vector<Force>& forces, const Vector& lambda_n, const Vector& lambda_t);
   void add_impact(Element& element, const std::string& name);
   void add_stages(Element& element, const std::vector<int>& u, const std::string& name);
