@@ -68,6 +68,7 @@ HomotopyOptions homotopy_options(const MethodSpec& spec) {
   options.cross_over = is_on(spec, "crossover");
   options.barrier = spec.number("barrier", 0.1, 1e-12, 1e6);
   options.push = spec.number("push", 1e-2, 1e-12, 0.5);
+  options.tolerance_per_sigma = spec.number("looseness", 1e-3, 0, 1e6);
   options.max_switches = spec.whole_number("switches", 10, 0, 1000);
   options.descend = false;  // every solution of the equations will do
   return options;
