@@ -79,11 +79,11 @@ void FesdEquations::add_impact(Element& element, const std::string& name) {
               minus = element.s_minus[i];
     if (options_.impulses == Impulses::slack) {
       mpcc_.add_pair({Lambda}, {y, plus, minus}, at + ", Lambda_n _|_ gap + s+ + s-", kNoImpact);
-      mpcc_.add_pair({plus}, {minus}, at + ", s+ _|_ s-");
     } else {
       mpcc_.add_pair({Lambda}, {y}, at + ", Lambda_n _|_ gap", kNoImpact);
       mpcc_.add_pair({Lambda}, {plus, minus}, at + ", Lambda_n _|_ s+ + s-", kNoImpact);
     }
+    mpcc_.add_pair({plus}, {minus}, at + ", s+ _|_ s-");
   }
   if (options_.no_capture) {  // (9)
     element.z_plus = add_variables(n_c, 0, kPositive, name + ", z+");
@@ -91,8 +91,11 @@ void FesdEquations::add_impact(Element& element, const std::string& name) {
     const int row = mpcc_.nlp.n_rows();
     add_equations(functions_.normal_velocity, join<int>({element.left.q, element.left.v}), name + ", normal velocity",
                   element.z_plus);
-    for (int i = 0; i < n_c; ++i)
+    for (int i = 0; i < n_c; ++i) {
       mpcc_.nlp.add_block(std::make_unique<LinearBlock>(row + i, Terms{{element.z_minus[i], 1}}));
+      mpcc_.add_pair({element.z_plus[i]}, {element.z_minus[i]},
+                     fmt::format("{}, {}, z+ _|_ z-", name, info_.contacts[i].name));
+    }
   }
   if (options_.eps_c > 0) {  // (6)
     std::vector<int> rows;
