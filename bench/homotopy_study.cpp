@@ -87,6 +87,11 @@ HomotopyRun run_homotopy(const Problem& problem, const PivotingRun& pivoting, co
       run.distances.push_back(std::max((run.q - pivoting.q[at + 1]).cwiseAbs().maxCoeff(),
                                        (run.v - pivoting.v[at + 1]).cwiseAbs().maxCoeff()));
   }
+  run.is_complete = run.failed == 0 && run.steps == pivoting.steps;
+  if (n < pivoting.steps) {
+    solver.start(pivoting.q.back(), pivoting.v.back());
+    run.solves_infeasible = solver.advance() == Status::success;
+  }
   return run;
 }
 

@@ -30,7 +30,9 @@ struct HomotopyRun {
   std::vector<double> milliseconds[2];  ///< CPU time of the steps that were solved; [1]: with an impact
   std::vector<double> distances;        ///< to the pivoting solver, (q, v) at the end of every stretch of steps
   std::vector<std::string> failures;    ///< what and why
+  bool is_complete = false;             ///< all N_sim steps were solved, one after the other
   Vector q, v;                          ///< at the end
+  bool solves_infeasible = false;       ///< the step that the pivoting solver found none for
 };
 
 /// Solves the steps of a run that are within `margin` of one with an impact; margin < 0: all steps. Every stretch of

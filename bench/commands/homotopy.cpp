@@ -1,33 +1,34 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
+#include <cmath>
 
 #include "bench/commands.h"
+#include "bench/experiment.h"
 #include "bench/homotopy_study.h"
 #include "bench/progress.h"
 #include "methods/fesd_homotopy/options.h"
-#include "problems/registry.h"
-#include "reference/agreement.h"
 #include "reports/table.h"
 
 namespace ricochet {
 namespace {
 
-// The published grid of the two balls (bench/experiments/two_balls_order.json).
-const std::vector<int> kGrid = {50,  60,  65,  70,  80,  90,  100, 120, 125, 150, 175, 200,
-                                225, 250, 300, 350, 420, 450, 520, 600, 750, 900, 1200, 2000};
+// Problem, reference and grid: those of the first FESD-J method that has nothing but the published grid.
+const char* const kExperiment = "two_balls_order";
+const char* const kGridOf = "fesd:radau-iia:2,switches=published";
 // Of the sweep: coarse to fine, with both N where pivoting finds impacts near the end of a step.
 const std::vector<int> kSweepGrid = {50, 80, 125, 300, 750};
 const std::vector<std::string> kFamilies = {"radau-iia", "gauss"};
 constexpr int kStages = 4;
+// A stretch of steps that ends farther from the pivoting solver has followed another solution of the equations.
+constexpr double kOther = 1e-6;
 
 struct Options {
   std::vector<int> steps;
   std::vector<std::string> guesses{"pivoting", "ballistic", "cold"};
   std::vector<std::string> relaxations{"scholtes", "fischer_burmeister", "lin_fukushima", "kadrani",
                                        "steffensen_ulbrich", "elastic_1", "elastic_inf", "scholtes_equality"};
-  std::vector<std::string> sigmas{"1", "1e-1", "1e-2"};
+  std::vector<std::string> sigmas{"1", "1e-1", "1e-3", "1e-5"};
   std::vector<std::string> factors{"0.1", "0.01"};
   std::string more;
   int margin = 2;
@@ -39,6 +40,10 @@ StepHomotopy::Options parse(const std::string& options, const std::string& more)
   StepHomotopy::Options result = step_homotopy_options(spec);
   spec.finish(2);
   return result;
+}
+
+std::vector<int> published_grid(const Experiment& experiment) {
+  return std::ranges::find(experiment.methods, kGridOf, &Experiment::MethodGrid::method)->steps;
 }
 
 std::vector<PivotingRun> pivoting_runs(const Problem& problem, const std::string& family,
@@ -58,21 +63,36 @@ std::vector<std::string> cells(const HomotopySummary& s) {
           fmt::format("{:.2f}", median(s.all.milliseconds[0])),
           fmt::format("{:.2f}", median(s.all.milliseconds[1])),
           fmt::format("{:.1e}", median(s.all.distances)),
-          fmt::format("{:.1e}", largest)};
+          fmt::format("{:.1e}", largest),
+          std::to_string(std::ranges::count_if(s.all.distances, [](double d) { return d > kOther; }))};
 }
+
+double error_of(const reference::Reference& reference, const Vector& q, const Vector& v) {
+  Solution solution;
+  solution.q = q;
+  solution.v = v;
+  return reference.error_of(solution);
+}
+
+std::string number_or_dash(double x) { return std::isnan(x) ? "-" : fmt::format("{:.1e}", x); }
 
 const std::vector<Table::Column> kColumns = {{"runs failed"},         {"steps failed"},      {"tried again"},
                                              {"ms per free step"},    {"ms per impact step"}, {"distance, median"},
-                                             {"distance, largest"}};
+                                             {"distance, largest"},   {"other solutions"}};
 
 void grid(const Options& options) {
-  const auto problem = make_problem("two_balls_spring");
-  const std::vector<int> steps = options.steps.empty() ? kGrid : options.steps;
+  const Experiment experiment = read_experiment(kExperiment);
+  const auto problem = experiment.make_problem();
+  const auto reference = experiment.make_reference(*problem);
+  const std::vector<int> steps = options.steps.empty() ? published_grid(experiment) : options.steps;
   Table table;
   table.title = "FESD-J by homotopy and by pivoting: two balls, n_s = 1..4, N_FE = 2";
-  table.note = "Times: CPU, medians. Distance: of (q, v) to the pivoting solver, at the end of every stretch of steps.";
+  table.note =
+      "Times: CPU, medians. Distance: of (q, v) to the pivoting solver, at the end of every stretch of steps. Error: of "
+      "the final state, median of the complete runs.";
   table.columns = {{"family", true}, {"solver", true}};
   table.columns.insert(table.columns.end(), kColumns.begin(), kColumns.end());
+  table.columns.push_back({"error"});
   std::vector<std::string> failures;
   Progress progress("homotopy");
   double done = 0;
@@ -81,28 +101,40 @@ void grid(const Options& options) {
     const auto runs = pivoting_runs(*problem, family, steps);
     std::vector<double> milliseconds[2];
     int failed = 0, n_steps = 0;
+    std::vector<double> errors;
     for (const auto& run : runs) {
       n_steps += static_cast<int>(run.has_impact.size());
       for (std::size_t k = 0; k < run.has_impact.size(); ++k)
         milliseconds[run.has_impact[k]].push_back(run.milliseconds[k]);
-      if (run.status == Status::success) continue;
+      if (run.status == Status::success) {
+        errors.push_back(error_of(reference, run.q.back(), run.v.back()));
+        continue;
+      }
       ++failed;
       failures.push_back(fmt::format("pivoting, {}, N = {}, {}", run.tableau.name, run.steps, run.message));
     }
     table.rows.push_back({family, "pivoting", fmt::format("{} of {}", failed, runs.size()),
                           fmt::format("{} of {}", failed, n_steps + failed), "-",
                           fmt::format("{:.4f}", median(milliseconds[0])),
-                          fmt::format("{:.4f}", median(milliseconds[1])), "-", "-"});
+                          fmt::format("{:.4f}", median(milliseconds[1])), "-", "-", "-",
+                          number_or_dash(median(errors))});
     for (const auto& guess : options.guesses) {
       const StepHomotopy::Options homotopy = parse("guess=" + guess, options.more);
       HomotopySummary summary;
+      errors.clear();
       for (const auto& run : runs) {
-        summary.add(run_homotopy(*problem, run, homotopy, options.all ? -1 : options.margin));
+        const HomotopyRun result = run_homotopy(*problem, run, homotopy, options.all ? -1 : options.margin);
+        if (result.is_complete) errors.push_back(error_of(reference, result.q, result.v));
+        if (result.solves_infeasible)
+          failures.push_back(fmt::format("{}, {}, N = {}: solves the step that pivoting does not", guess,
+                                         run.tableau.name, run.steps));
+        summary.add(result);
         progress.update(++done / total, fmt::format("{} {}, {} N = {}", family, guess, run.tableau.name, run.steps));
       }
       table.rows.push_back({family, "homotopy, guess " + guess});
       const auto values = cells(summary);
       table.rows.back().insert(table.rows.back().end(), values.begin(), values.end());
+      table.rows.back().push_back(number_or_dash(median(errors)));
       for (const auto& failure : summary.all.failures) failures.push_back(guess + ", " + failure);
     }
   }
@@ -112,7 +144,7 @@ void grid(const Options& options) {
 }
 
 void sweep(const Options& options) {
-  const auto problem = make_problem("two_balls_spring");
+  const auto problem = read_experiment(kExperiment).make_problem();
   const std::vector<int> steps = options.steps.empty() ? kSweepGrid : options.steps;
   std::vector<PivotingRun> runs;
   for (const auto& family : kFamilies) {

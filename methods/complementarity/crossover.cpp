@@ -18,6 +18,8 @@ namespace {
 constexpr double kZero = 10;
 // A branch is better when its objective is so by more than the solves are exact to, relatively.
 constexpr double kDescent = 1e-8;
+// A branch whose rows hold to this multiple of the tolerance is solved where its objective does not matter.
+constexpr double kRounding = 100;
 // Near the solution: iterations are few, and the start is not pushed away far.
 constexpr double kBarrier = 1e-6;
 
@@ -104,6 +106,8 @@ class Run {
       for (const int k : held(mpcc_.pairs[i], sides[i])) branch.point.x[k] = 0;
     branch.objective = solver_.evaluator().objective(branch.point.x.data());
     branch.violation = solver_.evaluator().worst_violation(branch.point.x.data());
+    // Rounding of a degenerate branch; without descent every point of it will do.
+    if (!options_.descend && branch.violation.value <= kRounding * ipopt.tolerance) branch.status = NlpStatus::acceptable;
     result_.iterations += branch.iterations;
     result_.derivative_seconds += branch.derivative_seconds;
     return branch;

@@ -76,9 +76,14 @@ class FesdHomotopy final : public Method {
 
 const bool registered = register_method({
     .name = "fesd_homotopy",
-    .usage = "fesd_homotopy:TABLEAU:STAGES[,n_fe=2][,guess=ballistic|cold|pivoting]",
+    .usage = "fesd_homotopy:TABLEAU:STAGES[,n_fe=2][,guess=ballistic|cold|pivoting][,relaxation=scholtes|...]"
+             "[,sigma_0=1e-3][,sigma_n=1e-11][,update=superlinear|linear][,factor=0.1][,crossover=on|off][,retry=2]"
+             "[,tolerance=1e-11][,impulses=position_velocity|slack][,cone=exact|squared|polyhedral][,facets=8]"
+             "[,cross=sparse|per_stage|aggregated][,equilibration=objective|exact|tanh|none][,rho=1][,eps_c=1e-3]"
+             "[,capture=on|off][,shortest=1e-3][,switches=3][,max_iterations=300]",
     .summary = "finite elements with switch detection and jumps (FESD-J), solved as MPCCs by homotopy",
-    .examples = {"fesd_homotopy:radau-iia:2"},
+    .examples = {"fesd_homotopy:radau-iia:3"},
+    .conformance_steps = 20,  // milliseconds a step
     .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<FesdHomotopy>(spec); },
     .not_built = {},
 });

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "problems/input_error.h"
+
 namespace ricochet {
 namespace {
 
@@ -39,7 +41,7 @@ FesdEquations::Options equation_options(const MethodSpec& spec) {
                                                    {"none", E::Equilibration::none}});
   options.rho = spec.number("rho", 1, 0, 1e10);
   options.shortest = spec.number("shortest", 1e-3, 0, 1);
-  options.no_capture = spec.choice("capture", {"off", "on"}) == "off";
+  options.no_capture = spec.choice("capture", {"on", "off"}) == "off";
   options.eps_c = spec.number("eps_c", 1e-3, 0, 1);
   return options;
 }
@@ -49,20 +51,15 @@ HomotopyOptions homotopy_options(const MethodSpec& spec) {
   std::vector<std::string> names;
   for (const auto& relaxation : relaxations()) names.emplace_back(relaxation.name);
   options.relaxation = spec.choice("relaxation", names);
-  options.sigma_0 = spec.number("sigma_0", 0.1, 1e-12, 1e6);
-  options.sigma_final = spec.number("sigma_n", 1e-9, 1e-14, options.sigma_0);
+  options.sigma_0 = spec.number("sigma_0", 1e-3, 1e-14, 1e6);
+  options.sigma_final = spec.number("sigma_n", 1e-11, 1e-14, options.sigma_0);
   options.factor = spec.number("factor", 0.1, 1e-6, 0.999);
   options.update = named<SigmaUpdate>(
-      spec, "update", {{"linear", SigmaUpdate::linear}, {"superlinear", SigmaUpdate::superlinear}});
-  options.tolerance = spec.number("tolerance", 1e-10, 1e-13, 1e-2);
-  options.warm_multipliers = is_on(spec, "warm");
+      spec, "update", {{"superlinear", SigmaUpdate::superlinear}, {"linear", SigmaUpdate::linear}});
+  options.tolerance = spec.number("tolerance", 1e-11, 1e-13, 1e-2);
   options.max_iterations = spec.whole_number("max_iterations", 300, 1, 1000000);
   options.cross_over = is_on(spec, "crossover");
-  options.barrier = spec.number("barrier", 0.1, 1e-12, 1e6);
-  options.power = spec.number("power", 1.5, 1.001, 10);
-  options.push = spec.number("push", 1e-2, 1e-12, 0.5);
-  options.tolerance_per_sigma = spec.number("looseness", 1e-3, 0, 1e6);
-  options.max_switches = spec.whole_number("switches", 10, 0, 1000);
+  options.max_switches = spec.whole_number("switches", 3, 0, 1000);
   options.descend = false;  // every solution of the equations will do
   return options;
 }
@@ -76,8 +73,10 @@ StepHomotopy::Options step_homotopy_options(const MethodSpec& spec) {
   options.homotopy = homotopy_options(spec);
   options.guess = named<Guess>(
       spec, "guess", {{"ballistic", Guess::ballistic}, {"cold", Guess::cold}, {"pivoting", Guess::pivoting}});
-  options.retries = spec.whole_number("retry", 1, 0, 10);
-  options.retry_sigma_0 = spec.number("retry_sigma_0", 0, 0, 1e6);
+  options.retries = spec.whole_number("retry", 2, 0, 10);
+  if (options.equations.cone == FesdEquations::Cone::squared && options.homotopy.cross_over)
+    throw InputError("crossover", "on",
+                     "off is required with cone=squared, which no open contact that slips fulfils exactly");
   return options;
 }
 

@@ -17,22 +17,26 @@ namespace ricochet {
 /// Where a step ends closed is where the next one begins closed: an impact at the right end of a step is one at the
 /// left end of the next (correction 7 in methods/fesd/README.md).
 ///
-/// A step that fails is tried again with a guess that has an impact in it, Lambda_n > 0: a free flight up to the time
-/// at which a gap is smallest, the impact law there, and a free flight behind it.
+/// A guess is a motion q' = v,
+///
+///   M(q) v' = f_v(q, v) + B_u u + J_n lambda_n,   0 <= lambda_n of contacts that rest,                       (1)
+///
+/// which bounces by the impact law where a gap closes first; nothing closes exactly, and nothing slips. A step that
+/// fails is tried again, as published, with a guess that has an impulse Lambda_n > 0 in any case: where the motion
+/// comes nearest to a contact. Retries begin with a sigma of their own.
 class StepHomotopy {
  public:
   enum class Guess {
     cold,       ///< the state at the step's start, everywhere
-    ballistic,  ///< constant acceleration, without contact
-    pivoting,   ///< the step of the pivoting solver; ballistic where that has failed
+    ballistic,  ///< the motion (1)
+    pivoting,   ///< the step of the pivoting solver; ballistic behind a step where that has failed
   };
 
   struct Options {
     FesdEquations::Options equations;
     HomotopyOptions homotopy;
     Guess guess = Guess::ballistic;
-    int retries = 1;
-    double retry_sigma_0 = 0;  ///< of a retry; 0: as always
+    int retries = 2;
   };
 
   /// @param H  length of every step [s]
@@ -53,11 +57,21 @@ class StepHomotopy {
   NlpEvaluator::Work work() const { return solver_.work(); }
 
  private:
+  /// A contact that the flight meets, or comes nearest to.
+  struct Approach {
+    int contact = -1;
+    double t = 0, gap = 0;
+  };
+
   FesdStep cold() const;
-  FesdStep ballistic() const;
-  FesdStep bounce() const;
-  void fly(Stages& element, const Vector& q, const Vector& v, double h) const;
-  double time_of_smallest_gap(int& contact) const;
+  FesdStep flight(bool has_impact);
+  double bounce(int contact, const Vector& q, Vector& v) const;
+  void capture(int contact, double h, const Vector& q, Vector& v);
+  Vector acceleration(const Vector& q, const Vector& v, Vector& lambda_n) const;
+  void fly(double h, Vector& q, Vector& v) const;
+  void fly_element(double h, Vector& q, Vector& v, Stages& element) const;
+  Approach nearest_approach(Vector q, Vector v) const;
+  HomotopyOptions attempt_options() const;
   void accept();
 
   const Problem& problem_;
@@ -73,7 +87,7 @@ class StepHomotopy {
   std::optional<PivotingSolver> pivoting_;
 
   Vector q_, v_;
-  std::vector<bool> is_closed_;
+  std::vector<bool> is_closed_, is_resting_;
   FesdStep steps_[2];
   int current_ = 0;
   int n_steps_ = 0, attempts_ = 0;

@@ -1,0 +1,78 @@
+// FESD-J by homotopy: the motion of the pivoting solver, from its steps and from far away; what cannot be solved.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "bench/homotopy_study.h"
+#include "methods/fesd_homotopy/options.h"
+#include "problems/input_error.h"
+#include "problems/registry.h"
+
+namespace ricochet {
+namespace {
+
+StepHomotopy::Options options(const std::string& text) {
+  return step_homotopy_options(MethodSpec("fesd_homotopy:radau-iia:2," + text));
+}
+
+void expect_pivoting_motion(const std::string& family, int n_s, int N, const std::string& text) {
+  const auto problem = make_problem("two_balls_spring");
+  const PivotingRun pivoting = run_pivoting(*problem, make_tableau(family, n_s), N);
+  ASSERT_EQ(pivoting.status, Status::success) << pivoting.message;
+  const HomotopyRun run = run_homotopy(*problem, pivoting, options(text), 1);
+  EXPECT_EQ(run.failed, 0) << run.failures[0];
+  ASSERT_FALSE(run.distances.empty());
+  // 1e-11 is the tolerance of the rows; the spring of 1e4 N/m makes 100 times as much of it in three steps.
+  EXPECT_LE(*std::ranges::max_element(run.distances), 1e-9) << family << " " << n_s << " N = " << N;
+}
+
+TEST(FesdHomotopy, StaysWithThePivotingSolver) {
+  for (const char* family : {"radau-iia", "gauss"}) {
+    for (int n_s = 1; n_s <= 4; ++n_s) {
+      for (const int N : {60, 250, 900}) expect_pivoting_motion(family, n_s, N, "guess=pivoting");
+    }
+  }
+}
+
+TEST(FesdHomotopy, FindsItFromAFlight) {
+  for (const auto* family : {"radau-iia", "gauss"}) expect_pivoting_motion(family, 3, 100, "guess=ballistic");
+}
+
+TEST(FesdHomotopy, FindsItFromAConstantState) {
+  expect_pivoting_motion("radau-iia", 2, 100, "guess=cold");
+}
+
+TEST(FesdHomotopy, SolvesTheAppendixFormToo) {
+  expect_pivoting_motion("radau-iia", 2, 100, "impulses=slack,cross=aggregated");
+}
+
+TEST(FesdHomotopy, IsAMethod) {
+  const auto problem = make_problem("two_balls_spring", {{"duration", 0.41}});
+  const Solution s = make_method("fesd_homotopy:gauss:3")->solve(*problem, {.steps = 20});
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  ASSERT_EQ(s.events.size(), 1u);
+  EXPECT_EQ(s.events[0].kind, EventKind::impact);
+  EXPECT_NEAR(s.events[0].t, 0.4038550218769218, 1e-8);  // the error of the method at this step length
+  EXPECT_EQ(s.counters.steps, 20);
+  EXPECT_EQ(s.counters.elements, 40);
+  EXPECT_GE(s.counters.complementarity_solves, 20);
+  EXPECT_GE(s.counters.inner_iterations, s.counters.complementarity_solves);
+}
+
+TEST(FesdHomotopy, NamesTheWorstResidualOfAStepWithoutSolution) {
+  const auto problem = make_problem("two_balls_spring", {{"duration", 0.41}});
+  const Solution s = make_method("fesd_homotopy:radau-iia:2,n_fe=1")->solve(*problem, {.steps = 20});
+  EXPECT_FALSE(s.succeeded());
+  EXPECT_EQ(s.message.find("step 20 of 20, from t = 0.3895 s: "), 0u) << s.message;
+  EXPECT_NE(s.message.find("the largest violation is "), std::string::npos) << s.message;
+}
+
+TEST(FesdHomotopy, ChecksItsOptions) {
+  for (const char* text : {"guess=warm", "sigma_0=-1", "relaxation=x", "retry=-1", "factor=1", "cone=round",
+                           "sigma_0=1e-3,sigma_n=1e-2", "cone=squared"})
+    EXPECT_THROW(make_method("fesd_homotopy:radau-iia:2," + std::string(text)), InputError) << text;
+  EXPECT_NO_THROW(make_method("fesd_homotopy:radau-iia:2,cone=squared,crossover=off"));
+}
+
+}  // namespace
+}  // namespace ricochet
