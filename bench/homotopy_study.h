@@ -16,10 +16,10 @@ struct PivotingRun {
   ButcherTableau tableau;
   int steps = 0;  ///< N_sim
   Status status = Status::success;
-  std::string message;                 ///< why it ended early
-  std::vector<Vector> q, v;            ///< at the ends of the steps that were solved; the initial state first
-  std::vector<bool> has_impact;        ///< of each step that was solved
-  std::vector<double> milliseconds;    ///< CPU time of each of them
+  std::string message;               ///< why it ended early
+  std::vector<Vector> q, v;          ///< at the ends of the steps that were solved; the initial state first
+  std::vector<bool> has_impact;      ///< of each step that was solved
+  std::vector<double> milliseconds;  ///< CPU time of each of them
 };
 
 PivotingRun run_pivoting(const Problem& problem, const ButcherTableau& tableau, int steps);

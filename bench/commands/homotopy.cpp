@@ -26,8 +26,9 @@ constexpr double kOther = 1e-6;
 struct Options {
   std::vector<int> steps;
   std::vector<std::string> guesses{"pivoting", "ballistic", "cold"};
-  std::vector<std::string> relaxations{"scholtes", "fischer_burmeister", "lin_fukushima", "kadrani",
-                                       "steffensen_ulbrich", "elastic_1", "elastic_inf", "scholtes_equality"};
+  std::vector<std::string> relaxations{"scholtes",    "fischer_burmeister", "lin_fukushima",
+                                       "kadrani",     "steffensen_ulbrich", "elastic_1",
+                                       "elastic_inf", "scholtes_equality"};
   std::vector<std::string> sigmas{"1", "1e-1", "1e-3", "1e-5"};
   std::vector<std::string> factors{"0.1", "0.01"};
   std::string more;
@@ -55,15 +56,19 @@ std::vector<PivotingRun> pivoting_runs(const Problem& problem, const std::string
   return runs;
 }
 
+std::string number_or_dash(double x) {
+  return std::isnan(x) ? "-" : fmt::format("{:.1e}", x);
+}
+
 std::vector<std::string> cells(const HomotopySummary& s) {
-  const double largest = s.all.distances.empty() ? 0 : *std::ranges::max_element(s.all.distances);
+  const double largest = s.all.distances.empty() ? std::nan("") : *std::ranges::max_element(s.all.distances);
   return {fmt::format("{} of {}", s.failed_runs, s.runs),
           fmt::format("{} of {}", s.all.failed, s.all.steps),
           std::to_string(s.all.retried),
           fmt::format("{:.2f}", median(s.all.milliseconds[0])),
           fmt::format("{:.2f}", median(s.all.milliseconds[1])),
-          fmt::format("{:.1e}", median(s.all.distances)),
-          fmt::format("{:.1e}", largest),
+          number_or_dash(median(s.all.distances)),
+          number_or_dash(largest),
           std::to_string(std::ranges::count_if(s.all.distances, [](double d) { return d > kOther; }))};
 }
 
@@ -74,11 +79,9 @@ double error_of(const reference::Reference& reference, const Vector& q, const Ve
   return reference.error_of(solution);
 }
 
-std::string number_or_dash(double x) { return std::isnan(x) ? "-" : fmt::format("{:.1e}", x); }
-
-const std::vector<Table::Column> kColumns = {{"runs failed"},         {"steps failed"},      {"tried again"},
-                                             {"ms per free step"},    {"ms per impact step"}, {"distance, median"},
-                                             {"distance, largest"},   {"other solutions"}};
+const std::vector<Table::Column> kColumns = {{"runs failed"},       {"steps failed"},       {"tried again"},
+                                             {"ms per free step"},  {"ms per impact step"}, {"distance, median"},
+                                             {"distance, largest"}, {"other solutions"}};
 
 void grid(const Options& options) {
   const Experiment experiment = read_experiment(kExperiment);
@@ -88,8 +91,9 @@ void grid(const Options& options) {
   Table table;
   table.title = "FESD-J by homotopy and by pivoting: two balls, n_s = 1..4, N_FE = 2";
   table.note =
-      "Times: CPU, medians. Distance: of (q, v) to the pivoting solver, at the end of every stretch of steps. Error: of "
-      "the final state, median of the complete runs.";
+      "Times: CPU, medians. Distance: of (q, v) to the pivoting solver, at the end of every stretch of steps. Error: "
+      "of "
+      "the final state, median of complete runs.";
   table.columns = {{"family", true}, {"solver", true}};
   table.columns.insert(table.columns.end(), kColumns.begin(), kColumns.end());
   table.columns.push_back({"error"});
@@ -113,11 +117,10 @@ void grid(const Options& options) {
       ++failed;
       failures.push_back(fmt::format("pivoting, {}, N = {}, {}", run.tableau.name, run.steps, run.message));
     }
-    table.rows.push_back({family, "pivoting", fmt::format("{} of {}", failed, runs.size()),
-                          fmt::format("{} of {}", failed, n_steps + failed), "-",
-                          fmt::format("{:.4f}", median(milliseconds[0])),
-                          fmt::format("{:.4f}", median(milliseconds[1])), "-", "-", "-",
-                          number_or_dash(median(errors))});
+    table.rows.push_back(
+        {family, "pivoting", fmt::format("{} of {}", failed, runs.size()),
+         fmt::format("{} of {}", failed, n_steps + failed), "-", fmt::format("{:.4f}", median(milliseconds[0])),
+         fmt::format("{:.4f}", median(milliseconds[1])), "-", "-", "-", number_or_dash(median(errors))});
     for (const auto& guess : options.guesses) {
       const StepHomotopy::Options homotopy = parse("guess=" + guess, options.more);
       HomotopySummary summary;
@@ -157,15 +160,15 @@ void sweep(const Options& options) {
   table.columns.insert(table.columns.end(), kColumns.begin() + 1, kColumns.end());
   Progress progress("homotopy");
   double done = 0;
-  const double total = static_cast<double>(options.guesses.size() * options.relaxations.size() *
-                                           options.sigmas.size() * options.factors.size());
+  const double total = static_cast<double>(options.guesses.size() * options.relaxations.size() * options.sigmas.size() *
+                                           options.factors.size());
   for (const auto& guess : options.guesses) {
     for (const auto& relaxation : options.relaxations) {
       for (const auto& sigma : options.sigmas) {
         for (const auto& factor : options.factors) {
-          const StepHomotopy::Options homotopy = parse(
-              fmt::format("guess={},relaxation={},sigma_0={},factor={}", guess, relaxation, sigma, factor),
-              options.more);
+          const StepHomotopy::Options homotopy =
+              parse(fmt::format("guess={},relaxation={},sigma_0={},factor={}", guess, relaxation, sigma, factor),
+                    options.more);
           HomotopySummary summary;
           for (const auto& run : runs) summary.add(run_homotopy(*problem, run, homotopy, 0));
           table.rows.push_back({guess, relaxation, sigma, factor});

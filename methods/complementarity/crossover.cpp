@@ -107,7 +107,8 @@ class Run {
     branch.objective = solver_.evaluator().objective(branch.point.x.data());
     branch.violation = solver_.evaluator().worst_violation(branch.point.x.data());
     // Rounding of a degenerate branch; without descent every point of it will do.
-    if (!options_.descend && branch.violation.value <= kRounding * ipopt.tolerance) branch.status = NlpStatus::acceptable;
+    if (!options_.descend && branch.violation.value <= kRounding * ipopt.tolerance)
+      branch.status = NlpStatus::acceptable;
     result_.iterations += branch.iterations;
     result_.derivative_seconds += branch.derivative_seconds;
     return branch;

@@ -65,10 +65,10 @@ struct MpccSolution {
   bool succeeded() const { return status == Status::success; }
 };
 
-/// Solves one `Mpcc`, or many that differ in bounds and guesses, through a sequence of relaxations with sigma_0 > sigma_1 > ... , each from the solution before,
-/// until sigma_final or until the pairs are complementary to the tolerance; then crosses over to a point that is
-/// complementary exactly. When no branch can be solved there, the solution of the last relaxation is returned with a
-/// status that says so.
+/// Solves one `Mpcc`, or many that differ in bounds and guesses, through a sequence of relaxations with sigma_0 >
+/// sigma_1 > ... , each from the solution before, until sigma_final or until the pairs are complementary to the
+/// tolerance; then crosses over to a point that is complementary exactly. When no branch can be solved there, the
+/// solution of the last relaxation is returned with a status that says so.
 class MpccSolver {
  public:
   using Progress = std::function<void(const HomotopyStep&)>;

@@ -100,7 +100,7 @@ class ContactEquations {
  private:
   const Cone cone_;
   const int facets_;
-  int initial_gap_row_ = -1;  // the first of n_c
+  int initial_gap_row_ = -1;                           // the first of n_c
   std::vector<SmoothFunction> cone_slack_, cone_law_;  // of (3) or its published form, per contact
 };
 

@@ -26,7 +26,8 @@ namespace ricochet {
 /// stage forces (open question 2 in methods/fesd/README.md), and an optimisation finds that out. It is stated for
 /// affine gaps; on a curve (1)-(4) themselves leave small normal velocities.
 ///
-/// Impulses::slack has the paper's appendix instead of the pairs in (5): Lambda_n _|_ y_0 + s+ + s-, s+ _|_ s-.
+/// s+ _|_ s- and z+ _|_ z- too: else the parts of a velocity have no size, and an interior-point method drives both to
+/// infinity. Impulses::slack has the paper's appendix instead of the other pairs in (5): Lambda_n _|_ y_0 + s+ + s-.
 /// Friction is that of contact_equations.h, with forces at the stages j complementary to slip at j', and xi+_j to
 /// xi-_j'; at the left end with (Lambda, v_0).
 ///

@@ -54,8 +54,8 @@ HomotopyOptions homotopy_options(const MethodSpec& spec) {
   options.sigma_0 = spec.number("sigma_0", 1e-3, 1e-14, 1e6);
   options.sigma_final = spec.number("sigma_n", 1e-11, 1e-14, options.sigma_0);
   options.factor = spec.number("factor", 0.1, 1e-6, 0.999);
-  options.update = named<SigmaUpdate>(
-      spec, "update", {{"superlinear", SigmaUpdate::superlinear}, {"linear", SigmaUpdate::linear}});
+  options.update =
+      named<SigmaUpdate>(spec, "update", {{"superlinear", SigmaUpdate::superlinear}, {"linear", SigmaUpdate::linear}});
   options.tolerance = spec.number("tolerance", 1e-11, 1e-13, 1e-2);
   options.max_iterations = spec.whole_number("max_iterations", 300, 1, 1000000);
   options.cross_over = is_on(spec, "crossover");
@@ -71,8 +71,8 @@ StepHomotopy::Options step_homotopy_options(const MethodSpec& spec) {
   StepHomotopy::Options options;
   options.equations = equation_options(spec);
   options.homotopy = homotopy_options(spec);
-  options.guess = named<Guess>(
-      spec, "guess", {{"ballistic", Guess::ballistic}, {"cold", Guess::cold}, {"pivoting", Guess::pivoting}});
+  options.guess = named<Guess>(spec, "guess",
+                               {{"ballistic", Guess::ballistic}, {"cold", Guess::cold}, {"pivoting", Guess::pivoting}});
   options.retries = spec.whole_number("retry", 2, 0, 10);
   if (options.equations.cone == FesdEquations::Cone::squared && options.homotopy.cross_over)
     throw InputError("crossover", "on",

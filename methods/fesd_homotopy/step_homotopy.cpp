@@ -77,6 +77,13 @@ void StepHomotopy::accept() {
   ++n_steps_;
   FesdStep& step = steps_[current_];
   step.touches = true;
+  // What a relaxation leaves of an impulse where the gap is open; nothing behind a crossover.
+  for (int n = 0; n < step.n_elements; ++n) {
+    const Vector gap = problem_.gap(step.elements[n].q0);
+    for (int i = 0; i < info_.n_c(); ++i) {
+      if (step.Lambda_n(i, n) <= gap[i]) step.Lambda_n(i, n) = 0;
+    }
+  }
   q_ = step.last().q1;
   v_ = step.last().v1;
   for (std::size_t i = 0; i < is_closed_.size(); ++i)

@@ -68,8 +68,9 @@ TEST_P(Conformance, KeepsItsPromises) {
     EXPECT_LT(s.t, info.end_time);
     EXPECT_NE(s.status, Status::non_finite);
   }
-  // The audit's bound, relative to the terms that cancel. The box that comes to rest on four corners at once keeps their
-  // cones to the order of the method in that one stage (stage_solver.h, eq. (9)); time stepping solves it to 1e-9.
+  // The audit's bound, relative to the terms that cancel. The box that comes to rest on four corners at once keeps
+  // their cones to the order of the method in that one stage (stage_solver.h, eq. (9)); time stepping solves it to
+  // 1e-9.
   EXPECT_LE(s.max_residual(), pair.problem_id == "box_3d" ? 1e-4 : 1e-12);
   EXPECT_GE(s.counters.force_evaluations, s.counters.steps > 0 ? 1 : 0);
 
@@ -114,7 +115,8 @@ TEST(UnsupportedPairs, SayWhyAndAreRefused) {
   for (const auto& pair : pairs_that(false)) {
     const auto method = make_method(pair.method);
     EXPECT_FALSE(method->supports(pair.problem->info()).reason.empty()) << pair.method << " on " << pair.problem_id;
-    EXPECT_THROW(method->solve(*pair.problem, test_settings(pair.steps)), InputError) << pair.method << " on " << pair.problem_id;
+    EXPECT_THROW(method->solve(*pair.problem, test_settings(pair.steps)), InputError)
+        << pair.method << " on " << pair.problem_id;
   }
 }
 
