@@ -82,7 +82,7 @@ const bool registered = register_method({
              "[,cross=sparse|per_stage|aggregated][,equilibration=objective|exact|tanh|none][,rho=1][,eps_c=1e-3]"
              "[,capture=on|off][,shortest=1e-3][,switches=3][,max_iterations=300]",
     .summary = "finite elements with switch detection and jumps (FESD-J), solved as MPCCs by homotopy",
-    .examples = {"fesd_homotopy:radau-iia:3"},
+    .examples = {"fesd_homotopy:radau-iia:3,retry=0,max_iterations=100,switches=0"},
     .conformance_steps = 20,  // milliseconds a step
     .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<FesdHomotopy>(spec); },
     .not_built = {},
