@@ -70,10 +70,7 @@ std::vector<std::string> experiment_names() {
   return names;
 }
 
-namespace {
-
-/// Path and text of an experiment file.
-std::pair<std::string, std::string> read_text(const std::string& name) {
+std::pair<std::string, std::string> read_experiment_text(const std::string& name) {
   std::string path = name;
   if (!fs::exists(path)) path = find_project_file(fmt::format("{}/{}.json", kFolder, name));
   std::ifstream file(path);
@@ -83,10 +80,8 @@ std::pair<std::string, std::string> read_text(const std::string& name) {
   return {path, content.str()};
 }
 
-}  // namespace
-
 ExperimentOutline outline_of(const std::string& name) {
-  const auto [path, text] = read_text(name);
+  const auto [path, text] = read_experiment_text(name);
   try {
     const json document = json::parse(text);
     return {document.value("title", name), document.value("parts", std::vector<std::string>{name})};
@@ -96,13 +91,15 @@ ExperimentOutline outline_of(const std::string& name) {
 }
 
 Experiment read_experiment(const std::string& name) {
-  const auto [path_of_file, text] = read_text(name);
+  const auto [path_of_file, text] = read_experiment_text(name);
   const std::string& path = path_of_file;
   Experiment experiment;
   experiment.text = text;
   const auto place = [&](const std::string& field) { return path + ": " + field; };
   try {
     const json document = json::parse(experiment.text);
+    if (document.contains("kind"))
+      throw InputError(place("kind"), document["kind"].dump(), "this experiment is run by `ricochet compare`");
     static const std::set<std::string> known = {"id",         "title",         "description", "problem",
                                                 "parameters", "sensitivities", "grids",       "reference",
                                                 "methods",    "trajectory",    "overhead_of"};

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "methods/method.h"
@@ -50,6 +51,9 @@ struct ExperimentOutline {
   std::vector<std::string> parts;  ///< experiments to read; the name itself when the file is one
 };
 ExperimentOutline outline_of(const std::string& name);
+
+/// Path and text of a file in bench/experiments/, by its name without ".json", or a path. @throws InputError
+std::pair<std::string, std::string> read_experiment_text(const std::string& name);
 
 /// Names of the files in bench/experiments/.
 std::vector<std::string> experiment_names();

@@ -24,6 +24,7 @@ Replay replay(const OptimalControlProblem& problem, const ControlTrajectory& tra
   Replay result;
   result.q = problem.plant->info().q0;
   result.v = problem.plant->info().v0;
+  result.points.push_back({0, result.q, result.v});
   for (Eigen::Index k = 0; k < n; ++k) {
     plant.restart(result.q, result.v, trajectory.u.col(k), H);
     const Solution s = solve(plant);
@@ -37,6 +38,7 @@ Replay replay(const OptimalControlProblem& problem, const ControlTrajectory& tra
       result.penetration = std::max(result.penetration, -problem.plant->gap(sample.q.head(n_q)).minCoeff());
     result.q = s.q.head(n_q);
     result.v = s.v.head(n_q);
+    result.points.push_back({start + s.t, result.q, result.v});
     result.cost += s.v[n_q];
     if (!s.succeeded()) {
       result.status = s.status;

@@ -14,11 +14,12 @@ namespace ricochet {
 struct Replay {
   Status status = Status::success;
   std::string message;
-  Vector q, v;                ///< at T
-  double cost = 0;            ///< (1) of optimal_control_problem.h
-  bool is_sampled = false;    ///< the solver recorded points inside of the intervals
-  double penetration = 0;     ///< deepest, at the recorded points [m, or the unit of the gap]
-  std::vector<Event> events;  ///< times from 0
+  Vector q, v;                                   ///< at T
+  double cost = 0;                               ///< (1) of optimal_control_problem.h
+  bool is_sampled = false;                       ///< the solver recorded points inside of the intervals
+  double penetration = 0;                        ///< deepest, at the recorded points [m, or the unit of the gap]
+  std::vector<Event> events;                     ///< times from 0
+  std::vector<ControlTrajectory::Point> points;  ///< at the ends of the intervals
 };
 
 /// Solves one interval.

@@ -34,6 +34,8 @@ const char* to_string(EventKind kind) {
       return "stick_to_slip";
     case EventKind::slip_reversal:
       return "slip_reversal";
+    case EventKind::facet_change:
+      return "facet_change";
   }
   return "unknown";
 }
@@ -52,6 +54,10 @@ const char* to_string(ContactMode mode) {
       return "slip-";
     case ContactMode::slip:
       return "slip";
+    case ContactMode::vertex_slip:
+      return "vertex slip";
+    case ContactMode::edge_slip:
+      return "edge slip";
   }
   return "unknown";
 }

@@ -35,8 +35,17 @@ struct Counters {
 };
 
 /// What a contact does between two events. In the plane slip has a sign, that of the slip velocity; in space it has a
-/// direction that may turn.
-enum class ContactMode : std::uint8_t { open, closed, stick, slip_positive, slip_negative, slip };
+/// direction that may turn, and on a polygon in place of the friction disc a vertex or an edge that carries the force.
+enum class ContactMode : std::uint8_t {
+  open,
+  closed,
+  stick,
+  slip_positive,
+  slip_negative,
+  slip,
+  vertex_slip,
+  edge_slip
+};
 
 /// "closed" is a contact without friction.
 const char* to_string(ContactMode mode);
@@ -59,7 +68,9 @@ inline ContactMode slip_mode(int n_t, const double* v_t) {
   return v_t[0] > 0 ? ContactMode::slip_positive : ContactMode::slip_negative;
 }
 
-enum class EventKind { impact, detach, slip_to_stick, stick_to_slip, slip_reversal };
+/// facet_change: on a polygon in place of the friction disc another vertex or edge carries the force of a slipping
+/// contact
+enum class EventKind { impact, detach, slip_to_stick, stick_to_slip, slip_reversal, facet_change };
 
 const char* to_string(EventKind kind);
 
@@ -85,8 +96,9 @@ struct Sample {
 struct Residual {
   std::string name, formula;
   double value = 0;
-  double t = 0;      ///< start of the step [s]
-  int contact = -1;  ///< -1: no contact's
+  double t = 0;                 ///< start of the step [s]
+  int contact = -1;             ///< -1: no contact's
+  std::int64_t impossible = 0;  ///< points at which the equation has no solution whatever its unknowns; not in `value`
 };
 
 /// What remains of a run.

@@ -30,6 +30,13 @@ class FigureFolder {
   /// Positions and velocities over time; velocities jump.
   Figure trajectory(const Trajectory& trajectory, const std::string& name);
 
+  /// Claimed and replayed motion, controls and contact forces of the runs of one problem, side by side.
+  Figure control(const std::vector<const ControlRun*>& runs, const std::string& name);
+
+  /// Derivatives of each component of the terminal state over the intervals: the reference, and of every other method
+  /// the coarsest and the finest.
+  Figure control_gradient(const std::vector<ControlGradient>& gradients, const std::string& name);
+
  private:
   void draw(const std::string& name, const std::string& script) const;
 

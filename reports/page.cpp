@@ -112,6 +112,22 @@ std::string environment_text(const nlohmann::json& header) {
   return text;
 }
 
+void add_control_runs(const Results& results, Document& document, FigureFolder& figures, bool draw) {
+  const std::string id = results.experiment();
+  std::vector<std::pair<std::string, std::vector<const ControlRun*>>> problems;
+  for (const auto& run : results.control_runs) {
+    if (problems.empty() || problems.back().first != run.problem)
+      problems.emplace_back(run.problem, std::vector<const ControlRun*>());
+    problems.back().second.push_back(&run);
+  }
+  document.table(control_table(results.control_runs), id + "_runs");
+  const Table failed = control_failures(results.control_runs);
+  if (!failed.rows.empty()) document.table(failed, id + "_failures");
+  for (const auto& [problem, runs] : problems) {
+    if (draw) document.figures({figures.control(runs, id + "_" + problem)});
+  }
+}
+
 void add_experiment(const Results& results, Document& document, FigureFolder& figures, bool draw) {
   const std::string id = results.experiment();
   document.heading(results.header.value("title", id));
@@ -135,7 +151,13 @@ void add_experiment(const Results& results, Document& document, FigureFolder& fi
     document.table(time_to_reach(results), id + "_time_to_reach");
   }
   if (results.header.contains("overhead_of")) document.table(overhead(results), id + "_overhead");
-  document.table(order_details(results), id + "_runs", true);
+  if (!results.control_runs.empty()) add_control_runs(results, document, figures, draw);
+  if (!results.gradients.empty()) {
+    document.table(gradient_table(results.gradients), id + "_errors");
+    if (draw) document.figures({figures.control_gradient(results.gradients, id)});
+    document.table(gradient_details(results.gradients), id + "_derivatives", true);
+  }
+  if (!results.records.empty()) document.table(order_details(results), id + "_runs", true);
   if (results.has_timings()) document.table(precision_details(results), id + "_times", true);
   document.paragraph("Where it was measured, and how to repeat it:", "note");
   document.code(fmt::format("{}\n{}", results.header.value("command", ""), environment_text(results.header)));

@@ -188,6 +188,10 @@ Results read_results(const std::string& path) {
                                              t.at("upper_quartile"), t.at("repetitions")};
       } else if (kind == "trajectory") {
         results.trajectories.push_back({j.at("problem"), j.at("method"), j.at("t"), j.at("q"), j.at("v")});
+      } else if (kind == "control_run") {
+        results.control_runs.push_back(control_run_from_json(j));
+      } else if (kind == "control_gradient") {
+        results.gradients.push_back(control_gradient_from_json(j));
       } else if (kind == "end") {
         results.is_complete = true;
       }

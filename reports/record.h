@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "problems/solution.h"
+#include "reports/control_results.h"
 
 namespace ricochet {
 
@@ -63,6 +64,8 @@ struct Results {
   nlohmann::json header;
   std::vector<Record> records;
   std::vector<Trajectory> trajectories;
+  std::vector<ControlRun> control_runs;
+  std::vector<ControlGradient> gradients;
   bool is_complete = false;
 
   std::string experiment() const { return header.value("experiment", ""); }

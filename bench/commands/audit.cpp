@@ -25,6 +25,9 @@ Table residual_table(const Problem& problem, const Solution& solution) {
     table.rows.push_back({r.name, r.formula, r.value > 0 ? fmt::format("{:.2e}", r.value) : "0",
                           r.value > 0 ? fmt::format("{:.6g}", r.t) : "-",
                           r.contact >= 0 ? problem.info().contacts[r.contact].name : "-"});
+    if (r.impossible > 0)
+      table.note += fmt::format("{}{} has no solution at {} points, which are left out", table.note.empty() ? "" : "; ",
+                                r.name, r.impossible);
   }
   return table;
 }

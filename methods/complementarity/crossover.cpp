@@ -53,7 +53,7 @@ class Run {
   CrossoverResult from(const NlpPoint& relaxed) {
     choose_sides(relaxed.x.data());
     result_.branch = solve(sides_, relaxed);
-    if (!is_solved(result_.branch.status)) find_solvable_branch(relaxed);
+    if (!is_solved(result_.branch.status) && options_.search_branches) find_solvable_branch(relaxed);
     if (!is_solved(result_.branch.status) || !options_.descend) return std::move(result_);
     descend();
     classify();

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "methods/complementarity/friction_polygon.h"
-
 namespace ricochet {
 namespace {
 
-constexpr int kFacetsInSpace = 8;
+constexpr int kFacetsOfGuess = 8;  // in place of the disc
+// A friction force this near to a vertex of the polygon, as part of the radius, is there.
+constexpr double kAtVertex = 1e-12;
 // Of the projection equations, relative to the impulses: the rounding of a solve.
 constexpr double kRounding = 1e-12;
 constexpr int kMaxNewton = 60;
@@ -19,15 +19,36 @@ constexpr int kSweeps = 200;
 // A pivot of dependent contact normals, relative to the diagonal: rounding, and not bodies of different weight.
 constexpr double kDependent = 1e-11;
 
-int facets_of(const FrictionProblem::Contact& contact) {
-  return contact.slides ? 0 : contact.n_t == 2 ? kFacetsInSpace : 2 * contact.n_t;
-}
-
 }  // namespace
 
-void FrictionProblem::resize(int most_contacts, int most_tangents) {
+/// Of the tangential part of the LCP: facets, or the one direction of (8).
+int FrictionProblem::columns_of(const Contact& contact) const {
+  if (contact.slides) return contact.is_on_edge ? 1 : 0;
+  return contact.n_t == 2 ? facets_in_space_ : 2 * contact.n_t;
+}
+
+std::array<double, 2> FrictionProblem::column_direction(const Contact& contact, int f) const {
+  if (polygon_.applies(contact.n_t) && !contact.is_on_edge) return polygon_.vertex(f);
+  if (!contact.is_on_edge) return facet_direction(contact.n_t, f, kFacetsOfGuess);
+  const auto &from = polygon_.vertex(contact.facet), &to = polygon_.vertex(polygon_.next(contact.facet));
+  return {to[0] - from[0], to[1] - from[1]};
+}
+
+/// @param r  impulse or force of a contact that slips or begins to slip: normal, then tangents
+void FrictionProblem::set_slip_mode(Contact& contact, const double* r) const {
+  if (polygon_.applies(contact.n_t)) {
+    contact.mode = polygon_.locate(r + 1, contact.mu * r[0], kAtVertex, contact.facet);
+    return;
+  }
+  const double against = -r[1];
+  contact.mode = slip_mode(contact.n_t, contact.slides ? contact.direction : &against);
+}
+
+void FrictionProblem::resize(int most_contacts, int most_tangents, const FrictionPolygon& polygon) {
+  polygon_ = polygon;
+  facets_in_space_ = polygon.facets() > 0 ? polygon.facets() : kFacetsOfGuess;
   const int n = most_contacts + most_tangents;
-  const int columns = most_contacts + kFacetsInSpace / 2 * most_tangents;
+  const int columns = most_contacts + facets_in_space_ / 2 * most_tangents;
   const int most = most_tangents > 0 ? columns + most_contacts : columns;
   lemke_.resize(most);
   normals_.resize(most_contacts, most_contacts);
@@ -35,6 +56,7 @@ void FrictionProblem::resize(int most_contacts, int most_tangents) {
   q_.resize(most);
   z_.resize(most);
   directions_.resize(n, columns);
+  effects_.resize(n, columns);
   w_.resize(n);
   residual_.resize(n);
   step_.resize(n);
@@ -46,8 +68,9 @@ LcpStatus FrictionProblem::solve(const Eigen::Ref<const Matrix>& G, const Eigen:
   lemke_.set_rounding(rounding);
   is_redundant_ = has_dependent_normals(G, contacts);
   const LcpStatus status = solve_polyhedral(G, b, contacts, r);
-  const bool has_cones =
-      std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return c.n_t == 2 && !c.slides; });
+  const bool has_cones = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+    return c.n_t == 2 && !c.slides && !polygon_.applies(c.n_t);
+  });
   if (status != LcpStatus::solved || !has_cones) return status;
   rounding_ = rounding / G.diagonal().minCoeff();
   return solve_cones(G, b, contacts, r) ? LcpStatus::solved : LcpStatus::iteration_limit;
@@ -75,7 +98,7 @@ bool FrictionProblem::has_dependent_normals(const Eigen::Ref<const Matrix>& G, s
   return false;
 }
 
-/// (1), (2), (4), (5)
+/// (1), (2), (4), (5), (8)
 LcpStatus FrictionProblem::solve_polyhedral(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b,
                                             std::span<Contact> contacts, Eigen::Ref<Vector> r) {
   // Columns of the LCP: the (perhaps sliding) normals, then the facets; each a combination of the columns of G.
@@ -83,8 +106,8 @@ LcpStatus FrictionProblem::solve_polyhedral(const Eigen::Ref<const Matrix>& G, c
   const auto n_c = static_cast<Eigen::Index>(contacts.size());
   Eigen::Index columns = n_c, frictional = 0;
   for (const Contact& contact : contacts) {
-    columns += facets_of(contact);
-    frictional += facets_of(contact) > 0;
+    columns += columns_of(contact);
+    frictional += columns_of(contact) > 0;
   }
   const bool is_plain = columns == n_c && n == n_c;
   if (is_plain) {
@@ -106,26 +129,28 @@ LcpStatus FrictionProblem::solve_polyhedral(const Eigen::Ref<const Matrix>& G, c
     if (contact.slides) {
       for (int d = 0; d < contact.n_t; ++d) D(row + 1 + d, k) = -contact.mu * contact.direction[d];
     }
-    for (int f = 0; f < facets_of(contact); ++f, ++column) {
-      const auto e = facet_direction(contact.n_t, f, kFacetsInSpace);
+    for (int f = 0; f < columns_of(contact); ++f, ++column) {
+      const auto e = column_direction(contact, f);
       for (int d = 0; d < contact.n_t; ++d) D(row + 1 + d, column) = e[d];
     }
     row += 1 + contact.n_t;
   }
+  auto GD = effects_.topLeftCorner(n, columns);
+  GD.noalias() = G.lazyProduct(D);
   // Rows: w_n, then the facets' velocities.
   row = 0;
   column = n_c;
   Eigen::Index gamma = columns;
   for (Eigen::Index k = 0; k < n_c; ++k) {
     const Contact& contact = contacts[k];
-    M.row(k).head(columns).noalias() = G.row(row).lazyProduct(D);
+    M.row(k).head(columns) = GD.row(row);
     q[k] = b[row];
-    const int facets = facets_of(contact);
+    const int facets = columns_of(contact);
     for (int f = 0; f < facets; ++f, ++column) {
       q[column] = 0;
-      const auto e = facet_direction(contact.n_t, f, kFacetsInSpace);
+      const auto e = column_direction(contact, f);
       for (int d = 0; d < contact.n_t; ++d) {
-        M.row(column).head(columns) += e[d] * G.row(row + 1 + d).lazyProduct(D);
+        M.row(column).head(columns) += e[d] * GD.row(row + 1 + d);
         q[column] += e[d] * b[row + 1 + d];
       }
       M(column, gamma) = 1;
@@ -143,11 +168,10 @@ LcpStatus FrictionProblem::solve_polyhedral(const Eigen::Ref<const Matrix>& G, c
   r.noalias() = D.lazyProduct(z.head(columns));
 
   gamma = columns;
-  column = n_c;
   row = 0;
   for (Eigen::Index k = 0; k < n_c; ++k) {
     Contact& contact = contacts[k];
-    const int facets = facets_of(contact);
+    const int facets = columns_of(contact);
     const bool slips = contact.slides || (facets > 0 && z[gamma] > 0);
     if (r[row] <= 0) {
       contact.mode = ContactMode::open;
@@ -155,13 +179,11 @@ LcpStatus FrictionProblem::solve_polyhedral(const Eigen::Ref<const Matrix>& G, c
     } else if (contact.n_t == 0) {
       contact.mode = ContactMode::closed;
     } else if (slips) {
-      const double against = -r[row + 1];
-      contact.mode = slip_mode(contact.n_t, contact.slides ? contact.direction : &against);
+      set_slip_mode(contact, r.data() + row);
     } else {
       contact.mode = ContactMode::stick;
     }
     if (facets > 0) ++gamma;
-    column += facets;
     row += 1 + contact.n_t;
   }
   return status;

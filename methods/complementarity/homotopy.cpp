@@ -12,8 +12,9 @@ namespace ricochet {
 
 namespace {
 
-constexpr double kLoosestTolerance = 1e-4;
 constexpr double kRounding = 1e-9;  // of repeated factors
+// Of a crossover that may be tried again with a smaller sigma; one that succeeds takes fewer.
+constexpr int kEarlyIterations = 150;
 
 void check(const HomotopyOptions& options) {
   const auto require = [](bool ok, const char* field, double value, const char* allowed) {
@@ -29,6 +30,9 @@ void check(const HomotopyOptions& options) {
           "a number from 1e-14 to 1 is required");
   require(options.tolerance_per_sigma >= 0 && options.tolerance_per_sigma < kInfinity, "tolerance_per_sigma",
           options.tolerance_per_sigma, "a number >= 0 is required");
+  require(options.loosest_tolerance >= options.tolerance && options.loosest_tolerance < 1, "loosest_tolerance",
+          options.loosest_tolerance, "a number from the tolerance to 1 is required");
+  require(options.sigma_crossover >= 0, "sigma_crossover", options.sigma_crossover, "a number >= 0 is required");
   require(options.max_iterations >= 1, "max_iterations", options.max_iterations, "a number >= 1 is required");
   require(options.time_limit >= 0, "time_limit", options.time_limit, "a number of seconds >= 0 is required");
   require(options.barrier > 0 && options.barrier < kInfinity, "barrier", options.barrier, "a number > 0 is required");
@@ -87,7 +91,7 @@ class MpccSolver::Run {
 
   MpccSolution solve(const Progress& progress) {
     const bool is_near_solution = follow_relaxations(progress);
-    if (is_near_solution && options_.cross_over) cross_over();
+    if (is_near_solution && options_.cross_over) cross_over(true);
     if (is_near_solution && !options_.cross_over && solution_.message.empty()) solution_.status = Status::success;
     solution_.seconds = seconds();
     return std::move(solution_);
@@ -103,6 +107,7 @@ class MpccSolver::Run {
     ipopt.barrier = options_.barrier;
     ipopt.push = options_.push;
     ipopt.max_iterations = options_.max_iterations;
+    ipopt.adaptive_barrier = options_.adaptive_barrier;
     if (options_.time_limit > 0) ipopt.time_limit = std::max(options_.time_limit - seconds(), 1e-9);
     return ipopt;
   }
@@ -118,11 +123,11 @@ class MpccSolver::Run {
     return relaxation_.is_elastic() && (status == NlpStatus::failed || status == NlpStatus::non_finite);
   }
 
-  /// Until one step fails. @return whether there is a point to cross over from
+  /// Until one step fails, or an early crossover succeeds. @return whether there is a point to cross over from
   bool follow_relaxations(const Progress& progress) {
     for (double sigma = options_.sigma_0;; sigma = next(sigma)) {
       relaxed_.set_sigma(sigma);
-      const double per_sigma = std::min(options_.tolerance_per_sigma * sigma, kLoosestTolerance);
+      const double per_sigma = std::min(options_.tolerance_per_sigma * sigma, options_.loosest_tolerance);
       IpoptOptions ipopt = ipopt_options(std::max(options_.tolerance, per_sigma));
       // The barrier begins below sigma: it should not undo the last step.
       if (solution_.x.size() > 0) ipopt.barrier = std::min(ipopt.barrier, std::max(sigma * sigma, options_.tolerance));
@@ -138,6 +143,11 @@ class MpccSolver::Run {
         return !is_start && result.status != NlpStatus::time_limit;
       }
       if (sigma <= options_.sigma_final || solution_.complementarity <= options_.tolerance) return true;
+      if (sigma <= options_.sigma_crossover * (1 + kRounding)) {
+        cross_over(false);
+        if (solution_.succeeded()) return false;
+        solution_.message.clear();
+      }
     }
   }
 
@@ -173,12 +183,14 @@ class MpccSolver::Run {
     if (progress) progress(step);
   }
 
-  void cross_over() {
+  /// @param is_last  else it is not worth much
+  void cross_over(bool is_last) {
     const auto n = mpcc_.nlp.n_variables(), m = mpcc_.nlp.n_rows();
     const NlpPoint relaxed = {point_.x.head(n), point_.lambda.head(m), point_.z_L.head(n), point_.z_U.head(n)};
+    IpoptOptions ipopt = ipopt_options(options_.tolerance);
+    if (!is_last) ipopt.max_iterations = std::min(ipopt.max_iterations, kEarlyIterations);
     if (!crossover_) crossover_.emplace(mpcc_);
-    const CrossoverResult result =
-        crossover_->run(relaxed, {ipopt_options(options_.tolerance), options_.max_switches, options_.descend});
+    const CrossoverResult result = crossover_->run(relaxed, {ipopt, options_.max_switches, is_last, options_.descend});
     solution_.switches = result.switches;
     solution_.iterations += result.iterations;
     solution_.derivative_seconds += result.derivative_seconds;

@@ -24,8 +24,11 @@ struct HomotopyOptions {
   double factor = 0.1;
   double power = 1.5;
   double tolerance = 1e-10;           ///< of the last step and of the crossover
-  double tolerance_per_sigma = 1e-3;  ///< a step is solved to max(tolerance, tolerance_per_sigma sigma), at most 1e-4
+  double tolerance_per_sigma = 1e-3;  ///< a step is solved to max(tolerance, tolerance_per_sigma sigma),
+  double loosest_tolerance = 1e-4;    ///< and at least to this
+  double sigma_crossover = 0;         ///< at this sigma and below, a crossover to one branch is tried after every step
   bool warm_multipliers = true;       ///< a step starts from the multipliers of the last one too, not from x alone
+  bool adaptive_barrier = false;      ///< see IpoptOptions
   int max_iterations = 1000;          ///< of one step
   double time_limit = 0;              ///< wall time of everything [s]; 0 is none
   double barrier = 0.1;               ///< first barrier parameter of the first step
@@ -67,8 +70,9 @@ struct MpccSolution {
 
 /// Solves one `Mpcc`, or many that differ in bounds and guesses, through a sequence of relaxations with sigma_0 >
 /// sigma_1 > ... , each from the solution before, until sigma_final or until the pairs are complementary to the
-/// tolerance; then crosses over to a point that is complementary exactly. When no branch can be solved there, the
-/// solution of the last relaxation is returned with a status that says so.
+/// tolerance; then crosses over to a point that is complementary exactly, or before that where sigma_crossover lets it
+/// try and it succeeds. When no branch can be solved there, the solution of the last relaxation is returned with a
+/// status that says so.
 class MpccSolver {
  public:
   using Progress = std::function<void(const HomotopyStep&)>;

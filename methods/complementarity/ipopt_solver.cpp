@@ -154,6 +154,7 @@ void set_options(const IpoptOptions& options, bool is_warm, bool multipliers_of_
   list.SetNumericValue("acceptable_constr_viol_tol", acceptable);
   list.SetIntegerValue("max_iter", options.max_iterations);
   list.SetNumericValue("mu_init", options.barrier);
+  list.SetStringValue("mu_strategy", options.adaptive_barrier ? "adaptive" : "monotone");
   list.SetStringValue("warm_start_init_point", is_warm ? "yes" : "no");
   for (const char* push : {"bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac"})
     list.SetNumericValue(push, options.push);

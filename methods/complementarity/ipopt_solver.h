@@ -36,7 +36,8 @@ struct IpoptOptions {
   int max_iterations = 1000;
   double time_limit = 0;              ///< wall time [s]; 0 is none
   double barrier = 0.1;               ///< first barrier parameter mu
-  double push = 1e-2;                 ///< a start of x alone is moved inside of its bounds by this, relatively
+  bool adaptive_barrier = false;      ///< mu follows the complementarity of the iterates; else it only decreases
+  double push = 1e-2;                 ///< what a start without multipliers is moved away from bounds by, relatively
   bool multipliers_of_fixed = false;  ///< of variables with x_L = x_U: they stay in the problem, with a constraint each
 };
 

@@ -137,13 +137,15 @@ ContactEquations::Point ContactEquations::add_point(const std::string& name) {
 }
 
 /// (1)
-void ContactEquations::add_gap_and_slip(Point& point, const std::string& name) {
-  if (point.gap.empty()) {
-    const Vector gap = plant_.gap(info_.q0).cwiseMax(kPositive);
-    for (int i = 0; i < info_.n_c(); ++i)
-      point.gap.push_back(add_variable(0, gap[i], fmt::format("{}, gap of {}", name, info_.contacts[i].name)));
-    add_equations(functions_.gap, point.q, name + ", gap", point.gap);
-  }
+void ContactEquations::add_gap(Point& point, const std::string& name) {
+  const Vector gap = plant_.gap(info_.q0).cwiseMax(kPositive);
+  for (int i = 0; i < info_.n_c(); ++i)
+    point.gap.push_back(add_variable(0, gap[i], fmt::format("{}, gap of {}", name, info_.contacts[i].name)));
+  add_equations(functions_.gap, point.q, name + ", gap", point.gap);
+}
+
+/// (1)
+void ContactEquations::add_slip_velocity(Point& point, const std::string& name) {
   point.slip = add_variables(info_.n_lambda_t, -kInfinity, 0, name + ", slip velocity");
   add_equations(functions_.slip, join<int>({point.q, point.v}), name + ", slip", point.slip);
 }
@@ -232,6 +234,22 @@ void ContactEquations::add_friction_laws(const Point& point, const std::vector<S
   }
 }
 
+ContactEquations::Stage ContactEquations::add_stage(const std::vector<int>& u, bool has_gap, const std::string& name) {
+  Stage stage;
+  stage.point = add_point(name);
+  stage.w = add_variables(info_.n_q, -kInfinity, 0, name + ", w");
+  stage.lambda_n = add_variables(info_.n_c(), 0, kPositive, name + ", lambda_n");
+  if (has_gap) add_gap(stage.point, name);
+  add_slip_velocity(stage.point, name);
+  stage.slip = add_slips(stage.point, true, name);
+  stage.force = add_forces(stage.lambda_n, name);
+  add_friction_laws(stage.point, stage.slip, stage.force, stage.lambda_n, name);
+  add_equations(functions_.dynamics,
+                join<int>({stage.point.q, stage.point.v, stage.w, stage.lambda_n, tangential(stage.force), u}),
+                name + ", dynamics");
+  return stage;
+}
+
 void ContactEquations::add_friction_pairs(const Slip& slip, const Force& force, double bias, const std::string& name) {
   if (force.slack.size() == 2) {
     mpcc_.add_pair({force.slack[0]}, slip.xi_plus, name + ", cone _|_ xi+", bias);
@@ -247,6 +265,75 @@ std::vector<int> ContactEquations::tangential(const std::vector<Force>& forces) 
   std::vector<int> all;
   for (const auto& force : forces) all.insert(all.end(), force.lambda_t.begin(), force.lambda_t.end());
   return all;
+}
+
+void ContactEquations::guess_point(const Point& point, const Vector& q, const Vector& v,
+                                   const std::vector<Slip>& slips) {
+  auto& variables = mpcc_.nlp.variables;
+  for (int k = 0; k < info_.n_q; ++k) {
+    variables[point.q[k]].guess = q[k];
+    variables[point.v[k]].guess = v[k];
+  }
+  const Vector gap = plant_.gap(q), v_t = plant_.tangent_jacobian(q).transpose() * v;
+  for (std::size_t i = 0; i < point.gap.size(); ++i)
+    variables[point.gap[i]].guess = std::max(gap[static_cast<Eigen::Index>(i)], 0.0);
+  for (int t = 0; t < info_.n_lambda_t; ++t) variables[point.slip[t]].guess = v_t[t];
+  for (std::size_t i = 0; i < slips.size(); ++i) {
+    const auto& contact = info_.contacts[i];
+    const double* slip = v_t.data() + contact.tangent_index;
+    for (std::size_t d = 0; d < slips[i].xi_plus.size(); ++d) {
+      variables[slips[i].xi_plus[d]].guess = std::max(slip[d], 0.0);
+      variables[slips[i].xi_minus[d]].guess = std::max(-slip[d], 0.0);
+    }
+    const double speed = v_t.segment(contact.tangent_index, contact.n_t).norm();
+    for (const int gamma : slips[i].gamma) variables[gamma].guess = speed;
+    for (std::size_t f = 0; f < slips[i].rates.size(); ++f) {
+      const auto direction = facet_direction(contact.n_t, static_cast<int>(f), static_cast<int>(slips[i].rates.size()));
+      double rate = speed;
+      for (int d = 0; d < contact.n_t; ++d) rate += direction[d] * slip[d];
+      variables[slips[i].rates[f]].guess = std::max(rate, 0.0);
+    }
+  }
+}
+
+void ContactEquations::guess_forces(const std::vector<Force>& forces, const Vector& lambda_n, const Vector& lambda_t) {
+  auto& variables = mpcc_.nlp.variables;
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    const auto& contact = info_.contacts[i];
+    const auto tangential = lambda_t.segment(contact.tangent_index, contact.n_t);
+    const double cone = contact.mu * lambda_n[static_cast<Eigen::Index>(i)];
+    for (int d = 0; d < contact.n_t; ++d) variables[forces[i].lambda_t[d]].guess = tangential[d];
+    const auto& slack = forces[i].slack;
+    if (slack.size() == 2) {
+      variables[slack[0]].guess = std::max(cone + tangential[0], 0.0);
+      variables[slack[1]].guess = std::max(cone - tangential[0], 0.0);
+    } else if (slack.size() == 1) {
+      const double rest = forces[i].facets.empty() ? cone * cone - tangential.squaredNorm() : cone - tangential.norm();
+      variables[slack[0]].guess = std::max(rest, 0.0);
+    }
+    for (std::size_t f = 0; f < forces[i].facets.size(); ++f) {
+      const auto direction =
+          facet_direction(contact.n_t, static_cast<int>(f), static_cast<int>(forces[i].facets.size()));
+      double part = 0;
+      for (int d = 0; d < contact.n_t; ++d) part += direction[d] * tangential[d];
+      variables[forces[i].facets[f]].guess = std::max(part, 0.0);  // exact in the plane
+    }
+  }
+}
+
+void ContactEquations::guess_stage(const Stage& stage, const Vector& q, const Vector& v, const Vector& w,
+                                   const Vector& lambda_n, const Vector& lambda_t) {
+  auto& variables = mpcc_.nlp.variables;
+  guess_point(stage.point, q, v, stage.slip);
+  guess_forces(stage.force, lambda_n, lambda_t);
+  for (int k = 0; k < info_.n_q; ++k) variables[stage.w[k]].guess = w[k];
+  for (int i = 0; i < info_.n_c(); ++i) variables[stage.lambda_n[i]].guess = lambda_n[i];
+}
+
+Vector ContactEquations::values(const Vector& x, const std::vector<int>& variables) {
+  Vector result(static_cast<Eigen::Index>(variables.size()));
+  for (std::size_t k = 0; k < variables.size(); ++k) result[static_cast<Eigen::Index>(k)] = x[variables[k]];
+  return result;
 }
 
 }  // namespace ricochet

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "methods/complementarity/friction_cone.h"
 #include "methods/complementarity/nlp.h"
 #include "problems/derivatives/plant_functions.h"
 
@@ -32,7 +33,7 @@ namespace ricochet {
 /// complementary to which points is up to the discretisation.
 class ContactEquations {
  public:
-  enum class Cone { exact, squared, polyhedral };
+  using Cone = FrictionCone;
 
   /// Variable numbers of a point of the trajectory.
   struct Point {
@@ -51,6 +52,13 @@ class ContactEquations {
     std::vector<int> lambda_t;  ///< n_t
     std::vector<int> slack;     ///< both of (2), or the one of (3), (4)
     std::vector<int> facets;    ///< l
+  };
+  /// A point with the acceleration w and the forces there.
+  struct Stage {
+    Point point;
+    std::vector<int> w, lambda_n;
+    std::vector<Slip> slip;    ///< n_c
+    std::vector<Force> force;  ///< n_c
   };
   struct StateBounds {
     Vector q_lower, q_upper, v_lower, v_upper;
@@ -82,14 +90,26 @@ class ContactEquations {
                      const std::vector<int>& minus = {});
   std::vector<int> add_velocity(const std::string& name);
   Point add_point(const std::string& name);
-  void add_gap_and_slip(Point& point, const std::string& name);
+  void add_gap(Point& point, const std::string& name);
+  void add_slip_velocity(Point& point, const std::string& name);
   std::vector<Slip> add_slips(const Point& point, bool has_force, const std::string& name);
   std::vector<Force> add_forces(const std::vector<int>& lambda_n, const std::string& name);
+  /// A point where the dynamics hold, with the control u. @param has_gap  whether its gaps are variables, >= 0
+  Stage add_stage(const std::vector<int>& u, bool has_gap, const std::string& name);
   void add_friction_laws(const Point& point, const std::vector<Slip>& slip, const std::vector<Force>& force,
                          const std::vector<int>& lambda_n, const std::string& name);
   /// The pairs of (2)-(4) between the force and the slip of one contact at one point.
   void add_friction_pairs(const Slip& slip, const Force& force, double bias, const std::string& name);
   static std::vector<int> tangential(const std::vector<Force>& forces);
+
+  // Guesses of what the equations above determine.
+  void guess_point(const Point& point, const Vector& q, const Vector& v, const std::vector<Slip>& slips);
+  void guess_forces(const std::vector<Force>& forces, const Vector& lambda_n, const Vector& lambda_t);
+  /// @param w  acceleration; lambda_n, lambda_t: forces
+  void guess_stage(const Stage& stage, const Vector& q, const Vector& v, const Vector& w, const Vector& lambda_n,
+                   const Vector& lambda_t);
+  /// The values of variables in a solution x.
+  static Vector values(const Vector& x, const std::vector<int>& variables);
 
   const Problem& plant_;
   const ProblemInfo& info_;

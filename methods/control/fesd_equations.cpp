@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "methods/complementarity/friction_polygon.h"
 #include "methods/control/nlp_blocks.h"
 #include "problems/join.h"
 
@@ -45,6 +44,7 @@ FesdEquations::FesdEquations(const Problem& plant, const ButcherTableau& tableau
       stiffly_accurate_(tableau.is_stiffly_accurate()),
       runge_kutta_(runge_kutta_rows(tableau.A)),
       right_end_(runge_kutta_rows(tableau.b.transpose())) {
+  for (int i = 0; i < info_.n_c(); ++i) projects_ = projects_ || is_projected(i);
   indicator_.reserve(info_.contacts.size());  // blocks refer to them
   Symbols lengths(2 + info_.contacts.size());
   ex eta = 1;
@@ -53,11 +53,39 @@ FesdEquations::FesdEquations(const Problem& plant, const ButcherTableau& tableau
   equilibration_ = {{(lengths[0] - lengths[1]) * eta}, lengths, {}};
 }
 
+/// Whether (10), (11) are stated.
+bool FesdEquations::is_projected(int contact) const {
+  const ContactInfo& info = info_.contacts[static_cast<std::size_t>(contact)];
+  return options_.projects && stiffly_accurate_ && !info.is_affine && info.n_t == 0;
+}
+
+/// Whether a contact that stays closed has no normal velocity, but for rounding.
+bool FesdEquations::keeps_velocity(int contact) const {
+  return info_.contacts[static_cast<std::size_t>(contact)].is_affine || is_projected(contact);
+}
+
+/// J_n' v = plus - minus, both >= 0 where `is_split`, else minus = -1 and plus of either sign.
+void FesdEquations::add_normal_velocity(const Point& point, const std::function<bool(int)>& is_split,
+                                        std::vector<int>& plus, std::vector<int>& minus, const std::string& name) {
+  for (int i = 0; i < info_.n_c(); ++i) {
+    const std::string at = fmt::format("{}, {}, normal velocity", name, info_.contacts[i].name);
+    plus.push_back(add_variable(is_split(i) ? 0 : -kInfinity, is_split(i) ? kPositive : 0, at + " +"));
+    minus.push_back(is_split(i) ? add_variable(0, kPositive, at + " -") : -1);
+    if (is_split(i) && options_.bounded_parts) mpcc_.add_pair({plus[i]}, {minus[i]}, at + ", + _|_ -");
+  }
+  const int row = mpcc_.nlp.n_rows();
+  add_equations(functions_.normal_velocity, join<int>({point.q, point.v}), name + ", normal velocity", plus);
+  for (int i = 0; i < info_.n_c(); ++i) {
+    if (minus[i] >= 0) mpcc_.nlp.add_block(std::make_unique<LinearBlock>(row + i, Terms{{minus[i], 1}}));
+  }
+}
+
 /// (3), (5), (6) and friction of the impulses
 void FesdEquations::add_impact(Element& element, const std::string& name) {
   const int n_c = info_.n_c();
   element.Lambda_n = add_variables(n_c, 0, kPositive, name + ", Lambda_n");
-  add_gap_and_slip(element.left, name + ", left end");
+  if (element.left.gap.empty()) add_gap(element.left, name + ", left end");
+  add_slip_velocity(element.left, name + ", left end");
   element.left_slip = add_slips(element.left, true, name + ", left end");
   element.impulse = add_forces(element.Lambda_n, name + ", impulse");
   add_equations(
@@ -83,19 +111,12 @@ void FesdEquations::add_impact(Element& element, const std::string& name) {
       mpcc_.add_pair({Lambda}, {y}, at + ", Lambda_n _|_ gap", kNoImpact);
       mpcc_.add_pair({Lambda}, {plus, minus}, at + ", Lambda_n _|_ s+ + s-", kNoImpact);
     }
-    mpcc_.add_pair({plus}, {minus}, at + ", s+ _|_ s-");
+    if (options_.impulses == Impulses::slack || options_.bounded_parts)
+      mpcc_.add_pair({plus}, {minus}, at + ", s+ _|_ s-");
   }
   if (options_.no_capture) {  // (9)
-    element.z_plus = add_variables(n_c, 0, kPositive, name + ", z+");
-    element.z_minus = add_variables(n_c, 0, kPositive, name + ", z-");
-    const int row = mpcc_.nlp.n_rows();
-    add_equations(functions_.normal_velocity, join<int>({element.left.q, element.left.v}), name + ", normal velocity",
-                  element.z_plus);
-    for (int i = 0; i < n_c; ++i) {
-      mpcc_.nlp.add_block(std::make_unique<LinearBlock>(row + i, Terms{{element.z_minus[i], 1}}));
-      mpcc_.add_pair({element.z_plus[i]}, {element.z_minus[i]},
-                     fmt::format("{}, {}, z+ _|_ z-", name, info_.contacts[i].name));
-    }
+    const auto is_split = [this](int i) { return keeps_velocity(i); };
+    add_normal_velocity(element.left, is_split, element.z_plus, element.z_minus, name + ", left end");
   }
   if (options_.eps_c > 0) {  // (6)
     std::vector<int> rows;
@@ -108,27 +129,17 @@ void FesdEquations::add_impact(Element& element, const std::string& name) {
 
 /// (1), (2) and the contact quantities of every stage
 void FesdEquations::add_stages(Element& element, const std::vector<int>& u, const std::string& name) {
-  const int n_q = info_.n_q, n_s = tableau_.n_s;
-  for (int j = 0; j < n_s; ++j) {
-    const std::string at = fmt::format("{}, stage {}", name, j + 1);
-    Stage stage;
-    stage.point = add_point(at);
-    stage.w = add_variables(n_q, -kInfinity, 0, at + ", w");
-    stage.lambda_n = add_variables(info_.n_c(), 0, kPositive, at + ", lambda_n");
-    add_gap_and_slip(stage.point, at);
-    stage.slip = add_slips(stage.point, true, at);
-    stage.force = add_forces(stage.lambda_n, at);
-    add_friction_laws(stage.point, stage.slip, stage.force, stage.lambda_n, at);
-    add_equations(functions_.dynamics,
-                  join<int>({stage.point.q, stage.point.v, stage.w, stage.lambda_n, tangential(stage.force), u}),
-                  at + ", dynamics");
-    element.stages.push_back(std::move(stage));
+  const int n_q = info_.n_q;
+  for (int j = 0; j < tableau_.n_s; ++j) {
+    element.stages.push_back(add_stage(u, true, fmt::format("{}, stage {}", name, j + 1)));
   }
   if (stiffly_accurate_) {
     element.right = element.stages.back().point;
+    if (projects_) add_projection(element, name);
   } else {
     element.right = add_point(name + ", right end");
-    add_gap_and_slip(element.right, name + ", right end");
+    add_gap(element.right, name + ", right end");
+    add_slip_velocity(element.right, name + ", right end");
     element.right_slip = add_slips(element.right, false, name + ", right end");
   }
   for (int k = 0; k < n_q; ++k) {
@@ -146,6 +157,42 @@ void FesdEquations::add_stages(Element& element, const std::vector<int>& u, cons
                   fmt::format("{}, end position {}", name, k));
     add_equations(right_end_, join<int>({{element.h, element.left.v[k], element.right.v[k]}, slopes_v}),
                   fmt::format("{}, end velocity {}", name, k));
+  }
+}
+
+/// (10), (11)
+void FesdEquations::add_projection(Element& element, const std::string& name) {
+  const Point& last = element.stages.back().point;
+  element.right.v = add_velocity(name + ", right end");
+  const auto add_impulse = [&](bool is_free, const std::string& of) {
+    const double bound = is_free ? kInfinity : 0;
+    return mpcc_.nlp.add_variable(-bound, bound, 0, fmt::format("{}, {}, P", name, of));
+  };
+  std::vector<int> tangential;
+  for (int i = 0; i < info_.n_c(); ++i) {
+    const auto& contact = info_.contacts[i];
+    element.P.push_back(add_impulse(is_projected(i), contact.name));
+    for (int d = 0; d < contact.n_t; ++d) tangential.push_back(add_impulse(false, contact.name));
+  }
+  add_equations(functions_.impulse, join<int>({last.q, element.right.v, last.v, element.P, tangential}),
+                name + ", projection");
+  const auto is_split = [this](int i) { return is_projected(i); };
+  add_normal_velocity(element.right, is_split, element.r_plus, element.r_minus, name + ", right end");
+  for (int i = 0; i < info_.n_c(); ++i) {
+    element.p_plus.push_back(-1);
+    element.p_minus.push_back(-1);
+    if (!is_projected(i)) continue;
+    const std::string at = fmt::format("{}, {}", name, info_.contacts[i].name);
+    element.p_plus.back() = add_variable(0, kPositive, at + ", p+");
+    element.p_minus.back() = add_variable(0, kPositive, at + ", p-");
+    add_linear({{element.P[i], -1}, {element.p_plus.back(), 1}, {element.p_minus.back(), -1}}, 0, 0, at + ", P");
+    std::vector<int> gaps{element.left.gap[i]}, forces;
+    for (const auto& stage : element.stages) {
+      gaps.push_back(stage.point.gap[i]);
+      forces.push_back(stage.lambda_n[i]);
+    }
+    mpcc_.add_pair({element.p_plus.back(), element.p_minus.back()}, gaps, at + ", P _|_ gap");
+    mpcc_.add_pair({element.r_plus[i], element.r_minus[i]}, forces, at + ", normal velocity _|_ lambda_n");
   }
 }
 
@@ -180,7 +227,7 @@ void FesdEquations::add_cross_complementarity(const Element& element, const std:
     for (const auto& stage : element.stages) gaps.push_back(stage.point.gap[i]);
     if (!stiffly_accurate_) gaps.push_back(element.right.gap[i]);
     add_cross(at_stages([&](const Stage& s) { return s.lambda_n[i]; }), gaps, at + ", lambda_n _|_ gap");
-    if (options_.no_capture && info_.contacts[i].is_affine)
+    if (options_.no_capture && keeps_velocity(static_cast<int>(i)))
       add_cross(at_stages([&](const Stage& s) { return s.lambda_n[i]; }), {element.z_plus[i]},
                 at + ", lambda_n _|_ z+");
 
@@ -366,11 +413,6 @@ ContactMode FesdEquations::mode(const Element& element, int contact, const Vecto
 
 FesdStep FesdEquations::read(const Vector& x, int interval) const {
   const auto& elements = intervals_[static_cast<std::size_t>(interval)];
-  const auto values = [&](const std::vector<int>& numbers) {
-    Vector result(static_cast<Eigen::Index>(numbers.size()));
-    for (std::size_t k = 0; k < numbers.size(); ++k) result[static_cast<Eigen::Index>(k)] = x[numbers[k]];
-    return result;
-  };
   FesdStep step;
   step.resize(plant_, tableau_.n_s, static_cast<int>(elements.size()));
   step.n_elements = static_cast<int>(elements.size());
@@ -379,75 +421,33 @@ FesdStep FesdEquations::read(const Vector& x, int interval) const {
     Stages& stages = step.elements[n];
     stages.h = x[element.h];
     step.H += stages.h;
-    stages.q0 = values(element.left.q);
-    stages.v0 = values(element.left.v);
-    stages.q1 = values(element.right.q);
-    stages.v1 = values(element.right.v);
+    stages.q0 = values(x, element.left.q);
+    stages.v0 = values(x, element.left.v);
+    stages.q1 = values(x, element.right.q);
+    stages.v1 = values(x, element.right.v);
     for (int j = 0; j < tableau_.n_s; ++j) {
       const Stage& stage = element.stages[j];
-      stages.q.col(j) = values(stage.point.q);
-      stages.v.col(j) = values(stage.point.v);
-      stages.a.col(j) = values(stage.w);
-      stages.lambda_n.col(j) = values(stage.lambda_n);
-      stages.lambda_t.col(j) = values(tangential(stage.force));
+      stages.q.col(j) = values(x, stage.point.q);
+      stages.v.col(j) = values(x, stage.point.v);
+      stages.a.col(j) = values(x, stage.w);
+      stages.lambda_n.col(j) = values(x, stage.lambda_n);
+      stages.lambda_t.col(j) = values(x, tangential(stage.force));
     }
-    step.v_minus.col(n) = values(element.v_minus);
-    step.Lambda_n.col(n) = values(element.Lambda_n);
-    step.Lambda_t.col(n) = values(tangential(element.impulse));
+    step.v_minus.col(n) = values(x, element.v_minus);
+    step.Lambda_n.col(n) = values(x, element.Lambda_n);
+    step.Lambda_t.col(n) = values(x, tangential(element.impulse));
     for (int i = 0; i < info_.n_c(); ++i) stages.modes[i] = mode(element, i, x);
   }
   return step;
 }
 
-void FesdEquations::guess_point(const Point& point, const Vector& q, const Vector& v, const std::vector<Slip>& slips) {
+/// @param plus, minus  as add_normal_velocity() makes them; plus may be -1, too
+void FesdEquations::guess_split(const Vector& values, const std::vector<int>& plus, const std::vector<int>& minus) {
   auto& variables = mpcc_.nlp.variables;
-  for (int k = 0; k < info_.n_q; ++k) {
-    variables[point.q[k]].guess = q[k];
-    variables[point.v[k]].guess = v[k];
-  }
-  const Vector gap = plant_.gap(q), v_t = plant_.tangent_jacobian(q).transpose() * v;
-  for (int i = 0; i < info_.n_c(); ++i) variables[point.gap[i]].guess = std::max(gap[i], 0.0);
-  for (int t = 0; t < info_.n_lambda_t; ++t) variables[point.slip[t]].guess = v_t[t];
-  for (std::size_t i = 0; i < slips.size(); ++i) {
-    const auto& contact = info_.contacts[i];
-    const double* slip = v_t.data() + contact.tangent_index;
-    for (std::size_t d = 0; d < slips[i].xi_plus.size(); ++d) {
-      variables[slips[i].xi_plus[d]].guess = std::max(slip[d], 0.0);
-      variables[slips[i].xi_minus[d]].guess = std::max(-slip[d], 0.0);
-    }
-    const double speed = v_t.segment(contact.tangent_index, contact.n_t).norm();
-    for (const int gamma : slips[i].gamma) variables[gamma].guess = speed;
-    for (std::size_t f = 0; f < slips[i].rates.size(); ++f) {
-      const auto direction = facet_direction(contact.n_t, static_cast<int>(f), static_cast<int>(slips[i].rates.size()));
-      double rate = speed;
-      for (int d = 0; d < contact.n_t; ++d) rate += direction[d] * slip[d];
-      variables[slips[i].rates[f]].guess = std::max(rate, 0.0);
-    }
-  }
-}
-
-void FesdEquations::guess_forces(const std::vector<Force>& forces, const Vector& lambda_n, const Vector& lambda_t) {
-  auto& variables = mpcc_.nlp.variables;
-  for (std::size_t i = 0; i < forces.size(); ++i) {
-    const auto& contact = info_.contacts[i];
-    const auto tangential = lambda_t.segment(contact.tangent_index, contact.n_t);
-    const double cone = contact.mu * lambda_n[static_cast<Eigen::Index>(i)];
-    for (int d = 0; d < contact.n_t; ++d) variables[forces[i].lambda_t[d]].guess = tangential[d];
-    const auto& slack = forces[i].slack;
-    if (slack.size() == 2) {
-      variables[slack[0]].guess = std::max(cone + tangential[0], 0.0);
-      variables[slack[1]].guess = std::max(cone - tangential[0], 0.0);
-    } else if (slack.size() == 1) {
-      const double rest = forces[i].facets.empty() ? cone * cone - tangential.squaredNorm() : cone - tangential.norm();
-      variables[slack[0]].guess = std::max(rest, 0.0);
-    }
-    for (std::size_t f = 0; f < forces[i].facets.size(); ++f) {
-      const auto direction =
-          facet_direction(contact.n_t, static_cast<int>(f), static_cast<int>(forces[i].facets.size()));
-      double part = 0;
-      for (int d = 0; d < contact.n_t; ++d) part += direction[d] * tangential[d];
-      variables[forces[i].facets[f]].guess = std::max(part, 0.0);  // exact in the plane
-    }
+  for (std::size_t i = 0; i < plus.size(); ++i) {
+    const double value = values[static_cast<Eigen::Index>(i)];
+    if (plus[i] >= 0) variables[plus[i]].guess = minus[i] >= 0 ? std::max(value, 0.0) : value;
+    if (minus[i] >= 0) variables[minus[i]].guess = std::max(-value, 0.0);
   }
 }
 
@@ -483,18 +483,28 @@ void FesdEquations::set_guess(const FesdStep& step, int interval) {
       variables[element.Lambda_n[i]].guess = step.Lambda_n(i, column);
       variables[element.s_plus[i]].guess = std::max(rate, 0.0);
       variables[element.s_minus[i]].guess = std::max(-rate, 0.0);
-      if (!options_.no_capture) continue;
-      const double after = J.col(i).dot(stages.v0);
-      variables[element.z_plus[i]].guess = std::max(after, 0.0);
-      variables[element.z_minus[i]].guess = std::max(-after, 0.0);
+    }
+    if (options_.no_capture) guess_split(J.transpose() * stages.v0, element.z_plus, element.z_minus);
+    if (projects_) {
+      const Matrix J_end = plant_.normal_jacobian(stages.q1);
+      const Vector impulse = plant_.mass_matrix(stages.q1) * (stages.v1 - stages.v.col(tableau_.n_s - 1));
+      Vector P = Vector::Zero(info_.n_c());
+      std::vector<int> projected;
+      for (int i = 0; i < info_.n_c(); ++i) {
+        if (is_projected(i) && stages.modes[i] != ContactMode::open) projected.push_back(i);
+      }
+      const Vector solved = J_end(Eigen::all, projected).completeOrthogonalDecomposition().solve(impulse);
+      P(projected) = solved;
+      for (const int i : projected) variables[element.P[i]].guess = P[i];
+      guess_split(P, element.p_plus, element.p_minus);
+      guess_split(J_end.transpose() * stages.v1, element.r_plus, element.r_minus);
+      for (int k = 0; k < info_.n_q; ++k) variables[element.right.v[k]].guess = stages.v1[k];
     }
     for (int j = 0; j < tableau_.n_s; ++j) {
       const Stage& stage = element.stages[j];
-      guess_point(stage.point, stages.q.col(j), stages.v.col(j), stage.slip);
-      guess_forces(stage.force, stages.lambda_n.col(j), stages.lambda_t.col(j));
+      guess_stage(stage, stages.q.col(j), stages.v.col(j), stages.a.col(j), stages.lambda_n.col(j),
+                  stages.lambda_t.col(j));
       guess_gamma(stage.point, stage.slip, stage.force);
-      for (int k = 0; k < info_.n_q; ++k) variables[stage.w[k]].guess = stages.a(k, j);
-      for (int i = 0; i < info_.n_c(); ++i) variables[stage.lambda_n[i]].guess = stages.lambda_n(i, j);
     }
     if (!stiffly_accurate_) guess_point(element.right, stages.q1, stages.v1, element.right_slip);
   }

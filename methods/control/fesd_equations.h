@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -23,11 +24,20 @@ namespace ricochet {
 ///   J_n' v_0 = z+ - z-,   0 <= z+  _|_  lambda_n,j >= 0                                                   (9)
 ///
 /// (9) is ours: a contact that bounces has no force. Without it a closed element of Radau type may absorb the bounce by
-/// stage forces (open question 2 in methods/fesd/README.md), and an optimisation finds that out. It is stated for
-/// affine gaps; on a curve (1)-(4) themselves leave small normal velocities.
+/// stage forces (open question 2 in methods/fesd/README.md), and an optimisation finds that out.
 ///
-/// s+ _|_ s- and z+ _|_ z- too: else the parts of a velocity have no size, and an interior-point method drives both to
-/// infinity. Impulses::slack has the paper's appendix instead of the other pairs in (5): Lambda_n _|_ y_0 + s+ + s-.
+/// On a curve (1)-(4) leave a velocity of O(h^n_s) across a closed contact. As in the simulation (stage_solver.h, (10))
+/// impulses P of either sign take it away at the right end, v_1 behind them and v_ns before,
+///
+///   0 = M(q_1) (v_1 - v_ns) - J_n P,   P = p+ - p-,   0 <= p+ + p-  _|_  sum_j y_j >= 0                    (10)
+///   J_n' v_1 = r+ - r-,   0 <= r+ + r-  _|_  sum_j lambda_n,j >= 0                                        (11)
+///
+/// with Options::projects, for curved contacts without friction and tableaus whose last stage is the right end. (9) is
+/// stated where the equations keep the normal velocity zero: for affine contacts, and those of (10), (11).
+///
+/// Impulses::slack has the paper's appendix instead of the pairs in (5): Lambda_n _|_ y_0 + s+ + s-, s+ _|_ s-.
+/// Options::bounded_parts adds s+ _|_ s- and z+ _|_ z- in any case: without them only the differences have a size, and
+/// an interior-point method may drive both parts to infinity.
 /// Friction is that of contact_equations.h, with forces at the stages j complementary to slip at j', and xi+_j to
 /// xi-_j'; at the left end with (Lambda, v_0).
 ///
@@ -50,10 +60,12 @@ class FesdEquations final : public ContactEquations {
     int facets = 8;  ///< of Cone::polyhedral in space
     CrossComplementarity cross = CrossComplementarity::sparse;
     Equilibration equilibration = Equilibration::objective;
-    double rho = 1;          ///< of Equilibration::objective [1/s^2]
-    double shortest = 0.1;   ///< element, relative to equal ones: elements that collapse are degenerate
-    bool no_capture = true;  ///< (9)
-    double eps_c = 1e-3;     ///< of (6); 0 leaves (6) out
+    double rho = 1;              ///< of Equilibration::objective [1/s^2]
+    double shortest = 0.1;       ///< element, relative to equal ones: elements that collapse are degenerate
+    bool no_capture = true;      ///< (9)
+    bool projects = false;       ///< (10), (11)
+    bool bounded_parts = false;  ///< the parts of normal velocities are complementary to each other
+    double eps_c = 1e-3;         ///< of (6); 0 leaves (6) out
   };
 
   /// @param mpcc  what everything is added to; outlives this object, as `plant` does
@@ -64,19 +76,14 @@ class FesdEquations final : public ContactEquations {
   /// @return the right end
   Point add_interval(const Point& left, const std::vector<int>& u, double H, int T, double share);
 
-  struct Stage {
-    Point point;
-    std::vector<int> w, lambda_n;
-    std::vector<Slip> slip;    ///< n_c
-    std::vector<Force> force;  ///< n_c
-  };
   /// A finite element.
   struct Element {
     int h = -1;
     Point left;  ///< v is v_0, behind an impact
     std::vector<int> v_minus;
     std::vector<int> Lambda_n, s_plus, s_minus;
-    std::vector<int> z_plus, z_minus;  ///< empty without (9)
+    std::vector<int> z_plus, z_minus;                      ///< of (9)
+    std::vector<int> P, p_plus, p_minus, r_plus, r_minus;  ///< of (10), (11); empty without
     std::vector<Slip> left_slip;
     std::vector<Force> impulse;
     std::vector<Stage> stages;
@@ -93,10 +100,14 @@ class FesdEquations final : public ContactEquations {
 
  private:
   ContactMode mode(const Element& element, int contact, const Vector& x) const;
-  void guess_point(const Point& point, const Vector& q, const Vector& v, const std::vector<Slip>& slips);
   void guess_gamma(const Point& point, const std::vector<Slip>& slips, const std::vector<Force>& forces);
-  void guess_forces(const std::vector<Force>& forces, const Vector& lambda_n, const Vector& lambda_t);
+  void guess_split(const Vector& values, const std::vector<int>& plus, const std::vector<int>& minus);
+  bool is_projected(int contact) const;
+  bool keeps_velocity(int contact) const;
+  void add_normal_velocity(const Point& point, const std::function<bool(int)>& is_split, std::vector<int>& plus,
+                           std::vector<int>& minus, const std::string& name);
   void add_impact(Element& element, const std::string& name);
+  void add_projection(Element& element, const std::string& name);
   void add_stages(Element& element, const std::vector<int>& u, const std::string& name);
   void add_cross(const std::vector<int>& stages, const std::vector<int>& points, const std::string& name);
   void add_cross_complementarity(const Element& element, const std::string& name);
@@ -107,6 +118,7 @@ class FesdEquations final : public ContactEquations {
   const ButcherTableau tableau_;
   const Options options_;
   const bool stiffly_accurate_;
+  bool projects_ = false;                   // some contact
   SmoothFunction runge_kutta_, right_end_;  // (1): of one coordinate
   std::vector<SmoothFunction> indicator_;   // nu of (8), per contact
   SmoothFunction equilibration_;

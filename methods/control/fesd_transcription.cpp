@@ -3,14 +3,13 @@
 #include <fmt/format.h>
 
 #include "methods/control/nlp_blocks.h"
-#include "methods/fesd/pivoting_solver.h"
 #include "problems/join.h"
 
 namespace ricochet {
 
 FesdTranscription::FesdTranscription(const OptimalControlProblem& problem, const ButcherTableau& tableau,
                                      const FesdEquations::Options& options)
-    : Transcription(problem),
+    : Transcription(problem, {tableau, {.n_fe = options.n_fe, .as_needed = true}}),
       tableau_(tableau),
       n_fe_(options.n_fe),
       equations_(*problem.plant, tableau, options, mpcc_) {
@@ -46,26 +45,70 @@ ControlTrajectory FesdTranscription::trajectory(const Vector& x) const {
       trajectory.points.push_back({t, e.q0, step.v_minus.col(n)});
       trajectory.points.push_back({t, e.q0, e.v0});
       for (int j = 0; j < tableau_.n_s; ++j) {
-        trajectory.points.push_back({t + tableau_.c[j] * e.h, e.q.col(j), e.v.col(j)});
+        trajectory.points.push_back({t + tableau_.c[j] * e.h, e.q.col(j), e.v.col(j), e.lambda_n.col(j)});
         trajectory.objective += e.h * tableau_.b[j] * running_cost(e.q.col(j), e.v.col(j), trajectory.u.col(k));
       }
       t += e.h;
-      if (!tableau_.is_stiffly_accurate()) trajectory.points.push_back({t, e.q1, e.v1});
     }
+    if (k + 1 == problem_.n_intervals)
+      trajectory.points.push_back({t, step.last().q1, step.last().v1, step.last().lambda_n.col(tableau_.n_s - 1)});
   }
   trajectory.objective += terminal_cost(trajectory.points.back().q, trajectory.points.back().v);
   return trajectory;
 }
 
-Status FesdTranscription::guess_from_simulation() {
-  const ProblemInfo& info = problem_.plant->info();
-  Counters counters;
-  PivotingSolver solver(*problem_.plant, tableau_, {.n_fe = n_fe_}, counters);
-  solver.start(info.q0, info.v0);
-  for (int k = 0; k < problem_.n_intervals; ++k) {
-    const Status status = solver.advance(info.end_time / problem_.n_intervals);
-    if (status != Status::success) return status;
-    equations_.set_guess(solver.step(), k);
+Status FesdTranscription::guess_interval(PivotingSolver& solver, double H, int k, Vector& q, Vector& v) {
+  Status status = solver.advance(H);
+  if (status != Status::success) return status;
+  FesdStep step = solver.step();
+  const Vector q_end = step.last().q1, v_end = step.last().v1;
+  if (step.n_elements != n_fe_) {  // it needed more elements
+    solver.start(q, v);
+    status = sample(solver, H, q, v, step);
+  }
+  if (status != Status::success) return status;
+  equations_.set_guess(step, k);
+  q = q_end;
+  v = v_end;
+  return Status::success;
+}
+
+/// A step of N_FE equal elements whose stages are points of a motion; the forces are their means between them.
+Status FesdTranscription::sample(PivotingSolver& solver, double H, Vector q, Vector v, FesdStep& step) const {
+  const double h = H / n_fe_;
+  step = FesdStep();
+  step.resize(*problem_.plant, tableau_.n_s, n_fe_);
+  step.H = H;
+  step.n_elements = n_fe_;
+  for (int n = 0; n < n_fe_; ++n) {
+    Stages& element = step.elements[n];
+    element.h = h;
+    element.q0 = q;
+    element.v0 = v;
+    step.v_minus.col(n) = v;
+    double c = 0;
+    for (int j = 0; j < tableau_.n_s; ++j) {
+      const double duration = (tableau_.c[j] - c) * h;
+      const Status status = solver.advance(duration);
+      if (status != Status::success) return status;
+      const MeanForces forces = mean_forces(solver.step(), tableau_);
+      element.q.col(j) = solver.step().last().q1;
+      element.v.col(j) = solver.step().last().v1;
+      element.a.col(j) = (element.v.col(j) - v) / duration;
+      element.lambda_n.col(j) = forces.lambda_n;
+      element.lambda_t.col(j) = forces.lambda_t;
+      q = element.q.col(j);
+      v = element.v.col(j);
+      c = tableau_.c[j];
+    }
+    if (c < 1) {
+      const Status status = solver.advance((1 - c) * h);
+      if (status != Status::success) return status;
+      q = solver.step().last().q1;
+      v = solver.step().last().v1;
+    }
+    element.q1 = q;
+    element.v1 = v;
   }
   return Status::success;
 }

@@ -18,11 +18,10 @@ class FesdTranscription final : public Transcription {
 
   ControlTrajectory trajectory(const Vector& x) const override;
 
-  /// Takes the motion under the guess of the control, as the pivoting solver finds it, for the guess of everything.
-  /// @return its status; intervals behind a failure keep the plain guess
-  Status guess_from_simulation();
-
  private:
+  Status guess_interval(PivotingSolver& solver, double H, int k, Vector& q, Vector& v) override;
+  Status sample(PivotingSolver& solver, double H, Vector q, Vector v, FesdStep& step) const;
+
   const ButcherTableau tableau_;
   const int n_fe_;
   FesdEquations equations_;

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include "methods/control/nlp_blocks.h"
+#include "problems/control/replay_problem.h"
 #include "problems/join.h"
 
 namespace ricochet {
+
 std::vector<std::vector<int>> Transcription::add_controls() {
   const ProblemInfo& info = problem_.plant->info();
   std::vector<std::vector<int>> u(static_cast<std::size_t>(problem_.n_intervals));
@@ -37,6 +39,40 @@ void Transcription::add_terminal(const std::vector<int>& q, const std::vector<in
   std::vector<int> rows;
   for (const auto& constraint : problem_.terminal_names) rows.push_back(mpcc_.nlp.add_row(0, 0, "at T, " + constraint));
   mpcc_.nlp.add_block(std::make_unique<FunctionBlock>(problem_.terminal, join<int>({q, v}), rows));
+}
+
+Status Transcription::guess_from_simulation(const Matrix& u) {
+  ControlledPlant plant(problem_);
+  const ProblemInfo& info = plant.info();
+  Counters counters;
+  PivotingSolver solver(plant, simulation_.tableau, simulation_.options, counters);
+  Vector q = info.q0, v = info.v0;
+  solver.start(q, v);
+  for (int k = 0; k < problem_.n_intervals; ++k) {
+    for (int c = 0; c < info.n_u; ++c) mpcc_.nlp.variables[u_[k][c]].guess = u(c, k);
+    plant.set_control(u.col(k));
+    const Status status = guess_interval(solver, info.end_time / problem_.n_intervals, k, q, v);
+    if (status != Status::success) return status;
+  }
+  return Status::success;
+}
+
+Status Transcription::guess_from_simulation() {
+  return guess_from_simulation(problem_.plant->info().u.replicate(1, problem_.n_intervals));
+}
+
+Transcription::MeanForces Transcription::mean_forces(const FesdStep& step, const ButcherTableau& tableau) {
+  MeanForces mean{Vector::Zero(step.Lambda_n.rows()), Vector::Zero(step.Lambda_t.rows())};
+  double H = 0;
+  for (int n = 0; n < step.n_elements; ++n) {
+    const Stages& element = step.elements[n];
+    mean.lambda_n += step.Lambda_n.col(n) + element.h * element.lambda_n * tableau.b;
+    mean.lambda_t += step.Lambda_t.col(n) + element.h * element.lambda_t * tableau.b;
+    H += element.h;
+  }
+  mean.lambda_n /= H;
+  mean.lambda_t /= H;
+  return mean;
 }
 
 ControlTrajectory Transcription::read_controls(const Vector& x) const {

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "methods/complementarity/nlp.h"
+#include "methods/fesd/pivoting_solver.h"
 #include "problems/control/optimal_control_problem.h"
 #include "problems/solution.h"
 
@@ -19,6 +21,7 @@ struct ControlTrajectory {
   struct Point {
     double t = 0;
     Vector q, v;
+    Vector lambda_n = {};  ///< n_c; empty where the discretisation has no force
   };
   struct Impulse {
     double t = 0;
@@ -39,9 +42,30 @@ class Transcription {
   Mpcc& mpcc() { return mpcc_; }
   /// Reads the motion out of a solution x.
   virtual ControlTrajectory trajectory(const Vector& x) const = 0;
+  /// Takes these controls, and the motion under them as the pivoting solver finds it, for the guess of everything.
+  /// @param u  n_u x N. @return its status; what lies behind a failure keeps the plain guess
+  Status guess_from_simulation(const Matrix& u);
+  /// The same with the problem's guess of the control.
+  Status guess_from_simulation();
 
  protected:
-  explicit Transcription(const OptimalControlProblem& problem) : problem_(problem) {}
+  /// How guess_from_simulation() simulates.
+  struct Simulation {
+    ButcherTableau tableau;
+    PivotingSolver::Options options;
+  };
+  Transcription(const OptimalControlProblem& problem, Simulation simulation)
+      : problem_(problem), simulation_(std::move(simulation)) {}
+
+  /// Of a step: means over its time, impacts included.
+  struct MeanForces {
+    Vector lambda_n, lambda_t;
+  };
+  static MeanForces mean_forces(const FesdStep& step, const ButcherTableau& tableau);
+
+  /// Simulates interval k, of length H, and takes its motion for a guess. @param solver  started at the interval's
+  /// start. @param q, v  the state there; at its end on return
+  virtual Status guess_interval(PivotingSolver& solver, double H, int k, Vector& q, Vector& v) = 0;
 
   /// Variables of every interval's control.
   std::vector<std::vector<int>> add_controls();
@@ -58,6 +82,7 @@ class Transcription {
   double terminal_cost(const Vector& q, const Vector& v) const;
 
   const OptimalControlProblem& problem_;
+  const Simulation simulation_;
   Mpcc mpcc_;
   std::vector<std::vector<int>> u_;
   int T_ = -1;

@@ -44,6 +44,25 @@ constexpr Text kTexts[] = {
     {"step length", "sum h_n = H"},
 };
 
+// A force, or a slip velocity, that is zero, as part of its size.
+constexpr double kRest = 1e-12;
+
+/// Formulas of friction in its other forms.
+constexpr struct {
+  FesdCondition condition;
+  const char *squared, *polyhedral;
+} kConeTexts[] = {
+    {FesdCondition::impulse_cone, "(mu Lambda_n)^2 - |Lambda_t|^2 >= 0", "Lambda_t in mu Lambda_n conv{d_f}"},
+    {FesdCondition::impulse_slip, "v_t + 2 Gamma Lambda_t = 0", "mu Lambda_n gamma + Lambda_t'v_t = 0"},
+    {FesdCondition::stage_cone, "(mu lambda_n,nj)^2 - |lambda_t,nj|^2 >= 0", "lambda_t,nj in mu lambda_n,nj conv{d_f}"},
+    {FesdCondition::stage_slip, "v_t,nj + 2 gamma_nj lambda_t,nj = 0",
+     "mu lambda_n,nj gamma_nj + lambda_t,nj'v_t,nj = 0"},
+    {FesdCondition::cross_friction, "gamma_nj' ((mu lambda_n,nj)^2 - |lambda_t,nj|^2) = 0",
+     "mu lambda_n,nj gamma_nj' + lambda_t,nj'v_t,nj' = 0"},
+    {FesdCondition::pinned_sliding, "beta(right end of n-1) sum_j |v_t,nj| = 0",
+     "l_f(right end of n-1) sum_j (d_f'v_t + gamma)_nj = 0"},
+};
+
 double max_abs(const auto& x) {
   return x.size() > 0 ? x.cwiseAbs().maxCoeff() : 0.0;
 }
@@ -54,15 +73,22 @@ double ratio(double value, double size) {
 
 }  // namespace
 
-FesdAudit::FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool pinned, double gap_tolerance)
+FesdAudit::FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool pinned, double gap_tolerance,
+                     const FrictionConeOptions& cone)
     : problem_(problem),
       tableau_(tableau),
       stiffly_accurate_(tableau.is_stiffly_accurate()),
       pinned_(pinned),
       gap_tolerance_(gap_tolerance),
+      cone_(cone.cone),
+      polygon_(cone.facets),
       gap_size_(Vector::Zero(problem.n_c())),
       speed_size_(Vector::Zero(problem.n_c())) {
   for (const auto& [name, formula] : kTexts) residuals_.push_back({.name = name, .formula = formula});
+  const bool is_squared = cone_ == FrictionCone::squared;
+  if (!is_squared && !(polygon_.facets() > 0 && has_friction_in_space(problem.info()))) return;
+  for (const auto& [condition, squared, polyhedral] : kConeTexts)
+    residuals_[static_cast<std::size_t>(condition)].formula = is_squared ? squared : polyhedral;
 }
 
 std::vector<Residual> FesdAudit::residuals() const {
@@ -100,10 +126,13 @@ Vector FesdAudit::slip(int contact, const Vector& q, const Vector& v) const {
   return problem_.tangent_jacobian(q).middleCols(info.tangent_index, info.n_t).transpose() * v;
 }
 
-/// An impulse elsewhere changes contact forces at once, and so does a contact that stops or reverses its slip.
-bool FesdAudit::forces_jump(const Stages& left, const Stages& right) {
+/// An impulse elsewhere changes contact forces at once, and so does a contact that stops or reverses its slip, or turns
+/// it past an edge of a polygon.
+bool FesdAudit::forces_jump(const Stages& left, const Stages& right) const {
   for (std::size_t i = 0; i < left.modes.size(); ++i) {
     const bool stops = is_slipping(left.modes[i]) && right.modes[i] == ContactMode::stick;
+    const bool is_at_vertex = left.modes[i] == ContactMode::vertex_slip;
+    if (is_at_vertex && (right.modes[i] != left.modes[i] || right.facets[i] != left.facets[i])) return true;
     if (stops || slip_sign(left.modes[i]) * slip_sign(right.modes[i]) < 0) return true;
   }
   return false;
@@ -125,11 +154,15 @@ Vector FesdAudit::end_velocity_residual(const Stages& e, const Matrix& accelerat
   for (int i = 0; i < info.n_c(); ++i) {
     const auto& contact = info.contacts[i];
     if (is_closed(e.modes[i])) held.col(i) = J_n.col(i);
-    if (const int sign = slip_sign(e.modes[i]); sign != 0)
-      held.col(i) -= sign * contact.mu * J_t.col(contact.tangent_index);
-    if (e.modes[i] == ContactMode::stick || e.modes[i] == ContactMode::slip)  // in space the direction turns
-      held.middleCols(info.n_c() + contact.tangent_index, contact.n_t) =
-          J_t.middleCols(contact.tangent_index, contact.n_t);
+    if (contact.n_t == 0 || !is_closed(e.modes[i])) continue;
+    const TangentialLaw law = law_of(e, i);
+    const bool turns = e.modes[i] == ContactMode::slip;  // on the disc in space
+    for (int d = 0; d < contact.n_t; ++d) {
+      const int t = contact.tangent_index + d;
+      held.col(i) -= law.along[d] * contact.mu * J_t.col(t);
+      for (int m = 0; m < (turns ? contact.n_t : law.n_held); ++m)
+        held.col(info.n_c() + contact.tangent_index + m) += law.held[m][d] * J_t.col(t);
+    }
   }
   const Vector impulse = held.completeOrthogonalDecomposition().solve(M * residual);
   return residual - M.llt().solve(held * impulse);
@@ -153,10 +186,22 @@ void FesdAudit::add_right_end(const Stages& e, const Vector& force_size) {
     };
     hold(J_n.col(i), bias_n[i]);
     const auto& contact = problem_.info().contacts[i];
-    for (int t = contact.tangent_index; e.modes[i] == ContactMode::stick && t < contact.tangent_index + contact.n_t;
-         ++t)
-      hold(J_t.col(t), bias_t[t]);
+    const TangentialLaw law = law_of(e, i);
+    for (int m = 0; m < law.n_held; ++m) {
+      Vector J = Vector::Zero(problem_.n_q());
+      double bias = 0;
+      for (int d = 0; d < contact.n_t; ++d) {
+        J += law.held[m][d] * J_t.col(contact.tangent_index + d);
+        bias += law.held[m][d] * bias_t[contact.tangent_index + d];
+      }
+      hold(J, bias);
+    }
   }
+}
+
+TangentialLaw FesdAudit::law_of(const Stages& e, int contact) const {
+  return polygon_.law(e.modes[contact], problem_.info().contacts[contact].n_t,
+                      e.facets.empty() ? 0 : e.facets[contact]);
 }
 
 /// @param gaps  n_c x n_s, at the stages
@@ -171,45 +216,104 @@ void FesdAudit::add_bilateral(const Stages& e, const Matrix& gaps) {
   }
 }
 
+/// The force inside its cone.
+void FesdAudit::add_cone(FesdCondition condition, const FrictionPoint& at, int contact, double force) {
+  if (cone_ == FrictionCone::squared) {
+    report(condition, std::max(at.force.squaredNorm() - at.cone * at.cone, 0.0), force * force, contact);
+  } else {
+    report(condition, std::max(-cone_margin(at.cone, at.force), 0.0), force, contact);
+  }
+}
+
+/// mu lambda_n - ||lambda_t||, with the norm that the cone has.
+double FesdAudit::cone_margin(double cone, const Vector& force) const {
+  return polygon_.applies(static_cast<int>(force.size())) ? polygon_.margin(cone, force.data()) : cone - force.norm();
+}
+
+/// The force against the slip.
+void FesdAudit::add_slip(FesdCondition condition, const FrictionPoint& at, int contact, double force,
+                         double slip_size) {
+  if (cone_ == FrictionCone::squared) {
+    const double gamma = published_gamma(at, force);
+    if (std::isinf(gamma)) {
+      if (at.v_t.norm() > kRest * slip_size) ++residuals_[static_cast<std::size_t>(condition)].impossible;
+      return;
+    }
+    report(condition, max_abs(at.v_t + 2 * gamma * at.force), slip_size, contact);
+  } else if (polygon_.applies(static_cast<int>(at.v_t.size()))) {
+    report(condition, missing_dissipation(at, at.v_t), force * slip_size, contact);
+  } else {
+    report(condition, max_abs(at.cone * at.v_t + at.v_t.norm() * at.force), force * slip_size, contact);
+  }
+}
+
+/// gamma of v_t + 2 gamma lambda_t = 0 with ||lambda_t|| = mu lambda_n where it is not zero; infinite where there is no
+/// force.
+double FesdAudit::published_gamma(const FrictionPoint& at, double force) const {
+  return at.cone > kRest * force ? at.v_t.norm() / (2 * at.cone) : INFINITY;
+}
+
+/// Power that a polygon could still take out of v_t: mu lambda_n gamma + lambda_t' v_t.
+double FesdAudit::missing_dissipation(const FrictionPoint& at, const Vector& v_t) const {
+  return at.cone * polygon_.speed(v_t.data()) + at.force.dot(v_t);
+}
+
 /// Coulomb's law of a contact, in one element and at its left end.
 void FesdAudit::add_friction(const FesdStep& step, int n, int i, double force, double Lambda_size, double slip_size) {
   const auto& contact = problem_.info().contacts[i];
   const Stages& e = step.elements[n];
   const int n_t = contact.n_t, n_s = tableau_.n_s;
-  const Vector Lambda_t = step.Lambda_t.col(n).segment(contact.tangent_index, n_t);
-  const double cone = contact.mu * step.Lambda_n(i, n);
-  const Vector slip_left = slip(i, e.q0, e.v0);
-  report(FesdCondition::impulse_cone, std::max(Lambda_t.norm() - cone, 0.0), Lambda_size, i);
-  report(FesdCondition::impulse_slip, max_abs(cone * slip_left + slip_left.norm() * Lambda_t), Lambda_size * slip_size,
-         i);
+  const FrictionPoint left{contact.mu * step.Lambda_n(i, n), step.Lambda_t.col(n).segment(contact.tangent_index, n_t),
+                           slip(i, e.q0, e.v0)};
+  add_cone(FesdCondition::impulse_cone, left, i, Lambda_size);
+  add_slip(FesdCondition::impulse_slip, left, i, Lambda_size, slip_size);
 
+  std::vector<FrictionPoint> stages;
+  std::vector<Vector> slips = {left.v_t, slip(i, e.q1, e.v1)};  // v_t,nj'
+  for (int j = 0; j < n_s; ++j) {
+    stages.push_back({contact.mu * e.lambda_n(i, j), e.lambda_t.col(j).segment(contact.tangent_index, n_t),
+                      slip(i, e.q.col(j), stage_velocity(e, j, n_t))});
+    slips.push_back(stages.back().v_t);
+    if (!e.is_projected || j + 1 < n_s) add_cone(FesdCondition::stage_cone, stages.back(), i, force);
+    add_slip(FesdCondition::stage_slip, stages.back(), i, force, slip_size);
+  }
+  if (e.is_projected) {
+    const FrictionPoint right{contact.mu * e.end_lambda_n[i], e.end_lambda_t.segment(contact.tangent_index, n_t),
+                              slips[1]};
+    add_cone(FesdCondition::stage_cone, right, i, force);
+  }
+  add_cross_friction(stages, slips, i, force, slip_size);
+}
+
+/// The force of each stage against the slip at all points of the element.
+void FesdAudit::add_cross_friction(const std::vector<FrictionPoint>& stages, const std::vector<Vector>& slips, int i,
+                                   double force, double slip_size) {
+  const auto n_t = static_cast<int>(slips.front().size());
+  if (cone_ == FrictionCone::squared) {
+    double gamma = 0;
+    for (const auto& at : stages) {
+      if (const double its = published_gamma(at, force); std::isfinite(its)) gamma = std::max(gamma, its);
+    }
+    const double gamma_size = std::max(gamma, slip_size / (2 * force));
+    for (const auto& at : stages)
+      report(FesdCondition::cross_friction, gamma * (at.cone * at.cone - at.force.squaredNorm()),
+             gamma_size * force * force, i);
+    return;
+  }
   double most_positive = 0, most_negative = 0, fastest = 0;  // of xi+, xi-, ||v_t|| over j'
-  const auto at_point = [&](const Vector& v_t) {
+  for (const Vector& v_t : slips) {
     most_positive = std::max(most_positive, v_t[0]);
     most_negative = std::max(most_negative, -v_t[0]);
     fastest = std::max(fastest, v_t.norm());
-  };
-  at_point(slip_left);
-  at_point(slip(i, e.q1, e.v1));
-  for (int j = 0; j < n_s; ++j) {
-    const Vector v_t = slip(i, e.q.col(j), stage_velocity(e, j, n_t)),
-                 lambda_t = e.lambda_t.col(j).segment(contact.tangent_index, n_t);
-    const double mu_lambda = contact.mu * e.lambda_n(i, j);
-    at_point(v_t);
-    if (!e.is_projected || j + 1 < n_s)
-      report(FesdCondition::stage_cone, std::max(lambda_t.norm() - mu_lambda, 0.0), force, i);
-    report(FesdCondition::stage_slip, max_abs(mu_lambda * v_t + v_t.norm() * lambda_t), force * slip_size, i);
   }
-  if (e.is_projected) {
-    const double outside = e.end_lambda_t.segment(contact.tangent_index, n_t).norm() - contact.mu * e.end_lambda_n[i];
-    report(FesdCondition::stage_cone, std::max(outside, 0.0), force, i);
-  }
-  for (int j = 0; j < n_s; ++j) {
-    const Vector lambda_t = e.lambda_t.col(j).segment(contact.tangent_index, n_t);
-    const double mu_lambda = contact.mu * e.lambda_n(i, j);
-    const double product = n_t == 1 ? std::max(most_positive * std::abs(mu_lambda + lambda_t[0]),
-                                               most_negative * std::abs(mu_lambda - lambda_t[0]))
-                                    : fastest * std::abs(mu_lambda - lambda_t.norm());
+  for (const auto& at : stages) {
+    double product = n_t == 1 ? std::max(most_positive * std::abs(at.cone + at.force[0]),
+                                         most_negative * std::abs(at.cone - at.force[0]))
+                              : fastest * std::abs(at.cone - at.force.norm());
+    if (polygon_.applies(n_t)) {
+      product = 0;
+      for (const Vector& v_t : slips) product = std::max(product, std::abs(missing_dissipation(at, v_t)));
+    }
     report(FesdCondition::cross_friction, product, force * slip_size, i);
   }
 }
@@ -217,10 +321,18 @@ void FesdAudit::add_friction(const FesdStep& step, int n, int i, double force, d
 void FesdAudit::add_pinned_sliding(const Stages& left, const Stages& e, int i, double force, double slip_size) {
   const auto& contact = problem_.info().contacts[i];
   const int n_t = contact.n_t;
-  const double beta = contact.mu * left.end_lambda_n[i] - left.end_lambda_t.segment(contact.tangent_index, n_t).norm();
+  const Vector lambda_t = left.end_lambda_t.segment(contact.tangent_index, n_t);
+  const double beta = cone_margin(contact.mu * left.end_lambda_n[i], lambda_t);
   double sum = 0;
   for (int j = 0; j < tableau_.n_s; ++j) sum += slip(i, e.q.col(j), stage_velocity(e, j, n_t)).norm();
   report(FesdCondition::pinned_sliding, beta * sum, force * slip_size, i);
+  if (!polygon_.applies(n_t)) return;
+  const std::vector<double> l = polygon_.facet_forces(left.modes[i], left.facets[i], lambda_t.data());
+  for (int j = 0; j < tableau_.n_s; ++j) {
+    const std::vector<double> rates = polygon_.facet_rates(slip(i, e.q.col(j), e.v.col(j)).data());
+    for (std::size_t f = 0; f < l.size(); ++f)
+      report(FesdCondition::pinned_sliding, l[f] * rates[f], force * slip_size, i);
+  }
 }
 
 /// sum pi^{xi+-} + pi^beta: positive when a closed contact goes on slipping in its direction, or sticking.
@@ -232,14 +344,32 @@ double FesdAudit::friction_indicator(const Stages& left, const Stages& e, int i,
       const Vector v_t = slip(i, element.q.col(j), stage_velocity(element, j, contact.n_t));
       sum[0] += contact.n_t == 1 ? std::max(v_t[0], 0.0) : v_t.norm();
       sum[1] += contact.n_t == 1 ? std::max(-v_t[0], 0.0) : 0;
-      sum[2] += contact.mu * element.lambda_n(i, j) -
-                element.lambda_t.col(j).segment(contact.tangent_index, contact.n_t).norm();
+      sum[2] += cone_margin(contact.mu * element.lambda_n(i, j),
+                            element.lambda_t.col(j).segment(contact.tangent_index, contact.n_t));
     }
     return sum;
   };
   const Eigen::Vector3d before = sums(left), after = sums(e);
-  return ratio(before[0], slip_size) * ratio(after[0], slip_size) +
+  const double slips = polygon_.applies(contact.n_t) ? facet_indicator(left, e, i, force, slip_size) : 1;
+  return slips * ratio(before[0], slip_size) * ratio(after[0], slip_size) +
          ratio(before[1], slip_size) * ratio(after[1], slip_size) + ratio(before[2], force) * ratio(after[2], force);
+}
+
+/// min_f pi^{l_f} + pi^{r_f} with r_f = d_f' v_t + gamma: positive when the facets that carry force stay the same. The
+/// least, because the product over many facets would vanish by itself.
+double FesdAudit::facet_indicator(const Stages& left, const Stages& e, int i, double force, double slip_size) const {
+  const auto& contact = problem_.info().contacts[i];
+  const auto sums = [&](const Stages& element) {
+    Matrix sum = Matrix::Zero(polygon_.facets(), 2);
+    for (int j = 0; j < tableau_.n_s; ++j) {
+      const auto l = polygon_.facet_forces(element.modes[i], element.facets[i],
+                                           element.lambda_t.col(j).data() + contact.tangent_index),
+                 rates = polygon_.facet_rates(slip(i, element.q.col(j), element.v.col(j)).data());
+      for (int f = 0; f < polygon_.facets(); ++f) sum.row(f) += Eigen::RowVector2d(l[f] / force, rates[f] / slip_size);
+    }
+    return sum;
+  };
+  return sums(left).cwiseProduct(sums(e)).rowwise().sum().minCoeff();
 }
 
 void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "methods/complementarity/friction_cone.h"
 #include "methods/fesd/pivoting_solver.h"
 
 namespace ricochet {
@@ -32,6 +33,13 @@ enum class FesdCondition {
   cross_friction,  ///< in the plane xi+_nj' (mu lambda_n + lambda_t)_nj = 0 = xi-_nj' (mu lambda_n - lambda_t)_nj with
                    ///< v_t = xi+ - xi-, in space ||v_t,nj'|| beta_nj = 0; j' = 0..n_s and the right end
   pinned_sliding,  ///< beta^i(right end of n-1) sum_j ||v_t,nj^i|| = 0                              (open question 1)
+                   // With FrictionCone::squared, v_t + 2 gamma lambda_t = 0 with gamma >= 0 and (mu lambda_n)^2 -
+                   // ||lambda_t||^2 >= 0 instead, and cross_friction is gamma_nj' times the latter. It has no solution
+                   // where a contact without force slips: Residual::impossible.
+                   // With FrictionCone::polyhedral in space, gamma = -min_f d_f' v_t instead of ||v_t||, the distance
+                   // to the border of the polygon instead of beta, and mu lambda_n gamma + lambda_t' v_t = 0 in place
+                   // of the slip laws: with lambda_t = sum_f l_f d_f it is the sum of l_f (d_f' v_t + gamma) over f and
+                   // of gamma (mu lambda_n - sum_f l_f), each of which is not negative.
   // With bilateral constraints; the conditions of single contacts above and below are those of unilateral ones.
   bilateral_gap,       ///< f_c^i = 0 at q_n, q_nj and q_{n+1}
   bilateral_velocity,  ///< J_n^i' v = 0 at v_n0 and v_{n+1}
@@ -49,12 +57,15 @@ enum class FesdCondition {
 /// f_v|, |M^-1 J_n lambda|) for velocities; gaps to |J_n|' (|q| + H |v| + H^2 |M^-1 f_v|), forces to the largest
 /// contact force or load J_n' M^-1 f_v / G of the step, normal velocities to sum_k |J_n,k v_k| + H G force, impulses to
 /// m |v|; slip velocities to |J_t|' (|v| + H |M^-1 f_v|) + H G_t mu lambda_n; products to the product of both sizes.
-/// Indicators in eta_n are normalised in the same way. Forces of bilateral constraints are load to the other contacts.
+/// Indicators in eta_n are normalised in the same way. Squared cones have the square of the force for a size.
+/// Forces of bilateral constraints are load to the other contacts.
 class FesdAudit {
  public:
   /// @param pinned  whether the solver claims to fulfil FesdCondition::pinned_breaking
   /// @param gap_tolerance  what the solver allowed to a contact that has just broken [m]
-  FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool pinned, double gap_tolerance);
+  /// @param cone  the form of the friction conditions
+  FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool pinned, double gap_tolerance,
+            const FrictionConeOptions& cone);
   /// @param previous  the left neighbour, or null; @param t  start of the step [s]
   void add(const FesdStep& step, const FesdStep* previous, double t);
 
@@ -67,17 +78,33 @@ class FesdAudit {
   Vector slip(int contact, const Vector& q, const Vector& v) const;  // v_t, n_t
   Vector stage_velocity(const Stages& e, int j, int n_t) const;
   Vector end_velocity_residual(const Stages& e, const Matrix& accelerations) const;
+  TangentialLaw law_of(const Stages& e, int contact) const;
   void add_right_end(const Stages& e, const Vector& force_size);
   void add_bilateral(const Stages& e, const Matrix& gaps);
-  static bool forces_jump(const Stages& left, const Stages& right);
+  bool forces_jump(const Stages& left, const Stages& right) const;
+  /// A friction force, or impulse, and the slip velocity that it belongs to.
+  struct FrictionPoint {
+    double cone;  ///< mu lambda_n
+    Vector force, v_t;
+  };
+  void add_cone(FesdCondition condition, const FrictionPoint& at, int contact, double force);
+  void add_slip(FesdCondition condition, const FrictionPoint& at, int contact, double force, double slip_size);
+  double missing_dissipation(const FrictionPoint& at, const Vector& v_t) const;
+  double published_gamma(const FrictionPoint& at, double force) const;
+  double cone_margin(double cone, const Vector& force) const;
+  void add_cross_friction(const std::vector<FrictionPoint>& stages, const std::vector<Vector>& slips, int i,
+                          double force, double slip_size);
   void add_friction(const FesdStep& step, int n, int i, double force, double Lambda_size, double slip_size);
   void add_pinned_sliding(const Stages& left, const Stages& e, int i, double force, double slip_size);
   double friction_indicator(const Stages& left, const Stages& e, int i, double force, double slip_size) const;
+  double facet_indicator(const Stages& left, const Stages& e, int i, double force, double slip_size) const;
 
   const Problem& problem_;
   const ButcherTableau tableau_;
   const bool stiffly_accurate_, pinned_;
   const double gap_tolerance_;
+  const FrictionCone cone_;
+  const FrictionPolygon polygon_;
   std::vector<Residual> residuals_;
   Vector gap_size_, speed_size_;  // over all steps so far: a body at rest at q = 0 has the rounding of its journey
   double t_ = 0;

@@ -25,6 +25,8 @@ class Fesd final : public Method {
     options_.switches = switches == "pinned"      ? Switches::pinned
                         : switches == "published" ? Switches::published
                                                   : Switches::published_earliest;
+    cone_ = cone_argument(spec);
+    options_.facets = cone_.facets;
     options_.gap_tolerance = spec.number("gap_tolerance", 0, 0, 1);
     options_.max_elements = spec.whole_number("max_elements", 64, 1, 100000);
     spec.finish(2);
@@ -41,7 +43,11 @@ class Fesd final : public Method {
             .has_sensitivities = true};
   }
 
-  Support supports(const ProblemInfo& problem) const override { return can_hold_bilateral(tableau_, problem); }
+  Support supports(const ProblemInfo& problem) const override {
+    if (options_.switches != PivotingSolver::Switches::pinned && options_.facets > 0 && has_friction_in_space(problem))
+      return Support::no("switches on a polyhedral friction cone in space are pinned only");
+    return can_hold_bilateral(tableau_, problem);
+  }
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
@@ -51,12 +57,15 @@ class Fesd final : public Method {
     PivotingSolver solver(problem, tableau_, options, solution.counters);
     std::optional<FesdAudit> audit;
     if (settings.audit)
-      audit.emplace(problem, tableau_, options.switches == PivotingSolver::Switches::pinned, options.gap_tolerance);
+      audit.emplace(problem, tableau_, options.switches == PivotingSolver::Switches::pinned, options.gap_tolerance,
+                    cone_);
     std::optional<Sensitivity> sensitivity;
     if (!settings.sensitivities.empty()) {
       if (options.switches != PivotingSolver::Switches::pinned)
         throw InputError(
             fmt::format("{}: sensitivities need switches=pinned, else no equation gives the time of a switch", id_));
+      if (options.facets > 0 && has_friction_in_space(problem.info()))
+        throw InputError(fmt::format("{}: there are no sensitivities with a polyhedral friction cone in space", id_));
       sensitivity.emplace(problem, tableau_, settings.sensitivities);
     }
     const TimeLimit time_limit(settings.time_limit);
@@ -95,17 +104,19 @@ class Fesd final : public Method {
  private:
   std::string id_;
   ButcherTableau tableau_;
+  FrictionConeOptions cone_;
   PivotingSolver::Options options_;
 };
 
 const bool registered = register_method({
     .name = "fesd",
     .usage = "fesd:TABLEAU:STAGES[,n_fe=2][,elements=fixed|as_needed][,max_elements=64][,"
-             "switches=pinned|published|published_earliest][,gap_tolerance=0], or fesd:@TABLEAU_FILE",
+             "switches=pinned|published|published_earliest][,gap_tolerance=0][,"
+             "cone=exact|squared|polyhedral][,facets=8], or fesd:@TABLEAU_FILE",
     .summary = "finite elements with switch detection and jumps (FESD-J), solved by pivoting",
     .examples = {"fesd:radau-iia:1", "fesd:radau-iia:2", "fesd:radau-iia:3", "fesd:radau-iia:4", "fesd:gauss:1",
                  "fesd:gauss:2", "fesd:gauss:3", "fesd:gauss:4", "fesd:radau-ia:3", "fesd:lobatto-iiic:3",
-                 "fesd:radau-iia:3,elements=as_needed"},
+                 "fesd:radau-iia:3,elements=as_needed", "fesd:radau-iia:3,cone=polyhedral,elements=as_needed"},
     .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<Fesd>(spec); },
     .not_built = {},
 });

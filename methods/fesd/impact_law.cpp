@@ -7,11 +7,15 @@
 
 namespace ricochet {
 
-ImpactLaw::ImpactLaw(const Problem& problem, Counters& counters)
-    : problem_(problem), counters_(counters), has_bilateral_(problem.info().has_bilateral()), bilateral_(problem) {
+ImpactLaw::ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, Counters& counters)
+    : problem_(problem),
+      polygon_(polygon),
+      counters_(counters),
+      has_bilateral_(problem.info().has_bilateral()),
+      bilateral_(problem) {
   const ProblemInfo& info = problem.info();
   const int n_q = problem.n_q(), n_c = problem.n_c(), n = n_c + info.n_lambda_t;
-  friction_.resize(n_c, info.n_lambda_t);
+  friction_.resize(n_c, info.n_lambda_t, polygon);
   touching_.reserve(static_cast<std::size_t>(n_c));
   laws_.reserve(static_cast<std::size_t>(n_c));
   columns_.reserve(static_cast<std::size_t>(n));
@@ -87,6 +91,26 @@ void ImpactLaw::set_slide(Closed& closed, const Eigen::Ref<const Vector>& v, dou
   closed.slides = speed > rounding;
   if (!closed.slides) return;
   for (int d = 0; d < 2; ++d) closed.direction[d] = v_t[d] / speed;
+  if (!polygon_.applies(problem_.info().contacts[closed.contact].n_t)) return;
+  const int vertex = polygon_.most_dissipative(v_t);
+  set_vertex(closed, vertex);
+  for (const int edge : {vertex, polygon_.previous(vertex)}) {
+    const auto e = polygon_.edge(edge);
+    if (std::abs(e[0] * v_t[0] + e[1] * v_t[1]) <= rounding) set_edge(closed, edge);
+  }
+}
+
+void ImpactLaw::set_vertex(Closed& closed, int vertex) const {
+  const auto d = polygon_.vertex(vertex);
+  closed.slides = true;
+  closed.is_on_edge = false;
+  closed.facet = vertex;
+  for (int k = 0; k < 2; ++k) closed.direction[k] = -d[k];
+}
+
+void ImpactLaw::set_edge(Closed& closed, int edge) const {
+  set_vertex(closed, edge);
+  closed.is_on_edge = true;
 }
 
 double ImpactLaw::slip_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const {
@@ -171,6 +195,8 @@ LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<
     size = std::max({size, normal_velocity_scale(c.contact, w_), slip_velocity_scale(c.contact, w_)});
     add_contact(c.contact);
     laws_.back().slides = c.slides;
+    laws_.back().is_on_edge = c.is_on_edge;
+    laws_.back().facet = c.facet;
     std::copy_n(c.direction, 2, laws_.back().direction);
     const auto& contact = problem_.info().contacts[c.contact];
     b_[row++] = D_.col(c.contact).dot(w_) + bias_[c.contact];
@@ -188,6 +214,7 @@ LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<
   for (std::size_t k = 0; k < closed.size(); ++k) {
     const auto& contact = problem_.info().contacts[closed[k].contact];
     closed[k].mode = laws_[k].mode;
+    closed[k].facet = laws_[k].facet;
     lambda_n[closed[k].contact] = r_[row++];
     for (int d = 0; d < contact.n_t; ++d) lambda_t[contact.tangent_index + d] = r_[row++];
   }

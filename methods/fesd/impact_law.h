@@ -24,11 +24,14 @@ namespace ricochet {
 ///   0 <= lambda_n^i  _|_  J_n^i' w + v+' (grad^2 f_c^i) v+ >= 0                         (5)
 ///   lambda_t^i: opposite to J_t^i' v+ where that is not zero, else Coulomb's law with J_t^i' w + (J_t^i)^. ' v+   (6)
 ///
+/// Friction in space may have a polygon in place of the disc (friction_polygon.h): (6) is then a vertex, or the edge
+/// that J_t^i' v+ is normal to.
+///
 /// Both are friction problems (friction_problem.h) with the Delassus matrix G = D' M^-1 D, D = [J_n, J_t]. Bilateral
 /// constraints are eliminated (bilateral_constraints.h): P M^-1 stands for M^-1, and their impulses and forces follow.
 class ImpactLaw {
  public:
-  ImpactLaw(const Problem& problem, Counters& counters);
+  ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, Counters& counters);
 
   /// Evaluates M, J_n and J_t at q for the unilateral contacts in `touching` and the bilateral ones. False when M(q) is
   /// not positive definite, or bilateral constraints depend on each other.
@@ -42,7 +45,9 @@ class ImpactLaw {
   struct Closed {
     int contact = -1;
     bool slides = false;                   ///< its slip direction is known
-    double direction[2]{1, 0};             ///< of slip
+    double direction[2]{1, 0};             ///< of slip; on a polygon minus the vertex of the force
+    bool is_on_edge = false;               ///< on a polygon: it slips normal to edge `facet`
+    int facet = 0;                         ///< on a polygon: vertex or edge; out: of `mode`
     ContactMode mode = ContactMode::open;  ///< out
   };
 
@@ -56,6 +61,9 @@ class ImpactLaw {
   /// J_n' M^-1 (J_n - mu J_t d). Not positive in Painleve's region.
   double sliding_delassus(int contact, const double* direction) const;
 
+  /// Diagonal Delassus entry J_n' M^-1 J_n of a touching contact.
+  double normal_delassus(int contact) const { return D_.col(contact).dot(MD_.col(contact)); }
+
   /// J_n^i' v of a touching contact.
   double normal_velocity(int contact, const Eigen::Ref<const Vector>& v) const { return D_.col(contact).dot(v); }
   /// sum_k |J_n,k^i v_k|: what rounding of a normal velocity is measured against.
@@ -64,8 +72,12 @@ class ImpactLaw {
   }
   /// J_t^i' v of a touching contact, n_t components.
   void slip_velocity(int contact, const Eigen::Ref<const Vector>& v, double* v_t) const;
-  /// The contact slides the way it slips at velocity v, if its slip velocity is larger than `rounding`.
+  /// The contact slides the way it slips at velocity v, if its slip velocity is larger than `rounding`; on a polygon
+  /// normal to an edge, if what it has along the edge is not.
   void set_slide(Closed& closed, const Eigen::Ref<const Vector>& v, double rounding) const;
+  /// The contact slides with the force at a vertex of the polygon, or normal to an edge.
+  void set_vertex(Closed& closed, int vertex) const;
+  void set_edge(Closed& closed, int edge) const;
   double slip_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const;
 
  private:
@@ -75,6 +87,7 @@ class ImpactLaw {
   void apply(Eigen::Index n, Eigen::Ref<Vector> motion, Eigen::Ref<Vector> normal) const;
 
   const Problem& problem_;
+  const FrictionPolygon polygon_;
   Counters& counters_;
   std::vector<int> touching_;
   Matrix M_, D_, MD_, G_;  // D_, MD_: n_q x (n_c + n_lambda_t), the latter P M^-1 D

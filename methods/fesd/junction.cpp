@@ -17,14 +17,19 @@ void Junction::reserve(const ProblemInfo& info) {
   touching.reserve(info.contacts.size());
   alternatives.reserve(info.contacts.size());
   from_rest.reserve(info.contacts.size());
+  on_edge.reserve(info.contacts.size());
   acceleration.setZero(info.n_q);
   lambda_n.setZero(info.n_c());
   lambda_t.setZero(info.n_lambda_t);
 }
 
-JunctionSolver::JunctionSolver(const Problem& problem, const ButcherTableau& tableau, const Vector& gap_size,
-                               Counters& counters)
-    : problem_(problem), tableau_(tableau), gap_size_(gap_size), impact_law_(problem, counters) {
+JunctionSolver::JunctionSolver(const Problem& problem, const ButcherTableau& tableau, const FrictionPolygon& polygon,
+                               const Vector& gap_size, Counters& counters)
+    : problem_(problem),
+      tableau_(tableau),
+      polygon_(polygon),
+      gap_size_(gap_size),
+      impact_law_(problem, polygon, counters) {
   closed_.reserve(problem.info().contacts.size());
   gap_.setZero(problem.n_c());
 }
@@ -32,7 +37,31 @@ JunctionSolver::JunctionSolver(const Problem& problem, const ButcherTableau& tab
 /// A closed contact that stays closed whatever the load says.
 ContactMode JunctionSolver::continued_mode(const ImpactLaw::Closed& closed) const {
   const int n_t = problem_.info().contacts[closed.contact].n_t;
-  return n_t > 0 && !closed.slides ? ContactMode::stick : slip_mode(n_t, closed.direction);
+  if (n_t > 0 && !closed.slides) return ContactMode::stick;
+  if (polygon_.applies(n_t)) return closed.is_on_edge ? ContactMode::edge_slip : ContactMode::vertex_slip;
+  return slip_mode(n_t, closed.direction);
+}
+
+/// Whether the load of a contact that slides pulls it into its surface: at either end of an edge.
+bool JunctionSolver::is_paradox(const ImpactLaw::Closed& closed) const {
+  if (!closed.slides) return false;
+  if (impact_law_.sliding_delassus(closed.contact, closed.direction) <= 0) return true;
+  if (!closed.is_on_edge) return false;
+  const auto d = polygon_.vertex(polygon_.next(closed.facet));
+  const double direction[2]{-d[0], -d[1]};
+  return impact_law_.sliding_delassus(closed.contact, direction) <= 0;
+}
+
+/// Whether a contact needs an impulse. What is left across one that was closed in the element before is rounding of
+/// velocities before they cancelled, and of what its force took away: a body at rest has no velocity to compare with.
+bool JunctionSolver::approaches(int contact, const Eigen::Ref<const Vector>& v, const Stages* left) {
+  double size = impact_law_.normal_velocity_scale(contact, v);
+  normal_size_ = std::max(normal_size_, size);
+  if (left && is_closed(left->modes[contact])) {
+    const double stopped = left->h * left->lambda_n.row(contact).maxCoeff() * impact_law_.normal_delassus(contact);
+    normal_size_ = size = std::max(normal_size_, stopped);
+  }
+  return impact_law_.normal_velocity(contact, v) < -kVelocityRounding * size;
 }
 
 /// Whether a closed contact slides already, and where to.
@@ -41,7 +70,8 @@ void JunctionSolver::set_tangential_law(const Stages& element, const Stages* lef
   const int i = closed.contact;
   const auto& contact = problem_.info().contacts[i];
   const ContactMode before = left ? left->modes[i] : ContactMode::open;
-  if (end.is(Switch::Kind::cone_reached, i)) {  // slip starts against the force
+  if (end.contact == i && end.on_polygon() && !is_impact) return set_facet(element, end, closed);
+  if (end.is(Switch::Kind::cone_reached, i) && !end.on_polygon()) {  // slip starts against the force
     closed.slides = true;
     double size = 0;
     for (int d = 0; d < contact.n_t; ++d) {
@@ -53,8 +83,20 @@ void JunctionSolver::set_tangential_law(const Stages& element, const Stages* lef
   }
   if (before == ContactMode::stick && !is_impact) return;
   if (end.is(Switch::Kind::slip_stops, i)) return;
-  // What contacts that come to rest together have left of their slip when the switch of one of them is solved.
-  slip_size_ = std::max(slip_size_, impact_law_.slip_velocity_scale(i, element.v0));
+  set_slide(element, closed);
+}
+
+/// The same on a polygon, where the switch of this contact says it.
+void JunctionSolver::set_facet(const Stages& element, const Switch& end, ImpactLaw::Closed& closed) {
+  if (end.kind == Switch::Kind::slip_turns) set_slide(element, closed);
+  if (end.kind == Switch::Kind::cone_reached || closed.slides) impact_law_.set_edge(closed, end.condition.facet);
+  if (end.kind == Switch::Kind::edge_left) impact_law_.set_vertex(closed, end.condition.facet);
+}
+
+/// Whether it slides, up to what contacts that come to rest together have left of their slip when the switch of one of
+/// them is solved.
+void JunctionSolver::set_slide(const Stages& element, ImpactLaw::Closed& closed) {
+  slip_size_ = std::max(slip_size_, impact_law_.slip_velocity_scale(closed.contact, element.v0));
   impact_law_.set_slide(closed, element.v0, kSlipRounding * slip_size_);
 }
 
@@ -69,6 +111,7 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   junction.touching.clear();
   junction.alternatives.clear();
   junction.from_rest.clear();
+  junction.on_edge.clear();
   junction.has_forces = false;
   stages.v0 = v_minus;
   if (n_c == 0) return Result::done;
@@ -79,6 +122,7 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   if (info.has_friction()) {
     Lambda_t.setZero();
     stages.slip_start.setZero();
+    std::fill(stages.facets.begin(), stages.facets.end(), 0);
   }
 
   const auto was_closed = [&](int i) { return left && is_closed(left->modes[i]); };
@@ -93,12 +137,11 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   if (!impact_law_.prepare(stages.q0, junction.touching)) return Result::no_impulse;
 
   const auto rounding = [&](int i) { return kVelocityRounding * impact_law_.normal_velocity_scale(i, v_minus); };
-  bool approaches = false;
-  for (const int i : junction.touching)
-    approaches = approaches || impact_law_.normal_velocity(i, v_minus) < -rounding(i);
+  const bool must_bounce = std::any_of(junction.touching.begin(), junction.touching.end(),
+                                       [&](int i) { return approaches(i, v_minus, left); });
   // A contact closes; the impulses of contacts that were closed when they bounced (see carry_on) are no impact.
   bool is_impact = false;
-  if (approaches) {
+  if (must_bounce) {
     if (impact_law_.impact(stages.v0, Lambda_n, Lambda_t) != LcpStatus::solved) return Result::no_impulse;
     for (const int i : junction.touching) is_impact = is_impact || (Lambda_n[i] > 0 && !was_closed(i));
   }
@@ -113,13 +156,17 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
       closed_.push_back(closed);
     } else {
       junction.alternatives.push_back(
-          {i, continued_mode(closed), ContactMode::open, impact_law_.normal_velocity(i, stages.v0)});
+          {i, continued_mode(closed), ContactMode::open, impact_law_.normal_velocity(i, stages.v0), closed.facet});
     }
   }
   if (closed_.empty() && !info.has_bilateral()) return Result::done;
-  const auto in_paradox = std::find_if(closed_.begin(), closed_.end(), [&](const ImpactLaw::Closed& c) {
-    return c.slides && impact_law_.sliding_delassus(c.contact, c.direction) <= 0;
-  });
+  for (const auto& closed : closed_) {
+    if (closed.is_on_edge) junction.on_edge.push_back({closed.contact, closed.facet});
+    if (end.is(Switch::Kind::edge_left, closed.contact))
+      junction.on_edge.push_back({closed.contact, left->facets[closed.contact]});
+  }
+  const auto in_paradox =
+      std::find_if(closed_.begin(), closed_.end(), [&](const ImpactLaw::Closed& c) { return is_paradox(c); });
   if (!closed_.empty()) junction.culprit = in_paradox != closed_.end() ? in_paradox->contact : closed_.front().contact;
   if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, junction.lambda_n, junction.lambda_t) !=
       LcpStatus::solved) {
@@ -137,9 +184,10 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
     const bool rested = was_closed(i) && !is_impact;
     if (mode == ContactMode::open && within_step && rested) mode = continued_mode(closed);
     stages.modes[i] = mode;
+    if (polygon_.applies(contact.n_t)) stages.facets[i] = closed.facet;
     const bool breaks_too = end.kind == Switch::Kind::force_vanishes && end.contact >= 0 && is_closed(mode) && rested &&
                             junction.lambda_n[i] <= kForceRounding * left->lambda_n.row(i).maxCoeff();
-    if (breaks_too) junction.alternatives.push_back({i, ContactMode::open, mode});
+    if (breaks_too) junction.alternatives.push_back({i, ContactMode::open, mode, 0, 0, closed.facet});
     if (!is_closed(mode) || contact.n_t == 0) continue;
 
     const auto lambda_t = junction.lambda_t.segment(contact.tangent_index, contact.n_t);
@@ -147,8 +195,10 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
     const bool from_rest = is_slipping(mode) && (!closed.slides || end.is(Switch::Kind::cone_reached, i));
     if (from_rest) {
       junction.from_rest.push_back(i);
-      junction.alternatives.push_back({i, ContactMode::stick, mode});
+      junction.alternatives.push_back({i, ContactMode::stick, mode, 0, 0, closed.facet});
       if (mode == ContactMode::slip) stages.slip_start.segment(contact.tangent_index, contact.n_t) = -lambda_t / force;
+    } else if (mode == ContactMode::vertex_slip && end.is(Switch::Kind::edge_left, i)) {
+      junction.alternatives.push_back({i, ContactMode::edge_slip, mode, 0, left->facets[i], closed.facet});
     } else if (mode == ContactMode::stick && force > (1 - kNearCone) * cone && contact.n_t == 1) {
       const double against = -lambda_t[0];
       junction.alternatives.push_back({i, slip_mode(contact.n_t, &against), mode});
@@ -165,6 +215,7 @@ bool JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
   step.v_minus.col(element) = before.v1;
   junction.touching.clear();
   junction.from_rest.clear();
+  junction.on_edge.clear();
   junction.has_forces = false;
   const int n_c = problem_.n_c();
   if (n_c == 0) return true;
@@ -176,19 +227,17 @@ bool JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
     step.Lambda_n(i, element) = 0;
     stages.modes[i] = before.modes[i];
   }
+  std::copy(before.facets.begin(), before.facets.end(), stages.facets.begin());
   if (!step.touches) return true;
   for (const int i : problem_.info().unilateral) {
     if (is_closed(stages.modes[i])) junction.touching.push_back(i);
   }
   if (junction.touching.empty()) return true;
   if (!impact_law_.prepare(stages.q0, junction.touching)) return false;
-  for (const int i : junction.touching) {
-    if (impact_law_.normal_velocity(i, stages.v0) <
-        -kVelocityRounding * impact_law_.normal_velocity_scale(i, stages.v0)) {
-      return impact_law_.impact(stages.v0, step.Lambda_n.col(element), step.Lambda_t.col(element)) == LcpStatus::solved;
-    }
-  }
-  return true;
+  const bool approach = std::any_of(junction.touching.begin(), junction.touching.end(),
+                                    [&](int i) { return approaches(i, stages.v0, &before); });
+  return !approach ||
+         impact_law_.impact(stages.v0, step.Lambda_n.col(element), step.Lambda_t.col(element)) == LcpStatus::solved;
 }
 
 bool JunctionSolver::is_pressed(const Stages& element, int contact) {

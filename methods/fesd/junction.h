@@ -14,13 +14,19 @@ struct Junction {
     int contact = -1;
     ContactMode mode = ContactMode::open, predicted = ContactMode::open;
     double v_n = 0;  ///< of a contact that bounced, behind the impact [m/s]
+    int facet = 0, predicted_facet = 0;
+  };
+  /// A contact on a polygon that slips normal to an edge, whatever its mode.
+  struct OnEdge {
+    int contact = -1, edge = -1;
   };
 
   std::vector<int> touching;
   std::vector<Alternative> alternatives;
   std::vector<int> from_rest;  ///< contacts that start to slip with zero slip velocity
-  int culprit = -1;            ///< contact to blame for a Result that is not done
-  bool has_forces = false;     ///< acceleration and forces right behind the junction are known:
+  std::vector<OnEdge> on_edge;
+  int culprit = -1;         ///< contact to blame for a Result that is not done
+  bool has_forces = false;  ///< acceleration and forces right behind the junction are known:
   Vector acceleration, lambda_n, lambda_t;
 
   void reserve(const ProblemInfo& info);
@@ -30,10 +36,11 @@ struct Junction {
 ///
 /// A touching contact that approaches takes an impulse. Behind it, contacts that do not separate and contacts that
 /// rested before are closed where the load presses them together, and stick or slip as Coulomb's law for accelerations
-/// says. Bilateral constraints stay closed whatever happens. Two things the instant does not show: within a step a
-/// contact that rested goes on resting, unless its own switch ended the element before (a new step knows the state
-/// only, so there the load decides); and where the force of a sticking contact has just reached the cone, slip begins
-/// against that force, with zero acceleration at first.
+/// says. On a polygon in place of the friction disc they say which vertex or edge carries the force, too; where an edge
+/// has just been left at one of its vertices the force stays at that vertex. Bilateral constraints stay closed whatever
+/// happens. Two things the instant does not show: within a step a contact that rested goes on resting, unless its own
+/// switch ended the element before (a new step knows the state only, so there the load decides); and where the force of
+/// a sticking contact has just reached the cone, slip begins against that force, with zero acceleration at first.
 ///
 /// Alternatives: a contact that bounced may be closed instead (that is how a ball comes to rest, open question 2 of the
 /// specification); stick and slip at the boundary of the cone may be either; where one contact breaks, others that the
@@ -41,7 +48,8 @@ struct Junction {
 class JunctionSolver {
  public:
   /// @param gap_size  n_c, what rounding of the gaps is relative to; read at every call
-  JunctionSolver(const Problem& problem, const ButcherTableau& tableau, const Vector& gap_size, Counters& counters);
+  JunctionSolver(const Problem& problem, const ButcherTableau& tableau, const FrictionPolygon& polygon,
+                 const Vector& gap_size, Counters& counters);
 
   /// no_forces, indeterminate: Painleve's paradox, the load fits no mode of Junction::culprit or more than one
   enum class Result : std::uint8_t { done, no_impulse, no_forces, indeterminate };
@@ -63,17 +71,23 @@ class JunctionSolver {
   int first_to_stop(const Stages& element, double& time);
 
  private:
+  bool approaches(int contact, const Eigen::Ref<const Vector>& v, const Stages* left);
   ContactMode continued_mode(const ImpactLaw::Closed& closed) const;
+  void set_facet(const Stages& element, const Switch& end, ImpactLaw::Closed& closed);
+  void set_slide(const Stages& element, ImpactLaw::Closed& closed);
+  bool is_paradox(const ImpactLaw::Closed& closed) const;
   void set_tangential_law(const Stages& element, const Stages* left, const Switch& end, bool is_impact,
                           ImpactLaw::Closed& closed);
 
   const Problem& problem_;
   const ButcherTableau& tableau_;
+  const FrictionPolygon polygon_;
   const Vector& gap_size_;
   ImpactLaw impact_law_;
   std::vector<ImpactLaw::Closed> closed_;
   Vector gap_;
-  double slip_size_ = 0;  // largest slip velocity so far, before cancellation
+  // Largest velocities so far, before cancellation.
+  double normal_size_ = 0, slip_size_ = 0;
 };
 
 }  // namespace ricochet

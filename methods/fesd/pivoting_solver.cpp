@@ -23,7 +23,7 @@ constexpr int kBracketSamples = 16;
 /// A sign condition that a switch inside the element explains.
 bool is_switch(Verdict verdict) {
   return verdict == Verdict::gap_negative || verdict == Verdict::force_negative || verdict == Verdict::cone_left ||
-         verdict == Verdict::slip_reversed;
+         verdict == Verdict::slip_reversed || verdict == Verdict::slip_turned || verdict == Verdict::edge_left;
 }
 
 Switch::Kind switch_kind(Verdict verdict) {
@@ -34,6 +34,10 @@ Switch::Kind switch_kind(Verdict verdict) {
       return Switch::Kind::cone_reached;
     case Verdict::slip_reversed:
       return Switch::Kind::slip_stops;
+    case Verdict::slip_turned:
+      return Switch::Kind::slip_turns;
+    case Verdict::edge_left:
+      return Switch::Kind::edge_left;
     default:
       return Switch::Kind::gap_closes;
   }
@@ -45,10 +49,11 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
                                Counters& counters)
     : problem_(problem),
       options_(options),
+      polygon_(options.facets),
       counters_(counters),
-      stage_solver_(problem, tableau, options.tolerance, counters),
-      junction_solver_(problem, stage_solver_.tableau(), gap_size_, counters),
-      sign_conditions_(problem, stage_solver_.tableau(), gap_size_, options.gap_tolerance),
+      stage_solver_(problem, tableau, options.tolerance, counters, polygon_),
+      junction_solver_(problem, stage_solver_.tableau(), polygon_, gap_size_, counters),
+      sign_conditions_(problem, stage_solver_.tableau(), polygon_, gap_size_, options.gap_tolerance),
       n_q_(problem.n_q()),
       n_c_(problem.n_c()),
       n_s_(tableau.n_s),
@@ -315,8 +320,10 @@ void PivotingSolver::propose_modes(int element, unsigned trial) {
   const auto& alternatives = junctions_[element].alternatives;
   for (std::size_t k = 0; k < alternatives.size(); ++k) {
     const bool differs = k < kMaxAlternatives && (trial >> k & 1U);
-    step_->elements[element].modes[alternatives[k].contact] =
-        differs ? alternatives[k].mode : alternatives[k].predicted;
+    Stages& stages = step_->elements[element];
+    const int i = alternatives[k].contact;
+    stages.modes[i] = differs ? alternatives[k].mode : alternatives[k].predicted;
+    if (!stages.facets.empty()) stages.facets[i] = differs ? alternatives[k].facet : alternatives[k].predicted_facet;
   }
 }
 
@@ -326,7 +333,7 @@ void PivotingSolver::first_guess(int element, double h) {
   const Junction& junction = junctions_[element];
   stages.h = h;
   const bool has_impulse = !junction.touching.empty() && !step_->Lambda_n.col(element).isZero(0);
-  if (left && left->h == h && left->modes == stages.modes && !has_impulse) {
+  if (left && left->h == h && left->modes == stages.modes && left->facets == stages.facets && !has_impulse) {
     stage_solver_.extrapolate(*left, stages);
   } else if (junction.has_forces) {
     stages.a.colwise() = junction.acceleration;
@@ -380,7 +387,7 @@ Violation PivotingSolver::equal_elements(int first, int count, double h) {
       violation.element = element;
       violation.time += k * h;
       const bool stops_in_space =
-          violation.verdict == Verdict::slip_reversed && problem_.info().contacts[violation.contact].n_t == 2;
+          violation.verdict == Verdict::slip_reversed && stages.modes[violation.contact] == ContactMode::slip;
       if (stops_in_space && !stage_solver_.tableau().is_stiffly_accurate()) violation.verdict = Verdict::no_right_stage;
       return violation;
     }
@@ -394,6 +401,7 @@ void PivotingSolver::prepare_run(int first, int count) {
     step_->ends[first + k].contact = -1;
     if (k == 0) continue;
     step_->elements[first + k].modes = step_->elements[first].modes;
+    step_->elements[first + k].facets = step_->elements[first].facets;
     step_->elements[first + k].slip_start.setZero();
   }
 }
@@ -413,6 +421,35 @@ Violation PivotingSolver::check_run(int first, int count) {
   return {};
 }
 
+/// The switch that a violation in the run from `first` on announces.
+Switch PivotingSolver::switch_for(int first, const Violation& violation) {
+  Switch end{switch_kind(violation.verdict), violation.contact};
+  const Junction& junction = junctions_[first];
+  const Stages& stages = step_->elements[first];
+  const auto has = [&](const std::vector<int>& contacts) {
+    return std::find(contacts.begin(), contacts.end(), violation.contact) != contacts.end();
+  };
+  if (end.kind == Switch::Kind::gap_closes && has(junction.touching)) {
+    end.zeros_at_start = 1;
+    problem_.gap(stages.q0.data(), gap_.data());
+    end.left_gap = gap_[end.contact];
+  }
+  if (violation.condition >= 0)
+    end.condition = polygon_.condition(stages.modes[end.contact], stages.facets[end.contact], violation.condition);
+  const bool on_its_edge = end.kind == Switch::Kind::slip_turns &&
+                           std::any_of(junction.on_edge.begin(), junction.on_edge.end(), [&](const auto& on) {
+                             return on.contact == end.contact && on.edge == end.condition.facet;
+                           });
+  const bool is_of_slip = end.kind == Switch::Kind::slip_stops || end.kind == Switch::Kind::slip_turns;
+  if (on_its_edge || (is_of_slip && has(junction.from_rest))) {
+    const Switch before = switch_before(first);
+    const bool by_force =
+        before.is(Switch::Kind::cone_reached, end.contact) || before.is(Switch::Kind::edge_left, end.contact);
+    end.zeros_at_start = by_force ? 2 : 1;  // the acceleration is zero, too
+  }
+  return end;
+}
+
 /// Solves `count` equal elements up to the switch that the violation announces. When the solution shows another switch
 /// before it, that one is taken instead.
 bool PivotingSolver::run_to_switch(int first, int count, Violation violation, double remaining) {
@@ -420,14 +457,7 @@ bool PivotingSolver::run_to_switch(int first, int count, Violation violation, do
   const std::span<Stages> run(step_->elements.data() + first, static_cast<std::size_t>(count));
   for (int attempt = 0; attempt < 4; ++attempt) {
     if (++trials_ > max_trials()) return false;
-    Switch end{switch_kind(violation.verdict), violation.contact};
-    const Junction& junction = junctions_[first];
-    const auto has = [&](const std::vector<int>& contacts) {
-      return std::find(contacts.begin(), contacts.end(), violation.contact) != contacts.end();
-    };
-    if (end.kind == Switch::Kind::gap_closes && has(junction.touching)) end.zeros_at_start = 1;
-    if (end.kind == Switch::Kind::slip_stops && has(junction.from_rest))
-      end.zeros_at_start = switch_before(first).is(Switch::Kind::cone_reached, end.contact) ? 2 : 1;
+    Switch end = switch_for(first, violation);
     run.front().h = std::clamp(violation.time, 1e-3 * remaining, remaining) / count;
 
     if (!solve_run(first, count, end, remaining)) return false;
@@ -480,8 +510,7 @@ bool PivotingSolver::bracket_switch(int first, int count, const Switch& end, dou
     }
     return stage_solver_.switch_value(step_->elements[first + count - 1], end) / std::pow(h, end.zeros_at_start);
   };
-  const bool needs_force = end.kind == Switch::Kind::force_vanishes || end.kind == Switch::Kind::cone_reached;
-  if (needs_force && stage_solver_.tableau().right_end.size() == 0) return false;
+  if (end.needs_force() && stage_solver_.tableau().right_end.size() == 0) return false;
   // Slip in space has no solution behind the switch that could bracket it.
   if (step_->elements[first].modes[end.contact] == ContactMode::slip) return false;
 
@@ -548,6 +577,12 @@ std::string PivotingSolver::describe(const Failure& failure) const {
       return fmt::format("{} would stick with {:.3g} N more than its friction cone has {}", contact, -v.value, where);
     case Verdict::slip_reversed:
       return fmt::format("{} would slip back with {:.3g} m/s {}", contact, -v.value, where);
+    case Verdict::slip_turned:
+      return fmt::format("{} would slip with {:.3g} m/s past an edge of its friction polygon {}", contact, -v.value,
+                         where);
+    case Verdict::edge_left:
+      return fmt::format("{} would slip with {:.3g} N beyond an edge of its friction polygon {}", contact, -v.value,
+                         where);
     case Verdict::accumulates:
       return fmt::format(
           "the impacts of {} accumulate, it bounces no higher than its gap is known; tableau {} has no stage at the "

@@ -37,6 +37,7 @@ class PivotingSolver {
     bool as_needed = false;  ///< add elements to a step that is infeasible with n_fe
     int max_elements = 64;   ///< of a step, when elements are added
     Switches switches = Switches::pinned;
+    int facets = 0;            ///< of the polygon in place of the friction disc in space; 0: the disc itself
     double gap_tolerance = 0;  ///< [m] by which a gap may be negative in the element behind a pinned break
     double tolerance = 1e-13;
   };
@@ -93,6 +94,7 @@ class PivotingSolver {
   bool begin_element(int element);
   void propose_modes(int element, unsigned trial);
   Violation equal_elements(int first, int count, double h);
+  Switch switch_for(int first, const Violation& violation);
   bool run_to_switch(int first, int count, Violation violation, double remaining);
   bool solve_run(int first, int count, Switch& end, double remaining);
   bool run_to_time(int first, int count, double h, const Violation& violation);
@@ -109,6 +111,7 @@ class PivotingSolver {
 
   const Problem& problem_;
   const Options options_;
+  const FrictionPolygon polygon_;
   Counters& counters_;
   Vector normal_size_;        // sum_k |J_n,k^i(q0)|
   double position_size_ = 0;  // largest |q_k| + H |v_k| so far: the rounding that q may carry is relative to it

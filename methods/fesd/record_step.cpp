@@ -6,9 +6,14 @@ namespace ricochet {
 namespace {
 
 /// What a contact does at the left end of an element, if anything.
-std::optional<EventKind> event_kind(ContactMode before, ContactMode after, double Lambda_n, bool has_left) {
+std::optional<EventKind> event_kind(const Stages* left, const Stages& element, int i, double Lambda_n) {
+  const ContactMode before = left ? left->modes[i] : ContactMode::open, after = element.modes[i];
   if (Lambda_n > 0 && !is_closed(before)) return EventKind::impact;
-  if (!has_left || !is_closed(before) || before == after) return std::nullopt;
+  if (!left || !is_closed(before)) return std::nullopt;
+  const bool is_on_polygon = after == ContactMode::vertex_slip || after == ContactMode::edge_slip;
+  if (is_on_polygon && is_slipping(before) && (before != after || left->facets[i] != element.facets[i]))
+    return EventKind::facet_change;
+  if (before == after) return std::nullopt;
   if (after == ContactMode::open) return EventKind::detach;
   if (after == ContactMode::stick) return EventKind::slip_to_stick;
   return before == ContactMode::stick ? EventKind::stick_to_slip : EventKind::slip_reversal;
@@ -25,8 +30,7 @@ void record_step(const Problem& problem, Recording recording, const FesdStep& st
   for (int n = 0; n < step.n_elements; ++n) {
     const Stages& element = step.elements[n];
     for (const int i : problem.info().unilateral) {
-      const ContactMode before = left ? left->modes[i] : ContactMode::open;
-      const auto kind = event_kind(before, element.modes[i], step.Lambda_n(i, n), left != nullptr);
+      const auto kind = event_kind(left, element, i, step.Lambda_n(i, n));
       if (!kind) continue;
       solution.events.push_back({.t = t,
                                  .kind = *kind,

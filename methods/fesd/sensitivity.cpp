@@ -50,12 +50,12 @@ Sensitivity::Sensitivity(const Problem& problem, const ButcherTableau& tableau, 
   problem.parameter_derivative_of_constants(constants.data());
   const Matrix varied = constants * parameters_;
   initial += varied.topLeftCorner(2 * n_q_, n_theta_);
-  dq_ = initial.topRows(n_q_);
-  dv_ = initial.bottomRows(n_q_);
+  reached_.q = initial.topRows(n_q_);
+  reached_.v = initial.bottomRows(n_q_);
   deps_ = varied.middleRows(2 * n_q_, n_c_);
   dmu_ = varied.middleRows(2 * n_q_ + n_c_, n_c_);
   dt_final_ = varied.bottomLeftCorner(1, n_theta_).transpose();
-  dt_ = Vector::Zero(n_theta_);
+  reached_.t = Vector::Zero(n_theta_);
   if (info.has_bilateral()) require_consistent_start(names);
 }
 
@@ -76,8 +76,8 @@ void Sensitivity::require_consistent_start(const std::vector<std::string>& names
       Eigen::RowVectorXd both(2 * n_q_);
       Vector change(2 * n_q_);
       both << curvature, J;
-      change << dq_.col(k), dv_.col(k);
-      if (!is_zero(J, dq_.col(k), of_gap) || !is_zero(both, change, of_rate))
+      change << reached_.q.col(k), reached_.v.col(k);
+      if (!is_zero(J, reached_.q.col(k), of_gap) || !is_zero(both, change, of_rate))
         throw InputError(
             "sensitivity", names[static_cast<std::size_t>(k)],
             fmt::format("it violates the bilateral constraint '{}' at t = 0; the initial state has to vary "
@@ -89,8 +89,9 @@ void Sensitivity::require_consistent_start(const std::vector<std::string>& names
 
 void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
   const int N = step.n_elements;
+  before_ = reached_;
   dt_elements_.resize(static_cast<std::size_t>(N));
-  if (step.touches && !modes_.empty()) through_switch_at_start(step);
+  if (step.touches && !reached_.modes.empty() && !reached_.is_at_switch) through_switch_at_start(step);
   for (int first = 0; first < N;) {
     int count = 1;  // of the run of equal elements
     while (first + count < N && step.ends[first + count - 1].contact < 0) ++count;
@@ -99,33 +100,36 @@ void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
     const Switch none;
 
     State state{Matrix::Zero(n_q_, n_theta_ + 1), Matrix::Zero(n_q_, n_theta_ + 1)};
-    state.q.leftCols(n_theta_) = dq_;
-    state.v.leftCols(n_theta_) = dv_;
-    Matrix forces;
+    state.q.leftCols(n_theta_) = reached_.q;
+    state.v.leftCols(n_theta_) = reached_.v;
+    Element element;
     for (int k = first; k < first + count; ++k) {
       through_junction(step, k, state);
-      forces = through_element(step.elements[k], k + 1 < first + count ? none : end, state);
+      element = through_element(step.elements[k], k + 1 < first + count ? none : end, state);
     }
     Vector dh;
     if (end.contact >= 0) {
-      const Eigen::RowVectorXd slope = switch_slope(last, end, state, forces);
+      const Eigen::RowVectorXd slope = switch_slope(last, end, state, element.forces);
       dh = -slope.head(n_theta_).transpose() / slope[n_theta_];  // (7)
     } else {
-      dh = (dt_end - dt_) / count;  // (8)
+      dh = (dt_end - reached_.t) / count;  // (8)
     }
-    dq_ = state.q.leftCols(n_theta_) + state.q.col(n_theta_) * dh.transpose();
-    dv_ = state.v.leftCols(n_theta_) + state.v.col(n_theta_) * dh.transpose();
+    reached_.q = state.q.leftCols(n_theta_) + state.q.col(n_theta_) * dh.transpose();
+    reached_.v = state.v.leftCols(n_theta_) + state.v.col(n_theta_) * dh.transpose();
+    stage_accelerations_ = element.accelerations.leftCols(n_theta_);
+    stage_accelerations_ += element.accelerations.col(n_theta_) * dh.transpose();
     for (int k = first; k < first + count; ++k) {
-      dt_elements_[static_cast<std::size_t>(k)] = dt_;
-      dt_ += dh;
+      dt_elements_[static_cast<std::size_t>(k)] = reached_.t;
+      reached_.t += dh;
     }
     first += count;
   }
   const Stages& last = step.last();
-  modes_ = last.modes;
+  reached_.is_at_switch = step.ends[N - 1].contact >= 0;
+  reached_.modes = last.modes;
   const bool is_known = tableau_.right_end.size() > 0;
-  lambda_n_ = is_known ? last.end_lambda_n : last.lambda_n.col(n_s_ - 1);
-  lambda_t_ = is_known ? last.end_lambda_t : last.lambda_t.col(n_s_ - 1);
+  reached_.lambda_n = is_known ? last.end_lambda_n : last.lambda_n.col(n_s_ - 1);
+  reached_.lambda_t = is_known ? last.end_lambda_t : last.lambda_t.col(n_s_ - 1);
 }
 
 /// (9)
@@ -135,18 +139,20 @@ void Sensitivity::through_switch_at_start(const FesdStep& step) {
   const bool has_impulse = !Lambda_n.isZero(0);
   int contact = -1;
   for (int i = 0; i < n_c_ && contact < 0; ++i) {
-    const bool closes = !is_closed(modes_[i]) && Lambda_n[i] > 0,
-               stops = !has_impulse && is_slipping(modes_[i]) && is_closed(e.modes[i]) && e.modes[i] != modes_[i];
+    const bool closes = !is_closed(reached_.modes[i]) && Lambda_n[i] > 0,
+               stops = !has_impulse && is_slipping(reached_.modes[i]) && is_closed(e.modes[i]) &&
+                       e.modes[i] != reached_.modes[i];
     if (closes || stops) contact = i;
   }
   if (contact < 0) return;
   const Matrix J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
-  const Vector a = problem_.mass_matrix(q).llt().solve(problem_.force(q, v) + J_n * lambda_n_ + J_t * lambda_t_);
-  const Matrix parameters = parameter_rows(q, v, a, lambda_n_, lambda_t_).leftCols(n_theta_);
+  const Vector a =
+      problem_.mass_matrix(q).llt().solve(problem_.force(q, v) + J_n * reached_.lambda_n + J_t * reached_.lambda_t);
+  const Matrix parameters = parameter_rows(q, v, a, reached_.lambda_n, reached_.lambda_t).leftCols(n_theta_);
   Matrix slope;        // of the switch functions, by theta
   Vector slope_per_h;  // by the length of the element
   if (has_impulse) {
-    slope = J_n.col(contact).transpose() * dq_ + parameters.row(n_q_ + contact);
+    slope = J_n.col(contact).transpose() * reached_.q + parameters.row(n_q_ + contact);
     slope_per_h = J_n.col(contact).transpose() * v;
   } else {
     const auto& info = problem_.info().contacts[contact];
@@ -154,13 +160,13 @@ void Sensitivity::through_switch_at_start(const FesdStep& step) {
     problem_.slip_velocity_derivative(q.data(), v.data(), T.data());
     const Matrix s_q = T.middleRows(info.tangent_index, info.n_t),
                  s_v = J_t.middleCols(info.tangent_index, info.n_t).transpose();
-    slope = s_q * dq_ + s_v * dv_ + parameters.middleRows(n_q_ + 2 * n_c_ + info.tangent_index, info.n_t);
+    slope = s_q * reached_.q + s_v * reached_.v + parameters.middleRows(n_q_ + 2 * n_c_ + info.tangent_index, info.n_t);
     slope_per_h = s_q * v + s_v * a;
   }
   const Vector dh = -slope.transpose() * slope_per_h / slope_per_h.squaredNorm();
-  dq_ += v * dh.transpose();
-  dv_ += a * dh.transpose();
-  dt_ += dh;
+  reached_.q += v * dh.transpose();
+  reached_.v += a * dh.transpose();
+  reached_.t += dh;
 }
 
 /// Derivatives with respect to theta alone: n_q rows of the dynamics, n_c of f_c, n_c of J_n' v, n_t of J_t' v.
@@ -324,8 +330,8 @@ void Sensitivity::through_impulse(const Impulse& impulse, State& state) const {
   state.v = -solution.topRows(n_q_);
 }
 
-/// (3)-(6). Returns the variations of the forces at the right end: n_c, then n_t, rows.
-Matrix Sensitivity::through_element(const Stages& e, const Switch& end, State& state) const {
+/// (3)-(6)
+Sensitivity::Element Sensitivity::through_element(const Stages& e, const Switch& end, State& state) const {
   const ProblemInfo& info = problem_.info();
   const Matrix& A = tableau_.A;
   const Matrix A2 = A * A;
@@ -375,13 +381,16 @@ Matrix Sensitivity::through_element(const Stages& e, const Switch& end, State& s
   }
   const Matrix dx = -K.partialPivLu().solve(R);
 
-  Matrix forces = Matrix::Zero(n_c_ + n_t_, n_theta_ + 1);
+  Element element{Matrix::Zero(n_c_ + n_t_, n_theta_ + 1), Matrix(n_s_ * n_q_, n_theta_ + 1)};
+  Matrix& forces = element.forces;
   state.q += h * state.v;
   state.q.col(n_theta_) += e.v0 + 2 * h * e.a * bA;
   state.v.col(n_theta_) += e.a * tableau_.b;
   for (int j = 0; j < n_s_; ++j) {
-    state.q += h * h * bA[j] * dx.middleRows(j * n, n_q_);
-    state.v += h * tableau_.b[j] * dx.middleRows(j * n, n_q_);
+    const auto dw = dx.middleRows(j * n, n_q_);
+    element.accelerations.middleRows(j * n_q_, n_q_) = dw;
+    state.q += h * h * bA[j] * dw;
+    state.v += h * tableau_.b[j] * dw;
     Eigen::Index row = j * n + n_q_;
     for (int i = 0; i < n_c_; ++i) {
       if (!is_closed(e.modes[i])) continue;
@@ -394,9 +403,10 @@ Matrix Sensitivity::through_element(const Stages& e, const Switch& end, State& s
       row += 1 + contact.n_t;
     }
   }
-  if (!e.is_projected) return forces;
+  if (!e.is_projected) return element;
   through_projection(e, end, state);
-  return constrained_forces(e, end, state);
+  forces = constrained_forces(e, end, state);
+  return element;
 }
 
 /// (11) of StageSolver, varied. @param state  at the right end

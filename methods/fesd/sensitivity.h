@@ -55,10 +55,14 @@ class Sensitivity {
 
   /// Continues through an accepted step. @param dt_end  derivative of the time where it ends unless a switch ends it
   void add(const FesdStep& step, const Vector& dt_end);
+  /// Takes the last add() back.
+  void reject() { reached_ = before_; }
 
-  const Matrix& dq() const { return dq_; }
-  const Matrix& dv() const { return dv_; }
-  const Vector& dt() const { return dt_; }
+  const Matrix& dq() const { return reached_.q; }
+  const Matrix& dv() const { return reached_.v; }
+  const Vector& dt() const { return reached_.t; }
+  /// Derivatives of Stages::a of the last element: a column per theta, the columns of a below each other.
+  const Matrix& stage_accelerations() const { return stage_accelerations_; }
   const Vector& dt_final() const { return dt_final_; }  ///< of the problem's end_time
   /// Of the left end of an element of the last step.
   const Vector& dt_of_element(int element) const { return dt_elements_[static_cast<std::size_t>(element)]; }
@@ -95,7 +99,12 @@ class Sensitivity {
   Matrix constrained_forces(const Stages& e, const Switch& end, const State& state) const;
   void through_projection(const Stages& e, const Switch& end, State& state) const;
   void require_consistent_start(const std::vector<std::string>& names) const;
-  Matrix through_element(const Stages& e, const Switch& end, State& state) const;
+  /// Variations inside an element, columns as in State.
+  struct Element {
+    Matrix forces;         // at the right end: n_c, then n_t, rows
+    Matrix accelerations;  // of the stages: n_s times n_q rows
+  };
+  Element through_element(const Stages& e, const Switch& end, State& state) const;
   Eigen::RowVectorXd switch_slope(const Stages& e, const Switch& end, const State& state, const Matrix& forces) const;
   Matrix parameter_rows(const Vector& q, const Vector& v, const Vector& a, const Vector& lambda_n,
                         const Vector& lambda_t) const;
@@ -111,13 +120,19 @@ class Sensitivity {
   Eigen::Index n_theta_;
   Matrix parameters_;  // parameters x (n_theta + 1): which column varies which parameter
   Matrix deps_, dmu_;  // n_c x (n_theta + 1)
-  Matrix dq_, dv_;     // n_q x n_theta
-  Vector dt_, dt_final_;
-  std::vector<Vector> dt_elements_;
+  Vector dt_final_;
 
-  // At the right end of the last step; no modes before the first.
-  std::vector<ContactMode> modes_;
-  Vector lambda_n_, lambda_t_;
+  /// At the right end of the last step; no modes before the first.
+  struct Reached {
+    Matrix q, v;  // n_q x n_theta
+    Vector t;
+    bool is_at_switch = false;  // its equation has been used
+    std::vector<ContactMode> modes;
+    Vector lambda_n, lambda_t;
+  };
+  Reached reached_, before_;
+  std::vector<Vector> dt_elements_;
+  Matrix stage_accelerations_;
 };
 
 }  // namespace ricochet

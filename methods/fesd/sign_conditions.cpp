@@ -9,16 +9,24 @@
 namespace ricochet {
 namespace {
 
-void report(Violation& first, Verdict verdict, int contact, double time, double value) {
-  if (first.verdict == Verdict::fulfilled || time < first.time) first = {verdict, 0, contact, time, value};
+void report(Violation& first, Verdict verdict, int contact, double time, double value, int condition = -1) {
+  if (first.verdict == Verdict::fulfilled || time < first.time) first = {verdict, 0, contact, time, value, condition};
+}
+
+/// Of a condition of friction_polygon.h.
+Verdict facet_verdict(ContactMode mode, bool is_of_force) {
+  if (mode == ContactMode::stick) return Verdict::cone_left;
+  if (mode == ContactMode::vertex_slip) return Verdict::slip_turned;
+  return is_of_force ? Verdict::edge_left : Verdict::slip_reversed;
 }
 
 }  // namespace
 
-SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tableau, const Vector& gap_size,
-                               double gap_tolerance)
+SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tableau, const FrictionPolygon& polygon,
+                               const Vector& gap_size, double gap_tolerance)
     : problem_(problem),
       tableau_(tableau),
+      polygon_(polygon),
       gap_size_(gap_size),
       gap_tolerance_(gap_tolerance),
       n_s_(tableau.n_s),
@@ -99,6 +107,7 @@ void SignConditions::check_forces(const Stages& stages, Violation& first) {
     const auto& contact = problem_.info().contacts[i];
     force_size_[i] = std::max(force_size_[i], stages.lambda_n.row(i).maxCoeff());
     const double rounding = kForceRounding * force_size_[i];
+    const bool has_disc = !is_on_polygon(stages, i);
     double force_before = 0, margin_before = 0, time_before = 0;
     bool pulls = false, leaves = false;
     for (int j = 0; j < n_points; ++j) {
@@ -112,7 +121,7 @@ void SignConditions::check_forces(const Stages& stages, Violation& first) {
         report(first, Verdict::force_negative, i, crossing(force_before, lambda), lambda);
         pulls = true;
       }
-      if (mode == ContactMode::stick && !leaves) {
+      if (mode == ContactMode::stick && has_disc && !leaves) {
         const double lambda_t = j < n_s_ ? stages.lambda_t.col(j).segment(contact.tangent_index, contact.n_t).norm()
                                          : stages.end_lambda_t.segment(contact.tangent_index, contact.n_t).norm();
         const double margin = contact.mu * lambda - lambda_t;
@@ -123,6 +132,39 @@ void SignConditions::check_forces(const Stages& stages, Violation& first) {
         margin_before = margin;
       }
       force_before = lambda;
+      time_before = time;
+    }
+    if (!has_disc) check_facet_forces(stages, i, first);
+  }
+}
+
+bool SignConditions::is_on_polygon(const Stages& stages, int contact) const {
+  return is_closed(stages.modes[contact]) && polygon_.applies(problem_.info().contacts[contact].n_t);
+}
+
+/// Conditions (2) of friction_polygon.h on the force
+void SignConditions::check_facet_forces(const Stages& stages, int i, Violation& first) {
+  const ContactMode mode = stages.modes[i];
+  const auto& contact = problem_.info().contacts[i];
+  const int n_points = tableau_.right_end.size() > 0 ? n_s_ + 1 : n_s_;
+  for (int c = 0; c < polygon_.n_conditions(mode); ++c) {
+    const FacetCondition condition = polygon_.condition(mode, stages.facets[i], c);
+    if (!condition.is_of_force) continue;
+    double before = 0, time_before = 0;
+    for (int j = 0; j < n_points; ++j) {
+      if (j == n_s_ - 1 && stages.is_projected) continue;  // as in check_forces()
+      const double time = j < n_s_ ? tableau_.c[j] * stages.h : stages.h;
+      const double lambda_n = j < n_s_ ? stages.lambda_n(i, j) : stages.end_lambda_n[i];
+      const double* lambda_t =
+          (j < n_s_ ? stages.lambda_t.col(j).data() : stages.end_lambda_t.data()) + contact.tangent_index;
+      const double margin = condition.cone * contact.mu * lambda_n - condition.direction[0] * lambda_t[0] -
+                            condition.direction[1] * lambda_t[1];
+      if (margin < -contact.mu * kForceRounding * force_size_[i]) {
+        const double part = j > 0 && before > 0 ? before / (before - margin) : 0.5;
+        report(first, facet_verdict(mode, true), i, time_before + (time - time_before) * part, margin, c);
+        break;
+      }
+      before = margin;
       time_before = time;
     }
   }
@@ -157,7 +199,9 @@ void SignConditions::check_slip(const Stages& stages, Violation& first) {
           size += std::abs(*J_t++) * (std::abs(v[row]) + stages.h * acceleration);
         }
       }
-      if (mode == ContactMode::stick) {
+      if (mode == ContactMode::vertex_slip || mode == ContactMode::edge_slip) {
+        check_facet_velocity(stages, i, {j, time_before, time, before, slip, kSlipRounding * size}, first);
+      } else if (mode == ContactMode::stick) {
         const double speed = std::hypot(slip[0], slip[1]);
         if (j == n_s_ && speed > kSlipRounding * size) report(first, Verdict::drifts, i, time, speed);
       } else if (j >= 0) {
@@ -175,6 +219,28 @@ void SignConditions::check_slip(const Stages& stages, Violation& first) {
       std::copy_n(slip, 2, before);
       time_before = time;
     }
+  }
+}
+
+/// Conditions (2) of friction_polygon.h on the slip velocity, between a point and the one before; and on an edge held'
+/// v_t = 0 at a right end that is no stage
+void SignConditions::check_facet_velocity(const Stages& stages, int i, const SlipChange& change, Violation& first) {
+  const ContactMode mode = stages.modes[i];
+  const auto along = [](const auto& direction, const double* slip) {
+    return direction[0] * slip[0] + direction[1] * slip[1];
+  };
+  if (mode == ContactMode::edge_slip && change.point == n_s_) {
+    const double drift = along(polygon_.edge(stages.facets[i]), change.slip);
+    if (std::abs(drift) > change.rounding) report(first, Verdict::drifts, i, change.time, drift);
+  }
+  for (int c = 0; c < polygon_.n_conditions(mode) && change.point >= 0; ++c) {
+    const FacetCondition condition = polygon_.condition(mode, stages.facets[i], c);
+    if (condition.is_of_force) continue;
+    const double speed = along(condition.direction, change.slip);
+    if (speed >= -change.rounding) continue;
+    const double before = std::max(0.0, along(condition.direction, change.slip_before));
+    const double time = change.time_before + (change.time - change.time_before) * before / (before - speed);
+    report(first, facet_verdict(mode, false), i, time, speed, c);
   }
 }
 

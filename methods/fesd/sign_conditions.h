@@ -11,6 +11,8 @@ enum class Verdict : std::uint8_t {
   force_negative,
   cone_left,      ///< a sticking contact needs more than mu lambda_n
   slip_reversed,  ///< a slipping contact turns back
+  slip_turned,    ///< on a polygon: vertex slip, and a neighbour of the vertex dissipates more
+  edge_left,      ///< on a polygon: edge slip, and the force is not between the vertices
   drifts,
   undetermined,
   no_right_stage,
@@ -26,8 +28,9 @@ struct Violation {
   Verdict verdict = Verdict::fulfilled;
   int element = 0;  ///< of the step
   int contact = -1;
-  double time = 0;   ///< where the quantity crosses zero, from the start of the run, interpolated [s]
-  double value = 0;  ///< gap [m], force [N], slip velocity [m/s]
+  double time = 0;     ///< where the quantity crosses zero, from the start of the run, interpolated [s]
+  double value = 0;    ///< gap [m], force [N], slip velocity [m/s]
+  int condition = -1;  ///< on a polygon: number of the FacetCondition
 };
 
 /// The inequalities of one element, at its stages and its right end:
@@ -38,12 +41,14 @@ struct Violation {
 ///   +-v_t^i >= 0                     slip+, slip-
 ///   v_t,j^i' v_t,j-1^i > 0           slip in space: the direction turns, but does not turn back
 ///
+/// With a polygon in place of the friction disc the last three are replaced by conditions (2) of friction_polygon.h.
 /// A bilateral constraint has none of them; only its drift at a right end that is no stage is refused.
 class SignConditions {
  public:
   /// @param gap_size  n_c, what rounding of the gaps is relative to; read at every call
   /// @param gap_tolerance  [m] by which the gap of a contact that has just broken may be negative
-  SignConditions(const Problem& problem, const ButcherTableau& tableau, const Vector& gap_size, double gap_tolerance);
+  SignConditions(const Problem& problem, const ButcherTableau& tableau, const FrictionPolygon& polygon,
+                 const Vector& gap_size, double gap_tolerance);
 
   /// The condition that fails first in time; Violation::time from the left end of the element.
   /// @param just_broken  contact that broke at the left end, or -1
@@ -54,9 +59,20 @@ class SignConditions {
   void check_gaps(const Stages& stages, int just_broken, Violation& first);
   void check_forces(const Stages& stages, Violation& first);
   void check_slip(const Stages& stages, Violation& first);
+  void check_facet_forces(const Stages& stages, int contact, Violation& first);
+  /// From one point of an element to the next: -1 is the left end, n_s a right end that is no stage.
+  struct SlipChange {
+    int point;
+    double time_before, time;
+    const double *slip_before, *slip;
+    double rounding;
+  };
+  void check_facet_velocity(const Stages& stages, int contact, const SlipChange& change, Violation& first);
+  bool is_on_polygon(const Stages& stages, int contact) const;
 
   const Problem& problem_;
   const ButcherTableau& tableau_;
+  const FrictionPolygon polygon_;
   const Vector& gap_size_;
   const double gap_tolerance_;
   const int n_s_, n_points_;  // points: the stages, and the right end when it is none of them

@@ -42,21 +42,23 @@ FesdEquations::Options equation_options(const MethodSpec& spec) {
   options.rho = spec.number("rho", 1, 0, 1e10);
   options.shortest = spec.number("shortest", 1e-3, 0, 1);
   options.no_capture = spec.choice("capture", {"on", "off"}) == "off";
+  options.bounded_parts = true;
   options.eps_c = spec.number("eps_c", 1e-3, 0, 1);
   return options;
 }
 
-HomotopyOptions homotopy_options(const MethodSpec& spec) {
+/// @param is_near  the guess is a solution, which only has to be kept
+HomotopyOptions homotopy_options(const MethodSpec& spec, bool is_near) {
   HomotopyOptions options;
   std::vector<std::string> names;
   for (const auto& relaxation : relaxations()) names.emplace_back(relaxation.name);
   options.relaxation = spec.choice("relaxation", names);
-  options.sigma_0 = spec.number("sigma_0", 1e-3, 1e-14, 1e6);
-  options.sigma_final = spec.number("sigma_n", 1e-11, 1e-14, options.sigma_0);
+  options.sigma_0 = spec.number("sigma_0", is_near ? 1e-7 : 1e-3, 1e-14, 1e6);
+  options.sigma_final = spec.number("sigma_n", is_near ? 1e-10 : 1e-11, 1e-14, options.sigma_0);
   options.factor = spec.number("factor", 0.1, 1e-6, 0.999);
   options.update =
       named<SigmaUpdate>(spec, "update", {{"superlinear", SigmaUpdate::superlinear}, {"linear", SigmaUpdate::linear}});
-  options.tolerance = spec.number("tolerance", 1e-11, 1e-13, 1e-2);
+  options.tolerance = spec.number("tolerance", is_near ? 1e-10 : 1e-11, 1e-13, 1e-2);
   options.max_iterations = spec.whole_number("max_iterations", 300, 1, 1000000);
   options.cross_over = is_on(spec, "crossover");
   options.max_switches = spec.whole_number("switches", 3, 0, 1000);
@@ -70,9 +72,9 @@ StepHomotopy::Options step_homotopy_options(const MethodSpec& spec) {
   using Guess = StepHomotopy::Guess;
   StepHomotopy::Options options;
   options.equations = equation_options(spec);
-  options.homotopy = homotopy_options(spec);
   options.guess = named<Guess>(spec, "guess",
                                {{"ballistic", Guess::ballistic}, {"cold", Guess::cold}, {"pivoting", Guess::pivoting}});
+  options.homotopy = homotopy_options(spec, options.guess == Guess::pivoting);
   options.retries = spec.whole_number("retry", 2, 0, 10);
   if (options.equations.cone == FesdEquations::Cone::squared && options.homotopy.cross_over)
     throw InputError("crossover", "on",

@@ -1,5 +1,7 @@
 #include "methods/fesd_homotopy/step_homotopy.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 
@@ -29,10 +31,18 @@ StepHomotopy::StepHomotopy(const Problem& problem, const ButcherTableau& tableau
       H_(H),
       equations_(problem, tableau, options.equations, mpcc_),
       initial_(equations_.add_initial_state(info_.q0, info_.v0)),
-      right_(equations_.add_interval(initial_, {}, H, -1, 1)),
+      right_(equations_.add_interval(initial_, add_control(), H, -1, 1)),
       solver_(mpcc_, options.homotopy) {
   if (options.guess == Guess::pivoting)
     pivoting_.emplace(problem, tableau, PivotingSolver::Options{.n_fe = options.equations.n_fe}, pivoting_counters_);
+}
+
+/// The control of the plain simulation, fixed.
+std::vector<int> StepHomotopy::add_control() {
+  std::vector<int> u;
+  for (int k = 0; k < info_.n_u; ++k)
+    u.push_back(mpcc_.nlp.add_variable(info_.u[k], info_.u[k], info_.u[k], fmt::format("u[{}]", k)));
+  return u;
 }
 
 void StepHomotopy::start(const Vector& q, const Vector& v) {

@@ -63,6 +63,7 @@ class StepHomotopy {
     double t = 0, gap = 0;
   };
 
+  std::vector<int> add_control();
   FesdStep cold() const;
   FesdStep flight(bool has_impact);
   double bounce(int contact, const Vector& q, Vector& v) const;

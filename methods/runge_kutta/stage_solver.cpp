@@ -28,14 +28,17 @@ void Stages::resize(const ProblemInfo& info, int n_s) {
   slip_start = end_lambda_t = Vector::Zero(info.n_lambda_t);
   end_lambda_n = Vector::Zero(info.n_c());
   modes.assign(info.contacts.size(), ContactMode::open);
+  facets.assign(has_friction_in_space(info) ? info.contacts.size() : 0, 0);
   for (const int i : info.bilateral) modes[i] = ContactMode::closed;
 }
 
-StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, double tolerance, Counters& counters)
+StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, double tolerance, Counters& counters,
+                         const FrictionPolygon& polygon)
     : problem_(problem),
       tableau_(tableau),
       tolerance_(tolerance),
       counters_(counters),
+      polygon_(polygon),
       n_q_(problem.n_q()),
       n_s_(tableau.n_s),
       structure_(problem.info().structure),
@@ -63,6 +66,8 @@ StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, 
   chord_J_.resize(problem.info().n_normal_entries);
   chord_q_.resize(n_q_);
   gap_.resize(n_c);
+  gap_change_.setZero(n_c);
+  chord_variation_.setZero(n_c);
   gap0_.setZero(n_c);
   kept_gap0_.setZero(n_c);
   kept_slip0_.setZero(problem.info().n_lambda_t);
@@ -79,7 +84,7 @@ StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, 
   for (auto* matrices : {&forces_, &Rq_, &Rv_, &Rl_}) matrices->assign(n_s_, Matrix());
   incoming_q_ = incoming_v_ = stage_dq_ = stage_dv_ = Matrix::Zero(n_q_, 2);
   factors_.reserve(kMaxFactors);
-  set_active(std::vector<ContactMode>(static_cast<std::size_t>(n_c), ContactMode::open));
+  set_active(std::vector<ContactMode>(static_cast<std::size_t>(n_c), ContactMode::open), {});
 }
 
 void StageSolver::set_length(Coefficients& k, double h) const {
@@ -91,28 +96,32 @@ void StageSolver::set_length(Coefficients& k, double h) const {
   k.h_rows = h * rows_;
 }
 
-void StageSolver::set_active(const std::vector<ContactMode>& modes) {
-  if (modes == modes_ && n_x_ > 0) return;
+void StageSolver::set_active(const std::vector<ContactMode>& modes, const std::vector<int>& facets) {
+  if (modes == modes_ && facets == facets_ && n_x_ > 0) return;
   modes_ = modes;
+  facets_ = facets;
   closed_.clear();
   row_power_.clear();
   has_friction_ = false;
   is_affine_ = structure_.constant_mass && structure_.constant_force_jacobian;
-  is_projected_ = false;
+  has_curved_ = false;
   for (std::size_t i = 0; i < modes.size(); ++i) {
     if (modes[i] == ContactMode::open) continue;
     const auto& contact = problem_.info().contacts[i];
-    const bool has_tangential_rows = modes[i] == ContactMode::stick || modes[i] == ContactMode::slip;
+    const bool turns = modes[i] == ContactMode::slip;  // (7c)
+    const TangentialLaw law = polygon_.law(modes[i], contact.n_t, facets.empty() ? 0 : facets[i]);
     closed_.push_back({.contact = static_cast<int>(i),
                        .mode = modes[i],
                        .row = static_cast<int>(row_power_.size()),
-                       .n_rows = has_tangential_rows ? 1 + contact.n_t : 1});
+                       .n_rows = 1 + (turns ? contact.n_t : law.n_held),
+                       .law = law});
     row_power_.push_back(2);
-    for (int d = 1; d < closed_.back().n_rows; ++d) row_power_.push_back(modes[i] == ContactMode::stick ? 1 : 0);
+    for (int d = 1; d < closed_.back().n_rows; ++d) row_power_.push_back(turns ? 0 : 1);
     has_friction_ = has_friction_ || contact.n_t > 0;
-    is_projected_ = is_projected_ || (stiffly_accurate_ && !contact.is_affine);
-    is_affine_ = is_affine_ && contact.is_affine && modes[i] != ContactMode::slip;
+    has_curved_ = has_curved_ || !contact.is_affine;
+    is_affine_ = is_affine_ && contact.is_affine && !turns;
   }
+  is_projected_ = stiffly_accurate_ && has_curved_;
   const int n_rows = static_cast<int>(row_power_.size());
   n_x_ = n_q_ + n_rows;
   held_.setZero(n_q_, n_rows);
@@ -154,31 +163,38 @@ void StageSolver::set_initial_values(const Stages& step, double h) {
     const bool is_drift = std::abs(gap0_[i]) > kGapDrift * position;
     const bool is_harmless = std::abs(gap0_[i]) <= 1e-8 * h * velocity;
     kept_gap0_[i] = is_drift && is_harmless ? gap0_[i] : 0;
-    const double* J_t = J_t_.data() + contact.tangent_begin;
-    for (int d = 0; d < contact.n_t; ++d) {
+    for (int k = 0; k < active.n_rows - 1; ++k) {
+      const double* J_t = J_t_.data() + contact.tangent_begin;
       double slip = 0, size = 0;
-      for (const int row : contact.support) {
-        slip += *J_t * step.v0[row];
-        size += std::abs(*J_t++ * step.v0[row]);
+      for (int d = 0; d < contact.n_t; ++d) {
+        for (const int row : contact.support) {
+          const double part = active.law.held[k][d] * *J_t++ * step.v0[row];
+          slip += part;
+          size += std::abs(part);
+        }
       }
-      kept_slip0_[contact.tangent_index + d] = std::abs(slip) > kSlipDrift * size ? slip : 0;
+      kept_slip0_[contact.tangent_index + k] = std::abs(slip) > kSlipDrift * size ? slip : 0;
     }
   }
 }
 
-/// (7a) holds for the contact at this stage.
-bool StageSolver::sticks(const Active& active, int stage) const {
-  if (active.mode == ContactMode::stick) return true;
-  const bool comes_to_rest = active.contact == resting_contact_ || (rest_together_ && active.mode == ContactMode::slip);
-  return comes_to_rest && stage == n_s_ - 1;
+/// (8) or (9) holds for the contact at this stage.
+bool StageSolver::rests(const Active& active, int stage) const {
+  if (active.mode != ContactMode::slip || stage != n_s_ - 1) return false;
+  return active.contact == resting_contact_ || rest_together_;
 }
 
-/// Unit vector of slip for (7b), (7c) at velocity v, with J_t_ evaluated there; returns ||v_t||, 0 when the direction
-/// does not depend on it.
+/// Number of tangent directions, Active::law.held, in which (7a) holds for the contact at this stage.
+int StageSolver::n_held(const Active& active, int stage) const {
+  return rests(active, stage) ? problem_.info().contacts[active.contact].n_t : active.law.n_held;
+}
+
+/// Direction d of slip in lambda_t = -mu lambda_n d + ..., a unit vector of (7b), (7c) at velocity v, with J_t_
+/// evaluated there; returns ||v_t||, 0 when the direction does not depend on it.
 double StageSolver::slip_direction(const Active& active, const double* v, const Stages& step, double* direction) const {
   const auto& contact = problem_.info().contacts[active.contact];
   if (active.mode != ContactMode::slip) {
-    direction[0] = slip_sign(active.mode);
+    std::copy_n(active.law.along.data(), 2, direction);
     return 0;
   }
   const double* J_t = J_t_.data() + contact.tangent_begin;
@@ -260,18 +276,21 @@ void StageSolver::set_end_system(const Vector& q, const Vector& v, const Stages&
     const auto& contact = problem_.info().contacts[active.contact];
     const auto entries = static_cast<int>(contact.support.size());
     const double *J_n = J_n_.data() + contact.normal_begin, *J_t = J_t_.data() + contact.tangent_begin;
-    const bool is_sticking = sticks(active, n_s_ - 1);
     double* direction = end_directions_.col(static_cast<Eigen::Index>(k)).data();
-    if (contact.n_t > 0 && !is_sticking) slip_direction(active, v.data(), step, direction);
+    std::fill_n(direction, 2, 0.0);
+    if (contact.n_t > 0 && !rests(active, n_s_ - 1)) slip_direction(active, v.data(), step, direction);
     for (int s = 0; s < entries; ++s) {
       held_(contact.support[s], n_end_) = pushed_(contact.support[s], n_end_) = J_n[s];
-      for (int d = 0; d < contact.n_t && !is_sticking; ++d)
+      for (int d = 0; d < contact.n_t; ++d)
         pushed_(contact.support[s], n_end_) -= contact.mu * direction[d] * J_t[d * entries + s];
     }
     ++n_end_;
-    for (int d = 0; is_sticking && d < contact.n_t; ++d, ++n_end_) {
-      for (int s = 0; s < entries; ++s)
-        held_(contact.support[s], n_end_) = pushed_(contact.support[s], n_end_) = J_t[d * entries + s];
+    for (int m = 0; m < n_held(active, n_s_ - 1); ++m, ++n_end_) {
+      for (int s = 0; s < entries; ++s) {
+        for (int d = 0; d < contact.n_t; ++d)
+          held_(contact.support[s], n_end_) += active.law.held[m][d] * J_t[d * entries + s];
+        pushed_(contact.support[s], n_end_) = held_(contact.support[s], n_end_);
+      }
     }
   }
   const auto R = held_.leftCols(n_end_);
@@ -294,8 +313,10 @@ void StageSolver::constrained_forces(const Vector& q, const Vector& v) {
   for (const Active& active : closed_) {
     const auto& contact = problem_.info().contacts[active.contact];
     end_rates_[row++] += gap_[active.contact];
-    for (int d = 0; sticks(active, n_s_ - 1) && d < contact.n_t; ++d)
-      end_rates_[row++] += Tq_.row(contact.tangent_index + d).dot(v);
+    for (int m = 0; m < n_held(active, n_s_ - 1); ++m, ++row) {
+      for (int d = 0; d < contact.n_t; ++d)
+        end_rates_[row] += active.law.held[m][d] * Tq_.row(contact.tangent_index + d).dot(v);
+    }
   }
   end_impulses_.noalias() = end_inverse_.lazyProduct(end_rates_);
   lambda_.setZero();
@@ -304,11 +325,13 @@ void StageSolver::constrained_forces(const Vector& q, const Vector& v) {
   for (std::size_t k = 0; k < closed_.size(); ++k) {
     const auto& contact = problem_.info().contacts[closed_[k].contact];
     const double lambda_n = lambda_[closed_[k].contact] = -end_impulses_[row++];
-    const bool is_sticking = sticks(closed_[k], n_s_ - 1);
-    for (int d = 0; d < contact.n_t; ++d)
-      lambda_t_[contact.tangent_index + d] =
-          is_sticking ? -end_impulses_[row++]
-                      : -contact.mu * lambda_n * end_directions_(d, static_cast<Eigen::Index>(k));
+    const int held = n_held(closed_[k], n_s_ - 1);
+    for (int d = 0; d < contact.n_t; ++d) {
+      double& lambda_t = lambda_t_[contact.tangent_index + d];
+      lambda_t = -contact.mu * lambda_n * end_directions_(d, static_cast<Eigen::Index>(k));
+      for (int m = 0; m < held; ++m) lambda_t -= closed_[k].law.held[m][d] * end_impulses_[row + m];
+    }
+    row += held;
   }
 }
 
@@ -356,15 +379,17 @@ void StageSolver::project_variations(const Stages& step) {
       Eigen::Index row = 0;
       for (const Active& active : closed_) {
         end_rates_[row++] += sign / 4 * gap_[active.contact];
-        if (sticks(active, n_s_ - 1)) row += problem_.info().contacts[active.contact].n_t;
+        row += n_held(active, n_s_ - 1);
       }
     }
     Eigen::Index row = 0;
     for (const Active& active : closed_) {
       const auto& contact = problem_.info().contacts[active.contact];
       ++row;
-      for (int d = 0; sticks(active, n_s_ - 1) && d < contact.n_t; ++d)
-        end_rates_[row++] += Tq_.row(contact.tangent_index + d).dot(dq);
+      for (int m = 0; m < n_held(active, n_s_ - 1); ++m, ++row) {
+        for (int d = 0; d < contact.n_t; ++d)
+          end_rates_[row] += active.law.held[m][d] * Tq_.row(contact.tangent_index + d).dot(dq);
+      }
     }
     take_away_end_rates(incoming_v_.col(c));
   }
@@ -372,25 +397,35 @@ void StageSolver::project_variations(const Stages& step) {
 
 /// (6)  f_c(q_0 + dq) - f_c(q_0) = int_0^1 J_n(q_0 + s dq)' dq ds, by four Gauss points. If J_n changes by less than 1
 /// % over the chord, the error is about (1 %)^8 of the result; else the plain difference is accurate enough.
-double StageSolver::gap_change(int contact, int stage, const Stages& step) {
+/// For all closed contacts that are curved, in gap_change_. J_n_ and gap_ are those of the stage.
+void StageSolver::gap_changes(int stage, const Stages& step) {
   static constexpr double nodes[] = {0.069431844202973712, 0.33000947820757187, 0.66999052179242813,
                                      0.93056815579702629};
   static constexpr double weights[] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
                                        0.17392742256872693};
-  const auto& info = problem_.info().contacts[contact];
   const auto dq = dq_.col(stage);
-  double change = 0, size = 0, variation = 0;
+  gap_change_.setZero();
+  chord_variation_.setZero();
   for (int m = 0; m < 4; ++m) {
     chord_q_ = step.q0 + nodes[m] * dq;
     problem_.normal_jacobian(chord_q_.data(), chord_J_.data());
-    for (std::size_t s = 0; s < info.support.size(); ++s) {
-      const std::size_t entry = info.normal_begin + s;
-      change += weights[m] * chord_J_[entry] * dq[info.support[s]];
-      variation = std::max(variation, std::abs(chord_J_[entry] - J_n_[entry]));
-      size = std::max(size, std::abs(J_n_[entry]));
+    for (const Active& active : closed_) {
+      const auto& info = problem_.info().contacts[active.contact];
+      for (std::size_t s = 0; s < info.support.size(); ++s) {
+        const std::size_t entry = info.normal_begin + s;
+        double& variation = chord_variation_[active.contact];
+        gap_change_[active.contact] += weights[m] * chord_J_[entry] * dq[info.support[s]];
+        variation = std::max(variation, std::abs(chord_J_[entry] - J_n_[entry]));
+      }
     }
   }
-  return variation <= 0.01 * size ? change : gap_[contact] - gap0_[contact];
+  for (const Active& active : closed_) {
+    const int i = active.contact;
+    const auto& info = problem_.info().contacts[i];
+    const auto entries = static_cast<Eigen::Index>(info.support.size());
+    const double size = J_n_.segment(static_cast<Eigen::Index>(info.normal_begin), entries).lpNorm<Eigen::Infinity>();
+    if (chord_variation_[i] > 0.01 * size) gap_change_[i] = gap_[i] - gap0_[i];
+  }
 }
 
 /// (3), (4) and (7), stage after stage
@@ -419,6 +454,7 @@ void StageSolver::residual(const Coefficients& k, const Stages& step) {
     problem_.normal_jacobian(q, J_n_.data());
     problem_.gap(q, gap_.data());
     if (has_friction_) problem_.tangent_jacobian(q, J_t_.data());
+    if (has_curved_) gap_changes(j, step);
     for (const Active& active : closed_) {
       const int i = active.contact;
       const auto& contact = problem_.info().contacts[i];
@@ -428,7 +464,7 @@ void StageSolver::residual(const Coefficients& k, const Stages& step) {
         change += *J * dq_(row, j);
         r[row] -= *J++ * step.lambda_n(i, j);
       }
-      if (!contact.is_affine) change = gap_change(i, j, step);
+      if (!contact.is_affine) change = gap_change_[i];
       r[n + active.row] = (kept_gap0_[i] + change) / (k.h * k.h);
       if (contact.n_t > 0) friction_residual(k, active, j, step, r);
     }
@@ -439,27 +475,32 @@ void StageSolver::residual(const Coefficients& k, const Stages& step) {
 void StageSolver::friction_residual(const Coefficients& k, const Active& active, int j, const Stages& step, double* r) {
   const auto& contact = problem_.info().contacts[active.contact];
   const double* v = step.v.data() + j * n_q_;
-  double direction[2]{0, 0};
-  const bool is_sticking = sticks(active, j);
-  if (!is_sticking) slip_direction(active, v, step, direction);
   const auto change_of_v = [&](int row) {  // without the rounding of v_j
     double dv = 0;
     for (int l = 0; l < n_s_; ++l) dv += k.hA(j, l) * step.a(row, l);
     return dv;
   };
-  const double cone = contact.mu * step.lambda_n(active.contact, j);
+  const int held = n_held(active, j);
   const double* J_t = J_t_.data() + contact.tangent_begin;
+  const double* lambda_t = step.lambda_t.col(j).data() + contact.tangent_index;
+  double slip[2]{0, 0};
   for (int d = 0; d < contact.n_t; ++d) {
-    const double lambda_t = step.lambda_t(contact.tangent_index + d, j);
-    double slip = contact.is_affine ? kept_slip0_[contact.tangent_index + d] : 0;
     for (const int row : contact.support) {
-      slip += *J_t * (contact.is_affine ? change_of_v(row) : v[row]);
-      r[row] -= *J_t++ * lambda_t;
+      if (held > 0) slip[d] += *J_t * (contact.is_affine ? change_of_v(row) : v[row]);
+      r[row] -= *J_t++ * lambda_t[d];
     }
-    if (active.n_rows == 1) continue;
-    r[n_q_ + active.row + 1 + d] =
-        is_sticking ? slip / tangential_scale(active, k.h) : lambda_t + cone * direction[d];  // (7a), (7c)
   }
+  double* law = r + n_q_ + active.row + 1;
+  for (int m = 0; m < held; ++m) {  // (7a)
+    const double kept = contact.is_affine ? kept_slip0_[contact.tangent_index + m] : 0;
+    const auto& direction = active.law.held[m];
+    law[m] = (kept + direction[0] * slip[0] + direction[1] * slip[1]) / tangential_scale(active, k.h);
+  }
+  if (active.mode != ContactMode::slip || held > 0) return;
+  double direction[2];
+  slip_direction(active, v, step, direction);
+  const double cone = contact.mu * step.lambda_n(active.contact, j);
+  for (int d = 0; d < 2; ++d) law[d] = lambda_t[d] + cone * direction[d];  // (7c)
 }
 
 /// M and the derivatives of (3), (4), (7) at every stage
@@ -503,27 +544,35 @@ void StageSolver::friction_derivatives(const Coefficients& k, const Active& acti
   const auto& contact = problem_.info().contacts[active.contact];
   const auto entries = static_cast<int>(contact.support.size());
   const double* J_t = J_t_.data() + contact.tangent_begin;
-  double direction[2]{0, 0};
-  const bool is_sticking = sticks(active, j);
-  const double speed = is_sticking ? 0 : slip_direction(active, step.v.col(j).data(), step, direction);
-  if (active.n_rows == 1) {  // (7b)
-    for (int s = 0; s < entries; ++s) forces_[j](contact.support[s], active.row) -= contact.mu * direction[0] * J_t[s];
-    return;
+  for (int d = 0; d < contact.n_t && is_slipping(active.mode); ++d) {  // (7b)
+    for (int s = 0; s < entries; ++s)
+      forces_[j](contact.support[s], active.row) -= contact.mu * active.law.along[d] * J_t[d * entries + s];
   }
-  const double cone = contact.mu * step.lambda_n(active.contact, j);
-  for (int d = 0; d < contact.n_t; ++d) {
-    const int row = active.row + 1 + d;
-    for (int s = 0; s < entries; ++s) forces_[j](contact.support[s], row) = J_t[d * entries + s];
-    auto Rq = Rq_[j].row(row), Rv = Rv_[j].row(row), Rl = Rl_[j].row(row);
+  const int held = n_held(active, j);
+  const double scale = tangential_scale(active, k.h);
+  for (int m = 0; m < active.n_rows - 1; ++m) {
+    const int row = active.row + 1 + m;
+    const auto& direction = active.law.held[m];
+    auto Rq = Rq_[j].row(row), Rv = Rv_[j].row(row);
     Rq.setZero();
     Rv.setZero();
-    Rl.setZero();
-    if (is_sticking) {  // (7a)
-      for (int s = 0; s < entries; ++s) Rv[contact.support[s]] = J_t[d * entries + s] / tangential_scale(active, k.h);
-      Rq = Tq_.row(contact.tangent_index + d) / tangential_scale(active, k.h);
-      continue;
+    Rl_[j].row(row).setZero();
+    for (int s = 0; s < entries; ++s) {
+      double& entry = forces_[j](contact.support[s], row);
+      entry = 0;
+      for (int d = 0; d < contact.n_t; ++d) entry += direction[d] * J_t[d * entries + s];
+      if (m < held) Rv[contact.support[s]] = entry / scale;  // (7a)
     }
-    Rl[row] = 1;  // (7c)
+    for (int d = 0; d < contact.n_t && m < held; ++d) Rq += direction[d] / scale * Tq_.row(contact.tangent_index + d);
+  }
+  if (active.mode != ContactMode::slip || held > 0) return;
+  double direction[2];
+  const double speed = slip_direction(active, step.v.col(j).data(), step, direction);
+  const double cone = contact.mu * step.lambda_n(active.contact, j);
+  for (int d = 0; d < 2; ++d) {  // (7c)
+    const int row = active.row + 1 + d;
+    auto Rq = Rq_[j].row(row), Rv = Rv_[j].row(row), Rl = Rl_[j].row(row);
+    Rl[row] = 1;
     Rl[active.row] = contact.mu * direction[d];
     if (speed == 0) continue;
     for (int e = 0; e < contact.n_t; ++e) {
@@ -571,13 +620,28 @@ double StageSolver::correct(const double* dx, double h, Stages& step) const {
           largest = std::max(largest, std::abs(forces_[j](row, active.row + d) * dx[d]) / stage_M_[j](row, row));
         }
       }
-      step.lambda_n(active.contact, j) += *dx++;
-      for (int d = 0; d < active.n_rows - 1; ++d) step.lambda_t(contact.tangent_index + d, j) += *dx++;
-      if (const int sign = slip_sign(active.mode); sign != 0)
-        step.lambda_t(contact.tangent_index, j) = -sign * contact.mu * step.lambda_n(active.contact, j);
+      step.lambda_n(active.contact, j) += *dx;
+      if (contact.n_t > 0) set_friction(active, j, dx + 1, step);
+      dx += active.n_rows;
     }
   }
   return h * largest;
+}
+
+/// lambda_t of a closed contact at a stage, from lambda_n and its own unknowns with their corrections dx, which may be
+/// null.
+void StageSolver::set_friction(const Active& active, int j, const double* dx, Stages& step) const {
+  const auto& contact = problem_.info().contacts[active.contact];
+  double* lambda_t = step.lambda_t.col(j).data() + contact.tangent_index;
+  if (active.n_rows == 1 + contact.n_t) {  // stick, and slip on the disc: all of it is unknown
+    for (int d = 0; d < contact.n_t && dx; ++d) lambda_t[d] += dx[d];
+    return;
+  }
+  double x = 0;
+  const auto &along = active.law.along, &held = active.law.held[0];
+  if (active.law.n_held > 0) x = held[0] * lambda_t[0] + held[1] * lambda_t[1] + (dx ? dx[0] : 0);
+  const double cone = contact.mu * step.lambda_n(active.contact, j);
+  for (int d = 0; d < contact.n_t; ++d) lambda_t[d] = (active.law.n_held > 0 ? x * held[d] : 0) - cone * along[d];
 }
 
 /// Size of velocities in a step, what corrections are compared with: |v_0|, h |w| and what the load alone would do in
@@ -592,7 +656,7 @@ double StageSolver::velocity_scale(const Stages& step, double h) const {
 StageSolver::Factor& StageSolver::factor_for(const Stages& step) {
   Factor* oldest = nullptr;
   for (auto& factor : factors_) {
-    if (factor.coefficients.h == step.h && factor.modes == step.modes) {
+    if (factor.coefficients.h == step.h && factor.modes == step.modes && factor.facets == step.facets) {
       factor.last_use = ++clock_;
       return factor;
     }
@@ -601,6 +665,7 @@ StageSolver::Factor& StageSolver::factor_for(const Stages& step) {
   if (factors_.size() < kMaxFactors) oldest = &factors_.emplace_back();
   set_length(oldest->coefficients, step.h);
   oldest->modes = step.modes;
+  oldest->facets = step.facets;
   oldest->is_valid = false;
   oldest->last_use = ++clock_;
   return *oldest;
@@ -627,8 +692,11 @@ void StageSolver::gather_forces(const Stages& step) {
     for (const Active& active : closed_) {
       double* x = x_.data() + j * n_x_ + n_q_ + active.row;
       *x++ = step.lambda_n(active.contact, j);
-      const int tangent = problem_.info().contacts[active.contact].tangent_index;
-      for (int d = 0; d < active.n_rows - 1; ++d) *x++ = step.lambda_t(tangent + d, j);
+      const auto& contact = problem_.info().contacts[active.contact];
+      for (int m = 0; m < active.n_rows - 1; ++m, ++x) {
+        *x = 0;
+        for (int d = 0; d < contact.n_t; ++d) *x += active.law.held[m][d] * step.lambda_t(contact.tangent_index + d, j);
+      }
     }
   }
 }
@@ -656,7 +724,7 @@ void StageSolver::newton_correction(const Factor& factor, const Stages& step) {
 }
 
 StageSolver::Result StageSolver::solve(Stages& step) {
-  set_active(step.modes);
+  set_active(step.modes, step.facets);
   set_dependent_forces(step);
   Factor& factor = factor_for(step);
   const Coefficients& k = factor.coefficients;
@@ -722,7 +790,7 @@ void StageSolver::set_slip_in_space(Stages& step) {
     if (active.mode != ContactMode::slip) continue;
     const auto& contact = problem_.info().contacts[active.contact];
     for (int j = 0; j < n_s_; ++j) {
-      if (sticks(active, j)) continue;
+      if (rests(active, j)) continue;
       problem_.tangent_jacobian(step.q.col(j).data(), J_t_.data());
       double direction[2];
       slip_direction(active, step.v.col(j).data(), step, direction);
@@ -735,13 +803,14 @@ void StageSolver::set_slip_in_space(Stages& step) {
 /// Forces that are not unknowns: those of open contacts, and (7b).
 void StageSolver::set_dependent_forces(Stages& step) const {
   for (std::size_t i = 0; i < modes_.size(); ++i) {
+    if (modes_[i] != ContactMode::open) continue;
     const auto& contact = problem_.info().contacts[i];
-    if (modes_[i] == ContactMode::open) step.lambda_n.row(static_cast<Eigen::Index>(i)).setZero();
-    const int sign = slip_sign(modes_[i]);
-    if (sign != 0) {
-      step.lambda_t.row(contact.tangent_index) = -sign * contact.mu * step.lambda_n.row(static_cast<Eigen::Index>(i));
-    } else if (contact.n_t > 0 && modes_[i] == ContactMode::open) {
-      step.lambda_t.middleRows(contact.tangent_index, contact.n_t).setZero();
+    step.lambda_n.row(static_cast<Eigen::Index>(i)).setZero();
+    if (contact.n_t > 0) step.lambda_t.middleRows(contact.tangent_index, contact.n_t).setZero();
+  }
+  for (const Active& active : closed_) {
+    for (int j = 0; has_friction_ && j < n_s_; ++j) {
+      if (problem_.info().contacts[active.contact].n_t > 0) set_friction(active, j, nullptr, step);
     }
   }
 }
@@ -808,24 +877,41 @@ double StageSolver::switch_value(const Stages& last, const Switch& end) {
   const auto& contact = problem_.info().contacts[end.contact];
   if (end.kind == Switch::Kind::gap_closes) {
     problem_.gap(last.q1.data(), gap_.data());
-    return gap_[end.contact];
+    return gap_[end.contact] - end.left_gap;
   }
   if (end.kind == Switch::Kind::force_vanishes) return last.end_lambda_n[end.contact];
   if (end.together) return missing_power(last, nullptr);
-  if (const int sign = slip_sign(last.modes[end.contact]); sign != 0) {
-    problem_.tangent_jacobian(last.q1.data(), J_t_.data());
-    const double* J_t = J_t_.data() + contact.tangent_begin;
-    double slip = 0;
-    for (const int row : contact.support) slip += *J_t++ * last.v1[row];
-    return sign * slip;
+  double direction[2];
+  if (!slip_that_vanishes(last, end, direction)) return end_margin(end, last.end_lambda_n, last.end_lambda_t);
+  problem_.tangent_jacobian(last.q1.data(), J_t_.data());
+  const double* J_t = J_t_.data() + contact.tangent_begin;
+  double slip = 0;
+  for (int d = 0; d < contact.n_t; ++d) {
+    for (const int row : contact.support) slip += direction[d] * *J_t++ * last.v1[row];
   }
-  return end_margin(end.contact, last.end_lambda_n, last.end_lambda_t);
+  return slip;
 }
 
-/// mu lambda_n - ||lambda_t||: the force reaches the cone from inside or, by (8), from outside.
-double StageSolver::end_margin(int contact, const Vector& lambda_n, const Vector& lambda_t) const {
-  const auto& info = problem_.info().contacts[contact];
-  return info.mu * lambda_n[contact] - lambda_t.segment(info.tangent_index, info.n_t).norm();
+/// Whether the switch function is a component of the slip velocity, and which: in the plane and on a polygon.
+bool StageSolver::slip_that_vanishes(const Stages& last, const Switch& end, double* direction) {
+  if (end.on_polygon()) {
+    std::copy_n(end.condition.direction.data(), 2, direction);
+    return !end.condition.is_of_force;
+  }
+  direction[0] = slip_sign(last.modes[end.contact]);
+  direction[1] = 0;
+  return direction[0] != 0;
+}
+
+/// mu lambda_n - ||lambda_t||: the force reaches the cone from inside or, by (8), from outside. On a polygon a side of
+/// it, or the end of one.
+double StageSolver::end_margin(const Switch& end, const Vector& lambda_n, const Vector& lambda_t) const {
+  const auto& info = problem_.info().contacts[end.contact];
+  const auto force = lambda_t.segment(info.tangent_index, info.n_t);
+  const double cone = info.mu * lambda_n[end.contact];
+  if (!end.on_polygon()) return cone - force.norm();
+  const auto& [is_of_force, direction, part, facet] = end.condition;
+  return part * cone - direction[0] * force[0] - direction[1] * force[1];
 }
 
 /// Slope of the forces (11), by central differences along the two variations: they contain third derivatives of gaps.
@@ -843,27 +929,36 @@ void StageSolver::constrained_force_slope(const Stages& last, const Switch& end,
       set_end_system(end_q_, end_v_, last);
       constrained_forces(end_q_, end_v_);
       const double value =
-          end.kind == Switch::Kind::force_vanishes ? lambda_[end.contact] : end_margin(end.contact, lambda_, lambda_t_);
+          end.kind == Switch::Kind::force_vanishes ? lambda_[end.contact] : end_margin(end, lambda_, lambda_t_);
       slope[c] += sign / (2 * part) * value;
     }
   }
 }
 
-/// Slope of lambda_n, or of the cone margin mu lambda_n - ||lambda_t||, from the responses of the last step of a run.
+/// Slope of lambda_n, or of end_margin(), from the responses of the last step of a run.
 void StageSolver::force_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope) const {
   const Matrix& response = run_response_[run_length_ - 1];
   const auto& contact = problem_.info().contacts[end.contact];
   const auto active =
       std::find_if(closed_.begin(), closed_.end(), [&](const Active& a) { return a.contact == end.contact; });
-  const bool is_margin = end.kind != Switch::Kind::force_vanishes;
-  const auto lambda_t = last.end_lambda_t.segment(contact.tangent_index, contact.n_t);
-  const double force = lambda_t.norm();
+  double by_lambda_n = 1, direction[2]{0, 0};  // by lambda_t: -direction
+  if (end.kind != Switch::Kind::force_vanishes) {
+    const auto lambda_t = last.end_lambda_t.segment(contact.tangent_index, contact.n_t);
+    const double force = lambda_t.norm();
+    for (int d = 0; d < contact.n_t && force > 0; ++d) direction[d] = lambda_t[d] / force;
+    if (end.on_polygon()) std::copy_n(end.condition.direction.data(), 2, direction);
+    const auto& along = active->law.along;
+    by_lambda_n =
+        contact.mu * ((end.on_polygon() ? end.condition.cone : 1) + direction[0] * along[0] + direction[1] * along[1]);
+  }
   for (int j = 0; j < n_s_; ++j) {
     const double weight = tableau_.right_end[j];
     const auto row = j * n_x_ + n_q_ + active->row;
-    slope += weight * (is_margin ? contact.mu : 1) * response.row(row);
-    for (int d = 0; is_margin && d < contact.n_t && force > 0; ++d)
-      slope -= weight * lambda_t[d] / force * response.row(row + 1 + d);
+    slope += weight * by_lambda_n * response.row(row);
+    for (int m = 0; m < active->n_rows - 1; ++m) {
+      const auto& held = active->law.held[m];
+      slope -= weight * (direction[0] * held[0] + direction[1] * held[1]) * response.row(row + 1 + m);
+    }
   }
 }
 
@@ -871,16 +966,18 @@ void StageSolver::force_slope(const Stages& last, const Switch& end, Eigen::RowV
 void StageSolver::switch_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope) {
   slope.setZero();
   const auto& contact = problem_.info().contacts[end.contact];
-  const int sign = slip_sign(last.modes[end.contact]);
+  double direction[2];
   if (end.kind == Switch::Kind::gap_closes) {
     problem_.normal_jacobian(last.q1.data(), J_n_.data());
     const double* J = J_n_.data() + contact.normal_begin;
     for (const int row : contact.support) slope += *J++ * incoming_q_.row(row);
-  } else if (end.kind == Switch::Kind::slip_stops && sign != 0) {
+  } else if (end.kind != Switch::Kind::force_vanishes && slip_that_vanishes(last, end, direction)) {
     problem_.slip_velocity_derivative(last.q1.data(), last.v1.data(), Tq_.data());
     const double* J_t = J_t_.data() + contact.tangent_begin;
-    slope.noalias() = sign * Tq_.row(contact.tangent_index).lazyProduct(incoming_q_);
-    for (const int row : contact.support) slope += sign * *J_t++ * incoming_v_.row(row);
+    for (int d = 0; d < contact.n_t; ++d) {
+      slope += direction[d] * Tq_.row(contact.tangent_index + d).lazyProduct(incoming_q_);
+      for (const int row : contact.support) slope += direction[d] * *J_t++ * incoming_v_.row(row);
+    }
   } else if (end.together) {
     missing_power(last, &slope);
   } else if (is_projected_) {
@@ -966,9 +1063,8 @@ double StageSolver::deflated_switch(const Stages& last, const Switch& end, doubl
 }
 
 StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Switch& end, double max_h) {
-  set_active(run.front().modes);
-  const bool needs_force = end.kind == Switch::Kind::force_vanishes || end.kind == Switch::Kind::cone_reached;
-  if (needs_force && tableau_.right_end.size() == 0) return Result::singular;
+  set_active(run.front().modes, run.front().facets);
+  if (end.needs_force() && tableau_.right_end.size() == 0) return Result::singular;
   const bool comes_to_rest =
       end.kind == Switch::Kind::slip_stops && run.front().modes[end.contact] == ContactMode::slip;
   if (comes_to_rest && !stiffly_accurate_) return Result::singular;

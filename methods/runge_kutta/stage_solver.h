@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "methods/complementarity/friction_polygon.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 #include "methods/runge_kutta/redundant_system.h"
 #include "methods/small_inverse.h"
@@ -26,6 +27,7 @@ struct Stages {
   bool is_projected = false;  ///< StageSolver (10) made v1, and (11) the forces at the right end:
   Vector end_lambda_n, end_lambda_t;  ///< n_c, n_lambda_t; zero if the tableau says nothing about the right end
   std::vector<ContactMode> modes;     ///< n_c
+  std::vector<int> facets;            ///< n_c, of vertex_slip and edge_slip, else 0; empty without friction in space
 
   void resize(const ProblemInfo& info, int n_s);
 };
@@ -37,12 +39,21 @@ struct Switch {
     force_vanishes,  ///< lambda_n = 0
     slip_stops,      ///< v_t = 0 in the plane; in space see StageSolver (8)
     cone_reached,    ///< ||lambda_t|| = mu lambda_n of a sticking contact
+    slip_turns,      ///< on a polygon, vertex slip becomes normal to an edge
+    edge_left,       ///< on a polygon, the force reaches the end of its edge
   };
   Kind kind = Kind::gap_closes;
   int contact = -1;
   int zeros_at_start = 0;  ///< of the switch function at the left end; these roots h = 0 are divided out
+  double left_gap = 0;     ///< [m] of a contact that starts the run touching: its gap closes where it is this again
   bool together = false;   ///< all contacts that slip in space come to rest with this one: they are on one rigid body
+  FacetCondition condition{};  ///< on a polygon: the one that becomes zero; its facet is -1 elsewhere
 
+  /// Its function is one of the forces at the right end.
+  bool needs_force() const {
+    return kind == Kind::force_vanishes || kind == Kind::cone_reached || kind == Kind::edge_left;
+  }
+  bool on_polygon() const { return condition.facet >= 0; }
   bool is(Kind its_kind, int its_contact) const { return contact == its_contact && kind == its_kind; }
 };
 
@@ -60,6 +71,10 @@ struct Switch {
 ///   slip+, slip-     lambda_t,j = -+mu lambda_n,j                                       (7b)
 ///   slip in space    0 = lambda_t,j + mu lambda_n,j v_t,j / ||v_t,j||,   v_t = J_t' v   (7c)
 ///
+/// or with a polygon in place of the disc, instead of (7c), lambda_t = -mu lambda_n along + x held and held' v_t = 0
+/// (friction_polygon.h): at a vertex like (7b), on an edge like (7b) across it and like (7a) along it. (7a), (7b) have
+/// that form, too: TangentialLaw.
+///
 /// (1), (2), (5) are the usual q_j = q_0 + h sum a_jk v_k with the stage velocities inserted. Unknowns are the
 /// accelerations w_j (Stages::a) and the forces lambda_j, without lambda_t where (7b) gives it; Newton on (3), (4), (7)
 /// with rows (4) divided by h^2 and (7a) by h. A contact that is open, or has no friction, has no tangential unknown.
@@ -68,12 +83,12 @@ struct Switch {
 /// which errors of the forces made. So P, at q_1, takes it away by impulses of all closed contacts, along the
 /// directions of their forces:
 ///
-///   P = I - M^-1 C (R' M^-1 C)^-1 R',   R = [J_n closed, J_t sticking],   C = [J_n - mu J_t d slipping, else as R]
+///   P = I - M^-1 C (R' M^-1 C)^-1 R',   R = [J_n closed, J_t held],   C = [J_n - mu J_t d slipping, else as R]
 ///   (10)
 ///
-/// with d the direction of slip. The force of the last stage is of order n_s - 1 only. The forces at the right end,
-/// which say when a contact breaks or begins to slip, are those that keep q_1, v_1 on the contacts, as accurate as the
-/// state:
+/// with d the direction of slip, or `along`. The force of the last stage is of order n_s - 1 only. The forces at the
+/// right end, which say when a contact breaks or begins to slip, are those that keep q_1, v_1 on the contacts, as
+/// accurate as the state:
 ///
 ///   M w = f_v + B_u u + C lambda,   R' w + (d/dt R') v_1 = 0.                             (11)
 ///
@@ -109,7 +124,9 @@ class StageSolver {
   enum class Result : std::uint8_t { converged, no_convergence, singular, left_interval };
 
   /// @param tolerance  relative size of the last Newton correction
-  StageSolver(const Problem& problem, const ButcherTableau& tableau, double tolerance, Counters& counters);
+  /// @param polygon  friction in space; the disc is the default
+  StageSolver(const Problem& problem, const ButcherTableau& tableau, double tolerance, Counters& counters,
+              const FrictionPolygon& polygon = FrictionPolygon());
 
   const ButcherTableau& tableau() const { return tableau_; }
 
@@ -144,6 +161,7 @@ class StageSolver {
   struct Factor {
     Coefficients coefficients;
     std::vector<ContactMode> modes;
+    std::vector<int> facets;
     Matrix negative_inverse;
     Matrix to_smallest;  // RedundantSystem (2); empty when the contacts are not redundant
     bool is_valid = false;
@@ -156,10 +174,11 @@ class StageSolver {
     int contact = -1;
     ContactMode mode = ContactMode::closed;
     int row = 0;     // of its first unknown among those of all closed contacts
-    int n_rows = 1;  // 1 or 1 + n_t
+    int n_rows = 1;  // 1 or 1 + n_t, 2 on an edge
+    TangentialLaw law;
   };
 
-  void set_active(const std::vector<ContactMode>& modes);
+  void set_active(const std::vector<ContactMode>& modes, const std::vector<int>& facets);
   void set_initial_values(const Stages& step, double h);
   void stage_values(const Coefficients& k, Stages& step);
   void end_values(const Coefficients& k, Stages& step);
@@ -169,10 +188,12 @@ class StageSolver {
   void set_end_forces(Stages& step);
   void take_away_end_rates(Eigen::Ref<Vector> x);
   void project_variations(const Stages& step);
-  double gap_change(int contact, int stage, const Stages& step);
-  bool sticks(const Active& active, int stage) const;
+  void gap_changes(int stage, const Stages& step);
+  bool rests(const Active& active, int stage) const;
+  int n_held(const Active& active, int stage) const;
+  void set_friction(const Active& active, int stage, const double* dx, Stages& step) const;
   /// What (7a) is divided by: h, but 1 for (8), among rows (7c).
-  static double tangential_scale(const Active& active, double h) { return active.mode == ContactMode::stick ? h : 1; }
+  static double tangential_scale(const Active& active, double h) { return active.mode == ContactMode::slip ? 1 : h; }
   double slip_direction(const Active& active, const double* v, const Stages& step, double* direction) const;
   void residual(const Coefficients& k, const Stages& step);
   void friction_residual(const Coefficients& k, const Active& active, int j, const Stages& step, double* r);
@@ -186,7 +207,8 @@ class StageSolver {
   void linearize_step(const Coefficients& k, const Stages& step, Matrix& response);
   double deflated_switch(const Stages& last, const Switch& end, double h, Eigen::RowVector2d& slope);
   void switch_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope);
-  double end_margin(int contact, const Vector& lambda_n, const Vector& lambda_t) const;
+  double end_margin(const Switch& end, const Vector& lambda_n, const Vector& lambda_t) const;
+  static bool slip_that_vanishes(const Stages& last, const Switch& end, double* direction);
   void constrained_force_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope);
   void force_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope) const;
   double slip_acceleration(const Active& active, const Stages& last, double* s) const;
@@ -203,6 +225,7 @@ class StageSolver {
   const ButcherTableau tableau_;
   const double tolerance_;
   Counters& counters_;
+  const FrictionPolygon polygon_;
   const int n_q_, n_s_;
   const ProblemInfo::Structure structure_;
   const bool stiffly_accurate_;
@@ -215,9 +238,11 @@ class StageSolver {
 
   // The active set.
   std::vector<ContactMode> modes_;
+  std::vector<int> facets_;
   std::vector<Active> closed_;
   int n_x_ = 0;  // unknowns per stage: n_q accelerations, then the forces of the closed contacts
   bool is_affine_ = false;
+  bool has_curved_ = false;    // a closed contact is curved
   bool is_projected_ = false;  // P of (5) is not I
   double predicted_tolerance_ = 0;
   bool has_friction_ = false;   // a closed contact has
@@ -231,7 +256,7 @@ class StageSolver {
 
   // (10), (11)
   Eigen::Index n_end_ = 0;  // columns of R, C
-  Matrix end_directions_;   // 2 x closed contacts: d
+  Matrix end_directions_;   // 2 x closed contacts: d, zero where nothing slips
   Vector end_q_, end_v_;
   Matrix M_end_;
   Eigen::LLT<Matrix> llt_;
@@ -241,9 +266,9 @@ class StageSolver {
 
   // Work space.
   Vector f_, J_n_, J_t_, gap_, lambda_, lambda_t_, r_, dx_;
-  Vector chord_J_, chord_q_;
+  Vector chord_J_, chord_q_, chord_variation_, gap_change_;
   Vector gap0_, kept_gap0_;  // f_c(q_0), and the part of it that (4) removes
-  Vector kept_slip0_;        // the part of J_t' v_0 that (7a) removes
+  Vector kept_slip0_;        // the part of held' J_t' v_0 that (7a) removes
   Matrix dq_;                // q_j - q_0 without the rounding of q_j
   Matrix K_, Mq_, Fq_, Fv_, Jq_, Tq_, Ta_;
   std::vector<Matrix> stage_M_, Dq_, Dv_;  // per stage: M, d(3)/dq, d(3)/dv

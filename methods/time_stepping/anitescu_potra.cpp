@@ -21,18 +21,17 @@
 
 #include <fmt/format.h>
 
+#include "methods/complementarity/friction_cone.h"
 #include "methods/registry.h"
 #include "methods/small_inverse.h"
 #include "methods/time_stepping/march.h"
-#include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
 
 class AnitescuPotra final : public Method {
  public:
-  explicit AnitescuPotra(const MethodSpec& spec) : id_(spec.text()), n_facets_(spec.whole_number("facets", 8, 4, 64)) {
-    if (n_facets_ % 2) throw InputError("anitescu_potra: facets", n_facets_, "an even number is required");
+  explicit AnitescuPotra(const MethodSpec& spec) : id_(spec.text()), n_facets_(facets_argument(spec)) {
     spec.finish(0);
   }
 

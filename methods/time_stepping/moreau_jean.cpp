@@ -20,10 +20,10 @@
 
 #include <fmt/format.h>
 
+#include "methods/complementarity/friction_cone.h"
 #include "methods/registry.h"
 #include "methods/small_inverse.h"
 #include "methods/time_stepping/march.h"
-#include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
@@ -31,8 +31,7 @@ namespace {
 class MoreauJean final : public Method {
  public:
   explicit MoreauJean(const MethodSpec& spec)
-      : id_(spec.text()), theta_(spec.number("theta", 0.5, 0.5, 1)), n_facets_(spec.whole_number("facets", 8, 4, 64)) {
-    if (n_facets_ % 2) throw InputError("moreau_jean: facets", n_facets_, "an even number is required");
+      : id_(spec.text()), theta_(spec.number("theta", 0.5, 0.5, 1)), n_facets_(facets_argument(spec)) {
     spec.finish(0);
   }
 

@@ -5,10 +5,14 @@
 namespace ricochet {
 namespace {
 
-SymbolicModel with_cost(const OptimalControlProblem& problem) {
+const SymbolicModel& plant_model(const OptimalControlProblem& problem) {
   const auto* plant = dynamic_cast<const SymbolicProblem*>(problem.plant.get());
   if (!plant) throw InputError("plant", problem.id, "a plant with formulas is required");
-  SymbolicModel model = plant->model();
+  return plant->model();
+}
+
+SymbolicModel with_cost(const OptimalControlProblem& problem) {
+  SymbolicModel model = plant_model(problem);
   const auto n_q = model.q.size();
   model.q.emplace_back("cost_integral");
   model.v.emplace_back("cost");
@@ -19,6 +23,12 @@ SymbolicModel with_cost(const OptimalControlProblem& problem) {
   model.mass[n_q][n_q] = 1;
   model.force.push_back(problem.running_cost.formulas()[0]);  // (1)
   model.input.emplace_back(model.u.size(), 0);
+  for (std::size_t c = 0; c < model.u.size(); ++c) {
+    const std::string name = ReplayProblem::control_parameter(static_cast<int>(c));
+    model.parameters.push_back({name, model.number(model.control[c]), ""});
+    model.parameter_symbols.emplace_back(name);
+    model.control[c] = model.parameter_symbols.back();
+  }
   for (auto& contact : model.contacts) {
     for (auto& direction : contact.tangents) direction.emplace_back(0);
   }
@@ -27,6 +37,8 @@ SymbolicModel with_cost(const OptimalControlProblem& problem) {
 }
 
 }  // namespace
+
+ControlledPlant::ControlledPlant(const OptimalControlProblem& problem) : SymbolicProblem(plant_model(problem)) {}
 
 ReplayProblem::ReplayProblem(const OptimalControlProblem& problem) : SymbolicProblem(with_cost(problem)) {}
 

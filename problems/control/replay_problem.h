@@ -1,19 +1,31 @@
 #pragma once
 
+#include <fmt/format.h>
+
+#include <string>
+
 #include "problems/control/optimal_control_problem.h"
 #include "problems/derivatives/symbolic_problem.h"
 
 namespace ricochet {
 
+/// The plant of an optimal control problem, whose control can be changed.
+class ControlledPlant final : public SymbolicProblem {
+ public:
+  explicit ControlledPlant(const OptimalControlProblem& problem);
+  void set_control(const Vector& u) { info_.u = u; }
+};
+
 /// The plant of an optimal control problem with one more coordinate whose velocity is the running cost so far,
 ///
 ///   M = 1,   v_cost' = L(q, v, u),                                                                         (1)
 ///
-/// so that any method integrates the cost as accurately as the motion. It is run interval by interval, with the control
-/// of each.
+/// so that any method integrates the cost as accurately as the motion, and with the controls as parameters, so that
+/// derivatives with respect to them are sensitivities. It is run interval by interval, with the control of each.
 class ReplayProblem final : public SymbolicProblem {
  public:
   explicit ReplayProblem(const OptimalControlProblem& problem);
+  static std::string control_parameter(int control) { return fmt::format("control_{}", control); }
 
   /// Starts the next interval at the plant's (q, v), before an impact at this instant, with no cost so far.
   void restart(const Vector& q, const Vector& v, const Vector& u, double duration);

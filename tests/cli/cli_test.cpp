@@ -151,6 +151,9 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
       {"export --problem rocking_block -o /nonexistent/x.json", "scene file = /nonexistent/x.json: cannot be written"},
       {"export --problem rocking_block -o /dev/null", "scene file = /dev/null: it exists; a new file is required"},
       {"order no_such_experiment", "experiment = 'no_such_experiment': unknown"},
+      {"order optimal_control", "this experiment is run by `ricochet compare`"},
+      {"compare two_balls_order", "kind = null: optimal_control or control_gradient is required"},
+      {"control two_carts --discretisation euler", "euler"},
       {"report /nonexistent.jsonl", "results file = /nonexistent.jsonl: cannot be opened"},
       {"check /nonexistent.jsonl --baseline x", "results file = /nonexistent.jsonl: cannot be opened"},
   };
@@ -252,6 +255,21 @@ TEST_F(Cli, WritesAReport) {
                            "small_orders.csv", "small_runs.csv", "small.jsonl"}) {
     EXPECT_TRUE(fs::exists(fs::path(report) / file)) << file;
   }
+}
+
+TEST_F(Cli, ComparesOptimalControlWithThePlant) {
+  const std::string experiment = write("carts.json", R"({"id": "carts", "kind": "optimal_control", "title": "Carts",
+      "description": "", "runs": [{"problem": "two_carts", "fesd": "--simulate --sigma-0 0.01",
+      "time_stepping": "--sigma-0 1e-3 --max-iterations 1"}]})");
+  const std::string out = (folder / "results").string(), report = (folder / "report").string();
+  const Outcome outcome = run("compare " + experiment + " -o " + out);
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_HAS(outcome.text, "FESD-J radau-iia:3, 10 intervals of 2 elements");
+  EXPECT_HAS(outcome.text, "time stepping, 10 intervals of 6 steps");
+  EXPECT_HAS(outcome.text, "step_limit: relaxation");  // a run that is not solved is shown, with its reason
+  ASSERT_EQ(run("report " + out + "/carts.jsonl -o " + report).code, 0);
+  EXPECT_HAS(read(report + "/index.html"), "Claimed and true optimal control");
+  EXPECT_TRUE(fs::exists(fs::path(report) / "carts_two_carts.svg"));
 }
 
 TEST_F(Cli, AnExperimentWithAMistakeLeavesNoResults) {

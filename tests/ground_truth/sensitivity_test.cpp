@@ -70,7 +70,8 @@ TEST_P(FesdSensitivities, ReachTheGroundTruth) {
 
 // Tolerances: three times what was measured, relative to the size of a column or 1. Rounding but for P2 with Gauss and
 // P7a with three stages, which are discretisation; event times of P4 with Gauss depend on the derivative of a
-// force extrapolated to the right end. P1c states no sensitivities.
+// force extrapolated to the right end, and their state of the rounding across the plane in it, which no stage there
+// removes: 2e-14 to 5e-12 for N from 100 to 400 in P4b. P1c states no sensitivities.
 INSTANTIATE_TEST_SUITE_P(
     GroundTruth, FesdSensitivities,
     testing::Values(Case{"P1a_ball_e09", "fesd:radau-iia:4", 50, 3e-14, 7e-15},
@@ -84,7 +85,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"P4a_clock_driven_block", "fesd:radau-iia:4", 50, 5e-13, 2e-13},
                     Case{"P4a_clock_driven_block", "fesd:gauss:4", 50, 2e-12, 7e-7},
                     Case{"P4b_spring_driven_block", "fesd:radau-iia:4", 200, 3e-13, 2e-13},
-                    Case{"P4b_spring_driven_block", "fesd:gauss:4", 200, 2e-12, 6e-7},
+                    Case{"P4b_spring_driven_block", "fesd:gauss:4", 200, 1e-11, 6e-7},
                     Case{"P5_slip_reversal", "fesd:radau-iia:4", 50, 5e-15, 9e-17},
                     Case{"P5_slip_reversal", "fesd:gauss:4", 50, 2e-15, 9e-17},
                     Case{"P6a_oblique_slip", "fesd:radau-iia:4", 50, 2e-14, 2e-15},
@@ -103,6 +104,53 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"P8b_spring_table", "fesd:radau-iia:3", 400, 2e-13, 2e-14},
                     Case{"P8b_spring_table", "fesd:gauss:4,elements=as_needed", 200, 3e-12, 9e-11}),
     [](const auto& test) { return test_name(std::string(test.param.id) + "_" + test.param.method); });
+
+struct AdaptiveCase {
+  const char *id, *method;
+};
+
+class AdaptiveSensitivities : public testing::TestWithParam<AdaptiveCase> {};
+
+/// The lengths follow the derivatives, too: without that, the balls of P2, whose spring is at rest as they fall, would
+/// make one step of it and miss how the perturbed spring oscillates.
+TEST_P(AdaptiveSensitivities, FallWithTheTolerance) {
+  const auto& [id, method] = GetParam();
+  const auto& truth = truth_of(id);
+  const auto problem = ground_truth_problem(id);
+  Settings settings = settings_of(truth);
+  double coarse = 0, fine = 0;
+  for (const double tolerance : {1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11}) {
+    settings.tolerance = tolerance;
+    const Solution s = make_method(method)->solve(*problem, settings);
+    ASSERT_TRUE(s.succeeded()) << s.message;
+    ASSERT_EQ(s.events.size(), truth.events.size());
+    // The tolerance is for the local error of a step, of which there are up to 1000. Largest seen: 14 times the
+    // tolerance in the state, 20 times in event times.
+    EXPECT_LE(state_error(s, truth), with_rounding(50 * tolerance)) << tolerance;
+    EXPECT_LE(time_error(s, truth), with_rounding(50 * tolerance)) << tolerance;
+    fine = state_error(s, truth);
+    if (coarse == 0) coarse = fine;
+  }
+  // By 1e5 if the error were the tolerance; at least 2e4 was seen, unless rounding ends it.
+  EXPECT_LE(fine, std::max(coarse / 1e3, with_rounding(5e-14)));
+}
+
+INSTANTIATE_TEST_SUITE_P(GroundTruth, AdaptiveSensitivities,
+                         testing::Values(AdaptiveCase{"P1a_ball_e09", "fesd_adaptive:radau-iia:4"},
+                                         AdaptiveCase{"P2_two_balls_spring", "fesd_adaptive:radau-iia:4"},
+                                         AdaptiveCase{"P2_two_balls_spring", "fesd_adaptive:gauss:4"},
+                                         AdaptiveCase{"P3_sliding_block", "fesd_adaptive:radau-iia:4"},
+                                         AdaptiveCase{"P4a_clock_driven_block", "fesd_adaptive:radau-iia:4"},
+                                         AdaptiveCase{"P4b_spring_driven_block", "fesd_adaptive:radau-iia:4"},
+                                         AdaptiveCase{"P5_slip_reversal", "fesd_adaptive:radau-iia:4"},
+                                         AdaptiveCase{"P6a_oblique_slip", "fesd_adaptive:radau-iia:4"},
+                                         AdaptiveCase{"P7a_slide3d_to_stick", "fesd_adaptive:radau-iia:4"},
+                                         AdaptiveCase{"P7b_slide3d_no_stick", "fesd_adaptive:radau-iia:4"},
+                                         AdaptiveCase{"P8a_bead_leaves_circle", "fesd_adaptive:radau-iia:4"},
+                                         AdaptiveCase{"P8b_spring_table", "fesd_adaptive:radau-iia:4"}),
+                         [](const auto& test) {
+                           return test_name(std::string(test.param.id) + "_" + test.param.method);
+                         });
 
 TEST(FesdSensitivitiesOfEveryVariable, AreTheDerivativesOfTheDiscreteSolution) {
   for (const char* scene :

@@ -2,12 +2,19 @@
 // problem whose solution the plant follows.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
+#include <stdexcept>
 
+#include "bench/control_gradient.h"
 #include "bench/replay.h"
 #include "methods/complementarity/homotopy.h"
 #include "methods/control/fesd_transcription.h"
+#include "methods/control/nlp_blocks.h"
+#include "methods/control/time_stepping_transcription.h"
 #include "methods/fesd/pivoting_solver.h"
+#include "methods/registry.h"
+#include "problems/derivatives/plant_functions.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"
 #include "tests/nlp_check.h"
@@ -18,16 +25,58 @@ namespace {
 
 using E = FesdEquations;
 
-void expect_exact_derivatives(const std::string& id, const E::Options& options, const std::string& family, int n_s) {
-  const auto problem = make_control_problem(id);
-  problem->n_intervals = 1;
-  FesdTranscription transcription(*problem, make_tableau(family, n_s), options);
+using TS = TimeSteppingEquations;
+
+void expect_exact_derivatives(const Transcription& transcription) {
   const Nlp& nlp = transcription.mpcc().nlp;
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(0.5, 1.5);
   const Vector x = Vector::NullaryExpr(nlp.n_variables(), [&] { return uniform(random); });
   const Vector lambda = Vector::NullaryExpr(nlp.n_rows(), [&] { return uniform(random); });
   expect_derivatives(nlp, x, lambda, 1e-5);  // differences of an objective of 1e4, of products of up to seven factors
+}
+
+void expect_exact_derivatives(const std::string& id, const E::Options& options, const std::string& family, int n_s) {
+  const auto problem = make_control_problem(id);
+  problem->n_intervals = 1;
+  expect_exact_derivatives(FesdTranscription(*problem, make_tableau(family, n_s), options));
+}
+
+void expect_exact_derivatives(const std::string& id, const TimeSteppingTranscription::Options& options) {
+  const auto problem = make_control_problem(id);
+  problem->n_intervals = 2;
+  problem->is_time_free = true;
+  problem->T_lower = 1;
+  problem->T_upper = 10;
+  expect_exact_derivatives(TimeSteppingTranscription(*problem, options));
+}
+
+TEST(FunctionBlock, TakesOneVariablePerInput) {
+  const PlantFunctions functions = plant_functions(*make_problem("double_pendulum_wall"), 0);
+  EXPECT_NO_THROW(FunctionBlock(functions.gap, {0, 1}, {0, 1}));
+  EXPECT_THROW(FunctionBlock(functions.gap, {0}, {0, 1}), std::logic_error);
+}
+
+// GiNaC orders terms by symbols, and symbols by the time they were made at.
+TEST(PlantFunctions, RoundTheSameWheneverTheyAreMade) {
+  const auto problem = make_problem("double_pendulum_wall");
+  const PlantFunctions first = plant_functions(*problem, 0);
+  std::mt19937 generator(1);
+  std::uniform_real_distribution<double> uniform(0.1, 1);
+  const int n = first.dynamics.n_inputs(), m = first.dynamics.n_outputs();
+  Vector x(n), weights(m), y(m), y_again(m);
+  for (auto& value : x) value = uniform(generator);
+  for (auto& value : weights) value = uniform(generator);
+  Matrix H(n, n), H_again(n, n);
+  first.dynamics.evaluate(x.data(), y.data());
+  first.dynamics.hessian(x.data(), weights.data(), H.data());
+  for (int k = 0; k < 5; ++k) {
+    const PlantFunctions again = plant_functions(*problem, 0);
+    again.dynamics.evaluate(x.data(), y_again.data());
+    again.dynamics.hessian(x.data(), weights.data(), H_again.data());
+    EXPECT_EQ(y, y_again);
+    EXPECT_EQ(H, H_again);
+  }
 }
 
 TEST(FesdTranscription, HasExactDerivatives) {
@@ -39,6 +88,13 @@ TEST(FesdTranscription, HasExactDerivatives) {
                            "radau-iia", 1);
   expect_exact_derivatives("three_boxes", {.cone = E::Cone::polyhedral, .equilibration = E::Equilibration::exact},
                            "radau-iia", 1);
+}
+
+TEST(TimeSteppingTranscription, HasExactDerivatives) {
+  expect_exact_derivatives("discs", {.steps = 2, .equations = {}});
+  expect_exact_derivatives("three_boxes", {.steps = 1, .equations = {}});  // restitution
+  expect_exact_derivatives("cart_pole_friction", {.steps = 2, .equations = {.cone = TS::Cone::squared}});
+  expect_exact_derivatives("hopper", {.steps = 2, .equations = {.cone = TS::Cone::polyhedral}});
 }
 
 /// A step of the pivoting solver as the guess of the same step as an MPCC: how far it is from a solution, and the
@@ -84,6 +140,71 @@ TEST(FesdEquations, AreThoseThatThePivotingSolverSolves) {
     expect_same_step("P5_slip_reversal", 0.0, 0.1, {.cone = cone});
 }
 
+/// Every step of a simulation with Moreau-Jean, theta = 1, as the guess of the same step as an MPCC. The forces are
+/// those that explain the change of velocity.
+void expect_moreau_jean(const std::string& id, int n_steps) {
+  const auto plant = make_problem(id);
+  const ProblemInfo& info = plant->info();
+  Settings settings;
+  settings.steps = n_steps;
+  settings.recording = Recording::grid;
+  const Solution motion = make_method("moreau_jean,theta=1")->solve(*plant, settings);
+  ASSERT_TRUE(motion.succeeded()) << id << ": " << motion.message;
+  const double h = info.end_time / n_steps;
+
+  Vector q = info.q0, v = info.v0;
+  int pressed = 0;
+  for (const auto& sample : motion.samples) {
+    Mpcc mpcc;
+    TS equations(*plant, {.law = TS::Law::velocity}, mpcc);
+    equations.add_step(equations.add_initial_state(q, v), {}, mpcc.nlp.add_variable(h, h, h, "h"));
+    Matrix J(info.n_q, info.n_c() + info.n_lambda_t);
+    J << plant->normal_jacobian(sample.q), plant->tangent_jacobian(sample.q);
+    const Vector w = (sample.v_plus - v) / h;
+    const Vector lambda =
+        J.colPivHouseholderQr().solve(plant->mass_matrix(sample.q) * w - plant->force(sample.q, sample.v_plus));
+    equations.set_guess(0, h, q, v, sample.q, sample.v_plus, lambda.head(info.n_c()), lambda.tail(info.n_lambda_t));
+    pressed += lambda.head(info.n_c()).maxCoeff() > 1e-6;
+    Vector x(mpcc.nlp.n_variables());
+    for (Eigen::Index k = 0; k < x.size(); ++k) x[k] = mpcc.nlp.variables[k].guess;
+    NlpEvaluator evaluator(mpcc.nlp);
+    const auto violation = evaluator.worst_violation(x.data());
+    // A velocity is divided by h = 1e-3 s and more: rounding of 1e-16 becomes 1e-13, times masses and stiffnesses.
+    ASSERT_LE(violation.value, 1e-9) << id << " at " << sample.t << ": " << violation.name;
+    ASSERT_LE(complementarity(mpcc, x.data()).value, 1e-9)
+        << id << " at " << sample.t << ": " << complementarity(mpcc, x.data()).name;
+    q = sample.q;
+    v = sample.v_plus;
+  }
+  EXPECT_GT(pressed, 0) << id;
+}
+
+TEST(TimeSteppingEquations, AreThoseOfMoreauJean) {
+  expect_moreau_jean("bouncing_ball", 300);
+  expect_moreau_jean("two_balls_spring", 500);
+  expect_moreau_jean("sliding_block", 50);
+  expect_moreau_jean("oblique_impact", 50);
+}
+
+TEST(TimeSteppingEquations, LandAtTheEndOfAStep) {
+  // A ball that would penetrate the floor within the step ends on it: gap 0, v = -height / h, m (v - v_0) = h (lambda -
+  // m g).
+  const auto plant = make_problem("bouncing_ball", {{"e", 0}});
+  const double radius = -plant->gap(Vector::Zero(1))[0], height = 0.01, q_0 = radius + height, v_0 = -2, h = 0.02;
+  Mpcc mpcc;
+  TS equations(*plant, {}, mpcc);
+  equations.add_step(equations.add_initial_state(Vector::Constant(1, q_0), Vector::Constant(1, v_0)), {},
+                     mpcc.nlp.add_variable(h, h, h, "h"));
+  const MpccSolution s = Homotopy({.sigma_0 = 1e-2, .sigma_final = 1e-8}).solve(mpcc);
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  const double m = plant->mass_matrix(plant->info().q0)(0, 0), v = -height / h;
+  const double load = m * (v - v_0) - h * plant->force(plant->info().q0, plant->info().v0)[0];
+  EXPECT_NEAR(equations.position(s.x, 0)[0], radius, 1e-10);
+  EXPECT_NEAR(equations.velocity(s.x, 0)[0], v, 1e-8);
+  EXPECT_NEAR(equations.normal_impulse(s.x, 0)[0], load, 1e-8);
+  EXPECT_THROW(TS(*make_problem("bouncing_ball", {{"e", 0.5}}), {.law = TS::Law::position}, mpcc), InputError);
+}
+
 TEST(ControlProblems, AreChecked) {
   EXPECT_THROW(make_control_problem("disc"), InputError);
   EXPECT_THROW(make_control_problem("discs", {{"mass", 1}}), InputError);
@@ -97,7 +218,7 @@ TEST(ControlProblems, AreChecked) {
   problem = make_control_problem("discs");
   problem->v.lower.resize(3);
   EXPECT_THROW(validate(*problem), InputError) << "sizes";
-  EXPECT_EQ(control_problems().size(), 4u);
+  EXPECT_EQ(control_problems().size(), 7u);
 }
 
 TEST(OptimalControl, PlantFollowsTheSolution) {
@@ -122,6 +243,67 @@ TEST(OptimalControl, PlantFollowsTheSolution) {
     EXPECT_LE(difference.events, 1e-5);
     EXPECT_LE(std::abs(difference.cost), 1e-5 * truth.cost);
   }
+}
+
+TEST(ControlGradient, IsThatOfThePlantThroughAnImpact) {
+  const auto problem = make_control_problem("two_carts");
+  ControlTrajectory trajectory;
+  trajectory.T = problem->plant->info().end_time;
+  trajectory.u.resize(1, 5);
+  trajectory.u << 4, 3, 1, -1, 0;
+  const Matrix truth = gradient_by_differences(*problem, trajectory, reference_solver(1e-12), 1e-3);
+  const Replay motion = replay(*problem, trajectory, reference_solver(1e-12));
+  EXPECT_TRUE(std::ranges::any_of(motion.events, [](const Event& e) { return e.kind == EventKind::impact; }));
+  const Matrix fesd = gradient_by_sensitivities(*problem, trajectory, "fesd:radau-iia:3", 4);
+  // Order 5 with 20 steps in all; the reference is good to its tolerance over the change, 1e-9.
+  EXPECT_LE((fesd - truth).cwiseAbs().maxCoeff(), 1e-7 * truth.cwiseAbs().maxCoeff());
+  // A time-stepping scheme does not move its impact with the controls: no step length helps.
+  for (const int steps : {10, 100, 1000}) {
+    const Matrix stepped =
+        gradient_by_differences(*problem, trajectory, fixed_step_solver("moreau_jean,theta=1", steps), 1e-6);
+    EXPECT_GE((stepped - truth).cwiseAbs().maxCoeff(), 0.1 * truth.cwiseAbs().maxCoeff()) << steps;
+  }
+}
+
+TEST(OptimalControl, AnIntervalThatNeedsMoreElementsIsGuessedToo) {
+  // One element per interval does not reach through the impact: its stages are points of the motion.
+  const auto problem = make_control_problem("two_carts");
+  problem->n_fe = 1;
+  FesdTranscription transcription(*problem, make_tableau("radau-iia", 3), {.n_fe = 1});
+  ASSERT_EQ(transcription.guess_from_simulation(), Status::success);
+  const Nlp& nlp = transcription.mpcc().nlp;
+  Vector x(nlp.n_variables());
+  for (Eigen::Index k = 0; k < x.size(); ++k) x[k] = nlp.variables[k].guess;
+  const ControlTrajectory guess = transcription.trajectory(x);
+  const Replay truth = replay(*problem, guess, reference_solver(1e-11));
+  ASSERT_EQ(truth.status, Status::success) << truth.message;
+  EXPECT_TRUE(std::ranges::any_of(truth.events, [](const Event& e) { return e.kind == EventKind::impact; }));
+  EXPECT_LE(mismatch(*problem, guess, truth).terminal, 1e-5);  // order 5 with elements of 0.2 s
+}
+
+TEST(OptimalControl, TimeSteppingIsAGuess) {
+  // Its controls do not do what it claims; FESD-J, started from the motion under them, does.
+  const auto problem = make_control_problem("push_box_goal");
+  const Homotopy homotopy({.sigma_0 = 1e-2, .sigma_final = 1e-6, .warm_multipliers = false, .max_switches = 0});
+  TimeSteppingTranscription stepped(*problem, {.steps = 6, .equations = {}});
+  ASSERT_EQ(stepped.guess_from_simulation(), Status::success);
+  const MpccSolution guess = homotopy.solve(stepped.mpcc());
+  ASSERT_TRUE(guess.succeeded()) << guess.message;
+  const ControlTrajectory claimed = stepped.trajectory(guess.x);
+  const Replay plain = replay(*problem, claimed, reference_solver(1e-11));
+  ASSERT_EQ(plain.status, Status::success) << plain.message;
+  EXPECT_GE(mismatch(*problem, claimed, plain).terminal, 1e-2);
+
+  FesdTranscription transcription(*problem, make_tableau("radau-iia", 2),
+                                  {.cross = E::CrossComplementarity::aggregated});
+  ASSERT_EQ(transcription.guess_from_simulation(claimed.u), Status::success);
+  const MpccSolution s = homotopy.solve(transcription.mpcc());
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  const ControlTrajectory trajectory = transcription.trajectory(s.x);
+  EXPECT_LE(trajectory.objective, 5) << "15.5 is the local optimum near a constant push";
+  const Replay truth = replay(*problem, trajectory, reference_solver(1e-11));
+  ASSERT_EQ(truth.status, Status::success) << truth.message;
+  EXPECT_LE(mismatch(*problem, trajectory, truth).terminal, 1e-5);  // the goal of the project
 }
 
 }  // namespace

@@ -66,6 +66,19 @@ TEST(FesdHomotopy, IsAMethod) {
   EXPECT_GE(s.counters.inner_iterations, s.counters.complementarity_solves);
 }
 
+// A control is an argument of the dynamics.
+TEST(FesdHomotopy, FollowsADrivenMechanism) {
+  const auto problem = make_problem("double_pendulum_wall", {{"duration", 0.3}});
+  ASSERT_EQ(problem->info().n_u, 1);
+  const Solution homotopy = make_method("fesd_homotopy:radau-iia:3")->solve(*problem, twenty_steps());
+  const Solution pivoting = make_method("fesd:radau-iia:3")->solve(*problem, twenty_steps());
+  ASSERT_TRUE(homotopy.succeeded()) << homotopy.message;
+  ASSERT_TRUE(pivoting.succeeded()) << pivoting.message;
+  // Twenty steps to 1e-11 each.
+  EXPECT_LE((homotopy.q - pivoting.q).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LE((homotopy.v - pivoting.v).cwiseAbs().maxCoeff(), 1e-9);
+}
+
 TEST(FesdHomotopy, NamesTheWorstResidualOfAStepWithoutSolution) {
   const auto problem = make_problem("two_balls_spring", {{"duration", 0.41}});
   const Solution s = make_method("fesd_homotopy:radau-iia:2,n_fe=1")->solve(*problem, twenty_steps());

@@ -1,0 +1,27 @@
+#include <fmt/format.h>
+
+#include "bench/commands.h"
+#include "bench/control_experiment.h"
+#include "reports/tables.h"
+
+namespace ricochet {
+
+void add_compare_command(CLI::App& app, int&) {
+  static std::string experiment, folder = "out/results";
+  auto* command = app.add_subcommand("compare", "run an experiment of optimal control and print its tables");
+  command->add_option("experiment", experiment, "optimal_control, control_gradient, or a file")->required();
+  command->add_option("-o,--out", folder, "folder for the results file")->capture_default_str();
+  command->callback([] {
+    const std::string path = run_control_experiment(experiment, folder);
+    const Results results = read_results(path);
+    fmt::print("{}\nresults: {}\n\n", results.header.value("title", experiment), path);
+    if (!results.control_runs.empty()) {
+      fmt::print("{}\n", control_table(results.control_runs).text());
+      const Table failed = control_failures(results.control_runs);
+      if (!failed.rows.empty()) fmt::print("{}\n", failed.list());
+    }
+    if (!results.gradients.empty()) fmt::print("{}\n", gradient_table(results.gradients).text());
+  });
+}
+
+}  // namespace ricochet

@@ -1,0 +1,222 @@
+#include "bench/control_experiment.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "bench/control_gradient.h"
+#include "bench/control_options.h"
+#include "bench/environment.h"
+#include "bench/experiment.h"
+#include "bench/progress.h"
+#include "bench/replay.h"
+#include "bench/results_file.h"
+#include "methods/complementarity/homotopy.h"
+#include "methods/registry.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+// Of the event-located reference.
+constexpr double kReplayTolerance = 1e-11;
+constexpr double kGradientTolerance = 1e-12;
+// Changes of a control for differences: of the reference, whose error is about its tolerance; and of a discrete scheme,
+// which is smooth up to the next change of its active sets.
+constexpr double kReferenceChange = 1e-3;
+constexpr double kSchemeChange = 1e-6;
+
+std::vector<double> list(const Vector& x) {
+  return {x.begin(), x.end()};
+}
+
+void describe_claim(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, ControlRun& run) {
+  run.claimed_cost = trajectory.objective;
+  run.T = trajectory.T;
+  for (const auto& u : trajectory.u.colwise()) run.u.push_back(list(u));
+  for (const auto& point : trajectory.points) {
+    run.claimed.t.push_back(point.t);
+    run.claimed.q.push_back(list(point.q));
+    if (problem.plant->n_c() > 0) run.penetration = std::max(run.penetration, -problem.plant->gap(point.q).minCoeff());
+    if (point.lambda_n.size() == 0) continue;
+    run.force_t.push_back(point.t);
+    run.lambda_n.push_back(list(point.lambda_n));
+  }
+  const double least = smallest_impact(problem, trajectory);
+  for (const auto& impulse : trajectory.impulses) {
+    if (impulse.Lambda_n > least) run.impacts.push_back({impulse.t, impulse.Lambda_n});
+  }
+  for (const auto& contact : problem.plant->info().contacts) run.contacts.push_back(contact.name);
+}
+
+void describe_replay(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, ControlRun& run) {
+  const Replay truth = replay(problem, trajectory, reference_solver(kReplayTolerance));
+  run.replay_status = to_string(truth.status);
+  run.replay_message = truth.message;
+  for (const auto& point : truth.points) {
+    run.replayed.t.push_back(point.t);
+    run.replayed.q.push_back(list(point.q));
+  }
+  if (truth.status != Status::success) return;
+  const ReplayMismatch difference = mismatch(problem, trajectory, truth);
+  run.true_cost = truth.cost;
+  run.terminal = difference.terminal;
+  run.events = std::isfinite(difference.events) ? difference.events : std::numeric_limits<double>::quiet_NaN();
+}
+
+ControlRun solve(const ControlOptions& options, const std::string& arguments) {
+  const auto begin = std::chrono::steady_clock::now();
+  const auto problem = options.make_problem();
+  ControlRun run;
+  run.problem = problem->id;
+  run.title = problem->title;
+  run.discretisation = options.describe(*problem);
+  run.command = "ricochet control " + arguments;
+  const auto transcription = options.make_transcription(*problem);
+  const MpccSolution solution = Homotopy(options.homotopy_options()).solve(transcription->mpcc());
+  run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  run.variables = transcription->mpcc().nlp.n_variables();
+  run.pairs = static_cast<int>(transcription->mpcc().pairs.size());
+  run.status = to_string(solution.status);
+  run.message = solution.message;
+  run.iterations = solution.iterations;
+  if (!solution.succeeded()) return run;
+  const ControlTrajectory trajectory = transcription->trajectory(solution.x);
+  describe_claim(*problem, trajectory, run);
+  describe_replay(*problem, trajectory, run);
+  return run;
+}
+
+/// Steps per interval with which time stepping has as many variables as the FESD-J run, as nearly as possible.
+int steps_of_equal_size(const ControlRun& fesd, ControlOptions options) {
+  options.from_time_stepping = 0;
+  options.simulate = false;
+  const auto problem = options.make_problem();
+  const auto size = [&](int steps) {
+    options.steps = steps;
+    return options.make_transcription(*problem)->mpcc().nlp.n_variables();
+  };
+  const int one = size(1), two = size(2);
+  return std::max(1, static_cast<int>(std::lround(1 + static_cast<double>(fesd.variables - one) / (two - one))));
+}
+
+void compare_transcriptions(const json& document, ResultsFile& file) {
+  Progress progress(document.at("id").get<std::string>());
+  const json& runs = document.at("runs");
+  double done = 0;
+  for (const auto& entry : runs) {
+    const std::string problem = entry.at("problem");
+    const std::string fesd = fmt::format("{} {}", problem, entry.at("fesd").get<std::string>());
+    const ControlRun run = solve(ControlOptions::parse(fesd), fesd);
+    file.append(to_json(run));
+    progress.update((done += 0.5) / static_cast<double>(runs.size()), problem);
+
+    std::string other =
+        fmt::format("{} --discretisation time_stepping {}", problem, entry.at("time_stepping").get<std::string>());
+    ControlOptions options = ControlOptions::parse(other);
+    options.steps = steps_of_equal_size(run, options);
+    other += fmt::format(" --steps {}", options.steps);
+    file.append(to_json(solve(options, other)));
+    progress.update((done += 0.5) / static_cast<double>(runs.size()), problem);
+  }
+}
+
+/// Relative to the reference's largest derivative of each component. @param n_columns  the last of them
+double largest_error(const Matrix& gradient, const Matrix& reference, Eigen::Index n_columns) {
+  double worst = 0;
+  for (Eigen::Index row = 0; n_columns > 0 && row < gradient.rows(); ++row) {
+    const double error = (gradient - reference).row(row).tail(n_columns).cwiseAbs().maxCoeff();
+    worst = std::max(worst, error / reference.row(row).cwiseAbs().maxCoeff());
+  }
+  return worst;
+}
+
+void compare_gradients(const json& document, ResultsFile& file) {
+  const auto problem = make_control_problem(document.at("problem"));
+  const auto control = document.at("control").get<std::vector<std::vector<double>>>();
+  const ProblemInfo& info = problem->plant->info();
+  ControlTrajectory trajectory;
+  trajectory.T = info.end_time;
+  trajectory.u.resize(info.n_u, static_cast<Eigen::Index>(control.size()));
+  for (std::size_t k = 0; k < control.size(); ++k) {
+    if (static_cast<int>(control[k].size()) != info.n_u)
+      throw InputError("control", json(control[k]).dump(), fmt::format("{} numbers are required", info.n_u));
+    for (int c = 0; c < info.n_u; ++c) trajectory.u(c, static_cast<Eigen::Index>(k)) = control[k][c];
+  }
+
+  const Matrix reference =
+      gradient_by_differences(*problem, trajectory, reference_solver(kGradientTolerance), kReferenceChange);
+  const Replay truth = replay(*problem, trajectory, reference_solver(kGradientTolerance));
+  double last_impact = 0;
+  for (const auto& event : truth.events) {
+    if (event.kind == EventKind::impact) last_impact = event.t;
+  }
+  const auto n_until =
+      static_cast<Eigen::Index>(std::ceil(last_impact * static_cast<double>(control.size()) / trajectory.T));
+  const Eigen::Index n_behind = info.n_u * (static_cast<Eigen::Index>(control.size()) - n_until);
+
+  ControlGradient line;
+  line.problem = problem->id;
+  for (const char* name : {"q", "v"}) {
+    for (int k = 0; k < info.n_q; ++k) line.components.push_back(fmt::format("{}_{}", name, k + 1));
+  }
+  const auto append = [&](const std::string& method, int steps, const Matrix& gradient) {
+    line.method = method;
+    line.steps = steps;
+    line.derivatives.clear();
+    for (const auto& row : gradient.rowwise()) line.derivatives.emplace_back(row.begin(), row.end());
+    line.error = largest_error(gradient, reference, gradient.cols());
+    line.error_after_impact = largest_error(gradient, reference, n_behind);
+    file.append(to_json(line));
+  };
+  append("reference", 0, reference);
+  for (const auto& entry : document.at("methods")) {
+    const std::string method = entry.at("method");
+    for (const int steps : entry.at("steps").get<std::vector<int>>()) {
+      append(method, steps,
+             make_method(method)->info().has_sensitivities
+                 ? gradient_by_sensitivities(*problem, trajectory, method, steps)
+                 : gradient_by_differences(*problem, trajectory, fixed_step_solver(method, steps), kSchemeChange));
+    }
+  }
+}
+
+}  // namespace
+
+std::string run_control_experiment(const std::string& name, const std::string& folder) {
+  const auto [path, text] = read_experiment_text(name);
+  try {
+    const json document = json::parse(text);
+    const std::string kind = document.value("kind", "");
+    if (kind != "optimal_control" && kind != "control_gradient")
+      throw InputError(path + ": kind", document.value("kind", json()).dump(),
+                       "optimal_control or control_gradient is required");
+    ResultsFile file(folder, document.at("id"),
+                     {{"kind", "header"},
+                      {"schema", kResultsSchema},
+                      {"experiment", document.at("id")},
+                      {"title", document.at("title")},
+                      {"description", document.at("description")},
+                      {"command", "ricochet compare " + name},
+                      {"environment", environment()},
+                      {"key", hash_of(text + program_hash())}});
+    if (file.is_complete()) return file.path();
+    if (kind == "optimal_control")
+      compare_transcriptions(document, file);
+    else
+      compare_gradients(document, file);
+    file.finish();
+    return file.path();
+  } catch (const json::exception& error) {
+    throw InputError(fmt::format("{}: not an experiment: {}", path, error.what()));
+  }
+}
+
+}  // namespace ricochet

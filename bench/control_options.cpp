@@ -1,0 +1,187 @@
+#include "bench/control_options.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <random>
+
+#include "bench/problem_options.h"
+#include "methods/control/fesd_transcription.h"
+#include "methods/control/time_stepping_transcription.h"
+#include "methods/runge_kutta/tableau_argument.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+/// The value of an option that takes one of a few names.
+template <class Value>
+Value choose(const std::string& option, const std::string& name, const std::map<std::string, Value>& values) {
+  const auto found = values.find(name);
+  if (found != values.end()) return found->second;
+  std::string known;
+  for (const auto& [key, value] : values) known += (known.empty() ? "" : ", ") + key;
+  throw InputError(option, name, "one of " + known + " is required");
+}
+
+ContactEquations::Cone cone_of(const ControlOptions& options) {
+  using Cone = ContactEquations::Cone;
+  return choose<Cone>("--cone", options.cone,
+                      {{"exact", Cone::exact}, {"squared", Cone::squared}, {"polyhedral", Cone::polyhedral}});
+}
+
+FesdEquations::Options equation_options(const ControlOptions& options, const OptimalControlProblem& problem) {
+  using E = FesdEquations;
+  E::Options result = options.equations;
+  result.n_fe = problem.n_fe;
+  result.cone = cone_of(options);
+  result.impulses =
+      choose<E::Impulses>("--impulses", options.impulses,
+                          {{"position_velocity", E::Impulses::position_velocity}, {"slack", E::Impulses::slack}});
+  result.cross = choose<E::CrossComplementarity>("--cross", options.cross,
+                                                 {{"sparse", E::CrossComplementarity::sparse},
+                                                  {"per_stage", E::CrossComplementarity::per_stage},
+                                                  {"aggregated", E::CrossComplementarity::aggregated}});
+  result.equilibration = choose<E::Equilibration>("--equilibration", options.equilibration,
+                                                  {{"objective", E::Equilibration::objective},
+                                                   {"exact", E::Equilibration::exact},
+                                                   {"tanh", E::Equilibration::tanh},
+                                                   {"none", E::Equilibration::none}});
+  return result;
+}
+
+/// Moves the guess of every position by up to `noise`: a plain guess may be a symmetric point that no descent leaves.
+void disturb(Nlp& nlp, double noise, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(-noise, noise);
+  for (auto& variable : nlp.variables) {
+    if (variable.lower < variable.upper && variable.name.find(", q[") != std::string::npos)
+      variable.guess += uniform(random);
+  }
+}
+
+/// The controls that time stepping finds from its own guess.
+Matrix time_stepping_controls(ControlOptions options, const OptimalControlProblem& problem) {
+  options.discretisation = "time_stepping";
+  options.steps = options.from_time_stepping;
+  options.from_time_stepping = 0;
+  options.simulate = true;
+  const auto transcription = options.make_transcription(problem);
+  const MpccSolution solution = Homotopy(options.homotopy_options()).solve(transcription->mpcc());
+  fmt::print("guess      {}: {} in {:.2f} s, objective {:.6g}\n", options.describe(problem), to_string(solution.status),
+             solution.seconds, solution.objective);
+  return transcription->trajectory(solution.x).u;
+}
+
+/// The controls that a random search finds.
+Matrix explored_controls(const ExplorationOptions& options, const OptimalControlProblem& problem) {
+  const auto found = explore(problem, tableau_argument(problem.tableau), problem.n_fe, options);
+  fmt::print("explored   {} rollouts in {:.2f} s, {} of them without a solution: cost {:.6g}, violation {:.2g}\n",
+             found.rollouts, found.seconds, found.failed, found.rollout.cost, found.rollout.violation);
+  return found.u;
+}
+
+}  // namespace
+
+void ControlOptions::add(CLI::App& command) {
+  command.add_option("problem", problem, "optimal control problem, see `ricochet list control`")->required();
+  command.add_option("--set", changes, "NAME=VALUE, a parameter of the problem");
+  command.add_option("--intervals,-N", intervals, "control intervals")->check(CLI::PositiveNumber);
+  command.add_option("--discretisation", discretisation, "fesd or time_stepping")
+      ->check(CLI::IsMember({"fesd", "time_stepping"}))
+      ->capture_default_str();
+  command.add_option("--steps", steps, "per interval, of --discretisation time_stepping")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command.add_option("--elements", elements, "finite elements per interval")->check(CLI::PositiveNumber);
+  command.add_option("--tableau", tableau, "FAMILY:STAGES, or @FILE");
+  command.add_option("--cross", cross, "cross complementarity: sparse, per_stage, aggregated")->capture_default_str();
+  command.add_option("--impulses", impulses, "position_velocity or slack")->capture_default_str();
+  command.add_option("--cone", cone, "friction cone: exact, squared, polyhedral")->capture_default_str();
+  command.add_option("--equilibration", equilibration, "of the steps: objective, exact, tanh, none")
+      ->capture_default_str();
+  command.add_option("--rho", equations.rho, "weight of --equilibration objective")->capture_default_str();
+  command.add_flag("!--capture", equations.no_capture, "as published: a closed element may absorb a bounce");
+  command.add_flag("--project", equations.projects, "end velocities of curved contacts without friction are projected");
+  command.add_option("--eps-c", equations.eps_c, "gaps stay open over this part of a step; 0 for none")
+      ->capture_default_str();
+  command.add_option("--relaxation", homotopy.relaxation, "of the complementarity pairs")->capture_default_str();
+  command.add_option("--sigma-0", homotopy.sigma_0, "first relaxation parameter")->capture_default_str();
+  command.add_option("--sigma-final", homotopy.sigma_final, "last one, before the crossover")->capture_default_str();
+  command.add_option("--factor", homotopy.factor, "from one sigma to the next")->capture_default_str();
+  command.add_flag("--superlinear", superlinear, "sigma to the power 1.5 when that is less than factor * sigma");
+  command.add_option("--max-iterations", homotopy.max_iterations, "of one homotopy step")->capture_default_str();
+  command.add_option("--max-switches", homotopy.max_switches, "branches that the crossover tries besides the first")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command.add_option("--time-limit", homotopy.time_limit, "wall time [s]; 0 for none")->capture_default_str();
+  command.add_flag("--simulate", simulate, "guess: the motion under the guessed control, instead of a constant state");
+  command
+      .add_option("--from-time-stepping", from_time_stepping,
+                  "guess: the motion under the controls that time stepping finds, with so many steps per interval")
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option("--explore", exploration.rounds,
+                  "guess: the best motion of a random search over the controls with so many rounds")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--noise", noise, "random change of the guessed positions, up to this")->capture_default_str();
+  command.add_option("--seed", exploration.seed, "of --explore and --noise")->capture_default_str();
+}
+
+ControlOptions ControlOptions::parse(const std::string& arguments) {
+  ControlOptions options;
+  CLI::App app;
+  options.add(app);
+  try {
+    app.parse(arguments);
+  } catch (const CLI::ParseError& error) {
+    throw InputError("arguments of ricochet control", arguments, error.what());
+  }
+  return options;
+}
+
+std::unique_ptr<OptimalControlProblem> ControlOptions::make_problem() const {
+  auto made = make_control_problem(problem, parameter_changes(changes));
+  if (intervals > 0) made->n_intervals = intervals;
+  if (elements > 0) made->n_fe = elements;
+  if (!tableau.empty()) made->tableau = tableau;
+  return made;
+}
+
+std::unique_ptr<Transcription> ControlOptions::make_transcription(const OptimalControlProblem& made) const {
+  for (const auto& [name, value] :
+       {std::pair("--noise", noise), std::pair("--rho", equations.rho), std::pair("--eps-c", equations.eps_c)}) {
+    if (!(value >= 0) || !std::isfinite(value)) throw InputError(name, value, "a finite number >= 0 is required");
+  }
+  std::unique_ptr<Transcription> transcription;
+  if (is_fesd()) {
+    transcription =
+        std::make_unique<FesdTranscription>(made, tableau_argument(made.tableau), equation_options(*this, made));
+  } else {
+    transcription = std::make_unique<TimeSteppingTranscription>(
+        made, TimeSteppingTranscription::Options{.steps = steps, .equations = {.cone = cone_of(*this)}});
+  }
+  if (simulate || from_time_stepping > 0 || exploration.rounds > 0) {
+    const Status status =
+        exploration.rounds > 0   ? transcription->guess_from_simulation(explored_controls(exploration, made))
+        : from_time_stepping > 0 ? transcription->guess_from_simulation(time_stepping_controls(*this, made))
+                                 : transcription->guess_from_simulation();
+    if (status != Status::success) fmt::print("guess      the simulation ended early: {}\n", to_string(status));
+  }
+  disturb(transcription->mpcc().nlp, noise, exploration.seed);
+  return transcription;
+}
+
+HomotopyOptions ControlOptions::homotopy_options() const {
+  HomotopyOptions result = homotopy;
+  if (superlinear) result.update = SigmaUpdate::superlinear;
+  return result;
+}
+
+std::string ControlOptions::describe(const OptimalControlProblem& made) const {
+  return is_fesd() ? fmt::format("FESD-J {}, {} intervals of {} elements", made.tableau, made.n_intervals, made.n_fe)
+                   : fmt::format("time stepping, {} intervals of {} steps", made.n_intervals, steps);
+}
+
+}  // namespace ricochet

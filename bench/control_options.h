@@ -1,0 +1,56 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "methods/complementarity/homotopy.h"
+#include "methods/control/exploration.h"
+#include "methods/control/fesd_equations.h"
+#include "methods/control/transcription.h"
+#include "problems/control/optimal_control_problem.h"
+
+namespace ricochet {
+
+/// How an optimal control problem is discretised, guessed and solved: the options of `ricochet control`.
+struct ControlOptions {
+  std::string problem;
+  std::vector<std::string> changes;
+  std::string discretisation = "fesd";
+  int intervals = 0;  ///< 0: the problem's own, as for the next two
+  int elements = 0;
+  std::string tableau;
+  int steps = 10;  ///< of time stepping, per interval
+  std::string impulses = "position_velocity", cone = "exact", cross = "aggregated", equilibration = "objective";
+  FesdEquations::Options equations;
+  HomotopyOptions homotopy{.sigma_final = 1e-6,
+                           .factor = 0.01,
+                           .tolerance_per_sigma = 1,
+                           .loosest_tolerance = 1e-3,
+                           .sigma_crossover = 1e-4,
+                           .warm_multipliers = false,
+                           .adaptive_barrier = true,
+                           .max_iterations = 500,
+                           .time_limit = 120,
+                           .push = 1e-3};
+  bool superlinear = false;
+  bool simulate = false;
+  int from_time_stepping = 0;  ///< steps per interval; 0: not
+  ExplorationOptions exploration{.rounds = 0};
+  double noise = 0;
+
+  void add(CLI::App& command);
+  /// The options that a command line says, "two_carts --simulate". @throws InputError
+  static ControlOptions parse(const std::string& arguments);
+
+  bool is_fesd() const { return discretisation == "fesd"; }
+  std::unique_ptr<OptimalControlProblem> make_problem() const;  ///< @throws InputError
+  /// With its guess. @param made  by make_problem(), outlives the transcription. @throws InputError
+  std::unique_ptr<Transcription> make_transcription(const OptimalControlProblem& made) const;
+  HomotopyOptions homotopy_options() const;
+  /// "FESD-J radau-iia:3, 10 intervals of 2 elements"
+  std::string describe(const OptimalControlProblem& made) const;
+};
+
+}  // namespace ricochet

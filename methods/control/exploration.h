@@ -1,0 +1,37 @@
+#pragma once
+
+#include "methods/control/rollout.h"
+
+namespace ricochet {
+
+struct ExplorationOptions {
+  int rounds = 15;
+  int samples = 200;       ///< rollouts of a round
+  int elite = 20;          ///< the best of them shape the next round
+  double penalty = 100;    ///< of a violation of 1, relative to the cost of the guessed controls
+  double smoothing = 0.1;  ///< part of the last round's mean and spread that stays
+  unsigned seed = 1;
+};
+
+struct ExplorationResult {
+  Matrix u;         ///< n_u x N, the best controls found
+  Rollout rollout;  ///< of u
+  int rollouts = 0, failed = 0;
+  double seconds = 0;
+};
+
+/// Searches controls whose motion makes the contacts that matter, by the cross-entropy method: sample all controls from
+/// independent normal distributions about the guess, run each sample (rollout.h), take mean and spread of the best for
+/// the next round.
+///
+/// A plant at rest behind dry friction does not answer to a small change of its controls: there a guess without motion
+/// is a local solution, and a homotopy has to invent the contacts out of what its relaxation allows and the plant does
+/// not. Rollouts obey the plant.
+///
+/// The first spread is a sixth of the distance between the bounds of a control; 1 where it has none.
+///
+/// Source: de Boer, Kroese, Mannor, Rubinstein, A tutorial on the cross-entropy method, Ann. Oper. Res. 134 (2005).
+ExplorationResult explore(const OptimalControlProblem& problem, const ButcherTableau& tableau, int n_fe,
+                          const ExplorationOptions& options);
+
+}  // namespace ricochet

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "methods/runge_kutta/butcher_tableau.h"
+#include "problems/control/replay_problem.h"
+#include "problems/solution.h"
+
+namespace ricochet {
+
+/// What the plant does under given controls.
+struct Rollout {
+  Status status = Status::success;
+  int n_solved = 0;      ///< intervals
+  double cost = 0;       ///< (1) of optimal_control_problem.h, by the tableau's quadrature
+  double violation = 0;  ///< of bounds and path constraints, summed and integrated over time; plus |r| at T
+};
+
+/// Runs FESD-J with n_fe elements on each interval, solved by pivoting: what a FesdTranscription has as its equations.
+/// @param plant  of `problem`; @param u  n_u x N
+Rollout roll_out(const OptimalControlProblem& problem, ControlledPlant& plant, const ButcherTableau& tableau, int n_fe,
+                 const Matrix& u);
+
+}  // namespace ricochet

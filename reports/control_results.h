@@ -1,0 +1,80 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "reports/table.h"
+
+namespace ricochet {
+
+/// An optimal control problem solved with one discretisation, and the replay of its controls on the plant.
+struct ControlRun {
+  /// A motion at some instants.
+  struct Motion {
+    std::vector<double> t;
+    std::vector<std::vector<double>> q;  ///< per instant
+  };
+
+  std::string problem, title;
+  std::string discretisation;  ///< with its numbers of intervals, elements, steps
+  std::string command;         ///< reproduces the run
+  int variables = 0, pairs = 0;
+  std::string status, message;
+  int iterations = 0;
+  double seconds = 0;  ///< with those for the guess
+
+  // Of a run that was solved.
+  double claimed_cost = 0;
+  double penetration = 0;  ///< deepest in the claimed motion [m, or the unit of the gap]
+  double T = 0;
+  std::vector<std::vector<double>> u;  ///< per interval
+  Motion claimed;
+  /// Of the claimed motion.
+  struct Impact {
+    double t = 0;
+    double Lambda_n = 0;  ///< [N s]
+  };
+  std::vector<Impact> impacts;
+  std::vector<std::string> contacts;
+  std::vector<double> force_t;
+  std::vector<std::vector<double>> lambda_n;  ///< per instant of force_t
+
+  // Of its replay with the event-located reference.
+  std::string replay_status, replay_message;
+  double true_cost = 0;
+  double terminal = 0;  ///< max-norm of the difference of (q, v) at T
+  double events = 0;    ///< largest difference of impact times [s]; NaN when they are not the same impacts
+  Motion replayed;      ///< at the ends of the intervals
+
+  bool succeeded() const { return status == "success"; }
+  bool is_replayed() const { return replay_status == "success"; }
+};
+
+/// Derivatives of the terminal state with respect to the control of each interval, by one method.
+struct ControlGradient {
+  std::string problem, method;
+  int steps = 0;                                 ///< per interval; 0 for the reference
+  std::vector<std::string> components;           ///< of the terminal state
+  std::vector<std::vector<double>> derivatives;  ///< per component, over intervals and controls
+  double error = 0;                              ///< largest, relative to the reference's largest derivative
+  double error_after_impact = 0;                 ///< the same, of the intervals behind the last impact
+
+  bool is_reference() const { return steps == 0; }
+};
+
+nlohmann::json to_json(const ControlRun& run);
+nlohmann::json to_json(const ControlGradient& gradient);
+ControlRun control_run_from_json(const nlohmann::json& j);
+ControlGradient control_gradient_from_json(const nlohmann::json& j);
+
+/// One line per run: size, work, claim and truth.
+Table control_table(const std::vector<ControlRun>& runs);
+/// Runs that were not solved, or not replayed, with the reason.
+Table control_failures(const std::vector<ControlRun>& runs);
+/// One line per method and number of steps.
+Table gradient_table(const std::vector<ControlGradient>& gradients);
+/// Every derivative of the reference, and of the others at their finest.
+Table gradient_details(const std::vector<ControlGradient>& gradients);
+
+}  // namespace ricochet
