@@ -31,9 +31,9 @@ struct ControlOptions {
                            .sigma_crossover = 1e-4,
                            .warm_multipliers = false,
                            .adaptive_barrier = true,
-                           .push = 1e-3,
                            .max_iterations = 500,
-                           .time_limit = 120};
+                           .time_limit = 120,
+                           .push = 1e-3};
   bool superlinear = false;
   bool simulate = false;
   int from_time_stepping = 0;  ///< steps per interval; 0: not

@@ -43,6 +43,7 @@ struct MethodEntry {
   std::string usage;                  ///< "fesd:TABLEAU:STAGES[,n_fe=2][,elements=fixed|as_needed]"
   std::string summary;                ///< one line
   std::vector<std::string> examples;  ///< specs that the conformance tests run on every scene
+  int conformance_steps = 400;        ///< that they take: fewer for methods whose steps are long
   std::function<std::unique_ptr<Method>(const MethodSpec&)> make;  ///< empty: not built
   std::string not_built;                                           ///< why, for example "Siconos was not found"
 };

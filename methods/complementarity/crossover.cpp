@@ -18,6 +18,8 @@ namespace {
 constexpr double kZero = 10;
 // A branch is better when its objective is so by more than the solves are exact to, relatively.
 constexpr double kDescent = 1e-8;
+// A branch whose rows hold to this multiple of the tolerance is solved where its objective does not matter.
+constexpr double kRounding = 100;
 // Near the solution: iterations are few, and the start is not pushed away far.
 constexpr double kBarrier = 1e-6;
 
@@ -37,23 +39,25 @@ Side other(Side side) {
   return side == Side::G ? Side::H : Side::G;
 }
 
-class Crossover {
+/// One run of the Crossover.
+class Run {
  public:
-  Crossover(const Mpcc& mpcc, const CrossoverOptions& options)
-      : mpcc_(mpcc), options_(options), program_(borrow(mpcc.nlp)), solver_(program_) {
+  /// @param program  that `solver` solves: the Mpcc without its pairs
+  Run(const Mpcc& mpcc, const CrossoverOptions& options, Nlp& program, IpoptSolver& solver)
+      : mpcc_(mpcc), options_(options), program_(program), solver_(solver) {
     options_.ipopt.multipliers_of_fixed = true;
     options_.ipopt.barrier = kBarrier;
     zero_ = kZero * std::sqrt(options_.ipopt.tolerance);
   }
 
-  CrossoverResult run(const NlpPoint& relaxed) {
+  CrossoverResult from(const NlpPoint& relaxed) {
     choose_sides(relaxed.x.data());
     result_.branch = solve(sides_, relaxed);
     if (!is_solved(result_.branch.status) && options_.search_branches) find_solvable_branch(relaxed);
-    if (!is_solved(result_.branch.status)) return result_;
+    if (!is_solved(result_.branch.status) || !options_.descend) return std::move(result_);
     descend();
     classify();
-    return result_;
+    return std::move(result_);
   }
 
  private:
@@ -92,7 +96,7 @@ class Crossover {
 
   /// The branch (1).
   NlpResult solve(const std::vector<Side>& sides, NlpPoint start) {
-    program_.variables = mpcc_.nlp.variables;
+    copy_bounds(mpcc_.nlp, program_);
     for (std::size_t i = 0; i < sides.size(); ++i)
       for (const int k : held(mpcc_.pairs[i], sides[i])) program_.variables[k].upper = start.x[k] = 0;
     IpoptOptions ipopt = options_.ipopt;
@@ -102,6 +106,9 @@ class Crossover {
       for (const int k : held(mpcc_.pairs[i], sides[i])) branch.point.x[k] = 0;
     branch.objective = solver_.evaluator().objective(branch.point.x.data());
     branch.violation = solver_.evaluator().worst_violation(branch.point.x.data());
+    // Rounding of a degenerate branch; without descent every point of it will do.
+    if (!options_.descend && branch.violation.value <= kRounding * ipopt.tolerance)
+      branch.status = NlpStatus::acceptable;
     result_.iterations += branch.iterations;
     result_.derivative_seconds += branch.derivative_seconds;
     return branch;
@@ -193,8 +200,8 @@ class Crossover {
   const Clock::time_point begin_ = Clock::now();
   CrossoverOptions options_;
   double zero_ = 0;
-  Nlp program_;
-  IpoptSolver solver_;
+  Nlp& program_;
+  IpoptSolver& solver_;
   std::vector<Side> sides_;  // held at zero
   bool other_branch_ends_here_ = false;
   CrossoverResult result_;
@@ -211,8 +218,14 @@ NamedResidual complementarity(const Mpcc& mpcc, const double* x) {
   return worst;
 }
 
+Crossover::Crossover(const Mpcc& mpcc) : mpcc_(mpcc), program_(borrow(mpcc.nlp)), solver_(program_) {}
+
+CrossoverResult Crossover::run(const NlpPoint& relaxed, const CrossoverOptions& options) {
+  return Run(mpcc_, options, program_, solver_).from(relaxed);
+}
+
 CrossoverResult cross_over(const Mpcc& mpcc, const NlpPoint& relaxed, const CrossoverOptions& options) {
-  return Crossover(mpcc, options).run(relaxed);
+  return Crossover(mpcc).run(relaxed, options);
 }
 
 }  // namespace ricochet

@@ -11,6 +11,7 @@ struct CrossoverOptions {
   IpoptOptions ipopt;
   int max_switches = 10;        ///< branches that may be tried besides the first
   bool search_branches = true;  ///< others too when the first has no solution
+  bool descend = true;          ///< look for better branches and classify the point; false: any branch that is solved
 };
 
 struct CrossoverResult {
@@ -35,7 +36,24 @@ struct CrossoverResult {
 /// of a biactive pair whose held variable has a negative multiplier may descend, and is tried; so are, one by one, the
 /// least clear pairs when a branch has no solution.
 ///
-/// @param relaxed  near a solution: n_variables and n_rows of the Mpcc, its multipliers start the first branch
+class Crossover {
+ public:
+  /// @param mpcc  must outlive this; bounds may change between runs, blocks and pairs may not
+  explicit Crossover(const Mpcc& mpcc);
+
+  /// @param relaxed  near a solution: n_variables and n_rows of the Mpcc, its multipliers start the first branch
+  CrossoverResult run(const NlpPoint& relaxed, const CrossoverOptions& options);
+
+  /// Evaluations since construction.
+  const NlpEvaluator::Work& work() const { return solver_.evaluator().work(); }
+
+ private:
+  const Mpcc& mpcc_;
+  Nlp program_;
+  IpoptSolver solver_;
+};
+
+/// The same for one run.
 CrossoverResult cross_over(const Mpcc& mpcc, const NlpPoint& relaxed, const CrossoverOptions& options);
 
 }  // namespace ricochet

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 
-#include "methods/complementarity/relaxation.h"
 #include "problems/input_error.h"
 
 namespace ricochet {
@@ -36,6 +35,8 @@ void check(const HomotopyOptions& options) {
   require(options.sigma_crossover >= 0, "sigma_crossover", options.sigma_crossover, "a number >= 0 is required");
   require(options.max_iterations >= 1, "max_iterations", options.max_iterations, "a number >= 1 is required");
   require(options.time_limit >= 0, "time_limit", options.time_limit, "a number of seconds >= 0 is required");
+  require(options.barrier > 0 && options.barrier < kInfinity, "barrier", options.barrier, "a number > 0 is required");
+  require(options.push > 0 && options.push <= 0.5, "push", options.push, "a number from 0 to 1/2 is required");
   require(options.max_switches >= 0, "max_switches", options.max_switches, "a number >= 0 is required");
 }
 
@@ -70,22 +71,28 @@ Status status_of(NlpStatus status) {
   }
 }
 
-/// One run of Homotopy::solve.
-class Run {
+}  // namespace
+
+/// One solve.
+class MpccSolver::Run {
  public:
-  Run(const Mpcc& mpcc, const HomotopyOptions& options)
-      : mpcc_(mpcc),
-        options_(options),
-        evaluator_(mpcc.nlp),
-        relaxation_(find_relaxation(options.relaxation)),
-        relaxed_(mpcc, relaxation_, options.sigma_0),
-        solver_(relaxed_.nlp()) {
+  explicit Run(MpccSolver& solver)
+      : mpcc_(solver.mpcc_),
+        options_(solver.options_),
+        evaluator_(solver.evaluator_),
+        relaxation_(solver.relaxation_),
+        relaxed_(solver.relaxed_),
+        solver_(solver.solver_),
+        crossover_(solver.crossover_) {
+    relaxed_.update();
     point_.x.resize(relaxed_.nlp().n_variables());
     std::ranges::transform(relaxed_.nlp().variables, point_.x.begin(), &Nlp::Variable::guess);
   }
 
-  MpccSolution solve(const Homotopy::Progress& progress) {
-    if (follow_relaxations(progress)) cross_over(true);
+  MpccSolution solve(const Progress& progress) {
+    const bool is_near_solution = follow_relaxations(progress);
+    if (is_near_solution && options_.cross_over) cross_over(true);
+    if (is_near_solution && !options_.cross_over && solution_.message.empty()) solution_.status = Status::success;
     solution_.seconds = seconds();
     return std::move(solution_);
   }
@@ -97,9 +104,10 @@ class Run {
   IpoptOptions ipopt_options(double tolerance) const {
     IpoptOptions ipopt;
     ipopt.tolerance = tolerance;
+    ipopt.barrier = options_.barrier;
+    ipopt.push = options_.push;
     ipopt.max_iterations = options_.max_iterations;
     ipopt.adaptive_barrier = options_.adaptive_barrier;
-    ipopt.push = options_.push;
     if (options_.time_limit > 0) ipopt.time_limit = std::max(options_.time_limit - seconds(), 1e-9);
     return ipopt;
   }
@@ -116,7 +124,7 @@ class Run {
   }
 
   /// Until one step fails, or an early crossover succeeds. @return whether there is a point to cross over from
-  bool follow_relaxations(const Homotopy::Progress& progress) {
+  bool follow_relaxations(const Progress& progress) {
     for (double sigma = options_.sigma_0;; sigma = next(sigma)) {
       relaxed_.set_sigma(sigma);
       const double per_sigma = std::min(options_.tolerance_per_sigma * sigma, options_.loosest_tolerance);
@@ -159,7 +167,7 @@ class Run {
     solution_.violation = evaluator_.worst_violation(x.data());
   }
 
-  void record(double sigma, const NlpResult& result, const Homotopy::Progress& progress) {
+  void record(double sigma, const NlpResult& result, const Progress& progress) {
     const double* x = result.point.x.data();
     const HomotopyStep step = {.sigma = sigma,
                                .status = result.status,
@@ -181,7 +189,8 @@ class Run {
     const NlpPoint relaxed = {point_.x.head(n), point_.lambda.head(m), point_.z_L.head(n), point_.z_U.head(n)};
     IpoptOptions ipopt = ipopt_options(options_.tolerance);
     if (!is_last) ipopt.max_iterations = std::min(ipopt.max_iterations, kEarlyIterations);
-    const CrossoverResult result = ricochet::cross_over(mpcc_, relaxed, {ipopt, options_.max_switches, is_last});
+    if (!crossover_) crossover_.emplace(mpcc_);
+    const CrossoverResult result = crossover_->run(relaxed, {ipopt, options_.max_switches, is_last, options_.descend});
     solution_.switches = result.switches;
     solution_.iterations += result.iterations;
     solution_.derivative_seconds += result.derivative_seconds;
@@ -218,23 +227,48 @@ class Run {
   const Mpcc& mpcc_;
   const HomotopyOptions& options_;
   Clock::time_point begin_ = Clock::now();
-  NlpEvaluator evaluator_;
+  NlpEvaluator& evaluator_;
   const Relaxation& relaxation_;
-  RelaxedMpcc relaxed_;
-  IpoptSolver solver_;
+  RelaxedMpcc& relaxed_;
+  IpoptSolver& solver_;
+  std::optional<Crossover>& crossover_;
   NlpPoint point_;
   MpccSolution solution_;
 };
 
-}  // namespace
+MpccSolver::MpccSolver(const Mpcc& mpcc, HomotopyOptions options)
+    : mpcc_(mpcc),
+      options_((check(options), std::move(options))),
+      evaluator_(mpcc.nlp),
+      relaxation_(find_relaxation(options_.relaxation)),
+      relaxed_(mpcc, relaxation_, options_.sigma_0),
+      solver_(relaxed_.nlp()) {
+  check_pairs(mpcc);
+}
+
+MpccSolution MpccSolver::solve(const Progress& progress) {
+  return Run(*this).solve(progress);
+}
+
+NlpEvaluator::Work MpccSolver::work() const {
+  NlpEvaluator::Work work = solver_.evaluator().work();
+  if (crossover_) work += crossover_->work();
+  return work;
+}
+
+void MpccSolver::set_options(HomotopyOptions options) {
+  check(options);
+  if (options.relaxation != options_.relaxation)
+    throw InputError("relaxation", options.relaxation, options_.relaxation + " is required, that of the solver");
+  options_ = std::move(options);
+}
 
 Homotopy::Homotopy(HomotopyOptions options) : options_(std::move(options)) {
   check(options_);
 }
 
 MpccSolution Homotopy::solve(const Mpcc& mpcc, const Progress& progress) const {
-  check_pairs(mpcc);
-  return Run(mpcc, options_).solve(progress);
+  return MpccSolver(mpcc, options_).solve(progress);
 }
 
 }  // namespace ricochet

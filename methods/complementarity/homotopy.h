@@ -1,10 +1,12 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "methods/complementarity/crossover.h"
+#include "methods/complementarity/relaxation.h"
 #include "problems/solution.h"
 
 namespace ricochet {
@@ -27,10 +29,13 @@ struct HomotopyOptions {
   double sigma_crossover = 0;         ///< at this sigma and below, a crossover to one branch is tried after every step
   bool warm_multipliers = true;       ///< a step starts from the multipliers of the last one too, not from x alone
   bool adaptive_barrier = false;      ///< see IpoptOptions
-  double push = 1e-2;                 ///< see IpoptOptions
   int max_iterations = 1000;          ///< of one step
   double time_limit = 0;              ///< wall time of everything [s]; 0 is none
+  double barrier = 0.1;               ///< first barrier parameter of the first step
+  double push = 1e-2;                 ///< the guess is moved inside of its bounds by this, relatively
+  bool cross_over = true;             ///< to exact complementarity; false: the last relaxation is the solution
   int max_switches = 10;              ///< branches that the crossover may try besides the first
+  bool descend = true;                ///< the crossover looks for better branches and classifies the point
 };
 
 /// One solve of the homotopy.
@@ -63,19 +68,50 @@ struct MpccSolution {
   bool succeeded() const { return status == Status::success; }
 };
 
-/// Solves an `Mpcc` through a sequence of relaxations with sigma_0 > sigma_1 > ... , each from the solution before,
-/// until sigma_final or until the pairs are complementary to the tolerance; then crosses over to a point that is
-/// complementary exactly, or before that where sigma_crossover lets it try and it succeeds. When no branch can be
-/// solved there, the solution of the last relaxation is returned with a status that says so.
-class Homotopy {
+/// Solves one `Mpcc`, or many that differ in bounds and guesses, through a sequence of relaxations with sigma_0 >
+/// sigma_1 > ... , each from the solution before, until sigma_final or until the pairs are complementary to the
+/// tolerance; then crosses over to a point that is complementary exactly, or before that where sigma_crossover lets it
+/// try and it succeeds. When no branch can be solved there, the solution of the last relaxation is returned with a
+/// status that says so.
+class MpccSolver {
  public:
   using Progress = std::function<void(const HomotopyStep&)>;
+
+  /// @param mpcc  must outlive the solver; bounds and guesses may change between solves, blocks and pairs may not
+  /// @throws InputError for options out of range, and when a variable of a pair does not have the lower bound 0
+  MpccSolver(const Mpcc& mpcc, HomotopyOptions options);
+
+  /// From the guesses of the variables.
+  /// @param progress  called after every step
+  MpccSolution solve(const Progress& progress = {});
+
+  /// Evaluations since construction, in the homotopy and in the crossover.
+  NlpEvaluator::Work work() const;
+
+  /// For the following solves. @throws InputError for options out of range; `relaxation` has to stay as it is
+  void set_options(HomotopyOptions options);
+
+ private:
+  class Run;
+
+  const Mpcc& mpcc_;
+  HomotopyOptions options_;
+  NlpEvaluator evaluator_;
+  const Relaxation& relaxation_;
+  RelaxedMpcc relaxed_;
+  IpoptSolver solver_;
+  std::optional<Crossover> crossover_;  // made when it is needed
+};
+
+/// Checked options, and a solver for whatever program.
+class Homotopy {
+ public:
+  using Progress = MpccSolver::Progress;
 
   /// @throws InputError for options out of range
   explicit Homotopy(HomotopyOptions options);
 
-  /// @param progress  called after every step
-  /// @throws InputError when a variable of a pair does not have the lower bound 0
+  /// As MpccSolver.
   MpccSolution solve(const Mpcc& mpcc, const Progress& progress = {}) const;
 
  private:

@@ -137,8 +137,8 @@ void check(const IpoptOptions& options) {
   require(options.acceptable_factor >= 1, "acceptable_factor", options.acceptable_factor, "a number >= 1 is required");
   require(options.max_iterations >= 0, "max_iterations", options.max_iterations, "a number >= 0 is required");
   require(options.time_limit >= 0, "time_limit", options.time_limit, "a number of seconds >= 0 is required");
-  require(options.push > 0 && options.push <= 0.5, "push", options.push, "a number > 0 and <= 0.5 is required");
   require(options.barrier > 0 && options.barrier < kInfinity, "barrier", options.barrier, "a number > 0 is required");
+  require(options.push > 0 && options.push <= 0.5, "push", options.push, "a number from 0 to 1/2 is required");
 }
 
 void set_options(const IpoptOptions& options, bool is_warm, bool multipliers_of_fixed, Ipopt::OptionsList& list) {
@@ -154,11 +154,10 @@ void set_options(const IpoptOptions& options, bool is_warm, bool multipliers_of_
   list.SetNumericValue("acceptable_constr_viol_tol", acceptable);
   list.SetIntegerValue("max_iter", options.max_iterations);
   list.SetNumericValue("mu_init", options.barrier);
-  if (options.adaptive_barrier) list.SetStringValue("mu_strategy", "adaptive");
+  list.SetStringValue("mu_strategy", options.adaptive_barrier ? "adaptive" : "monotone");
+  list.SetStringValue("warm_start_init_point", is_warm ? "yes" : "no");
   for (const char* push : {"bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac"})
     list.SetNumericValue(push, options.push);
-  if (!is_warm) return;
-  list.SetStringValue("warm_start_init_point", "yes");
   for (const char* push : {"warm_start_bound_push", "warm_start_bound_frac", "warm_start_slack_bound_push",
                            "warm_start_slack_bound_frac", "warm_start_mult_bound_push"})
     list.SetNumericValue(push, kWarmPush);
@@ -204,6 +203,15 @@ Outcome outcome(Ipopt::ApplicationReturnStatus status) {
 
 }  // namespace
 
+struct IpoptSolver::Application {
+  Ipopt::SmartPtr<Ipopt::IpoptApplication> ipopt = new Ipopt::IpoptApplication(false);
+  Ipopt::ApplicationReturnStatus status = ipopt->Initialize("");  // "": reads no file of options
+};
+
+IpoptSolver::IpoptSolver(const Nlp& nlp) : evaluator_(nlp), application_(std::make_unique<Application>()) {}
+
+IpoptSolver::~IpoptSolver() = default;
+
 NlpResult IpoptSolver::solve(const IpoptOptions& options) {
   NlpPoint start;
   start.x.resize(evaluator_.nlp().n_variables());
@@ -218,10 +226,9 @@ NlpResult IpoptSolver::solve(const NlpPoint& start, const IpoptOptions& options)
   const double derivative_seconds = evaluator_.work().derivative_seconds;
 
   const auto run = [&](const Ipopt::SmartPtr<IpoptProgram>& program, bool multipliers_of_fixed) {
-    const Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
-    set_options(options, is_warm, multipliers_of_fixed, *application->Options());
-    const auto status = application->Initialize("");  // "": reads no file of options
-    return status == Ipopt::Solve_Succeeded ? application->OptimizeTNLP(GetRawPtr(program)) : status;
+    if (application_->status != Ipopt::Solve_Succeeded) return application_->status;
+    set_options(options, is_warm, multipliers_of_fixed, *application_->ipopt->Options());
+    return application_->ipopt->OptimizeTNLP(GetRawPtr(program));
   };
   const Ipopt::SmartPtr<IpoptProgram> program = new IpoptProgram(evaluator_, start, options.time_limit);
   Ipopt::ApplicationReturnStatus ipopt_status = run(program, options.multipliers_of_fixed);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "methods/complementarity/nlp_evaluator.h"
@@ -56,7 +57,8 @@ struct NlpResult {
 class IpoptSolver {
  public:
   /// @param nlp  must outlive the solver; bounds may change between solves, blocks may not
-  explicit IpoptSolver(const Nlp& nlp) : evaluator_(nlp) {}
+  explicit IpoptSolver(const Nlp& nlp);
+  ~IpoptSolver();
 
   /// From the guesses of the variables.
   NlpResult solve(const IpoptOptions& options = {});
@@ -64,9 +66,13 @@ class IpoptSolver {
   NlpResult solve(const NlpPoint& start, const IpoptOptions& options = {});
 
   NlpEvaluator& evaluator() { return evaluator_; }
+  const NlpEvaluator& evaluator() const { return evaluator_; }
 
  private:
+  struct Application;
+
   NlpEvaluator evaluator_;
+  std::unique_ptr<Application> application_;  // its construction takes as long as a small program
 };
 
 }  // namespace ricochet

@@ -74,8 +74,10 @@ LcpStatus LemkeSolver::solve(const Eigen::Ref<const Matrix>& M, const Eigen::Ref
                              Eigen::Ref<Vector> z) {
   resize(static_cast<int>(q.size()));
   pivots_ = 0;
-  if (follow_path(M, q, z) == LcpStatus::solved && is_solution(M, q, z)) return LcpStatus::solved;
-  return solve_redundant(M, q, z);
+  const LcpStatus path = follow_path(M, q, z);
+  if (path == LcpStatus::solved && is_solution(M, q, z)) return LcpStatus::solved;
+  const LcpStatus redundant = solve_redundant(M, q, z);
+  return path == LcpStatus::iteration_limit && redundant == LcpStatus::ray ? path : redundant;
 }
 
 LcpStatus LemkeSolver::solve_smallest(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,

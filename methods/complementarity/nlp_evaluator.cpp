@@ -70,6 +70,17 @@ class PatternBuilder {
 
 }  // namespace
 
+NlpEvaluator::Work& NlpEvaluator::Work::operator+=(const Work& other) {
+  objectives += other.objectives;
+  constraints += other.constraints;
+  gradients += other.gradients;
+  jacobians += other.jacobians;
+  hessians += other.hessians;
+  seconds += other.seconds;
+  derivative_seconds += other.derivative_seconds;
+  return *this;
+}
+
 NlpEvaluator::NlpEvaluator(const Nlp& nlp) : nlp_(nlp), structures_(nlp.blocks.size()) {
   std::size_t n = 0, m = 1;
   for (const auto& block : nlp.blocks) {

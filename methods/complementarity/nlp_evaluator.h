@@ -57,6 +57,8 @@ class NlpEvaluator {
     std::int64_t objectives = 0, constraints = 0, gradients = 0, jacobians = 0, hessians = 0;
     double seconds = 0;             ///< in all evaluations
     double derivative_seconds = 0;  ///< in gradients, Jacobians and Hessians
+
+    Work& operator+=(const Work& other);
   };
   const Work& work() const { return work_; }
 

@@ -167,6 +167,18 @@ Nlp borrow(const Nlp& nlp) {
   return copy;
 }
 
+void copy_bounds(const Nlp& from, Nlp& to) {
+  for (std::size_t k = 0; k < from.variables.size(); ++k) {
+    to.variables[k].lower = from.variables[k].lower;
+    to.variables[k].upper = from.variables[k].upper;
+    to.variables[k].guess = from.variables[k].guess;
+  }
+  for (std::size_t i = 0; i < from.rows.size(); ++i) {
+    to.rows[i].lower = from.rows[i].lower;
+    to.rows[i].upper = from.rows[i].upper;
+  }
+}
+
 RelaxedMpcc::RelaxedMpcc(const Mpcc& mpcc, const Relaxation& relaxation, double sigma)
     : mpcc_(mpcc), relaxation_(relaxation), sigma_(std::make_unique<double>(sigma)), nlp_(borrow(mpcc.nlp)) {
   int s = -1;
@@ -184,6 +196,11 @@ RelaxedMpcc::RelaxedMpcc(const Mpcc& mpcc, const Relaxation& relaxation, double 
     if (relaxation.penalty) nlp_.add_block(std::make_unique<PairBlock>(pair, relaxation.penalty, sigma_.get()));
   }
   set_sigma(sigma);
+}
+
+void RelaxedMpcc::update() {
+  copy_bounds(mpcc_.nlp, nlp_);
+  set_sigma(*sigma_);
 }
 
 void RelaxedMpcc::set_sigma(double sigma) {

@@ -75,6 +75,8 @@ class RelaxedMpcc {
 
   /// Changes values and bounds, not the structure.
   void set_sigma(double sigma);
+  /// Takes over bounds and guesses of the Mpcc, which may have changed.
+  void update();
 
  private:
   const Mpcc& mpcc_;
@@ -86,5 +88,7 @@ class RelaxedMpcc {
 /// The same program, whose blocks remain those of `nlp`, with bounds and rows of its own.
 /// @param nlp  must outlive the result
 Nlp borrow(const Nlp& nlp);
+/// Bounds and guesses of `from` for a program that began as borrow(from).
+void copy_bounds(const Nlp& from, Nlp& to);
 
 }  // namespace ricochet

@@ -84,15 +84,39 @@ ContactEquations::Point ContactEquations::add_initial_state(const Vector& q, con
     point.q.push_back(mpcc_.nlp.add_variable(q[k], q[k], q[k], fmt::format("q_0[{}]", k)));
   for (int k = 0; k < info_.n_q; ++k)
     point.v.push_back(mpcc_.nlp.add_variable(v[k], v[k], v[k], fmt::format("v_0[{}]", k)));
+  initial_gap_row_ = mpcc_.nlp.n_rows();
+  for (int i = 0; i < info_.n_c(); ++i) {
+    const std::string name = "initial gap of " + info_.contacts[i].name;
+    point.gap.push_back(mpcc_.nlp.add_variable(0, kInfinity, kPositive, name));
+    add_linear({{point.gap[i], 1}}, -kInfinity, kInfinity, name);
+  }
+  const Vector gap = plant_.gap(q);
+  std::vector<bool> is_closed(info_.contacts.size());
+  for (int i = 0; i < info_.n_c(); ++i) is_closed[i] = gap[i] <= kTouching;
+  set_initial_state(point, q, v, is_closed);
+  return point;
+}
+
+void ContactEquations::set_initial_state(const Point& point, const Vector& q, const Vector& v,
+                                         const std::vector<bool>& is_closed) {
+  const auto fix = [&](int variable, double value) {
+    auto& x = mpcc_.nlp.variables[variable];
+    x.lower = x.upper = x.guess = value;
+  };
+  for (int k = 0; k < info_.n_q; ++k) {
+    fix(point.q[k], q[k]);
+    fix(point.v[k], v[k]);
+  }
   // A gap that equations held at its bound would leave the program no interior: closed contacts are constants.
   const Vector gap = plant_.gap(q);
   for (int i = 0; i < info_.n_c(); ++i) {
-    const bool is_closed = gap[i] <= kTouching;
-    const std::string name = "initial gap of " + info_.contacts[i].name;
-    point.gap.push_back(mpcc_.nlp.add_variable(0, is_closed ? 0 : kInfinity, std::max(gap[i], 0.0), name));
-    if (!is_closed) add_linear({{point.gap[i], 1}}, gap[i], gap[i], name);
+    auto& row = mpcc_.nlp.rows[initial_gap_row_ + i];
+    auto& variable = mpcc_.nlp.variables[point.gap[i]];
+    variable.upper = is_closed[i] ? 0 : kInfinity;
+    variable.guess = is_closed[i] ? 0 : gap[i];
+    row.lower = is_closed[i] ? -kInfinity : gap[i];
+    row.upper = is_closed[i] ? kInfinity : gap[i];
   }
-  return point;
 }
 
 std::vector<int> ContactEquations::add_velocity(const std::string& name) {

@@ -69,6 +69,8 @@ class ContactEquations {
 
   /// (q, v) before an impact at t = 0, as variables that are fixed.
   Point add_initial_state(const Vector& q, const Vector& v);
+  /// Another state for the same program. @param is_closed  n_c: contacts that touch, whatever rounding their gap has
+  void set_initial_state(const Point& point, const Vector& q, const Vector& v, const std::vector<bool>& is_closed);
 
  protected:
   /// @param mpcc  what everything is added to; outlives this object, as `plant` does
@@ -118,6 +120,7 @@ class ContactEquations {
  private:
   const Cone cone_;
   const int facets_;
+  int initial_gap_row_ = -1;                           // the first of n_c
   std::vector<SmoothFunction> cone_slack_, cone_law_;  // of (3) or its published form, per contact
 };
 

@@ -18,6 +18,8 @@ using Expressions = SmoothFunction::Expressions;
 // An impulse is taken for none unless it is so many times as large as what it is complementary to: a contact that
 // persists has small ones of both.
 constexpr double kNoImpact = 100;
+// Guess of gamma of Cone::squared where it has no finite value: slip at an open contact.
+constexpr double kLargeGamma = 1e3;
 
 /// x_1 - x_0 - h sum_k a_k d_k for every row `a` of A: inputs (h, x_0, x_1..x_rows, d_1..d_s).
 SmoothFunction runge_kutta_rows(const Matrix& A) {
@@ -69,6 +71,7 @@ void FesdEquations::add_normal_velocity(const Point& point, const std::function<
     const std::string at = fmt::format("{}, {}, normal velocity", name, info_.contacts[i].name);
     plus.push_back(add_variable(is_split(i) ? 0 : -kInfinity, is_split(i) ? kPositive : 0, at + " +"));
     minus.push_back(is_split(i) ? add_variable(0, kPositive, at + " -") : -1);
+    if (is_split(i) && options_.bounded_parts) mpcc_.add_pair({plus[i]}, {minus[i]}, at + ", + _|_ -");
   }
   const int row = mpcc_.nlp.n_rows();
   add_equations(functions_.normal_velocity, join<int>({point.q, point.v}), name + ", normal velocity", plus);
@@ -106,11 +109,12 @@ void FesdEquations::add_impact(Element& element, const std::string& name) {
               minus = element.s_minus[i];
     if (options_.impulses == Impulses::slack) {
       mpcc_.add_pair({Lambda}, {y, plus, minus}, at + ", Lambda_n _|_ gap + s+ + s-", kNoImpact);
-      mpcc_.add_pair({plus}, {minus}, at + ", s+ _|_ s-");
     } else {
       mpcc_.add_pair({Lambda}, {y}, at + ", Lambda_n _|_ gap", kNoImpact);
       mpcc_.add_pair({Lambda}, {plus, minus}, at + ", Lambda_n _|_ s+ + s-", kNoImpact);
     }
+    if (options_.impulses == Impulses::slack || options_.bounded_parts)
+      mpcc_.add_pair({plus}, {minus}, at + ", s+ _|_ s-");
   }
   if (options_.no_capture) {  // (9)
     const auto is_split = [this](int i) { return keeps_velocity(i); };
@@ -392,6 +396,24 @@ FesdEquations::Point FesdEquations::add_interval(const Point& start, const std::
   return left;
 }
 
+/// Of a contact in an element: whatever is the larger of what is complementary.
+ContactMode FesdEquations::mode(const Element& element, int contact, const Vector& x) const {
+  const auto i = static_cast<std::size_t>(contact);
+  double force = 0, slack = 0;
+  Vector slip = Vector::Zero(info_.contacts[i].n_t);
+  for (const auto& stage : element.stages) {
+    force = std::max(force, x[stage.lambda_n[i]]);
+    for (Eigen::Index d = 0; d < slip.size(); ++d)
+      slip[d] += x[stage.point.slip[info_.contacts[i].tangent_index + d]] / tableau_.n_s;
+    double product = 1;
+    for (const int k : stage.force[i].slack) product *= x[k];
+    slack = std::max(slack, product);
+  }
+  if (force <= x[element.right.gap[i]]) return ContactMode::open;
+  if (slip.size() == 0) return ContactMode::closed;
+  return slip.norm() > slack ? slip_mode(info_.contacts[i].n_t, slip.data()) : ContactMode::stick;
+}
+
 FesdStep FesdEquations::read(const Vector& x, int interval) const {
   const auto& elements = intervals_[static_cast<std::size_t>(interval)];
   FesdStep step;
@@ -417,9 +439,7 @@ FesdStep FesdEquations::read(const Vector& x, int interval) const {
     step.v_minus.col(n) = values(x, element.v_minus);
     step.Lambda_n.col(n) = values(x, element.Lambda_n);
     step.Lambda_t.col(n) = values(x, tangential(element.impulse));
-    for (int i = 0; i < info_.n_c(); ++i)
-      stages.modes[i] =
-          stages.lambda_n.row(i).maxCoeff() > x[element.right.gap[i]] ? ContactMode::closed : ContactMode::open;
+    for (int i = 0; i < info_.n_c(); ++i) stages.modes[i] = mode(element, i, x);
   }
   return step;
 }
@@ -434,6 +454,21 @@ void FesdEquations::guess_split(const Vector& values, const std::vector<int>& pl
   }
 }
 
+/// Cone::squared, from the guesses of v_t and lambda_t: 0 = -v_t - 2 gamma lambda_t.
+void FesdEquations::guess_gamma(const Point& point, const std::vector<Slip>& slips, const std::vector<Force>& forces) {
+  if (options_.cone != Cone::squared) return;
+  auto& variables = mpcc_.nlp.variables;
+  for (std::size_t i = 0; i < slips.size(); ++i) {
+    if (slips[i].gamma.empty()) continue;
+    double v_t = 0, lambda_t = 0;
+    for (int d = 0; d < info_.contacts[i].n_t; ++d) {
+      v_t = std::hypot(v_t, variables[point.slip[info_.contacts[i].tangent_index + d]].guess);
+      lambda_t = std::hypot(lambda_t, variables[forces[i].lambda_t[d]].guess);
+    }
+    variables[slips[i].gamma[0]].guess = v_t > 0 ? std::min(v_t / (2 * lambda_t), kLargeGamma) : 0;
+  }
+}
+
 void FesdEquations::set_guess(const FesdStep& step, int interval) {
   auto& variables = mpcc_.nlp.variables;
   const auto& elements = intervals_[static_cast<std::size_t>(interval)];
@@ -444,6 +479,7 @@ void FesdEquations::set_guess(const FesdStep& step, int interval) {
     variables[element.h].guess = stages.h;
     guess_point(element.left, stages.q0, stages.v0, element.left_slip);
     guess_forces(element.impulse, step.Lambda_n.col(column), step.Lambda_t.col(column));
+    guess_gamma(element.left, element.left_slip, element.impulse);
     const Matrix J = plant_.normal_jacobian(stages.q0);
     for (int i = 0; i < info_.n_c(); ++i) {
       const double rate = J.col(i).dot(stages.v0 + info_.contacts[i].eps_r * step.v_minus.col(column));
@@ -468,8 +504,10 @@ void FesdEquations::set_guess(const FesdStep& step, int interval) {
       for (int k = 0; k < info_.n_q; ++k) variables[element.right.v[k]].guess = stages.v1[k];
     }
     for (int j = 0; j < tableau_.n_s; ++j) {
-      guess_stage(element.stages[j], stages.q.col(j), stages.v.col(j), stages.a.col(j), stages.lambda_n.col(j),
+      const Stage& stage = element.stages[j];
+      guess_stage(stage, stages.q.col(j), stages.v.col(j), stages.a.col(j), stages.lambda_n.col(j),
                   stages.lambda_t.col(j));
+      guess_gamma(stage.point, stage.slip, stage.force);
     }
     if (!stiffly_accurate_) guess_point(element.right, stages.q1, stages.v1, element.right_slip);
   }

@@ -37,6 +37,8 @@ namespace ricochet {
 /// stated where the equations keep the normal velocity zero: for affine contacts, and those of (10), (11).
 ///
 /// Impulses::slack has the paper's appendix instead of the pairs in (5): Lambda_n _|_ y_0 + s+ + s-, s+ _|_ s-.
+/// Options::bounded_parts adds s+ _|_ s- and z+ _|_ z- in any case: without them only the differences have a size, and
+/// an interior-point method may drive both parts to infinity.
 /// Friction is that of contact_equations.h, with forces at the stages j complementary to slip at j', and xi+_j to
 /// xi-_j'; at the left end with (Lambda, v_0).
 ///
@@ -59,11 +61,12 @@ class FesdEquations final : public ContactEquations {
     int facets = 8;  ///< of Cone::polyhedral in space
     CrossComplementarity cross = CrossComplementarity::sparse;
     Equilibration equilibration = Equilibration::objective;
-    double rho = 1;          ///< of Equilibration::objective [1/s^2]
-    double shortest = 0.1;   ///< element, relative to equal ones: elements that collapse are degenerate
-    bool no_capture = true;  ///< (9)
-    bool projects = false;   ///< (10), (11)
-    double eps_c = 1e-3;     ///< of (6); 0 leaves (6) out
+    double rho = 1;              ///< of Equilibration::objective [1/s^2]
+    double shortest = 0.1;       ///< element, relative to equal ones: elements that collapse are degenerate
+    bool no_capture = true;      ///< (9)
+    bool projects = false;       ///< (10), (11)
+    bool bounded_parts = false;  ///< the parts of normal velocities are complementary to each other
+    double eps_c = 1e-3;         ///< of (6); 0 leaves (6) out
   };
 
   /// @param mpcc  what everything is added to; outlives this object, as `plant` does
@@ -97,6 +100,8 @@ class FesdEquations final : public ContactEquations {
   void set_guess(const FesdStep& step, int interval);
 
  private:
+  ContactMode mode(const Element& element, int contact, const Vector& x) const;
+  void guess_gamma(const Point& point, const std::vector<Slip>& slips, const std::vector<Force>& forces);
   void guess_split(const Vector& values, const std::vector<int>& plus, const std::vector<int>& minus);
   bool is_projected(int contact) const;
   bool keeps_velocity(int contact) const;

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <fmt/format.h>
+
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -13,11 +16,15 @@ namespace ricochet {
 /// f(x). The function is shared by many blocks and has to outlive them.
 class FunctionBlock final : public NlpBlock {
  public:
-  /// @param its_rows  one per output of f; empty: f has one output, a term of the objective
+  /// @param its_variables  one per input of f; @param its_rows  one per output; empty: f has one, a term of the
+  /// objective
   FunctionBlock(const SmoothFunction& function, std::vector<int> its_variables, std::vector<int> its_rows)
       : function_(function) {
     variables = std::move(its_variables);
     rows = std::move(its_rows);
+    if (static_cast<int>(variables.size()) != function.n_inputs())
+      throw std::logic_error(
+          fmt::format("a function of {} inputs got {} variables", function.n_inputs(), variables.size()));
   }
 
   void evaluate(const double* x, double* values) const override { function_.evaluate(x, values); }

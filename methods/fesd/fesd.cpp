@@ -85,8 +85,9 @@ class Fesd final : public Method {
       }
       const FesdStep& step = solver.step();
       if (sensitivity) sensitivity->add(step, (k + 1.0) / settings.steps * sensitivity->dt_final());
-      record_step(problem, settings.recording, solver, t, sensitivity ? &*sensitivity : nullptr, solution);
-      if (audit) audit->add(step, solver.has_previous_step() ? &solver.previous_step() : nullptr, t);
+      const FesdStep* previous = solver.previous_step();
+      record_step(problem, settings.recording, step, previous, t, sensitivity ? &*sensitivity : nullptr, solution);
+      if (audit) audit->add(step, previous, t);
       reached = &step.last();
       solution.t = k + 1 == settings.steps ? info.end_time : (k + 1) * H;
     }

@@ -229,8 +229,10 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
       solution.message = fmt::format("from t = {:.12g} s, with a step of {:.3g} s: {}", t, H, reason);
       break;
     }
-    record_step(problem, settings.recording, solver, t, sensitivity ? &*sensitivity : nullptr, solution);
-    if (audit) audit->add(solver.step(), solver.has_previous_step() ? &solver.previous_step() : nullptr, t);
+    const FesdStep* previous = solver.previous_step();
+    record_step(problem, settings.recording, solver.step(), previous, t, sensitivity ? &*sensitivity : nullptr,
+                solution);
+    if (audit) audit->add(solver.step(), previous, t);
     reached = &solver.step().last();
     const double next = is_last && solver.step().H == H ? T : t + solver.step().H;
     standstills = next > t ? 0 : standstills + 1;

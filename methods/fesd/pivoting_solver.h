@@ -65,7 +65,7 @@ class PivotingSolver {
 
   const FesdStep& step() const { return *step_; }
   bool has_previous_step() const { return previous_->n_elements > 0; }
-  const FesdStep& previous_step() const { return *previous_; }
+  const FesdStep* previous_step() const { return has_previous_step() ? previous_ : nullptr; }  ///< null in the first
 
   /// Whether a step of another length, or with more elements, might succeed where the last one failed.
   bool depends_on_length() const;

@@ -21,12 +21,11 @@ std::optional<EventKind> event_kind(const Stages* left, const Stages& element, i
 
 }  // namespace
 
-void record_step(const Problem& problem, Recording recording, const PivotingSolver& solver, double t,
+void record_step(const Problem& problem, Recording recording, const FesdStep& step, const FesdStep* previous, double t,
                  const Sensitivity* sensitivity, Solution& solution) {
-  const FesdStep& step = solver.step();
-  const Stages* left = solver.has_previous_step() ? &solver.previous_step().last() : nullptr;
+  const Stages* left = previous ? &previous->last() : nullptr;
   if (!left) solution.initial_modes = step.elements[0].modes;
-  const bool may_have_events = step.touches || (left && solver.previous_step().touches);
+  const bool may_have_events = step.touches || (previous && previous->touches);
   if (!may_have_events && recording == Recording::final_state) return;
   for (int n = 0; n < step.n_elements; ++n) {
     const Stages& element = step.elements[n];

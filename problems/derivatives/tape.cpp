@@ -260,7 +260,7 @@ class TapeBuilder {
       const auto& n = GiNaC::ex_to<GiNaC::numeric>(e);
       result = {hash_text(print(GiNaC::abs(n))), n.is_negative()};
     } else if (e.nops() == 0) {
-      result.hash = hash_text(print(e));
+      result.hash = hash_text(lasting_name(e));
     } else if (GiNaC::is_a<GiNaC::add>(e)) {
       result.hash = hash_text("+");
       const auto terms = sorted(e);
@@ -287,6 +287,14 @@ class TapeBuilder {
     }
     shapes_.emplace(e, result);
     return result;
+  }
+
+  /// GiNaC names a symbol without a name after the count of symbols in the process: here it is its place in the inputs.
+  std::string lasting_name(const GiNaC::ex& e) const {
+    const std::string name = print(e);
+    const auto bound = symbols_.find(e);
+    const bool is_nameless = bound != symbols_.end() && name.starts_with("symbol");
+    return is_nameless ? "input " + std::to_string(bound->second.index) : name;
   }
 
   static std::string print(const GiNaC::ex& e) {

@@ -13,6 +13,7 @@ namespace {
 
 struct Pair {
   std::string method, problem_id;
+  int steps = 0;
   std::shared_ptr<const Problem> problem;
 };
 
@@ -25,16 +26,16 @@ std::vector<Pair> pairs_that(bool run) {
       const auto method = make_method(example);
       for (const auto& problem : problems) {
         if (method->supports(problem.problem->info()).ok == run)
-          pairs.push_back({example, problem.id, problem.problem});
+          pairs.push_back({example, problem.id, entry.conformance_steps, problem.problem});
       }
     }
   }
   return pairs;
 }
 
-Settings test_settings() {
+Settings test_settings(int steps) {
   Settings settings;
-  settings.steps = 400;
+  settings.steps = steps;
   settings.tolerance = 1e-9;
   settings.audit = true;
   settings.recording = Recording::grid;
@@ -54,7 +55,7 @@ TEST_P(Conformance, KeepsItsPromises) {
   const Problem& problem = *pair.problem;
   const ProblemInfo& info = problem.info();
   const auto method = make_method(pair.method);
-  const Solution s = method->solve(problem, test_settings());
+  const Solution s = method->solve(problem, test_settings(pair.steps));
 
   // A status, with a reason and a state, whatever happened.
   ASSERT_EQ(s.q.size(), info.n_q);
@@ -67,8 +68,9 @@ TEST_P(Conformance, KeepsItsPromises) {
     EXPECT_LT(s.t, info.end_time);
     EXPECT_NE(s.status, Status::non_finite);
   }
-  // The audit's bound, relative to the terms that cancel. The box that comes to rest on four corners at once keeps their
-  // cones to the order of the method in that one stage (stage_solver.h, eq. (9)); time stepping solves it to 1e-9.
+  // The audit's bound, relative to the terms that cancel. The box that comes to rest on four corners at once keeps
+  // their cones to the order of the method in that one stage (stage_solver.h, eq. (9)); time stepping solves it to
+  // 1e-9.
   EXPECT_LE(s.max_residual(), pair.problem_id == "box_3d" ? 1e-4 : 1e-12);
   EXPECT_GE(s.counters.force_evaluations, s.counters.steps > 0 ? 1 : 0);
 
@@ -99,7 +101,7 @@ TEST_P(Conformance, KeepsItsPromises) {
   }
 
   // Twice the same bits.
-  const Solution again = method->solve(problem, test_settings());
+  const Solution again = method->solve(problem, test_settings(pair.steps));
   EXPECT_TRUE(same_bits(s.q, again.q) && same_bits(s.v, again.v));
   EXPECT_EQ(s.counters.force_evaluations, again.counters.force_evaluations);
   EXPECT_EQ(s.events.size(), again.events.size());
@@ -113,7 +115,8 @@ TEST(UnsupportedPairs, SayWhyAndAreRefused) {
   for (const auto& pair : pairs_that(false)) {
     const auto method = make_method(pair.method);
     EXPECT_FALSE(method->supports(pair.problem->info()).reason.empty()) << pair.method << " on " << pair.problem_id;
-    EXPECT_THROW(method->solve(*pair.problem, test_settings()), InputError) << pair.method << " on " << pair.problem_id;
+    EXPECT_THROW(method->solve(*pair.problem, test_settings(pair.steps)), InputError)
+        << pair.method << " on " << pair.problem_id;
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <random>
+#include <stdexcept>
 
 #include "bench/control_gradient.h"
 #include "bench/control_options.h"
@@ -11,9 +12,11 @@
 #include "methods/complementarity/homotopy.h"
 #include "methods/control/exploration.h"
 #include "methods/control/fesd_transcription.h"
+#include "methods/control/nlp_blocks.h"
 #include "methods/control/time_stepping_transcription.h"
 #include "methods/fesd/pivoting_solver.h"
 #include "methods/registry.h"
+#include "problems/derivatives/plant_functions.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"
 #include "tests/nlp_check.h"
@@ -48,6 +51,34 @@ void expect_exact_derivatives(const std::string& id, const TimeSteppingTranscrip
   problem->T_lower = 1;
   problem->T_upper = 10;
   expect_exact_derivatives(TimeSteppingTranscription(*problem, options));
+}
+
+TEST(FunctionBlock, TakesOneVariablePerInput) {
+  const PlantFunctions functions = plant_functions(*make_problem("double_pendulum_wall"), 0);
+  EXPECT_NO_THROW(FunctionBlock(functions.gap, {0, 1}, {0, 1}));
+  EXPECT_THROW(FunctionBlock(functions.gap, {0}, {0, 1}), std::logic_error);
+}
+
+// GiNaC orders terms by symbols, and symbols by the time they were made at.
+TEST(PlantFunctions, RoundTheSameWheneverTheyAreMade) {
+  const auto problem = make_problem("double_pendulum_wall");
+  const PlantFunctions first = plant_functions(*problem, 0);
+  std::mt19937 generator(1);
+  std::uniform_real_distribution<double> uniform(0.1, 1);
+  const int n = first.dynamics.n_inputs(), m = first.dynamics.n_outputs();
+  Vector x(n), weights(m), y(m), y_again(m);
+  for (auto& value : x) value = uniform(generator);
+  for (auto& value : weights) value = uniform(generator);
+  Matrix H(n, n), H_again(n, n);
+  first.dynamics.evaluate(x.data(), y.data());
+  first.dynamics.hessian(x.data(), weights.data(), H.data());
+  for (int k = 0; k < 5; ++k) {
+    const PlantFunctions again = plant_functions(*problem, 0);
+    again.dynamics.evaluate(x.data(), y_again.data());
+    again.dynamics.hessian(x.data(), weights.data(), H_again.data());
+    EXPECT_EQ(y, y_again);
+    EXPECT_EQ(H, H_again);
+  }
 }
 
 TEST(FesdTranscription, HasExactDerivatives) {

@@ -1,0 +1,92 @@
+#include <fmt/format.h>
+
+#include "methods/fesd/record_step.h"
+#include "methods/fesd_homotopy/options.h"
+#include "methods/runge_kutta/tableau_argument.h"
+#include "methods/time_limit.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+/// FESD-J, the discrete equations of each simulation step solved by homotopy (step_homotopy.h).
+class FesdHomotopy final : public Method {
+ public:
+  explicit FesdHomotopy(const MethodSpec& spec) : id_(spec.text()), tableau_(tableau_argument(spec)) {
+    options_ = step_homotopy_options(spec);
+    spec.finish(2);
+  }
+
+  MethodInfo info() const override {
+    return {.id = id_,
+            .title = fmt::format("FESD-J by homotopy, {}, {} finite elements", tableau_.name, options_.equations.n_fe),
+            .source = "Nurkanovic, Frey, Pozharskiy, Diehl: FESD-J, sections 3 and 5.1, appendix",
+            .order_smooth = static_cast<double>(tableau_.order),
+            .order_impacts = static_cast<double>(tableau_.order)};
+  }
+
+  Support supports(const ProblemInfo& problem) const override {
+    return problem.has_bilateral() ? Support::no("the transcription has no bilateral constraints yet") : Support::yes();
+  }
+
+ protected:
+  Solution do_solve(const Problem& problem, const Settings& settings) const override {
+    const ProblemInfo& info = problem.info();
+    const double H = info.end_time / settings.steps;
+    StepHomotopy solver(problem, tableau_, options_, H);
+    const TimeLimit time_limit(settings.time_limit);
+    Solution solution;
+    solver.start(info.q0, info.v0);
+    solution.q = info.q0;
+    solution.v = info.v0;
+    for (int k = 0; k < settings.steps; ++k) {
+      const double t = k * H;
+      const Status status = time_limit.is_over() ? Status::time_limit : solver.advance();
+      count(solver, solution.counters);
+      if (status != Status::success) {
+        solution.status = status;
+        solution.message = fmt::format("step {} of {}, from t = {:.6g} s: {}", k + 1, settings.steps, t,
+                                       status == Status::time_limit ? time_limit.message() : solver.solution().message);
+        return solution;
+      }
+      ++solution.counters.steps;
+      solution.counters.elements += solver.step().n_elements;
+      record_step(problem, settings.recording, solver.step(), solver.previous_step(), t, nullptr, solution);
+      solution.q = solver.step().last().q1;
+      solution.v = solver.step().last().v1;
+      solution.t = k + 1 == settings.steps ? info.end_time : (k + 1) * H;
+    }
+    return solution;
+  }
+
+ private:
+  void count(const StepHomotopy& solver, Counters& counters) const {
+    const NlpEvaluator::Work work = solver.work();
+    const std::int64_t points = options_.equations.n_fe * tableau_.n_s;
+    counters.force_evaluations = work.constraints * points;
+    counters.jacobian_evaluations = work.jacobians * points;
+    counters.complementarity_solves += static_cast<std::int64_t>(solver.solution().steps.size());
+    counters.inner_iterations += solver.solution().iterations;
+  }
+
+  std::string id_;
+  ButcherTableau tableau_;
+  StepHomotopy::Options options_;
+};
+
+const bool registered = register_method({
+    .name = "fesd_homotopy",
+    .usage = "fesd_homotopy:TABLEAU:STAGES[,n_fe=2][,guess=ballistic|cold|pivoting][,relaxation=scholtes|...]"
+             "[,sigma_0=1e-3][,sigma_n=1e-11][,update=superlinear|linear][,factor=0.1][,crossover=on|off][,retry=2]"
+             "[,tolerance=1e-11][,impulses=position_velocity|slack][,cone=exact|squared|polyhedral][,facets=8]"
+             "[,cross=sparse|per_stage|aggregated][,equilibration=objective|exact|tanh|none][,rho=1][,eps_c=1e-3]"
+             "[,capture=on|off][,shortest=1e-3][,switches=3][,max_iterations=300]",
+    .summary = "finite elements with switch detection and jumps (FESD-J), solved as MPCCs by homotopy",
+    .examples = {"fesd_homotopy:radau-iia:3,retry=0,max_iterations=100,switches=0"},
+    .conformance_steps = 20,  // milliseconds a step
+    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<FesdHomotopy>(spec); },
+    .not_built = {},
+});
+
+}  // namespace
+}  // namespace ricochet

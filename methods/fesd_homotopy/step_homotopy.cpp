@@ -1,0 +1,237 @@
+#include "methods/fesd_homotopy/step_homotopy.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+namespace ricochet {
+namespace {
+
+// Forces and impulses of the cold guess: inside of their bounds.
+constexpr double kPositive = 0.1;
+// A gap up to here at the end of a step is closed: what the crossover solves to [m].
+constexpr double kTouching = 1e-9;
+// sigma_0 of the first retry, and of all others.
+constexpr double kRetrySigmas[] = {1e-3, 1e-1};
+// Places where the smallest gap of a free flight is looked for.
+constexpr int kProbes = 20;
+// A closed contact with at most this normal velocity rests [m/s].
+constexpr double kResting = 1e-6;
+// An impact is not guessed nearer to an end of the step than this part of it.
+constexpr double kMargin = 0.01;
+
+}  // namespace
+
+StepHomotopy::StepHomotopy(const Problem& problem, const ButcherTableau& tableau, const Options& options, double H)
+    : problem_(problem),
+      info_(problem.info()),
+      tableau_(tableau),
+      options_(options),
+      H_(H),
+      equations_(problem, tableau, options.equations, mpcc_),
+      initial_(equations_.add_initial_state(info_.q0, info_.v0)),
+      right_(equations_.add_interval(initial_, add_control(), H, -1, 1)),
+      solver_(mpcc_, options.homotopy) {
+  if (options.guess == Guess::pivoting)
+    pivoting_.emplace(problem, tableau, PivotingSolver::Options{.n_fe = options.equations.n_fe}, pivoting_counters_);
+}
+
+/// The control of the plain simulation, fixed.
+std::vector<int> StepHomotopy::add_control() {
+  std::vector<int> u;
+  for (int k = 0; k < info_.n_u; ++k)
+    u.push_back(mpcc_.nlp.add_variable(info_.u[k], info_.u[k], info_.u[k], fmt::format("u[{}]", k)));
+  return u;
+}
+
+void StepHomotopy::start(const Vector& q, const Vector& v) {
+  q_ = q;
+  v_ = v;
+  n_steps_ = 0;
+  const Vector gap = problem_.gap(q);
+  is_resting_.assign(info_.contacts.size(), false);
+  is_closed_.assign(info_.contacts.size(), false);
+  for (int i = 0; i < info_.n_c(); ++i) is_closed_[i] = gap[i] <= kTouching;
+  if (pivoting_) pivoting_->start(q, v);
+}
+
+Status StepHomotopy::advance() {
+  equations_.set_initial_state(initial_, q_, v_, is_closed_);
+  const bool has_pivoted = pivoting_ && pivoting_->advance(H_) == Status::success;
+  if (pivoting_ && !has_pivoted) pivoting_.reset();
+  const bool is_cold = options_.guess == Guess::cold;
+  equations_.set_guess(has_pivoted ? pivoting_->step() : is_cold ? cold() : flight(false), 0);
+  for (attempts_ = 1;; ++attempts_) {
+    solver_.set_options(attempt_options());
+    solution_ = solver_.solve();
+    if (solution_.succeeded() || attempts_ > options_.retries) break;
+    equations_.set_guess(flight(true), 0);
+  }
+  if (solution_.succeeded()) accept();
+  return solution_.status;
+}
+
+/// A start near a solution keeps its distance from the bounds below what the relaxation leaves.
+HomotopyOptions StepHomotopy::attempt_options() const {
+  HomotopyOptions homotopy = options_.homotopy;
+  if (attempts_ > 1) homotopy.sigma_0 = std::max(kRetrySigmas[std::min(attempts_, 3) - 2], homotopy.sigma_final);
+  homotopy.barrier = std::min(homotopy.barrier, homotopy.sigma_0);
+  homotopy.push = std::min(homotopy.push, homotopy.sigma_0);
+  return homotopy;
+}
+
+void StepHomotopy::accept() {
+  current_ = 1 - current_;
+  steps_[current_] = equations_.read(solution_.x, 0);
+  ++n_steps_;
+  FesdStep& step = steps_[current_];
+  step.touches = true;
+  // What a relaxation leaves of an impulse where the gap is open; nothing behind a crossover.
+  for (int n = 0; n < step.n_elements; ++n) {
+    const Vector gap = problem_.gap(step.elements[n].q0);
+    for (int i = 0; i < info_.n_c(); ++i) {
+      if (step.Lambda_n(i, n) <= gap[i]) step.Lambda_n(i, n) = 0;
+    }
+  }
+  q_ = step.last().q1;
+  v_ = step.last().v1;
+  for (std::size_t i = 0; i < is_closed_.size(); ++i)
+    is_closed_[i] = is_closed(step.last().modes[i]) || solution_.x[right_.gap[i]] <= kTouching;
+}
+
+FesdStep StepHomotopy::cold() const {
+  FesdStep step;
+  const int n_fe = options_.equations.n_fe;
+  step.resize(problem_, tableau_.n_s, n_fe);
+  step.n_elements = n_fe;
+  for (auto& element : step.elements) {
+    element.h = H_ / n_fe;
+    element.q0 = element.q1 = q_;
+    element.v0 = element.v1 = v_;
+    element.q = q_.replicate(1, tableau_.n_s);
+    element.v = v_.replicate(1, tableau_.n_s);
+    element.a.setZero();
+    element.lambda_n.setConstant(kPositive);
+    element.lambda_t.setZero();
+  }
+  step.v_minus = v_.replicate(1, n_fe);
+  step.Lambda_n.setConstant(kPositive);
+  return step;
+}
+
+/// (1), with the forces that hold the contacts that are closed, as far as they push. @param lambda_n  overwritten
+Vector StepHomotopy::acceleration(const Vector& q, const Vector& v, Vector& lambda_n) const {
+  const auto M = problem_.mass_matrix(q).llt();
+  Vector a = M.solve(problem_.force(q, v));
+  lambda_n.setZero(info_.n_c());
+  std::vector<int> closed;
+  for (int i = 0; i < info_.n_c(); ++i) {
+    if (is_resting_[i]) closed.push_back(i);
+  }
+  if (closed.empty()) return a;
+  const Matrix J = problem_.normal_jacobian(q)(Eigen::all, closed), M_J = M.solve(J);
+  const Vector bias = problem_.gap_acceleration_bias(q, v)(closed);
+  const Vector forces = (J.transpose() * M_J).completeOrthogonalDecomposition().solve(-J.transpose() * a - bias);
+  lambda_n(closed) = forces.cwiseMax(0);
+  return a + M_J * lambda_n(closed);
+}
+
+/// (1) over a time h by one step of the classical Runge-Kutta method.
+void StepHomotopy::fly(double h, Vector& q, Vector& v) const {
+  Vector ignored;
+  const Vector a1 = acceleration(q, v, ignored), v2 = v + h / 2 * a1;
+  const Vector a2 = acceleration(q + h / 2 * v, v2, ignored), v3 = v + h / 2 * a2;
+  const Vector a3 = acceleration(q + h / 2 * v2, v3, ignored), v4 = v + h * a3;
+  const Vector a4 = acceleration(q + h * v3, v4, ignored);
+  q += h / 6 * (v + 2 * v2 + 2 * v3 + v4);
+  v += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
+}
+
+/// An element of length h in flight from (q, v), which become its right end.
+void StepHomotopy::fly_element(double h, Vector& q, Vector& v, Stages& element) const {
+  element.h = h;
+  element.q0 = q;
+  element.v0 = v;
+  element.lambda_t.setZero();
+  Vector lambda_n;
+  double c = 0;
+  for (int j = 0; j < tableau_.n_s; ++j) {
+    fly((tableau_.c[j] - c) * h, q, v);
+    c = tableau_.c[j];
+    element.q.col(j) = q;
+    element.v.col(j) = v;
+    element.a.col(j) = acceleration(q, v, lambda_n);
+    element.lambda_n.col(j) = lambda_n;
+  }
+  fly((1 - c) * h, q, v);
+  element.q1 = q;
+  element.v1 = v;
+}
+
+/// Where the flight first meets a contact, or, if it meets none, comes nearest to one.
+StepHomotopy::Approach StepHomotopy::nearest_approach(Vector q, Vector v) const {
+  Approach nearest{-1, 0, kInfinity};
+  for (int k = 1; k <= kProbes; ++k) {
+    const double t = H_ * k / kProbes;
+    const Vector before = problem_.gap(q);
+    fly(H_ / kProbes, q, v);
+    const Vector gap = problem_.gap(q);
+    for (int i = 0; i < info_.n_c(); ++i) {
+      if (is_resting_[i] || gap[i] >= nearest.gap) continue;
+      const double beyond = gap[i] < 0 && before[i] > 0 ? gap[i] / (gap[i] - before[i]) : 0;
+      nearest = {i, t - beyond * H_ / kProbes, gap[i]};
+    }
+    if (nearest.gap <= 0) break;
+  }
+  return nearest;
+}
+
+/// The impact law of one contact by itself. @return its impulse
+double StepHomotopy::bounce(int contact, const Vector& q, Vector& v) const {
+  const Vector J = problem_.normal_jacobian(q).col(contact);
+  const Vector M_J = problem_.mass_matrix(q).llt().solve(J);
+  const double Lambda = (1 + info_.contacts[contact].eps_r) * std::abs(J.dot(v)) / J.dot(M_J);
+  v += Lambda * M_J;
+  return Lambda;
+}
+
+/// Closes a contact that bounces so little that its acceleration brings it back within a time h.
+void StepHomotopy::capture(int contact, double h, const Vector& q, Vector& v) {
+  Vector ignored;
+  const Vector J = problem_.normal_jacobian(q).col(contact);
+  if (J.dot(v) + h * J.dot(acceleration(q, v, ignored)) > 0) return;
+  is_resting_[contact] = true;
+  const Vector M_J = problem_.mass_matrix(q).llt().solve(J);
+  v -= J.dot(v) / J.dot(M_J) * M_J;
+}
+
+FesdStep StepHomotopy::flight(bool has_impact) {
+  const int n_fe = options_.equations.n_fe;
+  FesdStep step;
+  step.resize(problem_, tableau_.n_s, n_fe);
+  step.n_elements = n_fe;
+  Vector q = q_, v = v_;
+  step.v_minus.col(0) = v;
+  const Vector approach = problem_.normal_jacobian(q).transpose() * v;
+  for (int i = 0; i < info_.n_c(); ++i) {
+    is_resting_[i] = is_closed_[i] && std::abs(approach[i]) <= kResting;
+    if (is_closed_[i] && approach[i] < -kResting) step.Lambda_n(i, 0) = bounce(i, q, v);
+  }
+  const Approach nearest = nearest_approach(q, v);
+  has_impact = n_fe > 1 && nearest.contact >= 0 && (has_impact || nearest.gap <= 0);
+  const double t = std::clamp(nearest.t, kMargin * H_, (1 - kMargin) * H_);
+  const int n_impact = has_impact ? std::clamp(static_cast<int>(std::lround(n_fe * t / H_)), 1, n_fe - 1) : n_fe;
+  for (int n = 0; n < n_fe; ++n) {
+    if (n > 0) step.v_minus.col(n) = v;
+    if (n == n_impact) step.Lambda_n(nearest.contact, n) = bounce(nearest.contact, q, v);
+    const Vector v_plus = v;
+    if (n == n_impact) capture(nearest.contact, H_ - t, q, v);
+    const double h = !has_impact ? H_ / n_fe : n < n_impact ? t / n_impact : (H_ - t) / (n_fe - n_impact);
+    fly_element(h, q, v, step.elements[n]);
+    step.elements[n].v0 = v_plus;
+  }
+  return step;
+}
+
+}  // namespace ricochet

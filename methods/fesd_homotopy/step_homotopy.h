@@ -1,0 +1,98 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "methods/complementarity/homotopy.h"
+#include "methods/control/fesd_equations.h"
+#include "methods/fesd/pivoting_solver.h"
+
+namespace ricochet {
+
+/// Solves the FESD-J equations of one step after the other as MPCCs (methods/control/fesd_equations.h) by homotopy, as
+/// published: every step is a feasibility problem, with the equilibration of the lengths as the only objective. One
+/// program serves all steps; initial state and guess change.
+///
+/// Where a step ends closed is where the next one begins closed: an impact at the right end of a step is one at the
+/// left end of the next (correction 7 in methods/fesd/README.md).
+///
+/// A guess is a motion q' = v,
+///
+///   M(q) v' = f_v(q, v) + B_u u + J_n lambda_n,   0 <= lambda_n of contacts that rest,                       (1)
+///
+/// which bounces by the impact law where a gap closes first; nothing closes exactly, and nothing slips. A step that
+/// fails is tried again, as published, with a guess that has an impulse Lambda_n > 0 in any case: where the motion
+/// comes nearest to a contact. Retries begin with a sigma of their own.
+class StepHomotopy {
+ public:
+  enum class Guess {
+    cold,       ///< the state at the step's start, everywhere
+    ballistic,  ///< the motion (1)
+    pivoting,   ///< the step of the pivoting solver; ballistic behind a step where that has failed
+  };
+
+  struct Options {
+    FesdEquations::Options equations;
+    HomotopyOptions homotopy;
+    Guess guess = Guess::ballistic;
+    int retries = 2;
+  };
+
+  /// @param H  length of every step [s]
+  StepHomotopy(const Problem& problem, const ButcherTableau& tableau, const Options& options, double H);
+  StepHomotopy(const StepHomotopy&) = delete;
+  StepHomotopy& operator=(const StepHomotopy&) = delete;
+
+  /// Starts a run at (q, v), v before an impact at this instant.
+  void start(const Vector& q, const Vector& v);
+  /// Solves the next step.
+  Status advance();
+
+  const FesdStep& step() const { return steps_[current_]; }
+  const FesdStep* previous_step() const { return n_steps_ > 1 ? &steps_[1 - current_] : nullptr; }
+  /// Of the last step, or its last attempt.
+  const MpccSolution& solution() const { return solution_; }
+  int attempts() const { return attempts_; }  ///< at the last step
+  NlpEvaluator::Work work() const { return solver_.work(); }
+
+ private:
+  /// A contact that the flight meets, or comes nearest to.
+  struct Approach {
+    int contact = -1;
+    double t = 0, gap = 0;
+  };
+
+  std::vector<int> add_control();
+  FesdStep cold() const;
+  FesdStep flight(bool has_impact);
+  double bounce(int contact, const Vector& q, Vector& v) const;
+  void capture(int contact, double h, const Vector& q, Vector& v);
+  Vector acceleration(const Vector& q, const Vector& v, Vector& lambda_n) const;
+  void fly(double h, Vector& q, Vector& v) const;
+  void fly_element(double h, Vector& q, Vector& v, Stages& element) const;
+  Approach nearest_approach(Vector q, Vector v) const;
+  HomotopyOptions attempt_options() const;
+  void accept();
+
+  const Problem& problem_;
+  const ProblemInfo& info_;
+  const ButcherTableau tableau_;
+  const Options options_;
+  const double H_;
+  Mpcc mpcc_;
+  FesdEquations equations_;
+  FesdEquations::Point initial_, right_;
+  MpccSolver solver_;
+  Counters pivoting_counters_;
+  std::optional<PivotingSolver> pivoting_;
+
+  Vector q_, v_;
+  std::vector<bool> is_closed_, is_resting_;
+  FesdStep steps_[2];
+  int current_ = 0;
+  int n_steps_ = 0, attempts_ = 0;
+  MpccSolution solution_;
+};
+
+}  // namespace ricochet
