@@ -71,7 +71,6 @@ void FesdEquations::add_normal_velocity(const Point& point, const std::function<
     const std::string at = fmt::format("{}, {}, normal velocity", name, info_.contacts[i].name);
     plus.push_back(add_variable(is_split(i) ? 0 : -kInfinity, is_split(i) ? kPositive : 0, at + " +"));
     minus.push_back(is_split(i) ? add_variable(0, kPositive, at + " -") : -1);
-    if (is_split(i) && options_.bounded_parts) mpcc_.add_pair({plus[i]}, {minus[i]}, at + ", + _|_ -");
   }
   const int row = mpcc_.nlp.n_rows();
   add_equations(functions_.normal_velocity, join<int>({point.q, point.v}), name + ", normal velocity", plus);

@@ -32,13 +32,13 @@ namespace ricochet {
 ///   0 = M(q_1) (v_1 - v_ns) - J_n P,   P = p+ - p-,   0 <= p+ + p-  _|_  sum_j y_j >= 0                    (10)
 ///   J_n' v_1 = r+ - r-,   0 <= r+ + r-  _|_  sum_j lambda_n,j >= 0                                        (11)
 ///
-/// (p+ _|_ p-, r+ _|_ r-, so that the parts do not grow together)
-/// with Options::projects, for curved contacts without friction and tableaus whose last stage is the right end. (9) is
-/// stated where the equations keep the normal velocity zero: for affine contacts, and those of (10), (11).
+/// and p+ _|_ p-, r+ _|_ r-; with Options::projects, for curved contacts without friction and tableaus whose last stage
+/// is the right end. (9) is stated where the equations keep the normal velocity zero: for affine contacts, and those of
+/// (10), (11).
 ///
 /// Impulses::slack has the paper's appendix instead of the pairs in (5): Lambda_n _|_ y_0 + s+ + s-, s+ _|_ s-.
-/// Options::bounded_parts adds s+ _|_ s- and z+ _|_ z- in any case: without them only the differences have a size, and
-/// an interior-point method may drive both parts to infinity.
+/// Options::bounded_parts has s+ _|_ s- with (5), too: without it only their difference has a size, and an
+/// interior-point method may drive both to infinity; but with it the crossover of the discs fails.
 /// Friction is that of contact_equations.h, with forces at the stages j complementary to slip at j', and xi+_j to
 /// xi-_j'; at the left end with (Lambda, v_0).
 ///
@@ -65,7 +65,7 @@ class FesdEquations final : public ContactEquations {
     double shortest = 0.1;       ///< element, relative to equal ones: elements that collapse are degenerate
     bool no_capture = true;      ///< (9)
     bool projects = false;       ///< (10), (11)
-    bool bounded_parts = false;  ///< the parts of normal velocities are complementary to each other
+    bool bounded_parts = false;  ///< s+ _|_ s- with (5), too
     double eps_c = 1e-3;         ///< of (6); 0 leaves (6) out
   };
 
