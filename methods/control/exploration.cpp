@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "problems/input_error.h"
+
 namespace ricochet {
 namespace {
 
@@ -33,6 +35,9 @@ Matrix first_spread(const OptimalControlProblem::Bounds& bounds, Eigen::Index N)
 
 ExplorationResult explore(const OptimalControlProblem& problem, const ButcherTableau& tableau, int n_fe,
                           const ExplorationOptions& options) {
+  if (options.samples < 1) throw InputError("samples", options.samples, "a number >= 1 is required");
+  if (options.elite < 1 || options.elite > options.samples)
+    throw InputError("elite", options.elite, "a number from 1 to the number of samples is required");
   const auto begin = std::chrono::steady_clock::now();
   const Eigen::Index N = problem.n_intervals;
   std::mt19937 random(options.seed);

@@ -30,6 +30,7 @@ struct ExplorationResult {
 ///
 /// The first spread is a sixth of the distance between the bounds of a control; 1 where it has none.
 ///
+/// @throws InputError for options out of range
 /// Source: de Boer, Kroese, Mannor, Rubinstein, A tutorial on the cross-entropy method, Ann. Oper. Res. 134 (2005).
 ExplorationResult explore(const OptimalControlProblem& problem, const ButcherTableau& tableau, int n_fe,
                           const ExplorationOptions& options);

@@ -267,6 +267,7 @@ TEST(Exploration, FindsTheContactsThatNoSmallChangeFinds) {
   EXPECT_LT(found.rollout.cost, 0.5 * at_rest.cost) << "at least one box was pushed";
   const Rollout again = roll_out(*problem, plant, tableau, problem->n_fe, found.u);
   EXPECT_EQ(again.cost, found.rollout.cost);
+  EXPECT_THROW(explore(*problem, tableau, problem->n_fe, {.samples = 10, .elite = 11}), InputError);
 }
 
 TEST(Exploration, RolloutSaysHowFarItGot) {
