@@ -1,9 +1,9 @@
 #include "bench/control_options.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
-#include <map>
 #include <random>
 
 #include "bench/problem_options.h"
@@ -17,18 +17,13 @@ namespace {
 
 /// The value of an option that takes one of a few names.
 template <class Value>
-Value choose(const std::string& option, const std::string& name, const std::map<std::string, Value>& values) {
-  const auto found = values.find(name);
-  if (found != values.end()) return found->second;
-  std::string known;
-  for (const auto& [key, value] : values) known += (known.empty() ? "" : ", ") + key;
-  throw InputError(option, name, "one of " + known + " is required");
+Value choose(const std::string& option, const std::string& name, const Names<Value>& names) {
+  if (const Value* value = find(names, name)) return *value;
+  throw InputError(option, name, fmt::format("one of {} is required", fmt::join(list(names), ", ")));
 }
 
-ContactEquations::Cone cone_of(const ControlOptions& options) {
-  using Cone = ContactEquations::Cone;
-  return choose<Cone>("--cone", options.cone,
-                      {{"exact", Cone::exact}, {"squared", Cone::squared}, {"polyhedral", Cone::polyhedral}});
+FrictionCone cone_of(const ControlOptions& options) {
+  return choose("--cone", options.cone, friction_cone_names());
 }
 
 FesdEquations::Options equation_options(const ControlOptions& options, const OptimalControlProblem& problem) {
@@ -36,18 +31,9 @@ FesdEquations::Options equation_options(const ControlOptions& options, const Opt
   E::Options result = options.equations;
   result.n_fe = problem.n_fe;
   result.cone = cone_of(options);
-  result.impulses =
-      choose<E::Impulses>("--impulses", options.impulses,
-                          {{"position_velocity", E::Impulses::position_velocity}, {"slack", E::Impulses::slack}});
-  result.cross = choose<E::CrossComplementarity>("--cross", options.cross,
-                                                 {{"sparse", E::CrossComplementarity::sparse},
-                                                  {"per_stage", E::CrossComplementarity::per_stage},
-                                                  {"aggregated", E::CrossComplementarity::aggregated}});
-  result.equilibration = choose<E::Equilibration>("--equilibration", options.equilibration,
-                                                  {{"objective", E::Equilibration::objective},
-                                                   {"exact", E::Equilibration::exact},
-                                                   {"tanh", E::Equilibration::tanh},
-                                                   {"none", E::Equilibration::none}});
+  result.impulses = choose("--impulses", options.impulses, E::impulse_names());
+  result.cross = choose("--cross", options.cross, E::cross_names());
+  result.equilibration = choose("--equilibration", options.equilibration, E::equilibration_names());
   return result;
 }
 

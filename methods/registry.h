@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "methods/method.h"
+#include "problems/named_values.h"
 
 namespace ricochet {
 
@@ -25,6 +26,10 @@ class MethodSpec {
   int whole_number(const std::string& option, int fallback, int min, int max) const;
   /// One of `choices`; the first is the default.
   std::string choice(const std::string& option, const std::vector<std::string>& choices) const;
+  template <class Value>
+  Value choice(const std::string& option, const Names<Value>& names) const {
+    return *ricochet::find(names, choice(option, list(names)));
+  }
 
   /// @throws InputError for options that no accessor asked for, or more arguments than `max_arguments`
   void finish(std::size_t max_arguments) const;

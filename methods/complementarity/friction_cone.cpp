@@ -4,6 +4,12 @@
 
 namespace ricochet {
 
+const Names<FrictionCone>& friction_cone_names() {
+  static const Names<FrictionCone> names = {
+      {"exact", FrictionCone::exact}, {"squared", FrictionCone::squared}, {"polyhedral", FrictionCone::polyhedral}};
+  return names;
+}
+
 int facets_argument(const MethodSpec& spec) {
   const int facets = spec.whole_number("facets", 8, 4, 1024);
   if (facets % 2) throw InputError(spec.name() + ": facets", facets, "an even number is required");
@@ -11,10 +17,8 @@ int facets_argument(const MethodSpec& spec) {
 }
 
 FrictionConeOptions cone_argument(const MethodSpec& spec) {
-  const std::string cone = spec.choice("cone", {"exact", "squared", "polyhedral"});
-  if (cone == "squared") return {.cone = FrictionCone::squared};
-  if (cone == "polyhedral") return {.cone = FrictionCone::polyhedral, .facets = facets_argument(spec)};
-  return {};
+  const FrictionCone cone = spec.choice("cone", friction_cone_names());
+  return {.cone = cone, .facets = cone == FrictionCone::polyhedral ? facets_argument(spec) : 0};
 }
 
 }  // namespace ricochet

@@ -9,6 +9,8 @@ namespace ricochet {
 /// >= 0; in space a polygon in place of the disc. In the plane the polygon is the exact cone.
 enum class FrictionCone { exact, squared, polyhedral };
 
+const Names<FrictionCone>& friction_cone_names();
+
 struct FrictionConeOptions {
   FrictionCone cone = FrictionCone::exact;
   int facets = 0;  ///< of FrictionCone::polyhedral, in space; else 0

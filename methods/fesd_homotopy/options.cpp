@@ -1,21 +1,9 @@
 #include "methods/fesd_homotopy/options.h"
 
-#include <algorithm>
-
 #include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
-
-/// The value of an option that takes one of a few names; the first is the default.
-template <class Value>
-Value named(const MethodSpec& spec, const std::string& option,
-            const std::vector<std::pair<std::string, Value>>& values) {
-  std::vector<std::string> names;
-  for (const auto& [name, value] : values) names.push_back(name);
-  const std::string name = spec.choice(option, names);
-  return std::ranges::find(values, name, &std::pair<std::string, Value>::first)->second;
-}
 
 bool is_on(const MethodSpec& spec, const std::string& option) {
   return spec.choice(option, {"on", "off"}) == "on";
@@ -25,20 +13,11 @@ FesdEquations::Options equation_options(const MethodSpec& spec) {
   using E = FesdEquations;
   E::Options options;
   options.n_fe = spec.whole_number("n_fe", 2, 1, 64);
-  options.impulses = named<E::Impulses>(
-      spec, "impulses", {{"position_velocity", E::Impulses::position_velocity}, {"slack", E::Impulses::slack}});
-  options.cone = named<E::Cone>(
-      spec, "cone", {{"exact", E::Cone::exact}, {"squared", E::Cone::squared}, {"polyhedral", E::Cone::polyhedral}});
+  options.impulses = spec.choice("impulses", E::impulse_names());
+  options.cone = spec.choice("cone", friction_cone_names());
   options.facets = spec.whole_number("facets", 8, 3, 1000);
-  options.cross = named<E::CrossComplementarity>(spec, "cross",
-                                                 {{"sparse", E::CrossComplementarity::sparse},
-                                                  {"per_stage", E::CrossComplementarity::per_stage},
-                                                  {"aggregated", E::CrossComplementarity::aggregated}});
-  options.equilibration = named<E::Equilibration>(spec, "equilibration",
-                                                  {{"objective", E::Equilibration::objective},
-                                                   {"exact", E::Equilibration::exact},
-                                                   {"tanh", E::Equilibration::tanh},
-                                                   {"none", E::Equilibration::none}});
+  options.cross = spec.choice("cross", E::cross_names());
+  options.equilibration = spec.choice("equilibration", E::equilibration_names());
   options.rho = spec.number("rho", 1, 0, 1e10);
   options.shortest = spec.number("shortest", 1e-3, 0, 1);
   options.no_capture = spec.choice("capture", {"on", "off"}) == "off";
@@ -56,8 +35,8 @@ HomotopyOptions homotopy_options(const MethodSpec& spec, bool is_near) {
   options.sigma_0 = spec.number("sigma_0", is_near ? 1e-7 : 1e-3, 1e-14, 1e6);
   options.sigma_final = spec.number("sigma_n", is_near ? 1e-10 : 1e-11, 1e-14, options.sigma_0);
   options.factor = spec.number("factor", 0.1, 1e-6, 0.999);
-  options.update =
-      named<SigmaUpdate>(spec, "update", {{"superlinear", SigmaUpdate::superlinear}, {"linear", SigmaUpdate::linear}});
+  options.update = spec.choice(
+      "update", Names<SigmaUpdate>{{"superlinear", SigmaUpdate::superlinear}, {"linear", SigmaUpdate::linear}});
   options.tolerance = spec.number("tolerance", is_near ? 1e-10 : 1e-11, 1e-13, 1e-2);
   options.max_iterations = spec.whole_number("max_iterations", 300, 1, 1000000);
   options.cross_over = is_on(spec, "crossover");
@@ -72,8 +51,8 @@ StepHomotopy::Options step_homotopy_options(const MethodSpec& spec) {
   using Guess = StepHomotopy::Guess;
   StepHomotopy::Options options;
   options.equations = equation_options(spec);
-  options.guess = named<Guess>(spec, "guess",
-                               {{"ballistic", Guess::ballistic}, {"cold", Guess::cold}, {"pivoting", Guess::pivoting}});
+  options.guess = spec.choice(
+      "guess", Names<Guess>{{"ballistic", Guess::ballistic}, {"cold", Guess::cold}, {"pivoting", Guess::pivoting}});
   options.homotopy = homotopy_options(spec, options.guess == Guess::pivoting);
   options.retries = spec.whole_number("retry", 2, 0, 10);
   if (options.equations.cone == FesdEquations::Cone::squared && options.homotopy.cross_over)
