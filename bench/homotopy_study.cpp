@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <ctime>
-#include <limits>
 
 #include "methods/fesd/pivoting_solver.h"
 
@@ -104,13 +103,6 @@ void HomotopySummary::add(const HomotopyRun& run) {
   for (int k = 0; k < 2; ++k) append(all.milliseconds[k], run.milliseconds[k]);
   append(all.distances, run.distances);
   append(all.failures, run.failures);
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 }  // namespace ricochet

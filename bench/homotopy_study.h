@@ -48,6 +48,4 @@ struct HomotopySummary {
   void add(const HomotopyRun& run);
 };
 
-double median(std::vector<double> values);  ///< NaN of nothing
-
 }  // namespace ricochet

@@ -46,11 +46,7 @@ Replay replay(const OptimalControlProblem& problem, const ControlTrajectory& tra
       return result;
     }
   }
-  Vector end(2 * n_q);
-  end << result.q, result.v;
-  double terminal = 0;
-  problem.terminal_cost.evaluate(end.data(), &terminal);
-  result.cost += terminal;
+  result.cost += problem.terminal_cost.at(result.q, result.v)[0];
   return result;
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "reports/median.h"
 #include "reports/order_fit.h"
 
 namespace ricochet {
@@ -19,12 +20,6 @@ std::string scientific(double x) {
 std::string microseconds_per_step(const Record& record) {
   if (!record.timing || record.counters.steps == 0) return "-";
   return fmt::format("{:.3f}", record.timing->median * 1e6 / static_cast<double>(record.counters.steps));
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 }  // namespace

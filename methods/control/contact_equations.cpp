@@ -78,6 +78,16 @@ void ContactEquations::add_equations(const SmoothFunction& function, const std::
   mpcc_.nlp.add_block(std::make_unique<FunctionBlock>(function, variables, rows));
 }
 
+void ContactEquations::add_split(const SmoothFunction& function, const std::vector<int>& variables,
+                                 const std::string& name, const std::vector<int>& plus, const std::vector<int>& minus) {
+  const int first_row = mpcc_.nlp.n_rows();
+  add_equations(function, variables, name, plus);
+  for (std::size_t k = 0; k < minus.size(); ++k) {
+    if (minus[k] < 0) continue;
+    mpcc_.nlp.add_block(std::make_unique<LinearBlock>(first_row + static_cast<int>(k), Terms{{minus[k], 1}}));
+  }
+}
+
 ContactEquations::Point ContactEquations::add_initial_state(const Vector& q, const Vector& v) {
   Point point;
   for (int k = 0; k < info_.n_q; ++k)
@@ -267,6 +277,21 @@ std::vector<int> ContactEquations::tangential(const std::vector<Force>& forces) 
   return all;
 }
 
+void ContactEquations::guess_split(const Vector& values, const std::vector<int>& plus, const std::vector<int>& minus) {
+  auto& variables = mpcc_.nlp.variables;
+  for (std::size_t k = 0; k < plus.size(); ++k) {
+    const double value = values[static_cast<Eigen::Index>(k)];
+    if (plus[k] >= 0) variables[plus[k]].guess = minus[k] >= 0 ? std::max(value, 0.0) : value;
+    if (minus[k] >= 0) variables[minus[k]].guess = std::max(-value, 0.0);
+  }
+}
+
+Vector ContactEquations::restitution(const Matrix& J_n, const Vector& v_plus, const Vector& v_minus) const {
+  Vector rate(info_.n_c());
+  for (int i = 0; i < info_.n_c(); ++i) rate[i] = J_n.col(i).dot(v_plus + info_.contacts[i].eps_r * v_minus);
+  return rate;
+}
+
 void ContactEquations::guess_point(const Point& point, const Vector& q, const Vector& v,
                                    const std::vector<Slip>& slips) {
   auto& variables = mpcc_.nlp.variables;
@@ -281,10 +306,7 @@ void ContactEquations::guess_point(const Point& point, const Vector& q, const Ve
   for (std::size_t i = 0; i < slips.size(); ++i) {
     const auto& contact = info_.contacts[i];
     const double* slip = v_t.data() + contact.tangent_index;
-    for (std::size_t d = 0; d < slips[i].xi_plus.size(); ++d) {
-      variables[slips[i].xi_plus[d]].guess = std::max(slip[d], 0.0);
-      variables[slips[i].xi_minus[d]].guess = std::max(-slip[d], 0.0);
-    }
+    guess_split(v_t.segment(contact.tangent_index, contact.n_t), slips[i].xi_plus, slips[i].xi_minus);
     const double speed = v_t.segment(contact.tangent_index, contact.n_t).norm();
     for (const int gamma : slips[i].gamma) variables[gamma].guess = speed;
     for (std::size_t f = 0; f < slips[i].rates.size(); ++f) {

@@ -64,6 +64,9 @@ class ContactEquations {
     Vector q_lower, q_upper, v_lower, v_upper;
   };
 
+  /// Guess of forces, impulses and slacks: Ipopt starts inside of their bounds.
+  static constexpr double kPositive = 1e-1;
+
   /// Bounds of q and v at every point but the initial one; none at first.
   void set_bounds(StateBounds bounds) { bounds_ = std::move(bounds); }
 
@@ -77,9 +80,6 @@ class ContactEquations {
   /// @param eps  see plant_functions()
   ContactEquations(const Problem& plant, Cone cone, int facets, double eps, Mpcc& mpcc);
 
-  /// Guess of forces, impulses and slacks: Ipopt starts inside of their bounds.
-  static constexpr double kPositive = 1e-1;
-
   using Terms = std::vector<std::pair<int, double>>;
 
   int add_variable(double lower, double guess, const std::string& name);
@@ -88,6 +88,9 @@ class ContactEquations {
   /// 0 = function(variables) - minus
   void add_equations(const SmoothFunction& function, const std::vector<int>& variables, const std::string& name,
                      const std::vector<int>& minus = {});
+  /// 0 = function(variables) - (plus - minus), without minus where its number is -1
+  void add_split(const SmoothFunction& function, const std::vector<int>& variables, const std::string& name,
+                 const std::vector<int>& plus, const std::vector<int>& minus);
   std::vector<int> add_velocity(const std::string& name);
   Point add_point(const std::string& name);
   void add_gap(Point& point, const std::string& name);
@@ -103,11 +106,15 @@ class ContactEquations {
   static std::vector<int> tangential(const std::vector<Force>& forces);
 
   // Guesses of what the equations above determine.
+  /// The parts of add_split(). Without minus, plus has either sign; both may be -1.
+  void guess_split(const Vector& values, const std::vector<int>& plus, const std::vector<int>& minus);
   void guess_point(const Point& point, const Vector& q, const Vector& v, const std::vector<Slip>& slips);
   void guess_forces(const std::vector<Force>& forces, const Vector& lambda_n, const Vector& lambda_t);
   /// @param w  acceleration; lambda_n, lambda_t: forces
   void guess_stage(const Stage& stage, const Vector& q, const Vector& v, const Vector& w, const Vector& lambda_n,
                    const Vector& lambda_t);
+  /// J_n' (v_plus + eps_r v_minus), n_c.
+  Vector restitution(const Matrix& J_n, const Vector& v_plus, const Vector& v_minus) const;
   /// The values of variables in a solution x.
   static Vector values(const Vector& x, const std::vector<int>& variables);
 

@@ -37,6 +37,26 @@ SmoothFunction runge_kutta_rows(const Matrix& A) {
 
 }  // namespace
 
+const Names<FesdEquations::Impulses>& FesdEquations::impulse_names() {
+  static const Names<Impulses> names = {{"position_velocity", Impulses::position_velocity}, {"slack", Impulses::slack}};
+  return names;
+}
+
+const Names<FesdEquations::CrossComplementarity>& FesdEquations::cross_names() {
+  using Cross = CrossComplementarity;
+  static const Names<Cross> names = {
+      {"sparse", Cross::sparse}, {"per_stage", Cross::per_stage}, {"aggregated", Cross::aggregated}};
+  return names;
+}
+
+const Names<FesdEquations::Equilibration>& FesdEquations::equilibration_names() {
+  static const Names<Equilibration> names = {{"objective", Equilibration::objective},
+                                             {"exact", Equilibration::exact},
+                                             {"tanh", Equilibration::tanh},
+                                             {"none", Equilibration::none}};
+  return names;
+}
+
 FesdEquations::FesdEquations(const Problem& plant, const ButcherTableau& tableau, const Options& options, Mpcc& mpcc)
     : ContactEquations(plant, options.cone, options.facets, options.eps_c, mpcc),
       tableau_(tableau),
@@ -72,11 +92,9 @@ void FesdEquations::add_normal_velocity(const Point& point, const std::function<
     plus.push_back(add_variable(is_split(i) ? 0 : -kInfinity, is_split(i) ? kPositive : 0, at + " +"));
     minus.push_back(is_split(i) ? add_variable(0, kPositive, at + " -") : -1);
   }
-  const int row = mpcc_.nlp.n_rows();
-  add_equations(functions_.normal_velocity, join<int>({point.q, point.v}), name + ", normal velocity", plus);
+  add_split(functions_.normal_velocity, join<int>({point.q, point.v}), name + ", normal velocity", plus, minus);
   for (int i = 0; i < info_.n_c(); ++i) {
     if (minus[i] < 0) continue;
-    mpcc_.nlp.add_block(std::make_unique<LinearBlock>(row + i, Terms{{minus[i], 1}}));
     mpcc_.add_pair({plus[i]}, {minus[i]}, fmt::format("{}, {}, normal velocity + _|_ -", name, info_.contacts[i].name));
   }
 }
@@ -98,11 +116,9 @@ void FesdEquations::add_impact(Element& element, const std::string& name) {
 
   element.s_plus = add_variables(n_c, 0, kPositive, name + ", s+");
   element.s_minus = add_variables(n_c, 0, kPositive, name + ", s-");
-  const int first_row = mpcc_.nlp.n_rows();
-  add_equations(functions_.restitution, join<int>({element.left.q, element.left.v, element.v_minus}),
-                name + ", restitution", element.s_plus);
+  add_split(functions_.restitution, join<int>({element.left.q, element.left.v, element.v_minus}),
+            name + ", restitution", element.s_plus, element.s_minus);
   for (int i = 0; i < n_c; ++i) {
-    mpcc_.nlp.add_block(std::make_unique<LinearBlock>(first_row + i, Terms{{element.s_minus[i], 1}}));
     const std::string at = fmt::format("{}, {}", name, info_.contacts[i].name);
     const int y = element.left.gap[i], Lambda = element.Lambda_n[i], plus = element.s_plus[i],
               minus = element.s_minus[i];
@@ -443,16 +459,6 @@ FesdStep FesdEquations::read(const Vector& x, int interval) const {
   return step;
 }
 
-/// @param plus, minus  as add_normal_velocity() makes them; plus may be -1, too
-void FesdEquations::guess_split(const Vector& values, const std::vector<int>& plus, const std::vector<int>& minus) {
-  auto& variables = mpcc_.nlp.variables;
-  for (std::size_t i = 0; i < plus.size(); ++i) {
-    const double value = values[static_cast<Eigen::Index>(i)];
-    if (plus[i] >= 0) variables[plus[i]].guess = minus[i] >= 0 ? std::max(value, 0.0) : value;
-    if (minus[i] >= 0) variables[minus[i]].guess = std::max(-value, 0.0);
-  }
-}
-
 /// Cone::squared, from the guesses of v_t and lambda_t: 0 = -v_t - 2 gamma lambda_t.
 void FesdEquations::guess_gamma(const Point& point, const std::vector<Slip>& slips, const std::vector<Force>& forces) {
   if (options_.cone != Cone::squared) return;
@@ -480,12 +486,8 @@ void FesdEquations::set_guess(const FesdStep& step, int interval) {
     guess_forces(element.impulse, step.Lambda_n.col(column), step.Lambda_t.col(column));
     guess_gamma(element.left, element.left_slip, element.impulse);
     const Matrix J = plant_.normal_jacobian(stages.q0);
-    for (int i = 0; i < info_.n_c(); ++i) {
-      const double rate = J.col(i).dot(stages.v0 + info_.contacts[i].eps_r * step.v_minus.col(column));
-      variables[element.Lambda_n[i]].guess = step.Lambda_n(i, column);
-      variables[element.s_plus[i]].guess = std::max(rate, 0.0);
-      variables[element.s_minus[i]].guess = std::max(-rate, 0.0);
-    }
+    for (int i = 0; i < info_.n_c(); ++i) variables[element.Lambda_n[i]].guess = step.Lambda_n(i, column);
+    guess_split(restitution(J, stages.v0, step.v_minus.col(column)), element.s_plus, element.s_minus);
     if (options_.no_capture) guess_split(J.transpose() * stages.v0, element.z_plus, element.z_minus);
     if (projects_) {
       const Matrix J_end = plant_.normal_jacobian(stages.q1);

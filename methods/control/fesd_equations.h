@@ -54,6 +54,10 @@ class FesdEquations final : public ContactEquations {
   enum class CrossComplementarity { sparse, per_stage, aggregated };
   enum class Equilibration { objective, exact, tanh, none };
 
+  static const Names<Impulses>& impulse_names();
+  static const Names<CrossComplementarity>& cross_names();
+  static const Names<Equilibration>& equilibration_names();
+
   struct Options {
     int n_fe = 2;
     Impulses impulses = Impulses::position_velocity;
@@ -102,7 +106,6 @@ class FesdEquations final : public ContactEquations {
  private:
   ContactMode mode(const Element& element, int contact, const Vector& x) const;
   void guess_gamma(const Point& point, const std::vector<Slip>& slips, const std::vector<Force>& forces);
-  void guess_split(const Vector& values, const std::vector<int>& plus, const std::vector<int>& minus);
   bool is_projected(int contact) const;
   bool keeps_velocity(int contact) const;
   void add_normal_velocity(const Point& point, const std::function<bool(int)>& is_split, std::vector<int>& plus,

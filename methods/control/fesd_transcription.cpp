@@ -46,14 +46,16 @@ ControlTrajectory FesdTranscription::trajectory(const Vector& x) const {
       trajectory.points.push_back({t, e.q0, e.v0});
       for (int j = 0; j < tableau_.n_s; ++j) {
         trajectory.points.push_back({t + tableau_.c[j] * e.h, e.q.col(j), e.v.col(j), e.lambda_n.col(j)});
-        trajectory.objective += e.h * tableau_.b[j] * running_cost(e.q.col(j), e.v.col(j), trajectory.u.col(k));
+        trajectory.objective +=
+            e.h * tableau_.b[j] * problem_.running_cost.at(e.q.col(j), e.v.col(j), trajectory.u.col(k))[0];
       }
       t += e.h;
     }
     if (k + 1 == problem_.n_intervals)
       trajectory.points.push_back({t, step.last().q1, step.last().v1, step.last().lambda_n.col(tableau_.n_s - 1)});
   }
-  trajectory.objective += terminal_cost(trajectory.points.back().q, trajectory.points.back().v);
+  const ControlTrajectory::Point& end = trajectory.points.back();
+  trajectory.objective += problem_.terminal_cost.at(end.q, end.v)[0];
   return trajectory;
 }
 

@@ -11,12 +11,6 @@ double violation(const Eigen::Ref<const Vector>& x, const OptimalControlProblem:
   return (x - bounds.upper).cwiseMax(0).sum() + (bounds.lower - x).cwiseMax(0).sum();
 }
 
-Vector values(const SmoothFunction& function, const Vector& arguments) {
-  Vector y(function.n_outputs());
-  function.evaluate(arguments.data(), y.data());
-  return y;
-}
-
 }  // namespace
 
 Rollout roll_out(const OptimalControlProblem& problem, ControlledPlant& plant, const ButcherTableau& tableau, int n_fe,
@@ -28,7 +22,6 @@ Rollout roll_out(const OptimalControlProblem& problem, ControlledPlant& plant, c
   plant.set_control(u.col(0));
   PivotingSolver solver(plant, tableau, {.n_fe = n_fe}, counters);
   solver.start(info.q0, info.v0);
-  Vector at(2 * info.n_q + info.n_u), end(2 * info.n_q);
   for (int k = 0; k < N; ++k) {
     plant.set_control(u.col(k));
     result.status = solver.advance(info.end_time / N);
@@ -38,17 +31,16 @@ Rollout roll_out(const OptimalControlProblem& problem, ControlledPlant& plant, c
       const Stages& e = step.elements[static_cast<std::size_t>(n)];
       for (int j = 0; j < tableau.n_s; ++j) {
         const double weight = e.h * tableau.b[j];
-        at << e.q.col(j), e.v.col(j), u.col(k);
-        result.cost += weight * values(problem.running_cost, at)[0];
+        result.cost += weight * problem.running_cost.at(e.q.col(j), e.v.col(j), u.col(k))[0];
         result.violation += weight * (violation(e.q.col(j), problem.q) + violation(e.v.col(j), problem.v) +
-                                      (-values(problem.path, at)).cwiseMax(0).sum());
+                                      (-problem.path.at(e.q.col(j), e.v.col(j), u.col(k))).cwiseMax(0).sum());
       }
     }
     ++result.n_solved;
   }
-  end << solver.step().last().q1, solver.step().last().v1;
-  result.cost += values(problem.terminal_cost, end)[0];
-  result.violation += values(problem.terminal, end).cwiseAbs().sum();
+  const Stages& last = solver.step().last();
+  result.cost += problem.terminal_cost.at(last.q1, last.v1)[0];
+  result.violation += problem.terminal.at(last.q1, last.v1).cwiseAbs().sum();
   return result;
 }
 

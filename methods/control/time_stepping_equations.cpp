@@ -75,15 +75,10 @@ void TimeSteppingEquations::add_velocity_law(Step& step, const std::string& name
   };
   add_parts(step.g_plus, step.g_minus, "g");
   add_parts(step.s_plus, step.s_minus, "s");
-  const int first_row = mpcc_.nlp.n_rows();
-  add_equations(functions_.ahead, join<int>({step.left.q, step.left.v, {step.h}}), name + ", predicted gap",
-                step.g_plus);
-  add_equations(functions_.restitution, join<int>({step.end.point.q, step.end.point.v, step.left.v}),
-                name + ", restitution", step.s_plus);
-  for (int i = 0; i < n_c; ++i) {
-    mpcc_.nlp.add_block(std::make_unique<LinearBlock>(first_row + i, Terms{{step.g_minus[i], 1}}));
-    mpcc_.nlp.add_block(std::make_unique<LinearBlock>(first_row + n_c + i, Terms{{step.s_minus[i], 1}}));
-  }
+  add_split(functions_.ahead, join<int>({step.left.q, step.left.v, {step.h}}), name + ", predicted gap", step.g_plus,
+            step.g_minus);
+  add_split(functions_.restitution, join<int>({step.end.point.q, step.end.point.v, step.left.v}),
+            name + ", restitution", step.s_plus, step.s_minus);
 }
 
 void TimeSteppingEquations::set_guess(int number, double h, const Vector& q_k, const Vector& v_k, const Vector& q,
@@ -93,15 +88,8 @@ void TimeSteppingEquations::set_guess(int number, double h, const Vector& q_k, c
   variables[step.h].guess = h;
   guess_stage(step.end, q, v, (v - v_k) / h, lambda_n, lambda_t);
   if (law_ == Law::position) return;
-  const Vector gap = plant_.gap(q_k + kPredicted * h * v_k);
-  const Matrix J_n = plant_.normal_jacobian(q);
-  for (int i = 0; i < info_.n_c(); ++i) {
-    const double rate = J_n.col(i).dot(v + info_.contacts[i].eps_r * v_k);
-    variables[step.g_plus[i]].guess = std::max(gap[i], 0.0);
-    variables[step.g_minus[i]].guess = std::max(-gap[i], 0.0);
-    variables[step.s_plus[i]].guess = std::max(rate, 0.0);
-    variables[step.s_minus[i]].guess = std::max(-rate, 0.0);
-  }
+  guess_split(plant_.gap(q_k + kPredicted * h * v_k), step.g_plus, step.g_minus);
+  guess_split(restitution(plant_.normal_jacobian(q), v, v_k), step.s_plus, step.s_minus);
 }
 
 }  // namespace ricochet

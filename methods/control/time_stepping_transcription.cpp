@@ -51,11 +51,12 @@ ControlTrajectory TimeSteppingTranscription::trajectory(const Vector& x) const {
   Matrix impulses(info.n_c(), n);
   for (int k = 0; k < n; ++k) {
     const Vector q = equations_.position(x, k), v = equations_.velocity(x, k);
-    trajectory.objective += h * running_cost(q, v, trajectory.u.col(k / steps_));
+    trajectory.objective += h * problem_.running_cost.at(q, v, trajectory.u.col(k / steps_))[0];
     impulses.col(k) = equations_.normal_impulse(x, k);
     trajectory.points.push_back({(k + 1) * h, q, v, impulses.col(k) / h});
   }
-  trajectory.objective += terminal_cost(trajectory.points.back().q, trajectory.points.back().v);
+  const ControlTrajectory::Point& end = trajectory.points.back();
+  trajectory.objective += problem_.terminal_cost.at(end.q, end.v)[0];
   const Vector initial_gap = problem_.plant->gap(info.q0);
   // A contact that presses and did not in the step before has closed in between.
   const double least = kPresses * impulses.maxCoeff();

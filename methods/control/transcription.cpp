@@ -85,20 +85,4 @@ ControlTrajectory Transcription::read_controls(const Vector& x) const {
   return trajectory;
 }
 
-double Transcription::running_cost(const Vector& q, const Vector& v, const Vector& u) const {
-  Vector arguments(q.size() + v.size() + u.size());
-  arguments << q, v, u;
-  double cost = 0;
-  problem_.running_cost.evaluate(arguments.data(), &cost);
-  return cost;
-}
-
-double Transcription::terminal_cost(const Vector& q, const Vector& v) const {
-  Vector arguments(q.size() + v.size());
-  arguments << q, v;
-  double cost = 0;
-  problem_.terminal_cost.evaluate(arguments.data(), &cost);
-  return cost;
-}
-
 }  // namespace ricochet

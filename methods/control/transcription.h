@@ -78,8 +78,6 @@ class Transcription {
   void add_terminal(const std::vector<int>& q, const std::vector<int>& v);
   /// The controls and T of a ControlTrajectory.
   ControlTrajectory read_controls(const Vector& x) const;
-  double running_cost(const Vector& q, const Vector& v, const Vector& u) const;
-  double terminal_cost(const Vector& q, const Vector& v) const;
 
   const OptimalControlProblem& problem_;
   const Simulation simulation_;

@@ -8,8 +8,6 @@
 namespace ricochet {
 namespace {
 
-// Forces and impulses of the cold guess: inside of their bounds.
-constexpr double kPositive = 0.1;
 // A gap up to here at the end of a step is closed: what the crossover solves to [m].
 constexpr double kTouching = 1e-9;
 // sigma_0 of the first retry, and of all others.
@@ -112,11 +110,11 @@ FesdStep StepHomotopy::cold() const {
     element.q = q_.replicate(1, tableau_.n_s);
     element.v = v_.replicate(1, tableau_.n_s);
     element.a.setZero();
-    element.lambda_n.setConstant(kPositive);
+    element.lambda_n.setConstant(FesdEquations::kPositive);
     element.lambda_t.setZero();
   }
   step.v_minus = v_.replicate(1, n_fe);
-  step.Lambda_n.setConstant(kPositive);
+  step.Lambda_n.setConstant(FesdEquations::kPositive);
   return step;
 }
 

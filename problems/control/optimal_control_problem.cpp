@@ -90,15 +90,11 @@ void validate(const OptimalControlProblem& problem) {
   if (problem.is_time_free && !(0 < problem.T_lower && problem.T_lower <= problem.T_upper))
     throw InputError("bounds of T", fmt::format("[{:g}, {:g}]", problem.T_lower, problem.T_upper),
                      "0 < lower <= upper is required");
-  if (problem.path.n_outputs() > 0) {
-    Vector x(n_x + info.n_u), p(problem.path.n_outputs());
-    x << info.q0, info.v0, info.u;
-    problem.path.evaluate(x.data(), p.data());
-    for (Eigen::Index k = 0; k < p.size(); ++k) {
-      if (!(p[k] >= 0))
-        throw InputError("path constraint '" + problem.path_names[k] + "' at the initial state", p[k],
-                         "a value >= 0 is required");
-    }
+  const Vector path = problem.path.at(info.q0, info.v0, info.u);
+  for (Eigen::Index k = 0; k < path.size(); ++k) {
+    if (!(path[k] >= 0))
+      throw InputError("path constraint '" + problem.path_names[k] + "' at the initial state", path[k],
+                       "a value >= 0 is required");
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "problems/derivatives/sparse_tape.h"
@@ -22,6 +23,16 @@ class SmoothFunction {
 
   /// @param y  n_outputs
   void evaluate(const double* x, double* y) const { value_.evaluate({x}, y); }
+  /// The outputs, with vectors that make the inputs one after the other.
+  template <class... Parts>
+  Eigen::VectorXd at(const Parts&... parts) const {
+    Eigen::VectorXd x(n_inputs_), y(n_outputs());
+    if (y.size() == 0) return y;
+    Eigen::Index k = 0;
+    ((x.segment(k, parts.size()) = parts, k += parts.size()), ...);
+    evaluate(x.data(), y.data());
+    return y;
+  }
   /// @param J  n_outputs x n_inputs, column-major
   void jacobian(const double* x, double* J) const { jacobian_.evaluate({x}, J); }
   /// Hessian of sum_k weights[k] y_k. @param H  n_inputs x n_inputs
