@@ -497,8 +497,10 @@ void FesdEquations::set_guess(const FesdStep& step, int interval) {
       for (int i = 0; i < info_.n_c(); ++i) {
         if (is_projected(i) && stages.modes[i] != ContactMode::open) projected.push_back(i);
       }
-      const Vector solved = J_end(Eigen::all, projected).completeOrthogonalDecomposition().solve(impulse);
-      P(projected) = solved;
+      if (!projected.empty()) {  // Eigen's decomposition needs a column
+        const Vector solved = J_end(Eigen::all, projected).completeOrthogonalDecomposition().solve(impulse);
+        P(projected) = solved;
+      }
       for (const int i : projected) variables[element.P[i]].guess = P[i];
       guess_split(P, element.p_plus, element.p_minus);
       guess_split(J_end.transpose() * stages.v1, element.r_plus, element.r_minus);
