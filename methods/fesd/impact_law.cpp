@@ -175,15 +175,20 @@ LcpStatus ImpactLaw::impact(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, E
   return status;
 }
 
-LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<Closed> closed,
-                                    Eigen::Ref<Vector> lambda_n, Eigen::Ref<Vector> lambda_t) {
+const Vector& ImpactLaw::free_acceleration(const Vector& q, const Vector& v) {
   problem_.force(q.data(), v.data(), problem_.info().u.data(), f_.data());
   ++counters_.force_evaluations;
-  problem_.gap_acceleration_bias(q.data(), v.data(), bias_.data());
-  if (problem_.info().has_friction()) problem_.slip_velocity_derivative(q.data(), v.data(), T_.data());
   w_ = f_;
   llt_.solveInPlace(w_);
   ++counters_.linear_solves;
+  return w_;
+}
+
+LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<Closed> closed,
+                                    Eigen::Ref<Vector> lambda_n, Eigen::Ref<Vector> lambda_t) {
+  free_acceleration(q, v);
+  problem_.gap_acceleration_bias(q.data(), v.data(), bias_.data());
+  if (problem_.info().has_friction()) problem_.slip_velocity_derivative(q.data(), v.data(), T_.data());
   if (has_bilateral_) bilateral_.impose(w_, bias_.data(), lambda_n);
   if (closed.empty()) return LcpStatus::solved;
 

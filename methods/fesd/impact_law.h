@@ -56,6 +56,8 @@ class ImpactLaw {
   LcpStatus contact_forces(const Vector& q, const Vector& v, std::span<Closed> closed, Eigen::Ref<Vector> lambda_n,
                            Eigen::Ref<Vector> lambda_t);
   const Vector& acceleration() const { return w_; }
+  /// M^-1 f_v at (q, v), without contact forces.
+  const Vector& free_acceleration(const Vector& q, const Vector& v);
 
   /// Diagonal Delassus entry of a touching contact that slides along `direction` (n_t):
   /// J_n' M^-1 (J_n - mu J_t d). Not positive in Painleve's region.

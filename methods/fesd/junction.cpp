@@ -146,6 +146,15 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
     for (const int i : junction.touching) is_impact = is_impact || (Lambda_n[i] > 0 && !was_closed(i));
   }
 
+  // Where a run begins at rest, but for rounding, only the forces say what a velocity is: those along the contact, and
+  // the friction that a load makes.
+  if (!left && info.has_friction() && !junction.touching.empty()) {
+    const Vector& w = impact_law_.free_acceleration(stages.q0, stages.v0);
+    for (const int i : junction.touching)
+      slip_size_ = std::max({slip_size_, step.H * impact_law_.slip_velocity_scale(i, w),
+                             step.H * info.contacts[i].mu * impact_law_.normal_velocity_scale(i, w)});
+  }
+
   closed_.clear();
   for (const int i : junction.touching) {
     if (end.is(Switch::Kind::force_vanishes, i)) continue;
