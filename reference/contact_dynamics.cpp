@@ -10,6 +10,14 @@
 #include "reference/active_set.h"
 
 namespace ricochet::reference {
+namespace {
+
+std::string too_many(std::size_t contacts, std::size_t most) {
+  return fmt::format("{} contacts act at once, and the reference, which tries every combination, at most {}", contacts,
+                     most);
+}
+
+}  // namespace
 
 ContactDynamics::ContactDynamics(const Problem& problem)
     : problem_(problem),
@@ -178,8 +186,13 @@ ContactDynamics::Verdict ContactDynamics::coulomb_law(const Question& question, 
     law.push_back({contact.n_t, contact.mu, directions.empty() ? Vector() : directions[i]});
     names.push_back(contact.name);
   }
-  const auto solutions = solve_coulomb_by_enumeration(J.transpose() * MJ, b, law);
   Verdict verdict;
+  const std::size_t most = most_contacts(J.cols() > 2 * static_cast<Eigen::Index>(contacts.size()));
+  if (contacts.size() > most) {
+    verdict.failure = too_many(contacts.size(), most);
+    return verdict;
+  }
+  const auto solutions = solve_coulomb_by_enumeration(J.transpose() * MJ, b, law);
   if (solutions.empty()) {
     verdict.failure =
         fmt::format("inconsistent: no combination of modes satisfies the {} at '{}'", what, fmt::join(names, "', '"));
@@ -244,6 +257,8 @@ ContactDynamics::Verdict ContactDynamics::impact(const Vector& q, const Vector& 
   Verdict verdict;
   if (problem_.info().has_friction()) {
     verdict = coulomb_law({touching, J, MJ, v_minus, b}, {}, "impact law");
+  } else if (touching.size() > kMostPairs) {
+    verdict.failure = too_many(touching.size(), kMostPairs);
   } else if (const auto z = solve_lcp_by_enumeration(J.transpose() * MJ, b)) {
     verdict.motion = v_minus + MJ * *z;
     verdict.normal = Vector::Zero(problem_.n_c());
@@ -285,8 +300,12 @@ ContactDynamics::Verdict ContactDynamics::decide(const Vector& q, const Vector& 
     n += 1 + contact.n_t;
   }
   if (problem_.info().has_friction()) return coulomb_law({candidates, J, MJ, free, b}, directions, "contact law");
-  const auto z = solve_lcp_by_enumeration(J.transpose() * MJ, b);
   Verdict verdict;
+  if (candidates.size() > kMostPairs) {
+    verdict.failure = too_many(candidates.size(), kMostPairs);
+    return verdict;
+  }
+  const auto z = solve_lcp_by_enumeration(J.transpose() * MJ, b);
   if (!z) {
     verdict.failure = "the contact force problem has no solution";
     return verdict;

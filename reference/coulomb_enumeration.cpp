@@ -1,6 +1,9 @@
 #include "reference/coulomb_enumeration.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -200,8 +203,10 @@ class Enumeration {
 
 std::vector<CoulombSolution> solve_coulomb_by_enumeration(const Matrix& G, const Vector& b,
                                                           const std::vector<CoulombContact>& contacts) {
-  if (contacts.size() > 8)
-    throw InputError("simultaneous contacts with friction", contacts.size(), "at most 8 can be enumerated");
+  const bool in_space = std::ranges::any_of(contacts, [](const CoulombContact& contact) { return contact.n_t == 2; });
+  if (contacts.size() > most_contacts(in_space))
+    throw InputError("simultaneous contacts with friction", contacts.size(),
+                     fmt::format("at most {} can be enumerated", most_contacts(in_space)));
   return Enumeration(G, b, contacts).solve();
 }
 

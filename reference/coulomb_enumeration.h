@@ -34,8 +34,13 @@ struct CoulombSolution {
 /// started from a grid of angles. A combination is accepted when the inequalities hold to rounding.
 /// @return all solutions that differ in z. None: inconsistent. Several: indeterminate, or redundant contacts.
 /// Of combinations with the same z the one with fewest active conditions, so open before stick before slip.
-/// @throws InputError for more than 8 contacts
+/// @throws InputError for more than most_contacts()
 std::vector<CoulombSolution> solve_coulomb_by_enumeration(const Matrix& G, const Vector& b,
                                                           const std::vector<CoulombContact>& contacts);
+
+/// That are enumerated within seconds. Directions of slip in space are searched for, too.
+constexpr std::size_t most_contacts(bool in_space) {
+  return in_space ? 4 : 8;
+}
 
 }  // namespace ricochet::reference
