@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -47,7 +48,10 @@ class EveryScene : public testing::TestWithParam<std::string> {
   std::unique_ptr<Problem> problem = make_problem(GetParam());
 };
 
-TEST_P(EveryScene, IsTheSameAsItsFile) {
+/// Scenes made of formulas; an assembled one has none of its own.
+class EverySymbolicScene : public EveryScene {};
+
+TEST_P(EverySymbolicScene, IsTheSameAsItsFile) {
   const std::string text = scene_text(*problem);
   EXPECT_EQ(text, scene_text(*make_problem(GetParam()))) << "the order of terms depends on memory addresses";
   const auto file = read_scene_text(text, GetParam());
@@ -98,7 +102,7 @@ TEST_P(EveryScene, IsTheSameAsItsFile) {
 }
 
 /// The order of operations follows the formulas, not the memory addresses of their symbols.
-TEST_P(EveryScene, HasTheSameBitsWhereverItsSymbolsLie) {
+TEST_P(EverySymbolicScene, HasTheSameBitsWhereverItsSymbolsLie) {
   const auto [q, v] = state_near_start(*problem, 1);
   const int n_q = problem->n_q();
   const auto values = [&](const Problem& p) {
@@ -148,16 +152,26 @@ TEST_P(EveryConservativeScene, ConservesEnergyWithoutContacts) {
   EXPECT_LE(worst, 1e-10 * kinetic);
 }
 
-std::vector<std::string> scene_ids(bool conservative_only) {
+std::vector<std::string> scene_ids(const std::function<bool(const Problem&)>& is_chosen) {
   std::vector<std::string> ids;
   for (const auto& scene : scenes()) {
-    if (!conservative_only || scene.make({})->info().structure.has_potential) ids.push_back(scene.id);
+    if (is_chosen(*scene.make({}))) ids.push_back(scene.id);
   }
   return ids;
 }
+bool any(const Problem&) {
+  return true;
+}
+bool has_potential(const Problem& problem) {
+  return problem.info().structure.has_potential;
+}
+bool is_symbolic(const Problem& problem) {
+  return dynamic_cast<const SymbolicProblem*>(&problem) != nullptr;
+}
 const auto scene_name = [](const auto& test) { return test_name(test.param); };
-INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene, testing::ValuesIn(scene_ids(false)), scene_name);
-INSTANTIATE_TEST_SUITE_P(Scenes, EveryConservativeScene, testing::ValuesIn(scene_ids(true)), scene_name);
+INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene, testing::ValuesIn(scene_ids(any)), scene_name);
+INSTANTIATE_TEST_SUITE_P(Scenes, EverySymbolicScene, testing::ValuesIn(scene_ids(is_symbolic)), scene_name);
+INSTANTIATE_TEST_SUITE_P(Scenes, EveryConservativeScene, testing::ValuesIn(scene_ids(has_potential)), scene_name);
 
 TEST(SceneWriter, KeepsParametersOpen) {
   const auto p = make_problem("rocking_block", {{"mu", 0.4}});

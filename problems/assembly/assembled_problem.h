@@ -1,0 +1,70 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "problems/assembly/contact_copies.h"
+
+namespace ricochet {
+
+/// A scene of any number of bodies and contacts: constant diagonal masses, constant forces, and contacts that are
+/// copies of those of small scenes,
+///
+///   M = diag(m),   f_v = f,   f_c^i(q) = f_c(q at the coordinates of contact i),                            (1)
+///
+/// so that formulas, and their derivatives by GiNaC, are made once per kind of contact, whatever their number is.
+class AssembledProblem final : public Problem {
+ public:
+  /// A contact of the small scene, to be copied.
+  class Kind {
+   public:
+    Kind() = default;
+
+   private:
+    friend class AssembledProblem;
+    explicit Kind(ContactCopies* copies) : copies_(copies) {}
+    ContactCopies* copies_ = nullptr;
+  };
+
+  explicit AssembledProblem(const SceneText& text, double end_time);
+
+  /// @param m  mass or moment of inertia. @param f  constant force or torque. @return the number of the coordinate
+  int add_coordinate(double m, double f, double q0, double v0);
+
+  template <template <class> class Scene>
+  Kind add_kind(const Scene<double>& scene) {
+    kinds_.push_back(std::make_unique<CopiesOf<Scene>>(scene));
+    return Kind(kinds_.back().get());
+  }
+
+  /// @param coordinates  those of the kind's scene, ascending here as there
+  void add_contact(Kind kind, std::vector<int> coordinates, std::string name);
+
+  void mass_matrix(const double* q, double* M) const override;
+  void force(const double* q, const double* v, const double* u, double* f) const override;
+  void gap(const double* q, double* f_c) const override;
+  void normal_jacobian(const double* q, double* J_n) const override;
+  void tangent_jacobian(const double* q, double* J_t) const override;
+  double potential_energy(const double* q) const override;
+  void force_jacobians(const double* q, const double* v, const double* u, double* f_q, double* f_v) const override;
+  void mass_derivative(const double* q, const double* a, double* Ma_q) const override;
+  void contact_force_derivative(const double* q, const double* lambda_n, const double* lambda_t,
+                                double* Jl_q) const override;
+  void gap_acceleration_bias(const double* q, const double* v, double* b) const override;
+  void slip_velocity_derivative(const double* q, const double* v, double* T) const override;
+  void dynamics_hessian(const double* q, const double* v, const double* u, const double* a, const double* lambda_n,
+                        const double* lambda_t, const double* w, double* H) const override;
+  void gap_hessian(const double* q, const double* w, double* H) const override;
+  /// Nothing: an assembled scene has no parameter to differentiate by.
+  void parameter_derivative(const double*, const double*, const double*, const double*, const double*,
+                            double*) const override {}
+  void parameter_derivative_of_constants(double*) const override {}
+
+ private:
+  std::vector<double> masses_, forces_;
+  std::vector<std::unique_ptr<ContactCopies>> kinds_;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,155 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "problems/scene.h"
+
+namespace ricochet {
+
+/// Where one copy of a small scene's contact stands in a large scene.
+struct ContactPlace {
+  int contact = 0;               ///< its number there
+  std::vector<int> coordinates;  ///< of the small scene, numbers in the large one, ascending
+  int normal_begin = 0, tangent_begin = 0, tangent_index = 0;  ///< of ContactInfo
+};
+
+/// All copies of one contact. Arrays are those of the large scene, as in Problem; one call serves all copies, so there
+/// is no virtual call per contact.
+class ContactCopies {
+ public:
+  virtual ~ContactCopies() = default;
+
+  /// The contact in the small scene.
+  virtual const ContactInfo& contact() const = 0;
+  virtual int n_local() const = 0;
+  void add(ContactPlace place) { places_.push_back(std::move(place)); }
+
+  virtual void gap(const double* q, double* f_c) const = 0;
+  virtual void normal_jacobian(const double* q, double* J_n) const = 0;
+  virtual void tangent_jacobian(const double* q, double* J_t) const = 0;
+  virtual void gap_acceleration_bias(const double* q, const double* v, double* b) const = 0;
+  // These add to what is there. n_q: of the large scene
+  virtual void contact_force_derivative(const double* q, const double* lambda_n, const double* lambda_t, int n_q,
+                                        double* Jl_q) const = 0;
+  virtual void slip_velocity_derivative(const double* q, const double* v, int n_lambda_t, double* T) const = 0;
+  /// The contact forces' part of it.
+  virtual void dynamics_hessian(const double* q, const double* v, const double* lambda_n, const double* lambda_t,
+                                const double* w, int n_q, double* H) const = 0;
+  virtual void gap_hessian(const double* q, const double* w, int n_q, double* H) const = 0;
+
+ protected:
+  std::vector<ContactPlace> places_;
+};
+
+/// What a scene of a contact alone leaves to the scene it is copied into: it has no motion of its own.
+template <class T, std::size_t n>
+struct ContactScene {
+  Vec<T, n> q0() const { return filled(0); }
+  Vec<T, n> v0() const { return filled(0); }
+  T end_time() const { return 1; }
+  Vec<T, n> mass() const { return filled(1); }
+  Vec<T, n> force(const Vec<T, n>&, const Vec<T, n>&) const { return filled(0); }
+
+ private:
+  static Vec<T, n> filled(int value) {
+    Vec<T, n> x;
+    x.fill(T(value));
+    return x;
+  }
+};
+
+/// The copies of the contact of `Scene`, a scene (scene.h) with one contact.
+template <template <class> class Scene>
+class CopiesOf final : public ContactCopies {
+ public:
+  explicit CopiesOf(const Scene<double>& scene) : local_(scene) {}
+
+  const ContactInfo& contact() const override { return local_.info().contacts[0]; }
+  int n_local() const override { return n; }
+
+  void gap(const double* q, double* f_c) const override {
+    for (const auto& place : places_) local_.gap(gather(place, q).data(), f_c + place.contact);
+  }
+  void normal_jacobian(const double* q, double* J_n) const override {
+    for (const auto& place : places_) local_.normal_jacobian(gather(place, q).data(), J_n + place.normal_begin);
+  }
+  void tangent_jacobian(const double* q, double* J_t) const override {
+    if (contact().n_t == 0) return;
+    for (const auto& place : places_) local_.tangent_jacobian(gather(place, q).data(), J_t + place.tangent_begin);
+  }
+  void gap_acceleration_bias(const double* q, const double* v, double* b) const override {
+    for (const auto& place : places_)
+      local_.gap_acceleration_bias(gather(place, q).data(), gather(place, v).data(), b + place.contact);
+  }
+  void contact_force_derivative(const double* q, const double* lambda_n, const double* lambda_t, int n_q,
+                                double* Jl_q) const override {
+    if (contact().is_affine) return;
+    std::array<double, n * n> block;
+    for (const auto& place : places_) {
+      if (lambda_n[place.contact] == 0 && contact().n_t == 0) continue;
+      local_.contact_force_derivative(gather(place, q).data(), lambda_n + place.contact,
+                                      lambda_t ? lambda_t + place.tangent_index : nullptr, block.data());
+      scatter(place, block, n_q, Jl_q);
+    }
+  }
+  void slip_velocity_derivative(const double* q, const double* v, int n_lambda_t, double* T) const override {
+    const int n_t = contact().n_t;
+    if (contact().is_affine || n_t == 0) return;
+    std::array<double, 2 * n> block;
+    for (const auto& place : places_) {
+      local_.slip_velocity_derivative(gather(place, q).data(), gather(place, v).data(), block.data());
+      for (int k = 0; k < n; ++k) {
+        for (int d = 0; d < n_t; ++d)
+          T[place.coordinates[k] * n_lambda_t + place.tangent_index + d] += block[k * n_t + d];
+      }
+    }
+  }
+  void dynamics_hessian(const double* q, const double* v, const double* lambda_n, const double* lambda_t,
+                        const double* w, int n_q, double* H) const override {
+    if (contact().is_affine) return;
+    const std::array<double, n> none{};
+    std::array<double, 4 * n * n> block;
+    for (const auto& place : places_) {
+      local_.dynamics_hessian(gather(place, q).data(), gather(place, v).data(), nullptr, none.data(),
+                              lambda_n + place.contact, lambda_t ? lambda_t + place.tangent_index : nullptr,
+                              gather(place, w).data(), block.data());
+      for (int column = 0; column < 2 * n; ++column) {
+        for (int row = 0; row < 2 * n; ++row)
+          H[at(place, column, n_q) * 2 * n_q + at(place, row, n_q)] += block[column * 2 * n + row];
+      }
+    }
+  }
+  void gap_hessian(const double* q, const double* w, int n_q, double* H) const override {
+    if (contact().is_affine) return;
+    std::array<double, n * n> block;
+    for (const auto& place : places_) {
+      local_.gap_hessian(gather(place, q).data(), w + place.contact, block.data());
+      scatter(place, block, n_q, H);
+    }
+  }
+
+ private:
+  static constexpr int n = static_cast<int>(scene_detail::n_q<Scene<double>>);
+
+  static std::array<double, n> gather(const ContactPlace& place, const double* x) {
+    std::array<double, n> local;
+    for (int k = 0; k < n; ++k) local[k] = x[place.coordinates[k]];
+    return local;
+  }
+  /// Of a local entry of (q, v).
+  static int at(const ContactPlace& place, int k, int n_q) {
+    return k < n ? place.coordinates[k] : n_q + place.coordinates[k - n];
+  }
+  static void scatter(const ContactPlace& place, const std::array<double, n * n>& block, int n_q, double* to) {
+    for (int column = 0; column < n; ++column) {
+      for (int row = 0; row < n; ++row)
+        to[place.coordinates[column] * n_q + place.coordinates[row]] += block[column * n + row];
+    }
+  }
+
+  CompiledProblem<Scene> local_;
+};
+
+}  // namespace ricochet

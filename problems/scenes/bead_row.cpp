@@ -1,0 +1,68 @@
+#include "problems/assembly/assembled_problem.h"
+#include "problems/assembly/scene_parameters.h"
+
+namespace ricochet {
+namespace {
+
+// n beads of radius R in a tube, thrown at a wall, which gravity pulls them to.
+//
+//    |o o o o  <- v_0, g       m x_i'' = -m g + lambda_n^i - lambda_n^{i+1},   f_c^1 = x_1 - R,
+//    | 1 2 3 4                                                                 f_c^i = x_i - x_{i-1} - 2 R
+//
+// Without restitution all of them stay where they meet: n contacts, each body in two.
+
+template <class T>
+struct BeadAtWall : ContactScene<T, 1> {
+  static constexpr SceneText text{"bead_at_wall", "", "", ""};
+  T R{0.05}, e{0.0};
+  void parameters(auto&& visit) {
+    visit("R", R, "m");
+    visit("e", e, "1");
+  }
+  std::array<Contact<T>, 1> contacts() const { return {{{"wall", e}}}; }
+  Vec<T, 1> gap(const Vec<T, 1>& q) const { return {q[0] - R}; }
+};
+
+template <class T>
+struct BeadAtBead : ContactScene<T, 2> {
+  static constexpr SceneText text{"bead_at_bead", "", "", ""};
+  T R{0.05}, e{0.0};
+  void parameters(auto&& visit) {
+    visit("R", R, "m");
+    visit("e", e, "1");
+  }
+  std::array<Contact<T>, 1> contacts() const { return {{{"beads", e}}}; }
+  Vec<T, 1> gap(const Vec<T, 2>& q) const { return {q[1] - q[0] - 2 * R}; }
+};
+
+constexpr SceneText kText{"bead_row", "a row of n beads thrown at a wall", "closed form for e = 0: all come to rest",
+                          "n contacts in a chain: what a method costs per contact"};
+
+std::unique_ptr<Problem> make(const ParameterChanges& changes) {
+  const SceneParameters p(kText.id,
+                          {{"n", 8},
+                           {"m", 0.5},
+                           {"R", 0.05},
+                           {"g", 9.81},
+                           {"e", 0},
+                           {"distance", 0.05},
+                           {"spacing", 0.001},
+                           {"speed", 1},
+                           {"duration", 0.5}},
+                          changes);
+  const int n = p.count("n", 1, 10000);
+  const double m = p.positive("m"), R = p.positive("R");
+  auto row = std::make_unique<AssembledProblem>(kText, p["duration"]);
+  const auto wall = row->add_kind<BeadAtWall>({{}, R, p["e"]});
+  const auto pair = row->add_kind<BeadAtBead>({{}, R, p["e"]});
+  for (int i = 0; i < n; ++i)
+    row->add_coordinate(m, -m * p["g"], p["distance"] + R + i * (2 * R + p["spacing"]), -p["speed"]);
+  row->add_contact(wall, {0}, "wall");
+  for (int i = 1; i < n; ++i) row->add_contact(pair, {i - 1, i}, fmt::format("beads {}, {}", i, i + 1));
+  return row;
+}
+
+const bool registered = add_scene({kText.id, kText.title, kText.source, kText.hard_feature, make});
+
+}  // namespace
+}  // namespace ricochet

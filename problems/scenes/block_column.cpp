@@ -1,0 +1,78 @@
+#include "problems/assembly/assembled_problem.h"
+#include "problems/assembly/scene_parameters.h"
+
+namespace ricochet {
+namespace {
+
+// n blocks on top of each other on rough ground; each slides on the one below.
+//
+//     [___]->    q = (x_1, y_1, ..., x_n, y_n),   m v' = (0, -m g) + contacts,
+//    [___]->     f_c^i = y_i - y_{i-1} - H,   v_t^i = x_i' - x_{i-1}',   ground: y_0 = -H / 2, x_0 = 0
+//     [___]
+//   ---------
+//
+// Blocks do not tip. Block i starts with the speed i speed / n, so every contact slips until friction stops it.
+
+template <class T>
+struct BlockOnGround : ContactScene<T, 2> {
+  static constexpr SceneText text{"block_on_ground", "", "", ""};
+  T H{0.1}, e{0.0}, mu{0.5};
+  void parameters(auto&& visit) {
+    visit("H", H, "m");
+    visit("e", e, "1");
+    visit("mu", mu, "1");
+  }
+  std::array<Contact<T>, 1> contacts() const { return {{{"ground", e, mu}}}; }
+  Vec<T, 1> gap(const Vec<T, 2>& q) const { return {q[1] - H / 2}; }
+  std::array<std::array<Vec<T, 2>, 1>, 1> tangents(const Vec<T, 2>&) const { return {{{{{1, 0}}}}}; }
+};
+
+template <class T>
+struct BlockOnBlock : ContactScene<T, 4> {
+  static constexpr SceneText text{"block_on_block", "", "", ""};
+  T H{0.1}, e{0.0}, mu{0.5};
+  void parameters(auto&& visit) {
+    visit("H", H, "m");
+    visit("e", e, "1");
+    visit("mu", mu, "1");
+  }
+  std::array<Contact<T>, 1> contacts() const { return {{{"blocks", e, mu}}}; }
+  Vec<T, 1> gap(const Vec<T, 4>& q) const { return {q[3] - q[1] - H}; }
+  std::array<std::array<Vec<T, 4>, 1>, 1> tangents(const Vec<T, 4>&) const { return {{{{{-1, 0, 1, 0}}}}}; }
+};
+
+constexpr SceneText kText{"block_column", "a column of n blocks that slide on each other", "Coulomb friction",
+                          "n contacts with friction, loads that grow with the height"};
+
+std::unique_ptr<Problem> make(const ParameterChanges& changes) {
+  const SceneParameters p(kText.id,
+                          {{"n", 8},
+                           {"m", 1},
+                           {"H", 0.1},
+                           {"g", 9.81},
+                           {"e", 0},
+                           {"mu", 0.5},
+                           {"speed", 1},
+                           {"ratio", 1},
+                           {"duration", 0.5}},
+                          changes);
+  const int n = p.count("n", 1, 10000);
+  const double H = p.positive("H");
+  auto column = std::make_unique<AssembledProblem>(kText, p["duration"]);
+  const auto ground = column->add_kind<BlockOnGround>({{}, H, p["e"], p["mu"]});
+  const auto pair = column->add_kind<BlockOnBlock>({{}, H, p["e"], p["mu"]});
+  double m = p.positive("m");
+  for (int i = 0; i < n; ++i, m *= p.positive("ratio")) {  // ratio: of a block's mass to that of the one below
+    column->add_coordinate(m, 0, 0, p["speed"] * (i + 1) / n);
+    column->add_coordinate(m, -m * p["g"], H / 2 + i * H, 0);
+  }
+  column->add_contact(ground, {0, 1}, "ground");
+  for (int i = 1; i < n; ++i)
+    column->add_contact(pair, {2 * i - 2, 2 * i - 1, 2 * i, 2 * i + 1}, fmt::format("blocks {}, {}", i, i + 1));
+  return column;
+}
+
+const bool registered = add_scene({kText.id, kText.title, kText.source, kText.hard_feature, make});
+
+}  // namespace
+}  // namespace ricochet

@@ -1,0 +1,115 @@
+#include "problems/assembly/assembled_problem.h"
+#include "problems/assembly/scene_parameters.h"
+
+namespace ricochet {
+namespace {
+
+// n spheres fall on rough ground in layers and make a pile.
+//
+//      o         per sphere q = (x, y, z, phi_x, phi_y, phi_z) with the angular velocity omega = phi':
+//     o o        no force depends on how a sphere is turned, so phi is the integral of omega and no more
+//    o o o       m p'' = -m g e_z + contacts,   (2/5) m R^2 omega' = contacts
+//   -------
+//
+// Ground: f_c = z - R; two spheres: f_c = |p_2 - p_1| - 2 R. With the unit normal n from 1 to 2 the slip velocity is
+//
+//   v_t = (t_1, t_2)' (v_2 - v_1 - R (omega_1 + omega_2) x n),                                              (1)
+//   t_k = a_k - (n' a_k) (n + a_3) / (1 + n' a_3),   a_1, a_2, a_3 an orthonormal frame,                    (2)
+//
+// which is smooth but for n = -a_3; a_3 is a direction that no layer has.
+// (2): Frisvad, Journal of Graphics Tools 16 (2012), 151-159.
+
+template <class T>
+struct SphereOnGround : ContactScene<T, 6> {
+  static constexpr SceneText text{"sphere_on_ground", "", "", ""};
+  T R{0.05}, e{0.0}, mu{0.3};
+  void parameters(auto&& visit) {
+    visit("R", R, "m");
+    visit("e", e, "1");
+    visit("mu", mu, "1");
+  }
+  std::array<Contact<T>, 1> contacts() const { return {{{"ground", e, mu}}}; }
+  Vec<T, 1> gap(const Vec<T, 6>& q) const { return {q[2] - R}; }
+  std::array<std::array<Vec<T, 6>, 2>, 1> tangents(const Vec<T, 6>&) const {
+    return {{{{{1, 0, 0, 0, -R, 0}, {0, 1, 0, R, 0, 0}}}}};
+  }
+};
+
+template <class T>
+struct SphereOnSphere : ContactScene<T, 12> {
+  static constexpr SceneText text{"sphere_on_sphere", "", "", ""};
+  T R{0.05}, e{0.0}, mu{0.3};
+  void parameters(auto&& visit) {
+    visit("R", R, "m");
+    visit("e", e, "1");
+    visit("mu", mu, "1");
+  }
+  std::array<Contact<T>, 1> contacts() const { return {{{"spheres", e, mu}}}; }
+  T distance(const Vec<T, 12>& q) const {
+    using std::sqrt;
+    const T x = q[6] - q[0], y = q[7] - q[1], z = q[8] - q[2];
+    return sqrt(x * x + y * y + z * z);
+  }
+  Vec<T, 1> gap(const Vec<T, 12>& q) const { return {distance(q) - 2 * R}; }
+  std::array<std::array<Vec<T, 12>, 2>, 1> tangents(const Vec<T, 12>& q) const {
+    const double a[3][3] = {{2.0 / 3, -2.0 / 3, 1.0 / 3}, {1.0 / 3, 2.0 / 3, 2.0 / 3}, {-2.0 / 3, -1.0 / 3, 2.0 / 3}};
+    const T d = distance(q);
+    const Vec<T, 3> n{(q[6] - q[0]) / d, (q[7] - q[1]) / d, (q[8] - q[2]) / d};
+    const auto along = [&](int k) { return n[0] * a[k][0] + n[1] * a[k][1] + n[2] * a[k][2]; };
+    std::array<std::array<Vec<T, 12>, 2>, 1> J;
+    for (int k = 0; k < 2; ++k) {
+      Vec<T, 3> t;
+      for (int c = 0; c < 3; ++c) t[c] = a[k][c] - along(k) * (n[c] + a[2][c]) / (1 + along(2));  // (2)
+      // t' (omega x n) = omega' (n x t)
+      const Vec<T, 3> arm{n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0]};
+      for (int c = 0; c < 3; ++c) {  // (1)
+        J[0][k][c] = -t[c];
+        J[0][k][c + 6] = t[c];
+        J[0][k][c + 3] = J[0][k][c + 9] = -R * arm[c];
+      }
+    }
+    return J;
+  }
+};
+
+constexpr SceneText kText{"sphere_pile", "n spheres that fall and make a pile", "Coulomb friction in space",
+                          "rolling, slip and stick at many curved contacts at once"};
+
+std::unique_ptr<Problem> make(const ParameterChanges& changes) {
+  const SceneParameters p(
+      kText.id,
+      {{"n", 5}, {"m", 0.2}, {"R", 0.05}, {"g", 9.81}, {"e", 0}, {"mu", 0.3}, {"height", 0.02}, {"duration", 0.5}},
+      changes);
+  const int n = p.count("n", 1, 400);
+  const double m = p.positive("m"), R = p.positive("R"), pitch = 2.05 * R;
+  auto pile = std::make_unique<AssembledProblem>(kText, p["duration"]);
+  const auto ground = pile->add_kind<SphereOnGround>({{}, R, p["e"], p["mu"]});
+  const auto pair = pile->add_kind<SphereOnSphere>({{}, R, p["e"], p["mu"]});
+  // A pyramid of square layers, each in the hollows of the one below, the lowest just large enough.
+  int side = 1;
+  for (int room = 1; room < n; room += side * side) ++side;
+  int i = 0;
+  for (int layer = 0, width = side; i < n; ++layer, --width) {
+    for (int k = 0; k < width * width && i < n; ++k, ++i) {
+      const double x = (k % width - (width - 1) / 2.0) * pitch, y = (k / width - (width - 1) / 2.0) * pitch;
+      const double z = p["height"] + R + layer * 1.6 * R;  // hollows of touching spheres are at sqrt(2) R
+      for (const double position : {x, y}) pile->add_coordinate(m, 0, position, 0);
+      pile->add_coordinate(m, -m * p["g"], z, 0);
+      for (int c = 0; c < 3; ++c) pile->add_coordinate(0.4 * m * R * R, 0, 0, 0);
+    }
+  }
+  const auto of = [](int body, std::vector<int> coordinates = {}) {
+    for (int c = 0; c < 6; ++c) coordinates.push_back(6 * body + c);
+    return coordinates;
+  };
+  for (i = 0; i < n; ++i) pile->add_contact(ground, of(i), fmt::format("sphere {}, ground", i + 1));
+  for (i = 0; i < n; ++i) {
+    for (int j = i + 1; j < n; ++j) pile->add_contact(pair, of(j, of(i)), fmt::format("spheres {}, {}", i + 1, j + 1));
+  }
+  return pile;
+}
+
+const bool registered = add_scene({kText.id, kText.title, kText.source, kText.hard_feature, make});
+
+}  // namespace
+}  // namespace ricochet
