@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "bench/control_gradient.h"
+#include "bench/control_growth.h"
 #include "bench/control_options.h"
 #include "bench/environment.h"
 #include "bench/experiment.h"
@@ -202,9 +203,9 @@ std::string run_control_experiment(const std::string& name, const std::string& f
   try {
     const json document = json::parse(text);
     const std::string kind = document.value("kind", "");
-    if (kind != "optimal_control" && kind != "control_gradient")
+    if (kind != "optimal_control" && kind != "control_gradient" && kind != "control_growth")
       throw InputError(path + ": kind", document.value("kind", json()).dump(),
-                       "optimal_control or control_gradient is required");
+                       "optimal_control, control_gradient or control_growth is required");
     ResultsFile file(folder, document.at("id"),
                      {{"kind", "header"},
                       {"schema", kResultsSchema},
@@ -217,6 +218,8 @@ std::string run_control_experiment(const std::string& name, const std::string& f
     if (file.is_complete()) return file.path();
     if (kind == "optimal_control")
       compare_transcriptions(document, file);
+    else if (kind == "control_growth")
+      measure_growth(document, file);
     else
       compare_gradients(document, file);
     file.finish();

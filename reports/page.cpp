@@ -157,6 +157,10 @@ void add_experiment(const Results& results, Document& document, FigureFolder& fi
     if (draw) document.figures({figures.control_gradient(results.gradients, id)});
     document.table(gradient_details(results.gradients), id + "_derivatives", true);
   }
+  if (!results.growth.empty()) {
+    document.table(growth_table(results.growth), id + "_work");
+    document.table(homotopy_steps(results.growth), id + "_steps", true);
+  }
   if (!results.records.empty()) document.table(order_details(results), id + "_runs", true);
   if (results.has_timings()) document.table(precision_details(results), id + "_times", true);
   document.paragraph("Where it was measured, and how to repeat it:", "note");

@@ -192,6 +192,8 @@ Results read_results(const std::string& path) {
         results.control_runs.push_back(control_run_from_json(j));
       } else if (kind == "control_gradient") {
         results.gradients.push_back(control_gradient_from_json(j));
+      } else if (kind == "control_growth") {
+        results.growth.push_back(control_growth_from_json(j));
       } else if (kind == "end") {
         results.is_complete = true;
       }

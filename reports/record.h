@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "problems/solution.h"
+#include "reports/control_growth.h"
 #include "reports/control_results.h"
 
 namespace ricochet {
@@ -66,6 +67,7 @@ struct Results {
   std::vector<Trajectory> trajectories;
   std::vector<ControlRun> control_runs;
   std::vector<ControlGradient> gradients;
+  std::vector<ControlGrowth> growth;
   bool is_complete = false;
 
   std::string experiment() const { return header.value("experiment", ""); }

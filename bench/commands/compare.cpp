@@ -9,7 +9,8 @@ namespace ricochet {
 void add_compare_command(CLI::App& app, int&) {
   static std::string experiment, folder = "out/results";
   auto* command = app.add_subcommand("compare", "run an experiment of optimal control and print its tables");
-  command->add_option("experiment", experiment, "optimal_control, control_gradient, or a file")->required();
+  command->add_option("experiment", experiment, "optimal_control, control_gradient, control_growth, or a file")
+      ->required();
   command->add_option("-o,--out", folder, "folder for the results file")->capture_default_str();
   command->callback([] {
     const std::string path = run_control_experiment(experiment, folder);
@@ -20,6 +21,8 @@ void add_compare_command(CLI::App& app, int&) {
       const Table failed = control_failures(results.control_runs);
       if (!failed.rows.empty()) fmt::print("{}\n", failed.list());
     }
+    if (!results.growth.empty())
+      fmt::print("{}\n{}\n", growth_table(results.growth).text(), homotopy_steps(results.growth).text());
     if (!results.gradients.empty()) fmt::print("{}\n", gradient_table(results.gradients).text());
   });
 }

@@ -22,8 +22,10 @@ constexpr double kDescent = 1e-8;
 constexpr double kRounding = 100;
 // Near the solution: iterations are few, and the start is not pushed away far.
 constexpr double kBarrier = 1e-6;
-
-enum class Side { G, H };
+// At a solution whose bounds have moved a little: Newton's method takes three to twenty iterations, or does not
+// converge.
+constexpr double kResumedBarrier = 1e-9;
+constexpr int kResumedIterations = 50;
 
 double sum(const std::vector<int>& variables, const double* x) {
   return std::accumulate(variables.begin(), variables.end(), 0.0, [x](double sum, int k) { return sum + x[k]; });
@@ -52,11 +54,21 @@ class Run {
 
   CrossoverResult from(const NlpPoint& relaxed) {
     choose_sides(relaxed.x.data());
-    result_.branch = solve(sides_, relaxed);
+    result_.branch = solve(result_.sides, relaxed);
     if (!is_solved(result_.branch.status) && options_.search_branches) find_solvable_branch(relaxed);
     if (!is_solved(result_.branch.status) || !options_.descend) return std::move(result_);
     descend();
     classify();
+    return std::move(result_);
+  }
+
+  CrossoverResult resume(const CrossoverResult& earlier) {
+    options_.ipopt.barrier = kResumedBarrier;
+    options_.ipopt.adaptive_barrier = false;
+    options_.ipopt.max_iterations = std::min(options_.ipopt.max_iterations, kResumedIterations);
+    result_.sides = earlier.sides;
+    // Rows of a branch may depend on each other: multipliers are not unique then, and old ones stall.
+    result_.branch = solve(result_.sides, {.x = earlier.branch.point.x, .lambda = {}, .z_L = {}, .z_U = {}});
     return std::move(result_);
   }
 
@@ -78,7 +90,7 @@ class Run {
   /// variables, holding both sides of an unclear one may leave too few variables for the rows.
   void choose_sides(const double* x) {
     const auto& pairs = mpcc_.pairs;
-    sides_.resize(pairs.size());
+    result_.sides.resize(pairs.size());
     std::vector<std::size_t> order(pairs.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::ranges::stable_sort(order, std::greater{},
@@ -89,8 +101,8 @@ class Run {
     };
     for (const std::size_t i : order) {
       const auto& [G, H, name, bias] = pairs[i];
-      sides_[i] = holds(G) ? Side::G : holds(H) ? Side::H : sum(G, x) <= bias * sum(H, x) ? Side::G : Side::H;
-      for (const int k : held(pairs[i], sides_[i])) is_held[k] = true;
+      result_.sides[i] = holds(G) ? Side::G : holds(H) ? Side::H : sum(G, x) <= bias * sum(H, x) ? Side::G : Side::H;
+      for (const int k : held(pairs[i], result_.sides[i])) is_held[k] = true;
     }
   }
 
@@ -116,23 +128,23 @@ class Run {
 
   NlpResult solve_switched(std::size_t pair, const NlpPoint& start) {
     ++result_.switches;
-    std::vector<Side> sides = sides_;
+    std::vector<Side> sides = result_.sides;
     sides[pair] = other(sides[pair]);
     return solve(sides, start);
   }
 
   void accept(std::size_t pair, NlpResult branch) {
-    sides_[pair] = other(sides_[pair]);
+    result_.sides[pair] = other(result_.sides[pair]);
     result_.branch = std::move(branch);
     other_branch_ends_here_ = false;
   }
 
   /// Least clear pairs first: those whose larger side is the smallest.
   void find_solvable_branch(const NlpPoint& relaxed) {
-    std::vector<std::size_t> order(sides_.size());
+    std::vector<std::size_t> order(result_.sides.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::ranges::stable_sort(order, {},
-                             [&](std::size_t i) { return sum(free(mpcc_.pairs[i], sides_[i]), relaxed.x.data()); });
+    std::ranges::stable_sort(
+        order, {}, [&](std::size_t i) { return sum(free(mpcc_.pairs[i], result_.sides[i]), relaxed.x.data()); });
     for (const std::size_t i : order) {
       if (!may_switch()) return;
       NlpResult branch = solve_switched(i, relaxed);
@@ -144,7 +156,7 @@ class Run {
     std::set<std::size_t> tried;  // since the last descent
     while (may_switch()) {
       const auto i = most_negative_pair(tried);
-      if (i == sides_.size() || (tried.empty() && is_S())) return;
+      if (i == result_.sides.size() || (tried.empty() && is_S())) return;
       tried.insert(i);
       NlpResult branch = solve_switched(i, result_.branch.point);
       const double here = result_.branch.objective;
@@ -163,12 +175,13 @@ class Run {
 
   /// Of the biactive pairs that are not in `tried`; the number of pairs when no multiplier is negative.
   std::size_t most_negative_pair(const std::set<std::size_t>& tried) const {
-    std::size_t found = sides_.size();
+    std::size_t found = result_.sides.size();
     double least = -zero_;
-    for (std::size_t i = 0; i < sides_.size(); ++i) {
+    for (std::size_t i = 0; i < result_.sides.size(); ++i) {
       const auto& pair = mpcc_.pairs[i];
-      if (tried.contains(i) || !std::ranges::all_of(free(pair, sides_[i]), [&](int k) { return is_zero(k); })) continue;
-      for (const int k : held(pair, sides_[i])) {
+      if (tried.contains(i) || !std::ranges::all_of(free(pair, result_.sides[i]), [&](int k) { return is_zero(k); }))
+        continue;
+      for (const int k : held(pair, result_.sides[i])) {
         if (multiplier(k) >= least) continue;
         least = multiplier(k);
         found = i;
@@ -202,7 +215,6 @@ class Run {
   double zero_ = 0;
   Nlp& program_;
   IpoptSolver& solver_;
-  std::vector<Side> sides_;  // held at zero
   bool other_branch_ends_here_ = false;
   CrossoverResult result_;
 };
@@ -222,6 +234,11 @@ Crossover::Crossover(const Mpcc& mpcc) : mpcc_(mpcc), program_(borrow(mpcc.nlp))
 
 CrossoverResult Crossover::run(const NlpPoint& relaxed, const CrossoverOptions& options) {
   return Run(mpcc_, options, program_, solver_).from(relaxed);
+}
+
+CrossoverResult Crossover::resume(const CrossoverResult& earlier, const IpoptOptions& ipopt) {
+  const CrossoverOptions options{.ipopt = ipopt, .max_switches = 0, .search_branches = false, .descend = false};
+  return Run(mpcc_, options, program_, solver_).resume(earlier);
 }
 
 CrossoverResult cross_over(const Mpcc& mpcc, const NlpPoint& relaxed, const CrossoverOptions& options) {

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "methods/complementarity/stationarity.h"
 
 namespace ricochet {
@@ -14,8 +17,12 @@ struct CrossoverOptions {
   bool descend = true;          ///< look for better branches and classify the point; false: any branch that is solved
 };
 
+/// The side of a pair that a branch holds at zero.
+enum class Side : std::uint8_t { G, H };
+
 struct CrossoverResult {
-  NlpResult branch;  ///< of the branch that the point comes from
+  NlpResult branch;         ///< of the branch that the point comes from
+  std::vector<Side> sides;  ///< of that branch, per pair
   Stationarity stationarity = Stationarity::unknown;
   /// No feasible direction descends; false: not known.
   bool is_b_stationary = false;
@@ -43,6 +50,10 @@ class Crossover {
 
   /// @param relaxed  near a solution: n_variables and n_rows of the Mpcc, its multipliers start the first branch
   CrossoverResult run(const NlpPoint& relaxed, const CrossoverOptions& options);
+
+  /// The branch of an earlier result once more, from its x: bounds have moved a little since. It is left as it is, not
+  /// classified, and has no solution where they ask for another one.
+  CrossoverResult resume(const CrossoverResult& earlier, const IpoptOptions& ipopt);
 
   /// Evaluations since construction.
   const NlpEvaluator::Work& work() const { return solver_.evaluator().work(); }

@@ -33,6 +33,8 @@ void check(const HomotopyOptions& options) {
   require(options.loosest_tolerance >= options.tolerance && options.loosest_tolerance < 1, "loosest_tolerance",
           options.loosest_tolerance, "a number from the tolerance to 1 is required");
   require(options.sigma_crossover >= 0, "sigma_crossover", options.sigma_crossover, "a number >= 0 is required");
+  require(options.sigma_warm > 0 && options.sigma_warm < kInfinity, "sigma_warm", options.sigma_warm,
+          "a number > 0 is required");
   require(options.max_iterations >= 1, "max_iterations", options.max_iterations, "a number >= 1 is required");
   require(options.time_limit >= 0, "time_limit", options.time_limit, "a number of seconds >= 0 is required");
   require(options.barrier > 0 && options.barrier < kInfinity, "barrier", options.barrier, "a number > 0 is required");
@@ -83,16 +85,25 @@ class MpccSolver::Run {
         relaxation_(solver.relaxation_),
         relaxed_(solver.relaxed_),
         solver_(solver.solver_),
-        crossover_(solver.crossover_) {
+        crossover_(solver.crossover_),
+        last_(solver.last_) {
     relaxed_.update();
     point_.x.resize(relaxed_.nlp().n_variables());
     std::ranges::transform(relaxed_.nlp().variables, point_.x.begin(), &Nlp::Variable::guess);
   }
 
   MpccSolution solve(const Progress& progress) {
-    const bool is_near_solution = follow_relaxations(progress);
-    if (is_near_solution && options_.cross_over) cross_over(true);
-    if (is_near_solution && !options_.cross_over && solution_.message.empty()) solution_.status = Status::success;
+    follow(options_.sigma_0, options_.descend, progress);
+    solution_.seconds = seconds();
+    return std::move(solution_);
+  }
+
+  MpccSolution resolve(const Progress& progress) {
+    resume();
+    if (!solution_.kept_branch) {
+      point_.x.head(mpcc_.nlp.n_variables()) = last_->branch.point.x;
+      follow(std::max(options_.sigma_warm, options_.sigma_final), false, progress);
+    }
     solution_.seconds = seconds();
     return std::move(solution_);
   }
@@ -123,9 +134,16 @@ class MpccSolver::Run {
     return relaxation_.is_elastic() && (status == NlpStatus::failed || status == NlpStatus::non_finite);
   }
 
+  void follow(double sigma, bool descend, const Progress& progress) {
+    descends_ = descend;
+    const bool is_near_solution = follow_relaxations(sigma, progress);
+    if (is_near_solution && options_.cross_over) cross_over(true);
+    if (is_near_solution && !options_.cross_over && solution_.message.empty()) solution_.status = Status::success;
+  }
+
   /// Until one step fails, or an early crossover succeeds. @return whether there is a point to cross over from
-  bool follow_relaxations(const Progress& progress) {
-    for (double sigma = options_.sigma_0;; sigma = next(sigma)) {
+  bool follow_relaxations(double sigma, const Progress& progress) {
+    for (;; sigma = next(sigma)) {
       relaxed_.set_sigma(sigma);
       const double per_sigma = std::min(options_.tolerance_per_sigma * sigma, options_.loosest_tolerance);
       IpoptOptions ipopt = ipopt_options(std::max(options_.tolerance, per_sigma));
@@ -190,19 +208,8 @@ class MpccSolver::Run {
     IpoptOptions ipopt = ipopt_options(options_.tolerance);
     if (!is_last) ipopt.max_iterations = std::min(ipopt.max_iterations, kEarlyIterations);
     if (!crossover_) crossover_.emplace(mpcc_);
-    const CrossoverResult result = crossover_->run(relaxed, {ipopt, options_.max_switches, is_last, options_.descend});
-    solution_.switches = result.switches;
-    solution_.iterations += result.iterations;
-    solution_.derivative_seconds += result.derivative_seconds;
-    if (is_solved(result.branch.status)) {
-      solution_.status = Status::success;
-      solution_.message.clear();
-      solution_.stationarity = result.stationarity;
-      solution_.is_b_stationary = result.is_b_stationary;
-      solution_.n_biactive = result.n_biactive;
-      set_x(result.branch.point.x);
-      return;
-    }
+    const CrossoverResult result = crossover_->run(relaxed, {ipopt, options_.max_switches, is_last, descends_});
+    if (accept(result)) return;
     const std::string message =
         describe(fmt::format("crossover, {} branches tried", result.switches + 1), result.branch);
     if (solution_.message.empty()) {
@@ -211,6 +218,28 @@ class MpccSolver::Run {
     } else {  // far from a solution, a branch without one says little: what ended the relaxations remains the status
       solution_.message += "; " + message;
     }
+  }
+
+  /// The branch that the last solution is from.
+  void resume() {
+    if (!crossover_) crossover_.emplace(mpcc_);
+    solution_.kept_branch = accept(crossover_->resume(*last_, ipopt_options(options_.tolerance)));
+  }
+
+  /// @return whether its branch is solved
+  bool accept(const CrossoverResult& result) {
+    solution_.switches = result.switches;
+    solution_.iterations += result.iterations;
+    solution_.derivative_seconds += result.derivative_seconds;
+    if (!is_solved(result.branch.status)) return false;
+    solution_.status = Status::success;
+    solution_.message.clear();
+    solution_.stationarity = result.stationarity;
+    solution_.is_b_stationary = result.is_b_stationary;
+    solution_.n_biactive = result.n_biactive;
+    set_x(result.branch.point.x);
+    last_ = result;
+    return true;
   }
 
   /// What failed, and what of the Mpcc is worst there.
@@ -232,6 +261,8 @@ class MpccSolver::Run {
   RelaxedMpcc& relaxed_;
   IpoptSolver& solver_;
   std::optional<Crossover>& crossover_;
+  std::optional<CrossoverResult>& last_;
+  bool descends_ = false;
   NlpPoint point_;
   MpccSolution solution_;
 };
@@ -248,6 +279,10 @@ MpccSolver::MpccSolver(const Mpcc& mpcc, HomotopyOptions options)
 
 MpccSolution MpccSolver::solve(const Progress& progress) {
   return Run(*this).solve(progress);
+}
+
+MpccSolution MpccSolver::resolve(const Progress& progress) {
+  return last_ ? Run(*this).resolve(progress) : solve(progress);
 }
 
 NlpEvaluator::Work MpccSolver::work() const {

@@ -29,6 +29,7 @@ struct HomotopyOptions {
   double sigma_crossover = 0;         ///< at this sigma and below, a crossover to one branch is tried after every step
   bool warm_multipliers = true;       ///< a step starts from the multipliers of the last one too, not from x alone
   bool adaptive_barrier = false;      ///< see IpoptOptions
+  double sigma_warm = 1e-2;           ///< first relaxation parameter of a resolve() whose branch has no solution
   int max_iterations = 1000;          ///< of one step
   double time_limit = 0;              ///< wall time of everything [s]; 0 is none
   double barrier = 0.1;               ///< first barrier parameter of the first step
@@ -60,6 +61,7 @@ struct MpccSolution {
   bool is_b_stationary = false;  ///< known to be
   int n_biactive = 0;            ///< pairs of variables
   int switches = 0;              ///< branches that the crossover tried besides the first
+  bool kept_branch = false;      ///< by resolve(): the branch of the solution before, without a homotopy
   std::vector<HomotopyStep> steps;
   // Totals of homotopy and crossover.
   int iterations = 0;
@@ -85,6 +87,12 @@ class MpccSolver {
   /// @param progress  called after every step
   MpccSolution solve(const Progress& progress = {});
 
+  /// From the last solution, where bounds have moved a little since: first its branch, a smooth program
+  /// near its solution; where that has none a homotopy from sigma_warm. The branch is not left for a better one
+  /// (HomotopyOptions::descend = false), so the solution is optimal among those with the same active pairs. Without a
+  /// solution before it is solve().
+  MpccSolution resolve(const Progress& progress = {});
+
   /// Evaluations since construction, in the homotopy and in the crossover.
   NlpEvaluator::Work work() const;
 
@@ -100,7 +108,8 @@ class MpccSolver {
   const Relaxation& relaxation_;
   RelaxedMpcc relaxed_;
   IpoptSolver solver_;
-  std::optional<Crossover> crossover_;  // made when it is needed
+  std::optional<Crossover> crossover_;   // made when it is needed
+  std::optional<CrossoverResult> last_;  // of the last solve that succeeded
 };
 
 /// Checked options, and a solver for whatever program.

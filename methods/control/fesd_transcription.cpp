@@ -17,7 +17,9 @@ FesdTranscription::FesdTranscription(const OptimalControlProblem& problem, const
   equations_.set_bounds({problem.q.lower, problem.q.upper, problem.v.lower, problem.v.upper});
   u_ = add_controls();
   T_ = add_time();
+  begin_sections();
   FesdEquations::Point point = equations_.add_initial_state(info.q0, info.v0);
+  end_section(point);
   for (int k = 0; k < problem.n_intervals; ++k) {
     point = equations_.add_interval(point, u_[k], info.end_time / problem.n_intervals, T_, 1.0 / problem.n_intervals);
     for (const auto& element : equations_.intervals().back()) {
@@ -29,6 +31,7 @@ FesdTranscription::FesdTranscription(const OptimalControlProblem& problem, const
         add_path(at.q, at.v, u_[k], fmt::format("interval {}, stage {}", k + 1, j + 1));
       }
     }
+    end_section(point);
   }
   add_terminal(point.q, point.v);
 }
@@ -46,7 +49,7 @@ ControlTrajectory FesdTranscription::trajectory(const Vector& x) const {
       trajectory.points.push_back({t, e.q0, e.v0});
       for (int j = 0; j < tableau_.n_s; ++j) {
         trajectory.points.push_back({t + tableau_.c[j] * e.h, e.q.col(j), e.v.col(j), e.lambda_n.col(j)});
-        trajectory.objective +=
+        trajectory.interval_cost[k] +=
             e.h * tableau_.b[j] * problem_.running_cost.at(e.q.col(j), e.v.col(j), trajectory.u.col(k))[0];
       }
       t += e.h;
@@ -55,7 +58,7 @@ ControlTrajectory FesdTranscription::trajectory(const Vector& x) const {
       trajectory.points.push_back({t, step.last().q1, step.last().v1, step.last().lambda_n.col(tableau_.n_s - 1)});
   }
   const ControlTrajectory::Point& end = trajectory.points.back();
-  trajectory.objective += problem_.terminal_cost.at(end.q, end.v)[0];
+  trajectory.objective = trajectory.interval_cost.sum() + problem_.terminal_cost.at(end.q, end.v)[0];
   return trajectory;
 }
 

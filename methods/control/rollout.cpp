@@ -13,6 +13,19 @@ double violation(const Eigen::Ref<const Vector>& x, const OptimalControlProblem:
 
 }  // namespace
 
+void add_step(const OptimalControlProblem& problem, const FesdStep& step, const ButcherTableau& tableau,
+              const Vector& u, Rollout& rollout) {
+  for (int n = 0; n < step.n_elements; ++n) {
+    const Stages& e = step.elements[static_cast<std::size_t>(n)];
+    for (int j = 0; j < tableau.n_s; ++j) {
+      const double weight = e.h * tableau.b[j];
+      rollout.cost += weight * problem.running_cost.at(e.q.col(j), e.v.col(j), u)[0];
+      rollout.violation += weight * (violation(e.q.col(j), problem.q) + violation(e.v.col(j), problem.v) +
+                                     (-problem.path.at(e.q.col(j), e.v.col(j), u)).cwiseMax(0).sum());
+    }
+  }
+}
+
 Rollout roll_out(const OptimalControlProblem& problem, ControlledPlant& plant, const ButcherTableau& tableau, int n_fe,
                  const Matrix& u) {
   const ProblemInfo& info = plant.info();
@@ -26,16 +39,7 @@ Rollout roll_out(const OptimalControlProblem& problem, ControlledPlant& plant, c
     plant.set_control(u.col(k));
     result.status = solver.advance(info.end_time / N);
     if (result.status != Status::success) return result;
-    const FesdStep& step = solver.step();
-    for (int n = 0; n < step.n_elements; ++n) {
-      const Stages& e = step.elements[static_cast<std::size_t>(n)];
-      for (int j = 0; j < tableau.n_s; ++j) {
-        const double weight = e.h * tableau.b[j];
-        result.cost += weight * problem.running_cost.at(e.q.col(j), e.v.col(j), u.col(k))[0];
-        result.violation += weight * (violation(e.q.col(j), problem.q) + violation(e.v.col(j), problem.v) +
-                                      (-problem.path.at(e.q.col(j), e.v.col(j), u.col(k))).cwiseMax(0).sum());
-      }
-    }
+    add_step(problem, solver.step(), tableau, u.col(k), result);
     ++result.n_solved;
   }
   const Stages& last = solver.step().last();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "methods/fesd/fesd_step.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 #include "problems/control/replay_problem.h"
 #include "problems/solution.h"
@@ -13,6 +14,10 @@ struct Rollout {
   double cost = 0;       ///< (1) of optimal_control_problem.h, by the tableau's quadrature
   double violation = 0;  ///< of bounds and path constraints, summed and integrated over time; plus |r| at T
 };
+
+/// Adds cost and violation of a step of FESD-J under the control u, by the quadrature of its tableau.
+void add_step(const OptimalControlProblem& problem, const FesdStep& step, const ButcherTableau& tableau,
+              const Vector& u, Rollout& rollout);
 
 /// Runs FESD-J with n_fe elements on each interval, solved by pivoting: what a FesdTranscription has as its equations.
 /// @param plant  of `problem`; @param u  n_u x N

@@ -30,7 +30,9 @@ TimeSteppingTranscription::TimeSteppingTranscription(const OptimalControlProblem
     mpcc_.nlp.add_block(std::make_unique<LinearBlock>(
         row, std::vector<std::pair<int, double>>{{length, problem.n_intervals * steps_}, {T_, -1}}));
   }
+  begin_sections();
   auto point = equations_.add_initial_state(info.q0, info.v0);
+  end_section(point);
   for (int k = 0; k < problem.n_intervals; ++k) {
     for (int j = 0; j < steps_; ++j) {
       point = equations_.add_step(point, u_[k], length);
@@ -38,6 +40,7 @@ TimeSteppingTranscription::TimeSteppingTranscription(const OptimalControlProblem
                                                             join<int>({point.q, point.v, u_[k]})));  // (1)
       add_path(point.q, point.v, u_[k], fmt::format("interval {}, step {}", k + 1, j + 1));
     }
+    end_section(point);
   }
   add_terminal(point.q, point.v);
 }
@@ -51,12 +54,12 @@ ControlTrajectory TimeSteppingTranscription::trajectory(const Vector& x) const {
   Matrix impulses(info.n_c(), n);
   for (int k = 0; k < n; ++k) {
     const Vector q = equations_.position(x, k), v = equations_.velocity(x, k);
-    trajectory.objective += h * problem_.running_cost.at(q, v, trajectory.u.col(k / steps_))[0];
+    trajectory.interval_cost[k / steps_] += h * problem_.running_cost.at(q, v, trajectory.u.col(k / steps_))[0];
     impulses.col(k) = equations_.normal_impulse(x, k);
     trajectory.points.push_back({(k + 1) * h, q, v, impulses.col(k) / h});
   }
   const ControlTrajectory::Point& end = trajectory.points.back();
-  trajectory.objective += problem_.terminal_cost.at(end.q, end.v)[0];
+  trajectory.objective = trajectory.interval_cost.sum() + problem_.terminal_cost.at(end.q, end.v)[0];
   const Vector initial_gap = problem_.plant->gap(info.q0);
   // A contact that presses and did not in the step before has closed in between.
   const double least = kPresses * impulses.maxCoeff();

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "methods/control/nlp_blocks.h"
 #include "problems/control/replay_problem.h"
 #include "problems/join.h"
@@ -61,6 +63,50 @@ Status Transcription::guess_from_simulation() {
   return guess_from_simulation(problem_.plant->info().u.replicate(1, problem_.n_intervals));
 }
 
+void Transcription::begin_sections() {
+  next_variable_ = mpcc_.nlp.n_variables();
+  next_row_ = mpcc_.nlp.n_rows();
+}
+
+void Transcription::end_section(const ContactEquations::Point& end) {
+  sections_.push_back({next_variable_, next_row_, mpcc_.nlp.n_variables(), mpcc_.nlp.n_rows(), end});
+  begin_sections();
+}
+
+void Transcription::start_at(int k, const Vector& x, const Vector& q, const Vector& v,
+                             const std::vector<bool>& is_closed) {
+  const auto fix = [&](int variable, double value) {
+    auto& at = mpcc_.nlp.variables[static_cast<std::size_t>(variable)];
+    at.lower = at.upper = at.guess = value;
+  };
+  std::vector<bool> is_paired(mpcc_.nlp.variables.size());
+  for (const auto& pair : mpcc_.pairs) {
+    for (const auto* side : {&pair.G, &pair.H})
+      for (const int variable : *side) is_paired[static_cast<std::size_t>(variable)] = true;
+  }
+  for (int s = 0; s <= k; ++s) {
+    const Section& section = sections_[static_cast<std::size_t>(s)];
+    // Forces and parts of velocities that are past are in no row and no cost; zero is complementary to whatever the
+    // state is.
+    for (int i = section.first_variable; i < section.end_variable; ++i)
+      fix(i, is_paired[static_cast<std::size_t>(i)] ? 0 : x[i]);
+    for (int i = section.first_row; i < section.end_row; ++i) {
+      auto& row = mpcc_.nlp.rows[static_cast<std::size_t>(i)];
+      row.lower = -kInfinity;
+      row.upper = kInfinity;
+    }
+    if (s == 0) continue;
+    for (const int u : u_[static_cast<std::size_t>(s - 1)]) fix(u, x[u]);
+  }
+  const ContactEquations::Point& start = sections_[static_cast<std::size_t>(k)].end;
+  const Vector gap = problem_.plant->gap(q), v_t = problem_.plant->tangent_jacobian(q).transpose() * v;
+  for (std::size_t i = 0; i < start.q.size(); ++i) fix(start.q[i], q[static_cast<Eigen::Index>(i)]);
+  for (std::size_t i = 0; i < start.v.size(); ++i) fix(start.v[i], v[static_cast<Eigen::Index>(i)]);
+  for (std::size_t i = 0; i < start.slip.size(); ++i) fix(start.slip[i], v_t[static_cast<Eigen::Index>(i)]);
+  for (std::size_t i = 0; i < start.gap.size(); ++i)
+    fix(start.gap[i], is_closed[i] ? 0 : std::max(gap[static_cast<Eigen::Index>(i)], 0.0));
+}
+
 Transcription::MeanForces Transcription::mean_forces(const FesdStep& step, const ButcherTableau& tableau) {
   MeanForces mean{Vector::Zero(step.Lambda_n.rows()), Vector::Zero(step.Lambda_t.rows())};
   double H = 0;
@@ -81,6 +127,7 @@ ControlTrajectory Transcription::read_controls(const Vector& x) const {
   for (std::size_t k = 0; k < u_.size(); ++k) {
     for (std::size_t c = 0; c < u_[k].size(); ++c) trajectory.u(c, k) = x[u_[k][c]];
   }
+  trajectory.interval_cost = Vector::Zero(problem_.n_intervals);
   trajectory.T = T_ >= 0 ? x[T_] : problem_.plant->info().end_time;
   return trajectory;
 }

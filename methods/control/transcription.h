@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "methods/complementarity/nlp.h"
+#include "methods/control/contact_equations.h"
 #include "methods/fesd/pivoting_solver.h"
 #include "problems/control/optimal_control_problem.h"
 #include "problems/solution.h"
@@ -16,6 +17,7 @@ struct ControlTrajectory {
   Matrix u;              ///< n_u x N, constant on each interval
   double T = 0;          ///< [s]
   double objective = 0;  ///< (1) of optimal_control_problem.h as the discretisation integrates it
+  Vector interval_cost;  ///< N, what each interval adds to it; the rest is the terminal cost
 
   /// A point of the discrete motion; at an impact two with the same t.
   struct Point {
@@ -48,12 +50,20 @@ class Transcription {
   /// The same with the problem's guess of the control.
   Status guess_from_simulation();
 
- protected:
-  /// How guess_from_simulation() simulates.
+  /// Interval k begins at (q, v), before an impact there: this and everything before becomes constant, at the values of
+  /// x, and the rows there are left out. Variables, rows and pairs keep their numbers.
+  /// @param k  from 0, not less than in an earlier call. @param is_closed  n_c: contacts that touch, whatever rounding
+  /// their gap has
+  void start_at(int k, const Vector& x, const Vector& q, const Vector& v, const std::vector<bool>& is_closed);
+
+  /// How the plant is simulated with the pivoting solver.
   struct Simulation {
     ButcherTableau tableau;
     PivotingSolver::Options options;
   };
+  const Simulation& simulation() const { return simulation_; }
+
+ protected:
   Transcription(const OptimalControlProblem& problem, Simulation simulation)
       : problem_(problem), simulation_(std::move(simulation)) {}
 
@@ -66,6 +76,11 @@ class Transcription {
   /// Simulates interval k, of length H, and takes its motion for a guess. @param solver  started at the interval's
   /// start. @param q, v  the state there; at its end on return
   virtual Status guess_interval(PivotingSolver& solver, double H, int k, Vector& q, Vector& v) = 0;
+
+  /// To be called before the initial state is added,
+  void begin_sections();
+  /// behind it, and behind every interval. @param end  its last point
+  void end_section(const ContactEquations::Point& end);
 
   /// Variables of every interval's control.
   std::vector<std::vector<int>> add_controls();
@@ -84,6 +99,15 @@ class Transcription {
   Mpcc mpcc_;
   std::vector<std::vector<int>> u_;
   int T_ = -1;
+
+ private:
+  /// The initial state, then one interval each.
+  struct Section {
+    int first_variable, first_row, end_variable, end_row;
+    ContactEquations::Point end;
+  };
+  int next_variable_ = 0, next_row_ = 0;  // the first of the next section
+  std::vector<Section> sections_;
 };
 
 }  // namespace ricochet

@@ -152,8 +152,10 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
       {"export --problem rocking_block -o /dev/null", "scene file = /dev/null: it exists; a new file is required"},
       {"order no_such_experiment", "experiment = 'no_such_experiment': unknown"},
       {"order optimal_control", "this experiment is run by `ricochet compare`"},
-      {"compare two_balls_order", "kind = null: optimal_control or control_gradient is required"},
+      {"compare two_balls_order", "kind = null: optimal_control, control_gradient or control_growth is required"},
       {"control two_carts --discretisation euler", "euler"},
+      {"mpc two_carts --updates 10", "--updates = 10: a number from 1 to 9 is required"},
+      {"mpc two_carts --disturbance -1", "--disturbance = -1: a finite number >= 0 is required"},
       {"report /nonexistent.jsonl", "results file = /nonexistent.jsonl: cannot be opened"},
       {"check /nonexistent.jsonl --baseline x", "results file = /nonexistent.jsonl: cannot be opened"},
   };
@@ -270,6 +272,25 @@ TEST_F(Cli, ComparesOptimalControlWithThePlant) {
   ASSERT_EQ(run("report " + out + "/carts.jsonl -o " + report).code, 0);
   EXPECT_HAS(read(report + "/index.html"), "Claimed and true optimal control");
   EXPECT_TRUE(fs::exists(fs::path(report) / "carts_two_carts.svg"));
+}
+
+TEST_F(Cli, PlansAgainWhileThePlantRuns) {
+  const Outcome outcome = run("mpc two_carts --simulate --sigma-0 0.01 --updates 2 --disturbance 0.005");
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_HAS(outcome.text, "0 are not solved");
+}
+
+TEST_F(Cli, MeasuresTheGrowthOfTheWork) {
+  const std::string experiment = write("growth.json", R"({"id": "growth", "kind": "control_growth", "title": "Growth",
+      "description": "", "disturbance": 0.001, "runs": [{"problem": "two_carts", "intervals": [4, 6, 8],
+      "arguments": "--simulate --sigma-0 0.01 --max-switches 0"}]})");
+  const std::string out = (folder / "results").string(), report = (folder / "report").string();
+  const Outcome outcome = run("compare " + experiment + " -o " + out);
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_HAS(outcome.text, "3 solved");
+  EXPECT_HAS(outcome.text, "Steps of the homotopies");
+  ASSERT_EQ(run("report " + out + "/growth.jsonl -o " + report).code, 0);
+  EXPECT_HAS(read(report + "/index.html"), "Growth of the work");
 }
 
 TEST_F(Cli, AnExperimentWithAMistakeLeavesNoResults) {

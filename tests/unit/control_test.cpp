@@ -13,6 +13,7 @@
 #include "methods/control/exploration.h"
 #include "methods/control/fesd_transcription.h"
 #include "methods/control/nlp_blocks.h"
+#include "methods/control/shrinking_horizon.h"
 #include "methods/control/time_stepping_transcription.h"
 #include "methods/fesd/pivoting_solver.h"
 #include "methods/registry.h"
@@ -245,6 +246,68 @@ TEST(OptimalControl, PlantFollowsTheSolution) {
     EXPECT_LE(difference.events, 1e-5);
     EXPECT_LE(std::abs(difference.cost), 1e-5 * truth.cost);
   }
+}
+
+HomotopyOptions carts_homotopy() {
+  return ControlOptions::parse("two_carts --sigma-0 0.01").homotopy_options();
+}
+
+/// Solves two_carts, lets the plant run an interval at a time and plans again after each, up to `updates`.
+void follow_carts(Transcription& transcription, const OptimalControlProblem& problem, double disturbance, int updates,
+                  const std::function<void(const ShrinkingHorizon&, const MpccSolution&)>& check) {
+  ASSERT_EQ(transcription.guess_from_simulation(), Status::success);
+  ShrinkingHorizon horizon(problem, transcription, carts_homotopy());
+  const MpccSolution first = horizon.solve();
+  ASSERT_TRUE(first.succeeded()) << first.message;
+  std::mt19937 random(1);
+  for (int k = 1; k <= updates; ++k) {
+    ASSERT_EQ(horizon.advance(), Status::success);
+    if (disturbance > 0) horizon.disturb(disturbance, random);
+    check(horizon, horizon.resolve());
+  }
+}
+
+TEST(ShrinkingHorizon, TheRestOfAnOptimalPlanIsOptimal) {
+  const auto problem = make_control_problem("two_carts");
+  FesdTranscription transcription(*problem, make_tableau("radau-iia", 3),
+                                  {.cross = E::CrossComplementarity::aggregated});
+  double whole = 0;
+  follow_carts(transcription, *problem, 0, 8, [&](const ShrinkingHorizon& horizon, const MpccSolution& again) {
+    ASSERT_TRUE(again.succeeded()) << again.message;
+    EXPECT_TRUE(again.kept_branch) << horizon.interval();
+    EXPECT_LE(again.iterations, 10) << "Newton's method at its solution; a homotopy takes about a hundred";
+    const double total = horizon.cost_so_far() + horizon.cost_to_go();
+    if (whole > 0) EXPECT_NEAR(total, whole, 1e-6 * whole) << "the plant follows the plan to 1e-8";
+    whole = total;
+  });
+}
+
+TEST(ShrinkingHorizon, StartsWhereThePlantIs) {
+  const auto problem = make_control_problem("two_carts");
+  FesdTranscription transcription(*problem, make_tableau("radau-iia", 3),
+                                  {.cross = E::CrossComplementarity::aggregated});
+  NlpEvaluator evaluator(transcription.mpcc().nlp);
+  follow_carts(transcription, *problem, 0.01, 3, [&](const ShrinkingHorizon& horizon, const MpccSolution& again) {
+    ASSERT_TRUE(again.succeeded()) << again.message;
+    EXPECT_LE(complementarity(transcription.mpcc(), again.x.data()).value, 0);
+    EXPECT_LE(evaluator.worst_violation(again.x.data()).value, 1e-9) << "solved to 1e-10";
+    // The end of the last interval before, as the first point of the rest has it.
+    const double t = horizon.interval() * horizon.plan().T / problem->n_intervals;
+    double distance = kInfinity;
+    for (const auto& point : horizon.plan().points) {
+      if (std::abs(point.t - t) < 1e-9) distance = std::min(distance, (point.q - horizon.q()).norm());
+    }
+    EXPECT_LE(distance, 1e-9) << "solved to 1e-10; the plant was moved by up to 1e-2";
+  });
+}
+
+TEST(ShrinkingHorizon, OfTimeStepping) {
+  const auto problem = make_control_problem("two_carts");
+  TimeSteppingTranscription transcription(*problem, {.steps = 4});
+  follow_carts(transcription, *problem, 0, 2, [&](const ShrinkingHorizon& horizon, const MpccSolution& again) {
+    ASSERT_TRUE(again.succeeded()) << again.message;
+    EXPECT_LE(again.violation.value, 1e-9) << horizon.interval() << ", solved to 1e-10";
+  });
 }
 
 TEST(Exploration, FindsTheContactsThatNoSmallChangeFinds) {

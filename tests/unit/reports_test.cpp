@@ -269,6 +269,23 @@ TEST(ControlResults, SurviveTheRoundTripAndShowFailures) {
   EXPECT_EQ(gradient_details({gradient}).rows.size(), 2u);
 }
 
+TEST(ControlGrowth, ExponentIsThatOfAPower) {
+  EXPECT_NEAR(growth_exponent({10, 20, 40}, {3 * 100., 3 * 400., 3 * 1600.}), 2, 1e-12) << "rounding";
+  EXPECT_TRUE(std::isnan(growth_exponent({10, 20}, {1, 2})));
+}
+
+TEST(ControlGrowth, IsReadAsItWasWritten) {
+  ControlGrowth run{.problem = "two_carts", .command = "x", .intervals = 4, .variables = 5, .pairs = 6};
+  run.status = run.again_status = "success";
+  run.iterations = 7;
+  run.seconds = 8;
+  run.derivative_seconds = 0.5;
+  run.steps.push_back({0.01, 3, 0.25, 1e-3, true});
+  run.again_kept_branch = true;
+  const auto written = to_json(run);
+  EXPECT_EQ(to_json(control_growth_from_json(nlohmann::json::parse(written.dump()))), written);
+}
+
 TEST(Table, PrintsInFourWays) {
   Table table{"title", "note", {{"name", true}, {"value"}}, {{"a|b", "1.5"}, {"<x>, \"y\"", "10"}}};
   EXPECT_EQ(table.csv(), "name,value\na|b,1.5\n\"<x>, \"\"y\"\"\",10\n");

@@ -1,0 +1,92 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "bench/commands.h"
+#include "bench/control_options.h"
+#include "methods/control/shrinking_horizon.h"
+#include "problems/input_error.h"
+#include "reports/median.h"
+
+namespace ricochet {
+namespace {
+
+struct Options {
+  ControlOptions control;
+  int updates = 0;
+  double disturbance = 0;
+};
+
+int solve(const Options& options) {
+  const auto problem = options.control.make_problem();
+  const int N = problem->n_intervals, updates = options.updates > 0 ? options.updates : N - 1;
+  if (updates >= N) throw InputError("--updates", updates, fmt::format("a number from 1 to {} is required", N - 1));
+  if (!(options.disturbance >= 0) || !std::isfinite(options.disturbance))
+    throw InputError("--disturbance", options.disturbance, "a finite number >= 0 is required");
+  const auto transcription = options.control.make_transcription(*problem);
+  ShrinkingHorizon horizon(*problem, *transcription, options.control.homotopy_options());
+  fmt::print("problem    {}: {}\nprogram    {}: {} variables, {} complementarity pairs\n", problem->id, problem->title,
+             options.control.describe(*problem), transcription->mpcc().nlp.n_variables(),
+             transcription->mpcc().pairs.size());
+  const MpccSolution first = horizon.solve();
+  fmt::print("first      {}{}, {:.2f} s, {} iterations, cost {:.8g}\n", to_string(first.status),
+             first.message.empty() ? "" : ": " + first.message, first.seconds, first.iterations,
+             horizon.plan().objective);
+  if (!first.succeeded()) return 1;
+
+  fmt::print("\n  {:>8}  {:>8}  {:>8}  {:>10}  {:>12}  {:>12}  {:>8}  {}\n", "t [s]", "by", "s", "iterations",
+             "cost before", "and to go", "violated", "status");
+  std::mt19937 random(options.control.exploration.seed);
+  std::vector<double> seconds;
+  int kept = 0, failed = 0;
+  while (horizon.interval() < N) {
+    const Status status = horizon.advance();
+    if (status != Status::success) {
+      fmt::print("plant      no motion in interval {}: {}\n", horizon.interval() + 1, to_string(status));
+      return 1;
+    }
+    if (horizon.interval() > updates || horizon.interval() == N) continue;
+    if (options.disturbance > 0) horizon.disturb(options.disturbance, random);
+    const MpccSolution again = horizon.resolve();
+    fmt::print("  {:8.4f}  {:>8}  {:8.3f}  {:10}  {:12.8g}  {:12.8g}  {:8.1e}  {}{}\n",
+               horizon.interval() * horizon.plan().T / N, again.kept_branch ? "branch" : "homotopy", again.seconds,
+               again.iterations, horizon.cost_so_far(), horizon.cost_to_go(), again.violation.value,
+               to_string(again.status), again.message.empty() ? "" : ": " + again.message);
+    std::fflush(stdout);
+    seconds.push_back(again.seconds);
+    kept += again.kept_branch;
+    failed += !again.succeeded();
+  }
+  fmt::print("\nplant      cost {:.8g} at T, {:.8g} in the first plan\n",
+             horizon.cost_so_far() + horizon.terminal_cost(), first.objective);
+  fmt::print(
+      "re-solves  {} of {} keep the branch, {} are not solved; median {:.3f} s, longest {:.3f} s, first solve {:.2f} "
+      "s\n",
+      kept, seconds.size(), failed, median(seconds), std::ranges::max(seconds), first.seconds);
+  return failed == 0 ? 0 : 1;
+}
+
+}  // namespace
+
+void add_mpc_command(CLI::App& app, int& exit_code) {
+  static Options o;
+  auto* command = app.add_subcommand("mpc", "model predictive control through contact: solve, and again as it goes on");
+  o.control.add(*command);
+  command
+      ->add_option("--updates", o.updates, "intervals after which the rest is planned again; default: all but the last")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--disturbance", o.disturbance,
+                   "before every update positions move by up to this [m, rad], velocities by this part of theirs; "
+                   "drawn with --seed")
+      ->capture_default_str();
+  command
+      ->add_option("--sigma-warm", o.control.homotopy.sigma_warm,
+                   "first relaxation parameter where the branch of the plan has no solution")
+      ->capture_default_str();
+  command->callback([&exit_code] { exit_code = solve(o); });
+}
+
+}  // namespace ricochet

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <random>
+
+#include "methods/complementarity/homotopy.h"
+#include "methods/control/rollout.h"
+#include "methods/control/transcription.h"
+
+namespace ricochet {
+
+/// Model predictive control of a task that ends at T: the plant runs the first interval of the plan, and what remains
+/// is planned again from where it is,
+///
+///   min  int_{t_k}^T L dt + E   subject to   (q, v)(t_k) = the plant's,   t_k = k T / N.                      (1)
+///
+/// The horizon shrinks, since E and the terminal constraints belong to the time T: the rest of an optimal plan is then
+/// optimal for the rest of the task (Bellman), and without disturbance nothing changes, which a test can see. With a
+/// horizon of constant length every step would be another task. The program stays the same: the past is constant
+/// (Transcription::start_at), so functions, structure, and the numbers of variables are reused, the plan itself is the
+/// guess, and the last branch is solved first (MpccSolver::resolve).
+///
+/// Where T is free, so is it in (1): it is N times the length of the intervals to come.
+class ShrinkingHorizon {
+ public:
+  /// @param problem, transcription  outlive this. @throws InputError for options out of range
+  ShrinkingHorizon(const OptimalControlProblem& problem, Transcription& transcription, const HomotopyOptions& options);
+
+  /// The plan for the whole task, from the guess of the transcription.
+  MpccSolution solve(const MpccSolver::Progress& progress = {});
+
+  /// The plant runs one interval of the plan, by the pivoting solver. @return its status
+  Status advance();
+
+  /// Moves the plant: positions by up to `size` [m, rad], velocities by up to `size` times their own. Closed contacts
+  /// stay closed, so what rests stays at rest, and open ones open: there `size` is halved until they are.
+  void disturb(double size, std::mt19937& random);
+
+  /// (1), from where the plant is. Without success the plan stays as it is.
+  MpccSolution resolve(const MpccSolver::Progress& progress = {});
+
+  int interval() const { return k_; }  ///< of the plant, from 0; N at the end
+  const Vector& q() const { return q_; }
+  const Vector& v() const { return v_; }
+  const ControlTrajectory& plan() const { return plan_; }
+  double cost_so_far() const { return past_.cost; }  ///< of the plant, without E
+  double cost_to_go() const;                         ///< of the plan from interval() on
+  double terminal_cost() const;                      ///< of the plant where it is
+
+ private:
+  MpccSolution take(MpccSolution solution);
+
+  const OptimalControlProblem& problem_;
+  Transcription& transcription_;
+  MpccSolver solver_;
+  ControlledPlant plant_;
+  Counters counters_;
+  PivotingSolver pivoting_;
+  int k_ = 0;
+  Vector q_, v_, x_;  // x_: of the plan
+  ControlTrajectory plan_;
+  Rollout past_;
+};
+
+}  // namespace ricochet
