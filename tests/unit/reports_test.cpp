@@ -275,7 +275,12 @@ TEST(ControlGrowth, ExponentIsThatOfAPower) {
 }
 
 TEST(ControlGrowth, IsReadAsItWasWritten) {
-  ControlGrowth run{.problem = "two_carts", .command = "x", .intervals = 4, .variables = 5, .pairs = 6};
+  ControlGrowth run;
+  run.problem = "two_carts";
+  run.command = "x";
+  run.intervals = 4;
+  run.variables = 5;
+  run.pairs = 6;
   run.status = run.again_status = "success";
   run.iterations = 7;
   run.seconds = 8;
