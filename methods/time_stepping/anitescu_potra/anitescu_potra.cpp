@@ -9,8 +9,8 @@
 //   Step:
 //     M (v_{k+1} - v_k) = h f(q_k, v_k) + J_n Lambda_n + J_t Lambda_t,   0 <= Lambda_n  _|_  J_n' v_{k+1} >= 0 (3)
 //     q_{k+1} = q_k + h v_{k+1}                                                                          (4)
-//   Coulomb's law with the velocity after each of (1), (2), (3), solved as in contact_lcp.h. Bilateral constraints have
-//   J_n' v = 0 after each of them, with impulses of either sign.
+//   Coulomb's law with the velocity after each of (1), (2), (3), solved as in contact_step.h. Bilateral constraints
+//   have J_n' v = 0 after each of them, with impulses of either sign.
 //
 // Order 1, on smooth motion too: forces are explicit, (4) is semi-implicit. For several simultaneous or oblique impacts
 // Poisson's hypothesis differs from Newton's law, which the references use.
@@ -21,9 +21,7 @@
 
 #include <fmt/format.h>
 
-#include "methods/complementarity/friction_cone.h"
 #include "methods/registry.h"
-#include "methods/small_inverse.h"
 #include "methods/time_stepping/march.h"
 
 namespace ricochet {
@@ -31,7 +29,7 @@ namespace {
 
 class AnitescuPotra final : public Method {
  public:
-  explicit AnitescuPotra(const MethodSpec& spec) : id_(spec.text()), n_facets_(facets_argument(spec)) {
+  explicit AnitescuPotra(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {
     spec.finish(0);
   }
 
@@ -51,23 +49,23 @@ class AnitescuPotra final : public Method {
 
  private:
   std::string id_;
-  int n_facets_;
+  ContactSolverOptions solver_;
 };
 
 Solution AnitescuPotra::do_solve(const Problem& problem, const Settings& settings) const {
   const ProblemInfo& info = problem.info();
   const int n_q = info.n_q;
-  March march(problem, settings, n_facets_);
+  March march(problem, settings, solver_);
   const double h = march.h;
-  ContactLcp& contacts = march.contacts;
+  ContactStep& contacts = march.contacts;
   Counters& counters = march.solution.counters;
 
-  Matrix M(n_q, n_q), W(n_q, n_q);  // W = M^-1
-  Vector f(n_q), no_shift = Vector::Zero(info.n_c()), rebound(info.n_c());
-  SmallInverse inverse;
+  Matrix M(n_q, n_q);
+  BlockInverse W;  // M^-1
+  Vector f(n_q), Wf(n_q), no_shift = Vector::Zero(info.n_c()), rebound(info.n_c());
   const auto factorize = [&] {
     problem.mass_matrix(march.q.data(), M.data());
-    W = inverse.of(M);
+    W.compute(M, info.has_bilateral());
     ++counters.mass_factorizations;
   };
   if (info.structure.constant_mass) factorize();
@@ -94,8 +92,7 @@ Solution AnitescuPotra::do_solve(const Problem& problem, const Settings& setting
     if (!info.structure.constant_mass) factorize();
     march.find_active(march.q);
     if (march.has_contact_problem()) {
-      contacts.set_active(march.q, march.active);
-      if (!contacts.set_inverse_mass(W)) return false;
+      if (!march.prepare_contacts(march.q, W)) return false;
       bool approaches = false;
       for (std::size_t k = 0; k < march.active.size(); ++k)
         approaches = approaches || contacts.normal_velocity(k, march.v) < 0;
@@ -103,8 +100,8 @@ Solution AnitescuPotra::do_solve(const Problem& problem, const Settings& setting
     }
     problem.force(march.q.data(), march.v.data(), info.u.data(), f.data());
     f *= h;
-    v_plus = march.v;
-    v_plus.noalias() += W.lazyProduct(f);
+    W.apply(f, Wf);
+    v_plus = march.v + Wf;
     ++counters.force_evaluations;
     ++counters.linear_solves;
     if (march.has_contact_problem() && !march.solve_contacts(v_plus, no_shift, {})) return false;  // (3)
@@ -115,7 +112,7 @@ Solution AnitescuPotra::do_solve(const Problem& problem, const Settings& setting
 
 const bool registered = register_method({
     .name = "anitescu_potra",
-    .usage = "anitescu_potra[,facets=8]",
+    .usage = std::string("anitescu_potra") + kContactSolverUsage,
     .summary = "Anitescu-Potra (1997) time stepping, LCP in velocities and impulses",
     .examples = {"anitescu_potra"},
     .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<AnitescuPotra>(spec); },
