@@ -28,6 +28,7 @@ bool BlockInverse::find_blocks(const Matrix& A, bool as_one) {
 
 void BlockInverse::compute(const Matrix& A, bool as_one) {
   const int n = static_cast<int>(A.rows());
+  ++version_;
   if (find_blocks(A, as_one)) {
     block_of_.assign(n, -1);
     first_.assign(1, 0);

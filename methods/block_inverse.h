@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "methods/small_inverse.h"
@@ -14,6 +15,7 @@ class BlockInverse {
   /// @param as_one  one block, whatever A is
   void compute(const Matrix& A, bool as_one = false);
 
+  std::int64_t version() const { return version_; }  ///< changes with every compute()
   int n() const { return static_cast<int>(block_of_.size()); }
   int n_blocks() const { return static_cast<int>(inverses_.size()); }
   int block_of(int coordinate) const { return block_of_[coordinate]; }
@@ -28,6 +30,7 @@ class BlockInverse {
  private:
   bool find_blocks(const Matrix& A, bool as_one);
 
+  std::int64_t version_ = 0;
   std::vector<int> block_of_, parent_, first_, coordinates_;
   std::vector<Matrix> parts_, inverses_;
   std::vector<SmallInverse> factors_;

@@ -12,6 +12,7 @@ ContactStep::ContactStep(const Problem& problem, const ContactSolverOptions& opt
       counters_(counters),
       normal_only_(laws.normal_only),
       has_bilateral_(info_.has_bilateral()),
+      is_affine_(std::ranges::all_of(info_.contacts, &ContactInfo::is_affine)),
       bilateral_(problem),
       solver_(make_contact_solver(options)) {
   const int n_c = info_.n_c(), rows = n_c + info_.n_lambda_t;
@@ -37,12 +38,16 @@ ContactStep::ContactStep(const Problem& problem, const ContactSolverOptions& opt
   Lambda_t_.setZero(info_.n_lambda_t);
 }
 
-double ContactStep::dot(int k, int d, const Vector& v) const {
-  const auto& support = info_.contacts[active_[k]].support;
-  const double* entry = column(k, d);
+double ContactStep::dot(int i, int d, const Vector& v) const {
+  const double* entry = column(i, d);
   double sum = 0;
-  for (const int at : support) sum += *entry++ * v[at];
+  for (const int at : info_.contacts[i].support) sum += *entry++ * v[at];
   return sum;
+}
+
+double ContactStep::slip_speed(int contact, const Vector& v) const {
+  const int n = normal_only_ ? 0 : info_.contacts[contact].n_t;
+  return n == 0 ? 0 : n == 1 ? std::abs(dot(contact, 1, v)) : std::hypot(dot(contact, 1, v), dot(contact, 2, v));
 }
 
 void ContactStep::add_column(int k, int d, double impulse, Vector& v) const {
@@ -52,10 +57,17 @@ void ContactStep::add_column(int k, int d, double impulse, Vector& v) const {
   for (int s = 0; s < n; ++s) v[at[s]] += impulse * effect[s];
 }
 
-void ContactStep::set_active(const Vector& q, std::span<const int> active) {
-  active_.assign(active.begin(), active.end());
+void ContactStep::set_position(const Vector& q) {
+  if (is_affine_ && has_position_) return;
   scene_.normal_jacobian(q.data(), packed_n_.data());
   if (info_.has_friction() && !normal_only_) scene_.tangent_jacobian(q.data(), packed_t_.data());
+  has_position_ = is_new_ = true;
+}
+
+void ContactStep::set_active(std::span<const int> active) {
+  if (std::ranges::equal(active_, active)) return;
+  is_new_ = true;
+  active_.assign(active.begin(), active.end());
   problem_.contacts.clear();
   sizes_.clear();
   for (const int i : active_) {
@@ -128,7 +140,7 @@ ContactStatus ContactStep::set_columns(const BlockInverse& W) {
     reach_begin_.push_back(static_cast<int>(reach_.size()));
     effect_begin_.push_back(effects_.size());
     for (int d = 0; d <= n_t(k); ++d) {
-      const double* entry = column(k, d);
+      const double* entry = column(active_[k], d);
       for (const int at : support) scatter_[at] = *entry++;
       for (int s = touched_begin_[k]; s < touched_begin_[k + 1]; ++s) W.apply(touched_[s], scatter_, product_);
       for (const int at : support) scatter_[at] = 0;
@@ -149,7 +161,7 @@ void ContactStep::set_blocks() {
       for (int s = 0; s < problem_.G.n_neighbours(k); ++s) {  // the pattern is symmetric
         const int i = problem_.G.block(k, s).contact;
         double* values = problem_.G.values(i, cursor[i]) + d * (1 + n_t(i));
-        for (int e = 0; e <= n_t(i); ++e) values[e] = dot(i, e, scatter_);
+        for (int e = 0; e <= n_t(i); ++e) values[e] = dot(active_[i], e, scatter_);
       }
       for (int s = reach_begin_[k]; s < reach_begin_[k + 1]; ++s) scatter_[reach_[s]] = 0;
     }
@@ -159,14 +171,14 @@ void ContactStep::set_blocks() {
 }
 
 ContactStatus ContactStep::set_inverse_mass(const BlockInverse& W) {
+  if (!is_new_ && W_ == &W && W_version_ == W.version()) return ContactStatus::solved;
+  is_new_ = false;
+  W_ = &W;
+  W_version_ = W.version();
   find_neighbours(W);
   const ContactStatus status = set_columns(W);
   if (status == ContactStatus::solved) set_blocks();
   return status;
-}
-
-double ContactStep::normal_velocity(std::size_t k, const Vector& v) const {
-  return dot(static_cast<int>(k), 0, v);
 }
 
 void ContactStep::add_normal_impulse(std::size_t k, double impulse, Vector& v, Vector& Lambda_n) const {
@@ -186,7 +198,7 @@ ContactStatus ContactStep::solve(Vector& v, const Vector& shift, const Vector& p
     const int i = active_[k], row = problem_.G.row(k);
     problem_.contacts[k].present = present.size() > 0 ? present[k] : 0;
     for (int d = 0; d <= n_t(k); ++d) {
-      problem_.b[row + d] = dot(k, d, v) + (d == 0 ? shift[i] : 0);
+      problem_.b[row + d] = dot(active_[k], d, v) + (d == 0 ? shift[i] : 0);
       r_[row + d] = d == 0 ? last_n_[i] : last_t_[info_.contacts[i].tangent_index + d - 1];
     }
   }
@@ -220,8 +232,8 @@ double ContactStep::residual(const Vector& v_plus, const Vector& shift) {
   for (int k = 0; k < static_cast<int>(active_.size()); ++k) {
     const auto& support = info_.contacts[active_[k]].support;
     for (int d = 0; d <= n_t(k); ++d) {
-      w_[problem_.G.row(k) + d] = dot(k, d, v_plus) + (d == 0 ? shift[active_[k]] : 0);
-      const double* entry = column(k, d);
+      w_[problem_.G.row(k) + d] = dot(active_[k], d, v_plus) + (d == 0 ? shift[active_[k]] : 0);
+      const double* entry = column(active_[k], d);
       double terms = 0;
       for (const int at : support) terms += std::abs(*entry++ * v_plus[at]);
       scale.velocity = std::max(scale.velocity, terms);

@@ -27,19 +27,23 @@ struct ContactLaws {
 /// eliminates (bilateral_constraints.h). W is the inverse of the iteration matrix of the method, s a shift by the
 /// impact law or by the gap. The solver of (2) starts from the impulses of the step before.
 ///
-/// J and W J are kept by columns with their nonzeros only; a problem with bilateral constraints has full columns.
+/// J and W J are kept by columns with their nonzeros only; a problem with bilateral constraints has full columns. While
+/// directions are constant, the active contacts and W the same, so is the operator.
 class ContactStep {
  public:
   ContactStep(const Problem& problem, const ContactSolverOptions& options, const ContactLaws& laws, Counters& counters);
 
-  /// Contact directions at q. @param active  unilateral contacts, ascending
-  void set_active(const Vector& q, std::span<const int> active);
+  /// Contact directions at q, of all contacts.
+  void set_position(const Vector& q);
+  /// @param active  unilateral contacts, ascending
+  void set_active(std::span<const int> active);
 
   /// Delassus operator for W. @param W  n_q, one block where there are bilateral constraints
   ContactStatus set_inverse_mass(const BlockInverse& W);
 
   const std::vector<int>& active() const { return active_; }
-  double normal_velocity(std::size_t k, const Vector& v) const;  ///< J_n' v of the k-th active contact
+  double normal_velocity(int contact, const Vector& v) const { return dot(contact, 0, v); }  ///< J_n' v, active or not
+  double slip_speed(int contact, const Vector& v) const;                                     ///< ||J_t' v||
 
   /// G' v, n_c; entries of unilateral contacts are left alone.
   void bilateral_velocities(const Vector& v, Vector& rates) const { bilateral_.velocities(v, rates); }
@@ -60,13 +64,13 @@ class ContactStep {
 
  private:
   int n_t(int k) const { return problem_.contacts[k].n_t; }
-  /// J of the k-th active contact: column d, entries at its support.
-  const double* column(int k, int d) const {
-    const auto& contact = info_.contacts[active_[k]];
+  /// Column d of J of contact i, entries at its support.
+  const double* column(int i, int d) const {
+    const auto& contact = info_.contacts[i];
     return d == 0 ? packed_n_.data() + contact.normal_begin
                   : packed_t_.data() + contact.tangent_begin + (d - 1) * contact.support.size();
   }
-  double dot(int k, int d, const Vector& v) const;
+  double dot(int i, int d, const Vector& v) const;
   void add_column(int k, int d, double impulse, Vector& v) const;
   void find_neighbours(const BlockInverse& W);
   ContactStatus set_columns(const BlockInverse& W);
@@ -76,6 +80,10 @@ class ContactStep {
   const ProblemInfo& info_;
   Counters& counters_;
   const bool normal_only_, has_bilateral_;
+  bool is_affine_;                             // no direction depends on q
+  bool has_position_ = false, is_new_ = true;  // directions or active contacts have changed since W was set
+  const BlockInverse* W_ = nullptr;
+  std::int64_t W_version_ = -1;
   BilateralConstraints bilateral_;
   std::unique_ptr<ContactSolver> solver_;
   ContactProblem problem_;

@@ -50,7 +50,12 @@ class March {
 
   /// Delassus operator of the active contacts at `position`.
   bool prepare_contacts(const Vector& position, const BlockInverse& W) {
-    contacts.set_active(position, active);
+    contacts.set_position(position);
+    return prepare_contacts(W);
+  }
+  /// The same at the last position.
+  bool prepare_contacts(const BlockInverse& W) {
+    contacts.set_active(active);
     return note(contacts.set_inverse_mass(W));
   }
 
@@ -94,7 +99,6 @@ class March {
       v_minus = v;
       q_minus = q;
       if (!step(v_plus)) return stop(Status::inner_solver_failed, k, reason_);
-      if (!v_plus.allFinite()) return stop(Status::inner_solver_failed, k, "the velocity is not finite");
       v.swap(v_plus);
       ++solution.counters.steps;
       ++solution.counters.elements;

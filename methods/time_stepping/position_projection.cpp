@@ -33,7 +33,8 @@ bool PositionProjection::apply(Vector& q, std::span<const int> active) {
       W_.compute(M_, info.has_bilateral());
       ++counters_.mass_factorizations;
     }
-    contacts_.set_active(q, active);
+    contacts_.set_position(q);
+    contacts_.set_active(active);
     dq_.setZero();
     ContactStatus status = contacts_.set_inverse_mass(W_);
     if (status == ContactStatus::solved) status = contacts_.solve(dq_, gap_, none_);  // (1)

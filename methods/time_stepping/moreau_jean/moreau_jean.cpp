@@ -103,10 +103,7 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
   const auto solve_contacts = [&](Vector& v_plus) {
     if (!march.has_contact_problem()) return true;
     if (!march.prepare_contacts(q_m, W)) return false;
-    for (std::size_t k = 0; k < march.active.size(); ++k) {
-      const int i = march.active[k];
-      shift[i] = info.contacts[i].eps_r * march.contacts.normal_velocity(k, v);
-    }
+    for (const int i : march.active) shift[i] = info.contacts[i].eps_r * march.contacts.normal_velocity(i, v);
     march.contacts.bilateral_velocities(v, shift);
     for (const int i : info.bilateral) shift[i] *= (1 - theta_) / theta_;  // (5b)
     return march.solve_contacts(v_plus, shift, {});
