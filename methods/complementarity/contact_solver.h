@@ -35,16 +35,18 @@ enum class ContactSolverKind { lemke, pgs, newton };
 
 struct ContactSolverOptions {
   ContactSolverKind kind = ContactSolverKind::lemke;
-  int facets = 8;            ///< of a polygon in place of the disc: lemke
-  double tolerance = 1e-12;  ///< violation() to be reached: pgs, newton
-  int iterations = 0;        ///< limit: sweeps of pgs, steps of newton
+  int facets = 8;  ///< of a polygon in place of the disc: lemke
+  /// violation() to be reached by pgs, newton: far below the error of any time step, and what Lemke's method may leave
+  /// in a redundant problem
+  double tolerance = 1e-9;
+  int iterations = 0;  ///< limit: sweeps of pgs, steps of newton
 };
 
 /// Options solver=lemke|pgs|newton; facets=8 of lemke; contact_tolerance=, contact_iterations= of the others.
 ContactSolverOptions contact_solver_argument(const MethodSpec& spec);
 /// For usage texts.
 constexpr const char* kContactSolverUsage =
-    "[,solver=lemke|pgs|newton][,facets=8][,contact_tolerance=1e-12][,contact_iterations=N]";
+    "[,solver=lemke|pgs|newton][,facets=8][,contact_tolerance=1e-9][,contact_iterations=N]";
 
 std::unique_ptr<ContactSolver> make_contact_solver(const ContactSolverOptions& options);
 

@@ -5,7 +5,8 @@
 //   r <- r + 2^-k s with the first k = 0, 1, ... that shortens F                                  (3)
 //
 // alpha = 1e-10 of the diagonal keeps (2) regular for redundant contacts, a box on four corners, where r is not unique;
-// F itself stays exact. Where (3) finds nothing, Gauss-Seidel sweeps lead closer. (2) is dense up to a few dozen
+// F itself stays exact. Where (3) finds nothing, it starts again: from the polyhedral solution, then after more and
+// more Gauss-Seidel sweeps. (2) is dense up to a few dozen
 // contacts, and sparse above (Eigen's SparseLU, which allocates as a sparse factorisation must).
 //
 // Sources: Alart, Curnier, CMAME 92 (1991); Acary, Brogliato (2008), section 13.6.
@@ -21,6 +22,7 @@ namespace {
 
 constexpr double kRegularization = 1e-10;
 constexpr int kMostHalvings = 12;
+constexpr int kFacetsOfGuess = 8;
 constexpr int kRestarts = 6;
 constexpr int kSweepsOfRestart = 20;  // the first; five times as many each time
 
@@ -34,6 +36,7 @@ class NewtonContactSolver final : public ContactSolver {
     counters.inner_iterations += iterations_;
     counters.matrix_factorizations += factorizations_;
     iterations_ = factorizations_ = 0;
+    if (polyhedral_) polyhedral_->count(counters);
     for (auto& sweeps : restarts_) {
       if (sweeps) sweeps->count(counters);
     }
@@ -59,7 +62,7 @@ class NewtonContactSolver final : public ContactSolver {
   std::vector<Eigen::Triplet<double>> entries_;
   Eigen::SparseMatrix<double> sparse_;
   Eigen::SparseLU<Eigen::SparseMatrix<double>> sparse_lu_;
-  std::unique_ptr<ContactSolver> restarts_[kRestarts];
+  std::unique_ptr<ContactSolver> polyhedral_, restarts_[kRestarts];
 };
 
 /// F, its derivative where asked for, w; returns ||F||, contacts weighted to velocities.
@@ -172,6 +175,10 @@ ContactStatus NewtonContactSolver::solve(const ContactProblem& problem, Vector& 
   F_.setZero();
   left_ = most_iterations_;
   if (iterate(problem, r)) return ContactStatus::solved;
+  if (is_dense_) {  // a polygon in place of the disc: near the solution, and in the plane the solution itself
+    if (!polyhedral_) polyhedral_ = make_lemke_contact_solver(kFacetsOfGuess);
+    if (polyhedral_->solve(problem, r) == ContactStatus::solved && iterate(problem, r)) return ContactStatus::solved;
+  }
   int sweeps = kSweepsOfRestart;
   for (auto& restart : restarts_) {
     if (!restart) restart = make_gauss_seidel_contact_solver(tolerance_, sweeps);

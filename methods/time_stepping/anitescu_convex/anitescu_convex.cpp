@@ -64,7 +64,8 @@ const bool registered = register_method({
     .name = "anitescu_convex",
     .usage = std::string("anitescu_convex") + kContactSolverUsage,
     .summary = "Anitescu (2006) time stepping, a convex program in each step, inelastic",
-    .examples = {"anitescu_convex", "anitescu_convex,solver=pgs", "anitescu_convex,solver=newton"},
+    .examples = {"anitescu_convex", "anitescu_convex,solver=pgs,contact_tolerance=1e-13",
+                 "anitescu_convex,solver=newton,contact_tolerance=1e-13"},
     .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<Anitescu>(spec); },
     .not_built = {},
 });

@@ -142,8 +142,9 @@ const bool registered = register_method({
     .name = "anitescu_potra",
     .usage = std::string("anitescu_potra[,implicit=none|linear]") + kContactSolverUsage,
     .summary = "Anitescu-Potra time stepping (1997; 2002 for stiff forces), Poisson's hypothesis",
-    .examples = {"anitescu_potra", "anitescu_potra,implicit=linear", "anitescu_potra,solver=pgs",
-                 "anitescu_potra,solver=newton"},
+    .examples = {"anitescu_potra", "anitescu_potra,implicit=linear",
+                 "anitescu_potra,solver=pgs,contact_tolerance=1e-13",
+                 "anitescu_potra,solver=newton,contact_tolerance=1e-13"},
     .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<AnitescuPotra>(spec); },
     .not_built = {},
 });

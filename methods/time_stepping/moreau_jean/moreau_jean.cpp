@@ -17,15 +17,15 @@
 //   v_free = v_{k+1} - Mhat^-1 (M (v_{k+1} - v_k) - h theta f_{k+1} - h (1 - theta) f_k)           (7)
 // in place of (3): the part of v_{k+1} that no impulse of the last iteration made. Impulses are solved for afresh.
 //
-// projection=on: then q_{k+1} moves to the nearest position, in the norm of M, without penetration of the contacts that
-// were active and without drift of the bilateral constraints, in a few linearised steps:
+// projection=on: then q_{k+1} moves to the nearest position, in the norm of M, without penetration and without drift of
+// the bilateral constraints, in a few linearised steps (position_projection.h):
 //   q <- q + M^-1 J_n tau,   0 <= tau  _|_  f_c + J_n' M^-1 J_n tau >= 0,   equality where bilateral   (8)
 //
 // Source: Jean, CMAME 177 (1999); Acary, Brogliato, Numerical Methods for Nonsmooth Dynamical Systems (2008),
 // section 10.1, eq. (10.7)-(10.12); (8): Acary, Projected event-capturing time-stepping schemes, CMAME 256 (2013).
 // Differs from the source: 1. M and the contact kinematics are taken at the midpoint (1), which keeps order 2 for
 // configuration-dependent M, also with implicit=full; 2. with solver=lemke the friction disc is a polygon in space;
-// 3. (8) follows the step instead of being part of its equations.
+// 3. (8) follows the step instead of being part of its equations, for every contact that penetrates.
 
 #include <fmt/format.h>
 
@@ -146,7 +146,7 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
     if (!solve_contacts(v_plus)) return false;
     if (is_full_ && !correct(v_plus)) return false;
     march.q += (h * theta_) * v_plus + (h * (1 - theta_)) * v;  // (6)
-    return !projection || projection->apply(march.q, march.active) || march.fail(projection->reason());
+    return !projection || projection->apply(march.q) || march.fail(projection->reason());
   });
 }
 
@@ -155,7 +155,7 @@ const bool registered = register_method({
     .usage = std::string("moreau_jean[,theta=0.5][,implicit=linear|full][,projection=off|on]") + kContactSolverUsage,
     .summary = "Moreau-Jean time stepping, theta method",
     .examples = {"moreau_jean", "moreau_jean,theta=1", "moreau_jean,implicit=full", "moreau_jean,projection=on",
-                 "moreau_jean,solver=pgs", "moreau_jean,solver=newton"},
+                 "moreau_jean,solver=pgs,contact_tolerance=1e-13", "moreau_jean,solver=newton,contact_tolerance=1e-13"},
     .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<MoreauJean>(spec); },
     .not_built = {},
 });

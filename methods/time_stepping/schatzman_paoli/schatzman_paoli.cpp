@@ -73,7 +73,7 @@ const bool registered = register_method({
     .name = "schatzman_paoli",
     .usage = std::string("schatzman_paoli") + kContactSolverUsage,
     .summary = "Schatzman-Paoli time stepping, two-step scheme for positions",
-    .examples = {"schatzman_paoli", "schatzman_paoli,solver=newton"},
+    .examples = {"schatzman_paoli", "schatzman_paoli,solver=newton,contact_tolerance=1e-13"},
     .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<SchatzmanPaoli>(spec); },
     .not_built = {},
 });

@@ -64,7 +64,8 @@ const bool registered = register_method({
     .name = "stewart_trinkle",
     .usage = std::string("stewart_trinkle") + kContactSolverUsage,
     .summary = "Stewart-Trinkle time stepping, gaps at the end of the step, inelastic",
-    .examples = {"stewart_trinkle", "stewart_trinkle,solver=pgs", "stewart_trinkle,solver=newton"},
+    .examples = {"stewart_trinkle", "stewart_trinkle,solver=pgs,contact_tolerance=1e-13",
+                 "stewart_trinkle,solver=newton,contact_tolerance=1e-13"},
     .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<StewartTrinkle>(spec); },
     .not_built = {},
 });
