@@ -8,8 +8,9 @@
 // (pi / t_c)^2 with the mass m_n = 1 / (J_n' M^-1 J_n) that the contact feels: as h falls, contacts get stiffer, and
 // have more steps. c = 2 zeta sqrt(k m_n), zeta from the restitution of a damped spring that does not pull,
 //
-//   eps_r = exp(-zeta / s atan2(2 zeta s, 2 zeta^2 - 1)'),   s = sqrt(1 - zeta^2), and for zeta > 1 by continuation (3)
+//   eps_r = exp(-zeta / s phi),   phi = atan2(2 zeta s, 2 zeta^2 - 1),   s = sqrt(1 - zeta^2)   (3)
 //
+// (log((zeta + s) / (zeta - s)) with s = sqrt(zeta^2 - 1) in place of phi when zeta > 1),
 // with zeta <= 5 (eps_r = 0.01) in place of eps_r = 0. v_s = slip_speed=, in m/s; by default a tenth of what friction
 // changes the slip by in a step.
 //
@@ -20,9 +21,9 @@
 //   Lambda_t = -h mu lambda_n(q_k, v_k) / sqrt(||J_t' v_k||^2 + v_s^2) J_t' v_m             (6)
 //   q_{k+1} = q_k + h v_m                                                                 (7)
 //
-// M, J_n, J_t at q_k; contacts that would pull are left out and (4) is solved again. Order 2 between contacts; an
-// impact is late and long by t_c and has eps_r to O(h / t_c), so that the order through impacts is 1/2; with a
-// stiffness of its own the method converges to the motion of compliant bodies.
+// M, J_n, J_t at q_k + h/2 v_k; contacts that would pull are left out and (4) is solved again. Order 2 between
+// contacts; an impact is late and long by t_c and has eps_r to O(h / t_c), so that the order through impacts is 1/2;
+// with a stiffness of its own the method converges to the motion of compliant bodies.
 //
 // Source: Acary, Brogliato (2008), section 1.2 (Kelvin-Voigt); (3): Schwager, Poeschel, Granular Matter 9 (2007)
 // 465-469.
@@ -109,14 +110,15 @@ Solution Penalty::do_solve(const Problem& problem, const Settings& settings) con
   const auto& structure = info.structure;
   const int n_q = info.n_q;
   March march(problem, settings, {});
+  march.solution.residuals.clear();  // there is no contact law to audit
   const double h = march.h, t_c = kDuration * std::sqrt(h * info.end_time);
   const Vector &q = march.q, &v = march.v;
   Counters& counters = march.solution.counters;
 
   Matrix M(n_q, n_q), f_q(n_q, n_q), f_v(n_q, n_q), S(n_q, n_q), with_contacts(n_q, n_q);
   BlockInverse W, S_inverse, contact_inverse;
-  Vector f(n_q), right(n_q), change(n_q), v_m(n_q), WJ(n_q), packed_n(info.n_normal_entries),
-      packed_t(info.n_tangent_entries), gaps(info.n_c());
+  Vector q_m = q, f(n_q), right(n_q), change(n_q), v_m(n_q), WJ(n_q), packed_n(info.n_normal_entries),
+         packed_t(info.n_tangent_entries), gaps(info.n_c());
   std::vector<CompliantContact> contacts(info.n_c());
   for (int i = 0; i < info.n_c(); ++i) {
     contacts[i].zeta = damping_for(info.contacts[i].eps_r);
@@ -124,7 +126,7 @@ Solution Penalty::do_solve(const Problem& problem, const Settings& settings) con
     contacts[i].J_t.setZero(n_q, info.contacts[i].n_t);
   }
   const auto linearize = [&] {
-    problem.mass_matrix(q.data(), M.data());
+    problem.mass_matrix(q_m.data(), M.data());
     problem.force_jacobians(q.data(), v.data(), info.u.data(), f_q.data(), f_v.data());
     S = M - (0.5 * h) * f_v - (0.25 * h * h) * f_q;
     S_inverse.compute(S);
@@ -142,8 +144,8 @@ Solution Penalty::do_solve(const Problem& problem, const Settings& settings) con
     problem.gap(q.data(), gaps.data());
     if (!(gaps.minCoeff() < 0)) return false;
     if (!constant_matrix) W.compute(M);
-    problem.normal_jacobian(q.data(), packed_n.data());
-    if (info.has_friction()) problem.tangent_jacobian(q.data(), packed_t.data());
+    problem.normal_jacobian(q_m.data(), packed_n.data());
+    if (info.has_friction()) problem.tangent_jacobian(q_m.data(), packed_t.data());
     for (int i = 0; i < info.n_c(); ++i) {
       CompliantContact& contact = contacts[i];
       contact.is_active = gaps[i] < 0;
@@ -211,6 +213,7 @@ Solution Penalty::do_solve(const Problem& problem, const Settings& settings) con
   };
 
   return march.run([&](Vector& v_plus) {
+    q_m = q + (0.5 * h) * v;
     if (!constant_matrix) linearize();
     problem.force(q.data(), v.data(), info.u.data(), f.data());
     right = h * f;
