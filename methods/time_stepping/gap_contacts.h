@@ -41,7 +41,7 @@ class GapContacts {
       if (opening < 0 && !std::binary_search(march_.active.begin(), march_.active.begin() + before, i))
         march_.active.push_back(i);
     }
-    std::inplace_merge(march_.active.begin(), march_.active.begin() + before, march_.active.end());
+    std::sort(march_.active.begin(), march_.active.end());  // inplace_merge would allocate
     return march_.active.size() > before;
   }
 

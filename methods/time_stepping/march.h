@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <limits>
 #include <vector>
 
 #include "methods/method.h"
@@ -9,6 +10,23 @@
 #include "methods/time_stepping/contact_step.h"
 
 namespace ricochet {
+
+/// When Newton's method for implicit forces ends: at its tolerance, or where corrections are so small and shrink so
+/// little that they are the rounding of the forces. Stiff springs round long before the tolerance.
+class NewtonEnd {
+ public:
+  NewtonEnd(double tolerance, double size) : tolerance_(tolerance * size), rounding_(kRounding * size) {}
+
+  bool operator()(double correction) {
+    const bool stagnates = correction <= rounding_ && correction >= 0.5 * last_;
+    last_ = correction;
+    return correction <= tolerance_ || stagnates;
+  }
+
+ private:
+  static constexpr double kRounding = 1e-9;
+  double tolerance_, rounding_, last_ = std::numeric_limits<double>::infinity();
+};
 
 /// What every fixed-step time-stepping method has around its formulas: the state, the contact problem, the active set,
 /// the march over the steps with its time limit, events and recording.

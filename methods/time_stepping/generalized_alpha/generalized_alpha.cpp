@@ -152,7 +152,7 @@ Solution GeneralizedAlpha::do_solve(const Problem& problem, const Settings& sett
     a_last = a;
     d_last = d;
     w.setZero();
-    const double size = v.cwiseAbs().maxCoeff() + h * a.cwiseAbs().maxCoeff();  // what v_{k+1} is made of
+    NewtonEnd is_end(settings.inner_tolerance, v.cwiseAbs().maxCoeff() + h * a.cwiseAbs().maxCoeff());
     for (int iteration = 0; iteration < kMostNewton; ++iteration) {
       a = (1 / (1 - alpha.alpha_m)) *
           ((1 - alpha.alpha_f) * d + alpha.alpha_f * d_last - alpha.alpha_m * a_last);                        // (2)
@@ -183,7 +183,7 @@ Solution GeneralizedAlpha::do_solve(const Problem& problem, const Settings& sett
       at.S_inverse.apply(R, change);
       d -= change;
       const double w_change = has_contacts ? (w - w_last).cwiseAbs().maxCoeff() : 0;
-      if (h * change.cwiseAbs().maxCoeff() + w_change <= settings.inner_tolerance * size) break;
+      if (is_end(h * change.cwiseAbs().maxCoeff() + w_change)) break;
       if (iteration + 1 == kMostNewton) return march.fail("Newton's method for the accelerations did not converge");
     }
     a = (1 / (1 - alpha.alpha_m)) * ((1 - alpha.alpha_f) * d + alpha.alpha_f * d_last - alpha.alpha_m * a_last);

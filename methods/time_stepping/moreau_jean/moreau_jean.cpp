@@ -111,7 +111,7 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
 
   /// (7)
   const auto correct = [&](Vector& v_plus) {
-    const double size = v.cwiseAbs().maxCoeff() + Wf.cwiseAbs().maxCoeff();  // what v_{k+1} is made of
+    NewtonEnd is_end(settings.inner_tolerance, v.cwiseAbs().maxCoeff() + Wf.cwiseAbs().maxCoeff());
     for (int iteration = 0; iteration < kMostNewton; ++iteration) {
       q_next = q + (h * theta_) * v_plus + (h * (1 - theta_)) * v;
       if (!constant_matrix) factorize(q_next, v_plus);
@@ -127,7 +127,7 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
       ++counters.inner_iterations;
       march.clear_impulses();
       if (!solve_contacts(v_plus)) return false;
-      if ((v_plus - v_last).cwiseAbs().maxCoeff() <= settings.inner_tolerance * size) return true;
+      if (is_end((v_plus - v_last).cwiseAbs().maxCoeff())) return true;
     }
     return march.fail("Newton's method for the implicit forces did not converge");
   };
