@@ -152,16 +152,17 @@ ContactStatus LemkeContactSolver::solve(const ContactProblem& problem, Vector& r
 }
 
 /// An open contact that slips has gamma > 0 = mu r_n - sum beta: only with the facet that determines gamma, whose beta
-/// is zero, do they make a basis. The warm start of the next step takes what is positive for one.
+/// is zero, do they make a basis. The warm start of the next step takes what is positive for one. In the plane only:
+/// bodies in space on redundant contacts have bases that rounding would choose between.
 void LemkeContactSolver::mark_basis_of_open_contacts(const ContactProblem& problem, const Vector& r) {
   int column = problem.G.n_contacts(), gamma = n_columns_;
   for (int i = 0; i < problem.G.n_contacts(); ++i) {
     const auto& contact = problem.contacts[i];
     const int n_f = facets(contact);
-    if (n_f > 0 && z_[i] == 0 && contact.present == 0 && z_[gamma] > 0) {
+    if (contact.n_t == 1 && z_[i] == 0 && contact.present == 0 && z_[gamma] > 0) {
       double w[3];
       problem.G.row_times(i, r.data(), problem.b.data(), w);
-      const int facet = contact.n_t == 2 ? polygon_.most_dissipative(w + 1) : w[1] > 0 ? 1 : 0;
+      const int facet = w[1] > 0 ? 1 : 0;
       z_.segment(column, n_f).setZero();
       z_[column + facet] = std::numeric_limits<double>::min();
     }
