@@ -43,6 +43,7 @@ class NewtonContactSolver final : public ContactSolver {
   }
 
  private:
+  ContactStatus find(const ContactProblem& problem, Vector& r);
   double evaluate(const ContactProblem& problem, const Vector& r, bool jacobian);
   void add_jacobian_rows(const ContactProblem& problem, int i);
   bool solve_linear(int n);
@@ -159,6 +160,16 @@ bool NewtonContactSolver::iterate(const ContactProblem& problem, Vector& r) {
 }
 
 ContactStatus NewtonContactSolver::solve(const ContactProblem& problem, Vector& r) {
+  const ContactStatus status = find(problem, r);
+  for (int i = 0; i < problem.G.n_contacts(); ++i) {  // what rounding leaves of open contacts
+    auto r_i = r.segment(problem.G.row(i), problem.G.size(i));
+    if (!(r_i[0] > 0) && problem.contacts[i].present == 0) r_i.setZero();
+    r_i[0] = std::max(0.0, r_i[0]);
+  }
+  return status;
+}
+
+ContactStatus NewtonContactSolver::find(const ContactProblem& problem, Vector& r) {
   const int n = problem.G.n_rows();
   is_dense_ = problem.G.n_contacts() <= kMostDenseContacts;
   if (w_.size() < n) {
