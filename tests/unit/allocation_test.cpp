@@ -77,7 +77,13 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"pendulum_wall", "moreau_jean"}, Case{"sliding_block", "moreau_jean"},
                     Case{"pendulum_wall_cartesian", "fesd:radau-iia:3"}, Case{"pendulum_wall_cartesian", "moreau_jean"},
                     Case{"slider_crank_stop", "anitescu_potra"}, Case{"bouncing_ball", "anitescu_potra"},
-                    Case{"sliding_block", "anitescu_potra"}),
+                    Case{"sliding_block", "anitescu_potra"}, Case{"stacked_blocks", "moreau_jean,solver=pgs"},
+                    Case{"stacked_blocks", "moreau_jean,solver=newton"},
+                    Case{"ball_3d", "moreau_jean,solver=newton,projection=on"},
+                    Case{"pendulum_wall_cartesian", "moreau_jean,implicit=full"},
+                    Case{"stacked_blocks", "stewart_trinkle"}, Case{"stacked_blocks", "anitescu_convex,solver=pgs"},
+                    Case{"two_balls_spring", "schatzman_paoli"}, Case{"two_balls_spring", "generalized_alpha"},
+                    Case{"two_balls_spring", "anitescu_potra,implicit=linear"}, Case{"two_balls_spring", "penalty"}),
     [](const auto& test) { return test_name(std::string(test.param.problem) + "_" + test.param.method); });
 
 TEST(Allocations, OfAPersistentContact) {
