@@ -1,6 +1,7 @@
 #include "bench/control_experiment.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <chrono>
 #include <cmath>
@@ -11,6 +12,7 @@
 
 #include "bench/control_gradient.h"
 #include "bench/control_options.h"
+#include "bench/control_seeds.h"
 #include "bench/environment.h"
 #include "bench/experiment.h"
 #include "bench/progress.h"
@@ -19,6 +21,7 @@
 #include "methods/complementarity/homotopy.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
+#include "problems/named_values.h"
 
 namespace ricochet {
 namespace {
@@ -202,9 +205,14 @@ std::string run_control_experiment(const std::string& name, const std::string& f
   try {
     const json document = json::parse(text);
     const std::string kind = document.value("kind", "");
-    if (kind != "optimal_control" && kind != "control_gradient")
+    using Run = void (*)(const json&, ResultsFile&);
+    static const Names<Run> kinds = {{"optimal_control", compare_transcriptions},
+                                     {"control_gradient", compare_gradients},
+                                     {"control_seeds", study_seeds}};
+    const Run* run = find(kinds, kind);
+    if (!run)
       throw InputError(path + ": kind", document.value("kind", json()).dump(),
-                       "optimal_control or control_gradient is required");
+                       fmt::format("one of {} is required", fmt::join(list(kinds), ", ")));
     ResultsFile file(folder, document.at("id"),
                      {{"kind", "header"},
                       {"schema", kResultsSchema},
@@ -215,10 +223,7 @@ std::string run_control_experiment(const std::string& name, const std::string& f
                       {"environment", environment()},
                       {"key", hash_of(text + program_hash())}});
     if (file.is_complete()) return file.path();
-    if (kind == "optimal_control")
-      compare_transcriptions(document, file);
-    else
-      compare_gradients(document, file);
+    (*run)(document, file);
     file.finish();
     return file.path();
   } catch (const json::exception& error) {

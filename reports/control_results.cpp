@@ -3,17 +3,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
+
+#include "reports/json_number.h"
 
 namespace ricochet {
 namespace {
 
 using nlohmann::json;
-
-/// JSON has no NaN: null stands for "no number".
-double number_or_nan(const json& j) {
-  return j.is_number() ? j.get<double>() : std::numeric_limits<double>::quiet_NaN();
-}
 
 json to_json(const ControlRun::Motion& motion) {
   return {{"t", motion.t}, {"q", motion.q}};

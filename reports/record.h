@@ -7,6 +7,7 @@
 
 #include "problems/solution.h"
 #include "reports/control_results.h"
+#include "reports/seed_results.h"
 
 namespace ricochet {
 
@@ -66,6 +67,7 @@ struct Results {
   std::vector<Trajectory> trajectories;
   std::vector<ControlRun> control_runs;
   std::vector<ControlGradient> gradients;
+  std::vector<SeedRun> seed_runs;
   bool is_complete = false;
 
   std::string experiment() const { return header.value("experiment", ""); }

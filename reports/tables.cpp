@@ -7,7 +7,7 @@
 #include <limits>
 #include <map>
 
-#include "reports/median.h"
+#include "reports/quantile.h"
 #include "reports/order_fit.h"
 
 namespace ricochet {

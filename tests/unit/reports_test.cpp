@@ -211,7 +211,7 @@ TEST_F(ResultsOnDisk, AnInterruptedRunLooksIncompleteAndIsContinued) {
     file << "{\"kind\": \"row\", \"exper";  // a line cut by the interruption
   }
   ResultsFile file(folder, "e", header("k"));
-  ASSERT_EQ(file.taken_over().size(), 2u);
+  ASSERT_EQ(file.taken_over().records.size(), 2u);
   file.append(to_json(records[2]));
   file.finish();
   EXPECT_EQ(read_results(folder + "/e.jsonl").records.size(), 3u);
