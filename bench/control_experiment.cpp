@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "bench/control_claim.h"
 #include "bench/control_gradient.h"
 #include "bench/control_options.h"
 #include "bench/control_seeds.h"
@@ -37,29 +38,6 @@ constexpr double kGradientTolerance = 1e-12;
 constexpr double kReferenceChange = 1e-3;
 constexpr double kSchemeChange = 1e-6;
 
-std::vector<double> list(const Vector& x) {
-  return {x.begin(), x.end()};
-}
-
-void describe_claim(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, ControlRun& run) {
-  run.claimed_cost = trajectory.objective;
-  run.T = trajectory.T;
-  for (const auto& u : trajectory.u.colwise()) run.u.push_back(list(u));
-  for (const auto& point : trajectory.points) {
-    run.claimed.t.push_back(point.t);
-    run.claimed.q.push_back(list(point.q));
-    if (problem.plant->n_c() > 0) run.penetration = std::max(run.penetration, -problem.plant->gap(point.q).minCoeff());
-    if (point.lambda_n.size() == 0) continue;
-    run.force_t.push_back(point.t);
-    run.lambda_n.push_back(list(point.lambda_n));
-  }
-  const double least = smallest_impact(problem, trajectory);
-  for (const auto& impulse : trajectory.impulses) {
-    if (impulse.Lambda_n > least) run.impacts.push_back({impulse.t, impulse.Lambda_n});
-  }
-  for (const auto& contact : problem.plant->info().contacts) run.contacts.push_back(contact.name);
-}
-
 void describe_replay(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, ControlRun& run) {
   Replay truth = replay(problem, trajectory, reference_solver(kReplayTolerance));
   run.replayed_by = "reference";
@@ -71,7 +49,8 @@ void describe_replay(const OptimalControlProblem& problem, const ControlTrajecto
   run.replay_status = to_string(truth.status);
   for (const auto& point : truth.points) {
     run.replayed.t.push_back(point.t);
-    run.replayed.q.push_back(list(point.q));
+    run.replayed.q.emplace_back(point.q.begin(), point.q.end());
+    run.replayed.v.emplace_back(point.v.begin(), point.v.end());
   }
   if (truth.status != Status::success) return;
   const ReplayMismatch difference = mismatch(problem, trajectory, truth);
