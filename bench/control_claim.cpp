@@ -25,13 +25,13 @@ Vector position(const ControlTrajectory::Point& a, const ControlTrajectory::Poin
   return a.q + s * (h * a.v + s * ((3 * d - h * (2 * a.v + b.v)) + s * (h * (a.v + b.v) - 2 * d)));
 }
 
-/// What acts at an instant: the control of its interval, the forces of the next stage.
+/// What acts at an instant: the control of its interval, the forces of the next stage, at T of the last point.
 Forces forces_at(const ProblemInfo& info, const ControlTrajectory& trajectory, double t) {
   Forces forces{{}, Vector::Zero(info.n_c()), Vector::Zero(info.n_c())};
   const auto N = trajectory.u.cols();
   forces.u = trajectory.u.col(std::min(static_cast<Eigen::Index>(t / trajectory.T * static_cast<double>(N)), N - 1));
-  const auto stage = std::ranges::find_if(trajectory.points, [t](const ControlTrajectory::Point& point) {
-    return point.t > t && point.lambda_n.size() > 0;
+  const auto stage = std::ranges::find_if(trajectory.points, [&](const ControlTrajectory::Point& point) {
+    return (point.t > t || point.t == trajectory.points.back().t) && point.lambda_n.size() > 0;
   });
   if (stage == trajectory.points.end()) return forces;
   forces.lambda_n = stage->lambda_n;

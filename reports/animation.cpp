@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kWidth = 760;  // [pixels]
+constexpr double kWidth = 760, kHeight = 440;  // at most [pixels]
 
 double rounded(double x) {
   return std::round(x * 100) / 100;
@@ -67,7 +67,6 @@ std::string marks(const ControlRun& run) {
 }
 
 const char* const kStyle = R"(
-figure.motion { max-width: 47.5rem; }
 figure.motion[hidden] { display: none; }
 figure.motion svg { display: block; border: 1px solid #d0d0d0; box-sizing: border-box; }
 figure.motion .player { display: grid; grid-template-columns: auto 1fr auto auto; gap: .7rem; align-items: end; margin-top: .4rem; }
@@ -160,20 +159,22 @@ for (const figure of document.querySelectorAll("figure.motion")) {
 }  // namespace
 
 std::string animation_html(const ControlRun& run) {
-  const PictureView view = view_of(run.picture, kWidth);
+  PictureView view = view_of(run.picture, kWidth);
+  if (view.height > kHeight) view = view_of(run.picture, kWidth * kHeight / view.height);
   const std::string ring =
       "<circle class=\"impact\" fill=\"none\" stroke=\"#ae017e\" stroke-width=\"3\" visibility=\"hidden\"/>";
   return fmt::format(
-      "<figure class=\"motion\" hidden>\n<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {:.0f} {:.1f}\" "
-      "role=\"img\" aria-label=\"{}: the motion\">{}{}</svg>\n"
-      "<div class=\"player\"><button type=\"button\">Play</button><div class=\"line\">{}<input type=\"range\" "
-      "aria-label=\"time\" min=\"0\" max=\"{:.10g}\" step=\"any\" value=\"0\"></div><output>0.00 s</output>"
+      "<figure class=\"motion\" style=\"max-width: {0:.0f}px\" hidden>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
+      "viewBox=\"0 0 {0:.1f} {1:.1f}\" "
+      "role=\"img\" aria-label=\"{2}: the motion\">{3}{4}</svg>\n"
+      "<div class=\"player\"><button type=\"button\">Play</button><div class=\"line\">{5}<input type=\"range\" "
+      "aria-label=\"time\" min=\"0\" max=\"{6:.10g}\" step=\"any\" value=\"0\"></div><output>0.00 s</output>"
       "<select aria-label=\"speed\"><option value=\"1\">1 ×</option><option value=\"0.5\">½ ×</option>"
       "<option value=\"0.25\">¼ ×</option></select></div>\n"
-      "<figcaption>{}: the motion that {} claims. Marks on the time line: impacts.</figcaption>\n"
-      "<script type=\"application/json\">{}</script></figure>\n",
+      "<figcaption>{2}: the motion that {7} claims. Marks on the time line: impacts.</figcaption>\n"
+      "<script type=\"application/json\">{8}</script></figure>\n",
       view.width, view.height, escape_html(run.title), svg_of(run.picture.frames.front(), view), ring, marks(run),
-      run.T, escape_html(run.title), escape_html(run.discretisation), data_of(run, view).dump());
+      run.T, escape_html(run.discretisation), data_of(run, view).dump());
 }
 
 std::string animation_style() {

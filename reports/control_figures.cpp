@@ -99,7 +99,7 @@ std::vector<double> borders(const ControlRun& run) {
   for (std::size_t s = 1; s < run.claimed.t.size(); ++s) {
     if (run.claimed.t[s] == run.claimed.t[s - 1]) t.push_back(run.claimed.t[s]);
   }
-  t.push_back(run.T);
+  if (!run.claimed.t.empty()) t.push_back(run.claimed.t.back());
   return t;
 }
 
@@ -195,7 +195,7 @@ Figure FigureFolder::control(const std::vector<const ControlRun*>& runs, const s
       fmt::format("set output '{}.svg'\n", name) +
       fmt::format("set multiplot layout {},{} columnsfirst margins {},0.985,{:.4f},{:.4f} spacing 0.085,{:.4f}\n",
                   rows.size(), runs.size(), runs.size() > 1 ? 0.065 : 0.11, 62 / height, 1 - 50 / height, 42 / height) +
-      "set xzeroaxis lc rgb '#b0b0b0' lt 1\nset offsets 0,0,graph 0.06,graph 0.03\nset ytics font ',11'\n"
+      "set xzeroaxis lc rgb '#b0b0b0' lt 1\nset offsets 0,0,graph 0.06,0\nset ytics font ',11'\n"
       "set key horizontal right bottom at graph 1,1.0 samplen 1.2 spacing 0.9 font ',10'\n" +
       panels + "unset multiplot\n";
   draw(name, script);
@@ -268,15 +268,16 @@ Figure FigureFolder::seeds(const std::vector<SeedRun>& runs, const std::string& 
     panel.add(failed, 4, "axes x1y2 with points pt 2 ps 0.8 lw 1.6", "no solution");
     data += panel.data();
     panels +=
-        fmt::format("set title \"{}\\n{}\" font ',12'\n", groups[g].front()->problem, groups[g].front()->arguments);
+        fmt::format("set title \"{}\\n{}\" font ',11'\n", groups[g].front()->problem, groups[g].front()->arguments);
     panels += panel.plot();
   }
-  const std::string script =
-      gnuplot_head(400 * static_cast<int>(groups.size()) + 60, 430) + data +
-      fmt::format("set output '{}.svg'\n", name) + fmt::format("set multiplot layout 1,{}\n", groups.size()) +
-      "set xlabel 'CPU time [s]'\nset ylabel 'cost'\nset xrange [0:*]\nset y2range [0:1]\n"
-      "set offsets graph 0.05,graph 0.05,graph 0.08,graph 0.05\nset key inside right top samplen 1 font ',11'\n" +
-      panels + "unset multiplot\n";
+  const std::string script = gnuplot_head(460 * static_cast<int>(groups.size()), 460) + data +
+                             fmt::format("set output '{}.svg'\n", name) +
+                             fmt::format("set multiplot layout 1,{}\n", groups.size()) +
+                             "set xlabel 'CPU time [s]'\nset ylabel 'cost'\nset xrange [0:*]\nset y2range [0:1]\n"
+                             "set offsets graph 0.05,graph 0.05,graph 0.08,graph 0.05\nset key outside bottom center "
+                             "horizontal samplen 1 font ',11'\n" +
+                             panels + "unset multiplot\n";
   draw(name, script);
   return {name + ".svg", "Random initial guesses",
           "Cost over CPU time, one point per guess: the lower and the further left the better. Crosses on the upper "

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 #include "reports/json_number.h"
@@ -101,15 +100,16 @@ std::vector<SeedGroup> seed_groups(const std::vector<SeedRun>& runs) {
 Table seed_table(const std::vector<SeedRun>& runs) {
   Table table;
   table.title = "Random initial guesses";
-  table.columns = {
-      {"problem", true}, {"runs"},           {"solved"},     {"success"}, {"stationary", true}, {"B"},
-      {"least cost"},    {"cost"},           {"worst cost"}, {"CPU s"},   {"wall s"},           {"iterations"},
-      {"off by"},        {"arguments", true}};
+  table.columns = {{"problem", true}, {"runs"},   {"solved"},         {"success"}, {"stationary", true}, {"B"},
+                   {"least cost"},    {"cost"},   {"worst cost"},     {"CPU s"},   {"wall s"},           {"iterations"},
+                   {"replayed"},      {"off by"}, {"arguments", true}};
   for (const auto& group : seed_groups(runs)) {
     const SeedGroup good = solved(group);
     const auto costs = values_of(good, &SeedRun::cost);
-    std::vector<double> terminal = values_of(good, &SeedRun::terminal);
-    std::erase_if(terminal, [](double x) { return std::isnan(x); });
+    std::vector<double> terminal;
+    for (const SeedRun* run : good) {
+      if (run->is_replayed()) terminal.push_back(run->terminal);
+    }
     const auto rate = 100 * static_cast<double>(good.size()) / static_cast<double>(group.size());
     table.rows.push_back({group.front()->problem, fmt::format("{}", group.size()), fmt::format("{}", good.size()),
                           fmt::format("{:.0f} %", rate), stationarities(good),
@@ -118,13 +118,14 @@ Table seed_table(const std::vector<SeedRun>& runs) {
                           costs.empty() ? "-" : fmt::format("{:.6g}", std::ranges::max(costs)),
                           quartiles(values_of(good, &SeedRun::cpu_seconds)),
                           quartiles(values_of(good, &SeedRun::seconds)),
-                          quartiles(values_of(good, &SeedRun::iterations)),
+                          quartiles(values_of(good, &SeedRun::iterations)), fmt::format("{}", terminal.size()),
                           terminal.empty() ? "-" : fmt::format("{:.1e}", median(terminal)), group.front()->arguments});
   }
   table.note =
       "Cost, times and iterations: quartiles and median of the solved runs. Stationary: the strongest kind that the "
-      "multipliers prove; B: no feasible direction descends. Off by: median of the max-norm of claim minus replay in "
-      "(q, v) at T, the replay by adaptive FESD-J. Times contain those for the guess; wall time is disturbed by other "
+      "multipliers prove; B: no feasible direction descends. Replayed: the plant could be run under the controls with "
+      "adaptive FESD-J; off by: median of the max-norm of claim minus replay in (q, v) at T. Times contain those for "
+      "the guess; wall time is disturbed by other "
       "work on the machine.";
   return table;
 }
@@ -137,7 +138,8 @@ Table seed_failures(const std::vector<SeedRun>& runs) {
   for (const auto& group : seed_groups(runs)) {
     std::map<std::pair<std::string, std::string>, std::vector<unsigned>> reasons;
     for (const SeedRun* run : group) {
-      if (!run->succeeded()) reasons[{run->status, run->message}].push_back(run->seed);
+      if (!run->succeeded())
+        reasons[{run->status, run->message.substr(0, run->message.find(';'))}].push_back(run->seed);
     }
     for (const auto& [reason, seeds] : reasons)
       table.rows.push_back({group.front()->problem, fmt::format("{}", seeds.size()), reason.first, reason.second,
@@ -158,7 +160,7 @@ Table seed_details(const std::vector<SeedRun>& runs) {
         {run.problem, fmt::format("{}", run.seed), run.status, good ? fmt::format("{:.8g}", run.cost) : "-",
          good ? run.stationarity : "-", good && run.is_b_stationary ? "yes" : "-",
          fmt::format("{:.1f}", run.cpu_seconds), fmt::format("{:.1f}", run.seconds), fmt::format("{}", run.iterations),
-         good && std::isfinite(run.terminal) ? fmt::format("{:.1e}", run.terminal) : "-", run.message, run.command()});
+         good && run.is_replayed() ? fmt::format("{:.1e}", run.terminal) : "-", run.message, run.command()});
   }
   return table;
 }

@@ -26,6 +26,7 @@ struct SeedRun {
   double terminal = 0;        ///< max-norm of claim minus replay in (q, v) at T; NaN when there is no replay
 
   bool succeeded() const { return status == "success"; }
+  bool is_replayed() const { return replay_status == "success"; }
   std::string command() const;  ///< reproduces the run
 };
 
@@ -38,7 +39,7 @@ std::vector<SeedGroup> seed_groups(const std::vector<SeedRun>& runs);
 
 /// One line per group: success, stationarity, spread of cost, time and iterations.
 Table seed_table(const std::vector<SeedRun>& runs);
-/// One line per group and reason without a solution, with the number of runs and the seeds.
+/// One line per group and reason without a solution, with the seeds; the first sentence of the reason.
 Table seed_failures(const std::vector<SeedRun>& runs);
 /// Every run.
 Table seed_details(const std::vector<SeedRun>& runs);

@@ -70,7 +70,7 @@ struct CartPoleFriction {
 
   static constexpr double kWidth = 0.3, kHeight = 0.14, kBob = 0.05;
   std::vector<Shape> shapes(const Vec<T, 3>& q) const {
-    std::vector<Shape> shapes{Shape::ground(-kHeight / 2)};
+    std::vector<Shape> shapes{Shape::segment(0, -kWidth, -kHeight / 2, x_goal + kWidth, -kHeight / 2)};
     const auto add = [&](double x, double y, double theta, bool is_goal) {
       const double end_x = x + l * std::sin(theta), end_y = y + l * std::cos(theta);
       for (const Shape& shape : {Shape::box(1, x, y, kWidth, kHeight), Shape::segment(2, x, y, end_x, end_y),

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <limits>
 
+#include "bench/control_claim.h"
 #include "problems/input_error.h"
 #include "reports/animation.h"
 #include "reports/control_results.h"
@@ -128,12 +129,48 @@ TEST(Frames, AndTheAnimationAreWellFormed) {
 
   std::string html = animation_html(run);
   html.erase(html.find("<script"), html.find("</script>") - html.find("<script") + std::string("</script>").size());
-  for (const char* alone : {"<input", "<figure class=\"motion\" hidden"}) {  // HTML that is not XML
-    const auto at = html.find(alone);
-    ASSERT_NE(at, std::string::npos);
-    html.insert(html.find('>', at), std::string(alone) == "<input" ? "/" : "=\"\"");
-  }
+  const auto input = html.find("<input");
+  ASSERT_NE(input, std::string::npos);
+  html.insert(html.find('>', input), "/");  // in HTML it has no end
   EXPECT_TRUE(is_well_formed(html)) << html;
+}
+
+TEST(Pictures, OfEveryOptimalControlProblemShowBodiesAndContacts) {
+  for (const auto& entry : control_problems()) {
+    const auto problem = entry.make({});
+    ASSERT_TRUE(problem->shapes) << entry.id;
+    const ProblemInfo& info = problem->plant->info();
+    const Forces forces{Vector::Ones(info.n_u), Vector::Ones(info.n_c()), Vector::Ones(info.n_c())};
+    const auto shapes = problem->shapes(info.q0);
+    const auto arrows = problem->arrows(info.q0, forces);
+    EXPECT_EQ(problem->shapes(info.q0 + Vector::Ones(info.n_q)).size(), shapes.size()) << entry.id;
+    for (int body = 1; body <= 2; ++body)
+      EXPECT_TRUE(std::ranges::any_of(shapes, [&](const Shape& s) { return s.body == body && !s.is_goal; }));
+    EXPECT_EQ(std::ranges::count(arrows, -1, &Arrow::contact), 1) << entry.id;
+    for (int i = 0; i < info.n_c(); ++i) EXPECT_EQ(std::ranges::count(arrows, i, &Arrow::contact), 1) << entry.id;
+  }
+}
+
+TEST(Pictures, AreSampledFromTheClaimWithItsImpacts) {
+  // Cart 2 at 1 + t^3: the cubic through both ends.
+  ControlTrajectory trajectory{.u = Matrix::Ones(1, 2), .T = 2, .objective = 0, .points = {}, .impulses = {}};
+  trajectory.u(0, 1) = -3;
+  for (const double t : {0.0, 2.0})
+    trajectory.points.push_back({t, Vector{{0, 1 + t * t * t}}, Vector{{0, 3 * t * t}}, Vector{{5 + t}}, Vector(0)});
+  trajectory.impulses = {{0.123456, 0, 100, Vector(0)}, {1.0, 0, 1e-9, Vector(0)}};
+  ControlRun run;
+  describe_claim(*make_control_problem("two_carts"), trajectory, run);
+  ASSERT_EQ(run.impacts.size(), 1u) << "the other one is too small to be an impact";
+  EXPECT_EQ(run.picture.at(0.1234).t, 0.123456);
+  const auto x_2 = [](const MotionPicture::Frame& frame) {
+    return std::ranges::find_if(frame.shapes, [](const Shape& s) { return s.body == 2 && !s.is_goal; })->numbers[0];
+  };
+  for (const auto& frame : run.picture.frames)
+    EXPECT_NEAR(x_2(frame) - x_2(run.picture.frames[0]), frame.t * frame.t * frame.t, 1e-14);  // rounding of 8
+  EXPECT_EQ(run.picture.at(0.9).arrows[0].F_x, 1) << "the control of the first interval";
+  EXPECT_EQ(run.picture.at(1.1).arrows[0].F_x, -3);
+  EXPECT_EQ(run.picture.at(1.1).arrows[1].F_x, 7) << "the force of the next point";
+  EXPECT_EQ(run.picture.at(2).arrows[1].F_x, 7);
 }
 
 /// Four guesses of one problem, one of them without a solution, and one of another.
@@ -145,13 +182,14 @@ std::vector<SeedRun> guesses() {
     run.arguments = "--noise 0.1 --time-limit 60";
     run.seed = seed;
     run.status = seed == 3 ? "time_limit" : "success";
-    run.message = seed == 3 ? "too late" : "";
+    run.message = seed == 3 ? "too late; violation 0.1" : "";
     run.iterations = 100 * static_cast<int>(seed);
     run.seconds = 2.0 * seed;
     run.cpu_seconds = seed;
     run.cost = 10.0 * seed;
     run.stationarity = seed == 4 ? "W" : "S";
     run.is_b_stationary = seed != 4;
+    run.replay_status = seed < 3 ? "success" : seed == 4 ? "infeasible" : "";
     run.terminal = seed == 4 ? std::numeric_limits<double>::quiet_NaN() : 1e-9 * seed;
     runs.push_back(run);
   }
@@ -185,6 +223,7 @@ TEST(SeedResults, TheTableCountsFailuresAndHasQuartilesOfTheRest) {
   EXPECT_EQ(cell(0, "worst cost"), "40");
   EXPECT_EQ(cell(0, "CPU s"), "1.5 | 2 | 3");
   EXPECT_EQ(cell(0, "iterations"), "150 | 200 | 300");
+  EXPECT_EQ(cell(0, "replayed"), "2");
   EXPECT_EQ(cell(0, "off by"), "1.5e-09") << "of the two that were replayed";
   EXPECT_EQ(cell(1, "success"), "0 %");
   EXPECT_EQ(cell(1, "cost"), "-");
