@@ -275,8 +275,8 @@ Figure FigureFolder::seeds(const std::vector<SeedRun>& runs, const std::string& 
                              fmt::format("set output '{}.svg'\n", name) +
                              fmt::format("set multiplot layout 1,{}\n", groups.size()) +
                              "set xlabel 'CPU time [s]'\nset ylabel 'cost'\nset xrange [0:*]\nset y2range [0:1]\n"
-                             "set offsets graph 0.05,graph 0.05,graph 0.08,graph 0.05\nset key outside bottom center "
-                             "horizontal samplen 1 font ',11'\n" +
+                             "set offsets graph 0.05,graph 0.05,graph 0.08,graph 0.05\nset bmargin 6\nset key at graph "
+                             "0.5, -0.23 center horizontal samplen 1 font ',11'\n" +
                              panels + "unset multiplot\n";
   draw(name, script);
   return {name + ".svg", "Random initial guesses",

@@ -22,6 +22,7 @@ const char* const kStyle = R"(
 body { font: 16px/1.5 "Helvetica Neue", Helvetica, Arial, sans-serif; color: #222; margin: 2.5rem auto; max-width: 76rem; padding: 0 1.25rem; }
 h1 { font-size: 1.7rem; margin-bottom: .2rem; }
 h2 { font-size: 1.25rem; margin-top: 2.6rem; border-bottom: 1px solid #ddd; padding-bottom: .25rem; }
+h3 { font-size: 1.05rem; margin-top: 2.2rem; }
 p.lead { color: #555; max-width: 46rem; }
 p.warning { background: #fff4e0; border-left: 4px solid #d94801; padding: .5rem .8rem; }
 figure { margin: 1.4rem 0; }
@@ -64,6 +65,10 @@ class Document {
   void heading(const std::string& text) {
     html_ += fmt::format("<h2>{}</h2>\n", escape_html(text));
     markdown_ += fmt::format("\n## {}\n\n", text);
+  }
+  void subheading(const std::string& text) {
+    html_ += fmt::format("<h3>{}</h3>\n", escape_html(text));
+    markdown_ += fmt::format("\n### {}\n\n", text);
   }
   void paragraph(const std::string& text, const char* css_class = "lead") {
     html_ += fmt::format("<p class=\"{}\">{}</p>\n", css_class, escape_html(text));
@@ -139,6 +144,7 @@ void add_control_runs(const Results& results, Document& document, FigureFolder& 
   const Table failed = control_failures(results.control_runs);
   if (!failed.rows.empty()) document.table(failed, id + "_failures");
   for (const auto& [problem, runs] : problems) {
+    document.subheading(fmt::format("{}: {}", problem, runs.front()->title));
     const auto pictured = std::ranges::find_if(runs, [](const ControlRun* run) { return !run->picture.empty(); });
     if (pictured != runs.end()) {
       document.figures({figures.frames(**pictured, fmt::format("{}_{}_frames", id, problem))});

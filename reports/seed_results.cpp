@@ -100,9 +100,9 @@ std::vector<SeedGroup> seed_groups(const std::vector<SeedRun>& runs) {
 Table seed_table(const std::vector<SeedRun>& runs) {
   Table table;
   table.title = "Random initial guesses";
-  table.columns = {{"problem", true}, {"runs"},   {"solved"},         {"success"}, {"stationary", true}, {"B"},
-                   {"least cost"},    {"cost"},   {"worst cost"},     {"CPU s"},   {"wall s"},           {"iterations"},
-                   {"replayed"},      {"off by"}, {"arguments", true}};
+  table.columns = {{"problem", true}, {"solved"},   {"stationary", true}, {"B"},
+                   {"least cost"},    {"cost"},     {"worst cost"},       {"CPU s"},
+                   {"iterations"},    {"replayed"}, {"off by"},           {"arguments", true}};
   for (const auto& group : seed_groups(runs)) {
     const SeedGroup good = solved(group);
     const auto costs = values_of(good, &SeedRun::cost);
@@ -111,22 +111,21 @@ Table seed_table(const std::vector<SeedRun>& runs) {
       if (run->is_replayed()) terminal.push_back(run->terminal);
     }
     const auto rate = 100 * static_cast<double>(good.size()) / static_cast<double>(group.size());
-    table.rows.push_back({group.front()->problem, fmt::format("{}", group.size()), fmt::format("{}", good.size()),
-                          fmt::format("{:.0f} %", rate), stationarities(good),
+    table.rows.push_back({group.front()->problem, fmt::format("{} of {}, {:.0f} %", good.size(), group.size(), rate),
+                          stationarities(good),
                           fmt::format("{}", std::ranges::count(good, true, &SeedRun::is_b_stationary)),
                           costs.empty() ? "-" : fmt::format("{:.6g}", std::ranges::min(costs)), quartiles(costs),
                           costs.empty() ? "-" : fmt::format("{:.6g}", std::ranges::max(costs)),
                           quartiles(values_of(good, &SeedRun::cpu_seconds)),
-                          quartiles(values_of(good, &SeedRun::seconds)),
                           quartiles(values_of(good, &SeedRun::iterations)), fmt::format("{}", terminal.size()),
                           terminal.empty() ? "-" : fmt::format("{:.1e}", median(terminal)), group.front()->arguments});
   }
   table.note =
-      "Cost, times and iterations: quartiles and median of the solved runs. Stationary: the strongest kind that the "
-      "multipliers prove; B: no feasible direction descends. Replayed: the plant could be run under the controls with "
-      "adaptive FESD-J; off by: median of the max-norm of claim minus replay in (q, v) at T. Times contain those for "
-      "the guess; wall time is disturbed by other "
-      "work on the machine.";
+      "Cost, CPU time and iterations: quartiles and median of the solved runs; the time with that for the guess. "
+      "Stationary: the strongest kind that the multipliers prove; B: no feasible direction descends. Replayed: the "
+      "plant "
+      "could be run under the controls with adaptive FESD-J; off by: median of the max-norm of claim minus replay in "
+      "(q, v) at T.";
   return table;
 }
 

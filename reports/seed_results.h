@@ -37,7 +37,7 @@ SeedRun seed_run_from_json(const nlohmann::json& j);
 using SeedGroup = std::vector<const SeedRun*>;
 std::vector<SeedGroup> seed_groups(const std::vector<SeedRun>& runs);
 
-/// One line per group: success, stationarity, spread of cost, time and iterations.
+/// One line per group: success, stationarity, spread of cost, CPU time and iterations.
 Table seed_table(const std::vector<SeedRun>& runs);
 /// One line per group and reason without a solution, with the seeds; the first sentence of the reason.
 Table seed_failures(const std::vector<SeedRun>& runs);

@@ -281,7 +281,7 @@ TEST_F(Cli, StudiesRandomGuessesAndGoesOnAfterAnInterruption) {
   const std::string out = (folder / "results").string(), report = (folder / "report").string();
   const Outcome outcome = run("compare " + experiment + " -o " + out);
   ASSERT_EQ(outcome.code, 0) << outcome.text;
-  EXPECT_HAS(outcome.text, "success     100 %");
+  EXPECT_HAS(outcome.text, "2 of 2, 100 %");
   const auto lines_of = [](const std::string& text) {
     std::vector<std::string> lines;
     std::istringstream stream(text);
