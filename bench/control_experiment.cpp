@@ -1,6 +1,7 @@
 #include "bench/control_experiment.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <chrono>
 #include <cmath>
@@ -9,9 +10,11 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "bench/control_claim.h"
 #include "bench/control_gradient.h"
 #include "bench/control_growth.h"
 #include "bench/control_options.h"
+#include "bench/control_seeds.h"
 #include "bench/environment.h"
 #include "bench/experiment.h"
 #include "bench/progress.h"
@@ -20,6 +23,7 @@
 #include "methods/complementarity/homotopy.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
+#include "problems/named_values.h"
 
 namespace ricochet {
 namespace {
@@ -35,29 +39,6 @@ constexpr double kGradientTolerance = 1e-12;
 constexpr double kReferenceChange = 1e-3;
 constexpr double kSchemeChange = 1e-6;
 
-std::vector<double> list(const Vector& x) {
-  return {x.begin(), x.end()};
-}
-
-void describe_claim(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, ControlRun& run) {
-  run.claimed_cost = trajectory.objective;
-  run.T = trajectory.T;
-  for (const auto& u : trajectory.u.colwise()) run.u.push_back(list(u));
-  for (const auto& point : trajectory.points) {
-    run.claimed.t.push_back(point.t);
-    run.claimed.q.push_back(list(point.q));
-    if (problem.plant->n_c() > 0) run.penetration = std::max(run.penetration, -problem.plant->gap(point.q).minCoeff());
-    if (point.lambda_n.size() == 0) continue;
-    run.force_t.push_back(point.t);
-    run.lambda_n.push_back(list(point.lambda_n));
-  }
-  const double least = smallest_impact(problem, trajectory);
-  for (const auto& impulse : trajectory.impulses) {
-    if (impulse.Lambda_n > least) run.impacts.push_back({impulse.t, impulse.Lambda_n});
-  }
-  for (const auto& contact : problem.plant->info().contacts) run.contacts.push_back(contact.name);
-}
-
 void describe_replay(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, ControlRun& run) {
   Replay truth = replay(problem, trajectory, reference_solver(kReplayTolerance));
   run.replayed_by = "reference";
@@ -69,7 +50,8 @@ void describe_replay(const OptimalControlProblem& problem, const ControlTrajecto
   run.replay_status = to_string(truth.status);
   for (const auto& point : truth.points) {
     run.replayed.t.push_back(point.t);
-    run.replayed.q.push_back(list(point.q));
+    run.replayed.q.emplace_back(point.q.begin(), point.q.end());
+    run.replayed.v.emplace_back(point.v.begin(), point.v.end());
   }
   if (truth.status != Status::success) return;
   const ReplayMismatch difference = mismatch(problem, trajectory, truth);
@@ -203,9 +185,15 @@ std::string run_control_experiment(const std::string& name, const std::string& f
   try {
     const json document = json::parse(text);
     const std::string kind = document.value("kind", "");
-    if (kind != "optimal_control" && kind != "control_gradient" && kind != "control_growth")
+    using Run = void (*)(const json&, ResultsFile&);
+    static const Names<Run> kinds = {{"optimal_control", compare_transcriptions},
+                                     {"control_gradient", compare_gradients},
+                                     {"control_growth", measure_growth},
+                                     {"control_seeds", study_seeds}};
+    const Run* run = find(kinds, kind);
+    if (!run)
       throw InputError(path + ": kind", document.value("kind", json()).dump(),
-                       "optimal_control, control_gradient or control_growth is required");
+                       fmt::format("one of {} is required", fmt::join(list(kinds), ", ")));
     ResultsFile file(folder, document.at("id"),
                      {{"kind", "header"},
                       {"schema", kResultsSchema},
@@ -216,12 +204,7 @@ std::string run_control_experiment(const std::string& name, const std::string& f
                       {"environment", environment()},
                       {"key", hash_of(text + program_hash())}});
     if (file.is_complete()) return file.path();
-    if (kind == "optimal_control")
-      compare_transcriptions(document, file);
-    else if (kind == "control_growth")
-      measure_growth(document, file);
-    else
-      compare_gradients(document, file);
+    (*run)(document, file);
     file.finish();
     return file.path();
   } catch (const json::exception& error) {

@@ -4,15 +4,10 @@
 
 #include <algorithm>
 
+#include "reports/quantile.h"
+
 namespace ricochet {
 namespace {
-
-double quantile(const std::vector<double>& sorted, double p) {
-  const double position = p * static_cast<double>(sorted.size() - 1);
-  const auto below = static_cast<std::size_t>(position);
-  const auto above = std::min(below + 1, sorted.size() - 1);
-  return sorted[below] + (position - static_cast<double>(below)) * (sorted[above] - sorted[below]);
-}
 
 /// Collects the CPU time per iteration of each repetition, by the number that is the benchmark's name.
 class Collector final : public benchmark::BenchmarkReporter {
@@ -70,14 +65,10 @@ std::vector<Timing> measure(const std::vector<TimedRun>& runs, bool quick,
   benchmark::RunSpecifiedBenchmarks(&collector);
 
   std::vector<Timing> timings;
-  for (auto& times : collector.times_) {
-    std::sort(times.begin(), times.end());
-    if (times.empty()) {
-      timings.push_back({});
-    } else {
-      timings.push_back({quantile(times, 0.5), times.front(), quantile(times, 0.25), quantile(times, 0.75),
-                         static_cast<int>(times.size())});
-    }
+  for (const auto& times : collector.times_) {
+    timings.push_back(times.empty() ? Timing{}
+                                    : Timing{median(times), std::ranges::min(times), quantile(times, 0.25),
+                                             quantile(times, 0.75), static_cast<int>(times.size())});
   }
   return timings;
 }

@@ -3,26 +3,23 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
+
+#include "reports/json_number.h"
 
 namespace ricochet {
 namespace {
 
 using nlohmann::json;
 
-/// JSON has no NaN: null stands for "no number".
-double number_or_nan(const json& j) {
-  return j.is_number() ? j.get<double>() : std::numeric_limits<double>::quiet_NaN();
-}
-
 json to_json(const ControlRun::Motion& motion) {
-  return {{"t", motion.t}, {"q", motion.q}};
+  return {{"t", motion.t}, {"q", motion.q}, {"v", motion.v}};
 }
 
 ControlRun::Motion motion_from_json(const json& j) {
   ControlRun::Motion motion;
   j.at("t").get_to(motion.t);
   j.at("q").get_to(motion.q);
+  j.at("v").get_to(motion.v);
   return motion;
 }
 
@@ -34,7 +31,10 @@ std::string scientific(double x) {
 
 json to_json(const ControlRun& r) {
   json impacts = json::array();
-  for (const auto& impact : r.impacts) impacts.push_back({impact.t, impact.Lambda_n});
+  for (const auto& impact : r.impacts) {
+    impacts.push_back(
+        {{"t", impact.t}, {"contact", impact.contact}, {"Lambda_n", impact.Lambda_n}, {"Lambda_t", impact.Lambda_t}});
+  }
   return {{"kind", "control_run"},
           {"problem", r.problem},
           {"title", r.title},
@@ -55,6 +55,9 @@ json to_json(const ControlRun& r) {
           {"contacts", r.contacts},
           {"force_t", r.force_t},
           {"lambda_n", r.lambda_n},
+          {"lambda_t", r.lambda_t},
+          {"friction", r.friction},
+          {"picture", to_json(r.picture)},
           {"replayed_by", r.replayed_by},
           {"replay_status", r.replay_status},
           {"replay_message", r.replay_message},
@@ -81,10 +84,14 @@ ControlRun control_run_from_json(const json& j) {
   j.at("T").get_to(r.T);
   j.at("u").get_to(r.u);
   r.claimed = motion_from_json(j.at("claimed"));
-  for (const auto& impact : j.at("impacts")) r.impacts.push_back({impact.at(0), impact.at(1)});
+  for (const auto& impact : j.at("impacts"))
+    r.impacts.push_back({impact.at("t"), impact.at("contact"), impact.at("Lambda_n"), impact.at("Lambda_t")});
   j.at("contacts").get_to(r.contacts);
   j.at("force_t").get_to(r.force_t);
   j.at("lambda_n").get_to(r.lambda_n);
+  j.at("lambda_t").get_to(r.lambda_t);
+  j.at("friction").get_to(r.friction);
+  r.picture = motion_picture_from_json(j.at("picture"));
   j.at("replayed_by").get_to(r.replayed_by);
   j.at("replay_status").get_to(r.replay_status);
   j.at("replay_message").get_to(r.replay_message);

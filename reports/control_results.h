@@ -4,16 +4,17 @@
 #include <string>
 #include <vector>
 
+#include "reports/motion_picture.h"
 #include "reports/table.h"
 
 namespace ricochet {
 
 /// An optimal control problem solved with one discretisation, and the replay of its controls on the plant.
 struct ControlRun {
-  /// A motion at some instants.
+  /// A motion at some instants; at an impact two with the same t.
   struct Motion {
     std::vector<double> t;
-    std::vector<std::vector<double>> q;  ///< per instant
+    std::vector<std::vector<double>> q, v;  ///< per instant
   };
 
   std::string problem, title;
@@ -33,12 +34,16 @@ struct ControlRun {
   /// Of the claimed motion.
   struct Impact {
     double t = 0;
-    double Lambda_n = 0;  ///< [N s]
+    int contact = 0;               ///< in `contacts`
+    double Lambda_n = 0;           ///< [N s]
+    std::vector<double> Lambda_t;  ///< per tangent direction of the contact [N s]
   };
   std::vector<Impact> impacts;
   std::vector<std::string> contacts;
   std::vector<double> force_t;
-  std::vector<std::vector<double>> lambda_n;  ///< per instant of force_t
+  std::vector<std::vector<double>> lambda_n, lambda_t;  ///< per instant of force_t [N]
+  std::vector<int> friction;                            ///< contact of each component of lambda_t
+  MotionPicture picture;                                ///< of the claimed motion; empty for a scene without one
 
   // Of its replay: with the event-located reference, and where that declines with the pivoting solver.
   std::string replayed_by;     ///< "reference" or "pivoting"

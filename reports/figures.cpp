@@ -1,18 +1,17 @@
 #include "reports/figures.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <map>
 #include <set>
 
 #include "problems/input_error.h"
+#include "reports/gnuplot.h"
 #include "reports/order_fit.h"
 
 namespace ricochet {
@@ -97,28 +96,6 @@ std::string label_of(const Results& results, const Record& record) {
   return family_title(family) + " " + member + (options.empty() ? "" : ", " + options);
 }
 
-const std::vector<std::string>& curve_colors() {
-  static const std::vector<std::string> colors = {"#2171b5", "#d94801", "#238b45", "#6a51a3", "#525252", "#ae017e"};
-  return colors;
-}
-
-const std::string kHead = R"(set encoding utf8
-set terminal svg size {0},{1} dynamic font "Helvetica,14" background "#ffffff"
-set border 3 lc rgb "#404040"
-set tics nomirror textcolor rgb "#404040"
-set grid lc rgb "#e4e4e4" lt 1 lw 0.7
-set key noenhanced
-set title noenhanced
-set xlabel noenhanced
-set ylabel noenhanced
-)";
-
-std::string block(const std::string& name, const std::vector<std::pair<double, double>>& points) {
-  std::string text = fmt::format("${} << EOD\n", name);
-  for (const auto& [x, y] : points) text += fmt::format("{:.10g} {:.10g}\n", x, y);
-  return text + "EOD\n";
-}
-
 /// Decades that contain all values, as gnuplot range.
 std::pair<double, double> decades(const std::vector<double>& values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
@@ -137,13 +114,15 @@ FigureFolder::FigureFolder(std::string folder) : folder_(std::move(folder)) {
   if (error) throw InputError("report folder", folder_, error.message());
 }
 
+void FigureFolder::write(const std::string& name, const std::string& text) const {
+  const auto path = std::filesystem::path(folder_) / name;
+  std::ofstream file(path);
+  file << text;
+  if (!file.flush()) throw InputError("figure", path.string(), "cannot be written");
+}
+
 void FigureFolder::draw(const std::string& name, const std::string& script) const {
-  const auto path = std::filesystem::path(folder_) / (name + ".gp");
-  {
-    std::ofstream file(path);
-    file << script;
-    if (!file.flush()) throw InputError("figure", path.string(), "cannot be written");
-  }
+  write(name + ".gp", script);
   const std::string command = fmt::format("cd '{}' && gnuplot '{}.gp' 2>'{}.log'", folder_, name, name);
   if (std::system(command.c_str()) != 0)
     throw InputError("figure", name, fmt::format("gnuplot failed, see {}/{}.log", folder_, name));
@@ -191,7 +170,7 @@ std::vector<Figure> FigureFolder::order(const Results& results) {
         if (other.instead_of == method && other.has_error()) replaced.emplace_back(other.h_bar, other.error);
       }
       const std::string name = fmt::format("s{}", index);
-      data += block(name, solved);
+      data += data_block(name, solved);
       const auto fit = fit_order(runs);
       if (fit) {  // a line of the nominal order through the middle of the window
         std::vector<const Record*> window;
@@ -207,7 +186,7 @@ std::vector<Figure> FigureFolder::order(const Results& results) {
         for (const Record* end : {window.front(), window.back()}) {
           slope.emplace_back(end->h_bar, std::pow(10, y + runs.front()->nominal_order * (std::log10(end->h_bar) - x)));
         }
-        data += block(name + "_slope", slope);
+        data += data_block(name + "_slope", slope);
         add(fmt::format("${}_slope with lines lc rgb '{}' lw 1 dt 2 notitle", name, style.color));
       }
       const std::string fitted =
@@ -215,11 +194,11 @@ std::vector<Figure> FigureFolder::order(const Results& results) {
       add(fmt::format("${} with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.55 title '{}{}'", name, style.color,
                       style.dash, style.point, label_of(results, *results.of(method).front()), fitted));
       if (!failed.empty()) {
-        data += block(name + "_failed", failed);
+        data += data_block(name + "_failed", failed);
         add(fmt::format("${}_failed with points lc rgb '{}' pt 2 ps 1 lw 2 notitle", name, style.color));
       }
       if (!replaced.empty()) {
-        data += block(name + "_replaced", replaced);
+        data += data_block(name + "_replaced", replaced);
         add(fmt::format("${}_replaced with points lc rgb '{}' pt 6 ps 1 lw 1.6 notitle", name, style.color));
       }
       ++index;
@@ -227,7 +206,7 @@ std::vector<Figure> FigureFolder::order(const Results& results) {
     std::string file = results.experiment() + "_order_" + family;
     std::replace(file.begin(), file.end(), ':', '_');
     std::replace(file.begin(), file.end(), ' ', '_');
-    std::string script = fmt::format(fmt::runtime(kHead), 640, 530 + 26 * methods.size());  // the key below needs room
+    std::string script = gnuplot_head(640, 530 + 26 * static_cast<int>(methods.size()));  // the key below needs room
     script += data;
     script += fmt::format("set output '{}.svg'\n", file);
     script += fmt::format("set title '{}'\n", family_title(family));
@@ -268,14 +247,14 @@ Figure FigureFolder::work_precision(const Results& results) {
     }
     if (!points.empty()) {
       const std::string name = fmt::format("w{}", index);
-      data += block(name, points);
+      data += data_block(name, points);
       plot += fmt::format("{}${} with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.5 title '{}'",
                           plot.empty() ? "plot " : ", \\\n     ", name, style.color, style.dash, style.point,
                           label_of(results, *results.of(method).front()));
     }
     ++index;
   }
-  std::string script = fmt::format(fmt::runtime(kHead), 980, 620);
+  std::string script = gnuplot_head(980, 620);
   script += data;
   const std::string file = results.experiment() + "_work_precision";
   script += fmt::format("set output '{}.svg'\n", file);
@@ -300,12 +279,12 @@ Figure FigureFolder::trajectory(const Trajectory& trajectory, const std::string&
       q.emplace_back(trajectory.t[s], trajectory.q[s][k]);
       v.emplace_back(trajectory.t[s], trajectory.v[s][k]);
     }
-    data += block(fmt::format("q{}", k), q) + block(fmt::format("v{}", k), v);
-    const std::string& color = curve_colors()[k % curve_colors().size()];
+    data += data_block(fmt::format("q{}", k), q) + data_block(fmt::format("v{}", k), v);
+    const std::string& color = curve_color(k);
     positions += fmt::format("{}$q{} with lines lc rgb '{}' lw 1.8 title 'q_{}'", k ? ", " : "plot ", k, color, k + 1);
     velocities += fmt::format("{}$v{} with lines lc rgb '{}' lw 1.4 title 'v_{}'", k ? ", " : "plot ", k, color, k + 1);
   }
-  std::string script = fmt::format(fmt::runtime(kHead), 980, 560);
+  std::string script = gnuplot_head(980, 560);
   script += data + fmt::format("set output '{}.svg'\n", name) +
             "set multiplot layout 2,1\nset lmargin 9\nset key right top horizontal\n";
   script += "set ylabel 'position'\nset format x ''\n" + positions + "\n";
@@ -313,123 +292,6 @@ Figure FigureFolder::trajectory(const Trajectory& trajectory, const std::string&
   draw(name, script);
   return {name + ".svg", "Motion",
           fmt::format("{} as {} computes it. Velocities jump at impacts.", trajectory.problem, trajectory.method)};
-}
-
-namespace {
-
-/// "plot ..." of column after column of `rows` over t, each with a style and a title that is "name_1", "name_2".
-class Curves {
- public:
-  explicit Curves(std::string prefix) : prefix_(std::move(prefix)) {}
-
-  void add(const std::vector<double>& t, const std::vector<std::vector<double>>& rows, const std::string& style,
-           const std::function<std::string(std::size_t)>& title) {
-    for (std::size_t k = 0; !rows.empty() && k < rows.front().size(); ++k) {
-      std::vector<std::pair<double, double>> points;
-      for (std::size_t s = 0; s < t.size(); ++s) points.emplace_back(t[s], rows[s][k]);
-      const std::string name = fmt::format("{}{}", prefix_, count_++);
-      data_ += block(name, points);
-      const std::string label = title ? fmt::format("title '{}'", title(k)) : "notitle";
-      plot_ += fmt::format("{}${} {} lc rgb '{}' {}", plot_.empty() ? "plot " : ", ", name, style,
-                           curve_colors()[k % curve_colors().size()], label);
-    }
-  }
-
-  const std::string& data() const { return data_; }
-  /// A panel without curves stays empty.
-  std::string plot() const { return (plot_.empty() ? "set multiplot next" : plot_) + "\n"; }
-
- private:
-  std::string prefix_, data_, plot_;
-  std::size_t count_ = 0;
-};
-
-}  // namespace
-
-Figure FigureFolder::control(const std::vector<const ControlRun*>& runs, const std::string& name) {
-  std::string data, panels;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    const ControlRun& run = *runs[r];
-    const std::string id = fmt::format("r{}", r);
-    Curves positions(id + "q"), controls(id + "u"), forces(id + "f");
-    positions.add(run.claimed.t, run.claimed.q, "with lines lw 1.6",
-                  [](std::size_t k) { return fmt::format("q_{}", k + 1); });
-    positions.add(run.replayed.t, run.replayed.q, "with points pt 6 ps 0.6", {});
-    std::vector<double> starts;
-    auto u = run.u;
-    if (!u.empty()) u.push_back(u.back());  // the last interval has an end
-    for (std::size_t k = 0; k < u.size(); ++k)
-      starts.push_back(run.T * static_cast<double>(k) / static_cast<double>(run.u.size()));
-    controls.add(starts, u, "with steps lw 1.6", [](std::size_t k) { return fmt::format("u_{}", k + 1); });
-    forces.add(run.force_t, run.lambda_n, "with lines lw 1.4", [&](std::size_t k) { return run.contacts[k]; });
-    data += positions.data() + controls.data() + forces.data();
-    const std::string heading =
-        run.succeeded() ? run.discretisation : fmt::format("{}: {}", run.discretisation, run.status);
-    std::string impacts;  // dashed, with their impulse
-    for (const auto& impact : run.impacts)
-      impacts += fmt::format(
-          "set arrow from {0:.6g}, graph 0 to {0:.6g}, graph 1 nohead dt 3 lc rgb '#404040'\n"
-          "set label '{1:.2g} N s' at {0:.6g}, graph 0.94 offset 0.4,0 font ',11' tc rgb '#404040'\n",
-          impact.t, impact.Lambda_n);
-    panels += fmt::format("set title '{}' font ',12'\nset ylabel 'position'\nset format x ''\n", heading) +
-              positions.plot() + "set title ''\nset ylabel 'control'\n" + controls.plot() + impacts +
-              "set ylabel 'normal force [N]'\nset format x '%g'\nset xlabel 't [s]'\n" + forces.plot() +
-              "unset xlabel\nunset arrow\nunset label\n";
-  }
-  const std::string script =
-      fmt::format(fmt::runtime(kHead), 1080, 760) + data + fmt::format("set output '{}.svg'\n", name) +
-      fmt::format("set multiplot layout 3,{} columnsfirst\n", runs.size()) +
-      "set lmargin 9\nset key above right horizontal samplen 1.5 font ',11'\n" + panels + "unset multiplot\n";
-  draw(name, script);
-  return {name + ".svg", runs.front()->problem,
-          fmt::format("{}. Lines: the motion that the optimisation claims; circles: the plant under its controls. "
-                      "Dashed: impacts with their "
-                      "impulse; time stepping has them as forces of a step.",
-                      runs.front()->title)};
-}
-
-Figure FigureFolder::control_gradient(const std::vector<ControlGradient>& gradients, const std::string& name) {
-  std::vector<const ControlGradient*> shown;  // the coarsest and the finest of each method
-  for (std::size_t k = 0; k < gradients.size(); ++k) {
-    const bool is_first = k == 0 || gradients[k - 1].method != gradients[k].method;
-    const bool is_last = k + 1 == gradients.size() || gradients[k + 1].method != gradients[k].method;
-    if (is_first || is_last) shown.push_back(&gradients[k]);
-  }
-  const auto& components = gradients.front().components;
-  std::string data, panels, keys;
-  for (std::size_t c = 0; c < components.size(); ++c) {
-    std::string plot;
-    for (std::size_t m = 0; m < shown.size(); ++m) {
-      const ControlGradient& g = *shown[m];
-      std::vector<std::pair<double, double>> points;
-      for (std::size_t k = 0; k < g.derivatives[c].size(); ++k)
-        points.emplace_back(static_cast<double>(k + 1), g.derivatives[c][k]);
-      const std::string block_name = fmt::format("g{}_{}", c, m);
-      data += block(block_name, points);
-      const std::string label = g.is_reference() ? g.method : fmt::format("{}, {} steps", g.method, g.steps);
-      const std::string style = g.is_reference() ? "with points pt 6 ps 1.1 lw 1.6 lc rgb '#000000'"
-                                                 : fmt::format("with linespoints pt 7 ps 0.4 lw 1.4 lc rgb '{}'",
-                                                               curve_colors()[(m - 1) % curve_colors().size()]);
-      plot += fmt::format("{}${} {}", plot.empty() ? "plot " : ", ", block_name, style);
-      if (c == 0) keys += fmt::format("{}NaN {} title '{}'", m ? ", " : "plot [0:1][0:1] ", style, label);
-    }
-    panels += fmt::format("set ylabel 'd {}(T) / du'\n", components[c]) + plot + "\n";
-  }
-  const std::string script =
-      fmt::format(fmt::runtime(kHead), 1080, 760) + data + fmt::format("set output '{}.svg'\n", name) +
-      fmt::format("set multiplot layout {},2 margins 0.1,0.98,0.08,0.94 spacing 0.11,0.1\n",
-                  (components.size() + 1) / 2) +
-      "set key off\nset xlabel 'control interval'\n" + panels +
-      // One key for all panels, in a plot of its own above them.
-      "set lmargin at screen 0.02\nset rmargin at screen 0.98\nset bmargin at screen 0.95\nset tmargin at screen 1\n"
-      "unset border\nunset tics\nunset xlabel\nunset ylabel\n"
-      "set key on center horizontal maxrows 1 reverse Left samplen 2 font ',12'\n" +
-      keys + "\nunset multiplot\n";
-  draw(name, script);
-  return {
-      name + ".svg", "Derivatives of the terminal state",
-      "Derivative of each component of the terminal state with respect to the control of each interval. FESD-J lies "
-      "on the reference, time stepping does not, with any step length."};
 }
 
 }  // namespace ricochet

@@ -14,7 +14,7 @@ struct Figure {
 };
 
 /// Draws with gnuplot (Debian: gnuplot-nox), which writes SVG for log-log plots without further ado. The gnuplot script
-/// of each figure stays beside it.
+/// of each figure stays beside it. Frames of a motion are SVG of our own.
 class FigureFolder {
  public:
   /// @throws InputError when the folder cannot be written
@@ -30,15 +30,27 @@ class FigureFolder {
   /// Positions and velocities over time; velocities jump.
   Figure trajectory(const Trajectory& trajectory, const std::string& name);
 
-  /// Claimed and replayed motion, controls and contact forces of the runs of one problem, side by side.
+  // Of optimal control: control_figures.cpp.
+
+  /// Claimed and replayed motion, velocities, controls, contact forces and impulses of the runs of one problem, side by
+  /// side.
   Figure control(const std::vector<const ControlRun*>& runs, const std::string& name);
 
   /// Derivatives of each component of the terminal state over the intervals: the reference, and of every other method
   /// the coarsest and the finest.
   Figure control_gradient(const std::vector<ControlGradient>& gradients, const std::string& name);
 
+  /// Twelve frames of the claimed motion: equally spaced in time, those next to an impact at the impact. For a run with
+  /// a picture.
+  Figure frames(const ControlRun& run, const std::string& name);
+
+  /// Cost over CPU time of every random guess, one panel per group. Those without a solution are crosses on the upper
+  /// frame.
+  Figure seeds(const std::vector<SeedRun>& runs, const std::string& name);
+
  private:
   void draw(const std::string& name, const std::string& script) const;
+  void write(const std::string& file, const std::string& text) const;
 
   std::string folder_;
 };

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
 #include "problems/input_error.h"
+#include "reports/animation.h"
 #include "reports/figures.h"
 #include "reports/tables.h"
 
@@ -20,6 +22,7 @@ const char* const kStyle = R"(
 body { font: 16px/1.5 "Helvetica Neue", Helvetica, Arial, sans-serif; color: #222; margin: 2.5rem auto; max-width: 76rem; padding: 0 1.25rem; }
 h1 { font-size: 1.7rem; margin-bottom: .2rem; }
 h2 { font-size: 1.25rem; margin-top: 2.6rem; border-bottom: 1px solid #ddd; padding-bottom: .25rem; }
+h3 { font-size: 1.05rem; margin-top: 2.2rem; }
 p.lead { color: #555; max-width: 46rem; }
 p.warning { background: #fff4e0; border-left: 4px solid #d94801; padding: .5rem .8rem; }
 figure { margin: 1.4rem 0; }
@@ -63,6 +66,10 @@ class Document {
     html_ += fmt::format("<h2>{}</h2>\n", escape_html(text));
     markdown_ += fmt::format("\n## {}\n\n", text);
   }
+  void subheading(const std::string& text) {
+    html_ += fmt::format("<h3>{}</h3>\n", escape_html(text));
+    markdown_ += fmt::format("\n### {}\n\n", text);
+  }
   void paragraph(const std::string& text, const char* css_class = "lead") {
     html_ += fmt::format("<p class=\"{}\">{}</p>\n", css_class, escape_html(text));
     markdown_ += text + "\n\n";
@@ -84,6 +91,10 @@ class Document {
     }
     html_ += "</div>\n";
   }
+  void animation(const ControlRun& run) {
+    html_ += animation_html(run);
+    has_animation_ = true;
+  }
   void table(const Table& table, const std::string& name, bool is_long = false) {
     write_file(folder_ / (name + ".csv"), table.csv());
     if (is_long) {
@@ -95,13 +106,22 @@ class Document {
     markdown_ += table.markdown() + "\n";
   }
 
-  const std::string& html() const { return html_; }
+  std::string html() const { return html_ + (has_animation_ ? animation_script() : ""); }
   const std::string& markdown() const { return markdown_; }
 
  private:
   fs::path folder_;
   std::string html_, markdown_;
+  bool has_animation_ = false;
 };
+
+std::string html_page(const std::string& title, const std::string& body) {
+  return fmt::format(
+      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+      "content=\"width=device-width, initial-scale=1\"><title>{}</title><style>{}{}</style></head>\n"
+      "<body>{}</body></html>\n",
+      escape_html(title), kStyle, animation_style(), body);
+}
 
 std::string environment_text(const nlohmann::json& header) {
   std::string text;
@@ -124,6 +144,12 @@ void add_control_runs(const Results& results, Document& document, FigureFolder& 
   const Table failed = control_failures(results.control_runs);
   if (!failed.rows.empty()) document.table(failed, id + "_failures");
   for (const auto& [problem, runs] : problems) {
+    document.subheading(fmt::format("{}: {}", problem, runs.front()->title));
+    const auto pictured = std::ranges::find_if(runs, [](const ControlRun* run) { return !run->picture.empty(); });
+    if (pictured != runs.end()) {
+      document.figures({figures.frames(**pictured, fmt::format("{}_{}_frames", id, problem))});
+      document.animation(**pictured);
+    }
     if (draw) document.figures({figures.control(runs, id + "_" + problem)});
   }
 }
@@ -152,6 +178,13 @@ void add_experiment(const Results& results, Document& document, FigureFolder& fi
   }
   if (results.header.contains("overhead_of")) document.table(overhead(results), id + "_overhead");
   if (!results.control_runs.empty()) add_control_runs(results, document, figures, draw);
+  if (!results.seed_runs.empty()) {
+    document.table(seed_table(results.seed_runs), id + "_success");
+    if (draw) document.figures({figures.seeds(results.seed_runs, id)});
+    const Table unsolved = seed_failures(results.seed_runs);
+    if (!unsolved.rows.empty()) document.table(unsolved, id + "_failures");
+    document.table(seed_details(results.seed_runs), id + "_runs", true);
+  }
   if (!results.gradients.empty()) {
     document.table(gradient_table(results.gradients), id + "_errors");
     if (draw) document.figures({figures.control_gradient(results.gradients, id)});
@@ -183,14 +216,17 @@ std::string write_report(const std::vector<std::string>& paths, const std::strin
   }
   const fs::path index = fs::path(folder) / "index.html";
   write_file(fs::path(folder) / "report.md", "# Ricochet: " + title + "\n" + document.markdown());
-  write_file(index,
-             fmt::format(
-                 "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-                 "content=\"width=device-width, initial-scale=1\"><title>Ricochet: {}</title><style>{}</style></head>\n"
-                 "<body><h1>Ricochet</h1>\n<p class=\"lead\">Accuracy and speed of methods for rigid-body motion with "
-                 "impacts.</p>\n{}</body></html>\n",
-                 escape_html(title), kStyle, document.html()));
+  write_file(index, html_page("Ricochet: " + title,
+                              "<h1>Ricochet</h1>\n<p class=\"lead\">Accuracy and speed of methods for rigid-body "
+                              "motion with impacts.</p>\n" +
+                                  document.html()));
   return index.string();
+}
+
+std::string write_animation(const ControlRun& run, const std::string& folder) {
+  const fs::path path = fs::path(folder) / (run.problem + ".html");
+  write_file(path, html_page(run.title, animation_html(run) + animation_script()));
+  return path.string();
 }
 
 }  // namespace ricochet

@@ -12,4 +12,7 @@ namespace ricochet {
 /// @throws InputError when the folder cannot be written
 std::string write_report(const std::vector<std::string>& results_paths, const std::string& folder);
 
+/// Writes a page with nothing but the animation of a run that has a picture: PROBLEM.html. @return its path
+std::string write_animation(const ControlRun& run, const std::string& folder);
+
 }  // namespace ricochet

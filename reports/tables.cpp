@@ -7,8 +7,8 @@
 #include <limits>
 #include <map>
 
-#include "reports/median.h"
 #include "reports/order_fit.h"
+#include "reports/quantile.h"
 
 namespace ricochet {
 namespace {

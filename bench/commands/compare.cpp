@@ -9,7 +9,9 @@ namespace ricochet {
 void add_compare_command(CLI::App& app, int&) {
   static std::string experiment, folder = "out/results";
   auto* command = app.add_subcommand("compare", "run an experiment of optimal control and print its tables");
-  command->add_option("experiment", experiment, "optimal_control, control_gradient, control_growth, or a file")
+  command
+      ->add_option("experiment", experiment,
+                   "optimal_control, control_gradient, control_growth, control_seeds, or a file")
       ->required();
   command->add_option("-o,--out", folder, "folder for the results file")->capture_default_str();
   command->callback([] {
@@ -24,6 +26,11 @@ void add_compare_command(CLI::App& app, int&) {
     if (!results.growth.empty())
       fmt::print("{}\n{}\n", growth_table(results.growth).text(), homotopy_steps(results.growth).text());
     if (!results.gradients.empty()) fmt::print("{}\n", gradient_table(results.gradients).text());
+    if (!results.seed_runs.empty()) {
+      fmt::print("{}\n", seed_table(results.seed_runs).list());
+      const Table failed = seed_failures(results.seed_runs);
+      if (!failed.rows.empty()) fmt::print("{}\n", failed.list());
+    }
   });
 }
 

@@ -4,11 +4,13 @@
 #include <cstdio>
 
 #include "bench/commands.h"
+#include "bench/control_claim.h"
 #include "bench/control_options.h"
 #include "bench/replay.h"
 #include "methods/complementarity/homotopy.h"
 #include "problems/input_error.h"
 #include "reports/figures.h"
+#include "reports/page.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -61,15 +63,20 @@ void print_impulses(const OptimalControlProblem& problem, const ControlTrajector
   }
 }
 
+/// States, controls and forces; frames and a page with the animation where the problem has a picture.
 void draw(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, const std::string& discretisation,
           const std::string& folder) {
-  Trajectory figure{problem.id, discretisation, {}, {}, {}};
-  for (const auto& point : trajectory.points) {
-    figure.t.push_back(point.t);
-    figure.q.emplace_back(point.q.begin(), point.q.end());
-    figure.v.emplace_back(point.v.begin(), point.v.end());
-  }
-  fmt::print("figure     {}/{}\n", folder, FigureFolder(folder).trajectory(figure, problem.id).file);
+  ControlRun run;
+  run.problem = problem.id;
+  run.title = problem.title;
+  run.discretisation = discretisation;
+  run.status = to_string(Status::success);
+  describe_claim(problem, trajectory, run);
+  FigureFolder figures(folder);
+  fmt::print("figure     {}/{}\n", folder, figures.control({&run}, problem.id).file);
+  if (run.picture.empty()) return;
+  fmt::print("frames     {}/{}\n", folder, figures.frames(run, problem.id + "_frames").file);
+  fmt::print("animation  {}\n", write_animation(run, folder));
 }
 
 int solve(const Options& options) {
@@ -112,7 +119,7 @@ void add_control_command(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand("control", "optimal control through contact: solve, replay, draw");
   o.control.add(*command);
   command->add_flag("--no-replay", o.no_replay, "do not run the controls on the plant");
-  command->add_option("--plot", o.plot, "FOLDER for a figure of the motion");
+  command->add_option("--plot", o.plot, "FOLDER for figures of the solution and an animation");
   command->callback([&exit_code] { exit_code = solve(o); });
 }
 

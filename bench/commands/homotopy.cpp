@@ -8,7 +8,7 @@
 #include "bench/homotopy_study.h"
 #include "bench/progress.h"
 #include "methods/fesd_homotopy/options.h"
-#include "reports/median.h"
+#include "reports/quantile.h"
 #include "reports/table.h"
 
 namespace ricochet {

@@ -8,7 +8,7 @@
 #include "bench/control_options.h"
 #include "methods/control/shrinking_horizon.h"
 #include "problems/input_error.h"
-#include "reports/median.h"
+#include "reports/quantile.h"
 
 namespace ricochet {
 namespace {

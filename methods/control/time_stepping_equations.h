@@ -62,6 +62,9 @@ class TimeSteppingEquations final : public ContactEquations {
   Vector normal_impulse(const Vector& x, int step) const {
     return x[steps_[step].h] * values(x, steps_[step].end.lambda_n);
   }
+  Vector tangential_impulse(const Vector& x, int step) const {
+    return x[steps_[step].h] * values(x, tangential(steps_[step].end.force));
+  }
 
   /// The step's variables for a motion from (q_k, v_k) to (q, v) in a time h under the forces lambda.
   void set_guess(int step, double h, const Vector& q_k, const Vector& v_k, const Vector& q, const Vector& v,

@@ -56,7 +56,7 @@ ControlTrajectory TimeSteppingTranscription::trajectory(const Vector& x) const {
     const Vector q = equations_.position(x, k), v = equations_.velocity(x, k);
     trajectory.interval_cost[k / steps_] += h * problem_.running_cost.at(q, v, trajectory.u.col(k / steps_))[0];
     impulses.col(k) = equations_.normal_impulse(x, k);
-    trajectory.points.push_back({(k + 1) * h, q, v, impulses.col(k) / h});
+    trajectory.points.push_back({(k + 1) * h, q, v, impulses.col(k) / h, equations_.tangential_impulse(x, k) / h});
   }
   const ControlTrajectory::Point& end = trajectory.points.back();
   trajectory.objective = trajectory.interval_cost.sum() + problem_.terminal_cost.at(end.q, end.v)[0];

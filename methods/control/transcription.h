@@ -23,12 +23,13 @@ struct ControlTrajectory {
   struct Point {
     double t = 0;
     Vector q, v;
-    Vector lambda_n = {};  ///< n_c; empty where the discretisation has no force
+    Vector lambda_n = {}, lambda_t = {};  ///< n_c, n_lambda_t; empty where the discretisation has no force
   };
   struct Impulse {
     double t = 0;
     int contact = -1;
-    double Lambda_n = 0;  ///< [N s]
+    double Lambda_n = 0;   ///< [N s]
+    Vector Lambda_t = {};  ///< n_t of the contact [N s]
   };
   std::vector<Point> points;
   std::vector<Impulse> impulses;

@@ -68,6 +68,23 @@ struct CartPoleFriction {
     return 100 * (q[0] - x_goal) * (q[0] - x_goal) + 100 * (q[2] - theta_goal) * (q[2] - theta_goal) +
            10 * (v[0] * v[0] + v[2] * v[2]);
   }
+
+  static constexpr double kWidth = 0.3, kHeight = 0.14, kBob = 0.05;
+  std::vector<Shape> shapes(const Vec<T, 3>& q) const {
+    std::vector<Shape> shapes{Shape::segment(0, -kWidth, -kHeight / 2, x_goal + kWidth, -kHeight / 2)};
+    const auto add = [&](double x, double y, double theta, bool is_goal) {
+      const double end_x = x + l * std::sin(theta), end_y = y + l * std::cos(theta);
+      for (const Shape& shape : {Shape::box(1, x, y, kWidth, kHeight), Shape::segment(2, x, y, end_x, end_y),
+                                 Shape::circle(2, end_x, end_y, kBob)})
+        shapes.push_back(is_goal ? shape.as_goal() : shape);
+    };
+    add(x_goal, 0, theta_goal, true);
+    add(q[0], q[1], q[2], false);
+    return shapes;
+  }
+  std::vector<Arrow> arrows(const Vec<T, 3>& q, const Forces& forces) const {
+    return {{-1, q[0], q[1], forces.u[0], 0}, {0, q[0], q[1] - kHeight / 2, forces.friction[0], 0}};
+  }
 };
 
 const bool registered = register_control_problem<CartPoleFriction>();

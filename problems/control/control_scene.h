@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "problems/control/optimal_control_problem.h"
 #include "problems/join.h"
 #include "problems/scene.h"
@@ -19,6 +21,8 @@ namespace ricochet {
 //   std::array<T, n> terminal(q, v) const;             // = 0 at T
 //   std::array<const char*, n> terminal_names() const;
 //   std::array<double, 2> time_bounds() const;         // T is an unknown between these; end_time() is its guess
+//   std::vector<Shape> shapes(q) const;                // how it looks (picture.h)
+//   std::vector<Arrow> arrows(q, forces) const;        // controls and contact forces in that picture
 //
 //   const bool registered = register_control_problem<Discs>();
 
@@ -53,6 +57,11 @@ concept HasTerminal = requires(const Scene s) {
 template <class Scene>
 concept HasFreeTime = requires(const Scene s) {
   s.time_bounds();
+};
+template <class Scene>
+concept HasPicture = requires(const Scene s) {
+  s.shapes(s.q0());
+  s.arrows(s.q0(), Forces{});
 };
 
 template <std::size_t n>
@@ -108,6 +117,17 @@ std::unique_ptr<OptimalControlProblem> make_control(const Scene<double>& numeric
     problem->is_time_free = true;
     problem->T_lower = numeric.time_bounds()[0];
     problem->T_upper = numeric.time_bounds()[1];
+  }
+  if constexpr (HasPicture<Scene<double>>) {
+    const auto to_array = [](const Vector& x) {
+      Vec<double, n> values;
+      std::ranges::copy(x, values.begin());
+      return values;
+    };
+    problem->shapes = [numeric, to_array](const Vector& x) { return numeric.shapes(to_array(x)); };
+    problem->arrows = [numeric, to_array](const Vector& x, const Forces& forces) {
+      return numeric.arrows(to_array(x), forces);
+    };
   }
   problem->plant = std::move(plant);
   return problem;

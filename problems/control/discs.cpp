@@ -72,6 +72,16 @@ struct DiscsWithDrag {
             q[2] * q[2] + q[3] * q[3] - (r_ob + r_2) * (r_ob + r_2)};
   }
   std::array<const char*, 2> path_names() const { return {"obstacle, disc 1", "obstacle, disc 2"}; }
+
+  std::vector<Shape> shapes(const Vec<T, 4>& q) const {
+    return {Shape::circle(0, 0, 0, r_ob), Shape::circle(1, 2, 0, r_1).as_goal(), Shape::circle(2, -2, 0, r_2).as_goal(),
+            Shape::circle(1, q[0], q[1], r_1), Shape::circle(2, q[2], q[3], r_2)};
+  }
+  std::vector<Arrow> arrows(const Vec<T, 4>& q, const Forces& forces) const {
+    const T x = q[2] - q[0], y = q[3] - q[1], part = r_1 / (r_1 + r_2);
+    const double force = 2 * forces.lambda_n[0];  // J_n = 2 (p_1 - p_2), and so on
+    return {{-1, q[0], q[1], forces.u[0], forces.u[1]}, {0, q[0] + part * x, q[1] + part * y, force * x, force * y}};
+  }
 };
 
 constexpr const char* kSource = "Nurkanovic, Frey, Pozharskiy, Diehl, FESD-J, section 5.2";

@@ -71,6 +71,26 @@ struct Hopper {
     return {square - l_min * l_min, l_max * l_max - square};
   }
   std::array<const char*, 2> path_names() const { return {"shortest leg", "longest leg"}; }
+
+  static constexpr double kBody = 0.1, kFoot = 0.03;
+  std::vector<Shape> shapes(const Vec<T, 4>& q) const {
+    std::vector<Shape> shapes{Shape::ground(-kFoot)};
+    const auto add = [&](const Vec<double, 4>& at, bool is_goal) {
+      for (const Shape& shape : {Shape::segment(2, at[0], at[1], at[2], at[3]), Shape::circle(2, at[2], at[3], kFoot),
+                                 Shape::circle(1, at[0], at[1], kBody)})
+        shapes.push_back(is_goal ? shape.as_goal() : shape);
+    };
+    add({distance, l_0, distance, 0}, true);
+    add(q, false);
+    return shapes;
+  }
+  /// The controls at the body, and what the ground does to the foot.
+  std::vector<Arrow> arrows(const Vec<T, 4>& q, const Forces& forces) const {
+    const auto on_body = input(q);
+    const double u_x = on_body[0][0] * forces.u[0] + on_body[0][1] * forces.u[1];
+    const double u_z = on_body[1][0] * forces.u[0] + on_body[1][1] * forces.u[1];
+    return {{-1, q[0], q[1], u_x, u_z}, {0, q[2], q[3] - kFoot, forces.friction[0], forces.lambda_n[0]}};
+  }
 };
 
 const bool registered = register_control_problem<Hopper>();

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "problems/control/picture.h"
 #include "problems/derivatives/smooth_function.h"
 #include "problems/problem.h"
 #include "problems/registry.h"
@@ -34,6 +35,10 @@ struct OptimalControlProblem {
   SmoothFunction path;           ///< (q, v, u) -> p
   SmoothFunction terminal;       ///< (q, v) -> r
   std::vector<std::string> path_names, terminal_names;
+
+  // How it looks; empty for a problem without a picture.
+  std::function<std::vector<Shape>(const Vector& q)> shapes;
+  std::function<std::vector<Arrow>(const Vector& q, const Forces& forces)> arrows;
 
   // What the problem's source, or this project, solves it with.
   int n_intervals = 1;  ///< N

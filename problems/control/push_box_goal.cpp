@@ -54,6 +54,19 @@ struct PushBoxGoal {
   T terminal_cost(const Vec<T, 3>& q, const Vec<T, 3>& v) const {
     return 100 * (q[1] - goal) * (q[1] - goal) + 10 * v[1] * v[1] + 10 * q[0] * q[0] + v[0] * v[0];
   }
+
+  static constexpr double kBox = 0.4, kPusher = 0.12;
+  std::vector<Shape> shapes(const Vec<T, 3>& q) const {
+    return {Shape::ground(0), Shape::box(1, -kPusher / 2, kBox / 2, kPusher, kBox / 2).as_goal(),
+            Shape::box(2, goal + kBox / 2, kBox / 2, kBox, kBox).as_goal(),
+            Shape::box(1, q[0] - kPusher / 2, kBox / 2, kPusher, kBox / 2),
+            Shape::box(2, q[1] + kBox / 2, q[2] + kBox / 2, kBox, kBox)};
+  }
+  std::vector<Arrow> arrows(const Vec<T, 3>& q, const Forces& forces) const {
+    return {{-1, q[0] - kPusher / 2, kBox / 2, forces.u[0], 0},
+            {0, q[1], q[2] + kBox / 2, forces.lambda_n[0], 0},
+            {1, q[1] + kBox / 2, q[2], forces.friction[1], 0}};
+  }
 };
 
 const bool registered = register_control_problem<PushBoxGoal>();

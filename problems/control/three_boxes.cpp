@@ -69,6 +69,23 @@ struct ThreeBoxes {
     return distance(q, v) + u[0] * u[0] / 10;
   }
   T terminal_cost(const Vec<T, 6>& q, const Vec<T, 6>& v) const { return 100 * distance(q, v); }
+
+  std::vector<Shape> shapes(const Vec<T, 6>& q) const {
+    return {Shape::ground(0),
+            Shape::box(1, -7, a / 2, a, a).as_goal(),
+            Shape::box(2, 0, a / 2, a, a).as_goal(),
+            Shape::box(3, 6, a / 2, a, a).as_goal(),
+            Shape::box(1, q[0], q[1], a, a),
+            Shape::box(2, q[2], q[3], a, a),
+            Shape::box(3, q[4], q[5], a, a)};
+  }
+  /// The control, what the middle box does to its neighbours, and the friction of the ground.
+  std::vector<Arrow> arrows(const Vec<T, 6>& q, const Forces& forces) const {
+    const Vector &n = forces.lambda_n, &t = forces.friction;
+    return {{-1, q[2], q[3], forces.u[0], 0},    {0, q[0] + a / 2, q[1], -n[0], -t[0]},
+            {1, q[4] - a / 2, q[5], n[1], t[1]}, {2, q[0], q[1] - a / 2, t[2], 0},
+            {3, q[2], q[3] - a / 2, t[3], 0},    {4, q[4], q[5] - a / 2, t[4], 0}};
+  }
 };
 
 const bool registered = register_control_problem<ThreeBoxes>();

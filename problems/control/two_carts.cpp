@@ -46,6 +46,27 @@ struct TwoCarts {
   T terminal_cost(const Vec<T, 2>& q, const Vec<T, 2>& v) const {
     return 100 * distance(q) + v[0] * v[0] + v[1] * v[1];
   }
+
+  static constexpr double kWidth = 0.3, kHeight = 0.16, kWheel = 0.05;
+  std::vector<Shape> shapes(const Vec<T, 2>& q) const {
+    std::vector<Shape> shapes{Shape::ground(0), Shape::segment(0, 1.05, -0.04, 1.05, 0)};
+    const auto add_cart = [&](int body, double back, bool is_goal) {
+      const double y = 2 * kWheel, front = back + kWidth;
+      for (const Shape& shape :
+           {Shape::box(body, back + kWidth / 2, y + kHeight / 2, kWidth, kHeight),
+            Shape::circle(body, back + kWheel, kWheel, kWheel), Shape::circle(body, front - kWheel, kWheel, kWheel)})
+        shapes.push_back(is_goal ? shape.as_goal() : shape);
+    };
+    add_cart(1, -kWidth, true);
+    add_cart(2, 2, true);
+    add_cart(1, q[0] - kWidth, false);
+    add_cart(2, q[1], false);
+    return shapes;
+  }
+  std::vector<Arrow> arrows(const Vec<T, 2>& q, const Forces& forces) const {
+    const double y = 2 * kWheel + kHeight / 2;
+    return {{-1, q[0] - kWidth / 2, y, forces.u[0], 0}, {0, q[1], y, forces.lambda_n[0], 0}};
+  }
 };
 
 const bool registered = register_control_problem<TwoCarts>();

@@ -152,7 +152,8 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
       {"export --problem rocking_block -o /dev/null", "scene file = /dev/null: it exists; a new file is required"},
       {"order no_such_experiment", "experiment = 'no_such_experiment': unknown"},
       {"order optimal_control", "this experiment is run by `ricochet compare`"},
-      {"compare two_balls_order", "kind = null: optimal_control, control_gradient or control_growth is required"},
+      {"compare two_balls_order",
+       "kind = null: one of optimal_control, control_gradient, control_growth, control_seeds is required"},
       {"control two_carts --discretisation euler", "euler"},
       {"mpc two_carts --updates 10", "--updates = 10: a number from 1 to 9 is required"},
       {"mpc two_carts --disturbance -1", "--disturbance = -1: a finite number >= 0 is required"},
@@ -271,7 +272,65 @@ TEST_F(Cli, ComparesOptimalControlWithThePlant) {
   EXPECT_HAS(outcome.text, "step_limit: relaxation");  // a run that is not solved is shown, with its reason
   ASSERT_EQ(run("report " + out + "/carts.jsonl -o " + report).code, 0);
   EXPECT_HAS(read(report + "/index.html"), "Claimed and true optimal control");
-  EXPECT_TRUE(fs::exists(fs::path(report) / "carts_two_carts.svg"));
+  EXPECT_HAS(read(report + "/index.html"), "<figure class=\"motion\"");
+  for (const char* file : {"carts_two_carts.svg", "carts_two_carts_frames.svg"})
+    EXPECT_TRUE(fs::exists(fs::path(report) / file)) << file;
+}
+
+TEST_F(Cli, StudiesRandomGuessesAndGoesOnAfterAnInterruption) {
+  const std::string experiment = write("guesses.json", R"({"id": "guesses", "kind": "control_seeds", "title": "Guesses",
+      "description": "", "runs": [{"problem": "two_carts", "arguments": "--simulate --sigma-0 0.01 --noise 0.1",
+      "seeds": 2, "time_limit": 60}]})");
+  const std::string out = (folder / "results").string(), report = (folder / "report").string();
+  const Outcome outcome = run("compare " + experiment + " -o " + out);
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_HAS(outcome.text, "2 of 2, 100 %");
+  const auto lines_of = [](const std::string& text) {
+    std::vector<std::string> lines;
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);) lines.push_back(line);
+    return lines;
+  };
+  const auto lines = lines_of(read(out + "/guesses.jsonl"));
+  ASSERT_EQ(lines.size(), 4u) << "header, two runs, end";
+  EXPECT_NE(nlohmann::json::parse(lines[1])["cost"], nlohmann::json::parse(lines[2])["cost"]) << "two guesses";
+
+  // As if it had been stopped while it wrote the second run.
+  fs::remove(out + "/guesses.jsonl");
+  std::ofstream(out + "/guesses.jsonl.partial") << lines[0] << "\n" << lines[1] << "\n" << lines[2].substr(0, 50);
+  ASSERT_EQ(run("compare " + experiment + " -o " + out).code, 0);
+  const auto continued = lines_of(read(out + "/guesses.jsonl"));
+  ASSERT_EQ(continued.size(), 4u);
+  EXPECT_EQ(continued[1], lines[1]) << "with its times: it was not run again";
+  EXPECT_EQ(nlohmann::json::parse(continued[2])["cost"], nlohmann::json::parse(lines[2])["cost"]);
+
+  ASSERT_EQ(run("report " + out + "/guesses.jsonl -o " + report).code, 0);
+  EXPECT_HAS(read(report + "/index.html"), "Random initial guesses");
+  for (const char* file : {"guesses.svg", "guesses_success.csv", "guesses_runs.csv"})
+    EXPECT_TRUE(fs::exists(fs::path(report) / file)) << file;
+}
+
+TEST_F(Cli, AStudyWithAMistakeIsNotStarted) {
+  const std::pair<const char*, const char*> cases[] = {
+      {R"({"problem": "two_carts", "arguments": "", "seeds": 0, "time_limit": 9})",
+       "runs[0].seeds = 0: a number >= 1 is required"},
+      {R"({"problem": "two_carts", "arguments": "", "seeds": 1, "time_limit": -1})",
+       "runs[0].time_limit = -1: a number > 0 is required"},
+      {R"({"problem": "two_carts", "arguments": "--seed 3", "seeds": 1, "time_limit": 9})",
+       "runs[0].arguments = --seed 3: no --seed"},
+      {R"({"problem": "two_carts", "arguments": "--nose 3", "seeds": 1, "time_limit": 9})", "--nose"},
+      {R"({"problem": "two_cats", "arguments": "", "seeds": 1, "time_limit": 9})", "did you mean two_carts"},
+      {R"({"problem": "two_carts", "argument": "", "seeds": 1, "time_limit": 9})", "did you mean arguments"},
+      {R"({"problem": "two_carts", "arguments": "", "time_limit": 9})", "not an experiment"},
+  };
+  for (const auto& [text, message] : cases) {
+    const std::string experiment = write("x.json", std::string(R"({"id": "x", "kind": "control_seeds", "title": "X",
+        "description": "", "runs": [)") + text + "]}");
+    const Outcome outcome = run("compare " + experiment + " -o " + folder.string());
+    EXPECT_EQ(outcome.code, 2) << text << outcome.text;
+    EXPECT_HAS(outcome.text, message);
+    EXPECT_FALSE(fs::exists(folder / "x.jsonl"));
+  }
 }
 
 TEST_F(Cli, PlansAgainWhileThePlantRuns) {

@@ -9,6 +9,7 @@
 #include "problems/input_error.h"
 #include "reports/baseline.h"
 #include "reports/order_fit.h"
+#include "reports/quantile.h"
 #include "reports/tables.h"
 
 namespace ricochet {
@@ -211,7 +212,7 @@ TEST_F(ResultsOnDisk, AnInterruptedRunLooksIncompleteAndIsContinued) {
     file << "{\"kind\": \"row\", \"exper";  // a line cut by the interruption
   }
   ResultsFile file(folder, "e", header("k"));
-  ASSERT_EQ(file.taken_over().size(), 2u);
+  ASSERT_EQ(file.taken_over().records.size(), 2u);
   file.append(to_json(records[2]));
   file.finish();
   EXPECT_EQ(read_results(folder + "/e.jsonl").records.size(), 3u);
@@ -242,31 +243,12 @@ TEST_F(ResultsOnDisk, DamagedFilesAreErrors) {
   EXPECT_THROW(read_results(folder + "/missing.jsonl"), InputError);
 }
 
-TEST(ControlResults, SurviveTheRoundTripAndShowFailures) {
-  ControlRun run;
-  run.problem = "two_carts";
-  run.discretisation = "FESD-J";
-  run.status = "success";
-  run.claimed_cost = 19.5;
-  run.u = {{1.0}, {2.0}};
-  run.claimed = {{0, 1}, {{0.5}, {0.75}}};
-  run.impacts = {{0.5, 2}};
-  run.lambda_n = {{3}};
-  run.replay_status = "inner_solver_failed";
-  run.replay_message = "why";
-  run.events = std::numeric_limits<double>::quiet_NaN();
-  const ControlRun read = control_run_from_json(nlohmann::json::parse(to_json(run).dump()));
-  EXPECT_EQ(to_json(read).dump(), to_json(run).dump());  // NaN is not equal to itself
-  EXPECT_TRUE(std::isnan(read.events));
-  EXPECT_EQ(control_table({run}).rows[0][6], "19.5");
-  EXPECT_EQ(control_table({run}).rows[0][8], "-") << "no replay, no mismatch";
-  ASSERT_EQ(control_failures({run}).rows.size(), 1u);
-  EXPECT_NE(control_failures({run}).rows[0][2].find("why"), std::string::npos);
-
-  const ControlGradient gradient{"two_carts", "fesd", 4, {"q_1"}, {{1, 2}}, 1e-8, 1e-9};
-  const ControlGradient same = control_gradient_from_json(nlohmann::json::parse(to_json(gradient).dump()));
-  EXPECT_EQ(to_json(same), to_json(gradient));
-  EXPECT_EQ(gradient_details({gradient}).rows.size(), 2u);
+TEST(Quantile, IsLinearBetweenNeighbours) {
+  EXPECT_EQ(quantile({4, 1, 3, 2}, 0), 1);
+  EXPECT_EQ(quantile({4, 1, 3, 2}, 0.25), 1.75);
+  EXPECT_EQ(median({4, 1, 3, 2}), 2.5);
+  EXPECT_EQ(quantile({4, 1, 3, 2}, 1), 4);
+  EXPECT_TRUE(std::isnan(median({})));
 }
 
 TEST(ControlGrowth, ExponentIsThatOfAPower) {

@@ -1,0 +1,34 @@
+#include "reports/gnuplot.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace ricochet {
+
+std::string gnuplot_head(int width, int height) {
+  return fmt::format(R"(set encoding utf8
+set terminal svg size {},{} dynamic font "Helvetica,14" background "#ffffff"
+set border 3 lc rgb "#404040"
+set tics nomirror textcolor rgb "#404040"
+set grid lc rgb "#e4e4e4" lt 1 lw 0.7
+set key noenhanced
+set title noenhanced
+set xlabel noenhanced
+set ylabel noenhanced
+)",
+                     width, height);
+}
+
+std::string data_block(const std::string& name, const std::vector<std::pair<double, double>>& points) {
+  std::string text = fmt::format("${} << EOD\n", name);
+  for (const auto& [x, y] : points) text += std::isnan(y) ? "\n" : fmt::format("{:.10g} {:.10g}\n", x, y);
+  return text + "EOD\n";
+}
+
+const std::string& curve_color(std::size_t k) {
+  static const std::vector<std::string> colors = {"#2171b5", "#d94801", "#238b45", "#6a51a3", "#525252", "#ae017e"};
+  return colors[k % colors.size()];
+}
+
+}  // namespace ricochet
