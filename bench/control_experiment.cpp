@@ -20,6 +20,7 @@
 #include "bench/progress.h"
 #include "bench/replay.h"
 #include "bench/results_file.h"
+#include "bench/scale.h"
 #include "methods/complementarity/homotopy.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
@@ -189,7 +190,8 @@ std::string run_control_experiment(const std::string& name, const std::string& f
     static const Names<Run> kinds = {{"optimal_control", compare_transcriptions},
                                      {"control_gradient", compare_gradients},
                                      {"control_growth", measure_growth},
-                                     {"control_seeds", study_seeds}};
+                                     {"control_seeds", study_seeds},
+                                     {"scale", study_scale}};
     const Run* run = find(kinds, kind);
     if (!run)
       throw InputError(path + ": kind", document.value("kind", json()).dump(),

@@ -13,6 +13,7 @@ namespace ricochet {
 ///   "control_gradient"   derivatives of a terminal state with respect to the controls. "problem", "control": one
 ///                        list of controls per interval, "methods": [{"method", "steps"}], steps per interval
 ///   "control_growth"     the work of a solve, control_growth.h
+///   "scale"              the time of a step of scenes of growing size (scale.h)
 ///   "control_seeds"      solves problems from random initial guesses (control_seeds.h)
 ///
 /// Results of the same experiment by the same program are taken as they are.

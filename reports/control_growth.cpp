@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 namespace ricochet {
 namespace {
@@ -13,11 +11,6 @@ using nlohmann::json;
 
 std::string milliseconds(double seconds) {
   return fmt::format("{:.3g}", 1e3 * seconds);
-}
-
-std::string exponent(const std::vector<double>& x, const std::vector<double>& y) {
-  const double p = growth_exponent(x, y);
-  return std::isfinite(p) ? fmt::format("N^{:.2f}", p) : "-";
 }
 
 /// Of the solved runs from `first` up to before `last`, which are of one problem.
@@ -38,15 +31,15 @@ std::vector<std::string> exponents(const std::vector<ControlGrowth>& runs, std::
   }
   return {runs[first].problem,
           fmt::format("{} solved", N.size()),
-          exponent(N, variables),
+          growth_text("N", N, variables),
           "",
-          exponent(N, iterations),
-          exponent(N, derivatives),
-          exponent(N, rest),
-          exponent(N, seconds),
+          growth_text("N", N, iterations),
+          growth_text("N", N, derivatives),
+          growth_text("N", N, rest),
+          growth_text("N", N, seconds),
           "fit",
           "",
-          exponent(again_N, again),
+          growth_text("N", again_N, again),
           ""};
 }
 
@@ -100,20 +93,6 @@ ControlGrowth control_growth_from_json(const json& j) {
   return g;
 }
 
-double growth_exponent(const std::vector<double>& x, const std::vector<double>& y) {
-  const auto n = static_cast<double>(x.size());
-  if (n < 3) return std::numeric_limits<double>::quiet_NaN();
-  double X = 0, Y = 0, XX = 0, XY = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const double a = std::log(x[i]), b = std::log(y[i]);
-    X += a / n;
-    Y += b / n;
-    XX += a * a / n;
-    XY += a * b / n;
-  }
-  return (XY - X * Y) / (XX - X * X);
-}
-
 Table growth_table(const std::vector<ControlGrowth>& runs) {
   Table table;
   table.title = "Growth of the work with the number of control intervals";
@@ -154,6 +133,23 @@ Table growth_table(const std::vector<ControlGrowth>& runs) {
     first = i + 1;
   }
   return table;
+}
+
+std::vector<GrowthCurve> growth_curves(const std::vector<ControlGrowth>& runs) {
+  std::vector<GrowthCurve> curves;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (i == 0 || runs[i].problem != runs[i - 1].problem) {
+      for (const char* panel : {"of an iteration", "of a re-solve on the same branch"})
+        curves.push_back({panel, runs[i].problem, {}});
+    }
+    const ControlGrowth& run = runs[i];
+    if (!run.succeeded()) continue;
+    const auto last = curves.end() - 2;
+    last->points.emplace_back(run.intervals, run.seconds / std::max(run.iterations, 1));
+    if (run.again_status == "success" && run.again_kept_branch)
+      (last + 1)->points.emplace_back(run.intervals, run.again_seconds);
+  }
+  return curves;
 }
 
 Table homotopy_steps(const std::vector<ControlGrowth>& runs) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "reports/growth.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -41,11 +42,10 @@ struct ControlGrowth {
 nlohmann::json to_json(const ControlGrowth& growth);
 ControlGrowth control_growth_from_json(const nlohmann::json& j);
 
-/// p of the least-squares line log y = c + p log x. NaN with fewer than 3 points. @param x, y  positive
-double growth_exponent(const std::vector<double>& x, const std::vector<double>& y);
-
 /// One line per run; below those of a problem, exponents in N of what was solved.
 Table growth_table(const std::vector<ControlGrowth>& runs);
+/// Seconds over the number of intervals, a curve per problem.
+std::vector<GrowthCurve> growth_curves(const std::vector<ControlGrowth>& runs);
 /// One line per relaxation.
 Table homotopy_steps(const std::vector<ControlGrowth>& runs);
 

@@ -294,4 +294,10 @@ Figure FigureFolder::trajectory(const Trajectory& trajectory, const std::string&
           fmt::format("{} as {} computes it. Velocities jump at impacts.", trajectory.problem, trajectory.method)};
 }
 
+Figure FigureFolder::growth(const std::vector<GrowthCurve>& curves, const std::string& name, const std::string& title,
+                            const std::string& x_label, const std::string& y_label) {
+  draw(name, growth_script(curves, x_label, y_label));
+  return {name + ".svg", title, fmt::format("{} over {}.", title, x_label)};
+}
+
 }  // namespace ricochet

@@ -44,6 +44,10 @@ class FigureFolder {
   /// a picture.
   Figure frames(const ControlRun& run, const std::string& name);
 
+  /// Curves on logarithmic axes, a panel per name of a panel.
+  Figure growth(const std::vector<GrowthCurve>& curves, const std::string& name, const std::string& title,
+                const std::string& x_label, const std::string& y_label);
+
   /// Cost over CPU time of every random guess, one panel per group. Those without a solution are crosses on the upper
   /// frame.
   Figure seeds(const std::vector<SeedRun>& runs, const std::string& name);

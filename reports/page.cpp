@@ -192,7 +192,16 @@ void add_experiment(const Results& results, Document& document, FigureFolder& fi
   }
   if (!results.growth.empty()) {
     document.table(growth_table(results.growth), id + "_work");
+    if (draw) document.figures({figures.growth(growth_curves(results.growth), id, "Time", "intervals N", "seconds")});
     document.table(homotopy_steps(results.growth), id + "_steps", true);
+  }
+  if (!results.scale_runs.empty()) {
+    if (draw)
+      document.figures({figures.growth(scale_curves(results.scale_runs), id, "Time of a step", "active contacts",
+                                       "microseconds per step")});
+    document.table(scale_table(results.scale_runs), id + "_steps");
+    const Table without = scale_failures(results.scale_runs);
+    if (!without.rows.empty()) document.table(without, id + "_failures");
   }
   if (!results.records.empty()) document.table(order_details(results), id + "_runs", true);
   if (results.has_timings()) document.table(precision_details(results), id + "_times", true);

@@ -188,6 +188,8 @@ Results read_results(const std::string& path) {
         results.growth.push_back(control_growth_from_json(j));
       } else if (kind == "seed_run") {
         results.seed_runs.push_back(seed_run_from_json(j));
+      } else if (kind == "scale_run") {
+        results.scale_runs.push_back(scale_run_from_json(j));
       } else if (kind == "end") {
         results.is_complete = true;
       }

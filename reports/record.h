@@ -8,6 +8,7 @@
 #include "problems/solution.h"
 #include "reports/control_growth.h"
 #include "reports/control_results.h"
+#include "reports/scale_results.h"
 #include "reports/seed_results.h"
 
 namespace ricochet {
@@ -70,6 +71,7 @@ struct Results {
   std::vector<ControlGradient> gradients;
   std::vector<ControlGrowth> growth;
   std::vector<SeedRun> seed_runs;
+  std::vector<ScaleRun> scale_runs;
   bool is_complete = false;
 
   std::string experiment() const { return header.value("experiment", ""); }

@@ -8,10 +8,10 @@ namespace ricochet {
 
 void add_compare_command(CLI::App& app, int&) {
   static std::string experiment, folder = "out/results";
-  auto* command = app.add_subcommand("compare", "run an experiment of optimal control and print its tables");
+  auto* command = app.add_subcommand("compare", "run a study and print its tables");
   command
       ->add_option("experiment", experiment,
-                   "optimal_control, control_gradient, control_growth, control_seeds, or a file")
+                   "optimal_control, control_gradient, control_growth, control_seeds, scale, or a file")
       ->required();
   command->add_option("-o,--out", folder, "folder for the results file")->capture_default_str();
   command->callback([] {
@@ -26,6 +26,11 @@ void add_compare_command(CLI::App& app, int&) {
     if (!results.growth.empty())
       fmt::print("{}\n{}\n", growth_table(results.growth).text(), homotopy_steps(results.growth).text());
     if (!results.gradients.empty()) fmt::print("{}\n", gradient_table(results.gradients).text());
+    if (!results.scale_runs.empty()) {
+      fmt::print("{}\n", scale_table(results.scale_runs).text());
+      const Table failed = scale_failures(results.scale_runs);
+      if (!failed.rows.empty()) fmt::print("{}\n", failed.list());
+    }
     if (!results.seed_runs.empty()) {
       fmt::print("{}\n", seed_table(results.seed_runs).list());
       const Table failed = seed_failures(results.seed_runs);

@@ -153,7 +153,7 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
       {"order no_such_experiment", "experiment = 'no_such_experiment': unknown"},
       {"order optimal_control", "this experiment is run by `ricochet compare`"},
       {"compare two_balls_order",
-       "kind = null: one of optimal_control, control_gradient, control_growth, control_seeds is required"},
+       "kind = null: one of optimal_control, control_gradient, control_growth, control_seeds, scale is required"},
       {"control two_carts --discretisation euler", "euler"},
       {"mpc two_carts --updates 10", "--updates = 10: a number from 1 to 9 is required"},
       {"mpc two_carts --disturbance -1", "--disturbance = -1: a finite number >= 0 is required"},

@@ -153,7 +153,9 @@ TEST(Pictures, OfEveryOptimalControlProblemShowBodiesAndContacts) {
 
 TEST(Pictures, AreSampledFromTheClaimWithItsImpacts) {
   // Cart 2 at 1 + t^3: the cubic through both ends.
-  ControlTrajectory trajectory{.u = Matrix::Ones(1, 2), .T = 2, .objective = 0, .points = {}, .impulses = {}};
+  ControlTrajectory trajectory;
+  trajectory.u = Matrix::Ones(1, 2);
+  trajectory.T = 2;
   trajectory.u(0, 1) = -3;
   for (const double t : {0.0, 2.0})
     trajectory.points.push_back({t, Vector{{0, 1 + t * t * t}}, Vector{{0, 3 * t * t}}, Vector{{5 + t}}, Vector(0)});

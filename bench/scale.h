@@ -1,0 +1,14 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "bench/results_file.h"
+
+namespace ricochet {
+
+/// Experiment kind "scale": the time of a step of methods on scenes of growing size. "steps"; "time_limit" of a run
+/// [s]; "runs": [{"problem", "set": {parameter: value}, "sizes": values of the parameter n, "methods"}]. Behind a size
+/// that a method does not finish, larger ones are rows that say so.
+void study_scale(const nlohmann::json& document, ResultsFile& file);
+
+}  // namespace ricochet
