@@ -221,10 +221,13 @@ LcpStatus LemkeSolver::solve_warm(const Eigen::Ref<const Matrix>& M, const Eigen
   }
   if (regular) {
     for (int i = 0; i < n && regular; ++i) {
-      double w = q[i];
-      for (int r = 0; r < n_a; ++r) w += M(i, active_[r]) * x[r];
+      double w = q[i], size = std::abs(q[i]);
+      for (int r = 0; r < n_a; ++r) {
+        w += M(i, active_[r]) * x[r];
+        size += std::abs(M(i, active_[r]) * x[r]);
+      }
       const bool is_active = z[i] > 0;
-      regular = is_active || w >= 0;
+      regular = is_active || w >= -kTie * size;  // both facets of a contact that sticks have w = 0
     }
   }
   if (!regular) return solve(M, q, z);

@@ -6,7 +6,7 @@
 
 #include "methods/method.h"
 #include "methods/time_limit.h"
-#include "methods/time_stepping/contact_lcp.h"
+#include "methods/time_stepping/contact_step.h"
 
 namespace ricochet {
 
@@ -14,11 +14,12 @@ namespace ricochet {
 /// the march over the steps with its time limit, events and recording.
 class March {
  public:
-  March(const Problem& the_problem, const Settings& the_settings, int n_facets)
+  March(const Problem& the_problem, const Settings& the_settings, const ContactSolverOptions& solver,
+        const ContactLaws& laws = {})
       : problem(the_problem),
         settings(the_settings),
         h(problem.info().end_time / settings.steps),
-        contacts(problem, n_facets, solution.counters),
+        contacts(problem, solver, laws, solution.counters),
         q(solution.q),
         v(solution.v) {
     q = problem.info().q0;
@@ -29,8 +30,8 @@ class March {
     active.reserve(problem.n_c());
     was_pressed_.assign(problem.n_c(), false);
     if (settings.audit) {
-      solution.residuals = {
-          {.name = "contact law", .formula = "0 <= z _|_ M z + q >= 0, the contact problem of each step"}};
+      solution.residuals = {{.name = "contact law",
+                             .formula = "r, w = G r + b in the laws of unilateral contact and friction, each step"}};
     }
   }
   March(const March&) = delete;
@@ -47,12 +48,23 @@ class March {
   }
   bool has_contact_problem() const { return !active.empty() || has_bilateral_; }
 
-  /// ContactLcp::solve, with its impulses added to those of the step.
+  /// Delassus operator of the active contacts at `position`.
+  bool prepare_contacts(const Vector& position, const BlockInverse& W) {
+    contacts.set_position(position);
+    return prepare_contacts(W);
+  }
+  /// The same at the last position.
+  bool prepare_contacts(const BlockInverse& W) {
+    contacts.set_active(active);
+    return note(contacts.set_inverse_mass(W));
+  }
+
+  /// ContactStep::solve, with its impulses added to those of the step.
   bool solve_contacts(Vector& velocity, const Vector& shift, const Vector& present) {
-    if (contacts.solve(velocity, shift, present) != LcpStatus::solved) return false;
+    if (!note(contacts.solve(velocity, shift, present))) return false;
     if (settings.audit) {
       Residual& worst = solution.residuals.front();
-      const double value = contacts.residual(velocity, shift, present);
+      const double value = contacts.residual(velocity, shift);
       if (value > worst.value) {
         worst.value = value;
         worst.t = solution.t;
@@ -63,22 +75,30 @@ class March {
     return true;
   }
 
-  /// Calls step(v_plus) for every step: it reads q, v and sets q and v_plus, or returns false when the contact problem
-  /// has no solution.
+  /// Before the contacts of the same step are solved afresh.
+  void clear_impulses() {
+    Lambda_n.setZero();
+    Lambda_t.setZero();
+  }
+
+  /// Ends the run after this step. @return false
+  bool fail(std::string why) {
+    reason_ = std::move(why);
+    return false;
+  }
+
+  /// Calls step(v_plus) for every step: it reads q, v and sets q and v_plus, or returns false when something in it
+  /// failed.
   template <class Step>
   Solution run(Step step) {
     const TimeLimit time_limit(settings.time_limit);
     Vector v_plus = v, v_minus = v, q_minus = q;
     for (int k = 0; k < settings.steps; ++k) {
       if (time_limit.is_over()) return stop(Status::time_limit, k, time_limit.message());
-      Lambda_n.setZero();
-      Lambda_t.setZero();
+      clear_impulses();
       v_minus = v;
       q_minus = q;
-      if (!step(v_plus))
-        return stop(Status::inner_solver_failed, k,
-                    "the contact problem has no solution: Lemke's method found none, or bilateral constraints depend "
-                    "on each other");
+      if (!step(v_plus)) return stop(Status::inner_solver_failed, k, reason_);
       v.swap(v_plus);
       ++solution.counters.steps;
       ++solution.counters.elements;
@@ -93,12 +113,14 @@ class March {
   const Settings& settings;
   const double h;
   Solution solution;
-  ContactLcp contacts;
+  ContactStep contacts;
   Vector &q, &v;
   std::vector<int> active;
   Vector Lambda_n, Lambda_t;  ///< impulses of the step so far
 
  private:
+  bool note(ContactStatus status) { return status == ContactStatus::solved || fail(reason_of(status)); }
+
   Solution stop(Status status, int k, const std::string& reason) {
     solution.status = status;
     solution.message = fmt::format("step {} of {}, from t = {:.6g} s: {}", k + 1, settings.steps, k * h, reason);
@@ -120,6 +142,7 @@ class March {
   const bool has_bilateral_ = problem.info().has_bilateral();
   const std::vector<int> unilateral_ = problem.info().unilateral;
   Vector gap_;
+  std::string reason_;
   std::vector<char> was_pressed_;
 };
 

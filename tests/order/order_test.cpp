@@ -118,7 +118,9 @@ INSTANTIATE_TEST_SUITE_P(Methods, TwoBalls,
                                          Case{"fesd:gauss:1", 2, 1000, 1e5}, Case{"fesd:gauss:2", 4, 100, 2000},
                                          Case{"fesd:gauss:3", 6, 60, 1200}, Case{"fesd:gauss:4", 8, 50, 500},
                                          Case{"fesd:lobatto-iiia:3", 4, 100, 2000}, Case{"moreau_jean", 1, 2e4, 2e6},
-                                         Case{"anitescu_potra", 1, 2e4, 2e6}),
+                                         Case{"anitescu_potra", 1, 2e4, 2e6}, Case{"schatzman_paoli", 1, 2e4, 1e6},
+                                         Case{"generalized_alpha", 1, 2e4, 6e5},
+                                         Case{"anitescu_potra,implicit=linear", 1, 1e5, 2e6}),
                          [](const auto& test) { return test_name(test.param.method); });
 
 TEST(TwoBallsSensitivities, HaveTheTableausOrder) {
@@ -192,7 +194,10 @@ TEST(SmoothMotion, OrdersWithoutImpacts) {
         Case{"irk:lobatto-iiib:3,contacts=ignored", 4, 30, 1000},
         Case{"irk:lobatto-iiic:3,contacts=ignored", 4, 30, 1000}, Case{"irk:gauss:3,contacts=ignored", 6, 18, 90},
         Case{"moreau_jean", 2, 100, 1e5}, Case{"moreau_jean,theta=1", 1, 1e3, 1e6},
-        Case{"anitescu_potra", 1, 1e3, 1e6}}) {
+        Case{"moreau_jean,implicit=full", 2, 100, 3e4}, Case{"generalized_alpha", 2, 100, 3e4},
+        Case{"generalized_alpha,rho_inf=0", 2, 100, 3e4}, Case{"penalty", 2, 100, 1e5},
+        Case{"anitescu_potra", 1, 1e3, 1e6}, Case{"anitescu_potra,implicit=linear", 1, 1e3, 1e6},
+        Case{"schatzman_paoli", 1, 1e3, 1e6}}) {
     const auto fit = observe(*problem, truth, method, logarithmic(from, to, 12));
     ASSERT_TRUE(fit) << method;
     EXPECT_GE(fit->slope, order - kSlack) << method << " window " << fit->first_steps << " .. " << fit->last_steps;
@@ -200,11 +205,42 @@ TEST(SmoothMotion, OrdersWithoutImpacts) {
   }
 }
 
-TEST(SmoothMotion, MoreauJeanKeepsOrderTwoWithAVaryingMassMatrix) {
+TEST(SmoothMotion, OrderTwoWithAVaryingMassMatrix) {
   const auto problem = read_scene_file(test_data("double_pendulum_wall.json"), {{"w", 5}});
-  const auto fit = observe(*problem, truth_of(*problem), "moreau_jean", logarithmic(300, 1e5, 8));
+  const Truth truth = truth_of(*problem);
+  for (const char* method : {"moreau_jean", "moreau_jean,implicit=full", "generalized_alpha", "penalty"}) {
+    const auto fit = observe(*problem, truth, method, logarithmic(300, 3e4, 8));
+    ASSERT_TRUE(fit) << method;
+    EXPECT_GE(fit->slope, 2 - kSlack) << method;
+  }
+}
+
+TEST(SmoothMotion, SymplecticHasOrderTwo) {
+  const auto problem = make_problem("pendulum_wall", {{"w", 5}, {"e", 1}});
+  const auto fit = observe(*problem, truth_of(*problem), "symplectic", logarithmic(100, 1e5, 8));
   ASSERT_TRUE(fit);
   EXPECT_GE(fit->slope, 2 - kSlack);
+}
+
+/// Inelastic contact with friction: three slip reversals, five transitions between stick and slip.
+TEST(StickSlip, FirstOrderOfTheInelasticMethods) {
+  const auto problem = ground_truth_problem("P4b_spring_driven_block");
+  const auto truth = reference::read_ground_truth(test_data("ground_truth.json"), "P4b_spring_driven_block");
+  for (const char* method : {"stewart_trinkle", "anitescu_convex", "anitescu_convex,solver=newton"}) {
+    const auto fit = observe(*problem, {truth.q, truth.v, 1e-15}, method, logarithmic(1000, 1e5, 12));
+    ASSERT_TRUE(fit) << method;
+    EXPECT_GE(fit->slope, 1 - kSlack) << method;
+  }
+}
+
+/// The compliant baseline gets stiffer with the root of h.
+TEST(Impacts, PenaltyHasOrderOneHalf) {
+  const auto problem = ground_truth_problem("P1a_ball_e09");
+  const auto truth = reference::read_ground_truth(test_data("ground_truth.json"), "P1a_ball_e09");
+  const auto fit = observe(*problem, {truth.q, truth.v, 1e-15}, "penalty", logarithmic(1000, 3e5, 20));
+  ASSERT_TRUE(fit);
+  EXPECT_GE(fit->slope, 0.5 - kSlack);
+  EXPECT_LE(fit->slope, 1);
 }
 
 }  // namespace

@@ -77,7 +77,10 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"pendulum_wall", "moreau_jean"}, Case{"sliding_block", "moreau_jean"},
                     Case{"pendulum_wall_cartesian", "fesd:radau-iia:3"}, Case{"pendulum_wall_cartesian", "moreau_jean"},
                     Case{"slider_crank_stop", "anitescu_potra"}, Case{"bouncing_ball", "anitescu_potra"},
-                    Case{"sliding_block", "anitescu_potra"}),
+                    Case{"sliding_block", "anitescu_potra"}, Case{"stacked_blocks", "moreau_jean,solver=pgs"},
+                    Case{"stacked_blocks", "moreau_jean,solver=newton"},
+                    Case{"ball_3d", "moreau_jean,solver=newton,projection=on"},
+                    Case{"pendulum_wall_cartesian", "moreau_jean,implicit=full"}),
     [](const auto& test) { return test_name(std::string(test.param.problem) + "_" + test.param.method); });
 
 TEST(Allocations, OfAPersistentContact) {

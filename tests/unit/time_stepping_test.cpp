@@ -59,7 +59,10 @@ TEST_P(TimeStepping, ApproachesTheGroundTruthEverywhere) {
   for (const auto& truth : ground_truth()) {
     const auto p = ground_truth_problem(truth.id);
     const bool in_space = truth.id.starts_with("P7");
-    const std::string method = std::string(GetParam()) + (in_space ? ",facets=32" : "");
+    std::string method = GetParam();
+    const bool has_polygon = method.find("solver=") == std::string::npos;
+    if (in_space && has_polygon) method += ",facets=32";
+    if (!make_method(method)->supports(p->info()).ok) continue;
     const Solution s = run(*p, method, 40000);
     ASSERT_TRUE(s.succeeded()) << truth.id << ": " << s.message;
     EXPECT_LE(s.max_residual(), 1e-12) << truth.id;
@@ -71,10 +74,21 @@ TEST_P(TimeStepping, ApproachesTheGroundTruthEverywhere) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, TimeStepping, testing::Values("moreau_jean", "moreau_jean,theta=1", "anitescu_potra"),
+INSTANTIATE_TEST_SUITE_P(Methods, TimeStepping,
+                         testing::Values("moreau_jean", "moreau_jean,theta=1",
+                                         "moreau_jean,implicit=full,solver=newton,contact_tolerance=1e-13",
+                                         "moreau_jean,projection=on,solver=pgs,contact_tolerance=1e-13",
+                                         "anitescu_potra",
+                                         "anitescu_potra,implicit=linear,solver=newton,contact_tolerance=1e-13",
+                                         "stewart_trinkle,solver=newton,contact_tolerance=1e-13",
+                                         "schatzman_paoli,solver=newton,contact_tolerance=1e-13",
+                                         "anitescu_convex,solver=newton,contact_tolerance=1e-13",
+                                         "generalized_alpha,solver=newton,contact_tolerance=1e-13"),
                          [](const auto& test) { return test_name(test.param); });
 
-TEST_P(TimeStepping, ABoxComesToRestOnFourCorners) {
+class RedundantContacts : public testing::TestWithParam<const char*> {};
+
+TEST_P(RedundantContacts, ABoxComesToRestOnFourCorners) {
   const auto p = make_problem("box_3d");
   for (const int steps : {60, 600, 6000}) {
     const Solution s = run(*p, GetParam(), steps);
@@ -86,7 +100,30 @@ TEST_P(TimeStepping, ABoxComesToRestOnFourCorners) {
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(Methods, RedundantContacts,
+                         testing::Values("moreau_jean", "moreau_jean,theta=1", "anitescu_potra"),
+                         [](const auto& test) { return test_name(test.param); });
+
+/// Corners that are not quite in one plane are told apart by as little as 1e-7 of their velocity when steps are coarse;
+/// there the iterative solvers end with a status. With these steps they reach their tolerance.
+TEST(RedundantContactsAtATolerance, AreSolvedByTheIterativeSolversToo) {
+  const auto p = make_problem("box_3d");
+  for (const char* method : {"moreau_jean,solver=pgs", "moreau_jean,solver=newton", "anitescu_potra,solver=newton"}) {
+    const Solution s = run(*p, method, 600);
+    ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
+    EXPECT_LE(s.max_residual(), 1e-9) << method << ": the default tolerance";
+    EXPECT_LE(s.v.cwiseAbs().maxCoeff(), 1e-9) << method << ": of h g = 0.01 m/s, over an inertia of 0.003";
+  }
+}
+
 TEST(TimeSteppingOptions, AreChecked) {
+  EXPECT_THROW(make_method("moreau_jean,solver=pgs,facets=8"), InputError) << "the disc is exact";
+  EXPECT_THROW(make_method("moreau_jean,solver=simplex"), InputError);
+  EXPECT_THROW(make_method("moreau_jean,contact_tolerance=1e-8"), InputError) << "Lemke's method has none";
+  EXPECT_THROW(make_method("moreau_jean,solver=newton,contact_iterations=0"), InputError);
+  EXPECT_THROW(make_method("generalized_alpha,rho_inf=1.1"), InputError);
+  EXPECT_THROW(make_method("penalty,stiffness=-1"), InputError);
+  EXPECT_THROW(make_method("anitescu_potra,implicit=full"), InputError);
   EXPECT_THROW(make_method("moreau_jean,theta=0.4"), InputError);
   EXPECT_THROW(make_method("moreau_jean,facets=5"), InputError);
   EXPECT_THROW(make_method("moreau_jean:3"), InputError);

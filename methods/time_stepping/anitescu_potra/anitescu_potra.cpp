@@ -9,21 +9,23 @@
 //   Step:
 //     M (v_{k+1} - v_k) = h f(q_k, v_k) + J_n Lambda_n + J_t Lambda_t,   0 <= Lambda_n  _|_  J_n' v_{k+1} >= 0 (3)
 //     q_{k+1} = q_k + h v_{k+1}                                                                          (4)
-//   Coulomb's law with the velocity after each of (1), (2), (3), solved as in contact_lcp.h. Bilateral constraints have
-//   J_n' v = 0 after each of them, with impulses of either sign.
+//   Coulomb's law with the velocity after each of (1), (2), (3), solved as in contact_step.h. Bilateral constraints
+//   have J_n' v = 0 after each of them, with impulses of either sign.
 //
-// Order 1, on smooth motion too: forces are explicit, (4) is semi-implicit. For several simultaneous or oblique impacts
-// Poisson's hypothesis differs from Newton's law, which the references use.
+// implicit=linear, for stiff forces: with f_q, f_v at (q_k, v_k) the step is
+//     (M - h f_v - h^2 f_q) (v_{k+1} - v_k) = h f(q_k, v_k) + h^2 f_q v_k + J_n Lambda_n + J_t Lambda_t   (3b)
 //
-// Source: Anitescu, Potra, Nonlinear Dynamics 14 (1997) 231-247, section 3 (LCP) and section 5 (collisions).
+// Order 1, on smooth motion too: forces are explicit or linearly implicit, (4) is semi-implicit. For several
+// simultaneous or oblique impacts Poisson's hypothesis differs from Newton's law, which the references use.
+//
+// Source: Anitescu, Potra, Nonlinear Dynamics 14 (1997) 231-247, section 3 (LCP) and section 5 (collisions); (3b):
+// Anitescu, Potra, IJNME 55 (2002) 753-784.
 // Differs from the source: the step is not shortened to the time of a collision; a contact that closes inside a step
-// becomes active at the next one.
+// becomes active at the next one. With solver=pgs|newton friction has the exact disc in space.
 
 #include <fmt/format.h>
 
-#include "methods/complementarity/friction_cone.h"
 #include "methods/registry.h"
-#include "methods/small_inverse.h"
 #include "methods/time_stepping/march.h"
 
 namespace ricochet {
@@ -31,14 +33,18 @@ namespace {
 
 class AnitescuPotra final : public Method {
  public:
-  explicit AnitescuPotra(const MethodSpec& spec) : id_(spec.text()), n_facets_(facets_argument(spec)) {
+  explicit AnitescuPotra(const MethodSpec& spec)
+      : id_(spec.text()),
+        is_implicit_(spec.choice("implicit", {"none", "linear"}) == "linear"),
+        solver_(contact_solver_argument(spec)) {
     spec.finish(0);
   }
 
   MethodInfo info() const override {
     return {.id = id_,
-            .title = "Anitescu-Potra (1997)",
-            .source = "Anitescu, Potra, Nonlinear Dynamics 14 (1997) 231-247",
+            .title = is_implicit_ ? "Anitescu-Potra (2002), stiff forces" : "Anitescu-Potra (1997)",
+            .source = is_implicit_ ? "Anitescu, Potra, IJNME 55 (2002) 753-784"
+                                   : "Anitescu, Potra, Nonlinear Dynamics 14 (1997) 231-247",
             .order_smooth = 1,
             .order_impacts = 1,
             .is_adaptive = false};
@@ -51,26 +57,40 @@ class AnitescuPotra final : public Method {
 
  private:
   std::string id_;
-  int n_facets_;
+  bool is_implicit_;
+  ContactSolverOptions solver_;
 };
 
 Solution AnitescuPotra::do_solve(const Problem& problem, const Settings& settings) const {
   const ProblemInfo& info = problem.info();
   const int n_q = info.n_q;
-  March march(problem, settings, n_facets_);
+  March march(problem, settings, solver_);
   const double h = march.h;
-  ContactLcp& contacts = march.contacts;
+  ContactStep& contacts = march.contacts;
   Counters& counters = march.solution.counters;
 
-  Matrix M(n_q, n_q), W(n_q, n_q);  // W = M^-1
-  Vector f(n_q), no_shift = Vector::Zero(info.n_c()), rebound(info.n_c());
-  SmallInverse inverse;
+  Matrix M(n_q, n_q);
+  BlockInverse W;  // M^-1
+  Vector f(n_q), Wf(n_q), no_shift = Vector::Zero(info.n_c()), rebound(info.n_c());
   const auto factorize = [&] {
     problem.mass_matrix(march.q.data(), M.data());
-    W = inverse.of(M);
+    W.compute(M, info.has_bilateral());
     ++counters.mass_factorizations;
   };
   if (info.structure.constant_mass) factorize();
+  const int n_implicit = is_implicit_ ? n_q : 0;
+  Matrix f_q(n_implicit, n_implicit), f_v(n_implicit, n_implicit), Mhat(n_implicit, n_implicit);
+  BlockInverse What;  // Mhat^-1 of (3b)
+  const auto factorize_implicit = [&] {
+    problem.force_jacobians(march.q.data(), march.v.data(), info.u.data(), f_q.data(), f_v.data());
+    Mhat = M - h * f_v - (h * h) * f_q;
+    What.compute(Mhat, info.has_bilateral());
+    ++counters.jacobian_evaluations;
+    ++counters.matrix_factorizations;
+  };
+  const bool constant_matrix = info.structure.constant_mass && info.structure.constant_force_jacobian;
+  if (is_implicit_ && constant_matrix) factorize_implicit();
+  const BlockInverse& step_inverse = is_implicit_ ? What : W;
 
   /// (1), (2): replaces v by the velocity after the collision.
   const auto collide = [&](Vector& v) {
@@ -94,30 +114,37 @@ Solution AnitescuPotra::do_solve(const Problem& problem, const Settings& setting
     if (!info.structure.constant_mass) factorize();
     march.find_active(march.q);
     if (march.has_contact_problem()) {
-      contacts.set_active(march.q, march.active);
-      if (!contacts.set_inverse_mass(W)) return false;
+      if (!march.prepare_contacts(march.q, W)) return false;
       bool approaches = false;
-      for (std::size_t k = 0; k < march.active.size(); ++k)
-        approaches = approaches || contacts.normal_velocity(k, march.v) < 0;
+      for (const int i : march.active) approaches = approaches || contacts.normal_velocity(i, march.v) < 0;
       if (approaches && !collide(march.v)) return false;
     }
     problem.force(march.q.data(), march.v.data(), info.u.data(), f.data());
     f *= h;
-    v_plus = march.v;
-    v_plus.noalias() += W.lazyProduct(f);
+    if (is_implicit_) {
+      if (!constant_matrix) factorize_implicit();
+      f.noalias() += (h * h) * f_q.lazyProduct(march.v);
+    }
+    step_inverse.apply(f, Wf);
+    v_plus = march.v + Wf;
     ++counters.force_evaluations;
     ++counters.linear_solves;
-    if (march.has_contact_problem() && !march.solve_contacts(v_plus, no_shift, {})) return false;  // (3)
-    march.q += h * v_plus;                                                                         // (4)
+    if (march.has_contact_problem()) {
+      if (is_implicit_ && !march.prepare_contacts(march.q, What)) return false;
+      if (!march.solve_contacts(v_plus, no_shift, {})) return false;  // (3), (3b)
+    }
+    march.q += h * v_plus;  // (4)
     return true;
   });
 }
 
 const bool registered = register_method({
     .name = "anitescu_potra",
-    .usage = "anitescu_potra[,facets=8]",
-    .summary = "Anitescu-Potra (1997) time stepping, LCP in velocities and impulses",
-    .examples = {"anitescu_potra"},
+    .usage = std::string("anitescu_potra[,implicit=none|linear]") + kContactSolverUsage,
+    .summary = "Anitescu-Potra time stepping (1997; 2002 for stiff forces), Poisson's hypothesis",
+    .examples = {"anitescu_potra", "anitescu_potra,implicit=linear",
+                 "anitescu_potra,solver=pgs,contact_tolerance=1e-13",
+                 "anitescu_potra,solver=newton,contact_tolerance=1e-13"},
     .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<AnitescuPotra>(spec); },
     .not_built = {},
 });

@@ -1,0 +1,74 @@
+// Anitescu's convex time stepping: a quadratic program with cone constraints in each step, inelastic.
+//
+//   v_{k+1} = arg min  1/2 v' M v - v' (M v_k + h f(q_k, v_k))   over all v with
+//             f_c(q_k) / h + J_n' v >= mu ||J_t' v||   for every contact                  (1)
+//             f_c(q_k) / h + J_n' v = 0   where bilateral                                 (2)
+//   q_{k+1} = q_k + h v_{k+1}                                                             (3)
+//
+// M, J_n, J_t at q_k. The multipliers of (1) are the impulses, in Coulomb's cone, under the associated law of
+// contact_problem.h: solved in this dual form, by any contact solver. The solution is unique and always exists, however
+// many contacts there are; Painleve's paradox cannot happen. The price: slip opens a gap of h mu ||J_t' v||, which
+// vanishes with h. Order 1.
+//
+// Source: Anitescu, Math. Program. 105 (2006) 113-143, eq. (10)-(13); Tasora, Anitescu, CMAME 200 (2011) 439-453.
+// Differs from the source: with solver=pgs|newton the cone is exact, with lemke the polyhedral one of the source.
+
+#include "methods/registry.h"
+#include "methods/time_stepping/explicit_step.h"
+#include "methods/time_stepping/gap_contacts.h"
+#include "methods/time_stepping/inelastic_support.h"
+
+namespace ricochet {
+namespace {
+
+class Anitescu final : public Method {
+ public:
+  explicit Anitescu(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {
+    spec.finish(0);
+  }
+
+  MethodInfo info() const override {
+    return {.id = id_,
+            .title = "Anitescu (2006), convex",
+            .source = "Anitescu, Math. Program. 105 (2006) 113-143",
+            .order_smooth = 1,
+            .order_impacts = 1,
+            .is_adaptive = false};
+  }
+
+  Support supports(const ProblemInfo& problem) const override { return only_inelastic(problem); }
+
+ protected:
+  Solution do_solve(const Problem& problem, const Settings& settings) const override {
+    March march(problem, settings, solver_, {.friction = FrictionLaw::associated});
+    ExplicitStep free(march);
+    GapContacts contacts(march, FrictionLaw::associated);
+    Vector shift(problem.n_c());
+    return march.run([&](Vector& v_plus) {
+      v_plus = march.v + free.change(march.q, march.v);
+      problem.gap(march.q.data(), shift.data());
+      shift /= march.h;
+      march.contacts.set_position(march.q);
+      if (!contacts.solve(free.W, shift, v_plus)) return false;  // (1), (2)
+      march.q += march.h * v_plus;                               // (3)
+      return true;
+    });
+  }
+
+ private:
+  std::string id_;
+  ContactSolverOptions solver_;
+};
+
+const bool registered = register_method({
+    .name = "anitescu_convex",
+    .usage = std::string("anitescu_convex") + kContactSolverUsage,
+    .summary = "Anitescu (2006) time stepping, a convex program in each step, inelastic",
+    .examples = {"anitescu_convex", "anitescu_convex,solver=pgs,contact_tolerance=1e-13",
+                 "anitescu_convex,solver=newton,contact_tolerance=1e-13"},
+    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<Anitescu>(spec); },
+    .not_built = {},
+});
+
+}  // namespace
+}  // namespace ricochet

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "methods/block_inverse.h"
+#include "methods/time_stepping/march.h"
+
+namespace ricochet {
+
+/// v + h M^-1 f(q_k, v): the free velocity of the methods that take forces at the beginning of the step. A constant M
+/// is inverted once.
+class ExplicitStep {
+ public:
+  explicit ExplicitStep(March& march)
+      : march_(march),
+        problem_(march.problem),
+        M_(problem_.n_q(), problem_.n_q()),
+        f_(problem_.n_q()),
+        Wf_(problem_.n_q()) {
+    if (problem_.info().structure.constant_mass) invert();
+  }
+
+  /// Takes M and f at (q, v). @return h M^-1 f
+  const Vector& change(const Vector& q, const Vector& v) {
+    if (!problem_.info().structure.constant_mass) invert(q);
+    problem_.force(q.data(), v.data(), problem_.info().u.data(), f_.data());
+    f_ *= march_.h;
+    W.apply(f_, Wf_);
+    ++march_.solution.counters.force_evaluations;
+    ++march_.solution.counters.linear_solves;
+    return Wf_;
+  }
+
+  BlockInverse W;  ///< M^-1
+
+ private:
+  void invert() { invert(march_.q); }
+  void invert(const Vector& q) {
+    problem_.mass_matrix(q.data(), M_.data());
+    W.compute(M_, problem_.info().has_bilateral());
+    ++march_.solution.counters.mass_factorizations;
+  }
+
+  March& march_;
+  const Problem& problem_;
+  Matrix M_;
+  Vector f_, Wf_;
+};
+
+}  // namespace ricochet

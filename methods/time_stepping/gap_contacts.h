@@ -1,0 +1,53 @@
+#pragma once
+
+#include <algorithm>
+
+#include "methods/time_stepping/march.h"
+
+namespace ricochet {
+
+/// The contacts of a step whose law holds for gaps at its end: all of them, whatever their gap is now,
+///
+///   0 <= Lambda_n^i  _|_  J_n^i' v+ + s^i >= 0,   s^i a multiple of f_c^i(q_k) / h         (1)
+///
+/// (with the associated law minus mu^i ||J_t^i' v+||). Most contacts of a step stay open. Those that the free velocity
+/// would close are solved for, those that the result closes are added, until (1) holds for all.
+class GapContacts {
+ public:
+  GapContacts(March& march, FrictionLaw law) : march_(march), law_(law), v_free_(march.v) {}
+
+  /// Replaces the free velocity by v+; directions are those of the last ContactStep::set_position(). @param shift  n_c
+  bool solve(const BlockInverse& W, const Vector& shift, Vector& v) {
+    v_free_ = v;
+    march_.active.clear();
+    bool is_complete = !add_closing(v, shift) && !march_.has_contact_problem();
+    while (!is_complete) {
+      march_.clear_impulses();
+      v = v_free_;
+      if (!march_.prepare_contacts(W) || !march_.solve_contacts(v, shift, {})) return false;
+      is_complete = !add_closing(v, shift);
+    }
+    return true;
+  }
+
+ private:
+  /// Contacts that violate (1) become active. @return whether there are new ones
+  bool add_closing(const Vector& v, const Vector& shift) {
+    const auto before = march_.active.size();
+    for (const int i : march_.problem.info().unilateral) {
+      double opening = march_.contacts.normal_velocity(i, v) + shift[i];
+      if (law_ == FrictionLaw::associated)
+        opening -= march_.problem.info().contacts[i].mu * march_.contacts.slip_speed(i, v);
+      if (opening < 0 && !std::binary_search(march_.active.begin(), march_.active.begin() + before, i))
+        march_.active.push_back(i);
+    }
+    std::inplace_merge(march_.active.begin(), march_.active.begin() + before, march_.active.end());
+    return march_.active.size() > before;
+  }
+
+  March& march_;
+  FrictionLaw law_;
+  Vector v_free_;
+};
+
+}  // namespace ricochet

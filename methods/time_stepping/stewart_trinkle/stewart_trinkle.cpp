@@ -1,0 +1,74 @@
+// Stewart-Trinkle time stepping: contact at position level, inelastic.
+//
+//   M (v_{k+1} - v_k) = h f(q_k, v_k) + J_n Lambda_n + J_t Lambda_t,   M, J_n, J_t at q_k   (1)
+//   0 <= Lambda_n  _|_  f_c(q_k) / h + J_n' v_{k+1} >= 0                                  (2)
+//   Coulomb's law for Lambda_t and J_t' v_{k+1}                                           (3)
+//   f_c(q_k) / h + J_n' v_{k+1} = 0 where bilateral                                       (4)
+//   q_{k+1} = q_k + h v_{k+1}                                                             (5)
+//
+// (2) is the linearised gap at the end of the step: a contact closes exactly where the step ends, without penetration
+// when the gap is affine, with O(h^2) else, and what is left of it is taken out by the next step. All contacts are in
+// (2) (gap_contacts.h). The step that closes a contact loses the velocity over the gap, up to h |J_n' v|: order 1.
+//
+// Source: Stewart, Trinkle, IJNME 39 (1996) 2673-2691, eq. (12)-(16).
+// Differs from the source: 1. forces at (q_k, v_k), M at q_k; 2. with solver=pgs|newton friction has the disc in space.
+
+#include "methods/registry.h"
+#include "methods/time_stepping/explicit_step.h"
+#include "methods/time_stepping/gap_contacts.h"
+#include "methods/time_stepping/inelastic_support.h"
+
+namespace ricochet {
+namespace {
+
+class StewartTrinkle final : public Method {
+ public:
+  explicit StewartTrinkle(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {
+    spec.finish(0);
+  }
+
+  MethodInfo info() const override {
+    return {.id = id_,
+            .title = "Stewart-Trinkle",
+            .source = "Stewart, Trinkle, IJNME 39 (1996) 2673-2691",
+            .order_smooth = 1,
+            .order_impacts = 1,
+            .is_adaptive = false};
+  }
+
+  Support supports(const ProblemInfo& problem) const override { return only_inelastic(problem); }
+
+ protected:
+  Solution do_solve(const Problem& problem, const Settings& settings) const override {
+    March march(problem, settings, solver_);
+    ExplicitStep free(march);
+    GapContacts contacts(march, FrictionLaw::coulomb);
+    Vector shift(problem.n_c());
+    return march.run([&](Vector& v_plus) {
+      v_plus = march.v + free.change(march.q, march.v);
+      problem.gap(march.q.data(), shift.data());
+      shift /= march.h;
+      march.contacts.set_position(march.q);
+      if (!contacts.solve(free.W, shift, v_plus)) return false;  // (1)-(4)
+      march.q += march.h * v_plus;                               // (5)
+      return true;
+    });
+  }
+
+ private:
+  std::string id_;
+  ContactSolverOptions solver_;
+};
+
+const bool registered = register_method({
+    .name = "stewart_trinkle",
+    .usage = std::string("stewart_trinkle") + kContactSolverUsage,
+    .summary = "Stewart-Trinkle time stepping, gaps at the end of the step, inelastic",
+    .examples = {"stewart_trinkle", "stewart_trinkle,solver=pgs,contact_tolerance=1e-13",
+                 "stewart_trinkle,solver=newton,contact_tolerance=1e-13"},
+    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<StewartTrinkle>(spec); },
+    .not_built = {},
+});
+
+}  // namespace
+}  // namespace ricochet

@@ -1,0 +1,293 @@
+// The contact solvers against the laws, against each other, and on problems with known answers.
+#include "methods/complementarity/contact_solver.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <random>
+
+#include "tests/test_data.h"
+
+namespace ricochet {
+namespace {
+
+using Kind = ContactSolverKind;
+
+/// Operator from its dense matrix: blocks that are zero are left out.
+void set_operator(ContactProblem& problem, const Matrix& G, const std::vector<ContactProblem::Contact>& contacts) {
+  problem.contacts = contacts;
+  std::vector<int> sizes;
+  for (const auto& contact : contacts) sizes.push_back(1 + contact.n_t);
+  problem.G.set_sizes(sizes);
+  const int n_c = static_cast<int>(contacts.size());
+  for (int i = 0; i < n_c; ++i) {
+    std::vector<int> neighbours;
+    for (int j = 0; j < n_c; ++j) {
+      if (i == j || !G.block(problem.G.row(i), problem.G.row(j), sizes[i], sizes[j]).isZero(0)) neighbours.push_back(j);
+    }
+    problem.G.add_row(neighbours);
+    for (std::size_t k = 0; k < neighbours.size(); ++k) {
+      const auto block = problem.G.block(i, static_cast<int>(k));
+      Eigen::Map<Matrix>(problem.G.values(i, static_cast<int>(k)), sizes[i], block.size) =
+          G.block(problem.G.row(i), block.row, sizes[i], block.size);
+    }
+  }
+}
+
+/// n_c contacts on a body of n_q coordinates: G = J' J, singular when there are more rows than coordinates.
+ContactProblem random_problem(FrictionLaw law, int n_c, int n_t, int n_q, unsigned seed) {
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  Matrix J(n_q, n_c * (1 + n_t));
+  for (auto& entry : J.reshaped()) entry = uniform(generator);
+  Vector v(n_q);
+  for (auto& entry : v) entry = uniform(generator);
+  std::vector<ContactProblem::Contact> contacts;
+  for (int i = 0; i < n_c; ++i)
+    contacts.push_back({.id = i, .n_t = n_t, .mu = n_t > 0 ? 0.1 + std::abs(uniform(generator)) : 0});
+  ContactProblem problem;
+  problem.law = law;
+  set_operator(problem, J.transpose() * J, contacts);
+  problem.b = J.transpose() * v;
+  return problem;
+}
+
+std::unique_ptr<ContactSolver> solver_of(Kind kind, int facets = 8) {
+  return make_contact_solver(
+      {.kind = kind, .facets = kind == Kind::lemke ? facets : 0, .tolerance = 1e-12, .iterations = 200000});
+}
+
+Vector vector(std::initializer_list<double> entries) {
+  return Eigen::Map<const Vector>(entries.begin(), static_cast<Eigen::Index>(entries.size()));
+}
+
+std::string name_of(Kind kind) {
+  return kind == Kind::lemke ? "lemke" : kind == Kind::pgs ? "pgs" : "newton";
+}
+
+struct Answer {
+  ContactStatus status = ContactStatus::iteration_limit;
+  Vector r, w;
+  double violation = 0;
+};
+
+Answer solve(ContactSolver& solver, const ContactProblem& problem) {
+  Answer answer;
+  answer.r = answer.w = Vector::Zero(problem.G.n_rows());
+  answer.status = solver.solve(problem, answer.r);
+  problem.G.times(answer.r, problem.b, answer.w);
+  answer.violation = violation(problem, answer.r, answer.w, scale_of(problem, answer.r), solver.polygon());
+  return answer;
+}
+
+struct Shape {
+  Kind kind;
+  FrictionLaw law;
+  int n_c, n_t, n_q;
+};
+
+class RandomContactProblems : public testing::TestWithParam<Shape> {};
+
+TEST_P(RandomContactProblems, AreSolved) {
+  const auto [kind, law, n_c, n_t, n_q] = GetParam();
+  const auto solver = solver_of(kind);
+  int open = 0, stick = 0, slip = 0;
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    const ContactProblem problem = random_problem(law, n_c, n_t, n_q, seed);
+    const Answer answer = solve(*solver, problem);
+    ASSERT_EQ(answer.status, ContactStatus::solved) << "seed " << seed;
+    // 1e-12 is what the iterative solvers are asked for; pivoting has the rounding of a few dozen pivots.
+    EXPECT_LE(answer.violation, kind == Kind::lemke ? 1e-11 : 1e-12) << "seed " << seed;
+    for (int i = 0; i < n_c; ++i) {
+      const int row = problem.G.row(i);
+      if (answer.r[row] < 1e-9)
+        ++open;
+      else if (n_t > 0)
+        ++(answer.w.segment(row + 1, n_t).norm() > 1e-9 ? slip : stick);
+    }
+  }
+  EXPECT_GT(open, 20);
+  if (n_t > 0) {
+    EXPECT_GT(stick, 2);
+    EXPECT_GT(slip, 10);
+  }
+}
+
+std::vector<Shape> shapes() {
+  std::vector<Shape> all;
+  for (const Kind kind : {Kind::lemke, Kind::pgs, Kind::newton}) {
+    for (const FrictionLaw law : {FrictionLaw::coulomb, FrictionLaw::associated}) {
+      for (const auto& [n_c, n_t, n_q] :
+           {std::array{1, 0, 2}, {4, 0, 3}, {1, 1, 3}, {3, 1, 9}, {4, 1, 9}, {1, 2, 3}, {2, 2, 6}, {4, 2, 14}})
+        all.push_back({kind, law, n_c, n_t, n_q});
+    }
+  }
+  return all;
+}
+
+std::string name_of_shape(const testing::TestParamInfo<Shape>& test) {
+  const Shape& s = test.param;
+  return test_name(fmt::format("{}_{}_{}_contacts_{}_tangents_{}_coordinates", name_of(s.kind),
+                               s.law == FrictionLaw::coulomb ? "coulomb" : "associated", s.n_c, s.n_t, s.n_q));
+}
+
+INSTANTIATE_TEST_SUITE_P(Shapes, RandomContactProblems, testing::ValuesIn(shapes()), name_of_shape);
+
+/// Where the solution is unique: without friction, or convex with a regular G, the velocities of all solvers agree.
+TEST(ContactSolvers, AgreeWhereTheVelocitiesAreUnique) {
+  for (const auto& [law, n_t, n_q] :
+       {std::tuple{FrictionLaw::coulomb, 0, 3}, {FrictionLaw::associated, 1, 14}, {FrictionLaw::associated, 2, 20}}) {
+    for (unsigned seed = 1; seed <= 10; ++seed) {
+      const ContactProblem problem = random_problem(law, 4, n_t, n_q, seed);
+      const Answer newton = solve(*solver_of(Kind::newton), problem), pgs = solve(*solver_of(Kind::pgs), problem),
+                   lemke = solve(*solver_of(Kind::lemke, 64), problem);
+      // 1e-12 of the natural map, times the condition of G, up to 1e4 for these seeds
+      EXPECT_LE((newton.w - pgs.w).norm(), 1e-8) << "seed " << seed;
+      // 64 facets turn the direction of friction by up to half the angle between two of them
+      EXPECT_LE((newton.w - lemke.w).norm(), n_t == 2 ? std::numbers::pi / 64 * newton.w.norm() : 1e-8)
+          << "seed " << seed;
+    }
+  }
+}
+
+class EverySolver : public testing::TestWithParam<Kind> {};
+
+/// A unit point mass: G is the identity.
+TEST_P(EverySolver, StopsAPointMassWithinItsCone) {
+  const auto solver = solver_of(GetParam());
+  ContactProblem problem;
+  set_operator(problem, Matrix::Identity(2, 2), {{.n_t = 1, .mu = 0.5}});
+  problem.b = vector({-1, 0.3});
+  EXPECT_LE((solve(*solver, problem).r - vector({1, -0.3})).norm(), 1e-15) << "stick";
+  problem.b = vector({-1, 5});
+  EXPECT_LE((solve(*solver, problem).r - vector({1, -0.5})).norm(), 1e-15) << "slip";
+  problem.b = vector({1, 5});
+  EXPECT_EQ(solve(*solver, problem).r.norm(), 0) << "open";
+  problem.law = FrictionLaw::associated;
+  // K* says w_n >= mu |w_t|: along the ray (1, -1/2), r = (2.5 - 1) / 1.25 times it
+  EXPECT_LE((solve(*solver, problem).r - vector({1.2, -0.6})).norm(), 1e-12) << "slip lifts off";
+}
+
+TEST(ContactSolvers, WithTheDiscSlideAgainstTheVelocity) {
+  ContactProblem problem;
+  set_operator(problem, Matrix::Identity(3, 3), {{.n_t = 2, .mu = 0.5}});
+  problem.b = vector({-1, 3, -4});
+  for (const Kind kind : {Kind::pgs, Kind::newton})
+    EXPECT_LE((solve(*solver_of(kind), problem).r - vector({1, -0.3, 0.4})).norm(), 1e-13) << name_of(kind);
+}
+
+/// With the friction of an impulse p that is there already, an open contact can brake.
+TEST_P(EverySolver, BrakesWithThePresentImpulse) {
+  ContactProblem problem;
+  set_operator(problem, Matrix::Identity(2, 2), {{.n_t = 1, .mu = 0.5, .present = 2}});
+  problem.b = vector({0.25, 3});
+  EXPECT_LE((solve(*solver_of(GetParam()), problem).r - vector({0, -1})).norm(), 1e-14);
+  problem.b = vector({-1, 3});
+  EXPECT_LE((solve(*solver_of(GetParam()), problem).r - vector({1, -1.5})).norm(), 1e-14);
+}
+
+/// A rigid box on four corners: twelve impulses, six coordinates. The velocities are unique when it sticks.
+TEST_P(EverySolver, PutsABoxOnFourCorners) {
+  Matrix J = Matrix::Zero(6, 12);  // about the centre of mass, half edges 1, 1, 1/2; unit mass and inertia
+  for (int corner = 0; corner < 4; ++corner) {
+    const Eigen::Vector3d arm(corner % 2 ? 1 : -1, corner / 2 ? 1 : -1, -0.5);
+    const Eigen::Vector3d directions[] = {{0, 0, 1}, {1, 0, 0}, {0, 1, 0}};
+    for (int d = 0; d < 3; ++d) {
+      J.col(3 * corner + d) << directions[d], arm.cross(directions[d]);
+    }
+  }
+  std::vector<ContactProblem::Contact> contacts;
+  for (int i = 0; i < 4; ++i) contacts.push_back({.id = i, .n_t = 2, .mu = 0.8});
+  ContactProblem problem;
+  set_operator(problem, J.transpose() * J, contacts);
+  Vector v(6);
+  v << 0.2, 0.1, -1, 0, 0, 0;
+  problem.b = J.transpose() * v;
+  const Answer answer = solve(*solver_of(GetParam()), problem);
+  ASSERT_EQ(answer.status, ContactStatus::solved);
+  EXPECT_LE(answer.w.cwiseAbs().maxCoeff(), 1e-11) << "it stops";
+  EXPECT_LE(answer.violation, 1e-11);
+  EXPECT_NEAR(answer.r[0] + answer.r[3] + answer.r[6] + answer.r[9], 1, 1e-11) << "and the corners share its weight";
+}
+
+/// A warm start from the solution costs no iteration.
+TEST_P(EverySolver, StartsWhereItEnded) {
+  const ContactProblem problem = random_problem(FrictionLaw::coulomb, 4, 1, 12, 5);
+  const auto solver = solver_of(GetParam());
+  Vector r = Vector::Zero(problem.G.n_rows());
+  ASSERT_EQ(solver->solve(problem, r), ContactStatus::solved);
+  Counters first, again;
+  solver->count(first);
+  EXPECT_GT(first.pivots + first.inner_iterations, 0);
+  ASSERT_EQ(solver->solve(problem, r), ContactStatus::solved);
+  solver->count(again);
+  EXPECT_EQ(again.pivots + again.inner_iterations, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Solvers, EverySolver, testing::Values(Kind::lemke, Kind::pgs, Kind::newton),
+                         [](const auto& test) { return name_of(test.param); });
+
+/// A column of n unit blocks that falls onto the ground as one: contact i carries the weight of those above.
+TEST(ContactSolvers, SolveALongColumn) {
+  const int n = 200;  // sparse: above kMostDenseContacts
+  Matrix J = Matrix::Zero(n, n);
+  for (int i = 0; i < n; ++i) {
+    J(i, i) = 1;
+    if (i > 0) J(i - 1, i) = -1;
+  }
+  std::vector<ContactProblem::Contact> contacts;
+  for (int i = 0; i < n; ++i) contacts.push_back({.id = i});
+  ContactProblem problem;
+  set_operator(problem, J.transpose() * J, contacts);
+  EXPECT_EQ(problem.G.n_blocks(), 3 * n - 2);
+  problem.b = J.transpose() * Vector::Constant(n, -1);
+  const Answer newton = solve(*solver_of(Kind::newton), problem);
+  ASSERT_EQ(newton.status, ContactStatus::solved);
+  // G^-1 has norm 4 n^2 / pi^2 = 16000; tolerance 1e-12 of the largest velocity term, 2 n
+  for (int i = 0; i < n; ++i) EXPECT_NEAR(newton.r[i], n - i, 1e-5) << i;
+  EXPECT_LE(newton.violation, 1e-12);
+}
+
+TEST(ContactSolvers, SayWhenTheToleranceIsNotReached) {
+  const ContactProblem problem = random_problem(FrictionLaw::coulomb, 4, 2, 14, 3);
+  Vector r = Vector::Zero(problem.G.n_rows());
+  EXPECT_EQ(make_gauss_seidel_contact_solver(1e-12, 2)->solve(problem, r), ContactStatus::iteration_limit);
+}
+
+/// The map that all solvers share: its derivatives against differences.
+TEST(ContactMap, HasTheDerivativesOfItsValue) {
+  std::mt19937 generator(1);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const double step = 1e-6;
+  for (const FrictionLaw law : {FrictionLaw::coulomb, FrictionLaw::associated}) {
+    for (int sample = 0; sample < 200; ++sample) {
+      const ContactProblem::Contact contact{.n_t = sample % 3, .mu = 0.6};
+      double r[3], w[3];
+      for (int d = 0; d < 3; ++d) {
+        r[d] = uniform(generator) + (d == 0);
+        w[d] = uniform(generator);
+      }
+      ContactMap at, plus, minus;
+      at.evaluate(law, contact, 0.7, 0.7, r, w);
+      for (int e = 0; e <= contact.n_t; ++e) {
+        for (double* x : {&r[e], &w[e]}) {
+          const double value = *x;
+          *x = value + step;
+          plus.evaluate(law, contact, 0.7, 0.7, r, w);
+          *x = value - step;
+          minus.evaluate(law, contact, 0.7, 0.7, r, w);
+          *x = value;
+          for (int d = 0; d <= contact.n_t; ++d) {
+            const double exact = x == &r[e] ? at.F_r[d][e] : at.F_w[d][e];
+            // second differences of order step^2 / size^2, rounding 1e-10; no sample is within a step of a kink
+            EXPECT_NEAR((plus.F[d] - minus.F[d]) / (2 * step), exact, 1e-6) << sample << " " << d << " " << e;
+          }
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ricochet

@@ -1,0 +1,174 @@
+// Single steps that can be checked by hand, and what each scheme promises.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "methods/registry.h"
+#include "problems/input_error.h"
+#include "tests/test_data.h"
+
+namespace ricochet {
+namespace {
+
+Solution run(const Problem& problem, const std::string& method, int steps, Recording recording = Recording::grid) {
+  Settings settings;
+  settings.steps = steps;
+  settings.recording = recording;
+  const Solution s = make_method(method)->solve(problem, settings);
+  EXPECT_TRUE(s.succeeded()) << method << ": " << s.message;
+  return s;
+}
+
+/// A ball of radius 0.1 whose gap is 0.5 m; one step of 0.4 s would take it to -0.28.
+TEST(StewartTrinkle, LandsOnTheSurfaceWithinOneStep) {
+  const auto p = make_problem("bouncing_ball", {{"e", 0}, {"height", 0.6}, {"duration", 0.8}});
+  const Solution s = run(*p, "stewart_trinkle", 2);
+  // v_1 = -9.81 0.4 = -3.924, gap - 0.4 3.924 < 0: v_1 = -gap / h
+  EXPECT_NEAR(s.samples[0].q[0], 0.1, 1e-15);
+  EXPECT_NEAR(s.samples[0].v_plus[0], -0.5 / 0.4, 1e-15);
+  EXPECT_NEAR(s.samples[1].v_plus[0], 0, 1e-15) << "and the next step stops it";
+}
+
+/// q_{k+1} = -e q_{k-1} about the surface, when the free motion would go below that.
+TEST(SchatzmanPaoli, ReflectsThePositionBefore) {
+  const double e = 0.9, g = 9.81, h = 0.1;
+  const auto p = make_problem("bouncing_ball", {{"e", e}, {"height", 0.6}, {"duration", 0.5}});
+  const Solution s = run(*p, "schatzman_paoli", 5);
+  double before = 0.5, now = 0.5, v = 0;  // gaps
+  for (int k = 0; k < 5; ++k) {
+    double next = now + h * (v - h * g);
+    if (next + e * before < 0) next = -e * before;
+    v = (next - now) / h;
+    // a dozen operations on numbers of order one
+    EXPECT_NEAR(s.samples[k].q[0] - 0.1, next, 1e-14) << k;
+    EXPECT_NEAR(s.samples[k].v_plus[0], v, 1e-13) << k;
+    before = now;
+    now = next;
+  }
+  EXPECT_FALSE(s.events.empty()) << "it has met the floor";
+}
+
+/// Slip opens the gap of the convex scheme by h mu |v_t|, Coulomb's law leaves it closed.
+TEST(AnitescuConvex, OpensTheGapOfASlidingContact) {
+  const auto p = make_problem("sliding_block", {{"duration", 0.1}});
+  const Solution convex = run(*p, "anitescu_convex", 1), coulomb = run(*p, "stewart_trinkle", 1);
+  const double mu = p->info().contacts[0].mu, h = 0.1;
+  EXPECT_NEAR(p->gap(coulomb.q)[0], 0, 1e-15);
+  EXPECT_GT(convex.v[0], 0.1) << "it still slides";
+  EXPECT_NEAR(p->gap(convex.q)[0], h * mu * convex.v[0], 1e-14);
+}
+
+/// A step of the fully implicit method fulfils the theta rule, which one Newton step does not.
+TEST(MoreauJean, FullyImplicitFulfilsTheThetaRule) {
+  const auto p = make_problem("pendulum_wall", {{"w", 5}, {"duration", 0.5}});
+  const double theta = 0.7, h = 0.5;
+  const auto defect = [&](const std::string& method) {
+    const Solution s = run(*p, method, 1);
+    const Vector &q = p->info().q0, &v = p->info().v0;
+    EXPECT_NEAR(s.q[0], q[0] + h * (theta * s.v[0] + (1 - theta) * v[0]), 1e-14);
+    const Matrix M = p->mass_matrix(q);
+    return std::abs(
+        (M * (s.v - v) - h * (theta * p->force(s.q, s.v) + (1 - theta) * p->force(q, v))).cwiseAbs().maxCoeff());
+  };
+  EXPECT_LE(defect("moreau_jean,theta=0.7,implicit=full"), 1e-12);  // 1e-13 of the velocity, times M and h f_q
+  EXPECT_GE(defect("moreau_jean,theta=0.7"), 1e-3);
+}
+
+TEST(MoreauJean, ProjectionLeavesNoPenetration) {
+  const auto deepest = [&](const char* problem, const std::string& method) {
+    const auto p = make_problem(problem);
+    double worst = 0;
+    for (const auto& sample : run(*p, method, 300).samples) worst = std::min(worst, p->gap(sample.q).minCoeff());
+    return -worst;
+  };
+  for (const char* problem : {"bouncing_ball", "ball_in_box", "double_pendulum_wall"}) {
+    EXPECT_GE(deepest(problem, "moreau_jean"), 1e-4) << problem;
+    EXPECT_LE(deepest(problem, "moreau_jean,projection=on"), 1e-12) << problem << ": 1e-13 of coordinates up to 4";
+  }
+  const auto joined = make_problem("pendulum_wall_cartesian");
+  const auto drift = [&](const std::string& method) {
+    return std::abs(joined->gap(run(*joined, method, 300).q)[joined->info().bilateral[0]]);
+  };
+  EXPECT_LE(drift("moreau_jean,theta=1,projection=on"), 1e-12) << "1e-13 is what the projection leaves";
+  EXPECT_GE(drift("moreau_jean,theta=1"), 1e-6);
+}
+
+/// Constant force: a parabola, which second-order methods follow exactly.
+TEST(GeneralizedAlpha, FallsExactly) {
+  const auto p = make_problem("bouncing_ball", {{"height", 100}});
+  for (const char* method : {"generalized_alpha", "generalized_alpha,rho_inf=0", "symplectic", "penalty"}) {
+    if (!make_method(method)->supports(p->info()).ok) continue;
+    const Solution s = run(*p, method, 16);
+    EXPECT_NEAR(s.q[0], 100 - 0.5 * 9.81 * 4, 1e-12) << method;
+    EXPECT_NEAR(s.v[0], -9.81 * 2, 1e-13) << method;
+  }
+}
+
+TEST(Symplectic, KeepsTheEnergyThroughManyImpacts) {
+  // A parabola is exact, so the energy of the ball is kept to rounding: 1e5 steps of 1e-16 each, with 126 impacts.
+  const auto ball = make_problem("bouncing_ball", {{"e", 1}, {"duration", 100}});
+  const Solution bounced = run(*ball, "symplectic", 100000);
+  const double before = *ball->energy(ball->info().q0, ball->info().v0);
+  EXPECT_GE(bounced.events.size(), 100u);
+  EXPECT_NEAR(*ball->energy(bounced.q, bounced.v), before, 1e-11 * before);
+
+  // With a spring the error is O(h^2) at all times: 200 s, hundreds of impacts, no drift.
+  const auto balls = make_problem("two_balls_spring", {{"e", 1}, {"k", 1000}, {"duration", 200}});
+  const auto worst_error = [&](int steps) {
+    const Solution s = run(*balls, "symplectic", steps);
+    const double start = *balls->energy(balls->info().q0, balls->info().v0);
+    double first = 0, last = 0;  // largest in the first and in the last tenth
+    for (std::size_t k = 0; k < s.samples.size(); ++k) {
+      const double error = std::abs(*balls->energy(s.samples[k].q, s.samples[k].v_plus) / start - 1);
+      if (10 * k < s.samples.size()) first = std::max(first, error);
+      if (10 * k >= 9 * s.samples.size()) last = std::max(last, error);
+    }
+    EXPECT_GE(s.events.size(), 100u);
+    EXPECT_LE(last, 10 * first) << "what a drift over ten times the time would be";
+    return std::max(first, last);
+  };
+  EXPECT_LE(worst_error(200000), 5e-3);
+}
+
+TEST(Symplectic, SaysWhatItDoesNotRun) {
+  const auto reason = [](const char* problem) {
+    return make_method("symplectic")->supports(make_problem(problem)->info()).reason;
+  };
+  EXPECT_EQ(reason("bouncing_ball"), "it conserves energy, eps_r = 1 is required in every contact");
+  EXPECT_EQ(reason("sliding_block"), "it conserves energy, friction does not");
+  EXPECT_EQ(reason("pendulum_wall_cartesian"), "bilateral constraints are not part of the scheme");
+}
+
+/// One bounce: the velocity after it is -e times that before, as the damping was chosen for.
+TEST(Penalty, HasTheRestitutionOfTheContact) {
+  for (const double e : {0.2, 0.9}) {
+    const auto p = make_problem("bouncing_ball", {{"e", e}, {"g", 1e-3}, {"height", 0.6}, {"duration", 60}});
+    const Solution s = run(*p, "penalty,stiffness=1e4", 300000);
+    ASSERT_FALSE(s.events.empty());
+    const double fall = -std::sqrt(2 * 1e-3 * 0.5);
+    double after = 0;
+    for (const auto& sample : s.samples) after = std::max(after, sample.v_plus[0]);
+    // 150 steps of 2e-4 s in the contact; the damping force jumps at the surface, inside a step: first order
+    EXPECT_NEAR(after / -fall, e, 0.02) << e;
+  }
+}
+
+/// Twice the stiffness: the resting ball sinks half as deep, m g / k.
+TEST(Penalty, SinksByTheWeightOverTheStiffness) {
+  for (const double k : {1e4, 2e4}) {
+    const auto p = make_problem("bouncing_ball", {{"e", 0}, {"height", 0.1}, {"duration", 2}});
+    const Solution s = run(*p, "penalty,stiffness=" + std::to_string(k), 20000);
+    EXPECT_NEAR(s.q[0], 0.1 - 9.81 / k, 1e-9) << "at rest to exp(-omega t / 10), omega t = 200";
+  }
+}
+
+TEST(Inelastic, MethodsDeclineRestitution) {
+  for (const char* method : {"stewart_trinkle", "anitescu_convex"}) {
+    const auto support = make_method(method)->supports(make_problem("bouncing_ball")->info());
+    EXPECT_FALSE(support.ok);
+    EXPECT_EQ(support.reason, "it has no restitution, eps_r = 0 is required in every contact");
+  }
+}
+
+}  // namespace
+}  // namespace ricochet
