@@ -4,19 +4,12 @@
 
 #include <chrono>
 #include <cmath>
-#include <fstream>
 #include <limits>
-#include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "bench/control_gradient.h"
-#include "bench/control_growth.h"
 #include "bench/control_options.h"
-#include "bench/environment.h"
-#include "bench/experiment.h"
 #include "bench/progress.h"
 #include "bench/replay.h"
-#include "bench/results_file.h"
 #include "methods/complementarity/homotopy.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
@@ -115,6 +108,18 @@ int steps_of_equal_size(const ControlRun& fesd, ControlOptions options) {
   return std::max(1, static_cast<int>(std::lround(1 + static_cast<double>(fesd.variables - one) / (two - one))));
 }
 
+/// Relative to the reference's largest derivative of each component. @param n_columns  the last of them
+double largest_error(const Matrix& gradient, const Matrix& reference, Eigen::Index n_columns) {
+  double worst = 0;
+  for (Eigen::Index row = 0; n_columns > 0 && row < gradient.rows(); ++row) {
+    const double error = (gradient - reference).row(row).tail(n_columns).cwiseAbs().maxCoeff();
+    worst = std::max(worst, error / reference.row(row).cwiseAbs().maxCoeff());
+  }
+  return worst;
+}
+
+}  // namespace
+
 void compare_transcriptions(const json& document, ResultsFile& file) {
   Progress progress(document.at("id").get<std::string>());
   const json& runs = document.at("runs");
@@ -134,16 +139,6 @@ void compare_transcriptions(const json& document, ResultsFile& file) {
     file.append(to_json(solve(options, other)));
     progress.update((done += 0.5) / static_cast<double>(runs.size()), problem);
   }
-}
-
-/// Relative to the reference's largest derivative of each component. @param n_columns  the last of them
-double largest_error(const Matrix& gradient, const Matrix& reference, Eigen::Index n_columns) {
-  double worst = 0;
-  for (Eigen::Index row = 0; n_columns > 0 && row < gradient.rows(); ++row) {
-    const double error = (gradient - reference).row(row).tail(n_columns).cwiseAbs().maxCoeff();
-    worst = std::max(worst, error / reference.row(row).cwiseAbs().maxCoeff());
-  }
-  return worst;
 }
 
 void compare_gradients(const json& document, ResultsFile& file) {
@@ -193,39 +188,6 @@ void compare_gradients(const json& document, ResultsFile& file) {
                  ? gradient_by_sensitivities(*problem, trajectory, method, steps)
                  : gradient_by_differences(*problem, trajectory, fixed_step_solver(method, steps), kSchemeChange));
     }
-  }
-}
-
-}  // namespace
-
-std::string run_control_experiment(const std::string& name, const std::string& folder) {
-  const auto [path, text] = read_experiment_text(name);
-  try {
-    const json document = json::parse(text);
-    const std::string kind = document.value("kind", "");
-    if (kind != "optimal_control" && kind != "control_gradient" && kind != "control_growth")
-      throw InputError(path + ": kind", document.value("kind", json()).dump(),
-                       "optimal_control, control_gradient or control_growth is required");
-    ResultsFile file(folder, document.at("id"),
-                     {{"kind", "header"},
-                      {"schema", kResultsSchema},
-                      {"experiment", document.at("id")},
-                      {"title", document.at("title")},
-                      {"description", document.at("description")},
-                      {"command", "ricochet compare " + name},
-                      {"environment", environment()},
-                      {"key", hash_of(text + program_hash())}});
-    if (file.is_complete()) return file.path();
-    if (kind == "optimal_control")
-      compare_transcriptions(document, file);
-    else if (kind == "control_growth")
-      measure_growth(document, file);
-    else
-      compare_gradients(document, file);
-    file.finish();
-    return file.path();
-  } catch (const json::exception& error) {
-    throw InputError(fmt::format("{}: not an experiment: {}", path, error.what()));
   }
 }
 

@@ -13,6 +13,7 @@
 #include <set>
 
 #include "problems/input_error.h"
+#include "reports/gnuplot.h"
 #include "reports/order_fit.h"
 
 namespace ricochet {
@@ -95,34 +96,6 @@ std::string label_of(const Results& results, const Record& record) {
   if (member.empty() || !ramps().contains(family)) return record.title;
   const std::string options = distinguishing_options(results, record.method);
   return family_title(family) + " " + member + (options.empty() ? "" : ", " + options);
-}
-
-const std::vector<std::string>& curve_colors() {
-  static const std::vector<std::string> colors = {"#2171b5", "#d94801", "#238b45", "#6a51a3", "#525252", "#ae017e"};
-  return colors;
-}
-
-const std::string kHead = R"(set encoding utf8
-set terminal svg size {0},{1} dynamic font "Helvetica,14" background "#ffffff"
-set border 3 lc rgb "#404040"
-set tics nomirror textcolor rgb "#404040"
-set grid lc rgb "#e4e4e4" lt 1 lw 0.7
-set key noenhanced
-set title noenhanced
-set xlabel noenhanced
-set ylabel noenhanced
-)";
-
-std::string block(const std::string& name, const std::vector<std::pair<double, double>>& points) {
-  std::string text = fmt::format("${} << EOD\n", name);
-  for (const auto& [x, y] : points) text += fmt::format("{:.10g} {:.10g}\n", x, y);
-  return text + "EOD\n";
-}
-
-/// Decades that contain all values, as gnuplot range.
-std::pair<double, double> decades(const std::vector<double>& values) {
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  return {std::pow(10, std::floor(std::log10(*low))), std::pow(10, std::ceil(std::log10(*high)))};
 }
 
 }  // namespace
@@ -227,7 +200,7 @@ std::vector<Figure> FigureFolder::order(const Results& results) {
     std::string file = results.experiment() + "_order_" + family;
     std::replace(file.begin(), file.end(), ':', '_');
     std::replace(file.begin(), file.end(), ' ', '_');
-    std::string script = fmt::format(fmt::runtime(kHead), 640, 530 + 26 * methods.size());  // the key below needs room
+    std::string script = figure_head(640, static_cast<int>(530 + 26 * methods.size()));  // the key below needs room
     script += data;
     script += fmt::format("set output '{}.svg'\n", file);
     script += fmt::format("set title '{}'\n", family_title(family));
@@ -275,7 +248,7 @@ Figure FigureFolder::work_precision(const Results& results) {
     }
     ++index;
   }
-  std::string script = fmt::format(fmt::runtime(kHead), 980, 620);
+  std::string script = figure_head(980, 620);
   script += data;
   const std::string file = results.experiment() + "_work_precision";
   script += fmt::format("set output '{}.svg'\n", file);
@@ -305,7 +278,7 @@ Figure FigureFolder::trajectory(const Trajectory& trajectory, const std::string&
     positions += fmt::format("{}$q{} with lines lc rgb '{}' lw 1.8 title 'q_{}'", k ? ", " : "plot ", k, color, k + 1);
     velocities += fmt::format("{}$v{} with lines lc rgb '{}' lw 1.4 title 'v_{}'", k ? ", " : "plot ", k, color, k + 1);
   }
-  std::string script = fmt::format(fmt::runtime(kHead), 980, 560);
+  std::string script = figure_head(980, 560);
   script += data + fmt::format("set output '{}.svg'\n", name) +
             "set multiplot layout 2,1\nset lmargin 9\nset key right top horizontal\n";
   script += "set ylabel 'position'\nset format x ''\n" + positions + "\n";
@@ -376,10 +349,10 @@ Figure FigureFolder::control(const std::vector<const ControlRun*>& runs, const s
               "set ylabel 'normal force [N]'\nset format x '%g'\nset xlabel 't [s]'\n" + forces.plot() +
               "unset xlabel\nunset arrow\nunset label\n";
   }
-  const std::string script =
-      fmt::format(fmt::runtime(kHead), 1080, 760) + data + fmt::format("set output '{}.svg'\n", name) +
-      fmt::format("set multiplot layout 3,{} columnsfirst\n", runs.size()) +
-      "set lmargin 9\nset key above right horizontal samplen 1.5 font ',11'\n" + panels + "unset multiplot\n";
+  const std::string script = figure_head(1080, 760) + data + fmt::format("set output '{}.svg'\n", name) +
+                             fmt::format("set multiplot layout 3,{} columnsfirst\n", runs.size()) +
+                             "set lmargin 9\nset key above right horizontal samplen 1.5 font ',11'\n" + panels +
+                             "unset multiplot\n";
   draw(name, script);
   return {name + ".svg", runs.front()->problem,
           fmt::format("{}. Lines: the motion that the optimisation claims; circles: the plant under its controls. "
@@ -416,7 +389,7 @@ Figure FigureFolder::control_gradient(const std::vector<ControlGradient>& gradie
     panels += fmt::format("set ylabel 'd {}(T) / du'\n", components[c]) + plot + "\n";
   }
   const std::string script =
-      fmt::format(fmt::runtime(kHead), 1080, 760) + data + fmt::format("set output '{}.svg'\n", name) +
+      figure_head(1080, 760) + data + fmt::format("set output '{}.svg'\n", name) +
       fmt::format("set multiplot layout {},2 margins 0.1,0.98,0.08,0.94 spacing 0.11,0.1\n",
                   (components.size() + 1) / 2) +
       "set key off\nset xlabel 'control interval'\n" + panels +

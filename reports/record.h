@@ -8,6 +8,8 @@
 #include "problems/solution.h"
 #include "reports/control_growth.h"
 #include "reports/control_results.h"
+#include "reports/ramp_results.h"
+#include "reports/zeno_results.h"
 
 namespace ricochet {
 
@@ -68,6 +70,10 @@ struct Results {
   std::vector<ControlRun> control_runs;
   std::vector<ControlGradient> gradients;
   std::vector<ControlGrowth> growth;
+  std::vector<ZenoCapture> zeno_captures;
+  std::vector<ZenoRun> zeno_runs;
+  std::vector<RampGrid> ramps;
+  std::vector<RampFacets> ramp_facets;
   bool is_complete = false;
 
   std::string experiment() const { return header.value("experiment", ""); }
