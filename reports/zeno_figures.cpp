@@ -61,9 +61,9 @@ std::string key_of_restitution(const std::vector<ZenoRun>& runs, const std::stri
   for (const double e : values)
     key.add(fmt::format("{}NaN with points pt 7 ps 0.6 lc rgb '{}' title 'e = {}'",
                         e == *values.begin() ? "[0:1][0:1] " : "", color_of(e), e));
-  return "unset logscale\nset lmargin at screen 0.02\nset rmargin at screen 0.98\nset bmargin at screen 0.95\n"
+  return "unset logscale\nset lmargin at screen 0.02\nset rmargin at screen 0.98\nset bmargin at screen 0.93\n"
          "set tmargin at screen 1\nunset border\nunset tics\nunset xlabel\nunset ylabel\nunset title\nunset grid\n"
-         "set key on center horizontal maxrows 1 reverse Left samplen 1 font ',12'\n" +
+         "set key on center horizontal maxrows 2 reverse Left samplen 1 font ',12'\n" +
          key.text().substr(0, key.text().size() - 1) + others + "\n";
 }
 
@@ -122,8 +122,12 @@ std::vector<Figure> FigureFolder::zeno(const std::vector<ZenoCapture>& captures,
       add_points(id, fixed[tableau], false, value, least, data, plot);
       add_points(id, as_needed[tableau], true, value, least, data, plot);
       Points bound, infeasible;
+      for (const auto* list : {&fixed[tableau], &as_needed[tableau]}) {
+        for (const ZenoRun* run : *list) {
+          if (run->has_bound()) bound.emplace_back(run->H, run->rest_bound * (1 - run->e));
+        }
+      }
       for (const ZenoRun* run : fixed[tableau]) {
-        if (run->has_bound()) bound.emplace_back(run->H, run->rest_bound * (1 - run->e));
         if (!run->succeeded()) infeasible.emplace_back(run->H, 2.5 * least);
       }
       std::sort(bound.begin(), bound.end());
@@ -150,7 +154,7 @@ std::vector<Figure> FigureFolder::zeno(const std::vector<ZenoCapture>& captures,
                              const std::string& blocks, const std::string& text, const std::string& key) {
     draw(file,
          figure_head(width, height) + blocks + fmt::format("set output '{}.svg'\n", file) +
-             fmt::format("set multiplot layout {},{} margins 0.08,0.98,0.1,0.9 spacing 0.09,0.16\n", rows, columns) +
+             fmt::format("set multiplot layout {},{} margins 0.08,0.98,0.1,0.87 spacing 0.09,0.17\n", rows, columns) +
              text + key + "unset multiplot\n");
   };
   const std::string marks =

@@ -78,7 +78,10 @@ TEST(FrictionRamp, HasEveryRegisteredMethod) {
 }
 
 TEST(FrictionRamp, CountsWrongDecisions) {
-  RampGrid grid{.method = "m", .setting = "-N 5", .v_0 = -1, .values = {0, 1}};
+  RampGrid grid;
+  grid.method = "m";
+  grid.v_0 = -1;
+  grid.values = {0, 1};
   grid.error = {{0, std::numeric_limits<double>::quiet_NaN()}, {0.5, 0.25}};
   grid.cells = {{RampGrid::right, RampGrid::failed},
                 {RampGrid::moves_but_should_rest, RampGrid::rests_but_should_move}};
