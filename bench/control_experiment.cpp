@@ -5,22 +5,13 @@
 
 #include <chrono>
 #include <cmath>
-#include <fstream>
 #include <limits>
-#include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "bench/control_claim.h"
 #include "bench/control_gradient.h"
-#include "bench/control_growth.h"
 #include "bench/control_options.h"
-#include "bench/control_seeds.h"
-#include "bench/environment.h"
-#include "bench/experiment.h"
 #include "bench/progress.h"
 #include "bench/replay.h"
-#include "bench/results_file.h"
-#include "bench/scale.h"
 #include "methods/complementarity/homotopy.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
@@ -98,6 +89,18 @@ int steps_of_equal_size(const ControlRun& fesd, ControlOptions options) {
   return std::max(1, static_cast<int>(std::lround(1 + static_cast<double>(fesd.variables - one) / (two - one))));
 }
 
+/// Relative to the reference's largest derivative of each component. @param n_columns  the last of them
+double largest_error(const Matrix& gradient, const Matrix& reference, Eigen::Index n_columns) {
+  double worst = 0;
+  for (Eigen::Index row = 0; n_columns > 0 && row < gradient.rows(); ++row) {
+    const double error = (gradient - reference).row(row).tail(n_columns).cwiseAbs().maxCoeff();
+    worst = std::max(worst, error / reference.row(row).cwiseAbs().maxCoeff());
+  }
+  return worst;
+}
+
+}  // namespace
+
 void compare_transcriptions(const json& document, ResultsFile& file) {
   Progress progress(document.at("id").get<std::string>());
   const json& runs = document.at("runs");
@@ -117,16 +120,6 @@ void compare_transcriptions(const json& document, ResultsFile& file) {
     file.append(to_json(solve(options, other)));
     progress.update((done += 0.5) / static_cast<double>(runs.size()), problem);
   }
-}
-
-/// Relative to the reference's largest derivative of each component. @param n_columns  the last of them
-double largest_error(const Matrix& gradient, const Matrix& reference, Eigen::Index n_columns) {
-  double worst = 0;
-  for (Eigen::Index row = 0; n_columns > 0 && row < gradient.rows(); ++row) {
-    const double error = (gradient - reference).row(row).tail(n_columns).cwiseAbs().maxCoeff();
-    worst = std::max(worst, error / reference.row(row).cwiseAbs().maxCoeff());
-  }
-  return worst;
 }
 
 void compare_gradients(const json& document, ResultsFile& file) {
@@ -176,41 +169,6 @@ void compare_gradients(const json& document, ResultsFile& file) {
                  ? gradient_by_sensitivities(*problem, trajectory, method, steps)
                  : gradient_by_differences(*problem, trajectory, fixed_step_solver(method, steps), kSchemeChange));
     }
-  }
-}
-
-}  // namespace
-
-std::string run_control_experiment(const std::string& name, const std::string& folder) {
-  const auto [path, text] = read_experiment_text(name);
-  try {
-    const json document = json::parse(text);
-    const std::string kind = document.value("kind", "");
-    using Run = void (*)(const json&, ResultsFile&);
-    static const Names<Run> kinds = {{"optimal_control", compare_transcriptions},
-                                     {"control_gradient", compare_gradients},
-                                     {"control_growth", measure_growth},
-                                     {"control_seeds", study_seeds},
-                                     {"scale", study_scale}};
-    const Run* run = find(kinds, kind);
-    if (!run)
-      throw InputError(path + ": kind", document.value("kind", json()).dump(),
-                       fmt::format("one of {} is required", fmt::join(list(kinds), ", ")));
-    ResultsFile file(folder, document.at("id"),
-                     {{"kind", "header"},
-                      {"schema", kResultsSchema},
-                      {"experiment", document.at("id")},
-                      {"title", document.at("title")},
-                      {"description", document.at("description")},
-                      {"command", "ricochet compare " + name},
-                      {"environment", environment()},
-                      {"key", hash_of(text + program_hash())}});
-    if (file.is_complete()) return file.path();
-    (*run)(document, file);
-    file.finish();
-    return file.path();
-  } catch (const json::exception& error) {
-    throw InputError(fmt::format("{}: not an experiment: {}", path, error.what()));
   }
 }
 

@@ -96,12 +96,6 @@ std::string label_of(const Results& results, const Record& record) {
   return family_title(family) + " " + member + (options.empty() ? "" : ", " + options);
 }
 
-/// Decades that contain all values, as gnuplot range.
-std::pair<double, double> decades(const std::vector<double>& values) {
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  return {std::pow(10, std::floor(std::log10(*low))), std::pow(10, std::ceil(std::log10(*high)))};
-}
-
 }  // namespace
 
 bool can_draw() {

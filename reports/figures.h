@@ -51,6 +51,16 @@ class FigureFolder {
   /// Cost over CPU time of every random guess, one panel per group. Those without a solution are crosses on the upper
   /// frame.
   Figure seeds(const std::vector<SeedRun>& runs, const std::string& name);
+  /// Error of the rest time over the step length with its bound, a panel per tableau, and kappa over the stages; then
+  /// the velocity that Gauss tableaus leave in a ball at rest.
+  std::vector<Figure> zeno(const std::vector<ZenoCapture>& captures, const std::vector<ZenoRun>& runs,
+                           const std::string& name);
+
+  /// Errors on the (tan(slope), mu) plane, a panel per method, for the last initial speed of the results.
+  Figure ramps(const std::vector<RampGrid>& grids, const std::string& name);
+
+  /// What friction polygons do: the stick limit and the direction of slip over the direction of the way down.
+  Figure ramp_facets(const std::vector<RampFacets>& facets, const std::string& name);
 
  private:
   void draw(const std::string& name, const std::string& script) const;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace ricochet {
@@ -24,6 +25,11 @@ std::string data_block(const std::string& name, const std::vector<std::pair<doub
   std::string text = fmt::format("${} << EOD\n", name);
   for (const auto& [x, y] : points) text += std::isnan(y) ? "\n" : fmt::format("{:.10g} {:.10g}\n", x, y);
   return text + "EOD\n";
+}
+
+std::pair<double, double> decades(const std::vector<double>& values) {
+  const auto [low, high] = std::ranges::minmax_element(values);
+  return {std::pow(10, std::floor(std::log10(*low))), std::pow(10, std::ceil(std::log10(*high)))};
 }
 
 const std::string& curve_color(std::size_t k) {

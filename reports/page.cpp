@@ -190,6 +190,20 @@ void add_experiment(const Results& results, Document& document, FigureFolder& fi
     if (draw) document.figures({figures.control_gradient(results.gradients, id)});
     document.table(gradient_details(results.gradients), id + "_derivatives", true);
   }
+  if (!results.zeno_runs.empty()) {
+    if (draw) document.figures(figures.zeno(results.zeno_captures, results.zeno_runs, id));
+    document.table(zeno_capture_table(results.zeno_captures), id + "_captures");
+    document.table(zeno_table(results.zeno_runs), id + "_methods");
+    document.table(zeno_details(results.zeno_runs), id + "_runs", true);
+  }
+  if (!results.ramps.empty()) {
+    if (draw) document.figures({figures.ramps(results.ramps, id)});
+    document.table(ramp_table(results.ramps), id + "_methods");
+  }
+  if (!results.ramp_facets.empty()) {
+    if (draw) document.figures({figures.ramp_facets(results.ramp_facets, id + "_facets")});
+    document.table(ramp_facets_table(results.ramp_facets), id + "_polygons");
+  }
   if (!results.growth.empty()) {
     document.table(growth_table(results.growth), id + "_work");
     if (draw) document.figures({figures.growth(growth_curves(results.growth), id, "Time", "intervals N", "seconds")});

@@ -190,6 +190,14 @@ Results read_results(const std::string& path) {
         results.seed_runs.push_back(seed_run_from_json(j));
       } else if (kind == "scale_run") {
         results.scale_runs.push_back(scale_run_from_json(j));
+      } else if (kind == "zeno_capture") {
+        results.zeno_captures.push_back(zeno_capture_from_json(j));
+      } else if (kind == "zeno_run") {
+        results.zeno_runs.push_back(zeno_run_from_json(j));
+      } else if (kind == "ramp_grid") {
+        results.ramps.push_back(ramp_grid_from_json(j));
+      } else if (kind == "ramp_facets") {
+        results.ramp_facets.push_back(ramp_facets_from_json(j));
       } else if (kind == "end") {
         results.is_complete = true;
       }

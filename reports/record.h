@@ -8,8 +8,10 @@
 #include "problems/solution.h"
 #include "reports/control_growth.h"
 #include "reports/control_results.h"
+#include "reports/ramp_results.h"
 #include "reports/scale_results.h"
 #include "reports/seed_results.h"
+#include "reports/zeno_results.h"
 
 namespace ricochet {
 
@@ -72,6 +74,10 @@ struct Results {
   std::vector<ControlGrowth> growth;
   std::vector<SeedRun> seed_runs;
   std::vector<ScaleRun> scale_runs;
+  std::vector<ZenoCapture> zeno_captures;
+  std::vector<ZenoRun> zeno_runs;
+  std::vector<RampGrid> ramps;
+  std::vector<RampFacets> ramp_facets;
   bool is_complete = false;
 
   std::string experiment() const { return header.value("experiment", ""); }

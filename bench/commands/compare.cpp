@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "bench/commands.h"
-#include "bench/control_experiment.h"
+#include "bench/study.h"
 #include "reports/tables.h"
 
 namespace ricochet {
@@ -11,11 +11,12 @@ void add_compare_command(CLI::App& app, int&) {
   auto* command = app.add_subcommand("compare", "run a study and print its tables");
   command
       ->add_option("experiment", experiment,
-                   "optimal_control, control_gradient, control_growth, control_seeds, scale, or a file")
+                   "optimal_control, control_gradient, control_growth, control_seeds, zeno, friction_ramp, scale, or a "
+                   "file")
       ->required();
   command->add_option("-o,--out", folder, "folder for the results file")->capture_default_str();
   command->callback([] {
-    const std::string path = run_control_experiment(experiment, folder);
+    const std::string path = run_study(experiment, folder);
     const Results results = read_results(path);
     fmt::print("{}\nresults: {}\n\n", results.header.value("title", experiment), path);
     if (!results.control_runs.empty()) {
@@ -25,6 +26,10 @@ void add_compare_command(CLI::App& app, int&) {
     }
     if (!results.growth.empty())
       fmt::print("{}\n{}\n", growth_table(results.growth).text(), homotopy_steps(results.growth).text());
+    if (!results.zeno_captures.empty()) fmt::print("{}\n", zeno_capture_table(results.zeno_captures).text());
+    if (!results.zeno_runs.empty()) fmt::print("{}\n", zeno_table(results.zeno_runs).text());
+    if (!results.ramps.empty()) fmt::print("{}\n", ramp_table(results.ramps).text());
+    if (!results.ramp_facets.empty()) fmt::print("{}\n", ramp_facets_table(results.ramp_facets).text());
     if (!results.gradients.empty()) fmt::print("{}\n", gradient_table(results.gradients).text());
     if (!results.scale_runs.empty()) {
       fmt::print("{}\n", scale_table(results.scale_runs).text());

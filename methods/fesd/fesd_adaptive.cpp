@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "methods/fesd/capture.h"
 #include "methods/fesd/conditions.h"
 #include "methods/fesd/pivoting_solver.h"
 #include "methods/fesd/record_step.h"
@@ -55,9 +56,9 @@ double error_constant(const ButcherTableau& tableau) {
 ///   h min(4, max(1/5, 0.8 (tol (1 + |x|) / e)^(1 / (p + 1))))                                                (4)
 ///
 /// at most end_time, but the same length as long as (4) asks for 0.9 to 1.5 of it: the Newton matrix of a length is
-/// kept. Steps for which no solution was found are halved. A contact that bounces with less than tol / kappa, kappa =
-/// max |A^-1 1|, stays closed (open question 2 of the specification): its stage forces stop it with accelerations of
-/// kappa v_n / h, and an accumulation of impacts ends there, with an error of tol.
+/// kept. Steps for which no solution was found are halved. A contact that bounces with less than tol / kappa stays
+/// closed (capture.h): its stage forces stop it with accelerations of kappa v_n / h, and an accumulation of impacts
+/// ends there, with an error of tol.
 ///
 /// Sensitivities are derivatives of the solution at the lengths chosen, as usual for a method that chooses them: h does
 /// not depend on theta where (4) gave it, follows from the switch equation where the element ends at a switch, and the
@@ -87,8 +88,8 @@ class FesdAdaptive final : public Method {
     odd_factorial_ = Vector::Ones(n);
     for (int k = 2; k < n; ++k) odd_factorial_[k] = (2 * k - 1) * odd_factorial_[k - 1];
     error_constant_ = error_constant(tableau_);
-    const Eigen::FullPivLU<Matrix> A(tableau_.A);
-    if (tableau_.is_stiffly_accurate() && A.isInvertible()) kappa_ = A.solve(Vector::Ones(n)).cwiseAbs().maxCoeff();
+    if (const Capture captured = capture(tableau_); tableau_.is_stiffly_accurate() && captured.absorbs())
+      kappa_ = captured.kappa;
   }
 
   MethodInfo info() const override {

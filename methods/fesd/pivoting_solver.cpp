@@ -79,6 +79,7 @@ void PivotingSolver::start(const Vector& q, const Vector& v) {
   step_->n_elements = previous_->n_elements = 0;
   step_->elements[0].q0 = q;
   step_->v_minus.col(0) = v;
+  load_ = problem_.force(q, v).cwiseQuotient(problem_.mass_matrix(q).diagonal()).cwiseAbs().maxCoeff();
 }
 
 /// Starts where the last step ended.
@@ -94,6 +95,8 @@ void PivotingSolver::begin_step(double H) {
   const double *q = step_->elements[0].q0.data(), *v = &step_->v_minus(0, 0);
   const double before = position_size_;
   for (int k = 0; k < n_q_; ++k) position_size_ = std::max(position_size_, std::abs(q[k]) + H * std::abs(v[k]));
+  // A body that starts at rest in the origin has no size but what its load would do.
+  if (!has_previous_step()) position_size_ = std::max(position_size_, H * H * load_);
   if (position_size_ > before) gap_size_ = position_size_ * normal_size_;
   trials_ = 0;
   if (first_failure_.violation.verdict != Verdict::fulfilled) first_failure_ = deepest_failure_ = {};

@@ -114,6 +114,7 @@ class PivotingSolver {
   const FrictionPolygon polygon_;
   Counters& counters_;
   Vector normal_size_;        // sum_k |J_n,k^i(q0)|
+  double load_ = 0;           // largest |f_k| / M_kk at the start of the run
   double position_size_ = 0;  // largest |q_k| + H |v_k| so far: the rounding that q may carry is relative to it
   Vector gap_size_;           // the same for the gaps
   StageSolver stage_solver_;

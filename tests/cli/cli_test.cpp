@@ -153,7 +153,8 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
       {"order no_such_experiment", "experiment = 'no_such_experiment': unknown"},
       {"order optimal_control", "this experiment is run by `ricochet compare`"},
       {"compare two_balls_order",
-       "kind = null: one of optimal_control, control_gradient, control_growth, control_seeds, scale is required"},
+       "kind = null: one of optimal_control, control_gradient, control_growth, control_seeds, friction_ramp, scale, zeno "
+       "is required"},
       {"control two_carts --discretisation euler", "euler"},
       {"mpc two_carts --updates 10", "--updates = 10: a number from 1 to 9 is required"},
       {"mpc two_carts --disturbance -1", "--disturbance = -1: a finite number >= 0 is required"},
@@ -350,6 +351,42 @@ TEST_F(Cli, MeasuresTheGrowthOfTheWork) {
   EXPECT_HAS(outcome.text, "Steps of the homotopies");
   ASSERT_EQ(run("report " + out + "/growth.jsonl -o " + report).code, 0);
   EXPECT_HAS(read(report + "/index.html"), "Growth of the work");
+}
+
+TEST_F(Cli, StudiesHowABallComesToRest) {
+  const std::string experiment = write("zeno.json", R"({"id": "zeno", "kind": "zeno", "title": "Rest",
+      "description": "", "tableaus": ["radau-iia:2", "gauss:2"], "restitution": [0.5], "step_lengths": {"from": 0.1,
+      "to": 0.01, "per_decade": 3}, "methods": ["fesd:radau-iia:2", "fesd:gauss:2"], "tolerances": [1e-3],
+      "adaptive_methods": ["fesd_adaptive:radau-iia:3"]})");
+  const std::string out = (folder / "results").string(), report = (folder / "report").string();
+  const Outcome outcome = run("compare " + experiment + " -o " + out);
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_HAS(outcome.text, "A ball comes to rest");
+  EXPECT_HAS(outcome.text, "2.000000");  // kappa of Radau IIA, 2 stages
+  ASSERT_EQ(run("report " + out + "/zeno.jsonl -o " + report).code, 0);
+  EXPECT_HAS(read(report + "/index.html"), "Closed elements that start with v+");
+  EXPECT_EQ(run("compare " + write("bad.json", R"({"id": "bad", "kind": "zeno", "title": "", "description": "",
+      "tableaus": [], "restitution": [1.5], "step_lengths": {"from": 0.1, "to": 0.01, "per_decade": 3},
+      "methods": []})") +
+                " -o " + out)
+                .code,
+            2);
+}
+
+TEST_F(Cli, StudiesTheStickBoundaryOfARamp) {
+  const std::string experiment = write("ramp.json", R"({"id": "ramp", "kind": "friction_ramp", "title": "Ramp",
+      "description": "", "grid": 5, "duration": 0.5, "v_0": [-1], "methods": [{"method": "fesd:radau-iia:3",
+      "steps": 5}, {"method": "moreau_jean", "steps": 20, "stride": 2}, {"method": "irk:gauss:2", "steps": 5}],
+      "facets": {"directions": 3, "load": 1.1, "methods": [{"method": "moreau_jean,facets=4", "facets": 4,
+      "steps": 5}]}})");
+  const std::string out = (folder / "results").string(), report = (folder / "report").string();
+  const Outcome outcome = run("compare " + experiment + " -o " + out);
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_HAS(outcome.text, "does it stick?");
+  EXPECT_HAS(outcome.text, "declined: it knows no contacts");
+  EXPECT_HAS(outcome.text, "0.7071");
+  ASSERT_EQ(run("report " + out + "/ramp.jsonl -o " + report).code, 0);
+  EXPECT_HAS(read(report + "/index.html"), "A polygon in place of the friction disc");
 }
 
 TEST_F(Cli, AnExperimentWithAMistakeLeavesNoResults) {

@@ -301,6 +301,21 @@ TEST(FesdFriction, ARunMayBeginWithASlipOfRounding) {
   }
 }
 
+// No coordinate and no velocity says what rounding is relative to.
+TEST(FesdFriction, ARunMayBeginAtRestInTheOrigin) {
+  for (const std::string method :
+       {"fesd:radau-iia:1", "fesd:radau-iia:3", "fesd:gauss:2", "fesd_adaptive:radau-iia:4"}) {
+    for (const double mu : {0.0, 0.3, 0.5}) {
+      const double slope = 0.35, g = 9.81, T = 0.5;
+      const auto p = make_problem("block_on_ramp", {{"mu", mu}, {"slope", slope}, {"v_x0", 0}, {"duration", T}});
+      const Solution s = run(*p, method, 5);
+      ASSERT_TRUE(s.succeeded()) << method << ", mu = " << mu << ": " << s.message;
+      const double a = std::max(0.0, g * (std::sin(slope) - mu * std::cos(slope)));
+      EXPECT_NEAR(s.v[0], a * T, 1e-14) << method << ", mu = " << mu << ": rounding";
+    }
+  }
+}
+
 TEST(Painleve, IsAStatusThatNamesTheContact) {
   const std::string rod = test_data("friction_scenes.json") + "#rod";
   for (const char* method : {"fesd:radau-iia:3", "fesd_adaptive:radau-iia:4"}) {

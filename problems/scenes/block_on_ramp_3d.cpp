@@ -1,0 +1,50 @@
+#include "problems/scene.h"
+
+namespace ricochet {
+namespace {
+
+// A block at rest on a rough ramp in space, q = (x, y in the plane of the ramp, z across it).
+//
+//   m (x, y)'' = m g sin(slope) d + lambda_t,   d = (cos(direction), sin(direction)) the way down
+//   m z''      = -m g cos(slope) + lambda_n,    f_c = z,   v_t = (x', y')
+//
+// With the friction disc it sticks exactly when tan(slope) <= mu, and else moves along d. A polygon in place of the
+// disc has its vertices at fixed angles from x, and then `direction` matters.
+template <class T>
+struct BlockOnRamp3d {
+  static constexpr SceneText text{"block_on_ramp_3d", "block on a rough ramp in space", "Coulomb friction, closed form",
+                                  "the way down is not along a facet of a friction polygon"};
+
+  T m{1.0}, g{9.81}, mu{0.5}, slope{0.6}, direction{0.3}, duration{0.5};
+
+  void parameters(auto&& visit) {
+    visit("m", m, "kg");
+    visit("g", g, "m/s^2");
+    visit("mu", mu, "1");
+    visit("slope", slope, "rad");
+    visit("direction", direction, "rad");
+    visit("duration", duration, "s");
+  }
+
+  Vec<T, 3> q0() const { return {0, 0, 0}; }
+  Vec<T, 3> v0() const { return {0, 0, 0}; }
+  T end_time() const { return duration; }
+
+  Vec<T, 3> mass() const { return {m, m, m}; }
+  Vec<T, 3> force(const Vec<T, 3>&, const Vec<T, 3>&) const {
+    using std::cos, std::sin;
+    return {m * g * sin(slope) * cos(direction), m * g * sin(slope) * sin(direction), -m * g * cos(slope)};
+  }
+  std::array<Contact<T>, 1> contacts() const { return {{{"ramp", 0, mu}}}; }
+  Vec<T, 1> gap(const Vec<T, 3>& q) const { return {q[2]}; }
+  std::array<std::array<Vec<T, 3>, 2>, 1> tangents(const Vec<T, 3>&) const { return {{{{{1, 0, 0}, {0, 1, 0}}}}}; }
+  T potential_energy(const Vec<T, 3>& q) const {
+    using std::cos, std::sin;
+    return m * g * (q[2] * cos(slope) - sin(slope) * (q[0] * cos(direction) + q[1] * sin(direction)));
+  }
+};
+
+const bool registered = register_scene<BlockOnRamp3d>();
+
+}  // namespace
+}  // namespace ricochet
