@@ -37,13 +37,14 @@ void keep_aside(const fs::path& path) {
 
 /// Reads the rows of an interrupted run and cuts the file behind the last complete one: timings belong to a session
 /// that has ended, so they are measured again.
-std::vector<Record> take_over(const std::string& partial) {
+Results take_over(const std::string& partial) {
   std::vector<std::string> lines;
   {
     std::ifstream file(partial);
     for (std::string line; std::getline(file, line);) {
       const json parsed = json::parse(line, nullptr, false);
-      if (!parsed.is_object() || (parsed.value("kind", "") != "header" && parsed.value("kind", "") != "row")) break;
+      const std::string kind = parsed.is_object() ? parsed.value("kind", "") : "";
+      if (kind != "header" && kind != "row" && kind != "hard_cell") break;
       lines.push_back(line);
     }
   }
@@ -51,7 +52,7 @@ std::vector<Record> take_over(const std::string& partial) {
     std::ofstream file(partial, std::ios::trunc);
     for (const auto& line : lines) file << line << "\n";
   }
-  return read_results(partial).records;
+  return read_results(partial);
 }
 
 }  // namespace

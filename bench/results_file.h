@@ -21,8 +21,8 @@ class ResultsFile {
   const std::string& path() const { return path_; }
   /// Everything is there already: nothing to do.
   bool is_complete() const { return is_complete_; }
-  /// Rows taken over from an interrupted run, in order.
-  const std::vector<Record>& taken_over() const { return taken_over_; }
+  /// The rows of an interrupted run, in order.
+  const Results& taken_over() const { return taken_over_; }
 
   void append(const nlohmann::json& line);
   /// Writes the end line and gives the file its name.
@@ -31,7 +31,7 @@ class ResultsFile {
  private:
   std::string path_, partial_;
   bool is_complete_ = false;
-  std::vector<Record> taken_over_;
+  Results taken_over_;
   std::ofstream file_;
 };
 

@@ -168,7 +168,7 @@ std::string run_experiment(const Experiment& experiment, const RunOptions& optio
 
   const ExperimentRun run(experiment, options);
   const auto jobs = jobs_of(experiment, options.quick);
-  std::vector<Record> records = file.taken_over();
+  std::vector<Record> records = file.taken_over().records;
   const auto is_done = [&](const std::string& method, const Job& job, const std::string& instead_of) {
     return std::any_of(records.begin(), records.end(), [&](const Record& r) {
       return r.method == method && r.steps == job.steps && r.tolerance == job.tolerance && r.instead_of == instead_of;

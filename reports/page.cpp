@@ -9,6 +9,7 @@
 #include "problems/input_error.h"
 #include "reports/figures.h"
 #include "reports/tables.h"
+#include "reports/verdict_matrix.h"
 
 namespace ricochet {
 namespace {
@@ -128,7 +129,19 @@ void add_control_runs(const Results& results, Document& document, FigureFolder& 
   }
 }
 
-void add_experiment(const Results& results, Document& document, FigureFolder& figures, bool draw) {
+void add_hard_cases(const Results& results, Document& document, const std::string& folder) {
+  const std::string id = results.experiment();
+  const auto& cells = results.hard_cells;
+  document.figures({draw_verdict_matrix(cells, folder, id + "_matrix")});
+  document.table(verdict_legend(cells), id + "_verdicts");
+  document.table(case_table(cells), id + "_cases");
+  if (const Table drift = energy_table(cells); !drift.rows.empty()) document.table(drift, id + "_energy");
+  document.table(hard_failures(cells), id + "_failures", true);
+  document.table(hard_details(cells), id + "_cells", true);
+}
+
+void add_experiment(const Results& results, Document& document, FigureFolder& figures, const std::string& folder,
+                    bool draw) {
   const std::string id = results.experiment();
   document.heading(results.header.value("title", id));
   document.paragraph(results.header.value("description", ""));
@@ -161,6 +174,7 @@ void add_experiment(const Results& results, Document& document, FigureFolder& fi
     document.table(growth_table(results.growth), id + "_work");
     document.table(homotopy_steps(results.growth), id + "_steps", true);
   }
+  if (!results.hard_cells.empty()) add_hard_cases(results, document, folder);
   if (!results.records.empty()) document.table(order_details(results), id + "_runs", true);
   if (results.has_timings()) document.table(precision_details(results), id + "_times", true);
   document.paragraph("Where it was measured, and how to repeat it:", "note");
@@ -178,7 +192,7 @@ std::string write_report(const std::vector<std::string>& paths, const std::strin
   for (const auto& path : paths) {
     const Results results = read_results(path);
     title += (title.empty() ? "" : ", ") + results.experiment();
-    add_experiment(results, document, figures, draw);
+    add_experiment(results, document, figures, folder, draw);
     fs::copy_file(path, fs::path(folder) / fs::path(path).filename(), fs::copy_options::overwrite_existing);
   }
   const fs::path index = fs::path(folder) / "index.html";

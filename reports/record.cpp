@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <limits>
 
 #include "problems/input_error.h"
+#include "reports/json_number.h"
 
 namespace ricochet {
 namespace {
@@ -43,14 +43,6 @@ Counters counters_from_json(const json& j) {
   c.pivots = j.at("pivots");
   c.events = j.at("events");
   return c;
-}
-
-/// JSON has no NaN: null stands for "no number".
-json number_or_null(double x) {
-  return std::isfinite(x) ? json(x) : json();
-}
-double number_or_nan(const json& j) {
-  return j.is_number() ? j.get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
 Record record_from_json(const json& j) {
@@ -194,6 +186,8 @@ Results read_results(const std::string& path) {
         results.gradients.push_back(control_gradient_from_json(j));
       } else if (kind == "control_growth") {
         results.growth.push_back(control_growth_from_json(j));
+      } else if (kind == "hard_cell") {
+        results.hard_cells.push_back(hard_cell_from_json(j));
       } else if (kind == "end") {
         results.is_complete = true;
       }

@@ -8,6 +8,7 @@
 #include "problems/solution.h"
 #include "reports/control_growth.h"
 #include "reports/control_results.h"
+#include "reports/hard_cases.h"
 
 namespace ricochet {
 
@@ -68,6 +69,7 @@ struct Results {
   std::vector<ControlRun> control_runs;
   std::vector<ControlGradient> gradients;
   std::vector<ControlGrowth> growth;
+  std::vector<HardCell> hard_cells;
   bool is_complete = false;
 
   std::string experiment() const { return header.value("experiment", ""); }
