@@ -19,6 +19,8 @@ void add_order_command(CLI::App& app, int& exit_code);
 void add_precision_command(CLI::App& app, int& exit_code);
 void add_cost_command(CLI::App& app, int& exit_code);
 void add_report_command(CLI::App& app, int& exit_code);
+/// `report hard-cases`
+void add_hard_cases_command(CLI::App& report, int& exit_code);
 void add_check_command(CLI::App& app, int& exit_code);
 
 }  // namespace ricochet

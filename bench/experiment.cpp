@@ -99,7 +99,8 @@ Experiment read_experiment(const std::string& name) {
   try {
     const json document = json::parse(experiment.text);
     if (document.contains("kind"))
-      throw InputError(place("kind"), document["kind"].dump(), "this experiment is run by `ricochet compare`");
+      throw InputError(place("kind"), document["kind"].dump(),
+                       "this experiment is run by `ricochet compare`, or `ricochet report hard-cases`");
     static const std::set<std::string> known = {"id",         "title",         "description", "problem",
                                                 "parameters", "sensitivities", "grids",       "reference",
                                                 "methods",    "trajectory",    "overhead_of"};

@@ -44,7 +44,7 @@ Results take_over(const std::string& partial) {
     for (std::string line; std::getline(file, line);) {
       const json parsed = json::parse(line, nullptr, false);
       const std::string kind = parsed.is_object() ? parsed.value("kind", "") : "";
-      if (kind != "header" && kind != "row" && kind != "seed_run") break;
+      if (kind != "header" && kind != "row" && kind != "seed_run" && kind != "hard_cell") break;
       lines.push_back(line);
     }
   }

@@ -11,6 +11,7 @@
 #include "reports/animation.h"
 #include "reports/figures.h"
 #include "reports/tables.h"
+#include "reports/verdict_matrix.h"
 
 namespace ricochet {
 namespace {
@@ -154,7 +155,19 @@ void add_control_runs(const Results& results, Document& document, FigureFolder& 
   }
 }
 
-void add_experiment(const Results& results, Document& document, FigureFolder& figures, bool draw) {
+void add_hard_cases(const Results& results, Document& document, const std::string& folder) {
+  const std::string id = results.experiment();
+  const auto& cells = results.hard_cells;
+  document.figures({draw_verdict_matrix(cells, folder, id + "_matrix")});
+  document.table(verdict_legend(cells), id + "_verdicts");
+  document.table(case_table(cells), id + "_cases");
+  if (const Table drift = energy_table(cells); !drift.rows.empty()) document.table(drift, id + "_energy");
+  document.table(hard_failures(cells), id + "_failures", true);
+  document.table(hard_details(cells), id + "_cells", true);
+}
+
+void add_experiment(const Results& results, Document& document, FigureFolder& figures, const std::string& folder,
+                    bool draw) {
   const std::string id = results.experiment();
   document.heading(results.header.value("title", id));
   document.paragraph(results.header.value("description", ""));
@@ -209,6 +222,7 @@ void add_experiment(const Results& results, Document& document, FigureFolder& fi
     if (draw) document.figures({figures.growth(growth_curves(results.growth), id, "Time", "intervals N", "seconds")});
     document.table(homotopy_steps(results.growth), id + "_steps", true);
   }
+  if (!results.hard_cells.empty()) add_hard_cases(results, document, folder);
   if (!results.scale_runs.empty()) {
     if (draw)
       document.figures({figures.growth(scale_curves(results.scale_runs), id, "Time of a step", "active contacts",
@@ -234,7 +248,7 @@ std::string write_report(const std::vector<std::string>& paths, const std::strin
   for (const auto& path : paths) {
     const Results results = read_results(path);
     title += (title.empty() ? "" : ", ") + results.experiment();
-    add_experiment(results, document, figures, draw);
+    add_experiment(results, document, figures, folder, draw);
     fs::copy_file(path, fs::path(folder) / fs::path(path).filename(), fs::copy_options::overwrite_existing);
   }
   const fs::path index = fs::path(folder) / "index.html";

@@ -198,6 +198,8 @@ Results read_results(const std::string& path) {
         results.ramps.push_back(ramp_grid_from_json(j));
       } else if (kind == "ramp_facets") {
         results.ramp_facets.push_back(ramp_facets_from_json(j));
+      } else if (kind == "hard_cell") {
+        results.hard_cells.push_back(hard_cell_from_json(j));
       } else if (kind == "end") {
         results.is_complete = true;
       }

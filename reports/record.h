@@ -8,6 +8,7 @@
 #include "problems/solution.h"
 #include "reports/control_growth.h"
 #include "reports/control_results.h"
+#include "reports/hard_cases.h"
 #include "reports/ramp_results.h"
 #include "reports/scale_results.h"
 #include "reports/seed_results.h"
@@ -78,6 +79,7 @@ struct Results {
   std::vector<ZenoRun> zeno_runs;
   std::vector<RampGrid> ramps;
   std::vector<RampFacets> ramp_facets;
+  std::vector<HardCell> hard_cells;
   bool is_complete = false;
 
   std::string experiment() const { return header.value("experiment", ""); }

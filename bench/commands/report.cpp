@@ -7,13 +7,19 @@
 
 namespace ricochet {
 
-void add_report_command(CLI::App& app, int&) {
+void add_report_command(CLI::App& app, int& exit_code) {
   static std::vector<std::string> results;
   static std::string folder = "out/report";
   auto* command = app.add_subcommand("report", "the page: tables and figures of results files");
-  command->add_option("results", results, "results files, of `ricochet order` or `ricochet precision`")->required();
+  command->add_option("results", results,
+                      "results files, of `ricochet order`, `ricochet precision` or `ricochet compare`");
   command->add_option("-o,--out", folder, "folder of the page")->capture_default_str();
-  command->callback([] { fmt::print("report: {}\n", write_report(results, folder)); });
+  add_hard_cases_command(*command, exit_code);
+  command->callback([command] {
+    if (!command->get_subcommands().empty()) return;
+    if (results.empty()) throw InputError("results", "''", "results files, or the subcommand hard-cases, are required");
+    fmt::print("report: {}\n", write_report(results, folder));
+  });
 }
 
 void add_check_command(CLI::App& app, int& exit_code) {

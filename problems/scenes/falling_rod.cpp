@@ -17,8 +17,9 @@ namespace {
 //   p = 1/m + l^2/(4 J) cos(theta) (cos(theta) - mu sin(theta)).
 //
 // p < 0 is Painleve's region: no force, or two, or only an impulse continues the slip. For a uniform rod it exists when
-// mu > 4/3, first at tan(theta) = 2. Default parameters stay outside; mu = 2 and theta0 = 1.1 start inside. The run
-// ends before the upper end lands, which is no contact of this scene.
+// mu > 4/3, first at tan(theta) = 2. Default parameters stay outside; mu = 2 and theta0 = 1.1 start inside. There
+// b = l/2 sin(theta) theta'^2 - g decides: b < 0 is inconsistent, b > 0 (omega0 = 6) indeterminate. The run ends before
+// the upper end lands, which is no contact of this scene.
 template <class T>
 struct FallingRod {
   static constexpr SceneText text{
@@ -26,7 +27,7 @@ struct FallingRod {
       "Genot, Brogliato, New results on Painleve paradoxes, Eur. J. Mech. A/Solids 18 (1999)",
       "sliding that feeds back on the normal force; Painleve's region for mu > 4/3"};
 
-  T m{1.0}, l{1.0}, J{1.0 / 12}, g{9.81}, mu{0.4}, e{0.0}, theta0{1.0}, v_tip0{1.5}, duration{0.4};
+  T m{1.0}, l{1.0}, J{1.0 / 12}, g{9.81}, mu{0.4}, e{0.0}, theta0{1.0}, v_tip0{1.5}, omega0{0.0}, duration{0.4};
 
   void parameters(auto&& visit) {
     visit("m", m, "kg");
@@ -37,6 +38,7 @@ struct FallingRod {
     visit("e", e, "1");
     visit("theta0", theta0, "rad");
     visit("v_tip0", v_tip0, "m/s");
+    visit("omega0", omega0, "rad/s");
     visit("duration", duration, "s");
   }
 
@@ -44,7 +46,10 @@ struct FallingRod {
     using std::sin;
     return {0, l / 2 * sin(theta0), theta0};
   }
-  Vec<T, 3> v0() const { return {v_tip0, 0, 0}; }
+  Vec<T, 3> v0() const {
+    using std::sin, std::cos;
+    return {v_tip0 + l / 2 * sin(theta0) * omega0, l / 2 * cos(theta0) * omega0, omega0};
+  }
   T end_time() const { return duration; }
 
   Vec<T, 3> mass() const { return {m, m, J}; }

@@ -1,0 +1,69 @@
+#include "problems/assembly/assembled_problem.h"
+#include "problems/assembly/scene_parameters.h"
+
+namespace ricochet {
+namespace {
+
+// A block on n feet that slides on rough ground, in the plane.
+//
+//      ___________        q = (x, y, theta): centre and angle,   m, J = m (a^2 + c^2) / 3
+//     |     +     | ->    foot i at s_i = -a + 2 a (i - 1) / (n - 1) along the block, c below its centre:
+//     |_._._._._._|         f_c^i = y + s_i sin(theta) - c cos(theta)
+//   ________________        v_t^i = x' + (c cos(theta) - s_i sin(theta)) theta'
+//
+// n closed contacts on three coordinates: n - 2 normal forces and n - 1 friction forces are redundant, the motion is
+// not. While mu c < a all feet stay down, the block brakes by mu g and stops after v_x0^2 / (2 mu g).
+
+template <class T>
+struct FootOnGround : ContactScene<T, 3> {
+  static constexpr SceneText text{"foot_on_ground", "", "", ""};
+  T s{0.0}, c{0.05}, e{0.0}, mu{0.3};
+  void parameters(auto&& visit) {
+    visit("s", s, "m");
+    visit("c", c, "m");
+    visit("e", e, "1");
+    visit("mu", mu, "1");
+  }
+  std::array<Contact<T>, 1> contacts() const { return {{{"foot", e, mu}}}; }
+  Vec<T, 1> gap(const Vec<T, 3>& q) const {
+    using std::sin, std::cos;
+    return {q[1] + s * sin(q[2]) - c * cos(q[2])};
+  }
+  std::array<std::array<Vec<T, 3>, 1>, 1> tangents(const Vec<T, 3>& q) const {
+    using std::sin, std::cos;
+    return {{{{{1, 0, c * cos(q[2]) - s * sin(q[2])}}}}};
+  }
+};
+
+constexpr SceneText kText{"block_on_feet", "a block that slides on n feet and stops", "Coulomb friction, closed form",
+                          "more contacts than coordinates: forces that are not unique, a motion that is"};
+
+std::unique_ptr<Problem> make(const ParameterChanges& changes) {
+  const SceneParameters p(kText.id,
+                          {{"n", 8},
+                           {"m", 1},
+                           {"a", 0.2},
+                           {"c", 0.05},
+                           {"g", 9.81},
+                           {"e", 0},
+                           {"mu", 0.3},
+                           {"v_x0", 0.8},
+                           {"duration", 0.5}},
+                          changes);
+  const int n = p.count("n", 2, 1000);
+  const double m = p.positive("m"), a = p.positive("a"), c = p.positive("c");
+  auto block = std::make_unique<AssembledProblem>(kText, p["duration"]);
+  block->add_coordinate(m, 0, 0, p["v_x0"]);
+  block->add_coordinate(m, -m * p["g"], c, 0);
+  block->add_coordinate(m * (a * a + c * c) / 3, 0, 0, 0);
+  for (int i = 0; i < n; ++i) {
+    const auto foot = block->add_kind<FootOnGround>({{}, -a + 2 * a * i / (n - 1), c, p["e"], p["mu"]});
+    block->add_contact(foot, {0, 1, 2}, fmt::format("foot {}", i + 1));
+  }
+  return block;
+}
+
+const bool registered = add_scene({kText.id, kText.title, kText.source, kText.hard_feature, make});
+
+}  // namespace
+}  // namespace ricochet

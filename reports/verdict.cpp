@@ -1,0 +1,80 @@
+#include "reports/verdict.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+
+namespace ricochet {
+
+CaseVerdict verdict(const CaseLimits& limits, const CellOutcome& o) {
+  if (o.ending == Ending::crashed) return CaseVerdict::crashed;    // (1)
+  if (o.ending == Ending::killed) return CaseVerdict::killed;      // (2)
+  if (o.ending == Ending::declined) return CaseVerdict::declined;  // (3)
+  if (o.status == "time_limit") return CaseVerdict::time_limit;    // (4)
+  const bool is_paradox = !limits.paradox.empty();
+  if (o.status != "success") {
+    const bool names_contact = is_paradox && o.message.find("'" + limits.paradox + "'") != std::string::npos;
+    return names_contact ? CaseVerdict::refuses : CaseVerdict::fails;  // (6), (7)
+  }
+  if (!o.is_finite) return CaseVerdict::not_finite;  // (5)
+  // A comparison with a limit or a number that is not there is false.
+  const double loss = limits.conserves_energy ? -o.energy_change : kNoNumber;
+  if (o.energy_gain > limits.energy || loss > limits.energy) return CaseVerdict::violates_energy;  // (8)
+  if (o.penetration > limits.penetration) return CaseVerdict::penetrates;                          // (8)
+  if (o.momentum > limits.momentum) return CaseVerdict::changes_momentum;                          // (8)
+  if (o.cone > limits.cone) return CaseVerdict::leaves_cone;                                       // (8)
+  const bool is_accurate = o.error <= limits.error;
+  if (is_paradox) return is_accurate ? CaseVerdict::resolves : CaseVerdict::wrong;  // (9), (10)
+  if (o.error <= limits.exact) return CaseVerdict::exact;                           // (11)
+  return is_accurate ? CaseVerdict::accurate : CaseVerdict::inaccurate;             // (12), (13)
+}
+
+const VerdictText& text_of(CaseVerdict verdict) {
+  static constexpr std::array<VerdictText, 16> texts{{
+      {"exact", "error of the size of rounding", Grade::good},
+      {"ok", "error within the case's tolerance", Grade::good},
+      {"refuses", "ends with a status that names the contact without a unique force", Grade::good},
+      {"resolves", "takes an impulse or one of several forces where no unique force continues, and says nothing of it",
+       Grade::good},
+      {"declined", "the method does not take this problem, with a reason", Grade::neutral},
+      {"off", "error above the case's tolerance", Grade::poor},
+      {"energy", "energy above the initial one, or lost where none can be, by more than the case allows", Grade::poor},
+      {"sinks", "penetration deeper than the case allows", Grade::poor},
+      {"momentum", "changes the momentum of a free system", Grade::poor},
+      {"cone", "impulse outside of the friction cone", Grade::poor},
+      {"fails", "ends with a status and a reason", Grade::poor},
+      {"time", "ends at the time limit", Grade::poor},
+      {"wrong", "success with none of the motions that exist", Grade::bad},
+      {"NaN", "success with a number that is not finite", Grade::bad},
+      {"hang", "did not end and had to be killed", Grade::bad},
+      {"crash", "its process died", Grade::bad},
+  }};
+  return texts[static_cast<std::size_t>(verdict)];
+}
+
+std::string decisive_number(CaseVerdict verdict, const CellOutcome& o) {
+  switch (verdict) {
+    case CaseVerdict::violates_energy:
+      return fmt::format("energy {:+.2e} J at most, {:+.2e} J at the end", o.energy_gain, o.energy_change);
+    case CaseVerdict::penetrates:
+      return fmt::format("penetration {:.2e} m", o.penetration);
+    case CaseVerdict::changes_momentum:
+      return fmt::format("momentum {:.2e} N s", o.momentum);
+    case CaseVerdict::leaves_cone:
+      return fmt::format("beyond the cone by {:.2e} N s", o.cone);
+    case CaseVerdict::time_limit:
+    case CaseVerdict::killed:
+      return fmt::format("after {:.1f} s, at t = {:.3g} s", o.seconds, o.t);
+    case CaseVerdict::refuses:
+    case CaseVerdict::fails:
+    case CaseVerdict::declined:
+    case CaseVerdict::crashed:
+    case CaseVerdict::not_finite:
+      return o.message;
+    default:
+      return fmt::format("error {:.2e}", o.error);
+  }
+}
+
+}  // namespace ricochet

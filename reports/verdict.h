@@ -1,0 +1,97 @@
+#pragma once
+
+#include <limits>
+#include <string>
+
+namespace ricochet {
+
+inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+
+/// What a run of a hard case must keep, from the file of the cases. NaN: not asked for.
+struct CaseLimits {
+  double exact = kNoNumber;        ///< error that counts as rounding, max-norm of (q, v)
+  double error = kNoNumber;        ///< error that counts as accurate, the same norm
+  double energy = kNoNumber;       ///< largest energy above the initial one [J]
+  double penetration = kNoNumber;  ///< deepest gap below zero [m]
+  double momentum = kNoNumber;     ///< change of the sum of M v [N s]
+  double cone = kNoNumber;         ///< ||Lambda_t|| - mu Lambda_n of an impact [N s]
+  /// Contact at which no force, or more than one, continues the motion; empty for an ordinary case. The true motions
+  /// are then those that an impulse, or the choice of a force, allows.
+  std::string paradox;
+  bool conserves_energy = false;  ///< a loss of more than `energy` until the end is a violation, too
+};
+
+enum class Ending {
+  returned,  ///< the method came back with a status
+  declined,  ///< supports() said no: `message`
+  killed,    ///< it did not come back and had to be ended
+  crashed    ///< its process died: `message`
+};
+
+/// What a run did. NaN: not measured, since the scene states no energy, or the run did not succeed.
+struct CellOutcome {
+  Ending ending = Ending::returned;
+  std::string status;      ///< to_string(Status), when it returned
+  std::string message;     ///< its reason
+  double t = kNoNumber;    ///< time that was reached [s]
+  bool is_finite = false;  ///< every recorded number, and the final state
+  double error = kNoNumber;
+  double energy_gain = kNoNumber;    ///< [J], largest above the initial energy
+  double energy_change = kNoNumber;  ///< [J], with sign, end minus start
+  double penetration = kNoNumber;
+  double momentum = kNoNumber;
+  double cone = kNoNumber;
+  double seconds = kNoNumber;  ///< wall time
+};
+
+/// By the first line that applies:
+///
+///   (1)  crashed       the process died, or threw what a method must not throw
+///   (2)  killed        no answer within twice the time limit
+///   (3)  declined      the method says that it cannot run this problem
+///   (4)  time_limit    status time_limit
+///   (5)  not_finite    success, and some number is not finite
+///   (6)  refuses       no success in a paradox, and the message names the contact
+///   (7)  fails         no success
+///   (8)  violates_energy, penetrates, changes_momentum, leaves_cone
+///                      success beyond a limit of the case, the first of these
+///   (9)  resolves      success in a paradox, within `error` of one of its motions
+///   (10) wrong         success in a paradox, and none of its motions
+///   (11) exact         error <= exact
+///   (12) accurate      error <= error
+///   (13) inaccurate
+enum class CaseVerdict {
+  exact,
+  accurate,
+  refuses,
+  resolves,
+  declined,
+  inaccurate,
+  violates_energy,
+  penetrates,
+  changes_momentum,
+  leaves_cone,
+  fails,
+  time_limit,
+  wrong,
+  not_finite,
+  killed,
+  crashed
+};
+
+CaseVerdict verdict(const CaseLimits& limits, const CellOutcome& outcome);
+
+/// How good a verdict is, for colours and counts.
+enum class Grade { good, neutral, poor, bad };
+
+struct VerdictText {
+  const char* word;     ///< short, for a matrix
+  const char* meaning;  ///< a phrase
+  Grade grade;
+};
+const VerdictText& text_of(CaseVerdict verdict);
+
+/// The number that decided: "error 3.1e-05", "energy +0.2 J", "after 5.0 s", or the method's reason.
+std::string decisive_number(CaseVerdict verdict, const CellOutcome& outcome);
+
+}  // namespace ricochet
