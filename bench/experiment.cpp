@@ -50,6 +50,14 @@ std::vector<int> read_steps(const json& value, const json& grids, const std::str
   return steps;
 }
 
+/// Of a method that is registered without its library; empty for every other one.
+std::string why_not_built(const std::string& spec) {
+  for (const auto& entry : methods()) {
+    if (entry.name == MethodSpec(spec).name() && !entry.make) return entry.not_built;
+  }
+  return {};
+}
+
 }  // namespace
 
 std::string find_project_file(const std::string& path) {
@@ -133,7 +141,9 @@ Experiment read_experiment(const std::string& name) {
       method.on_failure = entry.value("on_failure", "");
       if (entry.contains("steps")) method.steps = read_steps(entry["steps"], grids, place("steps of " + method.method));
       if (entry.contains("tolerances")) method.tolerances = entry["tolerances"].get<std::vector<double>>();
-      const bool is_adaptive = make_method(method.method)->info().is_adaptive;
+      method.not_built = why_not_built(method.method);
+      const bool is_adaptive =
+          method.not_built.empty() ? make_method(method.method)->info().is_adaptive : method.steps.empty();
       if (is_adaptive ? method.tolerances.empty() : method.steps.empty()) {
         throw InputError(place("methods"), method.method,
                          is_adaptive ? "\"tolerances\" are required" : "\"steps\" are required");

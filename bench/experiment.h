@@ -23,6 +23,7 @@ struct Experiment {
     std::vector<int> steps;          ///< fixed-step methods
     std::vector<double> tolerances;  ///< error-controlled methods
     std::string on_failure;          ///< method to run at the settings where this one fails; empty for none
+    std::string not_built;           ///< why this program does not have the method; empty when it does
   };
 
   std::string id, title, description;

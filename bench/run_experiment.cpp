@@ -25,15 +25,17 @@ struct Job {
   int steps = 0;
   double tolerance = 0;
   std::string on_failure;
+  std::string not_built;
 };
 
 std::vector<Job> jobs_of(const Experiment& experiment, bool quick) {
   std::vector<Job> jobs;
   for (const auto& grid : experiment.methods) {
     for (const int steps : grid.steps) {
-      if (!quick || steps <= kQuickSteps) jobs.push_back({grid.method, steps, 0, grid.on_failure});
+      if (!quick || steps <= kQuickSteps) jobs.push_back({grid.method, steps, 0, grid.on_failure, grid.not_built});
     }
-    for (const double tolerance : grid.tolerances) jobs.push_back({grid.method, 0, tolerance, grid.on_failure});
+    for (const double tolerance : grid.tolerances)
+      jobs.push_back({grid.method, 0, tolerance, grid.on_failure, grid.not_built});
   }
   return jobs;
 }
@@ -46,6 +48,7 @@ class ExperimentRun {
   }
 
   Record run(const Job& job, const std::string& instead_of) const;
+  Record row_of(const Job& job, const std::string& instead_of) const;
   std::vector<TimedRun> timed_runs(const std::vector<Record>& records) const;
   Trajectory trajectory() const;
 
@@ -73,19 +76,35 @@ std::string ExperimentRun::problem_arguments() const {
   return arguments;
 }
 
+/// What a row says before its run: of a method that is not built there is no more to say.
+Record ExperimentRun::row_of(const Job& job, const std::string& instead_of) const {
+  Record record;
+  record.experiment = experiment_.id;
+  record.problem = experiment_.problem;
+  record.method = record.title = job.method;
+  record.steps = job.steps;
+  record.tolerance = job.tolerance;
+  record.status = "not_built";
+  record.message = job.not_built;
+  record.error = std::numeric_limits<double>::quiet_NaN();
+  record.sensitivities = experiment_.sensitivities;
+  record.instead_of = instead_of;
+  const std::string setting =
+      job.steps > 0 ? fmt::format("--steps {}", job.steps) : fmt::format("--tolerance {:g}", job.tolerance);
+  record.command = fmt::format("ricochet run {} --method {} {}", problem_arguments(), job.method, setting);
+  for (const auto& name : experiment_.sensitivities) record.command += " --sensitivity " + name;
+  return record;
+}
+
 Record ExperimentRun::run(const Job& job, const std::string& instead_of) const {
+  Record record = row_of(job, instead_of);
+  if (!job.not_built.empty()) return record;
   const auto method = make_method(job.method);
   Settings settings = settings_of(job.steps, job.tolerance);
   settings.audit = job.steps <= kAuditedSteps;
   const Solution solution = solve_with_sensitivities(*method, *problem_, settings);
 
-  Record record;
-  record.experiment = experiment_.id;
-  record.problem = experiment_.problem;
-  record.method = job.method;
   record.title = method->info().title;
-  record.steps = job.steps;
-  record.tolerance = job.tolerance;
   record.nominal_order = method->info().order_impacts;
   record.status = to_string(solution.status);
   record.message = solution.message;
@@ -99,18 +118,11 @@ Record ExperimentRun::run(const Job& job, const std::string& instead_of) const {
     const double per_step = std::round(static_cast<double>(solution.counters.elements) / job.steps);
     record.h_bar = problem_->info().end_time / (job.steps * std::max(1.0, per_step));
   }
-  record.error = std::numeric_limits<double>::quiet_NaN();
   if (reference_) {
     record.reference_error = reference_->uncertainty;
     record.solution_size = reference_->size();
     if (solution.succeeded()) record.error = reference_->error_of(solution);
   }
-  record.sensitivities = experiment_.sensitivities;
-  record.instead_of = instead_of;
-  const std::string setting =
-      job.steps > 0 ? fmt::format("--steps {}", job.steps) : fmt::format("--tolerance {:g}", job.tolerance);
-  record.command = fmt::format("ricochet run {} --method {} {}", problem_arguments(), job.method, setting);
-  for (const auto& name : experiment_.sensitivities) record.command += " --sensitivity " + name;
   return record;
 }
 
@@ -185,7 +197,7 @@ std::string run_experiment(const Experiment& experiment, const RunOptions& optio
       return r.method == job.method && r.steps == job.steps && r.tolerance == job.tolerance && r.instead_of.empty();
     });
     if (!own->succeeded() && !job.on_failure.empty() && !is_done(job.on_failure, job, job.method)) {
-      records.push_back(run.run({job.on_failure, job.steps, job.tolerance, ""}, job.method));
+      records.push_back(run.run({job.on_failure, job.steps, job.tolerance, "", ""}, job.method));
       file.append(to_json(records.back()));
     }
     progress.update(static_cast<double>(k + 1) / static_cast<double>(jobs.size()),

@@ -150,7 +150,7 @@ Table time_to_reach(const Results& results, const std::vector<double>& levels) {
 
 Table overhead(const Results& results) {
   Table table;
-  table.title = "What FESD-J costs where nothing switches";
+  table.title = results.header.value("title", "Cost beside another method");
   table.columns = {{"method", true}, {"compared with", true}, {"elements"},
                    {"ns/element"},   {"ns/element compared"}, {"ratio"}};
   for (const auto& [method, other] : results.header.at("overhead_of").items()) {

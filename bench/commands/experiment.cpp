@@ -59,10 +59,10 @@ void add_precision_command(CLI::App& app, int&) {
   add_options(*command, options);
   command->callback([] {
     run(options, "precision", [](const Results& results) {
-      if (results.header.contains("overhead_of"))
-        fmt::print("{}\n", overhead(results).text());
-      else
-        fmt::print("{}\n", time_to_reach(results).text());
+      if (results.header.contains("overhead_of")) fmt::print("{}\n", overhead(results).text());
+      if (results.has_errors()) fmt::print("{}\n", time_to_reach(results).text());
+      const Table failed = failures(results);
+      if (!failed.rows.empty()) fmt::print("{}\n", failed.list());
       if (options.all) fmt::print("{}\n", precision_details(results).text());
     });
   });

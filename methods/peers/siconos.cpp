@@ -1,0 +1,105 @@
+#include <fmt/format.h>
+
+#include "methods/peers/siconos/integrate.h"
+#include "methods/registry.h"
+
+namespace ricochet {
+namespace {
+
+// A library that is optional: without it its methods are listed, with the reason why they cannot run.
+#ifdef RICOCHET_HAS_SICONOS
+
+const char* const kSource = "Acary et al., An introduction to Siconos, INRIA RT-0340";
+
+Support supports_contacts(const ProblemInfo& problem) {
+  if (problem.has_bilateral()) return Support::no("bilateral constraints are not passed on to Siconos");
+  for (const ContactInfo& contact : problem.contacts) {
+    if (contact.n_t != problem.contacts.front().n_t)
+      return Support::no("a contact problem of Siconos takes contacts of one kind, not with and without friction");
+  }
+  return Support::yes();
+}
+
+/// siconos/moreau_jean.cpp
+class SiconosMoreauJean final : public Method {
+ public:
+  explicit SiconosMoreauJean(const MethodSpec& spec) : id_(spec.text()), theta_(spec.number("theta", 0.5, 0.5, 1)) {
+    spec.finish(0);
+  }
+  MethodInfo info() const override {
+    return {.id = id_,
+            .title = fmt::format("Siconos Moreau-Jean, theta = {}", theta_),
+            .source = kSource,
+            .order_smooth = theta_ == 0.5 ? 2.0 : 1.0,
+            .order_impacts = 1};
+  }
+  Support supports(const ProblemInfo& problem) const override { return supports_contacts(problem); }
+
+ protected:
+  Solution do_solve(const Problem& problem, const Settings& settings) const override {
+    return siconos::integrate_moreau_jean(problem, settings, theta_);
+  }
+
+ private:
+  std::string id_;
+  double theta_;
+};
+
+/// siconos/event_driven.cpp
+class SiconosEventDriven final : public Method {
+ public:
+  explicit SiconosEventDriven(const MethodSpec& spec) : id_(spec.text()) { spec.finish(0); }
+  MethodInfo info() const override {
+    return {.id = id_,
+            .title = "Siconos event-driven, LSODAR",
+            .source = kSource,
+            .order_smooth = 12,
+            .order_impacts = 12,
+            .is_adaptive = true};
+  }
+  Support supports(const ProblemInfo& problem) const override {
+    if (problem.has_friction()) return Support::no("Siconos' event-driven scheme with LSODAR has no friction");
+    return supports_contacts(problem);
+  }
+
+ protected:
+  Solution do_solve(const Problem& problem, const Settings& settings) const override {
+    return siconos::integrate_event_driven(problem, settings);
+  }
+
+ private:
+  std::string id_;
+};
+
+template <class M>
+std::unique_ptr<Method> make(const MethodSpec& spec) {
+  return std::make_unique<M>(spec);
+}
+const auto make_moreau_jean = make<SiconosMoreauJean>;
+const auto make_event_driven = make<SiconosEventDriven>;
+
+#else
+const std::nullptr_t make_moreau_jean = nullptr, make_event_driven = nullptr;
+#endif
+
+const char* const kNotBuilt = "libsiconos-kernel-dev not found";
+
+const bool registered = register_method({
+                            .name = "siconos_moreau_jean",
+                            .usage = "siconos_moreau_jean[,theta=0.5]",
+                            .summary = "Siconos: its Moreau-Jean time stepping",
+                            .examples = {"siconos_moreau_jean", "siconos_moreau_jean,theta=1"},
+                            .make = make_moreau_jean,
+                            .not_built = kNotBuilt,
+                        }) &&
+                        register_method({
+                            .name = "siconos_event_driven",
+                            .usage = "siconos_event_driven, with --tolerance",
+                            .summary = "Siconos: LSODAR with located events, without friction",
+                            .examples = {"siconos_event_driven"},
+                            .make = make_event_driven,
+                            .not_built = kNotBuilt,
+                        });
+
+}  // namespace
+}  // namespace ricochet

@@ -1,0 +1,77 @@
+// The peer, where it is built: the same scheme in Siconos and in this suite.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "methods/registry.h"
+#include "problems/input_error.h"
+#include "problems/registry.h"
+
+namespace ricochet {
+namespace {
+
+bool is_built(const std::string& name) {
+  for (const auto& entry : methods()) {
+    if (entry.name == name) return entry.make != nullptr;
+  }
+  ADD_FAILURE() << name << " is not even registered";
+  return false;
+}
+
+Solution solve(const std::string& method, const std::string& problem, int steps, double tolerance) {
+  Settings settings;
+  settings.steps = steps;
+  settings.tolerance = tolerance;
+  return make_method(method)->solve(*make_problem(problem), settings);
+}
+
+TEST(Siconos, WithoutItsLibrarySaysWhatIsMissing) {
+  if (is_built("siconos_moreau_jean")) GTEST_SKIP() << "it is built";
+  for (const std::string method : {"siconos_moreau_jean", "siconos_event_driven"}) {
+    try {
+      make_method(method);
+      FAIL() << method;
+    } catch (const InputError& error) {
+      EXPECT_EQ(std::string(error.what()), "method " + method + " is not built: libsiconos-kernel-dev not found");
+    }
+  }
+}
+
+TEST(Siconos, MoreauJeanTakesTheSameStepsAsOurs) {
+  if (!is_built("siconos_moreau_jean")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
+  // Constant matrices, without and with friction in the plane: there both schemes are the same equations.
+  for (const std::string problem : {"two_balls_spring", "ball_row", "bead_row", "oblique_impact", "sliding_block"}) {
+    const Solution ours = solve("moreau_jean", problem, 2000, 0);
+    const Solution theirs = solve("siconos_moreau_jean", problem, 2000, 0);
+    ASSERT_TRUE(theirs.succeeded()) << theirs.message;
+    // Rounding in 2000 steps: at most 7e-12 seen.
+    EXPECT_LE((ours.q - theirs.q).lpNorm<Eigen::Infinity>(), 1e-10) << problem;
+    EXPECT_LE((ours.v - theirs.v).lpNorm<Eigen::Infinity>(), 1e-10) << problem;
+    ASSERT_EQ(ours.events.size(), theirs.events.size()) << problem;
+    for (std::size_t k = 0; k < ours.events.size(); ++k) {
+      EXPECT_EQ(ours.events[k].contact, theirs.events[k].contact) << problem;
+      EXPECT_EQ(ours.events[k].t, theirs.events[k].t) << problem;
+    }
+  }
+}
+
+TEST(Siconos, EventDrivenFindsTheImpactsOfABall) {
+  if (!is_built("siconos_event_driven")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
+  const Solution s = solve("siconos_event_driven", "bouncing_ball", 0, 1e-10);
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  ASSERT_EQ(s.events.size(), 3u);
+  EXPECT_NEAR(s.events[0].t, std::sqrt(2 * 0.9 / 9.81), 1e-9);
+  // tests/data/ground_truth.json, P1a_ball_e09; impacts are located to 10 tolerances
+  EXPECT_NEAR(s.q[0], 0.370977516354263779, 1e-8);
+}
+
+TEST(Siconos, DeclinesWhatItCannotDo) {
+  if (!is_built("siconos_event_driven")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
+  const auto info = make_problem("sliding_block")->info();
+  EXPECT_FALSE(make_method("siconos_event_driven")->supports(info).ok);
+  EXPECT_TRUE(make_method("siconos_moreau_jean")->supports(info).ok);
+  EXPECT_THROW(make_method("siconos_moreau_jean,theta=0.2"), InputError);
+}
+
+}  // namespace
+}  // namespace ricochet
