@@ -22,6 +22,7 @@ std::vector<Pair> pairs_that(bool run) {
   std::vector<Pair> pairs;
   const auto problems = all_problems();
   for (const auto& entry : methods()) {
+    if (!entry.make) continue;  // not built
     for (const auto& example : entry.examples) {
       const auto method = make_method(example);
       for (const auto& problem : problems) {

@@ -35,6 +35,7 @@ constexpr int kMaxNewtonIterations = 50;
 constexpr double kContactResidual = 1e-9;  // relative, of an iterated contact problem: far below a time step's error
 constexpr int kMaxContactIterations = 10000;
 
+/// Siconos calls back with the result of its contact solver; only an exception ends its step.
 struct NoContactSolution {
   int info;
 };
