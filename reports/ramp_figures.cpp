@@ -122,11 +122,14 @@ Figure FigureFolder::ramp_facets(const std::vector<RampFacets>& facets, const st
     limits.add(fmt::format("${}l with points pt {} ps 0.7 lc rgb '{}' notitle", id, point, color));
     drifts.add(fmt::format("${}d with points pt {} ps 0.7 lc rgb '{}' notitle", id, point, color));
   }
+  for (const auto& [point, family] :
+       {std::pair(6, "FESD-J"), std::pair(1, "Moreau-Jean"), std::pair(2, "Anitescu-Potra")})
+    limits.add(fmt::format("NaN with points pt {} ps 0.7 lc rgb '#404040' title '{}'", point, family));
   draw(name,
-       gnuplot_head(1080, 640) + data + fmt::format("set output '{}.svg'\n", name) +
-           "set multiplot layout 1,2 margins 0.07,0.98,0.27,0.97 spacing 0.09,0.1\nset xrange [0:90]\nset xtics 15\n"
+       gnuplot_head(1080, 520) + data + fmt::format("set output '{}.svg'\n", name) +
+           "set multiplot layout 1,2 margins 0.1,0.98,0.14,0.96 spacing 0.09,0.1\nset xrange [0:90]\nset xtics 15\n"
            "set xlabel 'direction of the way down, from a vertex [°]'\n"
-           "set key at screen 0.5, screen 0.1 center top horizontal maxrows 1 reverse Left samplen 2 font ',12'\n"
+           "set key at graph 0.5, graph 0.42 center center vertical maxcols 1 reverse Left samplen 2 font ',12'\n"
            "set ylabel 'sticks up to tan(slope) / μ'\nset yrange [0.68:1.02]\n" +
            limits.text() + "set key off\nset ylabel 'drift from the way down [°]'\nset yrange [*:*]\n" + drifts.text() +
            "unset multiplot\n");
