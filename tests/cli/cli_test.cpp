@@ -172,7 +172,7 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
       {"mpc two_carts --disturbance -1", "--disturbance = -1: a finite number >= 0 is required"},
       {"report", "results = '': results files, or the subcommand hard-cases, are required"},
       {"report hard-cases --case zen", "hard case = 'zen': unknown; did you mean zeno"},
-      {"report hard-cases --method moreau", "method = 'moreau': unknown; did you mean moreau_jean"},
+      {"report hard-cases --method moreau", "method = 'moreau': unknown. Known: anitescu_convex"},
       {"report hard-cases --file two_balls_order", "kind = null: \"hard_cases\" is required"},
       {"order hard_cases", "or `ricochet report hard-cases`"},
       {"report /nonexistent.jsonl", "results file = /nonexistent.jsonl: cannot be opened"},

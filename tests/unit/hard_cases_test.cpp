@@ -199,8 +199,8 @@ TEST(HardCases, QuickMatrixIsBounded) {
 TEST(HardCases, SomethingIsKnownOfEach) {
   const HardCases cases = read_hard_cases("hard_cases");
   const auto verdict_on = [&](const std::string& id, const std::string& method) {
-    const auto problem = cases.only(id, "").cases[0].make_problem();
-    const auto& hard_case = cases.only(id, "").cases[0];
+    const HardCase hard_case = cases.only(id, "").cases[0];
+    const auto problem = hard_case.make_problem();
     return run_cell(hard_case, *problem, hard_case.true_motions(*problem), method, cases.time_limit).verdict();
   };
   EXPECT_EQ(verdict_on("zeno", "fesd_adaptive:radau-iia:4"), CaseVerdict::exact);
