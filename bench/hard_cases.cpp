@@ -140,6 +140,7 @@ HardCases HardCases::quick() const {
   std::erase_if(subset.cases,
                 [&](const HardCase& c) { return std::ranges::find(quick_cases, c.id) == quick_cases.end(); });
   subset.methods = quick_methods;
+  subset.id += "_quick";  // a results file of its own
   return subset;
 }
 
@@ -153,6 +154,7 @@ HardCases HardCases::only(const std::string& hard_case, const std::string& metho
     make_method(method);
     subset.methods = {method};
   }
+  if (!hard_case.empty() || !method.empty()) subset.id += "_part";
   return subset;
 }
 
@@ -182,6 +184,7 @@ HardCases read_hard_cases(const std::string& name) {
       make_method(method);
       all.methods.push_back(method);
     }
+    std::ranges::stable_sort(all.methods, {}, [](const std::string& method) { return MethodSpec(method).name(); });
     document.at("quick").at("cases").get_to(all.quick_cases);
     document.at("quick").at("methods").get_to(all.quick_methods);
     require_known(all.quick_cases, ids_of(all.cases), path + ": quick case");

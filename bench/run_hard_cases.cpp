@@ -13,6 +13,7 @@
 #include "bench/progress.h"
 #include "bench/results_file.h"
 #include "methods/registry.h"
+#include "problems/input_error.h"
 #include "reports/json_number.h"
 
 namespace ricochet {
@@ -70,8 +71,15 @@ std::string solve_and_measure(const Problem& problem, const std::vector<TrueMoti
   settings.time_limit = time_limit;
   settings.recording = Recording::grid;
   const auto begin = std::chrono::steady_clock::now();
-  const Solution solution = make_method(cell.method)->solve(problem, settings);
   CellOutcome& outcome = cell.outcome;
+  Solution solution;
+  try {
+    solution = make_method(cell.method)->solve(problem, settings);
+  } catch (const InputError& error) {  // a method that cannot tell before it runs
+    outcome.ending = Ending::declined;
+    outcome.message = error.what();
+    return to_json(cell).dump();
+  }
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   outcome.status = to_string(solution.status);
   outcome.message = solution.message;

@@ -26,14 +26,16 @@ CaseVerdict verdict(const CaseLimits& limits, const CellOutcome& o) {
   if (o.cone > limits.cone) return CaseVerdict::leaves_cone;                                       // (8)
   const bool is_accurate = o.error <= limits.error;
   if (is_paradox) return is_accurate ? CaseVerdict::resolves : CaseVerdict::wrong;  // (9), (10)
-  if (o.error <= limits.exact) return CaseVerdict::exact;                           // (11)
-  return is_accurate ? CaseVerdict::accurate : CaseVerdict::inaccurate;             // (12), (13)
+  if (std::isnan(o.error)) return CaseVerdict::keeps;                               // (11)
+  if (o.error <= limits.exact) return CaseVerdict::exact;                           // (12)
+  return is_accurate ? CaseVerdict::accurate : CaseVerdict::inaccurate;             // (13), (14)
 }
 
 const VerdictText& text_of(CaseVerdict verdict) {
-  static constexpr std::array<VerdictText, 16> texts{{
+  static constexpr std::array<VerdictText, 17> texts{{
       {"exact", "error of the size of rounding", Grade::good},
       {"ok", "error within the case's tolerance", Grade::good},
+      {"keeps", "keeps all limits of a case without a true motion", Grade::good},
       {"refuses", "ends with a status that names the contact without a unique force", Grade::good},
       {"resolves", "takes an impulse or one of several forces where no unique force continues, and says nothing of it",
        Grade::good},
@@ -59,6 +61,8 @@ std::string decisive_number(CaseVerdict verdict, const CellOutcome& o) {
       return fmt::format("energy {:+.2e} J at most, {:+.2e} J at the end", o.energy_gain, o.energy_change);
     case CaseVerdict::penetrates:
       return fmt::format("penetration {:.2e} m", o.penetration);
+    case CaseVerdict::keeps:
+      return fmt::format("energy {:+.2e} J at most", o.energy_gain);
     case CaseVerdict::changes_momentum:
       return fmt::format("momentum {:.2e} N s", o.momentum);
     case CaseVerdict::leaves_cone:

@@ -57,12 +57,14 @@ struct CellOutcome {
 ///                      success beyond a limit of the case, the first of these
 ///   (9)  resolves      success in a paradox, within `error` of one of its motions
 ///   (10) wrong         success in a paradox, and none of its motions
-///   (11) exact         error <= exact
-///   (12) accurate      error <= error
-///   (13) inaccurate
+///   (11) keeps         success within all limits, and the case states no true motion
+///   (12) exact         error <= exact
+///   (13) accurate      error <= error
+///   (14) inaccurate
 enum class CaseVerdict {
   exact,
   accurate,
+  keeps,
   refuses,
   resolves,
   declined,

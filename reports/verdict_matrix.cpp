@@ -26,6 +26,7 @@ Colour colour_of(CaseVerdict verdict) {
     case CaseVerdict::exact:
       return {"#0072b2", "#ffffff"};
     case CaseVerdict::accurate:
+    case CaseVerdict::keeps:
       return {"#9ad0f0", "#000000"};
     case CaseVerdict::refuses:
     case CaseVerdict::resolves:

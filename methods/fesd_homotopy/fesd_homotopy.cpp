@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
+
 #include "methods/fesd/record_step.h"
 #include "methods/fesd_homotopy/options.h"
 #include "methods/runge_kutta/tableau_argument.h"
@@ -33,20 +36,28 @@ class FesdHomotopy final : public Method {
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
     const ProblemInfo& info = problem.info();
     const double H = info.end_time / settings.steps;
+    const auto begin = std::chrono::steady_clock::now();
     StepHomotopy solver(problem, tableau_, options_, H);
-    const TimeLimit time_limit(settings.time_limit);
+    // Steps of milliseconds to seconds: the clock is read at each, and in it.
+    const auto seconds_left = [&] {
+      return settings.time_limit - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    };
     Solution solution;
     solver.start(info.q0, info.v0);
     solution.q = info.q0;
     solution.v = info.v0;
     for (int k = 0; k < settings.steps; ++k) {
       const double t = k * H;
-      const Status status = time_limit.is_over() ? Status::time_limit : solver.advance();
-      count(solver, solution.counters);
+      Status status = Status::time_limit;
+      if (const double left = seconds_left(); settings.time_limit <= 0 || left > 0) {
+        status = solver.advance(std::max(left, 0.0));
+        count(solver, solution.counters);
+      }
       if (status != Status::success) {
         solution.status = status;
-        solution.message = fmt::format("step {} of {}, from t = {:.6g} s: {}", k + 1, settings.steps, t,
-                                       status == Status::time_limit ? time_limit.message() : solver.solution().message);
+        solution.message = fmt::format(
+            "step {} of {}, from t = {:.6g} s: {}", k + 1, settings.steps, t,
+            status == Status::time_limit ? TimeLimit(settings.time_limit).message() : solver.solution().message);
         return solution;
       }
       ++solution.counters.steps;

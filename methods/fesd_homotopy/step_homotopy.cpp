@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <chrono>
 
 namespace ricochet {
 namespace {
@@ -54,16 +55,20 @@ void StepHomotopy::start(const Vector& q, const Vector& v) {
   if (pivoting_) pivoting_->start(q, v);
 }
 
-Status StepHomotopy::advance() {
+Status StepHomotopy::advance(double seconds) {
+  const auto begin = std::chrono::steady_clock::now();
+  double left = seconds;
   equations_.set_initial_state(initial_, q_, v_, is_closed_);
   const bool has_pivoted = pivoting_ && pivoting_->advance(H_) == Status::success;
   if (pivoting_ && !has_pivoted) pivoting_.reset();
   const bool is_cold = options_.guess == Guess::cold;
   equations_.set_guess(has_pivoted ? pivoting_->step() : is_cold ? cold() : flight(false), 0);
   for (attempts_ = 1;; ++attempts_) {
-    solver_.set_options(attempt_options());
+    solver_.set_options(attempt_options(left));
     solution_ = solver_.solve();
     if (solution_.succeeded() || attempts_ > options_.retries) break;
+    if (seconds > 0) left = seconds - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (left < 0) break;
     equations_.set_guess(flight(true), 0);
   }
   if (solution_.succeeded()) accept();
@@ -71,8 +76,9 @@ Status StepHomotopy::advance() {
 }
 
 /// A start near a solution keeps its distance from the bounds below what the relaxation leaves.
-HomotopyOptions StepHomotopy::attempt_options() const {
+HomotopyOptions StepHomotopy::attempt_options(double seconds) const {
   HomotopyOptions homotopy = options_.homotopy;
+  if (seconds > 0) homotopy.time_limit = seconds;
   if (attempts_ > 1) homotopy.sigma_0 = std::max(kRetrySigmas[std::min(attempts_, 3) - 2], homotopy.sigma_final);
   homotopy.barrier = std::min(homotopy.barrier, homotopy.sigma_0);
   homotopy.push = std::min(homotopy.push, homotopy.sigma_0);

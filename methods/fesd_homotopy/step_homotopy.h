@@ -46,8 +46,8 @@ class StepHomotopy {
 
   /// Starts a run at (q, v), v before an impact at this instant.
   void start(const Vector& q, const Vector& v);
-  /// Solves the next step.
-  Status advance();
+  /// Solves the next step. @param seconds  wall time for it and its retries; 0 is no limit
+  Status advance(double seconds = 0);
 
   const FesdStep& step() const { return steps_[current_]; }
   const FesdStep* previous_step() const { return n_steps_ > 1 ? &steps_[1 - current_] : nullptr; }
@@ -72,7 +72,7 @@ class StepHomotopy {
   void fly(double h, Vector& q, Vector& v) const;
   void fly_element(double h, Vector& q, Vector& v, Stages& element) const;
   Approach nearest_approach(Vector q, Vector v) const;
-  HomotopyOptions attempt_options() const;
+  HomotopyOptions attempt_options(double seconds) const;
   void accept();
 
   const Problem& problem_;

@@ -110,6 +110,20 @@ TEST_F(Cli, PrintsSensitivities) {
   EXPECT_EQ(run("run -p P1a_ball_e09 -m fesd:gauss:2 -N 50").text.find("d/d"), std::string::npos);
 }
 
+TEST_F(Cli, PrintsTheMatrixOfHardCases) {
+  const std::string where = " -o " + (folder / "results").string() + " --page " + (folder / "page").string();
+  const std::string command = "report hard-cases --case wedge --method fesd:gauss:3 --failures";
+  const Outcome outcome = run(command + where);
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_HAS(outcome.text, "fesd:gauss:3  exact");
+  EXPECT_HAS(read(folder / "page" / "index.html"), "<svg");
+  EXPECT_HAS(read(folder / "page" / "hard_cases_part_matrix.svg"), "ricochet run --problem disc_in_chute");
+  const auto written = fs::last_write_time(folder / "results" / "hard_cases_part.jsonl");
+  EXPECT_EQ(run(command + where).code, 0);
+  EXPECT_EQ(fs::last_write_time(folder / "results" / "hard_cases_part.jsonl"), written)
+      << "nothing is missing: nothing runs";
+}
+
 TEST_F(Cli, AFailedRunIsExitCodeOne) {
   const Outcome outcome = run("run --problem two_balls_spring --method fesd:gauss:1 --steps 80");
   EXPECT_EQ(outcome.code, 1);
@@ -158,6 +172,11 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
       {"control two_carts --discretisation euler", "euler"},
       {"mpc two_carts --updates 10", "--updates = 10: a number from 1 to 9 is required"},
       {"mpc two_carts --disturbance -1", "--disturbance = -1: a finite number >= 0 is required"},
+      {"report", "results = '': results files, or the subcommand hard-cases, are required"},
+      {"report hard-cases --case zen", "hard case = 'zen': unknown; did you mean zeno"},
+      {"report hard-cases --method moreau", "method = 'moreau': unknown. Known: anitescu_convex"},
+      {"report hard-cases --file two_balls_order", "kind = null: \"hard_cases\" is required"},
+      {"order hard_cases", "or `ricochet report hard-cases`"},
       {"report /nonexistent.jsonl", "results file = /nonexistent.jsonl: cannot be opened"},
       {"check /nonexistent.jsonl --baseline x", "results file = /nonexistent.jsonl: cannot be opened"},
   };

@@ -301,6 +301,17 @@ TEST(FallingRod, PainleveRegion) {
   EXPECT_GT(p(*critical, std::atan(2) - 0.1), 0);
 }
 
+TEST(KanePendulum, GainsEnergyUnderNewtonsLaw) {
+  const auto kept = [](double mu) {
+    const auto problem = make_problem("kane_pendulum", {{"mu", mu}, {"g", 0}});
+    const Solution s = run(*problem, "fesd:gauss:3", 20);
+    return *problem->energy(s.q, s.v) / *problem->energy(problem->info().q0, problem->info().v0);
+  };
+  // Newton's and Coulomb's law solved by hand at the initial angles, which move by 1e-3 until the impact.
+  EXPECT_NEAR(kept(0.5), 1.5876, 0.02);
+  EXPECT_NEAR(kept(0.1), 0.7791, 0.02);
+}
+
 TEST(RockingBlock, LosesHousnersShareInAnImpact) {
   const auto spin_ratio = [](const Problem& block) {
     const Solution s = run(block, "moreau_jean", 20000);

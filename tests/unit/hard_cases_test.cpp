@@ -1,0 +1,220 @@
+// The hard cases: the rule of the verdicts, processes that end badly, the file, and the quick part of the matrix.
+#include "bench/hard_cases.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <stdexcept>
+#include <thread>
+
+#include "bench/isolated.h"
+#include "bench/run_hard_cases.h"
+#include "methods/registry.h"
+#include "problems/input_error.h"
+#include "reports/verdict_matrix.h"
+
+namespace ricochet {
+namespace {
+
+/// A run that nothing is wrong with, and limits that it keeps.
+CellOutcome good() {
+  CellOutcome o;
+  o.status = "success";
+  o.is_finite = true;
+  o.error = 1e-4;
+  o.energy_gain = o.penetration = o.momentum = o.cone = 0;
+  o.energy_change = -1;
+  return o;
+}
+CaseLimits limits() {
+  CaseLimits l;
+  l.exact = 1e-9;
+  l.error = 1e-3;
+  l.energy = l.penetration = l.momentum = l.cone = 0.1;
+  return l;
+}
+
+/// The verdict after a change of the good run.
+template <class Change>
+CaseVerdict after(Change change) {
+  CellOutcome o = good();
+  CaseLimits l = limits();
+  change(o, l);
+  return verdict(l, o);
+}
+#define AFTER(...) after([]([[maybe_unused]] CellOutcome& o, [[maybe_unused]] CaseLimits& l) { __VA_ARGS__; })
+
+TEST(Verdict, ByTheFirstRuleThatApplies) {
+  EXPECT_EQ(AFTER(), CaseVerdict::accurate);
+  EXPECT_EQ(AFTER(o.error = 1e-9), CaseVerdict::exact);
+  EXPECT_EQ(AFTER(o.error = 1e-3), CaseVerdict::accurate) << "a limit is kept when it is met";
+  EXPECT_EQ(AFTER(o.error = 1.1e-3), CaseVerdict::inaccurate);
+  EXPECT_EQ(AFTER(o.error = kNoNumber), CaseVerdict::keeps);
+  EXPECT_EQ(AFTER(o.energy_gain = 0.2; o.penetration = 1), CaseVerdict::violates_energy);
+  EXPECT_EQ(AFTER(l.conserves_energy = true), CaseVerdict::violates_energy) << "a loss of 1 J";
+  EXPECT_EQ(AFTER(o.penetration = 0.2), CaseVerdict::penetrates);
+  EXPECT_EQ(AFTER(o.momentum = 0.2), CaseVerdict::changes_momentum);
+  EXPECT_EQ(AFTER(o.cone = 0.2), CaseVerdict::leaves_cone);
+  EXPECT_EQ(AFTER(o.momentum = 0.2; l.momentum = kNoNumber), CaseVerdict::accurate) << "not asked for";
+  EXPECT_EQ(AFTER(o.energy_gain = kNoNumber), CaseVerdict::accurate) << "not measured";
+  EXPECT_EQ(AFTER(o.is_finite = false), CaseVerdict::not_finite);
+  EXPECT_EQ(AFTER(o.status = "infeasible"), CaseVerdict::fails);
+  EXPECT_EQ(AFTER(o.status = "time_limit"), CaseVerdict::time_limit);
+  EXPECT_EQ(AFTER(o.ending = Ending::declined), CaseVerdict::declined);
+  EXPECT_EQ(AFTER(o.ending = Ending::killed), CaseVerdict::killed);
+  EXPECT_EQ(AFTER(o.ending = Ending::crashed), CaseVerdict::crashed);
+}
+
+TEST(Verdict, InAParadox) {
+  EXPECT_EQ(AFTER(l.paradox = "tip"; o.status = "infeasible"; o.message = "at 'tip': none"), CaseVerdict::refuses);
+  EXPECT_EQ(AFTER(l.paradox = "tip"; o.status = "infeasible"; o.message = "tipped over"), CaseVerdict::fails);
+  EXPECT_EQ(AFTER(l.paradox = "tip"), CaseVerdict::resolves);
+  EXPECT_EQ(AFTER(l.paradox = "tip"; o.error = 1), CaseVerdict::wrong);
+  EXPECT_EQ(AFTER(l.paradox = "tip"; o.error = kNoNumber), CaseVerdict::wrong);
+}
+
+TEST(Verdict, EveryOneHasAWordOfItsOwn) {
+  std::set<std::string> words;
+  for (int v = 0; v <= static_cast<int>(CaseVerdict::crashed); ++v) {
+    EXPECT_TRUE(words.insert(text_of(static_cast<CaseVerdict>(v)).word).second);
+    EXPECT_NE(text_of(static_cast<CaseVerdict>(v)).meaning, nullptr);
+  }
+}
+
+TEST(Isolated, EveryEndIsAnAnswer) {
+  using Ending = IsolatedResult::Ending;
+  const std::string large(1'000'000, 'x');  // more than a pipe holds
+  const IsolatedResult fine = run_isolated([&] { return large; }, 60);
+  EXPECT_EQ(fine.ending, Ending::returned);
+  EXPECT_EQ(fine.text, large);
+
+  const IsolatedResult threw = run_isolated([]() -> std::string { throw std::runtime_error("no such thing"); }, 60);
+  EXPECT_EQ(threw.ending, Ending::crashed);
+  EXPECT_EQ(threw.text, "no such thing");
+
+  const IsolatedResult died = run_isolated(
+      []() -> std::string {
+        std::signal(SIGABRT, SIG_DFL);
+        std::abort();
+      },
+      60);
+  EXPECT_EQ(died.ending, Ending::crashed);
+  EXPECT_FALSE(died.text.empty());
+
+  const auto begin = std::chrono::steady_clock::now();
+  const IsolatedResult endless = run_isolated(
+      []() -> std::string {
+        while (true) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      },
+      0.1);
+  EXPECT_EQ(endless.ending, Ending::killed);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10)) << "0.1 s and a busy machine";
+}
+
+std::string message_of(const std::string& text) {
+  const auto path = std::filesystem::temp_directory_path() / ("ricochet_hard_" + std::to_string(getpid()) + ".json");
+  std::ofstream(path) << text;
+  std::string message = "no error";
+  try {
+    read_hard_cases(path.string());
+  } catch (const InputError& error) {
+    message = error.what();
+  }
+  std::filesystem::remove(path);
+  return message;
+}
+#define EXPECT_SAYS(text, part) EXPECT_NE(message_of(text).find(part), std::string::npos) << message_of(text)
+
+TEST(HardCaseFile, BadInputNamesTheField) {
+  const std::string head = R"({"id": "x", "kind": "hard_cases", "title": "", "description": "", "also": [],
+    "quick": {"cases": [], "methods": []}, )";
+  const std::string defaults = R"("defaults": {"steps": {"first_order": 10, "high_order": 5}, "tolerance": 1e-6}, )";
+  const std::string a_case = R"("id": "a", "group": "g", "title": "t", "problem": "bouncing_ball")";
+  EXPECT_SAYS(R"({"kind": "order"})", "\"hard_cases\" is required");
+  EXPECT_SAYS(head + defaults + R"("time_limit": 0, "cases": []})", "time_limit = 0");
+  EXPECT_SAYS(head + defaults + R"("time_limit": 1, "cases": [{)" + a_case + R"(, "limit": 1}]})", "limit");
+  EXPECT_SAYS(head + defaults + R"("time_limit": 1, "cases": [{)" + a_case +
+                  R"(, "limits": {"error": {"limit": 1, "reason": ""}}}]})",
+              "a reason is required");
+  EXPECT_SAYS(head + defaults + R"("time_limit": 1, "cases": [{)" + a_case +
+                  R"(, "limits": {"error": {"limit": -1, "reason": "r"}}}]})",
+              "limits.error = -1");
+  EXPECT_SAYS(head + defaults + R"("time_limit": 1, "cases": [{)" + a_case + R"(, "steps": {"high_order": 0}}]})",
+              "steps = 0");
+  EXPECT_EQ(message_of(head + defaults + R"("time_limit": 1, "cases": [{)" + a_case + "}]}"), "no error");
+}
+
+TEST(HardCaseFile, ClosedFormsAreStatesOfTheProblem) {
+  for (const auto& hard_case : read_hard_cases("hard_cases").cases) {
+    const auto problem = hard_case.make_problem();
+    for (const auto& motion : hard_case.motions) {
+      if (motion.contains("reference")) continue;
+      HardCase closed = hard_case;
+      closed.motions = nlohmann::json::array({motion});
+      const auto motions = closed.true_motions(*problem);
+      ASSERT_EQ(motions.size(), 1u) << hard_case.id;
+      // Rounding of the closed contacts, whose gaps are differences of numbers below 10.
+      if (problem->n_c() > 0) EXPECT_GE(problem->gap(motions[0].q).minCoeff(), -1e-12) << hard_case.id;
+    }
+  }
+}
+
+// Every cell of the quick matrix ends with a status, within its limit, and no success is NaN.
+TEST(HardCases, QuickMatrixIsBounded) {
+  const HardCases cases = read_hard_cases("hard_cases").quick();
+  std::vector<HardCell> cells;
+  for (const auto& hard_case : cases.cases) {
+    const auto problem = hard_case.make_problem();
+    const auto motions = hard_case.true_motions(*problem);
+    for (const auto& method : cases.methods) {
+      const HardCell cell = run_cell(hard_case, *problem, motions, method, cases.time_limit);
+      const CellOutcome& o = cell.outcome;
+      const CaseVerdict verdict = cell.verdict();
+      EXPECT_NE(verdict, CaseVerdict::crashed) << cell.command << "\n" << o.message;
+      EXPECT_NE(verdict, CaseVerdict::killed) << cell.command;
+      EXPECT_NE(verdict, CaseVerdict::not_finite) << cell.command;
+      EXPECT_NE(verdict, CaseVerdict::wrong) << cell.command;
+      if (o.ending == Ending::returned) {
+        EXPECT_LE(o.seconds, 2 * cases.time_limit) << cell.command;
+        EXPECT_EQ(o.status == "success", o.message.empty()) << cell.command;
+      } else {
+        EXPECT_FALSE(o.message.empty()) << cell.command;
+      }
+      cells.push_back(cell);
+      const HardCell read = hard_cell_from_json(nlohmann::json::parse(to_json(cell).dump()));
+      EXPECT_EQ(read.verdict(), verdict) << "the file keeps what the rule needs";
+    }
+  }
+  EXPECT_EQ(cells.size(), cases.cases.size() * cases.methods.size());
+  const std::string svg = verdict_matrix_svg(cells);
+  for (const auto& cell : cells) EXPECT_NE(svg.find(escape_html(cell.command)), std::string::npos);
+}
+
+TEST(HardCases, SomethingIsKnownOfEach) {
+  const HardCases cases = read_hard_cases("hard_cases");
+  const auto verdict_on = [&](const std::string& id, const std::string& method) {
+    const HardCase hard_case = cases.only(id, "").cases[0];
+    const auto problem = hard_case.make_problem();
+    return run_cell(hard_case, *problem, hard_case.true_motions(*problem), method, cases.time_limit).verdict();
+  };
+  EXPECT_EQ(verdict_on("zeno", "fesd_adaptive:radau-iia:4"), CaseVerdict::exact);
+  EXPECT_EQ(verdict_on("wedge", "fesd:gauss:3"), CaseVerdict::exact);
+  EXPECT_EQ(verdict_on("touching_row", "fesd:gauss:3"), CaseVerdict::exact);
+  EXPECT_EQ(verdict_on("paradox_none", "fesd:radau-iia:3"), CaseVerdict::refuses);
+  EXPECT_EQ(verdict_on("paradox_two", "cvode:adams"), CaseVerdict::refuses);
+  EXPECT_EQ(verdict_on("paradox_none", "moreau_jean"), CaseVerdict::resolves);
+  EXPECT_EQ(verdict_on("eight_feet", "fesd:radau-iia:3"), CaseVerdict::exact);
+  EXPECT_EQ(verdict_on("kane", "fesd:gauss:3"), CaseVerdict::violates_energy) << "Newton's law, not the method";
+  EXPECT_EQ(verdict_on("kane", "anitescu_potra"), CaseVerdict::keeps) << "Poisson's law";
+  EXPECT_THROW(cases.only("zen", ""), InputError);
+  EXPECT_THROW(cases.only("", "moreau"), InputError);
+}
+
+}  // namespace
+}  // namespace ricochet
