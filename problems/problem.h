@@ -55,6 +55,7 @@ struct ProblemInfo {
     bool force_uses_velocity = false;      ///< f_v + B_u u depends on v
     bool constant_force_jacobian = false;  ///< f_v + B_u u is affine in (q, v)
     bool has_potential = false;            ///< potential_energy() is defined
+    bool has_formulas = false;             ///< a SymbolicProblem: a transcription can state its equations
   } structure;
 
   int n_c() const { return static_cast<int>(contacts.size()); }

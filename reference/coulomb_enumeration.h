@@ -40,7 +40,7 @@ std::vector<CoulombSolution> solve_coulomb_by_enumeration(const Matrix& G, const
 
 /// That are enumerated within seconds. Directions of slip in space are searched for, too.
 constexpr std::size_t most_contacts(bool in_space) {
-  return in_space ? 4 : 8;
+  return in_space ? 5 : 8;
 }
 
 }  // namespace ricochet::reference

@@ -347,7 +347,8 @@ double FesdAudit::friction_indicator(const Stages& left, const Stages& e, int i,
       sum[2] += cone_margin(contact.mu * element.lambda_n(i, j),
                             element.lambda_t.col(j).segment(contact.tangent_index, contact.n_t));
     }
-    return sum;
+    // Means: the product over many contacts would grow with n_s to the power of their number.
+    return Eigen::Vector3d(sum / tableau_.n_s);
   };
   const Eigen::Vector3d before = sums(left), after = sums(e);
   const double slips = polygon_.applies(contact.n_t) ? facet_indicator(left, e, i, force, slip_size) : 1;
@@ -365,7 +366,8 @@ double FesdAudit::facet_indicator(const Stages& left, const Stages& e, int i, do
       const auto l = polygon_.facet_forces(element.modes[i], element.facets[i],
                                            element.lambda_t.col(j).data() + contact.tangent_index),
                  rates = polygon_.facet_rates(slip(i, element.q.col(j), element.v.col(j)).data());
-      for (int f = 0; f < polygon_.facets(); ++f) sum.row(f) += Eigen::RowVector2d(l[f] / force, rates[f] / slip_size);
+      for (int f = 0; f < polygon_.facets(); ++f)
+        sum.row(f) += Eigen::RowVector2d(ratio(l[f], force), ratio(rates[f], slip_size));
     }
     return sum;
   };

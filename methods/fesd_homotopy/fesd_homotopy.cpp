@@ -29,6 +29,7 @@ class FesdHomotopy final : public Method {
   }
 
   Support supports(const ProblemInfo& problem) const override {
+    if (!problem.structure.has_formulas) return Support::no("the transcription needs the formulas of the scene");
     return problem.has_bilateral() ? Support::no("the transcription has no bilateral constraints yet") : Support::yes();
   }
 

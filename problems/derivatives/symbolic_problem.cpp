@@ -149,6 +149,7 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model) : model_(std::move(model))
   structure.force_uses_velocity = depends_on(total_force_, model_.v);
   structure.constant_force_jacobian = force_jacobian_.is_constant();
   structure.has_potential = model_.potential_energy.has_value();
+  structure.has_formulas = true;
 }
 
 void SymbolicProblem::describe_contacts() {

@@ -50,7 +50,7 @@ constexpr SceneText kText{"balls_in_box", "n discs that fall into a box", "Newto
 std::unique_ptr<Problem> make(const ParameterChanges& changes) {
   const SceneParameters p(
       kText.id,
-      {{"n", 6}, {"m", 0.1}, {"R", 0.05}, {"g", 9.81}, {"e", 0}, {"speed", 0.5}, {"seed", 1}, {"duration", 1}},
+      {{"n", 3}, {"m", 0.1}, {"R", 0.05}, {"g", 9.81}, {"e", 0}, {"speed", 0.5}, {"seed", 1}, {"duration", 1}},
       changes);
   const int n = p.count("n", 1, 1000);
   const double m = p.positive("m"), R = p.positive("R"), pitch = 2.5 * R;

@@ -46,7 +46,7 @@ constexpr SceneText kText{"block_column", "a column of n blocks that slide on ea
 
 std::unique_ptr<Problem> make(const ParameterChanges& changes) {
   const SceneParameters p(kText.id,
-                          {{"n", 8},
+                          {{"n", 2},
                            {"m", 1},
                            {"H", 0.1},
                            {"g", 9.81},

@@ -78,7 +78,7 @@ constexpr SceneText kText{"sphere_pile", "n spheres that fall and make a pile", 
 std::unique_ptr<Problem> make(const ParameterChanges& changes) {
   const SceneParameters p(
       kText.id,
-      {{"n", 5}, {"m", 0.2}, {"R", 0.05}, {"g", 9.81}, {"e", 0}, {"mu", 0.3}, {"height", 0.02}, {"duration", 0.5}},
+      {{"n", 2}, {"m", 0.2}, {"R", 0.05}, {"g", 9.81}, {"e", 0}, {"mu", 0.3}, {"height", 0.02}, {"duration", 0.5}},
       changes);
   const int n = p.count("n", 1, 400);
   const double m = p.positive("m"), R = p.positive("R"), pitch = 2.05 * R;

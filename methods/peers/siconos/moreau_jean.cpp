@@ -29,6 +29,8 @@
 namespace ricochet::siconos {
 namespace {
 
+// Of the impulse of the whole run; Lemke's method on redundant contacts may end with impulses that pull.
+constexpr double kPull = 1e-9;
 // Relative to the impulse of the whole run: Siconos' own tolerance is absolute, in N s.
 constexpr double kNewtonResidual = 1e-11;
 constexpr int kMaxNewtonIterations = 50;
@@ -97,6 +99,14 @@ Solution integrate_moreau_jean(const Problem& problem, const Settings& settings,
         break;
       }
       model.read_impulses(Lambda_n, Lambda_t);  // nextStep() clears those of contacts that open
+      if (info.n_c() > 0 && Lambda_n.minCoeff() < -kPull * impulse) {
+        stop(Status::inner_solver_failed, k,
+             fmt::format(
+                 "Siconos' contact solver ends without an error code, and with an impulse of {:.3g} N s that pulls",
+                 Lambda_n.minCoeff()));
+        break;
+      }
+      Lambda_n = Lambda_n.cwiseMax(0);  // rounding
       simulation->nextStep();
 
       q_minus.swap(solution.q);
