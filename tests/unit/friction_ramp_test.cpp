@@ -68,7 +68,7 @@ TEST(FrictionRamp, HasEveryRegisteredMethod) {
   const auto [path, text] = read_experiment_text("friction_ramp");
   const auto document = nlohmann::json::parse(text);
   for (const auto& entry : methods()) {
-    if (!entry.make) continue;
+    if (entry.name.starts_with("siconos_")) continue;  // may not be built
     const auto& list = document.at("methods");
     EXPECT_TRUE(std::any_of(list.begin(), list.end(), [&](const auto& j) {
       const std::string name = j.at("method");
