@@ -290,7 +290,7 @@ Figure FigureFolder::trajectory(const Trajectory& trajectory, const std::string&
 
 Figure FigureFolder::growth(const std::vector<GrowthCurve>& curves, const std::string& name, const std::string& title,
                             const std::string& x_label, const std::string& y_label) {
-  draw(name, growth_script(curves, x_label, y_label));
+  draw(name, growth_script(curves, name + ".svg", x_label, y_label));
   return {name + ".svg", title, fmt::format("{} over {}.", title, x_label)};
 }
 

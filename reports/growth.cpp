@@ -29,7 +29,7 @@ std::string growth_text(const std::string& n, const std::vector<double>& x, cons
   return std::isfinite(p) ? fmt::format("{}^{:.2f}", n, p) : "-";
 }
 
-std::string growth_script(const std::vector<GrowthCurve>& curves, const std::string& x_label,
+std::string growth_script(const std::vector<GrowthCurve>& curves, const std::string& file, const std::string& x_label,
                           const std::string& y_label) {
   std::vector<std::string> panels, names;
   for (const auto& curve : curves) {
@@ -38,7 +38,7 @@ std::string growth_script(const std::vector<GrowthCurve>& curves, const std::str
   }
   const int columns = panels.size() > 1 ? 2 : 1, rows = (static_cast<int>(panels.size()) + columns - 1) / columns;
   std::string script = gnuplot_head(560 * columns, 470 * rows);
-  script += fmt::format("set logscale xy\nset format y '%.0e'\nset multiplot layout {},{}\n", rows, columns);
+  script += fmt::format("set output '{}'\nset logscale xy\nset multiplot layout {},{}\n", file, rows, columns);
   script +=
       fmt::format("set xlabel '{}'\nset ylabel '{}'\nset key left top reverse Left samplen 1.5\n", x_label, y_label);
   for (const auto& panel : panels) {

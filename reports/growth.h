@@ -18,8 +18,8 @@ struct GrowthCurve {
   std::vector<std::pair<double, double>> points;
 };
 
-/// One panel per name of a panel, each with a line of slope 1 to compare with: a gnuplot script.
-std::string growth_script(const std::vector<GrowthCurve>& curves, const std::string& x_label,
+/// One panel per name of a panel, each with a line of slope 1 to compare with: a gnuplot script that writes `file`.
+std::string growth_script(const std::vector<GrowthCurve>& curves, const std::string& file, const std::string& x_label,
                           const std::string& y_label);
 
 }  // namespace ricochet
