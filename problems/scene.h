@@ -31,8 +31,8 @@ namespace ricochet {
 // A scene states only what it has. Optional members:
 //   mass(q)                  M depends on q; Mat<T, n> instead of Vec<T, n>, of mass() or mass(q), is a full matrix
 //   tangents(q)              std::array<std::array<Vec<T, n_q>, n_t>, n_c>, columns of J_t; needed when some mu > 0
-//   input(q), control()      Mat-like std::array of n_q rows with n_u entries, and the constant u of the plain
-//   simulation potential_energy(q)      for energy reports
+//   input(q), control()      Mat-like std::array of n_q rows with n_u entries; the constant u of the plain simulation
+//   potential_energy(q)      for energy reports
 // A bilateral constraint is a contact joint<T>("name"), and its gap is zero at all times.
 // Use `using std::sin` and the like inside a function: the call then works for double and, by lookup, for symbols.
 

@@ -43,9 +43,20 @@ class ContactCopies {
   std::vector<ContactPlace> places_;
 };
 
-/// What a scene of a contact alone leaves to the scene it is copied into: it has no motion of its own.
+/// What all scenes of one contact alone have in common: a size, the law of the contact, and no motion of their own. Each
+/// states its gap, and with friction its tangents.
 template <class T, std::size_t n>
 struct ContactScene {
+  static constexpr SceneText text{"contact", "", "", ""};
+  T size{1.0}, e{0.0}, mu{0.0};  ///< size: a radius or a height [m]
+
+  void parameters(auto&& visit) {
+    visit("size", size, "m");
+    visit("e", e, "1");
+    visit("mu", mu, "1");
+  }
+  std::array<Contact<T>, 1> contacts() const { return {{{"contact", e, mu}}}; }
+
   Vec<T, n> q0() const { return filled(0); }
   Vec<T, n> v0() const { return filled(0); }
   T end_time() const { return 1; }

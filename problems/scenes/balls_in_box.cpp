@@ -16,31 +16,21 @@ namespace {
 
 template <class T>
 struct DiscAtWall : ContactScene<T, 1> {
-  static constexpr SceneText text{"disc_at_wall", "", "", ""};
-  T at{0.0}, side{1.0}, R{0.05}, e{0.0};
+  T at{0.0}, side{1.0};
   void parameters(auto&& visit) {
+    ContactScene<T, 1>::parameters(visit);
     visit("at", at, "m");
     visit("side", side, "1");
-    visit("R", R, "m");
-    visit("e", e, "1");
   }
-  std::array<Contact<T>, 1> contacts() const { return {{{"wall", e}}}; }
-  Vec<T, 1> gap(const Vec<T, 1>& q) const { return {side * (q[0] - at) - R}; }
+  Vec<T, 1> gap(const Vec<T, 1>& q) const { return {side * (q[0] - at) - this->size}; }
 };
 
 template <class T>
 struct DiscAtDisc : ContactScene<T, 4> {
-  static constexpr SceneText text{"disc_at_disc", "", "", ""};
-  T R{0.05}, e{0.0};
-  void parameters(auto&& visit) {
-    visit("R", R, "m");
-    visit("e", e, "1");
-  }
-  std::array<Contact<T>, 1> contacts() const { return {{{"discs", e}}}; }
   Vec<T, 1> gap(const Vec<T, 4>& q) const {
     using std::sqrt;
     const T x = q[2] - q[0], y = q[3] - q[1];
-    return {sqrt(x * x + y * y) - 2 * R};
+    return {sqrt(x * x + y * y) - 2 * this->size};
   }
 };
 
@@ -57,9 +47,9 @@ std::unique_ptr<Problem> make(const ParameterChanges& changes) {
   const int per_row = static_cast<int>(std::ceil(std::sqrt(n)));
   const double L = per_row * pitch + R / 2;
   auto box = std::make_unique<AssembledProblem>(kText, p["duration"]);
-  const auto left = box->add_kind<DiscAtWall>({{}, 0, 1, R, p["e"]});
-  const auto right = box->add_kind<DiscAtWall>({{}, L, -1, R, p["e"]});
-  const auto pair = box->add_kind<DiscAtDisc>({{}, R, p["e"]});
+  const auto left = box->add_kind<DiscAtWall>({{R, p["e"]}, 0, 1});
+  const auto right = box->add_kind<DiscAtWall>({{R, p["e"]}, L, -1});
+  const auto pair = box->add_kind<DiscAtDisc>({{R, p["e"]}});
   std::mt19937 random(static_cast<unsigned>(p.count("seed", 0, 1000000)));
   // Not std::uniform_real_distribution: its numbers differ between libraries.
   const auto velocity = [&] { return p["speed"] * (2.0 * random() / std::mt19937::max() - 1); };

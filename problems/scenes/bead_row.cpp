@@ -13,26 +13,12 @@ namespace {
 
 template <class T>
 struct BeadAtWall : ContactScene<T, 1> {
-  static constexpr SceneText text{"bead_at_wall", "", "", ""};
-  T R{0.05}, e{0.0};
-  void parameters(auto&& visit) {
-    visit("R", R, "m");
-    visit("e", e, "1");
-  }
-  std::array<Contact<T>, 1> contacts() const { return {{{"wall", e}}}; }
-  Vec<T, 1> gap(const Vec<T, 1>& q) const { return {q[0] - R}; }
+  Vec<T, 1> gap(const Vec<T, 1>& q) const { return {q[0] - this->size}; }
 };
 
 template <class T>
 struct BeadAtBead : ContactScene<T, 2> {
-  static constexpr SceneText text{"bead_at_bead", "", "", ""};
-  T R{0.05}, e{0.0};
-  void parameters(auto&& visit) {
-    visit("R", R, "m");
-    visit("e", e, "1");
-  }
-  std::array<Contact<T>, 1> contacts() const { return {{{"beads", e}}}; }
-  Vec<T, 1> gap(const Vec<T, 2>& q) const { return {q[1] - q[0] - 2 * R}; }
+  Vec<T, 1> gap(const Vec<T, 2>& q) const { return {q[1] - q[0] - 2 * this->size}; }
 };
 
 constexpr SceneText kText{"bead_row", "a row of n beads thrown at a wall", "closed form for e = 0: all come to rest",
@@ -53,8 +39,8 @@ std::unique_ptr<Problem> make(const ParameterChanges& changes) {
   const int n = p.count("n", 1, 10000);
   const double m = p.positive("m"), R = p.positive("R");
   auto row = std::make_unique<AssembledProblem>(kText, p["duration"]);
-  const auto wall = row->add_kind<BeadAtWall>({{}, R, p["e"]});
-  const auto pair = row->add_kind<BeadAtBead>({{}, R, p["e"]});
+  const auto wall = row->add_kind<BeadAtWall>({{R, p["e"]}});
+  const auto pair = row->add_kind<BeadAtBead>({{R, p["e"]}});
   for (int i = 0; i < n; ++i)
     row->add_coordinate(m, -m * p["g"], p["distance"] + R + i * (2 * R + p["spacing"]), -p["speed"]);
   row->add_contact(wall, {0}, "wall");

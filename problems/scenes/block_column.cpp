@@ -15,29 +15,13 @@ namespace {
 
 template <class T>
 struct BlockOnGround : ContactScene<T, 2> {
-  static constexpr SceneText text{"block_on_ground", "", "", ""};
-  T H{0.1}, e{0.0}, mu{0.5};
-  void parameters(auto&& visit) {
-    visit("H", H, "m");
-    visit("e", e, "1");
-    visit("mu", mu, "1");
-  }
-  std::array<Contact<T>, 1> contacts() const { return {{{"ground", e, mu}}}; }
-  Vec<T, 1> gap(const Vec<T, 2>& q) const { return {q[1] - H / 2}; }
+  Vec<T, 1> gap(const Vec<T, 2>& q) const { return {q[1] - this->size / 2}; }
   std::array<std::array<Vec<T, 2>, 1>, 1> tangents(const Vec<T, 2>&) const { return {{{{{1, 0}}}}}; }
 };
 
 template <class T>
 struct BlockOnBlock : ContactScene<T, 4> {
-  static constexpr SceneText text{"block_on_block", "", "", ""};
-  T H{0.1}, e{0.0}, mu{0.5};
-  void parameters(auto&& visit) {
-    visit("H", H, "m");
-    visit("e", e, "1");
-    visit("mu", mu, "1");
-  }
-  std::array<Contact<T>, 1> contacts() const { return {{{"blocks", e, mu}}}; }
-  Vec<T, 1> gap(const Vec<T, 4>& q) const { return {q[3] - q[1] - H}; }
+  Vec<T, 1> gap(const Vec<T, 4>& q) const { return {q[3] - q[1] - this->size}; }
   std::array<std::array<Vec<T, 4>, 1>, 1> tangents(const Vec<T, 4>&) const { return {{{{{-1, 0, 1, 0}}}}}; }
 };
 
@@ -59,8 +43,8 @@ std::unique_ptr<Problem> make(const ParameterChanges& changes) {
   const int n = p.count("n", 1, 10000);
   const double H = p.positive("H");
   auto column = std::make_unique<AssembledProblem>(kText, p["duration"]);
-  const auto ground = column->add_kind<BlockOnGround>({{}, H, p["e"], p["mu"]});
-  const auto pair = column->add_kind<BlockOnBlock>({{}, H, p["e"], p["mu"]});
+  const auto ground = column->add_kind<BlockOnGround>({{H, p["e"], p["mu"]}});
+  const auto pair = column->add_kind<BlockOnBlock>({{H, p["e"], p["mu"]}});
   double m = p.positive("m");
   for (int i = 0; i < n; ++i, m *= p.positive("ratio")) {  // ratio: of a block's mass to that of the one below
     column->add_coordinate(m, 0, 0, p["speed"] * (i + 1) / n);

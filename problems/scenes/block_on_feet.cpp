@@ -16,22 +16,18 @@ namespace {
 
 template <class T>
 struct FootOnGround : ContactScene<T, 3> {
-  static constexpr SceneText text{"foot_on_ground", "", "", ""};
-  T s{0.0}, c{0.05}, e{0.0}, mu{0.3};
+  T s{0.0};
   void parameters(auto&& visit) {
+    ContactScene<T, 3>::parameters(visit);
     visit("s", s, "m");
-    visit("c", c, "m");
-    visit("e", e, "1");
-    visit("mu", mu, "1");
   }
-  std::array<Contact<T>, 1> contacts() const { return {{{"foot", e, mu}}}; }
   Vec<T, 1> gap(const Vec<T, 3>& q) const {
     using std::sin, std::cos;
-    return {q[1] + s * sin(q[2]) - c * cos(q[2])};
+    return {q[1] + s * sin(q[2]) - this->size * cos(q[2])};
   }
   std::array<std::array<Vec<T, 3>, 1>, 1> tangents(const Vec<T, 3>& q) const {
     using std::sin, std::cos;
-    return {{{{{1, 0, c * cos(q[2]) - s * sin(q[2])}}}}};
+    return {{{{{1, 0, this->size * cos(q[2]) - s * sin(q[2])}}}}};
   }
 };
 
@@ -57,7 +53,7 @@ std::unique_ptr<Problem> make(const ParameterChanges& changes) {
   block->add_coordinate(m, -m * p["g"], c, 0);
   block->add_coordinate(m * (a * a + c * c) / 3, 0, 0, 0);
   for (int i = 0; i < n; ++i) {
-    const auto foot = block->add_kind<FootOnGround>({{}, -a + 2 * a * i / (n - 1), c, p["e"], p["mu"]});
+    const auto foot = block->add_kind<FootOnGround>({{c, p["e"], p["mu"]}, -a + 2 * a * i / (n - 1)});
     block->add_contact(foot, {0, 1, 2}, fmt::format("foot {}", i + 1));
   }
   return block;

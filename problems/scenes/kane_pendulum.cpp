@@ -10,9 +10,8 @@ namespace {
 //      o                                ( cos(D) / 2   1/3        )
 //       \ theta_2             f = m l (-l/2 sin(D) theta_2'^2 - 3/2 g sin(theta_1),
 //        \                              l/2 sin(D) theta_1'^2 - 1/2 g sin(theta_2))
-//   _______o____  tip         f_c = H - l cos(theta_1) - l cos(theta_2),  v_t = l cos(theta_1) theta_1' + l
-//   cos(theta_2)
-//                                                                                                         theta_2'
+//   _______o____  tip         f_c = H - l cos(theta_1) - l cos(theta_2)
+//                             v_t = l cos(theta_1) theta_1' + l cos(theta_2) theta_2'
 //
 // Kane's puzzle: the normal impulse alone reverses the slip, and the friction impulse then points along the slip that
 // was there before. With Newton's law its work over both velocities, Lambda_t (v_t+ + v_t-) / 2, is positive: for

@@ -21,36 +21,21 @@ namespace {
 
 template <class T>
 struct SphereOnGround : ContactScene<T, 6> {
-  static constexpr SceneText text{"sphere_on_ground", "", "", ""};
-  T R{0.05}, e{0.0}, mu{0.3};
-  void parameters(auto&& visit) {
-    visit("R", R, "m");
-    visit("e", e, "1");
-    visit("mu", mu, "1");
-  }
-  std::array<Contact<T>, 1> contacts() const { return {{{"ground", e, mu}}}; }
-  Vec<T, 1> gap(const Vec<T, 6>& q) const { return {q[2] - R}; }
+  Vec<T, 1> gap(const Vec<T, 6>& q) const { return {q[2] - this->size}; }
   std::array<std::array<Vec<T, 6>, 2>, 1> tangents(const Vec<T, 6>&) const {
+    const T R = this->size;
     return {{{{{1, 0, 0, 0, -R, 0}, {0, 1, 0, R, 0, 0}}}}};
   }
 };
 
 template <class T>
 struct SphereOnSphere : ContactScene<T, 12> {
-  static constexpr SceneText text{"sphere_on_sphere", "", "", ""};
-  T R{0.05}, e{0.0}, mu{0.3};
-  void parameters(auto&& visit) {
-    visit("R", R, "m");
-    visit("e", e, "1");
-    visit("mu", mu, "1");
-  }
-  std::array<Contact<T>, 1> contacts() const { return {{{"spheres", e, mu}}}; }
   T distance(const Vec<T, 12>& q) const {
     using std::sqrt;
     const T x = q[6] - q[0], y = q[7] - q[1], z = q[8] - q[2];
     return sqrt(x * x + y * y + z * z);
   }
-  Vec<T, 1> gap(const Vec<T, 12>& q) const { return {distance(q) - 2 * R}; }
+  Vec<T, 1> gap(const Vec<T, 12>& q) const { return {distance(q) - 2 * this->size}; }
   std::array<std::array<Vec<T, 12>, 2>, 1> tangents(const Vec<T, 12>& q) const {
     const double a[3][3] = {{2.0 / 3, -2.0 / 3, 1.0 / 3}, {1.0 / 3, 2.0 / 3, 2.0 / 3}, {-2.0 / 3, -1.0 / 3, 2.0 / 3}};
     const T d = distance(q);
@@ -65,7 +50,7 @@ struct SphereOnSphere : ContactScene<T, 12> {
       for (int c = 0; c < 3; ++c) {  // (1)
         J[0][k][c] = -t[c];
         J[0][k][c + 6] = t[c];
-        J[0][k][c + 3] = J[0][k][c + 9] = -R * arm[c];
+        J[0][k][c + 3] = J[0][k][c + 9] = -this->size * arm[c];
       }
     }
     return J;
@@ -83,8 +68,8 @@ std::unique_ptr<Problem> make(const ParameterChanges& changes) {
   const int n = p.count("n", 1, 400);
   const double m = p.positive("m"), R = p.positive("R"), pitch = 2.05 * R;
   auto pile = std::make_unique<AssembledProblem>(kText, p["duration"]);
-  const auto ground = pile->add_kind<SphereOnGround>({{}, R, p["e"], p["mu"]});
-  const auto pair = pile->add_kind<SphereOnSphere>({{}, R, p["e"], p["mu"]});
+  const auto ground = pile->add_kind<SphereOnGround>({{R, p["e"], p["mu"]}});
+  const auto pair = pile->add_kind<SphereOnSphere>({{R, p["e"], p["mu"]}});
   // A pyramid of square layers, each in the hollows of the one below, the lowest just large enough.
   int side = 1;
   for (int room = 1; room < n; room += side * side) ++side;
