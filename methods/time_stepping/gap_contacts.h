@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "methods/time_stepping/explicit_step.h"
 #include "methods/time_stepping/march.h"
 
 namespace ricochet {
@@ -49,5 +50,28 @@ class GapContacts {
   FrictionLaw law_;
   Vector v_free_;
 };
+
+/// Steps with forces and directions at their beginning, (1), and
+///
+///   q_{k+1} = q_k + h v_{k+1}.                                                           (2)
+///
+/// @param to_shift  (march, s): turns s = f_c(q_k) into the shift of (1)
+template <class ToShift>
+Solution march_with_gaps(const Problem& problem, const Settings& settings, const ContactSolverOptions& solver,
+                         FrictionLaw law, ToShift to_shift) {
+  March march(problem, settings, solver, {.friction = law});
+  ExplicitStep free(march);
+  GapContacts contacts(march, law);
+  Vector shift(problem.n_c());
+  return march.run([&](Vector& v_plus) {
+    v_plus = march.v + free.change(march.q, march.v);
+    problem.gap(march.q.data(), shift.data());
+    march.contacts.set_position(march.q);
+    to_shift(march, shift);
+    if (!contacts.solve(free.W, shift, v_plus)) return false;  // (1)
+    march.q += march.h * v_plus;                               // (2)
+    return true;
+  });
+}
 
 }  // namespace ricochet

@@ -19,7 +19,6 @@
 // constraints (4), which the source does not have; 3. an own eps_r for each contact.
 
 #include "methods/registry.h"
-#include "methods/time_stepping/explicit_step.h"
 #include "methods/time_stepping/gap_contacts.h"
 
 namespace ricochet {
@@ -44,24 +43,15 @@ class SchatzmanPaoli final : public Method {
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    const ProblemInfo& info = problem.info();
-    March march(problem, settings, solver_);
-    ExplicitStep free(march);
-    GapContacts contacts(march, FrictionLaw::coulomb);
-    Vector shift(problem.n_c());
-    return march.run([&](Vector& v_plus) {
-      v_plus = march.v + free.change(march.q, march.v);
-      problem.gap(march.q.data(), shift.data());
-      march.contacts.set_position(march.q);
-      for (int i = 0; i < info.n_c(); ++i) {  // (5)
+    const auto to_shift = [](const March& march, Vector& shift) {  // (5)
+      const ProblemInfo& info = march.problem.info();
+      for (int i = 0; i < info.n_c(); ++i) {
         const double eps_r = info.contacts[i].eps_r;
         shift[i] *= (1 + eps_r) / march.h;
         if (eps_r > 0) shift[i] -= eps_r * march.contacts.normal_velocity(i, march.v);
       }
-      if (!contacts.solve(free.W, shift, v_plus)) return false;
-      march.q += march.h * v_plus;
-      return true;
-    });
+    };
+    return march_with_gaps(problem, settings, solver_, FrictionLaw::coulomb, to_shift);
   }
 
  private:

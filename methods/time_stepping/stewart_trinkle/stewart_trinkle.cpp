@@ -14,7 +14,6 @@
 // Differs from the source: 1. forces at (q_k, v_k), M at q_k; 2. with solver=pgs|newton friction has the disc in space.
 
 #include "methods/registry.h"
-#include "methods/time_stepping/explicit_step.h"
 #include "methods/time_stepping/gap_contacts.h"
 #include "methods/time_stepping/inelastic_support.h"
 
@@ -40,19 +39,8 @@ class StewartTrinkle final : public Method {
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    March march(problem, settings, solver_);
-    ExplicitStep free(march);
-    GapContacts contacts(march, FrictionLaw::coulomb);
-    Vector shift(problem.n_c());
-    return march.run([&](Vector& v_plus) {
-      v_plus = march.v + free.change(march.q, march.v);
-      problem.gap(march.q.data(), shift.data());
-      shift /= march.h;
-      march.contacts.set_position(march.q);
-      if (!contacts.solve(free.W, shift, v_plus)) return false;  // (1)-(4)
-      march.q += march.h * v_plus;                               // (5)
-      return true;
-    });
+    return march_with_gaps(problem, settings, solver_, FrictionLaw::coulomb,
+                           [](const March& march, Vector& shift) { shift /= march.h; });  // (1)-(5)
   }
 
  private:
