@@ -23,10 +23,6 @@ ControlRun::Motion motion_from_json(const json& j) {
   return motion;
 }
 
-std::string scientific(double x) {
-  return std::isfinite(x) ? fmt::format("{:.1e}", x) : "-";
-}
-
 }  // namespace
 
 json to_json(const ControlRun& r) {

@@ -1,6 +1,7 @@
 #include "reports/growth.h"
 
 #include <fmt/format.h>
+#include <gsl/gsl_fit.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,17 +12,13 @@
 namespace ricochet {
 
 double growth_exponent(const std::vector<double>& x, const std::vector<double>& y) {
-  const auto n = static_cast<double>(x.size());
-  if (n < 3) return std::numeric_limits<double>::quiet_NaN();
-  double X = 0, Y = 0, XX = 0, XY = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const double a = std::log(x[i]), b = std::log(y[i]);
-    X += a / n;
-    Y += b / n;
-    XX += a * a / n;
-    XY += a * b / n;
-  }
-  return (XY - X * Y) / (XX - X * X);
+  if (x.size() < 3) return std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> log_x, log_y;
+  for (const double value : x) log_x.push_back(std::log(value));
+  for (const double value : y) log_y.push_back(std::log(value));
+  double intercept = 0, slope = 0, c00 = 0, c01 = 0, c11 = 0, squares = 0;
+  gsl_fit_linear(log_x.data(), 1, log_y.data(), 1, log_x.size(), &intercept, &slope, &c00, &c01, &c11, &squares);
+  return slope;
 }
 
 std::string growth_text(const std::string& n, const std::vector<double>& x, const std::vector<double>& y) {

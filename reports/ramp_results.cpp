@@ -4,22 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
+
+#include "reports/json_number.h"
 
 namespace ricochet {
 namespace {
 
 using nlohmann::json;
-
-/// JSON has no NaN: null stands for "no number".
-double number_or_nan(const json& j) {
-  return j.is_number() ? j.get<double>() : std::numeric_limits<double>::quiet_NaN();
-}
-
-std::string scientific(double x) {
-  return std::isfinite(x) ? fmt::format("{:.1e}", x) : "-";
-}
 
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
   double worst = 0;

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <functional>
+#include <map>
 
 #include "problems/input_error.h"
 #include "reports/json_number.h"
@@ -67,6 +69,30 @@ Record record_from_json(const json& j) {
   r.instead_of = j.at("instead_of");
   r.command = j.at("command");
   return r;
+}
+
+/// Reads a line of a study into the rows of its kind.
+using RowReader = std::function<void(Results&, const json&)>;
+
+template <class Row>
+RowReader append_to(std::vector<Row> Results::*rows, Row (*from_json)(const json&)) {
+  return [=](Results& results, const json& j) { (results.*rows).push_back(from_json(j)); };
+}
+
+const std::map<std::string, RowReader>& row_readers() {
+  static const std::map<std::string, RowReader> readers = {
+      {"control_run", append_to(&Results::control_runs, control_run_from_json)},
+      {"control_gradient", append_to(&Results::gradients, control_gradient_from_json)},
+      {"control_growth", append_to(&Results::growth, control_growth_from_json)},
+      {"seed_run", append_to(&Results::seed_runs, seed_run_from_json)},
+      {"scale_run", append_to(&Results::scale_runs, scale_run_from_json)},
+      {"zeno_capture", append_to(&Results::zeno_captures, zeno_capture_from_json)},
+      {"zeno_run", append_to(&Results::zeno_runs, zeno_run_from_json)},
+      {"ramp_grid", append_to(&Results::ramps, ramp_grid_from_json)},
+      {"ramp_facets", append_to(&Results::ramp_facets, ramp_facets_from_json)},
+      {"hard_cell", append_to(&Results::hard_cells, hard_cell_from_json)},
+  };
+  return readers;
 }
 
 }  // namespace
@@ -180,26 +206,8 @@ Results read_results(const std::string& path) {
                                              t.at("upper_quartile"), t.at("repetitions")};
       } else if (kind == "trajectory") {
         results.trajectories.push_back({j.at("problem"), j.at("method"), j.at("t"), j.at("q"), j.at("v")});
-      } else if (kind == "control_run") {
-        results.control_runs.push_back(control_run_from_json(j));
-      } else if (kind == "control_gradient") {
-        results.gradients.push_back(control_gradient_from_json(j));
-      } else if (kind == "control_growth") {
-        results.growth.push_back(control_growth_from_json(j));
-      } else if (kind == "seed_run") {
-        results.seed_runs.push_back(seed_run_from_json(j));
-      } else if (kind == "scale_run") {
-        results.scale_runs.push_back(scale_run_from_json(j));
-      } else if (kind == "zeno_capture") {
-        results.zeno_captures.push_back(zeno_capture_from_json(j));
-      } else if (kind == "zeno_run") {
-        results.zeno_runs.push_back(zeno_run_from_json(j));
-      } else if (kind == "ramp_grid") {
-        results.ramps.push_back(ramp_grid_from_json(j));
-      } else if (kind == "ramp_facets") {
-        results.ramp_facets.push_back(ramp_facets_from_json(j));
-      } else if (kind == "hard_cell") {
-        results.hard_cells.push_back(hard_cell_from_json(j));
+      } else if (const auto reader = row_readers().find(kind); reader != row_readers().end()) {
+        reader->second(results, j);
       } else if (kind == "end") {
         results.is_complete = true;
       }

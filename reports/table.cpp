@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace ricochet {
 namespace {
@@ -19,6 +20,10 @@ std::string pad(const std::string& text, std::size_t to, bool left_aligned) {
 }
 
 }  // namespace
+
+std::string scientific(double x, int digits) {
+  return std::isfinite(x) ? fmt::format("{:.{}e}", x, digits) : "-";
+}
 
 std::string escape_html(const std::string& text) {
   std::string escaped;

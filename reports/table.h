@@ -22,6 +22,9 @@ struct Table {
   std::string csv() const;
 };
 
+/// Of a cell: "1.2e-05"; "-" where there is no finite number.
+std::string scientific(double x, int digits = 1);
+
 std::string escape_html(const std::string& text);
 
 }  // namespace ricochet

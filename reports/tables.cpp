@@ -13,10 +13,6 @@
 namespace ricochet {
 namespace {
 
-std::string scientific(double x) {
-  return std::isfinite(x) ? fmt::format("{:.2e}", x) : "-";
-}
-
 std::string microseconds_per_step(const Record& record) {
   if (!record.timing || record.counters.steps == 0) return "-";
   return fmt::format("{:.3f}", record.timing->median * 1e6 / static_cast<double>(record.counters.steps));
@@ -50,7 +46,7 @@ Table order_summary(const Results& results) {
                           fit ? fmt::format("{} .. {}", fit->first_steps, fit->last_steps) : "-",
                           fit ? fmt::format("{}/{}", fit->used, fit->attempted) : fmt::format("-/{}", runs.size()),
                           std::isfinite(time) ? fmt::format("{:.3f}", time) : "-",
-                          residual >= 0 ? scientific(residual) : "-", fmt::format("{}/{}", solved, runs.size())});
+                          residual >= 0 ? scientific(residual, 2) : "-", fmt::format("{}/{}", solved, runs.size())});
   }
   table.note =
       "Slope of log10(error) over log10(step length); the window follows one rule for all methods "
@@ -69,12 +65,12 @@ Table order_details(const Results& results) {
                    {"largest residual"}, {"status", true},   {"reason", true}};
   const auto add = [&](const Record& run, const std::optional<double>& slope) {
     const auto& c = run.counters;
-    table.rows.push_back({run.method, run.setting(), scientific(run.h_bar), scientific(run.error),
+    table.rows.push_back({run.method, run.setting(), scientific(run.h_bar, 2), scientific(run.error, 2),
                           slope ? fmt::format("{:.2f}", *slope) : "-", microseconds_per_step(run),
                           fmt::format("{}", c.elements), fmt::format("{}", c.force_evaluations),
                           fmt::format("{}", c.inner_iterations), fmt::format("{}", c.matrix_factorizations),
                           fmt::format("{}", c.complementarity_solves), fmt::format("{}", run.detected_events),
-                          run.max_residual >= 0 ? scientific(run.max_residual) : "-", run.status, run.message});
+                          run.max_residual >= 0 ? scientific(run.max_residual, 2) : "-", run.status, run.message});
   };
   for (const auto& method : results.methods()) {
     const auto runs = results.of(method);
@@ -178,7 +174,7 @@ Table precision_details(const Results& results) {
   for (const auto& method : results.methods()) {
     for (const Record* run : results.of(method)) {
       const auto& t = run->timing;
-      table.rows.push_back({method, run->setting(), scientific(run->error),
+      table.rows.push_back({method, run->setting(), scientific(run->error, 2),
                             t ? fmt::format("{:.4f}", t->median * 1e3) : "-",
                             t ? fmt::format("{:.4f}", t->minimum * 1e3) : "-",
                             t ? fmt::format("{:.4f} .. {:.4f}", t->lower_quartile * 1e3, t->upper_quartile * 1e3) : "-",

@@ -4,23 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "reports/control_growth.h"
+#include "reports/growth.h"
+#include "reports/json_number.h"
 
 namespace ricochet {
 namespace {
 
 using nlohmann::json;
-
-/// JSON has no NaN and no infinity: null stands for "no number".
-double number_or_nan(const json& j) {
-  return j.is_number() ? j.get<double>() : std::numeric_limits<double>::quiet_NaN();
-}
-
-std::string scientific(double x) {
-  return std::isfinite(x) ? fmt::format("{:.1e}", x) : "-";
-}
 
 std::string fixed(double x, int digits) {
   return std::isfinite(x) ? fmt::format("{:.{}f}", x, digits) : "-";

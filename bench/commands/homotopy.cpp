@@ -57,10 +57,6 @@ std::vector<PivotingRun> pivoting_runs(const Problem& problem, const std::string
   return runs;
 }
 
-std::string number_or_dash(double x) {
-  return std::isnan(x) ? "-" : fmt::format("{:.1e}", x);
-}
-
 std::vector<std::string> cells(const HomotopySummary& s) {
   const double largest = s.all.distances.empty() ? std::nan("") : *std::ranges::max_element(s.all.distances);
   return {fmt::format("{} of {}", s.failed_runs, s.runs),
@@ -68,8 +64,8 @@ std::vector<std::string> cells(const HomotopySummary& s) {
           std::to_string(s.all.retried),
           fmt::format("{:.2f}", median(s.all.milliseconds[0])),
           fmt::format("{:.2f}", median(s.all.milliseconds[1])),
-          number_or_dash(median(s.all.distances)),
-          number_or_dash(largest),
+          scientific(median(s.all.distances)),
+          scientific(largest),
           std::to_string(std::ranges::count_if(s.all.distances, [](double d) { return d > kOther; }))};
 }
 
@@ -121,7 +117,7 @@ void grid(const Options& options) {
     table.rows.push_back(
         {family, "pivoting", fmt::format("{} of {}", failed, runs.size()),
          fmt::format("{} of {}", failed, n_steps + failed), "-", fmt::format("{:.4f}", median(milliseconds[0])),
-         fmt::format("{:.4f}", median(milliseconds[1])), "-", "-", "-", number_or_dash(median(errors))});
+         fmt::format("{:.4f}", median(milliseconds[1])), "-", "-", "-", scientific(median(errors))});
     for (const auto& guess : options.guesses) {
       const StepHomotopy::Options homotopy = parse("guess=" + guess, options.more);
       HomotopySummary summary;
@@ -138,7 +134,7 @@ void grid(const Options& options) {
       table.rows.push_back({family, "homotopy, guess " + guess});
       const auto values = cells(summary);
       table.rows.back().insert(table.rows.back().end(), values.begin(), values.end());
-      table.rows.back().push_back(number_or_dash(median(errors)));
+      table.rows.back().push_back(scientific(median(errors)));
       for (const auto& failure : summary.all.failures) failures.push_back(guess + ", " + failure);
     }
   }
