@@ -11,6 +11,7 @@
 #include "problems/input_error.h"
 #include "reference/contact_dynamics.h"
 #include "reference/cvode.h"
+#include "reference/dipping_gaps.h"
 #include "reference/slip_start.h"
 
 namespace ricochet::reference {
@@ -54,6 +55,7 @@ class EventLocatedRun {
         n_impulses_(problem.info().has_friction() ? n_c_ + problem.info().n_lambda_t : 0),
         cvode_(settings.integrator == Integrator::adams ? CV_ADAMS : CV_BDF, 2 * n_q_ + n_impulses_, this,
                right_hand_side, root_functions, number_of_roots(problem), settings.tolerance),
+        dipping_gaps_(problem, cvode_, settings.tolerance),
         modes_(dynamics_.modes()),
         slip_(static_cast<std::size_t>(n_c_)),
         last_impact_(static_cast<std::size_t>(n_c_), -1),
@@ -182,6 +184,7 @@ class EventLocatedRun {
   ContactDynamics dynamics_;
   const int n_impulses_;
   Cvode cvode_;
+  DippingGaps dipping_gaps_;
   std::vector<ContactMode> modes_;
   std::vector<Slip> slip_;
   double v_stop_ = 0;      // [m/s]
@@ -535,7 +538,6 @@ Solution EventLocatedRun::run() {
   solution.v = problem_.info().v0;
   const double T = problem_.info().end_time;
   const bool has_friction = problem_.info().has_friction();
-  const bool step_by_step = has_friction || settings_.time_limit > 0;
   const std::vector<char> none(modes_.size(), false);
   const auto restart = [&](double t) {
     collect_counters(solution.counters);
@@ -546,6 +548,7 @@ Solution EventLocatedRun::run() {
     // that a gap just left behind by an impact does not grow beyond rounding and is a root again.
     std::fill_n(y + 2 * n_q_, n_impulses_, 1);
     CVodeReInit(cvode_.memory(), t, cvode_.y());
+    dipping_gaps_.start(solution.q, solution.v);
     CVodeSetStopTime(cvode_.memory(), T);
     if (first_step_ > 0 && t + first_step_ < T)
       CVodeSetInitStep(cvode_.memory(), first_step_);
@@ -557,7 +560,8 @@ Solution EventLocatedRun::run() {
     solution.initial_modes = modes_;
     restart(t);
     while (t < T) {
-      const int flag = CVode(cvode_.memory(), T, cvode_.y(), &t, step_by_step ? CV_ONE_STEP : CV_NORMAL);
+      const double from = t;
+      const int flag = CVode(cvode_.memory(), T, cvode_.y(), &t, CV_ONE_STEP);
       load(solution.q, solution.v);
       solution.t = t;
       if (flag < 0) {
@@ -570,9 +574,17 @@ Solution EventLocatedRun::run() {
         stop(solution, Status::time_limit, t, fmt::format("the time limit of {:.6g} s is over", settings_.time_limit));
         break;
       }
+      bool at_root = flag == CV_ROOT_RETURN;
+      Roots found = at_root ? roots() : Roots{none, none};
+      if (const auto closing = dipping_gaps_.closing(from, t, solution.q, solution.v, modes_)) {
+        at_root = true;
+        found = {none, none};
+        found.normal[closing->contact] = true;
+        solution.t = t = closing->t;
+        CVodeGetDky(cvode_.memory(), t, 0, cvode_.y());
+        load(solution.q, solution.v);
+      }
       if (!check_gaps(t, solution)) break;
-      const bool at_root = flag == CV_ROOT_RETURN;
-      const Roots found = at_root ? roots() : Roots{none, none};
       if (has_friction && !check_friction(t, found, solution)) break;
       if (at_root) {
         if (!decide_modes(t, found, solution)) break;

@@ -16,8 +16,9 @@ struct EventLocatedSettings {
 };
 
 /// Integrates the smooth phases with CVODE, locates with its root finding where a gap closes, a contact force vanishes,
-/// a friction force reaches its cone or a slip velocity zero, and restarts it behind each event. Mode decisions come
-/// from ContactDynamics and use nothing of methods/.
+/// a friction force reaches its cone or a slip velocity zero, and restarts it behind each event; impacts that begin and
+/// end within one of its steps are found by DippingGaps. Mode decisions come from ContactDynamics and use nothing of
+/// methods/.
 ///
 /// Ends early with Status::step_limit at a Zeno accumulation, which it cannot pass, and with
 /// Status::inner_solver_failed where no combination of contact modes fits ("inconsistent"), several do

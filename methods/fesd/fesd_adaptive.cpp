@@ -68,6 +68,7 @@ class FesdAdaptive final : public Method {
  public:
   explicit FesdAdaptive(const MethodSpec& spec) : id_(spec.text()), tableau_(tableau_argument(spec)) {
     options_.n_fe = 1;
+    options_.between_stages = true;
     cone_ = cone_argument(spec);
     options_.facets = cone_.facets;
     spec.finish(2);

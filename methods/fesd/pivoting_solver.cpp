@@ -54,6 +54,7 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
       stage_solver_(problem, tableau, options.tolerance, counters, polygon_),
       junction_solver_(problem, stage_solver_.tableau(), polygon_, gap_size_, counters),
       sign_conditions_(problem, stage_solver_.tableau(), polygon_, gap_size_, options.gap_tolerance),
+      gap_minima_(problem, stage_solver_.tableau(), gap_size_),
       n_q_(problem.n_q()),
       n_c_(problem.n_c()),
       n_s_(tableau.n_s),
@@ -383,7 +384,7 @@ Violation PivotingSolver::equal_elements(int first, int count, double h) {
     Stages& stages = step_->elements[element];
     Violation violation;
     if (stage_solver_.solve(stages) == StageSolver::Result::converged)
-      violation = sign_conditions_.check(stages, just_broken(element));
+      violation = check_element(element, true);
     else
       violation = after_failed_newton(element);
     if (violation.verdict != Verdict::fulfilled) {
@@ -409,6 +410,14 @@ void PivotingSolver::prepare_run(int first, int count) {
   }
 }
 
+/// @param is_first  of a run: a contact may just have broken
+Violation PivotingSolver::check_element(int element, bool is_first) {
+  const Stages& stages = step_->elements[element];
+  const Violation violation = sign_conditions_.check(stages, is_first ? just_broken(element) : -1);
+  const bool is_fulfilled = violation.verdict == Verdict::fulfilled;
+  return is_fulfilled && options_.between_stages ? gap_minima_.check(stages) : violation;
+}
+
 Violation PivotingSolver::check_run(int first, int count) {
   for (int k = 0; k < count; ++k) {
     const Stages& stages = step_->elements[first + k];
@@ -417,7 +426,7 @@ Violation PivotingSolver::check_run(int first, int count) {
       step_->Lambda_n.col(first + k).setZero();
       step_->Lambda_t.col(first + k).setZero();
     }
-    Violation violation = sign_conditions_.check(stages, k == 0 ? just_broken(first) : -1);
+    Violation violation = check_element(first + k, k == 0);
     violation.time += k * stages.h;
     if (violation.verdict != Verdict::fulfilled) return violation;
   }

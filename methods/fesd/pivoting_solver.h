@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "methods/fesd/fesd_step.h"
+#include "methods/fesd/gap_minima.h"
 #include "methods/fesd/junction.h"
 #include "methods/fesd/sign_conditions.h"
 
@@ -39,6 +40,7 @@ class PivotingSolver {
     Switches switches = Switches::pinned;
     int facets = 0;            ///< of the polygon in place of the friction disc in space; 0: the disc itself
     double gap_tolerance = 0;  ///< [m] by which a gap may be negative in the element behind a pinned break
+    bool between_stages = false;  ///< gaps have to be positive between the stages, too
     double tolerance = 1e-13;
   };
 
@@ -101,6 +103,7 @@ class PivotingSolver {
   bool continue_after(int element, int count, double remaining, int elements_left);
   void prepare_run(int first, int count);
   bool bracket_switch(int first, int count, const Switch& end, double remaining);
+  Violation check_element(int element, bool is_first);
   Violation check_run(int first, int count);
   Violation after_failed_newton(int element);
   int just_broken(int element) const;
@@ -120,6 +123,7 @@ class PivotingSolver {
   StageSolver stage_solver_;
   JunctionSolver junction_solver_;
   SignConditions sign_conditions_;
+  GapMinima gap_minima_;
   const int n_q_, n_c_, n_s_, capacity_;
   const bool regular_A_;
 

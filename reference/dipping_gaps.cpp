@@ -1,0 +1,68 @@
+#include "reference/dipping_gaps.h"
+
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_roots.h>
+
+#include <functional>
+#include <memory>
+#include <utility>
+
+namespace ricochet::reference {
+namespace {
+
+constexpr int kMostIterations = 100;  // of Brent's method, whose worst case is bisection to rounding, twice
+
+/// Where f, of opposite signs at the ends, is zero: GSL's Brent-Dekker method, to rounding.
+double root(const std::function<double(double)>& f, double from, double to) {
+  const std::unique_ptr<gsl_root_fsolver, decltype(&gsl_root_fsolver_free)> solver(
+      gsl_root_fsolver_alloc(gsl_root_fsolver_brent), &gsl_root_fsolver_free);
+  gsl_function function{
+      [](double x, void* self) { return (*static_cast<const std::function<double(double)>*>(self))(x); },
+      const_cast<void*>(static_cast<const void*>(&f))};
+  gsl_root_fsolver_set(solver.get(), &function, from, to);
+  for (int i = 0; i < kMostIterations; ++i) {
+    gsl_root_fsolver_iterate(solver.get());
+    const double low = gsl_root_fsolver_x_lower(solver.get()), high = gsl_root_fsolver_x_upper(solver.get());
+    if (gsl_root_test_interval(low, high, 0, 1e-15) == GSL_SUCCESS) break;
+  }
+  return gsl_root_fsolver_root(solver.get());
+}
+
+}  // namespace
+
+DippingGaps::DippingGaps(const Problem& problem, const Cvode& cvode, double tolerance)
+    : problem_(problem), cvode_(cvode), tolerance_(tolerance) {}
+
+void DippingGaps::interpolate(double t, Vector& q, Vector& v) const {
+  CVodeGetDky(cvode_.memory(), t, 0, cvode_.y());
+  const double* y = N_VGetArrayPointer(cvode_.y());
+  q = Eigen::Map<const Vector>(y, problem_.n_q());
+  v = Eigen::Map<const Vector>(y + problem_.n_q(), problem_.n_q());
+}
+
+std::optional<DippingGaps::Closing> DippingGaps::closing(double from, double to, const Vector& q, const Vector& v,
+                                                         const std::vector<ContactMode>& modes) {
+  const Vector before = std::exchange(rates_, rates(q, v));
+  std::optional<Closing> first;
+  for (const int i : problem_.info().unilateral) {
+    if (is_closed(modes[i]) || !(before[i] < 0 && rates_[i] > 0)) continue;
+    Vector q_t, v_t;
+    const auto rate = [&](double t) {
+      interpolate(t, q_t, v_t);
+      return rates(q_t, v_t)[i];
+    };
+    const auto gap = [&](double t) {
+      interpolate(t, q_t, v_t);
+      return problem_.gap(q_t)[i];
+    };
+    if (!(rate(from) < 0 && rate(to) > 0)) continue;  // of the interpolation
+    const double lowest = root(rate, from, to);       // (1)
+    const double size = problem_.normal_jacobian(q).col(i).cwiseAbs().dot(q.cwiseAbs());
+    if (gap(lowest) >= -tolerance_ * (1 + size) || !(gap(from) > 0)) continue;
+    const double t = root(gap, from, lowest);
+    if (!first || t < first->t) first = {.contact = i, .t = t};
+  }
+  return first;
+}
+
+}  // namespace ricochet::reference
