@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -43,6 +44,7 @@ class March {
     q = problem.info().q0;
     v = problem.info().v0;
     gap_.setZero(problem.n_c());
+    set_touching();
     Lambda_n = Vector::Zero(problem.n_c());
     Lambda_t = Vector::Zero(problem.info().n_lambda_t);
     active.reserve(problem.n_c());
@@ -55,13 +57,13 @@ class March {
   March(const March&) = delete;
   March& operator=(const March&) = delete;
 
-  /// Unilateral contacts with f_c(q) <= 0.
+  /// Unilateral contacts with f_c(q) <= 0, up to rounding.
   void find_active(const Vector& position) {
     active.clear();
     if (unilateral_.empty()) return;
     problem.gap(position.data(), gap_.data());
     for (const int i : unilateral_) {
-      if (gap_[i] <= 0) active.push_back(i);
+      if (gap_[i] <= touching_[i]) active.push_back(i);
     }
   }
   bool has_contact_problem() const { return !active.empty() || has_bilateral_; }
@@ -157,9 +159,23 @@ class March {
     }
   }
 
+  /// What gaps of contacts that touch are: rounding of their terms.
+  void set_touching() {
+    const ProblemInfo& info = problem.info();
+    Vector J_n(info.n_normal_entries);
+    problem.normal_jacobian(q.data(), J_n.data());
+    touching_.setZero(problem.n_c());
+    for (const int i : unilateral_) {
+      const double* J = J_n.data() + info.contacts[i].normal_begin;
+      for (const int row : info.contacts[i].support)
+        touching_[i] += kTouching * std::abs(*J++) * (std::abs(q[row]) + info.end_time * std::abs(v[row]));
+    }
+  }
+
   const bool has_bilateral_ = problem.info().has_bilateral();
   const std::vector<int> unilateral_ = problem.info().unilateral;
-  Vector gap_;
+  static constexpr double kTouching = 64 * std::numeric_limits<double>::epsilon();
+  Vector gap_, touching_;
   std::string reason_;
   std::vector<char> was_pressed_;
 };
