@@ -86,6 +86,10 @@ void add_mpc_command(CLI::App& app, int& exit_code) {
       ->add_option("--sigma-warm", o.control.homotopy.sigma_warm,
                    "first relaxation parameter where the branch of the plan has no solution")
       ->capture_default_str();
+  command
+      ->add_option("--update-limit", o.control.homotopy.warm_time_limit,
+                   "wall time of one update [s]; behind it the plan before stays in force; 0 for none")
+      ->capture_default_str();
   command->callback([&exit_code] { exit_code = solve(o); });
 }
 

@@ -37,6 +37,8 @@ void check(const HomotopyOptions& options) {
           "a number > 0 is required");
   require(options.max_iterations >= 1, "max_iterations", options.max_iterations, "a number >= 1 is required");
   require(options.time_limit >= 0, "time_limit", options.time_limit, "a number of seconds >= 0 is required");
+  require(options.warm_time_limit >= 0, "warm_time_limit", options.warm_time_limit,
+          "a number of seconds >= 0 is required");
   require(options.barrier > 0 && options.barrier < kInfinity, "barrier", options.barrier, "a number > 0 is required");
   require(options.push > 0 && options.push <= 0.5, "push", options.push, "a number from 0 to 1/2 is required");
   require(options.max_switches >= 0, "max_switches", options.max_switches, "a number >= 0 is required");
@@ -93,12 +95,14 @@ class MpccSolver::Run {
   }
 
   MpccSolution solve(const Progress& progress) {
+    time_limit_ = options_.time_limit;
     follow(options_.sigma_0, options_.descend, progress);
     solution_.seconds = seconds();
     return std::move(solution_);
   }
 
   MpccSolution resolve(const Progress& progress) {
+    time_limit_ = options_.warm_time_limit;
     resume();
     if (!solution_.kept_branch) {
       point_.x.head(mpcc_.nlp.n_variables()) = last_->branch.point.x;
@@ -119,7 +123,7 @@ class MpccSolver::Run {
     ipopt.push = options_.push;
     ipopt.max_iterations = options_.max_iterations;
     ipopt.adaptive_barrier = options_.adaptive_barrier;
-    if (options_.time_limit > 0) ipopt.time_limit = std::max(options_.time_limit - seconds(), 1e-9);
+    if (time_limit_ > 0) ipopt.time_limit = std::max(time_limit_ - seconds(), 1e-9);
     return ipopt;
   }
 
@@ -263,6 +267,7 @@ class MpccSolver::Run {
   std::optional<Crossover>& crossover_;
   std::optional<CrossoverResult>& last_;
   bool descends_ = false;
+  double time_limit_ = 0;
   NlpPoint point_;
   MpccSolution solution_;
 };

@@ -31,7 +31,8 @@ struct HomotopyOptions {
   bool adaptive_barrier = false;      ///< see IpoptOptions
   double sigma_warm = 1e-2;           ///< first relaxation parameter of a resolve() whose branch has no solution
   int max_iterations = 1000;          ///< of one step
-  double time_limit = 0;              ///< wall time of everything [s]; 0 is none
+  double time_limit = 0;              ///< wall time of a solve() [s]; 0 is none
+  double warm_time_limit = 0;         ///< the same of a resolve()
   double barrier = 0.1;               ///< first barrier parameter of the first step
   double push = 1e-2;                 ///< the guess is moved inside of its bounds by this, relatively
   bool cross_over = true;             ///< to exact complementarity; false: the last relaxation is the solution

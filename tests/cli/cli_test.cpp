@@ -171,6 +171,7 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
        "is required"},
       {"control two_carts --discretisation euler", "euler"},
       {"mpc two_carts --updates 10", "--updates = 10: a number from 1 to 9 is required"},
+      {"mpc two_carts --update-limit -1", "warm_time_limit = -1: a number of seconds >= 0 is required"},
       {"mpc two_carts --disturbance -1", "--disturbance = -1: a finite number >= 0 is required"},
       {"report", "results = '': results files, or the subcommand hard-cases, are required"},
       {"report hard-cases --case zen", "hard case = 'zen': unknown; did you mean zeno"},

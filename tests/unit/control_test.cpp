@@ -301,6 +301,23 @@ TEST(ShrinkingHorizon, StartsWhereThePlantIs) {
   });
 }
 
+TEST(ShrinkingHorizon, WithoutTimeThePlanStaysInForce) {
+  const auto problem = make_control_problem("two_carts");
+  FesdTranscription transcription(*problem, make_tableau("radau-iia", 3),
+                                  {.cross = E::CrossComplementarity::aggregated});
+  ASSERT_EQ(transcription.guess_from_simulation(), Status::success);
+  HomotopyOptions options = carts_homotopy();
+  options.warm_time_limit = 1e-6;
+  ShrinkingHorizon horizon(*problem, transcription, options);
+  ASSERT_TRUE(horizon.solve().succeeded());
+  const Matrix u = horizon.plan().u;
+  ASSERT_EQ(horizon.advance(), Status::success);
+  const MpccSolution again = horizon.resolve();
+  EXPECT_EQ(again.status, Status::time_limit) << again.message;
+  EXPECT_EQ(horizon.plan().u, u);
+  EXPECT_EQ(horizon.advance(), Status::success);
+}
+
 TEST(ShrinkingHorizon, OfTimeStepping) {
   const auto problem = make_control_problem("two_carts");
   TimeSteppingTranscription transcription(*problem, {.steps = 4});
