@@ -54,7 +54,7 @@ StepHomotopy::Options step_homotopy_options(const MethodSpec& spec) {
   options.guess = spec.choice(
       "guess", Names<Guess>{{"ballistic", Guess::ballistic}, {"cold", Guess::cold}, {"pivoting", Guess::pivoting}});
   options.homotopy = homotopy_options(spec, options.guess == Guess::pivoting);
-  options.retries = spec.whole_number("retry", 2, 0, 10);
+  options.retries = spec.whole_number("retry", 3, 0, 10);
   if (options.equations.cone == FesdEquations::Cone::squared && options.homotopy.cross_over)
     throw InputError("crossover", "on",
                      "off is required with cone=squared, which no open contact that slips fulfils exactly");

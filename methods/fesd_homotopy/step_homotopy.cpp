@@ -11,8 +11,9 @@ namespace {
 
 // A gap up to here at the end of a step is closed: what the crossover solves to [m].
 constexpr double kTouching = 1e-9;
-// sigma_0 of the first retry, and of all others.
-constexpr double kRetrySigmas[] = {1e-3, 1e-1};
+// sigma_0 of the retries; the last one for all others. Impulses and gaps of small bounces have products of 1e-6: a
+// larger sigma leaves the guess there.
+constexpr double kRetrySigmas[] = {1e-3, 1e-1, 1e-6};
 // Places where the smallest gap of a free flight is looked for.
 constexpr int kProbes = 20;
 // A closed contact with at most this normal velocity rests [m/s].
@@ -79,7 +80,10 @@ Status StepHomotopy::advance(double seconds) {
 HomotopyOptions StepHomotopy::attempt_options(double seconds) const {
   HomotopyOptions homotopy = options_.homotopy;
   if (seconds > 0) homotopy.time_limit = seconds;
-  if (attempts_ > 1) homotopy.sigma_0 = std::max(kRetrySigmas[std::min(attempts_, 3) - 2], homotopy.sigma_final);
+  if (attempts_ > 1) {
+    const int retry = std::min(attempts_ - 1, static_cast<int>(std::size(kRetrySigmas)));
+    homotopy.sigma_0 = std::max(kRetrySigmas[retry - 1], homotopy.sigma_final);
+  }
   homotopy.barrier = std::min(homotopy.barrier, homotopy.sigma_0);
   homotopy.push = std::min(homotopy.push, homotopy.sigma_0);
   return homotopy;

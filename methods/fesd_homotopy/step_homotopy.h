@@ -36,7 +36,7 @@ class StepHomotopy {
     FesdEquations::Options equations;
     HomotopyOptions homotopy;
     Guess guess = Guess::ballistic;
-    int retries = 2;
+    int retries = 3;
   };
 
   /// @param H  length of every step [s]
