@@ -1,6 +1,7 @@
 #include "methods/complementarity/contact_solver.h"
 
 #include "methods/complementarity/friction_cone.h"
+#include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
@@ -9,7 +10,8 @@ const Names<ContactSolverKind>& kinds() {
   static const Names<ContactSolverKind> names = {{"lemke", ContactSolverKind::lemke},
                                                  {"pgs", ContactSolverKind::pgs},
                                                  {"newton", ContactSolverKind::newton},
-                                                 {"interior_point", ContactSolverKind::interior_point}};
+                                                 {"interior_point", ContactSolverKind::interior_point},
+                                                 {"siconos", ContactSolverKind::siconos}};
   return names;
 }
 
@@ -17,6 +19,7 @@ const Names<ContactSolverKind>& kinds() {
 int usual_iterations(ContactSolverKind kind) {
   switch (kind) {
     case ContactSolverKind::pgs:
+    case ContactSolverKind::siconos:
       return 20000;
     case ContactSolverKind::newton:
       return 200;
@@ -49,6 +52,8 @@ ContactSolverOptions contact_solver_argument(const MethodSpec& spec) {
     options.facets = facets_argument(spec);
     return options;
   }
+  if (options.kind == ContactSolverKind::siconos && !has_siconos_contact_solver())
+    throw InputError("solver=siconos is not built: libsiconos-kernel-dev not found");
   options.facets = 0;
   options.tolerance = spec.number("contact_tolerance", options.tolerance, 1e-15, 1);
   options.iterations = spec.whole_number("contact_iterations", usual_iterations(options.kind), 1, 100'000'000);
@@ -63,6 +68,8 @@ std::unique_ptr<ContactSolver> make_contact_solver(const ContactSolverOptions& o
       return make_newton_contact_solver(options.tolerance, options.iterations);
     case ContactSolverKind::interior_point:
       return make_interior_point_contact_solver(options.tolerance, options.iterations);
+    case ContactSolverKind::siconos:
+      return make_siconos_contact_solver(options.tolerance, options.iterations);
     default:
       return make_lemke_contact_solver(options.facets);
   }

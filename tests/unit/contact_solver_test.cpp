@@ -7,51 +7,13 @@
 #include <Eigen/Geometry>
 #include <random>
 
+#include "tests/contact_problems.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
 namespace {
 
 using Kind = ContactSolverKind;
-
-/// Operator from its dense matrix: blocks that are zero are left out.
-void set_operator(ContactProblem& problem, const Matrix& G, const std::vector<ContactProblem::Contact>& contacts) {
-  problem.contacts = contacts;
-  std::vector<int> sizes;
-  for (const auto& contact : contacts) sizes.push_back(1 + contact.n_t);
-  problem.G.set_sizes(sizes);
-  const int n_c = static_cast<int>(contacts.size());
-  for (int i = 0; i < n_c; ++i) {
-    std::vector<int> neighbours;
-    for (int j = 0; j < n_c; ++j) {
-      if (i == j || !G.block(problem.G.row(i), problem.G.row(j), sizes[i], sizes[j]).isZero(0)) neighbours.push_back(j);
-    }
-    problem.G.add_row(neighbours);
-    for (std::size_t k = 0; k < neighbours.size(); ++k) {
-      const auto block = problem.G.block(i, static_cast<int>(k));
-      Eigen::Map<Matrix>(problem.G.values(i, static_cast<int>(k)), sizes[i], block.size) =
-          G.block(problem.G.row(i), block.row, sizes[i], block.size);
-    }
-  }
-}
-
-/// n_c contacts on a body of n_q coordinates: G = J' J, singular when there are more rows than coordinates.
-ContactProblem random_problem(FrictionLaw law, int n_c, int n_t, int n_q, unsigned seed) {
-  std::mt19937 generator(seed);
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  Matrix J(n_q, n_c * (1 + n_t));
-  for (auto& entry : J.reshaped()) entry = uniform(generator);
-  Vector v(n_q);
-  for (auto& entry : v) entry = uniform(generator);
-  std::vector<ContactProblem::Contact> contacts;
-  for (int i = 0; i < n_c; ++i)
-    contacts.push_back({.id = i, .n_t = n_t, .mu = n_t > 0 ? 0.1 + std::abs(uniform(generator)) : 0});
-  ContactProblem problem;
-  problem.law = law;
-  set_operator(problem, J.transpose() * J, contacts);
-  problem.b = J.transpose() * v;
-  return problem;
-}
 
 std::unique_ptr<ContactSolver> solver_of(Kind kind, int facets = 8) {
   return make_contact_solver(
@@ -64,21 +26,6 @@ Vector vector(std::initializer_list<double> entries) {
 
 std::string name_of(Kind kind) {
   return std::array{"lemke", "pgs", "newton", "interior_point"}.at(static_cast<std::size_t>(kind));
-}
-
-struct Answer {
-  ContactStatus status = ContactStatus::iteration_limit;
-  Vector r, w;
-  double violation = 0;
-};
-
-Answer solve(ContactSolver& solver, const ContactProblem& problem) {
-  Answer answer;
-  answer.r = answer.w = Vector::Zero(problem.G.n_rows());
-  answer.status = solver.solve(problem, answer.r);
-  problem.G.times(answer.r, problem.b, answer.w);
-  answer.violation = violation(problem, answer.r, answer.w, scale_of(problem, answer.r), solver.polygon());
-  return answer;
 }
 
 struct Shape {
