@@ -64,7 +64,7 @@ std::vector<std::string> usual_solvers(const ContactProblem& problem) {
 Table contact_solution_table(const StoredContactProblem& stored, const std::vector<ContactSolution>& solutions) {
   Table table;
   table.title = stored.title;
-  table.note = stored.math_info;
+  table.note = stored.math_info + "; violation of the laws with the disc, where lemke has a polygon in space";
   table.columns = {{"solver", true}, {"status", true},   {"violation"}, {"pivots"},
                    {"iterations"},   {"factorizations"}, {"ms"},        {"w from the file's"}};
   const auto count = [](auto n) { return n > 0 ? std::to_string(n) : "-"; };

@@ -458,7 +458,7 @@ TEST_F(Cli, ExchangesContactProblems) {
   }
   ASSERT_EQ(exported.code, 0) << exported.text;
   EXPECT_HAS(exported.text, "step 3 of 20");
-  EXPECT_HAS(exported.text, "8 contacts with friction in the plane");
+  EXPECT_HAS(exported.text, "contacts with friction in the plane");
   const Outcome solved = run("contacts solve " + file + " --solver newton --solver lemke --solver interior_point");
   EXPECT_EQ(solved.code, 0) << solved.text;
   for (const char* part : {"newton", "lemke", "interior_point", "solved"}) EXPECT_HAS(solved.text, part);
