@@ -27,7 +27,7 @@ void require_contact_files();
 /// values do not fit, by the name of the data set; for equality constraints V, R, which are not read
 StoredContactProblem read_contact_file(const std::string& path);
 
-/// Writes a new file, under another name until it is complete. The library keeps q; the solution with its velocities.
+/// Writes a new file, under another name until it is complete; solution and guess with their velocities.
 /// @throws InputError without the library; for a file that exists or cannot be written; for what FCLib has no words
 /// for: the associated law with friction, impulses that are already there
 void write_contact_file(const StoredContactProblem& stored, const std::string& path);

@@ -1,7 +1,7 @@
 // Primal-dual interior-point method for contact problems with the exact friction cone.
 //
-// L = {z_0 >= ||z_t||} with the product a o b = (a'b, a_0 b_t + b_0 a_t) and e = (1, 0). The laws of contact_problem.h
-// are complementarity of r_n, w_n >= 0 and of two points x, y of L, and the limit t = 0 of the path
+// The laws of contact_problem.h are complementarity of r_n, w_n >= 0 and of two points x, y of the second-order cone L
+// with its product o (second_order_cone.h), and the limit t = 0 of the path
 //
 //   r_n w_n = t                                                                               (1)
 //   x o y = t e,   x = (mu (r_n + p), r_t),   y = (gamma, w_t)     Coulomb's law               (2)
@@ -34,17 +34,17 @@
 // violation v, its r and w moved inside by v times what a cold start has, begins a path at t of order v; where that
 // path ends early, a cold start follows.
 //
-// Sources: Alizadeh, Goldfarb, Math. Program. 95 (2003), section 6 on directions; Mehrotra, SIAM J. Optim. 2 (1992); de
+// Sources: Alizadeh, Goldfarb, Math. Program. 95 (2003); Mehrotra, SIAM J. Optim. 2 (1992); de
 // Saxce's form in an interior-point method: Acary, Armand, Nguyen, Shpakovych, Optim. Methods Softw. (2024), who treat
 // the associated law.
 
-#include <Eigen/Core>
 #include <cmath>
 #include <limits>
 
 #include "methods/complementarity/contact_matrix.h"
 #include "methods/complementarity/contact_solver.h"
 #include "methods/complementarity/projection_newton.h"
+#include "methods/complementarity/second_order_cone.h"
 
 namespace ricochet {
 namespace {
@@ -66,71 +66,9 @@ struct Way {
 };
 constexpr Way kWays[] = {{1e-8, true}, {0.1, false}, {0.5, false}, {1, false}};
 
-double slip(const Vector3d& z) {
-  return std::hypot(z[1], z[2]);
-}
-
-/// z_0^2 - ||z_t||^2
-double det(const Vector3d& z) {
-  return (z[0] - slip(z)) * (z[0] + slip(z));
-}
-
-/// z -> a o z
-Matrix3d arrow(const Vector3d& a) {
-  Matrix3d A = a[0] * Matrix3d::Identity();
-  A.row(0) = a.transpose();
-  A.col(0) = a;
-  return A;
-}
-
-/// The largest s with z + s dz in L, z inside it.
-double to_boundary(const Vector3d& z, const Vector3d& dz) {
-  const double a = dz[0] * dz[0] - dz.tail<2>().squaredNorm(), b = z[0] * dz[0] - z.tail<2>().dot(dz.tail<2>()),
-               c = det(z), root = b * b - a * c;
-  if (a >= 0 && (b >= 0 || root < 0)) return kInfinity;
-  return c / (std::sqrt(root) - b);
-}
-
 double to_boundary(double z, double dz) {
   return dz < 0 ? -z / dz : kInfinity;
 }
-
-/// Friction in the plane leaves the third entries zero.
-struct Cone {
-  Vector3d x, y, dx, dy, target;
-  Matrix3d W, V, P, Q;  // V = W^-1
-
-  /// (5) with W = I.
-  void linearize() {
-    W = V = Matrix3d::Identity();
-    P = arrow(y);
-    Q = arrow(x);
-  }
-
-  /// (5) with V x = W y.
-  void linearize_scaled() {
-    const double size_x = std::sqrt(det(x)), size_y = std::sqrt(det(y)), beta = std::sqrt(size_x / size_y);
-    Vector3d u = y / size_y;
-    u.tail<2>() *= -1;
-    u += x / size_x;
-    u /= std::sqrt(det(u));
-    Matrix3d root = arrow(u);
-    root.bottomRightCorner<2, 2>() = Eigen::Matrix2d::Identity() + u.tail<2>() * u.tail<2>().transpose() / (1 + u[0]);
-    W = beta * root;
-    V = root / beta;
-    V.block<1, 2>(0, 1) *= -1;
-    V.block<2, 1>(1, 0) *= -1;
-    const Matrix3d A = arrow(W * y);
-    P = A * V;
-    Q = A * W;
-  }
-
-  void aim(double t, bool second_order) {
-    target = -arrow(V * x) * (W * y);
-    if (second_order) target -= arrow(V * dx) * (W * dy);
-    target[0] += t;
-  }
-};
 
 /// One contact along the path.
 struct Interior {
@@ -138,7 +76,7 @@ struct Interior {
   bool has_pair = true;  // (1)
   double mu = 0;
   double w_n = 0, dw_n = 0, target_n = 0;
-  Cone cone;
+  ConePair cone;
   double A_w[3][3]{};
 };
 
@@ -203,7 +141,7 @@ void InteriorPointContactSolver::start(const ContactProblem& problem, double lev
       c.cone.x.setZero();
       c.cone.y.setZero();
       for (int d = 1; d <= c.n_t; ++d) c.cone.y[d] = w[d];
-      c.cone.y[0] = std::max(slip(c.cone.y), c.has_pair ? 0 : c.w_n / c.mu) + velocity / c.mu;
+      c.cone.y[0] = std::max(tangent_norm(c.cone.y), c.has_pair ? 0 : c.w_n / c.mu) + velocity / c.mu;
     }
     r[0] += impulse;
     c.w_n += velocity;
@@ -260,7 +198,7 @@ bool InteriorPointContactSolver::factorize(const ContactProblem& problem, bool s
       if (scaled)
         c.cone.linearize_scaled();
       else
-        c.cone.linearize();
+        c.cone.linearize_unscaled();
       const Matrix3d &P = c.cone.P, &Q = c.cone.Q;
       for (int d = c.has_pair ? 1 : 0; d <= c.n_t; ++d) {  // (5), without its first row and dgamma where there is (4)
         const double eliminated = c.has_pair ? Q(d, 0) / Q(0, 0) : 0;
@@ -320,7 +258,8 @@ double InteriorPointContactSolver::longest_step(const ContactProblem& problem) c
     const Interior& c = interior_[i];
     const int row = problem.G.row(i);
     if (c.has_pair) step = std::min({step, to_boundary(r_[row], dr_[row]), to_boundary(c.w_n, c.dw_n)});
-    if (c.n_t > 0) step = std::min({step, to_boundary(c.cone.x, c.cone.dx), to_boundary(c.cone.y, c.cone.dy)});
+    if (c.n_t > 0)
+      step = std::min({step, step_to_boundary(c.cone.x, c.cone.dx), step_to_boundary(c.cone.y, c.cone.dy)});
   }
   return step;
 }
