@@ -17,10 +17,10 @@ int main(int argc, char** argv) {
       "  ricochet report out/results/two_balls_order.jsonl -o out/report");
   int exit_code = 0;
   for (const auto add : {ricochet::add_list_command, ricochet::add_run_command, ricochet::add_audit_command,
-                         ricochet::add_export_command, ricochet::add_control_command, ricochet::add_mpc_command,
-                         ricochet::add_homotopy_command, ricochet::add_compare_command, ricochet::add_order_command,
-                         ricochet::add_precision_command, ricochet::add_cost_command, ricochet::add_report_command,
-                         ricochet::add_check_command}) {
+                         ricochet::add_export_command, ricochet::add_contacts_command, ricochet::add_control_command,
+                         ricochet::add_mpc_command, ricochet::add_homotopy_command, ricochet::add_compare_command,
+                         ricochet::add_order_command, ricochet::add_precision_command, ricochet::add_cost_command,
+                         ricochet::add_report_command, ricochet::add_check_command}) {
     add(app, exit_code);
   }
   try {

@@ -8,6 +8,8 @@
 
 namespace ricochet {
 
+class ContactObserver;
+
 enum class Recording { final_state, grid };
 
 /// How a run is discretised and how exactly its inner problems are solved: three separate kinds of settings.
@@ -26,6 +28,7 @@ struct Settings {
   /// values, "param:NAME" for a parameter, which the initial values may depend on.
   std::vector<std::string> sensitivities;
   bool audit = false;  ///< evaluate every equation of the method after each step: Solution::residuals
+  ContactObserver* contact_observer = nullptr;  ///< of time-stepping methods, contact_observer.h; null is none
 };
 
 struct MethodInfo {

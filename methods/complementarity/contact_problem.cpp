@@ -83,6 +83,14 @@ void ContactMap::evaluate(FrictionLaw law, const ContactProblem::Contact& contac
   }
 }
 
+void clear_open_contacts(const ContactProblem& problem, Vector& r) {
+  for (int i = 0; i < problem.G.n_contacts(); ++i) {
+    auto r_i = r.segment(problem.G.row(i), problem.G.size(i));
+    if (!(r_i[0] > 0) && problem.contacts[i].present == 0) r_i.setZero();
+    r_i[0] = std::max(0.0, r_i[0]);
+  }
+}
+
 ContactScale scale_of(const ContactProblem& problem, const Vector& r) {
   ContactScale scale;
   const int n = problem.G.n_rows();

@@ -64,6 +64,9 @@ struct ContactMap {
                 const double* w);
 };
 
+/// Takes what rounding leaves of the impulses of open contacts, which is at most the tolerance of a solver, out of r.
+void clear_open_contacts(const ContactProblem& problem, Vector& r);
+
 /// What contacts are measured in.
 struct ContactScale {
   double velocity = 0, impulse = 0;

@@ -1,17 +1,34 @@
 #include "methods/complementarity/contact_solver.h"
 
 #include "methods/complementarity/friction_cone.h"
+#include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
 
 const Names<ContactSolverKind>& kinds() {
-  static const Names<ContactSolverKind> names = {
-      {"lemke", ContactSolverKind::lemke}, {"pgs", ContactSolverKind::pgs}, {"newton", ContactSolverKind::newton}};
+  static const Names<ContactSolverKind> names = {{"lemke", ContactSolverKind::lemke},
+                                                 {"pgs", ContactSolverKind::pgs},
+                                                 {"newton", ContactSolverKind::newton},
+                                                 {"interior_point", ContactSolverKind::interior_point},
+                                                 {"siconos", ContactSolverKind::siconos}};
   return names;
 }
 
-constexpr int kSweeps = 20000, kNewtonSteps = 200;
+/// Usual contact_iterations=.
+int usual_iterations(ContactSolverKind kind) {
+  switch (kind) {
+    case ContactSolverKind::pgs:
+    case ContactSolverKind::siconos:
+      return 20000;
+    case ContactSolverKind::newton:
+      return 200;
+    case ContactSolverKind::interior_point:
+      return 100;
+    default:
+      return 0;
+  }
+}
 
 }  // namespace
 
@@ -35,10 +52,11 @@ ContactSolverOptions contact_solver_argument(const MethodSpec& spec) {
     options.facets = facets_argument(spec);
     return options;
   }
+  if (options.kind == ContactSolverKind::siconos && !has_siconos_contact_solver())
+    throw InputError("solver=siconos is not built: libsiconos-kernel-dev not found");
   options.facets = 0;
   options.tolerance = spec.number("contact_tolerance", options.tolerance, 1e-15, 1);
-  const int usual = options.kind == ContactSolverKind::pgs ? kSweeps : kNewtonSteps;
-  options.iterations = spec.whole_number("contact_iterations", usual, 1, 100'000'000);
+  options.iterations = spec.whole_number("contact_iterations", usual_iterations(options.kind), 1, 100'000'000);
   return options;
 }
 
@@ -48,6 +66,10 @@ std::unique_ptr<ContactSolver> make_contact_solver(const ContactSolverOptions& o
       return make_gauss_seidel_contact_solver(options.tolerance, options.iterations);
     case ContactSolverKind::newton:
       return make_newton_contact_solver(options.tolerance, options.iterations);
+    case ContactSolverKind::interior_point:
+      return make_interior_point_contact_solver(options.tolerance, options.iterations);
+    case ContactSolverKind::siconos:
+      return make_siconos_contact_solver(options.tolerance, options.iterations);
     default:
       return make_lemke_contact_solver(options.facets);
   }

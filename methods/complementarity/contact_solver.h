@@ -31,22 +31,23 @@ class ContactSolver {
   virtual void count(Counters& counters) = 0;
 };
 
-enum class ContactSolverKind { lemke, pgs, newton };
+enum class ContactSolverKind { lemke, pgs, newton, interior_point, siconos };
 
 struct ContactSolverOptions {
   ContactSolverKind kind = ContactSolverKind::lemke;
   int facets = 8;  ///< of a polygon in place of the disc: lemke
-  /// violation() to be reached by pgs, newton: far below the error of any time step, and what Lemke's method may leave
+  /// violation() to be reached by all others: far below the error of any time step, and what Lemke's method may leave
   /// in a redundant problem
   double tolerance = 1e-9;
-  int iterations = 0;  ///< limit: sweeps of pgs, steps of newton
+  int iterations = 0;  ///< limit: sweeps of pgs, steps of newton and interior_point
 };
 
-/// Options solver=lemke|pgs|newton; facets=8 of lemke; contact_tolerance=, contact_iterations= of the others.
+/// Options solver=lemke|pgs|newton|interior_point|siconos; facets=8 of lemke; contact_tolerance=, contact_iterations=
+/// of the others.
 ContactSolverOptions contact_solver_argument(const MethodSpec& spec);
 /// For usage texts.
 constexpr const char* kContactSolverUsage =
-    "[,solver=lemke|pgs|newton][,facets=8][,contact_tolerance=1e-9][,contact_iterations=N]";
+    "[,solver=lemke|pgs|newton|interior_point|siconos][,facets=8][,contact_tolerance=1e-9][,contact_iterations=N]";
 
 std::unique_ptr<ContactSolver> make_contact_solver(const ContactSolverOptions& options);
 
@@ -54,6 +55,10 @@ std::unique_ptr<ContactSolver> make_contact_solver(const ContactSolverOptions& o
 std::unique_ptr<ContactSolver> make_lemke_contact_solver(int facets);
 std::unique_ptr<ContactSolver> make_gauss_seidel_contact_solver(double tolerance, int sweeps);
 std::unique_ptr<ContactSolver> make_newton_contact_solver(double tolerance, int iterations);
+std::unique_ptr<ContactSolver> make_interior_point_contact_solver(double tolerance, int iterations);
+/// Siconos' numerics, for cross-checks. Its solve() throws InputError for what uniform_contacts.h declines.
+std::unique_ptr<ContactSolver> make_siconos_contact_solver(double tolerance, int iterations);
+bool has_siconos_contact_solver();  ///< built
 
 /// Up to this many contacts matrices are dense.
 constexpr int kMostDenseContacts = 40;

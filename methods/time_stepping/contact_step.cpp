@@ -6,10 +6,11 @@
 namespace ricochet {
 
 ContactStep::ContactStep(const Problem& problem, const ContactSolverOptions& options, const ContactLaws& laws,
-                         Counters& counters)
+                         Counters& counters, ContactObserver* observer)
     : scene_(problem),
       info_(problem.info()),
       counters_(counters),
+      observer_(observer),
       normal_only_(laws.normal_only),
       has_bilateral_(info_.has_bilateral()),
       is_affine_(std::ranges::all_of(info_.contacts, &ContactInfo::is_affine)),
@@ -202,7 +203,9 @@ ContactStatus ContactStep::solve(Vector& v, const Vector& shift, const Vector& p
       r_[row + d] = d == 0 ? last_n_[i] : last_t_[info_.contacts[i].tangent_index + d - 1];
     }
   }
+  if (observer_) observer_->before(counters_.steps, problem_, r_);
   const ContactStatus status = solver_->solve(problem_, r_);
+  if (observer_) observer_->after(problem_, r_, status);
   ++counters_.complementarity_solves;
   solver_->count(counters_);
   if (status != ContactStatus::solved) return status;

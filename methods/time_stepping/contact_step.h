@@ -5,6 +5,7 @@
 
 #include "methods/bilateral_constraints.h"
 #include "methods/block_inverse.h"
+#include "methods/complementarity/contact_observer.h"
 #include "methods/complementarity/contact_solver.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
@@ -31,7 +32,8 @@ struct ContactLaws {
 /// directions are constant, the active contacts and W the same, so is the operator.
 class ContactStep {
  public:
-  ContactStep(const Problem& problem, const ContactSolverOptions& options, const ContactLaws& laws, Counters& counters);
+  ContactStep(const Problem& problem, const ContactSolverOptions& options, const ContactLaws& laws, Counters& counters,
+              ContactObserver* observer = nullptr);
 
   /// Contact directions at q, of all contacts.
   void set_position(const Vector& q);
@@ -79,6 +81,7 @@ class ContactStep {
   const Problem& scene_;
   const ProblemInfo& info_;
   Counters& counters_;
+  ContactObserver* const observer_;
   const bool normal_only_, has_bilateral_;
   bool is_affine_;                             // no direction depends on q
   bool has_position_ = false, is_new_ = true;  // directions or active contacts have changed since W was set

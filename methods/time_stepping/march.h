@@ -38,7 +38,7 @@ class March {
       : problem(the_problem),
         settings(the_settings),
         h(problem.info().end_time / settings.steps),
-        contacts(problem, solver, laws, solution.counters),
+        contacts(problem, solver, laws, solution.counters, settings.contact_observer),
         q(solution.q),
         v(solution.v) {
     q = problem.info().q0;

@@ -167,7 +167,8 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
       {"order no_such_experiment", "experiment = 'no_such_experiment': unknown"},
       {"order optimal_control", "this experiment is run by `ricochet compare`"},
       {"compare two_balls_order",
-       "kind = null: one of optimal_control, control_gradient, control_growth, control_seeds, friction_ramp, scale, zeno "
+       "kind = null: one of optimal_control, control_gradient, control_growth, control_seeds, friction_ramp, scale, "
+       "zeno "
        "is required"},
       {"control two_carts --discretisation euler", "euler"},
       {"mpc two_carts --updates 10", "--updates = 10: a number from 1 to 9 is required"},
@@ -445,6 +446,43 @@ TEST_F(Cli, SceneFilesGiveTheSameBitsInEveryProcess) {
   };
   const std::string first = state();
   for (int k = 0; k < 5; ++k) EXPECT_EQ(state(), first);
+}
+
+TEST_F(Cli, ExchangesContactProblems) {
+  const std::string file = (folder / "column.hdf5").string();
+  const std::string scene = "contacts export --problem block_column --set n=8 --set duration=0.1 --steps 20 ";
+  const Outcome exported = run(scene + "--method moreau_jean,solver=newton --step 3 -o " + file);
+  if (exported.text.find("not built: libfclib-dev not found") != std::string::npos) {
+    EXPECT_EQ(exported.code, 2);
+    EXPECT_EQ(run("contacts solve " + file).code, 2);
+    return;
+  }
+  ASSERT_EQ(exported.code, 0) << exported.text;
+  EXPECT_HAS(exported.text, "step 3 of 20");
+  EXPECT_HAS(exported.text, "contacts with friction in the plane");
+  const Outcome solved = run("contacts solve " + file + " --solver newton --solver lemke --solver interior_point");
+  EXPECT_EQ(solved.code, 0) << solved.text;
+  for (const char* part : {"newton", "lemke", "interior_point", "solved"}) EXPECT_HAS(solved.text, part);
+  const Outcome limited = run("contacts solve " + file + " --solver pgs,contact_iterations=1");
+  EXPECT_EQ(limited.code, 1) << limited.text;
+  EXPECT_HAS(limited.text, "did not reach its tolerance");
+
+  EXPECT_EQ(run(scene + "--method moreau_jean --step 3 -o " + file).code, 2) << "the file exists";
+  const std::string other = (folder / "other.hdf5").string();
+  const Outcome late = run(scene + "--method moreau_jean --step 21 -o " + other);
+  EXPECT_EQ(late.code, 2);
+  EXPECT_HAS(late.text, "--step = 21");
+  EXPECT_EQ(run(scene + "--method penalty -o " + other).code, 2) << "it solves no contact problem";
+  EXPECT_EQ(run(scene + "--method anitescu_convex -o " + other).code, 2) << "the associated law";
+  EXPECT_FALSE(fs::exists(other));
+  const Outcome missing = run("contacts solve " + other);
+  EXPECT_EQ(missing.code, 2);
+  EXPECT_HAS(missing.text, "does not exist");
+  EXPECT_EQ(run("contacts solve " + write("text.hdf5", "text")).code, 2);
+  const Outcome unknown = run("contacts solve " + file + " --solver simplex");
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_HAS(unknown.text, "simplex");
+  EXPECT_EQ(run("contacts solve " + file + " --solver newton,facets=8").code, 2);
 }
 
 }  // namespace

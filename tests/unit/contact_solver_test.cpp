@@ -7,51 +7,13 @@
 #include <Eigen/Geometry>
 #include <random>
 
+#include "tests/contact_problems.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
 namespace {
 
 using Kind = ContactSolverKind;
-
-/// Operator from its dense matrix: blocks that are zero are left out.
-void set_operator(ContactProblem& problem, const Matrix& G, const std::vector<ContactProblem::Contact>& contacts) {
-  problem.contacts = contacts;
-  std::vector<int> sizes;
-  for (const auto& contact : contacts) sizes.push_back(1 + contact.n_t);
-  problem.G.set_sizes(sizes);
-  const int n_c = static_cast<int>(contacts.size());
-  for (int i = 0; i < n_c; ++i) {
-    std::vector<int> neighbours;
-    for (int j = 0; j < n_c; ++j) {
-      if (i == j || !G.block(problem.G.row(i), problem.G.row(j), sizes[i], sizes[j]).isZero(0)) neighbours.push_back(j);
-    }
-    problem.G.add_row(neighbours);
-    for (std::size_t k = 0; k < neighbours.size(); ++k) {
-      const auto block = problem.G.block(i, static_cast<int>(k));
-      Eigen::Map<Matrix>(problem.G.values(i, static_cast<int>(k)), sizes[i], block.size) =
-          G.block(problem.G.row(i), block.row, sizes[i], block.size);
-    }
-  }
-}
-
-/// n_c contacts on a body of n_q coordinates: G = J' J, singular when there are more rows than coordinates.
-ContactProblem random_problem(FrictionLaw law, int n_c, int n_t, int n_q, unsigned seed) {
-  std::mt19937 generator(seed);
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  Matrix J(n_q, n_c * (1 + n_t));
-  for (auto& entry : J.reshaped()) entry = uniform(generator);
-  Vector v(n_q);
-  for (auto& entry : v) entry = uniform(generator);
-  std::vector<ContactProblem::Contact> contacts;
-  for (int i = 0; i < n_c; ++i)
-    contacts.push_back({.id = i, .n_t = n_t, .mu = n_t > 0 ? 0.1 + std::abs(uniform(generator)) : 0});
-  ContactProblem problem;
-  problem.law = law;
-  set_operator(problem, J.transpose() * J, contacts);
-  problem.b = J.transpose() * v;
-  return problem;
-}
 
 std::unique_ptr<ContactSolver> solver_of(Kind kind, int facets = 8) {
   return make_contact_solver(
@@ -63,22 +25,7 @@ Vector vector(std::initializer_list<double> entries) {
 }
 
 std::string name_of(Kind kind) {
-  return kind == Kind::lemke ? "lemke" : kind == Kind::pgs ? "pgs" : "newton";
-}
-
-struct Answer {
-  ContactStatus status = ContactStatus::iteration_limit;
-  Vector r, w;
-  double violation = 0;
-};
-
-Answer solve(ContactSolver& solver, const ContactProblem& problem) {
-  Answer answer;
-  answer.r = answer.w = Vector::Zero(problem.G.n_rows());
-  answer.status = solver.solve(problem, answer.r);
-  problem.G.times(answer.r, problem.b, answer.w);
-  answer.violation = violation(problem, answer.r, answer.w, scale_of(problem, answer.r), solver.polygon());
-  return answer;
+  return std::array{"lemke", "pgs", "newton", "interior_point"}.at(static_cast<std::size_t>(kind));
 }
 
 struct Shape {
@@ -116,7 +63,7 @@ TEST_P(RandomContactProblems, AreSolved) {
 
 std::vector<Shape> shapes() {
   std::vector<Shape> all;
-  for (const Kind kind : {Kind::lemke, Kind::pgs, Kind::newton}) {
+  for (const Kind kind : {Kind::lemke, Kind::pgs, Kind::newton, Kind::interior_point}) {
     for (const FrictionLaw law : {FrictionLaw::coulomb, FrictionLaw::associated}) {
       for (const auto& [n_c, n_t, n_q] :
            {std::array{1, 0, 2}, {4, 0, 3}, {1, 1, 3}, {3, 1, 9}, {4, 1, 9}, {1, 2, 3}, {2, 2, 6}, {4, 2, 14}})
@@ -141,9 +88,11 @@ TEST(ContactSolvers, AgreeWhereTheVelocitiesAreUnique) {
     for (unsigned seed = 1; seed <= 10; ++seed) {
       const ContactProblem problem = random_problem(law, 4, n_t, n_q, seed);
       const Answer newton = solve(*solver_of(Kind::newton), problem), pgs = solve(*solver_of(Kind::pgs), problem),
+                   interior = solve(*solver_of(Kind::interior_point), problem),
                    lemke = solve(*solver_of(Kind::lemke, 64), problem);
       // 1e-12 of the natural map, times the condition of G, up to 1e4 for these seeds
       EXPECT_LE((newton.w - pgs.w).norm(), 1e-8) << "seed " << seed;
+      EXPECT_LE((newton.w - interior.w).norm(), 1e-8) << "seed " << seed;
       // 64 facets turn the direction of friction by up to half the angle between two of them
       EXPECT_LE((newton.w - lemke.w).norm(), n_t == 2 ? std::numbers::pi / 64 * newton.w.norm() : 1e-8)
           << "seed " << seed;
@@ -173,7 +122,7 @@ TEST(ContactSolvers, WithTheDiscSlideAgainstTheVelocity) {
   ContactProblem problem;
   set_operator(problem, Matrix::Identity(3, 3), {{.n_t = 2, .mu = 0.5}});
   problem.b = vector({-1, 3, -4});
-  for (const Kind kind : {Kind::pgs, Kind::newton})
+  for (const Kind kind : {Kind::pgs, Kind::newton, Kind::interior_point})
     EXPECT_LE((solve(*solver_of(kind), problem).r - vector({1, -0.3, 0.4})).norm(), 1e-13) << name_of(kind);
 }
 
@@ -225,12 +174,13 @@ TEST_P(EverySolver, StartsWhereItEnded) {
   EXPECT_EQ(again.pivots + again.inner_iterations, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Solvers, EverySolver, testing::Values(Kind::lemke, Kind::pgs, Kind::newton),
+INSTANTIATE_TEST_SUITE_P(Solvers, EverySolver,
+                         testing::Values(Kind::lemke, Kind::pgs, Kind::newton, Kind::interior_point),
                          [](const auto& test) { return name_of(test.param); });
 
-/// A column of n unit blocks that falls onto the ground as one: contact i carries the weight of those above.
-TEST(ContactSolvers, SolveALongColumn) {
-  const int n = 200;  // sparse: above kMostDenseContacts
+/// A column of blocks that falls onto the ground as one, at unit speed: contact i carries those above.
+ContactProblem column(const Vector& masses) {
+  const int n = static_cast<int>(masses.size());
   Matrix J = Matrix::Zero(n, n);
   for (int i = 0; i < n; ++i) {
     J(i, i) = 1;
@@ -239,14 +189,35 @@ TEST(ContactSolvers, SolveALongColumn) {
   std::vector<ContactProblem::Contact> contacts;
   for (int i = 0; i < n; ++i) contacts.push_back({.id = i});
   ContactProblem problem;
-  set_operator(problem, J.transpose() * J, contacts);
-  EXPECT_EQ(problem.G.n_blocks(), 3 * n - 2);
+  set_operator(problem, J.transpose() * masses.cwiseInverse().asDiagonal() * J, contacts);
   problem.b = J.transpose() * Vector::Constant(n, -1);
-  const Answer newton = solve(*solver_of(Kind::newton), problem);
-  ASSERT_EQ(newton.status, ContactStatus::solved);
-  // G^-1 has norm 4 n^2 / pi^2 = 16000; tolerance 1e-12 of the largest velocity term, 2 n
-  for (int i = 0; i < n; ++i) EXPECT_NEAR(newton.r[i], n - i, 1e-5) << i;
-  EXPECT_LE(newton.violation, 1e-12);
+  return problem;
+}
+
+TEST(ContactSolvers, SolveALongColumn) {
+  const int n = 200;  // sparse: above kMostDenseContacts
+  const ContactProblem problem = column(Vector::Ones(n));
+  EXPECT_EQ(problem.G.n_blocks(), 3 * n - 2);
+  for (const Kind kind : {Kind::newton, Kind::interior_point}) {
+    const Answer answer = solve(*solver_of(kind), problem);
+    ASSERT_EQ(answer.status, ContactStatus::solved) << name_of(kind);
+    // G^-1 has norm 4 n^2 / pi^2 = 16000; tolerance 1e-12 of the largest velocity term, 2 n
+    for (int i = 0; i < n; ++i) EXPECT_NEAR(answer.r[i], n - i, 1e-5) << name_of(kind) << " " << i;
+    EXPECT_LE(answer.violation, 1e-12) << name_of(kind);
+  }
+}
+
+/// A heavy block on a light one, where Gauss-Seidel needs sweeps in proportion to the ratio of the masses.
+TEST(ContactSolvers, PutAHeavyBlockOnALightOne) {
+  const double ratio = 1e6;
+  const ContactProblem problem = column(vector({1, ratio}));
+  for (const Kind kind : {Kind::lemke, Kind::newton, Kind::interior_point}) {
+    const Answer answer = solve(*solver_of(kind), problem);
+    ASSERT_EQ(answer.status, ContactStatus::solved) << name_of(kind);
+    // 1e-12 of the largest velocity term, `ratio`, changes the speed of both blocks by 1e-6, and so r
+    EXPECT_NEAR(answer.r[0], 1 + ratio, 1e-6 * ratio) << name_of(kind);
+    EXPECT_NEAR(answer.r[1], ratio, 1e-6 * ratio) << name_of(kind);
+  }
 }
 
 TEST(ContactSolvers, SayWhenTheToleranceIsNotReached) {

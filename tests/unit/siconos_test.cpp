@@ -6,6 +6,7 @@
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"
+#include "tests/contact_problems.h"
 
 namespace ricochet {
 namespace {
@@ -63,6 +64,44 @@ TEST(Siconos, EventDrivenFindsTheImpactsOfABall) {
   EXPECT_NEAR(s.events[0].t, std::sqrt(2 * 0.9 / 9.81), 1e-9);
   // tests/data/ground_truth.json, P1a_ball_e09; impacts are located to 10 tolerances
   EXPECT_NEAR(s.q[0], 0.370977516354263779, 1e-8);
+}
+
+/// Where the solution is unique: a regular matrix, and little friction, so that Coulomb's law has one solution.
+TEST(Siconos, SolvesContactProblemsAsOursDo) {
+  if (!has_siconos_contact_solver()) GTEST_SKIP() << "libsiconos-kernel-dev not found";
+  for (const auto& [n_c, n_t, n_q] : {std::array{6, 0, 12}, {4, 1, 16}, {8, 1, 40}, {4, 2, 20}, {8, 2, 60}}) {
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+      ContactProblem problem = random_problem(FrictionLaw::coulomb, n_c, n_t, n_q, seed);
+      for (auto& contact : problem.contacts) contact.mu *= 0.3;
+      const auto theirs_from = make_siconos_contact_solver(1e-10, 100000);
+      const Answer theirs = solve(*theirs_from, problem);
+      ASSERT_EQ(theirs.status, ContactStatus::solved)
+          << n_c << " " << n_t << " seed " << seed << " " << theirs.violation;
+      for (const auto kind : {ContactSolverKind::pgs, ContactSolverKind::newton, ContactSolverKind::interior_point}) {
+        const Answer ours =
+            solve(*make_contact_solver({.kind = kind, .facets = 0, .tolerance = 1e-11, .iterations = 100000}), problem);
+        ASSERT_EQ(ours.status, ContactStatus::solved) << n_c << " " << n_t << " seed " << seed << " " << ours.violation;
+        // 1e-10 of the natural map times the condition of G, up to 1e4 for these seeds
+        EXPECT_LE((ours.w - theirs.w).norm(), 1e-6) << n_c << " " << n_t << " seed " << seed;
+        EXPECT_LE((ours.r - theirs.r).norm(), 1e-6 * (1 + theirs.r.norm())) << n_c << " " << n_t << " seed " << seed;
+      }
+    }
+  }
+}
+
+TEST(Siconos, IsAContactSolverOfTimeStepping) {
+  if (!has_siconos_contact_solver()) {
+    EXPECT_THROW(make_method("moreau_jean,solver=siconos"), InputError);
+    return;
+  }
+  for (const std::string problem : {"ball_row", "stacked_blocks", "ball_3d"}) {
+    const Solution ours = solve("moreau_jean,solver=newton", problem, 400, 0);
+    const Solution theirs = solve("moreau_jean,solver=siconos", problem, 400, 0);
+    ASSERT_TRUE(theirs.succeeded()) << problem << ": " << theirs.message;
+    // 1e-9 of the velocities in each of 400 steps
+    EXPECT_LE((ours.v - theirs.v).lpNorm<Eigen::Infinity>(), 1e-6) << problem;
+  }
+  EXPECT_THROW(solve("anitescu_convex,solver=siconos", "stacked_blocks", 10, 0), InputError) << "the associated law";
 }
 
 TEST(Siconos, DeclinesWhatItCannotDo) {

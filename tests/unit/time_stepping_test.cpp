@@ -78,7 +78,8 @@ INSTANTIATE_TEST_SUITE_P(Methods, TimeStepping,
                          testing::Values("moreau_jean", "moreau_jean,theta=1",
                                          "moreau_jean,implicit=full,solver=newton,contact_tolerance=1e-13",
                                          "moreau_jean,projection=on,solver=pgs,contact_tolerance=1e-13",
-                                         "anitescu_potra",
+                                         "moreau_jean,solver=interior_point,contact_tolerance=1e-13", "anitescu_potra",
+                                         "anitescu_potra,solver=interior_point,contact_tolerance=1e-13",
                                          "anitescu_potra,implicit=linear,solver=newton,contact_tolerance=1e-13",
                                          "stewart_trinkle,solver=newton,contact_tolerance=1e-13",
                                          "schatzman_paoli,solver=newton,contact_tolerance=1e-13",
@@ -108,7 +109,8 @@ INSTANTIATE_TEST_SUITE_P(Methods, RedundantContacts,
 /// there the iterative solvers end with a status. With these steps they reach their tolerance.
 TEST(RedundantContactsAtATolerance, AreSolvedByTheIterativeSolversToo) {
   const auto p = make_problem("box_3d");
-  for (const char* method : {"moreau_jean,solver=pgs", "moreau_jean,solver=newton", "anitescu_potra,solver=newton"}) {
+  for (const char* method : {"moreau_jean,solver=pgs", "moreau_jean,solver=newton", "moreau_jean,solver=interior_point",
+                             "anitescu_potra,solver=newton", "anitescu_potra,solver=interior_point"}) {
     const Solution s = run(*p, method, 600);
     ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
     EXPECT_LE(s.max_residual(), 1e-9) << method << ": the default tolerance";
@@ -121,6 +123,7 @@ TEST(TimeSteppingOptions, AreChecked) {
   EXPECT_THROW(make_method("moreau_jean,solver=simplex"), InputError);
   EXPECT_THROW(make_method("moreau_jean,contact_tolerance=1e-8"), InputError) << "Lemke's method has none";
   EXPECT_THROW(make_method("moreau_jean,solver=newton,contact_iterations=0"), InputError);
+  EXPECT_THROW(make_method("moreau_jean,solver=interior_point,facets=8"), InputError) << "the disc is exact";
   EXPECT_THROW(make_method("generalized_alpha,rho_inf=1.1"), InputError);
   EXPECT_THROW(make_method("penalty,stiffness=-1"), InputError);
   EXPECT_THROW(make_method("anitescu_potra,implicit=full"), InputError);

@@ -11,7 +11,7 @@
 // vanishes with h. Order 1.
 //
 // Source: Anitescu, Math. Program. 105 (2006) 113-143, eq. (10)-(13); Tasora, Anitescu, CMAME 200 (2011) 439-453.
-// Differs from the source: with solver=pgs|newton the cone is exact, with lemke the polyhedral one of the source.
+// Differs from the source: with lemke the cone is the polyhedral one of the source, with other solvers exact.
 
 #include "methods/registry.h"
 #include "methods/time_stepping/gap_contacts.h"
@@ -53,7 +53,8 @@ const bool registered = register_method({
     .usage = std::string("anitescu_convex") + kContactSolverUsage,
     .summary = "Anitescu (2006) time stepping, a convex program in each step, inelastic",
     .examples = {"anitescu_convex", "anitescu_convex,solver=pgs,contact_tolerance=1e-13",
-                 "anitescu_convex,solver=newton,contact_tolerance=1e-13"},
+                 "anitescu_convex,solver=newton,contact_tolerance=1e-13",
+                 "anitescu_convex,solver=interior_point,contact_tolerance=1e-13"},
     .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<Anitescu>(spec); },
     .not_built = {},
 });

@@ -21,7 +21,7 @@
 // Source: Anitescu, Potra, Nonlinear Dynamics 14 (1997) 231-247, section 3 (LCP) and section 5 (collisions); (3b):
 // Anitescu, Potra, IJNME 55 (2002) 753-784.
 // Differs from the source: the step is not shortened to the time of a collision; a contact that closes inside a step
-// becomes active at the next one. With solver=pgs|newton friction has the exact disc in space.
+// becomes active at the next one. Friction in space has the exact disc, but for lemke.
 
 #include <fmt/format.h>
 

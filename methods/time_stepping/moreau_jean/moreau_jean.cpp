@@ -155,7 +155,8 @@ const bool registered = register_method({
     .usage = std::string("moreau_jean[,theta=0.5][,implicit=linear|full][,projection=off|on]") + kContactSolverUsage,
     .summary = "Moreau-Jean time stepping, theta method",
     .examples = {"moreau_jean", "moreau_jean,theta=1", "moreau_jean,implicit=full", "moreau_jean,projection=on",
-                 "moreau_jean,solver=pgs,contact_tolerance=1e-13", "moreau_jean,solver=newton,contact_tolerance=1e-13"},
+                 "moreau_jean,solver=pgs,contact_tolerance=1e-13", "moreau_jean,solver=newton,contact_tolerance=1e-13",
+                 "moreau_jean,solver=interior_point,contact_tolerance=1e-13"},
     .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<MoreauJean>(spec); },
     .not_built = {},
 });

@@ -11,7 +11,7 @@
 // (2) (gap_contacts.h). The step that closes a contact loses the velocity over the gap, up to h |J_n' v|: order 1.
 //
 // Source: Stewart, Trinkle, IJNME 39 (1996) 2673-2691, eq. (12)-(16).
-// Differs from the source: 1. forces at (q_k, v_k), M at q_k; 2. with solver=pgs|newton friction has the disc in space.
+// Differs from the source: 1. forces at (q_k, v_k), M at q_k; 2. friction in space has the disc, but for lemke.
 
 #include "methods/registry.h"
 #include "methods/time_stepping/gap_contacts.h"

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "methods/complementarity/contact_file.h"
+#include "methods/complementarity/contact_solver.h"
+#include "reports/table.h"
+
+namespace ricochet {
+
+/// What one solver makes of one contact problem.
+struct ContactSolution {
+  std::string solver;
+  ContactStatus status = ContactStatus::iteration_limit;
+  double violation = 0;  ///< of the laws with the exact cone, relative
+  double distance = 0;   ///< of the velocities from those of the stored solution, relative; NaN where there is none
+  Counters work;
+  double seconds = 0;  ///< CPU time, median
+  Vector r;
+};
+
+/// @param solver  as behind `solver=` of a method: "lemke,facets=16"; @throws InputError
+/// @param from_guess  start from the stored guess, instead of zero
+ContactSolution solve_stored(const StoredContactProblem& stored, const std::string& solver, bool from_guess);
+
+/// The solvers of this build, of those that end in reasonable time.
+std::vector<std::string> usual_solvers(const ContactProblem& problem);
+
+Table contact_solution_table(const StoredContactProblem& stored, const std::vector<ContactSolution>& solutions);
+
+}  // namespace ricochet
