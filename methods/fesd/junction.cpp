@@ -136,7 +136,11 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   junction.culprit = junction.touching.empty() ? info.bilateral.front() : junction.touching.front();
   if (!impact_law_.prepare(stages.q0, junction.touching)) return Result::no_impulse;
 
-  const auto rounding = [&](int i) { return kVelocityRounding * impact_law_.normal_velocity_scale(i, v_minus); };
+  // Of a normal velocity behind the impact: an impulse that passes through a contact at rest leaves rounding of its own.
+  const auto rounding = [&](int i) {
+    const double stopped = Lambda_n[i] * impact_law_.normal_delassus(i);
+    return kVelocityRounding * std::max(impact_law_.normal_velocity_scale(i, v_minus), stopped);
+  };
   const bool must_bounce = std::any_of(junction.touching.begin(), junction.touching.end(),
                                        [&](int i) { return approaches(i, v_minus, left); });
   // A contact closes; the impulses of contacts that were closed when they bounced (see carry_on) are no impact.
