@@ -47,6 +47,7 @@ Measured solve_once(const std::shared_ptr<const Problem>& problem, const std::st
   run.active = static_cast<int>((problem->gap(solution.q).array() < kTouches).count());
   run.solves = static_cast<double>(solution.counters.complementarity_solves) / steps;
   run.iterations = static_cast<double>(solution.counters.inner_iterations + solution.counters.pivots) / steps;
+  run.events = static_cast<int>(solution.events.size());
   result.again = [problem, method, settings] { method->solve(*problem, settings); };
   return result;
 }

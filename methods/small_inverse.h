@@ -27,6 +27,8 @@ class SmallInverse {
   }
   /// x = A^-1 b of the factorised matrix, more accurate than with the inverse.
   void solve(const Matrix& b, Matrix& x) const { x = lu_.solve(b); }
+  /// The same, in place of one column b.
+  void solve_in_place(Eigen::Ref<Vector> b) const { b = lu_.solve(b).eval(); }
 
  private:
   Eigen::PartialPivLU<Matrix> lu_;

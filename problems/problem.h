@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace ricochet {
@@ -56,6 +57,9 @@ struct ProblemInfo {
     bool constant_force_jacobian = false;  ///< f_v + B_u u is affine in (q, v)
     bool has_potential = false;            ///< potential_energy() is defined
     bool has_formulas = false;             ///< a SymbolicProblem: a transcription can state its equations
+    /// Pairs k < l of coordinates that an entry (k, l) of M, or of a derivative of M a, f_v or B_u u, couples. Contacts
+    /// couple those of their supports.
+    std::vector<std::pair<int, int>> couplings;
   } structure;
 
   int n_c() const { return static_cast<int>(contacts.size()); }

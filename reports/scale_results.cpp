@@ -30,6 +30,7 @@ std::vector<std::string> exponents(const std::vector<ScaleRun>& runs, std::size_
           fmt::format("fit of {}", n.size()),
           growth_text("n", n, time),
           "",
+          "",
           has_iterations ? growth_text("n", n, iterations) : "-"};
 }
 
@@ -48,7 +49,8 @@ json to_json(const ScaleRun& r) {
           {"message", r.message},
           {"step_seconds", r.step_seconds},
           {"solves", r.solves},
-          {"iterations", r.iterations}};
+          {"iterations", r.iterations},
+          {"events", r.events}};
 }
 
 ScaleRun scale_run_from_json(const json& j) {
@@ -65,14 +67,15 @@ ScaleRun scale_run_from_json(const json& j) {
   j.at("step_seconds").get_to(r.step_seconds);
   j.at("solves").get_to(r.solves);
   j.at("iterations").get_to(r.iterations);
+  r.events = j.value("events", 0);  // earlier results do not say
   return r;
 }
 
 Table scale_table(const std::vector<ScaleRun>& runs) {
   Table table;
   table.title = "Time of a step over the number of active contacts";
-  table.columns = {{"scene", true}, {"method", true}, {"bodies"},          {"possible contacts"},
-                   {"active"},      {"us per step"},  {"solves per step"}, {"iterations per step"}};
+  table.columns = {{"scene", true}, {"method", true}, {"bodies"},          {"possible contacts"},  {"active"},
+                   {"us per step"}, {"events"},       {"solves per step"}, {"iterations per step"}};
   table.note =
       "CPU time, median. Active: contacts that touch at the end. Solves: contact problems, or systems of Newton's "
       "method; iterations: inner ones and pivots. The lines of exponents are fits over the runs that succeeded.";
@@ -82,7 +85,8 @@ Table scale_table(const std::vector<ScaleRun>& runs) {
     if (run.succeeded())
       table.rows.push_back({run.problem, run.method, fmt::format("{}", run.size), fmt::format("{}", run.contacts),
                             fmt::format("{}", run.active), fmt::format("{:.3g}", 1e6 * run.step_seconds),
-                            fmt::format("{:.3g}", run.solves), fmt::format("{:.3g}", run.iterations)});
+                            fmt::format("{}", run.events), fmt::format("{:.3g}", run.solves),
+                            fmt::format("{:.3g}", run.iterations)});
     if (i + 1 < runs.size() && same_curve(run, runs[i + 1])) continue;
     table.rows.push_back(exponents(runs, first, i + 1));
     first = i + 1;

@@ -23,6 +23,7 @@ struct ScaleRun {
   double step_seconds = 0;  ///< CPU time of a step, median
   double solves = 0;        ///< contact problems, or systems of a stage solver, per step
   double iterations = 0;    ///< inner iterations and pivots per step
+  int events = 0;           ///< of the whole run
 
   bool succeeded() const { return status == "success"; }
 };

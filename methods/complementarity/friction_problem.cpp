@@ -45,6 +45,8 @@ void FrictionProblem::set_slip_mode(Contact& contact, const double* r) const {
 }
 
 void FrictionProblem::resize(int most_contacts, int most_tangents, const FrictionPolygon& polygon) {
+  most_contacts_ = most_contacts;
+  most_tangents_ = most_tangents;
   polygon_ = polygon;
   facets_in_space_ = polygon.facets() > 0 ? polygon.facets() : kFacetsOfGuess;
   const int n = most_contacts + most_tangents;
@@ -65,6 +67,9 @@ void FrictionProblem::resize(int most_contacts, int most_tangents, const Frictio
 
 LcpStatus FrictionProblem::solve(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b, double rounding,
                                  std::span<Contact> contacts, Eigen::Ref<Vector> r) {
+  const int n_c = static_cast<int>(contacts.size()), n_t = static_cast<int>(b.size()) - n_c;
+  if (n_c > most_contacts_ || n_t > most_tangents_)
+    resize(std::max(n_c, most_contacts_), std::max(n_t, most_tangents_), polygon_);
   lemke_.set_rounding(rounding);
   is_redundant_ = has_dependent_normals(G, contacts);
   const LcpStatus status = solve_polyhedral(G, b, contacts, r);

@@ -54,8 +54,7 @@ class FrictionProblem {
     ContactMode mode = ContactMode::open;  ///< out: what (1)-(4) decided
   };
 
-  /// @param most_contacts, most_tangents  of any later call; solve() allocates nothing up to these when no contact is
-  /// in space
+  /// @param most_contacts, most_tangents  up to which solve() allocates nothing when no contact is in space
   /// @param polygon  friction in space; the disc is the default
   void resize(int most_contacts, int most_tangents, const FrictionPolygon& polygon = FrictionPolygon());
 
@@ -86,6 +85,7 @@ class FrictionProblem {
     return is_redundant_ ? lemke_.solve_smallest(M, q, z) : lemke_.solve(M, q, z);
   }
 
+  int most_contacts_ = 0, most_tangents_ = 0;
   FrictionPolygon polygon_;
   int facets_in_space_ = 0;
   LemkeSolver lemke_;

@@ -2,10 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "methods/fesd/rounding.h"
 
 namespace ricochet {
+namespace {
+
+// Contacts up to which a group does not predict their modes: where friction admits several solutions, Lemke's method
+// chooses.
+constexpr std::size_t kMostUnpredicted = 8;
+
+}  // namespace
 
 ImpactLaw::ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, Counters& counters)
     : problem_(problem),
@@ -15,73 +23,144 @@ ImpactLaw::ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, Cou
       bilateral_(problem) {
   const ProblemInfo& info = problem.info();
   const int n_q = problem.n_q(), n_c = problem.n_c(), n = n_c + info.n_lambda_t;
-  friction_.resize(n_c, info.n_lambda_t, polygon);
-  touching_.reserve(static_cast<std::size_t>(n_c));
-  laws_.reserve(static_cast<std::size_t>(n_c));
-  columns_.reserve(static_cast<std::size_t>(n));
+  const int few = std::min(n_c, static_cast<int>(kMostUnpredicted));
+  friction_.resize(few, std::min(2 * few, info.n_lambda_t), polygon);
+  for (auto* list : {&touching_, &contacts_, &parent_, &grouped_, &sizes_, &neighbours_, &cursor_}) list->reserve(n_c);
+  group_begin_.reserve(n_c + 1);
+  laws_.reserve(n_c);
   M_.resize(n_q, n_q);
-  D_.setZero(n_q, n);
-  MD_.setZero(n_q, n);
-  if (has_bilateral_) reaction_.setZero(n_c, n);
-  G_.resize(n, n);
   packed_n_.resize(info.n_normal_entries);
   packed_t_.resize(info.n_tangent_entries);
+  find_moved();
+  if (has_bilateral_) reaction_.setZero(n_c, n);
   f_.resize(n_q);
   w_.setZero(n_q);
+  column_.setZero(n_q);
+  scatter_.setZero(n_q);
+  visitor_.assign(n_q, -1);
+  visitors_.resize(n_q);
   bias_.resize(n_c);
-  T_.resize(info.n_lambda_t, n_q);
+  for (const auto& contact : info.contacts)
+    has_turning_friction_ = has_turning_friction_ || (contact.n_t > 0 && !contact.is_affine);
+  if (has_turning_friction_) T_.resize(info.n_lambda_t, n_q);
   b_.resize(n);
   r_.resize(n);
-  if (info.structure.constant_mass) {
-    problem.mass_matrix(info.q0.data(), M_.data());
-    llt_.compute(M_);
-    ++counters_.mass_factorizations;
+  if (info.structure.constant_mass) set_mass(info.q0);
+}
+
+/// The coordinates that an impulse of each contact moves: those that M couples with its support, or all of them where
+/// bilateral constraints do.
+void ImpactLaw::find_moved() {
+  const ProblemInfo& info = problem_.info();
+  std::vector<int> root(info.n_q);
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&](int k) {
+    while (root[k] != k) k = root[k] = root[root[k]];
+    return k;
+  };
+  if (!info.structure.diagonal_mass) {
+    for (const auto& [k, l] : info.structure.couplings) root[find(k)] = find(l);
   }
+  std::vector<std::vector<int>> members(info.n_q);
+  for (int k = 0; k < info.n_q; ++k) members[has_bilateral_ ? 0 : find(k)].push_back(k);
+  moved_begin_.assign(1, 0);
+  Eigen::Index effects = 0;
+  for (const auto& contact : info.contacts) {
+    std::vector<int> parts;
+    for (const int k : contact.support) parts.push_back(has_bilateral_ ? 0 : find(k));
+    std::sort(parts.begin(), parts.end());
+    parts.erase(std::unique(parts.begin(), parts.end()), parts.end());
+    const auto begin = static_cast<std::ptrdiff_t>(moved_.size());
+    for (const int part : parts) moved_.insert(moved_.end(), members[part].begin(), members[part].end());
+    std::sort(moved_.begin() + begin, moved_.end());
+    for (const int k : contact.support)
+      support_in_moved_.push_back(
+          static_cast<int>(std::lower_bound(moved_.begin() + begin, moved_.end(), k) - moved_.begin() - begin));
+    moved_begin_.push_back(static_cast<int>(moved_.size()));
+    effect_begin_.push_back(static_cast<int>(effects));
+    effects += (1 + contact.n_t) * (moved_begin_.back() - static_cast<Eigen::Index>(begin));
+  }
+  effects_.setZero(effects);
+}
+
+bool ImpactLaw::set_mass(const Vector& q) {
+  problem_.mass_matrix(q.data(), M_.data());
+  ++counters_.mass_factorizations;
+  if (problem_.info().structure.diagonal_mass) return (M_.diagonal().array() > 0).all();
+  llt_.compute(M_);
+  return llt_.info() == Eigen::Success;
+}
+
+void ImpactLaw::solve_mass(Eigen::Ref<Vector> x) {
+  ++counters_.linear_solves;
+  if (problem_.info().structure.diagonal_mass)
+    x.array() /= M_.diagonal().array();
+  else
+    llt_.solveInPlace(x);
 }
 
 bool ImpactLaw::prepare(const Vector& q, std::span<const int> touching) {
-  if (!problem_.info().structure.constant_mass) {
-    problem_.mass_matrix(q.data(), M_.data());
-    llt_.compute(M_);
-    ++counters_.mass_factorizations;
-    if (llt_.info() != Eigen::Success) return false;
-  }
+  if (!problem_.info().structure.constant_mass && !set_mass(q)) return false;
   touching_.assign(touching.begin(), touching.end());
   problem_.normal_jacobian(q.data(), packed_n_.data());
   if (problem_.info().has_friction()) problem_.tangent_jacobian(q.data(), packed_t_.data());
-  const auto solve = [&](auto column) {
-    llt_.solveInPlace(column);
-    ++counters_.linear_solves;
-  };
-  if (has_bilateral_ && !bilateral_.prepare(packed_n_.data(), solve)) return false;
-  const auto set_column = [&](int column, const ContactInfo& contact, const double* entries) {
-    D_.col(column).setZero();
-    for (const int row : contact.support) D_(row, column) = *entries++;
-    MD_.col(column) = D_.col(column);
-    solve(MD_.col(column));
-    if (has_bilateral_) bilateral_.impose(MD_.col(column), nullptr, reaction_.col(column));
-    return entries;
-  };
+  if (has_bilateral_ && !bilateral_.prepare(packed_n_.data(), [&](auto column) { solve_mass(column); })) return false;
+  const bool is_diagonal = problem_.info().structure.diagonal_mass && !has_bilateral_;
   for (const int i : touching_) {
     const auto& contact = problem_.info().contacts[i];
-    set_column(i, contact, packed_n_.data() + contact.normal_begin);
-    const double* entries = packed_t_.data() + contact.tangent_begin;
-    for (int d = 0; d < contact.n_t; ++d) entries = set_column(tangent_column(contact, d), contact, entries);
+    double* entry = effects_.data() + effect_begin_[i];
+    for (int d = 0; d <= contact.n_t; ++d) {
+      const double* J = column(i, d);
+      if (is_diagonal) {
+        for (const int at : contact.support) *entry++ = *J++ / M_(at, at);
+        ++counters_.linear_solves;
+        continue;
+      }
+      column_.setZero();
+      for (const int at : contact.support) column_[at] = *J++;
+      solve_mass(column_);
+      const int tangent = problem_.n_c() + contact.tangent_index + d - 1;
+      if (has_bilateral_) bilateral_.impose(column_, nullptr, reaction_.col(d == 0 ? i : tangent));
+      for (int s = 0; s < n_moved(i); ++s) *entry++ = column_[moved(i)[s]];
+    }
   }
   return true;
 }
 
-double ImpactLaw::sliding_delassus(int contact, const double* direction) const {
+double ImpactLaw::dot(int contact, int d, const Eigen::Ref<const Vector>& x) const {
+  const double* J = column(contact, d);
+  double sum = 0;
+  for (const int at : problem_.info().contacts[contact].support) sum += *J++ * x[at];
+  return sum;
+}
+
+/// The same with the magnitudes of its terms.
+double ImpactLaw::terms(int contact, int d, const Eigen::Ref<const Vector>& x) const {
+  const double* J = column(contact, d);
+  double sum = 0;
+  for (const int at : problem_.info().contacts[contact].support) sum += std::abs(*J++ * x[at]);
+  return sum;
+}
+
+/// J_n' P M^-1 D_d of a contact
+double ImpactLaw::own_delassus(int contact, int d) const {
   const auto& info = problem_.info().contacts[contact];
-  double entry = D_.col(contact).dot(MD_.col(contact));
-  for (int d = 0; d < info.n_t; ++d)
-    entry -= info.mu * direction[d] * D_.col(contact).dot(MD_.col(tangent_column(info, d)));
+  const double *J = column(contact, 0), *response = effect(contact, d);
+  double sum = 0;
+  for (std::size_t s = 0; s < info.support.size(); ++s)
+    sum += J[s] * response[support_in_moved_[info.normal_begin + s]];
+  return sum;
+}
+
+double ImpactLaw::sliding_delassus(int contact, const double* direction) const {
+  double entry = own_delassus(contact, 0);
+  for (int d = 0; d < n_t(contact); ++d)
+    entry -= problem_.info().contacts[contact].mu * direction[d] * own_delassus(contact, 1 + d);
   return entry;
 }
 
 void ImpactLaw::slip_velocity(int contact, const Eigen::Ref<const Vector>& v, double* v_t) const {
-  const auto& info = problem_.info().contacts[contact];
-  for (int d = 0; d < info.n_t; ++d) v_t[d] = D_.col(tangent_column(info, d)).dot(v);
+  for (int d = 0; d < n_t(contact); ++d) v_t[d] = dot(contact, 1 + d, v);
 }
 
 void ImpactLaw::set_slide(Closed& closed, const Eigen::Ref<const Vector>& v, double rounding) const {
@@ -114,73 +193,157 @@ void ImpactLaw::set_edge(Closed& closed, int edge) const {
 }
 
 double ImpactLaw::slip_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const {
-  const auto& info = problem_.info().contacts[contact];
   double scale = 0;
-  for (int d = 0; d < info.n_t; ++d)
-    scale = std::max(scale, D_.col(tangent_column(info, d)).cwiseAbs().dot(v.cwiseAbs()));
+  for (int d = 0; d < n_t(contact); ++d) scale = std::max(scale, terms(contact, 1 + d, v));
   return scale;
 }
 
-void ImpactLaw::add_contact(int contact) {
-  const auto& info = problem_.info().contacts[contact];
-  laws_.push_back({.mu = info.mu, .n_t = info.n_t});
-  columns_.push_back(contact);
-  for (int d = 0; d < info.n_t; ++d) columns_.push_back(tangent_column(info, d));
+/// Groups of contacts_ that share a coordinate they move.
+void ImpactLaw::set_groups() {
+  const int n = static_cast<int>(contacts_.size());
+  parent_.resize(n);
+  std::iota(parent_.begin(), parent_.end(), 0);
+  const auto find = [&](int k) {
+    while (parent_[k] != k) k = parent_[k] = parent_[parent_[k]];
+    return k;
+  };
+  for (int k = 0; k < n; ++k) {
+    for (int s = 0; s < n_moved(contacts_[k]); ++s) {
+      int& visitor = visitor_[moved(contacts_[k])[s]];
+      if (visitor >= 0) {
+        const int a = find(k), b = find(visitor);
+        parent_[std::max(a, b)] = std::min(a, b);
+      }
+      visitor = k;
+    }
+  }
+  for (const int i : contacts_) {
+    for (int s = 0; s < n_moved(i); ++s) visitor_[moved(i)[s]] = -1;
+  }
+  // Counting sort by the least number of each group.
+  cursor_.assign(n, 0);
+  for (int k = 0; k < n; ++k) {
+    parent_[k] = find(k);
+    ++cursor_[parent_[k]];
+  }
+  group_begin_.assign(1, 0);
+  for (int k = 0; k < n; ++k) {
+    if (parent_[k] != k) continue;
+    const int size = cursor_[k];
+    cursor_[k] = group_begin_.back();
+    group_begin_.push_back(group_begin_.back() + size);
+  }
+  grouped_.resize(n);
+  for (int k = 0; k < n; ++k) grouped_[cursor_[parent_[k]]++] = k;
 }
 
-void ImpactLaw::delassus() {
-  for (std::size_t r = 0; r < columns_.size(); ++r) {
-    for (std::size_t c = 0; c < columns_.size(); ++c) {
-      G_(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = D_.col(columns_[r]).dot(MD_.col(columns_[c]));
+/// G of members of contacts_, in their order.
+void ImpactLaw::set_delassus(std::span<const int> members) {
+  const int n = static_cast<int>(members.size());
+  sizes_.clear();
+  for (int k = 0; k < n; ++k) {
+    const int i = contacts_[members[k]];
+    sizes_.push_back(1 + n_t(i));
+    for (int s = 0; s < n_moved(i); ++s) visitors_[moved(i)[s]].push_back(k);
+  }
+  delassus_.set_sizes(sizes_);
+  for (const int member : members) {
+    neighbours_.clear();
+    for (const int at : problem_.info().contacts[contacts_[member]].support)
+      neighbours_.insert(neighbours_.end(), visitors_[at].begin(), visitors_[at].end());
+    std::sort(neighbours_.begin(), neighbours_.end());
+    neighbours_.erase(std::unique(neighbours_.begin(), neighbours_.end()), neighbours_.end());
+    delassus_.add_row(neighbours_);
+  }
+  cursor_.assign(n, 0);
+  for (int k = 0; k < n; ++k) {  // G_ik = D_i' (P M^-1 D_k), column after column; the pattern is symmetric
+    const int j = contacts_[members[k]];
+    for (int d = 0; d <= n_t(j); ++d) {
+      for (int s = 0; s < n_moved(j); ++s) scatter_[moved(j)[s]] = effect(j, d)[s];
+      for (int m = 0; m < delassus_.n_neighbours(k); ++m) {
+        const int row = delassus_.block(k, m).contact, i = contacts_[members[row]];
+        double* values = delassus_.values(row, cursor_[row]) + d * delassus_.size(row);
+        for (int e = 0; e <= n_t(i); ++e) values[e] = dot(i, e, scatter_);
+      }
+    }
+    for (int s = 0; s < n_moved(j); ++s) scatter_[moved(j)[s]] = 0;
+    for (int m = 0; m < delassus_.n_neighbours(k); ++m) ++cursor_[delassus_.block(k, m).contact];
+  }
+  for (const int member : members) {
+    const int i = contacts_[member];
+    for (int s = 0; s < n_moved(i); ++s) visitors_[moved(i)[s]].clear();
+  }
+}
+
+/// Impulses or forces r_ of a group, for b_ and laws_.
+LcpStatus ImpactLaw::solve_group(std::span<const int> members, double rounding) {
+  set_delassus(members);
+  const Eigen::Index n = delassus_.n_rows();
+  ++counters_.complementarity_solves;
+  const bool may_predict = std::ranges::none_of(laws_, [&](const auto& law) { return polygon_.applies(law.n_t); });
+  if (members.size() > kMostUnpredicted && may_predict &&
+      prediction_.solve(delassus_, b_.head(n), rounding, laws_, r_.head(n)))
+    return LcpStatus::solved;
+  if (G_.rows() < n) G_.resize(n, n);
+  delassus_.to_dense(G_);
+  const LcpStatus status = friction_.solve(G_.topLeftCorner(n, n), b_.head(n), rounding, laws_, r_.head(n));
+  counters_.pivots += friction_.pivots();
+  return status;
+}
+
+/// Adds what r_ of a group does to a velocity or acceleration, and the reaction of the bilateral constraints.
+void ImpactLaw::apply(std::span<const int> members, Eigen::Ref<Vector> motion, Eigen::Ref<Vector> normal) const {
+  const double* r = r_.data();
+  for (const int member : members) {
+    const int j = contacts_[member], tangent = problem_.n_c() + problem_.info().contacts[j].tangent_index;
+    for (int d = 0; d <= n_t(j); ++d, ++r) {
+      for (int s = 0; s < n_moved(j); ++s) motion[moved(j)[s]] += *r * effect(j, d)[s];
+      for (const int i : problem_.info().bilateral) normal[i] += *r * reaction_(i, d == 0 ? j : tangent + d - 1);
     }
   }
 }
 
-/// Adds what the first n entries of r_ do to a velocity or acceleration, and the reaction of the bilateral constraints.
-void ImpactLaw::apply(Eigen::Index n, Eigen::Ref<Vector> motion, Eigen::Ref<Vector> normal) const {
-  for (Eigen::Index k = 0; k < n; ++k) motion += r_[k] * MD_.col(columns_[k]);
-  if (!has_bilateral_) return;
-  for (const int i : problem_.info().bilateral) {
-    for (Eigen::Index k = 0; k < n; ++k) normal[i] += r_[k] * reaction_(i, columns_[k]);
-  }
-}
-
-LcpStatus ImpactLaw::impact(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {
-  laws_.clear();
-  columns_.clear();
-  for (const int i : touching_) add_contact(i);
-  delassus();
-  const auto n = static_cast<Eigen::Index>(columns_.size());
-  Eigen::Index row = 0;
+LcpStatus ImpactLaw::impact(std::span<const int> approaching, Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n,
+                            Eigen::Ref<Vector> Lambda_t) {
+  contacts_ = touching_;
+  set_groups();
   double size = 0;
-  for (const int i : touching_) {
-    const auto& contact = problem_.info().contacts[i];
-    size = std::max({size, normal_velocity_scale(i, v), slip_velocity_scale(i, v)});
-    b_[row++] = (1 + contact.eps_r) * D_.col(i).dot(v);
-    for (int d = 0; d < contact.n_t; ++d) b_[row++] = D_.col(tangent_column(contact, d)).dot(v);
+  for (const int i : touching_) size = std::max({size, normal_velocity_scale(i, v), slip_velocity_scale(i, v)});
+  for (std::size_t g = 0; g + 1 < group_begin_.size(); ++g) {
+    const std::span<const int> members(grouped_.data() + group_begin_[g], grouped_.data() + group_begin_[g + 1]);
+    const bool must_bounce = std::ranges::any_of(
+        members, [&](int member) { return std::ranges::binary_search(approaching, contacts_[member]); });
+    if (!must_bounce) continue;
+    laws_.clear();
+    Eigen::Index row = 0;
+    for (const int member : members) {
+      const int i = contacts_[member];
+      const auto& contact = problem_.info().contacts[i];
+      laws_.push_back({.mu = contact.mu, .n_t = contact.n_t});
+      for (int d = 0; d <= contact.n_t; ++d) {
+        const double rate = dot(i, d, v);
+        b_[row++] = d == 0 ? (1 + contact.eps_r) * rate : rate;
+      }
+    }
+    const LcpStatus status = solve_group(members, kVelocityRounding * size);
+    if (status != LcpStatus::solved) return status;
+    if (has_bilateral_) bilateral_.impose(v, nullptr, Lambda_n);
+    apply(members, v, Lambda_n);
+    const double* r = r_.data();
+    for (const int member : members) {
+      const auto& contact = problem_.info().contacts[contacts_[member]];
+      Lambda_n[contacts_[member]] = *r++;
+      for (int d = 0; d < contact.n_t; ++d) Lambda_t[contact.tangent_index + d] = *r++;
+    }
   }
-  const LcpStatus status =
-      friction_.solve(G_.topLeftCorner(n, n), b_.head(n), kVelocityRounding * size, laws_, r_.head(n));
-  ++counters_.complementarity_solves;
-  counters_.pivots += friction_.pivots();
-  if (status != LcpStatus::solved) return status;
-  if (has_bilateral_) bilateral_.impose(v, nullptr, Lambda_n);
-  apply(n, v, Lambda_n);
-  row = 0;
-  for (const int i : touching_) {
-    const auto& contact = problem_.info().contacts[i];
-    Lambda_n[i] = r_[row++];
-    for (int d = 0; d < contact.n_t; ++d) Lambda_t[contact.tangent_index + d] = r_[row++];
-  }
-  return status;
+  return LcpStatus::solved;
 }
 
 const Vector& ImpactLaw::free_acceleration(const Vector& q, const Vector& v) {
   problem_.force(q.data(), v.data(), problem_.info().u.data(), f_.data());
   ++counters_.force_evaluations;
   w_ = f_;
-  llt_.solveInPlace(w_);
-  ++counters_.linear_solves;
+  solve_mass(w_);
   return w_;
 }
 
@@ -188,43 +351,50 @@ LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<
                                     Eigen::Ref<Vector> lambda_n, Eigen::Ref<Vector> lambda_t) {
   free_acceleration(q, v);
   problem_.gap_acceleration_bias(q.data(), v.data(), bias_.data());
-  if (problem_.info().has_friction()) problem_.slip_velocity_derivative(q.data(), v.data(), T_.data());
+  if (has_turning_friction_) problem_.slip_velocity_derivative(q.data(), v.data(), T_.data());
   if (has_bilateral_) bilateral_.impose(w_, bias_.data(), lambda_n);
-  if (closed.empty()) return LcpStatus::solved;
-
-  laws_.clear();
-  columns_.clear();
-  Eigen::Index row = 0;
+  contacts_.clear();
   double size = 0;
   for (const Closed& c : closed) {
+    contacts_.push_back(c.contact);
     size = std::max({size, normal_velocity_scale(c.contact, w_), slip_velocity_scale(c.contact, w_)});
-    add_contact(c.contact);
-    laws_.back().slides = c.slides;
-    laws_.back().is_on_edge = c.is_on_edge;
-    laws_.back().facet = c.facet;
-    std::copy_n(c.direction, 2, laws_.back().direction);
-    const auto& contact = problem_.info().contacts[c.contact];
-    b_[row++] = D_.col(c.contact).dot(w_) + bias_[c.contact];
-    for (int d = 0; d < contact.n_t; ++d)
-      b_[row++] = D_.col(tangent_column(contact, d)).dot(w_) + T_.row(contact.tangent_index + d).dot(v);
   }
-  delassus();
-  const auto n = static_cast<Eigen::Index>(columns_.size());
-  const LcpStatus status =
-      friction_.solve(G_.topLeftCorner(n, n), b_.head(n), kVelocityRounding * size, laws_, r_.head(n));
-  ++counters_.complementarity_solves;
-  counters_.pivots += friction_.pivots();
-  if (status != LcpStatus::solved) return status;
-  row = 0;
-  for (std::size_t k = 0; k < closed.size(); ++k) {
-    const auto& contact = problem_.info().contacts[closed[k].contact];
-    closed[k].mode = laws_[k].mode;
-    closed[k].facet = laws_[k].facet;
-    lambda_n[closed[k].contact] = r_[row++];
-    for (int d = 0; d < contact.n_t; ++d) lambda_t[contact.tangent_index + d] = r_[row++];
+  set_groups();
+  for (std::size_t g = 0; g + 1 < group_begin_.size(); ++g) {
+    const std::span<const int> members(grouped_.data() + group_begin_[g], grouped_.data() + group_begin_[g + 1]);
+    laws_.clear();
+    Eigen::Index row = 0;
+    for (const int member : members) {
+      const Closed& c = closed[member];
+      const auto& contact = problem_.info().contacts[c.contact];
+      laws_.push_back({.mu = contact.mu,
+                       .n_t = contact.n_t,
+                       .slides = c.slides,
+                       .direction = {c.direction[0], c.direction[1]},
+                       .is_on_edge = c.is_on_edge,
+                       .facet = c.facet});
+      b_[row++] = dot(c.contact, 0, w_) + bias_[c.contact];
+      for (int d = 0; d < contact.n_t; ++d) {
+        b_[row] = dot(c.contact, 1 + d, w_);
+        for (std::size_t s = 0; s < contact.support.size() && !contact.is_affine; ++s)
+          b_[row] += T_(contact.tangent_index + d, contact.support[s]) * v[contact.support[s]];
+        ++row;
+      }
+    }
+    const LcpStatus status = solve_group(members, kVelocityRounding * size);
+    if (status != LcpStatus::solved) return status;
+    const double* r = r_.data();
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      Closed& c = closed[members[k]];
+      const auto& contact = problem_.info().contacts[c.contact];
+      c.mode = laws_[k].mode;
+      c.facet = laws_[k].facet;
+      lambda_n[c.contact] = *r++;
+      for (int d = 0; d < contact.n_t; ++d) lambda_t[contact.tangent_index + d] = *r++;
+    }
+    apply(members, w_, lambda_n);
   }
-  apply(n, w_, lambda_n);
-  return status;
+  return LcpStatus::solved;
 }
 
 }  // namespace ricochet

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "methods/bilateral_constraints.h"
+#include "methods/complementarity/contact_prediction.h"
+#include "methods/complementarity/delassus.h"
 #include "methods/complementarity/friction_problem.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
@@ -27,8 +29,11 @@ namespace ricochet {
 /// Friction in space may have a polygon in place of the disc (friction_polygon.h): (6) is then a vertex, or the edge
 /// that J_t^i' v+ is normal to.
 ///
-/// Both are friction problems (friction_problem.h) with the Delassus matrix G = D' M^-1 D, D = [J_n, J_t]. Bilateral
-/// constraints are eliminated (bilateral_constraints.h): P M^-1 stands for M^-1, and their impulses and forces follow.
+/// Both are friction problems (friction_problem.h) with the Delassus matrix G = D' M^-1 D, D = [J_n, J_t]. They fall
+/// apart into groups of contacts that move each other, each solved for itself: an impact is the business of its group,
+/// and in a group of many contacts their modes are predicted first (contact_prediction.h). D and M^-1 D are kept with
+/// their nonzeros only. Bilateral constraints are eliminated (bilateral_constraints.h): P M^-1 stands for M^-1, and
+/// their impulses and forces follow; then all contacts are one group.
 class ImpactLaw {
  public:
   ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, Counters& counters);
@@ -37,9 +42,11 @@ class ImpactLaw {
   /// not positive definite, or bilateral constraints depend on each other.
   bool prepare(const Vector& q, std::span<const int> touching);
 
-  /// (1)-(3). @param v  v- in, v+ out; @param Lambda_n  n_c, @param Lambda_t  n_lambda_t, written for touching contacts
-  /// and bilateral constraints only
-  LcpStatus impact(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
+  /// (1)-(3). @param approaching  the touching contacts that need an impulse: groups without one get none
+  /// @param v  v- in, v+ out; @param Lambda_n  n_c, @param Lambda_t  n_lambda_t, written for the contacts of the other
+  /// groups and bilateral constraints only
+  LcpStatus impact(std::span<const int> approaching, Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n,
+                   Eigen::Ref<Vector> Lambda_t);
 
   /// A closed contact, for contact_forces().
   struct Closed {
@@ -64,14 +71,12 @@ class ImpactLaw {
   double sliding_delassus(int contact, const double* direction) const;
 
   /// Diagonal Delassus entry J_n' M^-1 J_n of a touching contact.
-  double normal_delassus(int contact) const { return D_.col(contact).dot(MD_.col(contact)); }
+  double normal_delassus(int contact) const { return own_delassus(contact, 0); }
 
   /// J_n^i' v of a touching contact.
-  double normal_velocity(int contact, const Eigen::Ref<const Vector>& v) const { return D_.col(contact).dot(v); }
+  double normal_velocity(int contact, const Eigen::Ref<const Vector>& v) const { return dot(contact, 0, v); }
   /// sum_k |J_n,k^i v_k|: what rounding of a normal velocity is measured against.
-  double normal_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const {
-    return D_.col(contact).cwiseAbs().dot(v.cwiseAbs());
-  }
+  double normal_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const { return terms(contact, 0, v); }
   /// J_t^i' v of a touching contact, n_t components.
   void slip_velocity(int contact, const Eigen::Ref<const Vector>& v, double* v_t) const;
   /// The contact slides the way it slips at velocity v, if its slip velocity is larger than `rounding`; on a polygon
@@ -83,25 +88,56 @@ class ImpactLaw {
   double slip_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const;
 
  private:
-  int tangent_column(const ContactInfo& contact, int d) const { return problem_.n_c() + contact.tangent_index + d; }
-  void delassus();
-  void add_contact(int contact);
-  void apply(Eigen::Index n, Eigen::Ref<Vector> motion, Eigen::Ref<Vector> normal) const;
+  int n_t(int contact) const { return problem_.info().contacts[contact].n_t; }
+  /// Column d of D of a contact, 0 the normal: entries at its support.
+  const double* column(int contact, int d) const {
+    const auto& info = problem_.info().contacts[contact];
+    return d == 0 ? packed_n_.data() + info.normal_begin
+                  : packed_t_.data() + info.tangent_begin + (d - 1) * info.support.size();
+  }
+  /// The same of P M^-1 D: entries at the coordinates that the contact moves.
+  const double* effect(int contact, int d) const {
+    return effects_.data() + effect_begin_[contact] + d * n_moved(contact);
+  }
+  const int* moved(int contact) const { return moved_.data() + moved_begin_[contact]; }
+  int n_moved(int contact) const { return moved_begin_[contact + 1] - moved_begin_[contact]; }
+  double dot(int contact, int d, const Eigen::Ref<const Vector>& x) const;
+  double terms(int contact, int d, const Eigen::Ref<const Vector>& x) const;
+  double own_delassus(int contact, int d) const;
+  void find_moved();
+  bool set_mass(const Vector& q);
+  void solve_mass(Eigen::Ref<Vector> x);
+  void set_groups();
+  void set_delassus(std::span<const int> members);
+  LcpStatus solve_group(std::span<const int> members, double rounding);
+  void apply(std::span<const int> members, Eigen::Ref<Vector> motion, Eigen::Ref<Vector> normal) const;
 
   const Problem& problem_;
   const FrictionPolygon polygon_;
   Counters& counters_;
   std::vector<int> touching_;
-  Matrix M_, D_, MD_, G_;  // D_, MD_: n_q x (n_c + n_lambda_t), the latter P M^-1 D
-  Eigen::LLT<Matrix> llt_;
   const bool has_bilateral_;
   BilateralConstraints bilateral_;
+  Matrix M_;
+  Eigen::LLT<Matrix> llt_;  // unless M is diagonal
+  Vector packed_n_, packed_t_, column_, effects_;
+  std::vector<int> moved_, moved_begin_, effect_begin_;  // coordinates; per contact: where they, and its effects begin
+  std::vector<int> support_in_moved_;                    // where the entries of a packed J_n stand among `moved`
   Matrix reaction_;  // n_c x (n_c + n_lambda_t): of the bilateral constraints to the columns of D
-  Vector packed_n_, packed_t_, f_, w_, bias_, b_, r_;
+  Vector f_, w_, bias_, b_, r_, scatter_;
   Matrix T_;
+  bool has_turning_friction_ = false;  // some tangents depend on q
+
+  std::vector<int> contacts_;               // of the problem at hand
+  std::vector<int> parent_, visitor_;       // union-find among them; per coordinate: the last that moves it, or -1
+  std::vector<int> grouped_, group_begin_;  // their numbers, group after group
+  std::vector<std::vector<int>> visitors_;  // per coordinate: members of a group that move it
+  std::vector<int> sizes_, neighbours_, cursor_;
+  Delassus delassus_;
+  Matrix G_;
   std::vector<FrictionProblem::Contact> laws_;
-  std::vector<int> columns_;  // of D_, in the order of the friction problem
   FrictionProblem friction_;
+  ContactPrediction prediction_;
 };
 
 }  // namespace ricochet

@@ -31,6 +31,7 @@ JunctionSolver::JunctionSolver(const Problem& problem, const ButcherTableau& tab
       gap_size_(gap_size),
       impact_law_(problem, polygon, counters) {
   closed_.reserve(problem.info().contacts.size());
+  approaching_.reserve(problem.info().contacts.size());
   gap_.setZero(problem.n_c());
 }
 
@@ -64,13 +65,21 @@ bool JunctionSolver::approaches(int contact, const Eigen::Ref<const Vector>& v, 
   return impact_law_.normal_velocity(contact, v) < -kVelocityRounding * size;
 }
 
+/// The touching contacts that need an impulse, in approaching_.
+void JunctionSolver::find_approaching(const Junction& junction, const Eigen::Ref<const Vector>& v, const Stages* left) {
+  approaching_.clear();
+  for (const int i : junction.touching) {
+    if (approaches(i, v, left)) approaching_.push_back(i);
+  }
+}
+
 /// Whether a closed contact slides already, and where to.
-void JunctionSolver::set_tangential_law(const Stages& element, const Stages* left, const Switch& end, bool is_impact,
+void JunctionSolver::set_tangential_law(const Stages& element, const Stages* left, const Switch& end, bool is_struck,
                                         ImpactLaw::Closed& closed) {
   const int i = closed.contact;
   const auto& contact = problem_.info().contacts[i];
   const ContactMode before = left ? left->modes[i] : ContactMode::open;
-  if (end.contact == i && end.on_polygon() && !is_impact) return set_facet(element, end, closed);
+  if (end.contact == i && end.on_polygon() && !is_struck) return set_facet(element, end, closed);
   if (end.is(Switch::Kind::cone_reached, i) && !end.on_polygon()) {  // slip starts against the force
     closed.slides = true;
     double size = 0;
@@ -81,7 +90,7 @@ void JunctionSolver::set_tangential_law(const Stages& element, const Stages* lef
     for (int d = 0; d < contact.n_t; ++d) closed.direction[d] /= size;
     return;
   }
-  if (before == ContactMode::stick && !is_impact) return;
+  if (before == ContactMode::stick && !is_struck) return;
   if (end.is(Switch::Kind::slip_stops, i)) return;
   set_slide(element, closed);
 }
@@ -136,15 +145,24 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   junction.culprit = junction.touching.empty() ? info.bilateral.front() : junction.touching.front();
   if (!impact_law_.prepare(stages.q0, junction.touching)) return Result::no_impulse;
 
-  const auto rounding = [&](int i) { return kVelocityRounding * impact_law_.normal_velocity_scale(i, v_minus); };
-  const bool must_bounce = std::any_of(junction.touching.begin(), junction.touching.end(),
-                                       [&](int i) { return approaches(i, v_minus, left); });
+  // Of a normal velocity behind the impact: an impulse that passes through a contact at rest leaves rounding of its
+  // own.
+  const auto rounding = [&](int i) {
+    const double stopped = Lambda_n[i] * impact_law_.normal_delassus(i);
+    return kVelocityRounding * std::max(impact_law_.normal_velocity_scale(i, v_minus), stopped);
+  };
+  find_approaching(junction, v_minus, left);
   // A contact closes; the impulses of contacts that were closed when they bounced (see carry_on) are no impact.
   bool is_impact = false;
-  if (must_bounce) {
-    if (impact_law_.impact(stages.v0, Lambda_n, Lambda_t) != LcpStatus::solved) return Result::no_impulse;
+  if (!approaching_.empty()) {
+    if (impact_law_.impact(approaching_, stages.v0, Lambda_n, Lambda_t) != LcpStatus::solved) return Result::no_impulse;
     for (const int i : junction.touching) is_impact = is_impact || (Lambda_n[i] > 0 && !was_closed(i));
   }
+  // A contact whose bodies it moves; the others go on as if nothing had happened.
+  const auto is_struck = [&](int i) {
+    const auto& support = info.contacts[i].support;
+    return is_impact && std::any_of(support.begin(), support.end(), [&](int k) { return stages.v0[k] != v_minus[k]; });
+  };
 
   // Where a run begins at rest, but for rounding, only the forces say what a velocity is: those along the contact, and
   // the friction that a load makes.
@@ -158,9 +176,9 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   closed_.clear();
   for (const int i : junction.touching) {
     if (end.is(Switch::Kind::force_vanishes, i)) continue;
-    const bool rested = was_closed(i) && !is_impact;
+    const bool rested = was_closed(i) && !is_struck(i);
     ImpactLaw::Closed closed{.contact = i};
-    if (info.contacts[i].n_t > 0) set_tangential_law(stages, left, end, is_impact, closed);
+    if (info.contacts[i].n_t > 0) set_tangential_law(stages, left, end, is_struck(i), closed);
     if (rested || impact_law_.normal_velocity(i, stages.v0) <= rounding(i)) {
       closed_.push_back(closed);
     } else {
@@ -190,7 +208,7 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
     const int i = closed.contact;
     const auto& contact = info.contacts[i];
     ContactMode mode = closed.mode;
-    const bool rested = was_closed(i) && !is_impact;
+    const bool rested = was_closed(i) && !is_struck(i);
     if (mode == ContactMode::open && within_step && rested) mode = continued_mode(closed);
     stages.modes[i] = mode;
     if (polygon_.applies(contact.n_t)) stages.facets[i] = closed.facet;
@@ -243,10 +261,9 @@ bool JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
   }
   if (junction.touching.empty()) return true;
   if (!impact_law_.prepare(stages.q0, junction.touching)) return false;
-  const bool approach = std::any_of(junction.touching.begin(), junction.touching.end(),
-                                    [&](int i) { return approaches(i, stages.v0, &before); });
-  return !approach ||
-         impact_law_.impact(stages.v0, step.Lambda_n.col(element), step.Lambda_t.col(element)) == LcpStatus::solved;
+  find_approaching(junction, stages.v0, &before);
+  return approaching_.empty() || impact_law_.impact(approaching_, stages.v0, step.Lambda_n.col(element),
+                                                    step.Lambda_t.col(element)) == LcpStatus::solved;
 }
 
 bool JunctionSolver::is_pressed(const Stages& element, int contact) {

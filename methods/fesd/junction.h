@@ -72,11 +72,12 @@ class JunctionSolver {
 
  private:
   bool approaches(int contact, const Eigen::Ref<const Vector>& v, const Stages* left);
+  void find_approaching(const Junction& junction, const Eigen::Ref<const Vector>& v, const Stages* left);
   ContactMode continued_mode(const ImpactLaw::Closed& closed) const;
   void set_facet(const Stages& element, const Switch& end, ImpactLaw::Closed& closed);
   void set_slide(const Stages& element, ImpactLaw::Closed& closed);
   bool is_paradox(const ImpactLaw::Closed& closed) const;
-  void set_tangential_law(const Stages& element, const Stages* left, const Switch& end, bool is_impact,
+  void set_tangential_law(const Stages& element, const Stages* left, const Switch& end, bool is_struck,
                           ImpactLaw::Closed& closed);
 
   const Problem& problem_;
@@ -85,6 +86,7 @@ class JunctionSolver {
   const Vector& gap_size_;
   ImpactLaw impact_law_;
   std::vector<ImpactLaw::Closed> closed_;
+  std::vector<int> approaching_;
   Vector gap_;
   // Largest velocities so far, before cancellation.
   double normal_size_ = 0, slip_size_ = 0;

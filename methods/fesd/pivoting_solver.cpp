@@ -491,8 +491,13 @@ bool PivotingSolver::solve_run(int first, int count, Switch& end, double remaini
   const auto converges = [&] {
     return stage_solver_.solve_to_switch(run, end, max_h) == StageSolver::Result::converged;
   };
-  const auto& modes = run.front().modes;
-  if (end.kind == Switch::Kind::slip_stops && std::count(modes.begin(), modes.end(), ContactMode::slip) > 1) {
+  const auto slides_beside = [&](int i) {
+    const auto& contacts = problem_.info().contacts;
+    return i != end.contact && run.front().modes[i] == ContactMode::slip &&
+           contacts[i].support == contacts[end.contact].support;
+  };
+  if (end.kind == Switch::Kind::slip_stops && run.front().modes[end.contact] == ContactMode::slip &&
+      std::ranges::any_of(problem_.info().unilateral, slides_beside)) {
     end.together = true;
     if (converges()) return true;
     end.together = false;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "methods/runge_kutta/redundant_system.h"
+
 namespace ricochet {
 namespace {
 
@@ -15,8 +17,16 @@ constexpr double kSlipDrift = 1e-13;
 constexpr double kContradiction = 1e-9;
 // Of differences of forces, relative to the state: their error is its square, and Newton's method goes on with it.
 constexpr double kDifference = 1e-4;
-constexpr std::size_t kMaxFactors =
-    8;  // element lengths and active sets that alternate: full step, rest after an impact, ...
+// Element lengths that alternate: full step, rest after an impact, ...
+constexpr std::size_t kMostLengths = 8;
+// Far below anything physical in SI units, and far above subnormal numbers.
+constexpr double kVanishing = 1e-250;
+
+/// What rounding leaves of a body at rest decays from step to step, down to subnormal numbers: arithmetic with these
+/// takes a hundred times as long.
+void clear_vanishing(double* x, Eigen::Index n) {
+  for (Eigen::Index k = 0; k < n; ++k) x[k] = std::abs(x[k]) < kVanishing ? 0 : x[k];
+}
 
 }  // namespace
 
@@ -42,7 +52,8 @@ StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, 
       n_q_(problem.n_q()),
       n_s_(tableau.n_s),
       structure_(problem.info().structure),
-      stiffly_accurate_(tableau.is_stiffly_accurate()) {
+      stiffly_accurate_(tableau.is_stiffly_accurate()),
+      newton_(problem, tableau.n_s, counters) {
   A2_ = tableau.A * tableau.A;
   bA_ = tableau.A.transpose() * tableau.b;
   rows_ = tableau.A.rowwise().sum();
@@ -70,24 +81,34 @@ StageSolver::StageSolver(const Problem& problem, const ButcherTableau& tableau, 
   chord_variation_.setZero(n_c);
   gap0_.setZero(n_c);
   kept_gap0_.setZero(n_c);
+  gap_size_.setZero(n_c);
   kept_slip0_.setZero(problem.info().n_lambda_t);
   dq_.setZero(n_q_, n_s_);
-  M_end_.setZero(n_q_, n_q_);
   lambda_.setZero(n_c);
   lambda_t_.setZero(problem.info().n_lambda_t);
   Tq_.setZero(problem.info().n_lambda_t, n_q_);
   Ta_ = Tq_;
-  Mq_ = Fq_ = Fv_ = Jq_ = Matrix::Zero(n_q_, n_q_);
-  stage_M_.assign(n_s_, structure_.constant_mass ? M_ : Matrix::Zero(n_q_, n_q_));
-  Dq_.assign(n_s_, Matrix::Zero(n_q_, n_q_));
-  Dv_ = Dq_;
-  for (auto* matrices : {&forces_, &Rq_, &Rv_, &Rl_}) matrices->assign(n_s_, Matrix());
+  // Of the dense matrices only those that the scene needs: of thousands of bodies they are large.
+  const Matrix square = Matrix::Zero(n_q_, n_q_);
+  const bool is_curved = std::ranges::any_of(problem.info().contacts, [](const auto& c) { return !c.is_affine; });
+  has_force_jacobian_ = structure_.force_uses_position || structure_.force_uses_velocity;
+  if (has_force_jacobian_) Fq_ = Fv_ = square;
+  if (is_curved) Jq_ = M_end_ = square;
+  if (!structure_.constant_mass) Mq_ = square;
+  derivatives_.Dq.resize(n_s_);
+  if (has_force_jacobian_ || is_curved || !structure_.constant_mass) derivatives_.Dq.assign(n_s_, square);
+  derivatives_.Dv = derivatives_.Dq;
+  if (!structure_.constant_mass) stage_M_.assign(n_s_, square);
+  for (int j = 0; j < n_s_; ++j) derivatives_.M.push_back(structure_.constant_mass ? M_.data() : stage_M_[j].data());
+  for (auto* vectors : {&derivatives_.forces, &derivatives_.Rq, &derivatives_.Rv, &derivatives_.Rl})
+    vectors->resize(n_s_);
   incoming_q_ = incoming_v_ = stage_dq_ = stage_dv_ = Matrix::Zero(n_q_, 2);
-  factors_.reserve(kMaxFactors);
+  coefficients_.resize(kMostLengths);
+  for (auto& k : coefficients_) set_length(k, 0);
   set_active(std::vector<ContactMode>(static_cast<std::size_t>(n_c), ContactMode::open), {});
 }
 
-void StageSolver::set_length(Coefficients& k, double h) const {
+void StageSolver::set_length(StageCoefficients& k, double h) const {
   k.h = h;
   k.hA = h * tableau_.A;
   k.h2A2 = (h * h) * A2_;
@@ -105,6 +126,7 @@ void StageSolver::set_active(const std::vector<ContactMode>& modes, const std::v
   has_friction_ = false;
   is_affine_ = structure_.constant_mass && structure_.constant_force_jacobian;
   has_curved_ = false;
+  int entries = 0;
   for (std::size_t i = 0; i < modes.size(); ++i) {
     if (modes[i] == ContactMode::open) continue;
     const auto& contact = problem_.info().contacts[i];
@@ -112,9 +134,12 @@ void StageSolver::set_active(const std::vector<ContactMode>& modes, const std::v
     const TangentialLaw law = polygon_.law(modes[i], contact.n_t, facets.empty() ? 0 : facets[i]);
     closed_.push_back({.contact = static_cast<int>(i),
                        .mode = modes[i],
+                       .facet = facets.empty() ? 0 : facets[i],
                        .row = static_cast<int>(row_power_.size()),
                        .n_rows = 1 + (turns ? contact.n_t : law.n_held),
+                       .entry = entries,
                        .law = law});
+    entries += closed_.back().n_rows * static_cast<int>(contact.support.size());
     row_power_.push_back(2);
     for (int d = 1; d < closed_.back().n_rows; ++d) row_power_.push_back(turns ? 0 : 1);
     has_friction_ = has_friction_ || contact.n_t > 0;
@@ -124,25 +149,23 @@ void StageSolver::set_active(const std::vector<ContactMode>& modes, const std::v
   is_projected_ = stiffly_accurate_ && has_curved_;
   const int n_rows = static_cast<int>(row_power_.size());
   n_x_ = n_q_ + n_rows;
-  held_.setZero(n_q_, n_rows);
-  pushed_.setZero(n_q_, n_rows);
+  if (is_projected_) {
+    held_.setZero(n_q_, n_rows);
+    pushed_.setZero(n_q_, n_rows);
+  }
   end_directions_.setZero(2, static_cast<Eigen::Index>(closed_.size()));
   // A predicted correction of dw says little about what (3) is left with where closed contacts turn.
   predicted_tolerance_ = closed_.empty() ? tolerance_ : 0.1 * tolerance_;
   r_.resize(n_s_ * n_x_);
   dx_.resize(n_s_ * n_x_);
   x_.setZero(n_s_ * n_x_);
-  force_rows_.clear();
-  for (int j = 0; j < n_s_; ++j) {
-    for (int row = 0; row < n_rows; ++row) force_rows_.push_back(j * n_x_ + n_q_ + row);
-  }
   rhs_.resize(n_s_ * n_x_, 2);
   for (int j = 0; j < n_s_; ++j) {
-    forces_[j].setZero(n_q_, n_rows);
-    Rq_[j].setZero(n_rows, n_q_);
-    Rv_[j].setZero(n_rows, n_q_);
-    Rl_[j].setZero(n_rows, n_rows);
+    for (auto* vectors : {&derivatives_.forces, &derivatives_.Rq, &derivatives_.Rv}) (*vectors)[j].setZero(entries);
+    derivatives_.Rl[j].setZero(9 * static_cast<Eigen::Index>(closed_.size()));
   }
+  derivatives_.has_dynamics = has_force_jacobian_ || has_curved_ || !structure_.constant_mass;
+  newton_.set_active(closed_, n_rows);
 }
 
 /// Decides what of f_c(q_0) equation (4) removes, and what of J_t' v_0 equation (7a).
@@ -151,7 +174,7 @@ void StageSolver::set_initial_values(const Stages& step, double h) {
   problem_.gap(step.q0.data(), gap0_.data());
   problem_.normal_jacobian(step.q0.data(), J_n_.data());
   if (has_friction_) problem_.tangent_jacobian(step.q0.data(), J_t_.data());
-  for (const Active& active : closed_) {
+  for (const ActiveContact& active : closed_) {
     const int i = active.contact;
     const auto& contact = problem_.info().contacts[i];
     const double* J = J_n_.data() + contact.normal_begin;
@@ -160,7 +183,8 @@ void StageSolver::set_initial_values(const Stages& step, double h) {
       position += std::abs(*J * step.q0[row]);
       velocity += std::abs(*J++ * step.v0[row]);
     }
-    const bool is_drift = std::abs(gap0_[i]) > kGapDrift * position;
+    gap_size_[i] = std::max(gap_size_[i], position);  // q may pass through zero, and keeps its rounding
+    const bool is_drift = std::abs(gap0_[i]) > kGapDrift * gap_size_[i];
     const bool is_harmless = std::abs(gap0_[i]) <= 1e-8 * h * velocity;
     kept_gap0_[i] = is_drift && is_harmless ? gap0_[i] : 0;
     for (int k = 0; k < active.n_rows - 1; ++k) {
@@ -179,19 +203,22 @@ void StageSolver::set_initial_values(const Stages& step, double h) {
 }
 
 /// (8) or (9) holds for the contact at this stage.
-bool StageSolver::rests(const Active& active, int stage) const {
+bool StageSolver::rests(const ActiveContact& active, int stage) const {
   if (active.mode != ContactMode::slip || stage != n_s_ - 1) return false;
-  return active.contact == resting_contact_ || rest_together_;
+  const auto& contacts = problem_.info().contacts;
+  return active.contact == resting_contact_ ||
+         (rest_together_ && contacts[active.contact].support == contacts[resting_contact_].support);
 }
 
 /// Number of tangent directions, Active::law.held, in which (7a) holds for the contact at this stage.
-int StageSolver::n_held(const Active& active, int stage) const {
+int StageSolver::n_held(const ActiveContact& active, int stage) const {
   return rests(active, stage) ? problem_.info().contacts[active.contact].n_t : active.law.n_held;
 }
 
 /// Direction d of slip in lambda_t = -mu lambda_n d + ..., a unit vector of (7b), (7c) at velocity v, with J_t_
 /// evaluated there; returns ||v_t||, 0 when the direction does not depend on it.
-double StageSolver::slip_direction(const Active& active, const double* v, const Stages& step, double* direction) const {
+double StageSolver::slip_direction(const ActiveContact& active, const double* v, const Stages& step,
+                                   double* direction) const {
   const auto& contact = problem_.info().contacts[active.contact];
   if (active.mode != ContactMode::slip) {
     std::copy_n(active.law.along.data(), 2, direction);
@@ -214,7 +241,7 @@ double StageSolver::slip_direction(const Active& active, const double* v, const 
 }
 
 /// (1) and (2)
-void StageSolver::stage_values(const Coefficients& k, Stages& step) {
+void StageSolver::stage_values(const StageCoefficients& k, Stages& step) {
   const int n = n_q_;
   const double *a = step.a.data(), *q0 = step.q0.data(), *v0 = step.v0.data();
   for (int j = 0; j < n_s_; ++j) {
@@ -234,7 +261,7 @@ void StageSolver::stage_values(const Coefficients& k, Stages& step) {
 }
 
 /// (5)
-void StageSolver::end_values(const Coefficients& k, Stages& step) {
+void StageSolver::end_values(const StageCoefficients& k, Stages& step) {
   if (stiffly_accurate_) {
     step.q1 = step.q.col(n_s_ - 1);
     step.v1 = step.v.col(n_s_ - 1);
@@ -272,7 +299,7 @@ void StageSolver::set_end_system(const Vector& q, const Vector& v, const Stages&
   pushed_.setZero();
   n_end_ = 0;
   for (std::size_t k = 0; k < closed_.size(); ++k) {
-    const Active& active = closed_[k];
+    const ActiveContact& active = closed_[k];
     const auto& contact = problem_.info().contacts[active.contact];
     const auto entries = static_cast<int>(contact.support.size());
     const double *J_n = J_n_.data() + contact.normal_begin, *J_t = J_t_.data() + contact.tangent_begin;
@@ -297,7 +324,7 @@ void StageSolver::set_end_system(const Vector& q, const Vector& v, const Stages&
   auto MC = pushed_.leftCols(n_end_);
   for (Eigen::Index k = 0; k < n_end_; ++k) llt_.solveInPlace(MC.col(k));
   end_system_.noalias() = R.transpose().lazyProduct(MC);
-  end_inverse_ = inverse_.of(end_system_);
+  end_inverse_ = end_lu_.of(end_system_);
   if (RedundantSystem::is_singular(end_system_, end_inverse_))
     end_inverse_ = end_system_.completeOrthogonalDecomposition().pseudoInverse();
 }
@@ -310,7 +337,7 @@ void StageSolver::constrained_forces(const Vector& q, const Vector& v) {
   problem_.gap_acceleration_bias(q.data(), v.data(), gap_.data());
   if (has_friction_) problem_.slip_velocity_derivative(q.data(), v.data(), Tq_.data());
   Eigen::Index row = 0;
-  for (const Active& active : closed_) {
+  for (const ActiveContact& active : closed_) {
     const auto& contact = problem_.info().contacts[active.contact];
     end_rates_[row++] += gap_[active.contact];
     for (int m = 0; m < n_held(active, n_s_ - 1); ++m, ++row) {
@@ -339,7 +366,7 @@ void StageSolver::set_end_forces(Stages& step) {
   step.is_projected = is_projected_;
   if (is_projected_) {
     // The direction of slip in space follows the projected velocity.
-    const auto turns = [](const Active& active) { return active.mode == ContactMode::slip; };
+    const auto turns = [](const ActiveContact& active) { return active.mode == ContactMode::slip; };
     if (std::any_of(closed_.begin(), closed_.end(), turns)) set_end_system(step.q1, step.v1, step);
     constrained_forces(step.q1, step.v1);
     step.end_lambda_n = lambda_;
@@ -350,7 +377,7 @@ void StageSolver::set_end_forces(Stages& step) {
   } else if (tableau_.right_end.size() > 0) {
     step.end_lambda_n.noalias() = step.lambda_n.lazyProduct(tableau_.right_end);
     step.end_lambda_t.noalias() = step.lambda_t.lazyProduct(tableau_.right_end);
-    for (const Active& active : closed_) {  // extrapolated, a force that turns leaves its cone
+    for (const ActiveContact& active : closed_) {  // extrapolated, a force that turns leaves its cone
       if (stiffly_accurate_ || active.mode != ContactMode::slip) continue;
       const auto& contact = problem_.info().contacts[active.contact];
       auto lambda_t = step.end_lambda_t.segment(contact.tangent_index, contact.n_t);
@@ -377,13 +404,13 @@ void StageSolver::project_variations(const Stages& step) {
       chord_q_ = step.v1 + sign * dq;
       problem_.gap_acceleration_bias(step.q1.data(), chord_q_.data(), gap_.data());
       Eigen::Index row = 0;
-      for (const Active& active : closed_) {
+      for (const ActiveContact& active : closed_) {
         end_rates_[row++] += sign / 4 * gap_[active.contact];
         row += n_held(active, n_s_ - 1);
       }
     }
     Eigen::Index row = 0;
-    for (const Active& active : closed_) {
+    for (const ActiveContact& active : closed_) {
       const auto& contact = problem_.info().contacts[active.contact];
       ++row;
       for (int m = 0; m < n_held(active, n_s_ - 1); ++m, ++row) {
@@ -409,7 +436,7 @@ void StageSolver::gap_changes(int stage, const Stages& step) {
   for (int m = 0; m < 4; ++m) {
     chord_q_ = step.q0 + nodes[m] * dq;
     problem_.normal_jacobian(chord_q_.data(), chord_J_.data());
-    for (const Active& active : closed_) {
+    for (const ActiveContact& active : closed_) {
       const auto& info = problem_.info().contacts[active.contact];
       for (std::size_t s = 0; s < info.support.size(); ++s) {
         const std::size_t entry = info.normal_begin + s;
@@ -419,7 +446,7 @@ void StageSolver::gap_changes(int stage, const Stages& step) {
       }
     }
   }
-  for (const Active& active : closed_) {
+  for (const ActiveContact& active : closed_) {
     const int i = active.contact;
     const auto& info = problem_.info().contacts[i];
     const auto entries = static_cast<Eigen::Index>(info.support.size());
@@ -429,7 +456,7 @@ void StageSolver::gap_changes(int stage, const Stages& step) {
 }
 
 /// (3), (4) and (7), stage after stage
-void StageSolver::residual(const Coefficients& k, const Stages& step) {
+void StageSolver::residual(const StageCoefficients& k, const Stages& step) {
   const int n = n_q_;
   const double* u = problem_.info().u.data();
   counters_.force_evaluations += n_s_;
@@ -439,7 +466,7 @@ void StageSolver::residual(const Coefficients& k, const Stages& step) {
     double* r = r_.data() + j * n_x_;
     problem_.force(q, v, u, f_.data());
     if (!structure_.constant_mass) problem_.mass_matrix(q, stage_M_[j].data());
-    const double* M = stage_M_[j].data();
+    const double* M = derivatives_.M[j];
     for (int i = 0; i < n; ++i) load_ = std::max(load_, std::abs(f_[i]) / M[i * (n + 1)]);
     if (structure_.diagonal_mass) {
       for (int i = 0; i < n; ++i) r[i] = M[i * (n + 1)] * a[i] - f_[i];
@@ -455,7 +482,7 @@ void StageSolver::residual(const Coefficients& k, const Stages& step) {
     problem_.gap(q, gap_.data());
     if (has_friction_) problem_.tangent_jacobian(q, J_t_.data());
     if (has_curved_) gap_changes(j, step);
-    for (const Active& active : closed_) {
+    for (const ActiveContact& active : closed_) {
       const int i = active.contact;
       const auto& contact = problem_.info().contacts[i];
       const double* J = J_n_.data() + contact.normal_begin;
@@ -472,7 +499,8 @@ void StageSolver::residual(const Coefficients& k, const Stages& step) {
 }
 
 /// J_t lambda_t in (3), and (7)
-void StageSolver::friction_residual(const Coefficients& k, const Active& active, int j, const Stages& step, double* r) {
+void StageSolver::friction_residual(const StageCoefficients& k, const ActiveContact& active, int j, const Stages& step,
+                                    double* r) {
   const auto& contact = problem_.info().contacts[active.contact];
   const double* v = step.v.data() + j * n_q_;
   const auto change_of_v = [&](int row) {  // without the rounding of v_j
@@ -504,35 +532,42 @@ void StageSolver::friction_residual(const Coefficients& k, const Active& active,
 }
 
 /// M and the derivatives of (3), (4), (7) at every stage
-void StageSolver::derivatives(const Coefficients& k, const Stages& step) {
+void StageSolver::derivatives(const StageCoefficients& k, const Stages& step) {
   counters_.jacobian_evaluations += n_s_;
   const double* u = problem_.info().u.data();
   for (int j = 0; j < n_s_; ++j) {
     const double *q = step.q.col(j).data(), *v = step.v.col(j).data();
-    problem_.force_jacobians(q, v, u, Fq_.data(), Fv_.data());
-    Dq_[j] = -Fq_;
-    Dv_[j] = -Fv_;
+    Matrix &Dq = derivatives_.Dq[j], &Dv = derivatives_.Dv[j];
+    if (has_force_jacobian_) {
+      problem_.force_jacobians(q, v, u, Fq_.data(), Fv_.data());
+      Dq = -Fq_;
+      Dv = -Fv_;
+    } else if (derivatives_.has_dynamics) {
+      Dq.setZero();
+    }
     if (!structure_.constant_mass) {
       problem_.mass_matrix(q, stage_M_[j].data());
       problem_.mass_derivative(q, step.a.col(j).data(), Mq_.data());
-      Dq_[j] += Mq_;
+      Dq += Mq_;
     }
     if (closed_.empty()) continue;
-    lambda_ = step.lambda_n.col(j);
-    if (has_friction_) lambda_t_ = step.lambda_t.col(j);
-    problem_.contact_force_derivative(q, lambda_.data(), lambda_t_.data(), Jq_.data());
-    Dq_[j] -= Jq_;
+    if (has_curved_) {
+      lambda_ = step.lambda_n.col(j);
+      if (has_friction_) lambda_t_ = step.lambda_t.col(j);
+      problem_.contact_force_derivative(q, lambda_.data(), lambda_t_.data(), Jq_.data());
+      Dq -= Jq_;
+    }
     problem_.normal_jacobian(q, J_n_.data());
     if (has_friction_) {
       problem_.tangent_jacobian(q, J_t_.data());
-      problem_.slip_velocity_derivative(q, v, Tq_.data());
+      if (has_curved_) problem_.slip_velocity_derivative(q, v, Tq_.data());
     }
-    for (const Active& active : closed_) {
+    for (const ActiveContact& active : closed_) {
       const auto& contact = problem_.info().contacts[active.contact];
       const double* J = J_n_.data() + contact.normal_begin;
-      for (const int row : contact.support) {
-        forces_[j](row, active.row) = *J;
-        Rq_[j](active.row, row) = *J++ / (k.h * k.h);
+      for (std::size_t s = 0; s < contact.support.size(); ++s) {
+        derivatives_.forces[j][active.entry + s] = J[s];
+        derivatives_.Rq[j][active.entry + s] = J[s] / (k.h * k.h);
       }
       if (contact.n_t > 0) friction_derivatives(k, active, j, step);
     }
@@ -540,63 +575,50 @@ void StageSolver::derivatives(const Coefficients& k, const Stages& step) {
 }
 
 /// Columns of lambda_t, and the derivatives of (7)
-void StageSolver::friction_derivatives(const Coefficients& k, const Active& active, int j, const Stages& step) {
+void StageSolver::friction_derivatives(const StageCoefficients& k, const ActiveContact& active, int j,
+                                       const Stages& step) {
   const auto& contact = problem_.info().contacts[active.contact];
   const auto entries = static_cast<int>(contact.support.size());
   const double* J_t = J_t_.data() + contact.tangent_begin;
+  double* forces = derivatives_.forces[j].data() + active.entry;
   for (int d = 0; d < contact.n_t && is_slipping(active.mode); ++d) {  // (7b)
-    for (int s = 0; s < entries; ++s)
-      forces_[j](contact.support[s], active.row) -= contact.mu * active.law.along[d] * J_t[d * entries + s];
+    for (int s = 0; s < entries; ++s) forces[s] -= contact.mu * active.law.along[d] * J_t[d * entries + s];
   }
   const int held = n_held(active, j);
   const double scale = tangential_scale(active, k.h);
+  double* Rl = derivatives_.Rl[j].data() + 9 * (&active - closed_.data());
+  std::fill_n(Rl, 9, 0.0);
   for (int m = 0; m < active.n_rows - 1; ++m) {
-    const int row = active.row + 1 + m;
     const auto& direction = active.law.held[m];
-    auto Rq = Rq_[j].row(row), Rv = Rv_[j].row(row);
-    Rq.setZero();
-    Rv.setZero();
-    Rl_[j].row(row).setZero();
+    const int first = (1 + m) * entries;
+    double *Rq = derivatives_.Rq[j].data() + active.entry + first,
+           *Rv = derivatives_.Rv[j].data() + active.entry + first;
     for (int s = 0; s < entries; ++s) {
-      double& entry = forces_[j](contact.support[s], row);
+      Rq[s] = Rv[s] = 0;
+      double& entry = forces[first + s];
       entry = 0;
       for (int d = 0; d < contact.n_t; ++d) entry += direction[d] * J_t[d * entries + s];
-      if (m < held) Rv[contact.support[s]] = entry / scale;  // (7a)
+      if (m >= held) continue;
+      Rv[s] = entry / scale;  // (7a)
+      for (int d = 0; d < contact.n_t && !contact.is_affine; ++d)
+        Rq[s] += direction[d] / scale * Tq_(contact.tangent_index + d, contact.support[s]);
     }
-    for (int d = 0; d < contact.n_t && m < held; ++d) Rq += direction[d] / scale * Tq_.row(contact.tangent_index + d);
   }
   if (active.mode != ContactMode::slip || held > 0) return;
   double direction[2];
   const double speed = slip_direction(active, step.v.col(j).data(), step, direction);
   const double cone = contact.mu * step.lambda_n(active.contact, j);
   for (int d = 0; d < 2; ++d) {  // (7c)
-    const int row = active.row + 1 + d;
-    auto Rq = Rq_[j].row(row), Rv = Rv_[j].row(row), Rl = Rl_[j].row(row);
-    Rl[row] = 1;
-    Rl[active.row] = contact.mu * direction[d];
+    const int row = 1 + d, first = active.entry + row * entries;
+    Rl[3 * row + row] = 1;
+    Rl[3 * row] = contact.mu * direction[d];
     if (speed == 0) continue;
     for (int e = 0; e < contact.n_t; ++e) {
       const double slope = cone * ((d == e ? 1 : 0) - direction[d] * direction[e]) / speed;
-      for (int s = 0; s < entries; ++s) Rv[contact.support[s]] += slope * J_t[e * entries + s];
-      Rq += slope * Tq_.row(contact.tangent_index + e);
-    }
-  }
-}
-
-/// Derivative of (3), (4), (7) with respect to all accelerations and forces, from derivatives()
-void StageSolver::newton_matrix(const Coefficients& k) {
-  const auto n_rows = static_cast<Eigen::Index>(row_power_.size());
-  K_.setZero(n_s_ * n_x_, n_s_ * n_x_);
-  for (int j = 0; j < n_s_; ++j) {
-    for (int l = 0; l < n_s_; ++l) {
-      auto block = K_.block(j * n_x_, l * n_x_, n_x_, n_x_);
-      block.topLeftCorner(n_q_, n_q_) = k.h2A2(j, l) * Dq_[j] + k.hA(j, l) * Dv_[j];
-      if (n_rows > 0) block.bottomLeftCorner(n_rows, n_q_) = k.h2A2(j, l) * Rq_[j] + k.hA(j, l) * Rv_[j];
-      if (j != l) continue;
-      block.topLeftCorner(n_q_, n_q_) += stage_M_[j];
-      if (n_rows > 0) {
-        block.topRightCorner(n_q_, n_rows) = -forces_[j];
-        block.bottomRightCorner(n_rows, n_rows) = Rl_[j];
+      for (int s = 0; s < entries; ++s) {
+        derivatives_.Rv[j][first + s] += slope * J_t[e * entries + s];
+        if (!contact.is_affine)
+          derivatives_.Rq[j][first + s] += slope * Tq_(contact.tangent_index + e, contact.support[s]);
       }
     }
   }
@@ -613,12 +635,12 @@ double StageSolver::correct(const double* dx, double h, Stages& step) const {
       largest = std::max(largest, std::abs(dx[i]));
     }
     dx += n_q_;
-    for (const Active& active : closed_) {
+    for (const ActiveContact& active : closed_) {
       const auto& contact = problem_.info().contacts[active.contact];
+      const double* force = derivatives_.forces[j].data() + active.entry;
       for (int d = 0; d < active.n_rows; ++d) {
-        for (const int row : contact.support) {
-          largest = std::max(largest, std::abs(forces_[j](row, active.row + d) * dx[d]) / stage_M_[j](row, row));
-        }
+        for (const int at : contact.support)
+          largest = std::max(largest, std::abs(*force++ * dx[d]) / derivatives_.M[j][at * (n_q_ + 1)]);
       }
       step.lambda_n(active.contact, j) += *dx;
       if (contact.n_t > 0) set_friction(active, j, dx + 1, step);
@@ -630,7 +652,7 @@ double StageSolver::correct(const double* dx, double h, Stages& step) const {
 
 /// lambda_t of a closed contact at a stage, from lambda_n and its own unknowns with their corrections dx, which may be
 /// null.
-void StageSolver::set_friction(const Active& active, int j, const double* dx, Stages& step) const {
+void StageSolver::set_friction(const ActiveContact& active, int j, const double* dx, Stages& step) const {
   const auto& contact = problem_.info().contacts[active.contact];
   double* lambda_t = step.lambda_t.col(j).data() + contact.tangent_index;
   if (active.n_rows == 1 + contact.n_t) {  // stick, and slip on the disc: all of it is unknown
@@ -653,43 +675,25 @@ double StageSolver::velocity_scale(const Stages& step, double h) const {
   return v + h * a;
 }
 
-StageSolver::Factor& StageSolver::factor_for(const Stages& step) {
-  Factor* oldest = nullptr;
-  for (auto& factor : factors_) {
-    if (factor.coefficients.h == step.h && factor.modes == step.modes && factor.facets == step.facets) {
-      factor.last_use = ++clock_;
-      return factor;
-    }
-    if (!oldest || factor.last_use < oldest->last_use) oldest = &factor;
+const StageCoefficients& StageSolver::coefficients_for(double h) {
+  if (coefficients_[last_].h == h) return coefficients_[last_];
+  for (last_ = 0; last_ < kMostLengths; ++last_) {
+    if (coefficients_[last_].h == h) return coefficients_[last_];
   }
-  if (factors_.size() < kMaxFactors) oldest = &factors_.emplace_back();
-  set_length(oldest->coefficients, step.h);
-  oldest->modes = step.modes;
-  oldest->facets = step.facets;
-  oldest->is_valid = false;
-  oldest->last_use = ++clock_;
-  return *oldest;
+  last_ = oldest_++ % kMostLengths;
+  set_length(coefficients_[last_], h);
+  return coefficients_[last_];
 }
 
-bool StageSolver::refresh(Factor& factor, const Stages& step) {
-  derivatives(factor.coefficients, step);
-  newton_matrix(factor.coefficients);
-  ++counters_.matrix_factorizations;
-  factor.negative_inverse = -inverse_.of(K_);
-  factor.to_smallest.resize(0, 0);
-  if (closed_.size() > 1 && RedundantSystem::is_singular(K_, factor.negative_inverse)) {
-    const RedundantSystem system(K_, force_rows_);
-    factor.negative_inverse = -system.pseudo_inverse();
-    factor.to_smallest = system.to_smallest();
-  }
-  factor.is_valid = factor.negative_inverse.allFinite();
-  return factor.is_valid;
+bool StageSolver::refresh(const StageCoefficients& k, const Stages& step, bool again) {
+  derivatives(k, step);
+  return newton_.factorize(k, derivatives_, again);
 }
 
 /// The forces among the unknowns, in x_.
 void StageSolver::gather_forces(const Stages& step) {
   for (int j = 0; j < n_s_; ++j) {
-    for (const Active& active : closed_) {
+    for (const ActiveContact& active : closed_) {
       double* x = x_.data() + j * n_x_ + n_q_ + active.row;
       *x++ = step.lambda_n(active.contact, j);
       const auto& contact = problem_.info().contacts[active.contact];
@@ -704,45 +708,34 @@ void StageSolver::gather_forces(const Stages& step) {
 /// Equations of redundant contacts may contradict each other: then Newton's method converges to a compromise.
 bool StageSolver::is_consistent(const Stages& step, double h) const {
   const double acceleration = velocity_scale(step, h) / h;
-  return std::all_of(force_rows_.begin(), force_rows_.end(),
-                     [&](int row) { return std::abs(r_[row]) <= kContradiction * acceleration; });
-}
-
-/// dx = -K^-1 r, column by column: the columns are contiguous
-void StageSolver::newton_correction(const Factor& factor, const Stages& step) {
-  const auto n = r_.size();
-  const double* column = factor.negative_inverse.data();
-  double* dx = dx_.data();
-  std::fill_n(dx, n, 0.0);
-  for (Eigen::Index c = 0; c < n; ++c, column += n) {
-    const double r = r_[c];
-    for (Eigen::Index i = 0; i < n; ++i) dx[i] += column[i] * r;
+  for (int j = 0; j < n_s_; ++j) {
+    for (int row = j * n_x_ + n_q_; row < (j + 1) * n_x_; ++row) {
+      if (!(std::abs(r_[row]) <= kContradiction * acceleration)) return false;
+    }
   }
-  if (factor.to_smallest.size() == 0) return;
-  gather_forces(step);
-  dx_.noalias() -= factor.to_smallest.lazyProduct(x_);
+  return true;
 }
 
 StageSolver::Result StageSolver::solve(Stages& step) {
   set_active(step.modes, step.facets);
   set_dependent_forces(step);
-  Factor& factor = factor_for(step);
-  const Coefficients& k = factor.coefficients;
+  const StageCoefficients& k = coefficients_for(step.h);
+  const bool is_known = newton_.recall(k.h);
   set_initial_values(step, k.h);
   stage_values(k, step);
   bool is_fresh = false;
   is_frozen_ = has_friction_ && !step.slip_start.isZero(0);
-  if (!factor.is_valid) {
-    if (!refresh(factor, step)) return Result::singular;
+  if (!is_known) {
+    if (!refresh(k, step, false)) return Result::singular;
     is_fresh = true;
   }
 
   double previous = 0;
   for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
     residual(k, step);
-    newton_correction(factor, step);
+    if (newton_.is_redundant()) gather_forces(step);
+    newton_.solve(r_, x_, dx_);
     ++counters_.inner_iterations;
-    ++counters_.linear_solves;
     const double size = correct(dx_.data(), k.h, step);
     stage_values(k, step);
     if (!std::isfinite(size)) return Result::no_convergence;
@@ -759,23 +752,25 @@ StageSolver::Result StageSolver::solve(Stages& step) {
                      (contraction < 1 && contraction / (1 - contraction) * size <= predicted_tolerance_ * scale) ||
                      (iteration > 3 && contraction > 0.5 && size <= 1e-9 * scale);
       if (!is_converged && contraction > 0.1 && !(is_fresh && contraction < 0.5)) {
-        if (!refresh(factor, step)) return Result::singular;
+        if (!refresh(k, step, true)) return Result::singular;
         is_fresh = true;
       }
     }
     if (is_frozen_ && size <= 1e-3 * scale) {  // close enough for the direction to follow the velocity
       is_frozen_ = false;
-      if (!refresh(factor, step)) return Result::singular;
+      if (!refresh(k, step, true)) return Result::singular;
       continue;
     }
     if (is_converged) {
-      if (factor.to_smallest.size() > 0) {
+      if (newton_.is_redundant()) {
         residual(k, step);
         if (!is_consistent(step, k.h)) return Result::no_convergence;
       }
       set_slip_in_space(step);
       end_values(k, step);
       set_end_forces(step);
+      clear_vanishing(step.a.data(), step.a.size());
+      clear_vanishing(step.v1.data(), step.v1.size());
       return Result::converged;
     }
     previous = size;
@@ -786,7 +781,7 @@ StageSolver::Result StageSolver::solve(Stages& step) {
 /// (7c) from the velocities: they are known to the tolerance, the forces in the Newton correction only to the tolerance
 /// divided by h.
 void StageSolver::set_slip_in_space(Stages& step) {
-  for (const Active& active : closed_) {
+  for (const ActiveContact& active : closed_) {
     if (active.mode != ContactMode::slip) continue;
     const auto& contact = problem_.info().contacts[active.contact];
     for (int j = 0; j < n_s_; ++j) {
@@ -808,38 +803,19 @@ void StageSolver::set_dependent_forces(Stages& step) const {
     step.lambda_n.row(static_cast<Eigen::Index>(i)).setZero();
     if (contact.n_t > 0) step.lambda_t.middleRows(contact.tangent_index, contact.n_t).setZero();
   }
-  for (const Active& active : closed_) {
+  for (const ActiveContact& active : closed_) {
     for (int j = 0; has_friction_ && j < n_s_; ++j) {
       if (problem_.info().contacts[active.contact].n_t > 0) set_friction(active, j, nullptr, step);
     }
   }
 }
 
-/// response = -K^-1 rhs
-void StageSolver::solve_linearized(const Stages& step, Matrix& response) {
-  inverse_.factorize(K_);
-  ++counters_.matrix_factorizations;
-  counters_.linear_solves += 2;
-  is_redundant_ = closed_.size() > 1 && RedundantSystem::is_singular(K_, inverse_.inverse());
-  if (!is_redundant_) {
-    inverse_.solve(rhs_, response);
-    response *= -1;
-    return;
-  }
-  const RedundantSystem system(K_, force_rows_);
-  response.noalias() = -system.pseudo_inverse() * rhs_;
-  gather_forces(step);
-  response.col(0) -= system.to_smallest() * x_;
-  response.col(1) -= (system.to_smallest() * response.col(1)).eval();
-}
-
 /// One Newton step of a run: how the unknowns respond to the residual and to the variation incoming_q_, incoming_v_ of
 /// the left end, and what that makes of the right end (which becomes the next step's left end).
-void StageSolver::linearize_step(const Coefficients& k, const Stages& step, Matrix& response) {
+void StageSolver::linearize_step(const StageCoefficients& k, const Stages& step, Matrix& response) {
   const auto n_rows = static_cast<Eigen::Index>(row_power_.size());
   const double h = k.h;
   derivatives(k, step);
-  newton_matrix(k);
   for (int j = 0; j < n_s_; ++j) {  // (3), (4) at fixed accelerations
     stage_dv_ = incoming_v_;
     stage_dv_.col(1).noalias() += step.a.lazyProduct(tableau_.A.row(j).transpose());
@@ -847,20 +823,36 @@ void StageSolver::linearize_step(const Coefficients& k, const Stages& step, Matr
     stage_dq_.col(1) += rows_[j] * step.v0;
     stage_dq_.col(1).noalias() += (2 * h) * step.a.lazyProduct(A2_.row(j).transpose());
     auto dynamics = rhs_.middleRows(j * n_x_, n_q_);
-    dynamics.noalias() = Dq_[j].lazyProduct(stage_dq_);
-    dynamics.noalias() += Dv_[j].lazyProduct(stage_dv_);
+    if (derivatives_.has_dynamics) {
+      dynamics.noalias() = derivatives_.Dq[j].lazyProduct(stage_dq_);
+      if (has_force_jacobian_) dynamics.noalias() += derivatives_.Dv[j].lazyProduct(stage_dv_);
+    } else {
+      dynamics.setZero();
+    }
     dynamics.col(0) += r_.segment(j * n_x_, n_q_);
     if (n_rows == 0) continue;
     auto laws = rhs_.middleRows(j * n_x_ + n_q_, n_rows);
-    laws.noalias() = Rq_[j].lazyProduct(stage_dq_);
-    laws.noalias() += Rv_[j].lazyProduct(stage_dv_);
-    for (Eigen::Index row = 0; row < n_rows; ++row) {
-      const double r = r_[j * n_x_ + n_q_ + row];
-      laws(row, 0) += r;
-      laws(row, 1) -= row_power_[row] / h * r;
+    for (const ActiveContact& active : closed_) {
+      const auto& support = problem_.info().contacts[active.contact].support;
+      const double *Rq = derivatives_.Rq[j].data() + active.entry, *Rv = derivatives_.Rv[j].data() + active.entry;
+      for (int row = active.row; row < active.row + active.n_rows; ++row) {
+        double by_q[2]{0, 0}, by_v[2]{0, 0};
+        for (const int at : support) {
+          for (int c = 0; c < 2; ++c) {
+            by_q[c] += *Rq * stage_dq_(at, c);
+            by_v[c] += *Rv * stage_dv_(at, c);
+          }
+          ++Rq;
+          ++Rv;
+        }
+        const double r = r_[j * n_x_ + n_q_ + row];
+        laws(row, 0) = by_q[0] + by_v[0] + r;
+        laws(row, 1) = by_q[1] + by_v[1] - row_power_[row] / h * r;
+      }
     }
   }
-  solve_linearized(step, response);
+  if (closed_.size() > 1) gather_forces(step);
+  newton_.solve_once(k, derivatives_, rhs_, x_, response);
 
   incoming_q_ += h * incoming_v_;  // (5)
   incoming_q_.col(1) += step.v0;
@@ -940,7 +932,7 @@ void StageSolver::force_slope(const Stages& last, const Switch& end, Eigen::RowV
   const Matrix& response = run_response_[run_length_ - 1];
   const auto& contact = problem_.info().contacts[end.contact];
   const auto active =
-      std::find_if(closed_.begin(), closed_.end(), [&](const Active& a) { return a.contact == end.contact; });
+      std::find_if(closed_.begin(), closed_.end(), [&](const ActiveContact& a) { return a.contact == end.contact; });
   double by_lambda_n = 1, direction[2]{0, 0};  // by lambda_t: -direction
   if (end.kind != Switch::Kind::force_vanishes) {
     const auto lambda_t = last.end_lambda_t.segment(contact.tangent_index, contact.n_t);
@@ -988,7 +980,7 @@ void StageSolver::switch_slope(const Stages& last, const Switch& end, Eigen::Row
 }
 
 /// s of (9), n_t components; J_t_ and Tq_ are evaluated at the right end.
-double StageSolver::slip_acceleration(const Active& active, const Stages& last, double* s) const {
+double StageSolver::slip_acceleration(const ActiveContact& active, const Stages& last, double* s) const {
   const auto& contact = problem_.info().contacts[active.contact];
   const double* J_t = J_t_.data() + contact.tangent_begin;
   for (int d = 0; d < 2; ++d) {
@@ -1004,8 +996,8 @@ void StageSolver::spread_friction(Stages& last) {
   problem_.slip_velocity_derivative(last.q1.data(), last.v1.data(), Tq_.data());
   Matrix T = Matrix::Zero(n_q_, problem_.info().n_lambda_t);  // columns of resting contacts only
   Vector excess = Vector::Zero(problem_.info().n_lambda_t);
-  for (const Active& active : closed_) {
-    if (active.mode != ContactMode::slip) continue;
+  for (const ActiveContact& active : closed_) {
+    if (!rests(active, n_s_ - 1)) continue;
     const auto& contact = problem_.info().contacts[active.contact];
     double s[2];
     const double size = slip_acceleration(active, last, s);
@@ -1026,8 +1018,8 @@ double StageSolver::missing_power(const Stages& last, Eigen::RowVector2d* slope)
   problem_.slip_velocity_derivative(last.q1.data(), last.v1.data(), Tq_.data());
   if (slope) problem_.slip_velocity_derivative(last.q1.data(), last.a.col(j).data(), Ta_.data());
   double power = 0;
-  for (const Active& active : closed_) {
-    if (active.mode != ContactMode::slip) continue;
+  for (const ActiveContact& active : closed_) {
+    if (!rests(active, n_s_ - 1)) continue;
     const auto& contact = problem_.info().contacts[active.contact];
     const double lambda_n = last.lambda_n(active.contact, j);
     double s[2];
@@ -1072,7 +1064,7 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
   for (Stages& step : run) set_dependent_forces(step);
   run_length_ = run.size();
   if (run_response_.size() < run.size()) run_response_.resize(run.size());
-  Coefficients& k = run_coefficients_;
+  StageCoefficients& k = run_coefficients_;
   const auto hand_over = [&](std::size_t m) {
     run[m].h = k.h;
     if (m == 0) return;
@@ -1098,7 +1090,7 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
       stage_values(k, run[m]);
       residual(k, run[m]);
       linearize_step(k, run[m], run_response_[m]);
-      is_contradictory = is_redundant_ && !is_consistent(run[m], h);
+      is_contradictory = newton_.is_redundant() && !is_consistent(run[m], h);
       end_values(k, run[m]);
       if (is_projected_) project_variations(run[m]);
       if (m + 1 == run.size()) set_end_forces(run[m]);

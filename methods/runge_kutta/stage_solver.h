@@ -1,14 +1,13 @@
 #pragma once
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "methods/complementarity/friction_polygon.h"
 #include "methods/runge_kutta/butcher_tableau.h"
-#include "methods/runge_kutta/redundant_system.h"
+#include "methods/runge_kutta/newton_system.h"
 #include "methods/small_inverse.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
@@ -44,9 +43,9 @@ struct Switch {
   };
   Kind kind = Kind::gap_closes;
   int contact = -1;
-  int zeros_at_start = 0;  ///< of the switch function at the left end; these roots h = 0 are divided out
-  double left_gap = 0;     ///< [m] of a contact that starts the run touching: its gap closes where it is this again
-  bool together = false;   ///< all contacts that slip in space come to rest with this one: they are on one rigid body
+  int zeros_at_start = 0;      ///< of the switch function at the left end; these roots h = 0 are divided out
+  double left_gap = 0;         ///< [m] of a contact that starts the run touching: its gap closes where it is this again
+  bool together = false;       ///< the contacts of the same bodies that slip in space come to rest with this one
   FacetCondition condition{};  ///< on a polygon: the one that becomes zero; its facet is -1 elsewhere
 
   /// Its function is one of the forces at the right end.
@@ -101,9 +100,9 @@ struct Switch {
 ///   J_t' v_{n_s} = 0,   ||lambda_t,n_s|| = mu lambda_n,n_s.                             (8)
 ///
 /// Other tableaus cannot make both components of v_t at the right end zero with one length. A rigid body that slides
-/// and spins on several contacts comes to rest on all of them at once. Then the first half of (8) holds for each,
-/// redundant as it is, and instead of the second the power of friction is all that the cones allow, with the slip
-/// accelerations in place of the velocities that vanish:
+/// and spins on several contacts, all of one support, comes to rest on all of them at once. Then the first half of (8)
+/// holds for each, redundant as it is, and instead of the second the power of friction is all that the cones allow,
+/// with the slip accelerations in place of the velocities that vanish:
 ///
 ///   sum_i lambda_t^i' s^i = sum_i mu^i lambda_n^i ||s^i||,   s = (J_t' v)^. = J_t' w + T v   at stage n_s.      (9)
 ///
@@ -114,11 +113,12 @@ struct Switch {
 /// the difference is taken without them: J_n' (q_j - q_0) for an affine gap; else, as long as J_n hardly changes in the
 /// step, the integral of J_n' (q_j - q_0) along the chord by Gauss quadrature (6). f_c(q_0) itself is rounding that one
 /// short step could remove only with forces far larger than rounding; it is removed when many steps have gathered more
-/// than 1e-13 of the size of q.
+/// than 1e-13 of the largest size that q had in the run.
 ///
-/// solve() has h given and keeps the inverse Newton matrix from step to step as long as it contracts: for an affine
-/// scene it is exact and one matrix-vector product solves the step. solve_to_switch() has h unknown too, with the
-/// switch as the additional equation: the square system of FESD-J for a given active set.
+/// solve() has h given and keeps the factors of the Newton matrix from step to step as long as it contracts: for an
+/// affine scene they are exact and one solution of the linear system (newton_system.h) solves the step.
+/// solve_to_switch() has h unknown too, with the switch as the additional equation: the square system of FESD-J for a
+/// given active set.
 class StageSolver {
  public:
   enum class Result : std::uint8_t { converged, no_convergence, singular, left_interval };
@@ -147,41 +147,11 @@ class StageSolver {
   void extrapolate(const Stages& from, Stages& to) const;
 
  private:
-  using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-  /// (1), (2), (5) for one h.
-  struct Coefficients {
-    double h = 0;
-    RowMajorMatrix hA, h2A2;
-    Vector hb, h2bA, h_rows;  // h_rows: h times the row sums of A
-  };
-
-  /// Newton matrix of one h and active set. The inverse is kept, not its factors: it is used many times, and residuals
-  /// correct its rounding.
-  struct Factor {
-    Coefficients coefficients;
-    std::vector<ContactMode> modes;
-    std::vector<int> facets;
-    Matrix negative_inverse;
-    Matrix to_smallest;  // RedundantSystem (2); empty when the contacts are not redundant
-    bool is_valid = false;
-    std::uint64_t last_use = 0;
-  };
-
-  void set_length(Coefficients& coefficients, double h) const;
-  /// A closed contact. Its unknowns and equations at a stage: the normal ones, then, unless (7b), the tangential ones.
-  struct Active {
-    int contact = -1;
-    ContactMode mode = ContactMode::closed;
-    int row = 0;     // of its first unknown among those of all closed contacts
-    int n_rows = 1;  // 1 or 1 + n_t, 2 on an edge
-    TangentialLaw law;
-  };
-
+  void set_length(StageCoefficients& coefficients, double h) const;
   void set_active(const std::vector<ContactMode>& modes, const std::vector<int>& facets);
   void set_initial_values(const Stages& step, double h);
-  void stage_values(const Coefficients& k, Stages& step);
-  void end_values(const Coefficients& k, Stages& step);
+  void stage_values(const StageCoefficients& k, Stages& step);
+  void end_values(const StageCoefficients& k, Stages& step);
   void project_end_velocity(Stages& step);
   void set_end_system(const Vector& q, const Vector& v, const Stages& step);
   void constrained_forces(const Vector& q, const Vector& v);
@@ -189,37 +159,36 @@ class StageSolver {
   void take_away_end_rates(Eigen::Ref<Vector> x);
   void project_variations(const Stages& step);
   void gap_changes(int stage, const Stages& step);
-  bool rests(const Active& active, int stage) const;
-  int n_held(const Active& active, int stage) const;
-  void set_friction(const Active& active, int stage, const double* dx, Stages& step) const;
+  bool rests(const ActiveContact& active, int stage) const;
+  int n_held(const ActiveContact& active, int stage) const;
+  void set_friction(const ActiveContact& active, int stage, const double* dx, Stages& step) const;
   /// What (7a) is divided by: h, but 1 for (8), among rows (7c).
-  static double tangential_scale(const Active& active, double h) { return active.mode == ContactMode::slip ? 1 : h; }
-  double slip_direction(const Active& active, const double* v, const Stages& step, double* direction) const;
-  void residual(const Coefficients& k, const Stages& step);
-  void friction_residual(const Coefficients& k, const Active& active, int j, const Stages& step, double* r);
-  void derivatives(const Coefficients& k, const Stages& step);
-  void friction_derivatives(const Coefficients& k, const Active& active, int stage, const Stages& step);
-  void newton_matrix(const Coefficients& k);
-  void newton_correction(const Factor& factor, const Stages& step);
+  static double tangential_scale(const ActiveContact& active, double h) {
+    return active.mode == ContactMode::slip ? 1 : h;
+  }
+  double slip_direction(const ActiveContact& active, const double* v, const Stages& step, double* direction) const;
+  void residual(const StageCoefficients& k, const Stages& step);
+  void friction_residual(const StageCoefficients& k, const ActiveContact& active, int j, const Stages& step, double* r);
+  void derivatives(const StageCoefficients& k, const Stages& step);
+  void friction_derivatives(const StageCoefficients& k, const ActiveContact& active, int stage, const Stages& step);
   void gather_forces(const Stages& step);
-  void solve_linearized(const Stages& step, Matrix& response);
   bool is_consistent(const Stages& step, double h) const;
-  void linearize_step(const Coefficients& k, const Stages& step, Matrix& response);
+  void linearize_step(const StageCoefficients& k, const Stages& step, Matrix& response);
   double deflated_switch(const Stages& last, const Switch& end, double h, Eigen::RowVector2d& slope);
   void switch_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope);
   double end_margin(const Switch& end, const Vector& lambda_n, const Vector& lambda_t) const;
   static bool slip_that_vanishes(const Stages& last, const Switch& end, double* direction);
   void constrained_force_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope);
   void force_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope) const;
-  double slip_acceleration(const Active& active, const Stages& last, double* s) const;
+  double slip_acceleration(const ActiveContact& active, const Stages& last, double* s) const;
   void spread_friction(Stages& last);
   double missing_power(const Stages& last, Eigen::RowVector2d* slope);
   double correct(const double* dx, double h, Stages& step) const;
   double velocity_scale(const Stages& step, double h) const;
   void set_dependent_forces(Stages& step) const;
   void set_slip_in_space(Stages& step);
-  Factor& factor_for(const Stages& step);
-  bool refresh(Factor& factor, const Stages& step);
+  const StageCoefficients& coefficients_for(double h);
+  bool refresh(const StageCoefficients& k, const Stages& step, bool again);
 
   const Problem& problem_;
   const ButcherTableau tableau_;
@@ -239,20 +208,21 @@ class StageSolver {
   // The active set.
   std::vector<ContactMode> modes_;
   std::vector<int> facets_;
-  std::vector<Active> closed_;
+  std::vector<ActiveContact> closed_;
   int n_x_ = 0;  // unknowns per stage: n_q accelerations, then the forces of the closed contacts
   bool is_affine_ = false;
-  bool has_curved_ = false;    // a closed contact is curved
-  bool is_projected_ = false;  // P of (5) is not I
+  bool has_force_jacobian_ = false;  // f_v + B_u u depends on q or v
+  bool has_curved_ = false;          // a closed contact is curved
+  bool is_projected_ = false;        // P of (5) is not I
   double predicted_tolerance_ = 0;
   bool has_friction_ = false;   // a closed contact has
   bool is_frozen_ = false;      // (7c) with the direction slip_start
   int resting_contact_ = -1;    // (8) holds for it, in the step at hand
-  bool rest_together_ = false;  // and for all that slip in space
-  bool is_redundant_ = false;   // so are the contacts of the step that solve_linearized() saw last
+  bool rest_together_ = false;  // and for all of its support that slip in space
 
-  std::vector<Factor> factors_;
-  std::uint64_t clock_ = 0;
+  std::vector<StageCoefficients> coefficients_;  // of the last lengths
+  std::size_t last_ = 0, oldest_ = 0;            // used last; to be replaced next
+  NewtonSystem newton_;
 
   // (10), (11)
   Eigen::Index n_end_ = 0;  // columns of R, C
@@ -268,20 +238,19 @@ class StageSolver {
   Vector f_, J_n_, J_t_, gap_, lambda_, lambda_t_, r_, dx_;
   Vector chord_J_, chord_q_, chord_variation_, gap_change_;
   Vector gap0_, kept_gap0_;  // f_c(q_0), and the part of it that (4) removes
+  Vector gap_size_;          // largest sum_k |J_n,k q_k| so far: what rounding of a gap is relative to
   Vector kept_slip0_;        // the part of held' J_t' v_0 that (7a) removes
   Matrix dq_;                // q_j - q_0 without the rounding of q_j
-  Matrix K_, Mq_, Fq_, Fv_, Jq_, Tq_, Ta_;
-  std::vector<Matrix> stage_M_, Dq_, Dv_;  // per stage: M, d(3)/dq, d(3)/dv
-  std::vector<Matrix> forces_;             // per stage, n_q x n_rows: -d(3)/dlambda
-  std::vector<Matrix> Rq_, Rv_, Rl_;       // per stage: derivatives of (4), (7) by q_j, v_j, lambda_j
-  std::vector<int> force_rows_;            // of the unknowns that are forces
-  Vector x_;                               // all unknowns, accelerations left out
-  std::vector<int> row_power_;             // of the h that a row of (4), (7) is divided by
-  double load_ = 0;                        // largest |f_i| / M_ii of the last residual
-  SmallInverse inverse_;
+  Matrix Mq_, Fq_, Fv_, Jq_, Tq_, Ta_;
+  std::vector<Matrix> stage_M_;  // M that varies
+  StageDerivatives derivatives_;
+  Vector x_;                    // all unknowns, accelerations left out
+  std::vector<int> row_power_;  // of the h that a row of (4), (7) is divided by
+  double load_ = 0;             // largest |f_i| / M_ii of the last residual
+  SmallInverse end_lu_;
 
   // A run to a switch: variations have two columns, a constant one and one per unit of h.
-  Coefficients run_coefficients_;
+  StageCoefficients run_coefficients_;
   Matrix incoming_q_, incoming_v_, stage_dq_, stage_dv_;  // n_q x 2: of the left end of a step, of a stage
   Matrix rhs_;                                            // n_s n_x x 2
   std::size_t run_length_ = 0;

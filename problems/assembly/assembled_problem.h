@@ -15,7 +15,7 @@ namespace ricochet {
 ///   M = diag(m),   f_v = f,   f_c^i(q) = f_c(q at the coordinates of contact i),                            (1)
 ///
 /// so that formulas, and their derivatives by GiNaC, are made once per kind of contact, whatever their number is.
-class AssembledProblem final : public Problem {
+class AssembledProblem : public Problem {
  public:
   /// A contact of the small scene, to be copied.
   class Kind {

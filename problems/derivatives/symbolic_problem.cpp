@@ -148,6 +148,14 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model) : model_(std::move(model))
   structure.force_uses_position = depends_on(total_force_, model_.q);
   structure.force_uses_velocity = depends_on(total_force_, model_.v);
   structure.constant_force_jacobian = force_jacobian_.is_constant();
+  std::set<std::pair<int, int>> couplings;
+  for (const SparseTape* tape : {&mass_, &force_jacobian_, &mass_q_}) {  // columns of n_q entries
+    for (const int at : tape->positions()) {
+      const int row = at % n_q, column = at / n_q % n_q;
+      if (row != column) couplings.emplace(std::min(row, column), std::max(row, column));
+    }
+  }
+  structure.couplings.assign(couplings.begin(), couplings.end());
   structure.has_potential = model_.potential_energy.has_value();
   structure.has_formulas = true;
 }

@@ -1,0 +1,42 @@
+#include "problems/assembly/assembled_problem.h"
+#include "problems/assembly/scene_parameters.h"
+
+namespace ricochet {
+namespace {
+
+// n balls side by side over a floor, far from each other: the first `falling` of them fall, the others lie there.
+//
+//    o                   m z_i'' = -m g + lambda_n^i,   f_c^i = z_i - R
+//      o
+//   _______o_o_o_o_o_
+//
+// Falling ball i of k starts at the height i H / k. What has an impact of one ball to do with the others?
+
+template <class T>
+struct BallOnFloor : ContactScene<T, 1> {
+  Vec<T, 1> gap(const Vec<T, 1>& q) const { return {q[0] - this->size}; }
+};
+
+constexpr SceneText kText{"separate_balls", "n balls over a floor, some fall and the others lie", "closed form",
+                          "events of one contact among many that have no part in them"};
+
+std::unique_ptr<Problem> make(const ParameterChanges& changes) {
+  const SceneParameters p(
+      kText.id,
+      {{"n", 4}, {"falling", 1}, {"m", 0.2}, {"R", 0.05}, {"g", 9.81}, {"e", 0.5}, {"H", 0.2}, {"duration", 0.25}},
+      changes);
+  const int n = p.count("n", 1, 10000), falling = p.count("falling", 0, n);
+  const double m = p.positive("m"), R = p.positive("R"), H = p.positive("H");
+  auto balls = std::make_unique<AssembledProblem>(kText, p["duration"]);
+  const auto floor = balls->add_kind<BallOnFloor>({{R, p["e"]}});
+  for (int i = 0; i < n; ++i) {
+    balls->add_coordinate(m, -m * p["g"], i < falling ? R + H * (i + 1) / falling : R, 0);
+    balls->add_contact(floor, {i}, fmt::format("ball {}", i + 1));
+  }
+  return balls;
+}
+
+const bool registered = add_scene({kText.id, kText.title, kText.source, kText.hard_feature, make});
+
+}  // namespace
+}  // namespace ricochet
