@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "methods/complementarity/delassus_matrix.h"
+#include "methods/complementarity/contacts/delassus_matrix.h"
 
 namespace ricochet {
 

@@ -3,9 +3,9 @@
 #include <optional>
 #include <string>
 
-#include "methods/complementarity/contact_file.h"
-#include "methods/complementarity/contact_observer.h"
-#include "methods/complementarity/contact_solver.h"
+#include "methods/complementarity/contacts/contact_file.h"
+#include "methods/complementarity/contacts/contact_observer.h"
+#include "methods/complementarity/contacts/contact_solver.h"
 
 namespace ricochet {
 

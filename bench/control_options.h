@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "methods/complementarity/homotopy.h"
+#include "methods/complementarity/mpcc/homotopy.h"
 #include "methods/control/exploration.h"
 #include "methods/control/fesd_equations.h"
 #include "methods/control/transcription.h"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "methods/small_inverse.h"
+#include "methods/linear_algebra/small_inverse.h"
 #include "problems/problem.h"
 
 namespace ricochet {

@@ -151,7 +151,7 @@ Table ramp_facets_table(const std::vector<RampFacets>& facets) {
   table.note =
       "Over the direction of the way down. Drift: the angle between the way down and the displacement of a block that "
       "slips from rest at the load of the figure. From its polygon: the largest difference to the exact solution with "
-      "that polygon, equations 3 and 4 of bench/friction_ramp.h.";
+      "that polygon, equations 3 and 4 of bench/studies/friction_ramp.h.";
   return table;
 }
 

@@ -3,8 +3,8 @@
 #include <random>
 #include <vector>
 
-#include "methods/complementarity/contact_solver.h"
-#include "methods/complementarity/delassus_matrix.h"
+#include "methods/complementarity/contacts/contact_solver.h"
+#include "methods/complementarity/contacts/delassus_matrix.h"
 
 namespace ricochet {
 

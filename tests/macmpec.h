@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "methods/complementarity/nlp.h"
+#include "methods/complementarity/mpcc/nlp.h"
 #include "tests/nlp_blocks.h"
 
 namespace ricochet::macmpec {

@@ -1,7 +1,7 @@
 // Blocks to write small programs with.
 #pragma once
 
-#include "methods/complementarity/nlp.h"
+#include "methods/complementarity/mpcc/nlp.h"
 
 namespace ricochet {
 

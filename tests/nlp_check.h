@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "methods/complementarity/nlp_evaluator.h"
+#include "methods/complementarity/mpcc/nlp_evaluator.h"
 
 namespace ricochet {
 

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "bench/commands.h"
-#include "bench/study.h"
+#include "bench/studies/study.h"
 #include "reports/tables.h"
 
 namespace ricochet {

@@ -7,7 +7,7 @@
 #include "bench/control_claim.h"
 #include "bench/control_options.h"
 #include "bench/replay.h"
-#include "methods/complementarity/homotopy.h"
+#include "methods/complementarity/mpcc/homotopy.h"
 #include "problems/input_error.h"
 #include "reports/figures.h"
 #include "reports/page.h"

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "bench/commands.h"
-#include "bench/contact_cost.h"
+#include "bench/studies/contact_cost.h"
 
 namespace ricochet {
 

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "bench/commands.h"
-#include "bench/run_hard_cases.h"
+#include "bench/studies/run_hard_cases.h"
 #include "reports/page.h"
 #include "reports/record.h"
 

@@ -5,8 +5,8 @@
 
 #include "bench/commands.h"
 #include "bench/experiment.h"
-#include "bench/homotopy_study.h"
 #include "bench/progress.h"
+#include "bench/studies/homotopy_study.h"
 #include "methods/fesd_homotopy/options.h"
 #include "reports/quantile.h"
 #include "reports/table.h"
@@ -114,10 +114,10 @@ void grid(const Options& options) {
       ++failed;
       failures.push_back(fmt::format("pivoting, {}, N = {}, {}", run.tableau.name, run.steps, run.message));
     }
-    table.rows.push_back(
-        {family, "pivoting", fmt::format("{} of {}", failed, runs.size()),
-         fmt::format("{} of {}", failed, n_steps + failed), "-", fmt::format("{:.4f}", median(milliseconds[0])),
-         fmt::format("{:.4f}", median(milliseconds[1])), "-", "-", "-", scientific(median(errors))});
+    table.rows.push_back({family, "pivoting", fmt::format("{} of {}", failed, runs.size()),
+                          fmt::format("{} of {}", failed, n_steps + failed), "-",
+                          fmt::format("{:.4f}", median(milliseconds[0])),
+                          fmt::format("{:.4f}", median(milliseconds[1])), "-", "-", "-", scientific(median(errors))});
     for (const auto& guess : options.guesses) {
       const StepHomotopy::Options homotopy = parse("guess=" + guess, options.more);
       HomotopySummary summary;

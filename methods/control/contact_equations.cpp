@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "methods/complementarity/friction_polygon.h"
+#include "methods/complementarity/contacts/friction_polygon.h"
 #include "methods/control/nlp_blocks.h"
 #include "problems/input_error.h"
 #include "problems/join.h"

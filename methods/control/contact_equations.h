@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "methods/complementarity/friction_cone.h"
-#include "methods/complementarity/nlp.h"
+#include "methods/complementarity/contacts/friction_cone.h"
+#include "methods/complementarity/mpcc/nlp.h"
 #include "problems/derivatives/plant_functions.h"
 
 namespace ricochet {

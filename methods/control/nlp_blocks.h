@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "methods/complementarity/nlp.h"
+#include "methods/complementarity/mpcc/nlp.h"
 #include "problems/derivatives/smooth_function.h"
 
 namespace ricochet {

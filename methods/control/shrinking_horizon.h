@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "methods/complementarity/homotopy.h"
+#include "methods/complementarity/mpcc/homotopy.h"
 #include "methods/control/rollout.h"
 #include "methods/control/transcription.h"
 

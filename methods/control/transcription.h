@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "methods/complementarity/nlp.h"
+#include "methods/complementarity/mpcc/nlp.h"
 #include "methods/control/contact_equations.h"
 #include "methods/fesd/pivoting_solver.h"
 #include "problems/control/optimal_control_problem.h"

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "methods/complementarity/friction_cone.h"
+#include "methods/complementarity/contacts/friction_cone.h"
 #include "methods/fesd/pivoting_solver.h"
 
 namespace ricochet {

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "methods/bilateral_constraints.h"
-#include "methods/complementarity/contact_prediction.h"
-#include "methods/complementarity/delassus.h"
-#include "methods/complementarity/friction_problem.h"
+#include "methods/complementarity/contacts/contact_prediction.h"
+#include "methods/complementarity/contacts/delassus.h"
+#include "methods/complementarity/contacts/friction_problem.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
 

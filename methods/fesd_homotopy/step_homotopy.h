@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "methods/complementarity/homotopy.h"
+#include "methods/complementarity/mpcc/homotopy.h"
 #include "methods/control/fesd_equations.h"
 #include "methods/fesd/pivoting_solver.h"
 

@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "methods/band_lu.h"
-#include "methods/complementarity/friction_polygon.h"
-#include "methods/small_inverse.h"
+#include "methods/complementarity/contacts/friction_polygon.h"
+#include "methods/linear_algebra/band_lu.h"
+#include "methods/linear_algebra/small_inverse.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
 

@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "methods/complementarity/friction_polygon.h"
+#include "methods/complementarity/contacts/friction_polygon.h"
+#include "methods/linear_algebra/small_inverse.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 #include "methods/runge_kutta/newton_system.h"
-#include "methods/small_inverse.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
 

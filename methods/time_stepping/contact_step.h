@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "methods/bilateral_constraints.h"
-#include "methods/block_inverse.h"
-#include "methods/complementarity/contact_observer.h"
-#include "methods/complementarity/contact_solver.h"
+#include "methods/complementarity/contacts/contact_observer.h"
+#include "methods/complementarity/contacts/contact_solver.h"
+#include "methods/linear_algebra/block_inverse.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
 

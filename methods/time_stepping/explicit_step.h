@@ -1,6 +1,6 @@
 #pragma once
 
-#include "methods/block_inverse.h"
+#include "methods/linear_algebra/block_inverse.h"
 #include "methods/time_stepping/march.h"
 
 namespace ricochet {

@@ -1,4 +1,4 @@
-#include "bench/contact_cost.h"
+#include "bench/studies/contact_cost.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "methods/complementarity/contact_prediction.h"
+#include "methods/complementarity/contacts/contact_prediction.h"
 
 #include <gtest/gtest.h>
 

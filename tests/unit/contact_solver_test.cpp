@@ -1,5 +1,5 @@
 // The contact solvers against the laws, against each other, and on problems with known answers.
-#include "methods/complementarity/contact_solver.h"
+#include "methods/complementarity/contacts/contact_solver.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

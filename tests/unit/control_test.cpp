@@ -6,10 +6,10 @@
 #include <random>
 #include <stdexcept>
 
-#include "bench/control_gradient.h"
 #include "bench/control_options.h"
 #include "bench/replay.h"
-#include "methods/complementarity/homotopy.h"
+#include "bench/studies/control_gradient.h"
+#include "methods/complementarity/mpcc/homotopy.h"
 #include "methods/control/exploration.h"
 #include "methods/control/fesd_transcription.h"
 #include "methods/control/nlp_blocks.h"

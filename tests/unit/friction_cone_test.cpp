@@ -6,7 +6,7 @@
 #include <numeric>
 #include <set>
 
-#include "methods/complementarity/friction_problem.h"
+#include "methods/complementarity/contacts/friction_problem.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"

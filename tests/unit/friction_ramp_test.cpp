@@ -1,4 +1,4 @@
-#include "bench/friction_ramp.h"
+#include "bench/studies/friction_ramp.h"
 
 #include <gtest/gtest.h>
 

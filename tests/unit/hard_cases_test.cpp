@@ -1,5 +1,5 @@
 // The hard cases: the rule of the verdicts, processes that end badly, the file, and the quick part of the matrix.
-#include "bench/hard_cases.h"
+#include "bench/studies/hard_cases.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "bench/isolated.h"
-#include "bench/run_hard_cases.h"
+#include "bench/studies/run_hard_cases.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "reports/verdict_matrix.h"

@@ -1,12 +1,12 @@
 // Programs with complementarity constraints: known optima through every relaxation, kinds of stationary points,
 // branches.
-#include "methods/complementarity/homotopy.h"
+#include "methods/complementarity/mpcc/homotopy.h"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 
-#include "methods/complementarity/relaxation.h"
+#include "methods/complementarity/mpcc/relaxation.h"
 #include "problems/input_error.h"
 #include "tests/macmpec.h"
 

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "methods/band_lu.h"
+#include "methods/linear_algebra/band_lu.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/stage_solver.h"
 #include "problems/assembly/assembled_problem.h"

@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "methods/complementarity/ipopt_solver.h"
+#include "methods/complementarity/mpcc/ipopt_solver.h"
 #include "problems/input_error.h"
 #include "tests/macmpec.h"
 #include "tests/nlp_blocks.h"

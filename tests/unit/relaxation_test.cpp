@@ -1,5 +1,5 @@
 // Every relaxation of a pair: its derivatives, and what it admits.
-#include "methods/complementarity/relaxation.h"
+#include "methods/complementarity/mpcc/relaxation.h"
 
 #include <gtest/gtest.h>
 

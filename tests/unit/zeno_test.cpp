@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "bench/zeno_study.h"
+#include "bench/studies/zeno_study.h"
 #include "methods/fesd/pivoting_solver.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 #include "problems/input_error.h"

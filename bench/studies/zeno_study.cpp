@@ -1,0 +1,175 @@
+#include "bench/studies/zeno_study.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bench/progress.h"
+#include "methods/fesd/rounding.h"
+#include "methods/registry.h"
+#include "methods/runge_kutta/stage_solver.h"
+#include "methods/runge_kutta/tableau_argument.h"
+#include "problems/input_error.h"
+#include "problems/registry.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kPartOfZenoTime = 1.3;  // of a run; rest is long enough to be seen
+constexpr int kBisections = 60;          // to the last bit of a length
+constexpr double kNoBound = std::numeric_limits<double>::quiet_NaN();
+
+/// "fesd:radau-iia:3,elements=as_needed" -> "radau-iia:3"
+std::string tableau_of(const std::string& method) {
+  const auto begin = method.find(':') + 1;
+  return method.substr(begin, method.find(',') - begin);
+}
+
+/// Where the closed element absorbs. Gauss tableaus give v+ back: whatever they call rest is none.
+void set_bounds(const ButcherTableau& tableau, double T, const ExactBall& ball, double radius, ZenoRun& run) {
+  run.rest_bound = run.position_bound = kNoBound;
+  const Capture closed = capture(tableau);
+  if (tableau.order < 2 || !closed.absorbs()) return;
+  if (run.H > 0) {
+    run.rest_bound = closed.rest_time_bound(run.H, run.e);
+  } else {
+    // v+ <= tol / kappa, or the bounce is lower than rounding of the gap, v+^2 / (2 g) <= kGapRounding (|q| + T |v|).
+    const double size = ball.h_0 + radius + T * std::sqrt(2 * ball.g * ball.h_0);
+    const double v_plus = std::max(run.tolerance / closed.kappa, std::sqrt(2 * ball.g * kGapRounding * size));
+    run.rest_bound = 2 * v_plus / (ball.g * (1 - run.e));
+  }
+  // The highest of the flights left out, v+^2 / (2 g), with the v+ of the bound above.
+  run.position_bound = ball.g / 8 * std::pow(run.rest_bound * (1 - run.e), 2);
+}
+
+std::vector<double> step_lengths(const json& range) {
+  const double from = range.at("from"), to = range.at("to"), per_decade = range.at("per_decade");
+  if (!(from > to && to > 0 && per_decade >= 1))
+    throw InputError("step_lengths", range.dump(), "from > to > 0 and per_decade >= 1 are required");
+  const int n = static_cast<int>(std::lround(per_decade * std::log10(from / to)));
+  std::vector<double> lengths;
+  for (int k = 0; k <= n; ++k) lengths.push_back(from * std::pow(10, -k / per_decade));
+  return lengths;
+}
+
+}  // namespace
+
+double ExactBall::t_Z() const {
+  return std::sqrt(2 * h_0 / g) * (1 + e) / (1 - e);  // (1)
+}
+
+double ExactBall::height(double t) const {
+  double flight = std::sqrt(2 * h_0 / g);  // the fall, then each flight in turn
+  if (t < flight) return h_0 - 0.5 * g * t * t;
+  if (t >= t_Z()) return 0;
+  t -= flight;
+  flight *= 2 * e;
+  while (t > flight && flight > 0) {
+    t -= flight;
+    flight *= e;
+  }
+  return 0.5 * g * t * (flight - t);
+}
+
+ZenoCapture measure_capture(const std::string& name) {
+  const ButcherTableau tableau = tableau_argument(name);
+  const Capture computed = capture(tableau);
+  if (!std::isfinite(computed.kappa))
+    throw InputError("tableaus", name, "A is singular, a closed element has no solution");
+  const auto ball = make_problem("bouncing_ball");
+  const double g = ExactBall().g, v_plus = 1;
+  Counters counters;
+  StageSolver solver(*ball, tableau, 1e-14, counters);
+  Stages element;
+  element.resize(ball->info(), tableau.n_s);
+  element.q0[0] = 0.1;  // on the ground
+  element.v0[0] = v_plus;
+  element.modes[0] = ContactMode::closed;
+  const auto least_force = [&](double h) {
+    element.h = h;
+    return solver.solve(element) == StageSolver::Result::converged ? element.lambda_n.minCoeff() : kNoBound;
+  };
+  double too_short = 0, long_enough = 100 * v_plus / g;
+  while (!(least_force(long_enough) >= 0) && long_enough < 1e6) long_enough *= 2;
+  for (int k = 0; k < kBisections; ++k) {
+    const double h = 0.5 * (too_short + long_enough);
+    (least_force(h) >= 0 ? long_enough : too_short) = h;
+  }
+  least_force(2 * long_enough);
+  return {.tableau = name,
+          .n_s = tableau.n_s,
+          .kappa = computed.kappa,
+          .kept = computed.kept,
+          .measured_kappa = long_enough * g / v_plus,
+          .measured_kept = element.v1[0] / v_plus};
+}
+
+ZenoRun measure_rest(const std::string& method, double e, double H, double tolerance) {
+  const ExactBall exact{.e = e};
+  ZenoRun run{.method = method, .command = {}, .e = e, .H = H, .tolerance = tolerance, .status = {}, .message = {}};
+  run.t_Z = exact.t_Z();
+  Settings settings;
+  settings.recording = Recording::grid;
+  settings.tolerance = tolerance;
+  double T = kPartOfZenoTime * run.t_Z;
+  if (H > 0) {
+    settings.steps = static_cast<int>(std::ceil(T / H));
+    T = settings.steps * H;
+  }
+  run.command = fmt::format("ricochet run -p bouncing_ball -m {} --set e={} --set duration={:.17g} {}", method, e, T,
+                            H > 0 ? fmt::format("-N {}", settings.steps) : fmt::format("--tolerance {}", tolerance));
+  const auto ball = make_problem("bouncing_ball", {{"e", e}, {"duration", T}});
+  const double ground = ball->info().q0[0] - exact.h_0;
+  set_bounds(tableau_argument(tableau_of(method)), T, exact, ground, run);
+  const Solution solution = make_method(method)->solve(*ball, settings);
+  run.status = to_string(solution.status);
+  run.message = solution.message;
+  run.impacts = static_cast<int>(std::count_if(solution.events.begin(), solution.events.end(),
+                                               [](const Event& event) { return event.kind == EventKind::impact; }));
+  if (!solution.succeeded() || solution.events.empty()) return run;
+  const Event& last = solution.events.back();
+  run.rests = last.kind == EventKind::impact && is_closed(last.modes[0]);
+  run.t_rest = last.t;
+  run.v_plus = last.v_plus[0];
+  run.v_end = std::abs(solution.v[0]);
+  run.energy = 0.5 * (run.v_plus * run.v_plus - run.v_end * run.v_end);
+  for (const auto& sample : solution.samples) {
+    if (sample.t >= last.t)
+      run.position_error = std::max(run.position_error, std::abs(sample.q[0] - ground - exact.height(sample.t)));
+  }
+  return run;
+}
+
+void study_zeno(const json& document, ResultsFile& file) {
+  Progress progress(document.at("id").get<std::string>());
+  const auto lengths = step_lengths(document.at("step_lengths"));
+  const auto restitution = document.at("restitution").get<std::vector<double>>();
+  const auto methods = document.at("methods").get<std::vector<std::string>>();
+  const auto adaptive = document.value("adaptive_methods", std::vector<std::string>());
+  const auto tolerances = document.value("tolerances", std::vector<double>());
+  for (const double e : restitution) {
+    if (!(e > 0 && e < 1)) throw InputError("restitution", e, "numbers between 0 and 1 are required");
+  }
+  for (const auto& tableau : document.at("tableaus").get<std::vector<std::string>>())
+    file.append(to_json(measure_capture(tableau)));
+
+  const double count = static_cast<double>(restitution.size() * (methods.size() + adaptive.size()));
+  double done = 0;
+  const auto run_all = [&](const std::vector<std::string>& names, const std::vector<double>& settings, bool are_steps) {
+    for (const auto& method : names) {
+      for (const double e : restitution) {
+        for (const double setting : settings)
+          file.append(to_json(are_steps ? measure_rest(method, e, setting, 0) : measure_rest(method, e, 0, setting)));
+        progress.update(++done / count, method);
+      }
+    }
+  };
+  run_all(methods, lengths, true);
+  run_all(adaptive, tolerances, false);
+}
+
+}  // namespace ricochet

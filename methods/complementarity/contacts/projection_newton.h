@@ -1,0 +1,37 @@
+#pragma once
+
+#include "methods/complementarity/contacts/contact_matrix.h"
+#include "methods/complementarity/contacts/contact_problem.h"
+#include "problems/solution.h"
+
+namespace ricochet {
+
+/// Semismooth Newton method with line search for contact problems with the exact friction cone:
+///
+///   F(r) = 0,  contact by contact the projection form of its law, contact_problem.h (5), (6)      (1)
+///   (F_r + F_w (G + alpha I)) s = -F,   an element of the generalised Jacobian                     (2)
+///   r <- r + 2^-k s with the first k = 0, 1, ... that shortens F                                  (3)
+///
+/// alpha = 1e-10 of the diagonal keeps (2) regular for redundant contacts, a box on four corners, where r is not
+/// unique; F itself stays exact. Storage is kept between calls.
+///
+/// Sources: Alart, Curnier, CMAME 92 (1991); Acary, Brogliato (2008), section 13.6.
+class ProjectionNewton {
+ public:
+  /// From r as far as (3) leads. @param tolerance  of violation(); @param left  steps, counted down
+  /// @return solved
+  bool iterate(const ContactProblem& problem, double tolerance, int& left, Vector& r);
+  /// Adds its work since the last call.
+  void count(Counters& counters);
+
+ private:
+  double evaluate(const ContactProblem& problem, const Vector& r, bool jacobian);
+
+  int iterations_ = 0;
+  FrictionPolygon disc_;
+  ContactMap map_;
+  Vector w_, F_, step_, trial_;
+  ContactMatrix matrix_;
+};
+
+}  // namespace ricochet

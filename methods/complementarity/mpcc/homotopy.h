@@ -1,0 +1,131 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "methods/complementarity/mpcc/crossover.h"
+#include "methods/complementarity/mpcc/relaxation.h"
+#include "problems/solution.h"
+
+namespace ricochet {
+
+enum class SigmaUpdate {
+  linear,       ///< sigma_{k+1} = factor sigma_k
+  superlinear,  ///< sigma_{k+1} = min(factor sigma_k, sigma_k^power)
+};
+
+struct HomotopyOptions {
+  std::string relaxation = "scholtes";  ///< a name of relaxations()
+  double sigma_0 = 1;
+  double sigma_final = 1e-9;
+  SigmaUpdate update = SigmaUpdate::linear;
+  double factor = 0.1;
+  double power = 1.5;
+  double tolerance = 1e-10;           ///< of the last step and of the crossover
+  double tolerance_per_sigma = 1e-3;  ///< a step is solved to max(tolerance, tolerance_per_sigma sigma),
+  double loosest_tolerance = 1e-4;    ///< and at least to this
+  double sigma_crossover = 0;         ///< at this sigma and below, a crossover to one branch is tried after every step
+  bool warm_multipliers = true;       ///< a step starts from the multipliers of the last one too, not from x alone
+  bool adaptive_barrier = false;      ///< see IpoptOptions
+  double sigma_warm = 1e-2;           ///< first relaxation parameter of a resolve() whose branch has no solution
+  int max_iterations = 1000;          ///< of one step
+  double time_limit = 0;              ///< wall time of a solve() [s]; 0 is none
+  double warm_time_limit = 0;         ///< the same of a resolve()
+  double barrier = 0.1;               ///< first barrier parameter of the first step
+  double push = 1e-2;                 ///< the guess is moved inside of its bounds by this, relatively
+  bool cross_over = true;             ///< to exact complementarity; false: the last relaxation is the solution
+  int max_switches = 10;              ///< branches that the crossover may try besides the first
+  bool descend = true;                ///< the crossover looks for better branches and classifies the point
+};
+
+/// One solve of the homotopy.
+struct HomotopyStep {
+  double sigma = 0;
+  NlpStatus status = NlpStatus::failed;
+  int iterations = 0;
+  double objective = 0;        ///< of the Mpcc, without penalties
+  double complementarity = 0;  ///< max over the pairs of min(G, H)
+  double violation = 0;        ///< of the Mpcc's rows and bounds
+  double seconds = 0, derivative_seconds = 0;
+};
+
+struct MpccSolution {
+  Status status = Status::inner_solver_failed;
+  std::string message;  ///< empty on success
+  Vector x;             ///< n_variables of the Mpcc
+  double objective = 0;
+  double complementarity = 0;  ///< max over the pairs of min(G, H)
+  NamedResidual violation;
+  Stationarity stationarity = Stationarity::unknown;
+  bool is_b_stationary = false;  ///< known to be
+  int n_biactive = 0;            ///< pairs of variables
+  int switches = 0;              ///< branches that the crossover tried besides the first
+  bool kept_branch = false;      ///< by resolve(): the branch of the solution before, without a homotopy
+  std::vector<HomotopyStep> steps;
+  // Totals of homotopy and crossover.
+  int iterations = 0;
+  double seconds = 0, derivative_seconds = 0;
+
+  bool succeeded() const { return status == Status::success; }
+};
+
+/// Solves one `Mpcc`, or many that differ in bounds and guesses, through a sequence of relaxations with sigma_0 >
+/// sigma_1 > ... , each from the solution before, until sigma_final or until the pairs are complementary to the
+/// tolerance; then crosses over to a point that is complementary exactly, or before that where sigma_crossover lets it
+/// try and it succeeds. When no branch can be solved there, the solution of the last relaxation is returned with a
+/// status that says so.
+class MpccSolver {
+ public:
+  using Progress = std::function<void(const HomotopyStep&)>;
+
+  /// @param mpcc  must outlive the solver; bounds and guesses may change between solves, blocks and pairs may not
+  /// @throws InputError for options out of range, and when a variable of a pair does not have the lower bound 0
+  MpccSolver(const Mpcc& mpcc, HomotopyOptions options);
+
+  /// From the guesses of the variables.
+  /// @param progress  called after every step
+  MpccSolution solve(const Progress& progress = {});
+
+  /// From the last solution, where bounds have moved a little since: first its branch, a smooth program
+  /// near its solution; where that has none a homotopy from sigma_warm. The branch is not left for a better one
+  /// (HomotopyOptions::descend = false), so the solution is optimal among those with the same active pairs. Without a
+  /// solution before it is solve().
+  MpccSolution resolve(const Progress& progress = {});
+
+  /// Evaluations since construction, in the homotopy and in the crossover.
+  NlpEvaluator::Work work() const;
+
+  /// For the following solves. @throws InputError for options out of range; `relaxation` has to stay as it is
+  void set_options(HomotopyOptions options);
+
+ private:
+  class Run;
+
+  const Mpcc& mpcc_;
+  HomotopyOptions options_;
+  NlpEvaluator evaluator_;
+  const Relaxation& relaxation_;
+  RelaxedMpcc relaxed_;
+  IpoptSolver solver_;
+  std::optional<Crossover> crossover_;   // made when it is needed
+  std::optional<CrossoverResult> last_;  // of the last solve that succeeded
+};
+
+/// Checked options, and a solver for whatever program.
+class Homotopy {
+ public:
+  using Progress = MpccSolver::Progress;
+
+  /// @throws InputError for options out of range
+  explicit Homotopy(HomotopyOptions options);
+
+  /// As MpccSolver.
+  MpccSolution solve(const Mpcc& mpcc, const Progress& progress = {}) const;
+
+ private:
+  HomotopyOptions options_;
+};
+
+}  // namespace ricochet
