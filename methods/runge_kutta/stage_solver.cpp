@@ -1106,19 +1106,22 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
     }
     const double dh = std::clamp(full_dh, -0.7 * h, 2 * h);  // keeps h positive on the way
 
-    double size = std::abs(full_dh) / h;
+    double correction_size = 0;
     for (std::size_t m = 0; m < run.size(); ++m) {
       dx_ = run_response_[m].col(0) + dh * run_response_[m].col(1);
       const double correction = correct(dx_.data(), h, run[m]), scale = velocity_scale(run[m], h);
-      size = std::max(size, scale > 0 ? correction / scale : 0.0);
+      correction_size = std::max(correction_size, scale > 0 ? correction / scale : 0.0);
     }
+    const double size = std::max(correction_size, std::abs(full_dh) / h);
     h += dh;
     if (!std::isfinite(size)) return Result::no_convergence;
     const double contraction = iteration > 0 ? size / previous : 1;
+    // What forces of short elements say about the time of a switch has rounding of its own, which h does not measure.
+    const bool is_rounding = correction_size <= 1e-9 && std::abs(full_dh) <= 1e-9 * max_h;
     // Newton is quadratic: the error after this correction is about its square.
     const bool is_converged = (iteration > 0 && size <= tolerance_) ||
                               (iteration > 0 && contraction < 0.1 && size * contraction <= tolerance_) ||
-                              (iteration > 3 && contraction > 0.5 && size <= 1e-9);
+                              (iteration > 3 && contraction > 0.5 && is_rounding);
     if (is_converged && is_contradictory) return Result::no_convergence;
     if (is_converged) {
       set_length(k, h);

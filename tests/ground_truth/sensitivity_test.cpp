@@ -71,7 +71,8 @@ TEST_P(FesdSensitivities, ReachTheGroundTruth) {
 // Tolerances: three times what was measured, relative to the size of a column or 1. Rounding but for P2 with Gauss and
 // P7a with three stages, which are discretisation; event times of P4 with Gauss depend on the derivative of a
 // force extrapolated to the right end, and their state of the rounding across the plane in it, which no stage there
-// removes: 2e-14 to 5e-12 for N from 100 to 400 in P4b. P1c states no sensitivities.
+// removes: 2e-14 to 5e-12 for N from 100 to 400 in P4b. The time of the take-off in P8b, three stages, has rounding
+// that depends on N: three times the median of N = 380 to 420, 4e-14. P1c states no sensitivities.
 INSTANTIATE_TEST_SUITE_P(
     GroundTruth, FesdSensitivities,
     testing::Values(Case{"P1a_ball_e09", "fesd:radau-iia:4", 50, 3e-14, 7e-15},
@@ -101,7 +102,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"P8a_bead_leaves_circle", "fesd:radau-iia:4", 400, 3e-13, 4e-13},
                     Case{"P8a_bead_leaves_circle", "fesd:radau-iia:5", 400, 5e-14, 1e-13},
                     Case{"P8b_spring_table", "fesd:radau-iia:4", 50, 3e-13, 5e-15},
-                    Case{"P8b_spring_table", "fesd:radau-iia:3", 400, 2e-13, 2e-14},
+                    Case{"P8b_spring_table", "fesd:radau-iia:3", 400, 2e-13, 1.3e-13},
                     Case{"P8b_spring_table", "fesd:gauss:4,elements=as_needed", 200, 3e-12, 9e-11}),
     [](const auto& test) { return test_name(std::string(test.param.id) + "_" + test.param.method); });
 
