@@ -2,6 +2,7 @@
 // problem whose solution the plant follows.
 #include <gtest/gtest.h>
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <random>
 #include <stdexcept>
