@@ -226,6 +226,24 @@ TEST(ContactSolvers, SayWhenTheToleranceIsNotReached) {
   EXPECT_EQ(make_gauss_seidel_contact_solver(1e-12, 2)->solve(problem, r), ContactStatus::iteration_limit);
 }
 
+/// The path, its two cold starts and Newton's method behind them share one limit, whatever the order in which they end.
+TEST(ContactSolvers, TheInteriorPointKeepsItsLimitOfIterations) {
+  constexpr double kUnreachable = -1;
+  for (const auto law : {FrictionLaw::coulomb, FrictionLaw::associated}) {
+    for (const int limit : {1, 7, 60}) {
+      const ContactProblem problem = random_problem(law, 4, 2, 14, 3);
+      const auto solver = make_interior_point_contact_solver(kUnreachable, limit);
+      Vector r = Vector::Zero(problem.G.n_rows());
+      for (const char* start : {"cold", "warm"}) {
+        EXPECT_EQ(solver->solve(problem, r), ContactStatus::iteration_limit) << start;
+        Counters counters;
+        solver->count(counters);
+        EXPECT_LE(counters.inner_iterations, limit) << start;
+      }
+    }
+  }
+}
+
 /// The map that all solvers share: its derivatives against differences.
 TEST(ContactMap, HasTheDerivativesOfItsValue) {
   std::mt19937 generator(1);

@@ -296,7 +296,8 @@ double InteriorPointContactSolver::best_step(const ContactProblem& problem, bool
 bool InteriorPointContactSolver::follow_path(const ContactProblem& problem, int& left, Vector& r) {
   int blocked = 0;
   while (project(problem, r) > tolerance_) {
-    if (left-- == 0) return false;
+    if (left <= 0) return false;
+    --left;
     ++iterations_;
     dr_.setZero();
     for (auto& c : interior_) {

@@ -54,7 +54,7 @@ ContactStatus NewtonContactSolver::find(const ContactProblem& problem, Vector& r
   for (auto& restart : restarts_) {
     if (!restart) restart = make_gauss_seidel_contact_solver(tolerance_, sweeps);
     if (restart->solve(problem, r) == ContactStatus::solved || iterate()) return ContactStatus::solved;
-    if (left < 0) break;
+    if (left <= 0) break;
     sweeps *= 5;
   }
   return ContactStatus::iteration_limit;

@@ -45,7 +45,8 @@ bool ProjectionNewton::iterate(const ContactProblem& problem, double tolerance, 
   };
   double error = linearize(r);
   while (violation(problem, r, w_, scale_of(problem, r), disc_) > tolerance) {
-    if (left-- == 0) return false;
+    if (left <= 0) return false;
+    --left;
     ++iterations_;
     if (!matrix_.factorize() || !matrix_.solve(F_, step_)) return false;
     double length = 1, trial = 0;
