@@ -39,7 +39,7 @@ struct ContactSolverOptions {
   /// violation() to be reached by all others: far below the error of any time step, and what Lemke's method may leave
   /// in a redundant problem
   double tolerance = 1e-9;
-  int iterations = 0;  ///< limit: sweeps of pgs, steps of newton and interior_point
+  int iterations = 0;  ///< limit: sweeps of pgs, steps of interior_point, and of newton beside one per row
 };
 
 /// Options solver=lemke|pgs|newton|interior_point|siconos; facets=8 of lemke; contact_tolerance=, contact_iterations=

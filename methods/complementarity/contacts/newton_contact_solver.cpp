@@ -42,7 +42,8 @@ ContactStatus NewtonContactSolver::solve(const ContactProblem& problem, Vector& 
 }
 
 ContactStatus NewtonContactSolver::find(const ContactProblem& problem, Vector& r) {
-  int left = most_iterations_;
+  // From a cold start the contacts of a row settle one by one.
+  int left = most_iterations_ + problem.G.n_rows();
   const auto iterate = [&] { return newton_.iterate(problem, tolerance_, left, r); };
   if (iterate()) return ContactStatus::solved;
   if (problem.G.n_contacts() <= kMostDenseContacts) {
