@@ -36,6 +36,7 @@ class Collector final : public benchmark::BenchmarkReporter {
 
 std::vector<Timing> measure(const std::vector<TimedRun>& runs, bool quick,
                             const std::function<void(double)>& progress) {
+  if (runs.empty()) return {};  // else Google Benchmark complains on the terminal
   static const bool initialized = [] {
     static char program[] = "ricochet", interleave[] = "--benchmark_enable_random_interleaving=true";
     static char* arguments[] = {program, interleave, nullptr};
