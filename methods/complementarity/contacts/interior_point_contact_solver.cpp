@@ -331,6 +331,7 @@ bool InteriorPointContactSolver::find(const ContactProblem& problem, Vector& r) 
     if (follow_path(problem, left, r)) return true;
   }
   for (const double level : kColdStarts) {
+    left = most_iterations_;  // a warm start may have wasted its own
     r_.setZero();
     w_.setZero();
     start(problem, level);
