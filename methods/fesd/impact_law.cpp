@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "methods/fesd/rounding.h"
 
@@ -25,8 +24,9 @@ ImpactLaw::ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, Cou
   const int n_q = problem.n_q(), n_c = problem.n_c(), n = n_c + info.n_lambda_t;
   const int few = std::min(n_c, static_cast<int>(kMostUnpredicted));
   friction_.resize(few, std::min(2 * few, info.n_lambda_t), polygon);
-  for (auto* list : {&touching_, &contacts_, &parent_, &grouped_, &sizes_, &neighbours_, &cursor_}) list->reserve(n_c);
+  for (auto* list : {&touching_, &contacts_, &grouped_, &sizes_, &neighbours_, &cursor_}) list->reserve(n_c);
   group_begin_.reserve(n_c + 1);
+  groups_.reserve(n_c);
   laws_.reserve(n_c);
   M_.resize(n_q, n_q);
   packed_n_.resize(info.n_normal_entries);
@@ -52,22 +52,18 @@ ImpactLaw::ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, Cou
 /// bilateral constraints do.
 void ImpactLaw::find_moved() {
   const ProblemInfo& info = problem_.info();
-  std::vector<int> root(info.n_q);
-  std::iota(root.begin(), root.end(), 0);
-  const auto find = [&](int k) {
-    while (root[k] != k) k = root[k] = root[root[k]];
-    return k;
-  };
+  DisjointSets sets(info.n_q);
   if (!info.structure.diagonal_mass) {
-    for (const auto& [k, l] : info.structure.couplings) root[find(k)] = find(l);
+    for (const auto& [k, l] : info.structure.couplings) sets.join(k, l);
   }
+  for (int k = 0; k < info.n_q && has_bilateral_; ++k) sets.join(0, k);
   std::vector<std::vector<int>> members(info.n_q);
-  for (int k = 0; k < info.n_q; ++k) members[has_bilateral_ ? 0 : find(k)].push_back(k);
+  for (int k = 0; k < info.n_q; ++k) members[sets.of(k)].push_back(k);
   moved_begin_.assign(1, 0);
   Eigen::Index effects = 0;
   for (const auto& contact : info.contacts) {
     std::vector<int> parts;
-    for (const int k : contact.support) parts.push_back(has_bilateral_ ? 0 : find(k));
+    for (const int k : contact.support) parts.push_back(sets.of(k));
     std::sort(parts.begin(), parts.end());
     parts.erase(std::unique(parts.begin(), parts.end()), parts.end());
     const auto begin = static_cast<std::ptrdiff_t>(moved_.size());
@@ -201,19 +197,11 @@ double ImpactLaw::slip_velocity_scale(int contact, const Eigen::Ref<const Vector
 /// Groups of contacts_ that share a coordinate they move.
 void ImpactLaw::set_groups() {
   const int n = static_cast<int>(contacts_.size());
-  parent_.resize(n);
-  std::iota(parent_.begin(), parent_.end(), 0);
-  const auto find = [&](int k) {
-    while (parent_[k] != k) k = parent_[k] = parent_[parent_[k]];
-    return k;
-  };
+  groups_.reset(n);
   for (int k = 0; k < n; ++k) {
     for (int s = 0; s < n_moved(contacts_[k]); ++s) {
       int& visitor = visitor_[moved(contacts_[k])[s]];
-      if (visitor >= 0) {
-        const int a = find(k), b = find(visitor);
-        parent_[std::max(a, b)] = std::min(a, b);
-      }
+      if (visitor >= 0) groups_.join(k, visitor);
       visitor = k;
     }
   }
@@ -222,19 +210,16 @@ void ImpactLaw::set_groups() {
   }
   // Counting sort by the least number of each group.
   cursor_.assign(n, 0);
-  for (int k = 0; k < n; ++k) {
-    parent_[k] = find(k);
-    ++cursor_[parent_[k]];
-  }
+  for (int k = 0; k < n; ++k) ++cursor_[groups_.of(k)];
   group_begin_.assign(1, 0);
   for (int k = 0; k < n; ++k) {
-    if (parent_[k] != k) continue;
+    if (groups_.of(k) != k) continue;
     const int size = cursor_[k];
     cursor_[k] = group_begin_.back();
     group_begin_.push_back(group_begin_.back() + size);
   }
   grouped_.resize(n);
-  for (int k = 0; k < n; ++k) grouped_[cursor_[parent_[k]]++] = k;
+  for (int k = 0; k < n; ++k) grouped_[cursor_[groups_.of(k)]++] = k;
 }
 
 /// G of members of contacts_, in their order.

@@ -8,6 +8,7 @@
 #include "methods/complementarity/contacts/contact_prediction.h"
 #include "methods/complementarity/contacts/delassus.h"
 #include "methods/complementarity/contacts/friction_problem.h"
+#include "methods/linear_algebra/disjoint_sets.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
 
@@ -129,7 +130,8 @@ class ImpactLaw {
   bool has_turning_friction_ = false;  // some tangents depend on q
 
   std::vector<int> contacts_;               // of the problem at hand
-  std::vector<int> parent_, visitor_;       // union-find among them; per coordinate: the last that moves it, or -1
+  DisjointSets groups_;                     // of their numbers
+  std::vector<int> visitor_;                // per coordinate: the last that moves it, or -1
   std::vector<int> grouped_, group_begin_;  // their numbers, group after group
   std::vector<std::vector<int>> visitors_;  // per coordinate: members of a group that move it
   std::vector<int> sizes_, neighbours_, cursor_;

@@ -5,24 +5,15 @@ namespace ricochet {
 /// Connected components of the pattern of A. @return whether they are others than before
 bool BlockInverse::find_blocks(const Matrix& A, bool as_one) {
   const int n = static_cast<int>(A.rows());
-  parent_.resize(n);
-  for (int k = 0; k < n; ++k) parent_[k] = as_one ? 0 : k;
-  const auto root = [&](int k) {
-    while (parent_[k] != k) k = parent_[k] = parent_[parent_[k]];
-    return k;
-  };
+  blocks_.reset(n);
   for (int column = 0; column < n && !as_one; ++column) {
     for (int row = 0; row < n; ++row) {
-      if (A(row, column) == 0 || row == column) continue;
-      const int a = root(row), b = root(column);
-      parent_[std::max(a, b)] = std::min(a, b);  // a root is the least coordinate of its block
+      if (A(row, column) != 0) blocks_.join(row, column);
     }
   }
+  for (int k = 0; k < n && as_one; ++k) blocks_.join(0, k);
   bool changed = static_cast<int>(block_of_.size()) != n;
-  for (int k = 0; k < n; ++k) {
-    parent_[k] = root(k);
-    changed = changed || coordinates_[first_[block_of_[k]]] != parent_[k];
-  }
+  for (int k = 0; k < n; ++k) changed = changed || coordinates_[first_[block_of_[k]]] != blocks_.of(k);
   return changed;
 }
 
@@ -35,10 +26,10 @@ void BlockInverse::compute(const Matrix& A, bool as_one) {
     coordinates_.clear();
     parts_.clear();
     for (int k = 0; k < n; ++k) {
-      if (parent_[k] != k) continue;
+      if (blocks_.of(k) != k) continue;
       const int block = static_cast<int>(parts_.size());
       for (int j = k; j < n; ++j) {
-        if (parent_[j] != k) continue;
+        if (blocks_.of(j) != k) continue;
         block_of_[j] = block;
         coordinates_.push_back(j);
       }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "methods/linear_algebra/disjoint_sets.h"
 #include "methods/linear_algebra/small_inverse.h"
 
 namespace ricochet {
@@ -31,7 +32,8 @@ class BlockInverse {
   bool find_blocks(const Matrix& A, bool as_one);
 
   std::int64_t version_ = 0;
-  std::vector<int> block_of_, parent_, first_, coordinates_;
+  DisjointSets blocks_;
+  std::vector<int> block_of_, first_, coordinates_;
   std::vector<Matrix> parts_, inverses_;
   std::vector<SmallInverse> factors_;
 };

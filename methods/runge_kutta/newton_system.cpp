@@ -1,7 +1,6 @@
 #include "methods/runge_kutta/newton_system.h"
 
 #include <algorithm>
-#include <numeric>
 #include <tuple>
 
 #include "methods/runge_kutta/redundant_system.h"
@@ -29,7 +28,7 @@ NewtonSystem::NewtonSystem(const Problem& problem, int n_s, Counters& counters)
       constant_dynamics_(problem.info().structure.constant_mass && !problem.info().structure.force_uses_position &&
                          !problem.info().structure.force_uses_velocity) {
   const auto n = static_cast<std::size_t>(n_q_);
-  for (auto* list : {&root_, &island_of_, &coordinate_number_, &order_, &place_}) list->resize(n);
+  for (auto* list : {&island_of_, &coordinate_number_, &order_, &place_}) list->resize(n);
   for (auto* lists : {&coupled_, &contacts_of_}) lists->resize(n);
   for (const auto& [k, l] : problem.info().structure.couplings) {
     coupled_[k].push_back(l);
@@ -55,34 +54,25 @@ void NewtonSystem::set_active(std::span<const ActiveContact> closed, int n_rows)
   }
 }
 
-/// root_
+/// coordinate_sets_
 void NewtonSystem::find_islands() {
+  coordinate_sets_.reset(n_q_);
   if (n_s_ * n_x_ <= kMostOfOneIsland) {
-    std::fill(root_.begin(), root_.end(), 0);
+    for (int k = 0; k < n_q_; ++k) coordinate_sets_.join(0, k);
     return;
   }
-  std::iota(root_.begin(), root_.end(), 0);
-  const auto root = [&](int k) {
-    while (root_[k] != k) k = root_[k] = root_[root_[k]];
-    return k;
-  };
-  const auto join = [&](int k, int l) {
-    const int a = root(k), b = root(l);
-    root_[std::max(a, b)] = std::min(a, b);
-  };
-  for (const auto& [k, l] : problem_.info().structure.couplings) join(k, l);
+  for (const auto& [k, l] : problem_.info().structure.couplings) coordinate_sets_.join(k, l);
   for (const ActiveContact& active : closed_) {
     const auto& support = problem_.info().contacts[active.contact].support;
-    for (const int at : support) join(support.front(), at);
+    for (const int at : support) coordinate_sets_.join(support.front(), at);
   }
-  for (int k = 0; k < n_q_; ++k) root_[k] = root(k);
 }
 
-/// Islands with their coordinates and contacts, from root_.
+/// Islands with their coordinates and contacts, from coordinate_sets_.
 void NewtonSystem::set_members() {
   n_islands_ = 0;
   for (int c = 0; c < n_q_; ++c) {
-    if (root_[c] == c) {
+    if (coordinate_sets_.of(c) == c) {
       if (n_islands_ == islands_.size()) islands_.emplace_back();
       Island& island = islands_[n_islands_];
       for (auto* list : {&island.coordinates, &island.contacts, &island.key}) list->clear();
@@ -90,7 +80,7 @@ void NewtonSystem::set_members() {
       island.is_constant = constant_dynamics_;
       island_of_[c] = static_cast<int>(n_islands_++);
     }
-    island_of_[c] = island_of_[root_[c]];
+    island_of_[c] = island_of_[coordinate_sets_.of(c)];
     islands_[island_of_[c]].coordinates.push_back(c);
   }
   for (std::size_t a = 0; a < closed_.size(); ++a) {

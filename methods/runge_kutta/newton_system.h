@@ -6,6 +6,7 @@
 
 #include "methods/complementarity/contacts/friction_polygon.h"
 #include "methods/linear_algebra/band_lu.h"
+#include "methods/linear_algebra/disjoint_sets.h"
 #include "methods/linear_algebra/small_inverse.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
@@ -137,7 +138,7 @@ class NewtonSystem {
 
   std::size_t n_islands_ = 0;  // of the list, which keeps its storage
   std::vector<Island> islands_;
-  std::vector<int> root_;                            // per coordinate: the least one of its island
+  DisjointSets coordinate_sets_;                     // of coordinates: one per island
   std::vector<int> island_of_;                       // per coordinate
   std::vector<std::vector<int>> coupled_;            // per coordinate: those of ProblemInfo::Structure::couplings
   std::vector<std::vector<int>> contacts_of_;        // per coordinate: the closed contacts, in their list

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <algorithm>
+#include <numeric>
+#include <vector>
+
+namespace ricochet {
+
+/// Disjoint sets of the numbers 0, ..., n - 1, each named by its least member: the connected components of a graph
+/// whose edges are joined one after the other (Galler, Fisher, CACM 7, 1964). Storage is kept between uses.
+class DisjointSets {
+ public:
+  DisjointSets() = default;
+  explicit DisjointSets(int n) { reset(n); }
+
+  void reserve(int n) { parent_.reserve(static_cast<std::size_t>(n)); }
+
+  /// n sets of one member.
+  void reset(int n) {
+    parent_.resize(static_cast<std::size_t>(n));
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+
+  /// The name of the set of k.
+  int of(int k) {
+    while (parent_[k] != k) k = parent_[k] = parent_[parent_[k]];
+    return k;
+  }
+
+  void join(int k, int l) {
+    const int a = of(k), b = of(l);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<int> parent_;
+};
+
+}  // namespace ricochet
