@@ -7,6 +7,8 @@
 #include <memory>
 #include <utility>
 
+#include "problems/packed_column.h"
+
 namespace ricochet::reference {
 namespace {
 
@@ -31,7 +33,17 @@ double root(const std::function<double(double)>& f, double from, double to) {
 }  // namespace
 
 DippingGaps::DippingGaps(const Problem& problem, const Cvode& cvode, double tolerance)
-    : problem_(problem), cvode_(cvode), tolerance_(tolerance) {}
+    : problem_(problem), cvode_(cvode), tolerance_(tolerance), packed_n_(problem.info().n_normal_entries) {
+  for (auto* rates : {&rates_, &before_, &rates_t_}) rates->setZero(problem.n_c());
+}
+
+void DippingGaps::set_rates(const Vector& q, const Vector& v, Vector& rates) {
+  problem_.normal_jacobian(q.data(), packed_n_.data());
+  for (const int i : problem_.info().unilateral) {
+    const auto& contact = problem_.info().contacts[i];
+    rates[i] = packed_dot(contact, packed_n_.data() + contact.normal_begin, v);
+  }
+}
 
 void DippingGaps::interpolate(double t, Vector& q, Vector& v) const {
   CVodeGetDky(cvode_.memory(), t, 0, cvode_.y());
@@ -42,14 +54,16 @@ void DippingGaps::interpolate(double t, Vector& q, Vector& v) const {
 
 std::optional<DippingGaps::Closing> DippingGaps::closing(double from, double to, const Vector& q, const Vector& v,
                                                          const std::vector<ContactMode>& modes) {
-  const Vector before = std::exchange(rates_, rates(q, v));
+  std::swap(before_, rates_);
+  set_rates(q, v, rates_);
   std::optional<Closing> first;
   for (const int i : problem_.info().unilateral) {
-    if (is_closed(modes[i]) || !(before[i] < 0 && rates_[i] > 0)) continue;
+    if (is_closed(modes[i]) || !(before_[i] < 0 && rates_[i] > 0)) continue;
     Vector q_t, v_t;
     const auto rate = [&](double t) {
       interpolate(t, q_t, v_t);
-      return rates(q_t, v_t)[i];
+      set_rates(q_t, v_t, rates_t_);
+      return rates_t_[i];
     };
     const auto gap = [&](double t) {
       interpolate(t, q_t, v_t);
@@ -57,7 +71,8 @@ std::optional<DippingGaps::Closing> DippingGaps::closing(double from, double to,
     };
     if (!(rate(from) < 0 && rate(to) > 0)) continue;  // of the interpolation
     const double lowest = root(rate, from, to);       // (1)
-    const double size = problem_.normal_jacobian(q).col(i).cwiseAbs().dot(q.cwiseAbs());
+    const auto& contact = problem_.info().contacts[i];
+    const double size = packed_terms(contact, packed_n_.data() + contact.normal_begin, q_t);
     if (gap(lowest) >= -tolerance_ * (1 + size) || !(gap(from) > 0)) continue;
     const double t = root(gap, from, lowest);
     if (!first || t < first->t) first = {.contact = i, .t = t};

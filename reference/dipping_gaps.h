@@ -27,7 +27,7 @@ class DippingGaps {
   DippingGaps(const Problem& problem, const Cvode& cvode, double tolerance);
 
   /// The state that the next step starts from.
-  void start(const Vector& q, const Vector& v) { rates_ = rates(q, v); }
+  void start(const Vector& q, const Vector& v) { set_rates(q, v, rates_); }
 
   /// The first open contact whose gap closed between `from` and `to`, in the last step of CVODE, where it reached q, v
   /// with an open gap.
@@ -35,13 +35,14 @@ class DippingGaps {
                                  const std::vector<ContactMode>& modes);
 
  private:
-  Vector rates(const Vector& q, const Vector& v) const { return problem_.normal_jacobian(q).transpose() * v; }
+  void set_rates(const Vector& q, const Vector& v, Vector& rates);
   void interpolate(double t, Vector& q, Vector& v) const;
 
   const Problem& problem_;
   const Cvode& cvode_;
   const double tolerance_;
-  Vector rates_;  // n_c, J_n' v
+  Vector packed_n_;
+  Vector rates_, before_, rates_t_;  // n_c, J_n' v: at the end and the beginning of the step, and within
 };
 
 }  // namespace ricochet::reference

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "problems/input_error.h"
+#include "problems/packed_column.h"
 #include "reference/contact_dynamics.h"
 #include "reference/cvode.h"
 #include "reference/dipping_gaps.h"
@@ -63,6 +64,7 @@ class EventLocatedRun {
     lambda_n_.setZero(n_c_);
     lambda_t_.setZero(problem.info().n_lambda_t);
     gap_.setZero(n_c_);
+    packed_n_.setZero(problem.info().n_normal_entries);
     scratch_.setZero(n_q_);
     for (int i = 0, k = n_c_; i < n_c_; ++i) slip_[i].root = problem.info().contacts[i].n_t > 0 ? k++ : -1;
   }
@@ -192,7 +194,7 @@ class EventLocatedRun {
   std::vector<double> last_impact_;
   double first_step_ = std::numeric_limits<double>::infinity();  // bound for CVODE's first step behind an impact
   Clock::time_point begin_;
-  Vector lambda_n_, lambda_t_, gap_, scratch_;
+  Vector lambda_n_, lambda_t_, gap_, packed_n_, scratch_;
 };
 
 bool EventLocatedRun::stop(Solution& solution, Status status, double t, const std::string& reason) const {
@@ -214,14 +216,16 @@ EventLocatedRun::Roots EventLocatedRun::roots() const {
 
 /// A root that CVODE's root finding missed shows as penetration.
 bool EventLocatedRun::check_gaps(double t, Solution& solution) {
-  const Matrix J = problem_.normal_jacobian(solution.q);
-  gap_ = problem_.gap(solution.q);
+  problem_.normal_jacobian(solution.q.data(), packed_n_.data());
+  problem_.gap(solution.q.data(), gap_.data());
   for (int i = 0; i < n_c_; ++i) {
+    const auto& contact = problem_.info().contacts[i];
+    const double* J_n = packed_n_.data() + contact.normal_begin;
     const double size =
-        J.col(i).cwiseAbs().dot(solution.q.cwiseAbs() + problem_.info().end_time * solution.v.cwiseAbs());
+        packed_terms(contact, J_n, solution.q) + problem_.info().end_time * packed_terms(contact, J_n, solution.v);
     // More than closed contacts drift; tolerances are absolute in SI units too, for gaps whose terms all vanish.
     const double most = std::max(1e-9, 100 * settings_.tolerance) * size + 100 * settings_.tolerance;
-    if (problem_.info().contacts[i].is_bilateral && std::abs(gap_[i]) > most)
+    if (contact.is_bilateral && std::abs(gap_[i]) > most)
       return stop(solution, Status::inner_solver_failed, t,
                   fmt::format("bilateral constraint '{}' has drifted to {:.3g} m", name(i), gap_[i]));
     if (gap_[i] < -most) {

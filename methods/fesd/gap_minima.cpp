@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "methods/fesd/rounding.h"
+#include "problems/packed_column.h"
 
 namespace ricochet {
 namespace {
@@ -60,9 +61,7 @@ void GapMinima::evaluate(const double* q, const double* v) {
   problem_.normal_jacobian(q, J_n_.data());
   for (const int i : problem_.info().unilateral) {
     const auto& contact = problem_.info().contacts[i];
-    const double* J = J_n_.data() + contact.normal_begin;
-    rate_[i] = 0;
-    for (const int row : contact.support) rate_[i] += *J++ * v[row];
+    rate_[i] = packed_dot(contact, J_n_.data() + contact.normal_begin, v);
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "methods/fesd/rounding.h"
+#include "problems/packed_column.h"
 
 namespace ricochet {
 namespace {
@@ -124,18 +125,11 @@ bool ImpactLaw::prepare(const Vector& q, std::span<const int> touching) {
 }
 
 double ImpactLaw::dot(int contact, int d, const Eigen::Ref<const Vector>& x) const {
-  const double* J = column(contact, d);
-  double sum = 0;
-  for (const int at : problem_.info().contacts[contact].support) sum += *J++ * x[at];
-  return sum;
+  return packed_dot(problem_.info().contacts[contact], column(contact, d), x);
 }
 
-/// The same with the magnitudes of its terms.
 double ImpactLaw::terms(int contact, int d, const Eigen::Ref<const Vector>& x) const {
-  const double* J = column(contact, d);
-  double sum = 0;
-  for (const int at : problem_.info().contacts[contact].support) sum += std::abs(*J++ * x[at]);
-  return sum;
+  return packed_terms(problem_.info().contacts[contact], column(contact, d), x);
 }
 
 /// J_n' P M^-1 D_d of a contact
@@ -240,20 +234,16 @@ void ImpactLaw::set_delassus(std::span<const int> members) {
     neighbours_.erase(std::unique(neighbours_.begin(), neighbours_.end()), neighbours_.end());
     delassus_.add_row(neighbours_);
   }
-  cursor_.assign(n, 0);
-  for (int k = 0; k < n; ++k) {  // G_ik = D_i' (P M^-1 D_k), column after column; the pattern is symmetric
-    const int j = contacts_[members[k]];
-    for (int d = 0; d <= n_t(j); ++d) {
-      for (int s = 0; s < n_moved(j); ++s) scatter_[moved(j)[s]] = effect(j, d)[s];
-      for (int m = 0; m < delassus_.n_neighbours(k); ++m) {
-        const int row = delassus_.block(k, m).contact, i = contacts_[members[row]];
-        double* values = delassus_.values(row, cursor_[row]) + d * delassus_.size(row);
-        for (int e = 0; e <= n_t(i); ++e) values[e] = dot(i, e, scatter_);
-      }
-    }
-    for (int s = 0; s < n_moved(j); ++s) scatter_[moved(j)[s]] = 0;
-    for (int m = 0; m < delassus_.n_neighbours(k); ++m) ++cursor_[delassus_.block(k, m).contact];
-  }
+  const auto contact = [&](int k) { return contacts_[members[k]]; };
+  const auto begin = [&](int k, int d) {
+    const int j = contact(k);
+    for (int s = 0; s < n_moved(j); ++s) scatter_[moved(j)[s]] = effect(j, d)[s];
+  };
+  const auto entry = [&](int k, int d) { return dot(contact(k), d, scatter_); };
+  const auto end = [&](int k) {
+    for (int s = 0; s < n_moved(contact(k)); ++s) scatter_[moved(contact(k))[s]] = 0;
+  };
+  delassus_.fill(begin, entry, end);
   for (const int member : members) {
     const int i = contacts_[member];
     for (int s = 0; s < n_moved(i); ++s) visitors_[moved(i)[s]].clear();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/packed_column.h"
+
 namespace ricochet {
 
 ContactStep::ContactStep(const Problem& problem, const ContactSolverOptions& options, const ContactLaws& laws,
@@ -40,10 +42,7 @@ ContactStep::ContactStep(const Problem& problem, const ContactSolverOptions& opt
 }
 
 double ContactStep::dot(int i, int d, const Vector& v) const {
-  const double* entry = column(i, d);
-  double sum = 0;
-  for (const int at : info_.contacts[i].support) sum += *entry++ * v[at];
-  return sum;
+  return packed_dot(info_.contacts[i], column(i, d), v);
 }
 
 double ContactStep::slip_speed(int contact, const Vector& v) const {
@@ -152,23 +151,13 @@ ContactStatus ContactStep::set_columns(const BlockInverse& W) {
   return ContactStatus::solved;
 }
 
-/// G_ik = J_i' (W J_k), column after column.
 void ContactStep::set_blocks() {
-  auto& cursor = mark_;  // next block of each row: columns ascend
-  std::fill_n(cursor.begin(), active_.size(), 0);
-  for (int k = 0; k < static_cast<int>(active_.size()); ++k) {
-    for (int d = 0; d <= n_t(k); ++d) {
-      add_column(k, d, 1, scatter_);
-      for (int s = 0; s < problem_.G.n_neighbours(k); ++s) {  // the pattern is symmetric
-        const int i = problem_.G.block(k, s).contact;
-        double* values = problem_.G.values(i, cursor[i]) + d * (1 + n_t(i));
-        for (int e = 0; e <= n_t(i); ++e) values[e] = dot(active_[i], e, scatter_);
-      }
-      for (int s = reach_begin_[k]; s < reach_begin_[k + 1]; ++s) scatter_[reach_[s]] = 0;
-    }
-    for (int s = 0; s < problem_.G.n_neighbours(k); ++s) ++cursor[problem_.G.block(k, s).contact];
-  }
-  std::fill_n(mark_.begin(), active_.size(), -1);
+  const auto begin = [&](int k, int d) { add_column(k, d, 1, scatter_); };
+  const auto entry = [&](int k, int d) { return dot(active_[k], d, scatter_); };
+  const auto end = [&](int k) {
+    for (int s = reach_begin_[k]; s < reach_begin_[k + 1]; ++s) scatter_[reach_[s]] = 0;
+  };
+  problem_.G.fill(begin, entry, end);
 }
 
 ContactStatus ContactStep::set_inverse_mass(const BlockInverse& W) {
@@ -233,13 +222,10 @@ double ContactStep::residual(const Vector& v_plus, const Vector& shift) {
   ContactScale scale = scale_of(problem_, r_);
   const double before = scale.velocity;
   for (int k = 0; k < static_cast<int>(active_.size()); ++k) {
-    const auto& support = info_.contacts[active_[k]].support;
+    const int i = active_[k];
     for (int d = 0; d <= n_t(k); ++d) {
-      w_[problem_.G.row(k) + d] = dot(active_[k], d, v_plus) + (d == 0 ? shift[active_[k]] : 0);
-      const double* entry = column(active_[k], d);
-      double terms = 0;
-      for (const int at : support) terms += std::abs(*entry++ * v_plus[at]);
-      scale.velocity = std::max(scale.velocity, terms);
+      w_[problem_.G.row(k) + d] = dot(i, d, v_plus) + (d == 0 ? shift[i] : 0);
+      scale.velocity = std::max(scale.velocity, packed_terms(info_.contacts[i], column(i, d), v_plus));
     }
   }
   if (before > 0) scale.impulse *= scale.velocity / before;

@@ -6,7 +6,7 @@ namespace ricochet {
 
 void Delassus::reserve(int contacts, int rows) {
   const auto n = static_cast<std::size_t>(contacts);
-  for (auto* list : {&sizes_, &row_, &first_, &diagonal_}) list->reserve(n + 1);
+  for (auto* list : {&sizes_, &row_, &first_, &diagonal_, &next_}) list->reserve(n + 1);
   contact_.reserve(n * n);
   offset_.reserve(n * n);
   values_.reserve(static_cast<std::size_t>(rows) * static_cast<std::size_t>(rows));

@@ -30,8 +30,11 @@ class Delassus {
   void set_sizes(std::span<const int> sizes);
   /// Pattern, contact after contact. @param neighbours  contacts that move this one, ascending, itself among them
   void add_row(std::span<const int> neighbours);
-  /// Values of the k-th block of contact i, to be filled.
+  /// Values of the k-th block of contact i, to be filled,
   double* values(int i, int k) { return values_.data() + offset_[first_[i] + k]; }
+  /// or all of them, column after column: those of column d of contact j are J_i,e' (W J_j,d).
+  /// @param begin(j, d)  makes W J_j,d known; @param entry(i, e)  J_i,e' times it; @param end(j)  forgets it
+  void fill(auto&& begin, auto&& entry, auto&& end);
 
   int n_contacts() const { return static_cast<int>(sizes_.size()); }
   int n_rows() const { return row_.back(); }
@@ -61,6 +64,23 @@ class Delassus {
   std::vector<int> contact_;   // per block: j
   std::vector<std::size_t> offset_;
   std::vector<double> values_;
+  std::vector<int> next_;  // of fill(), per contact: the block of its row that the column has reached
 };
+
+void Delassus::fill(auto&& begin, auto&& entry, auto&& end) {
+  next_.assign(sizes_.size(), 0);
+  for (int j = 0; j < n_contacts(); ++j) {
+    for (int d = 0; d < sizes_[j]; ++d) {
+      begin(j, d);
+      for (int k = 0; k < n_neighbours(j); ++k) {  // the pattern is symmetric, and columns ascend
+        const int i = contact_[first_[j] + k];
+        double* column = values_.data() + offset_[first_[i] + next_[i]] + d * sizes_[i];
+        for (int e = 0; e < sizes_[i]; ++e) column[e] = entry(i, e);
+      }
+      end(j);
+    }
+    for (int k = 0; k < n_neighbours(j); ++k) ++next_[contact_[first_[j] + k]];
+  }
+}
 
 }  // namespace ricochet
