@@ -54,7 +54,6 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
       stage_solver_(problem, tableau, options.tolerance, counters, polygon_),
       junction_solver_(problem, stage_solver_.tableau(), polygon_, gap_size_, counters),
       sign_conditions_(problem, stage_solver_.tableau(), polygon_, gap_size_, options.gap_tolerance),
-      gap_minima_(problem, stage_solver_.tableau(), gap_size_),
       n_q_(problem.n_q()),
       n_c_(problem.n_c()),
       n_s_(tableau.n_s),
@@ -65,6 +64,7 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
   gap_.setZero(n_c_);
   normal_size_ = problem.normal_jacobian(problem.info().q0).cwiseAbs().colwise().sum().transpose();
   gap_size_.setZero(n_c_);
+  if (options.between_stages) gap_minima_.emplace(problem, stage_solver_.tableau(), gap_size_);
 }
 
 /// Storage for more elements than a step had so far. Not inside a run: references to elements move.
@@ -414,8 +414,7 @@ void PivotingSolver::prepare_run(int first, int count) {
 Violation PivotingSolver::check_element(int element, bool is_first) {
   const Stages& stages = step_->elements[element];
   const Violation violation = sign_conditions_.check(stages, is_first ? just_broken(element) : -1);
-  const bool is_fulfilled = violation.verdict == Verdict::fulfilled;
-  return is_fulfilled && options_.between_stages ? gap_minima_.check(stages) : violation;
+  return violation.verdict == Verdict::fulfilled && gap_minima_ ? gap_minima_->check(stages) : violation;
 }
 
 Violation PivotingSolver::check_run(int first, int count) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,8 +39,8 @@ class PivotingSolver {
     bool as_needed = false;  ///< add elements to a step that is infeasible with n_fe
     int max_elements = 64;   ///< of a step, when elements are added
     Switches switches = Switches::pinned;
-    int facets = 0;            ///< of the polygon in place of the friction disc in space; 0: the disc itself
-    double gap_tolerance = 0;  ///< [m] by which a gap may be negative in the element behind a pinned break
+    int facets = 0;               ///< of the polygon in place of the friction disc in space; 0: the disc itself
+    double gap_tolerance = 0;     ///< [m] by which a gap may be negative in the element behind a pinned break
     bool between_stages = false;  ///< gaps have to be positive between the stages, too
     double tolerance = 1e-13;
   };
@@ -123,7 +124,7 @@ class PivotingSolver {
   StageSolver stage_solver_;
   JunctionSolver junction_solver_;
   SignConditions sign_conditions_;
-  GapMinima gap_minima_;
+  std::optional<GapMinima> gap_minima_;  // with Options::between_stages
   const int n_q_, n_c_, n_s_, capacity_;
   const bool regular_A_;
 
