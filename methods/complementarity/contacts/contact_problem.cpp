@@ -49,12 +49,12 @@ void project_on_cone(ContactMap& map, double mu, int n_t, double rho, const doub
 }  // namespace
 
 void ContactMap::evaluate(FrictionLaw law, const ContactProblem::Contact& contact, double rho_n, double rho_t,
-                          const double* r, const double* w) {
+                          const double* r, const double* w, double tie) {
   const int n_t = contact.n_t;
   if (law == FrictionLaw::associated && n_t > 0) return project_on_cone(*this, contact.mu, n_t, rho_n, r, w);
   *this = {};
   const double pressed = r[0] - rho_n * w[0];
-  const bool is_closed = pressed > 0;
+  const bool is_closed = pressed + tie > 0;
   F[0] = is_closed ? rho_n * w[0] : r[0];  // (5)
   F_r[0][0] = is_closed ? 0 : 1;
   F_w[0][0] = is_closed ? rho_n : 0;
@@ -132,6 +132,11 @@ double violation(const ContactProblem& problem, const Vector& r, const Vector& w
     for (int d = 0; d <= contact.n_t; ++d) worst = std::max(worst, std::abs(map.F[d]) * stiffest / scale.velocity);
   }
   return worst;
+}
+
+double violation(const ContactProblem& problem, const Vector& r, const FrictionPolygon& polygon, Vector& w) {
+  problem.G.times(r, problem.b, w);
+  return violation(problem, r, w, scale_of(problem, r), polygon);
 }
 
 }  // namespace ricochet

@@ -59,9 +59,10 @@ struct ContactMap {
   double F[3]{};
   double F_r[3][3]{}, F_w[3][3]{};
 
-  /// @param r, w  1 + n_t of them
+  /// @param r, w  1 + n_t of them; @param tie  impulse, up to which r_n <= rho_n w_n still counts as closed: (5) is
+  /// then another element of its set of derivatives
   void evaluate(FrictionLaw law, const ContactProblem::Contact& contact, double rho_n, double rho_t, const double* r,
-                const double* w);
+                const double* w, double tie = 0);
 };
 
 /// Takes what rounding leaves of the impulses of open contacts, which is at most the tolerance of a solver, out of r.
@@ -79,5 +80,8 @@ ContactScale scale_of(const ContactProblem& problem, const Vector& r);
 /// polygon in place of the disc, of the complementarity pairs. @param w  velocities that belong to r
 double violation(const ContactProblem& problem, const Vector& r, const Vector& w, const ContactScale& scale,
                  const FrictionPolygon& polygon);
+
+/// The same with the scale of r. @param w  (1), written; at least G.n_rows()
+double violation(const ContactProblem& problem, const Vector& r, const FrictionPolygon& polygon, Vector& w);
 
 }  // namespace ricochet

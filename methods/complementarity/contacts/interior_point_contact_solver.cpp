@@ -174,8 +174,7 @@ double InteriorPointContactSolver::project(const ContactProblem& problem, Vector
     map_.evaluate(problem.law, problem.contacts[i], 1 / stiffest, 1 / stiffest, r_.data() + row, w_.data() + row);
     for (int d = 0; d < G.size(i); ++d) r[row + d] = r_[row + d] - map_.F[d];
   }
-  G.times(r, problem.b, w_);
-  return violation(problem, r, w_, scale_of(problem, r), disc_);
+  return violation(problem, r, disc_, w_);
 }
 
 /// The matrix of dr, and the residual of (3).
@@ -321,8 +320,7 @@ bool InteriorPointContactSolver::find(const ContactProblem& problem, Vector& r) 
     if (x->size() < n) x->setZero(n);
   }
   if (interior_.size() < problem.contacts.size()) interior_.resize(problem.contacts.size());
-  problem.G.times(r, problem.b, w_);
-  const double error = violation(problem, r, w_, scale_of(problem, r), disc_);
+  const double error = violation(problem, r, disc_, w_);
   if (error <= tolerance_) return true;
   int left = most_iterations_;
   if (error < 1) {

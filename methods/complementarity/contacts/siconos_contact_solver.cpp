@@ -52,8 +52,7 @@ class SiconosContactSolver final : public ContactSolver {
  private:
   double error(const ContactProblem& problem, const Vector& r) {
     w_.resize(problem.G.n_rows());
-    problem.G.times(r, problem.b, w_);
-    return violation(problem, r, w_, scale_of(problem, r), disc_);
+    return violation(problem, r, disc_, w_);
   }
 
   double tolerance_;
