@@ -7,11 +7,14 @@ namespace {
 
 constexpr double kRegularization = 1e-10;
 constexpr int kMostHalvings = 12;
+// Of the largest velocity: what rounding may leave of a velocity of zero.
+constexpr double kTie = 1e-12;
 
 }  // namespace
 
-/// F, its derivative where asked for, w; returns ||F||, contacts weighted to velocities.
-double ProjectionNewton::evaluate(const ContactProblem& problem, const Vector& r, bool jacobian) {
+/// F, its derivative where asked for, w; returns ||F||, contacts weighted to velocities. @param tie  [m/s], normal
+/// velocities up to which contacts without impulse count as closed
+double ProjectionNewton::evaluate(const ContactProblem& problem, const Vector& r, bool jacobian, double tie) {
   problem.G.times(r, problem.b, w_);
   double sum = 0;
   for (int i = 0; i < problem.G.n_contacts(); ++i) {
@@ -20,7 +23,8 @@ double ProjectionNewton::evaluate(const ContactProblem& problem, const Vector& r
     for (int d = 0; d < n; ++d) stiffest = std::max(stiffest, problem.G.diagonal(i, d));
     for (int d = 1; d < n; ++d) softest_t = std::max(softest_t, problem.G.diagonal(i, d));
     const double rho_n = problem.law == FrictionLaw::associated ? 1 / stiffest : 1 / problem.G.diagonal(i, 0);
-    map_.evaluate(problem.law, problem.contacts[i], rho_n, n > 1 ? 1 / softest_t : 0, r.data() + row, w_.data() + row);
+    map_.evaluate(problem.law, problem.contacts[i], rho_n, n > 1 ? 1 / softest_t : 0, r.data() + row, w_.data() + row,
+                  rho_n * tie);
     for (int d = 0; d < n; ++d) {
       F_[row + d] = map_.F[d];
       sum += std::pow(stiffest * map_.F[d], 2);
@@ -34,30 +38,40 @@ double ProjectionNewton::evaluate(const ContactProblem& problem, const Vector& r
   return std::sqrt(sum);
 }
 
+double ProjectionNewton::linearize(const ContactProblem& problem, const Vector& r, double tie) {
+  matrix_.begin(problem.G.n_contacts(), problem.G.n_rows());
+  return evaluate(problem, r, true, tie);
+}
+
+/// (3): a trial_ whose F is shorter than `error`.
+bool ProjectionNewton::shorten(const ContactProblem& problem, double error, const Vector& r) {
+  const int n = problem.G.n_rows();
+  double length = 1;
+  for (int halving = 0; halving < kMostHalvings; ++halving, length /= 2) {
+    trial_.head(n) = r.head(n) - length * step_.head(n);
+    if (evaluate(problem, trial_, false) < error) return true;
+  }
+  return false;
+}
+
 bool ProjectionNewton::iterate(const ContactProblem& problem, double tolerance, int& left, Vector& r) {
   const int n = problem.G.n_rows();
   for (auto* x : {&w_, &F_, &step_, &trial_}) {
     if (x->size() < n) x->resize(n);
   }
-  const auto linearize = [&](const Vector& at) {
-    matrix_.begin(problem.G.n_contacts(), n);
-    return evaluate(problem, at, true);
-  };
-  double error = linearize(r);
+  bool closes_ties = r.head(n).isZero(0);
+  double error = linearize(problem, r, closes_ties ? kTie * scale_of(problem, r).velocity : 0);
   while (violation(problem, r, w_, scale_of(problem, r), disc_) > tolerance) {
     if (left <= 0) return false;
     --left;
     ++iterations_;
-    if (!matrix_.factorize() || !matrix_.solve(F_, step_)) return false;
-    double length = 1, trial = 0;
-    for (int halving = 0; halving < kMostHalvings; ++halving, length /= 2) {  // (3)
-      trial_.head(n) = r.head(n) - length * step_.head(n);
-      trial = evaluate(problem, trial_, false);
-      if (trial < error) break;
+    if (matrix_.factorize() && matrix_.solve(F_, step_) && shorten(problem, error, r)) {
+      r.head(n) = trial_.head(n);
+    } else if (!closes_ties) {
+      return false;
     }
-    if (!(trial < error)) return false;
-    r.head(n) = trial_.head(n);
-    error = linearize(r);
+    closes_ties = false;
+    error = linearize(problem, r);
   }
   return true;
 }

@@ -12,6 +12,10 @@ namespace ricochet {
 ///   (F_r + F_w (G + alpha I)) s = -F,   an element of the generalised Jacobian                     (2)
 ///   r <- r + 2^-k s with the first k = 0, 1, ... that shortens F                                  (3)
 ///
+/// A contact at r_n = w_n = 0 may count as open or as closed in (2). In the first step from r = 0 it is closed: bodies
+/// that rest on each other have no other contacts, and one by one they would take an iteration each. Where (3) finds
+/// nothing that way, it is open.
+///
 /// alpha = 1e-10 of the diagonal keeps (2) regular for redundant contacts, a box on four corners, where r is not
 /// unique; F itself stays exact. Storage is kept between calls.
 ///
@@ -25,7 +29,9 @@ class ProjectionNewton {
   void count(Counters& counters);
 
  private:
-  double evaluate(const ContactProblem& problem, const Vector& r, bool jacobian);
+  double evaluate(const ContactProblem& problem, const Vector& r, bool jacobian, double tie = 0);
+  double linearize(const ContactProblem& problem, const Vector& r, double tie = 0);
+  bool shorten(const ContactProblem& problem, double error, const Vector& r);
 
   int iterations_ = 0;
   FrictionPolygon disc_;
