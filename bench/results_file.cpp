@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <ctime>
 #include <filesystem>
 
@@ -35,8 +37,11 @@ void keep_aside(const fs::path& path) {
   fs::rename(path, aside);
 }
 
-/// Reads the rows of an interrupted run and cuts the file behind the last complete one: timings belong to a session
-/// that has ended, so they are measured again.
+// Rows that stand for themselves. Lines of timings that are compared with each other belong to a session that has
+// ended: they are measured again.
+constexpr std::array kKept = {"header", "row", "seed_run", "scale_run", "hard_cell"};
+
+/// Reads the rows of an interrupted run and cuts the file behind the last complete one.
 Results take_over(const std::string& partial) {
   std::vector<std::string> lines;
   {
@@ -44,7 +49,7 @@ Results take_over(const std::string& partial) {
     for (std::string line; std::getline(file, line);) {
       const json parsed = json::parse(line, nullptr, false);
       const std::string kind = parsed.is_object() ? parsed.value("kind", "") : "";
-      if (kind != "header" && kind != "row" && kind != "seed_run" && kind != "hard_cell") break;
+      if (std::ranges::find(kKept, kind) == kKept.end()) break;
       lines.push_back(line);
     }
   }

@@ -10,7 +10,7 @@ namespace {
 using nlohmann::json;
 
 bool same_curve(const ScaleRun& a, const ScaleRun& b) {
-  return a.problem == b.problem && a.method == b.method;
+  return a.scene == b.scene && a.method == b.method;
 }
 
 /// Of the runs from `first` up to before `last`. Time is fitted where the contacts outweigh what every step has.
@@ -23,7 +23,7 @@ std::vector<std::string> exponents(const std::vector<ScaleRun>& runs, std::size_
     iterations.push_back(runs[i].iterations);
   }
   const bool has_iterations = std::ranges::all_of(iterations, [](double x) { return x > 0; });
-  return {runs[first].problem,
+  return {runs[first].scene,
           runs[first].method,
           "",
           "",
@@ -38,7 +38,7 @@ std::vector<std::string> exponents(const std::vector<ScaleRun>& runs, std::size_
 
 json to_json(const ScaleRun& r) {
   return {{"kind", "scale_run"},
-          {"problem", r.problem},
+          {"scene", r.scene},
           {"method", r.method},
           {"command", r.command},
           {"size", r.size},
@@ -55,7 +55,7 @@ json to_json(const ScaleRun& r) {
 
 ScaleRun scale_run_from_json(const json& j) {
   ScaleRun r;
-  j.at("problem").get_to(r.problem);
+  j.at("scene").get_to(r.scene);
   j.at("method").get_to(r.method);
   j.at("command").get_to(r.command);
   j.at("size").get_to(r.size);
@@ -77,13 +77,14 @@ Table scale_table(const std::vector<ScaleRun>& runs) {
   table.columns = {{"scene", true}, {"method", true}, {"bodies"},          {"possible contacts"},  {"active"},
                    {"us per step"}, {"events"},       {"solves per step"}, {"iterations per step"}};
   table.note =
-      "CPU time, median. Active: contacts that touch at the end. Solves: contact problems, or systems of Newton's "
+      "CPU time, median; of runs of over 2 s, one. Active: contacts that touch at the end. Solves: contact problems, "
+      "or systems of Newton's "
       "method; iterations: inner ones and pivots. The lines of exponents are fits over the runs that succeeded.";
   std::size_t first = 0;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const ScaleRun& run = runs[i];
     if (run.succeeded())
-      table.rows.push_back({run.problem, run.method, fmt::format("{}", run.size), fmt::format("{}", run.contacts),
+      table.rows.push_back({run.scene, run.method, fmt::format("{}", run.size), fmt::format("{}", run.contacts),
                             fmt::format("{}", run.active), fmt::format("{:.3g}", 1e6 * run.step_seconds),
                             fmt::format("{}", run.events), fmt::format("{:.3g}", run.solves),
                             fmt::format("{:.3g}", run.iterations)});
@@ -100,7 +101,7 @@ Table scale_failures(const std::vector<ScaleRun>& runs) {
   table.columns = {{"scene", true}, {"bodies"}, {"method", true}, {"status", true}, {"reason", true}};
   for (const auto& run : runs) {
     if (!run.succeeded())
-      table.rows.push_back({run.problem, fmt::format("{}", run.size), run.method, run.status, run.message});
+      table.rows.push_back({run.scene, fmt::format("{}", run.size), run.method, run.status, run.message});
   }
   return table;
 }
@@ -108,7 +109,7 @@ Table scale_failures(const std::vector<ScaleRun>& runs) {
 std::vector<GrowthCurve> scale_curves(const std::vector<ScaleRun>& runs) {
   std::vector<GrowthCurve> curves;
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    if (i == 0 || !same_curve(runs[i - 1], runs[i])) curves.push_back({runs[i].problem, runs[i].method, {}});
+    if (i == 0 || !same_curve(runs[i - 1], runs[i])) curves.push_back({runs[i].scene, runs[i].method, {}});
     if (runs[i].succeeded() && runs[i].active > 0)
       curves.back().points.emplace_back(runs[i].active, 1e6 * runs[i].step_seconds);
   }

@@ -11,7 +11,8 @@ namespace ricochet {
 
 /// Fixed steps of one method on a scene of some size.
 struct ScaleRun {
-  std::string problem, method;
+  std::string scene;  ///< what a reader calls it: the problem, and which case of it
+  std::string method;
   std::string command;  ///< reproduces the run
   int size = 0;         ///< the scene's parameter n
   int contacts = 0;     ///< possible ones

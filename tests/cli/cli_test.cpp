@@ -9,6 +9,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <string>
+#include <vector>
 
 namespace {
 
@@ -38,6 +40,13 @@ std::string read(const fs::path& path) {
   std::ostringstream text;
   text << file.rdbuf();
   return text.str();
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
 }
 
 class Cli : public testing::Test {
@@ -307,12 +316,6 @@ TEST_F(Cli, StudiesRandomGuessesAndGoesOnAfterAnInterruption) {
   const Outcome outcome = run("compare " + experiment + " -o " + out);
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_HAS(outcome.text, "2 of 2, 100 %");
-  const auto lines_of = [](const std::string& text) {
-    std::vector<std::string> lines;
-    std::istringstream stream(text);
-    for (std::string line; std::getline(stream, line);) lines.push_back(line);
-    return lines;
-  };
   const auto lines = lines_of(read(out + "/guesses.jsonl"));
   ASSERT_EQ(lines.size(), 4u) << "header, two runs, end";
   EXPECT_NE(nlohmann::json::parse(lines[1])["cost"], nlohmann::json::parse(lines[2])["cost"]) << "two guesses";
@@ -372,6 +375,40 @@ TEST_F(Cli, MeasuresTheGrowthOfTheWork) {
   EXPECT_HAS(outcome.text, "Steps of the homotopies");
   ASSERT_EQ(run("report " + out + "/growth.jsonl -o " + report).code, 0);
   EXPECT_HAS(read(report + "/index.html"), "Growth of the work");
+}
+
+TEST_F(Cli, MeasuresStepsOfGrowingScenesAndGoesOnAfterAnInterruption) {
+  const std::string text = R"({"id": "rows", "kind": "scale", "title": "Rows", "description": "", "steps": 4,
+      "time_limit": 20, "runs": [{"problem": "bead_row", "scene": "beads at rest", "set": {"distance": 0, "spacing": 0,
+      "speed": 0}, "sizes": [2, 4, 8], "methods": ["moreau_jean,solver=newton", "irk:gauss:2"]}]})";
+  const std::string experiment = write("rows.json", text);
+  const std::string out = (folder / "results").string(), report = (folder / "report").string();
+  const Outcome outcome = run("compare " + experiment + " -o " + out);
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_HAS(outcome.text, "fit of 3");
+  EXPECT_HAS(outcome.text, "it knows no contacts");
+  EXPECT_HAS(outcome.text, "a smaller one did not end");
+  const auto lines = lines_of(read(out + "/rows.jsonl"));
+  ASSERT_EQ(lines.size(), 8u) << "header, three runs of each method, end";
+
+  // As if it had been stopped while the second method ran.
+  fs::remove(out + "/rows.jsonl");
+  std::ofstream(out + "/rows.jsonl.partial") << lines[0] << "\n"
+                                             << lines[1] << "\n"
+                                             << lines[2] << "\n"
+                                             << lines[3] << "\n";
+  ASSERT_EQ(run("compare " + experiment + " -o " + out).code, 0);
+  const auto continued = lines_of(read(out + "/rows.jsonl"));
+  ASSERT_EQ(continued.size(), 8u);
+  for (int k = 1; k <= 3; ++k) EXPECT_EQ(continued[k], lines[k]) << "with its times: it was not run again";
+  ASSERT_EQ(run("report " + out + "/rows.jsonl -o " + report).code, 0);
+  EXPECT_HAS(read(report + "/index.html"), "beads at rest");
+
+  std::string mistake = text;
+  mistake.replace(mistake.find("\"sizes\""), 7, "\"size\"");
+  const Outcome refused = run("compare " + write("mistake.json", mistake) + " -o " + out);
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_HAS(refused.text, "did you mean sizes");
 }
 
 TEST_F(Cli, StudiesHowABallComesToRest) {
