@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
+#include <Eigen/SparseCholesky>
 #include <cmath>
 
 #include "problems/input_error.h"
@@ -158,9 +159,9 @@ void validate(const Problem& problem) {
     throw InputError("M(q0)", "not symmetric",
                      fmt::format("a symmetric matrix is required, largest difference {:.3g}", asymmetry));
   }
-  const Eigen::LDLT<Matrix> ldlt(M);
-  const double largest = ldlt.vectorD().cwiseAbs().maxCoeff();
-  const double smallest = ldlt.vectorD().minCoeff();
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> ldlt(M.sparseView());
+  const double largest = M.diagonal().cwiseAbs().maxCoeff();
+  const double smallest = ldlt.info() == Eigen::Success ? ldlt.vectorD().minCoeff() : 0;
   if (!(smallest > 1e-14 * largest)) {  // below, M^-1 has no correct digit in double precision
     throw InputError("M(q0)", fmt::format("pivots from {:.3g} to {:.3g}", smallest, largest),
                      "a positive definite, non-singular mass matrix is required");

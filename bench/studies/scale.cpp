@@ -41,7 +41,7 @@ std::vector<Curve> read_curves(const json& document) {
   if (steps < 1) throw InputError("steps", steps, "a number >= 1 is required");
   std::vector<Curve> curves;
   for (const json& group : document.at("runs")) {
-    static const std::vector<std::string> known = {"problem", "scene", "set", "sizes", "methods"};
+    static const std::vector<std::string> known = {"problem", "scene", "set", "set_per_n", "sizes", "methods"};
     for (const auto& [key, value] : group.items()) {
       if (std::ranges::find(known, key) == known.end()) throw_unknown_name("field of runs", key, known);
     }
@@ -53,6 +53,8 @@ std::vector<Curve> read_curves(const json& document) {
         Planned next;
         next.problem = problem;
         next.changes = group.value("set", ParameterChanges());
+        for (const auto& [name, value] : group.value("set_per_n", ParameterChanges()))
+          next.changes[name] = value * size;
         next.changes["n"] = size;
         std::string command = fmt::format("ricochet run --problem {} --method {} --steps {}", problem, method, steps);
         for (const auto& [name, value] : next.changes) command += fmt::format(" --set {}={}", name, value);

@@ -12,7 +12,9 @@ namespace ricochet {
 ///   0 <= Lambda_n^i  _|_  J_n^i' v+ + s^i >= 0,   s^i a multiple of f_c^i(q_k) / h         (1)
 ///
 /// (with the associated law minus mu^i ||J_t^i' v+||). Most contacts of a step stay open. Those that the free velocity
-/// would close are solved for, those that the result closes are added, until (1) holds for all.
+/// would close are solved for, those that the result closes are added, until (1) holds for all. In a row of bodies that
+/// touch each contact would add the next one so: where there is any, contacts of the step before, and those that the
+/// free velocity leaves just closed, are there from the beginning.
 class GapContacts {
  public:
   GapContacts(March& march, FrictionLaw law) : march_(march), law_(law), v_free_(march.v) {}
@@ -20,8 +22,8 @@ class GapContacts {
   /// Replaces the free velocity by v+; directions are those of the last ContactStep::set_position(). @param shift  n_c
   bool solve(const BlockInverse& W, const Vector& shift, Vector& v) {
     v_free_ = v;
-    march_.active.clear();
-    bool is_complete = !add_closing(v, shift) && !march_.has_contact_problem();
+    begin(v, shift);
+    bool is_complete = !march_.has_contact_problem();
     while (!is_complete) {
       march_.clear_impulses();
       v = v_free_;
@@ -32,14 +34,31 @@ class GapContacts {
   }
 
  private:
+  /// Of (1).
+  double opening(int i, const Vector& v, const Vector& shift) const {
+    const double normal = march_.contacts.normal_velocity(i, v) + shift[i];
+    return law_ == FrictionLaw::coulomb
+               ? normal
+               : normal - march_.problem.info().contacts[i].mu * march_.contacts.slip_speed(i, v);
+  }
+
+  /// The contacts to begin with; none, when no gap ends below zero by more than its rounding.
+  void begin(const Vector& v, const Vector& shift) {
+    march_.active.clear();
+    bool closes = false;
+    for (const int i : march_.problem.info().unilateral) {
+      const double u = opening(i, v, shift), tie = march_.touching(i) / march_.h;
+      closes = closes || u < -tie;
+      if (u <= tie || march_.was_pressed(i)) march_.active.push_back(i);
+    }
+    if (!closes) march_.active.clear();
+  }
+
   /// Contacts that violate (1) become active. @return whether there are new ones
   bool add_closing(const Vector& v, const Vector& shift) {
     const auto before = march_.active.size();
     for (const int i : march_.problem.info().unilateral) {
-      double opening = march_.contacts.normal_velocity(i, v) + shift[i];
-      if (law_ == FrictionLaw::associated)
-        opening -= march_.problem.info().contacts[i].mu * march_.contacts.slip_speed(i, v);
-      if (opening < 0 && !std::binary_search(march_.active.begin(), march_.active.begin() + before, i))
+      if (opening(i, v, shift) < 0 && !std::binary_search(march_.active.begin(), march_.active.begin() + before, i))
         march_.active.push_back(i);
     }
     std::sort(march_.active.begin(), march_.active.end());  // inplace_merge would allocate

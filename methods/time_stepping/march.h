@@ -9,6 +9,7 @@
 #include "methods/method.h"
 #include "methods/time_limit.h"
 #include "methods/time_stepping/contact_step.h"
+#include "problems/packed_column.h"
 
 namespace ricochet {
 
@@ -66,6 +67,10 @@ class March {
       if (gap_[i] <= touching_[i]) active.push_back(i);
     }
   }
+  /// What the gap of a contact that touches may be: rounding of its terms [m].
+  double touching(int contact) const { return touching_[contact]; }
+  /// The contact carried an impulse in the step before.
+  bool was_pressed(int contact) const { return was_pressed_[contact] != 0; }
   bool has_contact_problem() const { return !active.empty() || has_bilateral_; }
 
   /// Delassus operator of the active contacts at `position`.
@@ -159,7 +164,6 @@ class March {
     }
   }
 
-  /// What gaps of contacts that touch are: rounding of their terms.
   void set_touching() {
     const ProblemInfo& info = problem.info();
     Vector J_n(info.n_normal_entries);
@@ -167,8 +171,8 @@ class March {
     touching_.setZero(problem.n_c());
     for (const int i : unilateral_) {
       const double* J = J_n.data() + info.contacts[i].normal_begin;
-      for (const int row : info.contacts[i].support)
-        touching_[i] += kTouching * std::abs(*J++) * (std::abs(q[row]) + info.end_time * std::abs(v[row]));
+      touching_[i] =
+          kTouching * (packed_terms(info.contacts[i], J, q) + info.end_time * packed_terms(info.contacts[i], J, v));
     }
   }
 

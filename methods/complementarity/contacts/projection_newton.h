@@ -16,8 +16,8 @@ namespace ricochet {
 /// that rest on each other have no other contacts, and one by one they would take an iteration each. Where (3) finds
 /// nothing that way, it is open.
 ///
-/// alpha = 1e-10 of the diagonal keeps (2) regular for redundant contacts, a box on four corners, where r is not
-/// unique; F itself stays exact. Storage is kept between calls.
+/// alpha = 1e-10 of the diagonal, or less where that makes (2) slow, keeps (2) regular for redundant contacts, a box on
+/// four corners, where r is not unique; F itself stays exact. Storage is kept between calls.
 ///
 /// Sources: Alart, Curnier, CMAME 92 (1991); Acary, Brogliato (2008), section 13.6.
 class ProjectionNewton {
@@ -31,9 +31,10 @@ class ProjectionNewton {
  private:
   double evaluate(const ContactProblem& problem, const Vector& r, bool jacobian, double tie = 0);
   double linearize(const ContactProblem& problem, const Vector& r, double tie = 0);
-  bool shorten(const ContactProblem& problem, double error, const Vector& r);
+  bool shorten(const ContactProblem& problem, const Vector& r, double& error);
 
   int iterations_ = 0;
+  double alpha_ = 0;
   FrictionPolygon disc_;
   ContactMap map_;
   Vector w_, F_, step_, trial_;

@@ -82,18 +82,20 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
   const Vector &q = march.q, &v = march.v;
   Counters& counters = march.solution.counters;
 
-  Matrix M(n_q, n_q), f_q(n_q, n_q), f_v(n_q, n_q), Mhat(n_q, n_q);
+  const int n_implicit = structure.force_uses_position || structure.force_uses_velocity ? n_q : 0;
+  Matrix M(n_q, n_q), f_q(n_implicit, n_implicit), f_v(n_implicit, n_implicit), Mhat(n_implicit, n_implicit);
   BlockInverse W;  // Mhat^-1
   Vector q_m(n_q), f(n_q), Wf(n_q), q_next(n_q), v_last(n_q), g(n_q), shift = Vector::Zero(info.n_c());
   std::optional<PositionProjection> projection;
   if (projects_) projection.emplace(problem, counters);
   const auto factorize = [&](const Vector& position, const Vector& velocity) {  // (2)
     problem.mass_matrix(q_m.data(), M.data());
+    ++counters.matrix_factorizations;
+    if (n_implicit == 0) return W.compute(M, info.has_bilateral());
     problem.force_jacobians(position.data(), velocity.data(), info.u.data(), f_q.data(), f_v.data());
     Mhat = M - (h * theta_) * f_v - (h * h * theta_ * theta_) * f_q;
     W.compute(Mhat, info.has_bilateral());
     ++counters.jacobian_evaluations;
-    ++counters.matrix_factorizations;
   };
   const bool constant_matrix = structure.constant_mass && structure.constant_force_jacobian;
   q_m = q;
