@@ -41,7 +41,7 @@ Solution solve_with_differences(const Method& method, const Problem& problem, co
   Solution solution = method.solve(problem, plain);
   if (!solution.succeeded()) return solution;
   plain.audit = false;
-  plain.recording = Recording::final_state;
+  plain.recording = Recording::events;
 
   const auto n_theta = static_cast<Eigen::Index>(chosen.size());
   solution.dq.setZero(problem.n_q(), n_theta);

@@ -10,7 +10,9 @@ namespace ricochet {
 
 class ContactObserver;
 
-enum class Recording { final_state, grid };
+/// What a run keeps: its final state; the events too, with the state at each; the states at grid points too. Events are
+/// counted always. n contacts that close at once are n events of n numbers.
+enum class Recording { final_state, events, grid };
 
 /// How a run is discretised and how exactly its inner problems are solved: three separate kinds of settings.
 struct Settings {
@@ -23,7 +25,7 @@ struct Settings {
   double event_tolerance = 1e-13;  ///< relative width of the interval that brackets an event
 
   double time_limit = 0;  ///< wall time [s]; 0 is none
-  Recording recording = Recording::final_state;
+  Recording recording = Recording::events;
   /// What Solution::dq, dv and Event::dt are derivatives with respect to: "q0:0", "v0:0" for a component of the initial
   /// values, "param:NAME" for a parameter, which the initial values may depend on.
   std::vector<std::string> sensitivities;

@@ -91,7 +91,7 @@ void solve_once(const Settings& settings, Planned& planned) {
   run.active = static_cast<int>((problem->gap(solution.q).array() < kTouches).count());
   run.solves = static_cast<double>(solution.counters.complementarity_solves) / steps;
   run.iterations = static_cast<double>(solution.counters.inner_iterations + solution.counters.pivots) / steps;
-  run.events = static_cast<int>(solution.events.size());
+  run.events = static_cast<int>(solution.counters.events);
   if (planned.seconds <= kRepeated) planned.again = [problem, method, settings] { method->solve(*problem, settings); };
 }
 
@@ -102,6 +102,7 @@ void study_scale(const json& document, ResultsFile& file) {
   Settings settings;
   settings.steps = document.at("steps");
   settings.time_limit = document.at("time_limit");
+  settings.recording = Recording::final_state;  // n contacts that close at once would be n^2 numbers
   const auto is_known = [&](const Planned& planned) {
     return std::ranges::any_of(file.taken_over().scale_runs,
                                [&](const ScaleRun& r) { return r.command == planned.run.command; });

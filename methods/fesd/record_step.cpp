@@ -26,12 +26,14 @@ void record_step(const Problem& problem, Recording recording, const FesdStep& st
   const Stages* left = previous ? &previous->last() : nullptr;
   if (!left) solution.initial_modes = step.elements[0].modes;
   const bool may_have_events = step.touches || (previous && previous->touches);
-  if (!may_have_events && recording == Recording::final_state) return;
+  if (!may_have_events && recording != Recording::grid) return;
   for (int n = 0; n < step.n_elements; ++n) {
     const Stages& element = step.elements[n];
     for (const int i : problem.info().unilateral) {
       const auto kind = event_kind(left, element, i, step.Lambda_n(i, n));
       if (!kind) continue;
+      ++solution.counters.events;
+      if (recording == Recording::final_state) continue;
       solution.events.push_back({.t = t,
                                  .kind = *kind,
                                  .contact = i,
@@ -42,7 +44,6 @@ void record_step(const Problem& problem, Recording recording, const FesdStep& st
                                  .Lambda_t = step.Lambda_t.col(n),
                                  .modes = element.modes,
                                  .dt = sensitivity ? sensitivity->dt_of_element(n) : Vector()});
-      ++solution.counters.events;
     }
     if (recording == Recording::grid) solution.samples.push_back({t, element.q0, step.v_minus.col(n), element.v0});
     t += element.h;

@@ -157,8 +157,10 @@ class March {
     for (const int i : unilateral_) {
       const bool is_pressed = Lambda_n[i] > 0;
       if (is_pressed && !was_pressed_[i]) {
-        solution.events.push_back({solution.t, EventKind::impact, i, q_minus, v_minus, v, Lambda_n, Lambda_t, {}, {}});
         ++solution.counters.events;
+        if (settings.recording != Recording::final_state)
+          solution.events.push_back(
+              {solution.t, EventKind::impact, i, q_minus, v_minus, v, Lambda_n, Lambda_t, {}, {}});
       }
       was_pressed_[i] = is_pressed;
     }
