@@ -33,7 +33,8 @@ std::pair<double, double> decades(const std::vector<double>& values) {
 }
 
 const std::string& curve_color(std::size_t k) {
-  static const std::vector<std::string> colors = {"#2171b5", "#d94801", "#238b45", "#6a51a3", "#525252", "#ae017e"};
+  static const std::vector<std::string> colors = {"#2171b5", "#d94801", "#238b45", "#6a51a3",
+                                                  "#525252", "#ae017e", "#8c510a", "#01939a"};
   return colors[k % colors.size()];
 }
 

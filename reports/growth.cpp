@@ -33,22 +33,26 @@ std::string growth_script(const std::vector<GrowthCurve>& curves, const std::str
     if (std::ranges::find(panels, curve.panel) == panels.end()) panels.push_back(curve.panel);
     if (std::ranges::find(names, curve.name) == names.end()) names.push_back(curve.name);
   }
-  const int columns = panels.size() > 1 ? 2 : 1, rows = (static_cast<int>(panels.size()) + columns - 1) / columns;
-  std::string script = gnuplot_head(560 * columns, 470 * rows);
+  // Many names would cover the curves: they get a cell of their own.
+  const bool is_key_inside = names.size() <= 2;
+  const int cells = static_cast<int>(panels.size()) + (is_key_inside ? 0 : 1);
+  const int columns = cells > 4 ? 3 : std::min(cells, 2), rows = (cells + columns - 1) / columns;
+  std::string script = gnuplot_head(490 * columns, 420 * rows);
   script += fmt::format("set output '{}'\nset logscale xy\nset multiplot layout {},{}\n", file, rows, columns);
-  script +=
-      fmt::format("set xlabel '{}'\nset ylabel '{}'\nset key left top reverse Left samplen 1.5\n", x_label, y_label);
+  script += fmt::format("set xlabel '{}'\nset ylabel '{}'\n", x_label, y_label);
+  script += is_key_inside ? "set key left top reverse Left samplen 1.5\n" : "unset key\n";
+  const auto style = [&](const std::string& name) {  // the same in all panels
+    const auto k = static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
+    return fmt::format("with linespoints lc rgb '{}' lw 1.8 pt {} ps 0.7 title '{}'", curve_color(k), 4 + k, name);
+  };
   for (const auto& panel : panels) {
     std::string plot;
     double x_min = 1e300, x_max = 0, y_min = 1e300;
     for (std::size_t k = 0; k < curves.size(); ++k) {
       const GrowthCurve& curve = curves[k];
       if (curve.panel != panel || curve.points.empty()) continue;
-      const auto color =
-          static_cast<std::size_t>(std::ranges::find(names, curve.name) - names.begin());  // the same in all panels
       script += data_block(fmt::format("curve{}", k), curve.points);
-      plot += fmt::format("{}$curve{} with linespoints lc rgb '{}' lw 1.8 pt {} ps 0.7 title '{}'",
-                          plot.empty() ? "" : ", ", k, curve_color(color), 4 + color, curve.name);
+      plot += fmt::format("{}$curve{} {}", plot.empty() ? "" : ", ", k, style(curve.name));
       for (const auto& [x, y] : curve.points) {
         x_min = std::min(x_min, x);
         x_max = std::max(x_max, x);
@@ -59,6 +63,12 @@ std::string growth_script(const std::vector<GrowthCurve>& curves, const std::str
     script += data_block("slope", {{x_min, y_min / 2}, {x_max, y_min / 2 * x_max / x_min}});
     script +=
         fmt::format("set title '{}'\nplot {}, $slope with lines lc rgb '#999999' dt 2 title 'slope 1'\n", panel, plot);
+  }
+  if (!is_key_inside) {
+    script += "unset title\nunset xlabel\nunset ylabel\nunset border\nunset tics\nunset grid\n";
+    script += "set key center center reverse Left samplen 2.5 spacing 1.3\nset xrange [1:10]\nset yrange [1:10]\nplot ";
+    for (const auto& name : names) script += fmt::format("NaN {}, ", style(name));
+    script += "NaN with lines lc rgb '#999999' dt 2 title 'slope 1'\n";
   }
   return script + "unset multiplot\n";
 }
