@@ -105,9 +105,9 @@ void JunctionSolver::find_approaching(const Junction& junction, const Eigen::Ref
   }
 }
 
-/// Impacts that follow each other ever faster, a disc that falls between two, end in one of both contacts: one that an
-/// impact sends towards each other over a gap that is hardly more than rounding is part of it. False when there is
-/// none.
+/// Impacts that follow each other ever faster, of a disc that falls between two, end in one of both contacts: one that
+/// had an impulse in this step, and that an impact sends back over a gap that is hardly more than rounding, is part of
+/// it. False when there is none.
 bool JunctionSolver::add_struck(const Vector& v, Junction& junction) {
   const auto stays_apart = [&](int i) {
     return impact_law_.normal_velocity(i, v) >= -kVelocityRounding * impact_law_.normal_velocity_scale(i, v);
@@ -197,7 +197,7 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
     const double touches = kGapRounding * gap_size_[i], nearly = kClosedGapRounding * gap_size_[i];
     if (gap_[i] <= 0 || gap_[i] <= (was_closed(i) ? nearly : touches))
       junction.touching.push_back(i);
-    else if (gap_[i] <= nearly)
+    else if (gap_[i] <= nearly && (step.Lambda_n.row(i).head(element).array() > 0).any())
       nearly_.push_back(i);
   }
   if (junction.touching.empty() && !info.has_bilateral()) return Result::done;

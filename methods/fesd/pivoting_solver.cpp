@@ -221,8 +221,10 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
         unresolved_ >= 0 && unresolved_ < static_cast<int>(kMostClosedInstead) && !(trial >> unresolved_ & 1U);
     return is_flight ? trial | 1U << unresolved_ : ++counted;
   };
+  bool is_right = false;  // the prediction is: where elements can be added, only bounces may still be closed instead
   for (; counted < n_alternatives; trial = next()) {
     unresolved_ = -1;
+    if (is_right && options_.as_needed && !only_closes(element, trial)) continue;
     if (++trials_ > max_trials()) return false;
     if (!propose_modes(element, trial)) continue;
     const double h = remaining / count;
@@ -234,9 +236,20 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
     note_failure(violation, h, count);
     if (!is_switch(violation.verdict)) continue;
 
+    reached_ = false;
     if (split_at_switch(element, count, most_before, violation, remaining)) return true;
+    is_right = is_right || (trial == 0 && reached_);
   }
   return false;
+}
+
+/// Whether a trial differs from the prediction in bounces that are closed instead only.
+bool PivotingSolver::only_closes(int element, unsigned trial) const {
+  const auto& alternatives = junctions_[element].alternatives;
+  for (std::size_t k = 0; k < std::min(alternatives.size(), kMostClosedInstead); ++k) {
+    if ((trial >> k & 1U) && !alternatives[k].bounced()) return false;
+  }
+  return true;
 }
 
 /// Lets a switch follow some of the `count` elements, and solves what remains.
@@ -264,6 +277,7 @@ bool PivotingSolver::split_at_switch(int element, int count, int most_before, co
     if (unresolved_ >= 0) return false;
     const bool is_solved = continue_after(element, m, remaining, count);
     unresolved_ = -1;
+    reached_ = true;
     return is_solved;
   };
   if (for_all_candidates(pinned)) return true;

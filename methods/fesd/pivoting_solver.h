@@ -89,6 +89,7 @@ class PivotingSolver {
   int flight_below_rounding(int first, int count) const;
   void make_room(int n_elements);
   bool search(int element, double remaining, int elements_left);
+  bool only_closes(int element, unsigned trial) const;
   bool split_at_switch(int element, int count, int most_before, const Violation& violation, double remaining);
   bool split_unpinned(int element, int m, int count, const Violation& violation, double remaining);
   int max_trials() const;
@@ -133,6 +134,7 @@ class PivotingSolver {
   std::vector<Junction> junctions_;
   int trials_ = 0;
   int unresolved_ = -1;  // alternative of a junction whose flight was lower than positions are known, or -1
+  bool reached_ = false;  // a switch, with all sign conditions fulfilled before it: the modes of the trial are right
   bool captured_ = false;
   double longest_ = 0;  // element length that sets the number of elements; 0 when that number is fixed
 
