@@ -46,12 +46,14 @@ struct Junction {
 /// says. On a polygon in place of the friction disc they say which vertex or edge carries the force, too; where an edge
 /// has just been left at one of its vertices the force stays at that vertex. Bilateral constraints stay closed whatever
 /// happens. Two things the instant does not show: within a step a contact that rested goes on resting, unless its own
-/// switch ended the element before (a new step knows the state only, so there the load decides); and where the force of
-/// a sticking contact has just reached the cone, slip begins against that force, with zero acceleration at first.
+/// switch ended the element before or forces jump in its island (a new step knows the state only, so there the load
+/// decides); and where the force of a sticking contact has just reached the cone, slip begins against that force, with
+/// zero acceleration at first. Islands without a part in the junction keep their forces and modes.
 ///
 /// Alternatives: a contact that bounced may be closed instead (that is how a ball comes to rest, open question 2 of the
-/// specification); stick and slip at the boundary of the cone may be either; where one contact breaks, others that the
-/// load leaves without a force may break at the same instant.
+/// specification), and what the load does to the others then follows from close_instead(); stick and slip at the
+/// boundary of the cone may be either; where one contact breaks, others that the load leaves without a force may break
+/// at the same instant.
 class JunctionSolver {
  public:
   /// @param gap_size  n_c, what rounding of the gaps is relative to; read at every call
