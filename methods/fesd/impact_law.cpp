@@ -364,6 +364,9 @@ LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<
       const auto& contact = problem_.info().contacts[c.contact];
       c.mode = laws_[k].mode;
       c.facet = laws_[k].facet;
+      // Bodies that fall together need no force, and rounding is none.
+      if (r[0] * normal_delassus(c.contact) <= kForceRounding * normal_velocity_scale(c.contact, w_))
+        c.mode = ContactMode::open;
       lambda_n[c.contact] = *r++;
       for (int d = 0; d < contact.n_t; ++d) lambda_t[contact.tangent_index + d] = *r++;
     }

@@ -10,12 +10,15 @@ namespace {
 
 // A force this near to the cone, as part of the cone, may belong to either side of it.
 constexpr double kNearCone = 0.1;
+// A force larger than this, as part of what it was in the element before, is not about to vanish.
+constexpr double kClear = 1e-6;
 
 }  // namespace
 
 void Junction::reserve(const ProblemInfo& info) {
   touching.reserve(info.contacts.size());
-  alternatives.reserve(info.contacts.size());
+  closed.reserve(info.contacts.size());
+  alternatives.reserve(2 * info.contacts.size());
   from_rest.reserve(info.contacts.size());
   on_edge.reserve(info.contacts.size());
   acceleration.setZero(info.n_q);
@@ -30,9 +33,38 @@ JunctionSolver::JunctionSolver(const Problem& problem, const ButcherTableau& tab
       polygon_(polygon),
       gap_size_(gap_size),
       impact_law_(problem, polygon, counters) {
-  closed_.reserve(problem.info().contacts.size());
-  approaching_.reserve(problem.info().contacts.size());
+  const ProblemInfo& info = problem.info();
+  closed_.reserve(info.contacts.size());
+  for (auto* list : {&approaching_, &nearly_}) list->reserve(info.contacts.size());
   gap_.setZero(problem.n_c());
+  coupled_.reset(info.n_q);
+  for (const auto& [k, l] : info.structure.couplings) coupled_.join(k, l);
+  for (int k = 0; k < info.n_q && info.has_bilateral(); ++k) coupled_.join(0, k);
+  islands_ = coupled_;
+  for (auto* list : {&jumps_, &keeps_}) list->resize(static_cast<std::size_t>(info.n_q));
+}
+
+/// The coordinates that M, forces and touching contacts couple, and where their forces jump: an impulse, a contact that
+/// was open, slip that stops. Elsewhere forces are continuous, also where a contact breaks or begins to slip.
+void JunctionSolver::set_islands(const Junction& junction, const Stages* left, const Switch& end, const Vector& v,
+                                 const Eigen::Ref<const Vector>& v_minus) {
+  const auto& contacts = problem_.info().contacts;
+  islands_ = coupled_;
+  for (const int i : junction.touching) {
+    for (const int k : contacts[i].support) islands_.join(contacts[i].support.front(), k);
+  }
+  std::fill(jumps_.begin(), jumps_.end(), false);
+  for (int k = 0; k < problem_.n_q(); ++k) {
+    if (v[k] != v_minus[k]) jumps_[islands_.of(k)] = true;
+  }
+  for (const int i : junction.touching) {
+    const bool was_open = !left || !is_closed(left->modes[i]);
+    if (was_open || end.is(Switch::Kind::slip_stops, i)) jumps_[islands_.of(contacts[i].support.front())] = true;
+  }
+}
+
+bool JunctionSolver::force_jumps(int contact) {
+  return jumps_[island_of(contact)];
 }
 
 /// A closed contact that stays closed whatever the load says.
@@ -73,6 +105,21 @@ void JunctionSolver::find_approaching(const Junction& junction, const Eigen::Ref
   }
 }
 
+/// Impacts that follow each other ever faster, of a disc that falls between two, end in one of both contacts: one that
+/// had an impulse in this step, and that an impact sends back over a gap that is hardly more than rounding, is part of
+/// it. False when there is none.
+bool JunctionSolver::add_struck(const Vector& v, Junction& junction) {
+  const auto stays_apart = [&](int i) {
+    return impact_law_.normal_velocity(i, v) >= -kVelocityRounding * impact_law_.normal_velocity_scale(i, v);
+  };
+  const auto first = std::partition(nearly_.begin(), nearly_.end(), stays_apart);
+  if (first == nearly_.end()) return false;
+  junction.touching.insert(junction.touching.end(), first, nearly_.end());
+  nearly_.erase(first, nearly_.end());
+  std::sort(junction.touching.begin(), junction.touching.end());
+  return true;
+}
+
 /// Whether a closed contact slides already, and where to.
 void JunctionSolver::set_tangential_law(const Stages& element, const Stages* left, const Switch& end, bool is_struck,
                                         ImpactLaw::Closed& closed) {
@@ -109,6 +156,22 @@ void JunctionSolver::set_slide(const Stages& element, ImpactLaw::Closed& closed)
   impact_law_.set_slide(closed, element.v0, kSlipRounding * slip_size_);
 }
 
+namespace {
+
+/// Every contact open but bilateral ones, and nothing known of forces.
+void clear_modes(const ProblemInfo& info, Stages& stages, Junction& junction) {
+  junction.from_rest.clear();
+  junction.on_edge.clear();
+  junction.has_forces = false;
+  std::fill(stages.modes.begin(), stages.modes.end(), ContactMode::open);
+  for (const int i : info.bilateral) stages.modes[i] = ContactMode::closed;
+  if (!info.has_friction()) return;
+  stages.slip_start.setZero();
+  std::fill(stages.facets.begin(), stages.facets.end(), 0);
+}
+
+}  // namespace
+
 JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const Stages* left, const Switch& end,
                                              bool within_step, Junction& junction) {
   const ProblemInfo& info = problem_.info();
@@ -118,27 +181,24 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   auto Lambda_n = step.Lambda_n.col(element);
   auto Lambda_t = step.Lambda_t.col(element);
   junction.touching.clear();
+  junction.closed.clear();
   junction.alternatives.clear();
-  junction.from_rest.clear();
-  junction.on_edge.clear();
-  junction.has_forces = false;
+  junction.closed_instead = 0;
   stages.v0 = v_minus;
+  clear_modes(info, stages, junction);
   if (n_c == 0) return Result::done;
-  for (int i = 0; i < n_c; ++i) {
-    Lambda_n[i] = 0;
-    stages.modes[i] = info.contacts[i].is_bilateral ? ContactMode::closed : ContactMode::open;
-  }
-  if (info.has_friction()) {
-    Lambda_t.setZero();
-    stages.slip_start.setZero();
-    std::fill(stages.facets.begin(), stages.facets.end(), 0);
-  }
+  Lambda_n.setZero();
+  if (info.has_friction()) Lambda_t.setZero();
 
   const auto was_closed = [&](int i) { return left && is_closed(left->modes[i]); };
   problem_.gap(stages.q0.data(), gap_.data());
+  nearly_.clear();
   for (const int i : info.unilateral) {
-    if (gap_[i] > 0 && gap_[i] > (was_closed(i) ? kClosedGapRounding : kGapRounding) * gap_size_[i]) continue;
-    junction.touching.push_back(i);
+    const double touches = kGapRounding * gap_size_[i], nearly = kClosedGapRounding * gap_size_[i];
+    if (gap_[i] <= 0 || gap_[i] <= (was_closed(i) ? nearly : touches))
+      junction.touching.push_back(i);
+    else if (gap_[i] <= nearly && (step.Lambda_n.row(i).head(element).array() > 0).any())
+      nearly_.push_back(i);
   }
   if (junction.touching.empty() && !info.has_bilateral()) return Result::done;
   step.touches = step.touches || !junction.touching.empty();
@@ -148,16 +208,19 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   // Of a normal velocity behind the impact: an impulse that passes through a contact at rest leaves rounding of its
   // own.
   const auto rounding = [&](int i) {
-    const double stopped = Lambda_n[i] * impact_law_.normal_delassus(i);
-    return kVelocityRounding * std::max(impact_law_.normal_velocity_scale(i, v_minus), stopped);
+    return kVelocityRounding * std::max(normal_size_, Lambda_n[i] * impact_law_.normal_delassus(i));
   };
   find_approaching(junction, v_minus, left);
   // A contact closes; the impulses of contacts that were closed when they bounced (see carry_on) are no impact.
   bool is_impact = false;
-  if (!approaching_.empty()) {
+  while (!approaching_.empty()) {
     if (impact_law_.impact(approaching_, stages.v0, Lambda_n, Lambda_t) != LcpStatus::solved) return Result::no_impulse;
-    for (const int i : junction.touching) is_impact = is_impact || (Lambda_n[i] > 0 && !was_closed(i));
+    if (!add_struck(stages.v0, junction)) break;
+    stages.v0 = v_minus;
+    if (!impact_law_.prepare(stages.q0, junction.touching)) return Result::no_impulse;
+    find_approaching(junction, v_minus, left);
   }
+  for (const int i : junction.touching) is_impact = is_impact || (Lambda_n[i] > 0 && !was_closed(i));
   // A contact whose bodies it moves; the others go on as if nothing had happened.
   const auto is_struck = [&](int i) {
     const auto& support = info.contacts[i].support;
@@ -173,20 +236,53 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
                              step.H * info.contacts[i].mu * impact_law_.normal_velocity_scale(i, w)});
   }
 
-  closed_.clear();
   for (const int i : junction.touching) {
     if (end.is(Switch::Kind::force_vanishes, i)) continue;
     const bool rested = was_closed(i) && !is_struck(i);
     ImpactLaw::Closed closed{.contact = i};
     if (info.contacts[i].n_t > 0) set_tangential_law(stages, left, end, is_struck(i), closed);
     if (rested || impact_law_.normal_velocity(i, stages.v0) <= rounding(i)) {
-      closed_.push_back(closed);
+      junction.closed.push_back(closed);
     } else {
-      junction.alternatives.push_back(
-          {i, continued_mode(closed), ContactMode::open, impact_law_.normal_velocity(i, stages.v0), closed.facet});
+      junction.alternatives.push_back({i, continued_mode(closed), ContactMode::open,
+                                       impact_law_.normal_velocity(i, stages.v0), closed.facet, 0, closed});
     }
   }
-  if (closed_.empty() && !info.has_bilateral()) return Result::done;
+  return set_modes(step, element, left, end, within_step, 0, junction);
+}
+
+JunctionSolver::Result JunctionSolver::close_instead(FesdStep& step, int element, const Stages* left, const Switch& end,
+                                                     bool within_step, unsigned closed_instead, Junction& junction) {
+  Stages& stages = step.elements[element];
+  clear_modes(problem_.info(), stages, junction);
+  if (!impact_law_.prepare(stages.q0, junction.touching)) return Result::no_impulse;
+  const std::size_t n_alternatives = junction.alternatives.size();
+  const Result result = set_modes(step, element, left, end, within_step, closed_instead, junction);
+  junction.alternatives.resize(n_alternatives);
+  junction.closed_instead = closed_instead;
+  return result;
+}
+
+/// Modes from the forces right behind the junction.
+JunctionSolver::Result JunctionSolver::set_modes(FesdStep& step, int element, const Stages* left, const Switch& end,
+                                                 bool within_step, unsigned closed_instead, Junction& junction) {
+  const ProblemInfo& info = problem_.info();
+  Stages& stages = step.elements[element];
+  if (junction.closed.empty() && closed_instead == 0 && !info.has_bilateral()) return Result::done;
+
+  set_islands(junction, left, end, stages.v0, step.v_minus.col(element));
+  std::fill(keeps_.begin(), keeps_.end(), false);
+  if (within_step && left && !info.has_bilateral()) find_kept(junction, *left, end);
+  closed_.clear();
+  for (const auto& closed : junction.closed) {
+    if (keeps_[island_of(closed.contact)])
+      stages.modes[closed.contact] = left->modes[closed.contact];
+    else
+      closed_.push_back(closed);
+  }
+  for (std::size_t k = 0; k < junction.alternatives.size(); ++k) {
+    if (k < kMostClosedInstead && (closed_instead >> k & 1U)) closed_.push_back(junction.alternatives[k].closed);
+  }
   for (const auto& closed : closed_) {
     if (closed.is_on_edge) junction.on_edge.push_back({closed.contact, closed.facet});
     if (end.is(Switch::Kind::edge_left, closed.contact))
@@ -203,12 +299,14 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   if (in_paradox != closed_.end()) return Result::indeterminate;
   junction.has_forces = true;
   junction.acceleration = impact_law_.acceleration();
+  if (std::find(keeps_.begin(), keeps_.end(), true) != keeps_.end()) keep_forces(*left, junction);
 
+  const auto was_closed = [&](int i) { return left && is_closed(left->modes[i]); };
   for (const auto& closed : closed_) {
     const int i = closed.contact;
     const auto& contact = info.contacts[i];
     ContactMode mode = closed.mode;
-    const bool rested = was_closed(i) && !is_struck(i);
+    const bool rested = was_closed(i) && !force_jumps(i);
     if (mode == ContactMode::open && within_step && rested) mode = continued_mode(closed);
     stages.modes[i] = mode;
     if (polygon_.applies(contact.n_t)) stages.facets[i] = closed.facet;
@@ -232,6 +330,45 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
     }
   }
   return Result::done;
+}
+
+/// Islands that go on as they are: their forces are continuous, the switch is none of theirs, and none of their
+/// contacts is about to break or to slip at the same time.
+void JunctionSolver::find_kept(const Junction& junction, const Stages& left, const Switch& end) {
+  if (tableau_.right_end.size() == 0) return;
+  const auto& contacts = problem_.info().contacts;
+  for (const auto& closed : junction.closed) keeps_[island_of(closed.contact)] = true;
+  for (const int i : junction.touching) {
+    if (force_jumps(i)) keeps_[island_of(i)] = false;
+  }
+  if (end.contact >= 0) keeps_[island_of(end.contact)] = false;
+  for (const auto& closed : junction.closed) {
+    const auto& contact = contacts[closed.contact];
+    const double force = left.end_lambda_n[closed.contact], cone = contact.mu * force;
+    bool goes_on = force > kClear * left.lambda_n.row(closed.contact).maxCoeff() && !polygon_.applies(contact.n_t);
+    if (contact.n_t > 0 && left.modes[closed.contact] == ContactMode::stick)
+      goes_on =
+          goes_on && left.end_lambda_t.segment(contact.tangent_index, contact.n_t).norm() < (1 - kNearCone) * cone;
+    else if (contact.n_t > 0)
+      goes_on = goes_on && closed.slides && left.slip_start.segment(contact.tangent_index, contact.n_t).isZero(0);
+    if (!goes_on) keeps_[island_of(closed.contact)] = false;
+  }
+}
+
+/// The forces and accelerations at the right end of the element before, where they are kept.
+void JunctionSolver::keep_forces(const Stages& left, Junction& junction) {
+  for (const auto& closed : junction.closed) {
+    const auto& contact = problem_.info().contacts[closed.contact];
+    if (!keeps_[island_of(closed.contact)]) continue;
+    junction.lambda_n[closed.contact] = left.end_lambda_n[closed.contact];
+    for (int d = contact.tangent_index; d < contact.tangent_index + contact.n_t; ++d)
+      junction.lambda_t[d] = left.end_lambda_t[d];
+  }
+  for (int k = 0; k < problem_.n_q(); ++k) {
+    if (!keeps_[islands_.of(k)]) continue;
+    junction.acceleration[k] = 0;
+    for (Eigen::Index j = 0; j < left.a.cols(); ++j) junction.acceleration[k] += tableau_.right_end[j] * left.a(k, j);
+  }
 }
 
 bool JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {

@@ -7,6 +7,9 @@
 
 namespace ricochet {
 
+/// Alternatives of a junction that can be named by the bits of a number.
+inline constexpr std::size_t kMostClosedInstead = 31;
+
 /// The left end of an element: what touches, what the modes are predicted to be, and what else they might be.
 struct Junction {
   /// A mode to try when the prediction is refuted.
@@ -15,6 +18,8 @@ struct Junction {
     ContactMode mode = ContactMode::open, predicted = ContactMode::open;
     double v_n = 0;  ///< of a contact that bounced, behind the impact [m/s]
     int facet = 0, predicted_facet = 0;
+    ImpactLaw::Closed closed{};  ///< of a contact that bounced: how it would be closed
+    bool bounced() const { return predicted == ContactMode::open; }
   };
   /// A contact on a polygon that slips normal to an edge, whatever its mode.
   struct OnEdge {
@@ -22,8 +27,10 @@ struct Junction {
   };
 
   std::vector<int> touching;
+  std::vector<ImpactLaw::Closed> closed;  ///< touching contacts that do not separate; the load opens them or not
   std::vector<Alternative> alternatives;
-  std::vector<int> from_rest;  ///< contacts that start to slip with zero slip velocity
+  unsigned closed_instead = 0;  ///< by alternative: the bounces that modes and forces have closed instead
+  std::vector<int> from_rest;   ///< contacts that start to slip with zero slip velocity
   std::vector<OnEdge> on_edge;
   int culprit = -1;         ///< contact to blame for a Result that is not done
   bool has_forces = false;  ///< acceleration and forces right behind the junction are known:
@@ -39,12 +46,14 @@ struct Junction {
 /// says. On a polygon in place of the friction disc they say which vertex or edge carries the force, too; where an edge
 /// has just been left at one of its vertices the force stays at that vertex. Bilateral constraints stay closed whatever
 /// happens. Two things the instant does not show: within a step a contact that rested goes on resting, unless its own
-/// switch ended the element before (a new step knows the state only, so there the load decides); and where the force of
-/// a sticking contact has just reached the cone, slip begins against that force, with zero acceleration at first.
+/// switch ended the element before or forces jump in its island (a new step knows the state only, so there the load
+/// decides); and where the force of a sticking contact has just reached the cone, slip begins against that force, with
+/// zero acceleration at first. Islands without a part in the junction keep their forces and modes.
 ///
 /// Alternatives: a contact that bounced may be closed instead (that is how a ball comes to rest, open question 2 of the
-/// specification); stick and slip at the boundary of the cone may be either; where one contact breaks, others that the
-/// load leaves without a force may break at the same instant.
+/// specification), and what the load does to the others then follows from close_instead(); stick and slip at the
+/// boundary of the cone may be either; where one contact breaks, others that the load leaves without a force may break
+/// at the same instant.
 class JunctionSolver {
  public:
   /// @param gap_size  n_c, what rounding of the gaps is relative to; read at every call
@@ -60,6 +69,12 @@ class JunctionSolver {
   Result begin(FesdStep& step, int element, const Stages* left, const Switch& end, bool within_step,
                Junction& junction);
 
+  /// Modes and forces of the junction that begin() made, when contacts that bounced are closed instead: what the load
+  /// does to the others then. Junction::alternatives stay.
+  /// @param closed_instead  by alternative, those that bounced: bit k of the k-th
+  Result close_instead(FesdStep& step, int element, const Stages* left, const Switch& end, bool within_step,
+                       unsigned closed_instead, Junction& junction);
+
   /// Continues the modes of the element before without a switch. A contact that bounced and was closed instead may come
   /// back where the tableau has no stage at the right end, and then needs an impulse. False when there is none.
   bool carry_on(FesdStep& step, int element, Junction& junction);
@@ -73,6 +88,15 @@ class JunctionSolver {
  private:
   bool approaches(int contact, const Eigen::Ref<const Vector>& v, const Stages* left);
   void find_approaching(const Junction& junction, const Eigen::Ref<const Vector>& v, const Stages* left);
+  bool add_struck(const Vector& v, Junction& junction);
+  void set_islands(const Junction& junction, const Stages* left, const Switch& end, const Vector& v,
+                   const Eigen::Ref<const Vector>& v_minus);
+  int island_of(int contact) { return islands_.of(problem_.info().contacts[contact].support.front()); }
+  bool force_jumps(int contact);
+  void find_kept(const Junction& junction, const Stages& left, const Switch& end);
+  Result set_modes(FesdStep& step, int element, const Stages* left, const Switch& end, bool within_step,
+                   unsigned closed_instead, Junction& junction);
+  void keep_forces(const Stages& left, Junction& junction);
   ContactMode continued_mode(const ImpactLaw::Closed& closed) const;
   void set_facet(const Stages& element, const Switch& end, ImpactLaw::Closed& closed);
   void set_slide(const Stages& element, ImpactLaw::Closed& closed);
@@ -86,7 +110,9 @@ class JunctionSolver {
   const Vector& gap_size_;
   ImpactLaw impact_law_;
   std::vector<ImpactLaw::Closed> closed_;
-  std::vector<int> approaching_;
+  std::vector<int> approaching_, nearly_;
+  DisjointSets coupled_, islands_;   // of coordinates: by M and forces; by touching contacts, too
+  std::vector<char> jumps_, keeps_;  // per least coordinate of an island
   Vector gap_;
   // Largest velocities so far, before cancellation.
   double normal_size_ = 0, slip_size_ = 0;

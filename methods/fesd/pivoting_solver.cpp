@@ -134,16 +134,18 @@ Status PivotingSolver::advance_to_switch(double H, double capture,
   return finish_step(solve_one_element(H, capture, is_accurate));
 }
 
-/// The `count` elements are the flight of a contact that bounced no higher than rounding of its gap.
-bool PivotingSolver::is_below_rounding(int first, int count) const {
+/// The `count` elements are the flight of a contact that bounced no higher than rounding of its gap: which of the
+/// alternatives of their junction, or -1.
+int PivotingSolver::flight_below_rounding(int first, int count) const {
   const Stages& flight = step_->elements[first];
   const auto& alternatives = junctions_[first].alternatives;
-  return std::any_of(alternatives.begin(), alternatives.end(), [&](const auto& alternative) {
+  const auto found = std::find_if(alternatives.begin(), alternatives.end(), [&](const auto& alternative) {
     const int i = alternative.contact;
-    return alternative.predicted == ContactMode::open && flight.modes[i] == ContactMode::open &&
+    return alternative.bounced() && flight.modes[i] == ContactMode::open &&
            step_->ends[first + count - 1].contact == i &&
            0.25 * alternative.v_n * count * flight.h <= kGapRounding * gap_size_[i];
   });
+  return found == alternatives.end() ? -1 : static_cast<int>(found - alternatives.begin());
 }
 
 bool PivotingSolver::solve_one_element(double H, double capture,
@@ -155,7 +157,7 @@ bool PivotingSolver::solve_one_element(double H, double capture,
   bool is_unresolved = false;           // the flight predicted is lower than positions are known
   unsigned captured = 0, too_fast = 0;  // alternatives that close a contact that bounced
   for (std::size_t k = 0; k < std::min(alternatives.size(), kMaxAlternatives); ++k) {
-    if (alternatives[k].predicted != ContactMode::open) continue;
+    if (!alternatives[k].bounced()) continue;
     if (alternatives[k].v_n > capture)
       too_fast |= 1U << k;  // the error would be its velocity
     else if (junction_solver_.is_pressed(step_->elements[0], alternatives[k].contact))
@@ -164,7 +166,7 @@ bool PivotingSolver::solve_one_element(double H, double capture,
   const unsigned n_alternatives = 1U << std::min(alternatives.size(), kMaxAlternatives);
   for (unsigned trial = 0; trial < n_alternatives; ++trial) {
     if (!is_unresolved && ((trial ^ captured) & too_fast) != 0) continue;
-    propose_modes(0, trial ^ captured);
+    if (!propose_modes(0, trial ^ captured)) continue;
     captured_ = (captured != 0 && trial == 0) || is_unresolved;
     const Violation violation = equal_elements(0, 1, H);
     step_->n_elements = 1;
@@ -174,7 +176,7 @@ bool PivotingSolver::solve_one_element(double H, double capture,
     if (captured_ || !is_switch(violation.verdict)) continue;
     if (!is_accurate(step_->elements[0])) return true;
     if (!run_to_switch(0, 1, violation, H)) continue;
-    is_unresolved = is_below_rounding(0, 1);
+    is_unresolved = flight_below_rounding(0, 1) >= 0;
     if (is_unresolved) {
       if (stage_solver_.tableau().is_stiffly_accurate()) continue;
       first_failure_ = deepest_failure_ = {{Verdict::accumulates, 0, step_->ends[0].contact, 0, 0}, H, 1};
@@ -213,9 +215,18 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
   const int most_before = longest_ == 0 ? count - 1 : count;
   const unsigned n_alternatives =
       1U << std::min<std::size_t>(junctions_[element].alternatives.size(), kMaxAlternatives);
-  for (unsigned trial = 0; trial < n_alternatives; ++trial) {
+  unsigned counted = 0, trial = 0;  // a flight that cannot be seen is closed before other alternatives are counted
+  const auto next = [&] {
+    const bool is_flight =
+        unresolved_ >= 0 && unresolved_ < static_cast<int>(kMostClosedInstead) && !(trial >> unresolved_ & 1U);
+    return is_flight ? trial | 1U << unresolved_ : ++counted;
+  };
+  bool is_right = false;  // the prediction is: where elements can be added, only bounces may still be closed instead
+  for (; counted < n_alternatives; trial = next()) {
+    unresolved_ = -1;
+    if (is_right && options_.as_needed && !only_closes(element, trial)) continue;
     if (++trials_ > max_trials()) return false;
-    propose_modes(element, trial);
+    if (!propose_modes(element, trial)) continue;
     const double h = remaining / count;
     const Violation violation = equal_elements(element, count, h);
     if (violation.verdict == Verdict::fulfilled) {
@@ -225,9 +236,20 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
     note_failure(violation, h, count);
     if (!is_switch(violation.verdict)) continue;
 
+    reached_ = false;
     if (split_at_switch(element, count, most_before, violation, remaining)) return true;
+    is_right = is_right || (trial == 0 && reached_);
   }
   return false;
+}
+
+/// Whether a trial differs from the prediction in bounces that are closed instead only.
+bool PivotingSolver::only_closes(int element, unsigned trial) const {
+  const auto& alternatives = junctions_[element].alternatives;
+  for (std::size_t k = 0; k < std::min(alternatives.size(), kMostClosedInstead); ++k) {
+    if ((trial >> k & 1U) && !alternatives[k].bounced()) return false;
+  }
+  return true;
 }
 
 /// Lets a switch follow some of the `count` elements, and solves what remains.
@@ -249,10 +271,14 @@ bool PivotingSolver::split_at_switch(int element, int count, int most_before, co
   if (may_float && options_.switches == Switches::published_earliest)
     return for_all_candidates([&](int m) { return split_unpinned(element, m, count, violation, remaining); });
   const auto pinned = [&](int m) {
-    if (!run_to_switch(element, m, violation, remaining)) return false;
-    // Closing stops a bounce that cannot be seen: the alternative modes come next.
-    if (stage_solver_.tableau().is_stiffly_accurate() && is_below_rounding(element, m)) return false;
-    return continue_after(element, m, remaining, count);
+    if (unresolved_ >= 0 || !run_to_switch(element, m, violation, remaining)) return false;
+    // Closing stops a bounce that cannot be seen.
+    if (stage_solver_.tableau().is_stiffly_accurate()) unresolved_ = flight_below_rounding(element, m);
+    if (unresolved_ >= 0) return false;
+    const bool is_solved = continue_after(element, m, remaining, count);
+    unresolved_ = -1;
+    reached_ = true;
+    return is_solved;
   };
   if (for_all_candidates(pinned)) return true;
   return may_float &&
@@ -319,16 +345,30 @@ bool PivotingSolver::begin_element(int element) {
   return false;
 }
 
-/// Trial 0 is the prediction; bit k of a later trial takes the k-th alternative.
-void PivotingSolver::propose_modes(int element, unsigned trial) {
-  const auto& alternatives = junctions_[element].alternatives;
-  for (std::size_t k = 0; k < alternatives.size(); ++k) {
-    const bool differs = k < kMaxAlternatives && (trial >> k & 1U);
-    Stages& stages = step_->elements[element];
-    const int i = alternatives[k].contact;
-    stages.modes[i] = differs ? alternatives[k].mode : alternatives[k].predicted;
-    if (!stages.facets.empty()) stages.facets[i] = differs ? alternatives[k].facet : alternatives[k].predicted_facet;
+/// Trial 0 is the prediction; bit k of a later trial takes the k-th alternative. False when the contact laws have no
+/// solution with it.
+bool PivotingSolver::propose_modes(int element, unsigned trial) {
+  Junction& junction = junctions_[element];
+  Stages& stages = step_->elements[element];
+  const auto n = std::min(junction.alternatives.size(), kMostClosedInstead);
+  unsigned closed_instead = 0;
+  for (std::size_t k = 0; k < n; ++k) closed_instead |= junction.alternatives[k].bounced() ? trial & 1U << k : 0;
+  if (closed_instead != 0 || junction.closed_instead != 0) {
+    const Switch end = switch_before(element);
+    if (junction_solver_.close_instead(*step_, element, left_neighbour(element), end, element > 0 || end.contact >= 0,
+                                       closed_instead, junction) != JunctionSolver::Result::done)
+      return false;
   }
+  for (std::size_t k = 0; k < n; ++k) {
+    const auto& alternative = junction.alternatives[k];
+    const int i = alternative.contact;
+    const bool differs = trial >> k & 1U;
+    // A contact that is closed instead of bouncing may be one that the load would open.
+    if (differs ? alternative.bounced() && is_closed(stages.modes[i]) : closed_instead != 0) continue;
+    stages.modes[i] = differs ? alternative.mode : alternative.predicted;
+    if (!stages.facets.empty()) stages.facets[i] = differs ? alternative.facet : alternative.predicted_facet;
+  }
+  return true;
 }
 
 void PivotingSolver::first_guess(int element, double h) {
@@ -469,7 +509,8 @@ bool PivotingSolver::run_to_switch(int first, int count, Violation violation, do
   for (int attempt = 0; attempt < 4; ++attempt) {
     if (++trials_ > max_trials()) return false;
     Switch end = switch_for(first, violation);
-    run.front().h = std::clamp(violation.time, 1e-3 * remaining, remaining) / count;
+    // Interpolated from the left end, a first violation may seem to be there; a refuted root says more.
+    run.front().h = std::clamp(violation.time, (attempt == 0 ? 1e-3 : 1e-12) * remaining, remaining) / count;
 
     if (!solve_run(first, count, end, remaining)) return false;
     const Violation other = check_run(first, count);

@@ -86,16 +86,17 @@ class PivotingSolver {
   void begin_step(double H);
   Status finish_step(bool solved);
   bool solve_one_element(double H, double capture, const std::function<bool(const Stages&)>& is_accurate);
-  bool is_below_rounding(int first, int count) const;
+  int flight_below_rounding(int first, int count) const;
   void make_room(int n_elements);
   bool search(int element, double remaining, int elements_left);
+  bool only_closes(int element, unsigned trial) const;
   bool split_at_switch(int element, int count, int most_before, const Violation& violation, double remaining);
   bool split_unpinned(int element, int m, int count, const Violation& violation, double remaining);
   int max_trials() const;
   int elements_for(int element, double remaining, int elements_left) const;
   Switch switch_before(int element) const;
   bool begin_element(int element);
-  void propose_modes(int element, unsigned trial);
+  bool propose_modes(int element, unsigned trial);
   Violation equal_elements(int first, int count, double h);
   Switch switch_for(int first, const Violation& violation);
   bool run_to_switch(int first, int count, Violation violation, double remaining);
@@ -132,6 +133,8 @@ class PivotingSolver {
   FesdStep *step_ = &buffers_[0], *previous_ = &buffers_[1];
   std::vector<Junction> junctions_;
   int trials_ = 0;
+  int unresolved_ = -1;  // alternative of a junction whose flight was lower than positions are known, or -1
+  bool reached_ = false;  // a switch, with all sign conditions fulfilled before it: the modes of the trial are right
   bool captured_ = false;
   double longest_ = 0;  // element length that sets the number of elements; 0 when that number is fixed
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "methods/runge_kutta/redundant_system.h"
+#include "problems/packed_column.h"
 
 namespace ricochet {
 namespace {
@@ -19,6 +21,8 @@ constexpr double kContradiction = 1e-9;
 constexpr double kDifference = 1e-4;
 // Element lengths that alternate: full step, rest after an impact, ...
 constexpr std::size_t kMostLengths = 8;
+// What rounding leaves of a gap that closes, relative to the positions that it is a difference of.
+constexpr double kGapRounding = 8 * std::numeric_limits<double>::epsilon();
 // Far below anything physical in SI units, and far above subnormal numbers.
 constexpr double kVanishing = 1e-250;
 
@@ -1077,6 +1081,13 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
     rest_together_ = resting_contact_ >= 0 && end.together;
   };
 
+  const auto is_gap_rounding = [&] {  // with J_n_ and gap_ of the switch function
+    if (end.kind != Switch::Kind::gap_closes) return false;
+    const auto& contact = problem_.info().contacts[end.contact];
+    return std::abs(gap_[end.contact] - end.left_gap) <=
+           kGapRounding * packed_terms(contact, J_n_.data() + contact.normal_begin, run.back().q1);
+  };
+
   bool is_contradictory = false;  // the last step of the run, as far as redundant contacts go
   double h = run.front().h, previous = 0;
   for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
@@ -1116,8 +1127,10 @@ StageSolver::Result StageSolver::solve_to_switch(std::span<Stages> run, const Sw
     h += dh;
     if (!std::isfinite(size)) return Result::no_convergence;
     const double contraction = iteration > 0 ? size / previous : 1;
-    // What forces of short elements say about the time of a switch has rounding of its own, which h does not measure.
-    const bool is_rounding = correction_size <= 1e-9 && std::abs(full_dh) <= 1e-9 * max_h;
+    // What forces of short elements say about the time of a switch has rounding of its own, which h does not measure;
+    // so has a gap that closes slowly.
+    const bool is_time_rounding = std::abs(full_dh) <= 1e-9 * max_h && dh == full_dh;
+    const bool is_rounding = correction_size <= 1e-9 && (is_time_rounding || is_gap_rounding());
     // Newton is quadratic: the error after this correction is about its square.
     const bool is_converged = (iteration > 0 && size <= tolerance_) ||
                               (iteration > 0 && contraction < 0.1 && size * contraction <= tolerance_) ||
