@@ -103,7 +103,14 @@ class Problem {
   virtual void gap(const double* q, double* f_c) const = 0;               ///< f_c: n_c [m], > 0 when open
   virtual void normal_jacobian(const double* q, double* J_n) const = 0;   ///< packed, n_normal_entries
   virtual void tangent_jacobian(const double* q, double* J_t) const = 0;  ///< packed, n_tangent_entries
-  virtual double potential_energy(const double* q) const = 0;             ///< [J]; 0 unless structure.has_potential
+  /// The same where only the contacts with `chosen` (n_c, zero or not) are needed: other entries may stay as they are.
+  virtual void normal_jacobian_of([[maybe_unused]] const char* chosen, const double* q, double* J_n) const {
+    normal_jacobian(q, J_n);
+  }
+  virtual void tangent_jacobian_of([[maybe_unused]] const char* chosen, const double* q, double* J_t) const {
+    tangent_jacobian(q, J_t);
+  }
+  virtual double potential_energy(const double* q) const = 0;  ///< [J]; 0 unless structure.has_potential
 
   // First derivatives of the dynamics.
   /// f_q, f_v: n_q x n_q, derivatives of force() with respect to q and v.

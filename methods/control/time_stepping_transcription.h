@@ -15,7 +15,7 @@ class TimeSteppingTranscription final : public Transcription {
  public:
   struct Options {
     int steps = 10;  ///< per control interval
-    TimeSteppingEquations::Options equations;
+    TimeSteppingEquations::Options equations = {};
   };
 
   TimeSteppingTranscription(const OptimalControlProblem& problem, const Options& options);

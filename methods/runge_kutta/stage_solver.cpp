@@ -126,6 +126,7 @@ void StageSolver::set_active(const std::vector<ContactMode>& modes, const std::v
   modes_ = modes;
   facets_ = facets;
   closed_.clear();
+  is_closed_.assign(modes.size(), 0);
   row_power_.clear();
   has_friction_ = false;
   is_affine_ = structure_.constant_mass && structure_.constant_force_jacobian;
@@ -134,6 +135,7 @@ void StageSolver::set_active(const std::vector<ContactMode>& modes, const std::v
   for (std::size_t i = 0; i < modes.size(); ++i) {
     if (modes[i] == ContactMode::open) continue;
     const auto& contact = problem_.info().contacts[i];
+    is_closed_[i] = 1;
     const bool turns = modes[i] == ContactMode::slip;  // (7c)
     const TangentialLaw law = polygon_.law(modes[i], contact.n_t, facets.empty() ? 0 : facets[i]);
     closed_.push_back({.contact = static_cast<int>(i),
@@ -176,8 +178,8 @@ void StageSolver::set_active(const std::vector<ContactMode>& modes, const std::v
 void StageSolver::set_initial_values(const Stages& step, double h) {
   if (closed_.empty()) return;
   problem_.gap(step.q0.data(), gap0_.data());
-  problem_.normal_jacobian(step.q0.data(), J_n_.data());
-  if (has_friction_) problem_.tangent_jacobian(step.q0.data(), J_t_.data());
+  problem_.normal_jacobian_of(is_closed_.data(), step.q0.data(), J_n_.data());
+  if (has_friction_) problem_.tangent_jacobian_of(is_closed_.data(), step.q0.data(), J_t_.data());
   for (const ActiveContact& active : closed_) {
     const int i = active.contact;
     const auto& contact = problem_.info().contacts[i];
@@ -297,8 +299,8 @@ void StageSolver::set_end_system(const Vector& q, const Vector& v, const Stages&
     llt_.compute(M_end_);
     ++counters_.mass_factorizations;
   }
-  problem_.normal_jacobian(q.data(), J_n_.data());
-  if (has_friction_) problem_.tangent_jacobian(q.data(), J_t_.data());
+  problem_.normal_jacobian_of(is_closed_.data(), q.data(), J_n_.data());
+  if (has_friction_) problem_.tangent_jacobian_of(is_closed_.data(), q.data(), J_t_.data());
   held_.setZero();
   pushed_.setZero();
   n_end_ = 0;
@@ -439,7 +441,7 @@ void StageSolver::gap_changes(int stage, const Stages& step) {
   chord_variation_.setZero();
   for (int m = 0; m < 4; ++m) {
     chord_q_ = step.q0 + nodes[m] * dq;
-    problem_.normal_jacobian(chord_q_.data(), chord_J_.data());
+    problem_.normal_jacobian_of(is_closed_.data(), chord_q_.data(), chord_J_.data());
     for (const ActiveContact& active : closed_) {
       const auto& info = problem_.info().contacts[active.contact];
       for (std::size_t s = 0; s < info.support.size(); ++s) {
@@ -482,9 +484,9 @@ void StageSolver::residual(const StageCoefficients& k, const Stages& step) {
       }
     }
     if (closed_.empty()) continue;
-    problem_.normal_jacobian(q, J_n_.data());
+    problem_.normal_jacobian_of(is_closed_.data(), q, J_n_.data());
     problem_.gap(q, gap_.data());
-    if (has_friction_) problem_.tangent_jacobian(q, J_t_.data());
+    if (has_friction_) problem_.tangent_jacobian_of(is_closed_.data(), q, J_t_.data());
     if (has_curved_) gap_changes(j, step);
     for (const ActiveContact& active : closed_) {
       const int i = active.contact;
@@ -561,9 +563,9 @@ void StageSolver::derivatives(const StageCoefficients& k, const Stages& step) {
       problem_.contact_force_derivative(q, lambda_.data(), lambda_t_.data(), Jq_.data());
       Dq -= Jq_;
     }
-    problem_.normal_jacobian(q, J_n_.data());
+    problem_.normal_jacobian_of(is_closed_.data(), q, J_n_.data());
     if (has_friction_) {
-      problem_.tangent_jacobian(q, J_t_.data());
+      problem_.tangent_jacobian_of(is_closed_.data(), q, J_t_.data());
       if (has_curved_) problem_.slip_velocity_derivative(q, v, Tq_.data());
     }
     for (const ActiveContact& active : closed_) {

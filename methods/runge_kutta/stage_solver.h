@@ -209,7 +209,8 @@ class StageSolver {
   std::vector<ContactMode> modes_;
   std::vector<int> facets_;
   std::vector<ActiveContact> closed_;
-  int n_x_ = 0;  // unknowns per stage: n_q accelerations, then the forces of the closed contacts
+  std::vector<char> is_closed_;  // n_c: J_n_ and J_t_ at the stages are those of closed contacts only
+  int n_x_ = 0;                  // unknowns per stage: n_q accelerations, then the forces of the closed contacts
   bool is_affine_ = false;
   bool has_force_jacobian_ = false;  // f_v + B_u u depends on q or v
   bool has_curved_ = false;          // a closed contact is curved

@@ -76,11 +76,19 @@ void AssembledProblem::gap(const double* q, double* f_c) const {
 }
 
 void AssembledProblem::normal_jacobian(const double* q, double* J_n) const {
-  for (const auto& kind : kinds_) kind->normal_jacobian(q, J_n);
+  normal_jacobian_of(nullptr, q, J_n);
+}
+
+void AssembledProblem::normal_jacobian_of(const char* chosen, const double* q, double* J_n) const {
+  for (const auto& kind : kinds_) kind->normal_jacobian_of(chosen, q, J_n);
 }
 
 void AssembledProblem::tangent_jacobian(const double* q, double* J_t) const {
-  for (const auto& kind : kinds_) kind->tangent_jacobian(q, J_t);
+  tangent_jacobian_of(nullptr, q, J_t);
+}
+
+void AssembledProblem::tangent_jacobian_of(const char* chosen, const double* q, double* J_t) const {
+  for (const auto& kind : kinds_) kind->tangent_jacobian_of(chosen, q, J_t);
 }
 
 void AssembledProblem::gap_acceleration_bias(const double* q, const double* v, double* b) const {

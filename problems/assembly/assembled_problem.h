@@ -47,6 +47,8 @@ class AssembledProblem : public Problem {
   void gap(const double* q, double* f_c) const override;
   void normal_jacobian(const double* q, double* J_n) const override;
   void tangent_jacobian(const double* q, double* J_t) const override;
+  void normal_jacobian_of(const char* chosen, const double* q, double* J_n) const override;
+  void tangent_jacobian_of(const char* chosen, const double* q, double* J_t) const override;
   double potential_energy(const double* q) const override;
   void force_jacobians(const double* q, const double* v, const double* u, double* f_q, double* f_v) const override;
   void mass_derivative(const double* q, const double* a, double* Ma_q) const override;

@@ -27,8 +27,9 @@ class ContactCopies {
   void add(ContactPlace place) { places_.push_back(std::move(place)); }
 
   virtual void gap(const double* q, double* f_c) const = 0;
-  virtual void normal_jacobian(const double* q, double* J_n) const = 0;
-  virtual void tangent_jacobian(const double* q, double* J_t) const = 0;
+  /// @param chosen  as in Problem, null for all
+  virtual void normal_jacobian_of(const char* chosen, const double* q, double* J_n) const = 0;
+  virtual void tangent_jacobian_of(const char* chosen, const double* q, double* J_t) const = 0;
   virtual void gap_acceleration_bias(const double* q, const double* v, double* b) const = 0;
   // These add to what is there. n_q: of the large scene
   virtual void contact_force_derivative(const double* q, const double* lambda_n, const double* lambda_t, int n_q,
@@ -43,8 +44,8 @@ class ContactCopies {
   std::vector<ContactPlace> places_;
 };
 
-/// What all scenes of one contact alone have in common: a size, the law of the contact, and no motion of their own. Each
-/// states its gap, and with friction its tangents.
+/// What all scenes of one contact alone have in common: a size, the law of the contact, and no motion of their own.
+/// Each states its gap, and with friction its tangents.
 template <class T, std::size_t n>
 struct ContactScene {
   static constexpr SceneText text{"contact", "", "", ""};
@@ -83,12 +84,18 @@ class CopiesOf final : public ContactCopies {
   void gap(const double* q, double* f_c) const override {
     for (const auto& place : places_) local_.gap(gather(place, q).data(), f_c + place.contact);
   }
-  void normal_jacobian(const double* q, double* J_n) const override {
-    for (const auto& place : places_) local_.normal_jacobian(gather(place, q).data(), J_n + place.normal_begin);
+  void normal_jacobian_of(const char* chosen, const double* q, double* J_n) const override {
+    for (const auto& place : places_) {
+      if (chosen && !chosen[place.contact]) continue;
+      local_.normal_jacobian(gather(place, q).data(), J_n + place.normal_begin);
+    }
   }
-  void tangent_jacobian(const double* q, double* J_t) const override {
+  void tangent_jacobian_of(const char* chosen, const double* q, double* J_t) const override {
     if (contact().n_t == 0) return;
-    for (const auto& place : places_) local_.tangent_jacobian(gather(place, q).data(), J_t + place.tangent_begin);
+    for (const auto& place : places_) {
+      if (chosen && !chosen[place.contact]) continue;
+      local_.tangent_jacobian(gather(place, q).data(), J_t + place.tangent_begin);
+    }
   }
   void gap_acceleration_bias(const double* q, const double* v, double* b) const override {
     for (const auto& place : places_)

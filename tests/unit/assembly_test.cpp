@@ -24,6 +24,28 @@ TEST(AssembledProblem, PutsContactsAtTheirCoordinates) {
   }
 }
 
+TEST(AssembledProblem, EvaluatesTheContactsThatAreAskedFor) {
+  const auto p = make_problem("sphere_pile", {{"n", 5}});
+  const ProblemInfo& info = p->info();
+  std::vector<char> chosen(info.contacts.size(), 0);
+  for (std::size_t i = 0; i < chosen.size(); i += 2) chosen[i] = 1;
+  const double untouched = -7;
+  Vector all_n(info.n_normal_entries), all_t(info.n_tangent_entries);
+  Vector J_n = Vector::Constant(all_n.size(), untouched), J_t = Vector::Constant(all_t.size(), untouched);
+  p->normal_jacobian(info.q0.data(), all_n.data());
+  p->tangent_jacobian(info.q0.data(), all_t.data());
+  p->normal_jacobian_of(chosen.data(), info.q0.data(), J_n.data());
+  p->tangent_jacobian_of(chosen.data(), info.q0.data(), J_t.data());
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    const auto& contact = info.contacts[i];
+    const auto size = static_cast<int>(contact.support.size());
+    for (int k = 0; k < size; ++k)
+      EXPECT_EQ(J_n[contact.normal_begin + k], chosen[i] ? all_n[contact.normal_begin + k] : untouched) << i;
+    for (int k = 0; k < size * contact.n_t; ++k)
+      EXPECT_EQ(J_t[contact.tangent_begin + k], chosen[i] ? all_t[contact.tangent_begin + k] : untouched) << i;
+  }
+}
+
 /// Without restitution the beads stop one after the other, the first when it has fallen the distance.
 TEST(BeadRow, ComesToRestAtTheWall) {
   const auto p = make_problem("bead_row", {{"n", 6}});
