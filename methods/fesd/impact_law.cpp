@@ -54,10 +54,8 @@ ImpactLaw::ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, Cou
 void ImpactLaw::find_moved() {
   const ProblemInfo& info = problem_.info();
   DisjointSets sets(info.n_q);
-  if (!info.structure.diagonal_mass) {
-    for (const auto& [k, l] : info.structure.couplings) sets.join(k, l);
-  }
-  for (int k = 0; k < info.n_q && has_bilateral_; ++k) sets.join(0, k);
+  if (!info.structure.diagonal_mass) sets.join(info.structure.couplings);
+  if (has_bilateral_) sets.join_all();
   std::vector<std::vector<int>> members(info.n_q);
   for (int k = 0; k < info.n_q; ++k) members[sets.of(k)].push_back(k);
   moved_begin_.assign(1, 0);

@@ -13,6 +13,18 @@ constexpr double kNearCone = 0.1;
 // A force larger than this, as part of what it was in the element before, is not about to vanish.
 constexpr double kClear = 1e-6;
 
+/// Every contact open but bilateral ones, and nothing known of forces.
+void clear_modes(const ProblemInfo& info, Stages& stages, Junction& junction) {
+  junction.from_rest.clear();
+  junction.on_edge.clear();
+  junction.has_forces = false;
+  std::fill(stages.modes.begin(), stages.modes.end(), ContactMode::open);
+  for (const int i : info.bilateral) stages.modes[i] = ContactMode::closed;
+  if (!info.has_friction()) return;
+  stages.slip_start.setZero();
+  std::fill(stages.facets.begin(), stages.facets.end(), 0);
+}
+
 }  // namespace
 
 void Junction::reserve(const ProblemInfo& info) {
@@ -38,8 +50,8 @@ JunctionSolver::JunctionSolver(const Problem& problem, const ButcherTableau& tab
   for (auto* list : {&approaching_, &nearly_}) list->reserve(info.contacts.size());
   gap_.setZero(problem.n_c());
   coupled_.reset(info.n_q);
-  for (const auto& [k, l] : info.structure.couplings) coupled_.join(k, l);
-  for (int k = 0; k < info.n_q && info.has_bilateral(); ++k) coupled_.join(0, k);
+  coupled_.join(info.structure.couplings);
+  if (info.has_bilateral()) coupled_.join_all();
   islands_ = coupled_;
   for (auto* list : {&jumps_, &keeps_}) list->resize(static_cast<std::size_t>(info.n_q));
 }
@@ -50,9 +62,7 @@ void JunctionSolver::set_islands(const Junction& junction, const Stages* left, c
                                  const Eigen::Ref<const Vector>& v_minus) {
   const auto& contacts = problem_.info().contacts;
   islands_ = coupled_;
-  for (const int i : junction.touching) {
-    for (const int k : contacts[i].support) islands_.join(contacts[i].support.front(), k);
-  }
+  for (const int i : junction.touching) islands_.join(contacts[i].support);
   std::fill(jumps_.begin(), jumps_.end(), false);
   for (int k = 0; k < problem_.n_q(); ++k) {
     if (v[k] != v_minus[k]) jumps_[islands_.of(k)] = true;
@@ -155,22 +165,6 @@ void JunctionSolver::set_slide(const Stages& element, ImpactLaw::Closed& closed)
   slip_size_ = std::max(slip_size_, impact_law_.slip_velocity_scale(closed.contact, element.v0));
   impact_law_.set_slide(closed, element.v0, kSlipRounding * slip_size_);
 }
-
-namespace {
-
-/// Every contact open but bilateral ones, and nothing known of forces.
-void clear_modes(const ProblemInfo& info, Stages& stages, Junction& junction) {
-  junction.from_rest.clear();
-  junction.on_edge.clear();
-  junction.has_forces = false;
-  std::fill(stages.modes.begin(), stages.modes.end(), ContactMode::open);
-  for (const int i : info.bilateral) stages.modes[i] = ContactMode::closed;
-  if (!info.has_friction()) return;
-  stages.slip_start.setZero();
-  std::fill(stages.facets.begin(), stages.facets.end(), 0);
-}
-
-}  // namespace
 
 JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const Stages* left, const Switch& end,
                                              bool within_step, Junction& junction) {

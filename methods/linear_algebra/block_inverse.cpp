@@ -11,7 +11,7 @@ bool BlockInverse::find_blocks(const Matrix& A, bool as_one) {
       if (A(row, column) != 0) blocks_.join(row, column);
     }
   }
-  for (int k = 0; k < n && as_one; ++k) blocks_.join(0, k);
+  if (as_one) blocks_.join_all();
   bool changed = static_cast<int>(block_of_.size()) != n;
   for (int k = 0; k < n; ++k) changed = changed || coordinates_[first_[block_of_[k]]] != blocks_.of(k);
   return changed;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 namespace ricochet {
@@ -31,6 +32,14 @@ class DisjointSets {
     const int a = of(k), b = of(l);
     parent_[std::max(a, b)] = std::min(a, b);
   }
+  /// The edges of a graph.
+  void join(const std::vector<std::pair<int, int>>& edges) {
+    for (const auto& [k, l] : edges) join(k, l);
+  }
+  void join(const std::vector<int>& members) {
+    for (const int k : members) join(members.front(), k);
+  }
+  void join_all() { std::fill(parent_.begin(), parent_.end(), 0); }
 
  private:
   std::vector<int> parent_;

@@ -57,15 +57,9 @@ void NewtonSystem::set_active(std::span<const ActiveContact> closed, int n_rows)
 /// coordinate_sets_
 void NewtonSystem::find_islands() {
   coordinate_sets_.reset(n_q_);
-  if (n_s_ * n_x_ <= kMostOfOneIsland) {
-    for (int k = 0; k < n_q_; ++k) coordinate_sets_.join(0, k);
-    return;
-  }
-  for (const auto& [k, l] : problem_.info().structure.couplings) coordinate_sets_.join(k, l);
-  for (const ActiveContact& active : closed_) {
-    const auto& support = problem_.info().contacts[active.contact].support;
-    for (const int at : support) coordinate_sets_.join(support.front(), at);
-  }
+  if (n_s_ * n_x_ <= kMostOfOneIsland) return coordinate_sets_.join_all();
+  coordinate_sets_.join(problem_.info().structure.couplings);
+  for (const ActiveContact& active : closed_) coordinate_sets_.join(problem_.info().contacts[active.contact].support);
 }
 
 /// Islands with their coordinates and contacts, from coordinate_sets_.

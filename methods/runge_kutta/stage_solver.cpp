@@ -184,12 +184,9 @@ void StageSolver::set_initial_values(const Stages& step, double h) {
     const int i = active.contact;
     const auto& contact = problem_.info().contacts[i];
     const double* J = J_n_.data() + contact.normal_begin;
-    double position = 0, velocity = 0;
-    for (const int row : contact.support) {
-      position += std::abs(*J * step.q0[row]);
-      velocity += std::abs(*J++ * step.v0[row]);
-    }
-    gap_size_[i] = std::max(gap_size_[i], position);  // q may pass through zero, and keeps its rounding
+    const double velocity = packed_terms(contact, J, step.v0);
+    // q may pass through zero, and keeps its rounding.
+    gap_size_[i] = std::max(gap_size_[i], packed_terms(contact, J, step.q0));
     const bool is_drift = std::abs(gap0_[i]) > kGapDrift * gap_size_[i];
     const bool is_harmless = std::abs(gap0_[i]) <= 1e-8 * h * velocity;
     kept_gap0_[i] = is_drift && is_harmless ? gap0_[i] : 0;

@@ -78,10 +78,9 @@ Solution integrate_event_driven(const Problem& problem, const Settings& settings
       model.read_impulses(Lambda_n, Lambda_t);
       for (int i = 0; i < info.n_c(); ++i) {
         if (!(Lambda_n[i] > 0)) continue;
+        solution.events.push_back(
+            {solution.t, EventKind::impact, i, solution.q, v_minus, solution.v, Lambda_n, Lambda_t, {}, {}});
         ++counters.events;
-        if (settings.recording != Recording::final_state)
-          solution.events.push_back(
-              {solution.t, EventKind::impact, i, solution.q, v_minus, solution.v, Lambda_n, Lambda_t, {}, {}});
       }
     }
   } catch (const Siconos::exception& error) {

@@ -120,10 +120,9 @@ Solution integrate_moreau_jean(const Problem& problem, const Settings& settings,
       for (int i = 0; i < info.n_c(); ++i) {  // a contact that carries an impulse and did not before has closed
         const bool is_pressed = Lambda_n[i] > 0;
         if (is_pressed && !was_pressed[i]) {
+          solution.events.push_back(
+              {solution.t, EventKind::impact, i, q_minus, v_minus, solution.v, Lambda_n, Lambda_t, {}, {}});
           ++counters.events;
-          if (settings.recording != Recording::final_state)
-            solution.events.push_back(
-                {solution.t, EventKind::impact, i, q_minus, v_minus, solution.v, Lambda_n, Lambda_t, {}, {}});
         }
         was_pressed[i] = is_pressed;
       }
