@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "bench/progress.h"
-#include "methods/fesd/rounding.h"
+#include "methods/fesd/contact_scales.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/stage_solver.h"
 #include "methods/runge_kutta/tableau_argument.h"
@@ -37,9 +37,9 @@ void set_bounds(const ButcherTableau& tableau, double T, const ExactBall& ball, 
   if (run.H > 0) {
     run.rest_bound = closed.rest_time_bound(run.H, run.e);
   } else {
-    // v+ <= tol / kappa, or the bounce is lower than rounding of the gap, v+^2 / (2 g) <= kGapRounding (|q| + T |v|).
+    // v+ <= tol / kappa, or the bounce is lower than rounding of the gap, v+^2 / (2 g) <= ContactScales::kGapRounding (|q| + T |v|).
     const double size = ball.h_0 + radius + T * std::sqrt(2 * ball.g * ball.h_0);
-    const double v_plus = std::max(run.tolerance / closed.kappa, std::sqrt(2 * ball.g * kGapRounding * size));
+    const double v_plus = std::max(run.tolerance / closed.kappa, std::sqrt(2 * ball.g * ContactScales::kGapRounding * size));
     run.rest_bound = 2 * v_plus / (ball.g * (1 - run.e));
   }
   // The highest of the flights left out, v+^2 / (2 g), with the v+ of the bound above.

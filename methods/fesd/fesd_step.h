@@ -14,6 +14,7 @@ struct FesdStep {
   bool touches = false;          ///< some contact touched at the left end of an element: modes and impulses may be set
   std::vector<Stages> elements;  ///< the first n_elements are in use
   std::vector<Switch> ends;      ///< per element: the switch at its right end; contact -1 for none
+  std::vector<int> n_impacts;    ///< per element: impacts that follow each other at its left end, (7) of junction.h
   Matrix v_minus;                ///< n_q x elements: velocity before the impact at the left end of each element
   Matrix Lambda_n;               ///< n_c x elements: impulse there
   Matrix Lambda_t;               ///< n_lambda_t x elements
@@ -23,6 +24,7 @@ struct FesdStep {
     const auto before = elements.size();
     elements.resize(static_cast<std::size_t>(n));
     ends.resize(static_cast<std::size_t>(n));
+    n_impacts.resize(static_cast<std::size_t>(n), 0);
     for (std::size_t k = before; k < elements.size(); ++k) elements[k].resize(problem.info(), n_s);
     for (auto [matrix, rows] : {std::pair(&v_minus, problem.n_q()), std::pair(&Lambda_n, problem.n_c()),
                                 std::pair(&Lambda_t, problem.info().n_lambda_t)}) {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "methods/fesd/rounding.h"
 #include "problems/packed_column.h"
 
 namespace ricochet {
@@ -49,8 +48,8 @@ struct Cubic {
 
 }  // namespace
 
-GapMinima::GapMinima(const Problem& problem, const ButcherTableau& tableau, const Vector& gap_size)
-    : problem_(problem), tableau_(tableau), gap_size_(gap_size) {
+GapMinima::GapMinima(const Problem& problem, const ButcherTableau& tableau, const ContactScales& scales)
+    : problem_(problem), tableau_(tableau), scales_(scales) {
   J_n_.setZero(problem.info().n_normal_entries);
   gap_.setZero(problem.n_c());
   rate_ = left_gap_ = left_rate_ = gap_;
@@ -82,7 +81,7 @@ Violation GapMinima::check(const Stages& stages) {
       if (is_closed(stages.modes[i]) || !(left_rate_[i] < 0 && rate_[i] > 0 && length > 0)) continue;
       const Cubic gap(left_gap_[i], length * left_rate_[i], gap_[i], length * rate_[i]);
       const double s = gap.minimum();
-      if (!(left_gap_[i] > 0) || gap(s) >= -kGapRounding * gap_size_[i]) continue;  // (1)
+      if (!(left_gap_[i] > 0) || gap(s) >= -scales_.touching(i)) continue;  // (1)
       const double t = left_time + length * gap.first_root(s);
       if (first.verdict == Verdict::fulfilled || t < first.time)
         first = {.verdict = Verdict::gap_negative, .contact = i, .time = t, .value = gap(s)};

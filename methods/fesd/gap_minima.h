@@ -14,8 +14,8 @@ namespace ricochet {
 /// (1) where the points do not: p falls at the left and rises at the right point.
 class GapMinima {
  public:
-  /// @param gap_size  n_c, what rounding of the gaps is relative to; read at every call
-  GapMinima(const Problem& problem, const ButcherTableau& tableau, const Vector& gap_size);
+  /// @param scales  what rounding of the gaps is relative to; read at every call
+  GapMinima(const Problem& problem, const ButcherTableau& tableau, const ContactScales& scales);
 
   /// The first closing that (1) finds in an element whose points fulfil the sign conditions.
   Violation check(const Stages& stages);
@@ -25,7 +25,7 @@ class GapMinima {
 
   const Problem& problem_;
   const ButcherTableau& tableau_;
-  const Vector& gap_size_;
+  const ContactScales& scales_;
   Vector J_n_;
   Vector gap_, rate_, left_gap_, left_rate_;  // n_c
 };

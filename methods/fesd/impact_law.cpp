@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "methods/fesd/rounding.h"
 #include "problems/packed_column.h"
 
 namespace ricochet {
@@ -15,9 +14,11 @@ constexpr std::size_t kMostUnpredicted = 8;
 
 }  // namespace
 
-ImpactLaw::ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, Counters& counters)
+ImpactLaw::ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, const ContactScales& scales,
+                     Counters& counters)
     : problem_(problem),
       polygon_(polygon),
+      scales_(scales),
       counters_(counters),
       has_bilateral_(problem.info().has_bilateral()),
       bilateral_(problem) {
@@ -41,6 +42,7 @@ ImpactLaw::ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, Cou
   visitor_.assign(n_q, -1);
   visitors_.resize(n_q);
   bias_.resize(n_c);
+  load_size_.setZero(n_c);
   for (const auto& contact : info.contacts)
     has_turning_friction_ = has_turning_friction_ || (contact.n_t > 0 && !contact.is_affine);
   if (has_turning_friction_) T_.resize(info.n_lambda_t, n_q);
@@ -130,20 +132,26 @@ double ImpactLaw::terms(int contact, int d, const Eigen::Ref<const Vector>& x) c
   return packed_terms(problem_.info().contacts[contact], column(contact, d), x);
 }
 
-/// J_n' P M^-1 D_d of a contact
-double ImpactLaw::own_delassus(int contact, int d) const {
+/// D_row' P M^-1 D_d of a contact
+double ImpactLaw::own_delassus(int contact, int row, int d) const {
   const auto& info = problem_.info().contacts[contact];
-  const double *J = column(contact, 0), *response = effect(contact, d);
+  const double *J = column(contact, row), *response = effect(contact, d);
   double sum = 0;
   for (std::size_t s = 0; s < info.support.size(); ++s)
     sum += J[s] * response[support_in_moved_[info.normal_begin + s]];
   return sum;
 }
 
+double ImpactLaw::mobility(int contact) const {
+  double largest = 0;
+  for (int d = 1; d <= n_t(contact); ++d) largest = std::max(largest, own_delassus(contact, d, d));
+  return largest;
+}
+
 double ImpactLaw::sliding_delassus(int contact, const double* direction) const {
-  double entry = own_delassus(contact, 0);
+  double entry = own_delassus(contact, 0, 0);
   for (int d = 0; d < n_t(contact); ++d)
-    entry -= problem_.info().contacts[contact].mu * direction[d] * own_delassus(contact, 1 + d);
+    entry -= problem_.info().contacts[contact].mu * direction[d] * own_delassus(contact, 0, 1 + d);
   return entry;
 }
 
@@ -276,12 +284,10 @@ void ImpactLaw::apply(std::span<const int> members, Eigen::Ref<Vector> motion, E
   }
 }
 
-LcpStatus ImpactLaw::impact(std::span<const int> approaching, Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n,
-                            Eigen::Ref<Vector> Lambda_t) {
-  contacts_ = touching_;
+LcpStatus ImpactLaw::impact(std::span<const int> together, std::span<const int> approaching, Eigen::Ref<Vector> v,
+                            Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {
+  contacts_.assign(together.begin(), together.end());
   set_groups();
-  double size = 0;
-  for (const int i : touching_) size = std::max({size, normal_velocity_scale(i, v), slip_velocity_scale(i, v)});
   for (std::size_t g = 0; g + 1 < group_begin_.size(); ++g) {
     const std::span<const int> members(grouped_.data() + group_begin_[g], grouped_.data() + group_begin_[g + 1]);
     const bool must_bounce = std::ranges::any_of(
@@ -289,16 +295,18 @@ LcpStatus ImpactLaw::impact(std::span<const int> approaching, Eigen::Ref<Vector>
     if (!must_bounce) continue;
     laws_.clear();
     Eigen::Index row = 0;
+    double size = 0;
     for (const int member : members) {
       const int i = contacts_[member];
       const auto& contact = problem_.info().contacts[i];
       laws_.push_back({.mu = contact.mu, .n_t = contact.n_t});
+      size = std::max({size, scales_.approach(i), scales_.slip(i)});
       for (int d = 0; d <= contact.n_t; ++d) {
         const double rate = dot(i, d, v);
         b_[row++] = d == 0 ? (1 + contact.eps_r) * rate : rate;
       }
     }
-    const LcpStatus status = solve_group(members, kVelocityRounding * size);
+    const LcpStatus status = solve_group(members, ContactScales::kVelocityRounding * size);
     if (status != LcpStatus::solved) return status;
     if (has_bilateral_) bilateral_.impose(v, nullptr, Lambda_n);
     apply(members, v, Lambda_n);
@@ -327,16 +335,16 @@ LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<
   if (has_turning_friction_) problem_.slip_velocity_derivative(q.data(), v.data(), T_.data());
   if (has_bilateral_) bilateral_.impose(w_, bias_.data(), lambda_n);
   contacts_.clear();
-  double size = 0;
   for (const Closed& c : closed) {
     contacts_.push_back(c.contact);
-    size = std::max({size, normal_velocity_scale(c.contact, w_), slip_velocity_scale(c.contact, w_)});
+    load_size_[c.contact] = normal_velocity_scale(c.contact, w_) + std::abs(bias_[c.contact]);
   }
   set_groups();
   for (std::size_t g = 0; g + 1 < group_begin_.size(); ++g) {
     const std::span<const int> members(grouped_.data() + group_begin_[g], grouped_.data() + group_begin_[g + 1]);
     laws_.clear();
     Eigen::Index row = 0;
+    double size = 0;
     for (const int member : members) {
       const Closed& c = closed[member];
       const auto& contact = problem_.info().contacts[c.contact];
@@ -346,6 +354,7 @@ LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<
                        .direction = {c.direction[0], c.direction[1]},
                        .is_on_edge = c.is_on_edge,
                        .facet = c.facet});
+      size = std::max({size, load_size_[c.contact], slip_velocity_scale(c.contact, w_)});
       b_[row++] = dot(c.contact, 0, w_) + bias_[c.contact];
       for (int d = 0; d < contact.n_t; ++d) {
         b_[row] = dot(c.contact, 1 + d, w_);
@@ -354,7 +363,7 @@ LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<
         ++row;
       }
     }
-    const LcpStatus status = solve_group(members, kVelocityRounding * size);
+    const LcpStatus status = solve_group(members, ContactScales::kVelocityRounding * size);
     if (status != LcpStatus::solved) return status;
     const double* r = r_.data();
     for (std::size_t k = 0; k < members.size(); ++k) {
@@ -363,7 +372,7 @@ LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<
       c.mode = laws_[k].mode;
       c.facet = laws_[k].facet;
       // Bodies that fall together need no force, and rounding is none.
-      if (r[0] * normal_delassus(c.contact) <= kForceRounding * normal_velocity_scale(c.contact, w_))
+      if (r[0] * normal_delassus(c.contact) <= ContactScales::kStageRounding * load_size_[c.contact])
         c.mode = ContactMode::open;
       lambda_n[c.contact] = *r++;
       for (int d = 0; d < contact.n_t; ++d) lambda_t[contact.tangent_index + d] = *r++;

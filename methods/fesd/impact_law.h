@@ -8,6 +8,7 @@
 #include "methods/complementarity/contacts/contact_prediction.h"
 #include "methods/complementarity/contacts/delassus.h"
 #include "methods/complementarity/contacts/friction_problem.h"
+#include "methods/fesd/contact_scales.h"
 #include "methods/linear_algebra/disjoint_sets.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
@@ -37,17 +38,19 @@ namespace ricochet {
 /// their impulses and forces follow; then all contacts are one group.
 class ImpactLaw {
  public:
-  ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, Counters& counters);
+  /// @param scales  what rounding is relative to; read at every call
+  ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, const ContactScales& scales, Counters& counters);
 
   /// Evaluates M, J_n and J_t at q for the unilateral contacts in `touching` and the bilateral ones. False when M(q) is
   /// not positive definite, or bilateral constraints depend on each other.
   bool prepare(const Vector& q, std::span<const int> touching);
 
-  /// (1)-(3). @param approaching  the touching contacts that need an impulse: groups without one get none
+  /// (1)-(3). @param together  the contacts, ascending, of those that prepare() knows, that have part in the impact
+  /// @param approaching  those of them that need an impulse: groups without one get none
   /// @param v  v- in, v+ out; @param Lambda_n  n_c, @param Lambda_t  n_lambda_t, written for the contacts of the other
   /// groups and bilateral constraints only
-  LcpStatus impact(std::span<const int> approaching, Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n,
-                   Eigen::Ref<Vector> Lambda_t);
+  LcpStatus impact(std::span<const int> together, std::span<const int> approaching, Eigen::Ref<Vector> v,
+                   Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
 
   /// A closed contact, for contact_forces().
   struct Closed {
@@ -64,6 +67,9 @@ class ImpactLaw {
   LcpStatus contact_forces(const Vector& q, const Vector& v, std::span<Closed> closed, Eigen::Ref<Vector> lambda_n,
                            Eigen::Ref<Vector> lambda_t);
   const Vector& acceleration() const { return w_; }
+  /// |J_n|' |w| of a closed contact with w of the load alone, and what the curvature of the gap adds [m/s^2]; behind
+  /// contact_forces().
+  double load_size(int contact) const { return load_size_[contact]; }
   /// M^-1 f_v at (q, v), without contact forces.
   const Vector& free_acceleration(const Vector& q, const Vector& v);
 
@@ -72,8 +78,12 @@ class ImpactLaw {
   double sliding_delassus(int contact, const double* direction) const;
 
   /// Diagonal Delassus entry J_n' M^-1 J_n of a touching contact.
-  double normal_delassus(int contact) const { return own_delassus(contact, 0); }
+  double normal_delassus(int contact) const { return own_delassus(contact, 0, 0); }
+  /// The largest J_t' M^-1 J_t of its tangents.
+  double mobility(int contact) const;
 
+  /// J_n of a touching contact, packed.
+  const double* normal(int contact) const { return column(contact, 0); }
   /// J_n^i' v of a touching contact.
   double normal_velocity(int contact, const Eigen::Ref<const Vector>& v) const { return dot(contact, 0, v); }
   /// sum_k |J_n,k^i v_k|: what rounding of a normal velocity is measured against.
@@ -104,7 +114,7 @@ class ImpactLaw {
   int n_moved(int contact) const { return moved_begin_[contact + 1] - moved_begin_[contact]; }
   double dot(int contact, int d, const Eigen::Ref<const Vector>& x) const;
   double terms(int contact, int d, const Eigen::Ref<const Vector>& x) const;
-  double own_delassus(int contact, int d) const;
+  double own_delassus(int contact, int row, int d) const;
   void find_moved();
   bool set_mass(const Vector& q);
   void solve_mass(Eigen::Ref<Vector> x);
@@ -115,6 +125,7 @@ class ImpactLaw {
 
   const Problem& problem_;
   const FrictionPolygon polygon_;
+  const ContactScales& scales_;
   Counters& counters_;
   std::vector<int> touching_;
   const bool has_bilateral_;
@@ -125,7 +136,7 @@ class ImpactLaw {
   std::vector<int> moved_, moved_begin_, effect_begin_;  // coordinates; per contact: where they, and its effects begin
   std::vector<int> support_in_moved_;                    // where the entries of a packed J_n stand among `moved`
   Matrix reaction_;  // n_c x (n_c + n_lambda_t): of the bilateral constraints to the columns of D
-  Vector f_, w_, bias_, b_, r_, scatter_;
+  Vector f_, w_, bias_, load_size_, b_, r_, scatter_;
   Matrix T_;
   bool has_turning_friction_ = false;  // some tangents depend on q
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "methods/fesd/rounding.h"
 
 namespace ricochet {
 namespace {
@@ -12,6 +11,8 @@ namespace {
 constexpr double kNearCone = 0.1;
 // A force larger than this, as part of what it was in the element before, is not about to vanish.
 constexpr double kClear = 1e-6;
+// Impacts at one instant that lose this few of their velocity are not followed to their end.
+constexpr int kMostImpacts = 100000;
 
 /// Every contact open but bilateral ones, and nothing known of forces.
 void clear_modes(const ProblemInfo& info, Stages& stages, Junction& junction) {
@@ -39,15 +40,17 @@ void Junction::reserve(const ProblemInfo& info) {
 }
 
 JunctionSolver::JunctionSolver(const Problem& problem, const ButcherTableau& tableau, const FrictionPolygon& polygon,
-                               const Vector& gap_size, Counters& counters)
+                               ContactScales& scales, Counters& counters)
     : problem_(problem),
       tableau_(tableau),
       polygon_(polygon),
-      gap_size_(gap_size),
-      impact_law_(problem, polygon, counters) {
+      scales_(scales),
+      impact_law_(problem, polygon, scales, counters) {
   const ProblemInfo& info = problem.info();
   closed_.reserve(info.contacts.size());
-  for (auto* list : {&approaching_, &nearly_}) list->reserve(info.contacts.size());
+  for (auto* list : {&approaching_, &candidates_, &together_}) list->reserve(info.contacts.size());
+  struck_n_.setZero(info.n_c());
+  struck_t_.setZero(info.n_lambda_t);
   gap_.setZero(problem.n_c());
   coupled_.reset(info.n_q);
   coupled_.join(info.structure.couplings);
@@ -95,39 +98,119 @@ bool JunctionSolver::is_paradox(const ImpactLaw::Closed& closed) const {
   return impact_law_.sliding_delassus(closed.contact, direction) <= 0;
 }
 
-/// Whether a contact needs an impulse. What is left across one that was closed in the element before is rounding of
-/// velocities before they cancelled, and of what its force took away: a body at rest has no velocity to compare with.
-bool JunctionSolver::approaches(int contact, const Eigen::Ref<const Vector>& v, const Stages* left) {
-  double size = impact_law_.normal_velocity_scale(contact, v);
-  normal_size_ = std::max(normal_size_, size);
-  if (left && is_closed(left->modes[contact])) {
-    const double stopped = left->h * left->lambda_n.row(contact).maxCoeff() * impact_law_.normal_delassus(contact);
-    normal_size_ = size = std::max(normal_size_, stopped);
+/// Tells the scales what the contacts touched with, and in the first element of a run what their load does: a body that
+/// begins at rest has no other size.
+void JunctionSolver::see_sizes(const FesdStep& step, const Eigen::Ref<const Vector>& v_minus, const Stages& element,
+                               const Stages* left) {
+  const ProblemInfo& info = problem_.info();
+  const Vector* w = left ? nullptr : &impact_law_.free_acceleration(element.q0, element.v0);
+  for (const int i : candidates_) {
+    scales_.see_jacobian(i, impact_law_.normal(i));
+    const double G = impact_law_.normal_delassus(i);
+    scales_.see_approach(i, impact_law_.normal_velocity_scale(i, v_minus));
+    scales_.see_slip(i, impact_law_.slip_velocity_scale(i, v_minus));
+    if (left) {
+      scales_.see_approach(i, impact_law_.normal_velocity_scale(i, left->v0));
+      scales_.see_slip(i, impact_law_.slip_velocity_scale(i, left->v0));
+      if (is_closed(left->modes[i])) scales_.see_approach(i, left->h * left->lambda_n.row(i).maxCoeff() * G);
+    } else {
+      const double load = impact_law_.normal_velocity_scale(i, *w);
+      scales_.see_force(i, load / G);
+      scales_.see_approach(i, step.H * load);
+      scales_.see_slip(i, step.H * (impact_law_.slip_velocity_scale(i, *w) +
+                                    info.contacts[i].mu * load / G * impact_law_.mobility(i)));
+    }
   }
-  return impact_law_.normal_velocity(contact, v) < -kVelocityRounding * size;
 }
 
-/// The touching contacts that need an impulse, in approaching_.
-void JunctionSolver::find_approaching(const Junction& junction, const Eigen::Ref<const Vector>& v, const Stages* left) {
+/// What the impact has done to the contacts that had part in it.
+void JunctionSolver::see_impact(const Vector& v) {
+  for (const int i : together_) {
+    const auto& contact = problem_.info().contacts[i];
+    const double Lambda_t = struck_t_.segment(contact.tangent_index, contact.n_t).norm();
+    scales_.see_approach(i, impact_law_.normal_velocity_scale(i, v));
+    scales_.see_approach(i, struck_n_[i] * impact_law_.normal_delassus(i));
+    scales_.see_slip(i, (Lambda_t + contact.mu * struck_n_[i]) * impact_law_.mobility(i));
+  }
+}
+
+/// Whether a contact needs an impulse: not for what is rounding of the velocities that have cancelled.
+bool JunctionSolver::approaches(int contact, const Eigen::Ref<const Vector>& v) const {
+  return impact_law_.normal_velocity(contact, v) < -scales_.no_approach(contact);
+}
+
+/// The contacts of together_ that need an impulse, in approaching_.
+bool JunctionSolver::find_approaching(const Eigen::Ref<const Vector>& v) {
   approaching_.clear();
-  for (const int i : junction.touching) {
-    if (approaches(i, v, left)) approaching_.push_back(i);
+  for (const int i : together_) {
+    if (approaches(i, v)) approaching_.push_back(i);
   }
+  return !approaching_.empty();
 }
 
-/// Impacts that follow each other ever faster, of a disc that falls between two, end in one of both contacts: one that
-/// had an impulse in this step, and that an impact sends back over a gap that is hardly more than rounding, is part of
-/// it. False when there is none.
-bool JunctionSolver::add_struck(const Vector& v, Junction& junction) {
-  const auto stays_apart = [&](int i) {
-    return impact_law_.normal_velocity(i, v) >= -kVelocityRounding * impact_law_.normal_velocity_scale(i, v);
+/// Whether a contact that approaches closes at this instant: in its flight no velocity would change.
+bool JunctionSolver::closes_now(int contact, const Stages& element) {
+  const double gap = gap_[contact];
+  if (gap <= scales_.touching(contact)) return true;
+  const double flight = gap / -impact_law_.normal_velocity(contact, element.v0);
+  const Vector& w = impact_law_.free_acceleration(element.q0, element.v0);
+  return flight * impact_law_.normal_velocity_scale(contact, w) <=
+         ContactScales::kStageRounding * scales_.approach(contact);
+}
+
+/// Impacts (7), in v0 of the element and its columns of the impulses, and how many they are.
+JunctionSolver::Result JunctionSolver::strike(FesdStep& step, int element, const Stages* left, Junction& junction) {
+  Stages& stages = step.elements[element];
+  auto Lambda_n = step.Lambda_n.col(element), Lambda_t = step.Lambda_t.col(element);
+  const auto was_closed = [&](int i) { return left && is_closed(left->modes[i]); };
+  const auto rests = [&](int i) {
+    return std::abs(impact_law_.normal_velocity(i, stages.v0)) <= scales_.no_approach(i);
   };
-  const auto first = std::partition(nearly_.begin(), nearly_.end(), stays_apart);
-  if (first == nearly_.end()) return false;
-  junction.touching.insert(junction.touching.end(), first, nearly_.end());
-  nearly_.erase(first, nearly_.end());
-  std::sort(junction.touching.begin(), junction.touching.end());
-  return true;
+  together_.clear();
+  for (const int i : junction.touching) {
+    const bool parts = !was_closed(i) && !rests(i) && !approaches(i, stages.v0);
+    if (!parts) together_.push_back(i);
+  }
+  int& n_impacts = step.n_impacts[static_cast<std::size_t>(element)];
+  while (find_approaching(stages.v0)) {
+    junction.culprit = approaching_.front();
+    if (++n_impacts > kMostImpacts) return Result::accumulates;
+    struck_n_.setZero();
+    struck_t_.setZero();
+    if (impact_law_.impact(together_, approaching_, stages.v0, struck_n_, struck_t_) != LcpStatus::solved)
+      return Result::no_impulse;
+    see_impact(stages.v0);
+    Lambda_n += struck_n_;
+    Lambda_t += struck_t_;
+
+    // What the impact sends together is struck next, with what rests there and is pressed.
+    together_.clear();
+    for (const int i : candidates_) {
+      if (approaches(i, stages.v0) && closes_now(i, stages)) together_.push_back(i);
+    }
+    if (together_.empty()) break;
+    closed_.clear();
+    for (const int i : candidates_) {
+      if (!rests(i) || std::ranges::count(together_, i) > 0) continue;
+      if (Lambda_n[i] > 0)
+        closed_.push_back({.contact = i});
+      else if (std::ranges::binary_search(junction.touching, i))
+        together_.push_back(i);
+    }
+    if (!closed_.empty()) {
+      if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, struck_n_, struck_t_) != LcpStatus::solved)
+        return Result::no_forces;
+      for (const auto& closed : closed_) {
+        if (is_closed(closed.mode)) together_.push_back(closed.contact);
+      }
+    }
+    std::ranges::sort(together_);
+  }
+  for (const int i : candidates_) {
+    if (Lambda_n[i] > 0 && !std::ranges::binary_search(junction.touching, i)) junction.touching.push_back(i);
+  }
+  std::ranges::sort(junction.touching);
+  return Result::done;
 }
 
 /// Whether a closed contact slides already, and where to.
@@ -162,8 +245,7 @@ void JunctionSolver::set_facet(const Stages& element, const Switch& end, ImpactL
 /// Whether it slides, up to what contacts that come to rest together have left of their slip when the switch of one of
 /// them is solved.
 void JunctionSolver::set_slide(const Stages& element, ImpactLaw::Closed& closed) {
-  slip_size_ = std::max(slip_size_, impact_law_.slip_velocity_scale(closed.contact, element.v0));
-  impact_law_.set_slide(closed, element.v0, kSlipRounding * slip_size_);
+  impact_law_.set_slide(closed, element.v0, scales_.no_slip(closed.contact));
 }
 
 JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const Stages* left, const Switch& end,
@@ -180,64 +262,46 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   junction.closed_instead = 0;
   stages.v0 = v_minus;
   clear_modes(info, stages, junction);
+  step.n_impacts[static_cast<std::size_t>(element)] = 0;
   if (n_c == 0) return Result::done;
   Lambda_n.setZero();
   if (info.has_friction()) Lambda_t.setZero();
 
   const auto was_closed = [&](int i) { return left && is_closed(left->modes[i]); };
   problem_.gap(stages.q0.data(), gap_.data());
-  nearly_.clear();
+  candidates_.clear();
   for (const int i : info.unilateral) {
-    const double touches = kGapRounding * gap_size_[i], nearly = kClosedGapRounding * gap_size_[i];
-    if (gap_[i] <= 0 || gap_[i] <= (was_closed(i) ? nearly : touches))
-      junction.touching.push_back(i);
-    else if (gap_[i] <= nearly && (step.Lambda_n.row(i).head(element).array() > 0).any())
-      nearly_.push_back(i);
+    if (gap_[i] > scales_.nearly_touching(i)) continue;
+    candidates_.push_back(i);
+    if (was_closed(i) || gap_[i] <= scales_.touching(i)) junction.touching.push_back(i);
   }
   if (junction.touching.empty() && !info.has_bilateral()) return Result::done;
   step.touches = step.touches || !junction.touching.empty();
   junction.culprit = junction.touching.empty() ? info.bilateral.front() : junction.touching.front();
-  if (!impact_law_.prepare(stages.q0, junction.touching)) return Result::no_impulse;
-
-  // Of a normal velocity behind the impact: an impulse that passes through a contact at rest leaves rounding of its
-  // own.
-  const auto rounding = [&](int i) {
-    return kVelocityRounding * std::max(normal_size_, Lambda_n[i] * impact_law_.normal_delassus(i));
-  };
-  find_approaching(junction, v_minus, left);
-  // A contact closes; the impulses of contacts that were closed when they bounced (see carry_on) are no impact.
-  bool is_impact = false;
-  while (!approaching_.empty()) {
-    if (impact_law_.impact(approaching_, stages.v0, Lambda_n, Lambda_t) != LcpStatus::solved) return Result::no_impulse;
-    if (!add_struck(stages.v0, junction)) break;
-    stages.v0 = v_minus;
-    if (!impact_law_.prepare(stages.q0, junction.touching)) return Result::no_impulse;
-    find_approaching(junction, v_minus, left);
+  if (!impact_law_.prepare(stages.q0, candidates_)) return Result::no_impulse;
+  if (!junction.touching.empty()) {
+    see_sizes(step, v_minus, stages, left);
+    const Result result = strike(step, element, left, junction);
+    if (result != Result::done) return result;
   }
-  for (const int i : junction.touching) is_impact = is_impact || (Lambda_n[i] > 0 && !was_closed(i));
+
+  // A contact closes; the impulses of contacts that were closed when they bounced (see carry_on) are no impact.
+  const bool is_impact = std::ranges::any_of(
+      junction.touching, [&](int i) { return Lambda_n[i] > 0 && !was_closed(i); });
   // A contact whose bodies it moves; the others go on as if nothing had happened.
   const auto is_struck = [&](int i) {
     const auto& support = info.contacts[i].support;
     return is_impact && std::any_of(support.begin(), support.end(), [&](int k) { return stages.v0[k] != v_minus[k]; });
   };
 
-  // Where a run begins at rest, but for rounding, only the forces say what a velocity is: those along the contact, and
-  // the friction that a load makes.
-  if (!left && info.has_friction() && !junction.touching.empty()) {
-    const Vector& w = impact_law_.free_acceleration(stages.q0, stages.v0);
-    for (const int i : junction.touching)
-      slip_size_ = std::max({slip_size_, step.H * impact_law_.slip_velocity_scale(i, w),
-                             step.H * info.contacts[i].mu * impact_law_.normal_velocity_scale(i, w)});
-  }
-
   for (const int i : junction.touching) {
     if (end.is(Switch::Kind::force_vanishes, i)) continue;
     const bool rested = was_closed(i) && !is_struck(i);
     ImpactLaw::Closed closed{.contact = i};
     if (info.contacts[i].n_t > 0) set_tangential_law(stages, left, end, is_struck(i), closed);
-    if (rested || impact_law_.normal_velocity(i, stages.v0) <= rounding(i)) {
+    if (rested || impact_law_.normal_velocity(i, stages.v0) <= scales_.no_approach(i)) {
       junction.closed.push_back(closed);
-    } else {
+    } else if (!left || was_closed(i) || Lambda_n[i] > 0) {
       junction.alternatives.push_back({i, continued_mode(closed), ContactMode::open,
                                        impact_law_.normal_velocity(i, stages.v0), closed.facet, 0, closed});
     }
@@ -291,6 +355,9 @@ JunctionSolver::Result JunctionSolver::set_modes(FesdStep& step, int element, co
   }
   // Where sliding pulls the contact into itself, a load that leaves it open lets it press as well.
   if (in_paradox != closed_.end()) return Result::indeterminate;
+  for (const auto& closed : closed_)
+    scales_.see_force(closed.contact, impact_law_.load_size(closed.contact) /
+                                          impact_law_.normal_delassus(closed.contact));
   junction.has_forces = true;
   junction.acceleration = impact_law_.acceleration();
   if (std::find(keeps_.begin(), keeps_.end(), true) != keeps_.end()) keep_forces(*left, junction);
@@ -305,7 +372,7 @@ JunctionSolver::Result JunctionSolver::set_modes(FesdStep& step, int element, co
     stages.modes[i] = mode;
     if (polygon_.applies(contact.n_t)) stages.facets[i] = closed.facet;
     const bool breaks_too = end.kind == Switch::Kind::force_vanishes && end.contact >= 0 && is_closed(mode) && rested &&
-                            junction.lambda_n[i] <= kForceRounding * left->lambda_n.row(i).maxCoeff();
+                            junction.lambda_n[i] <= scales_.no_force(i);
     if (breaks_too) junction.alternatives.push_back({i, ContactMode::open, mode, 0, 0, closed.facet});
     if (!is_closed(mode) || contact.n_t == 0) continue;
 
@@ -371,6 +438,7 @@ bool JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
   stages.q0 = before.q1;
   stages.v0 = before.v1;
   step.v_minus.col(element) = before.v1;
+  step.n_impacts[static_cast<std::size_t>(element)] = 0;
   junction.touching.clear();
   junction.from_rest.clear();
   junction.on_edge.clear();
@@ -392,9 +460,11 @@ bool JunctionSolver::carry_on(FesdStep& step, int element, Junction& junction) {
   }
   if (junction.touching.empty()) return true;
   if (!impact_law_.prepare(stages.q0, junction.touching)) return false;
-  find_approaching(junction, stages.v0, &before);
-  return approaching_.empty() || impact_law_.impact(approaching_, stages.v0, step.Lambda_n.col(element),
-                                                    step.Lambda_t.col(element)) == LcpStatus::solved;
+  candidates_ = together_ = junction.touching;
+  see_sizes(step, before.v1, stages, &before);
+  return !find_approaching(stages.v0) ||
+         impact_law_.impact(together_, approaching_, stages.v0, step.Lambda_n.col(element),
+                            step.Lambda_t.col(element)) == LcpStatus::solved;
 }
 
 bool JunctionSolver::is_pressed(const Stages& element, int contact) {

@@ -41,6 +41,17 @@ struct Junction {
 
 /// Impulses and predicted modes at the left end of an element, from the laws of one instant (impact_law.h).
 ///
+/// Impacts may follow each other ever faster: of a ball between the floor and another one, or of a disc that falls
+/// between two. When a flight between two of them is lower than q can tell, or so short that no velocity changes in
+/// it, they are taken one after the other at one instant,
+///
+///   v_0 = v-,   v_k from v_k-1 by Newton's law (1)-(3) of impact_law.h at the contacts S_k,   v+ = v_K       (7)
+///
+/// S_1: contacts that touch and do not part; S_k: those that the impact before has sent against each other, and those
+/// at rest there that the load presses. The last impact leaves no contact that approaches; of infinitely many what
+/// remains is rounding, which counts as rest. It is the limit of the motion, while one impact of all of them would be
+/// another motion wherever one of them is elastic.
+///
 /// A touching contact that approaches takes an impulse. Behind it, contacts that do not separate and contacts that
 /// rested before are closed where the load presses them together, and stick or slip as Coulomb's law for accelerations
 /// says. On a polygon in place of the friction disc they say which vertex or edge carries the force, too; where an edge
@@ -56,12 +67,13 @@ struct Junction {
 /// at the same instant.
 class JunctionSolver {
  public:
-  /// @param gap_size  n_c, what rounding of the gaps is relative to; read at every call
+  /// @param scales  what rounding is relative to; read at every call, and told of velocities and loads
   JunctionSolver(const Problem& problem, const ButcherTableau& tableau, const FrictionPolygon& polygon,
-                 const Vector& gap_size, Counters& counters);
+                 ContactScales& scales, Counters& counters);
 
-  /// no_forces, indeterminate: Painleve's paradox, the load fits no mode of Junction::culprit or more than one
-  enum class Result : std::uint8_t { done, no_impulse, no_forces, indeterminate };
+  /// no_forces, indeterminate: Painleve's paradox, the load fits no mode of Junction::culprit or more than one;
+  /// accumulates: impacts at one instant lose too little of their velocity
+  enum class Result : std::uint8_t { done, no_impulse, no_forces, indeterminate, accumulates };
 
   /// In: q0 of the element, its column of step.v_minus. Out: v0, modes, slip_start, impulses, junction.
   /// @param left  the element before, or null; @param end  the switch that ended it; @param within_step  whether it
@@ -86,9 +98,13 @@ class JunctionSolver {
   int first_to_stop(const Stages& element, double& time);
 
  private:
-  bool approaches(int contact, const Eigen::Ref<const Vector>& v, const Stages* left);
-  void find_approaching(const Junction& junction, const Eigen::Ref<const Vector>& v, const Stages* left);
-  bool add_struck(const Vector& v, Junction& junction);
+  void see_sizes(const FesdStep& step, const Eigen::Ref<const Vector>& v_minus, const Stages& element,
+                 const Stages* left);
+  void see_impact(const Vector& v);
+  bool approaches(int contact, const Eigen::Ref<const Vector>& v) const;
+  bool find_approaching(const Eigen::Ref<const Vector>& v);
+  bool closes_now(int contact, const Stages& element);
+  Result strike(FesdStep& step, int element, const Stages* left, Junction& junction);
   void set_islands(const Junction& junction, const Stages* left, const Switch& end, const Vector& v,
                    const Eigen::Ref<const Vector>& v_minus);
   int island_of(int contact) { return islands_.of(problem_.info().contacts[contact].support.front()); }
@@ -107,15 +123,15 @@ class JunctionSolver {
   const Problem& problem_;
   const ButcherTableau& tableau_;
   const FrictionPolygon polygon_;
-  const Vector& gap_size_;
+  ContactScales& scales_;
   ImpactLaw impact_law_;
   std::vector<ImpactLaw::Closed> closed_;
-  std::vector<int> approaching_, nearly_;
+  std::vector<int> candidates_;            // contacts that touch, or are apart by no more than rounding of q
+  std::vector<int> together_, approaching_;  // of them those of one impact, and those that it has to stop
+  Vector struck_n_, struck_t_;               // its impulses
   DisjointSets coupled_, islands_;   // of coordinates: by M and forces; by touching contacts, too
   std::vector<char> jumps_, keeps_;  // per least coordinate of an island
   Vector gap_;
-  // Largest velocities so far, before cancellation.
-  double normal_size_ = 0, slip_size_ = 0;
 };
 
 }  // namespace ricochet

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "methods/fesd/rounding.h"
 
 namespace ricochet {
 namespace {
@@ -51,9 +50,10 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
       options_(options),
       polygon_(options.facets),
       counters_(counters),
+      scales_(problem),
       stage_solver_(problem, tableau, options.tolerance, counters, polygon_),
-      junction_solver_(problem, stage_solver_.tableau(), polygon_, gap_size_, counters),
-      sign_conditions_(problem, stage_solver_.tableau(), polygon_, gap_size_, options.gap_tolerance),
+      junction_solver_(problem, stage_solver_.tableau(), polygon_, scales_, counters),
+      sign_conditions_(problem, stage_solver_.tableau(), polygon_, scales_, options.gap_tolerance),
       n_q_(problem.n_q()),
       n_c_(problem.n_c()),
       n_s_(tableau.n_s),
@@ -62,9 +62,7 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
   previous_->resize(problem, n_s_, options.n_fe);
   make_room(options.n_fe);
   gap_.setZero(n_c_);
-  normal_size_ = problem.normal_jacobian(problem.info().q0).cwiseAbs().colwise().sum().transpose();
-  gap_size_.setZero(n_c_);
-  if (options.between_stages) gap_minima_.emplace(problem, stage_solver_.tableau(), gap_size_);
+  if (options.between_stages) gap_minima_.emplace(problem, stage_solver_.tableau(), scales_);
 }
 
 /// Storage for more elements than a step had so far. Not inside a run: references to elements move.
@@ -80,7 +78,6 @@ void PivotingSolver::start(const Vector& q, const Vector& v) {
   step_->n_elements = previous_->n_elements = 0;
   step_->elements[0].q0 = q;
   step_->v_minus.col(0) = v;
-  load_ = problem_.force(q, v).cwiseQuotient(problem_.mass_matrix(q).diagonal()).cwiseAbs().maxCoeff();
 }
 
 /// Starts where the last step ended.
@@ -93,12 +90,7 @@ void PivotingSolver::begin_step(double H) {
   }
   step_->H = H;
   step_->touches = false;
-  const double *q = step_->elements[0].q0.data(), *v = &step_->v_minus(0, 0);
-  const double before = position_size_;
-  for (int k = 0; k < n_q_; ++k) position_size_ = std::max(position_size_, std::abs(q[k]) + H * std::abs(v[k]));
-  // A body that starts at rest in the origin has no size but what its load would do.
-  if (!has_previous_step()) position_size_ = std::max(position_size_, H * H * load_);
-  if (position_size_ > before) gap_size_ = position_size_ * normal_size_;
+  scales_.begin_step(step_->elements[0].q0.data(), &step_->v_minus(0, 0), H, !has_previous_step());
   trials_ = 0;
   if (first_failure_.violation.verdict != Verdict::fulfilled) first_failure_ = deepest_failure_ = {};
   longest_ = 0;
@@ -112,7 +104,7 @@ Status PivotingSolver::finish_step(bool solved) {
   }
   step_->n_elements = 0;
   const Verdict verdict = first_failure_.violation.verdict;
-  if (verdict == Verdict::accumulates) return Status::step_limit;
+  if (verdict == Verdict::accumulates || verdict == Verdict::impacts_accumulate) return Status::step_limit;
   return verdict == Verdict::newton_failed || !depends_on_length() ? Status::inner_solver_failed : Status::infeasible;
 }
 
@@ -143,7 +135,7 @@ int PivotingSolver::flight_below_rounding(int first, int count) const {
     const int i = alternative.contact;
     return alternative.bounced() && flight.modes[i] == ContactMode::open &&
            step_->ends[first + count - 1].contact == i &&
-           0.25 * alternative.v_n * count * flight.h <= kGapRounding * gap_size_[i];
+           0.25 * alternative.v_n * count * flight.h <= scales_.touching(i);
   });
   return found == alternatives.end() ? -1 : static_cast<int>(found - alternatives.begin());
 }
@@ -338,9 +330,10 @@ bool PivotingSolver::begin_element(int element) {
       junction_solver_.begin(*step_, element, left_neighbour(element), end, within_step, junctions_[element]);
   if (result == JunctionSolver::Result::done) return true;
   using Result = JunctionSolver::Result;
-  const Verdict verdict = result == Result::no_impulse  ? Verdict::no_impulse
-                          : result == Result::no_forces ? Verdict::no_forces
-                                                        : Verdict::indeterminate;
+  const Verdict verdict = result == Result::no_impulse    ? Verdict::no_impulse
+                          : result == Result::no_forces   ? Verdict::no_forces
+                          : result == Result::accumulates ? Verdict::impacts_accumulate
+                                                          : Verdict::indeterminate;
   note_failure({verdict, element, junctions_[element].culprit, 0, 0}, 0, 1);
   return false;
 }
@@ -646,6 +639,8 @@ std::string PivotingSolver::describe(const Failure& failure) const {
           "right "
           "end that could stop it",
           contact, stage_solver_.tableau().name);
+    case Verdict::impacts_accumulate:
+      return fmt::format("impacts of {} and its neighbours follow each other at one instant without an end", contact);
     case Verdict::no_right_stage:
       return fmt::format(
           "{} comes to rest, but tableau {} has no stage at the right end where both components of its slip velocity "
@@ -679,6 +674,7 @@ bool PivotingSolver::depends_on_length() const {
     case Verdict::no_forces:
     case Verdict::indeterminate:
     case Verdict::accumulates:
+    case Verdict::impacts_accumulate:
       return false;
     default:
       return true;

@@ -118,10 +118,7 @@ class PivotingSolver {
   const Options options_;
   const FrictionPolygon polygon_;
   Counters& counters_;
-  Vector normal_size_;        // sum_k |J_n,k^i(q0)|
-  double load_ = 0;           // largest |f_k| / M_kk at the start of the run
-  double position_size_ = 0;  // largest |q_k| + H |v_k| so far: the rounding that q may carry is relative to it
-  Vector gap_size_;           // the same for the gaps
+  ContactScales scales_;
   StageSolver stage_solver_;
   JunctionSolver junction_solver_;
   SignConditions sign_conditions_;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "methods/fesd/rounding.h"
 
 namespace ricochet {
 namespace {
@@ -23,18 +22,17 @@ Verdict facet_verdict(ContactMode mode, bool is_of_force) {
 }  // namespace
 
 SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tableau, const FrictionPolygon& polygon,
-                               const Vector& gap_size, double gap_tolerance)
+                               ContactScales& scales, double gap_tolerance)
     : problem_(problem),
       tableau_(tableau),
       polygon_(polygon),
-      gap_size_(gap_size),
+      scales_(scales),
       gap_tolerance_(gap_tolerance),
       n_s_(tableau.n_s),
       n_points_(tableau.is_stiffly_accurate() ? n_s_ : n_s_ + 1) {
   gap_.setZero(problem.n_c());
   left_gap_.setZero(problem.n_c());
   allowed_gap_.setZero(problem.n_c());
-  force_size_.setZero(problem.n_c());
   J_t_.setZero(problem.info().n_tangent_entries, n_points_ + 1);
   mobility_.setZero(problem.n_c());
   if (!problem.info().has_friction()) return;
@@ -76,7 +74,7 @@ void SignConditions::check_gaps(const Stages& stages, int just_broken, Violation
   problem_.gap(stages.q0.data(), left_gap_.data());
   for (int i = 0; i < problem_.n_c(); ++i) {
     // A contact that opens starts from the rounding it gathered while it was closed.
-    const double start = std::clamp(-left_gap_[i], kGapRounding * gap_size_[i], kClosedGapRounding * gap_size_[i]);
+    const double start = std::clamp(-left_gap_[i], scales_.touching(i), scales_.nearly_touching(i));
     allowed_gap_[i] = -start - (i == just_broken ? gap_tolerance_ : 0);
   }
   double left_time = 0;
@@ -86,7 +84,7 @@ void SignConditions::check_gaps(const Stages& stages, int just_broken, Violation
     problem_.gap(is_stage ? stages.q.col(j).data() : stages.q1.data(), gap_.data());
     for (int i = 0; i < problem_.n_c(); ++i) {
       if (is_closed(stages.modes[i])) {
-        if (!is_stage && std::abs(gap_[i]) > kClosedGapRounding * gap_size_[i])
+        if (!is_stage && std::abs(gap_[i]) > scales_.nearly_touching(i))
           report(first, Verdict::drifts, i, time, gap_[i]);
       } else if (gap_[i] < allowed_gap_[i]) {
         const double left = std::max(left_gap_[i], 0.0);
@@ -105,8 +103,8 @@ void SignConditions::check_forces(const Stages& stages, Violation& first) {
     const ContactMode mode = stages.modes[i];
     if (!is_closed(mode)) continue;
     const auto& contact = problem_.info().contacts[i];
-    force_size_[i] = std::max(force_size_[i], stages.lambda_n.row(i).maxCoeff());
-    const double rounding = kForceRounding * force_size_[i];
+    scales_.see_force(i, stages.lambda_n.row(i).maxCoeff());
+    const double rounding = scales_.no_force(i);
     const bool has_disc = !is_on_polygon(stages, i);
     double force_before = 0, margin_before = 0, time_before = 0;
     bool pulls = false, leaves = false;
@@ -159,7 +157,7 @@ void SignConditions::check_facet_forces(const Stages& stages, int i, Violation& 
           (j < n_s_ ? stages.lambda_t.col(j).data() : stages.end_lambda_t.data()) + contact.tangent_index;
       const double margin = condition.cone * contact.mu * lambda_n - condition.direction[0] * lambda_t[0] -
                             condition.direction[1] * lambda_t[1];
-      if (margin < -contact.mu * kForceRounding * force_size_[i]) {
+      if (margin < -contact.mu * scales_.no_force(i)) {
         const double part = j > 0 && before > 0 ? before / (before - margin) : 0.5;
         report(first, facet_verdict(mode, true), i, time_before + (time - time_before) * part, margin, c);
         break;
@@ -168,6 +166,23 @@ void SignConditions::check_facet_forces(const Stages& stages, int i, Violation& 
       time_before = time;
     }
   }
+}
+
+/// Of the slip velocities in an element: the size of the contact, and what its load and its friction do in it.
+double SignConditions::slip_rounding(const Stages& stages, int i) const {
+  const auto& contact = problem_.info().contacts[i];
+  double size = 0;
+  for (int j = 0; j <= n_points_; ++j) {
+    const double* J_t = J_t_.col(j).data() + contact.tangent_begin;
+    for (int d = 0; d < contact.n_t; ++d) {
+      double terms = 0;
+      for (const int row : contact.support)
+        terms += std::abs(*J_t++) * (std::abs(stages.v0[row]) + stages.h * stages.a.row(row).cwiseAbs().maxCoeff());
+      size = std::max(size, terms);
+    }
+  }
+  size += stages.h * mobility_[i] * contact.mu * scales_.force(i);
+  return ContactScales::kStageRounding * std::max(size, scales_.slip(i));
 }
 
 void SignConditions::check_slip(const Stages& stages, Violation& first) {
@@ -180,11 +195,11 @@ void SignConditions::check_slip(const Stages& stages, Violation& first) {
     const auto q = j < 0 ? stages.q0.data() : j < n_s_ ? stages.q.col(j).data() : stages.q1.data();
     problem_.tangent_jacobian(q, J_t_.col(j + 1).data());
   }
-  const double acceleration = stages.a.cwiseAbs().maxCoeff();
   for (int i = 0; i < problem_.n_c(); ++i) {
     const ContactMode mode = stages.modes[i];
     if (!is_checked(mode)) continue;
     const auto& contact = problem_.info().contacts[i];
+    const double rounding = slip_rounding(stages, i);
     double before[2]{0, 0}, time_before = 0;
     for (int j = -1; j < n_points_; ++j) {
       const bool is_stage = j < n_s_;
@@ -192,25 +207,24 @@ void SignConditions::check_slip(const Stages& stages, Violation& first) {
       const auto v = j < 0 ? stages.v0.data() : is_right_end ? stages.v1.data() : stages.v.col(j).data();
       const double time = j < 0 ? 0 : is_stage ? tableau_.c[j] * stages.h : stages.h;
       const double* J_t = J_t_.col(j + 1).data() + contact.tangent_begin;
-      double slip[2]{0, 0}, size = stages.h * mobility_[i] * contact.mu * force_size_[i];
+      double slip[2]{0, 0};
       for (int d = 0; d < contact.n_t; ++d) {
-        for (const int row : contact.support) {
-          slip[d] += *J_t * v[row];
-          size += std::abs(*J_t++) * (std::abs(v[row]) + stages.h * acceleration);
-        }
+        for (const int row : contact.support) slip[d] += *J_t++ * v[row];
       }
+      // Slip that begins has the rounding of its velocity at the left end, which points anywhere.
+      if (j < 0 && contact.n_t == 2 && std::hypot(slip[0], slip[1]) <= rounding) slip[0] = slip[1] = 0;
       if (mode == ContactMode::vertex_slip || mode == ContactMode::edge_slip) {
-        check_facet_velocity(stages, i, {j, time_before, time, before, slip, kSlipRounding * size}, first);
+        check_facet_velocity(stages, i, {j, time_before, time, before, slip, rounding}, first);
       } else if (mode == ContactMode::stick) {
         const double speed = std::hypot(slip[0], slip[1]);
-        if (j == n_s_ && speed > kSlipRounding * size) report(first, Verdict::drifts, i, time, speed);
+        if (j == n_s_ && speed > rounding) report(first, Verdict::drifts, i, time, speed);
       } else if (j >= 0) {
         // In the plane the slip velocity itself; in space its component along the direction before.
         const double speed_before = contact.n_t == 1 ? slip_sign(mode) * before[0] : std::hypot(before[0], before[1]);
         const double speed = contact.n_t == 1
                                  ? slip_sign(mode) * slip[0]
                                  : (speed_before > 0 ? (slip[0] * before[0] + slip[1] * before[1]) / speed_before : 0);
-        if (speed < -kSlipRounding * size) {
+        if (speed < -rounding) {
           const double part = speed_before > 0 ? speed_before / (speed_before - speed) : 0;
           report(first, Verdict::slip_reversed, i, time_before + (time - time_before) * part, speed);
           break;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "methods/fesd/contact_scales.h"
 #include "methods/runge_kutta/stage_solver.h"
 
 namespace ricochet {
@@ -17,6 +18,7 @@ enum class Verdict : std::uint8_t {
   undetermined,
   no_right_stage,
   accumulates,
+  impacts_accumulate,
   newton_failed,
   no_impulse,
   no_forces,
@@ -45,10 +47,10 @@ struct Violation {
 /// A bilateral constraint has none of them; only its drift at a right end that is no stage is refused.
 class SignConditions {
  public:
-  /// @param gap_size  n_c, what rounding of the gaps is relative to; read at every call
+  /// @param scales  what rounding is relative to; read at every call, and told of forces
   /// @param gap_tolerance  [m] by which the gap of a contact that has just broken may be negative
   SignConditions(const Problem& problem, const ButcherTableau& tableau, const FrictionPolygon& polygon,
-                 const Vector& gap_size, double gap_tolerance);
+                 ContactScales& scales, double gap_tolerance);
 
   /// The condition that fails first in time; Violation::time from the left end of the element.
   /// @param just_broken  contact that broke at the left end, or -1
@@ -58,6 +60,7 @@ class SignConditions {
   bool is_clear(const Stages& stages);
   void check_gaps(const Stages& stages, int just_broken, Violation& first);
   void check_forces(const Stages& stages, Violation& first);
+  double slip_rounding(const Stages& stages, int contact) const;
   void check_slip(const Stages& stages, Violation& first);
   void check_facet_forces(const Stages& stages, int contact, Violation& first);
   /// From one point of an element to the next: -1 is the left end, n_s a right end that is no stage.
@@ -73,10 +76,9 @@ class SignConditions {
   const Problem& problem_;
   const ButcherTableau& tableau_;
   const FrictionPolygon polygon_;
-  const Vector& gap_size_;
+  ContactScales& scales_;
   const double gap_tolerance_;
   const int n_s_, n_points_;  // points: the stages, and the right end when it is none of them
-  Vector force_size_;         // largest lambda_n^i so far: what rounding of a contact force is relative to
   Vector mobility_;           // J_t' M^-1 J_t at q0: what a friction force does to a slip velocity
   Vector gap_, left_gap_, allowed_gap_;
   Matrix J_t_;  // packed; of the left end, then of every point

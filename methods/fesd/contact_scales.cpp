@@ -1,0 +1,39 @@
+#include "methods/fesd/contact_scales.h"
+
+#include <cmath>
+
+namespace ricochet {
+
+ContactScales::ContactScales(const Problem& problem) : problem_(problem) {
+  gap_.setZero(problem.n_c());
+  approach_ = slip_ = force_ = gap_;
+  normal_.resize(problem.info().n_normal_entries);
+  problem.normal_jacobian(problem.info().q0.data(), normal_.data());
+  normal_ = normal_.cwiseAbs();
+}
+
+void ContactScales::begin_step(const double* q, const double* v, double H, bool is_first) {
+  const ProblemInfo& info = problem_.info();
+  if (is_first) {
+    load_.resize(info.n_q);
+    problem_.force(q, v, info.u.data(), load_.data());
+    const Matrix M = problem_.mass_matrix(Vector(Eigen::Map<const Vector>(q, info.n_q)));
+    load_ = load_.cwiseQuotient(M.diagonal()).cwiseAbs();
+  }
+  const double* J = normal_.data();
+  for (std::size_t i = 0; i < info.contacts.size(); ++i) {
+    double size = 0;
+    for (const int k : info.contacts[i].support) {
+      const double load = is_first ? H * H * load_[k] : 0;
+      size += *J++ * (std::abs(q[k]) + H * std::abs(v[k]) + load);
+    }
+    raise(gap_[static_cast<Eigen::Index>(i)], size);
+  }
+}
+
+void ContactScales::see_jacobian(int contact, const double* J_n) {
+  const auto& info = problem_.info().contacts[contact];
+  for (std::size_t s = 0; s < info.support.size(); ++s) raise(normal_[info.normal_begin + s], std::abs(J_n[s]));
+}
+
+}  // namespace ricochet

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <limits>
+
+#include "problems/problem.h"
+
+namespace ricochet {
+
+/// What counts as zero at a contact. A quantity is zero when it is rounding of the terms that cancel in it; so the size
+/// it is compared with must not vanish with it. Per contact, the largest so far in a run:
+///
+///   gap       |J_n|' (|q| + H |v|),   and H^2 |J_n|' |w| where a run begins                        [m]     (1)
+///   approach  |J_n|' |v|, Lambda_n G_nn, h lambda_n G_nn,   and H |J_n|' |w| where a run begins     [m/s]   (2)
+///   slip      |J_t|' |v|, (||Lambda_t|| + mu Lambda_n) G_tt,   and H (|J_t|' |w| + mu (4) G_tt)
+///             where a run begins                                                                    [m/s]   (3)
+///   force     lambda_n, |J_n|' |w| / G_nn                                                           [N]     (4)
+///
+/// with v of both sides of an impact, w what the load alone accelerates, H the length of the step, G_nn = J_n' M^-1 J_n
+/// and G_tt the larger J_t' M^-1 J_t of the contact: a body at rest is at rest compared with what brought it there, or
+/// with what its load would do. Only the coordinates of the contact's own support enter, so that a body elsewhere, or
+/// other units, change nothing.
+class ContactScales {
+ public:
+  explicit ContactScales(const Problem& problem);
+
+  /// (1) at the left end of a step of length H. @param is_first  of a run
+  void begin_step(const double* q, const double* v, double H, bool is_first);
+  /// A curved contact may have other entries of J_n than at the start of the run. @param J_n  of the contact, packed
+  void see_jacobian(int contact, const double* J_n);
+
+  void see_approach(int contact, double speed) { raise(approach_[contact], speed); }
+  void see_slip(int contact, double speed) { raise(slip_[contact], speed); }
+  void see_force(int contact, double force) { raise(force_[contact], force); }
+
+  double gap(int contact) const { return gap_[contact]; }
+  double approach(int contact) const { return approach_[contact]; }
+  double slip(int contact) const { return slip_[contact]; }
+  double force(int contact) const { return force_[contact]; }
+
+  /// A gap up to this is closed: a few dozen additions of numbers of the size of q.
+  double touching(int contact) const { return kGapRounding * gap_[contact]; }
+  /// A gap that its equation holds at zero may have gathered rounding over many steps (StageSolver removes it from
+  /// 1e-13 on), and a flight that is no higher cannot be followed.
+  double nearly_touching(int contact) const { return kClosedGapRounding * gap_[contact]; }
+  /// A normal velocity at the left end of an element up to this is none.
+  double no_approach(int contact) const { return kVelocityRounding * approach_[contact]; }
+  /// Slip velocities carry the rounding of the stage equations.
+  double no_slip(int contact) const { return kStageRounding * slip_[contact]; }
+  /// The same of forces.
+  double no_force(int contact) const { return kStageRounding * force_[contact]; }
+
+  static constexpr double kGapRounding = 64 * std::numeric_limits<double>::epsilon();
+  static constexpr double kVelocityRounding = 64 * std::numeric_limits<double>::epsilon();
+  static constexpr double kStageRounding = 1e-12;
+
+ private:
+  static constexpr double kClosedGapRounding = 2e-13;
+
+  static void raise(double& size, double value) {
+    if (value > size) size = value;
+  }
+
+  const Problem& problem_;
+  Vector normal_;                          // |J_n|, packed
+  Vector load_;                            // n_q, |w| at the start of the run
+  Vector gap_, approach_, slip_, force_;  // n_c
+};
+
+}  // namespace ricochet
