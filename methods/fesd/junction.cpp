@@ -186,7 +186,7 @@ JunctionSolver::Result JunctionSolver::strike(FesdStep& step, int element, const
     // What the impact sends together is struck next, with what rests there and is pressed.
     together_.clear();
     for (const int i : candidates_) {
-      if (approaches(i, stages.v0) && closes_now(i, stages)) together_.push_back(i);
+      if (approaches(i, stages.v0) && (Lambda_n[i] > 0 || closes_now(i, stages))) together_.push_back(i);
     }
     if (together_.empty()) break;
     closed_.clear();
@@ -207,7 +207,7 @@ JunctionSolver::Result JunctionSolver::strike(FesdStep& step, int element, const
     std::ranges::sort(together_);
   }
   for (const int i : candidates_) {
-    if (Lambda_n[i] > 0 && !std::ranges::binary_search(junction.touching, i)) junction.touching.push_back(i);
+    if (Lambda_n[i] > 0 && std::ranges::count(junction.touching, i) == 0) junction.touching.push_back(i);
   }
   std::ranges::sort(junction.touching);
   return Result::done;
@@ -220,7 +220,7 @@ void JunctionSolver::set_tangential_law(const Stages& element, const Stages* lef
   const auto& contact = problem_.info().contacts[i];
   const ContactMode before = left ? left->modes[i] : ContactMode::open;
   if (end.contact == i && end.on_polygon() && !is_struck) return set_facet(element, end, closed);
-  if (end.is(Switch::Kind::cone_reached, i) && !end.on_polygon()) {  // slip starts against the force
+  if (end.is(Switch::Kind::cone_reached, i) && !end.on_polygon() && !is_struck) {  // slip starts against the force
     closed.slides = true;
     double size = 0;
     for (int d = 0; d < contact.n_t; ++d) {
@@ -231,7 +231,7 @@ void JunctionSolver::set_tangential_law(const Stages& element, const Stages* lef
     return;
   }
   if (before == ContactMode::stick && !is_struck) return;
-  if (end.is(Switch::Kind::slip_stops, i)) return;
+  if (end.is(Switch::Kind::slip_stops, i) && !is_struck) return;
   set_slide(element, closed);
 }
 
