@@ -83,7 +83,8 @@ FesdAudit::FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool
       cone_(cone.cone),
       polygon_(cone.facets),
       gap_size_(Vector::Zero(problem.n_c())),
-      speed_size_(Vector::Zero(problem.n_c())) {
+      speed_size_(Vector::Zero(problem.n_c())),
+      slip_size_(Vector::Zero(problem.n_c())) {
   for (const auto& [name, formula] : kTexts) residuals_.push_back({.name = name, .formula = formula});
   const bool is_squared = cone_ == FrictionCone::squared;
   if (!is_squared && !(polygon_.facets() > 0 && has_friction_in_space(problem.info()))) return;
@@ -380,7 +381,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
   const int n_c = info.n_c(), n_s = tableau_.n_s, N = step.n_elements;
 
   // Sizes that belong to the whole step.
-  Vector force_size = Vector::Zero(n_c), slip_size = Vector::Zero(n_c);
+  Vector force_size = Vector::Zero(n_c);
   double length = 0;
   for (int n = 0; n < N; ++n) {
     const Stages& e = step.elements[n];
@@ -400,7 +401,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
         const Vector direction = J_t.col(info.contacts[i].tangent_index + d).cwiseAbs();
         const double mobility = direction.dot(M.solve(direction));
         const double impulse = step.H * info.contacts[i].mu * force_size[i];
-        slip_size[i] = std::max({slip_size[i], direction.dot(e.v0.cwiseAbs() + step.H * load) + mobility * impulse,
+        slip_size_[i] = std::max({slip_size_[i], direction.dot(e.v0.cwiseAbs() + step.H * load) + mobility * impulse,
                                  direction.dot(step.v_minus.col(n).cwiseAbs())});
       }
     }
@@ -481,9 +482,9 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
              i);
 
       if (info.contacts[i].n_t > 0) {
-        add_friction(step, n, i, force, Lambda_size, slip_size[i]);
+        add_friction(step, n, i, force, Lambda_size, slip_size_[i]);
         if (n > 0 && pinned_ && tableau_.right_end.size() > 0 && !legitimate_jump)
-          add_pinned_sliding(*left, e, i, force, slip_size[i]);
+          add_pinned_sliding(*left, e, i, force, slip_size_[i]);
       }
 
       // Switch indicators between left and e: kappa = pi^f + pi^lambda, nu = kappa zeta.
@@ -496,7 +497,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
       const double pi_lambda = ratio(left->lambda_n.row(i).sum(), force) * ratio(lambda.sum(), force);
       double nu = pi_f + pi_lambda;
       if (info.contacts[i].n_t > 0)
-        nu *= ratio(sigma_f_left + sigma_f, L) + friction_indicator(*left, e, i, force, slip_size[i]);
+        nu *= ratio(sigma_f_left + sigma_f, L) + friction_indicator(*left, e, i, force, slip_size_[i]);
       eta *= nu;
       if (n > 0 && pinned_ && tableau_.right_end.size() > 0 && !legitimate_jump) {
         report(FesdCondition::pinned_breaking, left->end_lambda_n[i] * gaps.row(i).sum(), force * L, i);

@@ -106,7 +106,8 @@ class FesdAudit {
   const FrictionCone cone_;
   const FrictionPolygon polygon_;
   std::vector<Residual> residuals_;
-  Vector gap_size_, speed_size_;  // over all steps so far: a body at rest at q = 0 has the rounding of its journey
+  // Over all steps so far: a body at rest has the rounding of its journey.
+  Vector gap_size_, speed_size_, slip_size_;
   double t_ = 0;
 };
 

@@ -6,7 +6,7 @@ namespace ricochet {
 
 ContactScales::ContactScales(const Problem& problem) : problem_(problem) {
   gap_.setZero(problem.n_c());
-  approach_ = slip_ = force_ = gap_;
+  approach_ = slip_ = force_ = G_nn_ = G_tt_ = gap_;
   normal_.resize(problem.info().n_normal_entries);
   problem.normal_jacobian(problem.info().q0.data(), normal_.data());
   normal_ = normal_.cwiseAbs();
@@ -14,6 +14,7 @@ ContactScales::ContactScales(const Problem& problem) : problem_(problem) {
 
 void ContactScales::begin_step(const double* q, const double* v, double H, bool is_first) {
   const ProblemInfo& info = problem_.info();
+  H_ = H;
   if (is_first) {
     load_.resize(info.n_q);
     problem_.force(q, v, info.u.data(), load_.data());
@@ -31,7 +32,9 @@ void ContactScales::begin_step(const double* q, const double* v, double H, bool 
   }
 }
 
-void ContactScales::see_jacobian(int contact, const double* J_n) {
+void ContactScales::see_contact(int contact, const double* J_n, double G_nn, double G_tt) {
+  G_nn_[contact] = G_nn;
+  G_tt_[contact] = G_tt;
   const auto& info = problem_.info().contacts[contact];
   for (std::size_t s = 0; s < info.support.size(); ++s) raise(normal_[info.normal_begin + s], std::abs(J_n[s]));
 }

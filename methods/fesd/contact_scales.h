@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <limits>
 
 #include "problems/problem.h"
@@ -9,7 +10,7 @@ namespace ricochet {
 /// What counts as zero at a contact. A quantity is zero when it is rounding of the terms that cancel in it; so the size
 /// it is compared with must not vanish with it. Per contact, the largest so far in a run:
 ///
-///   gap       |J_n|' (|q| + H |v|),   and H^2 |J_n|' |w| where a run begins                        [m]     (1)
+///   gap       |J_n|' |q| + H (2),   and H^2 |J_n|' |w| where a run begins                          [m]     (1)
 ///   approach  |J_n|' |v|, Lambda_n G_nn, h lambda_n G_nn,   and H |J_n|' |w| where a run begins     [m/s]   (2)
 ///   slip      |J_t|' |v|, (||Lambda_t|| + mu Lambda_n) G_tt,   and H (|J_t|' |w| + mu (4) G_tt)
 ///             where a run begins                                                                    [m/s]   (3)
@@ -25,10 +26,14 @@ class ContactScales {
 
   /// (1) at the left end of a step of length H. @param is_first  of a run
   void begin_step(const double* q, const double* v, double H, bool is_first);
-  /// A curved contact may have other entries of J_n than at the start of the run. @param J_n  of the contact, packed
-  void see_jacobian(int contact, const double* J_n);
+  /// A contact that touches. @param J_n  packed; a curved contact may have other entries than where the run began
+  /// @param G_nn, G_tt  of (2), (3)
+  void see_contact(int contact, const double* J_n, double G_nn, double G_tt);
 
-  void see_approach(int contact, double speed) { raise(approach_[contact], speed); }
+  void see_approach(int contact, double speed) {
+    raise(approach_[contact], speed);
+    raise(gap_[contact], H_ * speed);
+  }
   void see_slip(int contact, double speed) { raise(slip_[contact], speed); }
   void see_force(int contact, double force) { raise(force_[contact], force); }
 
@@ -44,10 +49,14 @@ class ContactScales {
   double nearly_touching(int contact) const { return kClosedGapRounding * gap_[contact]; }
   /// A normal velocity at the left end of an element up to this is none.
   double no_approach(int contact) const { return kVelocityRounding * approach_[contact]; }
-  /// Slip velocities carry the rounding of the stage equations.
+  /// Behind an element, velocities carry the rounding of its stage equations: across a contact, and along it.
+  double no_drift(int contact) const { return kStageRounding * approach_[contact]; }
   double no_slip(int contact) const { return kStageRounding * slip_[contact]; }
   /// The same of forces.
   double no_force(int contact) const { return kStageRounding * force_[contact]; }
+
+  double normal_delassus(int contact) const { return G_nn_[contact]; }
+  double mobility(int contact) const { return G_tt_[contact]; }
 
   static constexpr double kGapRounding = 64 * std::numeric_limits<double>::epsilon();
   static constexpr double kVelocityRounding = 64 * std::numeric_limits<double>::epsilon();
@@ -61,9 +70,11 @@ class ContactScales {
   }
 
   const Problem& problem_;
+  double H_ = 0;
   Vector normal_;                          // |J_n|, packed
   Vector load_;                            // n_q, |w| at the start of the run
-  Vector gap_, approach_, slip_, force_;  // n_c
+  Vector G_nn_, G_tt_;                     // n_c, at the last touch
+  Vector gap_, approach_, slip_, force_;   // n_c
 };
 
 }  // namespace ricochet

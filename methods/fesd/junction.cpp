@@ -105,8 +105,8 @@ void JunctionSolver::see_sizes(const FesdStep& step, const Eigen::Ref<const Vect
   const ProblemInfo& info = problem_.info();
   const Vector* w = left ? nullptr : &impact_law_.free_acceleration(element.q0, element.v0);
   for (const int i : candidates_) {
-    scales_.see_jacobian(i, impact_law_.normal(i));
-    const double G = impact_law_.normal_delassus(i);
+    const double G = impact_law_.normal_delassus(i), G_t = impact_law_.mobility(i);
+    scales_.see_contact(i, impact_law_.normal(i), G, G_t);
     scales_.see_approach(i, impact_law_.normal_velocity_scale(i, v_minus));
     scales_.see_slip(i, impact_law_.slip_velocity_scale(i, v_minus));
     if (left) {
@@ -118,7 +118,7 @@ void JunctionSolver::see_sizes(const FesdStep& step, const Eigen::Ref<const Vect
       scales_.see_force(i, load / G);
       scales_.see_approach(i, step.H * load);
       scales_.see_slip(i, step.H * (impact_law_.slip_velocity_scale(i, *w) +
-                                    info.contacts[i].mu * load / G * impact_law_.mobility(i)));
+                                    info.contacts[i].mu * load / G * G_t));
     }
   }
 }
@@ -168,7 +168,8 @@ JunctionSolver::Result JunctionSolver::strike(FesdStep& step, int element, const
   };
   together_.clear();
   for (const int i : junction.touching) {
-    const bool parts = !was_closed(i) && !rests(i) && !approaches(i, stages.v0);
+    // Bodies that move side by side without a force drift by rounding of the stages.
+    const bool parts = !was_closed(i) && impact_law_.normal_velocity(i, stages.v0) > scales_.no_drift(i);
     if (!parts) together_.push_back(i);
   }
   int& n_impacts = step.n_impacts[static_cast<std::size_t>(element)];

@@ -1,8 +1,11 @@
 #include "methods/fesd/sign_conditions.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "problems/packed_column.h"
 
 
 namespace ricochet {
@@ -34,6 +37,9 @@ SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tab
   left_gap_.setZero(problem.n_c());
   allowed_gap_.setZero(problem.n_c());
   J_t_.setZero(problem.info().n_tangent_entries, n_points_ + 1);
+  J_n_.setZero(problem.info().n_normal_entries);
+  const Eigen::FullPivLU<Matrix> A(tableau.A);
+  if (A.isInvertible()) absorption_ = A.solve(Vector::Ones(n_s_)).cwiseAbs().maxCoeff();
   mobility_.setZero(problem.n_c());
   if (!problem.info().has_friction()) return;
   const Matrix J_t = problem.tangent_jacobian(problem.info().q0).cwiseAbs();
@@ -96,6 +102,27 @@ void SignConditions::check_gaps(const Stages& stages, int just_broken, Violation
   }
 }
 
+/// What the forces of closed contacts take away of the rounding of their velocities at the left end, in however short an
+/// element: (A^-1 1)_j v_n / (h G_nn) at stage j, and what that asks of their neighbours. Behind the element it is gone.
+double SignConditions::left_impulse(const Stages& stages) {
+  problem_.normal_jacobian(stages.q0.data(), J_n_.data());
+  if (problem_.info().has_friction()) problem_.tangent_jacobian(stages.q0.data(), J_t_.col(0).data());
+  double impulse = 0;
+  for (const int i : problem_.info().unilateral) {
+    if (!is_closed(stages.modes[i])) continue;
+    const auto& contact = problem_.info().contacts[i];
+    const auto entries = static_cast<Eigen::Index>(contact.support.size());
+    const double v_n = std::abs(packed_dot(contact, J_n_.data() + contact.normal_begin, stages.v0));
+    impulse += std::min(v_n, scales_.no_drift(i)) / scales_.normal_delassus(i);
+    if (stages.modes[i] != ContactMode::stick) continue;
+    double v_t = 0;
+    for (int d = 0; d < contact.n_t; ++d)
+      v_t = std::hypot(v_t, packed_dot(contact, J_t_.col(0).data() + contact.tangent_begin + d * entries, stages.v0));
+    impulse += std::min(v_t, scales_.no_slip(i)) / scales_.mobility(i);
+  }
+  return absorption_ * impulse;
+}
+
 /// lambda_n >= 0 of unilateral contacts, and the cone margin mu lambda_n - ||lambda_t|| of sticking contacts
 void SignConditions::check_forces(const Stages& stages, Violation& first) {
   const int n_points = tableau_.right_end.size() > 0 ? n_s_ + 1 : n_s_;
@@ -115,7 +142,7 @@ void SignConditions::check_forces(const Stages& stages, Violation& first) {
       const auto crossing = [&](double before, double value) {
         return time_before + (time - time_before) * (j > 0 && before > 0 ? before / (before - value) : 0.5);
       };
-      if (!pulls && lambda < -rounding) {
+      if (!pulls && lambda < -rounding && lambda < -rounding - left_impulse(stages) / stages.h) {
         report(first, Verdict::force_negative, i, crossing(force_before, lambda), lambda);
         pulls = true;
       }
@@ -123,7 +150,8 @@ void SignConditions::check_forces(const Stages& stages, Violation& first) {
         const double lambda_t = j < n_s_ ? stages.lambda_t.col(j).segment(contact.tangent_index, contact.n_t).norm()
                                          : stages.end_lambda_t.segment(contact.tangent_index, contact.n_t).norm();
         const double margin = contact.mu * lambda - lambda_t;
-        if (margin < -contact.mu * rounding) {
+        if (margin < -contact.mu * rounding &&
+            margin < -contact.mu * rounding - (1 + contact.mu) * left_impulse(stages) / stages.h) {
           report(first, Verdict::cone_left, i, crossing(margin_before, margin), margin);
           leaves = true;
         }

@@ -60,6 +60,7 @@ class SignConditions {
   bool is_clear(const Stages& stages);
   void check_gaps(const Stages& stages, int just_broken, Violation& first);
   void check_forces(const Stages& stages, Violation& first);
+  double left_impulse(const Stages& stages);
   double slip_rounding(const Stages& stages, int contact) const;
   void check_slip(const Stages& stages, Violation& first);
   void check_facet_forces(const Stages& stages, int contact, Violation& first);
@@ -81,6 +82,8 @@ class SignConditions {
   const int n_s_, n_points_;  // points: the stages, and the right end when it is none of them
   Vector mobility_;           // J_t' M^-1 J_t at q0: what a friction force does to a slip velocity
   Vector gap_, left_gap_, allowed_gap_;
+  double absorption_ = 1;     // max_j |(A^-1 1)_j|
+  Vector J_n_;  // packed
   Matrix J_t_;  // packed; of the left end, then of every point
 };
 
