@@ -21,7 +21,7 @@ constexpr Text kTexts[] = {
     {"impulse balance", "M (v_n0 - v_n) = sum J_n Lambda_n"},
     {"impulse sign", "Lambda_n >= 0"},
     {"impulse gap", "Lambda_n f_c(q_n) = 0"},
-    {"impulse restitution", "Lambda_n J_n'(v_n0 + eps_r v_n) = 0"},
+    {"impulse restitution", "Lambda_n J_n'(v_n0 + eps_r v_n) = 0; of impacts in sequence: no energy gained"},
     {"closed separation", "J_n'(v_n0 + eps_r v_n) >= 0 where f_c(q_n) = 0"},
     {"grid gap", "f_c(q_n) >= 0"},
     {"stage gap", "f_c(q_nj) >= 0"},
@@ -267,7 +267,8 @@ void FesdAudit::add_friction(const FesdStep& step, int n, int i, double force, d
   const FrictionPoint left{contact.mu * step.Lambda_n(i, n), step.Lambda_t.col(n).segment(contact.tangent_index, n_t),
                            slip(i, e.q0, e.v0)};
   add_cone(FesdCondition::impulse_cone, left, i, Lambda_size);
-  add_slip(FesdCondition::impulse_slip, left, i, Lambda_size, slip_size);
+  if (step.n_impacts[static_cast<std::size_t>(n)] <= 1)
+    add_slip(FesdCondition::impulse_slip, left, i, Lambda_size, slip_size);
 
   std::vector<FrictionPoint> stages;
   std::vector<Vector> slips = {left.v_t, slip(i, e.q1, e.v1)};  // v_t,nj'
@@ -447,15 +448,22 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     add_bilateral(e, gaps);
     if (e.is_projected) add_right_end(e, force_size);
 
+    const bool is_sequence = step.n_impacts[static_cast<std::size_t>(n)] > 1;
+    if (is_sequence) {  // each of its impacts loses energy, and none is left to come
+      const double before = v_minus.dot(M0 * v_minus), behind = e.v0.dot(M0 * e.v0);
+      report(FesdCondition::impulse_restitution, std::max(behind - before, 0.0), before + behind, -1);
+    }
     double eta = 1;
     const bool legitimate_jump = max_abs(Lambda) > 0 || (left && forces_jump(*left, e));
     for (const int i : info.unilateral) {
       const double L = gap_size_[i], force = force_size[i];
-      const double separation = J.col(i).dot(e.v0 + info.contacts[i].eps_r * v_minus);
+      const double eps_r = is_sequence ? 0 : info.contacts[i].eps_r;
+      const double separation = J.col(i).dot(e.v0 + eps_r * v_minus);
       const double Lambda_size = momentum > 0 ? momentum / max_abs(J.col(i)) : 0;
       report(FesdCondition::impulse_sign, std::min(Lambda[i], 0.0), Lambda_size, i);
       report(FesdCondition::impulse_gap, Lambda[i] * grid_gaps[i], Lambda_size * L, i);
-      report(FesdCondition::impulse_restitution, Lambda[i] * separation, Lambda_size * speed_size_[i], i);
+      if (!is_sequence)
+        report(FesdCondition::impulse_restitution, Lambda[i] * separation, Lambda_size * speed_size_[i], i);
       if (grid_gaps[i] <= 1e-15 * L)  // what a switch leaves; the solver treats gaps up to 64 roundings as closed
         report(FesdCondition::closed_separation, std::min(separation, 0.0), speed_size_[i], i);
       report(FesdCondition::grid_gap, std::min(grid_gaps[i], 0.0), L, i);

@@ -84,6 +84,12 @@ class Fesd final : public Method {
         break;
       }
       const FesdStep& step = solver.step();
+      if (sensitivity && step.has_impact_sequence()) {
+        solution.status = Status::infeasible;
+        solution.message = fmt::format("step {} of {}, from t = {:.6g} s: {}", k + 1, settings.steps, t,
+                                       Sensitivity::kNoDerivative);
+        break;
+      }
       if (sensitivity) sensitivity->add(step, (k + 1.0) / settings.steps * sensitivity->dt_final());
       const FesdStep* previous = solver.previous_step();
       record_step(problem, settings.recording, step, previous, t, sensitivity ? &*sensitivity : nullptr, solution);

@@ -191,6 +191,11 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
     if (status == Status::success) {
       const Stages& element = solver.step().last();
       scaled_error = error(element, settings.tolerance);
+      if (sensitivity && solver.step().has_impact_sequence()) {
+        solution.status = Status::infeasible;
+        solution.message = fmt::format("t = {:.12g} s: {}", t, Sensitivity::kNoDerivative);
+        break;
+      }
       if (sensitivity) {
         sensitivity->add(solver.step(), is_last ? sensitivity->dt_final() : sensitivity->dt());
         scaled_error = std::max(scaled_error, error(element, *sensitivity, settings.tolerance));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -31,6 +32,10 @@ struct FesdStep {
       matrix->conservativeResize(rows, n);
       matrix->rightCols(n - static_cast<Eigen::Index>(before)).setZero();
     }
+  }
+  /// Impacts follow each other at the left end of an element.
+  bool has_impact_sequence() const {
+    return touches && std::any_of(n_impacts.begin(), n_impacts.begin() + n_elements, [](int n) { return n > 1; });
   }
   const Stages& last() const { return elements[static_cast<std::size_t>(n_elements) - 1]; }
 };

@@ -49,6 +49,11 @@ namespace ricochet {
 /// not finite. They are those of the solved equations, so they converge with the order of the method.
 class Sensitivity {
  public:
+  /// Why a run with sensitivities ends where impacts follow each other at one instant: their number and their order change
+  /// with any perturbation.
+  static constexpr const char* kNoDerivative =
+      "the impacts of several contacts accumulate, and the motion behind them has no derivative";
+
   /// @param names  Settings::sensitivities. @throws InputError for a name that the problem does not have, and for one
   /// whose variation of the initial state violates a bilateral constraint
   Sensitivity(const Problem& problem, const ButcherTableau& tableau, const std::vector<std::string>& names);
