@@ -7,6 +7,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "reference/scales.h"
+
 namespace ricochet::reference {
 
 int Reference::digits() const {
@@ -67,6 +69,9 @@ Reference make_reference(const Problem& problem, double tolerance) {
                              run(Integrator::bdf, 10 * tolerance)};
 
   const Solution& best = reference.solution;
+  const Scales scales(problem);
+  const double size = std::max({best.q.cwiseAbs().maxCoeff(), best.v.cwiseAbs().maxCoeff(),
+                                scales.position().maxCoeff(), scales.velocity().maxCoeff()});
   const auto best_events = ordered(best.events, problem.info().end_time);
   double difference = 0;
   for (const Solution& other : others) {
@@ -81,7 +86,7 @@ Reference make_reference(const Problem& problem, double tolerance) {
     const double distance = final_state_difference(best.q, best.v, other.q, other.v);
     if (&other == &others[2]) {
       // The loosest run is no measure of the error, but a million tolerances away it has followed another motion.
-      if (distance > 1e7 * tolerance * std::max({1.0, best.q.cwiseAbs().maxCoeff(), best.v.cwiseAbs().maxCoeff()})) {
+      if (distance > 1e7 * tolerance * size) {
         throw std::runtime_error(fmt::format("reference of {}: the loosest run ends {:.1e} away from the others",
                                              problem.info().id, distance));
       }
@@ -91,7 +96,7 @@ Reference make_reference(const Problem& problem, double tolerance) {
     for (std::size_t k = 0; k < best_events.size(); ++k)
       difference = std::max(difference, std::abs(best_events[k].t - other_events[k].t));
   }
-  double rounding = 1e-15 * std::max({1.0, best.q.cwiseAbs().maxCoeff(), best.v.cwiseAbs().maxCoeff()});
+  double rounding = 1e-15 * size;
   if (!best.events.empty()) {  // CVODE locates a root to within 100 roundings of t
     rounding = std::max(rounding, 100 * std::numeric_limits<double>::epsilon() * best.events.back().t);
   }

@@ -1,13 +1,13 @@
 #include "reference/contact_dynamics.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
 
 #include "reference/active_set.h"
+#include "reference/force_division.h"
 
 namespace ricochet::reference {
 namespace {
@@ -17,14 +17,23 @@ std::string too_many(std::size_t contacts, std::size_t most) {
                      most);
 }
 
+/// x with R' M^-1 R x = b, as nearly as redundant columns of R allow.
+Vector least_correction(const Matrix& R, const Matrix& MR, const Vector& b) {
+  const Vector s = R.cwiseProduct(MR).colwise().sum().cwiseSqrt().cwiseInverse();
+  const Matrix A = s.asDiagonal() * (R.transpose() * MR) * s.asDiagonal();
+  return s.asDiagonal() * A.completeOrthogonalDecomposition().solve(s.cwiseProduct(b));
+}
+
 }  // namespace
 
-ContactDynamics::ContactDynamics(const Problem& problem)
+ContactDynamics::ContactDynamics(const Problem& problem, const Scales& scales)
     : problem_(problem),
+      scales_(scales),
       constant_mass_(problem.info().structure.constant_mass),
       diagonal_mass_(problem.info().structure.diagonal_mass && constant_mass_),
       modes_(problem.info().contacts.size(), ContactMode::open),
-      held_(problem.info().contacts.size()) {
+      held_(problem.info().contacts.size()),
+      determined_(problem.info().contacts.size(), true) {
   const int n_q = problem.n_q();
   for (const int i : problem.info().bilateral) modes_[i] = ContactMode::closed;
   set_modes(std::vector(modes_));
@@ -74,20 +83,55 @@ bool ContactDynamics::add_contact_forces(const double* q, const double* v, Eigen
   problem_.normal_jacobian(q, packed_.data());
   problem_.gap_acceleration_bias(q, v, bias_.data());
   Matrix J = Matrix::Zero(problem_.n_q(), n);
-  Vector rhs(n);
   for (Eigen::Index k = 0; k < n; ++k) {
     const auto& contact = problem_.info().contacts[closed_[k]];
     const double* entry = packed_.data() + contact.normal_begin;
     for (const int row : contact.support) J(row, k) = *entry++;
-    rhs[k] = -J.col(k).dot(a) - bias_[closed_[k]];
   }
-  const Matrix MJ = llt_.solve(J);
-  const Eigen::LLT<Matrix> delassus(J.transpose() * MJ);
-  if (delassus.info() != Eigen::Success) return false;
-  const Vector lambda = delassus.solve(rhs);  // (5)
-  a += MJ * lambda;
-  for (Eigen::Index k = 0; k < n; ++k) lambda_n[closed_[k]] = lambda[k];
+  const Matrix MJ = llt_.solve(problem_.force_directions(J));
+  const auto lambda = solve_for_forces(J, MJ, MJ, bias_(closed_), a);
+  if (!lambda) return false;
+  for (Eigen::Index k = 0; k < n; ++k) lambda_n[closed_[k]] = (*lambda)[k];
   return true;
+}
+
+/// (5), and its accelerations added to a. @param MR, MC  M^-1 R, M^-1 C
+std::optional<Vector> ContactDynamics::solve_for_forces(const Matrix& R, const Matrix& MR, const Matrix& MC,
+                                                        const Vector& bias, Eigen::Ref<Vector> a) {
+  const ForceEquations equations(R.transpose() * MC, R.cwiseProduct(MR).colwise().sum());
+  const Vector size = R.cwiseAbs().transpose() * a.cwiseAbs() + bias.cwiseAbs();
+  auto lambda = equations.solve(-(R.transpose() * a) - bias, size);
+  if (!lambda) return std::nullopt;
+  if (is_redundant_ || equations.null_space().cols() > 0) {
+    if (!equations.determines_motion(M_.diagonal().cwiseSqrt().asDiagonal() * MC)) return std::nullopt;
+    note_redundancy(equations);
+    if (is_redundant_) lambda = steadiest_division(*lambda, equations.null_space(), force_cones());
+  }
+  a += MC * *lambda;
+  return lambda;
+}
+
+/// Of closed contacts, in the order of their unknowns.
+std::vector<ForceCone> ContactDynamics::force_cones() const {
+  std::vector<ForceCone> cones;
+  Eigen::Index row = 0;
+  for (const int i : closed_) {
+    const auto& contact = problem_.info().contacts[i];
+    const int n_t = modes_[i] == ContactMode::stick ? contact.n_t : 0;
+    if (!contact.is_bilateral) cones.push_back({row, n_t, contact.mu});
+    row += 1 + n_t;
+  }
+  return cones;
+}
+
+void ContactDynamics::note_redundancy(const ForceEquations& equations) {
+  is_redundant_ = equations.null_space().cols() > 0;
+  Eigen::Index row = 0;
+  for (const int i : closed_) {
+    const int n_rows = 1 + (modes_[i] == ContactMode::stick ? problem_.info().contacts[i].n_t : 0);
+    determined_[i] = true;
+    for (int d = 0; d < n_rows; ++d) determined_[i] = determined_[i] && equations.determines(row++);
+  }
 }
 
 bool ContactDynamics::add_frictional_forces(const double* q, const double* v, Eigen::Ref<Vector> a, double* lambda_n,
@@ -124,21 +168,20 @@ bool ContactDynamics::add_frictional_forces(const double* q, const double* v, Ei
     bias.segment(n, contact.n_t) = slip_bias.segment(contact.tangent_index, contact.n_t);
     n += contact.n_t;
   }
-  const Matrix MC = llt_.solve(C.leftCols(n));
-  const Eigen::FullPivLU<Matrix> lu(R.leftCols(n).transpose() * MC);
-  if (!lu.isInvertible()) return false;
-  const Vector lambda = -lu.solve(R.leftCols(n).transpose() * a + bias.head(n));  // (5)
-  a += MC * lambda;
+  const Matrix MR = llt_.solve(problem_.force_directions(R.leftCols(n))),
+               MC = llt_.solve(problem_.force_directions(C.leftCols(n)));
+  const auto lambda = solve_for_forces(R.leftCols(n), MR, MC, bias.head(n), a);
+  if (!lambda) return false;
 
   n = 0;
   for (std::size_t k = 0; k < closed_.size(); ++k) {
     const int i = closed_[k];
     const auto& contact = problem_.info().contacts[i];
     Eigen::Map<Vector> tangential(lambda_t + contact.tangent_index, contact.n_t);
-    lambda_n[i] = lambda[n++];
+    lambda_n[i] = (*lambda)[n++];
     if (is_slipping(modes_[i])) tangential = -contact.mu * lambda_n[i] * direction[k];  // (4)
     if (modes_[i] != ContactMode::stick) continue;
-    tangential = lambda.segment(n, contact.n_t);
+    tangential = lambda->segment(n, contact.n_t);
     n += contact.n_t;
   }
   return true;
@@ -165,98 +208,56 @@ Matrix ContactDynamics::under_constraints(const Vector& q, const Matrix& right_h
   const Eigen::Index n = info.n_q + info.n_bilateral();
   Matrix K = Matrix::Zero(n, n);
   K.topLeftCorner(info.n_q, info.n_q) = problem_.mass_matrix(q);
-  K.topRightCorner(info.n_q, info.n_bilateral()) = -G;
+  K.topRightCorner(info.n_q, info.n_bilateral()) = -problem_.force_directions(G);
   K.bottomLeftCorner(info.n_bilateral(), info.n_q) = G.transpose();
   return K.partialPivLu().solve(right_hand_side);
 }
 
 Matrix ContactDynamics::response(const Vector& q, const Matrix& p) const {
   Matrix right_hand_side = Matrix::Zero(p.rows() + problem_.info().n_bilateral(), p.cols());
-  right_hand_side.topRows(p.rows()) = p;
+  right_hand_side.topRows(p.rows()) = problem_.force_directions(p);
   return under_constraints(q, right_hand_side).topRows(p.rows());
 }
 
-ContactDynamics::Verdict ContactDynamics::coulomb_law(const Question& question, const std::vector<Vector>& directions,
-                                                      const char* what) const {
-  const auto& [contacts, J, MJ, free, b] = question;
-  std::vector<CoulombContact> law;
-  std::vector<std::string> names;
+ContactDynamics::Verdict ContactDynamics::coulomb_law(ContactQuestion question, const std::vector<int>& contacts,
+                                                      const std::vector<Vector>& directions) const {
   for (const int i : contacts) {
     const auto& contact = problem_.info().contacts[i];
-    law.push_back({contact.n_t, contact.mu, directions.empty() ? Vector() : directions[i]});
-    names.push_back(contact.name);
+    question.contacts.push_back({contact.n_t, contact.mu, directions.empty() ? Vector() : directions[i]});
+    question.names.push_back(contact.name);
   }
-  Verdict verdict;
-  const std::size_t most = most_contacts(J.cols() > 2 * static_cast<Eigen::Index>(contacts.size()));
-  if (contacts.size() > most) {
-    verdict.failure = too_many(contacts.size(), most);
-    return verdict;
-  }
-  const auto solutions = solve_coulomb_by_enumeration(J.transpose() * MJ, b, law);
-  if (solutions.empty()) {
-    verdict.failure =
-        fmt::format("inconsistent: no combination of modes satisfies the {} at '{}'", what, fmt::join(names, "', '"));
-    return verdict;
-  }
-  const auto& first = solutions[0];
-  std::vector<std::string> choices;
-  bool same_motion = true;  // redundant contacts: to rounding, and 1e-9 is far above that and far below a choice
-  if (solutions.size() > 1) {
-    const auto& second = solutions[1];
-    const Vector change = MJ * second.z, difference = MJ * (first.z - second.z);
-    same_motion = difference.cwiseAbs().maxCoeff() <= 1e-9 * (change + free).cwiseAbs().maxCoeff();
-    for (std::size_t k = 0; k < contacts.size(); ++k) {
-      if (first.modes[k] != second.modes[k]) {
-        choices.push_back(
-            fmt::format("'{}' may be {} or {}", names[k], to_string(first.modes[k]), to_string(second.modes[k])));
-      }
-    }
-  }
-  // A contact free to stick that is at the edge of its cone without slipping: sticking was singular, so other contacts
-  // share its force in ways that the law leaves open.
-  Eigen::Index row = 0;
-  for (std::size_t k = 0; k < contacts.size(); ++k) {
-    const Vector u_t = first.u.segment(row + 1, law[k].n_t);
-    if (solutions.size() == 1 && is_slipping(first.modes[k]) && law[k].direction.size() == 0 &&
-        u_t.norm() <= 1e-9 * b.cwiseAbs().maxCoeff())
-      choices.push_back(fmt::format("'{}' may be stick or {}", names[k], to_string(first.modes[k])));
-    row += 1 + law[k].n_t;
-  }
-  if (solutions.size() > 1 || !choices.empty()) {
-    verdict.failure = fmt::format("indeterminate: the {} has several solutions that differ in {}, {}", what,
-                                  same_motion ? "forces only" : "motion",
-                                  choices.empty() ? fmt::format("at '{}'", fmt::join(names, "', '"))
-                                                  : fmt::format("{}", fmt::join(choices, ", ")));
-    return verdict;
-  }
-  verdict.modes = first.modes;
+  const ContactAnswer answer = answer_coulomb_law(question);
+  Verdict verdict{answer.failure, answer.modes, {}, {}, {}};
+  if (!verdict.failure.empty()) return verdict;
   verdict.normal = Vector::Zero(problem_.n_c());
   verdict.tangential = Vector::Zero(problem_.info().n_lambda_t);
   Eigen::Index n = 0;
   for (const int i : contacts) {
     const auto& contact = problem_.info().contacts[i];
-    verdict.normal[i] = std::max(0.0, first.z[n]);  // down to rounding it may be negative
-    verdict.tangential.segment(contact.tangent_index, contact.n_t) = first.z.segment(n + 1, contact.n_t);
+    verdict.normal[i] = std::max(0.0, answer.z[n]);  // down to rounding it may be negative
+    verdict.tangential.segment(contact.tangent_index, contact.n_t) = answer.z.segment(n + 1, contact.n_t);
     n += 1 + contact.n_t;
   }
-  verdict.motion = free + MJ * first.z;
+  verdict.motion = question.free + question.MJ * answer.z;
   return verdict;
 }
 
 ContactDynamics::Verdict ContactDynamics::impact(const Vector& q, const Vector& v_minus,
-                                                 const std::vector<int>& touching) const {
+                                                 const std::vector<int>& touching,
+                                                 const std::vector<char>& last) const {
   const Matrix J = jacobian(q, touching);
   const Matrix MJ = response(q, J);
   Vector b = J.transpose() * v_minus;
   Eigen::Index n = 0;
   for (const int i : touching) {
     const auto& contact = problem_.info().contacts[i];
-    b[n] *= 1 + contact.eps_r;  // (6)
+    if (last.empty() || !last[i]) b[n] *= 1 + contact.eps_r;  // (6)
     n += 1 + contact.n_t;
   }
   Verdict verdict;
   if (problem_.info().has_friction()) {
-    verdict = coulomb_law({touching, J, MJ, v_minus, b}, {}, "impact law");
+    const Vector b_size = 2 * scales_.speed(J, v_minus);
+    verdict = coulomb_law({"impact law", {}, {}, J, MJ, v_minus, b, b_size, false}, touching, {});
   } else if (touching.size() > kMostPairs) {
     verdict.failure = too_many(touching.size(), kMostPairs);
   } else if (const auto z = solve_lcp_by_enumeration(J.transpose() * MJ, b)) {
@@ -274,8 +275,9 @@ ContactDynamics::Verdict ContactDynamics::impact(const Vector& q, const Vector& 
 void ContactDynamics::add_bilateral_impulses(const Vector& q, const Vector& v_minus, Verdict& verdict) const {
   const auto& info = problem_.info();
   Vector right_hand_side = Vector::Zero(info.n_q + info.n_bilateral());
-  right_hand_side.head(info.n_q) = problem_.mass_matrix(q) * v_minus + problem_.normal_jacobian(q) * verdict.normal;
-  if (info.has_friction()) right_hand_side.head(info.n_q) += problem_.tangent_jacobian(q) * verdict.tangential;
+  Vector impulse = problem_.normal_jacobian(q) * verdict.normal;
+  if (info.has_friction()) impulse += problem_.tangent_jacobian(q) * verdict.tangential;
+  right_hand_side.head(info.n_q) = problem_.mass_matrix(q) * v_minus + problem_.force_directions(impulse);
   const Vector solution = under_constraints(q, right_hand_side);
   verdict.motion = solution.head(info.n_q);
   verdict.normal(info.bilateral) = solution.tail(info.n_bilateral());
@@ -291,15 +293,19 @@ ContactDynamics::Verdict ContactDynamics::decide(const Vector& q, const Vector& 
   Vector right_hand_side(info.n_q + info.n_bilateral());
   right_hand_side << problem_.force(q, v), -normal_bias(info.bilateral);
   const Vector free = under_constraints(q, right_hand_side).topRows(info.n_q);  // (7)
-  Vector b = J.transpose() * free;
+  Vector bias(J.cols());
   Eigen::Index n = 0;
   for (const int i : candidates) {
     const auto& contact = problem_.info().contacts[i];
-    b[n] += normal_bias[i];                                                                  // (2)
-    b.segment(n + 1, contact.n_t) += slip_bias.segment(contact.tangent_index, contact.n_t);  // (3)
+    bias[n] = normal_bias[i];                                                                  // (2)
+    bias.segment(n + 1, contact.n_t) = slip_bias.segment(contact.tangent_index, contact.n_t);  // (3)
     n += 1 + contact.n_t;
   }
-  if (problem_.info().has_friction()) return coulomb_law({candidates, J, MJ, free, b}, directions, "contact law");
+  const Vector b = J.transpose() * free + bias;
+  if (info.has_friction()) {
+    const Vector b_size = J.cwiseAbs().transpose() * free.cwiseAbs() + bias.cwiseAbs();
+    return coulomb_law({"contact law", {}, {}, J, MJ, free, b, b_size, true}, candidates, directions);
+  }
   Verdict verdict;
   if (candidates.size() > kMostPairs) {
     verdict.failure = too_many(candidates.size(), kMostPairs);
@@ -314,27 +320,27 @@ ContactDynamics::Verdict ContactDynamics::decide(const Vector& q, const Vector& 
   return verdict;
 }
 
-bool ContactDynamics::project(Vector& q, Vector& v, const std::vector<int>& stopped) const {
-  if (closed_.empty()) return true;
-  const Eigen::LLT<Matrix> M(problem_.mass_matrix(q));
-  for (int iteration = 0; iteration < 2; ++iteration) {  // the drift is small, so Newton's second step is rounding
-    const Matrix J_n = problem_.normal_jacobian(q)(Eigen::all, closed_);
-    const Matrix MJ = M.solve(J_n);
-    q -= MJ * Matrix(J_n.transpose() * MJ).completeOrthogonalDecomposition().solve(Vector(problem_.gap(q)(closed_)));
+bool ContactDynamics::project(Vector& q, Vector& v, const std::vector<int>& touching, const std::vector<int>& closed,
+                              const std::vector<char>& resting) const {
+  for (int iteration = 0; iteration < 2 && !touching.empty();
+       ++iteration) {  // the drift is small: the second is rounding
+    const Matrix J_n = problem_.normal_jacobian(q)(Eigen::all, touching);
+    const Matrix MJ = problem_.mass_matrix(q).llt().solve(problem_.force_directions(J_n));
+    q -= MJ * least_correction(J_n, MJ, problem_.gap(q)(touching));
   }
-  const Matrix J = jacobian(q, closed_);
+  if (closed.empty()) return q.allFinite();
+  const Matrix J = jacobian(q, closed);
   std::vector<Eigen::Index> zero;  // columns of J whose velocity vanishes
   Eigen::Index n = 0;
-  for (const int i : closed_) {
+  for (const int i : closed) {
     const int n_t = problem_.info().contacts[i].n_t;
-    const bool rests = modes_[i] == ContactMode::stick || std::count(stopped.begin(), stopped.end(), i) > 0;
     zero.push_back(n);
-    for (int d = 1; rests && d <= n_t; ++d) zero.push_back(n + d);
+    for (int d = 1; resting[i] && d <= n_t; ++d) zero.push_back(n + d);
     n += 1 + n_t;
   }
   const Matrix R = J(Eigen::all, zero);
-  const Matrix MR = problem_.mass_matrix(q).llt().solve(R);
-  v -= MR * Matrix(R.transpose() * MR).completeOrthogonalDecomposition().solve(R.transpose() * v);
+  const Matrix MR = problem_.mass_matrix(q).llt().solve(problem_.force_directions(R));
+  v -= MR * least_correction(R, MR, R.transpose() * v);
   return q.allFinite() && v.allFinite();
 }
 

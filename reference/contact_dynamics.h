@@ -6,7 +6,10 @@
 
 #include "problems/problem.h"
 #include "problems/solution.h"
-#include "reference/coulomb_enumeration.h"
+#include "reference/coulomb_law.h"
+#include "reference/force_division.h"
+#include "reference/force_equations.h"
+#include "reference/scales.h"
 
 namespace ricochet::reference {
 
@@ -32,7 +35,8 @@ namespace ricochet::reference {
 ///   [ G'  0 ] [ m  ] = [ 0        ],      [ G'  0 ] [ m  ] = [ -v' (grad^2 f_c) v ]       (7)
 class ContactDynamics {
  public:
-  explicit ContactDynamics(const Problem& problem);
+  /// @param scales  of the problem; both have to outlive this
+  ContactDynamics(const Problem& problem, const Scales& scales);
 
   /// Modes of all contacts until the next call; bilateral ones have to be closed. Releases held directions.
   void set_modes(const std::vector<ContactMode>& modes);
@@ -43,8 +47,12 @@ class ContactDynamics {
   void hold_direction(int i, const Vector& d) { held_[static_cast<std::size_t>(i)] = d; }
 
   /// v' and, for the closed contacts, lambda_n (n_c) and lambda_t (n_lambda_t), else untouched. False when M is not
-  /// positive definite or (5) is singular.
+  /// positive definite or (5) does not determine v'.
   bool acceleration(const double* q, const double* v, double* acceleration, double* lambda_n, double* lambda_t);
+
+  /// Whether the forces of contact i in the last acceleration() were the only ones. Redundant contacts share
+  /// them as steadiest_division() says.
+  bool determines_forces(int i) const { return !is_redundant_ || determined_[static_cast<std::size_t>(i)]; }
 
   /// What a law says of the contacts it was asked about.
   struct Verdict {
@@ -57,7 +65,9 @@ class ContactDynamics {
 
   /// Newton's law with Coulomb's on the impulses and the velocities behind the impact, at the touching contacts:
   ///   0 <= Lambda_n _|_ J_n'(v+ + eps_r v-) >= 0,  ||Lambda_t|| <= mu Lambda_n, opposite to J_t' v+      (6)
-  Verdict impact(const Vector& q, const Vector& v_minus, const std::vector<int>& touching) const;
+  /// @param last  by contact (n_c): whether its restitution counts as zero; empty for none
+  Verdict impact(const Vector& q, const Vector& v_minus, const std::vector<int>& touching,
+                 const std::vector<char>& last = {}) const;
 
   /// Modes of candidates, touching with zero normal velocity: (1)-(4) with 0 <= lambda_n _|_ gap acceleration >= 0.
   /// @param directions by contact (n_c), the direction of slip where it is known; empty where v_t = 0 and the
@@ -65,10 +75,11 @@ class ContactDynamics {
   Verdict decide(const Vector& q, const Vector& v, const std::vector<int>& candidates,
                  const std::vector<Vector>& directions) const;
 
-  /// Moves q and v, least in the metric of M, to where the gaps of closed contacts, their rates, and the slip
-  /// velocities of those that stick vanish. @param stopped  closed contacts that are to have no slip velocity either
+  /// Moves q to where the gaps of `touching` contacts vanish, and v to where the rates of `closed` ones and the slip
+  /// velocities of those that rest do, least in the metric of M. @param resting  by contact
   /// @return false when that fails
-  bool project(Vector& q, Vector& v, const std::vector<int>& stopped) const;
+  bool project(Vector& q, Vector& v, const std::vector<int>& touching, const std::vector<int>& closed,
+               const std::vector<char>& resting) const;
 
   long force_evaluations = 0, mass_factorizations = 0;
 
@@ -82,20 +93,23 @@ class ContactDynamics {
   /// v+ or v' of (7) for columns p alone
   Matrix response(const Vector& q, const Matrix& p) const;
   void add_bilateral_impulses(const Vector& q, const Vector& v_minus, Verdict& verdict) const;
-  /// Coulomb's law with motion = free + MJ z and u = J' MJ z + b.
-  struct Question {
-    const std::vector<int>& contacts;
-    const Matrix &J, &MJ;  ///< J as from jacobian(), M^-1 J
-    const Vector &free, &b;
-  };
-  Verdict coulomb_law(const Question& question, const std::vector<Vector>& directions, const char* what) const;
+  /// Completes the question with the laws of the contacts. @param directions  by contact, or empty
+  Verdict coulomb_law(ContactQuestion question, const std::vector<int>& contacts,
+                      const std::vector<Vector>& directions) const;
+  std::optional<Vector> solve_for_forces(const Matrix& R, const Matrix& MR, const Matrix& MC, const Vector& bias,
+                                         Eigen::Ref<Vector> a);
+  std::vector<ForceCone> force_cones() const;
+  void note_redundancy(const ForceEquations& equations);
 
   const Problem& problem_;
+  const Scales& scales_;
   const bool constant_mass_, diagonal_mass_;
   std::vector<ContactMode> modes_;
   std::vector<int> closed_;
   bool rubs_ = false;  // a closed contact has friction
   std::vector<Vector> held_;
+  bool is_redundant_ = false;     // (5) was singular
+  std::vector<char> determined_;  // by contact
   Matrix M_;
   Eigen::LLT<Matrix> llt_;
   Vector inverse_diagonal_, f_, packed_, bias_;

@@ -9,15 +9,17 @@
 #include <optional>
 
 #include "problems/input_error.h"
+#include "reference/force_equations.h"
+#include "reference/scales.h"
 
 namespace ricochet::reference {
 namespace {
 
-// Violations below this part of the terms are rounding.
-constexpr double kRounding = 1e-12;
 // Starting angles of Newton's method per contact that slips in space. A quarter turn apart would do where G is nearly
 // isotropic; twice as many find the second solution of an indeterminate state too.
 constexpr int kAngles = 8;
+// Contacts whose singular combinations are tried, which takes a hundred times as long.
+constexpr std::size_t kMostRedundant = 5;
 
 Vector unit(double angle) {
   Vector d(2);
@@ -27,8 +29,14 @@ Vector unit(double angle) {
 
 class Enumeration {
  public:
-  Enumeration(const Matrix& G, const Vector& b, const std::vector<CoulombContact>& contacts)
-      : G_(G), b_(b), contacts_(contacts), modes_(contacts.size()), direction_(contacts.size()) {
+  Enumeration(const Matrix& G, const Vector& b, const Vector& b_size, const std::vector<CoulombContact>& contacts)
+      : G_(G),
+        b_(b),
+        b_size_(b_size),
+        z_size_(b_size.cwiseQuotient(G.diagonal()).maxCoeff()),
+        contacts_(contacts),
+        modes_(contacts.size()),
+        direction_(contacts.size()) {
     int row = 0;
     for (const auto& contact : contacts) {
       row_.push_back(row);
@@ -38,6 +46,10 @@ class Enumeration {
 
   std::vector<CoulombSolution> solve() {
     try_modes(0);
+    if (solutions_.empty() && contacts_.size() <= kMostRedundant) {
+      singular_ = ForceEquations::Singular::divide;
+      try_modes(0);
+    }
     return std::move(solutions_);
   }
 
@@ -136,12 +148,12 @@ class Enumeration {
       if (largest < 1e-14) break;
     }
     const auto residual = across(turning, angles);
-    if (!residual || residual->cwiseAbs().maxCoeff() > kRounding) return std::nullopt;
+    if (!residual || residual->cwiseAbs().maxCoeff() > kLawRounding) return std::nullopt;
     set_angles(turning, angles);
     return linear_solution();
   }
 
-  /// (1) with the equations of the modes; nothing when they are singular.
+  /// (1) with the equations of the modes, of several solutions with one motion the least; nothing when there is none.
   std::optional<CoulombSolution> linear_solution() const {
     const Eigen::Index n = b_.size();
     Matrix force = Matrix::Zero(n, n), condition = Matrix::Zero(n, n);  // z = force x, condition' u = 0
@@ -158,21 +170,27 @@ class Enumeration {
     CoulombSolution solution{modes_, Vector::Zero(n), b_};
     if (size == 0) return solution;
     const auto E = condition.leftCols(size), F = force.leftCols(size);
-    const Eigen::FullPivLU<Matrix> lu(E.transpose() * G_ * F);
-    if (!lu.isInvertible()) return std::nullopt;
-    solution.z = F * lu.solve(-(E.transpose() * b_));
+    const Matrix GF = G_ * F;
+    const ForceEquations equations(E.transpose() * GF, (E.transpose() * G_ * E).diagonal(), singular_);
+    const auto x = equations.solve(-(E.transpose() * b_), E.transpose() * b_size_);
+    if (!x || !equations.determines_motion(G_.diagonal().cwiseSqrt().cwiseInverse().asDiagonal() * GF))
+      return std::nullopt;
+    solution.z = F * *x;
     solution.u = G_ * solution.z + b_;
     return solution;
   }
 
   double u_size(const CoulombSolution& s) const {
-    return (G_.cwiseAbs() * s.z.cwiseAbs() + b_.cwiseAbs()).maxCoeff() + std::numeric_limits<double>::min();
+    return (G_.cwiseAbs() * s.z.cwiseAbs() + b_size_).maxCoeff() + std::numeric_limits<double>::min();
   }
+
+  /// What cancels the largest term of b alone is the size of impulses that vanish.
+  double z_size(const CoulombSolution& s) const { return std::max(z_size_, s.z.cwiseAbs().maxCoeff()); }
 
   /// Keeps a solution whose inequalities hold and whose z is new.
   void accept(const std::optional<CoulombSolution>& s) {
     if (!s) return;
-    const double z_rounding = kRounding * s->z.cwiseAbs().maxCoeff(), u_rounding = kRounding * u_size(*s);
+    const double z_rounding = kLawRounding * z_size(*s), u_rounding = kLawRounding * u_size(*s);
     for (std::size_t k = 0; k < contacts_.size(); ++k) {
       const int row = row_[k], n_t = contacts_[k].n_t;
       if (s->modes[k] == ContactMode::open && s->u[row] < -u_rounding) return;  // (2)
@@ -183,31 +201,33 @@ class Enumeration {
       if (decided && direction_[k].dot(u_t) < -u_rounding) return;  // (3)
     }
     for (const auto& other : solutions_) {
-      // Newton's method returns a direction to about the square root of kRounding where u_t nearly vanishes.
-      const double size = std::max(s->z.cwiseAbs().maxCoeff(), other.z.cwiseAbs().maxCoeff());
-      if ((s->z - other.z).cwiseAbs().maxCoeff() <= std::sqrt(kRounding) * size) return;
+      // Newton's method returns a direction to about the square root of kLawRounding where u_t nearly vanishes.
+      const double size = std::max(z_size(*s), z_size(other));
+      if ((s->z - other.z).cwiseAbs().maxCoeff() <= std::sqrt(kLawRounding) * size) return;
     }
     solutions_.push_back(*s);
   }
 
   const Matrix& G_;
-  const Vector& b_;
+  const Vector &b_, &b_size_;
+  const double z_size_;
   const std::vector<CoulombContact>& contacts_;
   std::vector<int> row_;
   std::vector<ContactMode> modes_;
   std::vector<Vector> direction_;
+  ForceEquations::Singular singular_ = ForceEquations::Singular::refuse;
   std::vector<CoulombSolution> solutions_;
 };
 
 }  // namespace
 
-std::vector<CoulombSolution> solve_coulomb_by_enumeration(const Matrix& G, const Vector& b,
+std::vector<CoulombSolution> solve_coulomb_by_enumeration(const Matrix& G, const Vector& b, const Vector& b_size,
                                                           const std::vector<CoulombContact>& contacts) {
   const bool in_space = std::ranges::any_of(contacts, [](const CoulombContact& contact) { return contact.n_t == 2; });
   if (contacts.size() > most_contacts(in_space))
     throw InputError("simultaneous contacts with friction", contacts.size(),
                      fmt::format("at most {} can be enumerated", most_contacts(in_space)));
-  return Enumeration(G, b, contacts).solve();
+  return Enumeration(G, b, b_size, contacts).solve();
 }
 
 }  // namespace ricochet::reference

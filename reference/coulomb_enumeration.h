@@ -31,11 +31,14 @@ struct CoulombSolution {
 ///
 /// Every combination of modes is tried: open z = 0; stick u = 0; slip u_n = 0, z_t = -mu z_n d. Each leaves a linear
 /// system, save that the directions of slip in space are unknown angles that Newton's method finds from u_t _|_ d_perp,
-/// started from a grid of angles. A combination is accepted when the inequalities hold to rounding.
+/// started from a grid of angles. A
+/// combination is accepted when the inequalities hold to rounding. Singular systems are skipped, since the solutions at
+/// the edges of theirs are those of other combinations; where there are none, the least of each stands for all.
+/// @param b_size  sizes of the terms that b is the sum of, at least |b|: b may cancel, rounding does not
 /// @return all solutions that differ in z. None: inconsistent. Several: indeterminate, or redundant contacts.
 /// Of combinations with the same z the one with fewest active conditions, so open before stick before slip.
 /// @throws InputError for more than most_contacts()
-std::vector<CoulombSolution> solve_coulomb_by_enumeration(const Matrix& G, const Vector& b,
+std::vector<CoulombSolution> solve_coulomb_by_enumeration(const Matrix& G, const Vector& b, const Vector& b_size,
                                                           const std::vector<CoulombContact>& contacts);
 
 /// That are enumerated within seconds. Directions of slip in space are searched for, too.

@@ -15,12 +15,12 @@ namespace ricochet::reference {
 class Cvode {
  public:
   /// @param formulas  CV_ADAMS or CV_BDF; @param n  unknowns; the root functions are watched for falling through zero
-  Cvode(int formulas, int n, void* user_data, CVRhsFn rhs, CVRootFn roots, int n_roots, double tolerance) {
+  Cvode(int formulas, int n, void* user_data, CVRhsFn rhs, CVRootFn roots, int n_roots, CVEwtFn error_weights) {
     SUNContext_Create(nullptr, &context_);
     y_ = N_VNew_Serial(n, context_);
     memory_ = CVodeCreate(formulas, context_);
     CVodeInit(memory_, rhs, 0, y_);
-    CVodeSStolerances(memory_, tolerance, tolerance);
+    CVodeWFtolerances(memory_, error_weights);
     CVodeSetUserData(memory_, user_data);
     CVodeSetMaxNumSteps(memory_, 10'000'000);
     CVodeSetMaxErrTestFails(memory_, 30);

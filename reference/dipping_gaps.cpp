@@ -12,6 +12,7 @@
 namespace ricochet::reference {
 namespace {
 
+constexpr int kPieces = 4;            // of a step, between which rates are compared: it may hold more than one extremum
 constexpr int kMostIterations = 100;  // of Brent's method, whose worst case is bisection to rounding, twice
 
 /// Where f, of opposite signs at the ends, is zero: GSL's Brent-Dekker method, to rounding.
@@ -32,12 +33,18 @@ double root(const std::function<double(double)>& f, double from, double to) {
 
 }  // namespace
 
-DippingGaps::DippingGaps(const Problem& problem, const Cvode& cvode, double tolerance)
-    : problem_(problem), cvode_(cvode), tolerance_(tolerance), packed_n_(problem.info().n_normal_entries) {
+DippingGaps::DippingGaps(const Problem& problem, const Scales& scales, const Cvode& cvode, double tolerance)
+    : problem_(problem),
+      scales_(scales),
+      cvode_(cvode),
+      tolerance_(tolerance),
+      packed_n_(problem.info().n_normal_entries) {
   for (auto* rates : {&rates_, &before_, &rates_t_}) rates->setZero(problem.n_c());
 }
 
-void DippingGaps::set_rates(const Vector& q, const Vector& v, Vector& rates) {
+void DippingGaps::set_rates(double t, Vector& rates) {
+  Vector q, v;
+  interpolate(t, q, v);
   problem_.normal_jacobian(q.data(), packed_n_.data());
   for (const int i : problem_.info().unilateral) {
     const auto& contact = problem_.info().contacts[i];
@@ -52,32 +59,42 @@ void DippingGaps::interpolate(double t, Vector& q, Vector& v) const {
   v = Eigen::Map<const Vector>(y + problem_.n_q(), problem_.n_q());
 }
 
-std::optional<DippingGaps::Closing> DippingGaps::closing(double from, double to, const Vector& q, const Vector& v,
+std::optional<DippingGaps::Closing> DippingGaps::closing(double from, double to,
                                                          const std::vector<ContactMode>& modes) {
-  std::swap(before_, rates_);
-  set_rates(q, v, rates_);
   std::optional<Closing> first;
-  for (const int i : problem_.info().unilateral) {
-    if (is_closed(modes[i]) || !(before_[i] < 0 && rates_[i] > 0)) continue;
-    Vector q_t, v_t;
-    const auto rate = [&](double t) {
-      interpolate(t, q_t, v_t);
-      set_rates(q_t, v_t, rates_t_);
-      return rates_t_[i];
-    };
-    const auto gap = [&](double t) {
-      interpolate(t, q_t, v_t);
-      return problem_.gap(q_t)[i];
-    };
-    if (!(rate(from) < 0 && rate(to) > 0)) continue;  // of the interpolation
-    const double lowest = root(rate, from, to);       // (1)
-    const auto& contact = problem_.info().contacts[i];
-    const double size = packed_terms(contact, packed_n_.data() + contact.normal_begin, q_t);
-    if (gap(lowest) >= -tolerance_ * (1 + size) || !(gap(from) > 0)) continue;
-    const double t = root(gap, from, lowest);
-    if (!first || t < first->t) first = {.contact = i, .t = t};
+  for (int piece = 0; piece < kPieces && !first; ++piece) {
+    const double begin = from + (to - from) / kPieces * piece;
+    const double end = piece + 1 == kPieces ? to : from + (to - from) / kPieces * (piece + 1);
+    if (piece == 0) set_rates(begin, rates_);
+    std::swap(before_, rates_);
+    set_rates(end, rates_);
+    for (const int i : problem_.info().unilateral) {
+      if (is_closed(modes[i]) || !(before_[i] < 0 && rates_[i] > 0)) continue;
+      const auto closing = dip(i, from, begin, end);
+      if (closing && (!first || closing->t < first->t)) first = closing;
+    }
   }
   return first;
+}
+
+/// Of contact i, whose gap has a minimum between begin and end.
+std::optional<DippingGaps::Closing> DippingGaps::dip(int i, double from, double begin, double end) {
+  Vector q_t, v_t;
+  const auto rate = [&](double t) {
+    set_rates(t, rates_t_);
+    return rates_t_[i];
+  };
+  const auto gap = [&](double t) {
+    interpolate(t, q_t, v_t);
+    return problem_.gap(q_t)[i];
+  };
+  const double lowest = root(rate, begin, end);  // (1)
+  const double depth = gap(lowest), size = scales_.gap(problem_.normal_jacobian(q_t).col(i), q_t)[0];
+  if (depth >= -tolerance_ * size) return std::nullopt;
+  for (const double above : {begin, from}) {
+    if (gap(above) > 0) return Closing{.contact = i, .t = root(gap, above, lowest)};
+  }
+  return std::nullopt;
 }
 
 }  // namespace ricochet::reference

@@ -6,6 +6,7 @@
 #include "problems/problem.h"
 #include "problems/solution.h"
 #include "reference/cvode.h"
+#include "reference/scales.h"
 
 namespace ricochet::reference {
 
@@ -14,8 +15,8 @@ namespace ricochet::reference {
 ///
 ///   J_n' v = 0, from below                                                              (1)
 ///
-/// which shows as a change of sign of the rate between the ends of the step. There the gap is looked at, by the
-/// interpolation of the step.
+/// which shows as a change of sign of the rate between pieces of the step. There the gap is looked at, by the
+/// interpolation of the step. That steps resolve the gap, not only q and v, is left to the error control.
 class DippingGaps {
  public:
   struct Closing {
@@ -24,21 +25,18 @@ class DippingGaps {
   };
 
   /// @param tolerance  of the integration: a minimum less deep than its error is none
-  DippingGaps(const Problem& problem, const Cvode& cvode, double tolerance);
+  DippingGaps(const Problem& problem, const Scales& scales, const Cvode& cvode, double tolerance);
 
-  /// The state that the next step starts from.
-  void start(const Vector& q, const Vector& v) { set_rates(q, v, rates_); }
-
-  /// The first open contact whose gap closed between `from` and `to`, in the last step of CVODE, where it reached q, v
-  /// with an open gap.
-  std::optional<Closing> closing(double from, double to, const Vector& q, const Vector& v,
-                                 const std::vector<ContactMode>& modes);
+  /// The first open contact whose gap closed and opened again between `from` and `to`, in the last step of CVODE.
+  std::optional<Closing> closing(double from, double to, const std::vector<ContactMode>& modes);
 
  private:
-  void set_rates(const Vector& q, const Vector& v, Vector& rates);
+  std::optional<Closing> dip(int i, double from, double begin, double end);
+  void set_rates(double t, Vector& rates);
   void interpolate(double t, Vector& q, Vector& v) const;
 
   const Problem& problem_;
+  const Scales& scales_;
   const Cvode& cvode_;
   const double tolerance_;
   Vector packed_n_;

@@ -1,6 +1,7 @@
 #include "reference/slip_start.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -129,20 +130,24 @@ class Collocation {
   bool forward_ = true;
 };
 
-double slowest(const Problem& problem, const Vector& q, const Vector& v, const std::vector<BeginningSlip>& beginning) {
+bool are_fast(const Problem& problem, const Vector& q, const Vector& v, const std::vector<BeginningSlip>& beginning) {
   const Matrix J_t = problem.tangent_jacobian(q);
-  double speed = std::numeric_limits<double>::infinity();
-  for (const auto& slip : beginning) {
+  return std::ranges::all_of(beginning, [&](const BeginningSlip& slip) {
     const int column = problem.info().contacts[slip.contact].tangent_index;
-    speed = std::min(speed, (J_t.middleCols(column, 2).transpose() * v).norm());
-  }
-  return speed;
+    return (J_t.middleCols(column, 2).transpose() * v).norm() >= slip.fast;
+  });
+}
+
+/// Whether two states differ by no more than `tolerance` of their sizes.
+bool agree(const Vector& once, const Vector& twice, const Vector& size, double tolerance) {
+  return ((once - twice).cwiseAbs().array() <= tolerance * (twice.cwiseAbs() + size).array()).all();
 }
 
 }  // namespace
 
-std::optional<SlipStart> start_slip(const Problem& problem, ContactDynamics& dynamics, const Vector& q, const Vector& v,
-                                    const std::vector<BeginningSlip>& beginning, const SlipStartSettings& settings) {
+std::optional<SlipStart> start_slip(const Problem& problem, const Scales& scales, ContactDynamics& dynamics,
+                                    const Vector& q, const Vector& v, const std::vector<BeginningSlip>& beginning,
+                                    const SlipStartSettings& settings) {
   Vector angles(static_cast<Eigen::Index>(beginning.size()));
   for (std::size_t k = 0; k < beginning.size(); ++k)
     angles[static_cast<Eigen::Index>(k)] = std::atan2(beginning[k].direction[1], beginning[k].direction[0]);
@@ -158,16 +163,15 @@ std::optional<SlipStart> start_slip(const Problem& problem, ContactDynamics& dyn
     const bool solved =
         collocation.step(h, q_once, v_once, angles_once) && collocation.step(h / 2, q_twice, v_twice, angles_twice) &&
         collocation.step(h / 2, q_twice, v_twice, angles_twice) && settings.keeps_modes(q_twice, v_twice);
-    const double size = std::max({1.0, q_twice.cwiseAbs().maxCoeff(), v_twice.cwiseAbs().maxCoeff()});
-    if (!solved || std::max((q_once - q_twice).cwiseAbs().maxCoeff(), (v_once - v_twice).cwiseAbs().maxCoeff()) >
-                       settings.tolerance * size) {
+    if (!solved || !agree(q_once, q_twice, scales.position(), settings.tolerance) ||
+        !agree(v_once, v_twice, scales.velocity(), settings.tolerance)) {
       h /= 2;
       ++halvings;
       continue;
     }
     start = {start.duration + h, q_twice, v_twice};
     angles = angles_twice;
-    if (slowest(problem, start.q, start.v, beginning) >= settings.fast || start.duration >= settings.end) break;
+    if (are_fast(problem, start.q, start.v, beginning) || start.duration >= settings.end) break;
   }
   if (start.duration == 0) return std::nullopt;
   return start;

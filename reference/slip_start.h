@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "reference/contact_dynamics.h"
+#include "reference/scales.h"
 
 namespace ricochet::reference {
 
@@ -12,6 +13,7 @@ namespace ricochet::reference {
 struct BeginningSlip {
   int contact = -1;
   Vector direction;  ///< 2, unit vector
+  double fast = 0;   ///< slip velocity from which a multistep method can go on [m/s]
 };
 
 /// State a short time after slip in space began.
@@ -23,8 +25,7 @@ struct SlipStart {
 struct SlipStartSettings {
   double longest_step = 0;  ///< first step tried [s]
   double end = 0;           ///< duration that may not be exceeded [s]
-  double fast = 0;          ///< slip velocity from which a multistep method can go on [m/s]
-  double tolerance = 0;     ///< of q and v per step, relative and absolute in SI units
+  double tolerance = 0;     ///< of q and v per step, as a part of |q| + Q and |v| + V of Scales
   /// Whether no contact changes its mode before this state; steps end before one does.
   std::function<bool(const Vector& q, const Vector& v)> keeps_modes;
 };
@@ -41,9 +42,10 @@ struct SlipStartSettings {
 ///
 /// (2) is a fixed point for small h; (3) is solved for the angles by Newton's method with divided differences. A step h
 /// is accepted when two halves of it agree with it within the tolerance, and the halves are kept. Steps follow until
-/// every contact is `fast`, or another mode would change.
+/// every contact is as fast as it has to be, or another mode would change.
 /// @return nothing when no first step is accepted
-std::optional<SlipStart> start_slip(const Problem& problem, ContactDynamics& dynamics, const Vector& q, const Vector& v,
-                                    const std::vector<BeginningSlip>& beginning, const SlipStartSettings& settings);
+std::optional<SlipStart> start_slip(const Problem& problem, const Scales& scales, ContactDynamics& dynamics,
+                                    const Vector& q, const Vector& v, const std::vector<BeginningSlip>& beginning,
+                                    const SlipStartSettings& settings);
 
 }  // namespace ricochet::reference

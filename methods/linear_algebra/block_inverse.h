@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "methods/linear_algebra/disjoint_sets.h"
 #include "methods/linear_algebra/small_inverse.h"
+#include "problems/disjoint_sets.h"
 
 namespace ricochet {
 

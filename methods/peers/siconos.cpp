@@ -13,6 +13,9 @@ const char* const kSource = "Acary et al., An introduction to Siconos, INRIA RT-
 
 Support supports_contacts(const ProblemInfo& problem) {
   if (problem.has_bilateral()) return Support::no("bilateral constraints are not passed on to Siconos");
+  if (problem.clock >= 0)
+    return Support::no(
+        "the scene depends on time, and the clock that it has here would be a body to Siconos, which contacts push");
   for (const ContactInfo& contact : problem.contacts) {
     if (contact.n_t != problem.contacts.front().n_t)
       return Support::no("a contact problem of Siconos takes contacts of one kind, not with and without friction");

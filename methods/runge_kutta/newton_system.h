@@ -6,8 +6,8 @@
 
 #include "methods/complementarity/contacts/friction_polygon.h"
 #include "methods/linear_algebra/band_lu.h"
-#include "methods/linear_algebra/disjoint_sets.h"
 #include "methods/linear_algebra/small_inverse.h"
+#include "problems/disjoint_sets.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
 
@@ -35,7 +35,8 @@ struct ActiveContact {
 };
 
 /// What a Newton matrix is made of: the derivatives of (3), (4) and (7) of stage_solver.h, per stage. Those of a closed
-/// contact exist on its support only: entry (row, s) of row < n_rows stands at `entry` + row * support.size() + s.
+/// contact exist on its support only: entry (row, s) of row < n_rows stands at `entry` + row * support.size() + s. The
+/// clock's column of K is left out: its equation says that its acceleration is zero.
 struct StageDerivatives {
   bool has_dynamics = false;     ///< Dq or Dv may differ from zero
   std::vector<Matrix> Dq, Dv;    ///< n_q x n_q: of (3) by q_j and v_j; not read unless has_dynamics

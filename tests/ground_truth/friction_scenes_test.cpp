@@ -133,11 +133,15 @@ TEST(SeveralContacts, LadderLeavesTheWallAtZeroForce) {
   EXPECT_LT(*problem->energy(s.q, s.v), *problem->energy(problem->info().q0, problem->info().v0));
 }
 
-TEST(SeveralContacts, RedundantForcesAreSaidToBeSo) {
-  // At rest both ends stick: four conditions on three coordinates, the wall may push the more the more it pulls down.
-  const Solution s = reference::integrate_event_located(*scene("ladder", {{"omega", 0}, {"mu", 2}}), {});
-  EXPECT_EQ(s.status, Status::inner_solver_failed);
-  EXPECT_NE(s.message.find("differ in forces only, 'wall' may be stick or slip-"), std::string::npos) << s.message;
+TEST(SeveralContacts, LadderAtRestStaysThoughItsForcesAreNotUnique) {
+  // Both ends stick: four conditions on three coordinates, the wall may push the more the more it pulls down.
+  const auto problem = scene("ladder", {{"omega", 0}, {"mu", 2}});
+  const Solution s = reference::integrate_event_located(*problem, {});
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  EXPECT_TRUE(s.events.empty());
+  EXPECT_EQ(s.initial_modes, std::vector(2, ContactMode::stick));
+  // Hundreds of roundings of what the weight does in the run.
+  EXPECT_LE(reference::final_state_difference(s.q, s.v, problem->info().q0, problem->info().v0), 1e-12);
 }
 
 TEST(Painleve, SlidingRodHasNoSolution) {

@@ -68,12 +68,13 @@ TEST(Reference, KeepsItsClaimOnEveryCase) {
   EXPECT_EQ(cases, 15);
 }
 
-TEST(Reference, CannotPassAZenoPointAndSaysSo) {
+/// One contact whose flights become lower than rounding of its gap rests behind its last impact, (3) of flights.h.
+TEST(Reference, PassesTheZenoPointOfOneContact) {
   const auto problem = ground_truth_problem("P1d_ball_e05_through_zeno");
   const Solution s = reference::integrate_event_located(*problem, {.tolerance = 1e-14});
-  EXPECT_EQ(s.status, Status::step_limit);
-  EXPECT_NE(s.message.find("accumulate"), std::string::npos) << s.message;
-  EXPECT_THROW(reference::make_reference(*problem), std::runtime_error);
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  EXPECT_NEAR(s.q[0], 0.1, 1e-12);  // the height of the flights that are left out, 1e-13 of the way
+  EXPECT_NEAR(s.v[0], 0, 1e-12);  // it rests
   for (std::size_t k = 0; k < 12; ++k) EXPECT_NEAR(s.events[k].t, ground_truth().back().events[k].t, 1e-10) << k;
 }
 

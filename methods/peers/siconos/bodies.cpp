@@ -3,7 +3,7 @@
 #include <map>
 #include <set>
 
-#include "methods/linear_algebra/disjoint_sets.h"
+#include "problems/disjoint_sets.h"
 
 namespace ricochet::siconos {
 std::vector<std::vector<int>> coupled_coordinates(const ProblemInfo& info, const Matrix& M, const Matrix& f_q,

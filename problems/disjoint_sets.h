@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -36,7 +37,7 @@ class DisjointSets {
   void join(const std::vector<std::pair<int, int>>& edges) {
     for (const auto& [k, l] : edges) join(k, l);
   }
-  void join(const std::vector<int>& members) {
+  void join(std::span<const int> members) {
     for (const int k : members) join(members.front(), k);
   }
   void join_all() { std::fill(parent_.begin(), parent_.end(), 0); }

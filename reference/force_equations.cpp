@@ -1,0 +1,49 @@
+#include "reference/force_equations.h"
+
+#include <Eigen/SVD>
+
+#include "reference/scales.h"
+
+namespace ricochet::reference {
+namespace {
+
+// Part of the largest pivot below which A may be singular. Pivots are squares of Jacobians, whose own small numbers,
+// as the angle of a rod that lies flat, are errors of the integration.
+constexpr double kSingular = kLawRounding;
+// Motion of a null vector, relative to that of its parts: the square root of such a pivot and more.
+constexpr double kNoMotion = 1e-5;
+
+}  // namespace
+
+ForceEquations::ForceEquations(const Matrix& A, const Vector& diagonal, Singular singular)
+    : s_(diagonal.cwiseSqrt().cwiseInverse()), A_(s_.asDiagonal() * A * s_.asDiagonal()) {
+  lu_.setThreshold(kSingular);
+  lu_.compute(A_);
+  null_space_.resize(A.rows(), 0);
+  if (lu_.isInvertible() || singular == Singular::refuse) return;
+  const Eigen::JacobiSVD<Matrix> svd(A_, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Index rank = lu_.rank();
+  pseudo_inverse_ = svd.matrixV().leftCols(rank) * svd.singularValues().head(rank).cwiseInverse().asDiagonal() *
+                    svd.matrixU().leftCols(rank).transpose();
+  null_space_ = s_.asDiagonal() * svd.matrixV().rightCols(A.cols() - rank);
+}
+
+std::optional<Vector> ForceEquations::solve(const Vector& b, const Vector& b_size) const {
+  const Vector right = s_.cwiseProduct(b);
+  if (lu_.isInvertible()) return s_.cwiseProduct(lu_.solve(right));
+  if (null_space_.cols() == 0) return std::nullopt;
+  const Vector x = pseudo_inverse_ * right;
+  const double size = s_.cwiseProduct(b_size).maxCoeff() + (A_.cwiseAbs() * x.cwiseAbs()).maxCoeff();
+  if ((A_ * x - right).cwiseAbs().maxCoeff() > 10 * kLawRounding * size) return std::nullopt;
+  return s_.cwiseProduct(x);
+}
+
+bool ForceEquations::determines(Eigen::Index r) const {
+  return null_space_.cols() == 0 || null_space_.row(r).norm() <= kNoMotion * s_[r];
+}
+
+bool ForceEquations::determines_motion(const Matrix& effect) const {
+  return null_space_.cols() == 0 || (effect * null_space_).cwiseAbs().maxCoeff() <= kNoMotion;
+}
+
+}  // namespace ricochet::reference
