@@ -77,28 +77,37 @@ inline Problem scholtes2() {
   return exponential("scholtes2", 15, 0, 10);
 }
 
-/// min w ((a x - 1)^2 + (b y - 1)^2),  0 <= x _|_ y >= 0
-inline Problem two_squares(std::string name, double optimum, double w, double a, double b, double x_0, double y_0) {
+/// weight (factor x - 1)^2
+struct Square {
+  double weight = 1, factor = 1;
+};
+
+/// min of a square in x and one in y,  0 <= x _|_ y >= 0, from x = y = start
+inline Problem two_squares(std::string name, double optimum, Square in_x, Square in_y, double start) {
   Problem p{std::move(name), optimum, {}};
-  const int x = p.nonnegative("x", x_0), y = p.nonnegative("y", y_0);
-  p.minimize(2 * w, {{x, -2 * w * a, w * a * a}, {y, -2 * w * b, w * b * b}});
+  const int x = p.nonnegative("x", start), y = p.nonnegative("y", start);
+  const auto term = [](int variable, Square s) {
+    return Term{variable, -2 * s.weight * s.factor, s.weight * s.factor * s.factor};
+  };
+  p.minimize(in_x.weight + in_y.weight, {term(x, in_x), term(y, in_y)});
   p.pair(x, y);
   return p;
 }
 inline Problem scholtes3() {
-  return two_squares("scholtes3", 0.5, 0.5, 1, 1, 1e-4, 1e-4);
+  return two_squares("scholtes3", 0.5, {.weight = 0.5}, {.weight = 0.5}, 1e-4);
 }
 inline Problem scale1() {
-  return two_squares("scale1", 1, 1, 100, 1, 0, 0);
+  return two_squares("scale1", 1, {.factor = 100}, {}, 0);
 }
+/// A local minimum with the value 100, too: y = 1.
 inline Problem scale2() {
-  return two_squares("scale2", 1, 1, 1, 100, 0, 0);
+  return two_squares("scale2", 1, {.weight = 100}, {}, 0);
 }
 inline Problem scale4() {
-  return two_squares("scale4", 1, 1, 100, 100, 0, 0);
+  return two_squares("scale4", 1, {.factor = 100}, {.factor = 100}, 0);
 }
 inline Problem scale5() {
-  return two_squares("scale5", 100, 100, 1, 1, 0, 0);
+  return two_squares("scale5", 100, {.weight = 100}, {.weight = 100}, 0);
 }
 
 /// B-stationary and M-stationary, not S-stationary.
@@ -166,23 +175,24 @@ inline Problem jr2() {
   return jiang_ralph("jr2", false);
 }
 
-/// min c + terms in z1, z2,  0 <= z1 _|_ z2 >= 0, from (0, 1)
-inline Problem kth(std::string name, double optimum, double c, Term z1, Term z2) {
+/// min c + terms in z1, z2,  0 <= z1 _|_ z2 >= 0
+inline Problem kth(std::string name, double optimum, double z1_0, double z2_0, double c, Term z1, Term z2) {
   Problem p{std::move(name), optimum, {}};
-  z1.variable = p.nonnegative("z1", 0);
-  z2.variable = p.nonnegative("z2", 1);
+  z1.variable = p.nonnegative("z1", z1_0);
+  z2.variable = p.nonnegative("z2", z2_0);
   p.minimize(c, {z1, z2});
   p.pair(z1.variable, z2.variable);
   return p;
 }
 inline Problem kth1() {
-  return kth("kth1", 0, 0, {0, 1}, {0, 1});
+  return kth("kth1", 0, 0, 1, 0, {0, 1}, {0, 1});
 }
 inline Problem kth2() {
-  return kth("kth2", 0, 1, {0, 1}, {0, -2, 1});
+  return kth("kth2", 0, 1, 0, 1, {0, 1}, {0, -2, 1});
 }
+/// A local minimum with the value 1, too: z1 = 1.
 inline Problem kth3() {
-  return kth("kth3", 0.5, 1.5, {0, -1, 0.5}, {0, -2, 1});
+  return kth("kth3", 0.5, 1, 1, 1.5, {0, -1, 0.5}, {0, -2, 1});
 }
 
 inline Problem gauvin() {

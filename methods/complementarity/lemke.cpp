@@ -216,16 +216,21 @@ LcpStatus LemkeSolver::solve_warm(const Eigen::Ref<const Matrix>& M, const Eigen
     for (int k = n_a - 1; k >= 0; --k) {
       for (int c = k + 1; c < n_a; ++c) x[k] -= A(k, c) * x[c];
       x[k] /= A(k, k);
-      regular = regular && x[k] >= 0;
     }
+    // A degenerate basis has variables of zero: what rounding makes of them is as good, of either sign.
+    const double smallest = n_a > 0 ? -kTie * x.cwiseAbs().maxCoeff() : 0;
+    regular = n_a == 0 || x.minCoeff() >= smallest;
+    x = x.cwiseMax(0);
   }
-  if (regular) {
-    for (int i = 0; i < n && regular; ++i) {
-      double w = q[i];
-      for (int r = 0; r < n_a; ++r) w += M(i, active_[r]) * x[r];
-      const bool is_active = z[i] > 0;
-      regular = is_active || w >= 0;
+  for (int i = 0; i < n && regular; ++i) {
+    if (z[i] > 0) continue;
+    double w = q[i], size = std::abs(q[i]);
+    for (int r = 0; r < n_a; ++r) {
+      const double term = M(i, active_[r]) * x[r];
+      w += term;
+      size += std::abs(term);
     }
+    regular = w >= -kTie * size;
   }
   if (!regular) return solve(M, q, z);
   z.setZero();

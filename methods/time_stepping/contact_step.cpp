@@ -15,9 +15,10 @@ ContactStep::ContactStep(const Problem& problem, const ContactSolverOptions& opt
       observer_(observer),
       normal_only_(laws.normal_only),
       has_bilateral_(info_.has_bilateral()),
+      options_(options_for(info_, options)),
       is_affine_(std::ranges::all_of(info_.contacts, &ContactInfo::is_affine)),
       bilateral_(problem),
-      solver_(make_contact_solver(options)) {
+      solver_(make_contact_solver(options_)) {
   const int n_c = info_.n_c(), rows = n_c + info_.n_lambda_t;
   problem_.law = laws.friction;
   if (n_c <= kMostDenseContacts) problem_.G.reserve(n_c, rows);
@@ -36,6 +37,7 @@ ContactStep::ContactStep(const Problem& problem, const ContactSolverOptions& opt
   if (has_bilateral_) reactions_.setZero(n_c, rows);
   for (auto* x : {&r_, &w_}) x->setZero(rows);
   last_n_.setZero(n_c);
+  velocity_rounding_.setZero(n_c);
   last_t_.setZero(info_.n_lambda_t);
   Lambda_n_.setZero(n_c);
   Lambda_t_.setZero(info_.n_lambda_t);
@@ -86,7 +88,7 @@ void ContactStep::find_neighbours(const BlockInverse& W) {
   visitors_begin_.assign(W.n_blocks() + 1, 0);
   for (const int i : active_) {
     const auto begin = static_cast<std::ptrdiff_t>(touched_.size());
-    for (const int at : info_.contacts[i].support) touched_.push_back(W.block_of(at));
+    for (const int at : info_.contacts[i].pushed()) touched_.push_back(W.block_of(at));
     std::sort(touched_.begin() + begin, touched_.end());
     touched_.erase(std::unique(touched_.begin() + begin, touched_.end()), touched_.end());
     for (auto block = touched_.begin() + begin; block != touched_.end(); ++block) ++visitors_begin_[*block + 1];
@@ -134,16 +136,16 @@ ContactStatus ContactStep::set_columns(const BlockInverse& W) {
   reach_begin_.assign(1, 0);
   effect_begin_.clear();
   for (int k = 0; k < static_cast<int>(active_.size()); ++k) {
-    const auto& support = info_.contacts[active_[k]].support;
+    const auto pushed = info_.contacts[active_[k]].pushed();
     for (int s = touched_begin_[k]; s < touched_begin_[k + 1]; ++s)
       reach_.insert(reach_.end(), W.coordinates(touched_[s]), W.coordinates(touched_[s]) + W.size(touched_[s]));
     reach_begin_.push_back(static_cast<int>(reach_.size()));
     effect_begin_.push_back(effects_.size());
     for (int d = 0; d <= n_t(k); ++d) {
       const double* entry = column(active_[k], d);
-      for (const int at : support) scatter_[at] = *entry++;
+      for (const int at : pushed) scatter_[at] = *entry++;
       for (int s = touched_begin_[k]; s < touched_begin_[k + 1]; ++s) W.apply(touched_[s], scatter_, product_);
-      for (const int at : support) scatter_[at] = 0;
+      for (const int at : pushed) scatter_[at] = 0;
       if (has_bilateral_) bilateral_.impose(product_, nullptr, reactions_.col(problem_.G.row(k) + d));
       for (int s = reach_begin_[k]; s < reach_begin_[k + 1]; ++s) effects_.push_back(product_[reach_[s]]);
     }
@@ -181,6 +183,7 @@ void ContactStep::add_normal_impulse(std::size_t k, double impulse, Vector& v, V
 ContactStatus ContactStep::solve(Vector& v, const Vector& shift, const Vector& present) {
   Lambda_n_.setZero();
   Lambda_t_.setZero();
+  velocity_rounding_.setZero();
   if (has_bilateral_) bilateral_.impose(v, shift.data(), Lambda_n_);  // (3)
   const int n_active = static_cast<int>(active_.size());
   if (n_active == 0) return ContactStatus::solved;
@@ -198,15 +201,21 @@ ContactStatus ContactStep::solve(Vector& v, const Vector& shift, const Vector& p
   ++counters_.complementarity_solves;
   solver_->count(counters_);
   if (status != ContactStatus::solved) return status;
+  const bool iterates = options_.kind != ContactSolverKind::lemke;
+  const double largest = iterates ? scale_of(problem_, r_).velocity : 0;
   for (int k = 0; k < n_active; ++k) {
     const int i = active_[k];
     for (int d = 0; d <= n_t(k); ++d) {
       const int row = problem_.G.row(k) + d;
       const double impulse = r_[row];
-      if (d == 0)
+      if (d == 0) {
         Lambda_n_[i] = last_n_[i] = impulse;
-      else
+        if (impulse > 0)
+          velocity_rounding_[i] =
+              options_.tolerance * (std::abs(problem_.b[row]) + problem_.G.diagonal(k, 0) * impulse + largest);
+      } else {
         Lambda_t_[info_.contacts[i].tangent_index + d - 1] = last_t_[info_.contacts[i].tangent_index + d - 1] = impulse;
+      }
       if (impulse == 0) continue;
       add_column(k, d, impulse, v);  // (1)
       for (const int b : info_.bilateral) Lambda_n_[b] += impulse * reactions_(b, row);

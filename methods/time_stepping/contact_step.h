@@ -58,6 +58,11 @@ class ContactStep {
   /// @param present  p of the active contacts; empty is zero
   ContactStatus solve(Vector& v, const Vector& shift, const Vector& present);
 
+  /// What the solver leaves of J_n' v+ + s of an active contact that carries an impulse, and so should have zero [m/s]:
+  /// a part of the velocities at that contact, and where the solver iterates of the largest velocity at any, which its
+  /// tolerance is relative to. Zero of a contact without impulse.
+  double velocity_rounding(int contact) const { return velocity_rounding_[contact]; }
+
   const Vector& Lambda_n() const { return Lambda_n_; }  ///< n_c, of the last solve(), m included; zero where not active
   const Vector& Lambda_t() const { return Lambda_t_; }  ///< n_lambda_t
 
@@ -83,6 +88,7 @@ class ContactStep {
   Counters& counters_;
   ContactObserver* const observer_;
   const bool normal_only_, has_bilateral_;
+  const ContactSolverOptions options_;
   bool is_affine_;                             // no direction depends on q
   bool has_position_ = false, is_new_ = true;  // directions or active contacts have changed since W was set
   const BlockInverse* W_ = nullptr;
@@ -100,7 +106,7 @@ class ContactStep {
   std::vector<int> visitors_, visitors_begin_, mark_, neighbours_;  // active contacts per block of W
   Vector scatter_, product_;
   Matrix reactions_;  // n_c x rows: of the bilateral constraints to the contact directions
-  Vector r_, w_, last_n_, last_t_;
+  Vector r_, w_, last_n_, last_t_, velocity_rounding_;
   Vector Lambda_n_, Lambda_t_;
 };
 

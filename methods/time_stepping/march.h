@@ -9,7 +9,7 @@
 #include "methods/method.h"
 #include "methods/time_limit.h"
 #include "methods/time_stepping/contact_step.h"
-#include "problems/packed_column.h"
+#include "methods/time_stepping/gap_rounding.h"
 
 namespace ricochet {
 
@@ -41,15 +41,17 @@ class March {
         h(problem.info().end_time / settings.steps),
         contacts(problem, solver, laws, solution.counters, settings.contact_observer),
         q(solution.q),
-        v(solution.v) {
+        v(solution.v),
+        touching_(gap_rounding(problem, h)) {
     q = problem.info().q0;
     v = problem.info().v0;
     gap_.setZero(problem.n_c());
-    set_touching();
     Lambda_n = Vector::Zero(problem.n_c());
     Lambda_t = Vector::Zero(problem.info().n_lambda_t);
     active.reserve(problem.n_c());
     was_pressed_.assign(problem.n_c(), false);
+    rest_speed_.setZero(problem.n_c());
+    drift_.setZero(problem.n_c());
     if (settings.audit) {
       solution.residuals = {{.name = "contact law",
                              .formula = "r, w = G r + b in the laws of unilateral contact and friction, each step"}};
@@ -58,20 +60,28 @@ class March {
   March(const March&) = delete;
   March& operator=(const March&) = delete;
 
-  /// Unilateral contacts with f_c(q) <= 0, up to rounding.
+  /// Unilateral contacts with f_c(q) <= 0, up to rounding: that of the gap, and of a contact that is pressed what its
+  /// normal velocity of zero may have made of the gap since it closed.
   void find_active(const Vector& position) {
     active.clear();
     if (unilateral_.empty()) return;
     problem.gap(position.data(), gap_.data());
     for (const int i : unilateral_) {
-      if (gap_[i] <= touching_[i]) active.push_back(i);
+      if (gap_[i] <= touching_[i] + drift_[i]) active.push_back(i);
     }
   }
   /// What the gap of a contact that touches may be: rounding of its terms [m].
   double touching(int contact) const { return touching_[contact]; }
   /// The contact carried an impulse in the step before.
   bool was_pressed(int contact) const { return was_pressed_[contact] != 0; }
+  /// J_n' v at the beginning of the step, as the law of impact takes it: a contact that was pressed in the step before
+  /// and stayed closed rests, whatever rounding left of its velocity.
+  double impact_velocity(int contact) const {
+    const double speed = contacts.normal_velocity(contact, v);
+    return std::abs(speed) <= rest_speed_[contact] ? 0 : speed;
+  }
   bool has_contact_problem() const { return !active.empty() || has_bilateral_; }
+  double largest_velocity() const { return v.head(problem.info().n_mechanical()).cwiseAbs().maxCoeff(); }
 
   /// Delassus operator of the active contacts at `position`.
   bool prepare_contacts(const Vector& position, const BlockInverse& W) {
@@ -163,25 +173,15 @@ class March {
               {solution.t, EventKind::impact, i, q_minus, v_minus, v, Lambda_n, Lambda_t, {}, {}});
       }
       was_pressed_[i] = is_pressed;
-    }
-  }
-
-  void set_touching() {
-    const ProblemInfo& info = problem.info();
-    Vector J_n(info.n_normal_entries);
-    problem.normal_jacobian(q.data(), J_n.data());
-    touching_.setZero(problem.n_c());
-    for (const int i : unilateral_) {
-      const double* J = J_n.data() + info.contacts[i].normal_begin;
-      touching_[i] =
-          kTouching * (packed_terms(info.contacts[i], J, q) + info.end_time * packed_terms(info.contacts[i], J, v));
+      rest_speed_[i] = is_pressed ? contacts.velocity_rounding(i) : 0;
+      drift_[i] = is_pressed ? drift_[i] + h * rest_speed_[i] : 0;
     }
   }
 
   const bool has_bilateral_ = problem.info().has_bilateral();
   const std::vector<int> unilateral_ = problem.info().unilateral;
-  static constexpr double kTouching = 64 * std::numeric_limits<double>::epsilon();
-  Vector gap_, touching_;
+  const Vector touching_;
+  Vector gap_, rest_speed_, drift_;
   std::string reason_;
   std::vector<char> was_pressed_;
 };

@@ -3,22 +3,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "methods/time_stepping/gap_rounding.h"
+
 namespace ricochet {
 namespace {
 
 constexpr int kMostSteps = 20;
-// What remains of a gap, relative to 1 m and to the coordinates: a few hundred roundings.
-constexpr double kExact = 1e-13;
 
 }  // namespace
 
-PositionProjection::PositionProjection(const Problem& problem, Counters& counters)
+PositionProjection::PositionProjection(const Problem& problem, double h, Counters& counters)
     : problem_(problem),
       counters_(counters),
       contacts_(problem, {}, {.normal_only = true}, counters),
       is_active_(problem.n_c()),
       M_(problem.n_q(), problem.n_q()),
       gap_(Vector::Zero(problem.n_c())),
+      rounding_(gap_rounding(problem, h)),
       dq_(problem.n_q()) {
   active_.reserve(problem.n_c());
 }
@@ -28,16 +29,15 @@ bool PositionProjection::apply(Vector& q) {
   std::fill(is_active_.begin(), is_active_.end(), false);
   for (int step = 0; step < kMostSteps; ++step) {
     problem_.gap(q.data(), gap_.data());
-    const double exact = kExact * (1 + q.cwiseAbs().maxCoeff());
-    double worst = 0;
+    bool is_exact = true;
     active_.clear();
     for (const int i : info.unilateral) {
-      worst = std::max(worst, -gap_[i]);
-      is_active_[i] = is_active_[i] || gap_[i] < -exact;
+      is_exact = is_exact && gap_[i] >= -rounding_[i];
+      is_active_[i] = is_active_[i] || gap_[i] < -rounding_[i];
       if (is_active_[i]) active_.push_back(i);
     }
-    for (const int i : info.bilateral) worst = std::max(worst, std::abs(gap_[i]));
-    if (worst <= exact) return true;
+    for (const int i : info.bilateral) is_exact = is_exact && std::abs(gap_[i]) <= rounding_[i];
+    if (is_exact) return true;
     if (step == 0 || !info.structure.constant_mass) {
       problem_.mass_matrix(q.data(), M_.data());
       W_.compute(M_, info.has_bilateral());

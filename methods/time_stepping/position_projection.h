@@ -12,7 +12,8 @@ namespace ricochet {
 /// Velocities stay as they are.
 class PositionProjection {
  public:
-  PositionProjection(const Problem& problem, Counters& counters);
+  /// @param h  of the steps that it follows; 0 for none
+  PositionProjection(const Problem& problem, double h, Counters& counters);
 
   /// @return false when (1) failed, with a reason
   bool apply(Vector& q);
@@ -26,7 +27,7 @@ class PositionProjection {
   std::vector<char> is_active_;
   Matrix M_;
   BlockInverse W_;
-  Vector gap_, dq_, none_;
+  Vector gap_, rounding_, dq_, none_;
   const char* reason_ = "";
 };
 

@@ -79,7 +79,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"slider_crank_stop", "anitescu_potra"}, Case{"bouncing_ball", "anitescu_potra"},
                     Case{"sliding_block", "anitescu_potra"}, Case{"stacked_blocks", "moreau_jean,solver=pgs"},
                     Case{"stacked_blocks", "moreau_jean,solver=newton"},
-                    Case{"stacked_blocks", "moreau_jean,solver=interior_point"},
+                    Case{"stacked_blocks", "moreau_jean,solver=interior_point"}, Case{"ball_3d", "moreau_jean"},
                     Case{"ball_3d", "moreau_jean,solver=newton,projection=on"},
                     Case{"pendulum_wall_cartesian", "moreau_jean,implicit=full"},
                     Case{"stacked_blocks", "stewart_trinkle"}, Case{"stacked_blocks", "anitescu_convex,solver=pgs"},

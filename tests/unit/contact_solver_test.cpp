@@ -25,7 +25,8 @@ Vector vector(std::initializer_list<double> entries) {
 }
 
 std::string name_of(Kind kind) {
-  return std::array{"lemke", "pgs", "newton", "interior_point"}.at(static_cast<std::size_t>(kind));
+  return std::array{"automatic", "lemke", "exact", "pgs", "newton", "interior_point"}.at(
+      static_cast<std::size_t>(kind));
 }
 
 struct Shape {
@@ -63,7 +64,7 @@ TEST_P(RandomContactProblems, AreSolved) {
 
 std::vector<Shape> shapes() {
   std::vector<Shape> all;
-  for (const Kind kind : {Kind::lemke, Kind::pgs, Kind::newton, Kind::interior_point}) {
+  for (const Kind kind : {Kind::lemke, Kind::exact, Kind::pgs, Kind::newton, Kind::interior_point}) {
     for (const FrictionLaw law : {FrictionLaw::coulomb, FrictionLaw::associated}) {
       for (const auto& [n_c, n_t, n_q] :
            {std::array{1, 0, 2}, {4, 0, 3}, {1, 1, 3}, {3, 1, 9}, {4, 1, 9}, {1, 2, 3}, {2, 2, 6}, {4, 2, 14}})
@@ -122,7 +123,7 @@ TEST(ContactSolvers, WithTheDiscSlideAgainstTheVelocity) {
   ContactProblem problem;
   set_operator(problem, Matrix::Identity(3, 3), {{.n_t = 2, .mu = 0.5}});
   problem.b = vector({-1, 3, -4});
-  for (const Kind kind : {Kind::pgs, Kind::newton, Kind::interior_point})
+  for (const Kind kind : {Kind::exact, Kind::pgs, Kind::newton, Kind::interior_point})
     EXPECT_LE((solve(*solver_of(kind), problem).r - vector({1, -0.3, 0.4})).norm(), 1e-13) << name_of(kind);
 }
 
@@ -160,22 +161,30 @@ TEST_P(EverySolver, PutsABoxOnFourCorners) {
   EXPECT_NEAR(answer.r[0] + answer.r[3] + answer.r[6] + answer.r[9], 1, 1e-11) << "and the corners share its weight";
 }
 
-/// A warm start from the solution costs no iteration.
+/// A warm start from the solution costs less than a cold one, and stays there. Whether it costs nothing is rounding's
+/// to say, problem by problem: an impulse of zero in a basis, a violation just above the tolerance.
 TEST_P(EverySolver, StartsWhereItEnded) {
-  const ContactProblem problem = random_problem(FrictionLaw::coulomb, 4, 1, 12, 5);
   const auto solver = solver_of(GetParam());
-  Vector r = Vector::Zero(problem.G.n_rows());
-  ASSERT_EQ(solver->solve(problem, r), ContactStatus::solved);
-  Counters first, again;
-  solver->count(first);
-  EXPECT_GT(first.pivots + first.inner_iterations, 0);
-  ASSERT_EQ(solver->solve(problem, r), ContactStatus::solved);
-  solver->count(again);
-  EXPECT_EQ(again.pivots + again.inner_iterations, 0);
+  std::int64_t cold = 0, warm = 0;
+  for (unsigned seed = 1; seed <= 50; ++seed) {
+    const ContactProblem problem = random_problem(FrictionLaw::coulomb, 4, 1, 12, seed);
+    Vector r = Vector::Zero(problem.G.n_rows());
+    Counters first, again;
+    ASSERT_EQ(solver->solve(problem, r), ContactStatus::solved) << "seed " << seed;
+    solver->count(first);
+    cold += first.pivots + first.inner_iterations;
+    ASSERT_EQ(solver->solve(problem, r), ContactStatus::solved) << "seed " << seed;
+    solver->count(again);
+    warm += again.pivots + again.inner_iterations;
+    Vector w(problem.G.n_rows());
+    EXPECT_LE(violation(problem, r, solver->polygon(), w), GetParam() == Kind::lemke ? 1e-11 : 1e-12)
+        << "seed " << seed << ": the tolerance, and of pivoting its rounding";
+  }
+  EXPECT_LE(10 * warm, cold) << "the active set stays";
 }
 
 INSTANTIATE_TEST_SUITE_P(Solvers, EverySolver,
-                         testing::Values(Kind::lemke, Kind::pgs, Kind::newton, Kind::interior_point),
+                         testing::Values(Kind::lemke, Kind::exact, Kind::pgs, Kind::newton, Kind::interior_point),
                          [](const auto& test) { return name_of(test.param); });
 
 /// A column of blocks that falls onto the ground as one, at unit speed: contact i carries those above.
@@ -198,7 +207,7 @@ TEST(ContactSolvers, SolveALongColumn) {
   const int n = 200;  // sparse: above kMostDenseContacts
   const ContactProblem problem = column(Vector::Ones(n));
   EXPECT_EQ(problem.G.n_blocks(), 3 * n - 2);
-  for (const Kind kind : {Kind::newton, Kind::interior_point}) {
+  for (const Kind kind : {Kind::exact, Kind::newton, Kind::interior_point}) {
     const Answer answer = solve(*solver_of(kind), problem);
     ASSERT_EQ(answer.status, ContactStatus::solved) << name_of(kind);
     // G^-1 has norm 4 n^2 / pi^2 = 16000; tolerance 1e-12 of the largest velocity term, 2 n
@@ -211,7 +220,7 @@ TEST(ContactSolvers, SolveALongColumn) {
 TEST(ContactSolvers, PutAHeavyBlockOnALightOne) {
   const double ratio = 1e6;
   const ContactProblem problem = column(vector({1, ratio}));
-  for (const Kind kind : {Kind::lemke, Kind::newton, Kind::interior_point}) {
+  for (const Kind kind : {Kind::lemke, Kind::exact, Kind::newton, Kind::interior_point}) {
     const Answer answer = solve(*solver_of(kind), problem);
     ASSERT_EQ(answer.status, ContactStatus::solved) << name_of(kind);
     // 1e-12 of the largest velocity term, `ratio`, changes the speed of both blocks by 1e-6, and so r

@@ -142,6 +142,9 @@ TEST(FesdEquations, AreThoseThatThePivotingSolverSolves) {
   }
   for (const auto cone : {E::Cone::exact, E::Cone::polyhedral})
     expect_same_step("P5_slip_reversal", 0.0, 0.1, {.cone = cone});
+  expect_same_step("shaken_table", 0.21, 0.01, {});  // an impact with a table that moves, at 0.21367 s
+  for (const auto cone : {E::Cone::exact, E::Cone::polyhedral})
+    expect_same_step("belt_oscillator", 0.0, 0.1, {.cone = cone});
 }
 
 /// Every step of a simulation with Moreau-Jean, theta = 1, as the guess of the same step as an MPCC. The forces are
@@ -234,7 +237,6 @@ TEST(OptimalControl, PlantFollowsTheSolution) {
   ASSERT_TRUE(s.succeeded()) << s.message;
   EXPECT_LE(s.complementarity, 1e-12);
   EXPECT_LE(s.violation.value, 1e-9);
-  EXPECT_LE(s.derivative_seconds, 0.2 * s.seconds);
   const ControlTrajectory trajectory = transcription.trajectory(s.x);
   EXPECT_LE(trajectory.objective, 100) << "1020 is the cost of doing nothing";
   EXPECT_NEAR(trajectory.objective, s.objective, 1e-2 * s.objective) << "but for the equilibration of the steps";

@@ -60,12 +60,13 @@ TEST_P(TimeStepping, ApproachesTheGroundTruthEverywhere) {
     const auto p = ground_truth_problem(truth.id);
     const bool in_space = truth.id.starts_with("P7");
     std::string method = GetParam();
-    const bool has_polygon = method.find("solver=") == std::string::npos;
+    const bool has_polygon = method.ends_with("solver=lemke");
     if (in_space && has_polygon) method += ",facets=32";
     if (!make_method(method)->supports(p->info()).ok) continue;
     const Solution s = run(*p, method, 40000);
     ASSERT_TRUE(s.succeeded()) << truth.id << ": " << s.message;
-    EXPECT_LE(s.max_residual(), 1e-12) << truth.id;
+    // Pivoting and a tolerance of 1e-13 leave rounding; the default in space has the tolerance 1e-9.
+    EXPECT_LE(s.max_residual(), in_space && method.find("solver=") == std::string::npos ? 1e-9 : 1e-12) << truth.id;
     // First order: the impact velocity over 40000 steps, times the number of impacts; two balls 160 x that (omega =
     // 141/s). In space a polygon of 32 facets leaves an angle of pi/32 between slip and friction, over a path of one
     // metre.
@@ -75,7 +76,7 @@ TEST_P(TimeStepping, ApproachesTheGroundTruthEverywhere) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, TimeStepping,
-                         testing::Values("moreau_jean", "moreau_jean,theta=1",
+                         testing::Values("moreau_jean", "moreau_jean,theta=1", "moreau_jean,solver=lemke",
                                          "moreau_jean,implicit=full,solver=newton,contact_tolerance=1e-13",
                                          "moreau_jean,projection=on,solver=pgs,contact_tolerance=1e-13",
                                          "moreau_jean,solver=interior_point,contact_tolerance=1e-13", "anitescu_potra",
@@ -94,15 +95,19 @@ TEST_P(RedundantContacts, ABoxComesToRestOnFourCorners) {
   for (const int steps : {60, 600, 6000}) {
     const Solution s = run(*p, GetParam(), steps);
     ASSERT_TRUE(s.succeeded()) << s.message;
-    // Nearly redundant contacts are solved to 1e-9 of the approach velocity (lemke.cpp); the audit divides by v+, which
-    // may be a tenth of it. At rest the forces balance to the rounding of a 40 x 40 system.
-    EXPECT_LE(s.max_residual(), 1e-8) << steps;
-    EXPECT_LE(s.v.cwiseAbs().maxCoeff(), 1e-12) << steps;
+    // Nearly redundant contacts are solved to 1e-9 of the approach velocity by pivoting (lemke.cpp), to 1e-7 by the
+    // default (exact_contact_solver.cpp); the audit divides by v+, which may be a tenth of it. At rest the forces
+    // balance to the rounding of a 40 x 40 system, or to 1e-9 of h g = 0.1 m/s over an inertia of 0.003.
+    const bool pivots = std::string(GetParam()).ends_with("lemke");
+    EXPECT_LE(s.max_residual(), pivots ? 1e-8 : 1e-6) << steps;
+    EXPECT_LE(s.v.cwiseAbs().maxCoeff(), pivots ? 1e-12 : 1e-7) << steps;
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, RedundantContacts,
-                         testing::Values("moreau_jean", "moreau_jean,theta=1", "anitescu_potra"),
+                         testing::Values("moreau_jean", "moreau_jean,theta=1", "anitescu_potra",
+                                         "moreau_jean,solver=lemke", "moreau_jean,theta=1,solver=lemke",
+                                         "anitescu_potra,solver=lemke"),
                          [](const auto& test) { return test_name(test.param); });
 
 /// Corners that are not quite in one plane are told apart by as little as 1e-7 of their velocity when steps are coarse;
@@ -134,10 +139,47 @@ TEST(RowOfBeads, ClosesItsContactsTogether) {
   }
 }
 
+/// A sphere thrown along the ground with side spin, friction in space. Its slip velocity u keeps its direction while
+/// friction takes it away at 7/2 mu g, until it rolls at t = 2 |u_0| / (7 mu g): the path is a parabola and then
+/// straight, and v = 5/7 v_0 + 2/7 R (spin), whatever mu is.
+std::unique_ptr<Problem> thrown_sphere() {
+  return read_scene_text(R"({"params": {"R": "0.1", "mu": "0.3", "g": "9.81"},
+    "q0": [0, 0, "R", 0, 0], "v0": [4.2, 0, 0, -20, 15], "T": 2,
+    "M": [[1, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, "2*R**2/5", 0], [0, 0, 0, 0, "2*R**2/5"]],
+    "f": [0, 0, "-g", 0, 0],
+    "contacts": [{"name": "ground", "gap": "q[2] - R", "mu": "mu", "Jt": [[1, 0, 0, 0, "-R"], [0, 1, 0, "R", 0]]}]})",
+                         "thrown sphere");
+}
+
+TEST(DefaultInSpace, ASphereCurvesAndThenRolls) {
+  const auto p = thrown_sphere();
+  const Eigen::Vector2d v_0(4.2, 0), u_0(4.2 - 0.1 * 15, -0.1 * 20), d = u_0.normalized();
+  const double a = 0.3 * 9.81, t_rolls = 2 * u_0.norm() / (7 * a);
+  const Eigen::Vector2d v = v_0 - a * t_rolls * d,
+                        x = v_0 * t_rolls - 0.5 * a * t_rolls * t_rolls * d + (2 - t_rolls) * v;
+  for (const char* method :
+       {"moreau_jean", "anitescu_potra", "stewart_trinkle", "schatzman_paoli", "generalized_alpha"}) {
+    const Solution s = run(*p, method, 2000);
+    ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
+    EXPECT_LE((s.v.head(2) - v).norm(), 1e-6) << method << ": angular momentum about the contact, to 1e-9 a step";
+    EXPECT_LE((s.q.head(2) - x).norm(), 2 * 1e-3 * v_0.norm()) << method << ": two steps of 1 ms";
+  }
+  // What eight facets cost: friction is up to pi / 8 off, here on a path of t_rolls |v_0| = 1.4 m.
+  EXPECT_GE((run(*p, "moreau_jean,facets=8", 2000).q.head(2) - x).norm(), 2 * 1e-3 * v_0.norm());
+}
+
+TEST(DefaultInSpace, IsThatOfPivotingInThePlane) {
+  const auto p = make_problem("sliding_block");
+  const Solution by_default = run(*p, "moreau_jean", 100), pivots = run(*p, "moreau_jean,solver=lemke", 100);
+  EXPECT_EQ(by_default.q, pivots.q) << "the same code";
+  EXPECT_EQ(by_default.counters.pivots, pivots.counters.pivots);
+}
+
 TEST(TimeSteppingOptions, AreChecked) {
   EXPECT_THROW(make_method("moreau_jean,solver=pgs,facets=8"), InputError) << "the disc is exact";
   EXPECT_THROW(make_method("moreau_jean,solver=simplex"), InputError);
   EXPECT_THROW(make_method("moreau_jean,contact_tolerance=1e-8"), InputError) << "Lemke's method has none";
+  EXPECT_THROW(make_method("moreau_jean,solver=exact,facets=8"), InputError) << "the disc is exact";
   EXPECT_THROW(make_method("moreau_jean,solver=newton,contact_iterations=0"), InputError);
   EXPECT_THROW(make_method("moreau_jean,solver=interior_point,facets=8"), InputError) << "the disc is exact";
   EXPECT_THROW(make_method("generalized_alpha,rho_inf=1.1"), InputError);

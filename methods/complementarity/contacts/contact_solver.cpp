@@ -1,5 +1,7 @@
 #include "methods/complementarity/contacts/contact_solver.h"
 
+#include <algorithm>
+
 #include "methods/complementarity/contacts/friction_cone.h"
 #include "problems/input_error.h"
 
@@ -7,11 +9,11 @@ namespace ricochet {
 namespace {
 
 const Names<ContactSolverKind>& kinds() {
-  static const Names<ContactSolverKind> names = {{"lemke", ContactSolverKind::lemke},
-                                                 {"pgs", ContactSolverKind::pgs},
-                                                 {"newton", ContactSolverKind::newton},
-                                                 {"interior_point", ContactSolverKind::interior_point},
-                                                 {"siconos", ContactSolverKind::siconos}};
+  static const Names<ContactSolverKind> names = {
+      {"automatic", ContactSolverKind::automatic}, {"lemke", ContactSolverKind::lemke},
+      {"exact", ContactSolverKind::exact},         {"pgs", ContactSolverKind::pgs},
+      {"newton", ContactSolverKind::newton},       {"interior_point", ContactSolverKind::interior_point},
+      {"siconos", ContactSolverKind::siconos}};
   return names;
 }
 
@@ -22,6 +24,7 @@ int usual_iterations(ContactSolverKind kind) {
     case ContactSolverKind::siconos:
       return 20000;
     case ContactSolverKind::newton:
+    case ContactSolverKind::exact:
       return 200;
     case ContactSolverKind::interior_point:
       return 100;
@@ -48,6 +51,9 @@ const char* reason_of(ContactStatus status) {
 
 ContactSolverOptions contact_solver_argument(const MethodSpec& spec) {
   ContactSolverOptions options{.kind = spec.choice("solver", kinds())};
+  if (options.kind == ContactSolverKind::automatic && spec.whole_number("facets", 0, 4, 1024) > 0)
+    options.kind = ContactSolverKind::lemke;
+  if (options.kind == ContactSolverKind::automatic) return options;
   if (options.kind == ContactSolverKind::lemke) {
     options.facets = facets_argument(spec);
     return options;
@@ -60,8 +66,18 @@ ContactSolverOptions contact_solver_argument(const MethodSpec& spec) {
   return options;
 }
 
+ContactSolverOptions options_for(const ProblemInfo& problem, ContactSolverOptions options) {
+  if (options.kind != ContactSolverKind::automatic) return options;
+  const bool in_space = std::ranges::any_of(problem.contacts, [](const auto& contact) { return contact.n_t == 2; });
+  options.kind = in_space ? ContactSolverKind::exact : ContactSolverKind::lemke;
+  options.iterations = usual_iterations(options.kind);
+  return options;
+}
+
 std::unique_ptr<ContactSolver> make_contact_solver(const ContactSolverOptions& options) {
   switch (options.kind) {
+    case ContactSolverKind::exact:
+      return make_exact_contact_solver(options.tolerance, options.iterations);
     case ContactSolverKind::pgs:
       return make_gauss_seidel_contact_solver(options.tolerance, options.iterations);
     case ContactSolverKind::newton:

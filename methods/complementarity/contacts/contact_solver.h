@@ -31,28 +31,35 @@ class ContactSolver {
   virtual void count(Counters& counters) = 0;
 };
 
-enum class ContactSolverKind { lemke, pgs, newton, interior_point, siconos };
+/// automatic: lemke for problems without friction in space, where it is exact; exact with it.
+/// exact: newton, and where that fails interior_point.
+enum class ContactSolverKind { automatic, lemke, exact, pgs, newton, interior_point, siconos };
 
 struct ContactSolverOptions {
-  ContactSolverKind kind = ContactSolverKind::lemke;
+  ContactSolverKind kind = ContactSolverKind::automatic;
   int facets = 8;  ///< of a polygon in place of the disc: lemke
   /// violation() to be reached by all others: far below the error of any time step, and what Lemke's method may leave
   /// in a redundant problem
   double tolerance = 1e-9;
-  int iterations = 0;  ///< limit: sweeps of pgs, steps of interior_point, and of newton beside one per row
+  int iterations = 0;  ///< limit: sweeps of pgs, steps of interior_point; of newton and exact beside one per row
 };
 
-/// Options solver=lemke|pgs|newton|interior_point|siconos; facets=8 of lemke; contact_tolerance=, contact_iterations=
-/// of the others.
+/// Options solver=automatic|lemke|exact|pgs|newton|interior_point|siconos; facets=8 of lemke, which it asks for;
+/// contact_tolerance=, contact_iterations= of the solvers that iterate.
 ContactSolverOptions contact_solver_argument(const MethodSpec& spec);
 /// For usage texts.
 constexpr const char* kContactSolverUsage =
-    "[,solver=lemke|pgs|newton|interior_point|siconos][,facets=8][,contact_tolerance=1e-9][,contact_iterations=N]";
+    "[,solver=automatic|lemke|exact|pgs|newton|interior_point|siconos][,facets=8][,contact_tolerance=1e-9]"
+    "[,contact_iterations=N]";
 
+/// What automatic chooses for a problem; other options as they are.
+ContactSolverOptions options_for(const ProblemInfo& problem, ContactSolverOptions options);
+/// @param options  not of the kind automatic
 std::unique_ptr<ContactSolver> make_contact_solver(const ContactSolverOptions& options);
 
 // One file each.
 std::unique_ptr<ContactSolver> make_lemke_contact_solver(int facets);
+std::unique_ptr<ContactSolver> make_exact_contact_solver(double tolerance, int iterations);
 std::unique_ptr<ContactSolver> make_gauss_seidel_contact_solver(double tolerance, int sweeps);
 std::unique_ptr<ContactSolver> make_newton_contact_solver(double tolerance, int iterations);
 std::unique_ptr<ContactSolver> make_interior_point_contact_solver(double tolerance, int iterations);

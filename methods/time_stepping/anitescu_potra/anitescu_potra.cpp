@@ -116,7 +116,7 @@ Solution AnitescuPotra::do_solve(const Problem& problem, const Settings& setting
     if (march.has_contact_problem()) {
       if (!march.prepare_contacts(march.q, W)) return false;
       bool approaches = false;
-      for (const int i : march.active) approaches = approaches || contacts.normal_velocity(i, march.v) < 0;
+      for (const int i : march.active) approaches = approaches || march.impact_velocity(i) < 0;
       if (approaches && !collide(march.v)) return false;
     }
     problem.force(march.q.data(), march.v.data(), info.u.data(), f.data());

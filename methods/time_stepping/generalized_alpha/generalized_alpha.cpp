@@ -147,12 +147,12 @@ Solution GeneralizedAlpha::do_solve(const Problem& problem, const Settings& sett
     if (has_contacts) {
       march.contacts.set_position(q_star);
       if (!info.structure.constant_mass) problem.mass_matrix(q_star.data(), M_contact.data());
-      for (const int i : march.active) shift[i] = info.contacts[i].eps_r * march.contacts.normal_velocity(i, v);
+      for (const int i : march.active) shift[i] = info.contacts[i].eps_r * march.impact_velocity(i);
     }
     a_last = a;
     d_last = d;
     w.setZero();
-    NewtonEnd is_end(settings.inner_tolerance, v.cwiseAbs().maxCoeff() + h * a.cwiseAbs().maxCoeff());
+    NewtonEnd is_end(settings.inner_tolerance, march.largest_velocity() + h * a.cwiseAbs().maxCoeff());
     for (int iteration = 0; iteration < kMostNewton; ++iteration) {
       a = (1 / (1 - alpha.alpha_m)) *
           ((1 - alpha.alpha_f) * d + alpha.alpha_f * d_last - alpha.alpha_m * a_last);                        // (2)

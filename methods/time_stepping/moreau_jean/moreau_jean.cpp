@@ -9,9 +9,10 @@
 //   q_{k+1} = q_k + h (theta v_{k+1} + (1 - theta) v_k)                                         (6)
 //
 // (2), (3) are one Newton step on M (v_{k+1} - v_k) = h (theta f_{k+1} + (1 - theta) f_k); J_n, J_t at q_m. (4), (5)
-// are solved as in contact_step.h. (5b) holds for the velocity that moves q in (6): with theta = 1/2 the constraints do
-// no work, and keep their gaps to O(h^2). Order 1 through impacts, since (5) acts where a step happens to end; on
-// smooth motion order 2 for theta = 1/2, else 1.
+// are solved as in contact_step.h; J_n^i' v_k is zero in (5) for a contact at rest (March::impact_velocity). (5b) holds
+// for the velocity that moves q in (6): with theta = 1/2 the constraints do no work, and keep their gaps to O(h^2).
+// Order 1 through impacts, since (5) acts where a step happens to end; on smooth motion order 2 for theta = 1/2,
+// else 1.
 //
 // implicit=full: Newton's method goes on until v_{k+1} stands still, with f_q, f_v at the last (q_{k+1}, v_{k+1}) and
 //   v_free = v_{k+1} - Mhat^-1 (M (v_{k+1} - v_k) - h theta f_{k+1} - h (1 - theta) f_k)           (7)
@@ -87,7 +88,7 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
   BlockInverse W;  // Mhat^-1
   Vector q_m(n_q), f(n_q), Wf(n_q), q_next(n_q), v_last(n_q), g(n_q), shift = Vector::Zero(info.n_c());
   std::optional<PositionProjection> projection;
-  if (projects_) projection.emplace(problem, counters);
+  if (projects_) projection.emplace(problem, h, counters);
   const auto factorize = [&](const Vector& position, const Vector& velocity) {  // (2)
     problem.mass_matrix(q_m.data(), M.data());
     ++counters.matrix_factorizations;
@@ -105,7 +106,7 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
   const auto solve_contacts = [&](Vector& v_plus) {
     if (!march.has_contact_problem()) return true;
     if (!march.prepare_contacts(q_m, W)) return false;
-    for (const int i : march.active) shift[i] = info.contacts[i].eps_r * march.contacts.normal_velocity(i, v);
+    for (const int i : march.active) shift[i] = info.contacts[i].eps_r * march.impact_velocity(i);
     march.contacts.bilateral_velocities(v, shift);
     for (const int i : info.bilateral) shift[i] *= (1 - theta_) / theta_;  // (5b)
     return march.solve_contacts(v_plus, shift, {});
@@ -113,7 +114,7 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
 
   /// (7)
   const auto correct = [&](Vector& v_plus) {
-    NewtonEnd is_end(settings.inner_tolerance, v.cwiseAbs().maxCoeff() + Wf.cwiseAbs().maxCoeff());
+    NewtonEnd is_end(settings.inner_tolerance, march.largest_velocity() + Wf.cwiseAbs().maxCoeff());
     for (int iteration = 0; iteration < kMostNewton; ++iteration) {
       q_next = q + (h * theta_) * v_plus + (h * (1 - theta_)) * v;
       if (!constant_matrix) factorize(q_next, v_plus);

@@ -96,13 +96,18 @@ class Penalty final : public Method {
   double stiffness_, slip_speed_;
 };
 
-/// J of one contact, full length: a penalty step is dense in the bodies that touch.
+/// J of one contact, full length: a penalty step is dense in the bodies that touch. The clock is not in it; what it has
+/// of the contact's velocities is the surface's.
 struct CompliantContact {
   double k = 0, c = 0, gap = 0, zeta = 0;
   double drag = 0;  // Lambda_t = -drag J_t' v_m
   bool is_active = false;
   Vector J_n;
   Matrix J_t;
+  double surface_n = 0, surface_t[2]{0, 0};
+
+  double normal_velocity(const Vector& v) const { return J_n.dot(v) + surface_n; }
+  double slip_velocity(Eigen::Index d, const Vector& v) const { return J_t.col(d).dot(v) + surface_t[d]; }
 };
 
 Solution Penalty::do_solve(const Problem& problem, const Settings& settings) const {
@@ -151,24 +156,28 @@ Solution Penalty::do_solve(const Problem& problem, const Settings& settings) con
       contact.is_active = gaps[i] < 0;
       if (!contact.is_active) continue;
       const ContactInfo& law = info.contacts[i];
-      for (std::size_t s = 0; s < law.support.size(); ++s) {
+      const std::size_t entries = law.support.size(), n_pushed = law.pushed().size();
+      for (std::size_t s = 0; s < n_pushed; ++s) {
         contact.J_n[law.support[s]] = packed_n[law.normal_begin + s];
         for (int d = 0; d < law.n_t; ++d)
-          contact.J_t(law.support[s], d) = packed_t[law.tangent_begin + d * law.support.size() + s];
+          contact.J_t(law.support[s], d) = packed_t[law.tangent_begin + d * entries + s];
       }
+      if (law.is_moving) contact.surface_n = packed_n[law.normal_begin + n_pushed];
+      for (int d = 0; d < law.n_t && law.is_moving; ++d)
+        contact.surface_t[d] = packed_t[law.tangent_begin + d * entries + n_pushed];
       W.apply(contact.J_n, WJ);
       const double m_n = 1 / contact.J_n.dot(WJ);
       contact.gap = gaps[i];
       contact.k = stiffness_ > 0 ? stiffness_ : m_n * std::pow(std::numbers::pi / t_c, 2);
       contact.c = 2 * contact.zeta * std::sqrt(contact.k * m_n);
       if (law.n_t == 0) continue;
-      const double pressed = std::max(0.0, -contact.k * contact.gap - contact.c * contact.J_n.dot(v));  // (1)
+      const double pressed = std::max(0.0, -contact.k * contact.gap - contact.c * contact.normal_velocity(v));  // (1)
       double slip = 0, mobility = 0;
       for (int d = 0; d < law.n_t; ++d) {
         v_m = contact.J_t.col(d);
         W.apply(v_m, WJ);
         mobility = std::max(mobility, v_m.dot(WJ));
-        slip += std::pow(v_m.dot(v), 2);
+        slip += std::pow(contact.slip_velocity(d, v), 2);
       }
       const double most = h * law.mu * pressed, v_s = slip_speed_ > 0 ? slip_speed_ : kSlipOfStep * most * mobility;
       contact.drag = most > 0 ? most / std::sqrt(slip + v_s * v_s) : 0;  // (6)
@@ -184,11 +193,11 @@ Solution Penalty::do_solve(const Problem& problem, const Settings& settings) con
       if (!contact.is_active) continue;
       const double damping = h * (contact.c + 0.5 * h * contact.k);
       with_contacts.noalias() += (0.5 * damping) * contact.J_n.lazyProduct(contact.J_n.transpose());
-      v_plus -= (h * contact.k * contact.gap + damping * contact.J_n.dot(v)) * contact.J_n;
+      v_plus -= (h * contact.k * contact.gap + damping * contact.normal_velocity(v)) * contact.J_n;
       for (Eigen::Index d = 0; d < contact.J_t.cols(); ++d) {
         with_contacts.noalias() +=
             (0.5 * contact.drag) * contact.J_t.col(d).lazyProduct(contact.J_t.col(d).transpose());
-        v_plus -= contact.drag * contact.J_t.col(d).dot(v) * contact.J_t.col(d);
+        v_plus -= contact.drag * contact.slip_velocity(d, v) * contact.J_t.col(d);
       }
     }
     contact_inverse.compute(with_contacts);
@@ -202,12 +211,13 @@ Solution Penalty::do_solve(const Problem& problem, const Settings& settings) con
     for (int i = 0; i < info.n_c(); ++i) {
       CompliantContact& contact = contacts[i];
       if (!contact.is_active) continue;
-      const double impulse = -h * (contact.k * contact.gap + (contact.c + 0.5 * h * contact.k) * contact.J_n.dot(v_m));
+      const double impulse =
+          -h * (contact.k * contact.gap + (contact.c + 0.5 * h * contact.k) * contact.normal_velocity(v_m));
       contact.is_active = impulse >= 0;
       none_pulls = none_pulls && contact.is_active;
       march.Lambda_n[i] = std::max(0.0, impulse);
       for (Eigen::Index d = 0; d < contact.J_t.cols(); ++d)
-        march.Lambda_t[info.contacts[i].tangent_index + d] = -contact.drag * contact.J_t.col(d).dot(v_m);
+        march.Lambda_t[info.contacts[i].tangent_index + d] = -contact.drag * contact.slip_velocity(d, v_m);
     }
     return none_pulls;
   };

@@ -48,7 +48,7 @@ class SchatzmanPaoli final : public Method {
       for (int i = 0; i < info.n_c(); ++i) {
         const double eps_r = info.contacts[i].eps_r;
         shift[i] *= (1 + eps_r) / march.h;
-        if (eps_r > 0) shift[i] -= eps_r * march.contacts.normal_velocity(i, march.v);
+        if (eps_r > 0) shift[i] -= eps_r * march.impact_velocity(i);
       }
     };
     return march_with_gaps(problem, settings, solver_, FrictionLaw::coulomb, to_shift);

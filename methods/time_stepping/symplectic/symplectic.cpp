@@ -43,6 +43,8 @@ class Symplectic final : public Method {
   Support supports(const ProblemInfo& problem) const override {
     if (problem.has_bilateral()) return Support::no("bilateral constraints are not part of the scheme");
     if (problem.has_friction()) return Support::no("it conserves energy, friction does not");
+    if (problem.clock >= 0)
+      return Support::no("it conserves energy, forces and surfaces that move by themselves do not");
     const auto is_elastic = [](const auto& contact) { return contact.eps_r == 1; };
     if (!std::ranges::all_of(problem.contacts, is_elastic))
       return Support::no("it conserves energy, eps_r = 1 is required in every contact");
