@@ -1,8 +1,12 @@
 #include "bench/problem_options.h"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <cmath>
 
+#include "methods/initial_state.h"
+#include "problems/initial_state.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"
 #include "problems/scene_file/scene_file.h"
@@ -14,6 +18,11 @@ void ProblemOptions::add_problem(CLI::App& command) {
   auto* by_file = command.add_option("--scene,-s", scene, "scene file, or FILE#ID for one of several in a file");
   by_id->excludes(by_file);
   command.add_option("--set", changes, "NAME=VALUE, a parameter of the problem; may be repeated");
+  command
+      .add_option("--allow-penetration", depth,
+                  "DEPTH in metres: an initial position that penetrates by no more, as measured ones do, is moved to "
+                  "the nearest one without, in the norm of M, and a note says so")
+      ->check(CLI::NonNegativeNumber);
 }
 
 void ProblemOptions::add_settings(CLI::App& command) {
@@ -40,9 +49,16 @@ ParameterChanges parameter_changes(const std::vector<std::string>& changes) {
 
 std::unique_ptr<Problem> ProblemOptions::make_problem() const {
   const ParameterChanges parameters = parameter_changes(changes);
-  if (!scene.empty()) return read_scene_file(scene, parameters);
-  if (problem.empty()) throw InputError("--problem", "''", "a scene id, or --scene with a file, is required");
-  return ricochet::make_problem(problem, parameters);
+  if (scene.empty() && problem.empty())
+    throw InputError("--problem", "''", "a scene id, or --scene with a file, is required");
+  auto made =
+      scene.empty() ? ricochet::make_problem(problem, parameters, depth) : read_scene_file(scene, parameters, depth);
+  if (depth > 0) {
+    auto [projected, note] = project_initial_state(std::move(made));
+    if (!note.empty()) fmt::print(stderr, "note       {}\n", note);
+    return std::move(projected);
+  }
+  return made;
 }
 
 Settings ProblemOptions::settings(const Problem& the_problem) const {

@@ -15,10 +15,11 @@ namespace ricochet {
 ParameterChanges parameter_changes(const std::vector<std::string>& changes);
 
 /// The options that choose a problem and a setting: --problem or --scene, --set, --steps or
-/// --step-length, --tolerance, --time-limit.
+/// --step-length, --tolerance, --time-limit; and --allow-penetration.
 struct ProblemOptions {
   std::string problem, scene;
   std::vector<std::string> changes;
+  double depth = 0;  ///< [m] of penetration that is projected out of q0
   int steps = 0;
   double step_length = 0;
   double tolerance = 0;
@@ -27,7 +28,7 @@ struct ProblemOptions {
   void add_problem(CLI::App& command);
   void add_settings(CLI::App& command);
 
-  /// @throws InputError
+  /// Says on stderr what it changed of the initial state. @throws InputError
   std::unique_ptr<Problem> make_problem() const;
   Settings settings(const Problem& problem) const;
 };

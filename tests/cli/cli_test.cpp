@@ -141,6 +141,18 @@ TEST_F(Cli, AFailedRunIsExitCodeOne) {
       "infeasible: step 34 of 80, from t = 0.4125 s: no solution with N_FE = 2: contact 'ground' would penetrate");
 }
 
+TEST_F(Cli, AMeasuredStateMayPenetrate) {
+  const std::string ball = " -p bouncing_ball --set height=0.099999 -m moreau_jean -N 10";
+  EXPECT_EQ(run("run" + ball).code, 2);
+  for (const char* command : {"run", "audit"}) {
+    const Outcome outcome = run(command + ball + " --allow-penetration 1e-5");
+    EXPECT_EQ(outcome.code, 0) << outcome.text;
+    EXPECT_NE(outcome.text.find("note       the initial state was changed, 'ground' had a gap of -1e-06 m: q0[0] by"),
+              std::string::npos)
+        << outcome.text;
+  }
+}
+
 TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
   const std::pair<const char*, const char*> cases[] = {
       {"run -p bouncing_bal -m fesd:gauss:2 -N 10", "problem = 'bouncing_bal': unknown; did you mean bouncing_ball?"},
@@ -156,7 +168,10 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
        "contacts[0].e (ground) = 1.1: eps_r in [0, 1] is required"},
       {"run -p bouncing_ball -m fesd:gauss:2 -N 10 --set e=", "--set = e=: the value must be a number"},
       {"run -p bouncing_ball -m fesd:gauss:2 -N 10 --set height=0",
-       "gap(q0) >= 0 is required, the scene starts in penetration"},
+       "gap(q0) >= 0 is required, the scene starts in penetration; --allow-penetration DEPTH"},
+      {"run -p bouncing_ball -m fesd:gauss:2 -N 10 --set height=0 --allow-penetration 0.01",
+       "gap(q0) >= -0.01 is required"},
+      {"run -p bouncing_ball -m fesd:gauss:2 -N 10 --allow-penetration -1", "--allow-penetration"},
       {"run -p bouncing_ball -m fesd:gauss:2 -N 10 --set m=0",
        "a positive definite, non-singular mass matrix is required"},
       {"run -p sliding_block -m moreau_jean -N 10 --set mu=-1", "mu >= 0 is required"},
