@@ -23,5 +23,6 @@ void add_report_command(CLI::App& app, int& exit_code);
 /// `report hard-cases`
 void add_hard_cases_command(CLI::App& report, int& exit_code);
 void add_check_command(CLI::App& app, int& exit_code);
+void add_fuzz_command(CLI::App& app, int& exit_code);
 
 }  // namespace ricochet

@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
                          ricochet::add_export_command, ricochet::add_contacts_command, ricochet::add_control_command,
                          ricochet::add_mpc_command, ricochet::add_homotopy_command, ricochet::add_compare_command,
                          ricochet::add_order_command, ricochet::add_precision_command, ricochet::add_cost_command,
-                         ricochet::add_report_command, ricochet::add_check_command}) {
+                         ricochet::add_report_command, ricochet::add_check_command, ricochet::add_fuzz_command}) {
     add(app, exit_code);
   }
   try {

@@ -39,7 +39,7 @@ void keep_aside(const fs::path& path) {
 
 // Rows that stand for themselves. Lines of timings that are compared with each other belong to a session that has
 // ended: they are measured again.
-constexpr std::array kKept = {"header", "row", "seed_run", "scale_run", "hard_cell"};
+constexpr std::array kKept = {"header", "row", "seed_run", "scale_run", "hard_cell", "fuzz_scene"};
 
 /// Reads the rows of an interrupted run and cuts the file behind the last complete one.
 Results take_over(const std::string& partial) {

@@ -91,6 +91,7 @@ const std::map<std::string, RowReader>& row_readers() {
       {"ramp_grid", append_to(&Results::ramps, ramp_grid_from_json)},
       {"ramp_facets", append_to(&Results::ramp_facets, ramp_facets_from_json)},
       {"hard_cell", append_to(&Results::hard_cells, hard_cell_from_json)},
+      {"fuzz_scene", append_to(&Results::fuzz_scenes, fuzz_scene_from_json)},
   };
   return readers;
 }

@@ -8,6 +8,7 @@
 #include "problems/solution.h"
 #include "reports/control_growth.h"
 #include "reports/control_results.h"
+#include "reports/fuzz_results.h"
 #include "reports/hard_cases.h"
 #include "reports/ramp_results.h"
 #include "reports/scale_results.h"
@@ -80,6 +81,7 @@ struct Results {
   std::vector<RampGrid> ramps;
   std::vector<RampFacets> ramp_facets;
   std::vector<HardCell> hard_cells;
+  std::vector<FuzzScene> fuzz_scenes;
   bool is_complete = false;
 
   std::string experiment() const { return header.value("experiment", ""); }

@@ -1,0 +1,106 @@
+#include "bench/fuzz/fuzz.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <fstream>
+
+#include "bench/commands.h"
+#include "bench/fuzz/families.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+struct Options {
+  FuzzOptions fuzz;
+  int number = -1;
+  std::string scene;
+  bool print = false;
+};
+
+std::string command_line(const FuzzOptions& options) {
+  std::string text = fmt::format("ricochet fuzz --scenes {} --seed {}", options.scenes, options.seed);
+  for (const auto& family : options.families) text += " --family " + family;
+  return text + fmt::format(" --time-limit {:g}", options.judge.time_limit);
+}
+
+nlohmann::ordered_json read_scene(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) throw InputError("--scene", path, "cannot be opened");
+  const auto scene = nlohmann::ordered_json::parse(file, nullptr, false, /*ignore_comments=*/true);
+  if (!scene.is_object()) throw InputError("--scene", path, "not valid JSON");
+  return scene.contains("problem") ? scene["problem"] : scene;
+}
+
+nlohmann::ordered_json chosen_scene(const Options& options) {
+  if (!options.scene.empty()) return read_scene(options.scene);
+  if (options.fuzz.families.size() != 1) throw InputError("--number", options.number, "needs exactly one --family");
+  options.fuzz.validate();
+  for (const auto& family : scene_families()) {
+    if (family.name == options.fuzz.families.front()) return random_scene(family, options.fuzz.seed, options.number);
+  }
+  return {};
+}
+
+void print_opinions(const FuzzScene& scene) {
+  fmt::print("verdict    {}{}{}\n", word_of(scene.verdict), scene.detail.empty() ? "" : ": ", scene.detail);
+  fmt::print("difference {:.2e}, sensitivity {:.2e}\n", scene.difference, scene.sensitivity);
+  for (const auto& o : scene.opinions) {
+    fmt::print("{}\n  {:.3f} s, {}\n", o.command("SCENE"), o.seconds,
+               o.succeeded() ? fmt::format("error allowed {:.1e}", o.error) : o.reason_class());
+    if (o.succeeded())
+      fmt::print("  q {:.12g}\n  v {:.12g}\n", fmt::join(o.q, "  "), fmt::join(o.v, "  "));
+    else
+      fmt::print("  {}\n", o.message);
+  }
+}
+
+}  // namespace
+
+void add_fuzz_command(CLI::App& app, int& exit_code) {
+  static Options options;
+  auto* command = app.add_subcommand(
+      "fuzz",
+      "random scenes, on which fesd_adaptive, fesd, CVODE and Moreau-Jean are compared; exit code 1 when they disagree "
+      "on one and nothing explains it, or when one hangs");
+  command->add_option("--scenes", options.fuzz.scenes, "how many")->capture_default_str()->check(CLI::PositiveNumber);
+  command->add_option("--seed", options.fuzz.seed, "another seed, other scenes")->capture_default_str();
+  command->add_option("--time", options.fuzz.time, "wall time after which no further scene is begun [s]");
+  command->add_option("--family", options.fuzz.families, "only this kind of scene; may be repeated");
+  command->add_option("--time-limit", options.fuzz.judge.time_limit, "of a run [s]; after twice this time it is killed")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command->add_option("--minimise-time", options.fuzz.minimise_time, "that a scene that is kept may take [s]")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--number", options.number, "judge this scene of the family alone");
+  command->add_option("--scene", options.scene, "judge the scene of this file alone");
+  command->add_flag("--print", options.print, "with --number: print the scene, and run nothing");
+  command->add_option("-o,--out", options.fuzz.folder, "folder for results and scenes")->capture_default_str();
+  command->callback([&exit_code] {
+    if (options.number >= 0 || !options.scene.empty()) {
+      const auto scene = chosen_scene(options);
+      if (options.print) {
+        fmt::print("{}\n", scene.dump(1));
+        return;
+      }
+      const FuzzScene result = judge(scene, options.fuzz.judge);
+      print_opinions(result);
+      if (result.verdict == FuzzVerdict::disagree || result.verdict == FuzzVerdict::hangs) exit_code = 1;
+      return;
+    }
+    options.fuzz.command_line = command_line(options.fuzz);
+    const std::vector<FuzzScene> scenes = run_fuzz(options.fuzz);
+    fmt::print("{}\n{}\n", fuzz_table(scenes).text(), fuzz_reasons(scenes).list());
+    if (const Table findings = fuzz_findings(scenes); !findings.rows.empty()) {
+      fmt::print("{}\n", findings.list());
+      exit_code = 1;
+    }
+    if (static_cast<int>(scenes.size()) < options.fuzz.scenes)
+      fmt::print("{} of {} scenes: the time is over; the same command continues\n", scenes.size(), options.fuzz.scenes);
+    fmt::print("results: {}\n", options.fuzz.folder);
+  });
+}
+
+}  // namespace ricochet

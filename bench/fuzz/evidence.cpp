@@ -1,0 +1,73 @@
+#include "bench/fuzz/evidence.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "bench/fuzz/minimise.h"
+#include "problems/input_error.h"
+#include "problems/scene_file/scene_file.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct Evidence {
+  std::string claim;  ///< a phrase
+  SceneTest test;     ///< whether another scene shows it, too
+};
+
+FuzzOpinion ask_again(const ordered_json& scene, const FuzzOpinion& opinion, double time_limit) {
+  return ask(*read_scene_text(scene.dump(), "scene"), opinion.method, opinion.steps, opinion.tolerance, time_limit);
+}
+
+Evidence evidence_of(const FuzzScene& found, const JudgeOptions& options) {
+  if (found.verdict == FuzzVerdict::disagree) {
+    return {"methods disagree: " + found.detail, [parties = found.parties, options](const ordered_json& scene) {
+              const FuzzScene again = judge(scene, options);
+              return again.verdict == FuzzVerdict::disagree && again.parties == parties;
+            }};
+  }
+  const auto hanging = std::ranges::find_if(found.opinions, [](const FuzzOpinion& opinion) {
+    return opinion.ending == Ending::killed || opinion.ending == Ending::crashed;
+  });
+  if (hanging != found.opinions.end()) {
+    constexpr double time_limit = 1;  // a scene that hangs does so for a second, too
+    return {found.detail, [opinion = *hanging](const ordered_json& scene) {
+              return ask_again(scene, opinion, time_limit).ending == opinion.ending;
+            }};
+  }
+  const FuzzOpinion& adaptive = found.opinions.front();
+  if (!adaptive.succeeded()) {
+    return {"fesd_adaptive declines: " + adaptive.message, [adaptive, options](const ordered_json& scene) {
+              const FuzzOpinion again = ask_again(scene, adaptive, options.time_limit);
+              return !again.succeeded() && again.reason_class() == adaptive.reason_class();
+            }};
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string save_evidence(const ordered_json& scene, const FuzzScene& found, const std::string& folder, double seconds,
+                          const JudgeOptions& options) {
+  const Evidence evidence = evidence_of(found, options);
+  if (!evidence.test) return "";
+  ordered_json smallest = minimise(scene, evidence.test, seconds);
+  smallest["source"] = fmt::format("scene {} of `ricochet fuzz --family {} --seed {}`, minimised", found.number,
+                                   found.family, found.seed);
+  smallest["hard_feature"] = evidence.claim;
+  const std::string path =
+      (std::filesystem::path(folder) / fmt::format("{}_{}_{}.json", found.family, found.seed, found.number)).string();
+  std::ofstream file(path);
+  file << "// ricochet fuzz --scene " << path << "\n";
+  for (const auto& opinion : found.opinions) file << "// " << opinion.command(path) << "\n";
+  file << smallest.dump(1) << "\n";
+  if (!file) throw InputError("scene file", path, "cannot be written");
+  return path;
+}
+
+}  // namespace ricochet

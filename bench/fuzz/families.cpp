@@ -1,0 +1,28 @@
+#include "bench/fuzz/families.h"
+
+#include <fmt/format.h>
+
+namespace ricochet {
+
+const std::vector<SceneFamily>& scene_families() {
+  static const std::vector<SceneFamily> families = {
+      {"drops", "a block that falls obliquely on a slope, beside a wall", draw_drop},
+      {"blocks", "blocks on the ground in a row, with springs and walls", draw_blocks},
+      {"stacks", "boxes upon each other, pushed and pulled sideways", draw_stack},
+      {"discs", "spinning discs on the ground and between walls", draw_discs},
+      {"space", "masses in space on the ground, with springs and a wall", draw_masses_in_space},
+      {"rod_drops", "a dropped rod, both ends rough", draw_dropped_rod},
+      {"rods", "masses joined by rods, on the ground or on a hinge", draw_rod_chain},
+      {"pendula", "single and double pendula between walls, above a floor", draw_pendulum},
+      {"columns", "balls on a vertical line between floor and ceiling", draw_column},
+  };
+  return families;
+}
+
+nlohmann::ordered_json random_scene(const SceneFamily& family, int seed, int number) {
+  SceneDraw draw(fmt::format("{}/{}/{}", family.name, seed, number));
+  family.draw(draw);
+  return draw.scene(fmt::format("fuzz_{}_{}_{}", family.name, seed, number), family.title);
+}
+
+}  // namespace ricochet

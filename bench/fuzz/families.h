@@ -1,0 +1,35 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "bench/fuzz/scene_draw.h"
+
+namespace ricochet {
+
+/// A kind of random scene.
+struct SceneFamily {
+  const char* name;
+  const char* title;
+  void (*draw)(SceneDraw& draw);
+};
+
+/// All families. Another one is a function in families/ and a line in families.cpp.
+const std::vector<SceneFamily>& scene_families();
+
+/// Scene `number` of a family: always the same for the same arguments.
+nlohmann::ordered_json random_scene(const SceneFamily& family, int seed, int number);
+
+// families/*.cpp
+void draw_drop(SceneDraw& draw);
+void draw_blocks(SceneDraw& draw);
+void draw_stack(SceneDraw& draw);
+void draw_discs(SceneDraw& draw);
+void draw_masses_in_space(SceneDraw& draw);
+void draw_dropped_rod(SceneDraw& draw);
+void draw_rod_chain(SceneDraw& draw);
+void draw_pendulum(SceneDraw& draw);
+void draw_column(SceneDraw& draw);
+
+}  // namespace ricochet

@@ -1,0 +1,89 @@
+#include "bench/fuzz/fuzz.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "bench/environment.h"
+#include "bench/fuzz/evidence.h"
+#include "bench/fuzz/families.h"
+#include "bench/progress.h"
+#include "bench/results_file.h"
+#include "problems/names.h"
+
+namespace ricochet {
+namespace {
+
+std::vector<SceneFamily> chosen_families(const FuzzOptions& options) {
+  std::vector<SceneFamily> chosen;
+  std::vector<std::string> known;
+  for (const auto& family : scene_families()) known.emplace_back(family.name);
+  for (const auto& name : options.families) {
+    if (std::ranges::find(known, name) == known.end()) throw_unknown_name("family", name, known);
+  }
+  for (const auto& family : scene_families()) {
+    if (options.families.empty() || std::ranges::find(options.families, family.name) != options.families.end())
+      chosen.push_back(family);
+  }
+  return chosen;
+}
+
+/// Every disagreement and every method that hangs; of the scenes that fesd_adaptive declines the first two per reason.
+bool is_new_evidence(const FuzzScene& scene, const std::vector<FuzzScene>& before) {
+  if (scene.verdict == FuzzVerdict::disagree || scene.verdict == FuzzVerdict::hangs) return true;
+  const FuzzOpinion& adaptive = scene.opinions.front();
+  if (adaptive.succeeded()) return false;
+  return std::ranges::count_if(before, [&](const FuzzScene& other) {
+           return other.opinions.front().reason_class() == adaptive.reason_class();
+         }) < 2;
+}
+
+}  // namespace
+
+void FuzzOptions::validate() const {
+  chosen_families(*this);
+}
+
+std::vector<FuzzScene> run_fuzz(const FuzzOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  const std::vector<SceneFamily> families = chosen_families(options);
+  const std::string name = fmt::format("fuzz_{}", options.seed);
+  const std::string key = fmt::format("{} {} {} {} {}", program_hash(), options.seed, options.scenes,
+                                      fmt::join(options.families, " "), options.judge.time_limit);
+  ResultsFile file(options.folder, name,
+                   {{"kind", "header"},
+                    {"schema", kResultsSchema},
+                    {"experiment", name},
+                    {"title", "Random scenes"},
+                    {"description", "Random scenes, on which methods that share little are compared"},
+                    {"command", options.command_line},
+                    {"environment", environment()},
+                    {"key", hash_of(key)}});
+  if (file.is_complete()) return read_results(file.path()).fuzz_scenes;
+
+  std::vector<FuzzScene> done = file.taken_over().fuzz_scenes;  // in order
+  Progress progress(name);
+  for (int k = static_cast<int>(done.size()); k < options.scenes; ++k) {
+    const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (options.time > 0 && spent >= options.time) return done;
+    const auto n = static_cast<int>(families.size());
+    const SceneFamily& family = families[static_cast<std::size_t>(k % n)];
+    const auto scene = random_scene(family, options.seed, k / n);
+    FuzzScene result = judge(scene, options.judge);
+    result.family = family.name;
+    result.seed = options.seed;
+    result.number = k / n;
+    if (is_new_evidence(result, done))
+      result.file = save_evidence(scene, result, options.folder, options.minimise_time, options.judge);
+    file.append(to_json(result));
+    done.push_back(std::move(result));
+    progress.update(static_cast<double>(k + 1) / options.scenes, fmt::format("{} {}", family.name, k / n));
+  }
+  progress.finish();
+  file.finish();
+  return done;
+}
+
+}  // namespace ricochet

@@ -1,0 +1,276 @@
+#include "bench/fuzz/judge.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "bench/isolated.h"
+#include "methods/registry.h"
+#include "problems/input_error.h"
+#include "problems/scene_file/scene_file.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+constexpr double kAllowed = 1e-6;      // d in (1), relative to s
+constexpr double kConfirming = 1e-2;   // a pair confirms each other, relative to s
+constexpr double kAmplified = 30;      // (4)
+constexpr double kDisturbance = 1e-9;  // of the forces, relative to g
+constexpr double kTolerance = 1e-10, kTighter = 1e-12;
+
+constexpr const char* kAdaptive = "fesd_adaptive:radau-iia:4";
+constexpr const char* kFixed = "fesd:radau-iia:3,elements=as_needed";
+constexpr const char* kCvode = "cvode:adams";
+
+/// Numbers of steps and what their difference says of the error.
+struct Grid {
+  int steps;
+  double other;  ///< N' / N
+  double factor;
+};
+constexpr Grid kFixedGrid{400, 1.6, 3}, kMoreauJeanGrid{5000, 4, 10};
+constexpr int kMoreFixed = 2, kMoreMoreauJean = 10;
+
+std::string moreau_jean_for(const ProblemInfo& problem) {
+  const bool is_spatial = std::ranges::any_of(problem.contacts, [](const auto& c) { return c.n_t == 2; });
+  return is_spatial ? "moreau_jean,solver=newton" : "moreau_jean";  // facets are not the friction disc
+}
+
+double distance(const FuzzOpinion& a, const FuzzOpinion& b) {
+  double largest = 0;
+  for (std::size_t k = 0; k < a.q.size(); ++k)
+    largest = std::max({largest, std::abs(a.q[k] - b.q[k]), std::abs(a.v[k] - b.v[k])});
+  return largest;
+}
+
+double size_of(const FuzzOpinion& a) {
+  double largest = 1;
+  for (std::size_t k = 0; k < a.q.size(); ++k) largest = std::max({largest, std::abs(a.q[k]), std::abs(a.v[k])});
+  return largest;
+}
+
+bool says_not_unique(const FuzzOpinion& opinion) {
+  if (opinion.succeeded()) return false;
+  return opinion.message.find("indeterminate") != std::string::npos ||
+         opinion.message.find("several solutions") != std::string::npos ||
+         opinion.message.find("not unique") != std::string::npos;
+}
+
+/// A constant force on every coordinate with an irregular sequence of factors between -1 and 1.
+ordered_json disturbed(ordered_json scene, double size) {
+  auto& f = scene["f"];
+  for (std::size_t k = 0; k < f.size(); ++k) {
+    const double factor = (static_cast<double>((7 * k + 3) % 19) - 9) / 9;
+    const std::string sum = f[k].is_string() ? f[k].get<std::string>() : f[k].dump();
+    f[k] = fmt::format("{}+({:.17e})*({})", sum, 9.81 * size * factor,
+                       scene["M"][k][k].is_string() ? scene["M"][k][k].get<std::string>() : scene["M"][k][k].dump());
+  }
+  return scene;
+}
+
+class Hearing {
+ public:
+  Hearing(const ordered_json& scene, const JudgeOptions& options)
+      : scene_(scene), options_(options), problem_(read_scene_text(scene.dump(), "scene")) {}
+
+  FuzzScene verdict() {
+    hear();
+    if (!all_agree() || !is_confirmed()) {
+      hear_more();
+      measure_sensitivity();
+    }
+    FuzzScene result;
+    result.verdict = decide(result);
+    result.difference = 0;
+    for (std::size_t i = 0; i < opinions_.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        if (both(i, j)) result.difference = std::max(result.difference, distance(opinions_[i], opinions_[j]));
+      }
+    }
+    result.sensitivity = sensitivity_;
+    result.opinions = opinions_;
+    return result;
+  }
+
+ private:
+  FuzzOpinion run(const Problem& problem, const std::string& method, int steps, double tolerance) const {
+    return options_.asker(problem, method, steps, tolerance, options_.time_limit);
+  }
+
+  /// With N' steps, and the error that N and N' leave, (1) and (3).
+  FuzzOpinion run_twice(const std::string& method, const Grid& grid, int more) const {
+    const FuzzOpinion first = run(*problem_, method, grid.steps * more, 0);
+    if (!first.succeeded()) return first;  // one run alone says nothing of its error
+    FuzzOpinion second =
+        with_error(run(*problem_, method, static_cast<int>(std::lround(grid.other * grid.steps * more)), 0));
+    if (second.succeeded()) second.error += grid.factor * distance(first, second);
+    return second;
+  }
+
+  static FuzzOpinion with_error(FuzzOpinion opinion) {
+    if (opinion.succeeded()) opinion.error = kAllowed * size_of(opinion);
+    return opinion;
+  }
+
+  void hear() {
+    opinions_ = {with_error(run(*problem_, kAdaptive, 0, kTolerance)),
+                 with_error(run(*problem_, kFixed, kFixedGrid.steps, 0)),
+                 with_error(run(*problem_, kCvode, 0, kTolerance)),
+                 run_twice(moreau_jean_for(problem_->info()), kMoreauJeanGrid, 1)};
+  }
+
+  void hear_more() {
+    if (opinions_[1].succeeded()) {
+      if (const FuzzOpinion fixed = run_twice(kFixed, kFixedGrid, kMoreFixed); fixed.succeeded()) opinions_[1] = fixed;
+    }
+    if (opinions_[3].succeeded()) {
+      const FuzzOpinion more = run_twice(opinions_[3].method, kMoreauJeanGrid, kMoreMoreauJean);
+      if (more.succeeded()) opinions_[3] = more;
+    }
+  }
+
+  /// K and (4).
+  void measure_sensitivity() {
+    double smallest = std::numeric_limits<double>::infinity();
+    const auto plus = read_scene_text(disturbed(scene_, kDisturbance).dump(), "disturbed scene"),
+               minus = read_scene_text(disturbed(scene_, -kDisturbance).dump(), "disturbed scene");
+    for (const std::size_t i : {0, 2}) {
+      const FuzzOpinion& opinion = opinions_[i];
+      if (!opinion.succeeded()) continue;
+      double spread = 0;
+      for (const FuzzOpinion& other :
+           {run(*problem_, opinion.method, 0, kTighter), run(*plus, opinion.method, 0, kTolerance),
+            run(*minus, opinion.method, 0, kTolerance)}) {
+        if (other.succeeded()) spread = std::max(spread, distance(opinion, other));
+      }
+      smallest = std::min(smallest, spread);
+    }
+    if (!std::isfinite(smallest)) return;
+    sensitivity_ = smallest;
+    for (auto& opinion : opinions_) opinion.error += kAmplified * smallest;
+  }
+
+  bool both(std::size_t i, std::size_t j) const { return opinions_[i].succeeded() && opinions_[j].succeeded(); }
+  bool agree(std::size_t i, std::size_t j) const {  // (2)
+    return distance(opinions_[i], opinions_[j]) <= opinions_[i].error + opinions_[j].error;
+  }
+  bool all_agree() const {
+    for (std::size_t i = 0; i < opinions_.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        if (both(i, j) && !agree(i, j)) return false;
+      }
+    }
+    return true;
+  }
+  bool is_confirmed() const {
+    for (std::size_t i = 0; i < opinions_.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        if (both(i, j) && agree(i, j) && opinions_[i].error + opinions_[j].error <= kConfirming * size_of(opinions_[i]))
+          return true;
+      }
+    }
+    return false;
+  }
+
+  FuzzVerdict decide(FuzzScene& result) const {
+    const auto add = [&](const std::string& text) { result.detail += (result.detail.empty() ? "" : "; ") + text; };
+    for (const auto& opinion : opinions_) {
+      if (opinion.ending == Ending::killed || opinion.ending == Ending::crashed)
+        add(fmt::format("{} was {}", opinion.method, opinion.reason_class()));
+    }
+    if (!result.detail.empty()) return FuzzVerdict::hangs;
+    double worst = 0;
+    for (std::size_t i = 0; i < opinions_.size(); ++i) {
+      for (std::size_t j = i + 1; j < opinions_.size(); ++j) {
+        if (!both(i, j) || agree(i, j)) continue;
+        const double difference = distance(opinions_[i], opinions_[j]);
+        const double allowed = opinions_[i].error + opinions_[j].error;
+        const std::string parties = fmt::format("{} and {}", opinions_[i].method, opinions_[j].method);
+        add(fmt::format("{} differ by {:.1e}, {:.1e} allowed", parties, difference, allowed));
+        if (difference / allowed <= worst) continue;
+        worst = difference / allowed;
+        result.parties = parties;
+      }
+    }
+    if (!result.detail.empty())
+      return std::ranges::any_of(opinions_, says_not_unique) ? FuzzVerdict::open : FuzzVerdict::disagree;
+    if (std::ranges::none_of(opinions_, &FuzzOpinion::succeeded)) return FuzzVerdict::declined;
+    if (!is_confirmed()) return FuzzVerdict::undecided;
+    return kAmplified * sensitivity_ > kAllowed * size() ? FuzzVerdict::sensitive : FuzzVerdict::agree;
+  }
+
+  double size() const {
+    double largest = 1;
+    for (const auto& opinion : opinions_) largest = std::max(largest, size_of(opinion));
+    return largest;
+  }
+
+  const ordered_json& scene_;
+  JudgeOptions options_;
+  std::unique_ptr<Problem> problem_;
+  std::vector<FuzzOpinion> opinions_;  ///< a, f, c, m
+  double sensitivity_ = 0;
+};
+
+}  // namespace
+
+FuzzOpinion ask(const Problem& problem, const std::string& method, int steps, double tolerance, double time_limit) {
+  FuzzOpinion opinion;
+  opinion.method = method;
+  opinion.steps = steps;
+  opinion.tolerance = tolerance;
+  const auto begin = std::chrono::steady_clock::now();
+  const auto work = [&]() -> std::string {
+    Settings settings;
+    settings.steps = steps;
+    settings.tolerance = tolerance;
+    settings.time_limit = time_limit;
+    settings.recording = Recording::final_state;
+    const auto asked = make_method(method);
+    if (const Support support = asked->supports(problem.info()); !support.ok)
+      return json{{"declined", support.reason}}.dump();
+    try {
+      const Solution s = asked->solve(problem, settings);
+      json answer = {{"status", to_string(s.status)}, {"message", s.message}};
+      if (s.succeeded() && !(s.q.allFinite() && s.v.allFinite())) answer["status"] = "not finite, called a success";
+      answer["q"] = std::vector<double>(s.q.begin(), s.q.end());
+      answer["v"] = std::vector<double>(s.v.begin(), s.v.end());
+      return answer.dump();
+    } catch (const InputError& error) {
+      return json{{"declined", error.what()}}.dump();
+    }
+  };
+  const IsolatedResult result = run_isolated(work, 2 * time_limit);
+  opinion.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (result.ending != IsolatedResult::Ending::returned) {
+    opinion.ending = result.ending == IsolatedResult::Ending::killed ? Ending::killed : Ending::crashed;
+    opinion.message = result.text;
+    return opinion;
+  }
+  const json answer = json::parse(result.text);
+  if (answer.contains("declined")) {
+    opinion.ending = Ending::declined;
+    opinion.message = answer["declined"];
+    return opinion;
+  }
+  opinion.status = answer["status"];
+  opinion.message = answer["message"];
+  if (opinion.succeeded()) {
+    opinion.q = answer["q"].get<std::vector<double>>();
+    opinion.v = answer["v"].get<std::vector<double>>();
+  }
+  return opinion;
+}
+
+FuzzScene judge(const ordered_json& scene, const JudgeOptions& options) {
+  return Hearing(scene, options).verdict();
+}
+
+}  // namespace ricochet

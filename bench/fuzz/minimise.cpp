@@ -1,0 +1,175 @@
+#include "bench/fuzz/minimise.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Calls `change` with every text below `node`.
+void for_each_text(ordered_json& node, const std::function<void(std::string&)>& change) {
+  if (node.is_string()) {
+    change(node.get_ref<std::string&>());
+  } else if (node.is_structured()) {
+    for (auto& child : node) for_each_text(child, change);
+  }
+}
+
+/// The fields with expressions in the state.
+void for_each_expression(ordered_json& scene, const std::function<void(std::string&)>& change) {
+  for (const char* field : {"M", "f", "potential_energy"}) {
+    if (scene.contains(field)) for_each_text(scene[field], change);
+  }
+  for (auto& contact : scene["contacts"]) {
+    for_each_text(contact["gap"], change);
+    if (contact.contains("Jt")) for_each_text(contact["Jt"], change);
+  }
+}
+
+bool mentions(const std::string& expression, const std::string& name) {
+  return std::regex_search(expression, std::regex("\\b" + name + "\\b"));
+}
+
+ordered_json without_contact(ordered_json scene, std::size_t i) {
+  scene["contacts"].erase(i);
+  return scene;
+}
+
+ordered_json without_friction(ordered_json scene, std::size_t i) {
+  scene["contacts"][i].erase("mu");
+  scene["contacts"][i].erase("Jt");
+  return scene;
+}
+
+/// Coordinate k keeps its initial value, and those behind it move up. Contacts that touch no other one go, too.
+ordered_json without_coordinate(ordered_json scene, std::size_t k) {
+  const std::string q0 = scene["q0"][k];
+  static const std::regex component(R"(([qv])\[(\d+)\])");
+  for_each_expression(scene, [&](std::string& text) {
+    std::string changed;
+    auto from = text.cbegin();
+    for (std::sregex_iterator match(text.begin(), text.end(), component), end; match != end; ++match) {
+      const std::size_t index = std::stoul((*match)[2]);
+      changed.append(from, (*match)[0].first);
+      if (index == k)
+        changed += (*match)[1] == "q" ? "(" + q0 + ")" : "0";
+      else
+        changed += fmt::format("{}[{}]", (*match)[1].str(), index - (index > k ? 1 : 0));
+      from = (*match)[0].second;
+    }
+    text = changed.append(from, text.cend());
+  });
+  for (const char* field : {"q0", "v0", "f", "M"}) scene[field].erase(k);
+  for (auto& row : scene["M"]) row.erase(k);
+  ordered_json contacts = ordered_json::array();
+  for (auto& contact : scene["contacts"]) {
+    if (contact.contains("Jt")) {
+      for (auto& direction : contact["Jt"]) direction.erase(k);
+    }
+    const std::string gap = contact["gap"];
+    if (std::regex_search(gap, component)) contacts.push_back(contact);
+  }
+  scene["contacts"] = contacts;
+  return scene;
+}
+
+ordered_json with_parameter(ordered_json scene, const std::string& name, const std::string& value) {
+  scene["params"][name] = value;
+  return scene;
+}
+
+ordered_json without_unused_parameters(ordered_json scene) {
+  ordered_json used = ordered_json::object();
+  ordered_json rest = scene;
+  rest.erase("params");
+  for (const char* field : {"id", "title", "source", "hard_feature"}) rest.erase(field);
+  for (const auto& [name, value] : scene["params"].items()) {
+    bool is_used = false;
+    for_each_text(rest, [&](std::string& text) { is_used = is_used || mentions(text, name); });
+    if (is_used) used[name] = value;
+  }
+  scene["params"] = used;
+  return scene;
+}
+
+// A test that does not depend on the end would be shortened for ever [s].
+constexpr double kShortest = 1e-3;
+
+/// Simpler values than `text`, the simplest first.
+std::vector<std::string> simpler_values(const std::string& name, const std::string& text) {
+  std::vector<std::string> values;
+  const double x = std::strtod(text.c_str(), nullptr);
+  const auto add = [&](const std::string& value) {
+    if (value.size() < text.size()) values.push_back(value);
+  };
+  if (name == "T") {  // the end comes earlier
+    for (const double share : {0.3, 0.6, 0.9}) {
+      const std::string shorter = fmt::format("{:.2g}", share * x);
+      if (share * x >= kShortest && shorter != text) values.push_back(shorter);
+    }
+  } else {
+    add("0");
+    add("1");
+  }
+  for (int decimals = 0; decimals < 4; ++decimals) add(fmt::format("{:.{}f}", x, decimals));
+  return values;
+}
+
+/// The scenes one change away.
+std::vector<ordered_json> simpler(const ordered_json& scene) {
+  std::vector<ordered_json> candidates;
+  for (std::size_t k = scene["q0"].size(); k-- > 0 && scene["q0"].size() > 1;)
+    candidates.push_back(without_coordinate(scene, k));
+  for (std::size_t i = scene["contacts"].size(); i-- > 0;) candidates.push_back(without_contact(scene, i));
+  for (std::size_t i = 0; i < scene["contacts"].size(); ++i) {
+    if (scene["contacts"][i].contains("mu")) candidates.push_back(without_friction(scene, i));
+  }
+  if (scene.contains("params")) {
+    for (const auto& [name, value] : scene["params"].items()) {
+      for (const auto& simple : simpler_values(name, value)) candidates.push_back(with_parameter(scene, name, simple));
+    }
+  }
+  return candidates;
+}
+
+}  // namespace
+
+ordered_json minimise(ordered_json scene, const SceneTest& test, double seconds) {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline = Clock::now() + std::chrono::duration<double>(seconds);
+  scene.erase("potential_energy");  // no method reads it
+  const auto passes = [&](const ordered_json& candidate) {
+    try {
+      return test(candidate);
+    } catch (const InputError&) {
+      return false;
+    }
+  };
+  for (bool has_changed = true; has_changed;) {
+    has_changed = false;
+    for (std::size_t position = 0;;) {  // stays where a change was taken: the rest of the list follows from there
+      const auto candidates = simpler(scene);
+      if (position >= candidates.size()) break;
+      if (Clock::now() >= deadline) return scene;
+      if (passes(candidates[position])) {
+        scene = without_unused_parameters(candidates[position]);
+        has_changed = true;
+      } else {
+        ++position;
+      }
+    }
+  }
+  return scene;
+}
+
+}  // namespace ricochet

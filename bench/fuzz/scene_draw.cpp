@@ -1,0 +1,145 @@
+#include "bench/fuzz/scene_draw.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "bench/environment.h"
+
+namespace ricochet {
+namespace {
+
+constexpr int kDecimals = 10000;  // numbers have four
+
+std::string decimal(long ten_thousandths) {
+  const long size = std::labs(ten_thousandths);
+  return fmt::format("{}{}.{:04}", ten_thousandths < 0 ? "-" : "", size / kDecimals, size % kDecimals);
+}
+
+}  // namespace
+
+std::string plus(const std::string& sum, const std::string& term) {
+  return sum.empty() ? term : term.front() == '-' ? sum + term : sum + "+" + term;
+}
+
+SceneDraw::SceneDraw(const std::string& key) : engine_(std::stoull(hash_of(key), nullptr, 16)) {}
+
+int SceneDraw::integer(int low, int high) {
+  const auto n = static_cast<std::uint64_t>(high - low + 1);
+  return low + static_cast<int>(engine_() % n);  // the bias of the remainder, n / 2^64, is no matter here
+}
+
+std::string SceneDraw::number(const std::string& name, double low, double high) {
+  return constant(name, decimal(integer(static_cast<int>(std::lround(low * kDecimals)),
+                                        static_cast<int>(std::lround(high * kDecimals)))));
+}
+
+std::string SceneDraw::constant(const std::string& name, const std::string& value) {
+  parameters_[name] = value;
+  return name;
+}
+
+std::string SceneDraw::restitution(const std::string& name) {
+  const int draw = integer(1, 100);
+  if (draw <= 35) return constant(name, "0");
+  if (draw <= 43) return constant(name, "1");
+  return number(name, 0.05, 0.98);
+}
+
+std::string SceneDraw::clearance(const std::string& name, double high, int percent_touching) {
+  return chance(percent_touching) ? constant(name, "0") : number(name, 0.01, high);
+}
+
+std::string SceneDraw::velocity(const std::string& name, double high) {
+  return chance(12) ? constant(name, "0") : number(name, -high, high);
+}
+
+std::string SceneDraw::q(int k) {
+  return fmt::format("q[{}]", k);
+}
+
+std::string SceneDraw::v(int k) {
+  return fmt::format("v[{}]", k);
+}
+
+int SceneDraw::coordinate(const std::string& q0, const std::string& v0, const std::string& mass_entry) {
+  const int k = n_q();
+  q0_.push_back(q0);
+  v0_.push_back(v0);
+  force_.emplace_back();
+  for (auto& row : mass_) row.emplace_back("0");
+  mass_.emplace_back(static_cast<std::size_t>(k) + 1, "0");
+  mass(k, k, mass_entry);
+  return k;
+}
+
+void SceneDraw::mass(int row, int column, const std::string& entry) {
+  const auto i = static_cast<std::size_t>(row), j = static_cast<std::size_t>(column);
+  mass_[i][j] = mass_[j][i] = entry;
+}
+
+void SceneDraw::force(int k, const std::string& expression) {
+  std::string& sum = force_[static_cast<std::size_t>(k)];
+  sum = plus(sum, expression);
+}
+
+void SceneDraw::potential(const std::string& expression) {
+  potential_ = plus(potential_, expression);
+}
+
+void SceneDraw::gravity(int k, const std::string& mass_entry) {
+  force(k, fmt::format("-{}*9.81", mass_entry));
+  potential(fmt::format("{}*9.81*{}", mass_entry, q(k)));
+}
+
+void SceneDraw::spring(const std::vector<int>& a, const std::vector<int>& b, const std::string& stiffness,
+                       const std::string& length, const std::vector<std::string>& anchor) {
+  std::vector<std::string> difference;
+  for (std::size_t d = 0; d < b.size(); ++d)
+    difference.push_back(fmt::format("({}-{})", q(b[d]), a.empty() ? anchor[d] : q(a[d])));
+  std::string extent = difference.front();
+  if (b.size() > 1) {
+    std::string squares;
+    for (const auto& part : difference) squares = plus(squares, part + "**2");
+    extent = fmt::format("sqrt({})", squares);
+  }
+  for (std::size_t d = 0; d < b.size(); ++d) {
+    const std::string direction = b.size() > 1 ? fmt::format("*{}/{}", difference[d], extent) : "";
+    const std::string pull = fmt::format("{}*({}-{}){}", stiffness, extent, length, direction);
+    force(b[d], "-" + pull);
+    if (!a.empty()) force(a[d], pull);
+  }
+  potential(fmt::format("{}/2*({}-{})**2", stiffness, extent, length));
+}
+
+void SceneDraw::contact(const std::string& name, const std::string& gap, const std::string& eps_r) {
+  contacts_.push_back({{"name", name}, {"gap", gap}, {"e", eps_r}});
+}
+
+void SceneDraw::contact(const std::string& name, const std::string& gap, const std::string& eps_r,
+                        const Friction& friction) {
+  contact(name, gap, eps_r);
+  contacts_.back()["mu"] = friction.mu;
+  auto& tangents = contacts_.back()["Jt"] = nlohmann::ordered_json::array();
+  for (const auto& direction : friction.tangents) {
+    std::vector<std::string> entries(q0_.size(), "0");
+    for (const auto& [k, entry] : direction) entries[static_cast<std::size_t>(k)] = entry;
+    tangents.push_back(entries);
+  }
+}
+
+void SceneDraw::joint(const std::string& name, const std::string& gap) {
+  contacts_.push_back({{"name", name}, {"gap", gap}, {"bilateral", true}});
+}
+
+nlohmann::ordered_json SceneDraw::scene(const std::string& id, const std::string& title) const {
+  nlohmann::ordered_json scene = {{"id", id}, {"title", title}, {"params", parameters_}, {"q0", q0_}, {"v0", v0_},
+                                  {"T", "T"}, {"M", mass_}};
+  for (const auto& sum : force_) scene["f"].push_back(sum.empty() ? "0" : sum);
+  scene["contacts"] = contacts_;
+  if (!potential_.empty()) scene["potential_energy"] = potential_;
+  return scene;
+}
+
+}  // namespace ricochet

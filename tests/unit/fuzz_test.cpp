@@ -1,0 +1,141 @@
+// Random scenes, the judge's rule, and the minimiser.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "bench/environment.h"
+#include "bench/fuzz/families.h"
+#include "bench/fuzz/judge.h"
+#include "bench/fuzz/minimise.h"
+#include "problems/scene_file/scene_file.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::ordered_json;
+
+TEST(RandomScenes, AreTheSameOnEveryMachine) {
+  const SceneFamily& drops = scene_families().front();
+  const ordered_json scene = random_scene(drops, 1, 0);
+  EXPECT_EQ(scene.dump(), random_scene(drops, 1, 0).dump());
+  EXPECT_NE(scene.dump(), random_scene(drops, 1, 1).dump());
+  EXPECT_NE(scene.dump(), random_scene(drops, 2, 0).dump());
+  // The first words of std::mt19937_64 and their remainders are specified: so is this number.
+  SceneDraw draw("a key");
+  draw.number("x", -2, 2);
+  EXPECT_EQ(draw.scene("id", "title")["params"]["x"], "-0.2474");
+}
+
+TEST(RandomScenes, StartWhereTheContactLawsHold) {
+  for (const auto& family : scene_families()) {
+    std::set<int> sizes;
+    for (int number = 0; number < 30; ++number) {
+      const auto problem = read_scene_text(random_scene(family, 3, number).dump(), "scene");
+      const ProblemInfo& info = problem->info();
+      sizes.insert(info.n_q);
+      const Vector gap = problem->gap(info.q0);
+      const Vector rate = problem->normal_jacobian(info.q0).transpose() * info.v0;
+      for (const int i : info.unilateral) EXPECT_GE(gap[i], -1e-15) << family.name << " " << number;
+      for (const int i : info.bilateral) {
+        EXPECT_NEAR(gap[i], 0, 1e-15) << family.name << " " << number;   // lengths below one, some roundings
+        EXPECT_NEAR(rate[i], 0, 1e-14) << family.name << " " << number;  // velocities up to ten
+      }
+    }
+    EXPECT_GE(sizes.size(), family.name == std::string("drops") || family.name == std::string("rod_drops") ? 1u : 2u);
+  }
+}
+
+// Methods that answer as a test wants: a ball that falls freely, and what each method makes of it.
+struct Answers {
+  double adaptive = 0, adaptive_disturbed = 0, fixed = 0, cvode = 0, moreau_jean = 0;
+  std::string cvode_message{};
+};
+Answers answers;
+
+FuzzOpinion answer(const Problem& problem, const std::string& method, int steps, double tolerance, double) {
+  FuzzOpinion opinion;
+  opinion.method = method;
+  opinion.steps = steps;
+  opinion.tolerance = tolerance;
+  opinion.status = "success";
+  const bool is_disturbed = problem.force(problem.info().q0, problem.info().v0)[0] != -9.81;
+  double x = answers.cvode;
+  if (method.starts_with("fesd_adaptive"))
+    x = is_disturbed ? answers.adaptive_disturbed : answers.adaptive;
+  else if (method.starts_with("fesd"))
+    x = answers.fixed;
+  else if (method.starts_with("moreau"))
+    x = answers.moreau_jean + 1e-3 / steps;
+  else if (!answers.cvode_message.empty())
+    opinion.status = "inner_solver_failed";
+  opinion.message = opinion.succeeded() ? "" : answers.cvode_message;
+  opinion.q = {x};
+  opinion.v = {0};
+  return opinion;
+}
+
+FuzzScene judged(const Answers& given) {
+  answers = given;
+  JudgeOptions options;
+  options.asker = answer;
+  return judge(
+      ordered_json::parse(R"({"q0": ["0"], "v0": ["0"], "T": "1", "M": [["1"]], "f": ["-9.81"], "contacts": []})"),
+      options);
+}
+
+TEST(Judge, AllowsTolerancesAndTheErrorOfTheTimeStepping) {
+  EXPECT_EQ(judged({}).verdict, FuzzVerdict::agree);
+  EXPECT_EQ(judged({.cvode = 1e-6, .moreau_jean = 1e-7}).verdict, FuzzVerdict::agree);
+}
+
+TEST(Judge, SaysWhoDisagreesWithWhom) {
+  const FuzzScene found = judged({.adaptive = 1e-4, .adaptive_disturbed = 1e-4});
+  EXPECT_EQ(found.verdict, FuzzVerdict::disagree);
+  EXPECT_EQ(found.parties, "fesd_adaptive:radau-iia:4 and fesd:radau-iia:3,elements=as_needed");
+  EXPECT_NEAR(found.difference, 1e-4, 1e-6);
+}
+
+TEST(Judge, AMethodThatIsWrongNowAndThenIsNotItsOwnExcuse) {
+  // The disturbed runs of fesd_adaptive find the motion of the others: its spread is as large as its error.
+  EXPECT_EQ(judged({.adaptive = 1e-4, .adaptive_disturbed = 0}).verdict, FuzzVerdict::disagree);
+  // Where no other method says how much the motion amplifies, the spread counts.
+  EXPECT_EQ(judged({.adaptive = 1e-4, .adaptive_disturbed = 0, .cvode_message = "no roots"}).verdict,
+            FuzzVerdict::sensitive);
+}
+
+TEST(Judge, ExplainsWhatIsNotUnique) {
+  const Answers given{
+      .adaptive = 1e-4, .adaptive_disturbed = 1e-4, .cvode_message = "indeterminate: 'g' sticks or slips"};
+  EXPECT_EQ(judged(given).verdict, FuzzVerdict::open);
+}
+
+TEST(Judge, CountsReasonsWithoutNumbersAndNames) {
+  FuzzOpinion opinion;
+  opinion.status = "infeasible";
+  opinion.message =
+      "from t = 0.58 s, with a step of 1.16e-13 s: contact 'bb0' would stick with 0.547 N more (4 predictions)";
+  EXPECT_EQ(opinion.reason_class(), "infeasible: contact C would stick with # N more");
+}
+
+TEST(Minimiser, KeepsWhatTheTestNeeds) {
+  const SceneFamily& columns = scene_families().back();
+  ordered_json scene;
+  for (int number = 0; scene.empty() || scene["q0"].size() != 3; ++number) scene = random_scene(columns, 1, number);
+  // Needs a contact between two balls, and a spring.
+  const auto test = [](const ordered_json& candidate) {
+    const auto problem = read_scene_text(candidate.dump(), "candidate");
+    bool has_pair = false;
+    for (const auto& contact : problem->info().contacts) has_pair = has_pair || contact.support.size() == 2;
+    return has_pair;
+  };
+  ASSERT_TRUE(test(scene));
+  const ordered_json smallest = minimise(scene, test, 20);
+  EXPECT_TRUE(test(smallest));
+  EXPECT_EQ(smallest["q0"].size(), 2u);
+  EXPECT_EQ(smallest["contacts"].size(), 1u);
+  for (const auto& [name, value] : smallest["params"].items()) EXPECT_LE(value.get<std::string>().size(), 6u) << name;
+}
+
+}  // namespace
+}  // namespace ricochet
