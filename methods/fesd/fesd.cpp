@@ -79,8 +79,10 @@ class Fesd final : public Method {
       const Status status = time_limit.is_over() ? Status::time_limit : solver.advance(H);
       if (status != Status::success) {
         solution.status = status;
-        const std::string reason = status == Status::time_limit ? time_limit.message() : solver.failure_message();
-        solution.message = fmt::format("step {} of {}, from t = {:.6g} s: {}", k + 1, settings.steps, t, reason);
+        const bool has_hint = status != Status::time_limit && solver.more_elements_may_help();
+        solution.message = fmt::format("step {} of {}, from t = {:.6g} s: {}{}", k + 1, settings.steps, t,
+                                       status == Status::time_limit ? time_limit.message() : solver.failure_message(),
+                                       has_hint ? "; elements=as_needed may solve it" : "");
         break;
       }
       const FesdStep& step = solver.step();

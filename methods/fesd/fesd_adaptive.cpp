@@ -7,6 +7,7 @@
 
 #include "methods/fesd/capture.h"
 #include "methods/fesd/conditions.h"
+#include "methods/fesd/moving_contacts.h"
 #include "methods/fesd/pivoting_solver.h"
 #include "methods/fesd/record_step.h"
 #include "methods/fesd/sensitivity.h"
@@ -49,7 +50,7 @@ double error_constant(const ButcherTableau& tableau) {
 ///   (3)
 ///
 /// This is the local error of order p + 1 itself, without evaluating anything: not that of a lower-order method
-/// embedded in it.
+/// embedded in it. Where surfaces move by themselves, gaps and slip paths are estimated as well (moving_contacts.h).
 ///
 /// A step is accepted when e <= tol (1 + |x|) in every component. The next one has length
 ///
@@ -103,7 +104,19 @@ class FesdAdaptive final : public Method {
             .has_sensitivities = true};
   }
 
-  Support supports(const ProblemInfo& problem) const override { return can_hold_bilateral(tableau_, problem); }
+  Support supports(const ProblemInfo& problem) const override {
+    // A body that rests on a surface which is accelerated would creep along in steps as short as rounding asks for.
+    const auto rests_on_moving = [](const ContactInfo& contact) {
+      return contact.is_moving && !contact.is_affine && contact.eps_r == 0;
+    };
+    const auto found = std::find_if(problem.contacts.begin(), problem.contacts.end(), rests_on_moving);
+    if (!tableau_.is_stiffly_accurate() && found != problem.contacts.end()) {
+      return Support::no(fmt::format(
+          "tableau {} has no stage at the right end; what rests on '{}', a surface that is accelerated, needs one",
+          tableau_.name, found->name));
+    }
+    return can_hold_bilateral(tableau_, problem);
+  }
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override;
@@ -128,6 +141,9 @@ constexpr double kMostGrowth = 4;
 constexpr double kFirstStep = 0.05;    // of end_time; the first elements tell more
 constexpr double kHopeless = 100;      // an error that an element which ends at a switch inside will hardly lose
 constexpr double kShortest = 1e-13;    // of end_time; what time can resolve
+constexpr double kShortestOnCurve = 1e-6;  // of end_time, where shorter steps would only drift a little less
+constexpr int kMostRefusals = 6;  // of a capture: by then its step is a ten thousandth
+constexpr double kCaptureErrors = 10;  // errors of an element that a captured velocity explains, by that velocity
 constexpr int kMostStandstills = 100;  // steps in a row too short to move t; a few switches may coincide
 
 /// (1), (3), relative to the tolerance: the largest of all components. @param w  n_q x n_s
@@ -174,13 +190,22 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
   const double T = info.end_time;
   solver.start(info.q0, info.v0);
   const Stages* reached = nullptr;
+  MovingContacts moving(problem);
+  const auto error_of = [&](const Stages& element) {
+    const double of_state = error(element, settings.tolerance);
+    if (moving.empty()) return of_state;
+    const Matrix& w = moving.accelerations(element);
+    const Vector none = Vector::Zero(w.rows());
+    return std::max(of_state, error(element.h, w, none, none, settings.tolerance));
+  };
   const std::function<bool(const Stages&)> is_accurate = [&](const Stages& element) {
-    return error(element, settings.tolerance) <= kHopeless;
+    return error_of(element) <= kHopeless;
   };
   double t = 0, h = kFirstStep * T;
   int standstills = 0;
   const double may_be_captured = settings.tolerance / kappa_;
   double capture = may_be_captured;
+  int refusals = 0;  // of the captures at t
   while (t < T) {
     // The last two steps share what is left, so that none is tiny.
     const double rest = T - t;
@@ -190,7 +215,7 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
     double scaled_error = 0;
     if (status == Status::success) {
       const Stages& element = solver.step().last();
-      scaled_error = error(element, settings.tolerance);
+      scaled_error = error_of(element);
       if (sensitivity && solver.step().has_impact_sequence()) {
         solution.status = Status::infeasible;
         solution.message = fmt::format("t = {:.12g} s: {}", t, Sensitivity::kNoDerivative);
@@ -218,6 +243,16 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
         h = is_captured ? h : solver.step().H * wanted;
         continue;
       }
+      // A bounce that cannot be followed is closed, and its velocity is an error that no shorter step loses. The motion
+      // behind it has to be as accurate as elsewhere.
+      const bool is_of_motion = scaled_error * settings.tolerance > kCaptureErrors * solver.captured_speed();
+      if (scaled_error > 1 && H > kShortest * T && was_refused && is_of_motion && ++refusals <= kMostRefusals) {
+        solver.reject();
+        if (sensitivity) sensitivity->reject();
+        h = 0.2 * H;
+        continue;
+      }
+      refusals = 0;
       capture = may_be_captured;
       // An element that a switch has cut short says what its own length may become; if it is too short for that, the
       // length before it was good enough.
@@ -226,7 +261,8 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
         h = std::min(wanted < kMostGrowth ? solver.step().H * wanted : std::max(h, solver.step().H * wanted), T);
       else if (wanted < 0.9 || wanted > 1.5)
         h = std::min(std::max(H, h) * wanted, T);
-    } else if (status != Status::time_limit && solver.depends_on_length() && H > kShortest * T) {
+    } else if (status != Status::time_limit && solver.depends_on_length() &&
+               H > (solver.drifts() ? kShortestOnCurve : kShortest) * T) {
       h = 0.5 * H;
       continue;
     }

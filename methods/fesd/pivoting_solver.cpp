@@ -1,11 +1,13 @@
 #include "methods/fesd/pivoting_solver.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "methods/fesd/open_motion.h"
 
 namespace ricochet {
 namespace {
@@ -160,6 +162,11 @@ bool PivotingSolver::solve_one_element(double H, double capture,
     if (!is_unresolved && ((trial ^ captured) & too_fast) != 0) continue;
     if (!propose_modes(0, trial ^ captured)) continue;
     captured_ = (captured != 0 && trial == 0) || is_unresolved;
+    captured_speed_ = 0;
+    for (std::size_t k = 0; k < std::min(alternatives.size(), kMaxAlternatives); ++k) {
+      if (((trial ^ captured) >> k & 1U) && alternatives[k].bounced())
+        captured_speed_ = std::max(captured_speed_, alternatives[k].v_n);
+    }
     const Violation violation = equal_elements(0, 1, H);
     step_->n_elements = 1;
     if (violation.verdict == Verdict::fulfilled) return true;
@@ -681,6 +688,10 @@ bool PivotingSolver::depends_on_length() const {
   }
 }
 
+bool PivotingSolver::more_elements_may_help() const {
+  return !options_.as_needed && is_switch(first_failure_.violation.verdict);
+}
+
 std::string PivotingSolver::failure_message() const {
   if (!depends_on_length()) return describe(first_failure_);
   std::string message = fmt::format(
@@ -691,7 +702,14 @@ std::string PivotingSolver::failure_message() const {
   if (deepest.element != first.element || deepest.verdict != first.verdict) {
     message += fmt::format("; with a switch before it, {}", describe(deepest_failure_));
   }
-  if (!options_.as_needed) message += "; elements=as_needed may solve it";
+  if (first.verdict == Verdict::cone_left) {
+    const Stages& stages = step_->elements[static_cast<std::size_t>(first.element)];
+    const auto open = contacts_of_open_motion(problem_, stages.q0, stages.v0, stages.modes);
+    if (!open.empty())
+      message += fmt::format("; Coulomb's law leaves the motion open there, contacts '{}' may share their forces in ways "
+                             "that move the bodies differently",
+                             fmt::join(open, "', '"));
+  }
   return message + fmt::format(" ({} predictions)", trials_);
 }
 

@@ -63,6 +63,8 @@ class PivotingSolver {
   Status advance_to_switch(double H, double capture, const std::function<bool(const Stages&)>& is_accurate);
   /// Whether a contact that bounced was closed by `capture` in the last step.
   bool captured() const { return captured_; }
+  /// The largest normal velocity that it had behind its bounce [m/s]; what the state changes by.
+  double captured_speed() const { return captured_speed_; }
   /// Forgets the last step, which succeeded; the next one starts where it started.
   void reject();
 
@@ -72,6 +74,10 @@ class PivotingSolver {
 
   /// Whether a step of another length, or with more elements, might succeed where the last one failed.
   bool depends_on_length() const;
+  /// Whether it failed because a closed contact on a curve drifts, with a tableau that has no stage at the right end.
+  bool drifts() const { return first_failure_.violation.verdict == Verdict::drifts; }
+  /// Whether a switch made the step infeasible, which Options::as_needed could give the elements it needs.
+  bool more_elements_may_help() const;
   /// Why advance() failed, with times from the start of the step.
   std::string failure_message() const;
 
@@ -130,9 +136,10 @@ class PivotingSolver {
   FesdStep *step_ = &buffers_[0], *previous_ = &buffers_[1];
   std::vector<Junction> junctions_;
   int trials_ = 0;
-  int unresolved_ = -1;  // alternative of a junction whose flight was lower than positions are known, or -1
+  int unresolved_ = -1;   // alternative of a junction whose flight was lower than positions are known, or -1
   bool reached_ = false;  // a switch, with all sign conditions fulfilled before it: the modes of the trial are right
   bool captured_ = false;
+  double captured_speed_ = 0;
   double longest_ = 0;  // element length that sets the number of elements; 0 when that number is fixed
 
   Failure first_failure_;    // of the natural prediction, without a switch

@@ -42,7 +42,7 @@ SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tab
   if (A.isInvertible()) absorption_ = A.solve(Vector::Ones(n_s_)).cwiseAbs().maxCoeff();
   mobility_.setZero(problem.n_c());
   if (!problem.info().has_friction()) return;
-  const Matrix J_t = problem.tangent_jacobian(problem.info().q0).cwiseAbs();
+  const Matrix J_t = problem.force_directions(problem.tangent_jacobian(problem.info().q0)).cwiseAbs();
   const Matrix G = J_t.transpose() * problem.mass_matrix(problem.info().q0).llt().solve(J_t).cwiseAbs();
   for (int i = 0; i < problem.n_c(); ++i) {
     const auto& contact = problem.info().contacts[i];
@@ -196,7 +196,7 @@ void SignConditions::check_facet_forces(const Stages& stages, int i, Violation& 
   }
 }
 
-/// Of the slip velocities in an element: the size of the contact, and what its load and its friction do in it.
+/// Of the slip velocities in an element: of what its load and its friction do in it, and of what the contact ever had.
 double SignConditions::slip_rounding(const Stages& stages, int i) const {
   const auto& contact = problem_.info().contacts[i];
   double size = 0;
@@ -210,7 +210,7 @@ double SignConditions::slip_rounding(const Stages& stages, int i) const {
     }
   }
   size += stages.h * mobility_[i] * contact.mu * scales_.force(i);
-  return ContactScales::kStageRounding * std::max(size, scales_.slip(i));
+  return std::max(ContactScales::kStageRounding * size, ContactScales::kVelocityRounding * scales_.slip(i));
 }
 
 void SignConditions::check_slip(const Stages& stages, Violation& first) {
@@ -240,7 +240,7 @@ void SignConditions::check_slip(const Stages& stages, Violation& first) {
         for (const int row : contact.support) slip[d] += *J_t++ * v[row];
       }
       // Slip that begins has the rounding of its velocity at the left end, which points anywhere.
-      if (j < 0 && contact.n_t == 2 && std::hypot(slip[0], slip[1]) <= rounding) slip[0] = slip[1] = 0;
+      if (j < 0 && contact.n_t == 2 && std::hypot(slip[0], slip[1]) <= scales_.no_slip(i)) slip[0] = slip[1] = 0;
       if (mode == ContactMode::vertex_slip || mode == ContactMode::edge_slip) {
         check_facet_velocity(stages, i, {j, time_before, time, before, slip, rounding}, first);
       } else if (mode == ContactMode::stick) {

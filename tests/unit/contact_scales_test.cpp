@@ -157,7 +157,7 @@ TEST(ContactScales, KeepACradleTogether) {
 TEST(ContactScales, LetAnImpactDecideAtASwitch) {
   // A block slides to rest under a ball that lands on its slope at this very instant: slip stops at t = v / (mu g).
   const std::string scene = R"({
-    "params": {"mu": "0.5", "g": "8", "t": "0.25"},
+    "params": {"mu": "0.5", "g": "8"},
     "q0": ["0", "0", "10"], "v0": ["1", "0", "-4"], "T": "0.4",
     "M": [["1", "0", "0"], ["0", "1", "0"], ["0", "0", "1"]], "f": ["0", "-g", "0"],
     "contacts": [{"name": "ground", "gap": "q[1]", "mu": "mu", "Jt": [["1", "0", "0"]]},
