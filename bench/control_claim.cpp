@@ -72,8 +72,8 @@ void describe_claim(const OptimalControlProblem& problem, const ControlTrajector
   for (const auto& u : trajectory.u.colwise()) run.u.push_back(list(u));
   for (const auto& point : trajectory.points) {
     run.claimed.t.push_back(point.t);
-    run.claimed.q.push_back(list(point.q));
-    run.claimed.v.push_back(list(point.v));
+    run.claimed.q.push_back(list(point.q.head(info.n_mechanical())));
+    run.claimed.v.push_back(list(point.v.head(info.n_mechanical())));
     if (info.n_c() > 0) run.penetration = std::max(run.penetration, -problem.plant->gap(point.q).minCoeff());
     if (point.lambda_n.size() == 0) continue;
     run.force_t.push_back(point.t);

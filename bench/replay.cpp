@@ -19,7 +19,7 @@ constexpr double kImpact = 1e-6;
 
 Replay replay(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, const IntervalSolver& solve) {
   ReplayProblem plant(problem);
-  const Eigen::Index n_q = problem.plant->n_q(), n = trajectory.u.cols();
+  const Eigen::Index n = trajectory.u.cols();
   const double H = trajectory.T / static_cast<double>(n);
   Replay result;
   result.q = problem.plant->info().q0;
@@ -35,11 +35,11 @@ Replay replay(const OptimalControlProblem& problem, const ControlTrajectory& tra
     }
     result.is_sampled = result.is_sampled || !s.samples.empty();
     for (const auto& sample : s.samples)
-      result.penetration = std::max(result.penetration, -problem.plant->gap(sample.q.head(n_q)).minCoeff());
-    result.q = s.q.head(n_q);
-    result.v = s.v.head(n_q);
+      result.penetration = std::max(result.penetration, -problem.plant->gap(plant.of_plant(sample.q)).minCoeff());
+    result.q = plant.of_plant(s.q);
+    result.v = plant.of_plant(s.v);
     result.points.push_back({start + s.t, result.q, result.v});
-    result.cost += s.v[n_q];
+    result.cost += plant.cost(s.v);
     if (!s.succeeded()) {
       result.status = s.status;
       result.message = fmt::format("interval {} of {}, from t = {:.6g} s: {}", k + 1, n, start, s.message);

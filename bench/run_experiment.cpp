@@ -148,10 +148,11 @@ Trajectory ExperimentRun::trajectory() const {
   settings.sensitivities.clear();
   const Solution solution = make_method(experiment_.trajectory_method)->solve(*problem_, settings);
   Trajectory trajectory{experiment_.problem, experiment_.trajectory_method, {}, {}, {}};
+  const int n = problem_->info().n_mechanical();
   const auto add = [&](double t, const Vector& q, const Vector& v) {
     trajectory.t.push_back(t);
-    trajectory.q.emplace_back(q.begin(), q.end());
-    trajectory.v.emplace_back(v.begin(), v.end());
+    trajectory.q.emplace_back(q.begin(), q.begin() + n);
+    trajectory.v.emplace_back(v.begin(), v.begin() + n);
   };
   for (const auto& sample : solution.samples) {
     if (sample.v_minus != sample.v_plus) add(sample.t, sample.q, sample.v_minus);

@@ -25,6 +25,7 @@ class BilateralConstraints {
     set_jacobian(packed_J_n);
     for (Eigen::Index k = 0; k < G_.cols(); ++k) {
       WG_.col(k) = G_.col(k);
+      if (info_.clock >= 0) WG_(info_.clock, k) = 0;  // no force acts on the clock
       solve(WG_.col(k));
     }
     return set_delassus();

@@ -7,6 +7,7 @@
 #include <Eigen/SparseCholesky>
 #include <cmath>
 
+#include "problems/initial_state.h"
 #include "problems/input_error.h"
 
 namespace ricochet {
@@ -54,6 +55,11 @@ Matrix Problem::tangent_jacobian(const Vector& q) const {
   return J;
 }
 
+Matrix Problem::force_directions(Matrix J) const {
+  if (info_.clock >= 0) J.row(info_.clock).setZero();
+  return J;
+}
+
 Vector Problem::gap_acceleration_bias(const Vector& q, const Vector& v) const {
   Vector b(n_c());
   gap_acceleration_bias(q.data(), v.data(), b.data());
@@ -66,9 +72,14 @@ Vector Problem::slip_acceleration_bias(const Vector& q, const Vector& v) const {
   return T * v;
 }
 
+double Problem::kinetic_energy(const Vector& q, const Vector& v) const {
+  const int n = info_.n_mechanical();
+  return 0.5 * v.head(n).dot(mass_matrix(q).topLeftCorner(n, n) * v.head(n));
+}
+
 std::optional<double> Problem::energy(const Vector& q, const Vector& v) const {
   if (!info_.structure.has_potential) return std::nullopt;
-  return 0.5 * v.dot(mass_matrix(q) * v) + potential_energy(q.data());
+  return kinetic_energy(q, v) + potential_energy(q.data());
 }
 
 namespace {
@@ -90,8 +101,10 @@ void require_size(const std::string& field, const Vector& values, int expected) 
 constexpr double kInitialRounding = 1e-13;
 // Of L^-1 G, M = L L', with columns of length one. Below, G' M^-1 G is singular in double precision.
 constexpr double kRank = 1e-8;
+// What a user of measured data may ask for.
+constexpr const char* kProjection = "--allow-penetration DEPTH starts from the nearest position that respects all gaps";
 
-void validate_bilateral(const Problem& problem, const Vector& f_c, const Matrix& J_n, const Matrix& M) {
+void validate_bilateral(const Problem& problem, const Vector& f_c, const Matrix& J_n, const Matrix& M, double depth) {
   const ProblemInfo& info = problem.info();
   for (const int i : info.bilateral) {
     const auto field = [&](const char* name) {
@@ -99,17 +112,19 @@ void validate_bilateral(const Problem& problem, const Vector& f_c, const Matrix&
     };
     const Vector J = J_n.col(i);
     const double most = kInitialRounding * J.cwiseAbs().dot(info.q0.cwiseAbs());
-    if (std::abs(f_c[i]) > most)
-      throw InputError(field("gap"), f_c[i], fmt::format("|gap(q0)| <= {:.3g} is required, it is bilateral", most));
+    if (std::abs(f_c[i]) > std::max(most, depth))
+      throw InputError(
+          field("gap"), f_c[i],
+          fmt::format("|gap(q0)| <= {:.3g} is required, it is bilateral; {}", std::max(most, depth), kProjection));
     const double rate = J.dot(info.v0), most_rate = kInitialRounding * J.cwiseAbs().dot(info.v0.cwiseAbs());
-    if (std::abs(rate) > most_rate)
+    if (std::abs(rate) > most_rate && depth == 0)
       throw InputError(field("Jn' v0"), rate,
                        fmt::format("|Jn' v0| <= {:.3g} is required, it is bilateral", most_rate));
   }
   if (info.n_bilateral() > info.n_q)
     throw InputError("number of bilateral constraints", info.n_bilateral(),
                      fmt::format("at most n_q = {} are possible", info.n_q));
-  Matrix G = M.llt().matrixL().solve(Matrix(J_n(Eigen::all, info.bilateral)));
+  Matrix G = M.llt().matrixL().solve(problem.force_directions(J_n)(Eigen::all, info.bilateral).eval());
   G.colwise().normalize();
   const Eigen::ColPivHouseholderQR<Matrix> qr(G);
   const double smallest = qr.matrixQR().diagonal().cwiseAbs().minCoeff();
@@ -123,6 +138,10 @@ void validate_bilateral(const Problem& problem, const Vector& f_c, const Matrix&
 }  // namespace
 
 void validate(const Problem& problem) {
+  validate(problem, 0);
+}
+
+void validate(const Problem& problem, double depth) {
   const ProblemInfo& info = problem.info();
   if (info.n_q < 1) throw InputError("n_q", info.n_q, "at least one coordinate is required");
   require_size("q0", info.q0, info.n_q);
@@ -170,7 +189,7 @@ void validate(const Problem& problem) {
     throw InputError("f(q0, v0)", "not finite", "a finite force is required");
 
   const Vector f_c = problem.gap(info.q0);
-  const Matrix J_n = problem.normal_jacobian(info.q0);
+  const Matrix J_n = problem.normal_jacobian(info.q0), directions = problem.force_directions(J_n);
   for (int i = 0; i < info.n_c(); ++i) {
     const auto field = [&](const char* name) {
       return fmt::format("contacts[{}].{} ({})", i, name, info.contacts[i].name);
@@ -178,12 +197,14 @@ void validate(const Problem& problem) {
     if (!std::isfinite(f_c[i])) throw InputError(field("gap"), f_c[i], "a finite gap at q0 is required");
     // Rounding of q0 itself can put a touching body this far below the surface.
     const double rounding = 1e-14 * (J_n.col(i).cwiseAbs().dot(info.q0.cwiseAbs()));
-    if (f_c[i] < -rounding && !info.contacts[i].is_bilateral)
-      throw InputError(field("gap"), f_c[i], "gap(q0) >= 0 is required, the scene starts in penetration");
-    if (J_n.col(i).cwiseAbs().maxCoeff() == 0)
+    if (f_c[i] < -std::max(rounding, depth) && !info.contacts[i].is_bilateral)
+      throw InputError(field("gap"), f_c[i],
+                       fmt::format("gap(q0) >= {} is required, the scene starts in penetration; {}",
+                                   depth > 0 ? fmt::format("{:.3g}", -depth) : "0", kProjection));
+    if (directions.col(i).cwiseAbs().maxCoeff() == 0)
       throw InputError(field("Jn"), 0, "the gap does not depend on any coordinate at q0");
   }
-  if (info.has_bilateral()) validate_bilateral(problem, f_c, J_n, M);
+  if (info.has_bilateral()) validate_bilateral(problem, f_c, J_n, M, depth);
 }
 
 }  // namespace ricochet

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,10 +21,14 @@ struct ContactInfo {
   double mu = 0;              ///< friction coefficient, >= 0; zero exactly when n_t is zero
   int n_t = 0;                ///< tangent directions: 0 frictionless, 1 planar, 2 in space
   std::vector<int> support;   ///< coordinates q_k that occur in the gap or the tangents, ascending
+  bool is_moving = false;     ///< it depends on time: the last entry of `support` is the clock
   bool is_affine = false;     ///< J_n and J_t do not depend on q
   int normal_begin = 0;       ///< first entry of this contact in a packed J_n
   int tangent_begin = 0;      ///< first entry of this contact in a packed J_t, direction after direction
   int tangent_index = 0;      ///< first component of this contact in lambda_t and v_t
+
+  /// The entries of `support` that contact forces push: all but the clock.
+  std::span<const int> pushed() const { return std::span(support).first(support.size() - (is_moving ? 1 : 0)); }
 };
 
 struct ParameterInfo {
@@ -40,8 +45,9 @@ struct ProblemInfo {
   std::string hard_feature;  ///< what the scene tests
   std::vector<ParameterInfo> parameters;
 
-  int n_q = 0;  ///< coordinates
-  int n_u = 0;  ///< controls
+  int n_q = 0;     ///< coordinates
+  int n_u = 0;     ///< controls
+  int clock = -1;  ///< the coordinate that is time, the last one, see Problem (7); -1 where nothing depends on time
   std::vector<ContactInfo> contacts;
   std::vector<int> unilateral, bilateral;  ///< contacts of each kind, ascending
 
@@ -57,12 +63,13 @@ struct ProblemInfo {
     bool constant_force_jacobian = false;  ///< f_v + B_u u is affine in (q, v)
     bool has_potential = false;            ///< potential_energy() is defined
     bool has_formulas = false;             ///< a SymbolicProblem: a transcription can state its equations
-    /// Pairs k < l of coordinates that an entry (k, l) of M, or of a derivative of M a, f_v or B_u u, couples. Contacts
-    /// couple those of their supports.
+    /// Pairs k < l of coordinates that an entry (k, l) of M, or of a derivative of M a, f_v or B_u u, couples, without
+    /// the clock, which nothing moves. Contacts couple those of their supports that they push.
     std::vector<std::pair<int, int>> couplings;
   } structure;
 
   int n_c() const { return static_cast<int>(contacts.size()); }
+  int n_mechanical() const { return clock < 0 ? n_q : clock; }  ///< coordinates of bodies: all but the clock
   int n_bilateral() const { return static_cast<int>(bilateral.size()); }
   bool has_friction() const { return n_lambda_t > 0; }
   bool has_bilateral() const { return !bilateral.empty(); }
@@ -81,7 +88,16 @@ struct ProblemInfo {
 ///   ||lambda_t^i|| <= mu^i lambda_n^i, opposite to the slip velocity v_t^i = J_t^i' v  (5)
 ///   f_c^i(q) = 0, lambda_n^i of either sign, instead of (3)-(5) where i is bilateral   (6)
 ///
-/// A pure description: no solver, no time step. Time enters only as a clock coordinate (M entry 1, v = 1, f = 0).
+/// A pure description: no solver, no time step. Where forces, gaps or tangents depend on time, it is one more
+/// coordinate, the last:
+///
+///   q_clock = t,   v_clock = 1,   M entry 1, no force, no initial value but 0                (7)
+///
+/// so that J_n' v has the part df_c/dt of the rate of the gap, J_t' v the drive of a surface that moves (the clock's
+/// entry of J_t), v' (grad^2 f_c) v the parts f_tt + 2 f_tq v, and f_q the part df_v/dt: whatever is a rate, a slope or
+/// a derivative sums over the whole support. The clock's entries of J_n and J_t are part of rates only. No contact
+/// force acts on the clock: (2), impulses and Delassus operators sum over ContactInfo::pushed(). A scene without time
+/// has no clock.
 ///
 /// Arrays are plain pointers because these functions are called once per stage of every time step: no temporary, no
 /// allocation. Matrices are column-major. Contact Jacobians are packed: the normal of contact i occupies
@@ -150,8 +166,11 @@ class Problem {
   Vector gap(const Vector& q) const;
   Matrix normal_jacobian(const Vector& q) const;   ///< n_q x n_c
   Matrix tangent_jacobian(const Vector& q) const;  ///< n_q x n_lambda_t
+  /// Columns of J_n or J_t as the directions of their forces: zero at the clock.
+  Matrix force_directions(Matrix J) const;
   Vector gap_acceleration_bias(const Vector& q, const Vector& v) const;
   Vector slip_acceleration_bias(const Vector& q, const Vector& v) const;  ///< n_lambda_t, T v
+  double kinetic_energy(const Vector& q, const Vector& v) const;          ///< [J], of the bodies
   /// Kinetic plus potential energy [J]; empty when the scene states no potential.
   std::optional<double> energy(const Vector& q, const Vector& v) const;
 

@@ -1,5 +1,6 @@
 #include "problems/registry.h"
 
+#include "problems/initial_state.h"
 #include "problems/names.h"
 
 namespace ricochet {
@@ -26,10 +27,14 @@ std::vector<SceneEntry> scenes() {
 }
 
 std::unique_ptr<Problem> make_problem(const std::string& id, const ParameterChanges& changes) {
+  return make_problem(id, changes, 0);
+}
+
+std::unique_ptr<Problem> make_problem(const std::string& id, const ParameterChanges& changes, double depth) {
   const auto entry = entries().find(id);
   if (entry == entries().end()) throw_unknown_name("problem", id, keys_of(entries()));
   auto problem = entry->second.make(changes);
-  validate(*problem);
+  validate(*problem, depth);
   return problem;
 }
 

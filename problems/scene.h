@@ -34,7 +34,14 @@ namespace ricochet {
 //   input(q), control()      Mat-like std::array of n_q rows with n_u entries; the constant u of the plain simulation
 //   potential_energy(q)      for energy reports
 // A bilateral constraint is a contact joint<T>("name"), and its gap is zero at all times.
+//
+// A scene that moves by itself takes the time: force(q, v, t), gap(q, t), tangents(q, t), input(q, t), control(t), each
+// instead of the form without it, and
+//   drives(q, t)             std::array<std::array<T, n_t>, n_c>, added to J_t' v: minus the velocity of the surface
+// Coordinates stay those of the bodies; the clock of Problem (7) follows from t.
+//
 // Use `using std::sin` and the like inside a function: the call then works for double and, by lookup, for symbols.
+// `sign(x)` and `choose(c, a, b)`, c > 0 ? a : b, serve both (real_functions.h).
 
 template <class T, std::size_t n>
 using Vec = std::array<T, n>;
@@ -71,11 +78,21 @@ concept HasPotential = requires(const Scene s) {
 };
 template <class Scene>
 concept HasControl = requires(const Scene s) {
-  s.input(s.q0());
+  s.control();
+}
+|| requires(const Scene s) {
+  s.control(s.end_time());
 };
 template <class Scene>
 concept HasTangents = requires(const Scene s) {
   s.tangents(s.q0());
+}
+|| requires(const Scene s) {
+  s.tangents(s.q0(), s.end_time());
+};
+template <class Scene>
+concept HasDrives = requires(const Scene s) {
+  s.drives(s.q0(), s.end_time());
 };
 template <class Scene>
 concept HasConstantMass = requires(const Scene s) {
@@ -89,6 +106,60 @@ auto mass_of(const Scene& scene, const auto& q) {
   else
     return scene.mass(q);
 }
+
+// The members that may take the time.
+
+auto force_of(const auto& scene, const auto& q, const auto& v, const auto& t) {
+  if constexpr (requires { scene.force(q, v, t); })
+    return scene.force(q, v, t);
+  else
+    return scene.force(q, v);
+}
+
+auto gap_of(const auto& scene, const auto& q, const auto& t) {
+  if constexpr (requires { scene.gap(q, t); })
+    return scene.gap(q, t);
+  else
+    return scene.gap(q);
+}
+
+auto tangents_of(const auto& scene, const auto& q, const auto& t) {
+  if constexpr (requires { scene.tangents(q, t); })
+    return scene.tangents(q, t);
+  else
+    return scene.tangents(q);
+}
+
+auto input_of(const auto& scene, const auto& q, const auto& t) {
+  if constexpr (requires { scene.input(q, t); })
+    return scene.input(q, t);
+  else
+    return scene.input(q);
+}
+
+auto control_of(const auto& scene, const auto& t) {
+  if constexpr (requires { scene.control(t); })
+    return scene.control(t);
+  else
+    return scene.control();
+}
+
+/// The control of the plain simulation is part of the force.
+template <class Scene>
+concept HasControlOfTime = requires(const Scene s) {
+  s.control(s.end_time());
+};
+/// The scene may have a clock.
+template <class Scene>
+concept TakesTime = HasDrives<Scene> || HasControlOfTime<Scene> || requires(const Scene s) {
+  s.force(s.q0(), s.v0(), s.end_time());
+} || requires(const Scene s) {
+  s.gap(s.q0(), s.end_time());
+} || requires(const Scene s) {
+  s.tangents(s.q0(), s.end_time());
+} || requires(const Scene s) {
+  s.input(s.q0(), s.end_time());
+};
 
 template <class Scene>
 constexpr std::size_t n_q = std::tuple_size_v<decltype(std::declval<const Scene>().q0())>;
@@ -138,24 +209,28 @@ SymbolicModel symbolic_model(Scene<double> numeric) {
     else
       model.mass[row] = list(mass[row]);
   }
-  model.force = list(scene.force(q, v));
+  const ex t = model.t;
+  model.force = list(force_of(scene, q, v, t));
   if constexpr (HasControl<Scene<ex>>) {
-    for (const auto& row : scene.input(q)) model.input.push_back(list(row));
-    model.control = list(scene.control());
+    for (const auto& row : input_of(scene, q, t)) model.input.push_back(list(row));
+    model.control = list(control_of(scene, t));
     for (std::size_t k = 0; k < model.control.size(); ++k) model.u.emplace_back(fmt::format("u[{}]", k));
   }
   if constexpr (HasContacts<Scene<ex>>) {
-    const auto gaps = scene.gap(q);
+    const auto gaps = gap_of(scene, q, t);
     const auto laws = scene.contacts();
-    std::array<std::vector<SymbolicModel::Expressions>, std::tuple_size_v<decltype(gaps)>> tangents;
+    for (std::size_t i = 0; i < laws.size(); ++i) {
+      model.contacts.push_back({laws[i].name, gaps[i], {}, {}, laws[i].eps_r, laws[i].mu, laws[i].is_bilateral});
+    }
     if constexpr (HasTangents<Scene<ex>>) {
-      const auto directions = scene.tangents(q);
+      const auto directions = tangents_of(scene, q, t);
       for (std::size_t i = 0; i < directions.size(); ++i) {
-        for (const auto& direction : directions[i]) tangents[i].push_back(list(direction));
+        for (const auto& direction : directions[i]) model.contacts[i].tangents.push_back(list(direction));
       }
     }
-    for (std::size_t i = 0; i < laws.size(); ++i) {
-      model.contacts.push_back({laws[i].name, gaps[i], tangents[i], laws[i].eps_r, laws[i].mu, laws[i].is_bilateral});
+    if constexpr (HasDrives<Scene<ex>>) {
+      const auto drives = scene.drives(q, t);
+      for (std::size_t i = 0; i < drives.size(); ++i) model.contacts[i].drives = list(drives[i]);
     }
   }
   if constexpr (HasPotential<Scene<ex>>) model.potential_energy = scene.potential_energy(q);
@@ -173,24 +248,44 @@ class CompiledProblem final : public SymbolicProblem {
 
   void force(const double* q, const double* v, const double* u, double* f) const override {
     const auto position = scene_detail::load<n>(q);
-    auto value = scene_.force(position, scene_detail::load<n>(v));
+    const double t = time(q);
+    auto value = scene_detail::force_of(scene_, position, scene_detail::load<n>(v), t);
     if constexpr (scene_detail::HasControl<Scene<double>>) {
-      const auto B_u = scene_.input(position);
-      for (std::size_t row = 0; row < n; ++row) {
-        for (std::size_t k = 0; k < B_u[row].size(); ++k) value[row] += B_u[row][k] * u[k];
+      const auto B_u = scene_detail::input_of(scene_, position, t);
+      if constexpr (scene_detail::HasControlOfTime<Scene<double>>) {
+        const auto u_t = scene_.control(t);
+        if (info_.n_u == 0) u = u_t.data();
+        add_control(B_u, u, value);
+      } else {
+        add_control(B_u, u, value);
       }
     }
     std::copy(value.begin(), value.end(), f);
+    if constexpr (scene_detail::TakesTime<Scene<double>>) {
+      if (info_.clock >= 0) f[n] = 0;
+    }
   }
 
   void gap(const double* q, double* f_c) const override {
     if constexpr (scene_detail::HasContacts<Scene<double>>) {
-      const auto value = scene_.gap(scene_detail::load<n>(q));
+      const auto value = scene_detail::gap_of(scene_, scene_detail::load<n>(q), time(q));
       std::copy(value.begin(), value.end(), f_c);
     }
   }
 
  private:
+  double time([[maybe_unused]] const double* q) const {
+    if constexpr (scene_detail::TakesTime<Scene<double>>)
+      return info_.clock < 0 ? 0 : q[n];
+    else
+      return 0;
+  }
+  static void add_control(const auto& B_u, const double* u, auto& value) {
+    for (std::size_t row = 0; row < n; ++row) {
+      for (std::size_t k = 0; k < B_u[row].size(); ++k) value[row] += B_u[row][k] * u[k];
+    }
+  }
+
   static constexpr std::size_t n = scene_detail::n_q<Scene<double>>;
   Scene<double> scene_;
 };

@@ -106,7 +106,7 @@ struct Solution {
   Status status = Status::success;
   std::string message;  ///< why the run stopped early; empty on success
   double t = 0;         ///< time that was reached [s]
-  Vector q, v;          ///< state there; v is the left limit
+  Vector q, v;          ///< n_q, state there; v is the left limit. The clock, where there is one, is the last entry
 
   Matrix dq, dv;  ///< n_q x Settings::sensitivities: derivatives of q and v, through all switches
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "problems/derivatives/symbolic_problem.h"
+#include "problems/initial_state.h"
 #include "problems/input_error.h"
 #include "problems/names.h"
 
@@ -10,8 +11,9 @@ namespace ricochet {
 
 std::vector<Variable> variables(const ProblemInfo& info) {
   std::vector<Variable> list;
-  for (int k = 0; k < info.n_q; ++k) list.push_back({fmt::format("q0:{}", k), info.q0[k]});
-  for (int k = 0; k < info.n_q; ++k) list.push_back({fmt::format("v0:{}", k), info.v0[k]});
+  const int n_q = info.n_mechanical();
+  for (int k = 0; k < n_q; ++k) list.push_back({fmt::format("q0:{}", k), info.q0[k]});
+  for (int k = 0; k < n_q; ++k) list.push_back({fmt::format("v0:{}", k), info.v0[k]});
   for (const auto& parameter : info.parameters) list.push_back({"param:" + parameter.name, parameter.value});
   return list;
 }
@@ -25,10 +27,24 @@ Eigen::Index find_variable(const ProblemInfo& info, const std::string& name) {
   throw_unknown_name("sensitivity", name, known);
 }
 
-std::unique_ptr<Problem> with_value(const Problem& problem, Eigen::Index variable, double value) {
+namespace {
+
+SymbolicModel model_of(const Problem& problem) {
   const auto* symbolic = dynamic_cast<const SymbolicProblem*>(&problem);
   if (!symbolic) throw InputError("problem", problem.info().id, "only a problem made of formulas can be varied");
-  SymbolicModel model = symbolic->model();
+  return symbolic->model();
+}
+
+std::unique_ptr<Problem> valid_problem(SymbolicModel model) {
+  auto varied = std::make_unique<SymbolicProblem>(std::move(model));
+  validate(*varied);
+  return varied;
+}
+
+}  // namespace
+
+std::unique_ptr<Problem> with_value(const Problem& problem, Eigen::Index variable, double value) {
+  SymbolicModel model = model_of(problem);
   const auto k = static_cast<std::size_t>(variable), n_q = model.q.size();
   if (k < n_q)
     model.q0[k] = value;
@@ -36,9 +52,14 @@ std::unique_ptr<Problem> with_value(const Problem& problem, Eigen::Index variabl
     model.v0[k - n_q] = value;
   else
     model.parameters.at(k - 2 * n_q).value = value;
-  auto varied = std::make_unique<SymbolicProblem>(std::move(model));
-  validate(*varied);
-  return varied;
+  return valid_problem(std::move(model));
+}
+
+std::unique_ptr<Problem> with_initial_state(const Problem& problem, const Vector& q0, const Vector& v0) {
+  SymbolicModel model = model_of(problem);
+  model.q0.assign(q0.begin(), q0.end());
+  model.v0.assign(v0.begin(), v0.end());
+  return valid_problem(std::move(model));
 }
 
 }  // namespace ricochet

@@ -14,7 +14,8 @@ struct Variable {
   double value = 0;
 };
 
-/// All variables of a problem: those of q0, of v0, and the parameters, which q0 and v0 may depend on.
+/// All variables of a problem: those of q0 and of v0 without the clock, and the parameters, which q0 and v0 may depend
+/// on.
 std::vector<Variable> variables(const ProblemInfo& info);
 
 /// Where `name` stands in variables(). @throws InputError for a name that is not there, with those that are

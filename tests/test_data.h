@@ -26,6 +26,32 @@ inline std::unique_ptr<Problem> ground_truth_problem(const std::string& id) {
   return read_scene_file(test_data("ground_truth.json") + "#" + id);
 }
 
+/// Scenes that move by themselves, and their truth with the clock that a solution has behind the bodies' coordinates:
+/// T, 1, and no derivative.
+inline const std::vector<reference::GroundTruth>& moving_scenes() {
+  static const auto cases = [] {
+    auto list = reference::read_ground_truth(test_data("moving_scenes.json"));
+    const auto append = [](Vector& x, double value) {
+      x.conservativeResize(x.size() + 1);
+      x[x.size() - 1] = value;
+    };
+    for (auto& truth : list) {
+      append(truth.q, read_scene_file(test_data("moving_scenes.json") + "#" + truth.id)->info().end_time);
+      append(truth.v, 1);
+      for (auto& sensitivity : truth.sensitivities) {
+        append(sensitivity.dq, 0);
+        append(sensitivity.dv, 0);
+      }
+    }
+    return list;
+  }();
+  return cases;
+}
+
+inline std::unique_ptr<Problem> moving_scene(const std::string& id, const ParameterChanges& changes = {}) {
+  return read_scene_file(test_data("moving_scenes.json") + "#" + id, changes);
+}
+
 /// A tolerance that was measured, but no less than what processors may differ by in the last bits: twenty roundings.
 inline double with_rounding(double tolerance) {
   return std::max(tolerance, 20 * std::numeric_limits<double>::epsilon());
@@ -50,7 +76,8 @@ inline const std::vector<NamedProblem>& all_problems() {
   static const auto list = [] {
     std::vector<NamedProblem> problems;
     for (const auto& scene : scenes()) problems.push_back({scene.id, make_problem(scene.id)});
-    for (const char* file : {"simultaneous_balls", "touching_row", "joined_blocks", "crank_with_friction"}) {
+    for (const char* file :
+         {"simultaneous_balls", "touching_row", "joined_blocks", "crank_with_friction", "moving_table"}) {
       problems.push_back({file, read_scene_file(test_data(std::string(file) + ".json"))});
     }
     return problems;

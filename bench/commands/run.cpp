@@ -20,7 +20,7 @@ struct Options {
   std::vector<std::string> sensitivities;
 };
 
-std::string numbers(const Vector& x) {
+std::string numbers(const Eigen::Ref<const Vector>& x) {
   return fmt::format("{:.15g}", fmt::join(x.begin(), x.end(), "  "));
 }
 
@@ -32,7 +32,7 @@ void print_solution(const Problem& problem, const Solution& solution) {
   const auto& info = problem.info();
   fmt::print("status     {}{}\n", to_string(solution.status), solution.message.empty() ? "" : ": " + solution.message);
   fmt::print("t          {:.15g} of {:.15g} s\nq          {}\nv          {}\n", solution.t, info.end_time,
-             numbers(solution.q), numbers(solution.v));
+             numbers(solution.q.head(info.n_mechanical())), numbers(solution.v.head(info.n_mechanical())));
   const auto before = problem.energy(info.q0, info.v0), after = problem.energy(solution.q, solution.v);
   if (before && after) fmt::print("energy     {:.12g} J, {:+.3g} J since the start\n", *after, *after - *before);
   if (!solution.events.empty()) {
@@ -62,25 +62,28 @@ void print_work(const Counters& c, double seconds, std::size_t n_solutions) {
 }
 
 /// @param by_differences  whether the method has none itself
-void print_sensitivities(const std::vector<std::string>& names, const Solution& solution, bool by_differences) {
+void print_sensitivities(const std::vector<std::string>& names, const ProblemInfo& info, const Solution& solution,
+                         bool by_differences) {
+  const int n = info.n_mechanical();
   for (std::size_t k = 0; k < names.size(); ++k) {
     const auto column = static_cast<Eigen::Index>(k);
     Vector dt(static_cast<Eigen::Index>(shown_events(solution)));
     for (Eigen::Index e = 0; e < dt.size(); ++e) dt[e] = solution.events[static_cast<std::size_t>(e)].dt[column];
     fmt::print("d/d {}{}\n  dq       {}\n  dv       {}\n", names[k],
-               by_differences ? ", by differences of its solution" : "", numbers(solution.dq.col(column)),
-               numbers(solution.dv.col(column)));
+               by_differences ? ", by differences of its solution" : "", numbers(solution.dq.col(column).head(n)),
+               numbers(solution.dv.col(column).head(n)));
     if (dt.size() > 0) fmt::print("  dt       {}\n", numbers(dt));
   }
 }
 
 Trajectory trajectory_of(const Problem& problem, const std::string& method, const Solution& solution) {
   Trajectory trajectory{problem.info().id, method, {}, {}, {}};
+  const int n = problem.info().n_mechanical();
   for (const auto& sample : solution.samples) {
     for (const Vector* v : {&sample.v_minus, &sample.v_plus}) {
       trajectory.t.push_back(sample.t);
-      trajectory.q.emplace_back(sample.q.begin(), sample.q.end());
-      trajectory.v.emplace_back(v->begin(), v->end());
+      trajectory.q.emplace_back(sample.q.begin(), sample.q.begin() + n);
+      trajectory.v.emplace_back(v->begin(), v->begin() + n);
     }
   }
   return trajectory;
@@ -114,7 +117,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
     fmt::print("problem    {}: {}\nmethod     {}: {}\n", problem->info().id, problem->info().title, options.method,
                method->info().title);
     print_solution(*problem, solution);
-    if (solution.succeeded()) print_sensitivities(settings.sensitivities, solution, by_differences);
+    if (solution.succeeded()) print_sensitivities(settings.sensitivities, problem->info(), solution, by_differences);
     print_work(solution.counters, seconds, by_differences ? 1 + 4 * settings.sensitivities.size() : 1);
     if (!options.plot.empty() && !solution.samples.empty()) {
       const auto figure =

@@ -40,10 +40,11 @@ void describe_replay(const OptimalControlProblem& problem, const ControlTrajecto
     run.replayed_by = "pivoting";
   }
   run.replay_status = to_string(truth.status);
+  const int n = problem.plant->info().n_mechanical();
   for (const auto& point : truth.points) {
     run.replayed.t.push_back(point.t);
-    run.replayed.q.emplace_back(point.q.begin(), point.q.end());
-    run.replayed.v.emplace_back(point.v.begin(), point.v.end());
+    run.replayed.q.emplace_back(point.q.begin(), point.q.begin() + n);
+    run.replayed.v.emplace_back(point.v.begin(), point.v.begin() + n);
   }
   if (truth.status != Status::success) return;
   const ReplayMismatch difference = mismatch(problem, trajectory, truth);
@@ -149,7 +150,7 @@ void compare_gradients(const json& document, ResultsFile& file) {
   ControlGradient line;
   line.problem = problem->id;
   for (const char* name : {"q", "v"}) {
-    for (int k = 0; k < info.n_q; ++k) line.components.push_back(fmt::format("{}_{}", name, k + 1));
+    for (int k = 0; k < info.n_mechanical(); ++k) line.components.push_back(fmt::format("{}_{}", name, k + 1));
   }
   const auto append = [&](const std::string& method, int steps, const Matrix& gradient) {
     line.method = method;

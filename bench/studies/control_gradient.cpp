@@ -25,7 +25,8 @@ Matrix gradient_by_differences(const OptimalControlProblem& problem, const Contr
   const auto end = [&](const ControlTrajectory& varied) {
     const Replay result = replay(problem, varied, solve);
     if (result.status != Status::success) throw std::runtime_error("gradient by differences: " + result.message);
-    return stacked(result.q, result.v);
+    const int n = problem.plant->info().n_mechanical();
+    return stacked(result.q.head(n), result.v.head(n));
   };
   const Vector here = end(trajectory);
   Matrix gradient = Matrix::Zero(here.size(), trajectory.u.size());
@@ -45,7 +46,7 @@ Matrix gradient_by_sensitivities(const OptimalControlProblem& problem, const Con
                                  const std::string& method_name, int steps) {
   const auto method = make_method(method_name);
   ReplayProblem plant(problem);
-  const Eigen::Index n_q = problem.plant->n_q(), n_u = trajectory.u.rows(), n = trajectory.u.cols();
+  const Eigen::Index n_q = problem.plant->info().n_mechanical(), n_u = trajectory.u.rows(), n = trajectory.u.cols();
   Settings settings;
   settings.steps = steps;
   for (const char* kind : {"q0", "v0"}) {
@@ -63,8 +64,8 @@ Matrix gradient_by_sensitivities(const OptimalControlProblem& problem, const Con
     change << s.dq.topRows(n_q), s.dv.topRows(n_q);
     gradient.leftCols(n_u * k) = (change.leftCols(2 * n_q) * gradient.leftCols(n_u * k)).eval();  // (1)
     gradient.middleCols(n_u * k, n_u) = change.rightCols(n_u);
-    q = s.q.head(n_q);
-    v = s.v.head(n_q);
+    q = plant.of_plant(s.q);
+    v = plant.of_plant(s.v);
   }
   return gradient;
 }

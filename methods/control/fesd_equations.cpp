@@ -491,7 +491,7 @@ void FesdEquations::set_guess(const FesdStep& step, int interval) {
     guess_split(restitution(J, stages.v0, step.v_minus.col(column)), element.s_plus, element.s_minus);
     if (options_.no_capture) guess_split(J.transpose() * stages.v0, element.z_plus, element.z_minus);
     if (projects_) {
-      const Matrix J_end = plant_.normal_jacobian(stages.q1);
+      const Matrix J_end = plant_.normal_jacobian(stages.q1), directions = plant_.force_directions(J_end);
       const Vector impulse = plant_.mass_matrix(stages.q1) * (stages.v1 - stages.v.col(tableau_.n_s - 1));
       Vector P = Vector::Zero(info_.n_c());
       std::vector<int> projected;
@@ -499,7 +499,7 @@ void FesdEquations::set_guess(const FesdStep& step, int interval) {
         if (is_projected(i) && stages.modes[i] != ContactMode::open) projected.push_back(i);
       }
       if (!projected.empty()) {  // Eigen's decomposition needs a column
-        const Vector solved = J_end(Eigen::all, projected).completeOrthogonalDecomposition().solve(impulse);
+        const Vector solved = directions(Eigen::all, projected).completeOrthogonalDecomposition().solve(impulse);
         P(projected) = solved;
       }
       for (const int i : projected) variables[element.P[i]].guess = P[i];

@@ -70,13 +70,17 @@ Status ShrinkingHorizon::advance() {
 void ShrinkingHorizon::disturb(double size, std::mt19937& random) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   const auto direction = [&] { return Vector::NullaryExpr(q_.size(), [&] { return uniform(random); }).eval(); };
-  const Vector dq = direction(), dv = direction().cwiseProduct(v_);
+  const Vector dq = problem_.plant->force_directions(direction()),  // the clock goes on
+      dv = problem_.plant->force_directions(direction().cwiseProduct(v_));
   const std::vector<bool> is_closed = closed_contacts(problem_.plant->gap(q_));
   const std::vector<int> closed = numbers(is_closed);
+  const auto directions = [&](const Vector& q) -> Matrix {
+    return problem_.plant->force_directions(problem_.plant->normal_jacobian(q)(Eigen::all, closed));
+  };
   const auto moved = [&](double by) {
     Vector q = q_ + by * dq;
     for (int i = 0; i < kNewtonSteps && !closed.empty(); ++i)
-      q -= shortest(problem_.plant->normal_jacobian(q)(Eigen::all, closed), problem_.plant->gap(q)(closed));
+      q -= shortest(directions(q), problem_.plant->gap(q)(closed));
     return q;
   };
   Vector q = moved(size);
@@ -84,7 +88,7 @@ void ShrinkingHorizon::disturb(double size, std::mt19937& random) {
   v_ += size * dv;
   if (!closed.empty()) {
     const Matrix J = problem_.plant->normal_jacobian(q)(Eigen::all, closed);
-    v_ -= shortest(J, J.transpose() * v_);
+    v_ -= shortest(directions(q), J.transpose() * v_);
   }
   q_ = q;
   pivoting_.start(q_, v_);

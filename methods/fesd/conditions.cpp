@@ -149,8 +149,8 @@ Vector FesdAudit::end_velocity_residual(const Stages& e, const Matrix& accelerat
   const ProblemInfo& info = problem_.info();
   Vector residual = e.v1 - e.v0 - e.h * accelerations * tableau_.b;
   if (!e.is_projected) return residual;
-  const Matrix M = problem_.mass_matrix(e.q1), J_n = problem_.normal_jacobian(e.q1),
-               J_t = problem_.tangent_jacobian(e.q1);
+  const Matrix M = problem_.mass_matrix(e.q1), J_n = problem_.force_directions(problem_.normal_jacobian(e.q1)),
+               J_t = problem_.force_directions(problem_.tangent_jacobian(e.q1));
   Matrix held = Matrix::Zero(info.n_q, info.n_c() + info.n_lambda_t);
   for (int i = 0; i < info.n_c(); ++i) {
     const auto& contact = info.contacts[i];
@@ -174,14 +174,15 @@ void FesdAudit::add_right_end(const Stages& e, const Vector& force_size) {
   const Matrix J_n = problem_.normal_jacobian(e.q1), J_t = problem_.tangent_jacobian(e.q1);
   const Eigen::LLT<Matrix> M(problem_.mass_matrix(e.q1));
   const Vector load = M.solve(problem_.force(e.q1, e.v1)),
-               a = load + M.solve(J_n * e.end_lambda_n + J_t * e.end_lambda_t),
-               bias_n = problem_.gap_acceleration_bias(e.q1, e.v1),
+               contact_force = problem_.force_directions(J_n * e.end_lambda_n + J_t * e.end_lambda_t),
+               a = load + M.solve(contact_force), bias_n = problem_.gap_acceleration_bias(e.q1, e.v1),
                bias_t = problem_.slip_acceleration_bias(e.q1, e.v1);
   for (int i = 0; i < problem_.n_c(); ++i) {
     if (!is_closed(e.modes[i])) continue;
     const auto hold = [&](const Vector& J, double bias) {
+      const Vector direction = problem_.force_directions(J);
       const double acceleration =
-          J.cwiseAbs().dot(load.cwiseAbs()) + J.dot(M.solve(J)) * force_size[i] + std::abs(bias);
+          J.cwiseAbs().dot(load.cwiseAbs()) + J.dot(M.solve(direction)) * force_size[i] + std::abs(bias);
       report(FesdCondition::end_tangency, J.dot(e.v1), J.cwiseAbs().dot(e.v1.cwiseAbs()) + e.h * acceleration, i);
       report(FesdCondition::end_force, J.dot(a) + bias, acceleration, i);
     };
@@ -387,20 +388,23 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
   for (int n = 0; n < N; ++n) {
     const Stages& e = step.elements[n];
     length += e.h;
-    const Matrix J = problem_.normal_jacobian(e.q0).cwiseAbs(), J_t = problem_.tangent_jacobian(e.q0);
+    const Matrix J = problem_.normal_jacobian(e.q0).cwiseAbs(), J_t = problem_.tangent_jacobian(e.q0).cwiseAbs();
+    const Matrix D = problem_.force_directions(J), D_t = problem_.force_directions(J_t);
     const Eigen::LLT<Matrix> M(problem_.mass_matrix(e.q0));
     Vector load = M.solve(problem_.force(e.q0, e.v0)).cwiseAbs();
     for (const int i : info.bilateral)
-      load += M.solve(problem_.normal_jacobian(e.q0).col(i)).cwiseAbs() * max_abs(e.lambda_n.row(i));
+      load += M.solve(problem_.force_directions(problem_.normal_jacobian(e.q0)).col(i)).cwiseAbs() *
+              max_abs(e.lambda_n.row(i));
     for (int i = 0; i < n_c; ++i) {
       const double speed = std::max(J.col(i).dot(e.v0.cwiseAbs()), J.col(i).dot(step.v_minus.col(n).cwiseAbs()));
       gap_size_[i] = std::max(gap_size_[i], J.col(i).dot(e.q0.cwiseAbs() + step.H * step.H * load) + step.H * speed);
-      const double delassus = J.col(i).dot(M.solve(J.col(i)));
+      const double delassus = D.col(i).dot(M.solve(D.col(i)));
       force_size[i] = std::max({force_size[i], max_abs(e.lambda_n.row(i)), J.col(i).dot(load) / delassus});
       speed_size_[i] = std::max(speed_size_[i], speed + step.H * delassus * force_size[i]);
       for (int d = 0; d < info.contacts[i].n_t; ++d) {
-        const Vector direction = J_t.col(info.contacts[i].tangent_index + d).cwiseAbs();
-        const double mobility = direction.dot(M.solve(direction));
+        const int tangent = info.contacts[i].tangent_index + d;
+        const auto direction = J_t.col(tangent);
+        const double mobility = D_t.col(tangent).dot(M.solve(D_t.col(tangent)));
         const double impulse = step.H * info.contacts[i].mu * force_size[i];
         slip_size_[i] = std::max({slip_size_[i], direction.dot(e.v0.cwiseAbs() + step.H * load) + mobility * impulse,
                                  direction.dot(step.v_minus.col(n).cwiseAbs())});
@@ -420,18 +424,21 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
       const Vector q = e.q.col(k), v = e.v.col(k);
       const Eigen::LLT<Matrix> M(problem_.mass_matrix(q));
       const Vector load = M.solve(problem_.force(q, v)),
-                   contact = M.solve(problem_.normal_jacobian(q) * e.lambda_n.col(k) +
-                                     problem_.tangent_jacobian(q) * e.lambda_t.col(k));
+                   contact =
+                       M.solve(Vector(problem_.force_directions(problem_.normal_jacobian(q) * e.lambda_n.col(k) +
+                                                                problem_.tangent_jacobian(q) * e.lambda_t.col(k))));
       accelerations.col(k) = load + contact;
       acceleration_size = std::max({acceleration_size, max_abs(load), max_abs(contact)});
       gaps.col(k) = problem_.gap(q);
     }
-    const double q_size = max_abs(e.q0) + e.h * max_abs(e.v), v_size = max_abs(e.v0) + e.h * acceleration_size;
-    report(FesdCondition::stage_position, max_abs((e.q - e.h * e.v * tableau_.A.transpose()).colwise() - e.q0), q_size,
-           -1);
+    const int n_bodies = info.n_mechanical();
+    const double q_size = max_abs(e.q0.head(n_bodies)) + e.h * max_abs(e.v.topRows(n_bodies)),
+                 v_size = max_abs(e.v0.head(n_bodies)) + e.h * acceleration_size;
+    const Matrix of_stages = (e.q - e.h * e.v * tableau_.A.transpose()).colwise() - e.q0;
+    report(FesdCondition::stage_position, max_abs(of_stages.topRows(n_bodies)), q_size, -1);
     report(FesdCondition::stage_velocity,
            max_abs((e.v - e.h * accelerations * tableau_.A.transpose()).colwise() - e.v0), v_size, -1);
-    report(FesdCondition::end_position, max_abs(e.q1 - e.q0 - e.h * e.v * tableau_.b), q_size, -1);
+    report(FesdCondition::end_position, max_abs((e.q1 - e.q0 - e.h * e.v * tableau_.b).head(n_bodies)), q_size, -1);
     report(FesdCondition::end_velocity, max_abs(end_velocity_residual(e, accelerations)), v_size, -1);
 
     // Left end.
@@ -441,10 +448,11 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     const Vector v_minus = step.v_minus.col(n), Lambda = step.Lambda_n.col(n);
     const Matrix J = problem_.normal_jacobian(e.q0);
     const Vector grid_gaps = problem_.gap(e.q0), end_gaps = problem_.gap(e.q1);
-    const double momentum = max_abs(M0 * e.v0.cwiseAbs()) + max_abs(M0 * v_minus.cwiseAbs());
-    report(FesdCondition::impulse_balance,
-           max_abs(M0 * (e.v0 - v_minus) - J * Lambda - problem_.tangent_jacobian(e.q0) * step.Lambda_t.col(n)),
-           momentum, -1);
+    const double momentum =
+        max_abs((M0 * e.v0.cwiseAbs()).head(n_bodies)) + max_abs((M0 * v_minus.cwiseAbs()).head(n_bodies));
+    const Matrix impulse =
+        problem_.force_directions(J * Lambda + problem_.tangent_jacobian(e.q0) * step.Lambda_t.col(n));
+    report(FesdCondition::impulse_balance, max_abs(M0 * (e.v0 - v_minus) - impulse), momentum, -1);
     add_bilateral(e, gaps);
     if (e.is_projected) add_right_end(e, force_size);
 

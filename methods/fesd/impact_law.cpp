@@ -64,7 +64,7 @@ void ImpactLaw::find_moved() {
   Eigen::Index effects = 0;
   for (const auto& contact : info.contacts) {
     std::vector<int> parts;
-    for (const int k : contact.support) parts.push_back(sets.of(k));
+    for (const int k : contact.pushed()) parts.push_back(sets.of(k));
     std::sort(parts.begin(), parts.end());
     parts.erase(std::unique(parts.begin(), parts.end()), parts.end());
     const auto begin = static_cast<std::ptrdiff_t>(moved_.size());
@@ -109,12 +109,12 @@ bool ImpactLaw::prepare(const Vector& q, std::span<const int> touching) {
     for (int d = 0; d <= contact.n_t; ++d) {
       const double* J = column(i, d);
       if (is_diagonal) {
-        for (const int at : contact.support) *entry++ = *J++ / M_(at, at);
+        for (const int at : contact.pushed()) *entry++ = *J++ / M_(at, at);
         ++counters_.linear_solves;
         continue;
       }
       column_.setZero();
-      for (const int at : contact.support) column_[at] = *J++;
+      for (const int at : contact.pushed()) column_[at] = *J++;
       solve_mass(column_);
       const int tangent = problem_.n_c() + contact.tangent_index + d - 1;
       if (has_bilateral_) bilateral_.impose(column_, nullptr, reaction_.col(d == 0 ? i : tangent));
@@ -137,7 +137,7 @@ double ImpactLaw::own_delassus(int contact, int row, int d) const {
   const auto& info = problem_.info().contacts[contact];
   const double *J = column(contact, row), *response = effect(contact, d);
   double sum = 0;
-  for (std::size_t s = 0; s < info.support.size(); ++s)
+  for (std::size_t s = 0; s < info.pushed().size(); ++s)
     sum += J[s] * response[support_in_moved_[info.normal_begin + s]];
   return sum;
 }
@@ -234,7 +234,7 @@ void ImpactLaw::set_delassus(std::span<const int> members) {
   delassus_.set_sizes(sizes_);
   for (const int member : members) {
     neighbours_.clear();
-    for (const int at : problem_.info().contacts[contacts_[member]].support)
+    for (const int at : problem_.info().contacts[contacts_[member]].pushed())
       neighbours_.insert(neighbours_.end(), visitors_[at].begin(), visitors_[at].end());
     std::sort(neighbours_.begin(), neighbours_.end());
     neighbours_.erase(std::unique(neighbours_.begin(), neighbours_.end()), neighbours_.end());

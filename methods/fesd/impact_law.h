@@ -9,7 +9,7 @@
 #include "methods/complementarity/contacts/delassus.h"
 #include "methods/complementarity/contacts/friction_problem.h"
 #include "methods/fesd/contact_scales.h"
-#include "methods/linear_algebra/disjoint_sets.h"
+#include "problems/disjoint_sets.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
 

@@ -65,7 +65,7 @@ void JunctionSolver::set_islands(const Junction& junction, const Stages* left, c
                                  const Eigen::Ref<const Vector>& v_minus) {
   const auto& contacts = problem_.info().contacts;
   islands_ = coupled_;
-  for (const int i : junction.touching) islands_.join(contacts[i].support);
+  for (const int i : junction.touching) islands_.join(contacts[i].pushed());
   std::fill(jumps_.begin(), jumps_.end(), false);
   for (int k = 0; k < problem_.n_q(); ++k) {
     if (v[k] != v_minus[k]) jumps_[islands_.of(k)] = true;

@@ -43,8 +43,8 @@ Sensitivity::Sensitivity(const Problem& problem, const ButcherTableau& tableau, 
   parameters_ = Matrix::Zero(n_parameters, n_theta_ + 1);
   Matrix initial = Matrix::Zero(2 * n_q_, n_theta_);
   for (Eigen::Index column = 0; column < n_theta_; ++column) {
-    const auto k = find_variable(info, names[static_cast<std::size_t>(column)]);
-    (k < 2 * n_q_ ? initial(k, column) : parameters_(k - 2 * n_q_, column)) = 1;
+    const auto k = find_variable(info, names[static_cast<std::size_t>(column)]), n = Eigen::Index{info.n_mechanical()};
+    (k < n ? initial(k, column) : k < 2 * n ? initial(n_q_ + k - n, column) : parameters_(k - 2 * n, column)) = 1;
   }
   Matrix constants(2 * n_q_ + 2 * n_c_ + 1, n_parameters);
   problem.parameter_derivative_of_constants(constants.data());
@@ -146,8 +146,8 @@ void Sensitivity::through_switch_at_start(const FesdStep& step) {
   }
   if (contact < 0) return;
   const Matrix J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
-  const Vector a =
-      problem_.mass_matrix(q).llt().solve(problem_.force(q, v) + J_n * reached_.lambda_n + J_t * reached_.lambda_t);
+  const Vector contact_force = problem_.force_directions(J_n * reached_.lambda_n + J_t * reached_.lambda_t),
+               a = problem_.mass_matrix(q).llt().solve(problem_.force(q, v) + contact_force);
   const Matrix parameters = parameter_rows(q, v, a, reached_.lambda_n, reached_.lambda_t).leftCols(n_theta_);
   Matrix slope;        // of the switch functions, by theta
   Vector slope_per_h;  // by the length of the element
@@ -267,7 +267,7 @@ void Sensitivity::through_projection(const Stages& e, const Switch& end, State& 
     else if (contact.n_t > 0)
       forces.block(t, i, contact.n_t, 1) = -contact.mu * slip_at_end(e, i, 0).direction;
   }
-  C << J_n, J_t;
+  C << problem_.force_directions(J_n), problem_.force_directions(J_t);
   C *= forces;
   const Vector Lambda =
                    forces * C.completeOrthogonalDecomposition().solve(problem_.mass_matrix(e.q1) * (e.v1 - v_minus)),
@@ -289,7 +289,8 @@ void Sensitivity::through_impulse(const Impulse& impulse, State& state) const {
   const Matrix before = parameter_rows(q, v_minus, no_a, no_Lambda_n, no_Lambda_t),
                without = parameter_rows(q, v, no_a, no_Lambda_n, no_Lambda_t),
                behind = parameter_rows(q, v, jump, Lambda_n, Lambda_t);
-  const Matrix M = problem_.mass_matrix(q), J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
+  const Matrix M = problem_.mass_matrix(q), J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q),
+               D_n = problem_.force_directions(J_n), D_t = problem_.force_directions(J_t);
 
   Eigen::Index n = n_q_;
   for (int i = 0; i < n_c_; ++i) n += acts(i) ? 1 + problem_.info().contacts[i].n_t : 0;
@@ -305,8 +306,8 @@ void Sensitivity::through_impulse(const Impulse& impulse, State& state) const {
   for (int i = 0; i < n_c_; ++i) {
     if (!acts(i)) continue;
     const auto& info = problem_.info().contacts[i];
-    rows.x.block(0, row, n_q_, 1) = -J_n.col(i);
-    rows.x.block(0, row + 1, n_q_, info.n_t) = -J_t.middleCols(info.tangent_index, info.n_t);
+    rows.x.block(0, row, n_q_, 1) = -D_n.col(i);
+    rows.x.block(0, row + 1, n_q_, info.n_t) = -D_t.middleCols(info.tangent_index, info.n_t);
     const double eps_r = is_projection ? 0 : info.eps_r;
     rows.q.row(row) = gap_curvature(i, q, v + eps_r * v_minus);
     rows.v.row(row) = J_n.col(i).transpose();
@@ -346,7 +347,8 @@ Sensitivity::Element Sensitivity::through_element(const Stages& e, const Switch&
     const Vector q = e.q.col(j), v = e.v.col(j), a = e.a.col(j), lambda_n = e.lambda_n.col(j),
                  lambda_t = e.lambda_t.col(j);
     const Matrix parameters = parameter_rows(q, v, a, lambda_n, lambda_t);
-    const Matrix J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
+    const Matrix J_n = problem_.normal_jacobian(q), D_n = problem_.force_directions(J_n),
+                 D_t = problem_.force_directions(problem_.tangent_jacobian(q));
     Matrix M_q(n_q_, n_q_), f_q(n_q_, n_q_), f_v(n_q_, n_q_), J_q(n_q_, n_q_);
     problem_.mass_derivative(q.data(), a.data(), M_q.data());
     problem_.force_jacobians(q.data(), v.data(), info.u.data(), f_q.data(), f_v.data());
@@ -360,8 +362,8 @@ Sensitivity::Element Sensitivity::through_element(const Stages& e, const Switch&
     for (int i = 0; i < n_c_; ++i) {
       if (!is_closed(e.modes[i])) continue;
       const auto& contact = info.contacts[i];
-      rows.x.block(0, row, n_q_, 1) = -J_n.col(i);
-      rows.x.block(0, row + 1, n_q_, contact.n_t) = -J_t.middleCols(contact.tangent_index, contact.n_t);
+      rows.x.block(0, row, n_q_, 1) = -D_n.col(i);
+      rows.x.block(0, row + 1, n_q_, contact.n_t) = -D_t.middleCols(contact.tangent_index, contact.n_t);
       rows.q.row(row) = J_n.col(i).transpose() / (h * h);  // (4), scaled for the pivoting
       rows.theta.row(row) = parameters.row(n_q_ + i) / (h * h);
       if (contact.n_t > 0) {
@@ -413,8 +415,9 @@ Sensitivity::Element Sensitivity::through_element(const Stages& e, const Switch&
 Matrix Sensitivity::constrained_forces(const Stages& e, const Switch& end, const State& state) const {
   const ProblemInfo& info = problem_.info();
   const Vector &q = e.q1, &v = e.v1, &lambda_n = e.end_lambda_n, &lambda_t = e.end_lambda_t;
-  const Matrix M = problem_.mass_matrix(q), J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
-  const Vector a = M.llt().solve(problem_.force(q, v) + J_n * lambda_n + J_t * lambda_t);
+  const Matrix M = problem_.mass_matrix(q), J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q),
+               D_n = problem_.force_directions(J_n), D_t = problem_.force_directions(J_t);
+  const Vector a = M.llt().solve(problem_.force(q, v) + D_n * lambda_n + D_t * lambda_t);
   const Matrix parameters = parameter_rows(q, v, a, lambda_n, lambda_t),
                of_acceleration = parameter_rows(q, a, a, lambda_n, lambda_t);
   // The bias contains third derivatives of gaps: differences of fourth order, along the variations and along v.
@@ -422,8 +425,11 @@ Matrix Sensitivity::constrained_forces(const Stages& e, const Switch& end, const
     return (8 * (f(step) - f(-step)) - (f(2 * step) - f(-2 * step))) / (12 * step);
   };
   const auto step_along = [&](const Vector& dq, const Vector& dv) {
-    const double q_size = max_abs(q) + e.h * max_abs(v), v_size = max_abs(v) + e.h * max_abs(a);
-    const double size = std::max(max_abs(dq) / q_size, max_abs(dv) / v_size);
+    const int n = info.n_mechanical();
+    const double speed = max_abs(v.head(n)), q_size = max_abs(q.head(n)) + e.h * speed,
+                 v_size = speed + e.h * max_abs(a);
+    const double dt = info.clock < 0 ? 0 : std::abs(dq[info.clock]) / e.h;
+    const double size = std::max({max_abs(dq.head(n)) / q_size, max_abs(dv) / v_size, dt});
     return size > 0 ? kDifference / size : kDifference;
   };
   Matrix bias(n_c_ + n_t_, n_theta_ + 1);
@@ -461,8 +467,8 @@ Matrix Sensitivity::constrained_forces(const Stages& e, const Switch& end, const
     if (!is_closed(e.modes[i])) continue;
     const auto& contact = info.contacts[i];
     const int t = contact.tangent_index, n_t = contact.n_t;
-    rows.x.block(0, row, n_q_, 1) = -J_n.col(i);
-    rows.x.block(0, row + 1, n_q_, n_t) = -J_t.middleCols(t, n_t);
+    rows.x.block(0, row, n_q_, 1) = -D_n.col(i);
+    rows.x.block(0, row + 1, n_q_, n_t) = -D_t.middleCols(t, n_t);
     rows.x.block(row, 0, 1, n_q_) = J_n.col(i).transpose();
     rows.q.row(row) = gap_curvature(i, q, a);
     rows.theta.row(row) = of_acceleration.row(n_q_ + n_c_ + i) + bias.row(i);

@@ -59,7 +59,7 @@ void NewtonSystem::find_islands() {
   coordinate_sets_.reset(n_q_);
   if (n_s_ * n_x_ <= kMostOfOneIsland) return coordinate_sets_.join_all();
   coordinate_sets_.join(problem_.info().structure.couplings);
-  for (const ActiveContact& active : closed_) coordinate_sets_.join(problem_.info().contacts[active.contact].support);
+  for (const ActiveContact& active : closed_) coordinate_sets_.join(problem_.info().contacts[active.contact].pushed());
 }
 
 /// Islands with their coordinates and contacts, from coordinate_sets_.
@@ -129,7 +129,7 @@ void NewtonSystem::order_by_levels(const Island& island, int first) {
     const int c = order_[next];
     for (const int other : coupled_[c]) visit(other);
     for (const int a : contacts_of_[c]) {
-      for (const int other : problem_.info().contacts[closed_[a].contact].support) visit(other);
+      for (const int other : problem_.info().contacts[closed_[a].contact].pushed()) visit(other);
     }
   }
 }
@@ -139,7 +139,7 @@ void NewtonSystem::order_by_levels(const Island& island, int first) {
 void NewtonSystem::number_along_levels(Island& island) {
   for (const int c : island.coordinates) contacts_of_[c].clear();
   for (const int a : island.contacts) {
-    for (const int c : problem_.info().contacts[closed_[a].contact].support) contacts_of_[c].push_back(a);
+    for (const int c : problem_.info().contacts[closed_[a].contact].pushed()) contacts_of_[c].push_back(a);
   }
   const auto last = island.coordinates.size() - 1;
   order_by_levels(island, island.coordinates.front());
@@ -152,10 +152,10 @@ void NewtonSystem::number_along_levels(Island& island) {
   std::vector<Place> places;
   for (const int c : island.coordinates) places.push_back({static_cast<double>(place_[c]), c, -1});
   for (const int a : island.contacts) {
-    const auto& support = problem_.info().contacts[closed_[a].contact].support;
+    const auto pushed = problem_.info().contacts[closed_[a].contact].pushed();
     double sum = 0;
-    for (const int c : support) sum += place_[c];
-    places.push_back({sum / static_cast<double>(support.size()), -1, a});
+    for (const int c : pushed) sum += place_[c];
+    places.push_back({sum / static_cast<double>(pushed.size()), -1, a});
   }
   std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
     return std::tie(a.at, a.contact, a.coordinate) < std::tie(b.at, b.contact, b.coordinate);
@@ -175,8 +175,8 @@ void NewtonSystem::number_along_levels(Island& island) {
   for (const int a : island.contacts) {
     const auto& contact = problem_.info().contacts[closed_[a].contact];
     if (contact.is_affine) continue;
-    for (const int c : contact.support) {
-      for (const int other : contact.support) island.couples.emplace_back(c, other);
+    for (const int c : contact.pushed()) {
+      for (const int other : contact.pushed()) island.couples.emplace_back(c, other);
     }
   }
   std::sort(island.couples.begin(), island.couples.end());
@@ -187,7 +187,7 @@ void NewtonSystem::number_along_levels(Island& island) {
     widest = std::max(widest, std::abs(coordinate_number_[c] - coordinate_number_[d]));
   for (const int a : island.contacts) {
     const int first = row_number_[closed_[a].row], after = first + closed_[a].n_rows - 1;
-    for (const int c : problem_.info().contacts[closed_[a].contact].support)
+    for (const int c : problem_.info().contacts[closed_[a].contact].pushed())
       widest = std::max({widest, std::abs(coordinate_number_[c] - first), std::abs(coordinate_number_[c] - after)});
     widest = std::max(widest, after - first);
   }
@@ -253,18 +253,19 @@ void NewtonSystem::assemble(const Island& island, const StageCoefficients& k, co
     }
     for (const int a : island.contacts) {
       const ActiveContact& active = closed_[a];
-      const auto& support = problem_.info().contacts[active.contact].support;
+      const auto& contact = problem_.info().contacts[active.contact];
       const auto number = [&](int row) { return row_number_[active.row + row]; };
       int entry = active.entry;
       for (int row = 0; row < active.n_rows; ++row) {
         const int at = island.position(number(row), j);
-        for (const int c : support) {
+        for (const int c : contact.pushed()) {
           add(island.position(coordinate_number_[c], j), at, -derivatives.forces[j][entry]);
           const double Rq = derivatives.Rq[j][entry], Rv = derivatives.Rv[j][entry];
           for (int l = 0; l < n_s_; ++l)
             add(at, island.position(coordinate_number_[c], l), k.h2A2(j, l) * Rq + k.hA(j, l) * Rv);
           ++entry;
         }
+        entry += contact.is_moving;  // the clock's acceleration is zero: its columns change nothing
         for (int other = 0; other < active.n_rows; ++other)
           add(at, island.position(number(other), j), derivatives.Rl[j][9 * a + 3 * row + other]);
       }

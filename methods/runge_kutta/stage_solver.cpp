@@ -304,13 +304,14 @@ void StageSolver::set_end_system(const Vector& q, const Vector& v, const Stages&
   for (std::size_t k = 0; k < closed_.size(); ++k) {
     const ActiveContact& active = closed_[k];
     const auto& contact = problem_.info().contacts[active.contact];
-    const auto entries = static_cast<int>(contact.support.size());
+    const auto entries = static_cast<int>(contact.support.size()), n_pushed = static_cast<int>(contact.pushed().size());
     const double *J_n = J_n_.data() + contact.normal_begin, *J_t = J_t_.data() + contact.tangent_begin;
     double* direction = end_directions_.col(static_cast<Eigen::Index>(k)).data();
     std::fill_n(direction, 2, 0.0);
     if (contact.n_t > 0 && !rests(active, n_s_ - 1)) slip_direction(active, v.data(), step, direction);
-    for (int s = 0; s < entries; ++s) {
-      held_(contact.support[s], n_end_) = pushed_(contact.support[s], n_end_) = J_n[s];
+    for (int s = 0; s < entries; ++s) held_(contact.support[s], n_end_) = J_n[s];
+    for (int s = 0; s < n_pushed; ++s) {
+      pushed_(contact.support[s], n_end_) = J_n[s];
       for (int d = 0; d < contact.n_t; ++d)
         pushed_(contact.support[s], n_end_) -= contact.mu * direction[d] * J_t[d * entries + s];
     }
@@ -319,7 +320,7 @@ void StageSolver::set_end_system(const Vector& q, const Vector& v, const Stages&
       for (int s = 0; s < entries; ++s) {
         for (int d = 0; d < contact.n_t; ++d)
           held_(contact.support[s], n_end_) += active.law.held[m][d] * J_t[d * entries + s];
-        pushed_(contact.support[s], n_end_) = held_(contact.support[s], n_end_);
+        if (s < n_pushed) pushed_(contact.support[s], n_end_) = held_(contact.support[s], n_end_);
       }
     }
   }
@@ -490,10 +491,11 @@ void StageSolver::residual(const StageCoefficients& k, const Stages& step) {
       const auto& contact = problem_.info().contacts[i];
       const double* J = J_n_.data() + contact.normal_begin;
       double change = 0;  // f_c(q_j) - f_c(q_0)
-      for (const int row : contact.support) {
+      for (const int row : contact.pushed()) {
         change += *J * dq_(row, j);
         r[row] -= *J++ * step.lambda_n(i, j);
       }
+      if (contact.is_moving) change += *J * dq_(problem_.info().clock, j);
       if (!contact.is_affine) change = gap_change_[i];
       r[n + active.row] = (kept_gap0_[i] + change) / (k.h * k.h);
       if (contact.n_t > 0) friction_residual(k, active, j, step, r);
@@ -516,10 +518,11 @@ void StageSolver::friction_residual(const StageCoefficients& k, const ActiveCont
   const double* lambda_t = step.lambda_t.col(j).data() + contact.tangent_index;
   double slip[2]{0, 0};
   for (int d = 0; d < contact.n_t; ++d) {
-    for (const int row : contact.support) {
+    for (const int row : contact.pushed()) {
       if (held > 0) slip[d] += *J_t * (contact.is_affine ? change_of_v(row) : v[row]);
       r[row] -= *J_t++ * lambda_t[d];
     }
+    if (contact.is_moving) slip[d] += *J_t++ * (contact.is_affine ? 0 : v[problem_.info().clock]);
   }
   double* law = r + n_q_ + active.row + 1;
   for (int m = 0; m < held; ++m) {  // (7a)
@@ -642,8 +645,9 @@ double StageSolver::correct(const double* dx, double h, Stages& step) const {
       const auto& contact = problem_.info().contacts[active.contact];
       const double* force = derivatives_.forces[j].data() + active.entry;
       for (int d = 0; d < active.n_rows; ++d) {
-        for (const int at : contact.support)
+        for (const int at : contact.pushed())
           largest = std::max(largest, std::abs(*force++ * dx[d]) / derivatives_.M[j][at * (n_q_ + 1)]);
+        force += contact.is_moving;
       }
       step.lambda_n(active.contact, j) += *dx;
       if (contact.n_t > 0) set_friction(active, j, dx + 1, step);
@@ -669,11 +673,11 @@ void StageSolver::set_friction(const ActiveContact& active, int j, const double*
   for (int d = 0; d < contact.n_t; ++d) lambda_t[d] = (active.law.n_held > 0 ? x * held[d] : 0) - cone * along[d];
 }
 
-/// Size of velocities in a step, what corrections are compared with: |v_0|, h |w| and what the load alone would do in
-/// the step, which is what remains for a body that a contact holds at rest.
+/// Size of velocities in a step, what corrections are compared with: |v_0| of the bodies, h |w| and what the load alone
+/// would do in the step, which is what remains for a body that a contact holds at rest.
 double StageSolver::velocity_scale(const Stages& step, double h) const {
   double v = 0, a = load_;
-  for (Eigen::Index i = 0; i < step.v0.size(); ++i) v = std::max(v, std::abs(step.v0[i]));
+  for (int i = 0; i < problem_.info().n_mechanical(); ++i) v = std::max(v, std::abs(step.v0[i]));
   for (Eigen::Index i = 0; i < step.a.size(); ++i) a = std::max(a, std::abs(step.a.data()[i]));
   return v + h * a;
 }
@@ -911,11 +915,15 @@ double StageSolver::end_margin(const Switch& end, const Vector& lambda_n, const 
 
 /// Slope of the forces (11), by central differences along the two variations: they contain third derivatives of gaps.
 void StageSolver::constrained_force_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope) {
-  const double q_size = last.q1.lpNorm<Eigen::Infinity>() + last.h * last.v1.lpNorm<Eigen::Infinity>();
-  const double v_size = last.v1.lpNorm<Eigen::Infinity>() + last.h * last.a.lpNorm<Eigen::Infinity>();
+  const int n = problem_.info().n_mechanical();
+  const double speed = last.v1.head(n).lpNorm<Eigen::Infinity>();
+  const double q_size = last.q1.head(n).lpNorm<Eigen::Infinity>() + last.h * speed;
+  const double v_size = speed + last.h * last.a.lpNorm<Eigen::Infinity>();
   for (Eigen::Index c = 0; c < 2; ++c) {
     const auto dq = incoming_q_.col(c), dv = incoming_v_.col(c);
-    const double size = std::max(dq.lpNorm<Eigen::Infinity>() / q_size, dv.lpNorm<Eigen::Infinity>() / v_size);
+    const double dt = n < n_q_ ? std::abs(dq[n]) / last.h : 0;
+    const double size =
+        std::max({dq.head(n).lpNorm<Eigen::Infinity>() / q_size, dv.lpNorm<Eigen::Infinity>() / v_size, dt});
     if (!(size > 0)) continue;
     const double part = kDifference / size;
     for (const double sign : {1.0, -1.0}) {
@@ -1007,7 +1015,8 @@ void StageSolver::spread_friction(Stages& last) {
     const double* J_t = J_t_.data() + contact.tangent_begin;
     for (int d = 0; d < 2; ++d) {
       const int t = contact.tangent_index + d;
-      for (const int row : contact.support) T(row, t) = *J_t++;
+      for (const int row : contact.pushed()) T(row, t) = *J_t++;
+      J_t += contact.is_moving;
       excess[t] = last.lambda_t(t, n_s_ - 1) - contact.mu * last.lambda_n(active.contact, n_s_ - 1) * s[d] / size;
     }
   }

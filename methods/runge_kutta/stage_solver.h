@@ -78,6 +78,10 @@ struct Switch {
 /// accelerations w_j (Stages::a) and the forces lambda_j, without lambda_t where (7b) gives it; Newton on (3), (4), (7)
 /// with rows (4) divided by h^2 and (7a) by h. A contact that is open, or has no friction, has no tangential unknown.
 ///
+/// Where a contact moves by itself (problem.h, (7)) the rows of (4), (7) and R of (10) have the clock, and the forces
+/// in (3) and C of (10) do not. A gap or a drive that is not affine in t is curved, whatever it is in the bodies'
+/// coordinates.
+///
 /// P of (5) is the identity, unless a closed contact is curved. (4) alone leaves a velocity of O(h^n_s) across it,
 /// which errors of the forces made. So P, at q_1, takes it away by impulses of all closed contacts, along the
 /// directions of their forces:

@@ -64,9 +64,12 @@ concept HasPicture = requires(const Scene s) {
   s.arrows(s.q0(), Forces{});
 };
 
+/// The first of `size` bounds; the clock, where there is one, has none.
 template <std::size_t n>
-Vector to_vector(const std::array<double, n>& values) {
-  return Eigen::Map<const Vector>(values.data(), static_cast<Eigen::Index>(n));
+Vector to_vector(const std::array<double, n>& values, std::size_t size, double none) {
+  Vector bounds = Vector::Constant(static_cast<Eigen::Index>(size), none);
+  std::ranges::copy(values, bounds.begin());
+  return bounds;
 }
 
 template <template <class> class Scene>
@@ -74,7 +77,7 @@ std::unique_ptr<OptimalControlProblem> make_control(const Scene<double>& numeric
   using GiNaC::ex;
   auto problem = std::make_unique<OptimalControlProblem>();
   auto plant = std::make_unique<CompiledProblem<Scene>>(numeric);
-  const SymbolicModel& model = plant->model();
+  const SymbolicModel& model = plant->equations();
   problem->id = model.id;
   problem->title = model.title;
   problem->source = model.source;
@@ -85,9 +88,13 @@ std::unique_ptr<OptimalControlProblem> make_control(const Scene<double>& numeric
   problem->n_fe = grid.n_fe;
   problem->tableau = grid.tableau;
   const auto bounds = numeric.bounds();
-  problem->q = {to_vector(bounds.q_lower), to_vector(bounds.q_upper)};
-  problem->v = {to_vector(bounds.v_lower), to_vector(bounds.v_upper)};
-  problem->u = {to_vector(bounds.u_lower), to_vector(bounds.u_upper)};
+  const auto to_bounds = [](const auto& lower, const auto& upper, std::size_t size) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    return OptimalControlProblem::Bounds{to_vector(lower, size, -infinity), to_vector(upper, size, infinity)};
+  };
+  problem->q = to_bounds(bounds.q_lower, bounds.q_upper, model.q.size());
+  problem->v = to_bounds(bounds.v_lower, bounds.v_upper, model.v.size());
+  problem->u = to_bounds(bounds.u_lower, bounds.u_upper, bounds.u_lower.size());
 
   Scene<ex> scene;
   std::size_t next = 0;
@@ -95,8 +102,8 @@ std::unique_ptr<OptimalControlProblem> make_control(const Scene<double>& numeric
   constexpr std::size_t n = n_q<Scene<ex>>, n_u = std::tuple_size_v<decltype(scene.control())>;
   Vec<ex, n> q, v;
   Vec<ex, n_u> u;
-  std::copy(model.q.begin(), model.q.end(), q.begin());
-  std::copy(model.v.begin(), model.v.end(), v.begin());
+  std::copy_n(model.q.begin(), n, q.begin());
+  std::copy_n(model.v.begin(), n, v.begin());
   std::copy(model.u.begin(), model.u.end(), u.begin());
   const auto state = join<GiNaC::symbol>({model.q, model.v});
   const auto state_and_control = join<GiNaC::symbol>({model.q, model.v, model.u});
@@ -121,7 +128,7 @@ std::unique_ptr<OptimalControlProblem> make_control(const Scene<double>& numeric
   if constexpr (HasPicture<Scene<double>>) {
     const auto to_array = [](const Vector& x) {
       Vec<double, n> values;
-      std::ranges::copy(x, values.begin());
+      std::copy_n(x.begin(), n, values.begin());
       return values;
     };
     problem->shapes = [numeric, to_array](const Vector& x) { return numeric.shapes(to_array(x)); };

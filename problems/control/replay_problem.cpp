@@ -40,13 +40,20 @@ SymbolicModel with_cost(const OptimalControlProblem& problem) {
 
 ControlledPlant::ControlledPlant(const OptimalControlProblem& problem) : SymbolicProblem(plant_model(problem)) {}
 
-ReplayProblem::ReplayProblem(const OptimalControlProblem& problem) : SymbolicProblem(with_cost(problem)) {}
+ReplayProblem::ReplayProblem(const OptimalControlProblem& problem)
+    : SymbolicProblem(with_cost(problem)), n_bodies_(problem.plant->info().n_mechanical()) {}
 
 void ReplayProblem::restart(const Vector& q, const Vector& v, const Vector& u, double duration) {
-  info_.q0 << q, 0;
-  info_.v0 << v, 0;
+  info_.q0 << q.head(n_bodies_), 0, q.tail(q.size() - n_bodies_);
+  info_.v0 << v.head(n_bodies_), 0, v.tail(v.size() - n_bodies_);
   info_.u = u;
   info_.end_time = duration;
+}
+
+Vector ReplayProblem::of_plant(const Vector& x) const {
+  Vector part(x.size() - 1);
+  part << x.head(n_bodies_), x.tail(x.size() - n_bodies_ - 1);
+  return part;
 }
 
 }  // namespace ricochet

@@ -29,6 +29,13 @@ class ReplayProblem final : public SymbolicProblem {
 
   /// Starts the next interval at the plant's (q, v), before an impact at this instant, with no cost so far.
   void restart(const Vector& q, const Vector& v, const Vector& u, double duration);
+
+  /// The plant's part of q or v of this problem, and the cost in v.
+  Vector of_plant(const Vector& x) const;
+  double cost(const Vector& v) const { return v[n_bodies_]; }
+
+ private:
+  int n_bodies_;  // coordinates of the plant without its clock, which stays the last one
 };
 
 }  // namespace ricochet

@@ -42,7 +42,7 @@ PlantFunctions plant_functions(const Problem& problem, double eps) {
   const auto* symbolic = dynamic_cast<const SymbolicProblem*>(&problem);
   if (!symbolic)
     throw InputError("problem", problem.info().id, "a problem with formulas is required: a scene or a scene file");
-  const SymbolicModel& model = symbolic->model();
+  const SymbolicModel& model = symbolic->equations();
   const auto& info = problem.info();
   const int n_q = info.n_q, n_c = info.n_c();
   const auto constants = model.constants();
@@ -54,7 +54,7 @@ PlantFunctions plant_functions(const Problem& problem, double eps) {
   Expressions dynamics, impulse, jump, gap, ahead, slip, restitution, normal_velocity;
   for (int k = 0; k < n_q; ++k) jump.push_back(v_plus[k] - v_minus[k]);
   for (int k = 0; k < n_q; ++k) {
-    const ex contact = contact_force(model, k, lambda_n, lambda_t);
+    const ex contact = k == info.clock ? ex(0) : contact_force(model, k, lambda_n, lambda_t);
     ex force = model.force[k];
     for (std::size_t c = 0; c < model.u.size(); ++c) force += model.input[k][c] * model.u[c];
     dynamics.push_back(mass_times(model, k, Expressions(w.begin(), w.end())) - force - contact);

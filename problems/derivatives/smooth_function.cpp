@@ -1,10 +1,15 @@
 #include "problems/derivatives/smooth_function.h"
 
+#include <algorithm>
+
+#include "problems/derivatives/real_functions.h"
+
 namespace ricochet {
 
-SmoothFunction::SmoothFunction(const Expressions& outputs, const std::vector<GiNaC::symbol>& inputs,
+SmoothFunction::SmoothFunction(Expressions outputs, const std::vector<GiNaC::symbol>& inputs,
                                const std::vector<Tape::Constant>& constants)
-    : formulas_(outputs), n_inputs_(static_cast<int>(inputs.size())) {
+    : n_inputs_(static_cast<int>(inputs.size())) {
+  std::transform(outputs.begin(), outputs.end(), outputs.begin(), with_real_symbols);
   value_ = SparseTape(outputs, {inputs}, constants);
 
   Expressions slopes;
@@ -23,6 +28,7 @@ SmoothFunction::SmoothFunction(const Expressions& outputs, const std::vector<GiN
     for (std::size_t r = 0; r <= c; ++r) curvatures[c * n + r] = curvatures[r * n + c] = slope.diff(inputs[r]);
   }
   hessian_ = SparseTape(curvatures, {inputs, weights}, constants);
+  formulas_ = std::move(outputs);
 }
 
 }  // namespace ricochet

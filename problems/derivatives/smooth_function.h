@@ -7,14 +7,15 @@
 
 namespace ricochet {
 
-/// A vector function y = f(x) given by formulas, with exact first and second derivatives from GiNaC.
+/// A vector function y = f(x) of real x given by formulas, with exact first and second derivatives from GiNaC; where a
+/// formula has a kink or a jump see real_functions.h.
 class SmoothFunction {
  public:
   using Expressions = std::vector<GiNaC::ex>;
 
   SmoothFunction() = default;  ///< no outputs
   /// @param constants  every symbol in `outputs` that is not in `inputs`
-  SmoothFunction(const Expressions& outputs, const std::vector<GiNaC::symbol>& inputs,
+  SmoothFunction(Expressions outputs, const std::vector<GiNaC::symbol>& inputs,
                  const std::vector<Tape::Constant>& constants);
 
   int n_inputs() const { return n_inputs_; }

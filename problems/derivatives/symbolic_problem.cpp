@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "problems/derivatives/real_functions.h"
 #include "problems/input_error.h"
 #include "problems/join.h"
 
@@ -49,6 +50,69 @@ ex dot(const std::vector<ex>& x, const std::vector<symbol>& y) {
   return total;
 }
 
+/// Calls visit(expressions) with every list of expressions of a model.
+void for_each_list(SymbolicModel& model, const auto& visit) {
+  for (auto* list : {&model.q0, &model.v0}) visit(*list);
+  for (auto* rows : {&model.mass, &model.input}) {
+    for (auto& row : *rows) visit(row);
+  }
+  visit(model.force);
+  visit(model.control);
+  for (auto& contact : model.contacts) {
+    for (auto& direction : contact.tangents) visit(direction);
+    visit(contact.drives);
+  }
+}
+
+/// Real symbols, and no tangential quantity where nothing rubs.
+SymbolicModel stated(SymbolicModel model) {
+  const auto make_real = [](ex& e) { e = with_real_symbols(e); };
+  for_each_list(model, [&](std::vector<ex>& list) { std::for_each(list.begin(), list.end(), make_real); });
+  make_real(model.end_time);
+  for (auto& contact : model.contacts) {
+    for (ex* expression : {&contact.gap, &contact.eps_r, &contact.mu}) make_real(*expression);
+    if (model.number(contact.mu) != 0) continue;
+    contact.tangents.clear();
+    contact.drives.clear();
+  }
+  if (model.potential_energy) make_real(*model.potential_energy);
+  return model;
+}
+
+/// The clock, Problem (7), as the last coordinate of a model that depends on time. @return whether it does
+bool add_clock(SymbolicModel& model) {
+  if (depends_on(model.control, {model.t})) {
+    for (std::size_t row = 0; row < model.input.size(); ++row) {
+      for (std::size_t k = 0; k < model.control.size(); ++k) model.force[row] += model.input[row][k] * model.control[k];
+    }
+    model.input.clear();
+    model.control.clear();
+    model.u.clear();
+  }
+  bool has_time = false;
+  for_each_list(model, [&](const std::vector<ex>& list) { has_time = has_time || depends_on(list, {model.t}); });
+  for (const auto& contact : model.contacts) {
+    has_time = has_time || contact.gap.has(model.t) ||
+               std::any_of(contact.drives.begin(), contact.drives.end(), [](const ex& e) { return !e.is_zero(); });
+  }
+  if (!has_time) return false;
+  const std::size_t n = model.q.size();
+  model.q.push_back(model.t);
+  model.v.emplace_back("v_clock");
+  model.q0.emplace_back(0);
+  model.v0.emplace_back(1);
+  for (auto& row : model.mass) row.emplace_back(0);
+  model.mass.emplace_back(n + 1, 0);
+  model.mass[n][n] = 1;
+  model.force.emplace_back(0);
+  if (!model.input.empty()) model.input.emplace_back(model.u.size(), 0);
+  for (auto& contact : model.contacts) {
+    for (std::size_t d = 0; d < contact.tangents.size(); ++d)
+      contact.tangents[d].push_back(contact.drives.empty() ? ex(0) : contact.drives[d]);
+  }
+  return true;
+}
+
 }  // namespace
 
 std::vector<Tape::Constant> SymbolicModel::constants() const {
@@ -63,7 +127,8 @@ double SymbolicModel::number(const GiNaC::ex& expression) const {
   return value;
 }
 
-SymbolicProblem::SymbolicProblem(SymbolicModel model) : model_(std::move(model)) {
+SymbolicProblem::SymbolicProblem(SymbolicModel model) : stated_(stated(std::move(model))), model_(stated_) {
+  if (add_clock(model_)) info_.clock = static_cast<int>(model_.q.size()) - 1;
   const auto constants = model_.constants();
   const int n_q = static_cast<int>(model_.q.size());
 
@@ -152,7 +217,7 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model) : model_(std::move(model))
   for (const SparseTape* tape : {&mass_, &force_jacobian_, &mass_q_}) {  // columns of n_q entries
     for (const int at : tape->positions()) {
       const int row = at % n_q, column = at / n_q % n_q;
-      if (row != column) couplings.emplace(std::min(row, column), std::max(row, column));
+      if (row != column && column != info_.clock) couplings.emplace(std::min(row, column), std::max(row, column));
     }
   }
   structure.couplings.assign(couplings.begin(), couplings.end());
@@ -167,7 +232,6 @@ void SymbolicProblem::describe_contacts() {
     described.is_bilateral = contact.is_bilateral;
     described.eps_r = model_.number(contact.eps_r);
     described.mu = model_.number(contact.mu);
-    if (described.mu == 0) contact.tangents.clear();  // no friction: no tangential quantity from here on
     described.n_t = static_cast<int>(contact.tangents.size());
     if (described.mu > 0 && contact.tangents.empty() && !contact.is_bilateral) {
       throw InputError(fmt::format("contact '{}': mu", contact.name), described.mu,
@@ -189,6 +253,7 @@ void SymbolicProblem::describe_contacts() {
       is_affine = is_affine && !depends_on(slope, model_.q);
     }
     described.support.assign(support.begin(), support.end());
+    described.is_moving = support.contains(info_.clock);
     described.is_affine = is_affine;
     described.normal_begin = info_.n_normal_entries;
     described.tangent_begin = info_.n_tangent_entries;
@@ -202,12 +267,12 @@ void SymbolicProblem::describe_contacts() {
   }
 }
 
-/// weight' (J_n lambda_n + J_t lambda_t)
+/// weight' (J_n lambda_n + J_t lambda_t), which the clock has no part in
 ex SymbolicProblem::contact_force_work(const std::vector<symbol>& weight) const {
   ex work = 0;
   for (std::size_t i = 0; i < model_.contacts.size(); ++i) {
     const auto& contact = model_.contacts[i];
-    for (int k = 0; k < info_.n_q; ++k) {
+    for (int k = 0; k < info_.n_mechanical(); ++k) {
       work += weight[k] * contact.gap.diff(model_.q[k]) * lambda_n_[i];
       for (std::size_t d = 0; d < contact.tangents.size(); ++d) {
         work += weight[k] * contact.tangents[d][k] * lambda_t_[info_.contacts[i].tangent_index + d];

@@ -14,7 +14,8 @@
 
 namespace ricochet {
 
-/// A scene as formulas: what a scene file states, or what a compiled scene says when it is run with symbols.
+/// A scene as formulas: what a scene file states, or what a compiled scene says when it is run with symbols. Symbols
+/// are real (real_functions.h).
 struct SymbolicModel {
   using Expressions = std::vector<GiNaC::ex>;
 
@@ -22,6 +23,8 @@ struct SymbolicModel {
     std::string name;
     GiNaC::ex gap;
     std::vector<Expressions> tangents;  ///< directions, each with n_q entries; empty without friction
+    Expressions drives;                 ///< dv_t/d(v_clock), one per direction: what J_t' v has from a surface that
+                                        ///< moves by itself; empty for none
     GiNaC::ex eps_r = 0, mu = 0;
     bool is_bilateral = false;
   };
@@ -30,12 +33,14 @@ struct SymbolicModel {
   std::vector<ParameterInfo> parameters;
   std::vector<GiNaC::symbol> parameter_symbols;  ///< same order as `parameters`
   std::vector<GiNaC::symbol> q, v, u;
+  GiNaC::symbol t{"t"};  ///< time; may occur in force, input, control, gaps, tangents and drives
 
   std::vector<Expressions> mass;   ///< n_q rows of n_q entries
   Expressions force;               ///< f_v(q, v), n_q entries
   std::vector<Expressions> input;  ///< B_u(q), n_q rows of n_u entries; empty without control
   std::vector<Contact> contacts;
-  Expressions q0, v0, control;  ///< in terms of the parameters only
+  Expressions q0, v0;   ///< in terms of the parameters only
+  Expressions control;  ///< of the plain simulation, in terms of the parameters and t
   GiNaC::ex end_time;
   std::optional<GiNaC::ex> potential_energy;
 
@@ -77,7 +82,10 @@ class SymbolicProblem : public Problem {
                             const double* lambda_t, double* D) const override;
   void parameter_derivative_of_constants(double* C) const override;
 
-  const SymbolicModel& model() const { return model_; }
+  /// The scene as it is stated, and as it is solved: with the clock as its last coordinate where it depends on time,
+  /// and a control that does as part of the force.
+  const SymbolicModel& model() const { return stated_; }
+  const SymbolicModel& equations() const { return model_; }
 
  private:
   using Expressions = SymbolicModel::Expressions;
@@ -85,7 +93,7 @@ class SymbolicProblem : public Problem {
   void describe_contacts();
   GiNaC::ex contact_force_work(const std::vector<GiNaC::symbol>& weight) const;
 
-  SymbolicModel model_;
+  SymbolicModel stated_, model_;
   Expressions total_force_;  ///< f_v + B_u u
   std::vector<GiNaC::symbol> a_, w_, w_c_, lambda_n_, lambda_t_;
 

@@ -10,14 +10,11 @@
 #include <tuple>
 #include <unordered_map>
 
+#include "problems/derivatives/real_functions.h"
 #include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
-
-double sign(double x) {
-  return static_cast<double>((x > 0) - (x < 0));
-}
 
 std::uint64_t mix(std::uint64_t seed, std::uint64_t value) {
   // splitmix64 finaliser: spreads the structural hash so that a collision of different subexpressions is negligible
@@ -65,7 +62,7 @@ class TapeBuilder {
     for (auto& step : steps_) {
       const auto left = register_of(step.left);
       const auto right = step.binary ? register_of(step.right) : left;
-      tape_.code_.push_back({step.op, 0, left, right});
+      tape_.code_.push_back({step.op, left, right, step.op == Op::choose ? register_of(step.third) : left});
     }
     for (const auto& node : outputs_) {
       tape_.constant_ = tape_.constant_ && node.is_number;
@@ -74,11 +71,8 @@ class TapeBuilder {
     // Until here, inputs and results count from 0 and constants are negative; shift all behind the constants.
     const auto shift = static_cast<std::int32_t>(tape_.constants_.size());
     const auto place = [&](std::int32_t r) { return r < 0 ? -r - 1 : r + shift; };
-    std::int32_t next = shift + tape_.n_inputs_;
     for (auto& instruction : tape_.code_) {
-      instruction.left = place(instruction.left);
-      instruction.right = place(instruction.right);
-      instruction.result = next++;
+      for (auto* operand : {&instruction.left, &instruction.right, &instruction.third}) *operand = place(*operand);
     }
     for (auto& output : tape_.outputs_) output = place(output);
   }
@@ -100,7 +94,7 @@ class TapeBuilder {
   struct Step {
     Op op;
     bool binary;
-    Node left, right;
+    Node left, right, third;
   };
   /// Hash of an expression up to its sign, and the sign.
   struct Shape {
@@ -199,10 +193,14 @@ class TapeBuilder {
 
   Node call(const GiNaC::function& f) {
     static const std::map<std::string, Op> unary_functions = {
-        {"sin", Op::sin},   {"cos", Op::cos}, {"tan", Op::tan},  {"asin", Op::asin}, {"acos", Op::acos},
-        {"atan", Op::atan}, {"exp", Op::exp}, {"log", Op::log},  {"sinh", Op::sinh}, {"cosh", Op::cosh},
-        {"tanh", Op::tanh}, {"abs", Op::abs}, {"csgn", Op::sign}};
+        {"sin", Op::sin},   {"cos", Op::cos}, {"tan", Op::tan},   {"asin", Op::asin},     {"acos", Op::acos},
+        {"atan", Op::atan}, {"exp", Op::exp}, {"log", Op::log},   {"sinh", Op::sinh},     {"cosh", Op::cosh},
+        {"tanh", Op::tanh}, {"abs", Op::abs}, {"csgn", Op::sign}, {"magnitude", Op::abs}, {"sign", Op::sign}};
     if (f.get_name() == "atan2") return binary(Op::atan2, with_sign(visit(f.op(0))), with_sign(visit(f.op(1))));
+    if (f.get_name() == "choose") {
+      const Node c = with_sign(visit(f.op(0))), a = with_sign(visit(f.op(1))), b = with_sign(visit(f.op(2)));
+      return c.is_number ? (c.number > 0 ? a : b) : emit(Op::choose, true, c, a, b);
+    }
     const auto known = unary_functions.find(f.get_name());
     if (known == unary_functions.end()) throw InputError("function", f.get_name(), "has no counterpart in doubles");
     return unary(known->second, with_sign(visit(f.op(0))));
@@ -212,7 +210,7 @@ class TapeBuilder {
   static Value signed_number(double value) { return {value < 0, number(std::abs(value))}; }
   Node with_sign(const Value& value) { return value.negative ? unary(Op::neg, value.magnitude) : value.magnitude; }
 
-  Node unary(Op op, const Node& x) { return emit(op, false, x, x); }
+  Node unary(Op op, const Node& x) { return emit(op, false, x, x, x); }
 
   Node binary(Op op, Node x, Node y) {
     const auto is = [](const Node& n, double value) { return n.is_number && n.number == value; };
@@ -221,15 +219,15 @@ class TapeBuilder {
     if (op == Op::mul && (is(x, 0) || is(y, 0))) return number(0);
     if (op == Op::add && is(x, 0)) return y;
     if ((op == Op::add || op == Op::sub) && is(y, 0)) return x;
-    return emit(op, true, x, y);
+    return emit(op, true, x, y, x);
   }
 
-  Node emit(Op op, bool is_binary, const Node& x, const Node& y) {
+  Node emit(Op op, bool is_binary, const Node& x, const Node& y, const Node& z) {
     if (x.is_number && y.is_number) return number(Tape::apply(op, x.number, y.number));
-    const auto key = std::tuple(op, x, y);
+    const auto key = std::tuple(op, x, y, z);
     const auto known = emitted_.find(key);
     if (known != emitted_.end()) return known->second;
-    steps_.push_back({op, is_binary, x, y});
+    steps_.push_back({op, is_binary, x, y, z});
     const Node result{.index = tape_.n_inputs_ + static_cast<std::int32_t>(steps_.size()) - 1};
     emitted_.emplace(key, result);
     return result;
@@ -307,7 +305,7 @@ class TapeBuilder {
   std::map<GiNaC::ex, Node, GiNaC::ex_is_less> symbols_;
   std::map<GiNaC::ex, Value, GiNaC::ex_is_less> values_;
   std::map<GiNaC::ex, Shape, GiNaC::ex_is_less> shapes_;
-  std::map<std::tuple<Op, Node, Node>, Node> emitted_;
+  std::map<std::tuple<Op, Node, Node, Node>, Node> emitted_;
   std::unordered_map<std::uint64_t, std::int32_t> constant_indices_;
   std::vector<Step> steps_;
   std::vector<Node> outputs_;
@@ -363,6 +361,8 @@ double Tape::apply(Op op, double x, double y) {
       return std::abs(x);
     case Op::sign:
       return sign(x);
+    case Op::choose:
+      break;  // of three operands: evaluate()
   }
   return std::nan("");
 }
@@ -377,7 +377,8 @@ void Tape::evaluate(std::span<const double* const> inputs, double* outputs, cons
   double* next = std::copy(constants_.begin(), constants_.end(), r);
   auto size = group_sizes_.begin();
   for (const double* group : inputs) next = std::copy_n(group, *size++, next);
-  for (const auto& i : code_) r[i.result] = apply(i.op, r[i.left], r[i.right]);
+  for (const auto& i : code_)
+    *next++ = i.op == Op::choose ? choose(r[i.left], r[i.right], r[i.third]) : apply(i.op, r[i.left], r[i.right]);
   if (positions) {
     for (std::size_t k = 0; k < outputs_.size(); ++k) outputs[positions[k]] = r[outputs_[k]];
   } else {

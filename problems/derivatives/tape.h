@@ -64,11 +64,13 @@ class Tape {
     cosh,
     tanh,
     abs,
-    sign
+    sign,
+    choose
   };
+  /// The result goes to the next register. @param third  of choose alone: left > 0 ? right : third
   struct Instruction {
     Op op;
-    std::int32_t result, left, right;
+    std::int32_t left, right, third;
   };
   static double apply(Op op, double x, double y);
 

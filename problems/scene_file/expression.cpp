@@ -6,6 +6,7 @@
 #include <tao/pegtl.hpp>
 #include <tao/pegtl/contrib/limit_depth.hpp>
 
+#include "problems/derivatives/real_functions.h"
 #include "problems/input_error.h"
 #include "problems/names.h"
 
@@ -22,6 +23,7 @@ struct Reader {
   std::vector<ex> values;
   std::vector<std::size_t> open_calls;  // value count where the arguments of each unfinished call begin
   std::vector<std::string> functions;
+  std::vector<std::string> comparisons;  // of unfinished conditions
 
   ex pop() {
     ex value = values.back();
@@ -50,11 +52,17 @@ struct close_bracket : token<']'> {};
 struct close_parenthesis : token<')'> {};
 struct vector_name : name {};
 struct vector_entry : seq<vector_name, space, if_must<token<'['>, index, space, close_bracket>> {};
+struct comma : token<','> {};
+struct comparison : seq<one<'<', '>'>, opt<one<'='>>> {};
+struct condition : seq<expression, comparison, space, expression> {};
+struct choice : seq<string<'i', 'f'>, space,
+                    if_must<token<'('>, condition, comma, expression, comma, expression, close_parenthesis>> {};
 struct function_name : name {};
 struct call : seq<function_name, space, if_must<token<'('>, list<expression, token<','>>, close_parenthesis>> {};
 struct scalar : name {};
 struct parenthesis : if_must<token<'('>, expression, close_parenthesis> {};
-struct atom : seq<sor<number, seq<pegtl::at<seq<name, space, one<'('>>>, call>,
+struct atom : seq<sor<number, seq<pegtl::at<seq<string<'i', 'f'>, space, one<'('>>>, choice>,
+                      seq<pegtl::at<seq<name, space, one<'('>>>, call>,
                       seq<pegtl::at<seq<name, space, one<'['>>>, vector_entry>, scalar, parenthesis>,
                   space> {};
 struct raise : if_must<string<'*', '*'>, space, unary> {};
@@ -79,6 +87,11 @@ struct Messages {
 };
 template <>
 constexpr const char* Messages::message<grammar::expression> = "an expression is expected";
+template <>
+constexpr const char* Messages::message<grammar::condition> =
+    "a condition is expected, two expressions with <, <=, > or >=";
+template <>
+constexpr const char* Messages::message<grammar::comma> = "',' is expected: if(condition, a, b)";
 template <>
 constexpr const char* Messages::message<grammar::unary> = "a number, a name or '(' is expected";
 template <>
@@ -142,6 +155,28 @@ struct Action<grammar::vector_entry> {
 };
 
 template <>
+struct Action<grammar::comparison> {
+  static void apply(const auto& in, Reader& reader) { reader.comparisons.push_back(in.string()); }
+};
+
+/// b > a and b >= a are written as something that is positive: the second by choosing the other way round.
+template <>
+struct Action<grammar::choice> {
+  static void apply0(Reader& reader) {
+    ex otherwise = reader.pop(), then = reader.pop();
+    const ex right = reader.pop(), left = reader.pop();
+    const std::string comparison = reader.comparisons.back();
+    reader.comparisons.pop_back();
+    ex difference = comparison[0] == '>' ? left - right : right - left;
+    if (comparison.ends_with('=')) {
+      difference = -difference;
+      std::swap(then, otherwise);
+    }
+    reader.values.push_back(choose(difference, then, otherwise));
+  }
+};
+
+template <>
 struct Action<grammar::function_name> {
   static void apply(const auto& in, Reader& reader) {
     reader.functions.push_back(in.string());
@@ -152,33 +187,45 @@ struct Action<grammar::function_name> {
 template <>
 struct Action<grammar::call> {
   using Unary = ex (*)(const ex&);
+  using Binary = ex (*)(const ex&, const ex&);
 
   static void apply(const auto& in, Reader& reader) {
-    static const std::map<std::string, Unary> unary = {
-        {"sin", [](const ex& x) { return ex(sin(x)); }},   {"cos", [](const ex& x) { return ex(cos(x)); }},
-        {"tan", [](const ex& x) { return ex(tan(x)); }},   {"asin", [](const ex& x) { return ex(asin(x)); }},
-        {"acos", [](const ex& x) { return ex(acos(x)); }}, {"atan", [](const ex& x) { return ex(atan(x)); }},
-        {"sinh", [](const ex& x) { return ex(sinh(x)); }}, {"cosh", [](const ex& x) { return ex(cosh(x)); }},
-        {"tanh", [](const ex& x) { return ex(tanh(x)); }}, {"exp", [](const ex& x) { return ex(exp(x)); }},
-        {"log", [](const ex& x) { return ex(log(x)); }},   {"sqrt", [](const ex& x) { return ex(sqrt(x)); }},
-        {"abs", [](const ex& x) { return ex(abs(x)); }}};
+    static const std::map<std::string, Unary> unary = {{"sin", [](const ex& x) { return ex(sin(x)); }},
+                                                       {"cos", [](const ex& x) { return ex(cos(x)); }},
+                                                       {"tan", [](const ex& x) { return ex(tan(x)); }},
+                                                       {"asin", [](const ex& x) { return ex(asin(x)); }},
+                                                       {"acos", [](const ex& x) { return ex(acos(x)); }},
+                                                       {"atan", [](const ex& x) { return ex(atan(x)); }},
+                                                       {"sinh", [](const ex& x) { return ex(sinh(x)); }},
+                                                       {"cosh", [](const ex& x) { return ex(cosh(x)); }},
+                                                       {"tanh", [](const ex& x) { return ex(tanh(x)); }},
+                                                       {"exp", [](const ex& x) { return ex(exp(x)); }},
+                                                       {"log", [](const ex& x) { return ex(log(x)); }},
+                                                       {"sqrt", [](const ex& x) { return ex(sqrt(x)); }},
+                                                       {"abs", magnitude},
+                                                       {"sign", sign}};
+    static const std::map<std::string, Binary> binary = {
+        {"atan2", [](const ex& y, const ex& x) { return ex(atan2(y, x)); }},
+        {"max", [](const ex& a, const ex& b) { return choose(a - b, a, b); }},
+        {"min", [](const ex& a, const ex& b) { return choose(b - a, a, b); }}};
     const std::string name = reader.functions.back();
     const std::size_t begin = reader.open_calls.back();
     reader.functions.pop_back();
     reader.open_calls.pop_back();
     const std::vector<ex> arguments(reader.values.begin() + static_cast<std::ptrdiff_t>(begin), reader.values.end());
     reader.values.resize(begin);
-    const auto known = unary.find(name);
-    const bool is_atan2 = name == "atan2";
-    if (!is_atan2 && known == unary.end()) {
-      throw pegtl::parse_error(
-          fmt::format("unknown function '{}'; known are {}, atan2", name, fmt::join(keys_of(unary), ", ")), in);
+    const auto of_one = unary.find(name);
+    const auto of_two = binary.find(name);
+    if (of_one == unary.end() && of_two == binary.end()) {
+      throw pegtl::parse_error(fmt::format("unknown function '{}'; known are {}, {}, if", name,
+                                           fmt::join(keys_of(unary), ", "), fmt::join(keys_of(binary), ", ")),
+                               in);
     }
-    const std::size_t expected = is_atan2 ? 2 : 1;
+    const std::size_t expected = of_one != unary.end() ? 1 : 2;
     if (arguments.size() != expected) {
       throw pegtl::parse_error(fmt::format("{} takes {} argument(s), not {}", name, expected, arguments.size()), in);
     }
-    reader.values.push_back(is_atan2 ? ex(atan2(arguments[0], arguments[1])) : known->second(arguments[0]));
+    reader.values.push_back(expected == 1 ? of_one->second(arguments[0]) : of_two->second(arguments[0], arguments[1]));
   }
 };
 
@@ -214,7 +261,7 @@ GiNaC::ex parse_expression(const std::string& text, const ExpressionNames& names
   const auto complain = [&](std::size_t column, std::string_view what) -> InputError {
     return InputError(fmt::format("{}, column {}: {}\n  {}\n  {:>{}}", field, column, what, text, '^', column));
   };
-  Reader reader{names, {}, {}, {}};
+  Reader reader{names, {}, {}, {}, {}};
   pegtl::memory_input input(text, field);
   try {
     pegtl::parse<grammar::whole, Action, Control>(input, reader);

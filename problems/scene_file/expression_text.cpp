@@ -108,13 +108,14 @@ Text write_product(const ex& e) {
 }
 
 Text write_call(const GiNaC::function& f) {
-  static const std::vector<std::string> known = {"sin",  "cos",  "tan",  "asin", "acos", "atan", "atan2",
-                                                 "sinh", "cosh", "tanh", "exp",  "log",  "abs"};
-  const std::string name = f.get_name();
+  static const std::vector<std::string> known = {"sin",  "cos",  "tan", "asin", "acos", "atan", "atan2", "sinh",
+                                                 "cosh", "tanh", "exp", "log",  "abs",  "sign", "choose"};
+  const std::string name = f.get_name() == "magnitude" ? "abs" : f.get_name();
   if (std::find(known.begin(), known.end(), name) == known.end())
     throw InputError("function", name, fmt::format("a scene file knows {}, sqrt", fmt::join(known, ", ")));
   std::vector<std::string> arguments;
   for (std::size_t i = 0; i < f.nops(); ++i) arguments.push_back(with_sign(write(f.op(i))));
+  if (name == "choose") return {false, fmt::format("if({} > 0, {}, {})", arguments[0], arguments[1], arguments[2])};
   return {false, fmt::format("{}({})", name, fmt::join(arguments, ", "))};
 }
 

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "problems/derivatives/symbolic_problem.h"
+#include "problems/initial_state.h"
 #include "problems/input_error.h"
 #include "problems/names.h"
 #include "problems/scene_file/expression.h"
@@ -113,6 +114,7 @@ class SceneReader {
       params.require_object();
       for (const auto& [name, unused_value] : params.value().items()) {
         const Field field = params.at(name);
+        if (name == "t") throw InputError(field.name(), field.text(), "t is the time; another name is required");
         double value = decimal(field);
         if (const auto change = unused.find(name); change != unused.end()) {
           value = change->second;
@@ -146,27 +148,30 @@ class SceneReader {
     }
     in_q_ = constants_;
     in_q_.vectors["q"] = model_.q;
-    in_state_ = in_q_;
+    of_time_ = constants_;
+    in_q_and_time_ = in_q_;
+    for (auto* names : {&of_time_, &in_q_and_time_}) names->scalars["t"] = model_.t;
+    in_state_ = in_q_and_time_;
     in_state_.vectors["v"] = model_.v;
     return n_q;
   }
 
   void read_dynamics(std::size_t n_q) {
-    model_.mass = rows(scene_.at("M"), n_q, n_q);
+    model_.mass = rows(scene_.at("M"), n_q, n_q, in_q_);
     model_.force = expressions(scene_.at("f"), n_q, in_state_);
     if (!scene_.has("Bu") && !scene_.has("u")) return;
     scene_.at("u").require_list();
     const auto n_u = scene_.at("u").size();
-    model_.control = expressions(scene_.at("u"), n_u, constants_);
-    model_.input = rows(scene_.at("Bu"), n_q, n_u);
+    model_.control = expressions(scene_.at("u"), n_u, of_time_);
+    model_.input = rows(scene_.at("Bu"), n_q, n_u, in_q_and_time_);
     for (std::size_t k = 0; k < n_u; ++k) model_.u.emplace_back(fmt::format("u[{}]", k));
   }
 
   void read_contact(const Field& field, std::size_t n_q) {
-    field.allow_only({"name", "gap", "e", "mu", "Jt", "Jn", "bilateral"});
+    field.allow_only({"name", "gap", "e", "mu", "Jt", "vt_drive", "Jn", "bilateral"});
     SymbolicModel::Contact contact;
     contact.name = field.has("name") ? field.at("name").text() : fmt::format("contact {}", model_.contacts.size());
-    contact.gap = expression(field.at("gap"), in_q_);
+    contact.gap = expression(field.at("gap"), in_q_and_time_);
     if (field.has("e")) contact.eps_r = expression(field.at("e"), constants_);
     if (field.has("mu")) contact.mu = expression(field.at("mu"), constants_);
     if (field.has("Jt")) {
@@ -176,18 +181,21 @@ class SceneReader {
         throw InputError("length of " + directions.name(), directions.size(),
                          "at most 2 tangent directions are possible");
       for (std::size_t d = 0; d < directions.size(); ++d)
-        contact.tangents.push_back(expressions(directions.at(d), n_q, in_q_));
+        contact.tangents.push_back(expressions(directions.at(d), n_q, in_q_and_time_));
     }
+    if (field.has("vt_drive"))
+      contact.drives = expressions(field.at("vt_drive"), contact.tangents.size(), in_q_and_time_);
     if (field.has("bilateral")) contact.is_bilateral = truth(field.at("bilateral"));
     if (field.has("Jn")) compare_normal(field.at("Jn"), contact.gap, n_q);
     model_.contacts.push_back(std::move(contact));
   }
 
-  /// J_n is derived from the gap; a file that also states it must agree at q0 and at two points near it.
+  /// J_n is derived from the gap; a file that also states it must agree at q0 and t = 0 and at two points near it.
   void compare_normal(const Field& field, const ex& gap, std::size_t n_q) {
-    const auto stated = expressions(field, n_q, in_q_);
+    const auto stated = expressions(field, n_q, in_q_and_time_);
     for (const double shift : {0.0, 0.137, -0.0731}) {
       std::vector<Tape::Constant> values = model_.constants();
+      values.push_back({model_.t, shift});
       for (std::size_t k = 0; k < n_q; ++k) {
         values.push_back({model_.q[k], model_.number(model_.q0[k]) + shift * (1 + 0.3 * static_cast<double>(k))});
       }
@@ -203,10 +211,11 @@ class SceneReader {
     }
   }
 
-  std::vector<Expressions> rows(const Field& field, std::size_t n_rows, std::size_t n_columns) {
+  static std::vector<Expressions> rows(const Field& field, std::size_t n_rows, std::size_t n_columns,
+                                       const ExpressionNames& names) {
     field.require_list(n_rows);
     std::vector<Expressions> matrix;
-    for (std::size_t row = 0; row < n_rows; ++row) matrix.push_back(expressions(field.at(row), n_columns, in_q_));
+    for (std::size_t row = 0; row < n_rows; ++row) matrix.push_back(expressions(field.at(row), n_columns, names));
     return matrix;
   }
 
@@ -237,7 +246,7 @@ class SceneReader {
   Field scene_;
   const ParameterChanges& changes_;
   SymbolicModel model_;
-  ExpressionNames constants_, in_q_, in_state_;
+  ExpressionNames constants_, of_time_, in_q_, in_q_and_time_, in_state_;
 };
 
 /// The scene that `FILE` or `FILE#id` means, with the object around it that may hold id and title.
@@ -259,7 +268,7 @@ std::pair<json, json> select(const json& document, const std::string& path, cons
 }
 
 std::unique_ptr<Problem> make_problem_of(const json& scene, const json& around, const std::string& path,
-                                         const ParameterChanges& changes) {
+                                         const ParameterChanges& changes, double depth) {
   SymbolicModel model = SceneReader(Field(scene, path + ": "), changes).read();
   const auto label = [&](const char* key, const std::string& fallback) {
     const auto& holder = scene.contains(key) ? scene : around;
@@ -272,7 +281,7 @@ std::unique_ptr<Problem> make_problem_of(const json& scene, const json& around, 
   std::unique_ptr<Problem> problem;
   try {
     problem = std::make_unique<SymbolicProblem>(std::move(model));
-    validate(*problem);
+    validate(*problem, depth);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", path, error.what()));
   }
@@ -282,17 +291,22 @@ std::unique_ptr<Problem> make_problem_of(const json& scene, const json& around, 
 }  // namespace
 
 std::unique_ptr<Problem> read_scene_file(const std::string& path_and_id, const ParameterChanges& changes) {
+  return read_scene_file(path_and_id, changes, 0);
+}
+
+std::unique_ptr<Problem> read_scene_file(const std::string& path_and_id, const ParameterChanges& changes,
+                                         double depth) {
   const auto hash = path_and_id.rfind('#');
   const std::string path = path_and_id.substr(0, hash);
   const std::string id = hash == std::string::npos ? "" : path_and_id.substr(hash + 1);
   const auto [scene, around] = select(read_json(path), path, id);
-  return make_problem_of(scene, around, path, changes);
+  return make_problem_of(scene, around, path, changes, depth);
 }
 
 std::unique_ptr<Problem> read_scene_text(const std::string& text, const std::string& name,
                                          const ParameterChanges& changes) {
   const auto [scene, around] = select(parse_json(text, name), name, "");
-  return make_problem_of(scene, around, name, changes);
+  return make_problem_of(scene, around, name, changes, 0);
 }
 
 }  // namespace ricochet

@@ -16,9 +16,10 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr const char* kConventions =
-    "M(q) v' = f(q,v) + Bu u + sum_i Jn_i lambda_n_i + Jt_i lambda_t_i, q' = v, Jn_i = grad gap_i, gap >= 0 "
+    "M(q) v' = f(q,v,t) + Bu u + sum_i Jn_i lambda_n_i + Jt_i lambda_t_i, q' = v, Jn_i = grad gap_i, gap >= 0 "
     "(bilateral: "
-    "gap = 0); Newton's restitution e, Coulomb's friction mu. SI units: m, kg, s, rad; forces lambda in N, impulses "
+    "gap = 0); Newton's restitution e, Coulomb's friction mu against the slip velocity Jt_i v + vt_drive_i. SI units: "
+    "m, kg, s, rad; forces lambda in N, impulses "
     "Lambda in N s";
 
 ordered_json texts(const SymbolicModel::Expressions& expressions) {
@@ -40,6 +41,7 @@ ordered_json contact_json(const SymbolicModel::Contact& contact) {
   if (!contact.tangents.empty()) {
     json["mu"] = expression_text(contact.mu);
     json["Jt"] = texts(contact.tangents);
+    if (!contact.drives.empty()) json["vt_drive"] = texts(contact.drives);
   }
   return json;
 }

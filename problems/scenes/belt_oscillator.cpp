@@ -10,9 +10,8 @@ namespace {
 //    |   ->_____
 //         ( o  -> v_belt
 //
-// The coordinates are (x - v_belt t, y, t): the mass relative to the belt, and the clock that moves the belt. In these
-// the slip velocity is that of the first coordinate, and no friction force can slow the belt down. In stick the mass
-// moves with x' = v_belt until the spring and the load exceed mu m g.
+// The belt is a surface that moves by itself: no friction force slows it down. In stick the mass moves with x' = v_belt
+// until the spring and the load exceed mu m g.
 template <class T>
 struct BeltOscillator {
   static constexpr SceneText text{"belt_oscillator", "slip-stick oscillator on a moving belt",
@@ -33,19 +32,19 @@ struct BeltOscillator {
     visit("duration", duration, "s");
   }
 
-  Vec<T, 3> q0() const { return {0, 0, 0}; }
-  Vec<T, 3> v0() const { return {-v_belt, 0, 1}; }
+  Vec<T, 2> q0() const { return {0, 0}; }
+  Vec<T, 2> v0() const { return {0, 0}; }
   T end_time() const { return duration; }
 
-  Vec<T, 3> mass() const { return {m, m, 1}; }
-  Vec<T, 3> force(const Vec<T, 3>& q, const Vec<T, 3>& v) const {
+  Vec<T, 2> mass() const { return {m, m}; }
+  Vec<T, 2> force(const Vec<T, 2>& q, const Vec<T, 2>& v, const T& t) const {
     using std::sin;
-    const T x = q[0] + v_belt * q[2], x_dot = v[0] + v_belt;
-    return {-k * x - c * x_dot + F * sin(Omega * q[2]), -m * g, 0};
+    return {-k * q[0] - c * v[0] + F * sin(Omega * t), -m * g};
   }
   std::array<Contact<T>, 1> contacts() const { return {{{"belt", 0, mu}}}; }
-  Vec<T, 1> gap(const Vec<T, 3>& q) const { return {q[1]}; }
-  std::array<std::array<Vec<T, 3>, 1>, 1> tangents(const Vec<T, 3>&) const { return {{{{{1, 0, 0}}}}}; }
+  Vec<T, 1> gap(const Vec<T, 2>& q) const { return {q[1]}; }
+  std::array<std::array<Vec<T, 2>, 1>, 1> tangents(const Vec<T, 2>&) const { return {{{{{1, 0}}}}}; }
+  std::array<std::array<T, 1>, 1> drives(const Vec<T, 2>&, const T&) const { return {{{-v_belt}}}; }
 };
 
 const bool registered = register_scene<BeltOscillator>();

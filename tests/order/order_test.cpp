@@ -233,6 +233,39 @@ TEST(StickSlip, FirstOrderOfTheInelasticMethods) {
   }
 }
 
+/// Surfaces that move by themselves: impacts with a shaken table, a table that throws a ball off, stick, slip and
+/// reversal on a belt whose speed varies.
+/// (With more stages the first two are rounding from N = 50 on.)
+class MovingScenes : public testing::TestWithParam<PinningCase> {};
+
+TEST_P(MovingScenes, KeepTheOrder) {
+  const auto& p = GetParam();
+  const auto& cases = moving_scenes();
+  const auto truth = std::find_if(cases.begin(), cases.end(), [&](const auto& c) { return c.id == p.problem; });
+  const auto fit =
+      observe(*moving_scene(p.problem), {truth->q, truth->v, 1e-15}, p.method, logarithmic(p.from, p.to, kDense));
+  ASSERT_TRUE(fit);
+  EXPECT_GE(fit->slope, p.least) << "window " << fit->first_steps << " .. " << fit->last_steps;
+  EXPECT_LE(fit->slope, p.most) << "window " << fit->first_steps << " .. " << fit->last_steps;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Methods, MovingScenes,
+    testing::Values(PinningCase{"shaken_table_bounces", "fesd:radau-iia:2,elements=as_needed", 2.8, 4, 20, 1000},
+                    PinningCase{"shaken_table_bounces", "fesd:radau-iia:3,elements=as_needed", 4.8, 6, 10, 200},
+                    PinningCase{"shaken_table_bounces", "fesd:gauss:2,elements=as_needed", 3.8, 5, 20, 1000},
+                    PinningCase{"shaken_table_throws", "fesd:radau-iia:2,elements=as_needed", 2.8, 4, 20, 500},
+                    PinningCase{"belt_of_varying_speed", "fesd:radau-iia:2,elements=as_needed", 2.8, 4, 30, 1000},
+                    PinningCase{"belt_of_varying_speed", "fesd:radau-iia:3,elements=as_needed", 4.8, 6, 20, 300},
+                    PinningCase{"belt_of_varying_speed", "moreau_jean", 0.8, 1.6, 1e3, 1e5},
+                    PinningCase{"belt_of_varying_speed", "anitescu_potra", 0.8, 1.6, 1e3, 1e5},
+                    PinningCase{"belt_of_varying_speed", "stewart_trinkle", 0.8, 1.6, 1e3, 1e5},
+                    PinningCase{"shaken_table_throws", "moreau_jean", 0.8, 1.6, 1e3, 1e5},
+                    PinningCase{"shaken_table_bounces", "anitescu_potra", 0.8, 1.6, 1e4, 1e6},
+                    PinningCase{"shaken_table_bounces", "schatzman_paoli", 0.8, 1.6, 1e4, 1e6},
+                    PinningCase{"shaken_table_throws", "generalized_alpha", 0.8, 1.6, 1e3, 1e5}),
+    [](const auto& test) { return test_name(std::string(test.param.problem) + "_" + test.param.method); });
+
 /// The compliant baseline gets stiffer with the root of h. Its errors, some percent, are not in the window of a fit.
 TEST(Impacts, PenaltyHasOrderOneHalf) {
   const auto problem = ground_truth_problem("P1a_ball_e09");

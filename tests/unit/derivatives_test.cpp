@@ -71,7 +71,7 @@ TEST_P(Derivatives, AgreeWithDifferencesOfTheValues) {
     expect_close(Ma_q, difference([&](const Vector& x) { return Vector(p.mass_matrix(x) * a); }, q), "d(M a)/dq");
 
     const auto contact_force = [&](const Vector& x) {
-      return Vector(p.normal_jacobian(x) * lambda_n + p.tangent_jacobian(x) * lambda_t);
+      return Vector(p.force_directions(p.normal_jacobian(x) * lambda_n + p.tangent_jacobian(x) * lambda_t));
     };
     p.contact_force_derivative(q.data(), lambda_n.data(), lambda_t.data(), Jl_q.data());
     expect_close(Jl_q, difference(contact_force, q), "d(J lambda)/dq");

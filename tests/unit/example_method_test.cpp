@@ -34,9 +34,10 @@ class SymplecticEuler final : public Method {
       const Eigen::LLT<Matrix> M(problem.mass_matrix(s.q));
       s.v += h * M.solve(problem.force(s.q, s.v));
       if (problem.n_c() == 1 && problem.gap(s.q)[0] <= 0) {
-        const Vector n = problem.normal_jacobian(s.q), Mn = M.solve(n);
-        const double approach = n.dot(s.v);
-        if (approach < 0) s.v -= (1 + problem.info().contacts[0].eps_r) * approach / n.dot(Mn) * Mn;
+        const Matrix n = problem.normal_jacobian(s.q);
+        const Vector Mn = M.solve(problem.force_directions(n));
+        const double approach = n.col(0).dot(s.v);
+        if (approach < 0) s.v -= (1 + problem.info().contacts[0].eps_r) * approach / n.col(0).dot(Mn) * Mn;
       }
       s.q += h * s.v;
     }

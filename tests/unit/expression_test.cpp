@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "problems/derivatives/real_functions.h"
 #include "problems/derivatives/tape.h"
 #include "problems/input_error.h"
 #include "problems/scene_file/expression_text.h"
@@ -62,6 +63,41 @@ TEST_F(Expression, KnowsTheFunctions) {
   EXPECT_DOUBLE_EQ(value("2*pi"), 2 * M_PI);
 }
 
+TEST_F(Expression, Chooses) {
+  const double a = 0.3, b = -1.7;
+  EXPECT_EQ(value("max(q[0], q[1])"), a);
+  EXPECT_EQ(value("min(q[0], q[1])"), b);
+  EXPECT_EQ(value("sign(q[1]) + 10*sign(q[0]) + 100*sign(q[0]-q[0])"), 9);
+  EXPECT_EQ(value("if(q[0] < q[1], 1, 2)"), 2);
+  EXPECT_EQ(value("if(q[0] > q[1], 1, 2)"), 1);
+  EXPECT_EQ(value("if(q[0] <= 0.3, 1, 2) + if(q[0] >= 0.3, 10, 20)"), 11) << "0.3 is the double that the tape has";
+  EXPECT_EQ(value("if(q[0] < 0.3, 1, 2) + if(q[0] > 0.3, 10, 20)"), 22);
+  EXPECT_EQ(value("if(1 < 2, 3, 4)"), 3);
+  EXPECT_DOUBLE_EQ(value("if(q[1] > 0, sqrt(q[1]), -q[1])"), 1.7) << "the other branch is not a number";
+  EXPECT_EQ(error("if(q[0], 1, 2)"), "field, column 8: a condition is expected, two expressions with <, <=, > or >=");
+  EXPECT_EQ(error("if(q[0] < 1, 2)"), "field, column 15: ',' is expected: if(condition, a, b)");
+  EXPECT_EQ(error("max(1)"), "field, column 1: max takes 2 argument(s), not 1");
+}
+
+TEST_F(Expression, BendsWithRealDerivatives) {
+  const auto derivative = [&](const std::string& text) { return parse_expression(text, names, "field").diff(q0); };
+  const auto at = [&](const GiNaC::ex& e, double x) {
+    const Tape tape({e}, {{q0, q1}}, {{m, 2.0}});
+    const double q[2] = {x, -1.7};
+    const double* inputs[] = {q};
+    double result = 0;
+    tape.evaluate(inputs, &result);
+    return result;
+  };
+  for (const double x : {-0.7, 0.0, 0.4}) {
+    EXPECT_EQ(at(derivative("abs(q[0])"), x), (x > 0) - (x < 0));
+    EXPECT_DOUBLE_EQ(at(derivative("-m*q[0]*abs(q[0])"), x), -4 * std::abs(x)) << "quadratic drag, at rest too";
+    EXPECT_DOUBLE_EQ(at(derivative("-m*q[0]*abs(q[0])").diff(q0), x), -4.0 * ((x > 0) - (x < 0)));
+    EXPECT_EQ(at(derivative("max(0, q[0])**2/2"), x), std::max(0.0, x));
+    EXPECT_EQ(at(derivative("if(q[0] < 0.1, q[0], q[0]**2)"), x), x < 0.1 ? 1 : 2 * x);
+  }
+}
+
 TEST_F(Expression, IsWrittenAsItIsRead) {
   for (const char* text : {"m",
                            "-m",
@@ -83,14 +119,18 @@ TEST_F(Expression, IsWrittenAsItIsRead) {
                            "sin(-q[0]-m)*cos(q[1]-q[0])",
                            "pi*m**-pi",
                            "atan2(-q[0], q[1]-m)",
-                           "abs(-q[0])+exp(-q[1])+log(m)"}) {
+                           "abs(-q[0])+exp(-q[1])+log(m)",
+                           "-3*q[0]*abs(q[0])-sign(q[1]-m)",
+                           "max(q[0], m*q[1])+min(0, q[1])",
+                           "if(q[0]+q[1] < m, if(q[1] >= 2, -q[0], 1), q[0]**2)-if(m > q[0], 1, 2)"}) {
     const GiNaC::ex expression = parse_expression(text, names, "field");
     const std::string written = expression_text(expression);
     EXPECT_TRUE(parse_expression(written, names, "field").is_equal(expression)) << text << " -> " << written;
   }
   EXPECT_EQ(expression_text(parse_expression("q[1]*-m + 3/4*q[0]**2 - 1", names, "field")), "-1+3*q[0]**2/4-m*q[1]");
   EXPECT_EQ(expression_text((q1 - q0) * m), expression_text(-m * (q0 - q1)));
-  EXPECT_THROW(expression_text(GiNaC::abs(q0).diff(q0)), InputError) << "the grammar has no sign function";
+  EXPECT_EQ(expression_text(magnitude(q0).diff(q0)), "sign(q[0])");
+  EXPECT_THROW(expression_text(GiNaC::tgamma(q0)), InputError) << "the grammar has no gamma function";
 }
 
 TEST_F(Expression, ErrorsNameTheColumn) {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "problems/input_error.h"
+#include "problems/scene_file/scene_writer.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
@@ -80,7 +81,7 @@ TEST_F(SceneFile, ErrorsNameTheFieldAndWhatIsAllowed) {
   };
   EXPECT_EQ(spoiled([](json& s) { s.erase("f"); }), "FILE: f: this field is missing");
   EXPECT_EQ(spoiled([](json& s) { s["f"][1] = "-m*gg"; }),
-            "FILE: f[1], column 4: unknown name 'gg'; known are e, g, m, mu, pi and the functions");
+            "FILE: f[1], column 4: unknown name 'gg'; known are e, g, m, mu, t, pi and the functions");
   EXPECT_EQ(spoiled([](json& s) { s["f"] = {"0"}; }), "FILE: f, number of entries = 1: 2 are required");
   EXPECT_EQ(spoiled([](json& s) {
               s["M"][1] = {"0", "0"};
@@ -91,7 +92,8 @@ TEST_F(SceneFile, ErrorsNameTheFieldAndWhatIsAllowed) {
             }),
             "FILE: M(q0) = not symmetric: a symmetric matrix is required, largest difference 1");
   EXPECT_EQ(spoiled([](json& s) { s["q0"][1] = "-0.1"; }),
-            "FILE: contacts[0].gap (floor) = -0.1: gap(q0) >= 0 is required, the scene starts in penetration");
+            "FILE: contacts[0].gap (floor) = -0.1: gap(q0) >= 0 is required, the scene starts in penetration; "
+            "--allow-penetration DEPTH starts from the nearest position that respects all gaps");
   EXPECT_EQ(spoiled([](json& s) { s["contacts"][0]["e"] = "1.5"; }),
             "FILE: contacts[0].e (floor) = 1.5: eps_r in [0, 1] is required");
   EXPECT_EQ(spoiled([](json& s) { s["contacts"][0]["e"] = "-0.5"; }),
@@ -125,14 +127,15 @@ TEST_F(SceneFile, BilateralConstraintsHoldAtTheStart) {
     spoil(scene);
     return error(scene);
   };
+  const std::string projection = "--allow-penetration DEPTH starts from the nearest position that respects all gaps";
   const auto p = read(rod);
   EXPECT_TRUE(p->info().contacts[0].is_bilateral);
   EXPECT_EQ(p->info().bilateral, std::vector<int>{0});
   EXPECT_TRUE(p->info().unilateral.empty());
   EXPECT_EQ(spoiled([](json& s) { s["q0"][0] = "1.5"; }),
-            "FILE: contacts[0].gap (rod) = 0.625: |gap(q0)| <= 2.25e-13 is required, it is bilateral");
+            "FILE: contacts[0].gap (rod) = 0.625: |gap(q0)| <= 2.25e-13 is required, it is bilateral; " + projection);
   EXPECT_EQ(spoiled([](json& s) { s["q0"][0] = "0.5"; }),
-            "FILE: contacts[0].gap (rod) = -0.375: |gap(q0)| <= 2.5e-14 is required, it is bilateral");
+            "FILE: contacts[0].gap (rod) = -0.375: |gap(q0)| <= 2.5e-14 is required, it is bilateral; " + projection);
   EXPECT_EQ(spoiled([](json& s) { s["v0"][0] = "0.5"; }),
             "FILE: contacts[0].Jn' v0 (rod) = 0.5: |Jn' v0| <= 5e-14 is required, it is bilateral");
   EXPECT_EQ(spoiled([](json& s) { s["contacts"][0]["e"] = "0.5"; }),
@@ -151,6 +154,87 @@ TEST_F(SceneFile, BilateralConstraintsHoldAtTheStart) {
               s["contacts"].push_back(twice);
             }),
             "FILE: number of bilateral constraints = 3: at most n_q = 2 are possible");
+}
+
+TEST_F(SceneFile, TimeIsACoordinateWhereItOccurs) {
+  EXPECT_EQ(read(good_scene())->info().clock, -1);
+  const auto moved = [&](const std::function<void(json&)>& change) {
+    json scene = good_scene();
+    scene["contacts"][0].erase("Jn");
+    change(scene);
+    return scene;
+  };
+  const json load = moved([](json&s) { s["f"][0] = "3*t*v[0]"; }),
+             table = moved([](json&s) { s["contacts"][0]["gap"] = "q[1]-t**2"; }),
+             belt = moved([](json&s) { s["contacts"][0]["vt_drive"] = {"-2*t"}; });
+  for (const json& scene : {load, table, belt}) {
+    const auto p = read(scene);
+    const ProblemInfo& info = p->info();
+    EXPECT_EQ(info.clock, 2);
+    EXPECT_EQ(info.n_mechanical(), 2);
+    EXPECT_EQ(info.q0[2], 0);
+    EXPECT_EQ(info.v0[2], 1);
+    EXPECT_EQ(p->mass_matrix(info.q0)(2, 2), 1);
+    EXPECT_EQ(p->force(info.q0, info.v0)[2], 0);
+  }
+  const Eigen::Vector3d q(0.5, 4, 3), v(2, 1, 1);
+  EXPECT_DOUBLE_EQ(read(load)->force(q, v)[0], 3 * 3 * 2);
+  EXPECT_DOUBLE_EQ(read(table)->gap(q)[0], 4 - 9);
+  EXPECT_DOUBLE_EQ(read(table)->normal_jacobian(q).col(0).dot(v), 1 - 6);
+  EXPECT_DOUBLE_EQ(read(table)->gap_acceleration_bias(q, v)[0], -2);
+  EXPECT_DOUBLE_EQ(read(belt)->tangent_jacobian(q).col(0).dot(v), 2 - 6);
+  EXPECT_DOUBLE_EQ(read(belt)->slip_acceleration_bias(q, v)[0], -2);
+  EXPECT_FALSE(read(table)->info().contacts[0].is_affine);
+  EXPECT_FALSE(read(load)->info().contacts[0].is_moving);
+  // A control of time is part of the force.
+  const auto driven = read(moved([](json& s) {
+    s["Bu"] = {{"2"}, {"t"}};
+    s["u"] = {"5*t"};
+  }));
+  EXPECT_EQ(driven->info().n_u, 0);
+  EXPECT_DOUBLE_EQ(driven->force(q, v)[0], 30);
+  EXPECT_DOUBLE_EQ(driven->force(q, v)[1], -9.81 + 45);
+  // A contact without friction has no drive.
+  EXPECT_EQ(read(moved([](json& s) {
+              s["contacts"][0]["vt_drive"] = {"-2*t"};
+              s["contacts"][0]["mu"] = "0";
+            }))
+                ->info()
+                .clock,
+            -1);
+}
+
+TEST_F(SceneFile, TimeHasItsPlaces) {
+  const auto spoiled = [&](const std::function<void(json&)>& spoil) {
+    json scene = good_scene();
+    spoil(scene);
+    return error(scene);
+  };
+  EXPECT_EQ(spoiled([](json& s) { s["params"]["t"] = "1"; }),
+            "FILE: params.t = 1: t is the time; another name is required");
+  EXPECT_EQ(spoiled([](json& s) {
+              s["contacts"][0]["vt_drive"] = {"1", "2"};
+            }),
+            "FILE: contacts[0].vt_drive, number of entries = 2: 1 are required");
+  EXPECT_EQ(spoiled([](json& s) { s["q0"][0] = "t"; }),
+            "FILE: q0[0], column 1: unknown name 't'; known are e, g, m, mu, pi and the functions");
+  EXPECT_NE(spoiled([](json& s) { s["M"][0][0] = "m*t"; }).find("unknown name 't'"), std::string::npos);
+  EXPECT_EQ(spoiled([](json& s) {
+              s["contacts"][0] = {{"name", "nothing"}, {"gap", "1+t"}};
+            }),
+            "FILE: contacts[0].Jn (nothing) = 0: the gap does not depend on any coordinate at q0");
+}
+
+TEST_F(SceneFile, IsWrittenWithItsTime) {
+  const auto p = read_scene_file(test_data("moving_table.json"));
+  const std::string text = scene_text(*p);
+  EXPECT_NE(text.find("\"vt_drive\""), std::string::npos);
+  const auto again = read_scene_text(text, "written");
+  EXPECT_EQ(scene_text(*again), text);
+  const Eigen::Vector3d q(0.1, 0.2, 0.3), v(-0.4, 0.5, 1);
+  EXPECT_EQ(p->gap(q), again->gap(q));
+  EXPECT_EQ(p->force(q, v), again->force(q, v));
+  EXPECT_EQ(p->tangent_jacobian(q), again->tangent_jacobian(q));
 }
 
 TEST_F(SceneFile, UnreadableFiles) {

@@ -339,10 +339,9 @@ TEST(BeltOscillator, SticksAtBeltSpeed) {
   const double x_stick = x_c * (1 - std::cos(omega * t_stick)), t_slip = t_stick + (x_c - x_stick) / v_belt;
   const auto p = make_problem("belt_oscillator", {{"c", 0}, {"F", 0}, {"duration", 0.5}});
   for (const auto& sample : run(*p, "moreau_jean", 5000).samples) {
-    EXPECT_DOUBLE_EQ(sample.v_plus[2], 1) << "the belt keeps its speed";
-    const double x = sample.q[0] + v_belt * sample.t;
+    const double x = sample.q[0];
     if (sample.t > t_stick + 1e-3 && sample.t < t_slip - 1e-3) {
-      EXPECT_NEAR(sample.v_plus[0], 0, 1e-13);
+      EXPECT_NEAR(sample.v_plus[0], v_belt, 1e-13);
       EXPECT_NEAR(x, x_stick + v_belt * (sample.t - t_stick), 1e-4) << "order 1: h v_belt = 2e-5";
     } else if (sample.t < t_stick - 1e-3) {
       EXPECT_NEAR(x, x_c * (1 - std::cos(omega * sample.t)), 1e-4);
@@ -355,7 +354,7 @@ TEST(BeltOscillator, ChangesBetweenSlipAndStickAgainAndAgain) {
   int sticks = 0;
   bool sticking = false;
   for (const auto& sample : run(*p, "moreau_jean", 3000).samples) {
-    const bool now = std::abs(sample.v_plus[0]) < 1e-12;
+    const bool now = std::abs(sample.v_plus[0] - 0.2) < 1e-12;
     sticks += now && !sticking;
     sticking = now;
   }
@@ -421,8 +420,9 @@ TEST(Ball3d, EndsRollingWithFiveSeventhsOfItsSpeed) {
   const auto p = make_problem(
       "ball_3d", {{"height", 0.1}, {"v_x0", 1.4}, {"v_y0", 0}, {"omega_x0", 0}, {"omega_y0", 0}, {"duration", 0.5}});
   const Solution s = run(*p, "moreau_jean", 500);
-  EXPECT_NEAR(s.v[0], 1.0, 1e-13) << "the momentum about the contact point is kept exactly";
-  EXPECT_NEAR(s.v[4], 1.0 / 0.1, 1e-12);
+  // The default tolerance of 1e-9 is that of the velocities of the last step, which sticks.
+  EXPECT_NEAR(s.v[0], 1.0, 1e-9) << "the momentum about the contact point is kept exactly";
+  EXPECT_NEAR(s.v[4], 1.0 / 0.1, 1e-8);
   EXPECT_EQ(s.v[5], 8) << "spin about the normal meets no friction";
 }
 

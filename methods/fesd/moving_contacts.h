@@ -1,0 +1,29 @@
+#pragma once
+
+#include "methods/runge_kutta/stage_solver.h"
+#include "problems/problem.h"
+
+namespace ricochet {
+
+/// The contacts with surfaces that move by themselves, as step control has to see them. A body in free flight above a
+/// table that shakes moves along a parabola, which one long step integrates exactly; that the gap swings below the
+/// table and back meanwhile shows in no coordinate but the time. So gaps and slip paths of moving contacts are
+/// error-controlled like coordinates, by their accelerations at the stages:
+///
+///   J_n' w_j + v_j' (grad^2 f_c) v_j,   J_t' w_j + T(q_j, v_j) v_j                                            (1)
+class MovingContacts {
+ public:
+  explicit MovingContacts(const Problem& problem);
+
+  bool empty() const { return n_rows_ == 0; }
+  /// (1) of an element that is solved: a row for each gap and slip path, a column per stage.
+  const Matrix& accelerations(const Stages& element);
+
+ private:
+  const Problem& problem_;
+  Eigen::Index n_rows_ = 0;
+  Vector J_n_, J_t_, bias_;
+  Matrix T_, accelerations_;
+};
+
+}  // namespace ricochet

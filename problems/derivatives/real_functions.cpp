@@ -1,0 +1,82 @@
+#include "problems/derivatives/real_functions.h"
+
+#include <map>
+#include <string>
+
+namespace ricochet {
+namespace {
+
+using GiNaC::ex;
+using GiNaC::symbol;
+
+bool is_number(const ex& x) {
+  return GiNaC::is_a<GiNaC::numeric>(x);
+}
+
+// GiNaC's registration: a name that it does not have yet, what a call becomes when it is made, and its derivative.
+
+DECLARE_FUNCTION_1P(real_abs)
+DECLARE_FUNCTION_1P(real_sign)
+DECLARE_FUNCTION_3P(real_choose)
+
+ex abs_of(const ex& x) {
+  return is_number(x) ? ex(GiNaC::abs(GiNaC::ex_to<GiNaC::numeric>(x))) : real_abs(x).hold();
+}
+ex abs_derivative(const ex& x, const symbol& s) {
+  return real_sign(x) * x.diff(s);
+}
+
+ex sign_of(const ex& x) {
+  return is_number(x) ? ex(GiNaC::csgn(GiNaC::ex_to<GiNaC::numeric>(x))) : real_sign(x).hold();
+}
+ex sign_derivative(const ex&, const symbol&) {
+  return 0;
+}
+
+ex choice_of(const ex& c, const ex& a, const ex& b) {
+  if (a.is_equal(b)) return a;
+  if (is_number(c)) return GiNaC::ex_to<GiNaC::numeric>(c).is_positive() ? a : b;
+  return real_choose(c, a, b).hold();
+}
+ex choice_derivative(const ex& c, const ex& a, const ex& b, const symbol& s) {
+  return real_choose(c, a.diff(s), b.diff(s));
+}
+
+REGISTER_FUNCTION(real_abs, set_name("magnitude").eval_func(abs_of).expl_derivative_func(abs_derivative))
+REGISTER_FUNCTION(real_sign, set_name("sign").eval_func(sign_of).expl_derivative_func(sign_derivative))
+REGISTER_FUNCTION(real_choose, set_name("choose").eval_func(choice_of).expl_derivative_func(choice_derivative))
+
+/// Replaces what GiNaC made of complex symbols.
+struct RealSymbols : GiNaC::map_function {
+  ex operator()(const ex& e) override {
+    const ex inner = e.map(*this);
+    if (!GiNaC::is_a<GiNaC::function>(inner)) return inner;
+    const std::string name = GiNaC::ex_to<GiNaC::function>(inner).get_name();
+    if (name == "abs") return real_abs(inner.op(0));
+    if (name == "csgn") return real_sign(inner.op(0));
+    if (name == "step") return real_choose(inner.op(0), 1, 0);
+    if (name == "conjugate" || name == "real_part") return inner.op(0);
+    if (name == "imag_part") return 0;
+    return inner;
+  }
+};
+
+}  // namespace
+
+ex sign(const ex& x) {
+  return real_sign(x);
+}
+
+ex choose(const ex& c, const ex& a, const ex& b) {
+  return real_choose(c, a, b);
+}
+
+ex magnitude(const ex& x) {
+  return real_abs(x);
+}
+
+ex with_real_symbols(const ex& expression) {
+  return RealSymbols()(expression);
+}
+
+}  // namespace ricochet
