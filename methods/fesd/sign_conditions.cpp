@@ -7,7 +7,6 @@
 
 #include "problems/packed_column.h"
 
-
 namespace ricochet {
 namespace {
 
