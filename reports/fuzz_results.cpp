@@ -8,16 +8,12 @@
 #include <regex>
 
 #include "problems/named_values.h"
+#include "reports/ending_names.h"
 
 namespace ricochet {
 namespace {
 
 using nlohmann::json;
-
-const Names<Ending> kEndings = {{"returned", Ending::returned},
-                                {"declined", Ending::declined},
-                                {"killed", Ending::killed},
-                                {"crashed", Ending::crashed}};
 
 const Names<FuzzVerdict> kVerdicts = {{"agree", FuzzVerdict::agree},       {"sensitive", FuzzVerdict::sensitive},
                                       {"open", FuzzVerdict::open},         {"undecided", FuzzVerdict::undecided},

@@ -9,17 +9,13 @@
 #include <set>
 
 #include "problems/named_values.h"
+#include "reports/ending_names.h"
 #include "reports/json_number.h"
 
 namespace ricochet {
 namespace {
 
 using nlohmann::json;
-
-const Names<Ending> kEndings = {{"returned", Ending::returned},
-                                {"declined", Ending::declined},
-                                {"killed", Ending::killed},
-                                {"crashed", Ending::crashed}};
 
 /// The numbers of the two structs with their names in a file.
 const std::vector<std::pair<const char*, double CaseLimits::*>> kLimits = {
