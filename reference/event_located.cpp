@@ -22,6 +22,9 @@ namespace {
 // Longest first step of slip in space, as a part of end_time; start_slip() shortens it.
 constexpr double kSlipStart = 1e-2;
 
+// Impacts that follow each other at one instant: a few, unless they accumulate.
+constexpr int kMostImpacts = 1000;
+
 /// Root functions, all watched for falling through zero:
 ///
 ///   open               gap, with the offset of Flights                                   (1)
@@ -208,6 +211,7 @@ class EventLocatedRun {
   void finish_slip(double& t, const Roots& found, Instant& instant, Solution& solution);
   void find_touching(double t, const Roots& found, Instant& instant, const Solution& solution);
   std::vector<char> last_impacts(const Instant& instant, const Solution& solution);
+  bool follow_impacts(double t, Instant& instant, Solution& solution);
   bool collide(double t, Instant& instant, Solution& solution);
   void find_stopped_along(Instant& instant, const Solution& solution) const;
   bool decide_candidates(double t, Instant& instant, Solution& solution);
@@ -385,13 +389,44 @@ std::vector<char> EventLocatedRun::last_impacts(const Instant& instant, const So
   return last;
 }
 
-/// The impact, where a contact approaches; candidates for closed contacts and those that part; contacts without slip.
+/// Newton's law at the contacts that touch and do not part; and again, as long as an impact sends contacts that parted
+/// back against each other. With those that part in the law, their restitution would send them into their surfaces.
+bool EventLocatedRun::follow_impacts(double t, Instant& instant, Solution& solution) {
+  const Matrix J = problem_.normal_jacobian(solution.q);
+  const Vector rate_size = scales_.speed(J, instant.v_minus);
+  const auto last = last_impacts(instant, solution);
+  auto& total = instant.impact;
+  total.modes.assign(instant.touching.size(), ContactMode::open);
+  total.normal.setZero(n_c_);
+  total.tangential.setZero(problem_.info().n_lambda_t);
+  for (int k = 0; k < kMostImpacts; ++k) {
+    const Vector rate = J.transpose() * solution.v;
+    std::vector<int> meeting;
+    bool approaches = false;
+    for (const int i : instant.touching) {
+      if (rate[i] <= kSame * rate_size[i]) meeting.push_back(i);
+      approaches = approaches || rate[i] < -kSame * rate_size[i];
+    }
+    if (!approaches) return true;
+    const auto impact = dynamics_.impact(solution.q, solution.v, meeting, last);
+    if (!impact.failure.empty()) return stop(solution, Status::inner_solver_failed, t, impact.failure);
+    solution.v = impact.motion;
+    total.normal += impact.normal;
+    if (!problem_.info().has_friction()) continue;
+    total.tangential += impact.tangential;
+    for (std::size_t m = 0; m < meeting.size(); ++m) {
+      const auto at = std::ranges::find(instant.touching, meeting[m]) - instant.touching.begin();
+      total.modes[static_cast<std::size_t>(at)] = impact.modes[m];
+    }
+  }
+  return stop(solution, Status::step_limit, t, flights_.accumulating(t));
+}
+
+/// The impacts, where a contact approaches; candidates for closed contacts and those that part; contacts without slip.
 bool EventLocatedRun::collide(double t, Instant& instant, Solution& solution) {
   if (instant.approaches) {
     if (instant.is_ambiguous) return stop(solution, Status::step_limit, t, flights_.accumulating(t));
-    instant.impact = dynamics_.impact(solution.q, instant.v_minus, instant.touching, last_impacts(instant, solution));
-    if (!instant.impact.failure.empty()) return stop(solution, Status::inner_solver_failed, t, instant.impact.failure);
-    solution.v = instant.impact.motion;
+    if (!follow_impacts(t, instant, solution)) return false;
   }
   const Matrix J = problem_.normal_jacobian(solution.q), J_t = problem_.tangent_jacobian(solution.q);
   const Vector rate = J.transpose() * solution.v, rate_size = scales_.speed(J, instant.v_minus);

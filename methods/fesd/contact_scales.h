@@ -11,15 +11,15 @@ namespace ricochet {
 /// it is compared with must not vanish with it. Per contact, the largest so far in a run:
 ///
 ///   gap       |J_n|' |q| + H (2),   and H^2 |J_n|' |w| where a run begins                          [m]     (1)
-///   approach  |J_n|' |v|, Lambda_n G_nn, h lambda_n G_nn,   and H |J_n|' |w| where a run begins     [m/s]   (2)
-///   slip      |J_t|' |v|, (||Lambda_t|| + mu Lambda_n) G_tt,   and H (|J_t|' |w| + mu (4) G_tt)
+///   approach  |J_n|' |v|, |J_n|' p, h lambda_n G_nn,   and H |J_n|' |w| where a run begins          [m/s]   (2)
+///   slip      |J_t|' |v|, |J_t|' p + mu Lambda_n G_tt,   and H (|J_t|' |w| + mu (4) G_tt)
 ///             where a run begins                                                                    [m/s]   (3)
 ///   force     lambda_n, |J_n|' |w| / G_nn                                                           [N]     (4)
 ///
-/// with v of both sides of an impact, w what the load alone accelerates, H the length of the step, G_nn = J_n' M^-1 J_n
-/// and G_tt the larger J_t' M^-1 J_t of the contact: a body at rest is at rest compared with what brought it there, or
-/// with what its load would do. Only the coordinates of the contact's own support enter, so that a body elsewhere, or
-/// other units, change nothing.
+/// with v of both sides of an impact, p the velocities that its impulses make and that may cancel, w what the load
+/// alone accelerates, H the length of the step, G_nn = J_n' M^-1 J_n and G_tt the larger J_t' M^-1 J_t of the contact:
+/// a body at rest is at rest compared with what brought it there, or with what its load would do. Only the coordinates
+/// of the contact's own support enter, so that a body elsewhere, or other units, change nothing.
 class ContactScales {
  public:
   explicit ContactScales(const Problem& problem);
@@ -71,10 +71,10 @@ class ContactScales {
 
   const Problem& problem_;
   double H_ = 0;
-  Vector normal_;                          // |J_n|, packed
-  Vector load_;                            // n_q, |w| at the start of the run
-  Vector G_nn_, G_tt_;                     // n_c, at the last touch
-  Vector gap_, approach_, slip_, force_;   // n_c
+  Vector normal_;                         // |J_n|, packed
+  Vector load_;                           // n_q, |w| at the start of the run
+  Vector G_nn_, G_tt_;                    // n_c, at the last touch
+  Vector gap_, approach_, slip_, force_;  // n_c
 };
 
 }  // namespace ricochet

@@ -37,6 +37,7 @@ ImpactLaw::ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, con
   if (has_bilateral_) reaction_.setZero(n_c, n);
   f_.resize(n_q);
   w_.setZero(n_q);
+  size_.setZero(n_q);
   column_.setZero(n_q);
   scatter_.setZero(n_q);
   visitor_.assign(n_q, -1);
@@ -282,6 +283,19 @@ void ImpactLaw::apply(std::span<const int> members, Eigen::Ref<Vector> motion, E
       for (const int i : problem_.info().bilateral) normal[i] += *r * reaction_(i, d == 0 ? j : tangent + d - 1);
     }
   }
+}
+
+const Vector& ImpactLaw::impulse_size(std::span<const int> together, const Eigen::Ref<const Vector>& Lambda_n,
+                                      const Eigen::Ref<const Vector>& Lambda_t) {
+  size_.setZero();
+  for (const int i : together) {
+    for (int d = 0; d <= n_t(i); ++d) {
+      const double impulse =
+          std::abs(d == 0 ? Lambda_n[i] : Lambda_t[problem_.info().contacts[i].tangent_index + d - 1]);
+      for (int s = 0; s < n_moved(i); ++s) size_[moved(i)[s]] += impulse * std::abs(effect(i, d)[s]);
+    }
+  }
+  return size_;
 }
 
 LcpStatus ImpactLaw::impact(std::span<const int> together, std::span<const int> approaching, Eigen::Ref<Vector> v,

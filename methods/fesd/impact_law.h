@@ -52,6 +52,11 @@ class ImpactLaw {
   LcpStatus impact(std::span<const int> together, std::span<const int> approaching, Eigen::Ref<Vector> v,
                    Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
 
+  /// sum_i |M^-1 J_n^i| Lambda_n^i + |M^-1 J_t^i| |Lambda_t^i|, the velocities that cancel in (1), n_q: what the
+  /// impulses of an impact leave of a velocity may be their rounding. @param together  as of impact()
+  const Vector& impulse_size(std::span<const int> together, const Eigen::Ref<const Vector>& Lambda_n,
+                             const Eigen::Ref<const Vector>& Lambda_t);
+
   /// A closed contact, for contact_forces().
   struct Closed {
     int contact = -1;
@@ -70,6 +75,11 @@ class ImpactLaw {
   /// |J_n|' |w| of a closed contact with w of the load alone, and what the curvature of the gap adds [m/s^2]; behind
   /// contact_forces().
   double load_size(int contact) const { return load_size_[contact]; }
+  /// Whether the load and the forces pull a closed contact apart; behind contact_forces(). Bodies that fall together
+  /// need no force, and still touch.
+  bool is_pulled_apart(int contact) const {
+    return dot(contact, 0, w_) + bias_[contact] > ContactScales::kStageRounding * load_size_[contact];
+  }
   /// M^-1 f_v at (q, v), without contact forces.
   const Vector& free_acceleration(const Vector& q, const Vector& v);
 
@@ -136,7 +146,7 @@ class ImpactLaw {
   std::vector<int> moved_, moved_begin_, effect_begin_;  // coordinates; per contact: where they, and its effects begin
   std::vector<int> support_in_moved_;                    // where the entries of a packed J_n stand among `moved`
   Matrix reaction_;  // n_c x (n_c + n_lambda_t): of the bilateral constraints to the columns of D
-  Vector f_, w_, bias_, load_size_, b_, r_, scatter_;
+  Vector f_, w_, size_, bias_, load_size_, b_, r_, scatter_;
   Matrix T_;
   bool has_turning_friction_ = false;  // some tangents depend on q
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-
 namespace ricochet {
 namespace {
 
@@ -117,20 +116,21 @@ void JunctionSolver::see_sizes(const FesdStep& step, const Eigen::Ref<const Vect
       const double load = impact_law_.normal_velocity_scale(i, *w);
       scales_.see_force(i, load / G);
       scales_.see_approach(i, step.H * load);
-      scales_.see_slip(i, step.H * (impact_law_.slip_velocity_scale(i, *w) +
-                                    info.contacts[i].mu * load / G * G_t));
+      scales_.see_slip(i, step.H * (impact_law_.slip_velocity_scale(i, *w) + info.contacts[i].mu * load / G * G_t));
     }
   }
 }
 
-/// What the impact has done to the contacts that had part in it.
+/// What the impact has done to the contacts that touch, with or without an impulse of their own.
 void JunctionSolver::see_impact(const Vector& v) {
+  const Vector& size = impact_law_.impulse_size(together_, struck_n_, struck_t_);
+  for (const int i : candidates_) {
+    scales_.see_approach(i, impact_law_.normal_velocity_scale(i, size));
+    scales_.see_slip(i, impact_law_.slip_velocity_scale(i, size));
+  }
   for (const int i : together_) {
-    const auto& contact = problem_.info().contacts[i];
-    const double Lambda_t = struck_t_.segment(contact.tangent_index, contact.n_t).norm();
     scales_.see_approach(i, impact_law_.normal_velocity_scale(i, v));
-    scales_.see_approach(i, struck_n_[i] * impact_law_.normal_delassus(i));
-    scales_.see_slip(i, (Lambda_t + contact.mu * struck_n_[i]) * impact_law_.mobility(i));
+    scales_.see_slip(i, problem_.info().contacts[i].mu * struck_n_[i] * impact_law_.mobility(i));
   }
 }
 
@@ -184,7 +184,7 @@ JunctionSolver::Result JunctionSolver::strike(FesdStep& step, int element, const
     Lambda_n += struck_n_;
     Lambda_t += struck_t_;
 
-    // What the impact sends together is struck next, with what rests there and is pressed.
+    // What the impact sends together is struck next, with what rests there unless the load pulls it apart.
     together_.clear();
     for (const int i : candidates_) {
       if (approaches(i, stages.v0) && (Lambda_n[i] > 0 || closes_now(i, stages))) together_.push_back(i);
@@ -202,7 +202,7 @@ JunctionSolver::Result JunctionSolver::strike(FesdStep& step, int element, const
       if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, struck_n_, struck_t_) != LcpStatus::solved)
         return Result::no_forces;
       for (const auto& closed : closed_) {
-        if (is_closed(closed.mode)) together_.push_back(closed.contact);
+        if (!impact_law_.is_pulled_apart(closed.contact)) together_.push_back(closed.contact);
       }
     }
     std::ranges::sort(together_);
@@ -287,8 +287,8 @@ JunctionSolver::Result JunctionSolver::begin(FesdStep& step, int element, const 
   }
 
   // A contact closes; the impulses of contacts that were closed when they bounced (see carry_on) are no impact.
-  const bool is_impact = std::ranges::any_of(
-      junction.touching, [&](int i) { return Lambda_n[i] > 0 && !was_closed(i); });
+  const bool is_impact =
+      std::ranges::any_of(junction.touching, [&](int i) { return Lambda_n[i] > 0 && !was_closed(i); });
   // A contact whose bodies it moves; the others go on as if nothing had happened.
   const auto is_struck = [&](int i) {
     const auto& support = info.contacts[i].support;
@@ -357,8 +357,8 @@ JunctionSolver::Result JunctionSolver::set_modes(FesdStep& step, int element, co
   // Where sliding pulls the contact into itself, a load that leaves it open lets it press as well.
   if (in_paradox != closed_.end()) return Result::indeterminate;
   for (const auto& closed : closed_)
-    scales_.see_force(closed.contact, impact_law_.load_size(closed.contact) /
-                                          impact_law_.normal_delassus(closed.contact));
+    scales_.see_force(closed.contact,
+                      impact_law_.load_size(closed.contact) / impact_law_.normal_delassus(closed.contact));
   junction.has_forces = true;
   junction.acceleration = impact_law_.acceleration();
   if (std::find(keeps_.begin(), keeps_.end(), true) != keeps_.end()) keep_forces(*left, junction);

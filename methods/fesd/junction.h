@@ -48,9 +48,9 @@ struct Junction {
 ///   v_0 = v-,   v_k from v_k-1 by Newton's law (1)-(3) of impact_law.h at the contacts S_k,   v+ = v_K       (7)
 ///
 /// S_1: contacts that touch and do not part; S_k: those that the impact before has sent against each other, and those
-/// at rest there that the load presses. The last impact leaves no contact that approaches; of infinitely many what
-/// remains is rounding, which counts as rest. It is the limit of the motion, while one impact of all of them would be
-/// another motion wherever one of them is elastic.
+/// at rest there that the load does not pull apart. The last impact leaves no contact that approaches; of infinitely
+/// many what remains is rounding, which counts as rest. It is the limit of the motion, while one impact of all of them
+/// would be another motion wherever one of them is elastic.
 ///
 /// A touching contact that approaches takes an impulse. Behind it, contacts that do not separate and contacts that
 /// rested before are closed where the load presses them together, and stick or slip as Coulomb's law for accelerations
@@ -126,11 +126,11 @@ class JunctionSolver {
   ContactScales& scales_;
   ImpactLaw impact_law_;
   std::vector<ImpactLaw::Closed> closed_;
-  std::vector<int> candidates_;            // contacts that touch, or are apart by no more than rounding of q
+  std::vector<int> candidates_;              // contacts that touch, or are apart by no more than rounding of q
   std::vector<int> together_, approaching_;  // of them those of one impact, and those that it has to stop
   Vector struck_n_, struck_t_;               // its impulses
-  DisjointSets coupled_, islands_;   // of coordinates: by M and forces; by touching contacts, too
-  std::vector<char> jumps_, keeps_;  // per least coordinate of an island
+  DisjointSets coupled_, islands_;           // of coordinates: by M and forces; by touching contacts, too
+  std::vector<char> jumps_, keeps_;          // per least coordinate of an island
   Vector gap_;
 };
 
