@@ -239,10 +239,14 @@ void Sensitivity::through_junction(const FesdStep& step, int element, State& sta
   through_impulse({e.q0, v_minus, e.v0, Lambda_n, Lambda_t}, state);
 }
 
+/// (8) of StageSolver holds at the right end, which is a stage.
+bool Sensitivity::stops_in_space(const Stages& e, const Switch& end) {
+  return end.kind == Switch::Kind::slip_stops && end.contact >= 0 && e.modes[end.contact] == ContactMode::slip;
+}
+
 /// (6a) holds at the right end.
 bool Sensitivity::sticks_at_end(const Stages& e, const Switch& end, int contact) {
-  const bool comes_to_rest = end.is(Switch::Kind::slip_stops, contact) && e.modes[contact] == ContactMode::slip;
-  return e.modes[contact] == ContactMode::stick || comes_to_rest;
+  return e.modes[contact] == ContactMode::stick || (end.contact == contact && stops_in_space(e, end));
 }
 
 /// Law of a contact that slips at the right end.
@@ -407,7 +411,7 @@ Sensitivity::Element Sensitivity::through_element(const Stages& e, const Switch&
   }
   if (!e.is_projected) return element;
   through_projection(e, end, state);
-  forces = constrained_forces(e, end, state);
+  if (!stops_in_space(e, end)) forces = constrained_forces(e, end, state);
   return element;
 }
 
@@ -511,8 +515,11 @@ Eigen::RowVectorXd Sensitivity::switch_slope(const Stages& e, const Switch& end,
            parameters.row(n_q_ + 2 * n_c_ + contact.tangent_index);
   }
   if (end.kind == Switch::Kind::force_vanishes) return forces.row(end.contact);
-  const auto lambda_t = e.end_lambda_t.segment(contact.tangent_index, contact.n_t);
-  Eigen::RowVectorXd slope = contact.mu * forces.row(end.contact) + e.end_lambda_n[end.contact] * dmu_.row(end.contact);
+  const bool is_of_stage = stops_in_space(e, end);
+  const double lambda_n = is_of_stage ? e.lambda_n(end.contact, n_s_ - 1) : e.end_lambda_n[end.contact];
+  const Vector lambda_t =
+      (is_of_stage ? Vector(e.lambda_t.col(n_s_ - 1)) : e.end_lambda_t).segment(contact.tangent_index, contact.n_t);
+  Eigen::RowVectorXd slope = contact.mu * forces.row(end.contact) + lambda_n * dmu_.row(end.contact);
   if (const double force = lambda_t.norm(); force > 0)
     slope -= lambda_t.transpose() / force * forces.middleRows(n_c_ + contact.tangent_index, contact.n_t);
   return slope;

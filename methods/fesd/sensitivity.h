@@ -99,6 +99,7 @@ class Sensitivity {
     const Switch* end = nullptr;        ///< and the switch there
   };
   void through_impulse(const Impulse& impulse, State& state) const;
+  static bool stops_in_space(const Stages& e, const Switch& end);
   static bool sticks_at_end(const Stages& e, const Switch& end, int contact);
   Friction slip_at_end(const Stages& e, int contact, double lambda_n) const;
   Matrix constrained_forces(const Stages& e, const Switch& end, const State& state) const;

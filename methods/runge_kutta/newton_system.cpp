@@ -287,7 +287,9 @@ bool NewtonSystem::factorize(const Island& island, const StageCoefficients& k, c
   factor.K.setZero(island.n(), island.n());
   assemble(island, k, derivatives, [&](int row, int column, double x) { factor.K(row, column) += x; });
   factor.lu.factorize(factor.K);
-  const bool may_be_redundant = island.contacts.size() > 1;
+  // Several contacts, or one with more forces than its bodies have ways to go: a pendulum that sticks to a wall.
+  const bool may_be_redundant =
+      island.contacts.size() > 1 || island.n_rows > static_cast<int>(island.coordinates.size());
   if (invert || may_be_redundant) factor.negative_inverse = -factor.lu.inverse();
   if (may_be_redundant && RedundantSystem::is_singular(factor.K, factor.negative_inverse)) {
     const RedundantSystem system(factor.K, force_positions(island));

@@ -858,7 +858,7 @@ void StageSolver::linearize_step(const StageCoefficients& k, const Stages& step,
       }
     }
   }
-  if (closed_.size() > 1) gather_forces(step);
+  if (!closed_.empty()) gather_forces(step);
   newton_.solve_once(k, derivatives_, rhs_, x_, response);
 
   incoming_q_ += h * incoming_v_;  // (5)
@@ -881,6 +881,7 @@ double StageSolver::switch_value(const Stages& last, const Switch& end) {
   if (end.kind == Switch::Kind::force_vanishes) return last.end_lambda_n[end.contact];
   if (end.together) return missing_power(last, nullptr);
   double direction[2];
+  if (is_of_last_stage(end)) return end_margin(end, last.lambda_n.col(n_s_ - 1), last.lambda_t.col(n_s_ - 1));
   if (!slip_that_vanishes(last, end, direction)) return end_margin(end, last.end_lambda_n, last.end_lambda_t);
   problem_.tangent_jacobian(last.q1.data(), J_t_.data());
   const double* J_t = J_t_.data() + contact.tangent_begin;
@@ -889,6 +890,11 @@ double StageSolver::switch_value(const Stages& last, const Switch& end) {
     for (const int row : contact.support) slip += direction[d] * *J_t++ * last.v1[row];
   }
   return slip;
+}
+
+/// Whether the switch function is of the force in (8): that of (11) sticks already, and lies inside the cone.
+bool StageSolver::is_of_last_stage(const Switch& end) const {
+  return resting_contact_ >= 0 && end.kind == Switch::Kind::slip_stops && !end.on_polygon();
 }
 
 /// Whether the switch function is a component of the slip velocity, and which: in the plane and on a polygon.
@@ -904,7 +910,8 @@ bool StageSolver::slip_that_vanishes(const Stages& last, const Switch& end, doub
 
 /// mu lambda_n - ||lambda_t||: the force reaches the cone from inside or, by (8), from outside. On a polygon a side of
 /// it, or the end of one.
-double StageSolver::end_margin(const Switch& end, const Vector& lambda_n, const Vector& lambda_t) const {
+double StageSolver::end_margin(const Switch& end, const Eigen::Ref<const Vector>& lambda_n,
+                               const Eigen::Ref<const Vector>& lambda_t) const {
   const auto& info = problem_.info().contacts[end.contact];
   const auto force = lambda_t.segment(info.tangent_index, info.n_t);
   const double cone = info.mu * lambda_n[end.contact];
@@ -946,7 +953,9 @@ void StageSolver::force_slope(const Stages& last, const Switch& end, Eigen::RowV
       std::find_if(closed_.begin(), closed_.end(), [&](const ActiveContact& a) { return a.contact == end.contact; });
   double by_lambda_n = 1, direction[2]{0, 0};  // by lambda_t: -direction
   if (end.kind != Switch::Kind::force_vanishes) {
-    const auto lambda_t = last.end_lambda_t.segment(contact.tangent_index, contact.n_t);
+    const auto lambda_t = is_of_last_stage(end)
+                              ? Vector(last.lambda_t.col(n_s_ - 1).segment(contact.tangent_index, contact.n_t))
+                              : Vector(last.end_lambda_t.segment(contact.tangent_index, contact.n_t));
     const double force = lambda_t.norm();
     for (int d = 0; d < contact.n_t && force > 0; ++d) direction[d] = lambda_t[d] / force;
     if (end.on_polygon()) std::copy_n(end.condition.direction.data(), 2, direction);
@@ -983,7 +992,7 @@ void StageSolver::switch_slope(const Stages& last, const Switch& end, Eigen::Row
     }
   } else if (end.together) {
     missing_power(last, &slope);
-  } else if (is_projected_) {
+  } else if (is_projected_ && !is_of_last_stage(end)) {
     constrained_force_slope(last, end, slope);
   } else {
     force_slope(last, end, slope);

@@ -103,6 +103,7 @@ struct Switch {
 ///
 ///   J_t' v_{n_s} = 0,   ||lambda_t,n_s|| = mu lambda_n,n_s.                             (8)
 ///
+/// This force is that of the stage, also where (11) replaces it: (11) sticks already, and lies inside the cone.
 /// Other tableaus cannot make both components of v_t at the right end zero with one length. A rigid body that slides
 /// and spins on several contacts, all of one support, comes to rest on all of them at once. Then the first half of (8)
 /// holds for each, redundant as it is, and instead of the second the power of friction is all that the cones allow,
@@ -133,6 +134,7 @@ class StageSolver {
               const FrictionPolygon& polygon = FrictionPolygon());
 
   const ButcherTableau& tableau() const { return tableau_; }
+  bool is_redundant() const { return newton_.is_redundant(); }  ///< the forces of the last step are not the only ones
 
   /// In: h, q0, v0, modes, and a, lambda_n as first guess. Out: everything else. No allocation, apart from the first
   /// use of an active set.
@@ -180,7 +182,9 @@ class StageSolver {
   void linearize_step(const StageCoefficients& k, const Stages& step, Matrix& response);
   double deflated_switch(const Stages& last, const Switch& end, double h, Eigen::RowVector2d& slope);
   void switch_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope);
-  double end_margin(const Switch& end, const Vector& lambda_n, const Vector& lambda_t) const;
+  double end_margin(const Switch& end, const Eigen::Ref<const Vector>& lambda_n,
+                    const Eigen::Ref<const Vector>& lambda_t) const;
+  bool is_of_last_stage(const Switch& end) const;
   static bool slip_that_vanishes(const Stages& last, const Switch& end, double* direction);
   void constrained_force_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope);
   void force_slope(const Stages& last, const Switch& end, Eigen::RowVector2d& slope) const;
