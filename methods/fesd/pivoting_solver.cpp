@@ -56,6 +56,7 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
       stage_solver_(problem, tableau, options.tolerance, counters, polygon_),
       junction_solver_(problem, stage_solver_.tableau(), polygon_, scales_, counters),
       sign_conditions_(problem, stage_solver_.tableau(), polygon_, scales_, options.gap_tolerance),
+      force_division_(problem),
       n_q_(problem.n_q()),
       n_c_(problem.n_c()),
       n_s_(tableau.n_s),
@@ -452,8 +453,13 @@ void PivotingSolver::prepare_run(int first, int count) {
 
 /// @param is_first  of a run: a contact may just have broken
 Violation PivotingSolver::check_element(int element, bool is_first) {
-  const Stages& stages = step_->elements[element];
-  const Violation violation = sign_conditions_.check(stages, is_first ? just_broken(element) : -1);
+  Stages& stages = step_->elements[element];
+  const int broken = is_first ? just_broken(element) : -1;
+  Violation violation = sign_conditions_.check(stages, broken);
+  const bool is_of_forces = violation.verdict == Verdict::force_negative || violation.verdict == Verdict::cone_left;
+  // Of redundant contacts these were the smallest forces; others may be allowed.
+  if (is_of_forces && stage_solver_.is_redundant() && force_division_.into_cones(stages))
+    violation = sign_conditions_.check(stages, broken);
   return violation.verdict == Verdict::fulfilled && gap_minima_ ? gap_minima_->check(stages) : violation;
 }
 

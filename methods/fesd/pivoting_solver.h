@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "methods/fesd/fesd_step.h"
+#include "methods/fesd/force_division.h"
 #include "methods/fesd/gap_minima.h"
 #include "methods/fesd/junction.h"
 #include "methods/fesd/sign_conditions.h"
@@ -128,6 +129,7 @@ class PivotingSolver {
   StageSolver stage_solver_;
   JunctionSolver junction_solver_;
   SignConditions sign_conditions_;
+  ForceDivision force_division_;
   std::optional<GapMinima> gap_minima_;  // with Options::between_stages
   const int n_q_, n_c_, n_s_, capacity_;
   const bool regular_A_;
