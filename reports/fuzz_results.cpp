@@ -15,10 +15,10 @@ namespace {
 
 using nlohmann::json;
 
-const Names<FuzzVerdict> kVerdicts = {{"agree", FuzzVerdict::agree},       {"sensitive", FuzzVerdict::sensitive},
-                                      {"open", FuzzVerdict::open},         {"undecided", FuzzVerdict::undecided},
-                                      {"declined", FuzzVerdict::declined}, {"disagree", FuzzVerdict::disagree},
-                                      {"hangs", FuzzVerdict::hangs}};
+const Names<FuzzVerdict> kVerdicts = {
+    {"agree", FuzzVerdict::agree},       {"sensitive", FuzzVerdict::sensitive}, {"open", FuzzVerdict::open},
+    {"outvoted", FuzzVerdict::outvoted}, {"collapse", FuzzVerdict::collapse},   {"undecided", FuzzVerdict::undecided},
+    {"declined", FuzzVerdict::declined}, {"disagree", FuzzVerdict::disagree},   {"hangs", FuzzVerdict::hangs}};
 
 template <class Value>
 const std::string& name_of(const Names<Value>& names, Value value) {

@@ -32,6 +32,8 @@ enum class FuzzVerdict {
   agree,      ///< at least two methods succeed, and all that do agree
   sensitive,  ///< they differ by no more than what the motion makes of rounding and tolerances
   open,       ///< they differ, and a method that declined says that the motion is not unique
+  outvoted,   ///< time stepping alone differs from fesd_adaptive and CVODE, which agree
+  collapse,   ///< time stepping alone differs, and event location met impacts of several contacts that accumulate
   undecided,  ///< no two methods confirm each other
   declined,   ///< none succeeds: the scene may have no motion, as an impact that jams with friction has none
   disagree,

@@ -15,6 +15,7 @@ const std::vector<SceneFamily>& scene_families() {
       {"rods", "masses joined by rods, on the ground or on a hinge", draw_rod_chain},
       {"pendula", "single and double pendula between walls, above a floor", draw_pendulum},
       {"columns", "balls on a vertical line between floor and ceiling", draw_column},
+      {"moving", "masses on shaken tables and belts, with driven anchors and pivots", draw_moving_surfaces},
   };
   return families;
 }

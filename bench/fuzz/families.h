@@ -31,5 +31,6 @@ void draw_dropped_rod(SceneDraw& draw);
 void draw_rod_chain(SceneDraw& draw);
 void draw_pendulum(SceneDraw& draw);
 void draw_column(SceneDraw& draw);
+void draw_moving_surfaces(SceneDraw& draw);
 
 }  // namespace ricochet

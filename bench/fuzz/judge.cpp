@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -21,9 +22,11 @@ using nlohmann::ordered_json;
 
 constexpr double kAllowed = 1e-6;      // d in (1), relative to s
 constexpr double kConfirming = 1e-2;   // a pair confirms each other, relative to s
-constexpr double kAmplified = 30;      // (4)
+constexpr double kImprecise = 1e-5;    // (3), relative to s
+constexpr double kAmplified = 30;      // (7)
 constexpr double kDisturbance = 1e-9;  // of the forces, relative to g
-constexpr double kTolerance = 1e-10, kTighter = 1e-12;
+constexpr double kTolerance = 1e-10, kTight = 1e-11, kTighter = 1e-12;
+constexpr double kChanged = 3;  // (4), (6): errors by what another tolerance or ten times the steps change
 
 constexpr const char* kAdaptive = "fesd_adaptive:radau-iia:4";
 constexpr const char* kFixed = "fesd:radau-iia:3,elements=as_needed";
@@ -35,7 +38,7 @@ struct Grid {
   double other;  ///< N' / N
   double factor;
 };
-constexpr Grid kFixedGrid{400, 1.6, 3}, kMoreauJeanGrid{5000, 4, 10};
+constexpr Grid kFixedGrid{400, 4, 10}, kMoreauJeanGrid{5000, 4, 10};
 constexpr int kMoreFixed = 2, kMoreMoreauJean = 10;
 
 std::string moreau_jean_for(const ProblemInfo& problem) {
@@ -54,6 +57,12 @@ double size_of(const FuzzOpinion& a) {
   double largest = 1;
   for (std::size_t k = 0; k < a.q.size(); ++k) largest = std::max({largest, std::abs(a.q[k]), std::abs(a.v[k])});
   return largest;
+}
+
+/// The impacts of several contacts accumulate.
+bool says_collapse(const FuzzOpinion& opinion) {
+  return !opinion.succeeded() && opinion.message.find("the impacts of contacts") != std::string::npos &&
+         opinion.message.find("accumulate") != std::string::npos;
 }
 
 bool says_not_unique(const FuzzOpinion& opinion) {
@@ -82,10 +91,7 @@ class Hearing {
 
   FuzzScene verdict() {
     hear();
-    if (!all_agree() || !is_confirmed()) {
-      hear_more();
-      measure_sensitivity();
-    }
+    if (!all_agree() || !is_confirmed()) hear_more();
     FuzzScene result;
     result.verdict = decide(result);
     result.difference = 0;
@@ -95,7 +101,7 @@ class Hearing {
       }
     }
     result.sensitivity = sensitivity_;
-    result.opinions = opinions_;
+    result.opinions.assign(opinions_.begin(), opinions_.end());
     return result;
   }
 
@@ -104,7 +110,7 @@ class Hearing {
     return options_.asker(problem, method, steps, tolerance, options_.time_limit);
   }
 
-  /// With N' steps, and the error that N and N' leave, (1) and (3).
+  /// With N' steps, and the error that N and N' leave, (1), (5) and (6).
   FuzzOpinion run_twice(const std::string& method, const Grid& grid, int more) const {
     const FuzzOpinion first = run(*problem_, method, grid.steps * more, 0);
     if (!first.succeeded()) return first;  // one run alone says nothing of its error
@@ -127,29 +133,49 @@ class Hearing {
   }
 
   void hear_more() {
-    if (opinions_[1].succeeded()) {
-      if (const FuzzOpinion fixed = run_twice(kFixed, kFixedGrid, kMoreFixed); fixed.succeeded()) opinions_[1] = fixed;
+    auto& [a, f, c, m] = opinions_;
+    const FuzzOpinion a_before = a, c_before = c;
+    double spread_a = 0, spread_c = 0;
+    if (a.succeeded()) {
+      spread_a = change(a, run(*problem_, kAdaptive, 0, kTighter));
+      a.error += std::min(spread_a, kImprecise * size_of(a));  // (3)
     }
-    if (opinions_[3].succeeded()) {
-      const FuzzOpinion more = run_twice(opinions_[3].method, kMoreauJeanGrid, kMoreMoreauJean);
-      if (more.succeeded()) opinions_[3] = more;
+    if (c.succeeded()) {
+      for (const double tolerance : {kTight, kTighter}) {
+        FuzzOpinion tighter = with_error(run(*problem_, kCvode, 0, tolerance));
+        if (!tighter.succeeded()) break;
+        tighter.error += kChanged * distance(tighter, c);  // (4)
+        c = tighter;
+      }
+      spread_c = distance(c_before, c);
     }
+    if (f.succeeded()) {
+      if (const FuzzOpinion more = run_twice(kFixed, kFixedGrid, kMoreFixed); more.succeeded()) f = more;
+    }
+    if (m.succeeded()) {
+      FuzzOpinion more = run_twice(m.method, kMoreauJeanGrid, kMoreMoreauJean);
+      if (more.succeeded()) {
+        more.error = std::max(more.error, kAllowed * size_of(more) + kChanged * distance(m, more));  // (6)
+        m = more;
+      }
+    }
+    measure_sensitivity({{a_before, spread_a}, {c_before, spread_c}});
   }
 
-  /// K and (4).
-  void measure_sensitivity() {
+  /// How far another answer is from this one; 0 where there is none.
+  static double change(const FuzzOpinion& opinion, const FuzzOpinion& other) {
+    return other.succeeded() ? distance(opinion, other) : 0;
+  }
+
+  /// K and (7). @param undisturbed  answers with the first tolerance, and what another one changed
+  void measure_sensitivity(const std::vector<std::pair<FuzzOpinion, double>>& undisturbed) {
     double smallest = std::numeric_limits<double>::infinity();
     const auto plus = read_scene_text(disturbed(scene_, kDisturbance).dump(), "disturbed scene"),
                minus = read_scene_text(disturbed(scene_, -kDisturbance).dump(), "disturbed scene");
-    for (const std::size_t i : {0, 2}) {
-      const FuzzOpinion& opinion = opinions_[i];
+    for (auto [opinion, spread] : undisturbed) {
       if (!opinion.succeeded()) continue;
-      double spread = 0;
-      for (const FuzzOpinion& other :
-           {run(*problem_, opinion.method, 0, kTighter), run(*plus, opinion.method, 0, kTolerance),
-            run(*minus, opinion.method, 0, kTolerance)}) {
-        if (other.succeeded()) spread = std::max(spread, distance(opinion, other));
-      }
+      for (const auto* problem : {plus.get(), minus.get()})
+        spread = std::max(spread, change(opinion, run(*problem, opinion.method, 0, kTolerance)));
       smallest = std::min(smallest, spread);
     }
     if (!std::isfinite(smallest)) return;
@@ -187,9 +213,11 @@ class Hearing {
     }
     if (!result.detail.empty()) return FuzzVerdict::hangs;
     double worst = 0;
+    bool is_of_time_stepping = true;
     for (std::size_t i = 0; i < opinions_.size(); ++i) {
       for (std::size_t j = i + 1; j < opinions_.size(); ++j) {
         if (!both(i, j) || agree(i, j)) continue;
+        is_of_time_stepping = is_of_time_stepping && j == 3;
         const double difference = distance(opinions_[i], opinions_[j]);
         const double allowed = opinions_[i].error + opinions_[j].error;
         const std::string parties = fmt::format("{} and {}", opinions_[i].method, opinions_[j].method);
@@ -199,8 +227,11 @@ class Hearing {
         result.parties = parties;
       }
     }
-    if (!result.detail.empty())
-      return std::ranges::any_of(opinions_, says_not_unique) ? FuzzVerdict::open : FuzzVerdict::disagree;
+    if (!result.detail.empty()) {
+      if (std::ranges::any_of(opinions_, says_not_unique)) return FuzzVerdict::open;
+      if (is_of_time_stepping && both(0, 2)) return FuzzVerdict::outvoted;
+      return is_of_time_stepping && says_collapse(opinions_[2]) ? FuzzVerdict::collapse : FuzzVerdict::disagree;
+    }
     if (std::ranges::none_of(opinions_, &FuzzOpinion::succeeded)) return FuzzVerdict::declined;
     if (!is_confirmed()) return FuzzVerdict::undecided;
     return kAmplified * sensitivity_ > kAllowed * size() ? FuzzVerdict::sensitive : FuzzVerdict::agree;
@@ -215,7 +246,7 @@ class Hearing {
   const ordered_json& scene_;
   JudgeOptions options_;
   std::unique_ptr<Problem> problem_;
-  std::vector<FuzzOpinion> opinions_;  ///< a, f, c, m
+  std::array<FuzzOpinion, 4> opinions_;  ///< a, f, c, m
   double sensitivity_ = 0;
 };
 

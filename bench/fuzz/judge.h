@@ -34,20 +34,38 @@ struct JudgeOptions {
 ///
 ///   |x_i - x_j| <= d_i + d_j                                                                                  (2)
 ///
-/// If all that succeed do and some pair confirms each other within 1e-2 s, the verdict is "agree". Otherwise the
-/// methods with fixed steps get ten and two times as many steps, f an estimate of its own,
+/// If all that succeed do and some pair confirms each other within 1e-2 s, the verdict is "agree". Otherwise they are
+/// heard once more.
 ///
-///   d_f = 1e-6 s + 3 |x_N - x_N'|,   N' = 1.6 N,                                                             (3)
+/// a  keeps its answer. A tolerance is of a step, and errors add up over hundreds of impacts; more than 1e-5 s is not
+///    imprecise but wrong:
 ///
-/// and what the motion makes of small changes is measured: a and c run again with a tolerance of 1e-12 and with forces
-/// disturbed by +-1e-9 of g, and K is the largest change of x. Of the two K the smaller one counts, since a method that
-/// is wrong may be so in one run and not in the next, and must not be its own excuse:
+///   d_a = 1e-6 s + min(|x_1e-10 - x_1e-12|, 1e-5 s)                                                           (3)
 ///
-///   d_i := d_i + 30 K                                                                                         (4)
+/// c  answers with 1e-12, or 1e-11 where that fails: flights lower than its errors, of impacts that accumulate, leave
+/// it
+///    1e-3 at 1e-10. With the tolerance 10 times as large in x',
 ///
-/// (2) again decides: "agree" where 30 K < 1e-6 s, "sensitive" where only K explains the difference; else "open" where
-/// a method has declined because the motion is not unique, and else "disagree". No pair that confirms: "undecided"; no
-/// method that succeeds: "declined". A method that was killed or crashed: "hangs", whatever the others say.
+///   d_c = 1e-6 s + 3 |x - x'|                                                                                 (4)
+///
+/// f  and m get two and ten times as many steps. A bounce that falls into a step of f, or of m, is closed or not as the
+///    step has it, so that answers may jump:
+///
+///   d_f = 1e-6 s + 10 |x_N - x_N'|,   N' = 4 N                                                                (5)
+///   d_m = 1e-6 s + max(10 |x_N - x_N'|, 3 |x_N'/10 - x_N'|)                                                   (6)
+///
+/// What the motion makes of small changes is measured, too: a and c run with forces disturbed by +-1e-9 of g, and K is
+/// the largest change of x, by a disturbance or by the tolerance 1e-12 in place of 1e-10. Of the two K the smaller one
+/// counts, since a method that is wrong may be so in one run and not in the next, and must not be its own excuse:
+///
+///   d_i := d_i + 30 K                                                                                         (7)
+///
+/// (2) again decides: "agree" where 30 K < 1e-6 s, "sensitive" where only K explains the difference. Else "open" where
+/// a method has declined because the motion is not unique. Where m alone stands against the others, a time step has
+/// made one impact of several, or several of one that strikes bodies at rest against each other, however short it is
+/// (junction.h, (7)): "outvoted" where a and c, which share no formulas, agree; "collapse" where c has declined because
+/// the impacts of several contacts accumulate. Else "disagree". No pair that confirms: "undecided"; no method that
+/// succeeds: "declined". A method that was killed or crashed: "hangs", whatever the others say.
 ///
 /// @param scene  of a scene file. family, seed, number and file of the result are the caller's.
 /// @throws InputError for a scene that is not allowed

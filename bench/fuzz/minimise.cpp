@@ -32,7 +32,9 @@ void for_each_expression(ordered_json& scene, const std::function<void(std::stri
   }
   for (auto& contact : scene["contacts"]) {
     for_each_text(contact["gap"], change);
-    if (contact.contains("Jt")) for_each_text(contact["Jt"], change);
+    for (const char* field : {"Jt", "vt_drive"}) {
+      if (contact.contains(field)) for_each_text(contact[field], change);
+    }
   }
 }
 
@@ -46,8 +48,7 @@ ordered_json without_contact(ordered_json scene, std::size_t i) {
 }
 
 ordered_json without_friction(ordered_json scene, std::size_t i) {
-  scene["contacts"][i].erase("mu");
-  scene["contacts"][i].erase("Jt");
+  for (const char* field : {"mu", "Jt", "vt_drive"}) scene["contacts"][i].erase(field);
   return scene;
 }
 

@@ -127,6 +127,7 @@ void SceneDraw::contact(const std::string& name, const std::string& gap, const s
     for (const auto& [k, entry] : direction) entries[static_cast<std::size_t>(k)] = entry;
     tangents.push_back(entries);
   }
+  if (!friction.drives.empty()) contacts_.back()["vt_drive"] = friction.drives;
 }
 
 void SceneDraw::joint(const std::string& name, const std::string& gap) {

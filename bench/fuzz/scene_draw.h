@@ -53,6 +53,7 @@ class SceneDraw {
   struct Friction {
     std::string mu;
     std::vector<std::vector<std::pair<int, std::string>>> tangents;  ///< directions by their entries that are not 0
+    std::vector<std::string> drives{};  ///< minus the velocity of the surface, one per tangent; empty: it rests
   };
   void contact(const std::string& name, const std::string& gap, const std::string& eps_r);
   void contact(const std::string& name, const std::string& gap, const std::string& eps_r, const Friction& friction);
