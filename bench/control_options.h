@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,6 +9,10 @@
 #include "methods/control/fesd_equations.h"
 #include "methods/control/transcription.h"
 #include "problems/control/optimal_control_problem.h"
+
+namespace CLI {
+class App;
+}
 
 namespace ricochet {
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
 #include <vector>
@@ -8,6 +7,10 @@
 #include "methods/method.h"
 #include "problems/problem.h"
 #include "problems/registry.h"
+
+namespace CLI {
+class App;
+}
 
 namespace ricochet {
 

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +12,7 @@
 namespace ricochet {
 namespace {
 
-struct Options {
+struct AuditArguments {
   ProblemOptions problem;
   std::string method;
 };
@@ -76,7 +77,7 @@ Table invariant_table(const Problem& problem, const Solution& solution) {
 }  // namespace
 
 void add_audit_command(CLI::App& app, int& exit_code) {
-  static Options options;
+  static AuditArguments options;
   auto* command = app.add_subcommand("audit", "every equation of a method and every invariant, residual by residual");
   options.problem.add_problem(*command);
   options.problem.add_settings(*command);

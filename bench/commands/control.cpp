@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 
@@ -16,7 +17,7 @@
 namespace ricochet {
 namespace {
 
-struct Options {
+struct ControlArguments {
   ControlOptions control;
   bool no_replay = false;
   std::string plot;
@@ -79,7 +80,7 @@ void draw(const OptimalControlProblem& problem, const ControlTrajectory& traject
   fmt::print("animation  {}\n", write_animation(run, folder));
 }
 
-int solve(const Options& options) {
+int solve_control_problem(const ControlArguments& options) {
   const auto problem = options.control.make_problem();
   if (!options.plot.empty() && !can_draw())
     throw InputError("--plot", options.plot, "gnuplot is needed for figures and was not found");
@@ -115,12 +116,12 @@ int solve(const Options& options) {
 }  // namespace
 
 void add_control_command(CLI::App& app, int& exit_code) {
-  static Options o;
+  static ControlArguments o;
   auto* command = app.add_subcommand("control", "optimal control through contact: solve, replay, draw");
   o.control.add(*command);
   command->add_flag("--no-replay", o.no_replay, "do not run the controls on the plant");
   command->add_option("--plot", o.plot, "FOLDER for figures of the solution and an animation");
-  command->callback([&exit_code] { exit_code = solve(o); });
+  command->callback([&exit_code] { exit_code = solve_control_problem(o); });
 }
 
 }  // namespace ricochet

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
+
 #include "bench/commands.h"
 #include "bench/studies/contact_cost.h"
 

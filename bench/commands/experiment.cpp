@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
+
 #include "bench/commands.h"
 #include "bench/run_experiment.h"
 #include "problems/input_error.h"
@@ -8,14 +10,14 @@
 namespace ricochet {
 namespace {
 
-struct Options {
+struct ExperimentArguments {
   std::string experiment;
   RunOptions run;
   bool without_times = false;
   bool all = false;
 };
 
-void add_options(CLI::App& command, Options& options) {
+void add_options(CLI::App& command, ExperimentArguments& options) {
   command.add_option("experiment", options.experiment, "name, see `ricochet list experiments`, or a file")->required();
   command.add_option("-o,--out", options.run.folder, "folder for the results file")->capture_default_str();
   command.add_flag("--quick", options.run.quick, "leave out runs above 20000 steps, measure times three times only");
@@ -25,7 +27,7 @@ void add_options(CLI::App& command, Options& options) {
 
 /// Runs the experiment, or each part of it, and shows its results.
 template <class Show>
-void run(Options& options, const std::string& command, const Show& show) {
+void run_and_show(ExperimentArguments& options, const std::string& command, const Show& show) {
   for (const auto& part : outline_of(options.experiment).parts) {
     options.run.command_line = fmt::format("ricochet {} {}{}", command, part, options.run.quick ? " --quick" : "");
     const std::string path = run_experiment(read_experiment(part), options.run);
@@ -38,13 +40,13 @@ void run(Options& options, const std::string& command, const Show& show) {
 }  // namespace
 
 void add_order_command(CLI::App& app, int&) {
-  static Options options;
+  static ExperimentArguments options;
   auto* command = app.add_subcommand("order", "run an experiment and print its orders of convergence");
   add_options(*command, options);
   command->add_flag("--no-times", options.without_times, "do not measure times");
   command->callback([] {
     options.run.with_times = !options.without_times;
-    run(options, "order", [](const Results& results) {
+    run_and_show(options, "order", [](const Results& results) {
       fmt::print("{}\n", order_summary(results).text());
       const Table failed = failures(results);
       if (!failed.rows.empty()) fmt::print("{}\n", failed.list());
@@ -54,11 +56,11 @@ void add_order_command(CLI::App& app, int&) {
 }
 
 void add_precision_command(CLI::App& app, int&) {
-  static Options options;
+  static ExperimentArguments options;
   auto* command = app.add_subcommand("precision", "run an experiment and print its speed against its error");
   add_options(*command, options);
   command->callback([] {
-    run(options, "precision", [](const Results& results) {
+    run_and_show(options, "precision", [](const Results& results) {
       if (results.header.contains("overhead_of")) fmt::print("{}\n", overhead(results).text());
       if (results.has_errors()) fmt::print("{}\n", time_to_reach(results).text());
       const Table failed = failures(results);

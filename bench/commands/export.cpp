@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
+
 #include "bench/commands.h"
 #include "bench/problem_options.h"
 #include "problems/scene_file/scene_writer.h"

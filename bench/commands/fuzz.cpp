@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <CLI/CLI.hpp>
 #include <fstream>
 
 #include "bench/commands.h"
@@ -12,14 +13,14 @@
 namespace ricochet {
 namespace {
 
-struct Options {
+struct FuzzArguments {
   FuzzOptions fuzz;
   int number = -1;
   std::string scene;
   bool print = false;
 };
 
-std::string command_line(const FuzzOptions& options) {
+std::string fuzz_command_line(const FuzzOptions& options) {
   std::string text = fmt::format("ricochet fuzz --scenes {} --seed {}", options.scenes, options.seed);
   for (const auto& family : options.families) text += " --family " + family;
   return text + fmt::format(" --time-limit {:g}", options.judge.time_limit);
@@ -33,7 +34,7 @@ nlohmann::ordered_json read_scene(const std::string& path) {
   return scene.contains("problem") ? scene["problem"] : scene;
 }
 
-nlohmann::ordered_json chosen_scene(const Options& options) {
+nlohmann::ordered_json chosen_scene(const FuzzArguments& options) {
   if (!options.scene.empty()) return read_scene(options.scene);
   if (options.fuzz.families.size() != 1) throw InputError("--number", options.number, "needs exactly one --family");
   options.fuzz.validate();
@@ -59,7 +60,7 @@ void print_opinions(const FuzzScene& scene) {
 }  // namespace
 
 void add_fuzz_command(CLI::App& app, int& exit_code) {
-  static Options options;
+  static FuzzArguments options;
   auto* command = app.add_subcommand(
       "fuzz",
       "random scenes, on which fesd_adaptive, fesd, CVODE and Moreau-Jean are compared; exit code 1 when they disagree "
@@ -90,7 +91,7 @@ void add_fuzz_command(CLI::App& app, int& exit_code) {
       if (result.verdict == FuzzVerdict::disagree || result.verdict == FuzzVerdict::hangs) exit_code = 1;
       return;
     }
-    options.fuzz.command_line = command_line(options.fuzz);
+    options.fuzz.command_line = fuzz_command_line(options.fuzz);
     const std::vector<FuzzScene> scenes = run_fuzz(options.fuzz);
     fmt::print("{}\n{}\n", fuzz_table(scenes).text(), fuzz_reasons(scenes).list());
     if (const Table findings = fuzz_findings(scenes); !findings.rows.empty()) {

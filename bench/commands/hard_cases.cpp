@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
+
 #include "bench/commands.h"
 #include "bench/studies/run_hard_cases.h"
 #include "reports/page.h"
@@ -8,18 +10,18 @@
 namespace ricochet {
 namespace {
 
-struct Options {
+struct HardCaseArguments {
   std::string file = "hard_cases", hard_case, method;
   std::string folder = "out/results", page = "out/report";
   bool quick = false, failures = false;
 };
 
-HardCases chosen(const Options& options) {
+HardCases chosen(const HardCaseArguments& options) {
   const HardCases all = read_hard_cases(options.file);
   return (options.quick ? all.quick() : all).only(options.hard_case, options.method);
 }
 
-std::string command_line(const Options& options) {
+std::string hard_case_command_line(const HardCaseArguments& options) {
   std::string text = "ricochet report hard-cases";
   if (options.quick) text += " --quick";
   if (!options.hard_case.empty()) text += " --case " + options.hard_case;
@@ -45,7 +47,7 @@ bool show(const std::vector<HardCell>& cells, bool failures) {
 }  // namespace
 
 void add_hard_cases_command(CLI::App& report, int& exit_code) {
-  static Options options;
+  static HardCaseArguments options;
   auto* command = report.add_subcommand(
       "hard-cases",
       "run every method on every hard case, where it is missing, and print the matrix of verdicts; exit code 1 when a "
@@ -60,7 +62,7 @@ void add_hard_cases_command(CLI::App& report, int& exit_code) {
   command->add_option("-o,--out", options.folder, "folder for the results file")->capture_default_str();
   command->add_option("--page", options.page, "folder of the page")->capture_default_str();
   command->callback([&exit_code] {
-    const std::string path = run_hard_cases(chosen(options), {options.folder, command_line(options)});
+    const std::string path = run_hard_cases(chosen(options), {options.folder, hard_case_command_line(options)});
     const Results results = read_results(path);
     fmt::print("{}\n\n", results.header.value("title", ""));
     if (!show(results.hard_cells, options.failures)) exit_code = 1;

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 
@@ -24,7 +25,7 @@ constexpr int kStages = 4;
 // A stretch of steps that ends farther from the pivoting solver has followed another solution of the equations.
 constexpr double kOther = 1e-6;
 
-struct Options {
+struct HomotopyArguments {
   std::vector<int> steps;
   std::vector<std::string> guesses{"pivoting", "ballistic", "cold"};
   std::vector<std::string> relaxations{"scholtes",    "fischer_burmeister", "lin_fukushima",
@@ -80,7 +81,7 @@ const std::vector<Table::Column> kColumns = {{"runs failed"},       {"steps fail
                                              {"ms per free step"},  {"ms per impact step"}, {"distance, median"},
                                              {"distance, largest"}, {"other solutions"}};
 
-void grid(const Options& options) {
+void grid(const HomotopyArguments& options) {
   const Experiment experiment = read_experiment(kExperiment);
   const auto problem = experiment.make_problem();
   const auto reference = experiment.make_reference(*problem);
@@ -143,7 +144,7 @@ void grid(const Options& options) {
   for (const auto& failure : failures) fmt::print("  {}\n", failure);
 }
 
-void sweep(const Options& options) {
+void sweep(const HomotopyArguments& options) {
   const auto problem = read_experiment(kExperiment).make_problem();
   const std::vector<int> steps = options.steps.empty() ? kSweepGrid : options.steps;
   std::vector<PivotingRun> runs;
@@ -186,7 +187,7 @@ void sweep(const Options& options) {
 }  // namespace
 
 void add_homotopy_command(CLI::App& app, int&) {
-  static Options options;
+  static HomotopyArguments options;
   auto* command = app.add_subcommand("homotopy", "FESD-J by homotopy against the pivoting solver: failures, times");
   command->require_subcommand(1);
   const auto add_common = [](CLI::App* study) {

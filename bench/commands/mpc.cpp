@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <random>
@@ -13,13 +14,13 @@
 namespace ricochet {
 namespace {
 
-struct Options {
+struct MpcArguments {
   ControlOptions control;
   int updates = 0;
   double disturbance = 0;
 };
 
-int solve(const Options& options) {
+int control_in_closed_loop(const MpcArguments& options) {
   const auto problem = options.control.make_problem();
   const int N = problem->n_intervals, updates = options.updates > 0 ? options.updates : N - 1;
   if (updates >= N) throw InputError("--updates", updates, fmt::format("a number from 1 to {} is required", N - 1));
@@ -71,7 +72,7 @@ int solve(const Options& options) {
 }  // namespace
 
 void add_mpc_command(CLI::App& app, int& exit_code) {
-  static Options o;
+  static MpcArguments o;
   auto* command = app.add_subcommand("mpc", "model predictive control through contact: solve, and again as it goes on");
   o.control.add(*command);
   command
@@ -90,7 +91,7 @@ void add_mpc_command(CLI::App& app, int& exit_code) {
       ->add_option("--update-limit", o.control.homotopy.warm_time_limit,
                    "wall time of one update [s]; behind it the plan before stays in force; 0 for none")
       ->capture_default_str();
-  command->callback([&exit_code] { exit_code = solve(o); });
+  command->callback([&exit_code] { exit_code = control_in_closed_loop(o); });
 }
 
 }  // namespace ricochet

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <CLI/CLI.hpp>
 #include <chrono>
 
 #include "bench/commands.h"
@@ -13,7 +14,7 @@
 namespace ricochet {
 namespace {
 
-struct Options {
+struct RunArguments {
   ProblemOptions problem;
   std::string method;
   std::string plot;
@@ -92,7 +93,7 @@ Trajectory trajectory_of(const Problem& problem, const std::string& method, cons
 }  // namespace
 
 void add_run_command(CLI::App& app, int& exit_code) {
-  static Options options;
+  static RunArguments options;
   auto* command = app.add_subcommand("run", "one method on one problem");
   options.problem.add_problem(*command);
   options.problem.add_settings(*command);
