@@ -9,6 +9,7 @@
 #include "problems/problem.h"
 #include "problems/registry.h"
 #include "problems/scene_file/scene_file.h"
+#include "reference/agreement.h"
 #include "reference/ground_truth.h"
 
 namespace ricochet {
@@ -50,6 +51,16 @@ inline const std::vector<reference::GroundTruth>& moving_scenes() {
 
 inline std::unique_ptr<Problem> moving_scene(const std::string& id, const ParameterChanges& changes = {}) {
   return read_scene_file(test_data("moving_scenes.json") + "#" + id, changes);
+}
+
+inline std::vector<EventKind> kinds(const Solution& s) {
+  std::vector<EventKind> result;
+  for (const auto& event : s.events) result.push_back(event.kind);
+  return result;
+}
+
+inline double state_error(const Solution& s, const reference::GroundTruth& truth) {
+  return reference::final_state_difference(s.q, s.v, truth.q, truth.v);
 }
 
 /// A tolerance that was measured, but no less than what processors may differ by in the last bits: twenty roundings.

@@ -23,7 +23,7 @@ namespace {
 using nlohmann::json;
 
 // Of the event-located reference.
-constexpr double kReplayTolerance = 1e-11;
+constexpr double kReferenceReplayTolerance = 1e-11;
 constexpr double kPivotingTolerance = 1e-9;
 constexpr double kGradientTolerance = 1e-12;
 // Changes of a control for differences: of the reference, whose error is about its tolerance; and of a discrete scheme,
@@ -32,7 +32,7 @@ constexpr double kReferenceChange = 1e-3;
 constexpr double kSchemeChange = 1e-6;
 
 void describe_replay(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, ControlRun& run) {
-  Replay truth = replay(problem, trajectory, reference_solver(kReplayTolerance));
+  Replay truth = replay(problem, trajectory, reference_solver(kReferenceReplayTolerance));
   run.replayed_by = "reference";
   run.replay_message = truth.message;
   if (truth.status != Status::success) {

@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kReplayTolerance = 1e-9;
+constexpr double kSeedReplayTolerance = 1e-9;
 
 /// Runs that are still to be made: everything but the results.
 std::vector<SeedRun> runs_of(const json& document) {
@@ -73,7 +73,7 @@ void solve(SeedRun& run) {
   run.cost = trajectory.objective;
   run.stationarity = to_string(solution.stationarity);
   run.is_b_stationary = solution.is_b_stationary;
-  const Replay truth = replay(*problem, trajectory, pivoting_solver(kReplayTolerance));
+  const Replay truth = replay(*problem, trajectory, pivoting_solver(kSeedReplayTolerance));
   run.replay_status = to_string(truth.status);
   if (truth.status == Status::success) run.terminal = mismatch(*problem, trajectory, truth).terminal;
 }

@@ -87,7 +87,7 @@ struct CartPoleFriction {
   }
 };
 
-const bool registered = register_control_problem<CartPoleFriction>();
+const bool cart_pole_friction_registered = register_control_problem<CartPoleFriction>();
 
 }  // namespace
 }  // namespace ricochet

@@ -98,7 +98,7 @@ struct DiscsPrintedDrag : DiscsWithDrag<T, true> {
                                   "a drag that is singular at one velocity"};
 };
 
-const bool registered = register_control_problem<Discs>() && register_control_problem<DiscsPrintedDrag>();
+const bool discs_registered = register_control_problem<Discs>() && register_control_problem<DiscsPrintedDrag>();
 
 }  // namespace
 }  // namespace ricochet

@@ -93,7 +93,7 @@ struct Hopper {
   }
 };
 
-const bool registered = register_control_problem<Hopper>();
+const bool hopper_registered = register_control_problem<Hopper>();
 
 }  // namespace
 }  // namespace ricochet

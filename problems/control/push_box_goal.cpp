@@ -69,7 +69,7 @@ struct PushBoxGoal {
   }
 };
 
-const bool registered = register_control_problem<PushBoxGoal>();
+const bool push_box_goal_registered = register_control_problem<PushBoxGoal>();
 
 }  // namespace
 }  // namespace ricochet

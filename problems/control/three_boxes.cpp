@@ -88,7 +88,7 @@ struct ThreeBoxes {
   }
 };
 
-const bool registered = register_control_problem<ThreeBoxes>();
+const bool three_boxes_registered = register_control_problem<ThreeBoxes>();
 
 }  // namespace
 }  // namespace ricochet

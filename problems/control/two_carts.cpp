@@ -69,7 +69,7 @@ struct TwoCarts {
   }
 };
 
-const bool registered = register_control_problem<TwoCarts>();
+const bool two_carts_registered = register_control_problem<TwoCarts>();
 
 }  // namespace
 }  // namespace ricochet

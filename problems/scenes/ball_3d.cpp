@@ -55,7 +55,7 @@ struct Ball3d {
   T potential_energy(const Vec<T, 6>& q) const { return m * g * q[2]; }
 };
 
-const bool registered = register_scene<Ball3d>();
+const bool ball_3d_registered = register_scene<Ball3d>();
 
 }  // namespace
 }  // namespace ricochet

@@ -53,7 +53,7 @@ struct BallInBox {
   T potential_energy(const Vec<T, 3>& q) const { return m * g * q[1]; }
 };
 
-const bool registered = register_scene<BallInBox>();
+const bool ball_in_box_registered = register_scene<BallInBox>();
 
 }  // namespace
 }  // namespace ricochet

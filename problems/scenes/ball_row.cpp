@@ -51,7 +51,7 @@ struct BallRowTouching : BallRow<T> {
   BallRowTouching() { this->spacing = 0; }
 };
 
-const bool registered = register_scene<BallRow>() && register_scene<BallRowTouching>();
+const bool ball_row_registered = register_scene<BallRow>() && register_scene<BallRowTouching>();
 
 }  // namespace
 }  // namespace ricochet

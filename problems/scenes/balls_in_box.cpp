@@ -34,19 +34,19 @@ struct DiscAtDisc : ContactScene<T, 4> {
   }
 };
 
-constexpr SceneText kText{"balls_in_box", "n discs that fall into a box", "Newton restitution, no friction",
-                          "n (n - 1) / 2 + 3 n possible contacts, few of them active, all of those curved"};
+constexpr SceneText kBallsInBoxText{"balls_in_box", "n discs that fall into a box", "Newton restitution, no friction",
+                                    "n (n - 1) / 2 + 3 n possible contacts, few of them active, all of those curved"};
 
-std::unique_ptr<Problem> make(const ParameterChanges& changes) {
+std::unique_ptr<Problem> make_balls_in_box(const ParameterChanges& changes) {
   const SceneParameters p(
-      kText.id,
+      kBallsInBoxText.id,
       {{"n", 3}, {"m", 0.1}, {"R", 0.05}, {"g", 9.81}, {"e", 0}, {"speed", 0.5}, {"seed", 1}, {"duration", 1}},
       changes);
   const int n = p.count("n", 1, 1000);
   const double m = p.positive("m"), R = p.positive("R"), pitch = 2.5 * R;
   const int per_row = static_cast<int>(std::ceil(std::sqrt(n)));
   const double L = per_row * pitch + R / 2;
-  auto box = std::make_unique<AssembledProblem>(kText, p["duration"]);
+  auto box = std::make_unique<AssembledProblem>(kBallsInBoxText, p["duration"]);
   const auto left = box->add_kind<DiscAtWall>({{R, p["e"]}, 0, 1});
   const auto right = box->add_kind<DiscAtWall>({{R, p["e"]}, L, -1});
   const auto pair = box->add_kind<DiscAtDisc>({{R, p["e"]}});
@@ -69,7 +69,8 @@ std::unique_ptr<Problem> make(const ParameterChanges& changes) {
   return box;
 }
 
-const bool registered = add_scene({kText.id, kText.title, kText.source, kText.hard_feature, make});
+const bool balls_in_box_registered = add_scene({kBallsInBoxText.id, kBallsInBoxText.title, kBallsInBoxText.source,
+                                                kBallsInBoxText.hard_feature, make_balls_in_box});
 
 }  // namespace
 }  // namespace ricochet

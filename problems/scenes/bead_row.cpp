@@ -21,11 +21,12 @@ struct BeadAtBead : ContactScene<T, 2> {
   Vec<T, 1> gap(const Vec<T, 2>& q) const { return {q[1] - q[0] - 2 * this->size}; }
 };
 
-constexpr SceneText kText{"bead_row", "a row of n beads thrown at a wall", "closed form for e = 0: all come to rest",
-                          "n contacts in a chain: what a method costs per contact"};
+constexpr SceneText kBeadRowText{"bead_row", "a row of n beads thrown at a wall",
+                                 "closed form for e = 0: all come to rest",
+                                 "n contacts in a chain: what a method costs per contact"};
 
-std::unique_ptr<Problem> make(const ParameterChanges& changes) {
-  const SceneParameters p(kText.id,
+std::unique_ptr<Problem> make_bead_row(const ParameterChanges& changes) {
+  const SceneParameters p(kBeadRowText.id,
                           {{"n", 8},
                            {"m", 0.5},
                            {"R", 0.05},
@@ -38,7 +39,7 @@ std::unique_ptr<Problem> make(const ParameterChanges& changes) {
                           changes);
   const int n = p.count("n", 1, 10000);
   const double m = p.positive("m"), R = p.positive("R");
-  auto row = std::make_unique<AssembledProblem>(kText, p["duration"]);
+  auto row = std::make_unique<AssembledProblem>(kBeadRowText, p["duration"]);
   const auto wall = row->add_kind<BeadAtWall>({{R, p["e"]}});
   const auto pair = row->add_kind<BeadAtBead>({{R, p["e"]}});
   for (int i = 0; i < n; ++i)
@@ -48,7 +49,8 @@ std::unique_ptr<Problem> make(const ParameterChanges& changes) {
   return row;
 }
 
-const bool registered = add_scene({kText.id, kText.title, kText.source, kText.hard_feature, make});
+const bool bead_row_registered =
+    add_scene({kBeadRowText.id, kBeadRowText.title, kBeadRowText.source, kBeadRowText.hard_feature, make_bead_row});
 
 }  // namespace
 }  // namespace ricochet

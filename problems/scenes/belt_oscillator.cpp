@@ -47,7 +47,7 @@ struct BeltOscillator {
   std::array<std::array<T, 1>, 1> drives(const Vec<T, 2>&, const T&) const { return {{{-v_belt}}}; }
 };
 
-const bool registered = register_scene<BeltOscillator>();
+const bool belt_oscillator_registered = register_scene<BeltOscillator>();
 
 }  // namespace
 }  // namespace ricochet

@@ -25,11 +25,11 @@ struct BlockOnBlock : ContactScene<T, 4> {
   std::array<std::array<Vec<T, 4>, 1>, 1> tangents(const Vec<T, 4>&) const { return {{{{{-1, 0, 1, 0}}}}}; }
 };
 
-constexpr SceneText kText{"block_column", "a column of n blocks that slide on each other", "Coulomb friction",
-                          "n contacts with friction, loads that grow with the height"};
+constexpr SceneText kBlockColumnText{"block_column", "a column of n blocks that slide on each other",
+                                     "Coulomb friction", "n contacts with friction, loads that grow with the height"};
 
-std::unique_ptr<Problem> make(const ParameterChanges& changes) {
-  const SceneParameters p(kText.id,
+std::unique_ptr<Problem> make_block_column(const ParameterChanges& changes) {
+  const SceneParameters p(kBlockColumnText.id,
                           {{"n", 2},
                            {"m", 1},
                            {"H", 0.1},
@@ -42,7 +42,7 @@ std::unique_ptr<Problem> make(const ParameterChanges& changes) {
                           changes);
   const int n = p.count("n", 1, 10000);
   const double H = p.positive("H");
-  auto column = std::make_unique<AssembledProblem>(kText, p["duration"]);
+  auto column = std::make_unique<AssembledProblem>(kBlockColumnText, p["duration"]);
   const auto ground = column->add_kind<BlockOnGround>({{H, p["e"], p["mu"]}});
   const auto pair = column->add_kind<BlockOnBlock>({{H, p["e"], p["mu"]}});
   double m = p.positive("m");
@@ -56,7 +56,8 @@ std::unique_ptr<Problem> make(const ParameterChanges& changes) {
   return column;
 }
 
-const bool registered = add_scene({kText.id, kText.title, kText.source, kText.hard_feature, make});
+const bool block_column_registered = add_scene({kBlockColumnText.id, kBlockColumnText.title, kBlockColumnText.source,
+                                                kBlockColumnText.hard_feature, make_block_column});
 
 }  // namespace
 }  // namespace ricochet

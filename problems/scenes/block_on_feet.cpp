@@ -31,11 +31,12 @@ struct FootOnGround : ContactScene<T, 3> {
   }
 };
 
-constexpr SceneText kText{"block_on_feet", "a block that slides on n feet and stops", "Coulomb friction, closed form",
-                          "more contacts than coordinates: forces that are not unique, a motion that is"};
+constexpr SceneText kBlockOnFeetText{"block_on_feet", "a block that slides on n feet and stops",
+                                     "Coulomb friction, closed form",
+                                     "more contacts than coordinates: forces that are not unique, a motion that is"};
 
-std::unique_ptr<Problem> make(const ParameterChanges& changes) {
-  const SceneParameters p(kText.id,
+std::unique_ptr<Problem> make_block_on_feet(const ParameterChanges& changes) {
+  const SceneParameters p(kBlockOnFeetText.id,
                           {{"n", 8},
                            {"m", 1},
                            {"a", 0.2},
@@ -48,7 +49,7 @@ std::unique_ptr<Problem> make(const ParameterChanges& changes) {
                           changes);
   const int n = p.count("n", 2, 1000);
   const double m = p.positive("m"), a = p.positive("a"), c = p.positive("c");
-  auto block = std::make_unique<AssembledProblem>(kText, p["duration"]);
+  auto block = std::make_unique<AssembledProblem>(kBlockOnFeetText, p["duration"]);
   block->add_coordinate(m, 0, 0, p["v_x0"]);
   block->add_coordinate(m, -m * p["g"], c, 0);
   block->add_coordinate(m * (a * a + c * c) / 3, 0, 0, 0);
@@ -59,7 +60,8 @@ std::unique_ptr<Problem> make(const ParameterChanges& changes) {
   return block;
 }
 
-const bool registered = add_scene({kText.id, kText.title, kText.source, kText.hard_feature, make});
+const bool block_on_feet_registered = add_scene({kBlockOnFeetText.id, kBlockOnFeetText.title, kBlockOnFeetText.source,
+                                                 kBlockOnFeetText.hard_feature, make_block_on_feet});
 
 }  // namespace
 }  // namespace ricochet

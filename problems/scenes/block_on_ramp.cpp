@@ -45,7 +45,7 @@ struct BlockOnRamp {
   }
 };
 
-const bool registered = register_scene<BlockOnRamp>();
+const bool block_on_ramp_registered = register_scene<BlockOnRamp>();
 
 }  // namespace
 }  // namespace ricochet

@@ -44,7 +44,7 @@ struct BlockOnRamp3d {
   }
 };
 
-const bool registered = register_scene<BlockOnRamp3d>();
+const bool block_on_ramp_3d_registered = register_scene<BlockOnRamp3d>();
 
 }  // namespace
 }  // namespace ricochet

@@ -37,7 +37,7 @@ struct BouncingBall {
   T potential_energy(const Vec<T, 1>& q) const { return m * g * q[0]; }
 };
 
-const bool registered = register_scene<BouncingBall>();
+const bool bouncing_ball_registered = register_scene<BouncingBall>();
 
 }  // namespace
 }  // namespace ricochet

@@ -136,7 +136,7 @@ struct Box3d {
   }
 };
 
-const bool registered = register_scene<Box3d>();
+const bool box_3d_registered = register_scene<Box3d>();
 
 }  // namespace
 }  // namespace ricochet

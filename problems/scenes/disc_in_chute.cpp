@@ -55,7 +55,7 @@ struct DiscInChute {
   T potential_energy(const Vec<T, 3>& q) const { return m * g * q[1]; }
 };
 
-const bool registered = register_scene<DiscInChute>();
+const bool disc_in_chute_registered = register_scene<DiscInChute>();
 
 }  // namespace
 }  // namespace ricochet

@@ -66,7 +66,7 @@ struct DoublePendulumWall {
   }
 };
 
-const bool registered = register_scene<DoublePendulumWall>();
+const bool double_pendulum_wall_registered = register_scene<DoublePendulumWall>();
 
 }  // namespace
 }  // namespace ricochet

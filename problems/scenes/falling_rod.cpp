@@ -66,7 +66,7 @@ struct FallingRod {
   T potential_energy(const Vec<T, 3>& q) const { return m * g * q[1]; }
 };
 
-const bool registered = register_scene<FallingRod>();
+const bool falling_rod_registered = register_scene<FallingRod>();
 
 }  // namespace
 }  // namespace ricochet

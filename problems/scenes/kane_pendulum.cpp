@@ -71,7 +71,7 @@ struct KanePendulum {
   }
 };
 
-const bool registered = register_scene<KanePendulum>();
+const bool kane_pendulum_registered = register_scene<KanePendulum>();
 
 }  // namespace
 }  // namespace ricochet

@@ -39,7 +39,7 @@ struct ObliqueImpact {
   T potential_energy(const Vec<T, 2>& q) const { return m * g * q[1]; }
 };
 
-const bool registered = register_scene<ObliqueImpact>();
+const bool oblique_impact_registered = register_scene<ObliqueImpact>();
 
 }  // namespace
 }  // namespace ricochet

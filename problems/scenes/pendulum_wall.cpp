@@ -48,7 +48,7 @@ struct PendulumWall {
   }
 };
 
-const bool registered = register_scene<PendulumWall>();
+const bool pendulum_wall_registered = register_scene<PendulumWall>();
 
 }  // namespace
 }  // namespace ricochet

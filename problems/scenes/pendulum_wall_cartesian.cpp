@@ -44,7 +44,7 @@ struct PendulumWallCartesian {
   T potential_energy(const Vec<T, 2>& q) const { return m * g * q[1]; }
 };
 
-const bool registered = register_scene<PendulumWallCartesian>();
+const bool pendulum_wall_cartesian_registered = register_scene<PendulumWallCartesian>();
 
 }  // namespace
 }  // namespace ricochet

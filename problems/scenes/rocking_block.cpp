@@ -57,7 +57,7 @@ struct RockingBlock {
   T potential_energy(const Vec<T, 3>& q) const { return m * g * q[1]; }
 };
 
-const bool registered = register_scene<RockingBlock>();
+const bool rocking_block_registered = register_scene<RockingBlock>();
 
 }  // namespace
 }  // namespace ricochet

@@ -17,17 +17,17 @@ struct BallOnFloor : ContactScene<T, 1> {
   Vec<T, 1> gap(const Vec<T, 1>& q) const { return {q[0] - this->size}; }
 };
 
-constexpr SceneText kText{"separate_balls", "n balls over a floor, some fall and the others lie", "closed form",
-                          "events of one contact among many that have no part in them"};
+constexpr SceneText kSeparateBallsText{"separate_balls", "n balls over a floor, some fall and the others lie",
+                                       "closed form", "events of one contact among many that have no part in them"};
 
-std::unique_ptr<Problem> make(const ParameterChanges& changes) {
+std::unique_ptr<Problem> make_separate_balls(const ParameterChanges& changes) {
   const SceneParameters p(
-      kText.id,
+      kSeparateBallsText.id,
       {{"n", 4}, {"falling", 1}, {"m", 0.2}, {"R", 0.05}, {"g", 9.81}, {"e", 0.5}, {"H", 0.2}, {"duration", 0.25}},
       changes);
   const int n = p.count("n", 1, 10000), falling = p.count("falling", 0, n);
   const double m = p.positive("m"), R = p.positive("R"), H = p.positive("H");
-  auto balls = std::make_unique<AssembledProblem>(kText, p["duration"]);
+  auto balls = std::make_unique<AssembledProblem>(kSeparateBallsText, p["duration"]);
   const auto floor = balls->add_kind<BallOnFloor>({{R, p["e"]}});
   for (int i = 0; i < n; ++i) {
     balls->add_coordinate(m, -m * p["g"], i < falling ? R + H * (i + 1) / falling : R, 0);
@@ -36,7 +36,9 @@ std::unique_ptr<Problem> make(const ParameterChanges& changes) {
   return balls;
 }
 
-const bool registered = add_scene({kText.id, kText.title, kText.source, kText.hard_feature, make});
+const bool separate_balls_registered =
+    add_scene({kSeparateBallsText.id, kSeparateBallsText.title, kSeparateBallsText.source,
+               kSeparateBallsText.hard_feature, make_separate_balls});
 
 }  // namespace
 }  // namespace ricochet

@@ -43,7 +43,7 @@ struct ShakenTable {
   }
 };
 
-const bool registered = register_scene<ShakenTable>();
+const bool shaken_table_registered = register_scene<ShakenTable>();
 
 }  // namespace
 }  // namespace ricochet

@@ -87,7 +87,7 @@ struct SliderCrankClearance {
   }
 };
 
-const bool registered = register_scene<SliderCrankClearance>();
+const bool slider_crank_clearance_registered = register_scene<SliderCrankClearance>();
 
 }  // namespace
 }  // namespace ricochet

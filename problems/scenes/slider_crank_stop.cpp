@@ -85,7 +85,7 @@ struct SliderCrankStop {
   T potential_energy(const Vec<T, 7>& q) const { return m_1 * g * q[1] + m_2 * g * q[4]; }
 };
 
-const bool registered = register_scene<SliderCrankStop>();
+const bool slider_crank_stop_registered = register_scene<SliderCrankStop>();
 
 }  // namespace
 }  // namespace ricochet

@@ -36,7 +36,7 @@ struct SlidingBlock {
   T potential_energy(const Vec<T, 2>& q) const { return m * g * q[1]; }
 };
 
-const bool registered = register_scene<SlidingBlock>();
+const bool sliding_block_registered = register_scene<SlidingBlock>();
 
 }  // namespace
 }  // namespace ricochet

@@ -57,17 +57,17 @@ struct SphereOnSphere : ContactScene<T, 12> {
   }
 };
 
-constexpr SceneText kText{"sphere_pile", "n spheres that fall and make a pile", "Coulomb friction in space",
-                          "rolling, slip and stick at many curved contacts at once"};
+constexpr SceneText kSpherePileText{"sphere_pile", "n spheres that fall and make a pile", "Coulomb friction in space",
+                                    "rolling, slip and stick at many curved contacts at once"};
 
-std::unique_ptr<Problem> make(const ParameterChanges& changes) {
+std::unique_ptr<Problem> make_sphere_pile(const ParameterChanges& changes) {
   const SceneParameters p(
-      kText.id,
+      kSpherePileText.id,
       {{"n", 2}, {"m", 0.2}, {"R", 0.05}, {"g", 9.81}, {"e", 0}, {"mu", 0.3}, {"height", 0.02}, {"duration", 0.5}},
       changes);
   const int n = p.count("n", 1, 400);
   const double m = p.positive("m"), R = p.positive("R"), pitch = 2.05 * R;
-  auto pile = std::make_unique<AssembledProblem>(kText, p["duration"]);
+  auto pile = std::make_unique<AssembledProblem>(kSpherePileText, p["duration"]);
   const auto ground = pile->add_kind<SphereOnGround>({{R, p["e"], p["mu"]}});
   const auto pair = pile->add_kind<SphereOnSphere>({{R, p["e"], p["mu"]}});
   // A pyramid of square layers, each in the hollows of the one below, the lowest just large enough.
@@ -94,7 +94,8 @@ std::unique_ptr<Problem> make(const ParameterChanges& changes) {
   return pile;
 }
 
-const bool registered = add_scene({kText.id, kText.title, kText.source, kText.hard_feature, make});
+const bool sphere_pile_registered = add_scene({kSpherePileText.id, kSpherePileText.title, kSpherePileText.source,
+                                               kSpherePileText.hard_feature, make_sphere_pile});
 
 }  // namespace
 }  // namespace ricochet

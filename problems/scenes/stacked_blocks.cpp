@@ -51,7 +51,7 @@ struct StackedBlocks {
   T potential_energy(const Vec<T, 6>& q) const { return g * (m_1 * q[1] + m_2 * q[3] + m_3 * q[5]); }
 };
 
-const bool registered = register_scene<StackedBlocks>();
+const bool stacked_blocks_registered = register_scene<StackedBlocks>();
 
 }  // namespace
 }  // namespace ricochet

@@ -50,7 +50,7 @@ struct TwoBallsSpring {
   }
 };
 
-const bool registered = register_scene<TwoBallsSpring>();
+const bool two_balls_spring_registered = register_scene<TwoBallsSpring>();
 
 }  // namespace
 }  // namespace ricochet

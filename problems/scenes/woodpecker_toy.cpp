@@ -84,7 +84,7 @@ struct WoodpeckerToy {
   }
 };
 
-const bool registered = register_scene<WoodpeckerToy>();
+const bool woodpecker_toy_registered = register_scene<WoodpeckerToy>();
 
 }  // namespace
 }  // namespace ricochet

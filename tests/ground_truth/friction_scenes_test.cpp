@@ -10,18 +10,12 @@
 namespace ricochet {
 namespace {
 
-std::unique_ptr<Problem> scene(const std::string& id, const ParameterChanges& changes = {}) {
+std::unique_ptr<Problem> friction_scene(const std::string& id, const ParameterChanges& changes = {}) {
   return read_scene_file(test_data("friction_scenes.json") + "#" + id, changes);
 }
 
-std::vector<EventKind> kinds(const Solution& s) {
-  std::vector<EventKind> result;
-  for (const auto& event : s.events) result.push_back(event.kind);
-  return result;
-}
-
 TEST(FrictionInSpace, BeginsToSlipAtTheConeAsTheClosedFormDoes) {
-  const auto problem = scene("block_begins_to_slide");
+  const auto problem = friction_scene("block_begins_to_slide");
   const auto reference = reference::make_reference(*problem);
   const Solution& s = reference.solution;
   ASSERT_EQ(kinds(s), std::vector{EventKind::stick_to_slip});
@@ -34,7 +28,7 @@ TEST(FrictionInSpace, BeginsToSlipAtTheConeAsTheClosedFormDoes) {
 }
 
 TEST(FrictionInSpace, SlipsFromRestAsTheClosedFormDoes) {
-  const auto problem = scene("block_starts_at_once");
+  const auto problem = friction_scene("block_starts_at_once");
   const auto reference = reference::make_reference(*problem);
   const Vector q = Eigen::Vector4d(1. / 2, 1. / 3, 0, 1), v = Eigen::Vector4d(1, 1, 0, 1);
   EXPECT_LE(reference::final_state_difference(reference.solution.q, reference.solution.v, q, v), reference.uncertainty);
@@ -43,7 +37,7 @@ TEST(FrictionInSpace, SlipsFromRestAsTheClosedFormDoes) {
 }
 
 TEST(FrictionInSpace, TurnsBackThroughRest) {
-  const auto problem = scene("block_turns_back");
+  const auto problem = friction_scene("block_turns_back");
   const auto reference = reference::make_reference(*problem);
   const Solution& s = reference.solution;
   const double g = 9.81, mu = 0.3, F = 5, T = 0.5;
@@ -57,7 +51,7 @@ TEST(FrictionInSpace, TurnsBackThroughRest) {
 }
 
 TEST(FrictionInSpace, ImpactsOfABallFollowTheClosedForm) {
-  const auto problem = scene("spinning_ball");
+  const auto problem = friction_scene("spinning_ball");
   const auto reference = reference::make_reference(*problem);
   // Slip velocity against impulse: v_t+ = v_t- + (1/m + r^2/J) Lambda_t, with 1/m + r^2/J = 7/2 for a full ball, m = 1.
   const double r = 0.1, g = 9.81, mu = 0.3, e = 0.6;
@@ -96,7 +90,7 @@ double angle(const Vector& q) {
 }
 
 TEST(FrictionOnACurve, BeadInABowlFollowsItsEnergyLaw) {
-  const auto problem = scene("bead_in_rough_bowl");
+  const auto problem = friction_scene("bead_in_rough_bowl");
   const auto reference = reference::make_reference(*problem);
   const Solution& s = reference.solution;
   ASSERT_EQ(kinds(s), std::vector{EventKind::slip_reversal});
@@ -110,7 +104,7 @@ TEST(FrictionOnACurve, BeadInABowlFollowsItsEnergyLaw) {
 }
 
 TEST(SeveralContacts, FourBlocksStickAndSlipInTurn) {
-  const auto problem = scene("train");
+  const auto problem = friction_scene("train");
   const auto reference = reference::make_reference(*problem);
   const Solution& s = reference.solution;
   EXPECT_GE(reference.digits(), 9);
@@ -123,7 +117,7 @@ TEST(SeveralContacts, FourBlocksStickAndSlipInTurn) {
 }
 
 TEST(SeveralContacts, LadderLeavesTheWallAtZeroForce) {
-  const auto problem = scene("ladder");
+  const auto problem = friction_scene("ladder");
   const auto reference = reference::make_reference(*problem);
   const Solution& s = reference.solution;
   EXPECT_GE(reference.digits(), 9);
@@ -135,7 +129,7 @@ TEST(SeveralContacts, LadderLeavesTheWallAtZeroForce) {
 
 TEST(SeveralContacts, LadderAtRestStaysThoughItsForcesAreNotUnique) {
   // Both ends stick: four conditions on three coordinates, the wall may push the more the more it pulls down.
-  const auto problem = scene("ladder", {{"omega", 0}, {"mu", 2}});
+  const auto problem = friction_scene("ladder", {{"omega", 0}, {"mu", 2}});
   const Solution s = reference::integrate_event_located(*problem, {});
   ASSERT_TRUE(s.succeeded()) << s.message;
   EXPECT_TRUE(s.events.empty());
@@ -145,7 +139,7 @@ TEST(SeveralContacts, LadderAtRestStaysThoughItsForcesAreNotUnique) {
 }
 
 TEST(Painleve, SlidingRodHasNoSolution) {
-  const Solution s = reference::integrate_event_located(*scene("rod"), {});
+  const Solution s = reference::integrate_event_located(*friction_scene("rod"), {});
   EXPECT_EQ(s.status, Status::inner_solver_failed);
   EXPECT_NE(s.message.find("inconsistent: no combination of modes satisfies the contact law at 'tip'"),
             std::string::npos)
@@ -153,7 +147,7 @@ TEST(Painleve, SlidingRodHasNoSolution) {
 }
 
 TEST(Painleve, TurningRodHasTwo) {
-  const Solution s = reference::integrate_event_located(*scene("rod", {{"omega", 6}}), {});
+  const Solution s = reference::integrate_event_located(*friction_scene("rod", {{"omega", 6}}), {});
   EXPECT_EQ(s.status, Status::inner_solver_failed);
   EXPECT_NE(s.message.find("indeterminate"), std::string::npos) << s.message;
   EXPECT_NE(s.message.find("'tip' may be open or slip-"), std::string::npos) << s.message;
@@ -161,7 +155,7 @@ TEST(Painleve, TurningRodHasTwo) {
 
 TEST(Painleve, BelowTheCriticalFrictionTheRodSticksWhereItStops) {
   // 1/m + (l^2 / J)(cos^2 - mu sin cos) > 0 for mu < 1.347 at 60 degrees.
-  const auto reference = reference::make_reference(*scene("rod", {{"mu", 1.2}}));
+  const auto reference = reference::make_reference(*friction_scene("rod", {{"mu", 1.2}}));
   EXPECT_EQ(kinds(reference.solution), std::vector{EventKind::slip_to_stick});
   EXPECT_GE(reference.digits(), 9);
 }

@@ -15,7 +15,7 @@
 namespace ricochet {
 namespace {
 
-std::unique_ptr<Problem> scene(const std::string& id, const ParameterChanges& changes = {}) {
+std::unique_ptr<Problem> reference_scene(const std::string& id, const ParameterChanges& changes = {}) {
   return read_scene_file(test_data("reference_scenes.json") + "#" + id, changes);
 }
 
@@ -23,16 +23,10 @@ Solution reference_of(const Problem& problem, double tolerance = 1e-10) {
   return reference::integrate_event_located(problem, {.tolerance = tolerance});
 }
 
-std::vector<EventKind> kinds(const Solution& s) {
-  std::vector<EventKind> result;
-  for (const auto& event : s.events) result.push_back(event.kind);
-  return result;
-}
-
 class Hard : public testing::TestWithParam<const char*> {};
 
 TEST_P(Hard, IsSolvedByAdamsAndBdfAndAnotherMethod) {
-  const auto problem = scene(GetParam());
+  const auto problem = reference_scene(GetParam());
   const auto reference = reference::make_reference(*problem, 1e-12);
   EXPECT_GE(reference.digits(), 7);
   Settings settings;
@@ -50,7 +44,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Hard,
 
 TEST(SlipInSpace, EndsThoughASpringTurnsItUntilTheEnd) {
   for (const char* id : {"spring_pulls_back", "masses_in_space"}) {
-    const Solution s = reference_of(*scene(id));
+    const Solution s = reference_of(*reference_scene(id));
     ASSERT_TRUE(s.succeeded()) << id << ": " << s.message;
     EXPECT_LE(s.counters.steps, 1000) << id << ": a hundred are enough, where it hung it took millions";
     bool stops = false;
@@ -60,14 +54,14 @@ TEST(SlipInSpace, EndsThoughASpringTurnsItUntilTheEnd) {
 }
 
 TEST(Accumulation, NamesItsContacts) {
-  const Solution column = reference_of(*scene("two_balls_collapse"));
+  const Solution column = reference_of(*reference_scene("two_balls_collapse"));
   EXPECT_EQ(column.status, Status::step_limit);
   EXPECT_NE(column.message.find("the impacts of contacts 'floor', 'balls' accumulate"), std::string::npos)
       << column.message;
 }
 
 TEST(Limits, StepsAndEventsEndARun) {
-  const auto problem = scene("spring_pulls_back");
+  const auto problem = reference_scene("spring_pulls_back");
   const Solution steps = reference::integrate_event_located(*problem, {.max_steps = 20});
   EXPECT_EQ(steps.status, Status::step_limit);
   EXPECT_NE(steps.message.find("20 steps"), std::string::npos) << steps.message;
@@ -101,7 +95,7 @@ struct ShakenTable {
 
 TEST(MovingSurface, ABallThatLandsWithoutRestitutionStaysUntilItIsThrownOffAgain) {
   const ShakenTable table;
-  const auto problem = scene("shaken_table");
+  const auto problem = reference_scene("shaken_table");
   for (const auto integrator : {reference::Integrator::adams, reference::Integrator::bdf}) {
     for (const double tolerance : {1e-8, 1e-9, 1e-10, 1e-11, 1e-12}) {
       const Solution s =
@@ -122,7 +116,7 @@ TEST(MovingSurface, ABallThatLandsWithoutRestitutionStaysUntilItIsThrownOffAgain
 TEST(MovingSurface, IsNotPassedInFreeFallWhoseStepsHaveNoError) {
   // Five flights end within two waves of the table, and the motion between them is a polynomial.
   const auto problem =
-      scene("shaken_table", {{"A", 0.0214}, {"w", 39.7546}, {"e", 0.5}, {"y", 0.0413}, {"v", 0}, {"T", 0.3}});
+      reference_scene("shaken_table", {{"A", 0.0214}, {"w", 39.7546}, {"e", 0.5}, {"y", 0.0413}, {"v", 0}, {"T", 0.3}});
   for (const double tolerance : {1e-8, 1e-9, 1e-10, 1e-11, 1e-12}) {
     const Solution s = reference_of(*problem, tolerance);
     ASSERT_TRUE(s.succeeded()) << tolerance << ": " << s.message;
@@ -132,7 +126,7 @@ TEST(MovingSurface, IsNotPassedInFreeFallWhoseStepsHaveNoError) {
 
 TEST(Rest, IsKeptByRedundantContacts) {
   // Two normal and two tangential forces too many, and nothing moves, so that every size comes from the weight.
-  const Solution s = reference_of(*scene("three_legs"));
+  const Solution s = reference_of(*reference_scene("three_legs"));
   ASSERT_TRUE(s.succeeded()) << s.message;
   EXPECT_TRUE(s.events.empty());
   EXPECT_LE(s.v.cwiseAbs().maxCoeff(), 1e-12) << "hundreds of roundings of what the weight does in the run";
@@ -150,14 +144,14 @@ TEST(Redundant, EightFeetStopTogether) {
 }
 
 TEST(Scales, OtherUnitsGiveTheSameMotion) {
-  const Solution expected = reference_of(*scene("jointed_masses"));
+  const Solution expected = reference_of(*reference_scene("jointed_masses"));
   ASSERT_TRUE(expected.succeeded()) << expected.message;
   ASSERT_GE(expected.events.size(), 3U);
   const double much = std::pow(2, 20), little = 1 / much;  // exact, so that nothing but thresholds could differ
   const std::vector<std::array<double, 3>> units{{much, 1, 1}, {little, 1, 1}, {1, much, 1},          {1, little, 1},
                                                  {1, 1, much}, {1, 1, little}, {little, much, little}};
   for (const auto& [L, s, m] : units) {
-    const Solution other = reference_of(*scene("jointed_masses", {{"L", L}, {"s", s}, {"m", m}}));
+    const Solution other = reference_of(*reference_scene("jointed_masses", {{"L", L}, {"s", s}, {"m", m}}));
     ASSERT_TRUE(other.succeeded()) << L << " " << s << " " << m << ": " << other.message;
     EXPECT_EQ(kinds(other), kinds(expected));
     // Steps are the same, so that only powers and orders of sums may round differently: thousands of roundings.
@@ -167,8 +161,8 @@ TEST(Scales, OtherUnitsGiveTheSameMotion) {
 }
 
 TEST(Scales, AStrangerThatIsFastAndHeavyChangesNothing) {
-  const Solution alone = reference_of(*scene("jointed_masses")),
-                 together = reference_of(*scene("jointed_masses_and_stranger"));
+  const Solution alone = reference_of(*reference_scene("jointed_masses")),
+                 together = reference_of(*reference_scene("jointed_masses_and_stranger"));
   ASSERT_TRUE(alone.succeeded() && together.succeeded()) << alone.message << together.message;
   EXPECT_EQ(kinds(together), kinds(alone));
   // CVODE's error norm is a mean over all unknowns, so steps differ: 1e3 tolerances.

@@ -30,7 +30,7 @@ Settings settings_of(const reference::GroundTruth& truth) {
 }
 
 /// Of the final state, relative to 1 or the size of a column.
-double state_error(const Solution& s, const reference::GroundTruth& truth) {
+double sensitivity_error(const Solution& s, const reference::GroundTruth& truth) {
   return reference::sensitivity_difference(s, truth.solution(settings_of(truth).sensitivities));
 }
 
@@ -47,13 +47,13 @@ double time_error(const Solution& s, const reference::GroundTruth& truth) {
   return worst;
 }
 
-struct Case {
+struct SensitivityCase {
   const char *id, *method;
   int steps;
   double state, times;
 };
 
-class FesdSensitivities : public testing::TestWithParam<Case> {};
+class FesdSensitivities : public testing::TestWithParam<SensitivityCase> {};
 
 TEST_P(FesdSensitivities, ReachTheGroundTruth) {
   const auto& [id, method, steps, state, times] = GetParam();
@@ -64,7 +64,7 @@ TEST_P(FesdSensitivities, ReachTheGroundTruth) {
   const Solution s = make_method(method)->solve(*problem, settings);
   ASSERT_TRUE(s.succeeded()) << s.message;
   ASSERT_EQ(s.events.size(), truth.events.size());
-  EXPECT_LE(state_error(s, truth), with_rounding(state));
+  EXPECT_LE(sensitivity_error(s, truth), with_rounding(state));
   EXPECT_LE(time_error(s, truth), with_rounding(times));
 }
 
@@ -75,35 +75,35 @@ TEST_P(FesdSensitivities, ReachTheGroundTruth) {
 // that depends on N: three times the median of N = 380 to 420, 4e-14. P1c states no sensitivities.
 INSTANTIATE_TEST_SUITE_P(
     GroundTruth, FesdSensitivities,
-    testing::Values(Case{"P1a_ball_e09", "fesd:radau-iia:4", 50, 3e-14, 7e-15},
-                    Case{"P1a_ball_e09", "fesd:gauss:4", 50, 4e-15, 2e-15},
-                    Case{"P1b_ball_e05_pre_zeno", "fesd:radau-iia:4", 50, 7e-15, 4e-15},
-                    Case{"P1b_ball_e05_pre_zeno", "fesd:gauss:4", 50, 4e-15, 3e-15},
-                    Case{"P2_two_balls_spring", "fesd:radau-iia:4", 2000, 2e-13, 4e-15},
-                    Case{"P2_two_balls_spring", "fesd:gauss:4", 600, 9e-12, 6e-13},
-                    Case{"P3_sliding_block", "fesd:radau-iia:4", 50, 5e-15, 8e-15},
-                    Case{"P3_sliding_block", "fesd:gauss:4", 50, 3e-12, 8e-14},
-                    Case{"P4a_clock_driven_block", "fesd:radau-iia:4", 50, 5e-13, 2e-13},
-                    Case{"P4a_clock_driven_block", "fesd:gauss:4", 50, 2e-12, 7e-7},
-                    Case{"P4b_spring_driven_block", "fesd:radau-iia:4", 200, 3e-13, 2e-13},
-                    Case{"P4b_spring_driven_block", "fesd:gauss:4", 200, 1e-11, 6e-7},
-                    Case{"P5_slip_reversal", "fesd:radau-iia:4", 50, 5e-15, 9e-17},
-                    Case{"P5_slip_reversal", "fesd:gauss:4", 50, 2e-15, 9e-17},
-                    Case{"P6a_oblique_slip", "fesd:radau-iia:4", 50, 2e-14, 2e-15},
-                    Case{"P6a_oblique_slip", "fesd:gauss:4", 50, 2e-14, 2e-15},
-                    Case{"P6b_oblique_stick", "fesd:radau-iia:4", 50, 7e-15, 7e-16},
-                    Case{"P6b_oblique_stick", "fesd:gauss:4", 50, 7e-15, 7e-16},
-                    Case{"P6c_spinning_disc", "fesd:radau-iia:4", 50, 4e-15, 3e-16},
-                    Case{"P6c_spinning_disc", "fesd:gauss:4", 50, 4e-15, 3e-16},
-                    Case{"P7a_slide3d_to_stick", "fesd:radau-iia:4", 100, 9e-14, 7e-13},
-                    Case{"P7a_slide3d_to_stick", "fesd:radau-iia:3", 50, 6e-9, 6e-9},
-                    Case{"P7b_slide3d_no_stick", "fesd:radau-iia:4", 100, 2e-14, 0},
-                    Case{"P7b_slide3d_no_stick", "fesd:gauss:4", 200, 3e-13, 0},
-                    Case{"P8a_bead_leaves_circle", "fesd:radau-iia:4", 400, 3e-13, 4e-13},
-                    Case{"P8a_bead_leaves_circle", "fesd:radau-iia:5", 400, 5e-14, 1e-13},
-                    Case{"P8b_spring_table", "fesd:radau-iia:4", 50, 3e-13, 5e-15},
-                    Case{"P8b_spring_table", "fesd:radau-iia:3", 400, 2e-13, 1.3e-13},
-                    Case{"P8b_spring_table", "fesd:gauss:4,elements=as_needed", 200, 3e-12, 9e-11}),
+    testing::Values(SensitivityCase{"P1a_ball_e09", "fesd:radau-iia:4", 50, 3e-14, 7e-15},
+                    SensitivityCase{"P1a_ball_e09", "fesd:gauss:4", 50, 4e-15, 2e-15},
+                    SensitivityCase{"P1b_ball_e05_pre_zeno", "fesd:radau-iia:4", 50, 7e-15, 4e-15},
+                    SensitivityCase{"P1b_ball_e05_pre_zeno", "fesd:gauss:4", 50, 4e-15, 3e-15},
+                    SensitivityCase{"P2_two_balls_spring", "fesd:radau-iia:4", 2000, 2e-13, 4e-15},
+                    SensitivityCase{"P2_two_balls_spring", "fesd:gauss:4", 600, 9e-12, 6e-13},
+                    SensitivityCase{"P3_sliding_block", "fesd:radau-iia:4", 50, 5e-15, 8e-15},
+                    SensitivityCase{"P3_sliding_block", "fesd:gauss:4", 50, 3e-12, 8e-14},
+                    SensitivityCase{"P4a_clock_driven_block", "fesd:radau-iia:4", 50, 5e-13, 2e-13},
+                    SensitivityCase{"P4a_clock_driven_block", "fesd:gauss:4", 50, 2e-12, 7e-7},
+                    SensitivityCase{"P4b_spring_driven_block", "fesd:radau-iia:4", 200, 3e-13, 2e-13},
+                    SensitivityCase{"P4b_spring_driven_block", "fesd:gauss:4", 200, 1e-11, 6e-7},
+                    SensitivityCase{"P5_slip_reversal", "fesd:radau-iia:4", 50, 5e-15, 9e-17},
+                    SensitivityCase{"P5_slip_reversal", "fesd:gauss:4", 50, 2e-15, 9e-17},
+                    SensitivityCase{"P6a_oblique_slip", "fesd:radau-iia:4", 50, 2e-14, 2e-15},
+                    SensitivityCase{"P6a_oblique_slip", "fesd:gauss:4", 50, 2e-14, 2e-15},
+                    SensitivityCase{"P6b_oblique_stick", "fesd:radau-iia:4", 50, 7e-15, 7e-16},
+                    SensitivityCase{"P6b_oblique_stick", "fesd:gauss:4", 50, 7e-15, 7e-16},
+                    SensitivityCase{"P6c_spinning_disc", "fesd:radau-iia:4", 50, 4e-15, 3e-16},
+                    SensitivityCase{"P6c_spinning_disc", "fesd:gauss:4", 50, 4e-15, 3e-16},
+                    SensitivityCase{"P7a_slide3d_to_stick", "fesd:radau-iia:4", 100, 9e-14, 7e-13},
+                    SensitivityCase{"P7a_slide3d_to_stick", "fesd:radau-iia:3", 50, 6e-9, 6e-9},
+                    SensitivityCase{"P7b_slide3d_no_stick", "fesd:radau-iia:4", 100, 2e-14, 0},
+                    SensitivityCase{"P7b_slide3d_no_stick", "fesd:gauss:4", 200, 3e-13, 0},
+                    SensitivityCase{"P8a_bead_leaves_circle", "fesd:radau-iia:4", 400, 3e-13, 4e-13},
+                    SensitivityCase{"P8a_bead_leaves_circle", "fesd:radau-iia:5", 400, 5e-14, 1e-13},
+                    SensitivityCase{"P8b_spring_table", "fesd:radau-iia:4", 50, 3e-13, 5e-15},
+                    SensitivityCase{"P8b_spring_table", "fesd:radau-iia:3", 400, 2e-13, 1.3e-13},
+                    SensitivityCase{"P8b_spring_table", "fesd:gauss:4,elements=as_needed", 200, 3e-12, 9e-11}),
     [](const auto& test) { return test_name(std::string(test.param.id) + "_" + test.param.method); });
 
 struct AdaptiveCase {
@@ -127,9 +127,9 @@ TEST_P(AdaptiveSensitivities, FallWithTheTolerance) {
     ASSERT_EQ(s.events.size(), truth.events.size());
     // The tolerance is for the local error of a step, of which there are up to 1000. Largest seen: 14 times the
     // tolerance in the state, 20 times in event times.
-    EXPECT_LE(state_error(s, truth), with_rounding(50 * tolerance)) << tolerance;
+    EXPECT_LE(sensitivity_error(s, truth), with_rounding(50 * tolerance)) << tolerance;
     EXPECT_LE(time_error(s, truth), with_rounding(50 * tolerance)) << tolerance;
-    fine = state_error(s, truth);
+    fine = sensitivity_error(s, truth);
     if (coarse == 0) coarse = fine;
   }
   // By 1e5 if the error were the tolerance; at least 2e4 was seen, unless rounding ends it.
@@ -224,7 +224,7 @@ TEST(SensitivitiesByDifferences, ReachTheGroundTruth) {
     const Solution s = solve_with_sensitivities(*make_method("cvode:adams"), *ground_truth_problem(id), settings);
     ASSERT_TRUE(s.succeeded()) << s.message;
     // Three times what was measured: 1e-12 of integration error over a change of 5e-5.
-    EXPECT_LE(state_error(s, truth), 4e-6) << id;
+    EXPECT_LE(sensitivity_error(s, truth), 4e-6) << id;
     EXPECT_LE(time_error(s, truth), 3e-7) << id;
   }
 }

@@ -29,13 +29,13 @@ std::string name_of(Kind kind) {
       static_cast<std::size_t>(kind));
 }
 
-struct Shape {
+struct RandomContactShape {
   Kind kind;
   FrictionLaw law;
   int n_c, n_t, n_q;
 };
 
-class RandomContactProblems : public testing::TestWithParam<Shape> {};
+class RandomContactProblems : public testing::TestWithParam<RandomContactShape> {};
 
 TEST_P(RandomContactProblems, AreSolved) {
   const auto [kind, law, n_c, n_t, n_q] = GetParam();
@@ -62,8 +62,8 @@ TEST_P(RandomContactProblems, AreSolved) {
   }
 }
 
-std::vector<Shape> shapes() {
-  std::vector<Shape> all;
+std::vector<RandomContactShape> shapes() {
+  std::vector<RandomContactShape> all;
   for (const Kind kind : {Kind::lemke, Kind::exact, Kind::pgs, Kind::newton, Kind::interior_point}) {
     for (const FrictionLaw law : {FrictionLaw::coulomb, FrictionLaw::associated}) {
       for (const auto& [n_c, n_t, n_q] :
@@ -74,8 +74,8 @@ std::vector<Shape> shapes() {
   return all;
 }
 
-std::string name_of_shape(const testing::TestParamInfo<Shape>& test) {
-  const Shape& s = test.param;
+std::string name_of_shape(const testing::TestParamInfo<RandomContactShape>& test) {
+  const RandomContactShape& s = test.param;
   return test_name(fmt::format("{}_{}_{}_contacts_{}_tangents_{}_coordinates", name_of(s.kind),
                                s.law == FrictionLaw::coulomb ? "coulomb" : "associated", s.n_c, s.n_t, s.n_q));
 }

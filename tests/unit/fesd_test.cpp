@@ -7,7 +7,7 @@
 namespace ricochet {
 namespace {
 
-Solution run(const Problem& problem, const std::string& method, int steps) {
+Solution run_fesd(const Problem& problem, const std::string& method, int steps) {
   Settings settings;
   settings.steps = steps;
   settings.tolerance = 1e-8;
@@ -17,7 +17,7 @@ Solution run(const Problem& problem, const std::string& method, int steps) {
 }
 
 /// The bound of the audit: residuals relative to the terms that cancel.
-constexpr double kAudit = 1e-12;
+constexpr double kFesdAudit = 1e-12;
 
 double error_of(const Solution& s, const std::string& id) {
   for (const auto& truth : ground_truth()) {
@@ -36,9 +36,9 @@ TEST(PublishedGrid, HasThreeInfeasibleRunsAndTheAuditHoldsOnAllOthers) {
     for (int n_s = 1; n_s <= 4; ++n_s) {
       for (const int steps : kPublishedGrid) {
         const std::string method = std::string("fesd:") + family + ":" + std::to_string(n_s) + ",switches=published";
-        const Solution s = run(*p, method, steps);
+        const Solution s = run_fesd(*p, method, steps);
         if (s.succeeded()) {
-          EXPECT_LE(s.max_residual(), kAudit) << method << " " << steps;
+          EXPECT_LE(s.max_residual(), kFesdAudit) << method << " " << steps;
         } else {
           EXPECT_EQ(s.status, Status::infeasible);
           EXPECT_NE(s.message.find("no solution with N_FE = 2"), std::string::npos) << s.message;
@@ -54,12 +54,12 @@ TEST(PublishedGrid, HasThreeInfeasibleRunsAndTheAuditHoldsOnAllOthers) {
 TEST(PublishedGrid, ElementsAsNeededSolveTheThree) {
   const auto p = make_problem("two_balls_spring");
   for (const auto& [method, steps] : {std::pair{"fesd:radau-iia:2", 65}, {"fesd:gauss:1", 80}, {"fesd:gauss:1", 125}}) {
-    EXPECT_FALSE(run(*p, method, steps).succeeded());
-    const Solution s = run(*p, std::string(method) + ",elements=as_needed", steps);
+    EXPECT_FALSE(run_fesd(*p, method, steps).succeeded());
+    const Solution s = run_fesd(*p, std::string(method) + ",elements=as_needed", steps);
     EXPECT_TRUE(s.succeeded()) << s.message;
-    EXPECT_LE(s.max_residual(), kAudit);
+    EXPECT_LE(s.max_residual(), kFesdAudit);
     EXPECT_LE(s.counters.elements, 2 * steps + 2) << "one more element in the steps that need it";
-    EXPECT_TRUE(run(*p, std::string(method) + ",n_fe=3", steps).succeeded())
+    EXPECT_TRUE(run_fesd(*p, std::string(method) + ",n_fe=3", steps).succeeded())
         << "three elements everywhere solve it too";
   }
 }
@@ -67,18 +67,18 @@ TEST(PublishedGrid, ElementsAsNeededSolveTheThree) {
 TEST(FesdStep, NumberOfElements) {
   const auto p = make_problem("two_balls_spring");
   for (const int n_fe : {1, 2, 3, 5}) {
-    const Solution s = run(*p, "fesd:radau-iia:3,n_fe=" + std::to_string(n_fe) + ",elements=as_needed", 100);
+    const Solution s = run_fesd(*p, "fesd:radau-iia:3,n_fe=" + std::to_string(n_fe) + ",elements=as_needed", 100);
     ASSERT_TRUE(s.succeeded()) << s.message;
-    EXPECT_LE(s.max_residual(), kAudit);
+    EXPECT_LE(s.max_residual(), kFesdAudit);
     EXPECT_GE(s.counters.elements, 100 * n_fe);
     EXPECT_LE(s.counters.elements, 100 * n_fe + 4) << "two impacts";
   }
-  EXPECT_FALSE(run(*p, "fesd:radau-iia:3,n_fe=1", 100).succeeded()) << "one element cannot hold an impact inside";
+  EXPECT_FALSE(run_fesd(*p, "fesd:radau-iia:3,n_fe=1", 100).succeeded()) << "one element cannot hold an impact inside";
 }
 
 TEST(FesdStep, SingleElementsOfEqualLengthWhereNothingSwitches) {
   const auto p = make_problem("pendulum_wall");
-  const Solution s = run(*p, "fesd:gauss:2,n_fe=4", 30);
+  const Solution s = run_fesd(*p, "fesd:gauss:2,n_fe=4", 30);
   ASSERT_TRUE(s.succeeded()) << s.message;
   for (const auto& residual : s.residuals) {
     if (residual.name == "step equilibration") EXPECT_LE(residual.value, 1e-15);
@@ -87,9 +87,9 @@ TEST(FesdStep, SingleElementsOfEqualLengthWhereNothingSwitches) {
 
 TEST(FesdImpacts, SimultaneousOnes) {
   const auto p = read_scene_file(test_data("simultaneous_balls.json"));
-  const Solution s = run(*p, "fesd:radau-iia:2", 30);
+  const Solution s = run_fesd(*p, "fesd:radau-iia:2", 30);
   ASSERT_TRUE(s.succeeded()) << s.message;
-  EXPECT_LE(s.max_residual(), kAudit);
+  EXPECT_LE(s.max_residual(), kFesdAudit);
   ASSERT_GE(s.events.size(), 3u);
   const double landing = std::sqrt(2 / 9.81), v = 9.81 * landing;
   EXPECT_NEAR(s.events[0].t, landing, 1e-15);
@@ -100,9 +100,9 @@ TEST(FesdImpacts, SimultaneousOnes) {
 
 TEST(FesdImpacts, TouchingRowPassesTheImpulseOn) {
   const auto p = read_scene_file(test_data("touching_row.json"));
-  const Solution s = run(*p, "fesd:gauss:2", 20);
+  const Solution s = run_fesd(*p, "fesd:gauss:2", 20);
   ASSERT_TRUE(s.succeeded()) << s.message;
-  EXPECT_LE(s.max_residual(), kAudit);
+  EXPECT_LE(s.max_residual(), kFesdAudit);
   // Newton's law at both contacts of the instant, M = 1: v+ = v- + J Lambda with J'(v+ + v-/2) = 0 at the first and >=
   // 0, = 0 at the second: Lambda = (1, 1/2), so v+ = (0, 1/2, 1/2).
   EXPECT_NEAR(s.v[0], 0, 1e-14);
@@ -114,11 +114,11 @@ TEST(FesdImpacts, AtTheStartAndAtTheEndOfARun) {
   // Thrown down from the ground: an impact at t = 0.
   auto start = ground_truth_problem("P1a_ball_e09");
   const auto p = make_problem("bouncing_ball", {{"height", 0.1}, {"e", 0.9}});
-  EXPECT_TRUE(run(*p, "fesd:gauss:2", 10).succeeded()) << "resting at the start";
+  EXPECT_TRUE(run_fesd(*p, "fesd:gauss:2", 10).succeeded()) << "resting at the start";
   // An impact at the right end of the last element belongs to the next step, which does not exist: v is the left limit.
   const double landing = std::sqrt(2 * 0.9 / 9.81);
   const auto ends = make_problem("bouncing_ball", {{"duration", landing}});
-  const Solution s = run(*ends, "fesd:radau-iia:2", 4);
+  const Solution s = run_fesd(*ends, "fesd:radau-iia:2", 4);
   ASSERT_TRUE(s.succeeded()) << s.message;
   EXPECT_NEAR(s.v[0], -9.81 * landing, 1e-14);
 }
@@ -127,11 +127,11 @@ TEST(FesdContact, RestsAfterAnInelasticImpact) {
   const auto p = make_problem("bouncing_ball", {{"e", 0}});
   for (const char* method :
        {"fesd:radau-iia:1", "fesd:radau-iia:3", "fesd:gauss:2", "fesd:gauss:3", "fesd:lobatto-iiic:3"}) {
-    const Solution s = run(*p, method, 40);
+    const Solution s = run_fesd(*p, method, 40);
     ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
     EXPECT_NEAR(s.q[0], 0.1, 1e-15);
     EXPECT_NEAR(s.v[0], 0, 1e-14);
-    EXPECT_LE(s.max_residual(), kAudit);
+    EXPECT_LE(s.max_residual(), kFesdAudit);
   }
 }
 
@@ -139,9 +139,9 @@ TEST(FesdContact, BreaksWhenTheForceVanishes) {
   const auto p = ground_truth_problem("P8b_spring_table");
   for (const char* method :
        {"fesd:radau-iia:1", "fesd:radau-iia:3", "fesd:radau-iia:4", "fesd:gauss:1", "fesd:gauss:3", "fesd:gauss:4"}) {
-    const Solution s = run(*p, std::string(method) + ",elements=as_needed", 100);
+    const Solution s = run_fesd(*p, std::string(method) + ",elements=as_needed", 100);
     ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
-    EXPECT_LE(s.max_residual(), kAudit) << method;
+    EXPECT_LE(s.max_residual(), kFesdAudit) << method;
     ASSERT_EQ(s.events.size(), 2u) << method;
     EXPECT_EQ(s.events[0].kind, EventKind::detach);
     EXPECT_EQ(s.events[1].kind, EventKind::impact);
@@ -153,7 +153,7 @@ TEST(FesdContact, TwoStageTableausHaveNoFeasiblePinnedBreaking) {
   // surface.
   const auto p = ground_truth_problem("P8b_spring_table");
   for (const char* method : {"fesd:radau-iia:2", "fesd:gauss:2"}) {
-    const Solution s = run(*p, method, 100);
+    const Solution s = run_fesd(*p, method, 100);
     EXPECT_EQ(s.status, Status::infeasible) << method;
     EXPECT_NE(s.message.find("plate"), std::string::npos) << s.message;
   }
@@ -161,19 +161,19 @@ TEST(FesdContact, TwoStageTableausHaveNoFeasiblePinnedBreaking) {
 
 TEST(FesdContact, SlidesOnACurvedSurface) {
   const auto p = ground_truth_problem("P8a_bead_leaves_circle");
-  const Solution s = run(*p, "fesd:radau-iia:4,elements=as_needed", 100);
+  const Solution s = run_fesd(*p, "fesd:radau-iia:4,elements=as_needed", 100);
   ASSERT_TRUE(s.succeeded()) << s.message;
-  EXPECT_LE(s.max_residual(), kAudit);
+  EXPECT_LE(s.max_residual(), kFesdAudit);
   EXPECT_LE(error_of(s, "P8a_bead_leaves_circle"), 3e-14) << "5e-15 measured";
   // Gauss has no stage at the right end and leaves the surface: no exact solution, and the message says so.
-  const Solution gauss = run(*p, "fesd:gauss:3", 100);
+  const Solution gauss = run_fesd(*p, "fesd:gauss:3", 100);
   EXPECT_EQ(gauss.status, Status::infeasible);
   EXPECT_NE(gauss.message.find("stiffly accurate"), std::string::npos) << gauss.message;
 }
 
 TEST(FesdContact, SingularTableausSaySo) {
   const auto p = make_problem("bouncing_ball", {{"e", 0}});
-  const Solution s = run(*p, "fesd:lobatto-iiia:3", 40);
+  const Solution s = run_fesd(*p, "fesd:lobatto-iiia:3", 40);
   EXPECT_EQ(s.status, Status::infeasible);
   EXPECT_NE(s.message.find("singular"), std::string::npos) << s.message;
 }
@@ -182,9 +182,9 @@ TEST(FesdZeno, ComesToRest) {
   const auto p = ground_truth_problem("P1d_ball_e05_through_zeno");
   for (const char* method : {"fesd:radau-iia:1", "fesd:radau-iia:3", "fesd:gauss:3"}) {
     for (const int steps : {20, 100, 400}) {
-      const Solution s = run(*p, std::string(method) + ",elements=as_needed", steps);
+      const Solution s = run_fesd(*p, std::string(method) + ",elements=as_needed", steps);
       ASSERT_TRUE(s.succeeded()) << method << " " << steps << ": " << s.message;
-      EXPECT_LE(s.max_residual(), kAudit);
+      EXPECT_LE(s.max_residual(), kFesdAudit);
       EXPECT_NEAR(s.q[0], 0.1, 2e-6) << "Gauss elements end with (-1)^n_s v+ and lose it slowly";
     }
   }
@@ -194,24 +194,24 @@ TEST(FesdTableaus, EveryFamilyThroughElasticImpacts) {
   const auto p = make_problem("pendulum_wall");
   for (const char* tableau : {"gauss:2", "gauss:5", "gauss:9", "radau-iia:2", "radau-iia:5", "radau-iia:9",
                               "lobatto-iiia:3", "lobatto-iiia:5"}) {
-    const Solution s = run(*p, std::string("fesd:") + tableau, 60);
+    const Solution s = run_fesd(*p, std::string("fesd:") + tableau, 60);
     EXPECT_TRUE(s.succeeded()) << tableau << ": " << s.message;
-    EXPECT_LE(s.max_residual(), kAudit) << tableau;
+    EXPECT_LE(s.max_residual(), kFesdAudit) << tableau;
     EXPECT_GE(s.events.size(), 2u) << tableau;
   }
 }
 
 TEST(FesdTableaus, AUsersExplicitOne) {
   const auto p = make_problem("two_balls_spring");
-  const Solution s = run(*p, "fesd:@" + test_data("classical_rk4.json"), 400);
+  const Solution s = run_fesd(*p, "fesd:@" + test_data("classical_rk4.json"), 400);
   ASSERT_TRUE(s.succeeded()) << s.message;
-  EXPECT_LE(s.max_residual(), kAudit);
+  EXPECT_LE(s.max_residual(), kFesdAudit);
   EXPECT_LE(error_of(s, "P2_two_balls_spring"), 2e-3) << "1.0e-3 measured";
 }
 
 TEST(Fesd, RecordsBothLimitsAtAnImpact) {
   const auto p = make_problem("two_balls_spring");
-  const Solution s = run(*p, "fesd:gauss:4", 100);
+  const Solution s = run_fesd(*p, "fesd:gauss:4", 100);
   ASSERT_EQ(s.events.size(), 2u);
   for (const Event& e : s.events) {
     EXPECT_NEAR(e.v_plus[0], -0.8 * e.v_minus[0], 1e-14);
@@ -235,7 +235,7 @@ ParameterChanges lying_box(const ParameterChanges& motion) {
 TEST(FesdRedundantContacts, ASlidingBoxStopsOnFourCornersAtOnce) {
   const auto p = make_problem("box_3d", lying_box({{"v_x0", 0.5}, {"duration", 0.3}}));
   for (const char* method : {"fesd:radau-iia:2", "fesd:radau-iia:3", "fesd_adaptive:radau-iia:3"}) {
-    const Solution s = run(*p, method, 10);
+    const Solution s = run_fesd(*p, method, 10);
     ASSERT_TRUE(s.succeeded()) << s.message;
     EXPECT_NEAR(s.q[0], 0.5 * 0.5 / (2 * 0.3 * 9.81), with_rounding(0)) << method;
     EXPECT_LE(s.v.cwiseAbs().maxCoeff(), with_rounding(0)) << method;
@@ -244,7 +244,7 @@ TEST(FesdRedundantContacts, ASlidingBoxStopsOnFourCornersAtOnce) {
       EXPECT_EQ(event.kind, EventKind::slip_to_stick);
       EXPECT_NEAR(event.t, 0.5 / (0.3 * 9.81), with_rounding(0)) << method;
     }
-    EXPECT_LE(s.max_residual(), kAudit) << method;
+    EXPECT_LE(s.max_residual(), kFesdAudit) << method;
   }
 }
 
@@ -252,7 +252,7 @@ TEST(FesdRedundantContacts, ASpinningBoxStopsWithEqualForces) {
   const double a = 0.15, b = 0.1, moment = 0.3 * 9.81 * std::hypot(a, b), alpha = moment / ((a * a + b * b) / 3);
   const auto p = make_problem("box_3d", lying_box({{"d_gamma0", 5}, {"duration", 0.15}}));
   for (const char* method : {"fesd:radau-iia:2", "fesd:radau-iia:3", "fesd_adaptive:radau-iia:3"}) {
-    const Solution s = run(*p, method, 10);
+    const Solution s = run_fesd(*p, method, 10);
     ASSERT_TRUE(s.succeeded()) << s.message;
     // A corner's direction turns by 0.25 rad: the limit of the two-stage tableau in ten steps.
     EXPECT_NEAR(s.q[5], 25 / (2 * alpha), 1e-12) << method;
@@ -264,7 +264,7 @@ TEST(FesdRedundantContacts, ASpinningBoxStopsWithEqualForces) {
 
 TEST(FesdRedundantContacts, AThrownBoxComesToRest) {
   const auto p = make_problem("box_3d");
-  const Solution s = run(*p, "fesd_adaptive:radau-iia:4", 0);
+  const Solution s = run_fesd(*p, "fesd_adaptive:radau-iia:4", 0);
   ASSERT_TRUE(s.succeeded()) << s.message;
   EXPECT_LE(s.v.cwiseAbs().maxCoeff(), with_rounding(0));
   EXPECT_NEAR(s.q[2], 0.05, with_rounding(0)) << "on its lower face";
@@ -294,7 +294,7 @@ TEST(FesdAccumulations, OfSeveralContactsEndAtAnyTolerance) {
 TEST(FesdFriction, ARunMayBeginWithASlipOfRounding) {
   for (const std::string method : {"fesd:radau-iia:3", "fesd:gauss:2", "fesd_adaptive:radau-iia:4"}) {
     for (const double slip : {4e-14, -4e-14}) {
-      const Solution s = run(*make_problem("sliding_block", {{"v_x0", slip}}), method, 10);
+      const Solution s = run_fesd(*make_problem("sliding_block", {{"v_x0", slip}}), method, 10);
       ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
       EXPECT_LE(std::abs(s.q[0]), std::abs(slip)) << method;  // it sticks: the slip moves it for one second at most
     }
@@ -308,7 +308,7 @@ TEST(FesdFriction, ARunMayBeginAtRestInTheOrigin) {
     for (const double mu : {0.0, 0.3, 0.5}) {
       const double slope = 0.35, g = 9.81, T = 0.5;
       const auto p = make_problem("block_on_ramp", {{"mu", mu}, {"slope", slope}, {"v_x0", 0}, {"duration", T}});
-      const Solution s = run(*p, method, 5);
+      const Solution s = run_fesd(*p, method, 5);
       ASSERT_TRUE(s.succeeded()) << method << ", mu = " << mu << ": " << s.message;
       const double a = std::max(0.0, g * (std::sin(slope) - mu * std::cos(slope)));
       EXPECT_NEAR(s.v[0], a * T, 1e-14) << method << ", mu = " << mu << ": rounding";

@@ -17,16 +17,16 @@ namespace ricochet {
 namespace {
 
 /// The bound of the audit: residuals relative to the terms that cancel.
-constexpr double kAudit = 1e-12;
+constexpr double kConeAudit = 1e-12;
 
-Solution run(const Problem& problem, const std::string& method, int steps, bool audit = true) {
+Solution run_with_cone(const Problem& problem, const std::string& method, int steps, bool audit = true) {
   Settings settings;
   settings.steps = steps;
   settings.audit = audit;
   settings.recording = Recording::grid;
   const Solution s = make_method(method)->solve(problem, settings);
   EXPECT_TRUE(s.succeeded()) << method << ", " << steps << " steps: " << s.message;
-  if (audit) EXPECT_LE(s.max_residual(), kAudit) << method << ", " << steps << " steps";
+  if (audit) EXPECT_LE(s.max_residual(), kConeAudit) << method << ", " << steps << " steps";
   return s;
 }
 
@@ -48,7 +48,8 @@ TEST(FrictionPolygon, InThePlaneIsTheExactCone) {
        {"stacked_blocks", "falling_rod", "slider_crank_stop", "oblique_impact", "belt_oscillator"}) {
     const auto p = make_problem(scene);
     const std::string method = "fesd:radau-iia:3,elements=as_needed";
-    const Solution exact = run(*p, method, 200), polyhedral = run(*p, method + ",cone=polyhedral,facets=4", 200);
+    const Solution exact = run_with_cone(*p, method, 200),
+                   polyhedral = run_with_cone(*p, method + ",cone=polyhedral,facets=4", 200);
     EXPECT_EQ(exact.q, polyhedral.q) << scene;
     EXPECT_EQ(exact.v, polyhedral.v) << scene;
     EXPECT_EQ(exact.counters.inner_iterations, polyhedral.counters.inner_iterations) << scene;
@@ -62,7 +63,7 @@ TEST(FrictionPolygon, SlipAtAVertexAndThenOnAnEdge) {
   const double turn = (v_x - v_y) / mu_g, stop = turn + 2 * v_y / mu_g;
   const auto p = thrown_block(v_x, v_y);
   for (const char* tableau : {"radau-iia:2", "radau-iia:3", "gauss:2", "gauss:3"}) {
-    const Solution s = run(*p, std::string("fesd:") + tableau + ",cone=polyhedral,facets=4", 40);
+    const Solution s = run_with_cone(*p, std::string("fesd:") + tableau + ",cone=polyhedral,facets=4", 40);
     ASSERT_EQ(s.events.size(), 2U) << tableau;
     EXPECT_EQ(s.initial_modes[0], ContactMode::vertex_slip);
     EXPECT_EQ(s.events[0].kind, EventKind::facet_change);
@@ -80,7 +81,7 @@ TEST(FrictionPolygon, SlipAtAVertexAndThenOnAnEdge) {
 TEST(FrictionPolygon, SlipThatStopsAtAVertex) {
   const double mu_g = 0.1 * 9.81, v_x = 1.1;
   const auto p = thrown_block(v_x, 0);
-  const Solution s = run(*p, "fesd:radau-iia:3,cone=polyhedral,facets=4", 40);
+  const Solution s = run_with_cone(*p, "fesd:radau-iia:3,cone=polyhedral,facets=4", 40);
   ASSERT_EQ(s.events.size(), 1U);
   EXPECT_NEAR(s.events[0].t, v_x / mu_g, 1e-13);
   EXPECT_NEAR(s.q[0], v_x * v_x / (2 * mu_g), 1e-13);
@@ -91,7 +92,7 @@ TEST(FrictionPolygon, OrderThroughItsSwitches) {
   const auto p = dragged_block({{"mu", 0.7}, {"T", 3}});
   for (const int facets : {4, 6}) {
     const std::string polygon = ",elements=as_needed,cone=polyhedral,facets=" + std::to_string(facets);
-    const Solution fine = run(*p, "fesd:radau-iia:4" + polygon, 1000, false);
+    const Solution fine = run_with_cone(*p, "fesd:radau-iia:4" + polygon, 1000, false);
     std::set<EventKind> kinds;
     for (const auto& event : fine.events) kinds.insert(event.kind);
     EXPECT_TRUE(kinds.contains(EventKind::facet_change) && kinds.contains(EventKind::slip_to_stick) &&
@@ -99,7 +100,7 @@ TEST(FrictionPolygon, OrderThroughItsSwitches) {
     for (const int n_s : {2, 3}) {
       std::vector<double> x, y;
       for (const int steps : {60, 85, 120, 170, 240, 339, 480}) {
-        const Solution s = run(*p, "fesd:radau-iia:" + std::to_string(n_s) + polygon, steps);
+        const Solution s = run_with_cone(*p, "fesd:radau-iia:" + std::to_string(n_s) + polygon, steps);
         x.push_back(std::log(steps));
         const double error = difference(s, fine);
         std::printf("%d facets, %d stages, %d steps: %.2e\n", facets, n_s, steps, error);
@@ -121,11 +122,11 @@ TEST(FrictionPolygon, OrderThroughItsSwitches) {
 // each: order 2, or 3/2 where its direction has an extremum and turns by pi/F in a time of 1/sqrt(F) only.
 TEST(FrictionPolygon, ConvergesToTheDisc) {
   const auto p = dragged_block({});
-  const Solution disc = run(*p, "fesd:radau-iia:3,elements=as_needed", 100);
+  const Solution disc = run_with_cone(*p, "fesd:radau-iia:3,elements=as_needed", 100);
   double before = 0, first = 0, last = 0;
   for (const int facets : {4, 8, 16, 32, 64}) {
     const Solution s =
-        run(*p, "fesd:radau-iia:3,elements=as_needed,cone=polyhedral,facets=" + std::to_string(facets), 100);
+        run_with_cone(*p, "fesd:radau-iia:3,elements=as_needed,cone=polyhedral,facets=" + std::to_string(facets), 100);
     const double error = difference(s, disc);
     std::printf("%4d facets: difference to the disc %.2e, ratio %.1f\n", facets, error, before / error);
     before = error;
@@ -137,12 +138,12 @@ TEST(FrictionPolygon, ConvergesToTheDisc) {
 
 TEST(FrictionPolygon, IsTheLimitOfTimeSteppingWithTheSameFacets) {
   const auto p = dragged_block({});
-  const Solution s = run(*p, "fesd:radau-iia:3,elements=as_needed,cone=polyhedral,facets=6", 100);
-  const Solution disc = run(*p, "fesd:radau-iia:3,elements=as_needed", 100);
+  const Solution s = run_with_cone(*p, "fesd:radau-iia:3,elements=as_needed,cone=polyhedral,facets=6", 100);
+  const Solution disc = run_with_cone(*p, "fesd:radau-iia:3,elements=as_needed", 100);
   for (const char* method : {"anitescu_potra,facets=6", "moreau_jean,facets=6"}) {
     double coarse = 0;
     for (const int steps : {2000, 8000, 32000}) {
-      const Solution stepped = run(*p, method, steps, false);
+      const Solution stepped = run_with_cone(*p, method, steps, false);
       const double error = difference(stepped, s);
       std::printf("%s, %d steps: %.2e, to the disc %.2e\n", method, steps, error, difference(stepped, disc));
       if (steps == 2000) coarse = error;
@@ -156,11 +157,11 @@ TEST(FrictionPolygon, IsTheLimitOfTimeSteppingWithTheSameFacets) {
 
 TEST(FrictionPolygon, OnASpinningBallAndItsImpacts) {
   const auto p = make_problem("ball_3d");
-  const Solution disc = run(*p, "fesd:radau-iia:3,elements=as_needed", 100);
+  const Solution disc = run_with_cone(*p, "fesd:radau-iia:3,elements=as_needed", 100);
   double coarse = 0;
   for (const int facets : {8, 64}) {
     const Solution s =
-        run(*p, "fesd:radau-iia:3,elements=as_needed,cone=polyhedral,facets=" + std::to_string(facets), 100);
+        run_with_cone(*p, "fesd:radau-iia:3,elements=as_needed,cone=polyhedral,facets=" + std::to_string(facets), 100);
     const double error = difference(s, disc);
     if (facets == 8) coarse = error;
     if (facets == 64)
@@ -170,7 +171,7 @@ TEST(FrictionPolygon, OnASpinningBallAndItsImpacts) {
 
 TEST(FrictionPolygon, OnRedundantContacts) {
   const auto p = make_problem("box_3d");
-  const Solution s = run(*p, "fesd:radau-iia:3,elements=as_needed,cone=polyhedral", 200);
+  const Solution s = run_with_cone(*p, "fesd:radau-iia:3,elements=as_needed,cone=polyhedral", 200);
   // It comes to rest on four corners; the velocities that are left are rounding of 1 m/s.
   EXPECT_LE(s.v.cwiseAbs().maxCoeff(), 1e-14);
 }
@@ -202,7 +203,7 @@ TEST(SquaredCone, HasTheSolutionsOfTheExactOneAndSaysWhereItHasNone) {
   for (const char* scene : {"ball_3d", "stacked_blocks"}) {
     const auto p = make_problem(scene);
     const std::string method = "fesd:radau-iia:3,elements=as_needed";
-    const Solution exact = run(*p, method, 100), squared = run(*p, method + ",cone=squared", 100);
+    const Solution exact = run_with_cone(*p, method, 100), squared = run_with_cone(*p, method + ",cone=squared", 100);
     EXPECT_EQ(exact.q, squared.q);
     EXPECT_EQ(exact.v, squared.v);
     std::int64_t impossible = 0;

@@ -54,11 +54,11 @@ double violation(const Instance& instance, const Vector& r) {
   return worst;
 }
 
-struct Shape {
+struct RandomProblemShape {
   int n_c, n_t, n_q;
 };
 
-class RandomProblems : public testing::TestWithParam<Shape> {};
+class RandomProblems : public testing::TestWithParam<RandomProblemShape> {};
 
 TEST_P(RandomProblems, FulfilTheContactLaws) {
   const auto [n_c, n_t, n_q] = GetParam();
@@ -85,8 +85,10 @@ TEST_P(RandomProblems, FulfilTheContactLaws) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, RandomProblems,
-                         testing::Values(Shape{1, 0, 2}, Shape{3, 0, 4}, Shape{1, 1, 3}, Shape{3, 1, 6}, Shape{4, 1, 3},
-                                         Shape{1, 2, 3}, Shape{2, 2, 6}, Shape{4, 2, 6}),
+                         testing::Values(RandomProblemShape{1, 0, 2}, RandomProblemShape{3, 0, 4},
+                                         RandomProblemShape{1, 1, 3}, RandomProblemShape{3, 1, 6},
+                                         RandomProblemShape{4, 1, 3}, RandomProblemShape{1, 2, 3},
+                                         RandomProblemShape{2, 2, 6}, RandomProblemShape{4, 2, 6}),
                          [](const auto& test) {
                            return "contacts_" + std::to_string(test.param.n_c) + "_tangents_" +
                                   std::to_string(test.param.n_t) + "_coordinates_" + std::to_string(test.param.n_q);

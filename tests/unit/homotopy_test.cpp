@@ -33,12 +33,12 @@ TEST_P(Collection, IsSolvedToItsOptima) {
   }
 }
 
-std::vector<std::string_view> names() {
+std::vector<std::string_view> collection_names() {
   std::vector<std::string_view> all;
   for (const auto& relaxation : relaxations()) all.push_back(relaxation.name);
   return all;
 }
-INSTANTIATE_TEST_SUITE_P(All, Collection, testing::ValuesIn(names()),
+INSTANTIATE_TEST_SUITE_P(All, Collection, testing::ValuesIn(collection_names()),
                          [](const auto& name) { return std::string(name.param); });
 
 TEST(Homotopy, EndsInSStationaryPointsWhereThereAreSome) {

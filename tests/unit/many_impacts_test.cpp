@@ -12,13 +12,13 @@ Solution solve(const Problem& problem, const std::string& method, int steps) {
   return make_method(method)->solve(problem, settings);
 }
 
-struct Case {
+struct DiscsCase {
   const char* name;
   double n, duration;
 };
 
 /// Discs that fall into a box without friction: impacts that follow each other ever faster.
-class DiscsInABox : public testing::TestWithParam<Case> {
+class DiscsInABox : public testing::TestWithParam<DiscsCase> {
  protected:
   std::unique_ptr<Problem> box_ =
       make_problem("balls_in_box", {{"n", GetParam().n}, {"duration", GetParam().duration}});
@@ -52,7 +52,8 @@ TEST_P(DiscsInABox, AreWhatTimeSteppingApproaches) {
 // wedge: a disc falls between two and strikes them in turn, at times that accumulate. jump: an impact takes a contact
 // away that had pressed others together. tower: two discs bounce against each other in turn, and against the one above.
 INSTANTIATE_TEST_SUITE_P(Impacts, DiscsInABox,
-                         testing::Values(Case{"wedge", 5, 0.2}, Case{"jump", 7, 0.5}, Case{"tower", 12, 0.2}),
+                         testing::Values(DiscsCase{"wedge", 5, 0.2}, DiscsCase{"jump", 7, 0.5},
+                                         DiscsCase{"tower", 12, 0.2}),
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace

@@ -88,13 +88,13 @@ struct Columns final : AssembledProblem {
   }
 };
 
-struct Case {
+struct IslandsCase {
   const char* name;
   int height;
   bool is_curved;
 };
 
-class Islands : public testing::TestWithParam<Case> {};
+class Islands : public testing::TestWithParam<IslandsCase> {};
 
 /// One dense system, and islands that are small or banded: steps of given length and steps to a switch.
 TEST_P(Islands, SolveLikeOneDenseSystem) {
@@ -140,8 +140,8 @@ TEST_P(Islands, SolveLikeOneDenseSystem) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Columns, Islands,
-                         testing::Values(Case{"one_column", 24, false}, Case{"of_three", 3, false},
-                                         Case{"one_curved", 24, true}, Case{"curved_of_three", 3, true}),
+                         testing::Values(IslandsCase{"one_column", 24, false}, IslandsCase{"of_three", 3, false},
+                                         IslandsCase{"one_curved", 24, true}, IslandsCase{"curved_of_three", 3, true}),
                          [](const auto& test) { return test.param.name; });
 
 /// Beads of equal mass exchange their velocities: after n (n - 1) / 2 + n impacts the row that came in as a whole goes

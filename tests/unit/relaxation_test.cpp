@@ -57,12 +57,12 @@ TEST_P(Relaxations, TendToThePair) {
   }
 }
 
-std::vector<std::string_view> names() {
+std::vector<std::string_view> relaxation_names() {
   std::vector<std::string_view> all;
   for (const auto& relaxation : relaxations()) all.push_back(relaxation.name);
   return all;
 }
-INSTANTIATE_TEST_SUITE_P(All, Relaxations, testing::ValuesIn(names()),
+INSTANTIATE_TEST_SUITE_P(All, Relaxations, testing::ValuesIn(relaxation_names()),
                          [](const auto& name) { return std::string(name.param); });
 
 TEST(Relaxation, SmoothedFischerBurmeisterIsTheHyperbola) {

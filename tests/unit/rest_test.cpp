@@ -39,7 +39,7 @@ std::unique_ptr<Problem> two_blocks(double e, double unit, bool has_fast_body) {
       "two blocks");
 }
 
-Solution run(const Problem& problem, const std::string& method) {
+Solution run_at_rest(const Problem& problem, const std::string& method) {
   Settings settings;
   settings.steps = kSteps;
   Solution s = make_method(method)->solve(problem, settings);
@@ -60,7 +60,7 @@ TEST_P(Rest, LastsForTenThousandSteps) {
   for (const double e : {0.0, 0.5, 1.0}) {
     const auto problem = two_blocks(e, 1, false);
     if (!make_method(method)->supports(problem->info()).ok) continue;
-    const Solution s = run(*problem, method);
+    const Solution s = run_at_rest(*problem, method);
     EXPECT_EQ(s.events.size(), 2u) << "each contact is pressed once, e = " << e;
     EXPECT_LE(problem->gap(s.q).cwiseAbs().maxCoeff(), rounding) << "e = " << e;
     EXPECT_LE(s.v.cwiseAbs().maxCoeff(), 10 * rounding) << "e = " << e;
@@ -70,7 +70,7 @@ TEST_P(Rest, LastsForTenThousandSteps) {
 TEST_P(Rest, DoesNotDependOnTheUnitOfLength) {
   const auto metres = two_blocks(0.5, 1, false), micrometres = two_blocks(0.5, 1e6, false);
   if (!make_method(method)->supports(metres->info()).ok) GTEST_SKIP() << "no restitution";
-  const Solution in_m = run(*metres, method), in_um = run(*micrometres, method);
+  const Solution in_m = run_at_rest(*metres, method), in_um = run_at_rest(*micrometres, method);
   EXPECT_LE((in_um.q * 1e-6 - in_m.q).cwiseAbs().maxCoeff(), 2 * rounding);
   EXPECT_EQ(in_um.events.size(), in_m.events.size());
 }
@@ -78,7 +78,7 @@ TEST_P(Rest, DoesNotDependOnTheUnitOfLength) {
 TEST_P(Rest, DoesNotDependOnAnUnrelatedFastBody) {
   const auto alone = two_blocks(0.5, 1, false), beside = two_blocks(0.5, 1, true);
   if (!make_method(method)->supports(beside->info()).ok) GTEST_SKIP() << "no restitution";
-  const Solution one = run(*alone, method), other = run(*beside, method);
+  const Solution one = run_at_rest(*alone, method), other = run_at_rest(*beside, method);
   // What iterates has a tolerance relative to the largest velocity in a contact problem, 600 m/s in an impact.
   EXPECT_LE((other.q.head(4) - one.q).cwiseAbs().maxCoeff(), iterates ? 1e-9 * 600 * 0.4741 : rounding);
 }

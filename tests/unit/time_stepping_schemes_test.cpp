@@ -10,7 +10,8 @@
 namespace ricochet {
 namespace {
 
-Solution run(const Problem& problem, const std::string& method, int steps, Recording recording = Recording::grid) {
+Solution run_scheme(const Problem& problem, const std::string& method, int steps,
+                    Recording recording = Recording::grid) {
   Settings settings;
   settings.steps = steps;
   settings.recording = recording;
@@ -22,7 +23,7 @@ Solution run(const Problem& problem, const std::string& method, int steps, Recor
 /// A ball of radius 0.1 whose gap is 0.5 m; one step of 0.4 s would take it to -0.28.
 TEST(StewartTrinkle, LandsOnTheSurfaceWithinOneStep) {
   const auto p = make_problem("bouncing_ball", {{"e", 0}, {"height", 0.6}, {"duration", 0.8}});
-  const Solution s = run(*p, "stewart_trinkle", 2);
+  const Solution s = run_scheme(*p, "stewart_trinkle", 2);
   // v_1 = -9.81 0.4 = -3.924, gap - 0.4 3.924 < 0: v_1 = -gap / h
   EXPECT_NEAR(s.samples[0].q[0], 0.1, 1e-15);
   EXPECT_NEAR(s.samples[0].v_plus[0], -0.5 / 0.4, 1e-15);
@@ -33,7 +34,7 @@ TEST(StewartTrinkle, LandsOnTheSurfaceWithinOneStep) {
 TEST(SchatzmanPaoli, ReflectsThePositionBefore) {
   const double e = 0.9, g = 9.81, h = 0.1;
   const auto p = make_problem("bouncing_ball", {{"e", e}, {"height", 0.6}, {"duration", 0.5}});
-  const Solution s = run(*p, "schatzman_paoli", 5);
+  const Solution s = run_scheme(*p, "schatzman_paoli", 5);
   double before = 0.5, now = 0.5, v = 0;  // gaps
   for (int k = 0; k < 5; ++k) {
     double next = now + h * (v - h * g);
@@ -51,7 +52,7 @@ TEST(SchatzmanPaoli, ReflectsThePositionBefore) {
 /// Slip opens the gap of the convex scheme by h mu |v_t|, Coulomb's law leaves it closed.
 TEST(AnitescuConvex, OpensTheGapOfASlidingContact) {
   const auto p = make_problem("sliding_block", {{"duration", 0.1}});
-  const Solution convex = run(*p, "anitescu_convex", 1), coulomb = run(*p, "stewart_trinkle", 1);
+  const Solution convex = run_scheme(*p, "anitescu_convex", 1), coulomb = run_scheme(*p, "stewart_trinkle", 1);
   const double mu = p->info().contacts[0].mu, h = 0.1;
   EXPECT_NEAR(p->gap(coulomb.q)[0], 0, 1e-15);
   EXPECT_GT(convex.v[0], 0.1) << "it still slides";
@@ -63,7 +64,7 @@ TEST(MoreauJean, FullyImplicitFulfilsTheThetaRule) {
   const auto p = make_problem("pendulum_wall", {{"w", 5}, {"duration", 0.5}});
   const double theta = 0.7, h = 0.5;
   const auto defect = [&](const std::string& method) {
-    const Solution s = run(*p, method, 1);
+    const Solution s = run_scheme(*p, method, 1);
     const Vector &q = p->info().q0, &v = p->info().v0;
     EXPECT_NEAR(s.q[0], q[0] + h * (theta * s.v[0] + (1 - theta) * v[0]), 1e-14);
     const Matrix M = p->mass_matrix(q);
@@ -78,7 +79,7 @@ TEST(MoreauJean, ProjectionLeavesNoPenetration) {
   const auto deepest = [&](const char* problem, const std::string& method) {
     const auto p = make_problem(problem);
     double worst = 0;
-    for (const auto& sample : run(*p, method, 300).samples) worst = std::min(worst, p->gap(sample.q).minCoeff());
+    for (const auto& sample : run_scheme(*p, method, 300).samples) worst = std::min(worst, p->gap(sample.q).minCoeff());
     return -worst;
   };
   for (const char* problem : {"bouncing_ball", "ball_in_box", "double_pendulum_wall"}) {
@@ -87,7 +88,7 @@ TEST(MoreauJean, ProjectionLeavesNoPenetration) {
   }
   const auto joined = make_problem("pendulum_wall_cartesian");
   const auto drift = [&](const std::string& method) {
-    return std::abs(joined->gap(run(*joined, method, 300).q)[joined->info().bilateral[0]]);
+    return std::abs(joined->gap(run_scheme(*joined, method, 300).q)[joined->info().bilateral[0]]);
   };
   EXPECT_LE(drift("moreau_jean,theta=1,projection=on"), 1e-12) << "1e-13 is what the projection leaves";
   EXPECT_GE(drift("moreau_jean,theta=1"), 1e-6);
@@ -98,7 +99,7 @@ TEST(GeneralizedAlpha, FallsExactly) {
   const auto p = make_problem("bouncing_ball", {{"height", 100}});
   for (const char* method : {"generalized_alpha", "generalized_alpha,rho_inf=0", "symplectic", "penalty"}) {
     if (!make_method(method)->supports(p->info()).ok) continue;
-    const Solution s = run(*p, method, 16);
+    const Solution s = run_scheme(*p, method, 16);
     EXPECT_NEAR(s.q[0], 100 - 0.5 * 9.81 * 4, 1e-12) << method;
     EXPECT_NEAR(s.v[0], -9.81 * 2, 1e-13) << method;
   }
@@ -107,7 +108,7 @@ TEST(GeneralizedAlpha, FallsExactly) {
 TEST(Symplectic, KeepsTheEnergyThroughManyImpacts) {
   // A parabola is exact, so the energy of the ball is kept to rounding: 1e5 steps of 1e-16 each, with 126 impacts.
   const auto ball = make_problem("bouncing_ball", {{"e", 1}, {"duration", 100}});
-  const Solution bounced = run(*ball, "symplectic", 100000);
+  const Solution bounced = run_scheme(*ball, "symplectic", 100000);
   const double before = *ball->energy(ball->info().q0, ball->info().v0);
   EXPECT_GE(bounced.events.size(), 100u);
   EXPECT_NEAR(*ball->energy(bounced.q, bounced.v), before, 1e-11 * before);
@@ -115,7 +116,7 @@ TEST(Symplectic, KeepsTheEnergyThroughManyImpacts) {
   // With a spring the error is O(h^2) at all times: 200 s, hundreds of impacts, no drift.
   const auto balls = make_problem("two_balls_spring", {{"e", 1}, {"k", 1000}, {"duration", 200}});
   const auto worst_error = [&](int steps) {
-    const Solution s = run(*balls, "symplectic", steps);
+    const Solution s = run_scheme(*balls, "symplectic", steps);
     const double start = *balls->energy(balls->info().q0, balls->info().v0);
     double first = 0, last = 0;  // largest in the first and in the last tenth
     for (std::size_t k = 0; k < s.samples.size(); ++k) {
@@ -143,7 +144,7 @@ TEST(Symplectic, SaysWhatItDoesNotRun) {
 TEST(Penalty, HasTheRestitutionOfTheContact) {
   for (const double e : {0.2, 0.9}) {
     const auto p = make_problem("bouncing_ball", {{"e", e}, {"g", 1e-3}, {"height", 0.6}, {"duration", 60}});
-    const Solution s = run(*p, "penalty,stiffness=1e4", 300000);
+    const Solution s = run_scheme(*p, "penalty,stiffness=1e4", 300000);
     ASSERT_FALSE(s.events.empty());
     const double fall = -std::sqrt(2 * 1e-3 * 0.5);
     double after = 0;
@@ -157,7 +158,7 @@ TEST(Penalty, HasTheRestitutionOfTheContact) {
 TEST(Penalty, SinksByTheWeightOverTheStiffness) {
   for (const double k : {1e4, 2e4}) {
     const auto p = make_problem("bouncing_ball", {{"e", 0}, {"height", 0.1}, {"duration", 2}});
-    const Solution s = run(*p, "penalty,stiffness=" + std::to_string(k), 20000);
+    const Solution s = run_scheme(*p, "penalty,stiffness=" + std::to_string(k), 20000);
     EXPECT_NEAR(s.q[0], 0.1 - 9.81 / k, 1e-9) << "at rest to exp(-omega t / 10), omega t = 200";
   }
 }

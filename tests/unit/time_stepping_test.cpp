@@ -7,7 +7,7 @@
 namespace ricochet {
 namespace {
 
-Solution run(const Problem& problem, const std::string& method, int steps) {
+Solution run_time_stepping(const Problem& problem, const std::string& method, int steps) {
   Settings settings;
   settings.steps = steps;
   settings.audit = true;
@@ -20,18 +20,18 @@ double distance(const Solution& s, const Vector& q, const Vector& v) {
 
 TEST(MoreauJean, CountsItsWork) {
   const auto p = make_problem("bouncing_ball", {{"height", 100}});
-  const Solution s = run(*p, "moreau_jean", 10);
+  const Solution s = run_time_stepping(*p, "moreau_jean", 10);
   EXPECT_EQ(s.counters.force_evaluations, 10);
   EXPECT_EQ(s.counters.linear_solves, 10);
   EXPECT_EQ(s.counters.matrix_factorizations, 1) << "constant mass, constant Jacobian";
   EXPECT_EQ(s.counters.complementarity_solves, 0) << "no contact, no contact problem";
   const auto varying = read_scene_file(test_data("double_pendulum_wall.json"));
-  EXPECT_EQ(run(*varying, "moreau_jean", 10).counters.matrix_factorizations, 10);
+  EXPECT_EQ(run_time_stepping(*varying, "moreau_jean", 10).counters.matrix_factorizations, 10);
 }
 
 TEST(AnitescuPotra, CountsItsWork) {
   const auto p = make_problem("sliding_block");
-  const Solution s = run(*p, "anitescu_potra", 10);
+  const Solution s = run_time_stepping(*p, "anitescu_potra", 10);
   EXPECT_EQ(s.counters.force_evaluations, 10);
   EXPECT_EQ(s.counters.mass_factorizations, 1);
   EXPECT_EQ(s.counters.complementarity_solves, 10) << "one contact problem a step, no collision";
@@ -40,7 +40,7 @@ TEST(AnitescuPotra, CountsItsWork) {
 TEST(MoreauJean, FallsLikeTheMidpointRule) {
   // theta = 1/2 on a constant force: exact.
   const auto p = make_problem("bouncing_ball", {{"height", 100}});
-  const Solution s = run(*p, "moreau_jean", 16);
+  const Solution s = run_time_stepping(*p, "moreau_jean", 16);
   EXPECT_NEAR(s.q[0], 100 - 0.5 * 9.81 * 4, 1e-12);
   EXPECT_NEAR(s.v[0], -9.81 * 2, 1e-13);
 }
@@ -49,7 +49,7 @@ class TimeStepping : public testing::TestWithParam<const char*> {};
 
 TEST_P(TimeStepping, StopsASlidingBlock) {
   const auto p = make_problem("sliding_block");
-  const Solution s = run(*p, GetParam(), 2000);
+  const Solution s = run_time_stepping(*p, GetParam(), 2000);
   ASSERT_TRUE(s.succeeded()) << s.message;
   EXPECT_NEAR(s.q[0], 4 / (2 * 0.3 * 9.81), 2e-3) << "error O(h v): 1/2000 * 2";
   EXPECT_NEAR(s.v[0], 0, 1e-13) << "it sticks";
@@ -63,7 +63,7 @@ TEST_P(TimeStepping, ApproachesTheGroundTruthEverywhere) {
     const bool has_polygon = method.ends_with("solver=lemke");
     if (in_space && has_polygon) method += ",facets=32";
     if (!make_method(method)->supports(p->info()).ok) continue;
-    const Solution s = run(*p, method, 40000);
+    const Solution s = run_time_stepping(*p, method, 40000);
     ASSERT_TRUE(s.succeeded()) << truth.id << ": " << s.message;
     // Pivoting and a tolerance of 1e-13 leave rounding; the default in space has the tolerance 1e-9.
     EXPECT_LE(s.max_residual(), in_space && method.find("solver=") == std::string::npos ? 1e-9 : 1e-12) << truth.id;
@@ -93,7 +93,7 @@ class RedundantContacts : public testing::TestWithParam<const char*> {};
 TEST_P(RedundantContacts, ABoxComesToRestOnFourCorners) {
   const auto p = make_problem("box_3d");
   for (const int steps : {60, 600, 6000}) {
-    const Solution s = run(*p, GetParam(), steps);
+    const Solution s = run_time_stepping(*p, GetParam(), steps);
     ASSERT_TRUE(s.succeeded()) << s.message;
     // Nearly redundant contacts are solved to 1e-9 of the approach velocity by pivoting (lemke.cpp), to 1e-7 by the
     // default (exact_contact_solver.cpp); the audit divides by v+, which may be a tenth of it. At rest the forces
@@ -116,7 +116,7 @@ TEST(RedundantContactsAtATolerance, AreSolvedByTheIterativeSolversToo) {
   const auto p = make_problem("box_3d");
   for (const char* method : {"moreau_jean,solver=pgs", "moreau_jean,solver=newton", "moreau_jean,solver=interior_point",
                              "anitescu_potra,solver=newton", "anitescu_potra,solver=interior_point"}) {
-    const Solution s = run(*p, method, 600);
+    const Solution s = run_time_stepping(*p, method, 600);
     ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
     EXPECT_LE(s.max_residual(), 1e-9) << method << ": the default tolerance";
     EXPECT_LE(s.v.cwiseAbs().maxCoeff(), 1e-9) << method << ": of h g = 0.01 m/s, over an inertia of 0.003";
@@ -130,7 +130,7 @@ TEST(RowOfBeads, ClosesItsContactsTogether) {
   const auto p = make_problem("bead_row", {{"n", n}, {"spacing", 0}, {"distance", 0.01}, {"duration", 0.05}});
   for (const char* method : {"moreau_jean,solver=newton", "stewart_trinkle,solver=newton",
                              "anitescu_convex,solver=newton", "schatzman_paoli,solver=newton"}) {
-    const Solution s = run(*p, method, steps);
+    const Solution s = run_time_stepping(*p, method, steps);
     ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
     EXPECT_EQ(s.counters.events, n) << method;
     EXPECT_LE(s.v.cwiseAbs().maxCoeff(), 1e-7) << method << ": the default tolerance of 1 m/s, through 64 contacts";
@@ -159,18 +159,19 @@ TEST(DefaultInSpace, ASphereCurvesAndThenRolls) {
                         x = v_0 * t_rolls - 0.5 * a * t_rolls * t_rolls * d + (2 - t_rolls) * v;
   for (const char* method :
        {"moreau_jean", "anitescu_potra", "stewart_trinkle", "schatzman_paoli", "generalized_alpha"}) {
-    const Solution s = run(*p, method, 2000);
+    const Solution s = run_time_stepping(*p, method, 2000);
     ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
     EXPECT_LE((s.v.head(2) - v).norm(), 1e-6) << method << ": angular momentum about the contact, to 1e-9 a step";
     EXPECT_LE((s.q.head(2) - x).norm(), 2 * 1e-3 * v_0.norm()) << method << ": two steps of 1 ms";
   }
   // What eight facets cost: friction is up to pi / 8 off, here on a path of t_rolls |v_0| = 1.4 m.
-  EXPECT_GE((run(*p, "moreau_jean,facets=8", 2000).q.head(2) - x).norm(), 2 * 1e-3 * v_0.norm());
+  EXPECT_GE((run_time_stepping(*p, "moreau_jean,facets=8", 2000).q.head(2) - x).norm(), 2 * 1e-3 * v_0.norm());
 }
 
 TEST(DefaultInSpace, IsThatOfPivotingInThePlane) {
   const auto p = make_problem("sliding_block");
-  const Solution by_default = run(*p, "moreau_jean", 100), pivots = run(*p, "moreau_jean,solver=lemke", 100);
+  const Solution by_default = run_time_stepping(*p, "moreau_jean", 100),
+                 pivots = run_time_stepping(*p, "moreau_jean,solver=lemke", 100);
   EXPECT_EQ(by_default.q, pivots.q) << "the same code";
   EXPECT_EQ(by_default.counters.pivots, pivots.counters.pivots);
 }
