@@ -2,10 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 
+#include "problems/dense_solve.h"
 #include "reference/active_set.h"
 #include "reference/force_division.h"
 
@@ -21,7 +20,7 @@ std::string too_many(std::size_t contacts, std::size_t most) {
 Vector least_correction(const Matrix& R, const Matrix& MR, const Vector& b) {
   const Vector s = R.cwiseProduct(MR).colwise().sum().cwiseSqrt().cwiseInverse();
   const Matrix A = s.asDiagonal() * (R.transpose() * MR) * s.asDiagonal();
-  return s.asDiagonal() * A.completeOrthogonalDecomposition().solve(s.cwiseProduct(b));
+  return s.asDiagonal() * least_squares(A, s.cwiseProduct(b));
 }
 
 }  // namespace
@@ -203,14 +202,14 @@ Matrix ContactDynamics::jacobian(const Vector& q, const std::vector<int>& contac
 
 Matrix ContactDynamics::under_constraints(const Vector& q, const Matrix& right_hand_side) const {
   const auto& info = problem_.info();
-  if (!info.has_bilateral()) return problem_.mass_matrix(q).llt().solve(right_hand_side);
+  if (!info.has_bilateral()) return CholeskyFactors(problem_.mass_matrix(q)).solve_columns(right_hand_side);
   const Matrix G = problem_.normal_jacobian(q)(Eigen::all, info.bilateral);
   const Eigen::Index n = info.n_q + info.n_bilateral();
   Matrix K = Matrix::Zero(n, n);
   K.topLeftCorner(info.n_q, info.n_q) = problem_.mass_matrix(q);
   K.topRightCorner(info.n_q, info.n_bilateral()) = -problem_.force_directions(G);
   K.bottomLeftCorner(info.n_bilateral(), info.n_q) = G.transpose();
-  return K.partialPivLu().solve(right_hand_side);
+  return solve_partial_pivoting(K, right_hand_side);
 }
 
 Matrix ContactDynamics::response(const Vector& q, const Matrix& p) const {
@@ -325,7 +324,7 @@ bool ContactDynamics::project(Vector& q, Vector& v, const std::vector<int>& touc
   for (int iteration = 0; iteration < 2 && !touching.empty();
        ++iteration) {  // the drift is small: the second is rounding
     const Matrix J_n = problem_.normal_jacobian(q)(Eigen::all, touching);
-    const Matrix MJ = problem_.mass_matrix(q).llt().solve(problem_.force_directions(J_n));
+    const Matrix MJ = CholeskyFactors(problem_.mass_matrix(q)).solve_columns(problem_.force_directions(J_n));
     q -= MJ * least_correction(J_n, MJ, problem_.gap(q)(touching));
   }
   if (closed.empty()) return q.allFinite();
@@ -339,7 +338,7 @@ bool ContactDynamics::project(Vector& q, Vector& v, const std::vector<int>& touc
     n += 1 + n_t;
   }
   const Matrix R = J(Eigen::all, zero);
-  const Matrix MR = problem_.mass_matrix(q).llt().solve(problem_.force_directions(R));
+  const Matrix MR = CholeskyFactors(problem_.mass_matrix(q)).solve_columns(problem_.force_directions(R));
   v -= MR * least_correction(R, MR, R.transpose() * v);
   return q.allFinite() && v.allFinite();
 }

@@ -1,9 +1,9 @@
 #include "reference/scales.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "problems/dense_solve.h"
 #include "problems/disjoint_sets.h"
 
 namespace ricochet::reference {
@@ -15,7 +15,8 @@ Scales::Scales(const Problem& problem) : tau_(problem.info().end_time / 10) {
   for (const auto& contact : info.contacts) groups.join(contact.pushed());
 
   const Matrix M = problem.mass_matrix(info.q0);
-  const Vector w = info.v0.cwiseAbs() + tau_ * M.llt().solve(problem.force(info.q0, info.v0)).cwiseAbs();
+  const CholeskyFactors factors(M);
+  const Vector w = info.v0.cwiseAbs() + tau_ * factors.solve(problem.force(info.q0, info.v0)).cwiseAbs();
   const auto sizes_of = [&](const auto& is_member) {  // (2), of the coordinates that is_member chooses
     double twice_energy = 0, fastest = 0;
     for (int l = 0; l < info.n_q; ++l) {
@@ -34,8 +35,8 @@ Scales::Scales(const Problem& problem) : tau_(problem.info().end_time / 10) {
   Q_ = tau_ * V_;  // (3)
   const Matrix J = problem.normal_jacobian(info.q0);
   P_ = (J.cwiseAbs().transpose() * V_).array() /
-       J.cwiseProduct(M.llt().solve(problem.force_directions(J))).colwise().sum().transpose().array();  // (4)
-  F_ = P_ / tau_;                                                             // (4)
+       J.cwiseProduct(factors.solve_columns(problem.force_directions(J))).colwise().sum().transpose().array();  // (4)
+  F_ = P_ / tau_;                                                                                               // (4)
 }
 
 }  // namespace ricochet::reference

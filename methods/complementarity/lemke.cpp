@@ -1,9 +1,10 @@
 #include "methods/complementarity/lemke.h"
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <cmath>
 #include <limits>
+
+#include "problems/dense_solve.h"
 
 namespace ricochet {
 
@@ -132,7 +133,7 @@ LcpStatus LemkeSolver::solve_regularized(const Eigen::Ref<const Matrix>& M, cons
       if (z[i] > 0 || w[i] < -rounding) active_.push_back(i);
     }
     if (active_.empty()) break;
-    z(active_) -= M(active_, active_).completeOrthogonalDecomposition().solve(Vector(w(active_)));
+    z(active_) -= least_squares(M(active_, active_), w(active_));
     z = z.cwiseMax(0);
     w = M * z + q;
     error = std::max(-w.minCoeff(), w(active_).cwiseAbs().maxCoeff());

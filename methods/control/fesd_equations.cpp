@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <cmath>
 
 #include "methods/control/nlp_blocks.h"
+#include "problems/dense_solve.h"
 #include "problems/join.h"
 
 namespace ricochet {
@@ -499,7 +499,7 @@ void FesdEquations::set_guess(const FesdStep& step, int interval) {
         if (is_projected(i) && stages.modes[i] != ContactMode::open) projected.push_back(i);
       }
       if (!projected.empty()) {  // Eigen's decomposition needs a column
-        const Vector solved = directions(Eigen::all, projected).completeOrthogonalDecomposition().solve(impulse);
+        const Vector solved = least_squares(directions(Eigen::all, projected), impulse);
         P(projected) = solved;
       }
       for (const int i : projected) variables[element.P[i]].guess = P[i];

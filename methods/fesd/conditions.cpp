@@ -1,9 +1,9 @@
 #include "methods/fesd/conditions.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+
+#include "problems/dense_solve.h"
 
 namespace ricochet {
 namespace {
@@ -165,14 +165,14 @@ Vector FesdAudit::end_velocity_residual(const Stages& e, const Matrix& accelerat
         held.col(info.n_c() + contact.tangent_index + m) += law.held[m][d] * J_t.col(t);
     }
   }
-  const Vector impulse = held.completeOrthogonalDecomposition().solve(M * residual);
-  return residual - M.llt().solve(held * impulse);
+  const Vector impulse = least_squares(held, M * residual);
+  return residual - CholeskyFactors(M).solve(held * impulse);
 }
 
 /// What P and the forces at the right end are to achieve.
 void FesdAudit::add_right_end(const Stages& e, const Vector& force_size) {
   const Matrix J_n = problem_.normal_jacobian(e.q1), J_t = problem_.tangent_jacobian(e.q1);
-  const Eigen::LLT<Matrix> M(problem_.mass_matrix(e.q1));
+  const CholeskyFactors M(problem_.mass_matrix(e.q1));
   const Vector load = M.solve(problem_.force(e.q1, e.v1)),
                contact_force = problem_.force_directions(J_n * e.end_lambda_n + J_t * e.end_lambda_t),
                a = load + M.solve(contact_force), bias_n = problem_.gap_acceleration_bias(e.q1, e.v1),
@@ -390,7 +390,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     length += e.h;
     const Matrix J = problem_.normal_jacobian(e.q0).cwiseAbs(), J_t = problem_.tangent_jacobian(e.q0).cwiseAbs();
     const Matrix D = problem_.force_directions(J), D_t = problem_.force_directions(J_t);
-    const Eigen::LLT<Matrix> M(problem_.mass_matrix(e.q0));
+    const CholeskyFactors M(problem_.mass_matrix(e.q0));
     Vector load = M.solve(problem_.force(e.q0, e.v0)).cwiseAbs();
     for (const int i : info.bilateral)
       load += M.solve(problem_.force_directions(problem_.normal_jacobian(e.q0)).col(i)).cwiseAbs() *
@@ -407,7 +407,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
         const double mobility = D_t.col(tangent).dot(M.solve(D_t.col(tangent)));
         const double impulse = step.H * info.contacts[i].mu * force_size[i];
         slip_size_[i] = std::max({slip_size_[i], direction.dot(e.v0.cwiseAbs() + step.H * load) + mobility * impulse,
-                                 direction.dot(step.v_minus.col(n).cwiseAbs())});
+                                  direction.dot(step.v_minus.col(n).cwiseAbs())});
       }
     }
   }
@@ -422,7 +422,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     // Runge-Kutta equations.
     for (int k = 0; k < n_s; ++k) {
       const Vector q = e.q.col(k), v = e.v.col(k);
-      const Eigen::LLT<Matrix> M(problem_.mass_matrix(q));
+      const CholeskyFactors M(problem_.mass_matrix(q));
       const Vector load = M.solve(problem_.force(q, v)),
                    contact =
                        M.solve(Vector(problem_.force_directions(problem_.normal_jacobian(q) * e.lambda_n.col(k) +

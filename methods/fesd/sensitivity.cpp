@@ -1,9 +1,6 @@
 #include "methods/fesd/sensitivity.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <Eigen/QR>
-
+#include "problems/dense_solve.h"
 #include "problems/input_error.h"
 #include "problems/variables.h"
 
@@ -147,7 +144,7 @@ void Sensitivity::through_switch_at_start(const FesdStep& step) {
   if (contact < 0) return;
   const Matrix J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
   const Vector contact_force = problem_.force_directions(J_n * reached_.lambda_n + J_t * reached_.lambda_t),
-               a = problem_.mass_matrix(q).llt().solve(problem_.force(q, v) + contact_force);
+               a = CholeskyFactors(problem_.mass_matrix(q)).solve(problem_.force(q, v) + contact_force);
   const Matrix parameters = parameter_rows(q, v, a, reached_.lambda_n, reached_.lambda_t).leftCols(n_theta_);
   Matrix slope;        // of the switch functions, by theta
   Vector slope_per_h;  // by the length of the element
@@ -273,8 +270,7 @@ void Sensitivity::through_projection(const Stages& e, const Switch& end, State& 
   }
   C << problem_.force_directions(J_n), problem_.force_directions(J_t);
   C *= forces;
-  const Vector Lambda =
-                   forces * C.completeOrthogonalDecomposition().solve(problem_.mass_matrix(e.q1) * (e.v1 - v_minus)),
+  const Vector Lambda = forces * least_squares(C, problem_.mass_matrix(e.q1) * (e.v1 - v_minus)),
                Lambda_n = Lambda.head(n_c_), Lambda_t = Lambda.tail(n_t_);
   through_impulse({e.q1, v_minus, e.v1, Lambda_n, Lambda_t, &e, &end}, state);
 }
@@ -331,7 +327,7 @@ void Sensitivity::through_impulse(const Impulse& impulse, State& state) const {
     row += 1 + info.n_t;
   }
   rows.x.leftCols(n_q_) += rows.v;  // v+ is an unknown here
-  const Matrix solution = rows.x.fullPivLu().solve(rows.q * state.q + rows.theta);
+  const Matrix solution = solve_full_pivoting(rows.x, rows.q * state.q + rows.theta);
   state.v = -solution.topRows(n_q_);
 }
 
@@ -385,7 +381,7 @@ Sensitivity::Element Sensitivity::through_element(const Stages& e, const Switch&
     K.block(j * n, j * n, n, n) += rows.x;
     for (int l = 0; l < n_s_; ++l) K.block(j * n, l * n, n, n_q_) += h * h * A2(j, l) * rows.q + h * A(j, l) * rows.v;
   }
-  const Matrix dx = -K.partialPivLu().solve(R);
+  const Matrix dx = -solve_partial_pivoting(K, R);
 
   Element element{Matrix::Zero(n_c_ + n_t_, n_theta_ + 1), Matrix(n_s_ * n_q_, n_theta_ + 1)};
   Matrix& forces = element.forces;
@@ -421,7 +417,7 @@ Matrix Sensitivity::constrained_forces(const Stages& e, const Switch& end, const
   const Vector &q = e.q1, &v = e.v1, &lambda_n = e.end_lambda_n, &lambda_t = e.end_lambda_t;
   const Matrix M = problem_.mass_matrix(q), J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q),
                D_n = problem_.force_directions(J_n), D_t = problem_.force_directions(J_t);
-  const Vector a = M.llt().solve(problem_.force(q, v) + D_n * lambda_n + D_t * lambda_t);
+  const Vector a = CholeskyFactors(M).solve(problem_.force(q, v) + D_n * lambda_n + D_t * lambda_t);
   const Matrix parameters = parameter_rows(q, v, a, lambda_n, lambda_t),
                of_acceleration = parameter_rows(q, a, a, lambda_n, lambda_t);
   // The bias contains third derivatives of gaps: differences of fourth order, along the variations and along v.
@@ -486,7 +482,7 @@ Matrix Sensitivity::constrained_forces(const Stages& e, const Switch& end, const
     }
     row += 1 + n_t;
   }
-  const Matrix dx = -rows.x.fullPivLu().solve(rows.q * state.q + rows.v * state.v + rows.theta);
+  const Matrix dx = -solve_full_pivoting(rows.x, rows.q * state.q + rows.v * state.v + rows.theta);
   Matrix forces = Matrix::Zero(n_c_ + n_t_, n_theta_ + 1);
   row = n_q_;
   for (int i = 0; i < n_c_; ++i) {

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <chrono>
+
+#include "problems/dense_solve.h"
 
 namespace ricochet {
 namespace {
@@ -131,7 +131,7 @@ FesdStep StepHomotopy::cold() const {
 
 /// (1), with the forces that hold the contacts that are closed, as far as they push. @param lambda_n  overwritten
 Vector StepHomotopy::acceleration(const Vector& q, const Vector& v, Vector& lambda_n) const {
-  const auto M = problem_.mass_matrix(q).llt();
+  const CholeskyFactors M(problem_.mass_matrix(q));
   Vector a = M.solve(problem_.force(q, v));
   lambda_n.setZero(info_.n_c());
   std::vector<int> closed;
@@ -139,9 +139,9 @@ Vector StepHomotopy::acceleration(const Vector& q, const Vector& v, Vector& lamb
     if (is_resting_[i]) closed.push_back(i);
   }
   if (closed.empty()) return a;
-  const Matrix J = problem_.normal_jacobian(q)(Eigen::all, closed), M_J = M.solve(problem_.force_directions(J));
+  const Matrix J = problem_.normal_jacobian(q)(Eigen::all, closed), M_J = M.solve_columns(problem_.force_directions(J));
   const Vector bias = problem_.gap_acceleration_bias(q, v)(closed);
-  const Vector forces = (J.transpose() * M_J).completeOrthogonalDecomposition().solve(-J.transpose() * a - bias);
+  const Vector forces = least_squares(J.transpose() * M_J, -J.transpose() * a - bias);
   lambda_n(closed) = forces.cwiseMax(0);
   return a + M_J * lambda_n(closed);
 }
@@ -199,7 +199,7 @@ StepHomotopy::Approach StepHomotopy::nearest_approach(Vector q, Vector v) const 
 /// The impact law of one contact by itself. @return its impulse
 double StepHomotopy::bounce(int contact, const Vector& q, Vector& v) const {
   const Vector J = problem_.normal_jacobian(q).col(contact);
-  const Vector M_J = problem_.mass_matrix(q).llt().solve(problem_.force_directions(J));
+  const Vector M_J = CholeskyFactors(problem_.mass_matrix(q)).solve_columns(problem_.force_directions(J));
   const double Lambda = (1 + info_.contacts[contact].eps_r) * std::abs(J.dot(v)) / J.dot(M_J);
   v += Lambda * M_J;
   return Lambda;
@@ -211,7 +211,7 @@ void StepHomotopy::capture(int contact, double h, const Vector& q, Vector& v) {
   const Vector J = problem_.normal_jacobian(q).col(contact);
   if (J.dot(v) + h * J.dot(acceleration(q, v, ignored)) > 0) return;
   is_resting_[contact] = true;
-  const Vector M_J = problem_.mass_matrix(q).llt().solve(problem_.force_directions(J));
+  const Vector M_J = CholeskyFactors(problem_.mass_matrix(q)).solve_columns(problem_.force_directions(J));
   v -= J.dot(v) / J.dot(M_J) * M_J;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/QR>
 #include <vector>
 
 #include "problems/problem.h"
@@ -24,20 +23,7 @@ class RedundantSystem {
   static constexpr double kRank = 1e-11;
 
   /// @param force_rows  of the unknowns that are forces
-  RedundantSystem(const Matrix& K, const std::vector<int>& force_rows) {
-    Eigen::CompleteOrthogonalDecomposition<Matrix> decomposition(K.rows(), K.cols());
-    decomposition.setThreshold(kRank);
-    decomposition.compute(K);
-    pseudo_inverse_ = decomposition.pseudoInverse();
-    const Eigen::Index nullity = K.cols() - decomposition.rank();
-    to_smallest_.setZero(K.rows(), K.cols());
-    if (nullity == 0) return;
-    Matrix N = Matrix::Zero(K.cols(), nullity);
-    N.bottomRows(nullity).setIdentity();
-    N = decomposition.colsPermutation() * (decomposition.matrixZ().transpose() * N).eval();
-    const Matrix forces = N(force_rows, Eigen::all);
-    to_smallest_(Eigen::all, force_rows) = N * forces.completeOrthogonalDecomposition().pseudoInverse();
-  }
+  RedundantSystem(const Matrix& K, const std::vector<int>& force_rows);
 
   const Matrix& pseudo_inverse() const { return pseudo_inverse_; }  ///< K^+
   const Matrix& to_smallest() const { return to_smallest_; }        ///< R

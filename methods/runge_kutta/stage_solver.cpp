@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "methods/runge_kutta/redundant_system.h"
+#include "problems/dense_solve.h"
 #include "problems/packed_column.h"
 
 namespace ricochet {
@@ -329,8 +330,7 @@ void StageSolver::set_end_system(const Vector& q, const Vector& v, const Stages&
   for (Eigen::Index k = 0; k < n_end_; ++k) llt_.solveInPlace(MC.col(k));
   end_system_.noalias() = R.transpose().lazyProduct(MC);
   end_inverse_ = end_lu_.of(end_system_);
-  if (RedundantSystem::is_singular(end_system_, end_inverse_))
-    end_inverse_ = end_system_.completeOrthogonalDecomposition().pseudoInverse();
+  if (RedundantSystem::is_singular(end_system_, end_inverse_)) end_inverse_ = pseudo_inverse(end_system_);
 }
 
 /// (11), behind set_end_system(), in lambda_ and lambda_t_
@@ -1029,7 +1029,7 @@ void StageSolver::spread_friction(Stages& last) {
       excess[t] = last.lambda_t(t, n_s_ - 1) - contact.mu * last.lambda_n(active.contact, n_s_ - 1) * s[d] / size;
     }
   }
-  last.lambda_t.col(n_s_ - 1) -= excess - T.completeOrthogonalDecomposition().solve(T * excess);
+  last.lambda_t.col(n_s_ - 1) -= excess - least_squares(T, T * excess);
 }
 
 /// (9): the right-hand side minus the left one, at the last stage; and its slope, where asked for.

@@ -1,8 +1,9 @@
 #include "methods/complementarity/contacts/friction_problem.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+
+#include "problems/dense_solve.h"
 
 namespace ricochet {
 namespace {
@@ -278,7 +279,7 @@ bool FrictionProblem::newton(const Eigen::Ref<const Matrix>& G, const Eigen::Ref
   for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
     if (error == 0) return true;
     // Redundant contacts make the matrix singular; the smallest correction keeps their forces where they are.
-    step_.head(n) = -jacobian_.completeOrthogonalDecomposition().solve(residual_.head(n));
+    step_.head(n) = -least_squares(jacobian_, residual_.head(n));
     if (!step_.head(n).allFinite()) return false;
     double length = 1, trial = 0;
     for (int halving = 0; halving < kMaxHalvings; ++halving, length /= 2) {
