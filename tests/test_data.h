@@ -15,7 +15,7 @@
 namespace ricochet {
 
 inline std::string test_data(const std::string& name) {
-  return std::string(RICOCHET_TEST_DATA) + "/" + name;
+  return RICOCHET_TEST_DATA "/" + name;
 }
 
 inline const std::vector<reference::GroundTruth>& ground_truth() {
