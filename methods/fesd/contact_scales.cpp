@@ -3,10 +3,29 @@
 #include <cmath>
 
 namespace ricochet {
+namespace {
+
+/// How far each gap moves by itself until the end, as a few instants say; zero without a clock.
+Vector own_motion(const Problem& problem) {
+  constexpr int kInstants = 16;
+  const ProblemInfo& info = problem.info();
+  Vector motion = Vector::Zero(problem.n_c());
+  if (info.clock < 0) return motion;
+  const Vector start = problem.gap(info.q0);
+  Vector q = info.q0;
+  for (int k = 1; k <= kInstants; ++k) {
+    q[info.clock] = info.end_time * k / kInstants;
+    motion = motion.cwiseMax((problem.gap(q) - start).cwiseAbs());
+  }
+  return motion;
+}
+
+}  // namespace
 
 ContactScales::ContactScales(const Problem& problem) : problem_(problem) {
-  gap_.setZero(problem.n_c());
-  approach_ = slip_ = force_ = G_nn_ = G_tt_ = gap_;
+  approach_.setZero(problem.n_c());
+  slip_ = force_ = G_nn_ = G_tt_ = approach_;
+  gap_ = own_motion(problem);
   normal_.resize(problem.info().n_normal_entries);
   problem.normal_jacobian(problem.info().q0.data(), normal_.data());
   normal_ = normal_.cwiseAbs();

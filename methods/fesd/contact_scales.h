@@ -10,7 +10,8 @@ namespace ricochet {
 /// What counts as zero at a contact. A quantity is zero when it is rounding of the terms that cancel in it; so the size
 /// it is compared with must not vanish with it. Per contact, the largest so far in a run:
 ///
-///   gap       |J_n|' |q| + H (2),   and H^2 |J_n|' |w| where a run begins                          [m]     (1)
+///   gap       |J_n|' |q| + H (2),   and H^2 |J_n|' |w| where a run begins; how far the surface
+///             moves by itself, since the terms of a gap of the time cancel where J_n says nothing [m]     (1)
 ///   approach  |J_n|' |v|, |J_n|' p, h lambda_n G_nn,   and H |J_n|' |w| where a run begins          [m/s]   (2)
 ///   slip      |J_t|' |v|, |J_t|' p + mu Lambda_n G_tt,   and H (|J_t|' |w| + mu (4) G_tt)
 ///             where a run begins                                                                    [m/s]   (3)

@@ -11,7 +11,7 @@ constexpr double kNearCone = 0.1;
 // A force larger than this, as part of what it was in the element before, is not about to vanish.
 constexpr double kClear = 1e-6;
 // Impacts at one instant that lose this few of their velocity are not followed to their end.
-constexpr int kMostImpacts = 100000;
+constexpr int kMostImpacts = 10000;
 
 /// Every contact open but bilateral ones, and nothing known of forces.
 void clear_modes(const ProblemInfo& info, Stages& stages, Junction& junction) {
