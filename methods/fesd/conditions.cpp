@@ -8,6 +8,11 @@
 namespace ricochet {
 namespace {
 
+// A force is a difference of velocities divided by the length of the element, and in one that time hardly resolves
+// (7e-17 s at 0.015 s) it is their rounding, of some eps: this makes 64 eps of a velocity 1e-12 of a force, the bound
+// of the tests.
+constexpr double kVelocityRounding = 0.015;
+
 struct Text {
   const char *name, *formula;
 };
@@ -399,7 +404,8 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
       const double speed = std::max(J.col(i).dot(e.v0.cwiseAbs()), J.col(i).dot(step.v_minus.col(n).cwiseAbs()));
       gap_size_[i] = std::max(gap_size_[i], J.col(i).dot(e.q0.cwiseAbs() + step.H * step.H * load) + step.H * speed);
       const double delassus = D.col(i).dot(M.solve(D.col(i)));
-      force_size[i] = std::max({force_size[i], max_abs(e.lambda_n.row(i)), J.col(i).dot(load) / delassus});
+      force_size[i] = std::max({force_size[i], max_abs(e.lambda_n.row(i)), J.col(i).dot(load) / delassus,
+                                kVelocityRounding * speed / (e.h * delassus)});
       speed_size_[i] = std::max(speed_size_[i], speed + step.H * delassus * force_size[i]);
       for (int d = 0; d < info.contacts[i].n_t; ++d) {
         const int tangent = info.contacts[i].tangent_index + d;
