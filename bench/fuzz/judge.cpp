@@ -141,25 +141,32 @@ class Hearing {
       a.error += std::min(spread_a, kImprecise * size_of(a));  // (3)
     }
     if (c.succeeded()) {
+      double error = kConfirming * size_of(c);  // of a method that cannot be asked again nothing better is known
       for (const double tolerance : {kTight, kTighter}) {
-        FuzzOpinion tighter = with_error(run(*problem_, kCvode, 0, tolerance));
+        const FuzzOpinion tighter = with_error(run(*problem_, kCvode, 0, tolerance));
         if (!tighter.succeeded()) break;
-        tighter.error += kChanged * distance(tighter, c);  // (4)
+        error = tighter.error + kChanged * distance(tighter, c);  // (4)
         c = tighter;
       }
+      c.error = error;
       spread_c = distance(c_before, c);
     }
-    if (f.succeeded()) {
-      if (const FuzzOpinion more = run_twice(kFixed, kFixedGrid, kMoreFixed); more.succeeded()) f = more;
-    }
+    if (f.succeeded()) ask_again(kFixedGrid, kMoreFixed, f);
     if (m.succeeded()) {
-      FuzzOpinion more = run_twice(m.method, kMoreauJeanGrid, kMoreMoreauJean);
-      if (more.succeeded()) {
-        more.error = std::max(more.error, kAllowed * size_of(more) + kChanged * distance(m, more));  // (6)
-        m = more;
-      }
+      const FuzzOpinion before = m;
+      ask_again(kMoreauJeanGrid, kMoreMoreauJean, m);
+      m.error = std::max(m.error, kAllowed * size_of(m) + kChanged * distance(before, m));  // (6)
     }
     measure_sensitivity({{a_before, spread_a}, {c_before, spread_c}});
+  }
+
+  /// The answer with more steps; the old one, of which little is known, where that fails.
+  void ask_again(const Grid& grid, int more, FuzzOpinion& opinion) const {
+    const FuzzOpinion again = run_twice(opinion.method, grid, more);
+    if (again.succeeded())
+      opinion = again;
+    else
+      opinion.error = kConfirming * size_of(opinion);
   }
 
   /// How far another answer is from this one; 0 where there is none.

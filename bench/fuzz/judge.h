@@ -54,6 +54,8 @@ struct JudgeOptions {
 ///   d_f = 1e-6 s + 10 |x_N - x_N'|,   N' = 4 N                                                                (5)
 ///   d_m = 1e-6 s + max(10 |x_N - x_N'|, 3 |x_N'/10 - x_N'|)                                                   (6)
 ///
+/// One of them that fails then keeps its answer with d = 1e-2 s.
+///
 /// What the motion makes of small changes is measured, too: a and c run with forces disturbed by +-1e-9 of g, and K is
 /// the largest change of x, by a disturbance or by the tolerance 1e-12 in place of 1e-10. Of the two K the smaller one
 /// counts, since a method that is wrong may be so in one run and not in the next, and must not be its own excuse:
