@@ -46,6 +46,22 @@ Entry entry_of(const json& j) {
   return entry;
 }
 
+/// The methods of the experiment; with "others", {"steps": N, "tolerance": TOL}, also the first example of every
+/// registered method that it does not name.
+std::vector<Entry> entries_of(const json& document) {
+  std::vector<Entry> entries;
+  for (const auto& j : document.at("methods")) entries.push_back(entry_of(j));
+  if (!document.contains("others")) return entries;
+  for (const auto& registered : methods()) {
+    const auto is_it = [&](const Entry& entry) { return MethodSpec(entry.name).name() == registered.name; };
+    if (!registered.make || registered.examples.empty() || std::ranges::any_of(entries, is_it)) continue;
+    json j = document.at("others");
+    j["method"] = registered.examples.front();
+    entries.push_back(entry_of(j));
+  }
+  return entries;
+}
+
 RampGrid empty_grid(const Entry& entry, double v_0, int size) {
   RampGrid grid;
   grid.method = entry.name;
@@ -81,8 +97,7 @@ void run_grids(const json& document, ResultsFile& file, Progress& progress) {
   const int size = document.at("grid");
   if (size < 2) throw InputError("grid", size, "at least 2 is required");
   const double T = document.at("duration");
-  std::vector<Entry> entries;
-  for (const auto& j : document.at("methods")) entries.push_back(entry_of(j));
+  const std::vector<Entry> entries = entries_of(document);
   const auto speeds = document.at("v_0").get<std::vector<double>>();
   double done = 0;
   for (const double v_0 : speeds) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <set>
 
 #include "methods/complementarity/contacts/friction_polygon.h"
 #include "methods/registry.h"
@@ -47,6 +48,14 @@ Settings test_settings(int steps) {
 
 class Conformance : public testing::TestWithParam<Pair> {};
 
+/// Methods that evaluate their own equations afresh: all of FESD-J but its homotopy, and time stepping with a contact
+/// problem in each step.
+bool is_audited(const std::string& method) {
+  const std::string name = MethodSpec(method).name();
+  static const std::set<std::string> without = {"irk", "cvode", "fesd_homotopy", "penalty"};
+  return !without.contains(name) && !name.starts_with("siconos");
+}
+
 bool same_bits(const Vector& a, const Vector& b) {
   return a.size() == b.size() &&
          std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
@@ -70,12 +79,14 @@ TEST_P(Conformance, KeepsItsPromises) {
     EXPECT_LT(s.t, info.end_time);
     EXPECT_NE(s.status, Status::non_finite);
   }
-  // The audit's bound, relative to the terms that cancel. The box that comes to rest on four corners at once keeps
-  // their cones to the order of the method in that one stage (stage_solver.h, eq. (9)). Time stepping has a solver that
-  // iterates where friction is in space, to contact_tolerance=1e-9.
-  const bool iterates = has_friction_in_space(info) && pair.method.rfind("fesd", 0) != 0;
-  EXPECT_LE(s.max_residual(), pair.problem_id == "box_3d" ? 1e-4 : iterates ? 1e-9 : 1e-12);
-  EXPECT_GE(s.counters.force_evaluations, s.counters.steps > 0 ? 1 : 0);
+  // The audit's bound, relative to the terms that cancel. FESD-J lets the box come to rest on four corners at once, and
+  // keeps their cones to the order of the method in that one stage (stage_solver.h, eq. (9)): 1e-4. Time stepping has a
+  // solver that iterates where friction is in space, to contact_tolerance=1e-9.
+  const bool is_fesd = pair.method.starts_with("fesd");
+  const bool iterates = has_friction_in_space(info) && !is_fesd;
+  EXPECT_LE(s.max_residual(), is_fesd && pair.problem_id == "box_3d" ? 1e-4 : iterates ? 1e-9 : 1e-12);
+  EXPECT_EQ(s.residuals.empty(), !is_audited(pair.method) || s.counters.steps == 0);
+  if (s.counters.steps > 0) EXPECT_GE(s.counters.force_evaluations, 1);
 
   // Events: in order, impulses push, contacts without impulse carry none.
   double t = 0;
@@ -90,8 +101,8 @@ TEST_P(Conformance, KeepsItsPromises) {
   }
 
   // No energy from nowhere: e <= 1 and friction only dissipate. Time stepping gains O(h) on curved constraints and
-  // through explicit forces, so its bound is 1 % of the energy that moves; FESD-J and CVODE keep 1e-5 at these
-  // settings. What moves by itself may do work.
+  // through explicit forces, so its bound is 5 % of the energy that moves; Kane's pendulum gains 0.018 J with Newton's
+  // law and any method, 1e-3 of it. What moves by itself may do work.
   const auto before = info.clock < 0 ? problem.energy(info.q0, info.v0) : std::nullopt;
   if (before) {
     double moved = problem.kinetic_energy(info.q0, info.v0);
@@ -114,6 +125,7 @@ TEST_P(Conformance, KeepsItsPromises) {
   Settings plain = test_settings(pair.steps);
   plain.recording = Recording::final_state;
   const Solution again = method->solve(problem, plain);
+  if (s.status == Status::time_limit || again.status == Status::time_limit) return;  // a slow machine, not the method
   EXPECT_TRUE(same_bits(s.q, again.q) && same_bits(s.v, again.v));
   EXPECT_EQ(s.counters.force_evaluations, again.counters.force_evaluations);
   EXPECT_EQ(s.counters.events, again.counters.events);

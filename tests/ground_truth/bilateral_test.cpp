@@ -134,6 +134,8 @@ TEST(SliderCrankStop, AgreesWithTheReference) {
 TEST(SliderCrankStop, HasOneFreedom) {
   const auto p = make_problem("slider_crank_stop");
   const Solution s = run(*p, "fesd:radau-iia:3", 200);
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  ASSERT_GE(s.samples.size(), 200u);
   for (const auto& sample : s.samples) {
     const double c_1 = 0.3 * std::cos(sample.q[2]), s_1 = 0.3 * std::sin(sample.q[2]);
     EXPECT_NEAR(sample.q[6], c_1 + std::sqrt(0.25 - s_1 * s_1), 1e-14);
@@ -147,6 +149,8 @@ TEST(BilateralSensitivities, AreThoseOfTheAngle) {
   const Solution cartesian = run(*make_problem("pendulum_wall_cartesian"), "fesd:radau-iia:4", 400, names),
                  exact = run(*make_problem("pendulum_wall"), "fesd:radau-iia:4", 400, names);
   ASSERT_TRUE(cartesian.succeeded() && exact.succeeded()) << cartesian.message << exact.message;
+  ASSERT_EQ(cartesian.events.size(), exact.events.size());
+  ASSERT_FALSE(exact.events.empty());
   const Vector q = cartesian.q, v = cartesian.v;
   const double l2 = q.squaredNorm(), omega = angle(q, v)[1];
   for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(names.size()); ++k) {

@@ -23,18 +23,18 @@ void expect_events(const Problem& problem, const Solution& s, const reference::G
     EXPECT_EQ(to_string(s.events[k].kind), expected.kind) << truth.id << " event " << k;
     EXPECT_EQ(problem.info().contacts[s.events[k].contact].name, expected.contact) << truth.id << " event " << k;
     EXPECT_NEAR(s.events[k].t, expected.t, times) << truth.id << " event " << k;
-    for (const auto& [contact, impulse] : expected.Lambda_n) {
-      for (int i = 0; i < problem.n_c(); ++i) {
-        if (problem.info().contacts[i].name == contact)
-          EXPECT_NEAR(s.events[k].Lambda_n[i], impulse, impulses) << truth.id << " event " << k;
-      }
+    const auto& contacts = problem.info().contacts;
+    for (const auto& [name, impulse] : expected.Lambda_n) {
+      const auto contact = std::ranges::find(contacts, name, &ContactInfo::name);
+      ASSERT_NE(contact, contacts.end()) << truth.id << " event " << k << ": " << name;
+      EXPECT_NEAR(s.events[k].Lambda_n[contact - contacts.begin()], impulse, impulses) << truth.id << " event " << k;
     }
-    for (const auto& [contact, impulse] : expected.Lambda_t) {
-      for (const auto& info : problem.info().contacts) {
-        if (info.name != contact || info.n_t != impulse.size()) continue;
-        const Vector difference = s.events[k].Lambda_t.segment(info.tangent_index, info.n_t) - impulse;
-        EXPECT_LE(difference.norm(), impulses) << truth.id << " event " << k;
-      }
+    for (const auto& [name, impulse] : expected.Lambda_t) {
+      const auto contact = std::ranges::find(contacts, name, &ContactInfo::name);
+      ASSERT_NE(contact, contacts.end()) << truth.id << " event " << k << ": " << name;
+      ASSERT_EQ(contact->n_t, impulse.size()) << truth.id << " event " << k;
+      const Vector difference = s.events[k].Lambda_t.segment(contact->tangent_index, contact->n_t) - impulse;
+      EXPECT_LE(difference.norm(), impulses) << truth.id << " event " << k;
     }
   }
 }

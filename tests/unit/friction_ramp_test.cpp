@@ -63,20 +63,6 @@ TEST(FrictionRamp, PolygonsOfTheMethodsAreTheExactOnes) {
   }
 }
 
-/// The study says "every method": a method that is added has to be added there.
-TEST(FrictionRamp, HasEveryRegisteredMethod) {
-  const auto [path, text] = read_experiment_text("friction_ramp");
-  const auto document = nlohmann::json::parse(text);
-  for (const auto& entry : methods()) {
-    if (entry.name.starts_with("siconos_")) continue;  // may not be built
-    const auto& list = document.at("methods");
-    EXPECT_TRUE(std::any_of(list.begin(), list.end(), [&](const auto& j) {
-      const std::string name = j.at("method");
-      return name == entry.name || name.starts_with(entry.name + ":") || name.starts_with(entry.name + ",");
-    })) << entry.name;
-  }
-}
-
 TEST(FrictionRamp, CountsWrongDecisions) {
   RampGrid grid;
   grid.method = "m";

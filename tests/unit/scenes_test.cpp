@@ -126,7 +126,9 @@ TEST_P(EverySymbolicScene, HasTheSameBitsWhereverItsSymbolsLie) {
 }
 
 TEST_P(EveryScene, HasAPositiveDefiniteMassAlongItsMotion) {
-  for (const auto& sample : run_scene(*problem, "moreau_jean", 200).samples) {
+  const Solution s = run_scene(*problem, "moreau_jean", 200);
+  ASSERT_FALSE(s.samples.empty()) << s.message;
+  for (const auto& sample : s.samples) {
     const Matrix M = problem->mass_matrix(sample.q);
     ASSERT_LE((M - M.transpose()).cwiseAbs().maxCoeff(), 1e-15 * M.cwiseAbs().maxCoeff()) << "t = " << sample.t;
     const Eigen::LDLT<Matrix> ldlt(M);
