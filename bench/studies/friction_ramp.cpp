@@ -20,7 +20,7 @@ using nlohmann::json;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMoves = 1e-3;          // [m/s]; the slowest that should move in the grid of 33 has 100 times as much
-constexpr int kBisections = 20;          // for the load at which it begins to move: to 1e-6
+constexpr int kLoadBisections = 20;      // for the load at which it begins to move: to 1e-6
 constexpr double kSmallestDrift = 1e-9;  // [m/s]; a load 1e-6 above the limit gives a thousand times as much
 
 struct Entry {
@@ -154,7 +154,7 @@ void run_facets(const json& document, double T, ResultsFile& file, Progress& pro
       const ExactFacets exact{.facets = line.facets, .direction = direction};
       line.direction.push_back(direction);
       double sticks = 0, moves = load;
-      for (int bisection = 0; bisection < kBisections; ++bisection) {
+      for (int bisection = 0; bisection < kLoadBisections; ++bisection) {
         const double middle = 0.5 * (sticks + moves);
         const Solution s = slide(entry, middle, direction, T);
         const bool is_moving = !s.succeeded() || s.v.head(2).norm() > kSmallestDrift;

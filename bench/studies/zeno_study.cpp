@@ -20,7 +20,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double kPartOfZenoTime = 1.3;  // of a run; rest is long enough to be seen
-constexpr int kBisections = 60;          // to the last bit of a length
+constexpr int kLengthBisections = 60;    // to the last bit of a length
 constexpr double kNoBound = std::numeric_limits<double>::quiet_NaN();
 
 /// "fesd:radau-iia:3,elements=as_needed" -> "radau-iia:3"
@@ -37,9 +37,11 @@ void set_bounds(const ButcherTableau& tableau, double T, const ExactBall& ball, 
   if (run.H > 0) {
     run.rest_bound = closed.rest_time_bound(run.H, run.e);
   } else {
-    // v+ <= tol / kappa, or the bounce is lower than rounding of the gap, v+^2 / (2 g) <= ContactScales::kGapRounding (|q| + T |v|).
+    // v+ <= tol / kappa, or the bounce is lower than rounding of the gap, v+^2 / (2 g) <= ContactScales::kGapRounding
+    // (|q| + T |v|).
     const double size = ball.h_0 + radius + T * std::sqrt(2 * ball.g * ball.h_0);
-    const double v_plus = std::max(run.tolerance / closed.kappa, std::sqrt(2 * ball.g * ContactScales::kGapRounding * size));
+    const double v_plus =
+        std::max(run.tolerance / closed.kappa, std::sqrt(2 * ball.g * ContactScales::kGapRounding * size));
     run.rest_bound = 2 * v_plus / (ball.g * (1 - run.e));
   }
   // The highest of the flights left out, v+^2 / (2 g), with the v+ of the bound above.
@@ -95,7 +97,7 @@ ZenoCapture measure_capture(const std::string& name) {
   };
   double too_short = 0, long_enough = 100 * v_plus / g;
   while (!(least_force(long_enough) >= 0) && long_enough < 1e6) long_enough *= 2;
-  for (int k = 0; k < kBisections; ++k) {
+  for (int k = 0; k < kLengthBisections; ++k) {
     const double h = 0.5 * (too_short + long_enough);
     (least_force(h) >= 0 ? long_enough : too_short) = h;
   }

@@ -343,6 +343,8 @@ bool PivotingSolver::begin_element(int element) {
                           : result == Result::accumulates ? Verdict::impacts_accumulate
                                                           : Verdict::indeterminate;
   note_failure({verdict, element, junctions_[element].culprit, 0, 0}, 0, 1);
+  // Thousands of impacts, and no other division of the step changes what happens at this instant.
+  if (verdict == Verdict::impacts_accumulate) trials_ = max_trials();
   return false;
 }
 

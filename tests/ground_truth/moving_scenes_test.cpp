@@ -11,13 +11,13 @@
 namespace ricochet {
 namespace {
 
-const reference::GroundTruth& truth_of(const std::string& id) {
+const reference::GroundTruth& moving_truth_of(const std::string& id) {
   const auto& cases = moving_scenes();
   return *std::find_if(cases.begin(), cases.end(), [&](const auto& c) { return c.id == id; });
 }
 
 /// Events equal in kind and order; the largest error of their times.
-double time_error(const Solution& s, const reference::GroundTruth& truth) {
+double event_time_error(const Solution& s, const reference::GroundTruth& truth) {
   EXPECT_EQ(s.events.size(), truth.events.size()) << truth.id;
   double worst = 0;
   for (std::size_t k = 0; k < std::min(s.events.size(), truth.events.size()); ++k) {
@@ -42,7 +42,7 @@ TEST(MovingScenes, ReferenceKeepsItsClaim) {
     const auto reference = reference::make_reference(*moving_scene(truth.id));
     EXPECT_LE(state_error(reference.solution, truth), reference.uncertainty) << truth.id;
     EXPECT_GE(reference.digits(), 8) << truth.id;
-    EXPECT_LE(time_error(reference.solution, truth), reference.uncertainty) << truth.id;
+    EXPECT_LE(event_time_error(reference.solution, truth), reference.uncertainty) << truth.id;
     for (std::size_t k = 0; k < truth.events.size(); ++k) {
       for (const auto& [contact, impulse] : truth.events[k].Lambda_n)
         EXPECT_NEAR(reference.solution.events[k].Lambda_n[0], impulse, 10 * reference.uncertainty);
@@ -63,8 +63,8 @@ TEST_P(FesdOnMovingScenes, ReachesTheGroundTruth) {
   const Solution s = run(id, method, steps);
   ASSERT_TRUE(s.succeeded()) << s.message;
   EXPECT_LE(s.max_residual(), 1e-12);
-  EXPECT_LE(state_error(s, truth_of(id)), with_rounding(state));
-  EXPECT_LE(time_error(s, truth_of(id)), with_rounding(times));
+  EXPECT_LE(state_error(s, moving_truth_of(id)), with_rounding(state));
+  EXPECT_LE(event_time_error(s, moving_truth_of(id)), with_rounding(times));
 }
 
 // Tolerances: three times what was measured; with four stages that is rounding, 1e-13 behind seven impacts.
@@ -111,7 +111,7 @@ class MovingSensitivities : public testing::TestWithParam<MovingCase> {};
 /// Of the final state and of the event times, relative to 1 or their size.
 TEST_P(MovingSensitivities, ReachTheGroundTruth) {
   const auto& [id, method, steps, state, times] = GetParam();
-  const auto& truth = truth_of(id);
+  const auto& truth = moving_truth_of(id);
   std::vector<std::string> names;
   for (const auto& sensitivity : truth.sensitivities) names.push_back(sensitivity.wrt);
   const Solution s = run(id, method, steps, steps == 1 ? 1e-10 : 0, names);

@@ -17,7 +17,7 @@
 namespace ricochet {
 namespace {
 
-const reference::GroundTruth& truth_of(const std::string& id) {
+const reference::GroundTruth& ground_truth_of(const std::string& id) {
   const auto& cases = ground_truth();
   return *std::find_if(cases.begin(), cases.end(), [&](const auto& c) { return c.id == id; });
 }
@@ -35,7 +35,7 @@ double sensitivity_error(const Solution& s, const reference::GroundTruth& truth)
 }
 
 /// The same for event times.
-double time_error(const Solution& s, const reference::GroundTruth& truth) {
+double sensitivity_time_error(const Solution& s, const reference::GroundTruth& truth) {
   double worst = 0;
   for (std::size_t k = 0; k < truth.sensitivities.size(); ++k) {
     const Vector& expected = truth.sensitivities[k].dt_events;
@@ -57,7 +57,7 @@ class FesdSensitivities : public testing::TestWithParam<SensitivityCase> {};
 
 TEST_P(FesdSensitivities, ReachTheGroundTruth) {
   const auto& [id, method, steps, state, times] = GetParam();
-  const auto& truth = truth_of(id);
+  const auto& truth = ground_truth_of(id);
   const auto problem = ground_truth_problem(id);
   Settings settings = settings_of(truth);
   settings.steps = steps;
@@ -65,7 +65,7 @@ TEST_P(FesdSensitivities, ReachTheGroundTruth) {
   ASSERT_TRUE(s.succeeded()) << s.message;
   ASSERT_EQ(s.events.size(), truth.events.size());
   EXPECT_LE(sensitivity_error(s, truth), with_rounding(state));
-  EXPECT_LE(time_error(s, truth), with_rounding(times));
+  EXPECT_LE(sensitivity_time_error(s, truth), with_rounding(times));
 }
 
 // Tolerances: three times what was measured, relative to the size of a column or 1. Rounding but for P2 with Gauss and
@@ -116,7 +116,7 @@ class AdaptiveSensitivities : public testing::TestWithParam<AdaptiveCase> {};
 /// make one step of it and miss how the perturbed spring oscillates.
 TEST_P(AdaptiveSensitivities, FallWithTheTolerance) {
   const auto& [id, method] = GetParam();
-  const auto& truth = truth_of(id);
+  const auto& truth = ground_truth_of(id);
   const auto problem = ground_truth_problem(id);
   Settings settings = settings_of(truth);
   double coarse = 0, fine = 0;
@@ -128,7 +128,7 @@ TEST_P(AdaptiveSensitivities, FallWithTheTolerance) {
     // The tolerance is for the local error of a step, of which there are up to 1000. Largest seen: 14 times the
     // tolerance in the state, 20 times in event times.
     EXPECT_LE(sensitivity_error(s, truth), with_rounding(50 * tolerance)) << tolerance;
-    EXPECT_LE(time_error(s, truth), with_rounding(50 * tolerance)) << tolerance;
+    EXPECT_LE(sensitivity_time_error(s, truth), with_rounding(50 * tolerance)) << tolerance;
     fine = sensitivity_error(s, truth);
     if (coarse == 0) coarse = fine;
   }
@@ -201,7 +201,7 @@ TEST(FesdSensitivitiesAtAStepBoundary, SlipThatStopsThere) {
 /// impact stays in its step. A finer grid does not change that.
 TEST(TimeSteppingSensitivities, StayWrongAtAnyStepLength) {
   for (const auto& [id, error] : {std::pair{"P1a_ball_e09", 0.90}, {"P2_two_balls_spring", 0.47}}) {
-    const Solution truth = truth_of(id).solution({"param:e"});
+    const Solution truth = ground_truth_of(id).solution({"param:e"});
     for (const char* method : {"moreau_jean", "anitescu_potra"}) {
       for (const int steps : {10000, 100000}) {
         Settings settings;
@@ -218,14 +218,14 @@ TEST(TimeSteppingSensitivities, StayWrongAtAnyStepLength) {
 /// Of a method that follows a tolerance: what it computes is close to the truth, and so are its differences.
 TEST(SensitivitiesByDifferences, ReachTheGroundTruth) {
   for (const char* id : {"P1a_ball_e09", "P2_two_balls_spring", "P4b_spring_driven_block"}) {
-    const auto& truth = truth_of(id);
+    const auto& truth = ground_truth_of(id);
     Settings settings = settings_of(truth);
     settings.tolerance = 1e-13;
     const Solution s = solve_with_sensitivities(*make_method("cvode:adams"), *ground_truth_problem(id), settings);
     ASSERT_TRUE(s.succeeded()) << s.message;
     // Three times what was measured: 1e-12 of integration error over a change of 5e-5.
     EXPECT_LE(sensitivity_error(s, truth), 4e-6) << id;
-    EXPECT_LE(time_error(s, truth), 3e-7) << id;
+    EXPECT_LE(sensitivity_time_error(s, truth), 3e-7) << id;
   }
 }
 
@@ -255,7 +255,7 @@ TEST(SensitivitiesByDifferences, FailWhereASolutionBesideFails) {
 }
 
 TEST(ExperimentOfSensitivities, MeasuresTheLargestRelativeErrorOfTheirs) {
-  const auto& truth = truth_of("P2_two_balls_spring");
+  const auto& truth = ground_truth_of("P2_two_balls_spring");
   Experiment experiment;
   experiment.id = "small";
   experiment.problem = truth.id;
