@@ -37,7 +37,8 @@ json data_of(const ControlRun& run, const PictureView& view) {
         case Shape::Kind::box:
           at.push_back({rounded(view.x(x - a / 2)), rounded(view.y(y + b / 2))});
           break;
-        default:
+        case Shape::Kind::segment:
+        case Shape::Kind::ground:
           at.push_back({rounded(view.x(x)), rounded(view.y(y)), rounded(view.x(a)), rounded(view.y(b))});
       }
     }

@@ -76,9 +76,14 @@ std::string decisive_number(CaseVerdict verdict, const CellOutcome& o) {
     case CaseVerdict::crashed:
     case CaseVerdict::not_finite:
       return o.message;
-    default:
-      return fmt::format("error {:.2e}", o.error);
+    case CaseVerdict::exact:
+    case CaseVerdict::accurate:
+    case CaseVerdict::resolves:
+    case CaseVerdict::inaccurate:
+    case CaseVerdict::wrong:
+      break;
   }
+  return fmt::format("error {:.2e}", o.error);
 }
 
 }  // namespace ricochet

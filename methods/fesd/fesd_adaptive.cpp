@@ -138,13 +138,13 @@ class FesdAdaptive final : public Method {
 };
 
 constexpr double kMostGrowth = 4;
-constexpr double kFirstStep = 0.05;    // of end_time; the first elements tell more
-constexpr double kHopeless = 100;      // an error that an element which ends at a switch inside will hardly lose
-constexpr double kShortest = 1e-13;    // of end_time; what time can resolve
+constexpr double kFirstStep = 0.05;        // of end_time; the first elements tell more
+constexpr double kHopeless = 100;          // an error that an element which ends at a switch inside will hardly lose
+constexpr double kShortest = 1e-13;        // of end_time; what time can resolve
 constexpr double kShortestOnCurve = 1e-6;  // of end_time, where shorter steps would only drift a little less
-constexpr int kMostRefusals = 6;  // of a capture: by then its step is a ten thousandth
-constexpr double kCaptureErrors = 10;  // errors of an element that a captured velocity explains, by that velocity
-constexpr int kMostStandstills = 100;  // steps in a row too short to move t; a few switches may coincide
+constexpr int kMostRefusals = 6;           // of a capture: by then its step is a ten thousandth
+constexpr double kCaptureErrors = 2;       // errors of an element that a captured velocity explains, by that velocity
+constexpr int kMostStandstills = 100;      // steps in a row too short to move t; a few switches may coincide
 
 /// (1), (3), relative to the tolerance: the largest of all components. @param w  n_q x n_s
 double FesdAdaptive::error(double h, const Eigen::Ref<const Matrix>& w, const State& q, const State& v,

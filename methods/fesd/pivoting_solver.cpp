@@ -21,14 +21,11 @@ constexpr int kBisections = 40;
 // Lengths at which a switch function is sampled when Newton's method misses its root.
 constexpr int kBracketSamples = 16;
 
-/// A sign condition that a switch inside the element explains.
-bool is_switch(Verdict verdict) {
-  return verdict == Verdict::gap_negative || verdict == Verdict::force_negative || verdict == Verdict::cone_left ||
-         verdict == Verdict::slip_reversed || verdict == Verdict::slip_turned || verdict == Verdict::edge_left;
-}
-
-Switch::Kind switch_kind(Verdict verdict) {
+/// The switch inside the element that explains why a sign condition is broken, where one does.
+std::optional<Switch::Kind> explaining_switch(Verdict verdict) {
   switch (verdict) {
+    case Verdict::gap_negative:
+      return Switch::Kind::gap_closes;
     case Verdict::force_negative:
       return Switch::Kind::force_vanishes;
     case Verdict::cone_left:
@@ -39,9 +36,23 @@ Switch::Kind switch_kind(Verdict verdict) {
       return Switch::Kind::slip_turns;
     case Verdict::edge_left:
       return Switch::Kind::edge_left;
-    default:
-      return Switch::Kind::gap_closes;
+    case Verdict::fulfilled:
+    case Verdict::drifts:
+    case Verdict::undetermined:
+    case Verdict::no_right_stage:
+    case Verdict::accumulates:
+    case Verdict::impacts_accumulate:
+    case Verdict::newton_failed:
+    case Verdict::no_impulse:
+    case Verdict::no_forces:
+    case Verdict::indeterminate:
+      return std::nullopt;
   }
+  return std::nullopt;
+}
+
+bool is_switch(Verdict verdict) {
+  return explaining_switch(verdict).has_value();
 }
 
 }  // namespace
@@ -482,7 +493,7 @@ Violation PivotingSolver::check_run(int first, int count) {
 
 /// The switch that a violation in the run from `first` on announces.
 Switch PivotingSolver::switch_for(int first, const Violation& violation) {
-  Switch end{switch_kind(violation.verdict), violation.contact};
+  Switch end{explaining_switch(violation.verdict).value(), violation.contact};
   const Junction& junction = junctions_[first];
   const Stages& stages = step_->elements[first];
   const auto has = [&](const std::vector<int>& contacts) {
@@ -558,7 +569,7 @@ bool PivotingSolver::solve_run(int first, int count, Switch& end, double remaini
 bool PivotingSolver::run_to_time(int first, int count, double h, const Violation& violation) {
   if (++trials_ > max_trials()) return false;
   if (equal_elements(first, count, h).verdict != Verdict::fulfilled) return false;
-  step_->ends[first + count - 1] = {.kind = switch_kind(violation.verdict), .contact = violation.contact};
+  step_->ends[first + count - 1] = {.kind = explaining_switch(violation.verdict).value(), .contact = violation.contact};
   return true;
 }
 
@@ -691,9 +702,20 @@ bool PivotingSolver::depends_on_length() const {
     case Verdict::accumulates:
     case Verdict::impacts_accumulate:
       return false;
-    default:
+    case Verdict::fulfilled:
+    case Verdict::gap_negative:
+    case Verdict::force_negative:
+    case Verdict::cone_left:
+    case Verdict::slip_reversed:
+    case Verdict::slip_turned:
+    case Verdict::edge_left:
+    case Verdict::drifts:
+    case Verdict::undetermined:
+    case Verdict::no_right_stage:
+    case Verdict::newton_failed:
       return true;
   }
+  return true;
 }
 
 bool PivotingSolver::more_elements_may_help() const {
@@ -714,9 +736,10 @@ std::string PivotingSolver::failure_message() const {
     const Stages& stages = step_->elements[static_cast<std::size_t>(first.element)];
     const auto open = contacts_of_open_motion(problem_, stages.q0, stages.v0, stages.modes);
     if (!open.empty())
-      message += fmt::format("; Coulomb's law leaves the motion open there, contacts '{}' may share their forces in ways "
-                             "that move the bodies differently",
-                             fmt::join(open, "', '"));
+      message += fmt::format(
+          "; Coulomb's law leaves the motion open there, contacts '{}' may share their forces in ways "
+          "that move the bodies differently",
+          fmt::join(open, "', '"));
   }
   return message + fmt::format(" ({} predictions)", trials_);
 }

@@ -29,7 +29,8 @@ void draw_drop(SceneDraw& draw) {
   if (draw.chance(30)) {
     const std::string k = draw.number("k", 5, 200), length = draw.number("L", 0.1, 0.6);
     const std::string anchor = draw.number("anchor", 0.7, 1.2);
-    draw.spring({}, {x, y}, k, length, {"0", anchor});
+    // Beside the block: its force would jump where it passes through its anchor.
+    draw.spring({}, {x, y}, k, length, {"0.1", anchor});
   }
   const std::string e = draw.restitution("e");
   if (draw.chance(85)) {

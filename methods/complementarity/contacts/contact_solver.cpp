@@ -28,9 +28,11 @@ int usual_iterations(ContactSolverKind kind) {
       return 200;
     case ContactSolverKind::interior_point:
       return 100;
-    default:
+    case ContactSolverKind::lemke:
+    case ContactSolverKind::automatic:
       return 0;
   }
+  return 0;
 }
 
 }  // namespace
@@ -86,9 +88,11 @@ std::unique_ptr<ContactSolver> make_contact_solver(const ContactSolverOptions& o
       return make_interior_point_contact_solver(options.tolerance, options.iterations);
     case ContactSolverKind::siconos:
       return make_siconos_contact_solver(options.tolerance, options.iterations);
-    default:
-      return make_lemke_contact_solver(options.facets);
+    case ContactSolverKind::lemke:
+    case ContactSolverKind::automatic:
+      break;
   }
+  return make_lemke_contact_solver(options.facets);
 }
 
 }  // namespace ricochet

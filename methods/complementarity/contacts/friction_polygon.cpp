@@ -54,9 +54,14 @@ int FrictionPolygon::n_conditions(ContactMode mode) const {
       return 2;
     case ContactMode::edge_slip:
       return 3;
-    default:
+    case ContactMode::open:
+    case ContactMode::closed:
+    case ContactMode::slip_positive:
+    case ContactMode::slip_negative:
+    case ContactMode::slip:
       return 0;
   }
+  return 0;
 }
 
 FacetCondition FrictionPolygon::condition(ContactMode mode, int facet, int c) const {

@@ -70,9 +70,10 @@ Status status_of(NlpStatus status) {
       return Status::time_limit;
     case NlpStatus::non_finite:
       return Status::non_finite;
-    default:
-      return Status::inner_solver_failed;
+    case NlpStatus::failed:
+      break;
   }
+  return Status::inner_solver_failed;
 }
 
 }  // namespace

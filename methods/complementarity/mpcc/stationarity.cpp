@@ -49,9 +49,10 @@ const char* to_string(Stationarity stationarity) {
       return "M";
     case Stationarity::S:
       return "S";
-    default:
-      return "unknown";
+    case Stationarity::unknown:
+      break;
   }
+  return "unknown";
 }
 
 StationarityTest::StationarityTest(const Mpcc& mpcc, const Vector& x, double zero) {
