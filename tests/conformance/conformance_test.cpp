@@ -118,8 +118,10 @@ TEST_P(Conformance, KeepsItsPromises) {
   // The clock is the time, whatever contacts do.
   for (const auto& sample : s.samples) {
     if (info.clock < 0) break;
-    EXPECT_NEAR(sample.q[info.clock], sample.t, 1e-12 * info.end_time) << "thousands of additions";
-    EXPECT_NEAR(sample.v_plus[info.clock], 1, 1e-13);
+    // Thousands of additions; an unknown among others, to the tolerance of the interior point method, for the homotopy.
+    const double rounding = pair.method.starts_with("fesd_homotopy") ? 1e-9 : 1e-13;
+    EXPECT_NEAR(sample.q[info.clock], sample.t, 10 * rounding * std::max(1.0, info.end_time));
+    EXPECT_NEAR(sample.v_plus[info.clock], 1, rounding);
   }
 
   // Twice the same bits, whatever is recorded.
