@@ -21,6 +21,15 @@ Matrix solve_partial_pivoting(const Matrix& A, const Matrix& B) {
   return A.partialPivLu().solve(B);
 }
 
+Matrix solve_consistent(const Matrix& A, const Matrix& B) {
+  constexpr double kSingular = 1e-14;  // reciprocal condition number
+  const Eigen::PartialPivLU<Matrix> lu(A);
+  if (lu.rcond() > kSingular) return lu.solve(B);
+  const Vector size = A.cwiseAbs().rowwise().maxCoeff();
+  const Vector scale = (size.array() > 0).select(size.cwiseInverse(), 1);
+  return solve_full_pivoting(scale.asDiagonal() * A, scale.asDiagonal() * B);
+}
+
 CholeskyFactors::CholeskyFactors(const Matrix& A) : llt_(A) {}
 
 Vector CholeskyFactors::solve(const Vector& b) const {

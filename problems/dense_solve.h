@@ -13,6 +13,9 @@ Vector least_squares(const Matrix& A, const Vector& b);        ///< the shortest
 Matrix pseudo_inverse(const Matrix& A);                        ///< A^+, by the same decomposition
 Matrix solve_full_pivoting(const Matrix& A, const Matrix& B);  ///< X with A X = B
 Matrix solve_partial_pivoting(const Matrix& A, const Matrix& B);
+/// Some X with A X = B, where A may be singular to rounding and the equations agree: with partial pivoting, and where A
+/// is singular with full pivoting, its rows scaled.
+Matrix solve_consistent(const Matrix& A, const Matrix& B);
 
 /// Cholesky decomposition of a symmetric matrix, such as M(q).
 class CholeskyFactors {

@@ -381,9 +381,7 @@ Sensitivity::Element Sensitivity::through_element(const Stages& e, const Switch&
     K.block(j * n, j * n, n, n) += rows.x;
     for (int l = 0; l < n_s_; ++l) K.block(j * n, l * n, n, n_q_) += h * h * A2(j, l) * rows.q + h * A(j, l) * rows.v;
   }
-  // Forces of several contacts may be redundant: K is singular then, and what one of them balances in another is free.
-  const bool may_be_redundant = std::ranges::count_if(e.modes, is_closed) > 1;
-  const Matrix dx = -(may_be_redundant ? solve_full_pivoting(K, R) : solve_partial_pivoting(K, R));
+  const Matrix dx = -solve_consistent(K, R);  // of redundant contacts, any of the forces that balance each other
 
   Element element{Matrix::Zero(n_c_ + n_t_, n_theta_ + 1), Matrix(n_s_ * n_q_, n_theta_ + 1)};
   Matrix& forces = element.forces;
