@@ -953,9 +953,8 @@ void StageSolver::force_slope(const Stages& last, const Switch& end, Eigen::RowV
       std::find_if(closed_.begin(), closed_.end(), [&](const ActiveContact& a) { return a.contact == end.contact; });
   double by_lambda_n = 1, direction[2]{0, 0};  // by lambda_t: -direction
   if (end.kind != Switch::Kind::force_vanishes) {
-    const auto lambda_t = is_of_last_stage(end)
-                              ? Vector(last.lambda_t.col(n_s_ - 1).segment(contact.tangent_index, contact.n_t))
-                              : Vector(last.end_lambda_t.segment(contact.tangent_index, contact.n_t));
+    const double* forces = is_of_last_stage(end) ? last.lambda_t.col(n_s_ - 1).data() : last.end_lambda_t.data();
+    const Eigen::Map<const Vector> lambda_t(forces + contact.tangent_index, contact.n_t);
     const double force = lambda_t.norm();
     for (int d = 0; d < contact.n_t && force > 0; ++d) direction[d] = lambda_t[d] / force;
     if (end.on_polygon()) std::copy_n(end.condition.direction.data(), 2, direction);
