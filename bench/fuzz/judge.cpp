@@ -32,14 +32,9 @@ constexpr const char* kAdaptive = "fesd_adaptive:radau-iia:4";
 constexpr const char* kFixed = "fesd:radau-iia:3,elements=as_needed";
 constexpr const char* kCvode = "cvode:adams";
 
-/// Numbers of steps and what their difference says of the error.
-struct Grid {
-  int steps;
-  double other;  ///< N' / N
-  double factor;
-};
-constexpr Grid kFixedGrid{400, 4, 10}, kMoreauJeanGrid{5000, 4, 10};
-constexpr int kMoreFixed = 2, kMoreMoreauJean = 10;
+constexpr int kFixedSteps = 400, kMoreauJeanSteps = 5000, kMoreFixed = 2, kMoreMoreauJean = 10;
+constexpr int kFiner = 4;           // N' / N
+constexpr double kStepErrors = 10;  // (1), (5), (6): an error by what N and N' steps differ
 
 std::string moreau_jean_for(const ProblemInfo& problem) {
   const bool is_spatial = std::ranges::any_of(problem.contacts, [](const auto& c) { return c.n_t == 2; });
@@ -111,12 +106,11 @@ class Hearing {
   }
 
   /// With N' steps, and the error that N and N' leave, (1), (5) and (6).
-  FuzzOpinion run_twice(const std::string& method, const Grid& grid, int more) const {
-    const FuzzOpinion first = run(*problem_, method, grid.steps * more, 0);
+  FuzzOpinion run_twice(const std::string& method, int steps) const {
+    const FuzzOpinion first = run(*problem_, method, steps, 0);
     if (!first.succeeded()) return first;  // one run alone says nothing of its error
-    FuzzOpinion second =
-        with_error(run(*problem_, method, static_cast<int>(std::lround(grid.other * grid.steps * more)), 0));
-    if (second.succeeded()) second.error += grid.factor * distance(first, second);
+    FuzzOpinion second = with_error(run(*problem_, method, kFiner * steps, 0));
+    if (second.succeeded()) second.error += kStepErrors * distance(first, second);
     return second;
   }
 
@@ -127,9 +121,8 @@ class Hearing {
 
   void hear() {
     opinions_ = {with_error(run(*problem_, kAdaptive, 0, kTolerance)),
-                 with_error(run(*problem_, kFixed, kFixedGrid.steps, 0)),
-                 with_error(run(*problem_, kCvode, 0, kTolerance)),
-                 run_twice(moreau_jean_for(problem_->info()), kMoreauJeanGrid, 1)};
+                 with_error(run(*problem_, kFixed, kFixedSteps, 0)), with_error(run(*problem_, kCvode, 0, kTolerance)),
+                 run_twice(moreau_jean_for(problem_->info()), kMoreauJeanSteps)};
   }
 
   void hear_more() {
@@ -151,18 +144,18 @@ class Hearing {
       c.error = error;
       spread_c = distance(c_before, c);
     }
-    if (f.succeeded()) ask_again(kFixedGrid, kMoreFixed, f);
+    if (f.succeeded()) ask_again(kMoreFixed * kFixedSteps, f);
     if (m.succeeded()) {
       const FuzzOpinion before = m;
-      ask_again(kMoreauJeanGrid, kMoreMoreauJean, m);
+      ask_again(kMoreMoreauJean * kMoreauJeanSteps, m);
       m.error = std::max(m.error, kAllowed * size_of(m) + kChanged * distance(before, m));  // (6)
     }
     measure_sensitivity({{a_before, spread_a}, {c_before, spread_c}});
   }
 
   /// The answer with more steps; the old one, of which little is known, where that fails.
-  void ask_again(const Grid& grid, int more, FuzzOpinion& opinion) const {
-    const FuzzOpinion again = run_twice(opinion.method, grid, more);
+  void ask_again(int steps, FuzzOpinion& opinion) const {
+    const FuzzOpinion again = run_twice(opinion.method, steps);
     if (again.succeeded())
       opinion = again;
     else
