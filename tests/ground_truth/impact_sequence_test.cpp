@@ -32,6 +32,13 @@ std::string pair(int left, double eps_r) {
   return fmt::format(R"({{"name": "pair{0}", "gap": "q[{1}]-q[{0}]-0.2", "e": "{2}"}})", left, left + 1, eps_r);
 }
 
+/// Newton's law for two bodies by themselves.
+void collide(double m_left, double m_right, double eps_r, double& v_left, double& v_right) {
+  const double impulse = (1 + eps_r) * (v_left - v_right) * m_left * m_right / (m_left + m_right);
+  v_left -= impulse / m_left;
+  v_right += impulse / m_right;
+}
+
 /// A body that leaves a wall is sent back by its neighbour: with the wall's restitution in the same law it would be
 /// sent into the wall.
 TEST(ImpactSequence, SendsABodyBackAgainstTheWallThatItLeaves) {
@@ -39,13 +46,10 @@ TEST(ImpactSequence, SendsABodyBackAgainstTheWallThatItLeaves) {
   double v_1 = 2, v_2 = -1;
   int impacts = 0;
   while (v_1 > v_2 || v_2 > 0) {  // the wall is behind body 2
-    if (v_1 > v_2) {
-      const double impulse = (1 + e) * (v_1 - v_2) * 2 * 3 / (2 + 3);
-      v_1 -= impulse / 2;
-      v_2 += impulse / 3;
-    } else {
+    if (v_1 > v_2)
+      collide(2, 3, e, v_1, v_2);
+    else
       v_2 *= -e_wall;
-    }
     ++impacts;
   }
   ASSERT_EQ(impacts, 2);
@@ -65,13 +69,10 @@ TEST(ImpactSequence, StrikesTogetherWhatRestsTogether) {
   double v_0 = 1, v_12 = 0;
   int impacts = 0;
   while (v_0 > v_12 || v_0 < 0) {
-    if (v_0 > v_12) {
-      const double impulse = (1 + e) * (v_0 - v_12) * 1 * 5 / (1 + 5);
-      v_0 -= impulse;
-      v_12 += impulse / 5;
-    } else {
+    if (v_0 > v_12)
+      collide(1, 5, e, v_0, v_12);
+    else
       v_0 *= -e_wall;
-    }
     ++impacts;
   }
   ASSERT_EQ(impacts, 3);

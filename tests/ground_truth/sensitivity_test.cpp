@@ -12,52 +12,29 @@
 #include "problems/variables.h"
 #include "reference/agreement.h"
 #include "reports/record.h"
+#include "tests/ground_truth/truth_case.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
 namespace {
 
-const reference::GroundTruth& ground_truth_of(const std::string& id) {
-  const auto& cases = ground_truth();
-  return *std::find_if(cases.begin(), cases.end(), [&](const auto& c) { return c.id == id; });
-}
-
 /// Of everything that the ground truth states derivatives by.
 Settings settings_of(const reference::GroundTruth& truth) {
   Settings settings;
-  for (const auto& s : truth.sensitivities) settings.sensitivities.push_back(s.wrt);
+  settings.sensitivities = sensitivities_of(truth);
   return settings;
 }
 
 /// Of the final state, relative to 1 or the size of a column.
 double sensitivity_error(const Solution& s, const reference::GroundTruth& truth) {
-  return reference::sensitivity_difference(s, truth.solution(settings_of(truth).sensitivities));
+  return reference::sensitivity_difference(s, truth.solution(sensitivities_of(truth)));
 }
 
-/// The same for event times.
-double sensitivity_time_error(const Solution& s, const reference::GroundTruth& truth) {
-  double worst = 0;
-  for (std::size_t k = 0; k < truth.sensitivities.size(); ++k) {
-    const Vector& expected = truth.sensitivities[k].dt_events;
-    for (Eigen::Index event = 0; event < expected.size(); ++event) {
-      const double dt = s.events[static_cast<std::size_t>(event)].dt[static_cast<Eigen::Index>(k)];
-      worst = std::max(worst, std::abs(dt - expected[event]) / std::max(1.0, std::abs(expected[event])));
-    }
-  }
-  return worst;
-}
-
-struct SensitivityCase {
-  const char *id, *method;
-  int steps;
-  double state, times;
-};
-
-class FesdSensitivities : public testing::TestWithParam<SensitivityCase> {};
+class FesdSensitivities : public testing::TestWithParam<TruthCase> {};
 
 TEST_P(FesdSensitivities, ReachTheGroundTruth) {
   const auto& [id, method, steps, state, times] = GetParam();
-  const auto& truth = ground_truth_of(id);
+  const auto& truth = truth_of(ground_truth(), id);
   const auto problem = ground_truth_problem(id);
   Settings settings = settings_of(truth);
   settings.steps = steps;
@@ -75,35 +52,35 @@ TEST_P(FesdSensitivities, ReachTheGroundTruth) {
 // that depends on N: three times the median of N = 380 to 420, 4e-14. P1c states no sensitivities.
 INSTANTIATE_TEST_SUITE_P(
     GroundTruth, FesdSensitivities,
-    testing::Values(SensitivityCase{"P1a_ball_e09", "fesd:radau-iia:4", 50, 3e-14, 7e-15},
-                    SensitivityCase{"P1a_ball_e09", "fesd:gauss:4", 50, 4e-15, 2e-15},
-                    SensitivityCase{"P1b_ball_e05_pre_zeno", "fesd:radau-iia:4", 50, 7e-15, 4e-15},
-                    SensitivityCase{"P1b_ball_e05_pre_zeno", "fesd:gauss:4", 50, 4e-15, 3e-15},
-                    SensitivityCase{"P2_two_balls_spring", "fesd:radau-iia:4", 2000, 2e-13, 4e-15},
-                    SensitivityCase{"P2_two_balls_spring", "fesd:gauss:4", 600, 9e-12, 6e-13},
-                    SensitivityCase{"P3_sliding_block", "fesd:radau-iia:4", 50, 5e-15, 8e-15},
-                    SensitivityCase{"P3_sliding_block", "fesd:gauss:4", 50, 3e-12, 8e-14},
-                    SensitivityCase{"P4a_clock_driven_block", "fesd:radau-iia:4", 50, 5e-13, 2e-13},
-                    SensitivityCase{"P4a_clock_driven_block", "fesd:gauss:4", 50, 2e-12, 7e-7},
-                    SensitivityCase{"P4b_spring_driven_block", "fesd:radau-iia:4", 200, 3e-13, 2e-13},
-                    SensitivityCase{"P4b_spring_driven_block", "fesd:gauss:4", 200, 1e-11, 6e-7},
-                    SensitivityCase{"P5_slip_reversal", "fesd:radau-iia:4", 50, 5e-15, 9e-17},
-                    SensitivityCase{"P5_slip_reversal", "fesd:gauss:4", 50, 2e-15, 9e-17},
-                    SensitivityCase{"P6a_oblique_slip", "fesd:radau-iia:4", 50, 2e-14, 2e-15},
-                    SensitivityCase{"P6a_oblique_slip", "fesd:gauss:4", 50, 2e-14, 2e-15},
-                    SensitivityCase{"P6b_oblique_stick", "fesd:radau-iia:4", 50, 7e-15, 7e-16},
-                    SensitivityCase{"P6b_oblique_stick", "fesd:gauss:4", 50, 7e-15, 7e-16},
-                    SensitivityCase{"P6c_spinning_disc", "fesd:radau-iia:4", 50, 4e-15, 3e-16},
-                    SensitivityCase{"P6c_spinning_disc", "fesd:gauss:4", 50, 4e-15, 3e-16},
-                    SensitivityCase{"P7a_slide3d_to_stick", "fesd:radau-iia:4", 100, 9e-14, 7e-13},
-                    SensitivityCase{"P7a_slide3d_to_stick", "fesd:radau-iia:3", 50, 6e-9, 6e-9},
-                    SensitivityCase{"P7b_slide3d_no_stick", "fesd:radau-iia:4", 100, 2e-14, 0},
-                    SensitivityCase{"P7b_slide3d_no_stick", "fesd:gauss:4", 200, 3e-13, 0},
-                    SensitivityCase{"P8a_bead_leaves_circle", "fesd:radau-iia:4", 400, 3e-13, 4e-13},
-                    SensitivityCase{"P8a_bead_leaves_circle", "fesd:radau-iia:5", 400, 5e-14, 1e-13},
-                    SensitivityCase{"P8b_spring_table", "fesd:radau-iia:4", 50, 3e-13, 5e-15},
-                    SensitivityCase{"P8b_spring_table", "fesd:radau-iia:3", 400, 2e-13, 1.3e-13},
-                    SensitivityCase{"P8b_spring_table", "fesd:gauss:4,elements=as_needed", 200, 3e-12, 9e-11}),
+    testing::Values(TruthCase{"P1a_ball_e09", "fesd:radau-iia:4", 50, 3e-14, 7e-15},
+                    TruthCase{"P1a_ball_e09", "fesd:gauss:4", 50, 4e-15, 2e-15},
+                    TruthCase{"P1b_ball_e05_pre_zeno", "fesd:radau-iia:4", 50, 7e-15, 4e-15},
+                    TruthCase{"P1b_ball_e05_pre_zeno", "fesd:gauss:4", 50, 4e-15, 3e-15},
+                    TruthCase{"P2_two_balls_spring", "fesd:radau-iia:4", 2000, 2e-13, 4e-15},
+                    TruthCase{"P2_two_balls_spring", "fesd:gauss:4", 600, 9e-12, 6e-13},
+                    TruthCase{"P3_sliding_block", "fesd:radau-iia:4", 50, 5e-15, 8e-15},
+                    TruthCase{"P3_sliding_block", "fesd:gauss:4", 50, 3e-12, 8e-14},
+                    TruthCase{"P4a_clock_driven_block", "fesd:radau-iia:4", 50, 5e-13, 2e-13},
+                    TruthCase{"P4a_clock_driven_block", "fesd:gauss:4", 50, 2e-12, 7e-7},
+                    TruthCase{"P4b_spring_driven_block", "fesd:radau-iia:4", 200, 3e-13, 2e-13},
+                    TruthCase{"P4b_spring_driven_block", "fesd:gauss:4", 200, 1e-11, 6e-7},
+                    TruthCase{"P5_slip_reversal", "fesd:radau-iia:4", 50, 5e-15, 9e-17},
+                    TruthCase{"P5_slip_reversal", "fesd:gauss:4", 50, 2e-15, 9e-17},
+                    TruthCase{"P6a_oblique_slip", "fesd:radau-iia:4", 50, 2e-14, 2e-15},
+                    TruthCase{"P6a_oblique_slip", "fesd:gauss:4", 50, 2e-14, 2e-15},
+                    TruthCase{"P6b_oblique_stick", "fesd:radau-iia:4", 50, 7e-15, 7e-16},
+                    TruthCase{"P6b_oblique_stick", "fesd:gauss:4", 50, 7e-15, 7e-16},
+                    TruthCase{"P6c_spinning_disc", "fesd:radau-iia:4", 50, 4e-15, 3e-16},
+                    TruthCase{"P6c_spinning_disc", "fesd:gauss:4", 50, 4e-15, 3e-16},
+                    TruthCase{"P7a_slide3d_to_stick", "fesd:radau-iia:4", 100, 9e-14, 7e-13},
+                    TruthCase{"P7a_slide3d_to_stick", "fesd:radau-iia:3", 50, 6e-9, 6e-9},
+                    TruthCase{"P7b_slide3d_no_stick", "fesd:radau-iia:4", 100, 2e-14, 0},
+                    TruthCase{"P7b_slide3d_no_stick", "fesd:gauss:4", 200, 3e-13, 0},
+                    TruthCase{"P8a_bead_leaves_circle", "fesd:radau-iia:4", 400, 3e-13, 4e-13},
+                    TruthCase{"P8a_bead_leaves_circle", "fesd:radau-iia:5", 400, 5e-14, 1e-13},
+                    TruthCase{"P8b_spring_table", "fesd:radau-iia:4", 50, 3e-13, 5e-15},
+                    TruthCase{"P8b_spring_table", "fesd:radau-iia:3", 400, 2e-13, 1.3e-13},
+                    TruthCase{"P8b_spring_table", "fesd:gauss:4,elements=as_needed", 200, 3e-12, 9e-11}),
     [](const auto& test) { return test_name(std::string(test.param.id) + "_" + test.param.method); });
 
 struct AdaptiveCase {
@@ -116,7 +93,7 @@ class AdaptiveSensitivities : public testing::TestWithParam<AdaptiveCase> {};
 /// make one step of it and miss how the perturbed spring oscillates.
 TEST_P(AdaptiveSensitivities, FallWithTheTolerance) {
   const auto& [id, method] = GetParam();
-  const auto& truth = ground_truth_of(id);
+  const auto& truth = truth_of(ground_truth(), id);
   const auto problem = ground_truth_problem(id);
   Settings settings = settings_of(truth);
   double coarse = 0, fine = 0;
@@ -201,7 +178,7 @@ TEST(FesdSensitivitiesAtAStepBoundary, SlipThatStopsThere) {
 /// impact stays in its step. A finer grid does not change that.
 TEST(TimeSteppingSensitivities, StayWrongAtAnyStepLength) {
   for (const auto& [id, error] : {std::pair{"P1a_ball_e09", 0.90}, {"P2_two_balls_spring", 0.47}}) {
-    const Solution truth = ground_truth_of(id).solution({"param:e"});
+    const Solution truth = truth_of(ground_truth(), id).solution({"param:e"});
     for (const char* method : {"moreau_jean", "anitescu_potra"}) {
       for (const int steps : {10000, 100000}) {
         Settings settings;
@@ -218,7 +195,7 @@ TEST(TimeSteppingSensitivities, StayWrongAtAnyStepLength) {
 /// Of a method that follows a tolerance: what it computes is close to the truth, and so are its differences.
 TEST(SensitivitiesByDifferences, ReachTheGroundTruth) {
   for (const char* id : {"P1a_ball_e09", "P2_two_balls_spring", "P4b_spring_driven_block"}) {
-    const auto& truth = ground_truth_of(id);
+    const auto& truth = truth_of(ground_truth(), id);
     Settings settings = settings_of(truth);
     settings.tolerance = 1e-13;
     const Solution s = solve_with_sensitivities(*make_method("cvode:adams"), *ground_truth_problem(id), settings);
@@ -255,7 +232,7 @@ TEST(SensitivitiesByDifferences, FailWhereASolutionBesideFails) {
 }
 
 TEST(ExperimentOfSensitivities, MeasuresTheLargestRelativeErrorOfTheirs) {
-  const auto& truth = ground_truth_of("P2_two_balls_spring");
+  const auto& truth = truth_of(ground_truth(), "P2_two_balls_spring");
   Experiment experiment;
   experiment.id = "small";
   experiment.problem = truth.id;
