@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "methods/complementarity/contacts/delassus_matrix.h"
+#include "methods/contact_laws/delassus_matrix.h"
 
 namespace ricochet {
 

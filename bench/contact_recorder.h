@@ -3,9 +3,9 @@
 #include <optional>
 #include <string>
 
-#include "methods/complementarity/contacts/contact_file.h"
-#include "methods/complementarity/contacts/contact_observer.h"
-#include "methods/complementarity/contacts/contact_solver.h"
+#include "methods/contact_laws/contact_file.h"
+#include "methods/contact_laws/contact_observer.h"
+#include "methods/contact_laws/solvers/contact_solver.h"
 
 namespace ricochet {
 

@@ -11,8 +11,8 @@
 namespace ricochet {
 namespace {
 
-constexpr int kMostContactsOfLemke = 100;  // where its dense pivoting takes about a second
-constexpr double kTooLongToRepeat = 1;     // [s]
+constexpr int kMaxContactsOfLemke = 100;  // where its dense pivoting takes about a second
+constexpr double kTooLongToRepeat = 1;    // [s]
 
 Vector velocities(const ContactProblem& problem, const Vector& r) {
   Vector w(problem.G.n_rows());
@@ -55,9 +55,9 @@ ContactSolution solve_stored(const StoredContactProblem& stored, const std::stri
 
 std::vector<std::string> usual_solvers(const ContactProblem& problem) {
   std::vector<std::string> solvers;
-  if (problem.G.n_contacts() <= kMostContactsOfLemke) solvers.push_back("lemke");
+  if (problem.G.n_contacts() <= kMaxContactsOfLemke) solvers.push_back("lemke");
   for (const char* solver : {"pgs", "newton", "interior_point"}) solvers.push_back(solver);
-  if (has_siconos_contact_solver() && problem.G.n_contacts() <= kMostContactsOfLemke) solvers.push_back("siconos");
+  if (has_siconos_contact_solver() && problem.G.n_contacts() <= kMaxContactsOfLemke) solvers.push_back("siconos");
   return solvers;
 }
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "methods/complementarity/contacts/contact_file.h"
-#include "methods/complementarity/contacts/contact_solver.h"
+#include "methods/contact_laws/contact_file.h"
+#include "methods/contact_laws/solvers/contact_solver.h"
 #include "reports/table.h"
 
 namespace ricochet {

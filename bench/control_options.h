@@ -6,8 +6,8 @@
 
 #include "methods/complementarity/mpcc/homotopy.h"
 #include "methods/control/exploration.h"
-#include "methods/control/fesd_equations.h"
 #include "methods/control/transcription.h"
+#include "methods/mpcc_equations/fesd_equations.h"
 #include "problems/control/optimal_control_problem.h"
 
 namespace CLI {

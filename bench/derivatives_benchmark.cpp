@@ -1,6 +1,6 @@
-// Why derivatives come from GiNaC: the same Jacobians by a Tape of symbolic derivatives and by forward automatic
-// differentiation (Eigen::AutoDiffScalar), on a double pendulum, whose mass matrix and forces depend on q and v, and on
-// the two balls, whose forces are affine.
+// Why derivatives come from GiNaC: the same Jacobians by a StraightLineProgram of symbolic derivatives and by forward
+// automatic differentiation (Eigen::AutoDiffScalar), on a double pendulum, whose mass matrix and forces depend on q and
+// v, and on the two balls, whose forces are affine.
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Dense>  // before AutoDiff, which does not include what it needs
@@ -58,7 +58,7 @@ struct TwoBalls {
 };
 
 template <template <class> class Scene>
-void symbolic_tape(benchmark::State& state) {
+void symbolic_program(benchmark::State& state) {
   const CompiledProblem<Scene> problem{Scene<double>()};
   double q[2] = {0.37, -0.21}, v[2] = {0.4, -1.2}, f_q[4], f_v[4];
   for (auto _ : state) {
@@ -83,9 +83,9 @@ void automatic_differentiation(benchmark::State& state) {
   }
 }
 
-BENCHMARK(symbolic_tape<DoublePendulum>)->Name("double pendulum, symbolic tape");
+BENCHMARK(symbolic_program<DoublePendulum>)->Name("double pendulum, symbolic program");
 BENCHMARK(automatic_differentiation<DoublePendulum>)->Name("double pendulum, Eigen::AutoDiffScalar");
-BENCHMARK(symbolic_tape<TwoBalls>)->Name("two balls, symbolic tape");
+BENCHMARK(symbolic_program<TwoBalls>)->Name("two balls, symbolic program");
 BENCHMARK(automatic_differentiation<TwoBalls>)->Name("two balls, Eigen::AutoDiffScalar");
 
 }  // namespace

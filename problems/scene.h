@@ -239,7 +239,7 @@ SymbolicModel symbolic_model(Scene<double> numeric) {
 
 }  // namespace scene_detail
 
-/// A scene whose values run as machine code and whose derivatives run as tapes.
+/// A scene whose values run as machine code and whose derivatives run as programs.
 template <template <class> class Scene>
 class CompiledProblem final : public SymbolicProblem {
  public:

@@ -14,9 +14,9 @@ namespace ricochet::reference {
 
 std::optional<Vector> solve_lcp_by_enumeration(const Matrix& M, const Vector& q) {
   const auto n = static_cast<unsigned>(q.size());
-  if (n > kMostPairs)
+  if (n > kMaxPairs)
     throw InputError("simultaneous contacts of the reference", n,
-                     fmt::format("at most {} can be enumerated", kMostPairs));
+                     fmt::format("at most {} can be enumerated", kMaxPairs));
   std::vector<std::uint32_t> sets(std::size_t{1} << n);
   for (std::uint32_t set = 0; set < sets.size(); ++set) sets[set] = set;
   std::stable_sort(sets.begin(), sets.end(), [](auto a, auto b) { return std::popcount(a) < std::popcount(b); });

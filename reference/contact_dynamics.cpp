@@ -257,8 +257,8 @@ ContactDynamics::Verdict ContactDynamics::impact(const Vector& q, const Vector& 
   if (problem_.info().has_friction()) {
     const Vector b_size = 2 * scales_.speed(J, v_minus);
     verdict = coulomb_law({"impact law", {}, {}, J, MJ, v_minus, b, b_size, false}, touching, {});
-  } else if (touching.size() > kMostPairs) {
-    verdict.failure = too_many(touching.size(), kMostPairs);
+  } else if (touching.size() > kMaxPairs) {
+    verdict.failure = too_many(touching.size(), kMaxPairs);
   } else if (const auto z = solve_lcp_by_enumeration(J.transpose() * MJ, b)) {
     verdict.motion = v_minus + MJ * *z;
     verdict.normal = Vector::Zero(problem_.n_c());
@@ -306,8 +306,8 @@ ContactDynamics::Verdict ContactDynamics::decide(const Vector& q, const Vector& 
     return coulomb_law({"contact law", {}, {}, J, MJ, free, b, b_size, true}, candidates, directions);
   }
   Verdict verdict;
-  if (candidates.size() > kMostPairs) {
-    verdict.failure = too_many(candidates.size(), kMostPairs);
+  if (candidates.size() > kMaxPairs) {
+    verdict.failure = too_many(candidates.size(), kMaxPairs);
     return verdict;
   }
   const auto z = solve_lcp_by_enumeration(J.transpose() * MJ, b);

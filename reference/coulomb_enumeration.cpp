@@ -19,7 +19,7 @@ namespace {
 // isotropic; twice as many find the second solution of an indeterminate state too.
 constexpr int kAngles = 8;
 // Contacts whose singular combinations are tried, which takes a hundred times as long.
-constexpr std::size_t kMostRedundant = 5;
+constexpr std::size_t kMaxRedundant = 5;
 
 Vector unit(double angle) {
   Vector d(2);
@@ -46,7 +46,7 @@ class Enumeration {
 
   std::vector<CoulombSolution> solve() {
     try_modes(0);
-    if (solutions_.empty() && contacts_.size() <= kMostRedundant) {
+    if (solutions_.empty() && contacts_.size() <= kMaxRedundant) {
       singular_ = ForceEquations::Singular::divide;
       try_modes(0);
     }

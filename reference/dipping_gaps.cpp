@@ -12,8 +12,8 @@
 namespace ricochet::reference {
 namespace {
 
-constexpr int kPieces = 4;            // of a step, between which rates are compared: it may hold more than one extremum
-constexpr int kMostIterations = 100;  // of Brent's method, whose worst case is bisection to rounding, twice
+constexpr int kPieces = 4;           // of a step, between which rates are compared: it may hold more than one extremum
+constexpr int kMaxIterations = 100;  // of Brent's method, whose worst case is bisection to rounding, twice
 
 /// Where f, of opposite signs at the ends, is zero: GSL's Brent-Dekker method, to rounding.
 double root(const std::function<double(double)>& f, double from, double to) {
@@ -23,7 +23,7 @@ double root(const std::function<double(double)>& f, double from, double to) {
       [](double x, void* self) { return (*static_cast<const std::function<double(double)>*>(self))(x); },
       const_cast<void*>(static_cast<const void*>(&f))};
   gsl_root_fsolver_set(solver.get(), &function, from, to);
-  for (int i = 0; i < kMostIterations; ++i) {
+  for (int i = 0; i < kMaxIterations; ++i) {
     gsl_root_fsolver_iterate(solver.get());
     const double low = gsl_root_fsolver_x_lower(solver.get()), high = gsl_root_fsolver_x_upper(solver.get());
     if (gsl_root_test_interval(low, high, 0, 1e-15) == GSL_SUCCESS) break;

@@ -23,7 +23,7 @@ namespace {
 constexpr double kSlipStart = 1e-2;
 
 // Impacts that follow each other at one instant: a few, unless they accumulate.
-constexpr int kMostImpacts = 1000;
+constexpr int kMaxImpacts = 1000;
 
 /// Root functions, all watched for falling through zero:
 ///
@@ -399,7 +399,7 @@ bool EventLocatedRun::follow_impacts(double t, Instant& instant, Solution& solut
   total.modes.assign(instant.touching.size(), ContactMode::open);
   total.normal.setZero(n_c_);
   total.tangential.setZero(problem_.info().n_lambda_t);
-  for (int k = 0; k < kMostImpacts; ++k) {
+  for (int k = 0; k < kMaxImpacts; ++k) {
     const Vector rate = J.transpose() * solution.v;
     std::vector<int> meeting;
     bool approaches = false;

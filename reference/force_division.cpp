@@ -13,10 +13,10 @@
 namespace ricochet::reference {
 namespace {
 
-constexpr double kLargest = 1e3;       // bound of y, in max |least|, so that there are vertices
-constexpr double kMostVertices = 2e3;  // tried within a right-hand side
-constexpr double kSteady = 1e-2;       // slack of the least division, in max |least|, with which it is good enough
-constexpr int kMostCuts = 30, kFirstCuts = 8;
+constexpr double kLargest = 1e3;      // bound of y, in max |least|, so that there are vertices
+constexpr double kMaxVertices = 2e3;  // tried within a right-hand side
+constexpr double kSteady = 1e-2;      // slack of the least division, in max |least|, with which it is good enough
+constexpr int kMaxCuts = 30, kFirstCuts = 8;
 
 /// Linear program: maximise the last component of z with A z >= b.
 class LinearProgram {
@@ -35,7 +35,7 @@ class LinearProgram {
     const Eigen::Index n = A_.cols(), m = A_.rows();
     double vertices = 1;
     for (Eigen::Index k = 0; k < n; ++k) vertices *= static_cast<double>(m - k) / static_cast<double>(k + 1);
-    if (vertices > kMostVertices) return std::nullopt;
+    if (vertices > kMaxVertices) return std::nullopt;
     std::optional<Vector> best;
     std::vector<Eigen::Index> active(static_cast<std::size_t>(n));
     std::iota(active.begin(), active.end(), 0);
@@ -100,7 +100,7 @@ Vector steadiest_division(const Vector& least, const Matrix& N, const std::vecto
     program.add(Vector::Unit(d + 1, k), -kLargest * size);
     program.add(-Vector::Unit(d + 1, k), -kLargest * size);
   }
-  for (int cut = 0; cut < kMostCuts; ++cut) {
+  for (int cut = 0; cut < kMaxCuts; ++cut) {
     const auto z = program.solve();
     if (!z) return least;
     const Vector x = least + basis * z->head(d);

@@ -3,8 +3,8 @@
 #include <random>
 #include <vector>
 
-#include "methods/complementarity/contacts/contact_solver.h"
-#include "methods/complementarity/contacts/delassus_matrix.h"
+#include "methods/contact_laws/delassus_matrix.h"
+#include "methods/contact_laws/solvers/contact_solver.h"
 
 namespace ricochet {
 

@@ -65,9 +65,9 @@ struct JudgeOptions {
 /// (2) again decides: "agree" where 30 K < 1e-6 s, "sensitive" where only K explains the difference. Else "open" where
 /// a method has declined because the motion is not unique. Where m alone stands against the others, a time step has
 /// made one impact of several, or several of one that strikes bodies at rest against each other, however short it is
-/// (junction.h, (7)): "outvoted" where a and c, which share no formulas, agree; "collapse" where c has declined because
-/// the impacts of several contacts accumulate. Else "disagree". No pair that confirms: "undecided"; no method that
-/// succeeds: "declined". A method that was killed or crashed: "hangs", whatever the others say.
+/// (element_start.h, (7)): "outvoted" where a and c, which share no formulas, agree; "collapse" where c has declined
+/// because the impacts of several contacts accumulate. Else "disagree". No pair that confirms: "undecided"; no method
+/// that succeeds: "declined". A method that was killed or crashed: "hangs", whatever the others say.
 ///
 /// @param scene  of a scene file. family, seed, number and file of the result are the caller's.
 /// @throws InputError for a scene that is not allowed

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "bench/progress.h"
-#include "methods/complementarity/contacts/friction_polygon.h"
+#include "methods/contact_laws/friction_polygon.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"

@@ -7,9 +7,9 @@
 #include <limits>
 
 #include "bench/progress.h"
-#include "methods/fesd/contact_scales.h"
+#include "methods/contact_laws/contact_scales.h"
+#include "methods/elements/stage_solver.h"
 #include "methods/registry.h"
-#include "methods/runge_kutta/stage_solver.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"
@@ -86,7 +86,7 @@ ZenoCapture measure_capture(const std::string& name) {
   const double g = ExactBall().g, v_plus = 1;
   Counters counters;
   StageSolver solver(*ball, tableau, 1e-14, counters);
-  Stages element;
+  Element element;
   element.resize(ball->info(), tableau.n_s);
   element.q0[0] = 0.1;  // on the ground
   element.v0[0] = v_plus;

@@ -15,7 +15,7 @@ namespace {
 constexpr double kTie = 1e-13;
 // delta, relative to the largest diagonal entry: above rounding, and below what distinguishes contacts.
 constexpr double kRegularizations[] = {1e-8, 1e-10, 1e-6};
-constexpr int kMostCorrections = 10;
+constexpr int kMaxCorrections = 10;
 // What (1) may be left with there, relative: below the error of any time step, and nothing that a problem without a
 // solution comes near.
 constexpr double kInconsistency = 1e-9;
@@ -127,7 +127,7 @@ LcpStatus LemkeSolver::solve_regularized(const Eigen::Ref<const Matrix>& M, cons
   const double rounding = kTie * n * (M.cwiseAbs().maxCoeff() * z.maxCoeff() + q_size_);
   Vector w = M * z + q;
   double error = std::numeric_limits<double>::infinity();
-  for (int correction = 0; correction < kMostCorrections && error > rounding; ++correction) {
+  for (int correction = 0; correction < kMaxCorrections && error > rounding; ++correction) {
     active_.clear();
     for (int i = 0; i < n; ++i) {
       if (z[i] > 0 || w[i] < -rounding) active_.push_back(i);

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "methods/control/nlp_blocks.h"
+#include "methods/mpcc_equations/nlp_blocks.h"
 #include "problems/join.h"
 
 namespace ricochet {
@@ -43,7 +43,7 @@ ControlTrajectory FesdTranscription::trajectory(const Vector& x) const {
   for (int k = 0; k < problem_.n_intervals; ++k) {
     const FesdStep step = equations_.read(x, k);
     for (int n = 0; n < step.n_elements; ++n) {
-      const Stages& e = step.elements[n];
+      const Element& e = step.elements[n];
       for (int i = 0; i < info.n_c(); ++i) {
         const ContactInfo& contact = info.contacts[i];
         trajectory.impulses.push_back(
@@ -60,7 +60,7 @@ ControlTrajectory FesdTranscription::trajectory(const Vector& x) const {
       t += e.h;
     }
     if (k + 1 < problem_.n_intervals) continue;
-    const Stages& end = step.last();
+    const Element& end = step.last();
     trajectory.points.push_back(
         {t, end.q1, end.v1, end.lambda_n.col(tableau_.n_s - 1), end.lambda_t.col(tableau_.n_s - 1)});
   }
@@ -93,7 +93,7 @@ Status FesdTranscription::sample(PivotingSolver& solver, double H, Vector q, Vec
   step.H = H;
   step.n_elements = n_fe_;
   for (int n = 0; n < n_fe_; ++n) {
-    Stages& element = step.elements[n];
+    Element& element = step.elements[n];
     element.h = h;
     element.q0 = q;
     element.v0 = v;

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "methods/control/fesd_equations.h"
 #include "methods/control/transcription.h"
+#include "methods/mpcc_equations/fesd_equations.h"
 
 namespace ricochet {
 

@@ -16,7 +16,7 @@ double violation(const Eigen::Ref<const Vector>& x, const OptimalControlProblem:
 void add_step(const OptimalControlProblem& problem, const FesdStep& step, const ButcherTableau& tableau,
               const Vector& u, Rollout& rollout) {
   for (int n = 0; n < step.n_elements; ++n) {
-    const Stages& e = step.elements[static_cast<std::size_t>(n)];
+    const Element& e = step.elements[static_cast<std::size_t>(n)];
     for (int j = 0; j < tableau.n_s; ++j) {
       const double weight = e.h * tableau.b[j];
       rollout.cost += weight * problem.running_cost.at(e.q.col(j), e.v.col(j), u)[0];
@@ -42,7 +42,7 @@ Rollout roll_out(const OptimalControlProblem& problem, ControlledPlant& plant, c
     add_step(problem, solver.step(), tableau, u.col(k), result);
     ++result.n_solved;
   }
-  const Stages& last = solver.step().last();
+  const Element& last = solver.step().last();
   result.cost += problem.terminal_cost.at(last.q1, last.v1)[0];
   result.violation += problem.terminal.at(last.q1, last.v1).cwiseAbs().sum();
   return result;

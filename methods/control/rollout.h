@@ -1,6 +1,6 @@
 #pragma once
 
-#include "methods/fesd/fesd_step.h"
+#include "methods/elements/fesd_step.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 #include "problems/control/replay_problem.h"
 #include "problems/solution.h"

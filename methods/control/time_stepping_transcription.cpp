@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "methods/control/nlp_blocks.h"
+#include "methods/mpcc_equations/nlp_blocks.h"
 #include "problems/join.h"
 
 namespace ricochet {

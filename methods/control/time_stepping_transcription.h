@@ -1,7 +1,7 @@
 #pragma once
 
-#include "methods/control/time_stepping_equations.h"
 #include "methods/control/transcription.h"
+#include "methods/mpcc_equations/time_stepping_equations.h"
 
 namespace ricochet {
 

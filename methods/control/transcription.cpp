@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "methods/control/nlp_blocks.h"
+#include "methods/mpcc_equations/nlp_blocks.h"
 #include "problems/control/replay_problem.h"
 #include "problems/join.h"
 
@@ -111,7 +111,7 @@ Transcription::MeanForces Transcription::mean_forces(const FesdStep& step, const
   MeanForces mean{Vector::Zero(step.Lambda_n.rows()), Vector::Zero(step.Lambda_t.rows())};
   double H = 0;
   for (int n = 0; n < step.n_elements; ++n) {
-    const Stages& element = step.elements[n];
+    const Element& element = step.elements[n];
     mean.lambda_n += step.Lambda_n.col(n) + element.h * element.lambda_n * tableau.b;
     mean.lambda_t += step.Lambda_t.col(n) + element.h * element.lambda_t * tableau.b;
     H += element.h;

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "methods/complementarity/mpcc/nlp.h"
-#include "methods/control/contact_equations.h"
 #include "methods/fesd/pivoting_solver.h"
+#include "methods/mpcc_equations/contact_equations.h"
 #include "problems/control/optimal_control_problem.h"
 #include "problems/solution.h"
 

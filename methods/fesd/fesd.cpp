@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
-#include "methods/fesd/conditions.h"
+#include "methods/elements/bilateral_support.h"
+#include "methods/fesd/fesd_audit.h"
 #include "methods/fesd/pivoting_solver.h"
 #include "methods/fesd/record_step.h"
 #include "methods/fesd/sensitivity.h"
 #include "methods/registry.h"
-#include "methods/runge_kutta/bilateral_support.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "methods/time_limit.h"
 #include "problems/input_error.h"
@@ -73,7 +73,7 @@ class Fesd final : public Method {
     const ProblemInfo& info = problem.info();
     const double H = info.end_time / settings.steps;
     solver.start(info.q0, info.v0);
-    const Stages* reached = nullptr;  // the last element that was solved
+    const Element* reached = nullptr;  // the last element that was solved
     for (int k = 0; k < settings.steps; ++k) {
       const double t = k * H;
       const Status status = time_limit.is_over() ? Status::time_limit : solver.advance(H);
@@ -88,8 +88,8 @@ class Fesd final : public Method {
       const FesdStep& step = solver.step();
       if (sensitivity && step.has_impact_sequence()) {
         solution.status = Status::infeasible;
-        solution.message = fmt::format("step {} of {}, from t = {:.6g} s: {}", k + 1, settings.steps, t,
-                                       Sensitivity::kNoDerivative);
+        solution.message =
+            fmt::format("step {} of {}, from t = {:.6g} s: {}", k + 1, settings.steps, t, Sensitivity::kNoDerivative);
         break;
       }
       if (sensitivity) sensitivity->add(step, (k + 1.0) / settings.steps * sensitivity->dt_final());

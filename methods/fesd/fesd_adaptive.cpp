@@ -5,14 +5,14 @@
 #include <cmath>
 #include <limits>
 
+#include "methods/elements/bilateral_support.h"
 #include "methods/fesd/capture.h"
-#include "methods/fesd/conditions.h"
+#include "methods/fesd/fesd_audit.h"
 #include "methods/fesd/moving_contacts.h"
 #include "methods/fesd/pivoting_solver.h"
 #include "methods/fesd/record_step.h"
 #include "methods/fesd/sensitivity.h"
 #include "methods/registry.h"
-#include "methods/runge_kutta/bilateral_support.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "methods/time_limit.h"
 #include "problems/input_error.h"
@@ -124,8 +124,8 @@ class FesdAdaptive final : public Method {
  private:
   using State = Eigen::Ref<const Vector>;
   double error(double h, const Eigen::Ref<const Matrix>& w, const State& q, const State& v, double tolerance) const;
-  double error(const Stages& e, double tolerance) const { return error(e.h, e.a, e.q0, e.v0, tolerance); }
-  double error(const Stages& e, const Sensitivity& sensitivity, double tolerance) const;
+  double error(const Element& e, double tolerance) const { return error(e.h, e.a, e.q0, e.v0, tolerance); }
+  double error(const Element& e, const Sensitivity& sensitivity, double tolerance) const;
 
   std::string id_;
   ButcherTableau tableau_;
@@ -137,14 +137,14 @@ class FesdAdaptive final : public Method {
   double kappa_ = std::numeric_limits<double>::infinity();  // no capture without a stage at the right end that stops it
 };
 
-constexpr double kMostGrowth = 4;
+constexpr double kMaxGrowth = 4;
 constexpr double kFirstStep = 0.05;        // of end_time; the first elements tell more
 constexpr double kHopeless = 100;          // an error that an element which ends at a switch inside will hardly lose
 constexpr double kShortest = 1e-13;        // of end_time; what time can resolve
 constexpr double kShortestOnCurve = 1e-6;  // of end_time, where shorter steps would only drift a little less
-constexpr int kMostRefusals = 6;           // of a capture: by then its step is a ten thousandth
+constexpr int kMaxRefusals = 6;            // of a capture: by then its step is a ten thousandth
 constexpr double kCaptureErrors = 2;       // errors of an element that a captured velocity explains, by that velocity
-constexpr int kMostStandstills = 100;      // steps in a row too short to move t; a few switches may coincide
+constexpr int kMaxStandstills = 100;       // steps in a row too short to move t; a few switches may coincide
 
 /// (1), (3), relative to the tolerance: the largest of all components. @param w  n_q x n_s
 double FesdAdaptive::error(double h, const Eigen::Ref<const Matrix>& w, const State& q, const State& v,
@@ -166,7 +166,7 @@ double FesdAdaptive::error(double h, const Eigen::Ref<const Matrix>& w, const St
 }
 
 /// The same for the derivatives in the element that was added last.
-double FesdAdaptive::error(const Stages& e, const Sensitivity& sensitivity, double tolerance) const {
+double FesdAdaptive::error(const Element& e, const Sensitivity& sensitivity, double tolerance) const {
   double worst = 0;
   for (Eigen::Index k = 0; k < sensitivity.dq().cols(); ++k) {
     const Eigen::Map<const Matrix> dw(sensitivity.stage_accelerations().col(k).data(), e.a.rows(), e.a.cols());
@@ -189,16 +189,16 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
   const ProblemInfo& info = problem.info();
   const double T = info.end_time;
   solver.start(info.q0, info.v0);
-  const Stages* reached = nullptr;
+  const Element* reached = nullptr;
   MovingContacts moving(problem);
-  const auto error_of = [&](const Stages& element) {
+  const auto error_of = [&](const Element& element) {
     const double of_state = error(element, settings.tolerance);
     if (moving.empty()) return of_state;
     const Matrix& w = moving.accelerations(element);
     const Vector none = Vector::Zero(w.rows());
     return std::max(of_state, error(element.h, w, none, none, settings.tolerance));
   };
-  const std::function<bool(const Stages&)> is_accurate = [&](const Stages& element) {
+  const std::function<bool(const Element&)> is_accurate = [&](const Element& element) {
     return error_of(element) <= kHopeless;
   };
   double t = 0, h = kFirstStep * T;
@@ -214,7 +214,7 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
     Status status = time_limit.is_over() ? Status::time_limit : solver.advance_to_switch(H, capture, is_accurate);
     double scaled_error = 0;
     if (status == Status::success) {
-      const Stages& element = solver.step().last();
+      const Element& element = solver.step().last();
       scaled_error = error_of(element);
       if (sensitivity && solver.step().has_impact_sequence()) {
         solution.status = Status::infeasible;
@@ -226,7 +226,7 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
         scaled_error = std::max(scaled_error, error(element, *sensitivity, settings.tolerance));
       }
       const double wanted = std::clamp(0.8 * std::pow(std::max(scaled_error, 1e-300), -1.0 / (tableau_.order + 1)), 0.2,
-                                       kMostGrowth);  // (4)
+                                       kMaxGrowth);  // (4)
       const bool was_refused = solver.captured() && capture == 0;
       if (scaled_error > kHopeless && H <= kShortest * T) {
         solution.status = Status::step_limit;
@@ -246,7 +246,7 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
       // A bounce that cannot be followed is closed, and its velocity is an error that no shorter step loses. The motion
       // behind it has to be as accurate as elsewhere.
       const bool is_of_motion = scaled_error * settings.tolerance > kCaptureErrors * solver.captured_speed();
-      if (scaled_error > 1 && H > kShortest * T && was_refused && is_of_motion && ++refusals <= kMostRefusals) {
+      if (scaled_error > 1 && H > kShortest * T && was_refused && is_of_motion && ++refusals <= kMaxRefusals) {
         solver.reject();
         if (sensitivity) sensitivity->reject();
         h = 0.2 * H;
@@ -258,7 +258,7 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
       // length before it was good enough.
       const bool is_cut = solver.step().H < H;
       if (is_cut)
-        h = std::min(wanted < kMostGrowth ? solver.step().H * wanted : std::max(h, solver.step().H * wanted), T);
+        h = std::min(wanted < kMaxGrowth ? solver.step().H * wanted : std::max(h, solver.step().H * wanted), T);
       else if (wanted < 0.9 || wanted > 1.5)
         h = std::min(std::max(H, h) * wanted, T);
     } else if (status != Status::time_limit && solver.depends_on_length() &&
@@ -281,7 +281,7 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
     standstills = next > t ? 0 : standstills + 1;
     t = next;
     solution.t = t;
-    if (standstills > kMostStandstills) {
+    if (standstills > kMaxStandstills) {
       solution.status = Status::step_limit;
       solution.message = fmt::format("t = {:.12g} s: {} steps in a row too short to move the time", t, standstills);
       break;

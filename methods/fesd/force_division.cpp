@@ -3,12 +3,12 @@
 #include <Eigen/QR>
 #include <algorithm>
 
-#include "methods/runge_kutta/redundant_system.h"
+#include "methods/elements/redundant_system.h"
 
 namespace ricochet {
 namespace {
 
-constexpr int kMostProjections = 500;
+constexpr int kMaxProjections = 500;
 constexpr double kRelaxation = 1.8;
 constexpr double kRounding = 1e-13;  // of a force, relative to the largest
 
@@ -31,7 +31,7 @@ void project_onto_cone(double mu, Eigen::Ref<Vector> x) {
 
 }  // namespace
 
-bool ForceDivision::into_cones(Stages& element) const {
+bool ForceDivision::into_cones(Element& element) const {
   const auto is_on_polygon = [](ContactMode mode) {
     return mode == ContactMode::vertex_slip || mode == ContactMode::edge_slip;
   };
@@ -103,7 +103,7 @@ bool ForceDivision::divide(const Vector& q, const std::vector<ContactMode>& mode
 /// Moves x by N y into the cones (2).
 bool ForceDivision::reach_cones(const std::vector<Cone>& cones, const Matrix& N, Vector& x) const {
   const Vector start = x;
-  for (int k = 0; k < kMostProjections; ++k) {
+  for (int k = 0; k < kMaxProjections; ++k) {
     Vector inside = x;
     for (const Cone& cone : cones) {
       const auto& contact = problem_.info().contacts[cone.contact];

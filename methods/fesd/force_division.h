@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "methods/runge_kutta/stage_solver.h"
+#include "methods/elements/stage_solver.h"
 #include "problems/problem.h"
 
 namespace ricochet {
@@ -32,7 +32,7 @@ class ForceDivision {
 
   /// Divides the forces at every stage and at the right end of an element so that (2) holds, up to rounding of the
   /// forces. False, and nothing is changed, where that was not possible, or (3) is, or friction in space has a polygon.
-  bool into_cones(Stages& element) const;
+  bool into_cones(Element& element) const;
 
  private:
   struct Cone {

@@ -64,7 +64,7 @@ void GapMinima::evaluate(const double* q, const double* v) {
   }
 }
 
-Violation GapMinima::check(const Stages& stages) {
+Violation GapMinima::check(const Element& stages) {
   Violation first;
   const int n_s = tableau_.n_s, n_points = tableau_.is_stiffly_accurate() ? n_s : n_s + 1;
   evaluate(stages.q0.data(), stages.v0.data());

@@ -18,7 +18,7 @@ class GapMinima {
   GapMinima(const Problem& problem, const ButcherTableau& tableau, const ContactScales& scales);
 
   /// The first closing that (1) finds in an element whose points fulfil the sign conditions.
-  Violation check(const Stages& stages);
+  Violation check(const Element& stages);
 
  private:
   void evaluate(const double* q, const double* v);

@@ -14,7 +14,7 @@ MovingContacts::MovingContacts(const Problem& problem) : problem_(problem) {
   T_.resize(info.n_lambda_t, info.n_q);
 }
 
-const Matrix& MovingContacts::accelerations(const Stages& element) {
+const Matrix& MovingContacts::accelerations(const Element& element) {
   const ProblemInfo& info = problem_.info();
   accelerations_.resize(n_rows_, element.a.cols());
   for (Eigen::Index j = 0; j < element.a.cols(); ++j) {

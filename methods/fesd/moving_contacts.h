@@ -1,6 +1,6 @@
 #pragma once
 
-#include "methods/runge_kutta/stage_solver.h"
+#include "methods/elements/stage_solver.h"
 #include "problems/problem.h"
 
 namespace ricochet {
@@ -17,7 +17,7 @@ class MovingContacts {
 
   bool empty() const { return n_rows_ == 0; }
   /// (1) of an element that is solved: a row for each gap and slip path, a column per stage.
-  const Matrix& accelerations(const Stages& element);
+  const Matrix& accelerations(const Element& element);
 
  private:
   const Problem& problem_;

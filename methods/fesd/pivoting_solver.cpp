@@ -14,7 +14,7 @@ namespace {
 
 // Predictions tried in one step before the search gives up, per element.
 constexpr int kMaxTrials = 100;
-// Alternative modes of a junction that are combined with each other.
+// Alternative modes of a start that are combined with each other.
 constexpr std::size_t kMaxAlternatives = 4;
 // Of the search for the earliest switching time: to a relative 1e-12.
 constexpr int kBisections = 40;
@@ -65,7 +65,7 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
       counters_(counters),
       scales_(problem),
       stage_solver_(problem, tableau, options.tolerance, counters, polygon_),
-      junction_solver_(problem, stage_solver_.tableau(), polygon_, scales_, counters),
+      start_solver_(problem, stage_solver_.tableau(), polygon_, scales_, counters),
       sign_conditions_(problem, stage_solver_.tableau(), polygon_, scales_, options.gap_tolerance),
       force_division_(problem),
       n_q_(problem.n_q()),
@@ -83,9 +83,9 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
 void PivotingSolver::make_room(int n_elements) {
   if (n_elements <= static_cast<int>(step_->elements.size())) return;
   step_->resize(problem_, n_s_, n_elements);
-  const std::size_t before = junctions_.size();
-  junctions_.resize(std::max(before, static_cast<std::size_t>(n_elements)));
-  for (std::size_t k = before; k < junctions_.size(); ++k) junctions_[k].reserve(problem_.info());
+  const std::size_t before = starts_.size();
+  starts_.resize(std::max(before, static_cast<std::size_t>(n_elements)));
+  for (std::size_t k = before; k < starts_.size(); ++k) starts_[k].reserve(problem_.info());
 }
 
 void PivotingSolver::start(const Vector& q, const Vector& v) {
@@ -134,17 +134,17 @@ Status PivotingSolver::advance(double H) {
 }
 
 Status PivotingSolver::advance_to_switch(double H, double capture,
-                                         const std::function<bool(const Stages&)>& is_accurate) {
+                                         const std::function<bool(const Element&)>& is_accurate) {
   begin_step(H);
   make_room(2);  // for what is known of the next step
   return finish_step(solve_one_element(H, capture, is_accurate));
 }
 
 /// The `count` elements are the flight of a contact that bounced no higher than rounding of its gap: which of the
-/// alternatives of their junction, or -1.
-int PivotingSolver::flight_below_rounding(int first, int count) const {
-  const Stages& flight = step_->elements[first];
-  const auto& alternatives = junctions_[first].alternatives;
+/// alternatives of their start, or -1.
+int PivotingSolver::first_unresolved_flight(int first, int count) const {
+  const Element& flight = step_->elements[first];
+  const auto& alternatives = starts_[first].alternatives;
   const auto found = std::find_if(alternatives.begin(), alternatives.end(), [&](const auto& alternative) {
     const int i = alternative.contact;
     return alternative.bounced() && flight.modes[i] == ContactMode::open &&
@@ -155,10 +155,10 @@ int PivotingSolver::flight_below_rounding(int first, int count) const {
 }
 
 bool PivotingSolver::solve_one_element(double H, double capture,
-                                       const std::function<bool(const Stages&)>& is_accurate) {
-  Junction& junction = junctions_[0];
+                                       const std::function<bool(const Element&)>& is_accurate) {
+  ElementStart& start = starts_[0];
   if (!begin_element(0)) return false;
-  const auto& alternatives = junction.alternatives;
+  const auto& alternatives = start.alternatives;
   captured_ = false;
   bool is_unresolved = false;           // the flight predicted is lower than positions are known
   unsigned captured = 0, too_fast = 0;  // alternatives that close a contact that bounced
@@ -166,7 +166,7 @@ bool PivotingSolver::solve_one_element(double H, double capture,
     if (!alternatives[k].bounced()) continue;
     if (alternatives[k].v_n > capture)
       too_fast |= 1U << k;  // the error would be its velocity
-    else if (junction_solver_.is_pressed(step_->elements[0], alternatives[k].contact))
+    else if (start_solver_.is_pressed(step_->elements[0], alternatives[k].contact))
       captured |= 1U << k;
   }
   const unsigned n_alternatives = 1U << std::min(alternatives.size(), kMaxAlternatives);
@@ -187,7 +187,7 @@ bool PivotingSolver::solve_one_element(double H, double capture,
     if (captured_ || !is_switch(violation.verdict)) continue;
     if (!is_accurate(step_->elements[0])) return true;
     if (!run_to_switch(0, 1, violation, H)) continue;
-    is_unresolved = flight_below_rounding(0, 1) >= 0;
+    is_unresolved = first_unresolved_flight(0, 1) >= 0;
     if (is_unresolved) {
       if (stage_solver_.tableau().is_stiffly_accurate()) continue;
       first_failure_ = deepest_failure_ = {{Verdict::accumulates, 0, step_->ends[0].contact, 0, 0}, H, 1};
@@ -224,12 +224,11 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
   if (!begin_element(element)) return false;
   // A switch may be preceded by all but one of the elements; by all of them when there may be more.
   const int most_before = longest_ == 0 ? count - 1 : count;
-  const unsigned n_alternatives =
-      1U << std::min<std::size_t>(junctions_[element].alternatives.size(), kMaxAlternatives);
+  const unsigned n_alternatives = 1U << std::min<std::size_t>(starts_[element].alternatives.size(), kMaxAlternatives);
   unsigned counted = 0, trial = 0;  // a flight that cannot be seen is closed before other alternatives are counted
   const auto next = [&] {
     const bool is_flight =
-        unresolved_ >= 0 && unresolved_ < static_cast<int>(kMostClosedInstead) && !(trial >> unresolved_ & 1U);
+        unresolved_ >= 0 && unresolved_ < static_cast<int>(kMaxClosedInstead) && !(trial >> unresolved_ & 1U);
     return is_flight ? trial | 1U << unresolved_ : ++counted;
   };
   bool is_right = false;  // the prediction is: where elements can be added, only bounces may still be closed instead
@@ -256,8 +255,8 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
 
 /// Whether a trial differs from the prediction in bounces that are closed instead only.
 bool PivotingSolver::only_closes(int element, unsigned trial) const {
-  const auto& alternatives = junctions_[element].alternatives;
-  for (std::size_t k = 0; k < std::min(alternatives.size(), kMostClosedInstead); ++k) {
+  const auto& alternatives = starts_[element].alternatives;
+  for (std::size_t k = 0; k < std::min(alternatives.size(), kMaxClosedInstead); ++k) {
     if ((trial >> k & 1U) && !alternatives[k].bounced()) return false;
   }
   return true;
@@ -284,7 +283,7 @@ bool PivotingSolver::split_at_switch(int element, int count, int most_before, co
   const auto pinned = [&](int m) {
     if (unresolved_ >= 0 || !run_to_switch(element, m, violation, remaining)) return false;
     // Closing stops a bounce that cannot be seen.
-    if (stage_solver_.tableau().is_stiffly_accurate()) unresolved_ = flight_below_rounding(element, m);
+    if (stage_solver_.tableau().is_stiffly_accurate()) unresolved_ = first_unresolved_flight(element, m);
     if (unresolved_ >= 0) return false;
     const bool is_solved = continue_after(element, m, remaining, count);
     unresolved_ = -1;
@@ -331,7 +330,7 @@ bool PivotingSolver::continue_after(int element, int count, double remaining, in
   return search(next, rest, elements_left - count);
 }
 
-const Stages* PivotingSolver::left_neighbour(int element) const {
+const Element* PivotingSolver::left_neighbour(int element) const {
   if (element > 0) return &step_->elements[element - 1];
   return has_previous_step() ? &previous_->last() : nullptr;
 }
@@ -345,15 +344,14 @@ Switch PivotingSolver::switch_before(int element) const {
 bool PivotingSolver::begin_element(int element) {
   const Switch end = switch_before(element);
   const bool within_step = element > 0 || end.contact >= 0;
-  const auto result =
-      junction_solver_.begin(*step_, element, left_neighbour(element), end, within_step, junctions_[element]);
-  if (result == JunctionSolver::Result::done) return true;
-  using Result = JunctionSolver::Result;
+  const auto result = start_solver_.begin(*step_, element, left_neighbour(element), end, within_step, starts_[element]);
+  if (result == ElementStartSolver::Result::done) return true;
+  using Result = ElementStartSolver::Result;
   const Verdict verdict = result == Result::no_impulse    ? Verdict::no_impulse
                           : result == Result::no_forces   ? Verdict::no_forces
                           : result == Result::accumulates ? Verdict::impacts_accumulate
                                                           : Verdict::indeterminate;
-  note_failure({verdict, element, junctions_[element].culprit, 0, 0}, 0, 1);
+  note_failure({verdict, element, starts_[element].culprit, 0, 0}, 0, 1);
   // Thousands of impacts, and no other division of the step changes what happens at this instant.
   if (verdict == Verdict::impacts_accumulate) trials_ = max_trials();
   return false;
@@ -362,19 +360,19 @@ bool PivotingSolver::begin_element(int element) {
 /// Trial 0 is the prediction; bit k of a later trial takes the k-th alternative. False when the contact laws have no
 /// solution with it.
 bool PivotingSolver::propose_modes(int element, unsigned trial) {
-  Junction& junction = junctions_[element];
-  Stages& stages = step_->elements[element];
-  const auto n = std::min(junction.alternatives.size(), kMostClosedInstead);
+  ElementStart& start = starts_[element];
+  Element& stages = step_->elements[element];
+  const auto n = std::min(start.alternatives.size(), kMaxClosedInstead);
   unsigned closed_instead = 0;
-  for (std::size_t k = 0; k < n; ++k) closed_instead |= junction.alternatives[k].bounced() ? trial & 1U << k : 0;
-  if (closed_instead != 0 || junction.closed_instead != 0) {
+  for (std::size_t k = 0; k < n; ++k) closed_instead |= start.alternatives[k].bounced() ? trial & 1U << k : 0;
+  if (closed_instead != 0 || start.closed_instead != 0) {
     const Switch end = switch_before(element);
-    if (junction_solver_.close_instead(*step_, element, left_neighbour(element), end, element > 0 || end.contact >= 0,
-                                       closed_instead, junction) != JunctionSolver::Result::done)
+    if (start_solver_.close_instead(*step_, element, left_neighbour(element), end, element > 0 || end.contact >= 0,
+                                    closed_instead, start) != ElementStartSolver::Result::done)
       return false;
   }
   for (std::size_t k = 0; k < n; ++k) {
-    const auto& alternative = junction.alternatives[k];
+    const auto& alternative = start.alternatives[k];
     const int i = alternative.contact;
     const bool differs = trial >> k & 1U;
     // A contact that is closed instead of bouncing may be one that the load would open.
@@ -386,17 +384,17 @@ bool PivotingSolver::propose_modes(int element, unsigned trial) {
 }
 
 void PivotingSolver::first_guess(int element, double h) {
-  Stages& stages = step_->elements[element];
-  const Stages* left = left_neighbour(element);
-  const Junction& junction = junctions_[element];
+  Element& stages = step_->elements[element];
+  const Element* left = left_neighbour(element);
+  const ElementStart& start = starts_[element];
   stages.h = h;
-  const bool has_impulse = !junction.touching.empty() && !step_->Lambda_n.col(element).isZero(0);
+  const bool has_impulse = !start.touching.empty() && !step_->Lambda_n.col(element).isZero(0);
   if (left && left->h == h && left->modes == stages.modes && left->facets == stages.facets && !has_impulse) {
     stage_solver_.extrapolate(*left, stages);
-  } else if (junction.has_forces) {
-    stages.a.colwise() = junction.acceleration;
-    stages.lambda_n.colwise() = junction.lambda_n;
-    stages.lambda_t.colwise() = junction.lambda_t;
+  } else if (start.has_forces) {
+    stages.a.colwise() = start.acceleration;
+    stages.lambda_n.colwise() = start.lambda_n;
+    stages.lambda_t.colwise() = start.lambda_t;
   } else {
     stages.a.setZero();
     stages.lambda_n.setZero();
@@ -407,11 +405,11 @@ void PivotingSolver::first_guess(int element, double h) {
 /// Slip in space that would have to turn back leaves Newton's method without a solution: the contact comes to rest
 /// before.
 Violation PivotingSolver::after_failed_newton(int element) {
-  const Stages& stages = step_->elements[element];
+  const Element& stages = step_->elements[element];
   const bool slips_in_space =
       std::find(stages.modes.begin(), stages.modes.end(), ContactMode::slip) != stages.modes.end();
   double time = 0;
-  const int contact = slips_in_space ? junction_solver_.first_to_stop(stages, time) : -1;
+  const int contact = slips_in_space ? start_solver_.first_to_stop(stages, time) : -1;
   if (contact < 0) return {Verdict::newton_failed, element, -1, 0, 0};
   first_guess(element, stages.h);  // the failed iteration left none
   return {Verdict::slip_reversed, element, contact, time, 0};
@@ -431,11 +429,11 @@ Violation PivotingSolver::equal_elements(int first, int count, double h) {
   }
   for (int k = 0; k < count; ++k) {
     const int element = first + k;
-    if (k > 0 && !junction_solver_.carry_on(*step_, element, junctions_[element]))
+    if (k > 0 && !start_solver_.carry_on(*step_, element, starts_[element]))
       return {Verdict::no_impulse, element, -1, 0, 0};
     first_guess(element, h);
     step_->ends[element].contact = -1;
-    Stages& stages = step_->elements[element];
+    Element& stages = step_->elements[element];
     Violation violation;
     if (stage_solver_.solve(stages) == StageSolver::Result::converged)
       violation = check_element(element, true);
@@ -466,7 +464,7 @@ void PivotingSolver::prepare_run(int first, int count) {
 
 /// @param is_first  of a run: a contact may just have broken
 Violation PivotingSolver::check_element(int element, bool is_first) {
-  Stages& stages = step_->elements[element];
+  Element& stages = step_->elements[element];
   const int broken = is_first ? just_broken(element) : -1;
   Violation violation = sign_conditions_.check(stages, broken);
   const bool is_of_forces = violation.verdict == Verdict::force_negative || violation.verdict == Verdict::cone_left;
@@ -478,7 +476,7 @@ Violation PivotingSolver::check_element(int element, bool is_first) {
 
 Violation PivotingSolver::check_run(int first, int count) {
   for (int k = 0; k < count; ++k) {
-    const Stages& stages = step_->elements[first + k];
+    const Element& stages = step_->elements[first + k];
     if (k > 0) {
       step_->v_minus.col(first + k) = stages.v0;
       step_->Lambda_n.col(first + k).setZero();
@@ -494,12 +492,12 @@ Violation PivotingSolver::check_run(int first, int count) {
 /// The switch that a violation in the run from `first` on announces.
 Switch PivotingSolver::switch_for(int first, const Violation& violation) {
   Switch end{explaining_switch(violation.verdict).value(), violation.contact};
-  const Junction& junction = junctions_[first];
-  const Stages& stages = step_->elements[first];
+  const ElementStart& start = starts_[first];
+  const Element& stages = step_->elements[first];
   const auto has = [&](const std::vector<int>& contacts) {
     return std::find(contacts.begin(), contacts.end(), violation.contact) != contacts.end();
   };
-  if (end.kind == Switch::Kind::gap_closes && has(junction.touching)) {
+  if (end.kind == Switch::Kind::gap_closes && has(start.touching)) {
     end.zeros_at_start = 1;
     problem_.gap(stages.q0.data(), gap_.data());
     end.left_gap = gap_[end.contact];
@@ -507,11 +505,11 @@ Switch PivotingSolver::switch_for(int first, const Violation& violation) {
   if (violation.condition >= 0)
     end.condition = polygon_.condition(stages.modes[end.contact], stages.facets[end.contact], violation.condition);
   const bool on_its_edge = end.kind == Switch::Kind::slip_turns &&
-                           std::any_of(junction.on_edge.begin(), junction.on_edge.end(), [&](const auto& on) {
+                           std::any_of(start.on_edge.begin(), start.on_edge.end(), [&](const auto& on) {
                              return on.contact == end.contact && on.edge == end.condition.facet;
                            });
   const bool is_of_slip = end.kind == Switch::Kind::slip_stops || end.kind == Switch::Kind::slip_turns;
-  if (on_its_edge || (is_of_slip && has(junction.from_rest))) {
+  if (on_its_edge || (is_of_slip && has(start.from_rest))) {
     const Switch before = switch_before(first);
     const bool by_force =
         before.is(Switch::Kind::cone_reached, end.contact) || before.is(Switch::Kind::edge_left, end.contact);
@@ -524,7 +522,7 @@ Switch PivotingSolver::switch_for(int first, const Violation& violation) {
 /// before it, that one is taken instead.
 bool PivotingSolver::run_to_switch(int first, int count, Violation violation, double remaining) {
   prepare_run(first, count);
-  const std::span<Stages> run(step_->elements.data() + first, static_cast<std::size_t>(count));
+  const std::span<Element> run(step_->elements.data() + first, static_cast<std::size_t>(count));
   for (int attempt = 0; attempt < 4; ++attempt) {
     if (++trials_ > max_trials()) return false;
     Switch end = switch_for(first, violation);
@@ -545,7 +543,7 @@ bool PivotingSolver::run_to_switch(int first, int count, Violation violation, do
 
 /// StageSolver::solve_to_switch, from other guesses when it fails.
 bool PivotingSolver::solve_run(int first, int count, Switch& end, double remaining) {
-  const std::span<Stages> run(step_->elements.data() + first, static_cast<std::size_t>(count));
+  const std::span<Element> run(step_->elements.data() + first, static_cast<std::size_t>(count));
   const double max_h = remaining / count, guess = run.front().h;
   const auto converges = [&] {
     return stage_solver_.solve_to_switch(run, end, max_h) == StageSolver::Result::converged;
@@ -578,7 +576,7 @@ bool PivotingSolver::run_to_time(int first, int count, double h, const Violation
 bool PivotingSolver::bracket_switch(int first, int count, const Switch& end, double remaining) {
   const auto value = [&](double h) {
     for (int k = 0; k < count; ++k) {
-      if (k > 0 && !junction_solver_.carry_on(*step_, first + k, junctions_[first + k]))
+      if (k > 0 && !start_solver_.carry_on(*step_, first + k, starts_[first + k]))
         return std::numeric_limits<double>::quiet_NaN();
       first_guess(first + k, h);
       if (stage_solver_.solve(step_->elements[first + k]) != StageSolver::Result::converged)
@@ -733,7 +731,7 @@ std::string PivotingSolver::failure_message() const {
     message += fmt::format("; with a switch before it, {}", describe(deepest_failure_));
   }
   if (first.verdict == Verdict::cone_left) {
-    const Stages& stages = step_->elements[static_cast<std::size_t>(first.element)];
+    const Element& stages = step_->elements[static_cast<std::size_t>(first.element)];
     const auto open = contacts_of_open_motion(problem_, stages.q0, stages.v0, stages.modes);
     if (!open.empty())
       message += fmt::format(

@@ -5,24 +5,24 @@
 #include <string>
 #include <vector>
 
-#include "methods/fesd/fesd_step.h"
+#include "methods/elements/fesd_step.h"
+#include "methods/fesd/element_start.h"
 #include "methods/fesd/force_division.h"
 #include "methods/fesd/gap_minima.h"
-#include "methods/fesd/junction.h"
 #include "methods/fesd/sign_conditions.h"
 
 namespace ricochet {
 
 /// Solves the FESD-J equations of a step exactly, by pivoting on the active set instead of a homotopy.
 ///
-/// At the left end of an element the contact laws decide the impulse and the modes (junction.h). Predict that no switch
-/// happens in the rest of the step; then step equilibration makes all remaining elements equally long and their stage
-/// equations determine everything. When a sign condition fails (sign_conditions.h) a switch lies inside: choose how
-/// many equal elements m lead up to it, solve the square system of their stage equations, the switch equation at the
-/// right end of the m-th, and the common length h (StageSolver::solve_to_switch), and continue there with the elements
-/// and the time that remain. Every choice is checked by the sign conditions and taken back when they fail: other m,
-/// then the alternative modes of the junction. So a step is either solved to rounding, or it is infeasible for this
-/// number of elements as far as the search reaches, and says why. With Options::as_needed an infeasible step is
+/// At the left end of an element the contact laws decide the impulse and the modes (element_start.h). Predict that no
+/// switch happens in the rest of the step; then step equilibration makes all remaining elements equally long and their
+/// stage equations determine everything. When a sign condition fails (sign_conditions.h) a switch lies inside: choose
+/// how many equal elements m lead up to it, solve the square system of their stage equations, the switch equation at
+/// the right end of the m-th, and the common length h (StageSolver::solve_to_switch), and continue there with the
+/// elements and the time that remain. Every choice is checked by the sign conditions and taken back when they fail:
+/// other m, then the alternative modes of the start. So a step is either solved to rounding, or it is infeasible for
+/// this number of elements as far as the search reaches, and says why. With Options::as_needed an infeasible step is
 /// searched again with as many elements as it takes, none longer than H / N_FE.
 ///
 /// Published equations: paper section 3, with the corrections of the specification. They leave an interval of length
@@ -61,7 +61,7 @@ class PivotingSolver {
   /// by no more than that, and an accumulation of impacts ends.
   /// @param is_accurate  says of an element whether its error would be accepted. No switch is looked for in one that
   /// would not: it comes back as it is, and the caller has to reject() it.
-  Status advance_to_switch(double H, double capture, const std::function<bool(const Stages&)>& is_accurate);
+  Status advance_to_switch(double H, double capture, const std::function<bool(const Element&)>& is_accurate);
   /// Whether a contact that bounced was closed by `capture` in the last step.
   bool captured() const { return captured_; }
   /// The largest normal velocity that it had behind its bounce [m/s]; what the state changes by.
@@ -92,8 +92,8 @@ class PivotingSolver {
 
   void begin_step(double H);
   Status finish_step(bool solved);
-  bool solve_one_element(double H, double capture, const std::function<bool(const Stages&)>& is_accurate);
-  int flight_below_rounding(int first, int count) const;
+  bool solve_one_element(double H, double capture, const std::function<bool(const Element&)>& is_accurate);
+  int first_unresolved_flight(int first, int count) const;
   void make_room(int n_elements);
   bool search(int element, double remaining, int elements_left);
   bool only_closes(int element, unsigned trial) const;
@@ -117,7 +117,7 @@ class PivotingSolver {
   Violation after_failed_newton(int element);
   int just_broken(int element) const;
   void first_guess(int element, double h);
-  const Stages* left_neighbour(int element) const;
+  const Element* left_neighbour(int element) const;
   void note_failure(const Violation& violation, double h, int count);
   std::string describe(const Failure& failure) const;
 
@@ -127,7 +127,7 @@ class PivotingSolver {
   Counters& counters_;
   ContactScales scales_;
   StageSolver stage_solver_;
-  JunctionSolver junction_solver_;
+  ElementStartSolver start_solver_;
   SignConditions sign_conditions_;
   ForceDivision force_division_;
   std::optional<GapMinima> gap_minima_;  // with Options::between_stages
@@ -136,9 +136,9 @@ class PivotingSolver {
 
   FesdStep buffers_[2];
   FesdStep *step_ = &buffers_[0], *previous_ = &buffers_[1];
-  std::vector<Junction> junctions_;
+  std::vector<ElementStart> starts_;
   int trials_ = 0;
-  int unresolved_ = -1;   // alternative of a junction whose flight was lower than positions are known, or -1
+  int unresolved_ = -1;   // alternative of a start whose flight was lower than positions are known, or -1
   bool reached_ = false;  // a switch, with all sign conditions fulfilled before it: the modes of the trial are right
   bool captured_ = false;
   double captured_speed_ = 0;

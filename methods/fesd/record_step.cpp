@@ -6,7 +6,7 @@ namespace ricochet {
 namespace {
 
 /// What a contact does at the left end of an element, if anything.
-std::optional<EventKind> event_kind(const Stages* left, const Stages& element, int i, double Lambda_n) {
+std::optional<EventKind> event_kind(const Element* left, const Element& element, int i, double Lambda_n) {
   const ContactMode before = left ? left->modes[i] : ContactMode::open, after = element.modes[i];
   if (Lambda_n > 0 && !is_closed(before)) return EventKind::impact;
   if (!left || !is_closed(before)) return std::nullopt;
@@ -23,12 +23,12 @@ std::optional<EventKind> event_kind(const Stages* left, const Stages& element, i
 
 void record_step(const Problem& problem, Recording recording, const FesdStep& step, const FesdStep* previous, double t,
                  const Sensitivity* sensitivity, Solution& solution) {
-  const Stages* left = previous ? &previous->last() : nullptr;
+  const Element* left = previous ? &previous->last() : nullptr;
   if (!left) solution.initial_modes = step.elements[0].modes;
   const bool may_have_events = step.touches || (previous && previous->touches);
   if (!may_have_events && recording != Recording::grid) return;
   for (int n = 0; n < step.n_elements; ++n) {
-    const Stages& element = step.elements[n];
+    const Element& element = step.elements[n];
     for (const int i : problem.info().unilateral) {
       const auto kind = event_kind(left, element, i, step.Lambda_n(i, n));
       if (!kind) continue;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "methods/fesd/fesd_step.h"
+#include "methods/elements/fesd_step.h"
 #include "methods/fesd/sensitivity.h"
 #include "methods/method.h"
 

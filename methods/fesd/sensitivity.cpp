@@ -92,16 +92,16 @@ void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
   for (int first = 0; first < N;) {
     int count = 1;  // of the run of equal elements
     while (first + count < N && step.ends[first + count - 1].contact < 0) ++count;
-    const Stages& last = step.elements[first + count - 1];
+    const Element& last = step.elements[first + count - 1];
     const Switch& end = step.ends[first + count - 1];
     const Switch none;
 
     State state{Matrix::Zero(n_q_, n_theta_ + 1), Matrix::Zero(n_q_, n_theta_ + 1)};
     state.q.leftCols(n_theta_) = reached_.q;
     state.v.leftCols(n_theta_) = reached_.v;
-    Element element;
+    ElementVariation element;
     for (int k = first; k < first + count; ++k) {
-      through_junction(step, k, state);
+      through_start(step, k, state);
       element = through_element(step.elements[k], k + 1 < first + count ? none : end, state);
     }
     Vector dh;
@@ -121,7 +121,7 @@ void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
     }
     first += count;
   }
-  const Stages& last = step.last();
+  const Element& last = step.last();
   reached_.is_at_switch = step.ends[N - 1].contact >= 0;
   reached_.modes = last.modes;
   const bool is_known = tableau_.right_end.size() > 0;
@@ -131,7 +131,7 @@ void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
 
 /// (9)
 void Sensitivity::through_switch_at_start(const FesdStep& step) {
-  const Stages& e = step.elements[0];
+  const Element& e = step.elements[0];
   const Vector q = e.q0, v = step.v_minus.col(0), Lambda_n = step.Lambda_n.col(0);
   const bool has_impulse = !Lambda_n.isZero(0);
   int contact = -1;
@@ -228,33 +228,33 @@ void Sensitivity::add_friction(const Friction& friction, const Vector& q, const 
   rows.x.block(row, column + 1, info.n_t, info.n_t).setIdentity();
 }
 
-void Sensitivity::through_junction(const FesdStep& step, int element, State& state) const {
+void Sensitivity::through_start(const FesdStep& step, int element, State& state) const {
   if (!step.touches || step.Lambda_n.col(element).isZero(0)) return;
-  const Stages& e = step.elements[element];
+  const Element& e = step.elements[element];
   const Vector v_minus = step.v_minus.col(element), Lambda_n = step.Lambda_n.col(element),
                Lambda_t = step.Lambda_t.col(element);
   through_impulse({e.q0, v_minus, e.v0, Lambda_n, Lambda_t}, state);
 }
 
 /// (8) of StageSolver holds at the right end, which is a stage.
-bool Sensitivity::stops_in_space(const Stages& e, const Switch& end) {
+bool Sensitivity::stops_in_space(const Element& e, const Switch& end) {
   return end.kind == Switch::Kind::slip_stops && end.contact >= 0 && e.modes[end.contact] == ContactMode::slip;
 }
 
 /// (6a) holds at the right end.
-bool Sensitivity::sticks_at_end(const Stages& e, const Switch& end, int contact) {
+bool Sensitivity::sticks_at_end(const Element& e, const Switch& end, int contact) {
   return e.modes[contact] == ContactMode::stick || (end.contact == contact && stops_in_space(e, end));
 }
 
 /// Law of a contact that slips at the right end.
-Sensitivity::Friction Sensitivity::slip_at_end(const Stages& e, int contact, double lambda_n) const {
+Sensitivity::Friction Sensitivity::slip_at_end(const Element& e, int contact, double lambda_n) const {
   const auto& info = problem_.info().contacts[contact];
   return slip(contact, slip_velocity(contact, e.q1, e.v1), lambda_n, slip_sign(e.modes[contact]),
               e.slip_start.segment(info.tangent_index, info.n_t));
 }
 
 /// (5) of StageSolver
-void Sensitivity::through_projection(const Stages& e, const Switch& end, State& state) const {
+void Sensitivity::through_projection(const Element& e, const Switch& end, State& state) const {
   const Vector v_minus = e.v0 + e.h * e.a * tableau_.b;
   const Matrix J_n = problem_.normal_jacobian(e.q1), J_t = problem_.tangent_jacobian(e.q1);
   Matrix forces = Matrix::Zero(n_c_ + n_t_, n_c_ + n_t_), C(n_q_, n_c_ + n_t_);  // of one impulse per column
@@ -332,7 +332,7 @@ void Sensitivity::through_impulse(const Impulse& impulse, State& state) const {
 }
 
 /// (3)-(6)
-Sensitivity::Element Sensitivity::through_element(const Stages& e, const Switch& end, State& state) const {
+Sensitivity::ElementVariation Sensitivity::through_element(const Element& e, const Switch& end, State& state) const {
   const ProblemInfo& info = problem_.info();
   const Matrix& A = tableau_.A;
   const Matrix A2 = A * A;
@@ -383,7 +383,7 @@ Sensitivity::Element Sensitivity::through_element(const Stages& e, const Switch&
   }
   const Matrix dx = -solve_consistent(K, R);  // of redundant contacts, any of the forces that balance each other
 
-  Element element{Matrix::Zero(n_c_ + n_t_, n_theta_ + 1), Matrix(n_s_ * n_q_, n_theta_ + 1)};
+  ElementVariation element{Matrix::Zero(n_c_ + n_t_, n_theta_ + 1), Matrix(n_s_ * n_q_, n_theta_ + 1)};
   Matrix& forces = element.forces;
   state.q += h * state.v;
   state.q.col(n_theta_) += e.v0 + 2 * h * e.a * bA;
@@ -412,7 +412,7 @@ Sensitivity::Element Sensitivity::through_element(const Stages& e, const Switch&
 }
 
 /// (11) of StageSolver, varied. @param state  at the right end
-Matrix Sensitivity::constrained_forces(const Stages& e, const Switch& end, const State& state) const {
+Matrix Sensitivity::constrained_forces(const Element& e, const Switch& end, const State& state) const {
   const ProblemInfo& info = problem_.info();
   const Vector &q = e.q1, &v = e.v1, &lambda_n = e.end_lambda_n, &lambda_t = e.end_lambda_t;
   const Matrix M = problem_.mass_matrix(q), J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q),
@@ -496,7 +496,7 @@ Matrix Sensitivity::constrained_forces(const Stages& e, const Switch& end, const
 }
 
 /// (7) @param e  the last element of the run; @param state  at its right end; @param forces  its variations
-Eigen::RowVectorXd Sensitivity::switch_slope(const Stages& e, const Switch& end, const State& state,
+Eigen::RowVectorXd Sensitivity::switch_slope(const Element& e, const Switch& end, const State& state,
                                              const Matrix& forces) const {
   const auto& contact = problem_.info().contacts[end.contact];
   const Matrix parameters =

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "methods/fesd/fesd_step.h"
+#include "methods/elements/fesd_step.h"
 
 namespace ricochet {
 
@@ -49,8 +49,8 @@ namespace ricochet {
 /// not finite. They are those of the solved equations, so they converge with the order of the method.
 class Sensitivity {
  public:
-  /// Why a run with sensitivities ends where impacts follow each other at one instant: their number and their order change
-  /// with any perturbation.
+  /// Why a run with sensitivities ends where impacts follow each other at one instant: their number and their order
+  /// change with any perturbation.
   static constexpr const char* kNoDerivative =
       "the impacts of several contacts accumulate, and the motion behind them has no derivative";
 
@@ -66,7 +66,7 @@ class Sensitivity {
   const Matrix& dq() const { return reached_.q; }
   const Matrix& dv() const { return reached_.v; }
   const Vector& dt() const { return reached_.t; }
-  /// Derivatives of Stages::a of the last element: a column per theta, the columns of a below each other.
+  /// Derivatives of Element::a of the last element: a column per theta, the columns of a below each other.
   const Matrix& stage_accelerations() const { return stage_accelerations_; }
   const Vector& dt_final() const { return dt_final_; }  ///< of the problem's end_time
   /// Of the left end of an element of the last step.
@@ -91,27 +91,27 @@ class Sensitivity {
   };
 
   void through_switch_at_start(const FesdStep& step);
-  void through_junction(const FesdStep& step, int element, State& state) const;
+  void through_start(const FesdStep& step, int element, State& state) const;
   /// An impulse at q: of the contacts that press, or of the projection of v_1.
   struct Impulse {
     const Vector &q, &v_minus, &v_plus, &Lambda_n, &Lambda_t;
-    const Stages* projected = nullptr;  ///< the element that ends with it
-    const Switch* end = nullptr;        ///< and the switch there
+    const Element* projected = nullptr;  ///< the element that ends with it
+    const Switch* end = nullptr;         ///< and the switch there
   };
   void through_impulse(const Impulse& impulse, State& state) const;
-  static bool stops_in_space(const Stages& e, const Switch& end);
-  static bool sticks_at_end(const Stages& e, const Switch& end, int contact);
-  Friction slip_at_end(const Stages& e, int contact, double lambda_n) const;
-  Matrix constrained_forces(const Stages& e, const Switch& end, const State& state) const;
-  void through_projection(const Stages& e, const Switch& end, State& state) const;
+  static bool stops_in_space(const Element& e, const Switch& end);
+  static bool sticks_at_end(const Element& e, const Switch& end, int contact);
+  Friction slip_at_end(const Element& e, int contact, double lambda_n) const;
+  Matrix constrained_forces(const Element& e, const Switch& end, const State& state) const;
+  void through_projection(const Element& e, const Switch& end, State& state) const;
   void require_consistent_start(const std::vector<std::string>& names) const;
   /// Variations inside an element, columns as in State.
-  struct Element {
+  struct ElementVariation {
     Matrix forces;         // at the right end: n_c, then n_t, rows
     Matrix accelerations;  // of the stages: n_s times n_q rows
   };
-  Element through_element(const Stages& e, const Switch& end, State& state) const;
-  Eigen::RowVectorXd switch_slope(const Stages& e, const Switch& end, const State& state, const Matrix& forces) const;
+  ElementVariation through_element(const Element& e, const Switch& end, State& state) const;
+  Eigen::RowVectorXd switch_slope(const Element& e, const Switch& end, const State& state, const Matrix& forces) const;
   Matrix parameter_rows(const Vector& q, const Vector& v, const Vector& a, const Vector& lambda_n,
                         const Vector& lambda_t) const;
   Friction slip(int contact, const Vector& s, double lambda_n, int sign, const Vector& start) const;

@@ -51,7 +51,7 @@ SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tab
 }
 
 /// The common case: every contact is open and no gap is negative.
-bool SignConditions::is_clear(const Stages& stages) {
+bool SignConditions::is_clear(const Element& stages) {
   if (problem_.info().has_bilateral() && n_points_ > n_s_) return false;  // it may drift
   for (const int i : problem_.info().unilateral) {
     if (is_closed(stages.modes[i])) return false;
@@ -66,7 +66,7 @@ bool SignConditions::is_clear(const Stages& stages) {
   return true;
 }
 
-Violation SignConditions::check(const Stages& stages, int just_broken) {
+Violation SignConditions::check(const Element& stages, int just_broken) {
   Violation first;
   if (is_clear(stages)) return first;
   check_gaps(stages, just_broken, first);
@@ -75,7 +75,7 @@ Violation SignConditions::check(const Stages& stages, int just_broken) {
   return first;
 }
 
-void SignConditions::check_gaps(const Stages& stages, int just_broken, Violation& first) {
+void SignConditions::check_gaps(const Element& stages, int just_broken, Violation& first) {
   problem_.gap(stages.q0.data(), left_gap_.data());
   for (int i = 0; i < problem_.n_c(); ++i) {
     // A contact that opens starts from the rounding it gathered while it was closed.
@@ -101,9 +101,10 @@ void SignConditions::check_gaps(const Stages& stages, int just_broken, Violation
   }
 }
 
-/// What the forces of closed contacts take away of the rounding of their velocities at the left end, in however short an
-/// element: (A^-1 1)_j v_n / (h G_nn) at stage j, and what that asks of their neighbours. Behind the element it is gone.
-double SignConditions::left_impulse(const Stages& stages) {
+/// What the forces of closed contacts take away of the rounding of their velocities at the left end, in however short
+/// an element: (A^-1 1)_j v_n / (h G_nn) at stage j, and what that asks of their neighbours. Behind the element it is
+/// gone.
+double SignConditions::left_impulse(const Element& stages) {
   problem_.normal_jacobian(stages.q0.data(), J_n_.data());
   if (problem_.info().has_friction()) problem_.tangent_jacobian(stages.q0.data(), J_t_.col(0).data());
   double impulse = 0;
@@ -123,7 +124,7 @@ double SignConditions::left_impulse(const Stages& stages) {
 }
 
 /// lambda_n >= 0 of unilateral contacts, and the cone margin mu lambda_n - ||lambda_t|| of sticking contacts
-void SignConditions::check_forces(const Stages& stages, Violation& first) {
+void SignConditions::check_forces(const Element& stages, Violation& first) {
   const int n_points = tableau_.right_end.size() > 0 ? n_s_ + 1 : n_s_;
   for (const int i : problem_.info().unilateral) {
     const ContactMode mode = stages.modes[i];
@@ -163,12 +164,12 @@ void SignConditions::check_forces(const Stages& stages, Violation& first) {
   }
 }
 
-bool SignConditions::is_on_polygon(const Stages& stages, int contact) const {
+bool SignConditions::is_on_polygon(const Element& stages, int contact) const {
   return is_closed(stages.modes[contact]) && polygon_.applies(problem_.info().contacts[contact].n_t);
 }
 
 /// Conditions (2) of friction_polygon.h on the force
-void SignConditions::check_facet_forces(const Stages& stages, int i, Violation& first) {
+void SignConditions::check_facet_forces(const Element& stages, int i, Violation& first) {
   const ContactMode mode = stages.modes[i];
   const auto& contact = problem_.info().contacts[i];
   const int n_points = tableau_.right_end.size() > 0 ? n_s_ + 1 : n_s_;
@@ -196,7 +197,7 @@ void SignConditions::check_facet_forces(const Stages& stages, int i, Violation& 
 }
 
 /// Of the slip velocities in an element: of what its load and its friction do in it, and of what the contact ever had.
-double SignConditions::slip_rounding(const Stages& stages, int i) const {
+double SignConditions::slip_rounding(const Element& stages, int i) const {
   const auto& contact = problem_.info().contacts[i];
   double size = 0;
   for (int j = 0; j <= n_points_; ++j) {
@@ -212,7 +213,7 @@ double SignConditions::slip_rounding(const Stages& stages, int i) const {
   return std::max(ContactScales::kStageRounding * size, ContactScales::kVelocityRounding * scales_.slip(i));
 }
 
-void SignConditions::check_slip(const Stages& stages, Violation& first) {
+void SignConditions::check_slip(const Element& stages, Violation& first) {
   // Without a stage at the right end, a sticking contact on a curve may creep there.
   const auto is_checked = [&](ContactMode mode) {
     return is_slipping(mode) || (mode == ContactMode::stick && n_points_ > n_s_);
@@ -265,7 +266,7 @@ void SignConditions::check_slip(const Stages& stages, Violation& first) {
 
 /// Conditions (2) of friction_polygon.h on the slip velocity, between a point and the one before; and on an edge held'
 /// v_t = 0 at a right end that is no stage
-void SignConditions::check_facet_velocity(const Stages& stages, int i, const SlipChange& change, Violation& first) {
+void SignConditions::check_facet_velocity(const Element& stages, int i, const SlipChange& change, Violation& first) {
   const ContactMode mode = stages.modes[i];
   const auto along = [](const auto& direction, const double* slip) {
     return direction[0] * slip[0] + direction[1] * slip[1];

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "methods/fesd/contact_scales.h"
-#include "methods/runge_kutta/stage_solver.h"
+#include "methods/contact_laws/contact_scales.h"
+#include "methods/elements/stage_solver.h"
 
 namespace ricochet {
 
@@ -54,16 +54,16 @@ class SignConditions {
 
   /// The condition that fails first in time; Violation::time from the left end of the element.
   /// @param just_broken  contact that broke at the left end, or -1
-  Violation check(const Stages& stages, int just_broken);
+  Violation check(const Element& stages, int just_broken);
 
  private:
-  bool is_clear(const Stages& stages);
-  void check_gaps(const Stages& stages, int just_broken, Violation& first);
-  void check_forces(const Stages& stages, Violation& first);
-  double left_impulse(const Stages& stages);
-  double slip_rounding(const Stages& stages, int contact) const;
-  void check_slip(const Stages& stages, Violation& first);
-  void check_facet_forces(const Stages& stages, int contact, Violation& first);
+  bool is_clear(const Element& stages);
+  void check_gaps(const Element& stages, int just_broken, Violation& first);
+  void check_forces(const Element& stages, Violation& first);
+  double left_impulse(const Element& stages);
+  double slip_rounding(const Element& stages, int contact) const;
+  void check_slip(const Element& stages, Violation& first);
+  void check_facet_forces(const Element& stages, int contact, Violation& first);
   /// From one point of an element to the next: -1 is the left end, n_s a right end that is no stage.
   struct SlipChange {
     int point;
@@ -71,8 +71,8 @@ class SignConditions {
     const double *slip_before, *slip;
     double rounding;
   };
-  void check_facet_velocity(const Stages& stages, int contact, const SlipChange& change, Violation& first);
-  bool is_on_polygon(const Stages& stages, int contact) const;
+  void check_facet_velocity(const Element& stages, int contact, const SlipChange& change, Violation& first);
+  bool is_on_polygon(const Element& stages, int contact) const;
 
   const Problem& problem_;
   const ButcherTableau& tableau_;
@@ -82,9 +82,9 @@ class SignConditions {
   const int n_s_, n_points_;  // points: the stages, and the right end when it is none of them
   Vector mobility_;           // J_t' M^-1 J_t at q0: what a friction force does to a slip velocity
   Vector gap_, left_gap_, allowed_gap_;
-  double absorption_ = 1;     // max_j |(A^-1 1)_j|
-  Vector J_n_;  // packed
-  Matrix J_t_;  // packed; of the left end, then of every point
+  double absorption_ = 1;  // max_j |(A^-1 1)_j|
+  Vector J_n_;             // packed
+  Matrix J_t_;             // packed; of the left end, then of every point
 };
 
 }  // namespace ricochet

@@ -5,6 +5,7 @@
 
 #include "methods/fesd/record_step.h"
 #include "methods/fesd_homotopy/options.h"
+#include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "methods/time_limit.h"
 #include "problems/input_error.h"

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "methods/fesd_homotopy/step_homotopy.h"
-#include "methods/registry.h"
+#include "methods/method_spec.h"
 
 namespace ricochet {
 

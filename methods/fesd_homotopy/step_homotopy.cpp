@@ -158,7 +158,7 @@ void StepHomotopy::fly(double h, Vector& q, Vector& v) const {
 }
 
 /// An element of length h in flight from (q, v), which become its right end.
-void StepHomotopy::fly_element(double h, Vector& q, Vector& v, Stages& element) const {
+void StepHomotopy::fly_element(double h, Vector& q, Vector& v, Element& element) const {
   element.h = h;
   element.q0 = q;
   element.v0 = v;

@@ -5,14 +5,14 @@
 #include <vector>
 
 #include "methods/complementarity/mpcc/homotopy.h"
-#include "methods/control/fesd_equations.h"
 #include "methods/fesd/pivoting_solver.h"
+#include "methods/mpcc_equations/fesd_equations.h"
 
 namespace ricochet {
 
-/// Solves the FESD-J equations of one step after the other as MPCCs (methods/control/fesd_equations.h) by homotopy, as
-/// published: every step is a feasibility problem, with the equilibration of the lengths as the only objective. One
-/// program serves all steps; initial state and guess change.
+/// Solves the FESD-J equations of one step after the other as MPCCs (methods/mpcc_equations/fesd_equations.h) by
+/// homotopy, as published: every step is a feasibility problem, with the equilibration of the lengths as the only
+/// objective. One program serves all steps; initial state and guess change.
 ///
 /// Where a step ends closed is where the next one begins closed: an impact at the right end of a step is one at the
 /// left end of the next (correction 7 in methods/fesd/README.md).
@@ -70,7 +70,7 @@ class StepHomotopy {
   void capture(int contact, double h, const Vector& q, Vector& v);
   Vector acceleration(const Vector& q, const Vector& v, Vector& lambda_n) const;
   void fly(double h, Vector& q, Vector& v) const;
-  void fly_element(double h, Vector& q, Vector& v, Stages& element) const;
+  void fly_element(double h, Vector& q, Vector& v, Element& element) const;
   Approach nearest_approach(Vector q, Vector v) const;
   HomotopyOptions attempt_options(double seconds) const;
   void accept();

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "methods/registry.h"
+#include "methods/method_spec.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 
 namespace ricochet {

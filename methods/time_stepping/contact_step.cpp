@@ -21,14 +21,14 @@ ContactStep::ContactStep(const Problem& problem, const ContactSolverOptions& opt
       solver_(make_contact_solver(options_)) {
   const int n_c = info_.n_c(), rows = n_c + info_.n_lambda_t;
   problem_.law = laws.friction;
-  if (n_c <= kMostDenseContacts) problem_.G.reserve(n_c, rows);
+  if (n_c <= kMaxDenseContacts) problem_.G.reserve(n_c, rows);
   problem_.b.setZero(rows);
   problem_.contacts.reserve(n_c);
   packed_n_.resize(info_.n_normal_entries);
   packed_t_.resize(info_.n_tangent_entries);
   for (auto* list : {&active_, &sizes_, &reach_begin_, &touched_begin_, &neighbours_}) list->reserve(n_c + 1);
   effect_begin_.reserve(n_c + 1);
-  const auto most = static_cast<std::size_t>(n_c <= kMostDenseContacts ? n_c * info_.n_q : 0);
+  const auto most = static_cast<std::size_t>(n_c <= kMaxDenseContacts ? n_c * info_.n_q : 0);
   for (auto* list : {&reach_, &touched_, &visitors_}) list->reserve(most);
   effects_.reserve(3 * most);
   mark_.assign(n_c, -1);

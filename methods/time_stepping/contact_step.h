@@ -3,9 +3,9 @@
 #include <span>
 #include <vector>
 
-#include "methods/bilateral_constraints.h"
-#include "methods/complementarity/contacts/contact_observer.h"
-#include "methods/complementarity/contacts/contact_solver.h"
+#include "methods/contact_laws/bilateral_constraints.h"
+#include "methods/contact_laws/contact_observer.h"
+#include "methods/contact_laws/solvers/contact_solver.h"
 #include "methods/linear_algebra/block_inverse.h"
 #include "problems/problem.h"
 #include "problems/solution.h"

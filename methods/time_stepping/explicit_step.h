@@ -1,7 +1,7 @@
 #pragma once
 
 #include "methods/linear_algebra/block_inverse.h"
-#include "methods/time_stepping/march.h"
+#include "methods/time_stepping/fixed_step_run.h"
 
 namespace ricochet {
 
@@ -9,7 +9,7 @@ namespace ricochet {
 /// is inverted once.
 class ExplicitStep {
  public:
-  explicit ExplicitStep(March& march)
+  explicit ExplicitStep(FixedStepRun& march)
       : march_(march),
         problem_(march.problem),
         M_(problem_.n_q(), problem_.n_q()),
@@ -39,7 +39,7 @@ class ExplicitStep {
     ++march_.solution.counters.mass_factorizations;
   }
 
-  March& march_;
+  FixedStepRun& march_;
   const Problem& problem_;
   Matrix M_;
   Vector f_, Wf_;

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "methods/time_stepping/explicit_step.h"
-#include "methods/time_stepping/march.h"
+#include "methods/time_stepping/fixed_step_run.h"
 
 namespace ricochet {
 
@@ -17,7 +17,7 @@ namespace ricochet {
 /// free velocity leaves just closed, are there from the beginning.
 class GapContacts {
  public:
-  GapContacts(March& march, FrictionLaw law) : march_(march), law_(law), v_free_(march.v) {}
+  GapContacts(FixedStepRun& run, FrictionLaw law) : march_(run), law_(law), v_free_(run.v) {}
 
   /// Replaces the free velocity by v+; directions are those of the last ContactStep::set_position(). @param shift  n_c
   bool solve(const BlockInverse& W, const Vector& shift, Vector& v) {
@@ -65,7 +65,7 @@ class GapContacts {
     return march_.active.size() > before;
   }
 
-  March& march_;
+  FixedStepRun& march_;
   FrictionLaw law_;
   Vector v_free_;
 };
@@ -74,21 +74,21 @@ class GapContacts {
 ///
 ///   q_{k+1} = q_k + h v_{k+1}.                                                           (2)
 ///
-/// @param to_shift  (march, s): turns s = f_c(q_k) into the shift of (1)
+/// @param to_shift  (run, s): turns s = f_c(q_k) into the shift of (1)
 template <class ToShift>
-Solution march_with_gaps(const Problem& problem, const Settings& settings, const ContactSolverOptions& solver,
-                         FrictionLaw law, ToShift to_shift) {
-  March march(problem, settings, solver, {.friction = law});
-  ExplicitStep free(march);
-  GapContacts contacts(march, law);
+Solution run_with_gaps(const Problem& problem, const Settings& settings, const ContactSolverOptions& solver,
+                       FrictionLaw law, ToShift to_shift) {
+  FixedStepRun run(problem, settings, solver, {.friction = law});
+  ExplicitStep free(run);
+  GapContacts contacts(run, law);
   Vector shift(problem.n_c());
-  return march.run([&](Vector& v_plus) {
-    v_plus = march.v + free.change(march.q, march.v);
-    problem.gap(march.q.data(), shift.data());
-    march.contacts.set_position(march.q);
-    to_shift(march, shift);
+  return run.take_steps([&](Vector& v_plus) {
+    v_plus = run.v + free.change(run.q, run.v);
+    problem.gap(run.q.data(), shift.data());
+    run.contacts.set_position(run.q);
+    to_shift(run, shift);
     if (!contacts.solve(free.W, shift, v_plus)) return false;  // (1)
-    march.q += march.h * v_plus;                               // (2)
+    run.q += run.h * v_plus;                                   // (2)
     return true;
   });
 }

@@ -7,16 +7,16 @@
 namespace ricochet {
 
 SmoothFunction::SmoothFunction(Expressions outputs, const std::vector<GiNaC::symbol>& inputs,
-                               const std::vector<Tape::Constant>& constants)
+                               const std::vector<StraightLineProgram::Constant>& constants)
     : n_inputs_(static_cast<int>(inputs.size())) {
   std::transform(outputs.begin(), outputs.end(), outputs.begin(), with_real_symbols);
-  value_ = SparseTape(outputs, {inputs}, constants);
+  value_ = SparseProgram(outputs, {inputs}, constants);
 
   Expressions slopes;
   for (const auto& x : inputs) {
     for (const auto& output : outputs) slopes.push_back(output.diff(x));
   }
-  jacobian_ = SparseTape(slopes, {inputs}, constants);
+  jacobian_ = SparseProgram(slopes, {inputs}, constants);
 
   const std::vector<GiNaC::symbol> weights(outputs.size());
   GiNaC::ex sum = 0;
@@ -27,7 +27,7 @@ SmoothFunction::SmoothFunction(Expressions outputs, const std::vector<GiNaC::sym
     const GiNaC::ex slope = sum.diff(inputs[c]);
     for (std::size_t r = 0; r <= c; ++r) curvatures[c * n + r] = curvatures[r * n + c] = slope.diff(inputs[r]);
   }
-  hessian_ = SparseTape(curvatures, {inputs, weights}, constants);
+  hessian_ = SparseProgram(curvatures, {inputs, weights}, constants);
   formulas_ = std::move(outputs);
 }
 

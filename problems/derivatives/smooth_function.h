@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "problems/derivatives/sparse_tape.h"
+#include "problems/derivatives/sparse_program.h"
 
 namespace ricochet {
 
@@ -16,7 +16,7 @@ class SmoothFunction {
   SmoothFunction() = default;  ///< no outputs
   /// @param constants  every symbol in `outputs` that is not in `inputs`
   SmoothFunction(Expressions outputs, const std::vector<GiNaC::symbol>& inputs,
-                 const std::vector<Tape::Constant>& constants);
+                 const std::vector<StraightLineProgram::Constant>& constants);
 
   int n_inputs() const { return n_inputs_; }
   int n_outputs() const { return static_cast<int>(formulas_.size()); }
@@ -42,7 +42,7 @@ class SmoothFunction {
  private:
   Expressions formulas_;
   int n_inputs_ = 0;
-  SparseTape value_, jacobian_, hessian_;
+  SparseProgram value_, jacobian_, hessian_;
 };
 
 }  // namespace ricochet

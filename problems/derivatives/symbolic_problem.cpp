@@ -115,15 +115,15 @@ bool add_clock(SymbolicModel& model) {
 
 }  // namespace
 
-std::vector<Tape::Constant> SymbolicModel::constants() const {
-  std::vector<Tape::Constant> constants;
+std::vector<StraightLineProgram::Constant> SymbolicModel::constants() const {
+  std::vector<StraightLineProgram::Constant> constants;
   for (std::size_t k = 0; k < parameters.size(); ++k) constants.push_back({parameter_symbols[k], parameters[k].value});
   return constants;
 }
 
 double SymbolicModel::number(const GiNaC::ex& expression) const {
   double value = 0;
-  Tape({expression}, {}, constants()).evaluate({}, &value);
+  StraightLineProgram({expression}, {}, constants()).evaluate({}, &value);
   return value;
 }
 
@@ -174,12 +174,12 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model) : stated_(stated(std::move
       for (const int k : info_.contacts[i].support) tangents.push_back(direction[k]);
     }
   }
-  mass_ = SparseTape(mass, {model_.q}, constants);
-  force_ = SparseTape(total_force_, {model_.q, model_.v, model_.u}, constants);
-  gap_ = SparseTape(gaps, {model_.q}, constants);
-  normal_ = SparseTape(normals, {model_.q}, constants);
-  tangent_ = SparseTape(tangents, {model_.q}, constants);
-  potential_ = SparseTape({model_.potential_energy.value_or(0)}, {model_.q}, constants);
+  mass_ = SparseProgram(mass, {model_.q}, constants);
+  force_ = SparseProgram(total_force_, {model_.q, model_.v, model_.u}, constants);
+  gap_ = SparseProgram(gaps, {model_.q}, constants);
+  normal_ = SparseProgram(normals, {model_.q}, constants);
+  tangent_ = SparseProgram(tangents, {model_.q}, constants);
+  potential_ = SparseProgram({model_.potential_energy.value_or(0)}, {model_.q}, constants);
 
   // First derivatives.
   Expressions momentum(n_q), contact_force;
@@ -196,15 +196,15 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model) : stated_(stated(std::move
   }
   std::vector<symbol> state = model_.q;
   state.insert(state.end(), model_.v.begin(), model_.v.end());
-  force_jacobian_ = SparseTape(jacobian(total_force_, state), {model_.q, model_.v, model_.u}, constants);
-  mass_q_ = SparseTape(jacobian(momentum, model_.q), {model_.q, a_}, constants);
-  contact_q_ = SparseTape(jacobian(contact_force, model_.q), {model_.q, lambda_n_, lambda_t_}, constants);
-  gap_bias_ = SparseTape(bias, {model_.q, model_.v}, constants);
+  force_jacobian_ = SparseProgram(jacobian(total_force_, state), {model_.q, model_.v, model_.u}, constants);
+  mass_q_ = SparseProgram(jacobian(momentum, model_.q), {model_.q, a_}, constants);
+  contact_q_ = SparseProgram(jacobian(contact_force, model_.q), {model_.q, lambda_n_, lambda_t_}, constants);
+  gap_bias_ = SparseProgram(bias, {model_.q, model_.v}, constants);
   Expressions slip;
   for (const auto& contact : model_.contacts) {
     for (const auto& direction : contact.tangents) slip.push_back(dot(direction, model_.v));
   }
-  slip_q_ = SparseTape(jacobian(slip, model_.q), {model_.q, model_.v}, constants);
+  slip_q_ = SparseProgram(jacobian(slip, model_.q), {model_.q, model_.v}, constants);
 
   auto& structure = info_.structure;
   structure.constant_mass = mass_.is_constant();
@@ -214,8 +214,8 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model) : stated_(stated(std::move
   structure.force_uses_velocity = depends_on(total_force_, model_.v);
   structure.constant_force_jacobian = force_jacobian_.is_constant();
   std::set<std::pair<int, int>> couplings;
-  for (const SparseTape* tape : {&mass_, &force_jacobian_, &mass_q_}) {  // columns of n_q entries
-    for (const int at : tape->positions()) {
+  for (const SparseProgram* program : {&mass_, &force_jacobian_, &mass_q_}) {  // columns of n_q entries
+    for (const int at : program->positions()) {
       const int row = at % n_q, column = at / n_q % n_q;
       if (row != column && column != info_.clock) couplings.emplace(std::min(row, column), std::max(row, column));
     }
@@ -310,7 +310,7 @@ double SymbolicProblem::potential_energy(const double* q) const {
 
 void SymbolicProblem::force_jacobians(const double* q, const double* v, const double* u, double* f_q,
                                       double* f_v) const {
-  thread_local std::vector<double> both;  // one tape: sines and the like occur in both
+  thread_local std::vector<double> both;  // one program: sines and the like occur in both
   both.resize(static_cast<std::size_t>(force_jacobian_.size()));
   force_jacobian_.evaluate({q, v, u}, both.data());
   const auto half = static_cast<std::ptrdiff_t>(both.size() / 2);
@@ -341,8 +341,8 @@ void SymbolicProblem::dynamics_hessian(const double* q, const double* v, const d
   std::call_once(dynamics_hessian_once_, [this] {
     ex value = -contact_force_work(w_);
     for (int row = 0; row < info_.n_q; ++row) value += w_[row] * (dot(model_.mass[row], a_) - total_force_[row]);
-    dynamics_hessian_ = SparseTape(hessian(value, join<symbol>({model_.q, model_.v})),
-                                   {model_.q, model_.v, model_.u, a_, lambda_n_, lambda_t_, w_}, model_.constants());
+    dynamics_hessian_ = SparseProgram(hessian(value, join<symbol>({model_.q, model_.v})),
+                                      {model_.q, model_.v, model_.u, a_, lambda_n_, lambda_t_, w_}, model_.constants());
   });
   dynamics_hessian_.evaluate({q, v, u, a, lambda_n, lambda_t, w}, H);
 }
@@ -351,7 +351,7 @@ void SymbolicProblem::gap_hessian(const double* q, const double* w, double* H) c
   std::call_once(gap_hessian_once_, [this] {
     ex value = 0;
     for (int i = 0; i < info_.n_c(); ++i) value += w_c_[i] * model_.contacts[i].gap;
-    gap_hessian_ = SparseTape(hessian(value, model_.q), {model_.q, w_c_}, model_.constants());
+    gap_hessian_ = SparseProgram(hessian(value, model_.q), {model_.q, w_c_}, model_.constants());
   });
   gap_hessian_.evaluate({q, w}, H);
 }
@@ -379,7 +379,7 @@ void SymbolicProblem::parameter_derivative(const double* q, const double* v, con
       }
     }
     parameter_derivative_ =
-        SparseTape(entries, {model_.q, model_.v, model_.u, a_, lambda_n_, lambda_t_}, model_.constants());
+        SparseProgram(entries, {model_.q, model_.v, model_.u, a_, lambda_n_, lambda_t_}, model_.constants());
   });
   parameter_derivative_.evaluate({q, v, info_.u.data(), a, lambda_n, lambda_t}, D);
 }

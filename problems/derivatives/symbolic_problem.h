@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "problems/derivatives/sparse_tape.h"
-#include "problems/derivatives/tape.h"
+#include "problems/derivatives/sparse_program.h"
+#include "problems/derivatives/straight_line_program.h"
 #include "problems/problem.h"
 
 namespace ricochet {
@@ -46,14 +46,14 @@ struct SymbolicModel {
 
   /// Value of an expression of parameters and numbers.
   double number(const GiNaC::ex& expression) const;
-  std::vector<Tape::Constant> constants() const;
+  std::vector<StraightLineProgram::Constant> constants() const;
 };
 
 /// The Problem of a SymbolicModel: J_n is the gradient of f_c, and every other derivative comes from GiNaC too, exact
 /// and sparse. Nothing that is identically zero or constant is computed again.
 ///
 /// Why GiNaC and not automatic differentiation: it serves compiled scenes and scene files alike, to any order, finds
-/// the structure (constant M, affine f and f_c, supports of contacts) that lets a method skip work. The price is a tape
+/// the structure (constant M, affine f and f_c, supports of contacts) that lets a method skip work. The price is a program
 /// that is interpreted: a Jacobian of the double pendulum takes 80 ns, forward-mode Eigen::AutoDiffScalar 25 ns
 /// (bench/derivatives_benchmark.cpp). Jacobians are rare, since Newton matrices are kept; values are machine code.
 class SymbolicProblem : public Problem {
@@ -97,12 +97,12 @@ class SymbolicProblem : public Problem {
   Expressions total_force_;  ///< f_v + B_u u
   std::vector<GiNaC::symbol> a_, w_, w_c_, lambda_n_, lambda_t_;
 
-  SparseTape mass_, force_, gap_, normal_, tangent_, potential_;
-  SparseTape force_jacobian_, mass_q_, contact_q_, gap_bias_, slip_q_;
+  SparseProgram mass_, force_, gap_, normal_, tangent_, potential_;
+  SparseProgram force_jacobian_, mass_q_, contact_q_, gap_bias_, slip_q_;
 
   // Built at first use: only a transcription and sensitivities need them.
   mutable std::once_flag dynamics_hessian_once_, gap_hessian_once_, parameter_derivative_once_;
-  mutable SparseTape dynamics_hessian_, gap_hessian_, parameter_derivative_;
+  mutable SparseProgram dynamics_hessian_, gap_hessian_, parameter_derivative_;
 };
 
 }  // namespace ricochet

@@ -194,14 +194,14 @@ class SceneReader {
   void compare_normal(const Field& field, const ex& gap, std::size_t n_q) {
     const auto stated = expressions(field, n_q, in_q_and_time_);
     for (const double shift : {0.0, 0.137, -0.0731}) {
-      std::vector<Tape::Constant> values = model_.constants();
+      std::vector<StraightLineProgram::Constant> values = model_.constants();
       values.push_back({model_.t, shift});
       for (std::size_t k = 0; k < n_q; ++k) {
         values.push_back({model_.q[k], model_.number(model_.q0[k]) + shift * (1 + 0.3 * static_cast<double>(k))});
       }
       for (std::size_t k = 0; k < n_q; ++k) {
         double pair[2];
-        Tape({stated[k], gap.diff(model_.q[k])}, {}, values).evaluate({}, pair);
+        StraightLineProgram({stated[k], gap.diff(model_.q[k])}, {}, values).evaluate({}, pair);
         // a few roundings of two ways to write one formula
         if (std::abs(pair[0] - pair[1]) > 1e-10 * (std::abs(pair[0]) + std::abs(pair[1]))) {
           throw InputError(field.at(k).name(), field.at(k).text(),

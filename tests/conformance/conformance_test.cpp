@@ -5,7 +5,7 @@
 #include <cstring>
 #include <set>
 
-#include "methods/complementarity/contacts/friction_polygon.h"
+#include "methods/contact_laws/friction_polygon.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "tests/test_data.h"

@@ -7,6 +7,7 @@
 #include <fmt/core.h>
 
 #include "methods/registry.h"
+#include "problems/input_error.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
@@ -57,9 +58,15 @@ void print_all() {
         settings.steps = entry.conformance_steps / 4;
         settings.tolerance = 1e-8;
         settings.audit = true;
-        if (method->info().has_sensitivities) settings.sensitivities = {"q0:0", "v0:0"};
         fmt::print("{} {}\n", example, problem.id);
         print(method->solve(*problem.problem, settings));
+        if (!method->info().has_sensitivities || info.has_bilateral()) continue;
+        settings.sensitivities = {"q0:0", "v0:0"};
+        try {
+          print(method->solve(*problem.problem, settings));
+        } catch (const InputError& error) {  // states that cannot vary
+          fmt::print("  {}\n", error.what());
+        }
       }
     }
   }

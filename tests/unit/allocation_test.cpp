@@ -31,7 +31,7 @@ Count count(const Problem& problem, const std::string& spec, int steps) {
   const auto method = make_method(spec);
   Settings settings;
   settings.steps = steps;
-  method->solve(problem, settings);  // the first run of a thread sizes the scratch of the problem's tapes
+  method->solve(problem, settings);  // the first run of a thread sizes the scratch of the problem's programs
   allocations = 0;
   counting = true;
   const Solution solution = method->solve(problem, settings);

@@ -1,5 +1,5 @@
 // Contact problems as files of FCLib, where it is built: written and read again, and read as FCLib itself writes them.
-#include "methods/complementarity/contacts/contact_file.h"
+#include "methods/contact_laws/contact_file.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "methods/complementarity/contacts/contact_prediction.h"
+#include "methods/contact_laws/contact_prediction.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The contact solvers against the laws, against each other, and on problems with known answers.
-#include "methods/complementarity/contacts/contact_solver.h"
+#include "methods/contact_laws/solvers/contact_solver.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -204,7 +204,7 @@ ContactProblem column(const Vector& masses) {
 }
 
 TEST(ContactSolvers, SolveALongColumn) {
-  const int n = 200;  // sparse: above kMostDenseContacts
+  const int n = 200;  // sparse: above kMaxDenseContacts
   const ContactProblem problem = column(Vector::Ones(n));
   EXPECT_EQ(problem.G.n_blocks(), 3 * n - 2);
   for (const Kind kind : {Kind::exact, Kind::newton, Kind::interior_point}) {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "problems/derivatives/real_functions.h"
-#include "problems/derivatives/tape.h"
+#include "problems/derivatives/straight_line_program.h"
 #include "problems/input_error.h"
 #include "problems/scene_file/expression_text.h"
 
@@ -18,11 +18,11 @@ class Expression : public testing::Test {
   ExpressionNames names{{{"m", m}}, {{"q", {q0, q1}}}};
 
   double value(const std::string& text) {
-    const Tape tape({parse_expression(text, names, "field")}, {{q0, q1}}, {{m, 2.0}});
+    const StraightLineProgram program({parse_expression(text, names, "field")}, {{q0, q1}}, {{m, 2.0}});
     const double q[2] = {0.3, -1.7};
     const double* inputs[] = {q};
     double result = 0;
-    tape.evaluate(inputs, &result);
+    program.evaluate(inputs, &result);
     return result;
   }
 
@@ -70,7 +70,7 @@ TEST_F(Expression, Chooses) {
   EXPECT_EQ(value("sign(q[1]) + 10*sign(q[0]) + 100*sign(q[0]-q[0])"), 9);
   EXPECT_EQ(value("if(q[0] < q[1], 1, 2)"), 2);
   EXPECT_EQ(value("if(q[0] > q[1], 1, 2)"), 1);
-  EXPECT_EQ(value("if(q[0] <= 0.3, 1, 2) + if(q[0] >= 0.3, 10, 20)"), 11) << "0.3 is the double that the tape has";
+  EXPECT_EQ(value("if(q[0] <= 0.3, 1, 2) + if(q[0] >= 0.3, 10, 20)"), 11) << "0.3 is the double that the program has";
   EXPECT_EQ(value("if(q[0] < 0.3, 1, 2) + if(q[0] > 0.3, 10, 20)"), 22);
   EXPECT_EQ(value("if(1 < 2, 3, 4)"), 3);
   EXPECT_DOUBLE_EQ(value("if(q[1] > 0, sqrt(q[1]), -q[1])"), 1.7) << "the other branch is not a number";
@@ -82,11 +82,11 @@ TEST_F(Expression, Chooses) {
 TEST_F(Expression, BendsWithRealDerivatives) {
   const auto derivative = [&](const std::string& text) { return parse_expression(text, names, "field").diff(q0); };
   const auto at = [&](const GiNaC::ex& e, double x) {
-    const Tape tape({e}, {{q0, q1}}, {{m, 2.0}});
+    const StraightLineProgram program({e}, {{q0, q1}}, {{m, 2.0}});
     const double q[2] = {x, -1.7};
     const double* inputs[] = {q};
     double result = 0;
-    tape.evaluate(inputs, &result);
+    program.evaluate(inputs, &result);
     return result;
   };
   for (const double x : {-0.7, 0.0, 0.4}) {
@@ -162,32 +162,32 @@ TEST_F(Expression, ErrorShowsThePlace) {
   }
 }
 
-TEST(Tape, ComputesEqualSubexpressionsOnce) {
+TEST(StraightLineProgram, ComputesEqualSubexpressionsOnce) {
   const GiNaC::symbol x("x"), y("y");
   const GiNaC::ex shared = sin(x + y);
-  const Tape tape({shared * shared, shared + x, cos(x + y)}, {{x, y}}, {});
-  EXPECT_EQ(tape.n_operations(), 5) << "x + y, sin, square, sum, cos";
+  const StraightLineProgram program({shared * shared, shared + x, cos(x + y)}, {{x, y}}, {});
+  EXPECT_EQ(program.n_operations(), 5) << "x + y, sin, square, sum, cos";
 }
 
-TEST(Tape, FoldsConstants) {
+TEST(StraightLineProgram, FoldsConstants) {
   const GiNaC::symbol x("x"), k("k");
-  EXPECT_TRUE(Tape({k * 2 + 1}, {{x}}, {{k, 3}}).is_constant());
-  EXPECT_EQ(Tape({k * 2 + 1, sqrt(k)}, {{x}}, {{k, 3}}).n_operations(), 0);
-  EXPECT_FALSE(Tape({k * x}, {{x}}, {{k, 3}}).is_constant());
+  EXPECT_TRUE(StraightLineProgram({k * 2 + 1}, {{x}}, {{k, 3}}).is_constant());
+  EXPECT_EQ(StraightLineProgram({k * 2 + 1, sqrt(k)}, {{x}}, {{k, 3}}).n_operations(), 0);
+  EXPECT_FALSE(StraightLineProgram({k * x}, {{x}}, {{k, 3}}).is_constant());
 }
 
-TEST(Tape, RoundsTheSameHoweverTheSignsAreWritten) {
+TEST(StraightLineProgram, RoundsTheSameHoweverTheSignsAreWritten) {
   // GiNaC turns k (y - x - l) into -k (x + l - y) or not, depending on memory addresses: both must round alike.
   const GiNaC::symbol x("x"), y("y"), l("l"), k("k");
-  const Tape tape({k * (y - x - l), -k * (x + l - y), (y - x - l) / k, pow(y - x - l, 3), -pow(x + l - y, 3)},
-                  {{x, y, l, k}}, {});
+  const StraightLineProgram program(
+      {k * (y - x - l), -k * (x + l - y), (y - x - l) / k, pow(y - x - l, 3), -pow(x + l - y, 3)}, {{x, y, l, k}}, {});
   const double input[] = {0.1, 0.7, 0.3, 3.3};
   const double* inputs[] = {input};
   double out[5];
-  tape.evaluate(inputs, out);
+  program.evaluate(inputs, out);
   EXPECT_EQ(out[0], out[1]);
   EXPECT_EQ(out[3], out[4]);
-  EXPECT_LE(tape.n_operations(), 6 + 3) << "they are one value, computed once, with up to three changes of sign";
+  EXPECT_LE(program.n_operations(), 6 + 3) << "they are one value, computed once, with up to three changes of sign";
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <set>
 
-#include "methods/complementarity/contacts/friction_problem.h"
+#include "methods/contact_laws/friction_problem.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"

@@ -1,5 +1,5 @@
 // The contact laws at one instant: random problems held against the laws themselves, and problems with known answers.
-#include "methods/complementarity/contacts/friction_problem.h"
+#include "methods/contact_laws/friction_problem.h"
 
 #include <gtest/gtest.h>
 

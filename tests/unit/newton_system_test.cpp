@@ -1,12 +1,12 @@
-#include "methods/runge_kutta/newton_system.h"
+#include "methods/elements/newton_system.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
+#include "methods/elements/stage_solver.h"
 #include "methods/linear_algebra/band_lu.h"
 #include "methods/registry.h"
-#include "methods/runge_kutta/stage_solver.h"
 #include "problems/assembly/assembled_problem.h"
 #include "tests/test_data.h"
 
@@ -103,14 +103,14 @@ TEST_P(Islands, SolveLikeOneDenseSystem) {
   Vector v0 = Vector::NullaryExpr(2 * n, [] { return 0.1 * random_number(); });
   for (int i = 0; i < n; ++i) v0[2 * i + 1] = 0;
   v0[2 * n - 1] = 1;  // the topmost flies up and falls back
-  std::vector<Stages> runs[2];
+  std::vector<Element> runs[2];
   for (const bool is_coupled : {false, true}) {
     const Columns problem(n, height, is_curved, is_coupled);
     Counters counters;
     StageSolver solver(problem, make_tableau("radau-iia", 2), 1e-14, counters);
     auto& run = runs[is_coupled];
     run.resize(2);
-    for (Stages& stages : run) {
+    for (Element& stages : run) {
       stages.resize(problem.info(), 2);
       stages.q0 = problem.info().q0;
       stages.v0 = v0;
@@ -130,7 +130,7 @@ TEST_P(Islands, SolveLikeOneDenseSystem) {
   }
   // Forces of 24 bodies have a condition of some 1e3, and Newton's method ends at 1e-14.
   for (int k = 0; k < 2; ++k) {
-    const Stages &sparse = runs[0][k], &dense = runs[1][k];
+    const Element &sparse = runs[0][k], &dense = runs[1][k];
     EXPECT_NEAR(sparse.h, dense.h, 1e-11 * dense.h);
     EXPECT_LT((sparse.q1 - dense.q1).norm(), 1e-11 * dense.q1.norm()) << name;
     EXPECT_LT((sparse.v1 - dense.v1).norm(), 1e-11 * dense.v1.norm()) << name;

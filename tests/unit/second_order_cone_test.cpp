@@ -1,5 +1,5 @@
 // The algebra of the second-order cone that the interior-point method rests on.
-#include "methods/complementarity/contacts/second_order_cone.h"
+#include "methods/contact_laws/second_order_cone.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "methods/runge_kutta/stage_solver.h"
+#include "methods/elements/stage_solver.h"
 
 #include <gtest/gtest.h>
 
@@ -48,7 +48,7 @@ TEST_F(Switches, FindTheImpactTimeOfAFall) {
   for (const char* family : {"gauss", "radau-iia"}) {
     for (int elements = 1; elements <= 3; ++elements) {
       StageSolver solver(*ball, make_tableau(family, 2), 1e-14, counters);
-      std::vector<Stages> run(3);
+      std::vector<Element> run(3);
       for (auto& stages : run) stages.resize(ball->info(), 2);
       run[0].q0[0] = 1;
       run[0].h = 0.3 / elements;
@@ -64,7 +64,7 @@ TEST_F(Switches, FindTheImpactTimeOfAFall) {
 TEST_F(Switches, SkipTheContactAtTheLeftEnd) {
   // Thrown up from the ground: the gap is zero at both ends.
   StageSolver solver(*ball, make_tableau("radau-iia", 2), 1e-14, counters);
-  std::vector<Stages> run(1);
+  std::vector<Element> run(1);
   run[0].resize(ball->info(), 2);
   run[0].q0[0] = 0.1;
   run[0].v0[0] = 2;
@@ -75,7 +75,7 @@ TEST_F(Switches, SkipTheContactAtTheLeftEnd) {
 
 TEST_F(Switches, RefuseARootOutsideTheStep) {
   StageSolver solver(*ball, make_tableau("gauss", 2), 1e-14, counters);
-  std::vector<Stages> run(1);
+  std::vector<Element> run(1);
   run[0].resize(ball->info(), 2);
   run[0].q0[0] = 1;
   run[0].h = 0.1;
@@ -86,7 +86,7 @@ TEST(ClosedContact, CarriesTheLoad) {
   const auto p = make_problem("bouncing_ball", {{"height", 0.1}, {"m", 3}});
   Counters counters;
   StageSolver solver(*p, make_tableau("radau-iia", 3), 1e-14, counters);
-  Stages stages;
+  Element stages;
   stages.resize(p->info(), 3);
   stages.q0[0] = 0.1;
   stages.modes[0] = ContactMode::closed;

@@ -26,7 +26,7 @@
 #include <fmt/format.h>
 
 #include "methods/registry.h"
-#include "methods/time_stepping/march.h"
+#include "methods/time_stepping/fixed_step_run.h"
 
 namespace ricochet {
 namespace {
@@ -64,16 +64,16 @@ class AnitescuPotra final : public Method {
 Solution AnitescuPotra::do_solve(const Problem& problem, const Settings& settings) const {
   const ProblemInfo& info = problem.info();
   const int n_q = info.n_q;
-  March march(problem, settings, solver_);
-  const double h = march.h;
-  ContactStep& contacts = march.contacts;
-  Counters& counters = march.solution.counters;
+  FixedStepRun run(problem, settings, solver_);
+  const double h = run.h;
+  ContactStep& contacts = run.contacts;
+  Counters& counters = run.solution.counters;
 
   Matrix M(n_q, n_q);
   BlockInverse W;  // M^-1
   Vector f(n_q), Wf(n_q), no_shift = Vector::Zero(info.n_c()), rebound(info.n_c());
   const auto factorize = [&] {
-    problem.mass_matrix(march.q.data(), M.data());
+    problem.mass_matrix(run.q.data(), M.data());
     W.compute(M, info.has_bilateral());
     ++counters.mass_factorizations;
   };
@@ -82,7 +82,7 @@ Solution AnitescuPotra::do_solve(const Problem& problem, const Settings& setting
   Matrix f_q(n_implicit, n_implicit), f_v(n_implicit, n_implicit), Mhat(n_implicit, n_implicit);
   BlockInverse What;  // Mhat^-1 of (3b)
   const auto factorize_implicit = [&] {
-    problem.force_jacobians(march.q.data(), march.v.data(), info.u.data(), f_q.data(), f_v.data());
+    problem.force_jacobians(run.q.data(), run.v.data(), info.u.data(), f_q.data(), f_v.data());
     Mhat = M - h * f_v - (h * h) * f_q;
     What.compute(Mhat, info.has_bilateral());
     ++counters.jacobian_evaluations;
@@ -94,46 +94,46 @@ Solution AnitescuPotra::do_solve(const Problem& problem, const Settings& setting
 
   /// (1), (2): replaces v by the velocity after the collision.
   const auto collide = [&](Vector& v) {
-    if (!march.solve_contacts(v, no_shift, {})) return false;
+    if (!run.solve_contacts(v, no_shift, {})) return false;
     double largest = 0;
-    for (std::size_t k = 0; k < march.active.size(); ++k) {
-      const int i = march.active[k];
+    for (std::size_t k = 0; k < run.active.size(); ++k) {
+      const int i = run.active[k];
       const double impulse = info.contacts[i].eps_r * contacts.Lambda_n()[i];
       rebound[static_cast<Eigen::Index>(k)] = impulse;
       largest = std::max(largest, impulse);
     }
     if (largest == 0) return true;
-    for (std::size_t k = 0; k < march.active.size(); ++k) {
+    for (std::size_t k = 0; k < run.active.size(); ++k) {
       const double impulse = rebound[static_cast<Eigen::Index>(k)];
-      contacts.add_normal_impulse(k, impulse, v, march.Lambda_n);
+      contacts.add_normal_impulse(k, impulse, v, run.Lambda_n);
     }
-    return march.solve_contacts(v, no_shift, rebound);
+    return run.solve_contacts(v, no_shift, rebound);
   };
 
-  return march.run([&](Vector& v_plus) {
+  return run.take_steps([&](Vector& v_plus) {
     if (!info.structure.constant_mass) factorize();
-    march.find_active(march.q);
-    if (march.has_contact_problem()) {
-      if (!march.prepare_contacts(march.q, W)) return false;
+    run.find_active(run.q);
+    if (run.has_contact_problem()) {
+      if (!run.prepare_contacts(run.q, W)) return false;
       bool approaches = false;
-      for (const int i : march.active) approaches = approaches || march.impact_velocity(i) < 0;
-      if (approaches && !collide(march.v)) return false;
+      for (const int i : run.active) approaches = approaches || run.impact_velocity(i) < 0;
+      if (approaches && !collide(run.v)) return false;
     }
-    problem.force(march.q.data(), march.v.data(), info.u.data(), f.data());
+    problem.force(run.q.data(), run.v.data(), info.u.data(), f.data());
     f *= h;
     if (is_implicit_) {
       if (!constant_matrix) factorize_implicit();
-      f.noalias() += (h * h) * f_q.lazyProduct(march.v);
+      f.noalias() += (h * h) * f_q.lazyProduct(run.v);
     }
     step_inverse.apply(f, Wf);
-    v_plus = march.v + Wf;
+    v_plus = run.v + Wf;
     ++counters.force_evaluations;
     ++counters.linear_solves;
-    if (march.has_contact_problem()) {
-      if (is_implicit_ && !march.prepare_contacts(march.q, What)) return false;
-      if (!march.solve_contacts(v_plus, no_shift, {})) return false;  // (3), (3b)
+    if (run.has_contact_problem()) {
+      if (is_implicit_ && !run.prepare_contacts(run.q, What)) return false;
+      if (!run.solve_contacts(v_plus, no_shift, {})) return false;  // (3), (3b)
     }
-    march.q += h * v_plus;  // (4)
+    run.q += h * v_plus;  // (4)
     return true;
   });
 }

@@ -28,12 +28,12 @@
 #include <fmt/format.h>
 
 #include "methods/registry.h"
-#include "methods/time_stepping/march.h"
+#include "methods/time_stepping/fixed_step_run.h"
 
 namespace ricochet {
 namespace {
 
-constexpr int kMostNewton = 30;
+constexpr int kMaxNewton = 30;
 
 struct Coefficients {  // (7)
   double alpha_m, alpha_f, gamma, beta, c;
@@ -109,11 +109,11 @@ struct Linearization {
 Solution GeneralizedAlpha::do_solve(const Problem& problem, const Settings& settings) const {
   const ProblemInfo& info = problem.info();
   const int n_q = info.n_q;
-  March march(problem, settings, solver_);
+  FixedStepRun run(problem, settings, solver_);
   const Coefficients alpha(rho_inf_);
-  const double h = march.h, h_d = h * alpha.gamma * alpha.c;
-  const Vector &q = march.q, &v = march.v;
-  Counters& counters = march.solution.counters;
+  const double h = run.h, h_d = h * alpha.gamma * alpha.c;
+  const Vector &q = run.q, &v = run.v;
+  Counters& counters = run.solution.counters;
   const bool constant_matrix = info.structure.constant_mass && info.structure.constant_force_jacobian;
 
   Linearization at(n_q);
@@ -142,18 +142,18 @@ Solution GeneralizedAlpha::do_solve(const Problem& problem, const Settings& sett
 
   const auto step = [&](Vector& v_plus) {
     q_star = q + h * v + (0.5 * h * h) * a;
-    march.find_active(q_star);
-    const bool has_contacts = !march.active.empty();
+    run.find_active(q_star);
+    const bool has_contacts = !run.active.empty();
     if (has_contacts) {
-      march.contacts.set_position(q_star);
+      run.contacts.set_position(q_star);
       if (!info.structure.constant_mass) problem.mass_matrix(q_star.data(), M_contact.data());
-      for (const int i : march.active) shift[i] = info.contacts[i].eps_r * march.impact_velocity(i);
+      for (const int i : run.active) shift[i] = info.contacts[i].eps_r * run.impact_velocity(i);
     }
     a_last = a;
     d_last = d;
     w.setZero();
-    NewtonEnd is_end(settings.inner_tolerance, march.largest_velocity() + h * a.cwiseAbs().maxCoeff());
-    for (int iteration = 0; iteration < kMostNewton; ++iteration) {
+    NewtonEnd is_end(settings.inner_tolerance, run.largest_velocity() + h * a.cwiseAbs().maxCoeff());
+    for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
       a = (1 / (1 - alpha.alpha_m)) *
           ((1 - alpha.alpha_f) * d + alpha.alpha_f * d_last - alpha.alpha_m * a_last);                        // (2)
       v_plus = v + (h * (1 - alpha.gamma)) * a_last + (h * alpha.gamma) * a + w;                              // (3)
@@ -173,8 +173,8 @@ Solution GeneralizedAlpha::do_solve(const Problem& problem, const Settings& sett
         at.S_inverse.apply(f, change);
         v_free = v_plus - w - h_d * change;  // (9)
         f = v_free;
-        march.clear_impulses();
-        if (!march.prepare_contacts(at.What) || !march.solve_contacts(f, shift, {})) return false;
+        run.clear_impulses();
+        if (!run.prepare_contacts(at.What) || !run.solve_contacts(f, shift, {})) return false;
         f -= v_free;
         w.noalias() = at.NM.lazyProduct(f);  // (5), What^-1 M^-1 = N^-1 S
         f = w - w_last;
@@ -184,14 +184,14 @@ Solution GeneralizedAlpha::do_solve(const Problem& problem, const Settings& sett
       d -= change;
       const double w_change = has_contacts ? (w - w_last).cwiseAbs().maxCoeff() : 0;
       if (is_end(h * change.cwiseAbs().maxCoeff() + w_change)) break;
-      if (iteration + 1 == kMostNewton) return march.fail("Newton's method for the accelerations did not converge");
+      if (iteration + 1 == kMaxNewton) return run.fail("Newton's method for the accelerations did not converge");
     }
     a = (1 / (1 - alpha.alpha_m)) * ((1 - alpha.alpha_f) * d + alpha.alpha_f * d_last - alpha.alpha_m * a_last);
     v_plus = v + (h * (1 - alpha.gamma)) * a_last + (h * alpha.gamma) * a + w;
-    march.q += h * v + (h * h * (0.5 - alpha.beta)) * a_last + (h * h * alpha.beta) * a + (0.5 * h) * w;
+    run.q += h * v + (h * h * (0.5 - alpha.beta)) * a_last + (h * h * alpha.beta) * a + (0.5 * h) * w;
     return true;
   };
-  return march.run(step);
+  return run.take_steps(step);
 }
 
 const bool registered = register_method({

@@ -9,10 +9,10 @@
 //   q_{k+1} = q_k + h (theta v_{k+1} + (1 - theta) v_k)                                         (6)
 //
 // (2), (3) are one Newton step on M (v_{k+1} - v_k) = h (theta f_{k+1} + (1 - theta) f_k); J_n, J_t at q_m. (4), (5)
-// are solved as in contact_step.h; J_n^i' v_k is zero in (5) for a contact at rest (March::impact_velocity). (5b) holds
-// for the velocity that moves q in (6): with theta = 1/2 the constraints do no work, and keep their gaps to O(h^2).
-// Order 1 through impacts, since (5) acts where a step happens to end; on smooth motion order 2 for theta = 1/2,
-// else 1.
+// are solved as in contact_step.h; J_n^i' v_k is zero in (5) for a contact at rest (FixedStepRun::impact_velocity).
+// (5b) holds for the velocity that moves q in (6): with theta = 1/2 the constraints do no work, and keep their gaps to
+// O(h^2). Order 1 through impacts, since (5) acts where a step happens to end; on smooth motion order 2 for theta =
+// 1/2, else 1.
 //
 // implicit=full: Newton's method goes on until v_{k+1} stands still, with f_q, f_v at the last (q_{k+1}, v_{k+1}) and
 //   v_free = v_{k+1} - Mhat^-1 (M (v_{k+1} - v_k) - h theta f_{k+1} - h (1 - theta) f_k)           (7)
@@ -33,13 +33,13 @@
 #include <optional>
 
 #include "methods/registry.h"
-#include "methods/time_stepping/march.h"
+#include "methods/time_stepping/fixed_step_run.h"
 #include "methods/time_stepping/position_projection.h"
 
 namespace ricochet {
 namespace {
 
-constexpr int kMostNewton = 30;
+constexpr int kMaxNewton = 30;
 
 class MoreauJean final : public Method {
  public:
@@ -78,10 +78,10 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
   const ProblemInfo& info = problem.info();
   const auto& structure = info.structure;
   const int n_q = info.n_q;
-  March march(problem, settings, solver_);
-  const double h = march.h;
-  const Vector &q = march.q, &v = march.v;
-  Counters& counters = march.solution.counters;
+  FixedStepRun run(problem, settings, solver_);
+  const double h = run.h;
+  const Vector &q = run.q, &v = run.v;
+  Counters& counters = run.solution.counters;
 
   const int n_implicit = structure.force_uses_position || structure.force_uses_velocity ? n_q : 0;
   Matrix M(n_q, n_q), f_q(n_implicit, n_implicit), f_v(n_implicit, n_implicit), Mhat(n_implicit, n_implicit);
@@ -104,18 +104,18 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
 
   /// (4), (5) of the contacts that are active; replaces the free velocity.
   const auto solve_contacts = [&](Vector& v_plus) {
-    if (!march.has_contact_problem()) return true;
-    if (!march.prepare_contacts(q_m, W)) return false;
-    for (const int i : march.active) shift[i] = info.contacts[i].eps_r * march.impact_velocity(i);
-    march.contacts.bilateral_velocities(v, shift);
+    if (!run.has_contact_problem()) return true;
+    if (!run.prepare_contacts(q_m, W)) return false;
+    for (const int i : run.active) shift[i] = info.contacts[i].eps_r * run.impact_velocity(i);
+    run.contacts.bilateral_velocities(v, shift);
     for (const int i : info.bilateral) shift[i] *= (1 - theta_) / theta_;  // (5b)
-    return march.solve_contacts(v_plus, shift, {});
+    return run.solve_contacts(v_plus, shift, {});
   };
 
   /// (7)
   const auto correct = [&](Vector& v_plus) {
-    NewtonEnd is_end(settings.inner_tolerance, march.largest_velocity() + Wf.cwiseAbs().maxCoeff());
-    for (int iteration = 0; iteration < kMostNewton; ++iteration) {
+    NewtonEnd is_end(settings.inner_tolerance, run.largest_velocity() + Wf.cwiseAbs().maxCoeff());
+    for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
       q_next = q + (h * theta_) * v_plus + (h * (1 - theta_)) * v;
       if (!constant_matrix) factorize(q_next, v_plus);
       problem.force(q_next.data(), v_plus.data(), info.u.data(), g.data());
@@ -128,14 +128,14 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
       ++counters.force_evaluations;
       ++counters.linear_solves;
       ++counters.inner_iterations;
-      march.clear_impulses();
+      run.clear_impulses();
       if (!solve_contacts(v_plus)) return false;
       if (is_end((v_plus - v_last).cwiseAbs().maxCoeff())) return true;
     }
-    return march.fail("Newton's method for the implicit forces did not converge");
+    return run.fail("Newton's method for the implicit forces did not converge");
   };
 
-  return march.run([&](Vector& v_plus) {
+  return run.take_steps([&](Vector& v_plus) {
     q_m = q + (0.5 * h) * v;  // (1)
     if (!constant_matrix) factorize(q, v);
     problem.force(q.data(), v.data(), info.u.data(), f.data());
@@ -145,11 +145,11 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
     v_plus = v + Wf;  // (3)
     ++counters.force_evaluations;
     ++counters.linear_solves;
-    march.find_active(q_m);
+    run.find_active(q_m);
     if (!solve_contacts(v_plus)) return false;
     if (is_full_ && !correct(v_plus)) return false;
-    march.q += (h * theta_) * v_plus + (h * (1 - theta_)) * v;  // (6)
-    return !projection || projection->apply(march.q) || march.fail(projection->reason());
+    run.q += (h * theta_) * v_plus + (h * (1 - theta_)) * v;  // (6)
+    return !projection || projection->apply(run.q) || run.fail(projection->reason());
   });
 }
 

@@ -34,13 +34,13 @@
 #include <numbers>
 
 #include "methods/registry.h"
-#include "methods/time_stepping/march.h"
+#include "methods/time_stepping/fixed_step_run.h"
 
 namespace ricochet {
 namespace {
 
 constexpr double kDuration = 0.2;    // t_c / sqrt(h T)
-constexpr double kMostDamping = 5;   // zeta for eps_r = 0
+constexpr double kMaxDamping = 5;    // zeta for eps_r = 0
 constexpr double kSlipOfStep = 0.1;  // v_s, as part of what friction changes in a step
 
 /// (3)
@@ -56,7 +56,7 @@ double restitution_of(double zeta) {
 }
 
 double damping_for(double eps_r) {
-  double low = 0, high = kMostDamping;
+  double low = 0, high = kMaxDamping;
   if (eps_r <= restitution_of(high)) return high;
   for (int k = 0; k < 60; ++k) {
     const double zeta = 0.5 * (low + high);
@@ -114,11 +114,11 @@ Solution Penalty::do_solve(const Problem& problem, const Settings& settings) con
   const ProblemInfo& info = problem.info();
   const auto& structure = info.structure;
   const int n_q = info.n_q;
-  March march(problem, settings, {});
-  march.solution.residuals.clear();  // there is no contact law to audit
-  const double h = march.h, t_c = kDuration * std::sqrt(h * info.end_time);
-  const Vector &q = march.q, &v = march.v;
-  Counters& counters = march.solution.counters;
+  FixedStepRun run(problem, settings, {});
+  run.solution.residuals.clear();  // there is no contact law to audit
+  const double h = run.h, t_c = kDuration * std::sqrt(h * info.end_time);
+  const Vector &q = run.q, &v = run.v;
+  Counters& counters = run.solution.counters;
 
   Matrix M(n_q, n_q), f_q(n_q, n_q), f_v(n_q, n_q), S(n_q, n_q), with_contacts(n_q, n_q);
   BlockInverse W, S_inverse, contact_inverse;
@@ -207,7 +207,7 @@ Solution Penalty::do_solve(const Problem& problem, const Settings& settings) con
     v_plus = v + change;
     v_m = v + 0.5 * change;
     bool none_pulls = true;
-    march.clear_impulses();
+    run.clear_impulses();
     for (int i = 0; i < info.n_c(); ++i) {
       CompliantContact& contact = contacts[i];
       if (!contact.is_active) continue;
@@ -215,14 +215,14 @@ Solution Penalty::do_solve(const Problem& problem, const Settings& settings) con
           -h * (contact.k * contact.gap + (contact.c + 0.5 * h * contact.k) * contact.normal_velocity(v_m));
       contact.is_active = impulse >= 0;
       none_pulls = none_pulls && contact.is_active;
-      march.Lambda_n[i] = std::max(0.0, impulse);
+      run.Lambda_n[i] = std::max(0.0, impulse);
       for (Eigen::Index d = 0; d < contact.J_t.cols(); ++d)
-        march.Lambda_t[info.contacts[i].tangent_index + d] = -contact.drag * contact.slip_velocity(d, v_m);
+        run.Lambda_t[info.contacts[i].tangent_index + d] = -contact.drag * contact.slip_velocity(d, v_m);
     }
     return none_pulls;
   };
 
-  return march.run([&](Vector& v_plus) {
+  return run.take_steps([&](Vector& v_plus) {
     q_m = q + (0.5 * h) * v;
     if (!constant_matrix) linearize();
     problem.force(q.data(), v.data(), info.u.data(), f.data());
@@ -237,8 +237,8 @@ Solution Penalty::do_solve(const Problem& problem, const Settings& settings) con
       ++counters.linear_solves;
       v_plus = v + change;
     }
-    march.q += (0.5 * h) * (v_plus + v);  // (7)
-    return v_plus.allFinite() || march.fail("the velocity is not finite");
+    run.q += (0.5 * h) * (v_plus + v);  // (7)
+    return v_plus.allFinite() || run.fail("the velocity is not finite");
   });
 }
 

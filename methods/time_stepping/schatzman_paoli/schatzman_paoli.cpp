@@ -43,15 +43,15 @@ class SchatzmanPaoli final : public Method {
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    const auto to_shift = [](const March& march, Vector& shift) {  // (5)
-      const ProblemInfo& info = march.problem.info();
+    const auto to_shift = [](const FixedStepRun& run, Vector& shift) {  // (5)
+      const ProblemInfo& info = run.problem.info();
       for (int i = 0; i < info.n_c(); ++i) {
         const double eps_r = info.contacts[i].eps_r;
-        shift[i] *= (1 + eps_r) / march.h;
-        if (eps_r > 0) shift[i] -= eps_r * march.impact_velocity(i);
+        shift[i] *= (1 + eps_r) / run.h;
+        if (eps_r > 0) shift[i] -= eps_r * run.impact_velocity(i);
       }
     };
-    return march_with_gaps(problem, settings, solver_, FrictionLaw::coulomb, to_shift);
+    return run_with_gaps(problem, settings, solver_, FrictionLaw::coulomb, to_shift);
   }
 
  private:

@@ -39,8 +39,8 @@ class StewartTrinkle final : public Method {
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    return march_with_gaps(problem, settings, solver_, FrictionLaw::coulomb,
-                           [](const March& march, Vector& shift) { shift /= march.h; });  // (1)-(5)
+    return run_with_gaps(problem, settings, solver_, FrictionLaw::coulomb,
+                         [](const FixedStepRun& run, Vector& shift) { shift /= run.h; });  // (1)-(5)
   }
 
  private:

@@ -55,19 +55,19 @@ class Symplectic final : public Method {
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    March march(problem, settings, solver_);
-    ExplicitStep free(march);
-    Vector kick = free.change(march.q, march.v), shift = Vector::Zero(problem.n_c());
-    return march.run([&](Vector& v_plus) {
-      v_plus = march.v + 0.5 * kick;        // (1)
-      march.q += march.h * v_plus;          // (2)
-      kick = free.change(march.q, v_plus);  // h M^-1 f, which (1) of the next step uses again
-      v_plus += 0.5 * kick;                 // (3)
-      march.find_active(march.q);
-      if (march.active.empty()) return true;
-      if (!march.prepare_contacts(march.q, free.W)) return false;
-      for (const int i : march.active) shift[i] = march.contacts.normal_velocity(i, v_plus);
-      return march.solve_contacts(v_plus, shift, {});  // (4)
+    FixedStepRun run(problem, settings, solver_);
+    ExplicitStep free(run);
+    Vector kick = free.change(run.q, run.v), shift = Vector::Zero(problem.n_c());
+    return run.take_steps([&](Vector& v_plus) {
+      v_plus = run.v + 0.5 * kick;        // (1)
+      run.q += run.h * v_plus;            // (2)
+      kick = free.change(run.q, v_plus);  // h M^-1 f, which (1) of the next step uses again
+      v_plus += 0.5 * kick;               // (3)
+      run.find_active(run.q);
+      if (run.active.empty()) return true;
+      if (!run.prepare_contacts(run.q, free.W)) return false;
+      for (const int i : run.active) shift[i] = run.contacts.normal_velocity(i, v_plus);
+      return run.solve_contacts(v_plus, shift, {});  // (4)
     });
   }
 

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+
+#include "methods/contact_laws/contact_problem.h"
+
+namespace ricochet {
+
+/// A contact problem and what is known of it, as a file keeps it.
+struct StoredContactProblem {
+  ContactProblem problem{};
+  std::string title{}, description{}, math_info{};
+  Vector solution{}, guess{};  ///< impulses r, G.n_rows(); empty: none
+};
+
+/// Contact problems as files of the Friction Contact Library (FCLib: Acary, Bremond, Koziara, Perignon, INRIA RT-0444),
+/// in HDF5: the local problem u = W r + q, normal first, with Coulomb's law, in groups /fclib_local, /solution,
+/// /guesses.
+///
+/// Its contacts are all in the plane (spacedim 2) or all in space (3): see uniform_contacts.h. Where a file is read,
+/// contacts with mu = 0 lose their tangents.
+
+/// @throws InputError without the library
+void require_contact_files();
+
+/// @throws InputError without the library; for a file that is missing, is no local problem, or whose sizes, indices or
+/// values do not fit, by the name of the data set; for equality constraints V, R, which are not read
+StoredContactProblem read_contact_file(const std::string& path);
+
+/// Writes a new file, under another name until it is complete; solution and guess with their velocities.
+/// @throws InputError without the library; for a file that exists or cannot be written; for what FCLib has no words
+/// for: the associated law with friction, impulses that are already there
+void write_contact_file(const StoredContactProblem& stored, const std::string& path);
+
+}  // namespace ricochet

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <vector>
+
+#include "methods/contact_laws/delassus.h"
+#include "methods/contact_laws/friction_polygon.h"
+#include "problems/named_values.h"
+
+namespace ricochet {
+
+/// What relates the impulses of a contact to its velocities.
+enum class FrictionLaw {
+  coulomb,     ///< friction opposes slip; the normal part does not know of it
+  associated,  ///< the convex relaxation: the velocity is in the dual of the friction cone, slip opens the contact
+};
+
+/// The contact problem of one time step, in contact coordinates: find impulses r with
+///
+///   w = G r + b                                                                         (1)
+///
+/// and, contact by contact (normal r_n, tangents r_t; w_t the slip velocity), Coulomb's law
+///
+///   0 <= r_n  _|_  w_n >= 0                                                             (2)
+///   ||r_t|| <= mu (r_n + p),   ||w_t|| r_t + mu (r_n + p) w_t = 0                       (3)
+///
+/// or the associated law, with the cone K = {||r_t|| <= mu r_n} and its dual K*,
+///
+///   K  contains  r  _|_  w  in  K* = {w_n >= mu ||w_t||}.                               (4)
+///
+/// b are the velocities without impulses, shifted by the impact law or by gap / h; p a normal impulse that is already
+/// there. Without friction (1), (2) are a linear complementarity problem; (1), (4) are the optimality conditions of a
+/// convex quadratic program when G is symmetric. The velocity w + mu ||w_t|| e_n fulfils (4) exactly when w fulfils
+/// (2), (3) with p = 0: de Saxce's form of Coulomb's law.
+///
+/// Sources: Acary, Brogliato, Numerical Methods for Nonsmooth Dynamical Systems (2008), chapter 13; Anitescu, Math.
+/// Program. 105 (2006) 113-143.
+struct ContactProblem {
+  struct Contact {
+    int id = 0;  ///< of the scene
+    int n_t = 0;
+    double mu = 0;
+    double present = 0;  ///< p; zero with the associated law
+  };
+
+  FrictionLaw law = FrictionLaw::coulomb;
+  Delassus G;
+  Vector b;  ///< at least G.n_rows()
+  std::vector<Contact> contacts;
+};
+
+/// (2), (3) or (4) of one contact as a projection: F = 0,
+///
+///   F_n = r_n - c,   c = max(0, r_n - rho_n w_n)                                        (5)
+///   F_t = r_t - P(r_t - rho_t w_t),   P: projection onto the disc of radius mu (c + p)  (6)
+///
+/// or F = r - P_K(r - rho_n w) for (4). Derivatives are an element of the generalised Jacobian.
+/// Source: Alart, Curnier, CMAME 92 (1991), eq. (5), (6).
+struct ContactMap {
+  double F[3]{};
+  double F_r[3][3]{}, F_w[3][3]{};
+
+  /// @param r, w  1 + n_t of them; @param tie  impulse, up to which r_n <= rho_n w_n still counts as closed: (5) is
+  /// then another element of its set of derivatives
+  void evaluate(FrictionLaw law, const ContactProblem::Contact& contact, double rho_n, double rho_t, const double* r,
+                const double* w, double tie = 0);
+};
+
+/// Takes what rounding leaves of the impulses of open contacts, which is at most the tolerance of a solver, out of r.
+void clear_open_contacts(const ContactProblem& problem, Vector& r);
+
+/// What contacts are measured in.
+struct ContactScale {
+  double velocity = 0, impulse = 0;
+};
+
+/// The largest |b| and |G_kk r_k|, and the impulse behind it.
+ContactScale scale_of(const ContactProblem& problem, const Vector& r);
+
+/// Largest violation of (2)-(4) relative to the scale: of (5), (6) as velocities; or, where friction in space has a
+/// polygon in place of the disc, of the complementarity pairs. @param w  velocities that belong to r
+double violation(const ContactProblem& problem, const Vector& r, const Vector& w, const ContactScale& scale,
+                 const FrictionPolygon& polygon);
+
+/// The same with the scale of r. @param w  (1), written; at least G.n_rows()
+double violation(const ContactProblem& problem, const Vector& r, const FrictionPolygon& polygon, Vector& w);
+
+}  // namespace ricochet

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <Eigen/SparseCore>
+
+#include "methods/contact_laws/delassus.h"
+
+namespace ricochet {
+
+// The Delassus operator as a sparse matrix, to hand to others and to take from them. Not for the time step: they
+// allocate.
+
+using SparseMatrix = Eigen::SparseMatrix<double>;
+
+/// Entries of the blocks that are not zero.
+SparseMatrix sparse_matrix(const Delassus& G);
+
+/// Blocks where the matrix has entries, or its transpose has, and on the diagonal.
+/// @param sizes  1 + n_t of every contact; @param G  as many rows and columns as these have together
+void set_operator(Delassus& op, const std::vector<int>& sizes, const SparseMatrix& G);
+
+}  // namespace ricochet

@@ -1,0 +1,98 @@
+#include "methods/contact_laws/solvers/contact_solver.h"
+
+#include <algorithm>
+
+#include "methods/contact_laws/friction_cone.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+const Names<ContactSolverKind>& kinds() {
+  static const Names<ContactSolverKind> names = {
+      {"automatic", ContactSolverKind::automatic}, {"lemke", ContactSolverKind::lemke},
+      {"exact", ContactSolverKind::exact},         {"pgs", ContactSolverKind::pgs},
+      {"newton", ContactSolverKind::newton},       {"interior_point", ContactSolverKind::interior_point},
+      {"siconos", ContactSolverKind::siconos}};
+  return names;
+}
+
+/// Usual contact_iterations=.
+int usual_iterations(ContactSolverKind kind) {
+  switch (kind) {
+    case ContactSolverKind::pgs:
+    case ContactSolverKind::siconos:
+      return 20000;
+    case ContactSolverKind::newton:
+    case ContactSolverKind::exact:
+      return 200;
+    case ContactSolverKind::interior_point:
+      return 100;
+    case ContactSolverKind::lemke:
+    case ContactSolverKind::automatic:
+      return 0;
+  }
+  return 0;
+}
+
+}  // namespace
+
+const char* reason_of(ContactStatus status) {
+  switch (status) {
+    case ContactStatus::solved:
+      return "solved";
+    case ContactStatus::no_solution:
+      return "the contact problem has no solution that Lemke's method finds";
+    case ContactStatus::iteration_limit:
+      return "the contact solver did not reach its tolerance within its iterations";
+    case ContactStatus::dependent:
+      return "bilateral constraints depend on each other";
+  }
+  return "";
+}
+
+ContactSolverOptions contact_solver_argument(const MethodSpec& spec) {
+  ContactSolverOptions options{.kind = spec.choice("solver", kinds())};
+  if (options.kind == ContactSolverKind::automatic && spec.whole_number("facets", 0, 4, 1024) > 0)
+    options.kind = ContactSolverKind::lemke;
+  if (options.kind == ContactSolverKind::automatic) return options;
+  if (options.kind == ContactSolverKind::lemke) {
+    options.facets = facets_argument(spec);
+    return options;
+  }
+  if (options.kind == ContactSolverKind::siconos && !has_siconos_contact_solver())
+    throw InputError("solver=siconos is not built: libsiconos-kernel-dev not found");
+  options.facets = 0;
+  options.tolerance = spec.number("contact_tolerance", options.tolerance, 1e-15, 1);
+  options.iterations = spec.whole_number("contact_iterations", usual_iterations(options.kind), 1, 100'000'000);
+  return options;
+}
+
+ContactSolverOptions options_for(const ProblemInfo& problem, ContactSolverOptions options) {
+  if (options.kind != ContactSolverKind::automatic) return options;
+  const bool in_space = std::ranges::any_of(problem.contacts, [](const auto& contact) { return contact.n_t == 2; });
+  options.kind = in_space ? ContactSolverKind::exact : ContactSolverKind::lemke;
+  options.iterations = usual_iterations(options.kind);
+  return options;
+}
+
+std::unique_ptr<ContactSolver> make_contact_solver(const ContactSolverOptions& options) {
+  switch (options.kind) {
+    case ContactSolverKind::exact:
+      return make_exact_contact_solver(options.tolerance, options.iterations);
+    case ContactSolverKind::pgs:
+      return make_gauss_seidel_contact_solver(options.tolerance, options.iterations);
+    case ContactSolverKind::newton:
+      return make_newton_contact_solver(options.tolerance, options.iterations);
+    case ContactSolverKind::interior_point:
+      return make_interior_point_contact_solver(options.tolerance, options.iterations);
+    case ContactSolverKind::siconos:
+      return make_siconos_contact_solver(options.tolerance, options.iterations);
+    case ContactSolverKind::lemke:
+    case ContactSolverKind::automatic:
+      break;
+  }
+  return make_lemke_contact_solver(options.facets);
+}
+
+}  // namespace ricochet

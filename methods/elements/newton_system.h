@@ -1,0 +1,158 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "methods/contact_laws/friction_polygon.h"
+#include "methods/linear_algebra/band_lu.h"
+#include "methods/linear_algebra/small_inverse.h"
+#include "problems/disjoint_sets.h"
+#include "problems/problem.h"
+#include "problems/solution.h"
+
+namespace ricochet {
+
+/// (1), (2), (5) of stage_solver.h for one step length.
+struct StageCoefficients {
+  using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+  double h = 0;
+  RowMajorMatrix hA, h2A2;
+  Vector hb, h2bA, h_rows;  ///< h_rows: h times the row sums of A
+};
+
+/// A closed contact. Its unknowns and equations at a stage: the normal ones, then, unless the mode gives the tangential
+/// force, the tangential ones.
+struct ActiveContact {
+  int contact = -1;
+  ContactMode mode = ContactMode::closed;
+  int facet = 0;
+  int row = 0;     ///< of its first unknown among those of all closed contacts
+  int n_rows = 1;  ///< 1 or 1 + n_t, 2 on an edge
+  int entry = 0;   ///< its first one in StageDerivatives
+  TangentialLaw law;
+};
+
+/// What a Newton matrix is made of: the derivatives of (3), (4) and (7) of stage_solver.h, per stage. Those of a closed
+/// contact exist on its support only: entry (row, s) of row < n_rows stands at `entry` + row * support.size() + s. The
+/// clock's column of K is left out: its equation says that its acceleration is zero.
+struct StageDerivatives {
+  bool has_dynamics = false;     ///< Dq or Dv may differ from zero
+  std::vector<Matrix> Dq, Dv;    ///< n_q x n_q: of (3) by q_j and v_j; not read unless has_dynamics
+  std::vector<Vector> forces;    ///< minus (3) by lambda_j
+  std::vector<Vector> Rq, Rv;    ///< of (4), (7) by q_j, v_j
+  std::vector<Vector> Rl;        ///< of (7) by lambda_j, 3 x 3 entries per closed contact, row by row
+  std::vector<const double*> M;  ///< n_q x n_q
+};
+
+/// The linear systems of Newton's method on the stage equations,
+///
+///   K dx = -r,   K = d(3, 4, 7) / d(w_1, lambda_1, ..., w_s, lambda_s)                                   (1)
+///
+/// by *islands*: the connected components of coordinates that M, the derivatives of forces or a closed contact couple.
+/// (1) falls apart into one system per island, and each has its own factors. So a switch costs new factors for the
+/// islands of that contact only. Where neither M nor f_v nor the contacts of an island vary, its matrix does not depend
+/// on the state, and not on h either: rows (4) are divided by h^2 and rows (7a) by h. Its factors hold for ever.
+///
+/// A small island keeps its inverse: it is used many times, and residuals correct its rounding. A large one is numbered
+/// along its breadth-first levels, all stages of a coordinate together and each contact between its bodies; then K is a
+/// band matrix (band_lu.h), and a row of n bodies costs time in proportion to n. A system with few unknowns is one
+/// island, whatever it couples.
+///
+/// Contacts that are redundant in an island make it dense, see redundant_system.h.
+class NewtonSystem {
+ public:
+  NewtonSystem(const Problem& problem, int n_s, Counters& counters);
+
+  /// Another active set: finds the islands. @param n_rows  unknown forces per stage
+  void set_active(std::span<const ActiveContact> closed, int n_rows);
+
+  /// Takes the factors that were kept for this length and active set. False when some are missing.
+  bool recall(double h);
+  /// Factorises where recall() found nothing, and with `again` wherever the matrix may have changed since.
+  /// @return false when a matrix is not regular, not even as that of redundant contacts
+  bool factorize(const StageCoefficients& k, const StageDerivatives& derivatives, bool again);
+  /// dx = -K^-1 r by the factors of recall() and factorize(); see redundant_system.h for redundant contacts.
+  /// @param x  the forces among the unknowns, read only if is_redundant()
+  void solve(const Vector& r, const Vector& x, Vector& dx);
+  bool is_redundant() const { return is_redundant_; }  ///< some contacts are, as the last factors say
+
+  /// response = -K^-1 rhs, two columns, with K of this instant; nothing of it is kept, unless it holds for ever.
+  /// @param x  as of solve(), counts for the first column
+  void solve_once(const StageCoefficients& k, const StageDerivatives& derivatives, const Matrix& rhs, const Vector& x,
+                  Matrix& response);
+
+ private:
+  struct Factor {
+    double h = 0;
+    std::vector<int> key;  // of the island
+    int n_coordinates = 0;
+    bool is_valid = false, is_banded = false;
+    BandLu band;
+    Matrix K;
+    SmallInverse lu;
+    Matrix negative_inverse;
+    Matrix to_smallest;  // RedundantSystem (2); empty when the contacts are not redundant
+    std::uint64_t last_use = 0;
+  };
+
+  struct Island {
+    std::vector<int> coordinates;  // ascending
+    std::vector<int> contacts;     // in the list of closed ones
+    std::vector<int> key;          // contact, mode and facet of each
+    int n_rows = 0;
+    bool is_whole = false;     // all unknowns, in the order of the whole system
+    bool is_constant = false;  // the matrix holds for ever
+    // Unknown number m at stage j has position m * number_step + j * stage_step, and stands in the whole system at
+    // unknowns[position].
+    int number_step = 1, stage_step = 1;
+    std::vector<int> unknowns;
+    bool is_banded = false;
+    int lower = 0, upper = 0;                  // diagonals
+    std::vector<std::pair<int, int>> couples;  // coordinates with an entry in (3), when the island has levels
+    Factor* factor = nullptr;
+
+    int n() const { return static_cast<int>(unknowns.size()); }
+    int position(int number, int stage) const { return number * number_step + stage * stage_step; }
+  };
+
+  void find_islands();
+  void set_members();
+  void number_by_stage(Island& island);
+  void number_along_levels(Island& island);
+  void order_by_levels(const Island& island, int first);
+  void set_unknowns(Island& island, int coordinate_step, int stage_step);
+  Factor& factor_for(const Island& island, double h);
+  void assemble(const Island& island, const StageCoefficients& k, const StageDerivatives& derivatives,
+                auto&& add) const;
+  bool factorize(const Island& island, const StageCoefficients& k, const StageDerivatives& derivatives, bool invert,
+                 Factor& factor);
+  std::vector<int> force_positions(const Island& island) const;
+
+  const Problem& problem_;
+  Counters& counters_;
+  const int n_q_, n_s_;
+  const bool constant_dynamics_;  // M and f_v + B_u u are constant
+  std::span<const ActiveContact> closed_;
+  int n_x_ = 0;
+
+  std::size_t n_islands_ = 0;  // of the list, which keeps its storage
+  std::vector<Island> islands_;
+  DisjointSets coordinate_sets_;                     // of coordinates: one per island
+  std::vector<int> island_of_;                       // per coordinate
+  std::vector<std::vector<int>> coupled_;            // per coordinate: those of ProblemInfo::Structure::couplings
+  std::vector<std::vector<int>> contacts_of_;        // per coordinate: the closed contacts, in their list
+  std::vector<int> coordinate_number_, row_number_;  // of a coordinate, and a row of (4), (7), within its island
+  std::vector<int> order_, place_;                   // along the levels: coordinates, and where they stand there
+
+  std::vector<std::vector<Factor>> factors_;  // kept, by the least coordinate of the island
+  std::vector<Factor> scratch_;               // of solve_once(), by the same
+  std::uint64_t clock_ = 0;
+  double recalled_h_ = 0;  // of the factors that the islands point to; 0 when they are of another active set
+  bool is_known_ = false;  // all of these factors are there
+  bool is_redundant_ = false;
+  std::vector<double> local_, result_;
+};
+
+}  // namespace ricochet

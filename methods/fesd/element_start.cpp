@@ -1,0 +1,510 @@
+#include "methods/fesd/element_start.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ricochet {
+namespace {
+
+// A force this near to the cone, as part of the cone, may belong to either side of it.
+constexpr double kNearCone = 0.1;
+// A force larger than this, as part of what it was in the element before, is not about to vanish.
+constexpr double kClear = 1e-6;
+// Impacts at one instant that lose this few of their velocity are not followed to their end.
+constexpr int kMaxImpacts = 10000;
+
+/// Every contact open but bilateral ones, and nothing known of forces.
+void clear_modes(const ProblemInfo& info, Element& stages, ElementStart& start) {
+  start.from_rest.clear();
+  start.on_edge.clear();
+  start.has_forces = false;
+  std::fill(stages.modes.begin(), stages.modes.end(), ContactMode::open);
+  for (const int i : info.bilateral) stages.modes[i] = ContactMode::closed;
+  if (!info.has_friction()) return;
+  stages.slip_start.setZero();
+  std::fill(stages.facets.begin(), stages.facets.end(), 0);
+}
+
+}  // namespace
+
+void ElementStart::reserve(const ProblemInfo& info) {
+  touching.reserve(info.contacts.size());
+  closed.reserve(info.contacts.size());
+  alternatives.reserve(2 * info.contacts.size());
+  from_rest.reserve(info.contacts.size());
+  on_edge.reserve(info.contacts.size());
+  acceleration.setZero(info.n_q);
+  lambda_n.setZero(info.n_c());
+  lambda_t.setZero(info.n_lambda_t);
+}
+
+ElementStartSolver::ElementStartSolver(const Problem& problem, const ButcherTableau& tableau,
+                                       const FrictionPolygon& polygon, ContactScales& scales, Counters& counters)
+    : problem_(problem),
+      tableau_(tableau),
+      polygon_(polygon),
+      scales_(scales),
+      impact_law_(problem, polygon, scales, counters) {
+  const ProblemInfo& info = problem.info();
+  closed_.reserve(info.contacts.size());
+  for (auto* list : {&approaching_, &candidates_, &together_}) list->reserve(info.contacts.size());
+  struck_n_.setZero(info.n_c());
+  struck_t_.setZero(info.n_lambda_t);
+  gap_.setZero(problem.n_c());
+  coupled_.reset(info.n_q);
+  coupled_.join(info.structure.couplings);
+  if (info.has_bilateral()) coupled_.join_all();
+  islands_ = coupled_;
+  for (auto* list : {&jumps_, &keeps_}) list->resize(static_cast<std::size_t>(info.n_q));
+}
+
+/// The coordinates that M, forces and touching contacts couple, and where their forces jump: an impulse, a contact that
+/// was open, slip that stops. Elsewhere forces are continuous, also where a contact breaks or begins to slip.
+void ElementStartSolver::set_islands(const ElementStart& start, const Element* left, const Switch& end, const Vector& v,
+                                     const Eigen::Ref<const Vector>& v_minus) {
+  const auto& contacts = problem_.info().contacts;
+  islands_ = coupled_;
+  for (const int i : start.touching) islands_.join(contacts[i].pushed());
+  std::fill(jumps_.begin(), jumps_.end(), false);
+  for (int k = 0; k < problem_.n_q(); ++k) {
+    if (v[k] != v_minus[k]) jumps_[islands_.of(k)] = true;
+  }
+  for (const int i : start.touching) {
+    const bool was_open = !left || !is_closed(left->modes[i]);
+    if (was_open || end.is(Switch::Kind::slip_stops, i)) jumps_[islands_.of(contacts[i].support.front())] = true;
+  }
+}
+
+bool ElementStartSolver::force_jumps(int contact) {
+  return jumps_[island_of(contact)];
+}
+
+/// A closed contact that stays closed whatever the load says.
+ContactMode ElementStartSolver::continued_mode(const ImpactLaw::Closed& closed) const {
+  const int n_t = problem_.info().contacts[closed.contact].n_t;
+  if (n_t > 0 && !closed.slides) return ContactMode::stick;
+  if (polygon_.applies(n_t)) return closed.is_on_edge ? ContactMode::edge_slip : ContactMode::vertex_slip;
+  return slip_mode(n_t, closed.direction);
+}
+
+/// Whether the load of a contact that slides pulls it into its surface: at either end of an edge.
+bool ElementStartSolver::is_paradox(const ImpactLaw::Closed& closed) const {
+  if (!closed.slides) return false;
+  if (impact_law_.sliding_delassus(closed.contact, closed.direction) <= 0) return true;
+  if (!closed.is_on_edge) return false;
+  const auto d = polygon_.vertex(polygon_.next(closed.facet));
+  const double direction[2]{-d[0], -d[1]};
+  return impact_law_.sliding_delassus(closed.contact, direction) <= 0;
+}
+
+/// Tells the scales what the contacts touched with, and in the first element of a run what their load does: a body that
+/// begins at rest has no other size.
+void ElementStartSolver::see_sizes(const FesdStep& step, const Eigen::Ref<const Vector>& v_minus,
+                                   const Element& element, const Element* left) {
+  const ProblemInfo& info = problem_.info();
+  const Vector* w = left ? nullptr : &impact_law_.free_acceleration(element.q0, element.v0);
+  for (const int i : candidates_) {
+    const double G = impact_law_.normal_delassus(i), G_t = impact_law_.mobility(i);
+    scales_.see_contact(i, impact_law_.normal(i), G, G_t);
+    scales_.see_approach(i, impact_law_.normal_velocity_scale(i, v_minus));
+    scales_.see_slip(i, impact_law_.slip_velocity_scale(i, v_minus));
+    if (left) {
+      scales_.see_approach(i, impact_law_.normal_velocity_scale(i, left->v0));
+      scales_.see_slip(i, impact_law_.slip_velocity_scale(i, left->v0));
+      if (is_closed(left->modes[i])) scales_.see_approach(i, left->h * left->lambda_n.row(i).maxCoeff() * G);
+    } else {
+      const double load = impact_law_.normal_velocity_scale(i, *w);
+      scales_.see_force(i, load / G);
+      scales_.see_approach(i, step.H * load);
+      scales_.see_slip(i, step.H * (impact_law_.slip_velocity_scale(i, *w) + info.contacts[i].mu * load / G * G_t));
+    }
+  }
+}
+
+/// What the impact has done to the contacts that touch, with or without an impulse of their own.
+void ElementStartSolver::see_impact(const Vector& v) {
+  const Vector& size = impact_law_.impulse_size(together_, struck_n_, struck_t_);
+  for (const int i : candidates_) {
+    scales_.see_approach(i, impact_law_.normal_velocity_scale(i, size));
+    scales_.see_slip(i, impact_law_.slip_velocity_scale(i, size));
+  }
+  for (const int i : together_) {
+    scales_.see_approach(i, impact_law_.normal_velocity_scale(i, v));
+    scales_.see_slip(i, problem_.info().contacts[i].mu * struck_n_[i] * impact_law_.mobility(i));
+  }
+}
+
+/// Whether a contact needs an impulse: not for what is rounding of the velocities that have cancelled.
+bool ElementStartSolver::approaches(int contact, const Eigen::Ref<const Vector>& v) const {
+  return impact_law_.normal_velocity(contact, v) < -scales_.no_approach(contact);
+}
+
+/// The contacts of together_ that need an impulse, in approaching_.
+bool ElementStartSolver::find_approaching(const Eigen::Ref<const Vector>& v) {
+  approaching_.clear();
+  for (const int i : together_) {
+    if (approaches(i, v)) approaching_.push_back(i);
+  }
+  return !approaching_.empty();
+}
+
+/// Whether a contact that approaches closes at this instant: in its flight no velocity would change.
+bool ElementStartSolver::closes_now(int contact, const Element& element) {
+  const double gap = gap_[contact];
+  if (gap <= scales_.touching(contact)) return true;
+  const double flight = gap / -impact_law_.normal_velocity(contact, element.v0);
+  const Vector& w = impact_law_.free_acceleration(element.q0, element.v0);
+  return flight * impact_law_.normal_velocity_scale(contact, w) <=
+         ContactScales::kStageRounding * scales_.approach(contact);
+}
+
+/// Impacts (7), in v0 of the element and its columns of the impulses, and how many they are.
+ElementStartSolver::Result ElementStartSolver::strike(FesdStep& step, int element, const Element* left,
+                                                      ElementStart& start) {
+  Element& stages = step.elements[element];
+  auto Lambda_n = step.Lambda_n.col(element), Lambda_t = step.Lambda_t.col(element);
+  const auto was_closed = [&](int i) { return left && is_closed(left->modes[i]); };
+  const auto rests = [&](int i) {
+    return std::abs(impact_law_.normal_velocity(i, stages.v0)) <= scales_.no_approach(i);
+  };
+  together_.clear();
+  for (const int i : start.touching) {
+    // Bodies that move side by side without a force drift by rounding of the stages.
+    const bool parts = !was_closed(i) && impact_law_.normal_velocity(i, stages.v0) > scales_.no_drift(i);
+    if (!parts) together_.push_back(i);
+  }
+  int& n_impacts = step.n_impacts[static_cast<std::size_t>(element)];
+  while (find_approaching(stages.v0)) {
+    start.culprit = approaching_.front();
+    if (++n_impacts > kMaxImpacts) return Result::accumulates;
+    struck_n_.setZero();
+    struck_t_.setZero();
+    if (impact_law_.impact(together_, approaching_, stages.v0, struck_n_, struck_t_) != LcpStatus::solved)
+      return Result::no_impulse;
+    see_impact(stages.v0);
+    Lambda_n += struck_n_;
+    Lambda_t += struck_t_;
+
+    // What the impact sends together is struck next, with what rests there unless the load pulls it apart.
+    together_.clear();
+    for (const int i : candidates_) {
+      if (approaches(i, stages.v0) && (Lambda_n[i] > 0 || closes_now(i, stages))) together_.push_back(i);
+    }
+    if (together_.empty()) break;
+    closed_.clear();
+    for (const int i : candidates_) {
+      if (!rests(i) || std::ranges::count(together_, i) > 0) continue;
+      if (Lambda_n[i] > 0)
+        closed_.push_back({.contact = i});
+      else if (std::ranges::binary_search(start.touching, i))
+        together_.push_back(i);
+    }
+    if (!closed_.empty()) {
+      if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, struck_n_, struck_t_) != LcpStatus::solved)
+        return Result::no_forces;
+      for (const auto& closed : closed_) {
+        if (!impact_law_.is_pulled_apart(closed.contact)) together_.push_back(closed.contact);
+      }
+    }
+    std::ranges::sort(together_);
+  }
+  for (const int i : candidates_) {
+    if (Lambda_n[i] > 0 && std::ranges::count(start.touching, i) == 0) start.touching.push_back(i);
+  }
+  std::ranges::sort(start.touching);
+  return Result::done;
+}
+
+/// Whether a closed contact slides already, and where to.
+void ElementStartSolver::set_tangential_law(const Element& element, const Element* left, const Switch& end,
+                                            bool is_struck, ImpactLaw::Closed& closed) {
+  const int i = closed.contact;
+  const auto& contact = problem_.info().contacts[i];
+  const ContactMode before = left ? left->modes[i] : ContactMode::open;
+  if (end.contact == i && end.on_polygon() && !is_struck) return set_facet(element, end, closed);
+  if (end.is(Switch::Kind::cone_reached, i) && !end.on_polygon() && !is_struck) {  // slip starts against the force
+    closed.slides = true;
+    double size = 0;
+    for (int d = 0; d < contact.n_t; ++d) {
+      closed.direction[d] = -left->end_lambda_t[contact.tangent_index + d];
+      size = std::hypot(size, closed.direction[d]);
+    }
+    for (int d = 0; d < contact.n_t; ++d) closed.direction[d] /= size;
+    return;
+  }
+  if (before == ContactMode::stick && !is_struck) return;
+  if (end.is(Switch::Kind::slip_stops, i) && !is_struck) return;
+  set_slide(element, closed);
+}
+
+/// The same on a polygon, where the switch of this contact says it.
+void ElementStartSolver::set_facet(const Element& element, const Switch& end, ImpactLaw::Closed& closed) {
+  if (end.kind == Switch::Kind::slip_turns) set_slide(element, closed);
+  if (end.kind == Switch::Kind::cone_reached || closed.slides) impact_law_.set_edge(closed, end.condition.facet);
+  if (end.kind == Switch::Kind::edge_left) impact_law_.set_vertex(closed, end.condition.facet);
+}
+
+/// Whether it slides, up to what contacts that come to rest together have left of their slip when the switch of one of
+/// them is solved.
+void ElementStartSolver::set_slide(const Element& element, ImpactLaw::Closed& closed) {
+  impact_law_.set_slide(closed, element.v0, scales_.no_slip(closed.contact));
+}
+
+ElementStartSolver::Result ElementStartSolver::begin(FesdStep& step, int element, const Element* left,
+                                                     const Switch& end, bool within_step, ElementStart& start) {
+  const ProblemInfo& info = problem_.info();
+  const int n_c = info.n_c();
+  Element& stages = step.elements[element];
+  auto v_minus = step.v_minus.col(element);
+  auto Lambda_n = step.Lambda_n.col(element);
+  auto Lambda_t = step.Lambda_t.col(element);
+  start.touching.clear();
+  start.closed.clear();
+  start.alternatives.clear();
+  start.closed_instead = 0;
+  stages.v0 = v_minus;
+  clear_modes(info, stages, start);
+  step.n_impacts[static_cast<std::size_t>(element)] = 0;
+  if (n_c == 0) return Result::done;
+  Lambda_n.setZero();
+  if (info.has_friction()) Lambda_t.setZero();
+
+  const auto was_closed = [&](int i) { return left && is_closed(left->modes[i]); };
+  problem_.gap(stages.q0.data(), gap_.data());
+  candidates_.clear();
+  for (const int i : info.unilateral) {
+    if (gap_[i] > scales_.nearly_touching(i)) continue;
+    candidates_.push_back(i);
+    if (was_closed(i) || gap_[i] <= scales_.touching(i)) start.touching.push_back(i);
+  }
+  if (start.touching.empty() && !info.has_bilateral()) return Result::done;
+  step.touches = step.touches || !start.touching.empty();
+  start.culprit = start.touching.empty() ? info.bilateral.front() : start.touching.front();
+  if (!impact_law_.prepare(stages.q0, candidates_)) return Result::no_impulse;
+  if (!start.touching.empty()) {
+    see_sizes(step, v_minus, stages, left);
+    const Result result = strike(step, element, left, start);
+    if (result != Result::done) return result;
+  }
+
+  // A contact closes; the impulses of contacts that were closed when they bounced (see carry_on) are no impact.
+  const bool is_impact = std::ranges::any_of(start.touching, [&](int i) { return Lambda_n[i] > 0 && !was_closed(i); });
+  // A contact whose bodies it moves; the others go on as if nothing had happened.
+  const auto is_struck = [&](int i) {
+    const auto& support = info.contacts[i].support;
+    return is_impact && std::any_of(support.begin(), support.end(), [&](int k) { return stages.v0[k] != v_minus[k]; });
+  };
+
+  for (const int i : start.touching) {
+    if (end.is(Switch::Kind::force_vanishes, i)) continue;
+    const bool rested = was_closed(i) && !is_struck(i);
+    ImpactLaw::Closed closed{.contact = i};
+    if (info.contacts[i].n_t > 0) set_tangential_law(stages, left, end, is_struck(i), closed);
+    if (rested || impact_law_.normal_velocity(i, stages.v0) <= scales_.no_approach(i)) {
+      start.closed.push_back(closed);
+    } else if (!left || was_closed(i) || Lambda_n[i] > 0) {
+      start.alternatives.push_back({i, continued_mode(closed), ContactMode::open,
+                                    impact_law_.normal_velocity(i, stages.v0), closed.facet, 0, closed});
+    }
+  }
+  return set_modes(step, element, left, end, within_step, 0, start);
+}
+
+ElementStartSolver::Result ElementStartSolver::close_instead(FesdStep& step, int element, const Element* left,
+                                                             const Switch& end, bool within_step,
+                                                             unsigned closed_instead, ElementStart& start) {
+  Element& stages = step.elements[element];
+  clear_modes(problem_.info(), stages, start);
+  if (!impact_law_.prepare(stages.q0, start.touching)) return Result::no_impulse;
+  const std::size_t n_alternatives = start.alternatives.size();
+  const Result result = set_modes(step, element, left, end, within_step, closed_instead, start);
+  start.alternatives.resize(n_alternatives);
+  start.closed_instead = closed_instead;
+  return result;
+}
+
+/// Modes from the forces right behind the start.
+ElementStartSolver::Result ElementStartSolver::set_modes(FesdStep& step, int element, const Element* left,
+                                                         const Switch& end, bool within_step, unsigned closed_instead,
+                                                         ElementStart& start) {
+  const ProblemInfo& info = problem_.info();
+  Element& stages = step.elements[element];
+  if (start.closed.empty() && closed_instead == 0 && !info.has_bilateral()) return Result::done;
+
+  set_islands(start, left, end, stages.v0, step.v_minus.col(element));
+  std::fill(keeps_.begin(), keeps_.end(), false);
+  if (within_step && left && !info.has_bilateral()) find_kept(start, *left, end);
+  closed_.clear();
+  for (const auto& closed : start.closed) {
+    if (keeps_[island_of(closed.contact)])
+      stages.modes[closed.contact] = left->modes[closed.contact];
+    else
+      closed_.push_back(closed);
+  }
+  for (std::size_t k = 0; k < start.alternatives.size(); ++k) {
+    if (k < kMaxClosedInstead && (closed_instead >> k & 1U)) closed_.push_back(start.alternatives[k].closed);
+  }
+  for (const auto& closed : closed_) {
+    if (closed.is_on_edge) start.on_edge.push_back({closed.contact, closed.facet});
+    if (end.is(Switch::Kind::edge_left, closed.contact))
+      start.on_edge.push_back({closed.contact, left->facets[closed.contact]});
+  }
+  const auto in_paradox =
+      std::find_if(closed_.begin(), closed_.end(), [&](const ImpactLaw::Closed& c) { return is_paradox(c); });
+  if (!closed_.empty()) start.culprit = in_paradox != closed_.end() ? in_paradox->contact : closed_.front().contact;
+  if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, start.lambda_n, start.lambda_t) != LcpStatus::solved) {
+    return Result::no_forces;
+  }
+  // Where sliding pulls the contact into itself, a load that leaves it open lets it press as well.
+  if (in_paradox != closed_.end()) return Result::indeterminate;
+  for (const auto& closed : closed_)
+    scales_.see_force(closed.contact,
+                      impact_law_.load_size(closed.contact) / impact_law_.normal_delassus(closed.contact));
+  start.has_forces = true;
+  start.acceleration = impact_law_.acceleration();
+  if (std::find(keeps_.begin(), keeps_.end(), true) != keeps_.end()) keep_forces(*left, start);
+
+  const auto was_closed = [&](int i) { return left && is_closed(left->modes[i]); };
+  for (const auto& closed : closed_) {
+    const int i = closed.contact;
+    const auto& contact = info.contacts[i];
+    ContactMode mode = closed.mode;
+    const bool rested = was_closed(i) && !force_jumps(i);
+    if (mode == ContactMode::open && within_step && rested) mode = continued_mode(closed);
+    stages.modes[i] = mode;
+    if (polygon_.applies(contact.n_t)) stages.facets[i] = closed.facet;
+    const bool breaks_too = end.kind == Switch::Kind::force_vanishes && end.contact >= 0 && is_closed(mode) && rested &&
+                            start.lambda_n[i] <= scales_.no_force(i);
+    if (breaks_too) start.alternatives.push_back({i, ContactMode::open, mode, 0, 0, closed.facet});
+    if (!is_closed(mode) || contact.n_t == 0) continue;
+
+    const auto lambda_t = start.lambda_t.segment(contact.tangent_index, contact.n_t);
+    const double force = lambda_t.norm(), cone = contact.mu * start.lambda_n[i];
+    const bool from_rest = is_slipping(mode) && (!closed.slides || end.is(Switch::Kind::cone_reached, i));
+    if (from_rest) {
+      start.from_rest.push_back(i);
+      start.alternatives.push_back({i, ContactMode::stick, mode, 0, 0, closed.facet});
+      if (mode == ContactMode::slip) stages.slip_start.segment(contact.tangent_index, contact.n_t) = -lambda_t / force;
+    } else if (mode == ContactMode::vertex_slip && end.is(Switch::Kind::edge_left, i)) {
+      start.alternatives.push_back({i, ContactMode::edge_slip, mode, 0, left->facets[i], closed.facet});
+    } else if (mode == ContactMode::stick && force > (1 - kNearCone) * cone && contact.n_t == 1) {
+      const double against = -lambda_t[0];
+      start.alternatives.push_back({i, slip_mode(contact.n_t, &against), mode});
+    }
+  }
+  return Result::done;
+}
+
+/// Islands that go on as they are: their forces are continuous, the switch is none of theirs, and none of their
+/// contacts is about to break or to slip at the same time.
+void ElementStartSolver::find_kept(const ElementStart& start, const Element& left, const Switch& end) {
+  if (tableau_.right_end.size() == 0) return;
+  const auto& contacts = problem_.info().contacts;
+  for (const auto& closed : start.closed) keeps_[island_of(closed.contact)] = true;
+  for (const int i : start.touching) {
+    if (force_jumps(i)) keeps_[island_of(i)] = false;
+  }
+  if (end.contact >= 0) keeps_[island_of(end.contact)] = false;
+  for (const auto& closed : start.closed) {
+    const auto& contact = contacts[closed.contact];
+    const double force = left.end_lambda_n[closed.contact], cone = contact.mu * force;
+    bool goes_on = force > kClear * left.lambda_n.row(closed.contact).maxCoeff() && !polygon_.applies(contact.n_t);
+    if (contact.n_t > 0 && left.modes[closed.contact] == ContactMode::stick)
+      goes_on =
+          goes_on && left.end_lambda_t.segment(contact.tangent_index, contact.n_t).norm() < (1 - kNearCone) * cone;
+    else if (contact.n_t > 0)
+      goes_on = goes_on && closed.slides && left.slip_start.segment(contact.tangent_index, contact.n_t).isZero(0);
+    if (!goes_on) keeps_[island_of(closed.contact)] = false;
+  }
+}
+
+/// The forces and accelerations at the right end of the element before, where they are kept.
+void ElementStartSolver::keep_forces(const Element& left, ElementStart& start) {
+  for (const auto& closed : start.closed) {
+    const auto& contact = problem_.info().contacts[closed.contact];
+    if (!keeps_[island_of(closed.contact)]) continue;
+    start.lambda_n[closed.contact] = left.end_lambda_n[closed.contact];
+    for (int d = contact.tangent_index; d < contact.tangent_index + contact.n_t; ++d)
+      start.lambda_t[d] = left.end_lambda_t[d];
+  }
+  for (int k = 0; k < problem_.n_q(); ++k) {
+    if (!keeps_[islands_.of(k)]) continue;
+    start.acceleration[k] = 0;
+    for (Eigen::Index j = 0; j < left.a.cols(); ++j) start.acceleration[k] += tableau_.right_end[j] * left.a(k, j);
+  }
+}
+
+bool ElementStartSolver::carry_on(FesdStep& step, int element, ElementStart& start) {
+  const Element& before = step.elements[element - 1];
+  Element& stages = step.elements[element];
+  stages.q0 = before.q1;
+  stages.v0 = before.v1;
+  step.v_minus.col(element) = before.v1;
+  step.n_impacts[static_cast<std::size_t>(element)] = 0;
+  start.touching.clear();
+  start.from_rest.clear();
+  start.on_edge.clear();
+  start.has_forces = false;
+  const int n_c = problem_.n_c();
+  if (n_c == 0) return true;
+  if (problem_.info().has_friction()) {
+    step.Lambda_t.col(element).setZero();
+    stages.slip_start.setZero();
+  }
+  for (int i = 0; i < n_c; ++i) {
+    step.Lambda_n(i, element) = 0;
+    stages.modes[i] = before.modes[i];
+  }
+  std::copy(before.facets.begin(), before.facets.end(), stages.facets.begin());
+  if (!step.touches) return true;
+  for (const int i : problem_.info().unilateral) {
+    if (is_closed(stages.modes[i])) start.touching.push_back(i);
+  }
+  if (start.touching.empty()) return true;
+  if (!impact_law_.prepare(stages.q0, start.touching)) return false;
+  candidates_ = together_ = start.touching;
+  see_sizes(step, before.v1, stages, &before);
+  return !find_approaching(stages.v0) ||
+         impact_law_.impact(together_, approaching_, stages.v0, step.Lambda_n.col(element),
+                            step.Lambda_t.col(element)) == LcpStatus::solved;
+}
+
+bool ElementStartSolver::is_pressed(const Element& element, int contact) {
+  ImpactLaw::Closed closed{.contact = contact};
+  Vector lambda_n(problem_.n_c()), lambda_t(problem_.info().n_lambda_t);
+  return impact_law_.contact_forces(element.q0, element.v0, {&closed, 1}, lambda_n, lambda_t) == LcpStatus::solved &&
+         is_closed(closed.mode);
+}
+
+int ElementStartSolver::first_to_stop(const Element& element, double& time) {
+  closed_.clear();
+  std::vector<int> touching;
+  for (const int i : problem_.info().unilateral) {
+    if (is_closed(element.modes[i])) touching.push_back(i);
+  }
+  if (!impact_law_.prepare(element.q0, touching)) return -1;
+  for (const int i : touching) {
+    ImpactLaw::Closed closed{.contact = i};
+    if (is_slipping(element.modes[i])) impact_law_.set_slide(closed, element.v0, 0);
+    closed_.push_back(closed);
+  }
+  Vector lambda_n(problem_.n_c()), lambda_t(problem_.info().n_lambda_t);
+  if (impact_law_.contact_forces(element.q0, element.v0, closed_, lambda_n, lambda_t) != LcpStatus::solved) return -1;
+  int first = -1;
+  for (const auto& closed : closed_) {
+    if (element.modes[closed.contact] != ContactMode::slip) continue;
+    double v_t[2], w_t[2];
+    impact_law_.slip_velocity(closed.contact, element.v0, v_t);
+    impact_law_.slip_velocity(closed.contact, impact_law_.acceleration(), w_t);
+    const double work = v_t[0] * w_t[0] + v_t[1] * w_t[1];
+    if (work >= 0) continue;
+    const double stop = -(v_t[0] * v_t[0] + v_t[1] * v_t[1]) / work;
+    if (first < 0 || stop < time) {
+      first = closed.contact;
+      time = stop;
+    }
+  }
+  return first;
+}
+
+}  // namespace ricochet

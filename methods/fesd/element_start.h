@@ -1,0 +1,137 @@
+#pragma once
+
+#include <vector>
+
+#include "methods/contact_laws/impact_law.h"
+#include "methods/elements/fesd_step.h"
+
+namespace ricochet {
+
+/// Alternatives of a start that can be named by the bits of a number.
+inline constexpr std::size_t kMaxClosedInstead = 31;
+
+/// The left end of an element: what touches, what the modes are predicted to be, and what else they might be.
+struct ElementStart {
+  /// A mode to try when the prediction is refuted.
+  struct Alternative {
+    int contact = -1;
+    ContactMode mode = ContactMode::open, predicted = ContactMode::open;
+    double v_n = 0;  ///< of a contact that bounced, behind the impact [m/s]
+    int facet = 0, predicted_facet = 0;
+    ImpactLaw::Closed closed{};  ///< of a contact that bounced: how it would be closed
+    bool bounced() const { return predicted == ContactMode::open; }
+  };
+  /// A contact on a polygon that slips normal to an edge, whatever its mode.
+  struct OnEdge {
+    int contact = -1, edge = -1;
+  };
+
+  std::vector<int> touching;
+  std::vector<ImpactLaw::Closed> closed;  ///< touching contacts that do not separate; the load opens them or not
+  std::vector<Alternative> alternatives;
+  unsigned closed_instead = 0;  ///< by alternative: the bounces that modes and forces have closed instead
+  std::vector<int> from_rest;   ///< contacts that start to slip with zero slip velocity
+  std::vector<OnEdge> on_edge;
+  int culprit = -1;         ///< contact to blame for a Result that is not done
+  bool has_forces = false;  ///< acceleration and forces right behind the start are known:
+  Vector acceleration, lambda_n, lambda_t;
+
+  void reserve(const ProblemInfo& info);
+};
+
+/// Impulses and predicted modes at the left end of an element, from the laws of one instant (impact_law.h).
+///
+/// Impacts may follow each other ever faster: of a ball between the floor and another one, or of a disc that falls
+/// between two. When a flight between two of them is lower than q can tell, or so short that no velocity changes in
+/// it, they are taken one after the other at one instant,
+///
+///   v_0 = v-,   v_k from v_k-1 by Newton's law (1)-(3) of impact_law.h at the contacts S_k,   v+ = v_K       (7)
+///
+/// S_1: contacts that touch and do not part; S_k: those that the impact before has sent against each other, and those
+/// at rest there that the load does not pull apart. The last impact leaves no contact that approaches; of infinitely
+/// many what remains is rounding, which counts as rest. It is the limit of the motion, while one impact of all of them
+/// would be another motion wherever one of them is elastic.
+///
+/// A touching contact that approaches takes an impulse. Behind it, contacts that do not separate and contacts that
+/// rested before are closed where the load presses them together, and stick or slip as Coulomb's law for accelerations
+/// says. On a polygon in place of the friction disc they say which vertex or edge carries the force, too; where an edge
+/// has just been left at one of its vertices the force stays at that vertex. Bilateral constraints stay closed whatever
+/// happens. Two things the instant does not show: within a step a contact that rested goes on resting, unless its own
+/// switch ended the element before or forces jump in its island (a new step knows the state only, so there the load
+/// decides); and where the force of a sticking contact has just reached the cone, slip begins against that force, with
+/// zero acceleration at first. Islands without a part in the start keep their forces and modes.
+///
+/// Alternatives: a contact that bounced may be closed instead (that is how a ball comes to rest, open question 2 of the
+/// specification), and what the load does to the others then follows from close_instead(); stick and slip at the
+/// boundary of the cone may be either; where one contact breaks, others that the load leaves without a force may break
+/// at the same instant.
+class ElementStartSolver {
+ public:
+  /// @param scales  what rounding is relative to; read at every call, and told of velocities and loads
+  ElementStartSolver(const Problem& problem, const ButcherTableau& tableau, const FrictionPolygon& polygon,
+                     ContactScales& scales, Counters& counters);
+
+  /// no_forces, indeterminate: Painleve's paradox, the load fits no mode of ElementStart::culprit or more than one;
+  /// accumulates: impacts at one instant lose too little of their velocity
+  enum class Result : std::uint8_t { done, no_impulse, no_forces, indeterminate, accumulates };
+
+  /// In: q0 of the element, its column of step.v_minus. Out: v0, modes, slip_start, impulses, start.
+  /// @param left  the element before, or null; @param end  the switch that ended it; @param within_step  whether it
+  /// belongs to the same step
+  Result begin(FesdStep& step, int element, const Element* left, const Switch& end, bool within_step,
+               ElementStart& start);
+
+  /// Modes and forces of the start that begin() made, when contacts that bounced are closed instead: what the load
+  /// does to the others then. ElementStart::alternatives stay.
+  /// @param closed_instead  by alternative, those that bounced: bit k of the k-th
+  Result close_instead(FesdStep& step, int element, const Element* left, const Switch& end, bool within_step,
+                       unsigned closed_instead, ElementStart& start);
+
+  /// Continues the modes of the element before without a switch. A contact that bounced and was closed instead may come
+  /// back where the tableau has no stage at the right end, and then needs an impulse. False when there is none.
+  bool carry_on(FesdStep& step, int element, ElementStart& start);
+
+  /// Whether the load presses a touching contact together, at the start that begin() has just made.
+  bool is_pressed(const Element& element, int contact);
+
+  /// Contact in space whose slip would stop first at constant acceleration, and when [s]. -1 when none does.
+  int first_to_stop(const Element& element, double& time);
+
+ private:
+  void see_sizes(const FesdStep& step, const Eigen::Ref<const Vector>& v_minus, const Element& element,
+                 const Element* left);
+  void see_impact(const Vector& v);
+  bool approaches(int contact, const Eigen::Ref<const Vector>& v) const;
+  bool find_approaching(const Eigen::Ref<const Vector>& v);
+  bool closes_now(int contact, const Element& element);
+  Result strike(FesdStep& step, int element, const Element* left, ElementStart& start);
+  void set_islands(const ElementStart& start, const Element* left, const Switch& end, const Vector& v,
+                   const Eigen::Ref<const Vector>& v_minus);
+  int island_of(int contact) { return islands_.of(problem_.info().contacts[contact].support.front()); }
+  bool force_jumps(int contact);
+  void find_kept(const ElementStart& start, const Element& left, const Switch& end);
+  Result set_modes(FesdStep& step, int element, const Element* left, const Switch& end, bool within_step,
+                   unsigned closed_instead, ElementStart& start);
+  void keep_forces(const Element& left, ElementStart& start);
+  ContactMode continued_mode(const ImpactLaw::Closed& closed) const;
+  void set_facet(const Element& element, const Switch& end, ImpactLaw::Closed& closed);
+  void set_slide(const Element& element, ImpactLaw::Closed& closed);
+  bool is_paradox(const ImpactLaw::Closed& closed) const;
+  void set_tangential_law(const Element& element, const Element* left, const Switch& end, bool is_struck,
+                          ImpactLaw::Closed& closed);
+
+  const Problem& problem_;
+  const ButcherTableau& tableau_;
+  const FrictionPolygon polygon_;
+  ContactScales& scales_;
+  ImpactLaw impact_law_;
+  std::vector<ImpactLaw::Closed> closed_;
+  std::vector<int> candidates_;              // contacts that touch, or are apart by no more than rounding of q
+  std::vector<int> together_, approaching_;  // of them those of one impact, and those that it has to stop
+  Vector struck_n_, struck_t_;               // its impulses
+  DisjointSets coupled_, islands_;           // of coordinates: by M and forces; by touching contacts, too
+  std::vector<char> jumps_, keeps_;          // per least coordinate of an island
+  Vector gap_;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,189 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "methods/method.h"
+#include "methods/time_limit.h"
+#include "methods/time_stepping/contact_step.h"
+#include "methods/time_stepping/gap_rounding.h"
+
+namespace ricochet {
+
+/// When Newton's method for implicit forces ends: at its tolerance, or where corrections are so small and shrink so
+/// little that they are the rounding of the forces. Stiff springs round long before the tolerance.
+class NewtonEnd {
+ public:
+  NewtonEnd(double tolerance, double size) : tolerance_(tolerance * size), rounding_(kRounding * size) {}
+
+  bool operator()(double correction) {
+    const bool stagnates = correction <= rounding_ && correction >= 0.5 * last_;
+    last_ = correction;
+    return correction <= tolerance_ || stagnates;
+  }
+
+ private:
+  static constexpr double kRounding = 1e-9;
+  double tolerance_, rounding_, last_ = std::numeric_limits<double>::infinity();
+};
+
+/// What every fixed-step time-stepping method has around its formulas: the state, the contact problem, the active set,
+/// the loop over the steps with its time limit, events and recording.
+class FixedStepRun {
+ public:
+  FixedStepRun(const Problem& the_problem, const Settings& the_settings, const ContactSolverOptions& solver,
+               const ContactLaws& laws = {})
+      : problem(the_problem),
+        settings(the_settings),
+        h(problem.info().end_time / settings.steps),
+        contacts(problem, solver, laws, solution.counters, settings.contact_observer),
+        q(solution.q),
+        v(solution.v),
+        touching_(gap_rounding(problem, h)) {
+    q = problem.info().q0;
+    v = problem.info().v0;
+    gap_.setZero(problem.n_c());
+    Lambda_n = Vector::Zero(problem.n_c());
+    Lambda_t = Vector::Zero(problem.info().n_lambda_t);
+    active.reserve(problem.n_c());
+    was_pressed_.assign(problem.n_c(), false);
+    rest_speed_.setZero(problem.n_c());
+    drift_.setZero(problem.n_c());
+    if (settings.audit) {
+      solution.residuals = {{.name = "contact law",
+                             .formula = "r, w = G r + b in the laws of unilateral contact and friction, each step"}};
+    }
+  }
+  FixedStepRun(const FixedStepRun&) = delete;
+  FixedStepRun& operator=(const FixedStepRun&) = delete;
+
+  /// Unilateral contacts with f_c(q) <= 0, up to rounding: that of the gap, and of a contact that is pressed what its
+  /// normal velocity of zero may have made of the gap since it closed.
+  void find_active(const Vector& position) {
+    active.clear();
+    if (unilateral_.empty()) return;
+    problem.gap(position.data(), gap_.data());
+    for (const int i : unilateral_) {
+      if (gap_[i] <= touching_[i] + drift_[i]) active.push_back(i);
+    }
+  }
+  /// What the gap of a contact that touches may be: rounding of its terms [m].
+  double touching(int contact) const { return touching_[contact]; }
+  /// The contact carried an impulse in the step before.
+  bool was_pressed(int contact) const { return was_pressed_[contact] != 0; }
+  /// J_n' v at the beginning of the step, as the law of impact takes it: a contact that was pressed in the step before
+  /// and stayed closed rests, whatever rounding left of its velocity.
+  double impact_velocity(int contact) const {
+    const double speed = contacts.normal_velocity(contact, v);
+    return std::abs(speed) <= rest_speed_[contact] ? 0 : speed;
+  }
+  bool has_contact_problem() const { return !active.empty() || has_bilateral_; }
+  double largest_velocity() const { return v.head(problem.info().n_mechanical()).cwiseAbs().maxCoeff(); }
+
+  /// Delassus operator of the active contacts at `position`.
+  bool prepare_contacts(const Vector& position, const BlockInverse& W) {
+    contacts.set_position(position);
+    return prepare_contacts(W);
+  }
+  /// The same at the last position.
+  bool prepare_contacts(const BlockInverse& W) {
+    contacts.set_active(active);
+    return note(contacts.set_inverse_mass(W));
+  }
+
+  /// ContactStep::solve, with its impulses added to those of the step.
+  bool solve_contacts(Vector& velocity, const Vector& shift, const Vector& present) {
+    if (!note(contacts.solve(velocity, shift, present))) return false;
+    if (settings.audit) {
+      Residual& worst = solution.residuals.front();
+      const double value = contacts.residual(velocity, shift);
+      if (value > worst.value) {
+        worst.value = value;
+        worst.t = solution.t;
+      }
+    }
+    Lambda_n += contacts.Lambda_n();
+    Lambda_t += contacts.Lambda_t();
+    return true;
+  }
+
+  /// Before the contacts of the same step are solved afresh.
+  void clear_impulses() {
+    Lambda_n.setZero();
+    Lambda_t.setZero();
+  }
+
+  /// Ends the run after this step. @return false
+  bool fail(std::string why) {
+    reason_ = std::move(why);
+    return false;
+  }
+
+  /// Calls step(v_plus) for every step: it reads q, v and sets q and v_plus, or returns false when something in it
+  /// failed.
+  template <class Step>
+  Solution take_steps(Step step) {
+    const TimeLimit time_limit(settings.time_limit);
+    Vector v_plus = v, v_minus = v, q_minus = q;
+    for (int k = 0; k < settings.steps; ++k) {
+      if (time_limit.is_over()) return stop(Status::time_limit, k, time_limit.message());
+      clear_impulses();
+      v_minus = v;
+      q_minus = q;
+      if (!step(v_plus)) return stop(Status::inner_solver_failed, k, reason_);
+      v.swap(v_plus);
+      ++solution.counters.steps;
+      ++solution.counters.elements;
+      solution.t = k + 1 == settings.steps ? problem.info().end_time : (k + 1) * h;
+      record_closings(q_minus, v_minus);
+      if (settings.recording == Recording::grid) solution.samples.push_back({solution.t, q, v, v});
+    }
+    return std::move(solution);
+  }
+
+  const Problem& problem;
+  const Settings& settings;
+  const double h;
+  Solution solution;
+  ContactStep contacts;
+  Vector &q, &v;
+  std::vector<int> active;
+  Vector Lambda_n, Lambda_t;  ///< impulses of the step so far
+
+ private:
+  bool note(ContactStatus status) { return status == ContactStatus::solved || fail(reason_of(status)); }
+
+  Solution stop(Status status, int k, const std::string& reason) {
+    solution.status = status;
+    solution.message = fmt::format("step {} of {}, from t = {:.6g} s: {}", k + 1, settings.steps, k * h, reason);
+    return std::move(solution);
+  }
+
+  /// A contact that carries an impulse now and did not in the step before has closed, somewhere in this step.
+  void record_closings(const Vector& q_minus, const Vector& v_minus) {
+    for (const int i : unilateral_) {
+      const bool is_pressed = Lambda_n[i] > 0;
+      if (is_pressed && !was_pressed_[i]) {
+        ++solution.counters.events;
+        if (settings.recording != Recording::final_state)
+          solution.events.push_back(
+              {solution.t, EventKind::impact, i, q_minus, v_minus, v, Lambda_n, Lambda_t, {}, {}});
+      }
+      was_pressed_[i] = is_pressed;
+      rest_speed_[i] = is_pressed ? contacts.velocity_rounding(i) : 0;
+      drift_[i] = is_pressed ? drift_[i] + h * rest_speed_[i] : 0;
+    }
+  }
+
+  const bool has_bilateral_ = problem.info().has_bilateral();
+  const std::vector<int> unilateral_ = problem.info().unilateral;
+  const Vector touching_;
+  Vector gap_, rest_speed_, drift_;
+  std::string reason_;
+  std::vector<char> was_pressed_;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,392 @@
+#include "problems/derivatives/straight_line_program.h"
+
+#include <ginac/ginac.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <map>
+#include <string_view>
+#include <tuple>
+#include <unordered_map>
+
+#include "problems/derivatives/real_functions.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+std::uint64_t mix(std::uint64_t seed, std::uint64_t value) {
+  // splitmix64 finaliser: spreads the structural hash so that a collision of different subexpressions is negligible
+  std::uint64_t z = seed ^ (value + 0x9e3779b97f4a7c15ULL + (seed << 6) + (seed >> 2));
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return z ^ (z >> 31);
+}
+
+std::uint64_t hash_text(std::string_view text) {
+  std::uint64_t h = 0xcbf29ce484222325ULL;
+  for (const char c : text) h = (h ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
+  return h;
+}
+
+double real_value(const GiNaC::numeric& number) {
+  if (!number.is_real()) throw InputError("expression", "complex number", "only real numbers are allowed");
+  return number.to_double();
+}
+
+}  // namespace
+
+/// Translates expressions into instructions. GiNaC orders operands by memory address and moves minus signs accordingly,
+/// so both are put into a canonical form here: every value is a magnitude with a sign kept aside, and operands follow
+/// the hash of their structure up to that sign. Changing a sign is exact, so the rounding of the program is the same in
+/// every run.
+class ProgramBuilder {
+ public:
+  ProgramBuilder(StraightLineProgram& program, const StraightLineProgram::InputGroups& inputs,
+                 const std::vector<StraightLineProgram::Constant>& constants)
+      : program_(program) {
+    for (const auto& group : inputs) {
+      program_.group_sizes_.push_back(static_cast<std::int32_t>(group.size()));
+      for (const auto& symbol : group) symbols_.emplace(symbol, Node{.index = program_.n_inputs_++});
+    }
+    for (const auto& [symbol, value] : constants) symbols_.emplace(symbol, number(value));
+  }
+
+  void add_output(const GiNaC::ex& expression) { outputs_.push_back(with_sign(visit(expression))); }
+
+  /// Numbers the registers now that all constants are known.
+  void finish() {
+    const auto register_of = [&](const Node& node) -> std::int32_t {
+      if (node.is_number) return constant_index(node.number);
+      return node.index;
+    };
+    for (auto& step : steps_) {
+      const auto left = register_of(step.left);
+      const auto right = step.binary ? register_of(step.right) : left;
+      program_.code_.push_back({step.op, left, right, step.op == Op::choose ? register_of(step.third) : left});
+    }
+    for (const auto& node : outputs_) {
+      program_.constant_ = program_.constant_ && node.is_number;
+      program_.outputs_.push_back(register_of(node));
+    }
+    // Until here, inputs and results count from 0 and constants are negative; shift all behind the constants.
+    const auto shift = static_cast<std::int32_t>(program_.constants_.size());
+    const auto place = [&](std::int32_t r) { return r < 0 ? -r - 1 : r + shift; };
+    for (auto& instruction : program_.code_) {
+      for (auto* operand : {&instruction.left, &instruction.right, &instruction.third}) *operand = place(*operand);
+    }
+    for (auto& output : program_.outputs_) output = place(output);
+  }
+
+ private:
+  using Op = StraightLineProgram::Op;
+
+  /// A number, or the index of an input or of a result.
+  struct Node {
+    bool is_number = false;
+    double number = 0;
+    std::int32_t index = -1;
+    auto operator<=>(const Node&) const = default;
+  };
+  struct Value {
+    bool negative = false;
+    Node magnitude;
+  };
+  struct Step {
+    Op op;
+    bool binary;
+    Node left, right, third;
+  };
+  /// Hash of an expression up to its sign, and the sign.
+  struct Shape {
+    std::uint64_t hash = 0;
+    bool negative = false;
+  };
+
+  Value visit(const GiNaC::ex& expression) {
+    const auto known = values_.find(expression);
+    if (known != values_.end()) return known->second;
+    const Value value = translate(expression);
+    values_.emplace(expression, value);
+    return value;
+  }
+
+  Value translate(const GiNaC::ex& e) {
+    if (GiNaC::is_a<GiNaC::numeric>(e)) return signed_number(real_value(GiNaC::ex_to<GiNaC::numeric>(e)));
+    if (GiNaC::is_a<GiNaC::constant>(e)) return signed_number(real_value(GiNaC::ex_to<GiNaC::numeric>(e.evalf())));
+    if (GiNaC::is_a<GiNaC::symbol>(e)) {
+      const auto bound = symbols_.find(e);
+      if (bound == symbols_.end()) {
+        throw InputError("expression", GiNaC::ex_to<GiNaC::symbol>(e).get_name(), "this name is not bound to a value");
+      }
+      return {false, bound->second};
+    }
+    if (GiNaC::is_a<GiNaC::add>(e)) return sum(e);
+    if (GiNaC::is_a<GiNaC::mul>(e)) return product(sorted(e));
+    if (GiNaC::is_a<GiNaC::power>(e)) return product({e});
+    if (GiNaC::is_a<GiNaC::function>(e)) return {false, call(GiNaC::ex_to<GiNaC::function>(e))};
+    throw InputError("expression", print(e), "this kind of expression cannot be evaluated in doubles");
+  }
+
+  /// The first term in canonical order is positive in the magnitude of the sum.
+  Value sum(const GiNaC::ex& e) {
+    Value total;
+    bool is_first = true;
+    for (const auto& term : sorted(e)) {
+      const Value value = visit(term);
+      if (is_first) {
+        total = value;
+        is_first = false;
+      } else {
+        total.magnitude =
+            binary(value.negative == total.negative ? Op::add : Op::sub, total.magnitude, value.magnitude);
+      }
+    }
+    return total;
+  }
+
+  /// Numerator over denominator, so that x^-1 y^-2 costs one division.
+  Value product(const std::vector<GiNaC::ex>& factors) {
+    bool negative = false;
+    Node top = number(1), bottom = number(1);
+    const auto times = [&](Node& side, const Value& factor) {
+      negative = negative != factor.negative;
+      side = binary(Op::mul, side, factor.magnitude);
+    };
+    for (const auto& factor : factors) {
+      if (GiNaC::is_a<GiNaC::power>(factor)) {
+        const GiNaC::ex exponent = factor.op(1);
+        const bool inverse = shape(exponent).negative && !GiNaC::is_a<GiNaC::add>(exponent);
+        times(inverse ? bottom : top, raise(visit(factor.op(0)), inverse ? GiNaC::ex(-exponent) : exponent));
+      } else if (GiNaC::is_a<GiNaC::numeric>(factor)) {
+        const auto& rational = GiNaC::ex_to<GiNaC::numeric>(factor);
+        times(top, signed_number(real_value(rational.numer())));
+        times(bottom, signed_number(real_value(rational.denom())));
+      } else {
+        times(top, visit(factor));
+      }
+    }
+    if (!(bottom.is_number && bottom.number == 1)) top = binary(Op::div, top, bottom);
+    return {negative, top};
+  }
+
+  /// base^exponent for an exponent without minus sign: whole and half powers by multiplication and square root.
+  Value raise(const Value& base, const GiNaC::ex& exponent) {
+    if (GiNaC::is_a<GiNaC::numeric>(exponent)) {
+      const GiNaC::numeric twice = 2 * GiNaC::ex_to<GiNaC::numeric>(exponent);
+      if (twice.is_pos_integer() && twice <= 64) {
+        const int n = twice.to_int();
+        if (n % 2 == 0) return {n % 4 == 2 && base.negative, whole_power(base.magnitude, n / 2)};
+        const Node root = unary(Op::sqrt, with_sign(base));
+        return {n % 4 == 3 && base.negative, binary(Op::mul, whole_power(base.magnitude, n / 2), root)};
+      }
+    }
+    return {false, binary(Op::pow, with_sign(base), with_sign(visit(exponent)))};
+  }
+
+  Node whole_power(const Node& base, int n) {
+    if (n == 0) return number(1);
+    if (n == 1) return base;
+    const Node half = whole_power(base, n / 2);
+    const Node square = binary(Op::mul, half, half);
+    return n % 2 ? binary(Op::mul, square, base) : square;
+  }
+
+  Node call(const GiNaC::function& f) {
+    static const std::map<std::string, Op> unary_functions = {
+        {"sin", Op::sin},   {"cos", Op::cos}, {"tan", Op::tan},   {"asin", Op::asin},     {"acos", Op::acos},
+        {"atan", Op::atan}, {"exp", Op::exp}, {"log", Op::log},   {"sinh", Op::sinh},     {"cosh", Op::cosh},
+        {"tanh", Op::tanh}, {"abs", Op::abs}, {"csgn", Op::sign}, {"magnitude", Op::abs}, {"sign", Op::sign}};
+    if (f.get_name() == "atan2") return binary(Op::atan2, with_sign(visit(f.op(0))), with_sign(visit(f.op(1))));
+    if (f.get_name() == "choose") {
+      const Node c = with_sign(visit(f.op(0))), a = with_sign(visit(f.op(1))), b = with_sign(visit(f.op(2)));
+      return c.is_number ? (c.number > 0 ? a : b) : emit(Op::choose, true, c, a, b);
+    }
+    const auto known = unary_functions.find(f.get_name());
+    if (known == unary_functions.end()) throw InputError("function", f.get_name(), "has no counterpart in doubles");
+    return unary(known->second, with_sign(visit(f.op(0))));
+  }
+
+  static Node number(double value) { return Node{.is_number = true, .number = value}; }
+  static Value signed_number(double value) { return {value < 0, number(std::abs(value))}; }
+  Node with_sign(const Value& value) { return value.negative ? unary(Op::neg, value.magnitude) : value.magnitude; }
+
+  Node unary(Op op, const Node& x) { return emit(op, false, x, x, x); }
+
+  Node binary(Op op, Node x, Node y) {
+    const auto is = [](const Node& n, double value) { return n.is_number && n.number == value; };
+    if (op == Op::mul && is(x, 1)) return y;
+    if ((op == Op::mul || op == Op::div) && is(y, 1)) return x;
+    if (op == Op::mul && (is(x, 0) || is(y, 0))) return number(0);
+    if (op == Op::add && is(x, 0)) return y;
+    if ((op == Op::add || op == Op::sub) && is(y, 0)) return x;
+    return emit(op, true, x, y, x);
+  }
+
+  Node emit(Op op, bool is_binary, const Node& x, const Node& y, const Node& z) {
+    if (x.is_number && y.is_number) return number(StraightLineProgram::apply(op, x.number, y.number));
+    const auto key = std::tuple(op, x, y, z);
+    const auto known = emitted_.find(key);
+    if (known != emitted_.end()) return known->second;
+    steps_.push_back({op, is_binary, x, y, z});
+    const Node result{.index = program_.n_inputs_ + static_cast<std::int32_t>(steps_.size()) - 1};
+    emitted_.emplace(key, result);
+    return result;
+  }
+
+  std::int32_t constant_index(double value) {
+    const auto bits = std::bit_cast<std::uint64_t>(value);
+    const auto [entry, is_new] =
+        constant_indices_.try_emplace(bits, static_cast<std::int32_t>(constant_indices_.size()));
+    if (is_new) program_.constants_.push_back(value);
+    return -entry->second - 1;
+  }
+
+  /// Operands of a sum or product in canonical order.
+  std::vector<GiNaC::ex> sorted(const GiNaC::ex& e) {
+    std::vector<GiNaC::ex> operands;
+    for (std::size_t i = 0; i < e.nops(); ++i) operands.push_back(e.op(i));
+    std::sort(operands.begin(), operands.end(),
+              [&](const auto& a, const auto& b) { return shape(a).hash < shape(b).hash; });
+    return operands;
+  }
+
+  Shape shape(const GiNaC::ex& e) {
+    const auto known = shapes_.find(e);
+    if (known != shapes_.end()) return known->second;
+    Shape result;
+    if (GiNaC::is_a<GiNaC::numeric>(e)) {
+      const auto& n = GiNaC::ex_to<GiNaC::numeric>(e);
+      result = {hash_text(print(GiNaC::abs(n))), n.is_negative()};
+    } else if (e.nops() == 0) {
+      result.hash = hash_text(lasting_name(e));
+    } else if (GiNaC::is_a<GiNaC::add>(e)) {
+      result.hash = hash_text("+");
+      const auto terms = sorted(e);
+      result.negative = shape(terms.front()).negative;
+      for (const auto& term : terms) {
+        result.hash = mix(result.hash, shape(term).hash + (shape(term).negative != result.negative));
+      }
+    } else if (GiNaC::is_a<GiNaC::mul>(e)) {
+      int n_factors = 0;
+      for (const auto& factor : sorted(e)) {
+        result.negative = result.negative != shape(factor).negative;
+        if (factor.is_equal(-1)) continue;  // -x has the shape of x
+        const std::uint64_t hash = shape(factor).hash;
+        result.hash = n_factors++ == 0 ? hash : mix(result.hash + hash_text("*"), hash);
+      }
+    } else {  // a power or a function: the sign of an argument belongs to the hash, unless the power is a whole number
+      result.hash = hash_text(GiNaC::is_a<GiNaC::function>(e) ? GiNaC::ex_to<GiNaC::function>(e).get_name() : "^");
+      const bool is_whole = GiNaC::is_a<GiNaC::power>(e) && e.op(1).info(GiNaC::info_flags::integer);
+      for (std::size_t i = 0; i < e.nops(); ++i) {
+        const bool drops_sign = is_whole && i == 0;
+        result.hash = mix(result.hash, shape(e.op(i)).hash + (!drops_sign && shape(e.op(i)).negative));
+      }
+      if (is_whole) result.negative = shape(e.op(0)).negative && e.op(1).info(GiNaC::info_flags::odd);
+    }
+    shapes_.emplace(e, result);
+    return result;
+  }
+
+  /// GiNaC names a symbol without a name after the count of symbols in the process: here it is its place in the inputs.
+  std::string lasting_name(const GiNaC::ex& e) const {
+    const std::string name = print(e);
+    const auto bound = symbols_.find(e);
+    const bool is_nameless = bound != symbols_.end() && name.starts_with("symbol");
+    return is_nameless ? "input " + std::to_string(bound->second.index) : name;
+  }
+
+  static std::string print(const GiNaC::ex& e) {
+    std::ostringstream text;
+    text << e;
+    return text.str();
+  }
+
+  StraightLineProgram& program_;
+  std::map<GiNaC::ex, Node, GiNaC::ex_is_less> symbols_;
+  std::map<GiNaC::ex, Value, GiNaC::ex_is_less> values_;
+  std::map<GiNaC::ex, Shape, GiNaC::ex_is_less> shapes_;
+  std::map<std::tuple<Op, Node, Node, Node>, Node> emitted_;
+  std::unordered_map<std::uint64_t, std::int32_t> constant_indices_;
+  std::vector<Step> steps_;
+  std::vector<Node> outputs_;
+};
+
+StraightLineProgram::StraightLineProgram(const std::vector<GiNaC::ex>& outputs, const InputGroups& inputs,
+                                         const std::vector<Constant>& constants) {
+  ProgramBuilder builder(*this, inputs, constants);
+  for (const auto& output : outputs) builder.add_output(output);
+  builder.finish();
+}
+
+double StraightLineProgram::apply(Op op, double x, double y) {
+  switch (op) {
+    case Op::add:
+      return x + y;
+    case Op::sub:
+      return x - y;
+    case Op::mul:
+      return x * y;
+    case Op::div:
+      return x / y;
+    case Op::neg:
+      return -x;
+    case Op::sqrt:
+      return std::sqrt(x);
+    case Op::pow:
+      return std::pow(x, y);
+    case Op::sin:
+      return std::sin(x);
+    case Op::cos:
+      return std::cos(x);
+    case Op::tan:
+      return std::tan(x);
+    case Op::asin:
+      return std::asin(x);
+    case Op::acos:
+      return std::acos(x);
+    case Op::atan:
+      return std::atan(x);
+    case Op::atan2:
+      return std::atan2(x, y);
+    case Op::exp:
+      return std::exp(x);
+    case Op::log:
+      return std::log(x);
+    case Op::sinh:
+      return std::sinh(x);
+    case Op::cosh:
+      return std::cosh(x);
+    case Op::tanh:
+      return std::tanh(x);
+    case Op::abs:
+      return std::abs(x);
+    case Op::sign:
+      return sign(x);
+    case Op::choose:
+      break;  // of three operands: evaluate()
+  }
+  return std::nan("");
+}
+
+void StraightLineProgram::evaluate(std::span<const double* const> inputs, double* outputs, const int* positions) const {
+  const std::size_t n_registers = constants_.size() + static_cast<std::size_t>(n_inputs_) + code_.size();
+  double small[256];  // a stack buffer keeps the time step free of allocation and the program shareable between threads
+  thread_local std::vector<double> large;
+  if (n_registers > std::size(small) && large.size() < n_registers) large.resize(n_registers);
+  double* r = n_registers > std::size(small) ? large.data() : small;
+
+  double* next = std::copy(constants_.begin(), constants_.end(), r);
+  auto size = group_sizes_.begin();
+  for (const double* group : inputs) next = std::copy_n(group, *size++, next);
+  for (const auto& i : code_)
+    *next++ = i.op == Op::choose ? choose(r[i.left], r[i.right], r[i.third]) : apply(i.op, r[i.left], r[i.right]);
+  if (positions) {
+    for (std::size_t k = 0; k < outputs_.size(); ++k) outputs[positions[k]] = r[outputs_[k]];
+  } else {
+    for (std::size_t k = 0; k < outputs_.size(); ++k) outputs[k] = r[outputs_[k]];
+  }
+}
+
+}  // namespace ricochet

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <ginac/ginac.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace ricochet {
+
+/// Straight-line program in doubles for a list of symbolic expressions.
+///
+/// GiNaC differentiates; a StraightLineProgram makes the result fast and repeatable. Equal subexpressions are computed
+/// once, numbers are folded, and operands are put into an order that depends on their structure only: GiNaC's own order
+/// follows memory addresses and would change the last bit from one run to the next.
+class StraightLineProgram {
+ public:
+  /// A symbol that is folded into the program as a number.
+  struct Constant {
+    GiNaC::symbol symbol;
+    double value;
+  };
+  using InputGroups = std::vector<std::vector<GiNaC::symbol>>;
+
+  StraightLineProgram() = default;
+
+  /// @param outputs    expressions, in the order in which evaluate() writes them
+  /// @param inputs     groups of symbols, for example {q, v, u}
+  /// @param constants  every other symbol that occurs
+  /// @throws InputError for a symbol without value, a complex number or a function that has no double counterpart
+  StraightLineProgram(const std::vector<GiNaC::ex>& outputs, const InputGroups& inputs,
+                      const std::vector<Constant>& constants);
+
+  /// @param inputs     one pointer per input group; the pointer of an empty group is not read
+  /// @param outputs    where output k goes: outputs[k], or outputs[positions[k]]; may not overlap the inputs
+  void evaluate(std::span<const double* const> inputs, double* outputs, const int* positions = nullptr) const;
+
+  int n_outputs() const { return static_cast<int>(outputs_.size()); }
+  int n_operations() const { return static_cast<int>(code_.size()); }
+
+  /// True when no output depends on an input: one evaluation holds for ever.
+  bool is_constant() const { return constant_; }
+
+ private:
+  friend class ProgramBuilder;
+
+  enum class Op : std::uint8_t {
+    add,
+    sub,
+    mul,
+    div,
+    neg,
+    sqrt,
+    pow,
+    sin,
+    cos,
+    tan,
+    asin,
+    acos,
+    atan,
+    atan2,
+    exp,
+    log,
+    sinh,
+    cosh,
+    tanh,
+    abs,
+    sign,
+    choose
+  };
+  /// The result goes to the next register. @param third  of choose alone: left > 0 ? right : third
+  struct Instruction {
+    Op op;
+    std::int32_t left, right, third;
+  };
+  static double apply(Op op, double x, double y);
+
+  // Registers: constants first, then inputs, then one per instruction.
+  std::vector<double> constants_;
+  std::vector<Instruction> code_;
+  std::vector<std::int32_t> outputs_;
+  std::vector<std::int32_t> group_sizes_;
+  std::int32_t n_inputs_ = 0;
+  bool constant_ = true;
+};
+
+}  // namespace ricochet
