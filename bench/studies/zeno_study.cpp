@@ -8,7 +8,7 @@
 
 #include "bench/progress.h"
 #include "methods/contact_laws/contact_scales.h"
-#include "methods/elements/stage_solver.h"
+#include "methods/elements/element_solver.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "problems/input_error.h"
@@ -85,7 +85,8 @@ ZenoCapture measure_capture(const std::string& name) {
   const auto ball = make_problem("bouncing_ball");
   const double g = ExactBall().g, v_plus = 1;
   Counters counters;
-  StageSolver solver(*ball, tableau, 1e-14, counters);
+  ElementSystem elements(*ball, tableau, counters);
+  ElementSolver solver(elements, 1e-14);
   Element element;
   element.resize(ball->info(), tableau.n_s);
   element.q0[0] = 0.1;  // on the ground
@@ -93,7 +94,7 @@ ZenoCapture measure_capture(const std::string& name) {
   element.modes[0] = ContactMode::closed;
   const auto least_force = [&](double h) {
     element.h = h;
-    return solver.solve(element) == StageSolver::Result::converged ? element.lambda_n.minCoeff() : kNoBound;
+    return solver.solve(element) == ElementSolver::Result::converged ? element.lambda_n.minCoeff() : kNoBound;
   };
   double too_short = 0, long_enough = 100 * v_plus / g;
   while (!(least_force(long_enough) >= 0) && long_enough < 1e6) long_enough *= 2;

@@ -20,7 +20,7 @@ struct ExactBall {
   double height(double t) const;
 };
 
-/// kappa and the velocity kept, of single closed elements with v+ = 1 m/s on which StageSolver is run.
+/// kappa and the velocity kept, of single closed elements with v+ = 1 m/s on which ElementSolver is run.
 ZenoCapture measure_capture(const std::string& tableau);
 
 /// One run to 1.3 t_Z or a little more. @param H  step length [s], 0 for methods that read the tolerance

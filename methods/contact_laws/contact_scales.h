@@ -45,7 +45,7 @@ class ContactScales {
 
   /// A gap up to this is closed: a few dozen additions of numbers of the size of q.
   double touching(int contact) const { return kGapRounding * gap_[contact]; }
-  /// A gap that its equation holds at zero may have gathered rounding over many steps (StageSolver removes it from
+  /// A gap that its equation holds at zero may have gathered rounding over many steps (StageEquations removes it from
   /// 1e-13 on), and a flight that is no higher cannot be followed.
   double nearly_touching(int contact) const { return kClosedGapRounding * gap_[contact]; }
   /// A normal velocity at the left end of an element up to this is none.

@@ -10,7 +10,7 @@
 
 namespace ricochet {
 
-/// Whether StageSolver can hold the bilateral constraints of a problem: a singular A does not determine their forces,
+/// Whether elements can hold the bilateral constraints of a problem: a singular A does not determine their forces,
 /// and without a stage at the right end q_1 leaves those that are curved.
 inline Support can_hold_bilateral(const ButcherTableau& tableau, const ProblemInfo& problem) {
   if (!problem.has_bilateral()) return Support::yes();

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "methods/elements/stage_solver.h"
+#include "methods/elements/switch.h"
 
 namespace ricochet {
 

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "methods/elements/bilateral_support.h"
-#include "methods/elements/stage_solver.h"
+#include "methods/elements/element_solver.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "methods/time_limit.h"
@@ -9,7 +9,7 @@
 namespace ricochet {
 namespace {
 
-/// A bare implicit Runge-Kutta method for q' = v, M v' = f_v + B_u u (stage_solver.h, contacts open): the measure of
+/// A bare implicit Runge-Kutta method for q' = v, M v' = f_v + B_u u (stage_equations.h, contacts open): the measure of
 /// what FESD-J costs where nothing switches. It refuses scenes with unilateral contacts unless told to ignore them;
 /// bilateral constraints are part of the motion.
 class ImplicitRungeKutta final : public Method {
@@ -38,7 +38,8 @@ class ImplicitRungeKutta final : public Method {
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
     Solution solution;
-    StageSolver solver(problem, tableau_, settings.inner_tolerance, solution.counters);
+    ElementSystem elements(problem, tableau_, solution.counters);
+    ElementSolver solver(elements, settings.inner_tolerance);
     const TimeLimit time_limit(settings.time_limit);
     const double h = problem.info().end_time / settings.steps;
     Element step, next;
@@ -47,10 +48,10 @@ class ImplicitRungeKutta final : public Method {
     step.q1 = problem.info().q0;
     step.v1 = problem.info().v0;
     for (int k = 0; k < settings.steps; ++k) {
-      if (k > 0) solver.extrapolate(step, next);
+      if (k > 0) elements.tableau.extrapolate(step, next);
       next.q0 = step.q1;
       next.v0 = step.v1;
-      const bool converged = !time_limit.is_over() && solver.solve(next) == StageSolver::Result::converged;
+      const bool converged = !time_limit.is_over() && solver.solve(next) == ElementSolver::Result::converged;
       if (!converged) {
         solution.status = time_limit.is_over() ? Status::time_limit : Status::inner_solver_failed;
         solution.message =

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "methods/contact_laws/friction_polygon.h"
+#include "methods/elements/stage_equations.h"
 #include "methods/linear_algebra/band_lu.h"
 #include "methods/linear_algebra/small_inverse.h"
 #include "problems/disjoint_sets.h"
@@ -12,39 +12,6 @@
 #include "problems/solution.h"
 
 namespace ricochet {
-
-/// (1), (2), (5) of stage_solver.h for one step length.
-struct StageCoefficients {
-  using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-  double h = 0;
-  RowMajorMatrix hA, h2A2;
-  Vector hb, h2bA, h_rows;  ///< h_rows: h times the row sums of A
-};
-
-/// A closed contact. Its unknowns and equations at a stage: the normal ones, then, unless the mode gives the tangential
-/// force, the tangential ones.
-struct ActiveContact {
-  int contact = -1;
-  ContactMode mode = ContactMode::closed;
-  int facet = 0;
-  int row = 0;     ///< of its first unknown among those of all closed contacts
-  int n_rows = 1;  ///< 1 or 1 + n_t, 2 on an edge
-  int entry = 0;   ///< its first one in StageDerivatives
-  TangentialLaw law;
-};
-
-/// What a Newton matrix is made of: the derivatives of (3), (4) and (7) of stage_solver.h, per stage. Those of a closed
-/// contact exist on its support only: entry (row, s) of row < n_rows stands at `entry` + row * support.size() + s. The
-/// clock's column of K is left out: its equation says that its acceleration is zero.
-struct StageDerivatives {
-  bool has_dynamics = false;     ///< Dq or Dv may differ from zero
-  std::vector<Matrix> Dq, Dv;    ///< n_q x n_q: of (3) by q_j and v_j; not read unless has_dynamics
-  std::vector<Vector> forces;    ///< minus (3) by lambda_j
-  std::vector<Vector> Rq, Rv;    ///< of (4), (7) by q_j, v_j
-  std::vector<Vector> Rl;        ///< of (7) by lambda_j, 3 x 3 entries per closed contact, row by row
-  std::vector<const double*> M;  ///< n_q x n_q
-};
 
 /// The linear systems of Newton's method on the stage equations,
 ///

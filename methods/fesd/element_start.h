@@ -4,6 +4,7 @@
 
 #include "methods/contact_laws/impact_law.h"
 #include "methods/elements/fesd_step.h"
+#include "methods/runge_kutta/butcher_tableau.h"
 
 namespace ricochet {
 

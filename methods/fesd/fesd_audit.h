@@ -12,7 +12,7 @@ enum class FesdCondition {
   stage_position,         ///< q_nj = q_n0 + h_n sum_k a_jk v_nk
   stage_velocity,         ///< v_nj = v_n0 + h_n sum_k a_jk F_v(q_nk, v_nk, u, lambda_nk)
   end_position,           ///< q_{n+1} = q_n0 + h_n sum_k b_k v_nk
-  end_velocity,           ///< v_{n+1} = P (v_n0 + h_n sum_k b_k F_v(...)), P: stage_solver.h, (10)  (correction 1)
+  end_velocity,           ///< v_{n+1} = P (v_n0 + h_n sum_k b_k F_v(...)), P: end_projection.h, (10)  (correction 1)
   continuity,             ///< q_n0 = q_n
   impulse_balance,        ///< M(q_n) (v_n0 - v_n) = sum_i J_n^i Lambda_n^i
   impulse_sign,           ///< Lambda_n^i >= 0

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "methods/elements/stage_solver.h"
+#include "methods/elements/element.h"
 #include "problems/problem.h"
 
 namespace ricochet {
@@ -11,7 +11,7 @@ namespace ricochet {
 ///
 ///   D x = D x_0,   x = x_0 + N y,   N: an orthonormal basis of the null space of D,     (1)
 ///
-/// moves the bodies as x_0 does. StageSolver takes the smallest forces, and those may lie outside of the friction cones
+/// moves the bodies as x_0 does. The solvers of elements take the smallest forces, and those may lie outside of the friction cones
 /// where others do not: of a pendulum that leans on a rough wall, one force along its path is enough, and any direction
 /// of it will do. The laws ask for some x inside,
 ///

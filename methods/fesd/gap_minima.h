@@ -1,6 +1,7 @@
 #pragma once
 
 #include "methods/fesd/sign_conditions.h"
+#include "methods/runge_kutta/butcher_tableau.h"
 
 namespace ricochet {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "methods/elements/stage_solver.h"
+#include "methods/elements/element.h"
 #include "problems/problem.h"
 
 namespace ricochet {

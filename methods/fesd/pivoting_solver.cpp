@@ -64,9 +64,11 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
       polygon_(options.facets),
       counters_(counters),
       scales_(problem),
-      stage_solver_(problem, tableau, options.tolerance, counters, polygon_),
-      start_solver_(problem, stage_solver_.tableau(), polygon_, scales_, counters),
-      sign_conditions_(problem, stage_solver_.tableau(), polygon_, scales_, options.gap_tolerance),
+      elements_(problem, tableau, counters, polygon_),
+      element_solver_(elements_, options.tolerance),
+      switch_solver_(elements_, options.tolerance),
+      start_solver_(problem, elements_.tableau, polygon_, scales_, counters),
+      sign_conditions_(problem, elements_.tableau, polygon_, scales_, options.gap_tolerance),
       force_division_(problem),
       n_q_(problem.n_q()),
       n_c_(problem.n_c()),
@@ -76,7 +78,7 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
   previous_->resize(problem, n_s_, options.n_fe);
   make_room(options.n_fe);
   gap_.setZero(n_c_);
-  if (options.between_stages) gap_minima_.emplace(problem, stage_solver_.tableau(), scales_);
+  if (options.between_stages) gap_minima_.emplace(problem, elements_.tableau, scales_);
 }
 
 /// Storage for more elements than a step had so far. Not inside a run: references to elements move.
@@ -189,7 +191,7 @@ bool PivotingSolver::solve_one_element(double H, double capture,
     if (!run_to_switch(0, 1, violation, H)) continue;
     is_unresolved = first_unresolved_flight(0, 1) >= 0;
     if (is_unresolved) {
-      if (stage_solver_.tableau().is_stiffly_accurate()) continue;
+      if (elements_.tableau.is_stiffly_accurate()) continue;
       first_failure_ = deepest_failure_ = {{Verdict::accumulates, 0, step_->ends[0].contact, 0, 0}, H, 1};
       return false;  // closing would not stop it
     }
@@ -283,7 +285,7 @@ bool PivotingSolver::split_at_switch(int element, int count, int most_before, co
   const auto pinned = [&](int m) {
     if (unresolved_ >= 0 || !run_to_switch(element, m, violation, remaining)) return false;
     // Closing stops a bounce that cannot be seen.
-    if (stage_solver_.tableau().is_stiffly_accurate()) unresolved_ = first_unresolved_flight(element, m);
+    if (elements_.tableau.is_stiffly_accurate()) unresolved_ = first_unresolved_flight(element, m);
     if (unresolved_ >= 0) return false;
     const bool is_solved = continue_after(element, m, remaining, count);
     unresolved_ = -1;
@@ -390,7 +392,7 @@ void PivotingSolver::first_guess(int element, double h) {
   stages.h = h;
   const bool has_impulse = !start.touching.empty() && !step_->Lambda_n.col(element).isZero(0);
   if (left && left->h == h && left->modes == stages.modes && left->facets == stages.facets && !has_impulse) {
-    stage_solver_.extrapolate(*left, stages);
+    elements_.tableau.extrapolate(*left, stages);
   } else if (start.has_forces) {
     stages.a.colwise() = start.acceleration;
     stages.lambda_n.colwise() = start.lambda_n;
@@ -435,7 +437,7 @@ Violation PivotingSolver::equal_elements(int first, int count, double h) {
     step_->ends[element].contact = -1;
     Element& stages = step_->elements[element];
     Violation violation;
-    if (stage_solver_.solve(stages) == StageSolver::Result::converged)
+    if (element_solver_.solve(stages) == ElementSolver::Result::converged)
       violation = check_element(element, true);
     else
       violation = after_failed_newton(element);
@@ -444,7 +446,7 @@ Violation PivotingSolver::equal_elements(int first, int count, double h) {
       violation.time += k * h;
       const bool stops_in_space =
           violation.verdict == Verdict::slip_reversed && stages.modes[violation.contact] == ContactMode::slip;
-      if (stops_in_space && !stage_solver_.tableau().is_stiffly_accurate()) violation.verdict = Verdict::no_right_stage;
+      if (stops_in_space && !elements_.tableau.is_stiffly_accurate()) violation.verdict = Verdict::no_right_stage;
       return violation;
     }
   }
@@ -469,7 +471,7 @@ Violation PivotingSolver::check_element(int element, bool is_first) {
   Violation violation = sign_conditions_.check(stages, broken);
   const bool is_of_forces = violation.verdict == Verdict::force_negative || violation.verdict == Verdict::cone_left;
   // Of redundant contacts these were the smallest forces; others may be allowed.
-  if (is_of_forces && stage_solver_.is_redundant() && force_division_.into_cones(stages))
+  if (is_of_forces && elements_.is_redundant() && force_division_.into_cones(stages))
     violation = sign_conditions_.check(stages, broken);
   return violation.verdict == Verdict::fulfilled && gap_minima_ ? gap_minima_->check(stages) : violation;
 }
@@ -541,12 +543,12 @@ bool PivotingSolver::run_to_switch(int first, int count, Violation violation, do
   return false;
 }
 
-/// StageSolver::solve_to_switch, from other guesses when it fails.
+/// SwitchSolver::solve, from other guesses when it fails.
 bool PivotingSolver::solve_run(int first, int count, Switch& end, double remaining) {
   const std::span<Element> run(step_->elements.data() + first, static_cast<std::size_t>(count));
   const double max_h = remaining / count, guess = run.front().h;
   const auto converges = [&] {
-    return stage_solver_.solve_to_switch(run, end, max_h) == StageSolver::Result::converged;
+    return switch_solver_.solve(run, end, max_h) == SwitchSolver::Result::converged;
   };
   const auto slides_beside = [&](int i) {
     const auto& contacts = problem_.info().contacts;
@@ -579,12 +581,12 @@ bool PivotingSolver::bracket_switch(int first, int count, const Switch& end, dou
       if (k > 0 && !start_solver_.carry_on(*step_, first + k, starts_[first + k]))
         return std::numeric_limits<double>::quiet_NaN();
       first_guess(first + k, h);
-      if (stage_solver_.solve(step_->elements[first + k]) != StageSolver::Result::converged)
+      if (element_solver_.solve(step_->elements[first + k]) != ElementSolver::Result::converged)
         return std::numeric_limits<double>::quiet_NaN();
     }
-    return stage_solver_.switch_value(step_->elements[first + count - 1], end) / std::pow(h, end.zeros_at_start);
+    return switch_solver_.function().value(step_->elements[first + count - 1], end) / std::pow(h, end.zeros_at_start);
   };
-  if (end.needs_force() && stage_solver_.tableau().right_end.size() == 0) return false;
+  if (properties(end.kind).needs_force && elements_.tableau.right_end.size() == 0) return false;
   // Slip in space has no solution behind the switch that could bracket it.
   if (step_->elements[first].modes[end.contact] == ContactMode::slip) return false;
 
@@ -643,10 +645,10 @@ std::string PivotingSolver::describe(const Failure& failure) const {
           "{} stays closed, but tableau {} has no stage at the right end and drifts to a gap or slip velocity of "
           "{:.3g} "
           "there {}: a curved persistent contact needs a stiffly accurate tableau",
-          contact, stage_solver_.tableau().name, v.value, where);
+          contact, elements_.tableau.name, v.value, where);
     case Verdict::undetermined:
       return fmt::format("{} stays closed, but the matrix A of tableau {} is singular and does not determine its force",
-                         contact, stage_solver_.tableau().name);
+                         contact, elements_.tableau.name);
     case Verdict::cone_left:
       return fmt::format("{} would stick with {:.3g} N more than its friction cone has {}", contact, -v.value, where);
     case Verdict::slip_reversed:
@@ -662,14 +664,14 @@ std::string PivotingSolver::describe(const Failure& failure) const {
           "the impacts of {} accumulate, it bounces no higher than its gap is known; tableau {} has no stage at the "
           "right "
           "end that could stop it",
-          contact, stage_solver_.tableau().name);
+          contact, elements_.tableau.name);
     case Verdict::impacts_accumulate:
       return fmt::format("impacts of {} and its neighbours follow each other at one instant without an end", contact);
     case Verdict::no_right_stage:
       return fmt::format(
           "{} comes to rest, but tableau {} has no stage at the right end where both components of its slip velocity "
           "could vanish: slip in space that stops needs a stiffly accurate tableau",
-          contact, stage_solver_.tableau().name);
+          contact, elements_.tableau.name);
     case Verdict::newton_failed:
       return fmt::format("Newton's method on the stage equations did not converge {}", where);
     case Verdict::no_impulse:

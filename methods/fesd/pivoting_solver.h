@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "methods/elements/element_solver.h"
 #include "methods/elements/fesd_step.h"
+#include "methods/elements/switch_solver.h"
 #include "methods/fesd/element_start.h"
 #include "methods/fesd/force_division.h"
 #include "methods/fesd/gap_minima.h"
@@ -19,7 +21,7 @@ namespace ricochet {
 /// switch happens in the rest of the step; then step equilibration makes all remaining elements equally long and their
 /// stage equations determine everything. When a sign condition fails (sign_conditions.h) a switch lies inside: choose
 /// how many equal elements m lead up to it, solve the square system of their stage equations, the switch equation at
-/// the right end of the m-th, and the common length h (StageSolver::solve_to_switch), and continue there with the
+/// the right end of the m-th, and the common length h (switch_solver.h), and continue there with the
 /// elements and the time that remain. Every choice is checked by the sign conditions and taken back when they fail:
 /// other m, then the alternative modes of the start. So a step is either solved to rounding, or it is infeasible for
 /// this number of elements as far as the search reaches, and says why. With Options::as_needed an infeasible step is
@@ -126,7 +128,9 @@ class PivotingSolver {
   const FrictionPolygon polygon_;
   Counters& counters_;
   ContactScales scales_;
-  StageSolver stage_solver_;
+  ElementSystem elements_;
+  ElementSolver element_solver_;
+  SwitchSolver switch_solver_;
   ElementStartSolver start_solver_;
   SignConditions sign_conditions_;
   ForceDivision force_division_;

@@ -236,7 +236,7 @@ void Sensitivity::through_start(const FesdStep& step, int element, State& state)
   through_impulse({e.q0, v_minus, e.v0, Lambda_n, Lambda_t}, state);
 }
 
-/// (8) of StageSolver holds at the right end, which is a stage.
+/// (8) of switch_function.h holds at the right end, which is a stage.
 bool Sensitivity::stops_in_space(const Element& e, const Switch& end) {
   return end.kind == Switch::Kind::slip_stops && end.contact >= 0 && e.modes[end.contact] == ContactMode::slip;
 }
@@ -253,7 +253,7 @@ Sensitivity::Friction Sensitivity::slip_at_end(const Element& e, int contact, do
               e.slip_start.segment(info.tangent_index, info.n_t));
 }
 
-/// (5) of StageSolver
+/// (10) of end_projection.h
 void Sensitivity::through_projection(const Element& e, const Switch& end, State& state) const {
   const Vector v_minus = e.v0 + e.h * e.a * tableau_.b;
   const Matrix J_n = problem_.normal_jacobian(e.q1), J_t = problem_.tangent_jacobian(e.q1);
@@ -411,7 +411,7 @@ Sensitivity::ElementVariation Sensitivity::through_element(const Element& e, con
   return element;
 }
 
-/// (11) of StageSolver, varied. @param state  at the right end
+/// (11) of end_projection.h, varied. @param state  at the right end
 Matrix Sensitivity::constrained_forces(const Element& e, const Switch& end, const State& state) const {
   const ProblemInfo& info = problem_.info();
   const Vector &q = e.q1, &v = e.v1, &lambda_n = e.end_lambda_n, &lambda_t = e.end_lambda_t;

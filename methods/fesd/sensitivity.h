@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "methods/elements/fesd_step.h"
+#include "methods/runge_kutta/butcher_tableau.h"
 
 namespace ricochet {
 
@@ -16,14 +17,14 @@ namespace ricochet {
 ///   d[ M (v+ - v-) - J_n Lambda_n - J_t Lambda_t ] = 0                                  (1)
 ///   d[ J_n^i' (v+ + eps_r^i v-) ] = 0,   Lambda_n^i > 0 or i bilateral                  (2)
 ///
-/// Element, with the stage equations and modes of StageSolver, and its length h as one more theta:
+/// Element, with the stage equations and modes of stage_equations.h, and its length h as one more theta:
 ///
 ///   d[ M(q_j) w_j - f_v(q_j,v_j) - B_u u - J_n lambda_n,j - J_t lambda_t,j ] = 0        (3)
 ///   d[ f_c^i(q_j) ] = 0,   i closed                                                     (4)
 ///   dq_j = dq_0 + h r_j dv_0 + (r_j v_0 + 2 h sum_k (A^2)_jk w_k) dh + h^2 sum_k (A^2)_jk dw_k,   r = A 1
 ///   dv_j = dv_0 + (sum_k a_jk w_k) dh + h sum_k a_jk dw_k                               (5)
 ///
-/// (5) with b'A, b' in place of a row of A^2, A gives the right end. There the projection of v_1 (stage_solver.h) is an
+/// (5) with b'A, b' in place of a row of A^2, A gives the right end. There the projection of v_1 (end_projection.h) is an
 /// impulse too, with (1), (6) and eps_r = 0 in (2) for all closed contacts. Friction in (1) and (3), of a contact with
 /// slip velocity s = J_t' v (v+ in (1)) and forces lambda_n, lambda_t (in (1) Lambda_n, Lambda_t):
 ///
@@ -35,7 +36,7 @@ namespace ricochet {
 ///
 ///   f_c^i(q_1),   lambda_n^i,   s^i,   mu lambda_n^i - ||lambda_t^i||                    (7)
 ///
-/// with the forces at the right end, of the stages or of the state there (stage_solver.h, 11); where slip in space
+/// with the forces at the right end, of the stages or of the state there (end_projection.h, 11); where slip in space
 /// comes to rest, the last of them, and (6a) at the last stage. Behind the last switch the elements of a step share its
 /// remaining time: n dh = dt_end - dt.      (8)
 ///

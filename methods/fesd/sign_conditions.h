@@ -1,7 +1,9 @@
 #pragma once
 
 #include "methods/contact_laws/contact_scales.h"
-#include "methods/elements/stage_solver.h"
+#include "methods/contact_laws/friction_polygon.h"
+#include "methods/elements/element.h"
+#include "methods/runge_kutta/butcher_tableau.h"
 
 namespace ricochet {
 

@@ -26,7 +26,7 @@ namespace ricochet {
 /// (9) is ours: a contact that bounces has no force. Without it a closed element of Radau type may absorb the bounce by
 /// stage forces (open question 2 in methods/fesd/README.md), and an optimisation finds that out.
 ///
-/// On a curve (1)-(4) leave a velocity of O(h^n_s) across a closed contact. As in the simulation (stage_solver.h, (10))
+/// On a curve (1)-(4) leave a velocity of O(h^n_s) across a closed contact. As in the simulation (end_projection.h, (10))
 /// impulses P of either sign take it away at the right end, v_1 behind them and v_ns before,
 ///
 ///   0 = M(q_1) (v_1 - v_ns) - J_n P,   P = p+ - p-,   0 <= p+ + p-  _|_  sum_j y_j >= 0                    (10)

@@ -81,7 +81,7 @@ TEST_P(Conformance, KeepsItsPromises) {
   }
   // The audit's bound, relative to the terms that cancel: twice what the sign conditions take for rounding of a force.
   // FESD-J lets the box come to rest on four corners at once, and keeps their cones to the order of the method in that
-  // one stage (stage_solver.h, eq. (9)): 1e-4. Time stepping has a solver that iterates where friction is in space, to
+  // one stage (switch_function.h, eq. (9)): 1e-4. Time stepping has a solver that iterates where friction is in space, to
   // contact_tolerance=1e-9 of the largest contact; one with a smaller force has 1.8e-9 of its own.
   const bool is_fesd = pair.method.starts_with("fesd");
   const bool iterates = has_friction_in_space(info) && !is_fesd;

@@ -4,7 +4,8 @@
 
 #include <random>
 
-#include "methods/elements/stage_solver.h"
+#include "methods/elements/element_solver.h"
+#include "methods/elements/switch_solver.h"
 #include "methods/linear_algebra/band_lu.h"
 #include "methods/registry.h"
 #include "problems/assembly/assembled_problem.h"
@@ -107,7 +108,7 @@ TEST_P(Islands, SolveLikeOneDenseSystem) {
   for (const bool is_coupled : {false, true}) {
     const Columns problem(n, height, is_curved, is_coupled);
     Counters counters;
-    StageSolver solver(problem, make_tableau("radau-iia", 2), 1e-14, counters);
+    ElementSystem elements(problem, make_tableau("radau-iia", 2), counters);
     auto& run = runs[is_coupled];
     run.resize(2);
     for (Element& stages : run) {
@@ -123,9 +124,10 @@ TEST_P(Islands, SolveLikeOneDenseSystem) {
       }
       stages.h = 0.05;
     }
-    ASSERT_EQ(solver.solve(run[0]), StageSolver::Result::converged) << name;
-    ASSERT_EQ(solver.solve_to_switch(std::span(run).subspan(1), {.contact = n - 1, .zeros_at_start = 1}, 10.0),
-              StageSolver::Result::converged)
+    ASSERT_EQ(ElementSolver(elements, 1e-14).solve(run[0]), ElementSolver::Result::converged) << name;
+    ASSERT_EQ(
+        SwitchSolver(elements, 1e-14).solve(std::span(run).subspan(1), {.contact = n - 1, .zeros_at_start = 1}, 10.0),
+        SwitchSolver::Result::converged)
         << name;
   }
   // Forces of 24 bodies have a condition of some 1e3, and Newton's method ends at 1e-14.

@@ -1,14 +1,15 @@
-#include "methods/elements/stage_solver.h"
+#include "methods/elements/element_solver.h"
 
 #include <gtest/gtest.h>
 
+#include "methods/elements/switch_solver.h"
 #include "methods/registry.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
 namespace {
 
-TEST(StageSolver, FreeFallIsExact) {
+TEST(ElementSolver, FreeFallIsExact) {
   // q is a polynomial of degree 2, v of degree 1: every tableau of order >= 2 reproduces them.
   const auto p = make_problem("bouncing_ball", {{"height", 100}});
   for (const char* tableau : {"gauss:1", "gauss:3", "radau-iia:2", "radau-iia:9", "radau-ia:2", "lobatto-iiia:2",
@@ -21,7 +22,7 @@ TEST(StageSolver, FreeFallIsExact) {
   }
 }
 
-TEST(StageSolver, CountsItsWork) {
+TEST(ElementSolver, CountsItsWork) {
   const auto p = make_problem("bouncing_ball", {{"height", 100}});
   Settings settings;
   settings.steps = 5;
@@ -47,13 +48,14 @@ TEST_F(Switches, FindTheImpactTimeOfAFall) {
   const double exact = std::sqrt(2 * (1 - 0.1) / 9.81);
   for (const char* family : {"gauss", "radau-iia"}) {
     for (int elements = 1; elements <= 3; ++elements) {
-      StageSolver solver(*ball, make_tableau(family, 2), 1e-14, counters);
+      ElementSystem elements(*ball, make_tableau(family, 2), counters);
+      SwitchSolver solver(elements, 1e-14);
       std::vector<Element> run(3);
       for (auto& stages : run) stages.resize(ball->info(), 2);
       run[0].q0[0] = 1;
       run[0].h = 0.3 / elements;
-      const auto result = solver.solve_to_switch(std::span(run).first(elements), {.contact = 0}, 1.0);
-      ASSERT_EQ(result, StageSolver::Result::converged);
+      const auto result = solver.solve(std::span(run).first(elements), {.contact = 0}, 1.0);
+      ASSERT_EQ(result, SwitchSolver::Result::converged);
       EXPECT_NEAR(elements * run[0].h, exact, 4e-16) << family << ": Newton to the last rounding";
       EXPECT_NEAR(ball->gap(run[elements - 1].q1)[0], 0, 2e-16);
       for (int m = 1; m < elements; ++m) EXPECT_EQ(run[m].h, run[0].h) << "elements of a run are equally long";
@@ -63,36 +65,39 @@ TEST_F(Switches, FindTheImpactTimeOfAFall) {
 
 TEST_F(Switches, SkipTheContactAtTheLeftEnd) {
   // Thrown up from the ground: the gap is zero at both ends.
-  StageSolver solver(*ball, make_tableau("radau-iia", 2), 1e-14, counters);
+  ElementSystem elements(*ball, make_tableau("radau-iia", 2), counters);
+  SwitchSolver solver(elements, 1e-14);
   std::vector<Element> run(1);
   run[0].resize(ball->info(), 2);
   run[0].q0[0] = 0.1;
   run[0].v0[0] = 2;
   run[0].h = 0.1;
-  ASSERT_EQ(solver.solve_to_switch(run, {.contact = 0, .zeros_at_start = 1}, 1.0), StageSolver::Result::converged);
+  ASSERT_EQ(solver.solve(run, {.contact = 0, .zeros_at_start = 1}, 1.0), SwitchSolver::Result::converged);
   EXPECT_NEAR(run[0].h, 2 * 2 / 9.81, 1e-15);
 }
 
 TEST_F(Switches, RefuseARootOutsideTheStep) {
-  StageSolver solver(*ball, make_tableau("gauss", 2), 1e-14, counters);
+  ElementSystem elements(*ball, make_tableau("gauss", 2), counters);
+  SwitchSolver solver(elements, 1e-14);
   std::vector<Element> run(1);
   run[0].resize(ball->info(), 2);
   run[0].q0[0] = 1;
   run[0].h = 0.1;
-  EXPECT_EQ(solver.solve_to_switch(run, {.contact = 0}, 0.2), StageSolver::Result::left_interval);
+  EXPECT_EQ(solver.solve(run, {.contact = 0}, 0.2), SwitchSolver::Result::left_interval);
 }
 
 TEST(ClosedContact, CarriesTheLoad) {
   const auto p = make_problem("bouncing_ball", {{"height", 0.1}, {"m", 3}});
   Counters counters;
-  StageSolver solver(*p, make_tableau("radau-iia", 3), 1e-14, counters);
+  ElementSystem elements(*p, make_tableau("radau-iia", 3), counters);
+  ElementSolver solver(elements, 1e-14);
   Element stages;
   stages.resize(p->info(), 3);
   stages.q0[0] = 0.1;
   stages.modes[0] = ContactMode::closed;
   for (const double h : {1e-1, 1e-3, 1e-6, 1e-9}) {  // also in steps whose square drowns in the rounding of q
     stages.h = h;
-    ASSERT_EQ(solver.solve(stages), StageSolver::Result::converged);
+    ASSERT_EQ(solver.solve(stages), ElementSolver::Result::converged);
     for (int j = 0; j < 3; ++j) EXPECT_NEAR(stages.lambda_n(0, j), 3 * 9.81, 1e-12) << "h = " << h;
     EXPECT_EQ(stages.q1[0], 0.1);
   }

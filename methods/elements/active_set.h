@@ -1,0 +1,107 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "methods/contact_laws/friction_polygon.h"
+#include "methods/elements/element.h"
+#include "problems/problem.h"
+
+namespace ricochet {
+
+/// A closed contact. Its unknowns and equations at a stage: the normal ones, then, unless the mode gives the tangential
+/// force, the tangential ones.
+struct ActiveContact {
+  int contact = -1;
+  ContactMode mode = ContactMode::closed;
+  int facet = 0;
+  int row = 0;     ///< of its first unknown among those of all closed contacts
+  int n_rows = 1;  ///< 1 or 1 + n_t, 2 on an edge
+  int entry = 0;   ///< its first one in StageDerivatives
+  TangentialLaw law;
+};
+
+/// Which contacts are closed in an element, in which mode, and which unknowns and equations that makes:
+///
+///   x_j = (w_j, lambda_j),   lambda_j: of every closed contact lambda_n, then n_rows - 1 components of lambda_t
+///
+/// An element belongs to the coordinates that it is given, not to the scene: loops over contacts go over closed()
+/// alone, and what couples them is found by newton_system.h.
+class ActiveSet {
+ public:
+  ActiveSet(const ProblemInfo& info, const FrictionPolygon& polygon, int n_s);
+
+  /// @return false when this active set is the present one
+  bool set(const std::vector<ContactMode>& modes, const std::vector<int>& facets);
+
+  std::span<const ActiveContact> closed() const { return closed_; }
+  bool empty() const { return closed_.empty(); }
+  const ActiveContact& of(int contact) const;
+  const std::vector<ContactMode>& modes() const { return modes_; }
+  /// n_c flags, as Problem::normal_jacobian_of takes them.
+  const char* is_closed() const { return is_closed_.data(); }
+
+  int n_rows() const { return static_cast<int>(row_power_.size()); }     ///< unknown forces per stage
+  int n_unknowns() const { return n_coordinates_ + n_rows(); }           ///< per stage
+  int n_entries() const { return n_entries_; }                           ///< of StageDerivatives, per stage
+  int row_power(int row) const { return row_power_[std::size_t(row)]; }  ///< of the h that the row is divided by
+  bool has_friction() const { return has_friction_; }                    ///< a closed contact has
+  bool has_curved() const { return has_curved_; }                        ///< a closed contact is curved
+  bool turns() const { return turns_; }                                  ///< a contact slips in space: (7c)
+
+  /// (8) or (9) holds for the contact at this stage.
+  bool rests(const ActiveContact& active, int stage, const Element& element) const {
+    if (active.mode != ContactMode::slip || stage != n_s_ - 1) return false;
+    return active.contact == element.resting ||
+           (element.rest_together && info_.contacts[active.contact].support == info_.contacts[element.resting].support);
+  }
+  /// Number of tangent directions, TangentialLaw::held, in which (7a) holds for the contact at this stage.
+  int n_held(const ActiveContact& active, int stage, const Element& element) const {
+    return rests(active, stage, element) ? info_.contacts[active.contact].n_t : active.law.n_held;
+  }
+  /// What (7a) is divided by: h, but 1 for (8), among rows (7c).
+  static double tangential_scale(const ActiveContact& active, double h) {
+    return active.mode == ContactMode::slip ? 1 : h;
+  }
+  /// Direction d of slip in lambda_t = -mu lambda_n d + ..., a unit vector of (7b), (7c) at velocity v.
+  /// @param J_t  tangent Jacobians of all contacts there, packed
+  /// @return ||v_t||, 0 when the direction does not depend on it
+  double slip_direction(const ActiveContact& active, const double* J_t, const double* v, const Element& element,
+                        double* direction) const {
+    const auto& contact = info_.contacts[active.contact];
+    if (active.mode != ContactMode::slip) {
+      std::copy_n(active.law.along.data(), 2, direction);
+      return 0;
+    }
+    J_t += contact.tangent_begin;
+    for (int d = 0; d < 2; ++d) {
+      direction[d] = 0;
+      for (const int row : contact.support) direction[d] += *J_t++ * v[row];
+    }
+    const double speed = std::hypot(direction[0], direction[1]);
+    const double* start = element.slip_start.data() + contact.tangent_index;
+    const bool has_start = start[0] != 0 || start[1] != 0;
+    if (has_start && (element.has_frozen_slip || speed == 0)) {
+      std::copy_n(start, 2, direction);
+      return 0;
+    }
+    for (int d = 0; d < 2; ++d) direction[d] /= speed;
+    return speed;
+  }
+
+ private:
+  const ProblemInfo& info_;
+  const FrictionPolygon polygon_;
+  const int n_s_, n_coordinates_;
+  std::vector<ContactMode> modes_;
+  std::vector<int> facets_;
+  std::vector<ActiveContact> closed_;
+  std::vector<char> is_closed_;
+  std::vector<int> row_power_;
+  int n_entries_ = 0;
+  bool has_friction_ = false, has_curved_ = false, turns_ = false;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include "problems/problem.h"
+#include "problems/solution.h"
+
+namespace ricochet {
+
+/// One Runge-Kutta step with all its values: a finite element of FESD-J. Its equations are in stage_equations.h.
+struct Element {
+  double h = 0;               ///< length [s]
+  Vector q0, v0;              ///< left end (after an impact)
+  Matrix q, v, a;             ///< n_q x n_s: positions, velocities, accelerations v' at the stages
+  Matrix lambda_n;            ///< n_c x n_s; zero for an open contact
+  Matrix lambda_t;            ///< n_lambda_t x n_s
+  Vector slip_start;          ///< n_lambda_t; in: unit slip direction where slip in space starts from rest, else 0
+  Vector q1, v1;              ///< right end
+  bool is_projected = false;  ///< end_projection.h: (10) made v1, and (11) the forces at the right end:
+  Vector end_lambda_n, end_lambda_t;  ///< n_c, n_lambda_t; zero if the tableau says nothing about the right end
+  std::vector<ContactMode> modes;     ///< n_c
+  std::vector<int> facets;            ///< n_c, of vertex_slip and edge_slip, else 0; empty without friction in space
+
+  // What of (7) holds while the element is being solved, besides its modes.
+  int resting = -1;              ///< contact in space whose slip ends at the right end: (8); -1 for none
+  bool rest_together = false;    ///< and that of all contacts of the same bodies: (9)
+  bool has_frozen_slip = false;  ///< (7c) has the direction slip_start, as long as v_t is far from its solution
+
+  void resize(const ProblemInfo& info, int n_s);
+};
+
+}  // namespace ricochet

@@ -1,0 +1,98 @@
+#include "methods/elements/element_solver.h"
+
+#include <cmath>
+
+namespace ricochet {
+namespace {
+
+constexpr int kMaxNewton = 30;
+// Far below anything physical in SI units, and far above subnormal numbers.
+constexpr double kVanishing = 1e-250;
+
+/// What rounding leaves of a body at rest decays from step to step, down to subnormal numbers: arithmetic with these
+/// takes a hundred times as long.
+void clear_vanishing(double* x, Eigen::Index n) {
+  for (Eigen::Index k = 0; k < n; ++k) x[k] = std::abs(x[k]) < kVanishing ? 0 : x[k];
+}
+
+}  // namespace
+
+ElementSolver::ElementSolver(ElementSystem& system, double tolerance)
+    : system_(system), tolerance_(tolerance), coefficients_(system.tableau) {}
+
+/// Derivatives of this instant and their factors.
+bool ElementSolver::refresh(const StageCoefficients& k, const Element& e, bool again) {
+  system_.equations.derivatives(k, e, system_.work);
+  return system_.newton.factorize(k, system_.work.K, again);
+}
+
+ElementSolver::Result ElementSolver::solve(Element& e) {
+  auto& [problem, tableau, counters, active, equations, unknowns, end, newton, work, end_work] = system_;
+  system_.set_active(e);
+  e.resting = -1;
+  e.rest_together = false;
+  const StageCoefficients& k = coefficients_.of(e.h);
+  const bool is_known = newton.recall(k.h);
+  equations.set_initial_values(e, k.h, work);
+  equations.set_stages(k, e, work);
+  bool is_fresh = false;
+  e.has_frozen_slip = active.has_friction() && !e.slip_start.isZero(0);
+  if (!is_known) {
+    if (!refresh(k, e, false)) return Result::singular;
+    is_fresh = true;
+  }
+  const ProblemInfo::Structure& structure = problem.info().structure;
+  const bool is_affine =
+      structure.constant_mass && structure.constant_force_jacobian && !active.has_curved() && !active.turns();
+  // A predicted correction of dw says little about what (3) is left with where closed contacts turn.
+  const double predicted_tolerance = active.empty() ? tolerance_ : 0.1 * tolerance_;
+
+  double previous = 0;
+  for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
+    equations.residual(k, e, work);
+    if (newton.is_redundant()) unknowns.gather_forces(e, work.x);
+    newton.solve(work.r, work.x, work.dx);
+    ++counters.inner_iterations;
+    const double size = unknowns.correct(work.dx.data(), k.h, work.K, e);
+    equations.set_stages(k, e, work);
+    if (!std::isfinite(size)) return Result::no_convergence;
+    const double scale = unknowns.velocity_scale(e, k.h, work.load);
+
+    bool is_converged = size <= tolerance_ * scale;
+    if (is_affine) {
+      is_converged = is_converged || size <= 1e-3 * scale;  // one correction is exact, up to rounding of this size
+    }
+    if (iteration > 0) {
+      const double contraction = size / previous;
+      // What the next correction would be; and corrections that rounding keeps from shrinking further.
+      is_converged = is_converged ||
+                     (contraction < 1 && contraction / (1 - contraction) * size <= predicted_tolerance * scale) ||
+                     (iteration > 3 && contraction > 0.5 && size <= 1e-9 * scale);
+      if (!is_converged && contraction > 0.1 && !(is_fresh && contraction < 0.5)) {
+        if (!refresh(k, e, true)) return Result::singular;
+        is_fresh = true;
+      }
+    }
+    if (e.has_frozen_slip && size <= 1e-3 * scale) {  // close enough for the direction to follow the velocity
+      e.has_frozen_slip = false;
+      if (!refresh(k, e, true)) return Result::singular;
+      continue;
+    }
+    if (is_converged) {
+      if (newton.is_redundant()) {
+        equations.residual(k, e, work);
+        if (!system_.is_consistent(e, k.h)) return Result::no_convergence;
+      }
+      equations.set_slip_in_space(e);
+      system_.set_right_end(k, e);
+      end.set_end_forces(e, end_work);
+      clear_vanishing(e.a.data(), e.a.size());
+      clear_vanishing(e.v1.data(), e.v1.size());
+      return Result::converged;
+    }
+    previous = size;
+  }
+  return Result::no_convergence;
+}
+
+}  // namespace ricochet

@@ -1,0 +1,29 @@
+#pragma once
+
+#include "methods/elements/element_system.h"
+
+namespace ricochet {
+
+/// Newton's method on the stage equations (3), (4), (7) of stage_equations.h, for an element of given length. Factors of
+/// the Newton matrix are kept from element to element as long as it contracts: for an affine scene they are exact and
+/// one solution of the linear system (newton_system.h) solves the element.
+class ElementSolver {
+ public:
+  enum class Result : std::uint8_t { converged, no_convergence, singular };
+
+  /// @param tolerance  relative size of the last Newton correction
+  ElementSolver(ElementSystem& system, double tolerance);
+
+  /// In: h, q0, v0, modes, and a, lambda_n as first guess. Out: everything else. No allocation, apart from the first
+  /// use of an active set.
+  Result solve(Element& e);
+
+ private:
+  bool refresh(const StageCoefficients& k, const Element& e, bool again);
+
+  ElementSystem& system_;
+  const double tolerance_;
+  RecentCoefficients coefficients_;
+};
+
+}  // namespace ricochet

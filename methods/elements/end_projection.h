@@ -1,0 +1,75 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+
+#include "methods/elements/active_set.h"
+#include "methods/elements/stage_coefficients.h"
+#include "methods/linear_algebra/small_inverse.h"
+
+namespace ricochet {
+
+/// What the closed contacts say of velocities and forces at one state: what EndProjection keeps from one of its
+/// functions to the next.
+struct EndSystem {
+  Eigen::Index n = 0;         ///< columns of R, C
+  Matrix R, MC;               ///< n_q x n: R of (10), M^-1 C
+  Matrix system, inverse;     ///< R' M^-1 C
+  Matrix directions;          ///< 2 x closed contacts: d, zero where nothing slips
+  Matrix M;                   ///< n_q x n_q
+  Eigen::LLT<Matrix> llt;     ///< of M
+  Vector lambda_n, lambda_t;  ///< n_c, n_lambda_t: the forces (11)
+
+  // Scratch of one function at a time.
+  SmallInverse lu;
+  Vector rates, impulses, f, J_n, J_t, gap, v;
+  Matrix T;
+};
+
+/// Velocity and forces at the right end of an element. P of (5) in stage_equations.h is the identity, unless a closed
+/// contact is curved. (4) alone leaves a velocity of O(h^n_s) across it, which errors of the forces made. So P, at q_1,
+/// takes it away by impulses of all closed contacts, along the directions of their forces:
+///
+///   P = I - M^-1 C (R' M^-1 C)^-1 R',   R = [J_n closed, J_t held],   C = [J_n - mu J_t d slipping, else as R]    (10)
+///
+/// with d the direction of slip, or `along`. The force of the last stage is of order n_s - 1 only. The forces at the
+/// right end, which say when a contact breaks or begins to slip, are those that keep q_1, v_1 on the contacts, as
+/// accurate as the state:
+///
+///   M w = f_v + B_u u + C lambda,   R' w + (d/dt R') v_1 = 0.                                                     (11)
+///
+/// Without P they are the stage forces extrapolated to the right end. Tableaus without a stage there leave the curve
+/// already with q_1: P = I. Where a contact moves by itself R has the clock, and C has not.
+class EndProjection {
+ public:
+  EndProjection(const Problem& problem, const StageTableau& tableau, const ActiveSet& active, Counters& counters);
+
+  /// P of (5) is not the identity.
+  bool applies() const { return tableau_.ends_with_stage && active_.has_curved(); }
+
+  /// Makes room in a new system, and for another active set.
+  void prepare(EndSystem& s) const;
+  void resize(EndSystem& s) const;
+
+  /// R, M^-1 C and the inverse of R' M^-1 C at q, v.
+  void linearize(const Vector& q, const Vector& v, const Element& e, EndSystem& s) const;
+  /// v_1 of (5), by (10). Linearizes at q_1 and the velocity before.
+  void project(Element& e, EndSystem& s) const;
+  /// The same for variations of q_1, v_1, with the system of project(): R' dv_1 + dR' v_1 = 0. Variations of C are left
+  /// out, since the impulses are O(h^n_s). @param dq, dv  n_q x 2
+  void project_variations(const Element& e, const Matrix& dq, Matrix& dv, EndSystem& s) const;
+  /// The forces (11) at q, v where the system was linearized.
+  void set_forces(const Vector& q, const Vector& v, const Element& e, EndSystem& s) const;
+  /// Element::end_lambda_n, end_lambda_t of a projected element by (11), else extrapolated.
+  void set_end_forces(Element& e, EndSystem& s) const;
+
+ private:
+  static void take_away_rates(EndSystem& s, Eigen::Ref<Vector> x);
+
+  const Problem& problem_;
+  const StageTableau& tableau_;
+  const ActiveSet& active_;
+  Counters& counters_;
+  const int last_stage_;
+};
+
+}  // namespace ricochet

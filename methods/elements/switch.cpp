@@ -1,0 +1,92 @@
+#include "methods/elements/switch.h"
+
+#include <iterator>
+
+#include "methods/elements/switch_function.h"
+
+namespace ricochet {
+namespace {
+
+using enum ContactMode;
+constexpr ContactMode kTouches[] = {open, closed, stick, slip_positive, slip_negative, slip, vertex_slip, edge_slip};
+constexpr ContactMode kParts[] = {open};
+constexpr ContactMode kStops[] = {stick, slip_positive, slip_negative};
+constexpr ContactMode kSlips[] = {slip_positive, slip_negative, slip, vertex_slip, edge_slip};
+constexpr ContactMode kOnPolygon[] = {vertex_slip, edge_slip};
+
+constexpr SwitchKind kKinds[] = {
+    {.kind = Switch::Kind::gap_closes,
+     .name = "gap closes",
+     .needs_force = false,
+     .is_of_slip = false,
+     .value = &SwitchFunction::gap,
+     .slope = &SwitchFunction::gap_slope,
+     .event = EventKind::impact,
+     .behind = kTouches,
+     .refusal = "{} would penetrate to a gap of {:.3g} m {}"},
+    {.kind = Switch::Kind::force_vanishes,
+     .name = "force vanishes",
+     .needs_force = true,
+     .is_of_slip = false,
+     .value = &SwitchFunction::normal_force,
+     .slope = &SwitchFunction::force_slope,
+     .event = EventKind::detach,
+     .behind = kParts,
+     .refusal = "{} would pull with {:.3g} N {}"},
+    {.kind = Switch::Kind::slip_stops,
+     .name = "slip stops",
+     .needs_force = false,
+     .is_of_slip = true,
+     .value = &SwitchFunction::slip,
+     .slope = &SwitchFunction::slip_slope,
+     .event = EventKind::slip_to_stick,
+     .behind = kStops,
+     .refusal = "{} would slip back with {:.3g} m/s {}"},
+    {.kind = Switch::Kind::cone_reached,
+     .name = "cone reached",
+     .needs_force = true,
+     .is_of_slip = false,
+     .value = &SwitchFunction::cone_margin,
+     .slope = &SwitchFunction::force_slope,
+     .event = EventKind::stick_to_slip,
+     .behind = kSlips,
+     .refusal = "{} would stick with {:.3g} N more than its friction cone has {}"},
+    {.kind = Switch::Kind::slip_turns,
+     .name = "slip turns",
+     .needs_force = false,
+     .is_of_slip = true,
+     .value = &SwitchFunction::slip,
+     .slope = &SwitchFunction::slip_slope,
+     .event = EventKind::facet_change,
+     .behind = kOnPolygon,
+     .refusal = "{} would slip with {:.3g} m/s past an edge of its friction polygon {}"},
+    {.kind = Switch::Kind::edge_left,
+     .name = "edge left",
+     .needs_force = true,
+     .is_of_slip = false,
+     .value = &SwitchFunction::cone_margin,
+     .slope = &SwitchFunction::force_slope,
+     .event = EventKind::facet_change,
+     .behind = kOnPolygon,
+     .refusal = "{} would slip with {:.3g} N beyond an edge of its friction polygon {}"},
+};
+
+constexpr bool rows_are_in_order() {
+  for (std::size_t k = 0; k < std::size(kKinds); ++k) {
+    if (static_cast<std::size_t>(kKinds[k].kind) != k) return false;
+  }
+  return true;
+}
+static_assert(rows_are_in_order());
+
+}  // namespace
+
+std::span<const SwitchKind> switch_kinds() {
+  return kKinds;
+}
+
+const SwitchKind& properties(Switch::Kind kind) {
+  return kKinds[static_cast<std::size_t>(kind)];
+}
+
+}  // namespace ricochet
