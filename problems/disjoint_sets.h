@@ -23,6 +23,7 @@ class DisjointSets {
     std::iota(parent_.begin(), parent_.end(), 0);
   }
 
+  int n() const { return static_cast<int>(parent_.size()); }
   /// The name of the set of k.
   int of(int k) {
     while (parent_[k] != k) k = parent_[k] = parent_[parent_[k]];

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "methods/linear_algebra/breadth_first.h"
+
 namespace ricochet {
 namespace {
 
@@ -13,25 +15,18 @@ constexpr double kDependent = 1e-11;
 
 }  // namespace
 
-/// Breadth first, from an end of what G connects.
+/// Island after island of what G connects, each breadth first from an end.
 void ContactPrediction::order_by_levels(const Delassus& G) {
   const int n = G.n_contacts();
   order_.resize(n);
+  const auto visit_neighbours = [&](int i, auto visit) {
+    for (int k = 0; k < G.n_neighbours(i); ++k) visit(G.block(i, k).contact);
+  };
   int start = 0;
   for (int pass = 0; pass < 2; ++pass) {
     place_.assign(n, -1);
-    int count = 0;
-    const auto visit = [&](int i) {
-      if (place_[i] >= 0) return;
-      place_[i] = count;
-      order_[count++] = i;
-    };
-    for (int seed = start, next = 0; next < n; seed = (seed + 1) % n) {  // groups, one after the other
-      visit(seed);
-      for (; next < count; ++next) {
-        for (int k = 0; k < G.n_neighbours(order_[next]); ++k) visit(G.block(order_[next], k).contact);
-      }
-    }
+    for (int first = start, count = 0; count < n; first = (first + 1) % n)
+      count = append_breadth_first(first, count, order_, place_, visit_neighbours);
     start = order_[n - 1];
   }
 }

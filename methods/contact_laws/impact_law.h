@@ -1,15 +1,15 @@
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <span>
 #include <vector>
 
-#include "methods/contact_laws/bilateral_constraints.h"
+#include "methods/contact_laws/contact_operator.h"
 #include "methods/contact_laws/contact_prediction.h"
 #include "methods/contact_laws/contact_scales.h"
 #include "methods/contact_laws/delassus.h"
 #include "methods/contact_laws/friction_problem.h"
-#include "problems/disjoint_sets.h"
+#include "methods/contact_laws/mass_inverse.h"
+#include "methods/linear_algebra/islands.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
 
@@ -31,11 +31,11 @@ namespace ricochet {
 /// Friction in space may have a polygon in place of the disc (friction_polygon.h): (6) is then a vertex, or the edge
 /// that J_t^i' v+ is normal to.
 ///
-/// Both are friction problems (friction_problem.h) with the Delassus matrix G = D' M^-1 D, D = [J_n, J_t]. They fall
-/// apart into groups of contacts that move each other, each solved for itself: an impact is the business of its group,
-/// and in a group of many contacts their modes are predicted first (contact_prediction.h). D and M^-1 D are kept with
-/// their nonzeros only. Bilateral constraints are eliminated (bilateral_constraints.h): P M^-1 stands for M^-1, and
-/// their impulses and forces follow; then all contacts are one group.
+/// Both are friction problems (friction_problem.h) with the Delassus matrix of contact_operator.h. They fall apart into
+/// islands of contacts that move each other, each solved for itself: an impact is the business of its island, and in an
+/// island of many contacts their modes are predicted first (contact_prediction.h). Bilateral constraints are eliminated
+/// (bilateral_constraints.h): P M^-1 stands for M^-1, and their impulses and forces follow; then all contacts are one
+/// island.
 class ImpactLaw {
  public:
   /// @param scales  what rounding is relative to; read at every call
@@ -46,9 +46,9 @@ class ImpactLaw {
   bool prepare(const Vector& q, std::span<const int> touching);
 
   /// (1)-(3). @param together  the contacts, ascending, of those that prepare() knows, that have part in the impact
-  /// @param approaching  those of them that need an impulse: groups without one get none
+  /// @param approaching  those of them that need an impulse: islands without one get none
   /// @param v  v- in, v+ out; @param Lambda_n  n_c, @param Lambda_t  n_lambda_t, written for the contacts of the other
-  /// groups and bilateral constraints only
+  /// islands and bilateral constraints only
   LcpStatus impact(std::span<const int> together, std::span<const int> approaching, Eigen::Ref<Vector> v,
                    Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
 
@@ -58,7 +58,7 @@ class ImpactLaw {
                              const Eigen::Ref<const Vector>& Lambda_t);
 
   /// A closed contact, for contact_forces().
-  struct Closed {
+  struct ClosedContact {
     int contact = -1;
     bool slides = false;                   ///< its slip direction is known
     double direction[2]{1, 0};             ///< of slip; on a polygon minus the vertex of the force
@@ -69,8 +69,8 @@ class ImpactLaw {
 
   /// (4)-(6) for a subset of the touching contacts. @param lambda_n  n_c, @param lambda_t  n_lambda_t, written for
   /// them and the bilateral ones. acceleration() holds w afterwards.
-  LcpStatus contact_forces(const Vector& q, const Vector& v, std::span<Closed> closed, Eigen::Ref<Vector> lambda_n,
-                           Eigen::Ref<Vector> lambda_t);
+  LcpStatus contact_forces(const Vector& q, const Vector& v, std::span<ClosedContact> closed,
+                           Eigen::Ref<Vector> lambda_n, Eigen::Ref<Vector> lambda_t);
   const Vector& acceleration() const { return w_; }
   /// |J_n|' |w| of a closed contact with w of the load alone, and what the curvature of the gap adds [m/s^2]; behind
   /// contact_forces().
@@ -78,7 +78,7 @@ class ImpactLaw {
   /// Whether the load and the forces pull a closed contact apart; behind contact_forces(). Bodies that fall together
   /// need no force, and still touch.
   bool is_pulled_apart(int contact) const {
-    return dot(contact, 0, w_) + bias_[contact] > ContactScales::kStageRounding * load_size_[contact];
+    return operator_.dot(contact, 0, w_) + bias_[contact] > ContactScales::kStageRounding * load_size_[contact];
   }
   /// M^-1 f_v at (q, v), without contact forces.
   const Vector& free_acceleration(const Vector& q, const Vector& v);
@@ -88,74 +88,48 @@ class ImpactLaw {
   double sliding_delassus(int contact, const double* direction) const;
 
   /// Diagonal Delassus entry J_n' M^-1 J_n of a touching contact.
-  double normal_delassus(int contact) const { return own_delassus(contact, 0, 0); }
+  double normal_delassus(int contact) const { return operator_.own_delassus(contact, 0, 0); }
   /// The largest J_t' M^-1 J_t of its tangents.
   double mobility(int contact) const;
 
   /// J_n of a touching contact, packed.
-  const double* normal(int contact) const { return column(contact, 0); }
+  const double* normal(int contact) const { return operator_.column(contact, 0); }
   /// J_n^i' v of a touching contact.
-  double normal_velocity(int contact, const Eigen::Ref<const Vector>& v) const { return dot(contact, 0, v); }
+  double normal_velocity(int contact, const Eigen::Ref<const Vector>& v) const { return operator_.dot(contact, 0, v); }
   /// sum_k |J_n,k^i v_k|: what rounding of a normal velocity is measured against.
-  double normal_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const { return terms(contact, 0, v); }
+  double normal_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const {
+    return operator_.terms(contact, 0, v);
+  }
   /// J_t^i' v of a touching contact, n_t components.
   void slip_velocity(int contact, const Eigen::Ref<const Vector>& v, double* v_t) const;
   /// The contact slides the way it slips at velocity v, if its slip velocity is larger than `rounding`; on a polygon
   /// normal to an edge, if what it has along the edge is not.
-  void set_slide(Closed& closed, const Eigen::Ref<const Vector>& v, double rounding) const;
+  void set_slide(ClosedContact& closed, const Eigen::Ref<const Vector>& v, double rounding) const;
   /// The contact slides with the force at a vertex of the polygon, or normal to an edge.
-  void set_vertex(Closed& closed, int vertex) const;
-  void set_edge(Closed& closed, int edge) const;
+  void set_vertex(ClosedContact& closed, int vertex) const;
+  void set_edge(ClosedContact& closed, int edge) const;
   double slip_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const;
 
  private:
   int n_t(int contact) const { return problem_.info().contacts[contact].n_t; }
-  /// Column d of D of a contact, 0 the normal: entries at its support.
-  const double* column(int contact, int d) const {
-    const auto& info = problem_.info().contacts[contact];
-    return d == 0 ? packed_n_.data() + info.normal_begin
-                  : packed_t_.data() + info.tangent_begin + (d - 1) * info.support.size();
-  }
-  /// The same of P M^-1 D: entries at the coordinates that the contact moves.
-  const double* effect(int contact, int d) const {
-    return effects_.data() + effect_begin_[contact] + d * n_moved(contact);
-  }
-  const int* moved(int contact) const { return moved_.data() + moved_begin_[contact]; }
-  int n_moved(int contact) const { return moved_begin_[contact + 1] - moved_begin_[contact]; }
-  double dot(int contact, int d, const Eigen::Ref<const Vector>& x) const;
-  double terms(int contact, int d, const Eigen::Ref<const Vector>& x) const;
-  double own_delassus(int contact, int row, int d) const;
-  void find_moved();
-  bool set_mass(const Vector& q);
-  void solve_mass(Eigen::Ref<Vector> x);
-  void set_groups();
-  void set_delassus(std::span<const int> members);
-  LcpStatus solve_group(std::span<const int> members, double rounding);
-  void apply(std::span<const int> members, Eigen::Ref<Vector> motion, Eigen::Ref<Vector> normal) const;
+  void set_contacts_of(int island);
+  LcpStatus solve_island(double rounding);
+  void push(Eigen::Ref<Vector> motion, Eigen::Ref<Vector> normal) const;
 
   const Problem& problem_;
   const FrictionPolygon polygon_;
   const ContactScales& scales_;
   Counters& counters_;
-  std::vector<int> touching_;
   const bool has_bilateral_;
-  BilateralConstraints bilateral_;
-  Matrix M_;
-  Eigen::LLT<Matrix> llt_;  // unless M is diagonal
-  Vector packed_n_, packed_t_, column_, effects_;
-  std::vector<int> moved_, moved_begin_, effect_begin_;  // coordinates; per contact: where they, and its effects begin
-  std::vector<int> support_in_moved_;                    // where the entries of a packed J_n stand among `moved`
-  Matrix reaction_;  // n_c x (n_c + n_lambda_t): of the bilateral constraints to the columns of D
-  Vector f_, w_, size_, bias_, load_size_, b_, r_, scatter_;
+  MassInverse mass_inverse_;
+  ContactOperator operator_;
+  Vector f_, w_, size_, bias_, load_size_, b_, r_;
   Matrix T_;
   bool has_turning_friction_ = false;  // some tangents depend on q
 
-  std::vector<int> contacts_;               // of the problem at hand
-  DisjointSets groups_;                     // of their numbers
-  std::vector<int> visitor_;                // per coordinate: the last that moves it, or -1
-  std::vector<int> grouped_, group_begin_;  // their numbers, group after group
-  std::vector<std::vector<int>> visitors_;  // per coordinate: members of a group that move it
-  std::vector<int> sizes_, neighbours_, cursor_;
+  std::vector<int> contacts_;            // of the problem at hand
+  Islands islands_;                      // of their numbers
+  std::vector<int> contacts_of_island_;  // of the island at hand
   Delassus delassus_;
   Matrix G_;
   std::vector<FrictionProblem::Contact> laws_;

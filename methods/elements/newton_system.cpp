@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "methods/elements/redundant_system.h"
+#include "methods/linear_algebra/breadth_first.h"
 
 namespace ricochet {
 namespace {
@@ -118,23 +119,15 @@ void NewtonSystem::set_unknowns(Island& island, int number_step, int stage_step)
 /// Coordinates of the island in order_, breadth first from `first`.
 void NewtonSystem::order_by_levels(const Island& island, int first) {
   for (const int c : island.coordinates) place_[c] = -1;
-  int count = 0;
-  const auto visit = [&](int c) {
-    if (place_[c] >= 0) return;
-    place_[c] = count;
-    order_[count++] = c;
-  };
-  visit(first);
-  for (int next = 0; next < count; ++next) {
-    const int c = order_[next];
+  append_breadth_first(first, 0, order_, place_, [&](int c, auto visit) {
     for (const int other : coupled_[c]) visit(other);
     for (const int a : contacts_of_[c]) {
       for (const int other : problem_.info().contacts[closed_[a].contact].pushed()) visit(other);
     }
-  }
+  });
 }
 
-/// From one end of the island to the other (Cuthill, McKee 1969): a contact stands in the middle of its coordinates,
+/// From one end of the island to the other: a contact stands in the middle of its coordinates,
 /// and the stages of each follow each other.
 void NewtonSystem::number_along_levels(Island& island) {
   for (const int c : island.coordinates) contacts_of_[c].clear();

@@ -80,7 +80,7 @@ bool ElementStartSolver::force_jumps(int contact) {
 }
 
 /// A closed contact that stays closed whatever the load says.
-ContactMode ElementStartSolver::continued_mode(const ImpactLaw::Closed& closed) const {
+ContactMode ElementStartSolver::continued_mode(const ImpactLaw::ClosedContact& closed) const {
   const int n_t = problem_.info().contacts[closed.contact].n_t;
   if (n_t > 0 && !closed.slides) return ContactMode::stick;
   if (polygon_.applies(n_t)) return closed.is_on_edge ? ContactMode::edge_slip : ContactMode::vertex_slip;
@@ -88,7 +88,7 @@ ContactMode ElementStartSolver::continued_mode(const ImpactLaw::Closed& closed) 
 }
 
 /// Whether the load of a contact that slides pulls it into its surface: at either end of an edge.
-bool ElementStartSolver::is_paradox(const ImpactLaw::Closed& closed) const {
+bool ElementStartSolver::is_paradox(const ImpactLaw::ClosedContact& closed) const {
   if (!closed.slides) return false;
   if (impact_law_.sliding_delassus(closed.contact, closed.direction) <= 0) return true;
   if (!closed.is_on_edge) return false;
@@ -217,7 +217,7 @@ ElementStartSolver::Result ElementStartSolver::strike(FesdStep& step, int elemen
 
 /// Whether a closed contact slides already, and where to.
 void ElementStartSolver::set_tangential_law(const Element& element, const Element* left, const Switch& end,
-                                            bool is_struck, ImpactLaw::Closed& closed) {
+                                            bool is_struck, ImpactLaw::ClosedContact& closed) {
   const int i = closed.contact;
   const auto& contact = problem_.info().contacts[i];
   const ContactMode before = left ? left->modes[i] : ContactMode::open;
@@ -238,7 +238,7 @@ void ElementStartSolver::set_tangential_law(const Element& element, const Elemen
 }
 
 /// The same on a polygon, where the switch of this contact says it.
-void ElementStartSolver::set_facet(const Element& element, const Switch& end, ImpactLaw::Closed& closed) {
+void ElementStartSolver::set_facet(const Element& element, const Switch& end, ImpactLaw::ClosedContact& closed) {
   if (end.kind == Switch::Kind::slip_turns) set_slide(element, closed);
   if (end.kind == Switch::Kind::cone_reached || closed.slides) impact_law_.set_edge(closed, end.condition.facet);
   if (end.kind == Switch::Kind::edge_left) impact_law_.set_vertex(closed, end.condition.facet);
@@ -246,7 +246,7 @@ void ElementStartSolver::set_facet(const Element& element, const Switch& end, Im
 
 /// Whether it slides, up to what contacts that come to rest together have left of their slip when the switch of one of
 /// them is solved.
-void ElementStartSolver::set_slide(const Element& element, ImpactLaw::Closed& closed) {
+void ElementStartSolver::set_slide(const Element& element, ImpactLaw::ClosedContact& closed) {
   impact_law_.set_slide(closed, element.v0, scales_.no_slip(closed.contact));
 }
 
@@ -298,7 +298,7 @@ ElementStartSolver::Result ElementStartSolver::begin(FesdStep& step, int element
   for (const int i : start.touching) {
     if (end.is(Switch::Kind::force_vanishes, i)) continue;
     const bool rested = was_closed(i) && !is_struck(i);
-    ImpactLaw::Closed closed{.contact = i};
+    ImpactLaw::ClosedContact closed{.contact = i};
     if (info.contacts[i].n_t > 0) set_tangential_law(stages, left, end, is_struck(i), closed);
     if (rested || impact_law_.normal_velocity(i, stages.v0) <= scales_.no_approach(i)) {
       start.closed.push_back(closed);
@@ -350,7 +350,7 @@ ElementStartSolver::Result ElementStartSolver::set_modes(FesdStep& step, int ele
       start.on_edge.push_back({closed.contact, left->facets[closed.contact]});
   }
   const auto in_paradox =
-      std::find_if(closed_.begin(), closed_.end(), [&](const ImpactLaw::Closed& c) { return is_paradox(c); });
+      std::find_if(closed_.begin(), closed_.end(), [&](const ImpactLaw::ClosedContact& c) { return is_paradox(c); });
   if (!closed_.empty()) start.culprit = in_paradox != closed_.end() ? in_paradox->contact : closed_.front().contact;
   if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, start.lambda_n, start.lambda_t) != LcpStatus::solved) {
     return Result::no_forces;
@@ -470,7 +470,7 @@ bool ElementStartSolver::carry_on(FesdStep& step, int element, ElementStart& sta
 }
 
 bool ElementStartSolver::is_pressed(const Element& element, int contact) {
-  ImpactLaw::Closed closed{.contact = contact};
+  ImpactLaw::ClosedContact closed{.contact = contact};
   Vector lambda_n(problem_.n_c()), lambda_t(problem_.info().n_lambda_t);
   return impact_law_.contact_forces(element.q0, element.v0, {&closed, 1}, lambda_n, lambda_t) == LcpStatus::solved &&
          is_closed(closed.mode);
@@ -484,7 +484,7 @@ int ElementStartSolver::first_to_stop(const Element& element, double& time) {
   }
   if (!impact_law_.prepare(element.q0, touching)) return -1;
   for (const int i : touching) {
-    ImpactLaw::Closed closed{.contact = i};
+    ImpactLaw::ClosedContact closed{.contact = i};
     if (is_slipping(element.modes[i])) impact_law_.set_slide(closed, element.v0, 0);
     closed_.push_back(closed);
   }

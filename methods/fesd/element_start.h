@@ -19,7 +19,7 @@ struct ElementStart {
     ContactMode mode = ContactMode::open, predicted = ContactMode::open;
     double v_n = 0;  ///< of a contact that bounced, behind the impact [m/s]
     int facet = 0, predicted_facet = 0;
-    ImpactLaw::Closed closed{};  ///< of a contact that bounced: how it would be closed
+    ImpactLaw::ClosedContact closed{};  ///< of a contact that bounced: how it would be closed
     bool bounced() const { return predicted == ContactMode::open; }
   };
   /// A contact on a polygon that slips normal to an edge, whatever its mode.
@@ -28,7 +28,7 @@ struct ElementStart {
   };
 
   std::vector<int> touching;
-  std::vector<ImpactLaw::Closed> closed;  ///< touching contacts that do not separate; the load opens them or not
+  std::vector<ImpactLaw::ClosedContact> closed;  ///< touching contacts that do not separate; the load opens them or not
   std::vector<Alternative> alternatives;
   unsigned closed_instead = 0;  ///< by alternative: the bounces that modes and forces have closed instead
   std::vector<int> from_rest;   ///< contacts that start to slip with zero slip velocity
@@ -114,19 +114,19 @@ class ElementStartSolver {
   Result set_modes(FesdStep& step, int element, const Element* left, const Switch& end, bool within_step,
                    unsigned closed_instead, ElementStart& start);
   void keep_forces(const Element& left, ElementStart& start);
-  ContactMode continued_mode(const ImpactLaw::Closed& closed) const;
-  void set_facet(const Element& element, const Switch& end, ImpactLaw::Closed& closed);
-  void set_slide(const Element& element, ImpactLaw::Closed& closed);
-  bool is_paradox(const ImpactLaw::Closed& closed) const;
+  ContactMode continued_mode(const ImpactLaw::ClosedContact& closed) const;
+  void set_facet(const Element& element, const Switch& end, ImpactLaw::ClosedContact& closed);
+  void set_slide(const Element& element, ImpactLaw::ClosedContact& closed);
+  bool is_paradox(const ImpactLaw::ClosedContact& closed) const;
   void set_tangential_law(const Element& element, const Element* left, const Switch& end, bool is_struck,
-                          ImpactLaw::Closed& closed);
+                          ImpactLaw::ClosedContact& closed);
 
   const Problem& problem_;
   const ButcherTableau& tableau_;
   const FrictionPolygon polygon_;
   ContactScales& scales_;
   ImpactLaw impact_law_;
-  std::vector<ImpactLaw::Closed> closed_;
+  std::vector<ImpactLaw::ClosedContact> closed_;
   std::vector<int> candidates_;              // contacts that touch, or are apart by no more than rounding of q
   std::vector<int> together_, approaching_;  // of them those of one impact, and those that it has to stop
   Vector struck_n_, struck_t_;               // its impulses

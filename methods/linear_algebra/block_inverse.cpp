@@ -1,77 +1,77 @@
 #include "methods/linear_algebra/block_inverse.h"
 
+#include <algorithm>
+
 namespace ricochet {
 
-/// Connected components of the pattern of A. @return whether they are others than before
-bool BlockInverse::find_blocks(const Matrix& A, bool as_one) {
+/// Joins what the pattern of A couples. @return whether the islands are others than before
+bool BlockInverse::islands_change(const Matrix& A, bool as_one) {
   const int n = static_cast<int>(A.rows());
-  blocks_.reset(n);
+  sets_.reset(n);
   for (int column = 0; column < n && !as_one; ++column) {
     for (int row = 0; row < n; ++row) {
-      if (A(row, column) != 0) blocks_.join(row, column);
+      if (A(row, column) != 0) sets_.join(row, column);
     }
   }
-  if (as_one) blocks_.join_all();
-  bool changed = static_cast<int>(block_of_.size()) != n;
-  for (int k = 0; k < n; ++k) changed = changed || coordinates_[first_[block_of_[k]]] != blocks_.of(k);
-  return changed;
+  if (as_one) sets_.join_all();
+  if (islands_.n() != n) return true;
+  for (int k = 0; k < n; ++k) {
+    if (islands_.members(islands_.of(k)).front() != sets_.of(k)) return true;
+  }
+  return false;
 }
 
 void BlockInverse::compute(const Matrix& A, bool as_one) {
-  const int n = static_cast<int>(A.rows());
   ++version_;
-  if (find_blocks(A, as_one)) {
-    block_of_.assign(n, -1);
-    first_.assign(1, 0);
-    coordinates_.clear();
-    parts_.clear();
-    for (int k = 0; k < n; ++k) {
-      if (blocks_.of(k) != k) continue;
-      const int block = static_cast<int>(parts_.size());
-      for (int j = k; j < n; ++j) {
-        if (blocks_.of(j) != k) continue;
-        block_of_[j] = block;
-        coordinates_.push_back(j);
-      }
-      first_.push_back(static_cast<int>(coordinates_.size()));
-      parts_.emplace_back(size(block), size(block));
+  if (islands_change(A, as_one)) {
+    islands_.assign(sets_);
+    blocks_.resize(islands_.count());
+    for (int island = 0; island < islands_.count(); ++island) {
+      const auto size = static_cast<Eigen::Index>(islands_.members(island).size());
+      blocks_[island].resize(size, size);
     }
-    inverses_ = parts_;
-    factors_.resize(parts_.size());
+    inverses_ = blocks_;
+    factors_.resize(blocks_.size());
   }
-  if (n_blocks() == 1) {
+  if (islands_.count() == 1) {
     inverses_[0] = factors_[0].of(A);
     return;
   }
-  for (int b = 0; b < n_blocks(); ++b) {
-    const int* at = coordinates(b);
-    if (size(b) == 1) {
-      inverses_[b](0, 0) = 1 / A(at[0], at[0]);
+  for (int island = 0; island < islands_.count(); ++island) {
+    const auto at = islands_.members(island);
+    const int size = static_cast<int>(at.size());
+    if (size == 1) {
+      inverses_[island](0, 0) = 1 / A(at[0], at[0]);
       continue;
     }
-    for (int column = 0; column < size(b); ++column) {
-      for (int row = 0; row < size(b); ++row) parts_[b](row, column) = A(at[row], at[column]);
+    for (int column = 0; column < size; ++column) {
+      for (int row = 0; row < size; ++row) blocks_[island](row, column) = A(at[row], at[column]);
     }
-    inverses_[b] = factors_[b].of(parts_[b]);
+    inverses_[island] = factors_[island].of(blocks_[island]);
   }
 }
 
-void BlockInverse::apply(int block, const Vector& x, Vector& y) const {
-  const int* at = coordinates(block);
-  const Matrix& W = inverses_[block];
-  for (int row = 0; row < size(block); ++row) {
+void BlockInverse::apply(int island, const Vector& x, Vector& y) const {
+  const auto at = islands_.members(island);
+  const int size = static_cast<int>(at.size());
+  const Matrix& W = inverses_[island];
+  for (int row = 0; row < size; ++row) {
     double sum = 0;
-    for (int column = 0; column < size(block); ++column) sum += W(row, column) * x[at[column]];
+    for (int column = 0; column < size; ++column) sum += W(row, column) * x[at[column]];
     y[at[row]] = sum;
   }
 }
 
+void BlockInverse::apply(std::span<const int> islands, const Vector& x, Vector& y) const {
+  for (const int island : islands) apply(island, x, y);
+}
+
 void BlockInverse::apply(const Vector& x, Vector& y) const {
-  if (n_blocks() == 1) {
+  if (islands_.count() == 1) {
     y.noalias() = inverses_[0].lazyProduct(x);
     return;
   }
-  for (int b = 0; b < n_blocks(); ++b) apply(b, x, y);
+  for (int island = 0; island < islands_.count(); ++island) apply(island, x, y);
 }
 
 }  // namespace ricochet

@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "methods/contact_laws/bilateral_constraints.h"
 #include "methods/contact_laws/contact_observer.h"
+#include "methods/contact_laws/contact_operator.h"
 #include "methods/contact_laws/solvers/contact_solver.h"
 #include "methods/linear_algebra/block_inverse.h"
 #include "problems/problem.h"
@@ -28,8 +28,8 @@ struct ContactLaws {
 /// eliminates (bilateral_constraints.h). W is the inverse of the iteration matrix of the method, s a shift by the
 /// impact law or by the gap. The solver of (2) starts from the impulses of the step before.
 ///
-/// J and W J are kept by columns with their nonzeros only; a problem with bilateral constraints has full columns. While
-/// directions are constant, the active contacts and W the same, so is the operator.
+/// J, W J and the operator of (2) are those of contact_operator.h. While directions are constant, the active contacts and
+/// W the same, so are they.
 class ContactStep {
  public:
   ContactStep(const Problem& problem, const ContactSolverOptions& options, const ContactLaws& laws, Counters& counters,
@@ -44,11 +44,14 @@ class ContactStep {
   ContactStatus set_inverse_mass(const BlockInverse& W);
 
   const std::vector<int>& active() const { return active_; }
-  double normal_velocity(int contact, const Vector& v) const { return dot(contact, 0, v); }  ///< J_n' v, active or not
-  double slip_speed(int contact, const Vector& v) const;                                     ///< ||J_t' v||
+  /// J_n' v
+  double normal_velocity(int contact, const Vector& v) const {
+    return operator_.dot(contact, 0, v);  // active or not
+  }
+  double slip_speed(int contact, const Vector& v) const;  ///< ||J_t' v||
 
   /// G' v, n_c; entries of unilateral contacts are left alone.
-  void bilateral_velocities(const Vector& v, Vector& rates) const { bilateral_.velocities(v, rates); }
+  void bilateral_velocities(const Vector& v, Vector& rates) const { operator_.bilateral().velocities(v, rates); }
 
   /// Adds an impulse of the k-th active contact and the reaction of the bilateral constraints. @param Lambda_n  n_c
   void add_normal_impulse(std::size_t k, double impulse, Vector& v, Vector& Lambda_n) const;
@@ -71,41 +74,20 @@ class ContactStep {
 
  private:
   int n_t(int k) const { return problem_.contacts[k].n_t; }
-  /// Column d of J of contact i, entries at its support.
-  const double* column(int i, int d) const {
-    const auto& contact = info_.contacts[i];
-    return d == 0 ? packed_n_.data() + contact.normal_begin
-                  : packed_t_.data() + contact.tangent_begin + (d - 1) * contact.support.size();
-  }
-  double dot(int i, int d, const Vector& v) const;
-  void add_column(int k, int d, double impulse, Vector& v) const;
-  void find_neighbours(const BlockInverse& W);
-  ContactStatus set_columns(const BlockInverse& W);
-  void set_blocks();
 
-  const Problem& scene_;
   const ProblemInfo& info_;
   Counters& counters_;
   ContactObserver* const observer_;
-  const bool normal_only_, has_bilateral_;
+  const bool has_bilateral_;
   const ContactSolverOptions options_;
   bool is_affine_;                             // no direction depends on q
   bool has_position_ = false, is_new_ = true;  // directions or active contacts have changed since W was set
   const BlockInverse* W_ = nullptr;
   std::int64_t W_version_ = -1;
-  BilateralConstraints bilateral_;
+  ContactOperator operator_;
   std::unique_ptr<ContactSolver> solver_;
   ContactProblem problem_;
-  std::vector<int> active_, sizes_;
-  Vector packed_n_, packed_t_;
-  // W J: column d of the k-th active contact has values at the coordinates of the blocks of W that it touches.
-  std::vector<int> reach_, reach_begin_;
-  std::vector<double> effects_;
-  std::vector<std::size_t> effect_begin_;
-  std::vector<int> touched_, touched_begin_;                        // blocks of W per active contact
-  std::vector<int> visitors_, visitors_begin_, mark_, neighbours_;  // active contacts per block of W
-  Vector scatter_, product_;
-  Matrix reactions_;  // n_c x rows: of the bilateral constraints to the contact directions
+  std::vector<int> active_;
   Vector r_, w_, last_n_, last_t_, velocity_rounding_;
   Vector Lambda_n_, Lambda_t_;
 };

@@ -30,7 +30,7 @@ constexpr int kMaxLocalNewton = 30;
 constexpr double kRoot = 1e-15;  // width of the bracket of gamma, relative
 
 /// (2) for a given gamma, n_t = 1 or 2.
-struct Closed {
+struct ClosedContact {
   int n_t;
   double mu, p, G_nn, c_n;
   double G_nt[2]{}, A[2][2]{}, a[2]{};
@@ -93,7 +93,7 @@ bool stays_open(const ContactProblem::Contact& contact, const double* G_ii, cons
   const int n = 1 + contact.n_t;
   r[0] = r[1] = r[2] = 0;
   if (contact.n_t == 0 || contact.present == 0) return c[0] >= 0;
-  Closed disc{.n_t = contact.n_t, .mu = contact.mu, .p = contact.present, .G_nn = 1, .c_n = 0};
+  ClosedContact disc{.n_t = contact.n_t, .mu = contact.mu, .p = contact.present, .G_nn = 1, .c_n = 0};
   for (int d = 0; d < contact.n_t; ++d) {
     disc.a[d] = c[1 + d];
     for (int e = 0; e < contact.n_t; ++e) disc.A[d][e] = G_ii[(1 + e) * n + 1 + d];
@@ -119,7 +119,7 @@ bool solve_one(const ContactProblem::Contact& contact, const double* G_ii, const
     r[0] = std::max(0.0, -c[0] / G_ii[0]);
     return true;
   }
-  Closed closed{.n_t = n_t, .mu = contact.mu, .p = contact.present, .G_nn = G_ii[0], .c_n = c[0]};
+  ClosedContact closed{.n_t = n_t, .mu = contact.mu, .p = contact.present, .G_nn = G_ii[0], .c_n = c[0]};
   for (int d = 0; d < n_t; ++d) {
     const double lever = G_ii[1 + d] / G_ii[0];
     closed.G_nt[d] = G_ii[(1 + d) * n];
