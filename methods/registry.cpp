@@ -18,7 +18,7 @@ std::map<std::string, MethodEntry>& entries() {
 
 }  // namespace
 
-bool register_method(MethodEntry entry) {
+bool add_method(MethodEntry entry) {
   const std::string name = entry.name;
   if (!entries().emplace(name, std::move(entry)).second)
     throw std::logic_error("two methods are registered as " + name);
@@ -38,7 +38,9 @@ std::unique_ptr<Method> make_method(const std::string& text) {
   if (!entry->second.make)
     throw InputError(fmt::format("method {} is not built: {}", spec.name(), entry->second.not_built));
   try {
-    return entry->second.make(spec);
+    auto method = entry->second.make(spec);
+    spec.finish(entry->second.max_arguments);
+    return method;
   } catch (const InputError& error) {
     throw InputError(fmt::format("method '{}': {}\n  usage: {}", text, error.what(), entry->second.usage));
   }

@@ -16,7 +16,6 @@ class ImplicitRungeKutta final : public Method {
  public:
   explicit ImplicitRungeKutta(const MethodSpec& spec) : id_(spec.text()), tableau_(tableau_argument(spec)) {
     ignores_contacts_ = spec.choice("contacts", {"refused", "ignored"}) == "ignored";
-    spec.finish(2);
   }
 
   MethodInfo info() const override {
@@ -76,15 +75,12 @@ class ImplicitRungeKutta final : public Method {
   bool ignores_contacts_;
 };
 
-const bool registered = register_method({
+const bool registered = register_method<ImplicitRungeKutta>({
     .name = "irk",
     .usage = "irk:TABLEAU:STAGES[,contacts=refused|ignored], or irk:@TABLEAU_FILE",
+    .max_arguments = 2,
     .summary = "bare implicit Runge-Kutta method, for motion without contacts",
     .examples = {"irk:radau-iia:3", "irk:gauss:4"},
-    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> {
-      return std::make_unique<ImplicitRungeKutta>(spec);
-    },
-    .not_built = {},
 });
 
 }  // namespace

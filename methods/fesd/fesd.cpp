@@ -29,7 +29,6 @@ class Fesd final : public Method {
     options_.facets = cone_.facets;
     options_.gap_tolerance = spec.number("gap_tolerance", 0, 0, 1);
     options_.max_elements = spec.whole_number("max_elements", 64, 1, 100000);
-    spec.finish(2);
   }
 
   MethodInfo info() const override {
@@ -116,17 +115,16 @@ class Fesd final : public Method {
   PivotingSolver::Options options_;
 };
 
-const bool registered = register_method({
+const bool registered = register_method<Fesd>({
     .name = "fesd",
     .usage = "fesd:TABLEAU:STAGES[,n_fe=2][,elements=fixed|as_needed][,max_elements=64][,"
              "switches=pinned|published|published_earliest][,gap_tolerance=0][,"
              "cone=exact|squared|polyhedral][,facets=8], or fesd:@TABLEAU_FILE",
+    .max_arguments = 2,
     .summary = "finite elements with switch detection and jumps (FESD-J), solved by pivoting",
     .examples = {"fesd:radau-iia:1", "fesd:radau-iia:2", "fesd:radau-iia:3", "fesd:radau-iia:4", "fesd:gauss:1",
                  "fesd:gauss:2", "fesd:gauss:3", "fesd:gauss:4", "fesd:radau-ia:3", "fesd:lobatto-iiic:3",
                  "fesd:radau-iia:3,elements=as_needed", "fesd:radau-iia:3,cone=polyhedral,elements=as_needed"},
-    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<Fesd>(spec); },
-    .not_built = {},
 });
 
 }  // namespace

@@ -72,7 +72,6 @@ class FesdAdaptive final : public Method {
     options_.between_stages = true;
     cone_ = cone_argument(spec);
     options_.facets = cone_.facets;
-    spec.finish(2);
     const int n = tableau_.n_s;
     bool is_distinct = true;
     for (int j = 0; j < n; ++j) {
@@ -297,14 +296,13 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
   return solution;
 }
 
-const bool registered = register_method({
+const bool registered = register_method<FesdAdaptive>({
     .name = "fesd_adaptive",
     .usage = "fesd_adaptive:TABLEAU:STAGES[,cone=exact|squared|polyhedral][,facets=8], or "
              "fesd_adaptive:@TABLEAU_FILE, with --tolerance",
+    .max_arguments = 2,
     .summary = "FESD-J with steps that follow a tolerance",
     .examples = {"fesd_adaptive:radau-iia:3", "fesd_adaptive:radau-iia:4", "fesd_adaptive:gauss:4"},
-    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<FesdAdaptive>(spec); },
-    .not_built = {},
 });
 
 }  // namespace

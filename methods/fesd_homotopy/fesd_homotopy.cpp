@@ -18,7 +18,6 @@ class FesdHomotopy final : public Method {
  public:
   explicit FesdHomotopy(const MethodSpec& spec) : id_(spec.text()), tableau_(tableau_argument(spec)) {
     options_ = step_homotopy_options(spec);
-    spec.finish(2);
   }
 
   MethodInfo info() const override {
@@ -87,18 +86,17 @@ class FesdHomotopy final : public Method {
   StepHomotopy::Options options_;
 };
 
-const bool registered = register_method({
+const bool registered = register_method<FesdHomotopy>({
     .name = "fesd_homotopy",
     .usage = "fesd_homotopy:TABLEAU:STAGES[,n_fe=2][,guess=ballistic|cold|pivoting][,relaxation=scholtes|...]"
              "[,sigma_0=1e-3][,sigma_n=1e-11][,update=superlinear|linear][,factor=0.1][,crossover=on|off][,retry=3]"
              "[,tolerance=1e-11][,impulses=position_velocity|slack][,cone=exact|squared|polyhedral][,facets=8]"
              "[,cross=sparse|per_stage|aggregated][,equilibration=objective|exact|tanh|none][,rho=1][,eps_c=1e-3]"
              "[,capture=on|off][,shortest=1e-3][,switches=3][,max_iterations=300]",
+    .max_arguments = 2,
     .summary = "finite elements with switch detection and jumps (FESD-J), solved as MPCCs by homotopy",
     .examples = {"fesd_homotopy:radau-iia:3,retry=0,max_iterations=100,switches=0"},
     .conformance_steps = 20,  // milliseconds a step
-    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<FesdHomotopy>(spec); },
-    .not_built = {},
 });
 
 }  // namespace

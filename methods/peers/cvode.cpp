@@ -15,7 +15,6 @@ class CvodeWithEvents final : public Method {
     const std::string name = spec.arguments().empty() ? "adams" : spec.arguments()[0];
     if (name != "adams" && name != "bdf") throw InputError("cvode: integrator", name, "one of adams, bdf is required");
     integrator_ = name == "adams" ? reference::Integrator::adams : reference::Integrator::bdf;
-    spec.finish(1);
   }
 
   MethodInfo info() const override {
@@ -40,13 +39,12 @@ class CvodeWithEvents final : public Method {
   reference::Integrator integrator_;
 };
 
-const bool registered = register_method({
+const bool registered = register_method<CvodeWithEvents>({
     .name = "cvode",
     .usage = "cvode:adams or cvode:bdf, with --tolerance",
+    .max_arguments = 1,
     .summary = "SUNDIALS CVODE, restarted at events that its root finding locates",
     .examples = {"cvode:adams", "cvode:bdf"},
-    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<CvodeWithEvents>(spec); },
-    .not_built = {},
 });
 
 }  // namespace

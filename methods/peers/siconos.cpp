@@ -26,9 +26,7 @@ Support supports_contacts(const ProblemInfo& problem) {
 /// siconos/moreau_jean.cpp
 class SiconosMoreauJean final : public Method {
  public:
-  explicit SiconosMoreauJean(const MethodSpec& spec) : id_(spec.text()), theta_(spec.number("theta", 0.5, 0.5, 1)) {
-    spec.finish(0);
-  }
+  explicit SiconosMoreauJean(const MethodSpec& spec) : id_(spec.text()), theta_(spec.number("theta", 0.5, 0.5, 1)) {}
   MethodInfo info() const override {
     return {.id = id_,
             .title = fmt::format("Siconos Moreau-Jean, theta = {}", theta_),
@@ -51,7 +49,7 @@ class SiconosMoreauJean final : public Method {
 /// siconos/event_driven.cpp
 class SiconosEventDriven final : public Method {
  public:
-  explicit SiconosEventDriven(const MethodSpec& spec) : id_(spec.text()) { spec.finish(0); }
+  explicit SiconosEventDriven(const MethodSpec& spec) : id_(spec.text()) {}
   MethodInfo info() const override {
     return {.id = id_,
             .title = "Siconos event-driven, LSODAR",
@@ -74,33 +72,25 @@ class SiconosEventDriven final : public Method {
   std::string id_;
 };
 
-template <class M>
-std::unique_ptr<Method> make(const MethodSpec& spec) {
-  return std::make_unique<M>(spec);
-}
-const auto make_moreau_jean = make<SiconosMoreauJean>;
-const auto make_event_driven = make<SiconosEventDriven>;
-
 #else
-const std::nullptr_t make_moreau_jean = nullptr, make_event_driven = nullptr;
+using SiconosMoreauJean = NotBuilt;
+using SiconosEventDriven = NotBuilt;
 #endif
 
 const char* const kNotBuilt = "libsiconos-kernel-dev not found";
 
-const bool registered = register_method({
+const bool registered = register_method<SiconosMoreauJean>({
                             .name = "siconos_moreau_jean",
                             .usage = "siconos_moreau_jean[,theta=0.5]",
                             .summary = "Siconos: its Moreau-Jean time stepping",
                             .examples = {"siconos_moreau_jean", "siconos_moreau_jean,theta=1"},
-                            .make = make_moreau_jean,
                             .not_built = kNotBuilt,
                         }) &&
-                        register_method({
+                        register_method<SiconosEventDriven>({
                             .name = "siconos_event_driven",
                             .usage = "siconos_event_driven, with --tolerance",
                             .summary = "Siconos: LSODAR with located events, without friction",
                             .examples = {"siconos_event_driven"},
-                            .make = make_event_driven,
                             .not_built = kNotBuilt,
                         });
 

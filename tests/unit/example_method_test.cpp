@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 
 #include "methods/registry.h"
+#include "problems/input_error.h"
 #include "problems/registry.h"
 
 // example begins
@@ -14,7 +15,7 @@ namespace {
 /// v_{k+1} = v_k + h M^-1 f(q_k, v_k), then Newton's law at a closed contact; q_{k+1} = q_k + h v_{k+1}. Order 1.
 class SymplecticEuler final : public Method {
  public:
-  explicit SymplecticEuler(const MethodSpec& spec) : id_(spec.text()) { spec.finish(0); }
+  explicit SymplecticEuler(const MethodSpec& spec) : id_(spec.text()) {}
 
   MethodInfo info() const override {
     return {.id = id_, .title = "symplectic Euler", .source = "example", .order_smooth = 1, .order_impacts = 1};
@@ -49,13 +50,11 @@ class SymplecticEuler final : public Method {
   std::string id_;
 };
 
-const bool registered = register_method({
+const bool registered = register_method<SymplecticEuler>({
     .name = "symplectic_euler",
     .usage = "symplectic_euler",
     .summary = "symplectic Euler, one contact",
     .examples = {"symplectic_euler"},
-    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<SymplecticEuler>(spec); },
-    .not_built = {},
 });
 
 }  // namespace
@@ -74,6 +73,12 @@ TEST(ExampleMethod, BouncesABall) {
     return std::abs(s.q[0] - 0.370977516354263779);  // tests/data/ground_truth.json, P1a_ball_e09
   };
   EXPECT_LE(error(100000), 1e-3) << "order 1: 4e-4 measured";
+}
+
+/// It says nothing of options and arguments that it does not know: the registry does.
+TEST(ExampleMethod, TakesNoOptions) {
+  EXPECT_THROW(make_method("symplectic_euler,theta=1"), InputError);
+  EXPECT_THROW(make_method("symplectic_euler:2"), InputError);
 }
 
 }  // namespace

@@ -22,9 +22,7 @@ namespace {
 
 class Anitescu final : public Method {
  public:
-  explicit Anitescu(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {
-    spec.finish(0);
-  }
+  explicit Anitescu(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {}
 
   MethodInfo info() const override {
     return {.id = id_,
@@ -48,15 +46,13 @@ class Anitescu final : public Method {
   ContactSolverOptions solver_;
 };
 
-const bool registered = register_method({
+const bool registered = register_method<Anitescu>({
     .name = "anitescu_convex",
     .usage = std::string("anitescu_convex") + kContactSolverUsage,
     .summary = "Anitescu (2006) time stepping, a convex program in each step, inelastic",
     .examples = {"anitescu_convex", "anitescu_convex,solver=pgs,contact_tolerance=1e-13",
                  "anitescu_convex,solver=newton,contact_tolerance=1e-13",
                  "anitescu_convex,solver=interior_point,contact_tolerance=1e-13"},
-    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<Anitescu>(spec); },
-    .not_built = {},
 });
 
 }  // namespace

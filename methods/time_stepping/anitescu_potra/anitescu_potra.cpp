@@ -36,9 +36,7 @@ class AnitescuPotra final : public Method {
   explicit AnitescuPotra(const MethodSpec& spec)
       : id_(spec.text()),
         is_implicit_(spec.choice("implicit", {"none", "linear"}) == "linear"),
-        solver_(contact_solver_argument(spec)) {
-    spec.finish(0);
-  }
+        solver_(contact_solver_argument(spec)) {}
 
   MethodInfo info() const override {
     return {.id = id_,
@@ -138,15 +136,13 @@ Solution AnitescuPotra::do_solve(const Problem& problem, const Settings& setting
   });
 }
 
-const bool registered = register_method({
+const bool registered = register_method<AnitescuPotra>({
     .name = "anitescu_potra",
     .usage = std::string("anitescu_potra[,implicit=none|linear]") + kContactSolverUsage,
     .summary = "Anitescu-Potra time stepping (1997; 2002 for stiff forces), Poisson's hypothesis",
     .examples = {"anitescu_potra", "anitescu_potra,implicit=linear",
                  "anitescu_potra,solver=pgs,contact_tolerance=1e-13",
                  "anitescu_potra,solver=newton,contact_tolerance=1e-13"},
-    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<AnitescuPotra>(spec); },
-    .not_built = {},
 });
 
 }  // namespace

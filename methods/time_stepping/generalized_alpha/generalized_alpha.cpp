@@ -48,9 +48,7 @@ struct Coefficients {  // (7)
 class GeneralizedAlpha final : public Method {
  public:
   explicit GeneralizedAlpha(const MethodSpec& spec)
-      : id_(spec.text()), rho_inf_(spec.number("rho_inf", 0.8, 0, 1)), solver_(contact_solver_argument(spec)) {
-    spec.finish(0);
-  }
+      : id_(spec.text()), rho_inf_(spec.number("rho_inf", 0.8, 0, 1)), solver_(contact_solver_argument(spec)) {}
 
   MethodInfo info() const override {
     return {.id = id_,
@@ -194,13 +192,11 @@ Solution GeneralizedAlpha::do_solve(const Problem& problem, const Settings& sett
   return run.take_steps(step);
 }
 
-const bool registered = register_method({
+const bool registered = register_method<GeneralizedAlpha>({
     .name = "generalized_alpha",
     .usage = std::string("generalized_alpha[,rho_inf=0.8]") + kContactSolverUsage,
     .summary = "nonsmooth generalised-alpha method, impulses by implicit Euler",
     .examples = {"generalized_alpha", "generalized_alpha,rho_inf=0.5,solver=newton,contact_tolerance=1e-13"},
-    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<GeneralizedAlpha>(spec); },
-    .not_built = {},
 });
 
 }  // namespace

@@ -48,9 +48,7 @@ class MoreauJean final : public Method {
         theta_(spec.number("theta", 0.5, 0.5, 1)),
         is_full_(spec.choice("implicit", {"linear", "full"}) == "full"),
         projects_(spec.choice("projection", {"off", "on"}) == "on"),
-        solver_(contact_solver_argument(spec)) {
-    spec.finish(0);
-  }
+        solver_(contact_solver_argument(spec)) {}
 
   MethodInfo info() const override {
     return {.id = id_,
@@ -153,15 +151,13 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
   });
 }
 
-const bool registered = register_method({
+const bool registered = register_method<MoreauJean>({
     .name = "moreau_jean",
     .usage = std::string("moreau_jean[,theta=0.5][,implicit=linear|full][,projection=off|on]") + kContactSolverUsage,
     .summary = "Moreau-Jean time stepping, theta method",
     .examples = {"moreau_jean", "moreau_jean,theta=1", "moreau_jean,implicit=full", "moreau_jean,projection=on",
                  "moreau_jean,solver=pgs,contact_tolerance=1e-13", "moreau_jean,solver=newton,contact_tolerance=1e-13",
                  "moreau_jean,solver=interior_point,contact_tolerance=1e-13"},
-    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<MoreauJean>(spec); },
-    .not_built = {},
 });
 
 }  // namespace

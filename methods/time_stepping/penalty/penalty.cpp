@@ -70,9 +70,7 @@ class Penalty final : public Method {
   explicit Penalty(const MethodSpec& spec)
       : id_(spec.text()),
         stiffness_(spec.number("stiffness", 0, 0, 1e300)),
-        slip_speed_(spec.number("slip_speed", 0, 0, 1e300)) {
-    spec.finish(0);
-  }
+        slip_speed_(spec.number("slip_speed", 0, 0, 1e300)) {}
 
   MethodInfo info() const override {
     return {.id = id_,
@@ -242,14 +240,12 @@ Solution Penalty::do_solve(const Problem& problem, const Settings& settings) con
   });
 }
 
-const bool registered = register_method({
+const bool registered = register_method<Penalty>({
     .name = "penalty",
     .usage = "penalty[,stiffness=N/m][,slip_speed=m/s]",
     .summary = "compliant contact: spring, damper, regularised friction",
     .examples = {"penalty"},
     .conformance_steps = 4000,
-    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<Penalty>(spec); },
-    .not_built = {},
 });
 
 }  // namespace

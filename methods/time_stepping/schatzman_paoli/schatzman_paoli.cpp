@@ -26,9 +26,7 @@ namespace {
 
 class SchatzmanPaoli final : public Method {
  public:
-  explicit SchatzmanPaoli(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {
-    spec.finish(0);
-  }
+  explicit SchatzmanPaoli(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {}
 
   MethodInfo info() const override {
     return {.id = id_,
@@ -59,13 +57,11 @@ class SchatzmanPaoli final : public Method {
   ContactSolverOptions solver_;
 };
 
-const bool registered = register_method({
+const bool registered = register_method<SchatzmanPaoli>({
     .name = "schatzman_paoli",
     .usage = std::string("schatzman_paoli") + kContactSolverUsage,
     .summary = "Schatzman-Paoli time stepping, two-step scheme for positions",
     .examples = {"schatzman_paoli", "schatzman_paoli,solver=newton,contact_tolerance=1e-13"},
-    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<SchatzmanPaoli>(spec); },
-    .not_built = {},
 });
 
 }  // namespace

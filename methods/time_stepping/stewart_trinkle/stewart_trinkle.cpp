@@ -22,9 +22,7 @@ namespace {
 
 class StewartTrinkle final : public Method {
  public:
-  explicit StewartTrinkle(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {
-    spec.finish(0);
-  }
+  explicit StewartTrinkle(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {}
 
   MethodInfo info() const override {
     return {.id = id_,
@@ -48,14 +46,12 @@ class StewartTrinkle final : public Method {
   ContactSolverOptions solver_;
 };
 
-const bool registered = register_method({
+const bool registered = register_method<StewartTrinkle>({
     .name = "stewart_trinkle",
     .usage = std::string("stewart_trinkle") + kContactSolverUsage,
     .summary = "Stewart-Trinkle time stepping, gaps at the end of the step, inelastic",
     .examples = {"stewart_trinkle", "stewart_trinkle,solver=pgs,contact_tolerance=1e-13",
                  "stewart_trinkle,solver=newton,contact_tolerance=1e-13"},
-    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<StewartTrinkle>(spec); },
-    .not_built = {},
 });
 
 }  // namespace

@@ -27,9 +27,7 @@ namespace {
 
 class Symplectic final : public Method {
  public:
-  explicit Symplectic(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {
-    spec.finish(0);
-  }
+  explicit Symplectic(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {}
 
   MethodInfo info() const override {
     return {.id = id_,
@@ -76,13 +74,11 @@ class Symplectic final : public Method {
   ContactSolverOptions solver_;
 };
 
-const bool registered = register_method({
+const bool registered = register_method<Symplectic>({
     .name = "symplectic",
     .usage = std::string("symplectic") + kContactSolverUsage,
     .summary = "Stoermer-Verlet with impacts that conserve energy, for eps_r = 1",
     .examples = {"symplectic"},
-    .make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<Symplectic>(spec); },
-    .not_built = {},
 });
 
 }  // namespace
