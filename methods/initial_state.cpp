@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "methods/contact_laws/bilateral_constraints.h"
-#include "methods/time_stepping/position_projection.h"
+#include "methods/time_stepping/common/position_projection.h"
 #include "problems/initial_state.h"
 #include "problems/input_error.h"
 

@@ -32,7 +32,7 @@ Solution Method::solve(const Problem& problem, const Settings& settings) const {
   require(settings.time_limit >= 0, "time_limit", settings.time_limit, "a number of seconds >= 0 is required");
 
   Solution solution = do_solve(problem, settings);
-  if (settings.recording == Recording::final_state) solution.events.clear();  // of methods that keep them anyway
+  if (settings.recording == Recording::final_state) solution.events.clear();
   if (solution.succeeded() && !(solution.q.allFinite() && solution.v.allFinite())) {
     solution.status = Status::non_finite;
     solution.message = "the final state is not finite";

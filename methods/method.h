@@ -8,8 +8,6 @@
 
 namespace ricochet {
 
-class ContactObserver;
-
 /// What a run keeps: its final state; the events too, with the state at each; the states at grid points too. Events are
 /// counted always. n contacts that close at once are n events of n numbers.
 enum class Recording { final_state, events, grid };
@@ -30,7 +28,6 @@ struct Settings {
   /// values, "param:NAME" for a parameter, which the initial values may depend on.
   std::vector<std::string> sensitivities;
   bool audit = false;  ///< evaluate every equation of the method after each step: Solution::residuals
-  ContactObserver* contact_observer = nullptr;  ///< of time-stepping methods, contact_observer.h; null is none
 };
 
 struct MethodInfo {
@@ -65,7 +62,8 @@ class Method {
   Solution solve(const Problem& problem, const Settings& settings) const;
 
  protected:
-  /// Called with checked settings. May throw nothing but InputError and std::bad_alloc.
+  /// Called with checked settings. May throw nothing but InputError and std::bad_alloc. May return events that nobody
+  /// wanted: solve() drops them.
   virtual Solution do_solve(const Problem& problem, const Settings& settings) const = 0;
 };
 

@@ -7,6 +7,7 @@
 #include "bench/contact_solutions.h"
 #include "bench/problem_options.h"
 #include "methods/registry.h"
+#include "methods/time_stepping/common/time_stepping_method.h"
 #include "problems/input_error.h"
 
 namespace ricochet {
@@ -22,9 +23,9 @@ void export_contacts(const ExportOptions& options) {
   require_contact_files();
   const auto problem = options.problem.make_problem();
   const auto method = make_method(options.method);
-  Settings settings = options.problem.settings(*problem);
+  const Settings settings = options.problem.settings(*problem);
   ContactRecorder recorder(options.step > 0 ? std::optional<std::int64_t>(options.step - 1) : std::nullopt);
-  settings.contact_observer = &recorder;
+  if (auto* stepping = dynamic_cast<TimeSteppingMethod*>(method.get())) stepping->set_contact_observer(&recorder);
   const Solution solution = method->solve(*problem, settings);
   if (!solution.succeeded()) fmt::print("run: {}: {}\n", to_string(solution.status), solution.message);
   if (!recorder.found()) {

@@ -9,7 +9,7 @@ namespace ricochet {
 struct ContactProblem;
 enum class ContactStatus;
 
-/// Is shown the contact problems that a time-stepping method meets, Settings::contact_observer.
+/// Is shown the contact problems that a time-stepping method meets, TimeSteppingMethod::set_contact_observer().
 class ContactObserver {
  public:
   virtual ~ContactObserver() = default;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "methods/linear_algebra/block_inverse.h"
-#include "methods/time_stepping/fixed_step_run.h"
+#include "methods/time_stepping/common/fixed_step_run.h"
 
 namespace ricochet {
 
@@ -9,12 +9,8 @@ namespace ricochet {
 /// is inverted once.
 class ExplicitStep {
  public:
-  explicit ExplicitStep(FixedStepRun& march)
-      : march_(march),
-        problem_(march.problem),
-        M_(problem_.n_q(), problem_.n_q()),
-        f_(problem_.n_q()),
-        Wf_(problem_.n_q()) {
+  explicit ExplicitStep(FixedStepRun& run)
+      : run_(run), problem_(run.problem), M_(problem_.n_q(), problem_.n_q()), f_(problem_.n_q()), Wf_(problem_.n_q()) {
     if (problem_.info().structure.constant_mass) invert();
   }
 
@@ -22,24 +18,24 @@ class ExplicitStep {
   const Vector& change(const Vector& q, const Vector& v) {
     if (!problem_.info().structure.constant_mass) invert(q);
     problem_.force(q.data(), v.data(), problem_.info().u.data(), f_.data());
-    f_ *= march_.h;
+    f_ *= run_.h;
     W.apply(f_, Wf_);
-    ++march_.solution.counters.force_evaluations;
-    ++march_.solution.counters.linear_solves;
+    ++run_.solution.counters.force_evaluations;
+    ++run_.solution.counters.linear_solves;
     return Wf_;
   }
 
   BlockInverse W;  ///< M^-1
 
  private:
-  void invert() { invert(march_.q); }
+  void invert() { invert(run_.q); }
   void invert(const Vector& q) {
     problem_.mass_matrix(q.data(), M_.data());
     W.compute(M_, problem_.info().has_bilateral());
-    ++march_.solution.counters.mass_factorizations;
+    ++run_.solution.counters.mass_factorizations;
   }
 
-  FixedStepRun& march_;
+  FixedStepRun& run_;
   const Problem& problem_;
   Matrix M_;
   Vector f_, Wf_;

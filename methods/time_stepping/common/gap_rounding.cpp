@@ -1,4 +1,4 @@
-#include "methods/time_stepping/gap_rounding.h"
+#include "methods/time_stepping/common/gap_rounding.h"
 
 #include <limits>
 

@@ -1,4 +1,4 @@
-#include "methods/time_stepping/contact_step.h"
+#include "methods/time_stepping/common/contact_step.h"
 
 #include <algorithm>
 #include <cmath>

@@ -20,14 +20,15 @@
 #include <algorithm>
 
 #include "methods/registry.h"
-#include "methods/time_stepping/explicit_step.h"
+#include "methods/time_stepping/common/explicit_step.h"
+#include "methods/time_stepping/common/time_stepping_method.h"
 
 namespace ricochet {
 namespace {
 
-class Symplectic final : public Method {
+class Symplectic final : public TimeSteppingMethod {
  public:
-  explicit Symplectic(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {}
+  explicit Symplectic(const MethodSpec& spec) : TimeSteppingMethod(spec) {}
 
   MethodInfo info() const override {
     return {.id = id_,
@@ -53,7 +54,7 @@ class Symplectic final : public Method {
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    FixedStepRun run(problem, settings, solver_);
+    FixedStepRun run(problem, settings, solver_, observer_);
     ExplicitStep free(run);
     Vector kick = free.change(run.q, run.v), shift = Vector::Zero(problem.n_c());
     return run.take_steps([&](Vector& v_plus) {
@@ -68,10 +69,6 @@ class Symplectic final : public Method {
       return run.solve_contacts(v_plus, shift, {});  // (4)
     });
   }
-
- private:
-  std::string id_;
-  ContactSolverOptions solver_;
 };
 
 const bool registered = register_method<Symplectic>({

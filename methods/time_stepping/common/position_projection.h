@@ -1,6 +1,6 @@
 #pragma once
 
-#include "methods/time_stepping/contact_step.h"
+#include "methods/time_stepping/common/contact_step.h"
 
 namespace ricochet {
 

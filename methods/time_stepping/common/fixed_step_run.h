@@ -8,8 +8,8 @@
 
 #include "methods/method.h"
 #include "methods/time_limit.h"
-#include "methods/time_stepping/contact_step.h"
-#include "methods/time_stepping/gap_rounding.h"
+#include "methods/time_stepping/common/contact_step.h"
+#include "methods/time_stepping/common/gap_rounding.h"
 
 namespace ricochet {
 
@@ -34,12 +34,12 @@ class NewtonEnd {
 /// the loop over the steps with its time limit, events and recording.
 class FixedStepRun {
  public:
-  FixedStepRun(const Problem& the_problem, const Settings& the_settings, const ContactSolverOptions& solver,
-               const ContactLaws& laws = {})
+  FixedStepRun(const Problem& the_problem, const Settings& the_settings, const ContactSolverOptions& solver = {},
+               ContactObserver* observer = nullptr, const ContactLaws& laws = {})
       : problem(the_problem),
         settings(the_settings),
         h(problem.info().end_time / settings.steps),
-        contacts(problem, solver, laws, solution.counters, settings.contact_observer),
+        contacts(problem, solver, laws, solution.counters, observer),
         q(solution.q),
         v(solution.v),
         touching_(gap_rounding(problem, h)) {

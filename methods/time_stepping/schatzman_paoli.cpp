@@ -19,42 +19,28 @@
 // constraints (4), which the source does not have; 3. an own eps_r for each contact.
 
 #include "methods/registry.h"
-#include "methods/time_stepping/gap_contacts.h"
+#include "methods/time_stepping/common/gap_stepping_method.h"
 
 namespace ricochet {
 namespace {
 
-class SchatzmanPaoli final : public Method {
+class SchatzmanPaoli final : public GapSteppingMethod {
  public:
-  explicit SchatzmanPaoli(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {}
-
-  MethodInfo info() const override {
-    return {.id = id_,
-            .title = "Schatzman-Paoli",
-            .source = "Paoli, Schatzman, SIAM J. Numer. Anal. 40 (2002) 702-768",
-            .order_smooth = 1,
-            .order_impacts = 1,
-            .is_adaptive = false};
-  }
+  explicit SchatzmanPaoli(const MethodSpec& spec)
+      : GapSteppingMethod(spec, "Schatzman-Paoli", "Paoli, Schatzman, SIAM J. Numer. Anal. 40 (2002) 702-768",
+                          FrictionLaw::coulomb) {}
 
   Support supports(const ProblemInfo&) const override { return Support::yes(); }
 
  protected:
-  Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    const auto to_shift = [](const FixedStepRun& run, Vector& shift) {  // (5)
-      const ProblemInfo& info = run.problem.info();
-      for (int i = 0; i < info.n_c(); ++i) {
-        const double eps_r = info.contacts[i].eps_r;
-        shift[i] *= (1 + eps_r) / run.h;
-        if (eps_r > 0) shift[i] -= eps_r * run.impact_velocity(i);
-      }
-    };
-    return run_with_gaps(problem, settings, solver_, FrictionLaw::coulomb, to_shift);
+  void set_shift(const FixedStepRun& run, Vector& shift) const override {  // (5)
+    const ProblemInfo& info = run.problem.info();
+    for (int i = 0; i < info.n_c(); ++i) {
+      const double eps_r = info.contacts[i].eps_r;
+      shift[i] *= (1 + eps_r) / run.h;
+      if (eps_r > 0) shift[i] -= eps_r * run.impact_velocity(i);
+    }
   }
-
- private:
-  std::string id_;
-  ContactSolverOptions solver_;
 };
 
 const bool registered = register_method<SchatzmanPaoli>({

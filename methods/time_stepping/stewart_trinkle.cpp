@@ -14,36 +14,16 @@
 // Differs from the source: 1. forces at (q_k, v_k), M at q_k; 2. friction in space has the disc, but for lemke.
 
 #include "methods/registry.h"
-#include "methods/time_stepping/gap_contacts.h"
-#include "methods/time_stepping/inelastic_support.h"
+#include "methods/time_stepping/common/gap_stepping_method.h"
 
 namespace ricochet {
 namespace {
 
-class StewartTrinkle final : public Method {
+class StewartTrinkle final : public GapSteppingMethod {
  public:
-  explicit StewartTrinkle(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {}
-
-  MethodInfo info() const override {
-    return {.id = id_,
-            .title = "Stewart-Trinkle",
-            .source = "Stewart, Trinkle, IJNME 39 (1996) 2673-2691",
-            .order_smooth = 1,
-            .order_impacts = 1,
-            .is_adaptive = false};
-  }
-
-  Support supports(const ProblemInfo& problem) const override { return only_inelastic(problem); }
-
- protected:
-  Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    return run_with_gaps(problem, settings, solver_, FrictionLaw::coulomb,
-                         [](const FixedStepRun& run, Vector& shift) { shift /= run.h; });  // (1)-(5)
-  }
-
- private:
-  std::string id_;
-  ContactSolverOptions solver_;
+  explicit StewartTrinkle(const MethodSpec& spec)
+      : GapSteppingMethod(spec, "Stewart-Trinkle", "Stewart, Trinkle, IJNME 39 (1996) 2673-2691",
+                          FrictionLaw::coulomb) {}
 };
 
 const bool registered = register_method<StewartTrinkle>({

@@ -28,7 +28,8 @@
 #include <fmt/format.h>
 
 #include "methods/registry.h"
-#include "methods/time_stepping/fixed_step_run.h"
+#include "methods/time_stepping/common/fixed_step_run.h"
+#include "methods/time_stepping/common/time_stepping_method.h"
 
 namespace ricochet {
 namespace {
@@ -45,10 +46,10 @@ struct Coefficients {  // (7)
         c((1 - alpha_f) / (1 - alpha_m)) {}
 };
 
-class GeneralizedAlpha final : public Method {
+class GeneralizedAlpha final : public TimeSteppingMethod {
  public:
   explicit GeneralizedAlpha(const MethodSpec& spec)
-      : id_(spec.text()), rho_inf_(spec.number("rho_inf", 0.8, 0, 1)), solver_(contact_solver_argument(spec)) {}
+      : TimeSteppingMethod(spec), rho_inf_(spec.number("rho_inf", 0.8, 0, 1)) {}
 
   MethodInfo info() const override {
     return {.id = id_,
@@ -68,9 +69,7 @@ class GeneralizedAlpha final : public Method {
   Solution do_solve(const Problem& problem, const Settings& settings) const override;
 
  private:
-  std::string id_;
   double rho_inf_;
-  ContactSolverOptions solver_;
 };
 
 /// The matrices of a Newton step.
@@ -107,7 +106,7 @@ struct Linearization {
 Solution GeneralizedAlpha::do_solve(const Problem& problem, const Settings& settings) const {
   const ProblemInfo& info = problem.info();
   const int n_q = info.n_q;
-  FixedStepRun run(problem, settings, solver_);
+  FixedStepRun run(problem, settings, solver_, observer_);
   const Coefficients alpha(rho_inf_);
   const double h = run.h, h_d = h * alpha.gamma * alpha.c;
   const Vector &q = run.q, &v = run.v;

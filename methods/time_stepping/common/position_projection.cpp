@@ -1,9 +1,9 @@
-#include "methods/time_stepping/position_projection.h"
+#include "methods/time_stepping/common/position_projection.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "methods/time_stepping/gap_rounding.h"
+#include "methods/time_stepping/common/gap_rounding.h"
 
 namespace ricochet {
 namespace {

@@ -33,22 +33,22 @@
 #include <optional>
 
 #include "methods/registry.h"
-#include "methods/time_stepping/fixed_step_run.h"
-#include "methods/time_stepping/position_projection.h"
+#include "methods/time_stepping/common/fixed_step_run.h"
+#include "methods/time_stepping/common/position_projection.h"
+#include "methods/time_stepping/common/time_stepping_method.h"
 
 namespace ricochet {
 namespace {
 
 constexpr int kMaxNewton = 30;
 
-class MoreauJean final : public Method {
+class MoreauJean final : public TimeSteppingMethod {
  public:
   explicit MoreauJean(const MethodSpec& spec)
-      : id_(spec.text()),
+      : TimeSteppingMethod(spec),
         theta_(spec.number("theta", 0.5, 0.5, 1)),
         is_full_(spec.choice("implicit", {"linear", "full"}) == "full"),
-        projects_(spec.choice("projection", {"off", "on"}) == "on"),
-        solver_(contact_solver_argument(spec)) {}
+        projects_(spec.choice("projection", {"off", "on"}) == "on") {}
 
   MethodInfo info() const override {
     return {.id = id_,
@@ -66,17 +66,15 @@ class MoreauJean final : public Method {
   Solution do_solve(const Problem& problem, const Settings& settings) const override;
 
  private:
-  std::string id_;
   double theta_;
   bool is_full_, projects_;
-  ContactSolverOptions solver_;
 };
 
 Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) const {
   const ProblemInfo& info = problem.info();
   const auto& structure = info.structure;
   const int n_q = info.n_q;
-  FixedStepRun run(problem, settings, solver_);
+  FixedStepRun run(problem, settings, solver_, observer_);
   const double h = run.h;
   const Vector &q = run.q, &v = run.v;
   Counters& counters = run.solution.counters;

@@ -34,7 +34,7 @@
 #include <numbers>
 
 #include "methods/registry.h"
-#include "methods/time_stepping/fixed_step_run.h"
+#include "methods/time_stepping/common/fixed_step_run.h"
 
 namespace ricochet {
 namespace {
@@ -112,7 +112,7 @@ Solution Penalty::do_solve(const Problem& problem, const Settings& settings) con
   const ProblemInfo& info = problem.info();
   const auto& structure = info.structure;
   const int n_q = info.n_q;
-  FixedStepRun run(problem, settings, {});
+  FixedStepRun run(problem, settings);
   run.solution.residuals.clear();  // there is no contact law to audit
   const double h = run.h, t_c = kDuration * std::sqrt(h * info.end_time);
   const Vector &q = run.q, &v = run.v;

@@ -26,17 +26,16 @@
 #include <fmt/format.h>
 
 #include "methods/registry.h"
-#include "methods/time_stepping/fixed_step_run.h"
+#include "methods/time_stepping/common/fixed_step_run.h"
+#include "methods/time_stepping/common/time_stepping_method.h"
 
 namespace ricochet {
 namespace {
 
-class AnitescuPotra final : public Method {
+class AnitescuPotra final : public TimeSteppingMethod {
  public:
   explicit AnitescuPotra(const MethodSpec& spec)
-      : id_(spec.text()),
-        is_implicit_(spec.choice("implicit", {"none", "linear"}) == "linear"),
-        solver_(contact_solver_argument(spec)) {}
+      : TimeSteppingMethod(spec), is_implicit_(spec.choice("implicit", {"none", "linear"}) == "linear") {}
 
   MethodInfo info() const override {
     return {.id = id_,
@@ -54,15 +53,13 @@ class AnitescuPotra final : public Method {
   Solution do_solve(const Problem& problem, const Settings& settings) const override;
 
  private:
-  std::string id_;
   bool is_implicit_;
-  ContactSolverOptions solver_;
 };
 
 Solution AnitescuPotra::do_solve(const Problem& problem, const Settings& settings) const {
   const ProblemInfo& info = problem.info();
   const int n_q = info.n_q;
-  FixedStepRun run(problem, settings, solver_);
+  FixedStepRun run(problem, settings, solver_, observer_);
   const double h = run.h;
   ContactStep& contacts = run.contacts;
   Counters& counters = run.solution.counters;

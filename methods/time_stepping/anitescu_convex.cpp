@@ -14,39 +14,19 @@
 // Differs from the source: with lemke the cone is the polyhedral one of the source, with other solvers exact.
 
 #include "methods/registry.h"
-#include "methods/time_stepping/gap_contacts.h"
-#include "methods/time_stepping/inelastic_support.h"
+#include "methods/time_stepping/common/gap_stepping_method.h"
 
 namespace ricochet {
 namespace {
 
-class Anitescu final : public Method {
+class AnitescuConvex final : public GapSteppingMethod {
  public:
-  explicit Anitescu(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {}
-
-  MethodInfo info() const override {
-    return {.id = id_,
-            .title = "Anitescu (2006), convex",
-            .source = "Anitescu, Math. Program. 105 (2006) 113-143",
-            .order_smooth = 1,
-            .order_impacts = 1,
-            .is_adaptive = false};
-  }
-
-  Support supports(const ProblemInfo& problem) const override { return only_inelastic(problem); }
-
- protected:
-  Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    return run_with_gaps(problem, settings, solver_, FrictionLaw::associated,
-                         [](const FixedStepRun& run, Vector& shift) { shift /= run.h; });  // (1)-(3)
-  }
-
- private:
-  std::string id_;
-  ContactSolverOptions solver_;
+  explicit AnitescuConvex(const MethodSpec& spec)
+      : GapSteppingMethod(spec, "Anitescu (2006), convex", "Anitescu, Math. Program. 105 (2006) 113-143",
+                          FrictionLaw::associated) {}
 };
 
-const bool registered = register_method<Anitescu>({
+const bool registered = register_method<AnitescuConvex>({
     .name = "anitescu_convex",
     .usage = std::string("anitescu_convex") + kContactSolverUsage,
     .summary = "Anitescu (2006) time stepping, a convex program in each step, inelastic",

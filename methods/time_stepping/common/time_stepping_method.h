@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+
+#include "methods/contact_laws/contact_observer.h"
+#include "methods/contact_laws/solvers/contact_solver.h"
+#include "methods/method.h"
+#include "methods/method_spec.h"
+
+namespace ricochet {
+
+/// A method that solves a contact problem in each step (contact_step.h): what all of them have besides their formulas.
+class TimeSteppingMethod : public Method {
+ public:
+  /// Is shown the contact problems of the runs that follow. @param observer  outlives them; null is none
+  void set_contact_observer(ContactObserver* observer) { observer_ = observer; }
+
+ protected:
+  explicit TimeSteppingMethod(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {}
+
+  const std::string id_;
+  const ContactSolverOptions solver_;
+  ContactObserver* observer_ = nullptr;
+};
+
+}  // namespace ricochet
