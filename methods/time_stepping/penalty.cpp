@@ -65,6 +65,214 @@ double damping_for(double eps_r) {
   return low;
 }
 
+/// J of one contact, full length: a penalty step is dense in the bodies that touch. The clock is not in it; what it has
+/// of the contact's velocities is the surface's.
+struct CompliantContact {
+  double k = 0, c = 0, gap = 0, zeta = 0;
+  double drag = 0;  // Lambda_t = -drag J_t' v_m
+  bool is_active = false;
+  Vector J_n;
+  Matrix J_t;
+  double surface_n = 0, surface_t[2]{0, 0};
+
+  double normal_velocity(const Vector& v) const { return J_n.dot(v) + surface_n; }
+  double slip_velocity(Eigen::Index d, const Vector& v) const { return J_t.col(d).dot(v) + surface_t[d]; }
+};
+
+/// The steps (4)-(7) of one run.
+class PenaltyRun {
+ public:
+  /// @param stiffness, slip_speed  of all contacts; 0 for those of the method
+  PenaltyRun(const Problem& problem, const Settings& settings, double stiffness, double slip_speed);
+
+  Solution take_steps();
+
+ private:
+  void linearize();
+  void set_free_motion();
+  bool find_contacts();
+  void set_directions(int i);
+  void set_coefficients(int i);
+  void set_drag(int i);
+  void solve(Vector& v_plus);
+  bool set_impulses();
+
+  const Problem& problem_;
+  const ProblemInfo& info_;
+  const double stiffness_, slip_speed_;
+  const bool constant_matrix_;  // S, and M in it
+  FixedStepRun run_;
+  const double h_, t_c_;
+  Counters& counters_;
+  Matrix M_, f_q_, f_v_, S_, with_contacts_;
+  BlockInverse W_, S_inverse_, contact_inverse_;
+  Vector q_m_, f_, right_, change_, v_m_, WJ_, packed_n_, packed_t_, gaps_;
+  std::vector<CompliantContact> contacts_;
+};
+
+PenaltyRun::PenaltyRun(const Problem& problem, const Settings& settings, double stiffness, double slip_speed)
+    : problem_(problem),
+      info_(problem.info()),
+      stiffness_(stiffness),
+      slip_speed_(slip_speed),
+      constant_matrix_(info_.structure.constant_mass && info_.structure.constant_force_jacobian),
+      run_(problem, settings),
+      h_(run_.h),
+      t_c_(kDuration * std::sqrt(h_ * info_.end_time)),
+      counters_(run_.solution.counters),
+      packed_n_(info_.n_normal_entries),
+      packed_t_(info_.n_tangent_entries),
+      gaps_(info_.n_c()),
+      contacts_(info_.n_c()) {
+  run_.solution.residuals.clear();  // there is no contact law to audit
+  const int n_q = info_.n_q;
+  for (auto* matrix : {&M_, &f_q_, &f_v_, &S_, &with_contacts_}) matrix->resize(n_q, n_q);
+  for (auto* x : {&f_, &right_, &change_, &v_m_, &WJ_}) x->resize(n_q);
+  for (int i = 0; i < info_.n_c(); ++i) {
+    contacts_[i].zeta = damping_for(info_.contacts[i].eps_r);
+    contacts_[i].J_n.setZero(n_q);
+    contacts_[i].J_t.setZero(n_q, info_.contacts[i].n_t);
+  }
+  q_m_ = run_.q;
+  if (constant_matrix_) {
+    linearize();
+    W_.compute(M_);
+  }
+}
+
+/// S: the matrix of (4) without contacts.
+void PenaltyRun::linearize() {
+  problem_.mass_matrix(q_m_.data(), M_.data());
+  problem_.force_jacobians(run_.q.data(), run_.v.data(), info_.u.data(), f_q_.data(), f_v_.data());
+  S_ = M_ - (0.5 * h_) * f_v_ - (0.25 * h_ * h_) * f_q_;
+  S_inverse_.compute(S_);
+  ++counters_.jacobian_evaluations;
+  ++counters_.matrix_factorizations;
+}
+
+/// Both sides of (4) without contacts.
+void PenaltyRun::set_free_motion() {
+  q_m_ = run_.q + (0.5 * h_) * run_.v;
+  if (!constant_matrix_) linearize();
+  problem_.force(run_.q.data(), run_.v.data(), info_.u.data(), f_.data());
+  right_ = h_ * f_;
+  if (info_.structure.force_uses_position) right_.noalias() += (0.5 * h_ * h_) * f_q_.lazyProduct(run_.v);
+  ++counters_.force_evaluations;
+}
+
+/// Contacts with f_c < 0, with the coefficients of (5), (6). @return whether there are any
+bool PenaltyRun::find_contacts() {
+  problem_.gap(run_.q.data(), gaps_.data());
+  if (!(gaps_.minCoeff() < 0)) return false;
+  if (!constant_matrix_) W_.compute(M_);
+  problem_.normal_jacobian(q_m_.data(), packed_n_.data());
+  if (info_.has_friction()) problem_.tangent_jacobian(q_m_.data(), packed_t_.data());
+  for (int i = 0; i < info_.n_c(); ++i) {
+    contacts_[i].is_active = gaps_[i] < 0;
+    if (!contacts_[i].is_active) continue;
+    contacts_[i].gap = gaps_[i];
+    set_directions(i);
+    set_coefficients(i);
+    if (info_.contacts[i].n_t > 0) set_drag(i);
+  }
+  return true;
+}
+
+void PenaltyRun::set_directions(int i) {
+  CompliantContact& contact = contacts_[i];
+  const ContactInfo& law = info_.contacts[i];
+  const std::size_t entries = law.support.size(), n_pushed = law.pushed().size();
+  for (std::size_t s = 0; s < n_pushed; ++s) {
+    contact.J_n[law.support[s]] = packed_n_[law.normal_begin + s];
+    for (int d = 0; d < law.n_t; ++d) contact.J_t(law.support[s], d) = packed_t_[law.tangent_begin + d * entries + s];
+  }
+  if (law.is_moving) contact.surface_n = packed_n_[law.normal_begin + n_pushed];
+  for (int d = 0; d < law.n_t && law.is_moving; ++d)
+    contact.surface_t[d] = packed_t_[law.tangent_begin + d * entries + n_pushed];
+}
+
+/// k and c of (5).
+void PenaltyRun::set_coefficients(int i) {
+  CompliantContact& contact = contacts_[i];
+  W_.apply(contact.J_n, WJ_);
+  const double m_n = 1 / contact.J_n.dot(WJ_);
+  contact.k = stiffness_ > 0 ? stiffness_ : m_n * std::pow(std::numbers::pi / t_c_, 2);
+  contact.c = 2 * contact.zeta * std::sqrt(contact.k * m_n);
+}
+
+/// The factor of J_t' v_m in (6).
+void PenaltyRun::set_drag(int i) {
+  CompliantContact& contact = contacts_[i];
+  const ContactInfo& law = info_.contacts[i];
+  const double pressed = std::max(0.0, -contact.k * contact.gap - contact.c * contact.normal_velocity(run_.v));  // (1)
+  double slip = 0, mobility = 0;
+  for (int d = 0; d < law.n_t; ++d) {
+    v_m_ = contact.J_t.col(d);
+    W_.apply(v_m_, WJ_);
+    mobility = std::max(mobility, v_m_.dot(WJ_));
+    slip += std::pow(contact.slip_velocity(d, run_.v), 2);
+  }
+  const double most = h_ * law.mu * pressed, v_s = slip_speed_ > 0 ? slip_speed_ : kSlipOfStep * most * mobility;
+  contact.drag = most > 0 ? most / std::sqrt(slip + v_s * v_s) : 0;
+}
+
+/// (4) with the active contacts, their forces (5), (6) by v_{k+1}; v_m_.
+void PenaltyRun::solve(Vector& v_plus) {
+  with_contacts_ = S_;
+  v_plus = right_;
+  for (const CompliantContact& contact : contacts_) {
+    if (!contact.is_active) continue;
+    const double damping = h_ * (contact.c + 0.5 * h_ * contact.k);
+    with_contacts_.noalias() += (0.5 * damping) * contact.J_n.lazyProduct(contact.J_n.transpose());
+    v_plus -= (h_ * contact.k * contact.gap + damping * contact.normal_velocity(run_.v)) * contact.J_n;
+    for (Eigen::Index d = 0; d < contact.J_t.cols(); ++d) {
+      with_contacts_.noalias() += (0.5 * contact.drag) * contact.J_t.col(d).lazyProduct(contact.J_t.col(d).transpose());
+      v_plus -= contact.drag * contact.slip_velocity(d, run_.v) * contact.J_t.col(d);
+    }
+  }
+  contact_inverse_.compute(with_contacts_);
+  ++counters_.matrix_factorizations;
+  ++counters_.linear_solves;
+  contact_inverse_.apply(v_plus, change_);
+  v_plus = run_.v + change_;
+  v_m_ = run_.v + 0.5 * change_;
+}
+
+/// (5), (6) of the active contacts; those that pull are active no more. @return whether there are none of these
+bool PenaltyRun::set_impulses() {
+  bool none_pulls = true;
+  run_.clear_impulses();
+  for (int i = 0; i < info_.n_c(); ++i) {
+    CompliantContact& contact = contacts_[i];
+    if (!contact.is_active) continue;
+    const double impulse =
+        -h_ * (contact.k * contact.gap + (contact.c + 0.5 * h_ * contact.k) * contact.normal_velocity(v_m_));
+    contact.is_active = impulse >= 0;
+    none_pulls = none_pulls && contact.is_active;
+    run_.Lambda_n[i] = std::max(0.0, impulse);
+    for (Eigen::Index d = 0; d < contact.J_t.cols(); ++d)
+      run_.Lambda_t[info_.contacts[i].tangent_index + d] = -contact.drag * contact.slip_velocity(d, v_m_);
+  }
+  return none_pulls;
+}
+
+Solution PenaltyRun::take_steps() {
+  return run_.take_steps([&](Vector& v_plus) {
+    set_free_motion();
+    if (info_.n_c() > 0 && find_contacts()) {
+      do {
+        solve(v_plus);
+      } while (!set_impulses());
+    } else {
+      S_inverse_.apply(right_, change_);
+      ++counters_.linear_solves;
+      v_plus = run_.v + change_;
+    }
+    run_.q += (0.5 * h_) * (v_plus + run_.v);  // (7)
+    return v_plus.allFinite() || run_.fail("the velocity is not finite");
+  });
+}
+
 class Penalty final : public Method {
  public:
   explicit Penalty(const MethodSpec& spec)
@@ -87,158 +295,14 @@ class Penalty final : public Method {
   }
 
  protected:
-  Solution do_solve(const Problem& problem, const Settings& settings) const override;
+  Solution do_solve(const Problem& problem, const Settings& settings) const override {
+    return PenaltyRun(problem, settings, stiffness_, slip_speed_).take_steps();
+  }
 
  private:
   std::string id_;
   double stiffness_, slip_speed_;
 };
-
-/// J of one contact, full length: a penalty step is dense in the bodies that touch. The clock is not in it; what it has
-/// of the contact's velocities is the surface's.
-struct CompliantContact {
-  double k = 0, c = 0, gap = 0, zeta = 0;
-  double drag = 0;  // Lambda_t = -drag J_t' v_m
-  bool is_active = false;
-  Vector J_n;
-  Matrix J_t;
-  double surface_n = 0, surface_t[2]{0, 0};
-
-  double normal_velocity(const Vector& v) const { return J_n.dot(v) + surface_n; }
-  double slip_velocity(Eigen::Index d, const Vector& v) const { return J_t.col(d).dot(v) + surface_t[d]; }
-};
-
-Solution Penalty::do_solve(const Problem& problem, const Settings& settings) const {
-  const ProblemInfo& info = problem.info();
-  const auto& structure = info.structure;
-  const int n_q = info.n_q;
-  FixedStepRun run(problem, settings);
-  run.solution.residuals.clear();  // there is no contact law to audit
-  const double h = run.h, t_c = kDuration * std::sqrt(h * info.end_time);
-  const Vector &q = run.q, &v = run.v;
-  Counters& counters = run.solution.counters;
-
-  Matrix M(n_q, n_q), f_q(n_q, n_q), f_v(n_q, n_q), S(n_q, n_q), with_contacts(n_q, n_q);
-  BlockInverse W, S_inverse, contact_inverse;
-  Vector q_m = q, f(n_q), right(n_q), change(n_q), v_m(n_q), WJ(n_q), packed_n(info.n_normal_entries),
-         packed_t(info.n_tangent_entries), gaps(info.n_c());
-  std::vector<CompliantContact> contacts(info.n_c());
-  for (int i = 0; i < info.n_c(); ++i) {
-    contacts[i].zeta = damping_for(info.contacts[i].eps_r);
-    contacts[i].J_n.setZero(n_q);
-    contacts[i].J_t.setZero(n_q, info.contacts[i].n_t);
-  }
-  const auto linearize = [&] {
-    problem.mass_matrix(q_m.data(), M.data());
-    problem.force_jacobians(q.data(), v.data(), info.u.data(), f_q.data(), f_v.data());
-    S = M - (0.5 * h) * f_v - (0.25 * h * h) * f_q;
-    S_inverse.compute(S);
-    ++counters.jacobian_evaluations;
-    ++counters.matrix_factorizations;
-  };
-  const bool constant_matrix = structure.constant_mass && structure.constant_force_jacobian;
-  if (constant_matrix) {
-    linearize();
-    W.compute(M);
-  }
-
-  /// Contacts with f_c < 0, with the coefficients of (5), (6). @return whether there are any
-  const auto find_contacts = [&] {
-    problem.gap(q.data(), gaps.data());
-    if (!(gaps.minCoeff() < 0)) return false;
-    if (!constant_matrix) W.compute(M);
-    problem.normal_jacobian(q_m.data(), packed_n.data());
-    if (info.has_friction()) problem.tangent_jacobian(q_m.data(), packed_t.data());
-    for (int i = 0; i < info.n_c(); ++i) {
-      CompliantContact& contact = contacts[i];
-      contact.is_active = gaps[i] < 0;
-      if (!contact.is_active) continue;
-      const ContactInfo& law = info.contacts[i];
-      const std::size_t entries = law.support.size(), n_pushed = law.pushed().size();
-      for (std::size_t s = 0; s < n_pushed; ++s) {
-        contact.J_n[law.support[s]] = packed_n[law.normal_begin + s];
-        for (int d = 0; d < law.n_t; ++d)
-          contact.J_t(law.support[s], d) = packed_t[law.tangent_begin + d * entries + s];
-      }
-      if (law.is_moving) contact.surface_n = packed_n[law.normal_begin + n_pushed];
-      for (int d = 0; d < law.n_t && law.is_moving; ++d)
-        contact.surface_t[d] = packed_t[law.tangent_begin + d * entries + n_pushed];
-      W.apply(contact.J_n, WJ);
-      const double m_n = 1 / contact.J_n.dot(WJ);
-      contact.gap = gaps[i];
-      contact.k = stiffness_ > 0 ? stiffness_ : m_n * std::pow(std::numbers::pi / t_c, 2);
-      contact.c = 2 * contact.zeta * std::sqrt(contact.k * m_n);
-      if (law.n_t == 0) continue;
-      const double pressed = std::max(0.0, -contact.k * contact.gap - contact.c * contact.normal_velocity(v));  // (1)
-      double slip = 0, mobility = 0;
-      for (int d = 0; d < law.n_t; ++d) {
-        v_m = contact.J_t.col(d);
-        W.apply(v_m, WJ);
-        mobility = std::max(mobility, v_m.dot(WJ));
-        slip += std::pow(contact.slip_velocity(d, v), 2);
-      }
-      const double most = h * law.mu * pressed, v_s = slip_speed_ > 0 ? slip_speed_ : kSlipOfStep * most * mobility;
-      contact.drag = most > 0 ? most / std::sqrt(slip + v_s * v_s) : 0;  // (6)
-    }
-    return true;
-  };
-
-  /// (4)-(6) with the active contacts. @return whether none of them pulls
-  const auto solve = [&](Vector& v_plus) {
-    with_contacts = S;
-    v_plus = right;
-    for (const CompliantContact& contact : contacts) {
-      if (!contact.is_active) continue;
-      const double damping = h * (contact.c + 0.5 * h * contact.k);
-      with_contacts.noalias() += (0.5 * damping) * contact.J_n.lazyProduct(contact.J_n.transpose());
-      v_plus -= (h * contact.k * contact.gap + damping * contact.normal_velocity(v)) * contact.J_n;
-      for (Eigen::Index d = 0; d < contact.J_t.cols(); ++d) {
-        with_contacts.noalias() +=
-            (0.5 * contact.drag) * contact.J_t.col(d).lazyProduct(contact.J_t.col(d).transpose());
-        v_plus -= contact.drag * contact.slip_velocity(d, v) * contact.J_t.col(d);
-      }
-    }
-    contact_inverse.compute(with_contacts);
-    ++counters.matrix_factorizations;
-    ++counters.linear_solves;
-    contact_inverse.apply(v_plus, change);
-    v_plus = v + change;
-    v_m = v + 0.5 * change;
-    bool none_pulls = true;
-    run.clear_impulses();
-    for (int i = 0; i < info.n_c(); ++i) {
-      CompliantContact& contact = contacts[i];
-      if (!contact.is_active) continue;
-      const double impulse =
-          -h * (contact.k * contact.gap + (contact.c + 0.5 * h * contact.k) * contact.normal_velocity(v_m));
-      contact.is_active = impulse >= 0;
-      none_pulls = none_pulls && contact.is_active;
-      run.Lambda_n[i] = std::max(0.0, impulse);
-      for (Eigen::Index d = 0; d < contact.J_t.cols(); ++d)
-        run.Lambda_t[info.contacts[i].tangent_index + d] = -contact.drag * contact.slip_velocity(d, v_m);
-    }
-    return none_pulls;
-  };
-
-  return run.take_steps([&](Vector& v_plus) {
-    q_m = q + (0.5 * h) * v;
-    if (!constant_matrix) linearize();
-    problem.force(q.data(), v.data(), info.u.data(), f.data());
-    right = h * f;
-    if (structure.force_uses_position) right.noalias() += (0.5 * h * h) * f_q.lazyProduct(v);
-    ++counters.force_evaluations;
-    if (info.n_c() > 0 && find_contacts()) {
-      while (!solve(v_plus)) {
-      }
-    } else {
-      S_inverse.apply(right, change);
-      ++counters.linear_solves;
-      v_plus = v + change;
-    }
-    run.q += (0.5 * h) * (v_plus + v);  // (7)
-    return v_plus.allFinite() || run.fail("the velocity is not finite");
-  });
-}
 
 const bool registered = register_method<Penalty>({
     .name = "penalty",
