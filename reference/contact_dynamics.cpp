@@ -218,32 +218,32 @@ Matrix ContactDynamics::response(const Vector& q, const Matrix& p) const {
   return under_constraints(q, right_hand_side).topRows(p.rows());
 }
 
-ContactDynamics::Verdict ContactDynamics::coulomb_law(ContactQuestion question, const std::vector<int>& contacts,
-                                                      const std::vector<Vector>& directions) const {
+ContactDynamics::Decision ContactDynamics::coulomb_law(ContactQuestion question, const std::vector<int>& contacts,
+                                                       const std::vector<Vector>& directions) const {
   for (const int i : contacts) {
     const auto& contact = problem_.info().contacts[i];
     question.contacts.push_back({contact.n_t, contact.mu, directions.empty() ? Vector() : directions[i]});
     question.names.push_back(contact.name);
   }
   const ContactAnswer answer = answer_coulomb_law(question);
-  Verdict verdict{answer.failure, answer.modes, {}, {}, {}};
-  if (!verdict.failure.empty()) return verdict;
-  verdict.normal = Vector::Zero(problem_.n_c());
-  verdict.tangential = Vector::Zero(problem_.info().n_lambda_t);
+  Decision decision{answer.failure, answer.modes, {}, {}, {}};
+  if (!decision.failure.empty()) return decision;
+  decision.normal = Vector::Zero(problem_.n_c());
+  decision.tangential = Vector::Zero(problem_.info().n_lambda_t);
   Eigen::Index n = 0;
   for (const int i : contacts) {
     const auto& contact = problem_.info().contacts[i];
-    verdict.normal[i] = std::max(0.0, answer.z[n]);  // down to rounding it may be negative
-    verdict.tangential.segment(contact.tangent_index, contact.n_t) = answer.z.segment(n + 1, contact.n_t);
+    decision.normal[i] = std::max(0.0, answer.z[n]);  // down to rounding it may be negative
+    decision.tangential.segment(contact.tangent_index, contact.n_t) = answer.z.segment(n + 1, contact.n_t);
     n += 1 + contact.n_t;
   }
-  verdict.motion = question.free + question.MJ * answer.z;
-  return verdict;
+  decision.motion = question.free + question.MJ * answer.z;
+  return decision;
 }
 
-ContactDynamics::Verdict ContactDynamics::impact(const Vector& q, const Vector& v_minus,
-                                                 const std::vector<int>& touching,
-                                                 const std::vector<char>& last) const {
+ContactDynamics::Decision ContactDynamics::impact(const Vector& q, const Vector& v_minus,
+                                                  const std::vector<int>& touching,
+                                                  const std::vector<char>& last) const {
   const Matrix J = jacobian(q, touching);
   const Matrix MJ = response(q, J);
   Vector b = J.transpose() * v_minus;
@@ -253,37 +253,37 @@ ContactDynamics::Verdict ContactDynamics::impact(const Vector& q, const Vector& 
     if (last.empty() || !last[i]) b[n] *= 1 + contact.eps_r;  // (6)
     n += 1 + contact.n_t;
   }
-  Verdict verdict;
+  Decision decision;
   if (problem_.info().has_friction()) {
     const Vector b_size = 2 * scales_.speed(J, v_minus);
-    verdict = coulomb_law({"impact law", {}, {}, J, MJ, v_minus, b, b_size, false}, touching, {});
+    decision = coulomb_law({"impact law", {}, {}, J, MJ, v_minus, b, b_size, false}, touching, {});
   } else if (touching.size() > kMaxPairs) {
-    verdict.failure = too_many(touching.size(), kMaxPairs);
+    decision.failure = too_many(touching.size(), kMaxPairs);
   } else if (const auto z = solve_lcp_by_enumeration(J.transpose() * MJ, b)) {
-    verdict.motion = v_minus + MJ * *z;
-    verdict.normal = Vector::Zero(problem_.n_c());
-    verdict.normal(touching) = *z;
+    decision.motion = v_minus + MJ * *z;
+    decision.normal = Vector::Zero(problem_.n_c());
+    decision.normal(touching) = *z;
   } else {
-    verdict.failure = "the impact law has no solution";
+    decision.failure = "the impact law has no solution";
   }
-  if (verdict.failure.empty() && problem_.info().has_bilateral()) add_bilateral_impulses(q, v_minus, verdict);
-  return verdict;
+  if (decision.failure.empty() && problem_.info().has_bilateral()) add_bilateral_impulses(q, v_minus, decision);
+  return decision;
 }
 
-/// (7) with p from the impulses of the verdict
-void ContactDynamics::add_bilateral_impulses(const Vector& q, const Vector& v_minus, Verdict& verdict) const {
+/// (7) with p from the impulses of the decision
+void ContactDynamics::add_bilateral_impulses(const Vector& q, const Vector& v_minus, Decision& decision) const {
   const auto& info = problem_.info();
   Vector right_hand_side = Vector::Zero(info.n_q + info.n_bilateral());
-  Vector impulse = problem_.normal_jacobian(q) * verdict.normal;
-  if (info.has_friction()) impulse += problem_.tangent_jacobian(q) * verdict.tangential;
+  Vector impulse = problem_.normal_jacobian(q) * decision.normal;
+  if (info.has_friction()) impulse += problem_.tangent_jacobian(q) * decision.tangential;
   right_hand_side.head(info.n_q) = problem_.mass_matrix(q) * v_minus + problem_.force_directions(impulse);
   const Vector solution = under_constraints(q, right_hand_side);
-  verdict.motion = solution.head(info.n_q);
-  verdict.normal(info.bilateral) = solution.tail(info.n_bilateral());
+  decision.motion = solution.head(info.n_q);
+  decision.normal(info.bilateral) = solution.tail(info.n_bilateral());
 }
 
-ContactDynamics::Verdict ContactDynamics::decide(const Vector& q, const Vector& v, const std::vector<int>& candidates,
-                                                 const std::vector<Vector>& directions) const {
+ContactDynamics::Decision ContactDynamics::decide(const Vector& q, const Vector& v, const std::vector<int>& candidates,
+                                                  const std::vector<Vector>& directions) const {
   const auto& info = problem_.info();
   const Matrix J = jacobian(q, candidates);
   const Matrix MJ = response(q, J);
@@ -305,18 +305,18 @@ ContactDynamics::Verdict ContactDynamics::decide(const Vector& q, const Vector& 
     const Vector b_size = J.cwiseAbs().transpose() * free.cwiseAbs() + bias.cwiseAbs();
     return coulomb_law({"contact law", {}, {}, J, MJ, free, b, b_size, true}, candidates, directions);
   }
-  Verdict verdict;
+  Decision decision;
   if (candidates.size() > kMaxPairs) {
-    verdict.failure = too_many(candidates.size(), kMaxPairs);
-    return verdict;
+    decision.failure = too_many(candidates.size(), kMaxPairs);
+    return decision;
   }
   const auto z = solve_lcp_by_enumeration(J.transpose() * MJ, b);
   if (!z) {
-    verdict.failure = "the contact force problem has no solution";
-    return verdict;
+    decision.failure = "the contact force problem has no solution";
+    return decision;
   }
-  for (const double force : *z) verdict.modes.push_back(force > 0 ? ContactMode::closed : ContactMode::open);
-  return verdict;
+  for (const double force : *z) decision.modes.push_back(force > 0 ? ContactMode::closed : ContactMode::open);
+  return decision;
 }
 
 bool ContactDynamics::project(Vector& q, Vector& v, const std::vector<int>& touching, const std::vector<int>& closed,

@@ -55,7 +55,7 @@ class ContactDynamics {
   bool determines_forces(int i) const { return !is_redundant_ || determined_[static_cast<std::size_t>(i)]; }
 
   /// What a law says of the contacts it was asked about.
-  struct Verdict {
+  struct Decision {
     std::string failure;             ///< why the law decides nothing; empty when it does
     std::vector<ContactMode> modes;  ///< in the order of the question
     Vector motion;                   ///< n_q, v_plus or v'
@@ -66,14 +66,14 @@ class ContactDynamics {
   /// Newton's law with Coulomb's on the impulses and the velocities behind the impact, at the touching contacts:
   ///   0 <= Lambda_n _|_ J_n'(v+ + eps_r v-) >= 0,  ||Lambda_t|| <= mu Lambda_n, opposite to J_t' v+      (6)
   /// @param last  by contact (n_c): whether its restitution counts as zero; empty for none
-  Verdict impact(const Vector& q, const Vector& v_minus, const std::vector<int>& touching,
-                 const std::vector<char>& last = {}) const;
+  Decision impact(const Vector& q, const Vector& v_minus, const std::vector<int>& touching,
+                  const std::vector<char>& last = {}) const;
 
   /// Modes of candidates, touching with zero normal velocity: (1)-(4) with 0 <= lambda_n _|_ gap acceleration >= 0.
   /// @param directions by contact (n_c), the direction of slip where it is known; empty where v_t = 0 and the
   ///   acceleration decides. Not read without friction.
-  Verdict decide(const Vector& q, const Vector& v, const std::vector<int>& candidates,
-                 const std::vector<Vector>& directions) const;
+  Decision decide(const Vector& q, const Vector& v, const std::vector<int>& candidates,
+                  const std::vector<Vector>& directions) const;
 
   /// Moves q to where the gaps of `touching` contacts vanish, and v to where the rates of `closed` ones and the slip
   /// velocities of those that rest do, least in the metric of M. @param resting  by contact
@@ -92,10 +92,10 @@ class ContactDynamics {
   Matrix under_constraints(const Vector& q, const Matrix& right_hand_side) const;
   /// v+ or v' of (7) for columns p alone
   Matrix response(const Vector& q, const Matrix& p) const;
-  void add_bilateral_impulses(const Vector& q, const Vector& v_minus, Verdict& verdict) const;
+  void add_bilateral_impulses(const Vector& q, const Vector& v_minus, Decision& decision) const;
   /// Completes the question with the laws of the contacts. @param directions  by contact, or empty
-  Verdict coulomb_law(ContactQuestion question, const std::vector<int>& contacts,
-                      const std::vector<Vector>& directions) const;
+  Decision coulomb_law(ContactQuestion question, const std::vector<int>& contacts,
+                       const std::vector<Vector>& directions) const;
   std::optional<Vector> solve_for_forces(const Matrix& R, const Matrix& MR, const Matrix& MC, const Vector& bias,
                                          Eigen::Ref<Vector> a);
   std::vector<ForceCone> force_cones() const;

@@ -199,7 +199,7 @@ class EventLocatedRun {
     std::vector<int> touching, released, candidates;  ///< gap zero; force became zero; touching and may stay
     bool approaches = false,
          is_ambiguous = false;  ///< an impact happens; its contacts close in an order that is rounding
-    ContactDynamics::Verdict impact;
+    ContactDynamics::Decision impact;
   };
 
   void collect_counters(Counters& counters) const;
@@ -497,17 +497,17 @@ bool EventLocatedRun::decide_candidates(double t, Instant& instant, Solution& so
   }
   find_stopped_along(instant, solution);
   auto directions = known_directions(instant, solution);
-  const auto verdict = dynamics_.decide(solution.q, solution.v, instant.candidates, directions);
-  if (!verdict.failure.empty()) return stop(solution, Status::inner_solver_failed, t, verdict.failure);
+  const auto decision = dynamics_.decide(solution.q, solution.v, instant.candidates, directions);
+  if (!decision.failure.empty()) return stop(solution, Status::inner_solver_failed, t, decision.failure);
   std::vector<char> begins(modes_.size(), false);
   for (std::size_t k = 0; k < instant.candidates.size(); ++k) {
     const int i = instant.candidates[k];
     const auto& contact = problem_.info().contacts[i];
-    const bool goes_on = modes_[i] == verdict.modes[k] && !instant.approaches && !instant.stopped[i];
-    modes_[i] = verdict.modes[k];
+    const bool goes_on = modes_[i] == decision.modes[k] && !instant.approaches && !instant.stopped[i];
+    modes_[i] = decision.modes[k];
     begins[i] = instant.rests[i] || (goes_on && slips_.is_new(i));
     if (modes_[i] == ContactMode::slip && directions[i].size() == 0)
-      directions[i] = -verdict.tangential.segment(contact.tangent_index, 2).normalized();
+      directions[i] = -decision.tangential.segment(contact.tangent_index, 2).normalized();
   }
   dynamics_.set_modes(modes_);
   slips_.renew(directions, begins, solution.q, solution.v);
