@@ -1,0 +1,313 @@
+#include "reference/mode_changes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "problems/join.h"
+#include "reference/stop.h"
+
+namespace ricochet::reference {
+namespace {
+
+// Longest first step of slip in space, as a part of end_time; start_slip() shortens it.
+constexpr double kSlipStart = 1e-2;
+
+// Impacts that follow each other at one instant: a few, unless they accumulate.
+constexpr int kMaxImpacts = 1000;
+
+}  // namespace
+
+ModeChanges::ModeChanges(const Problem& problem, const Scales& scales, double tolerance, ContactDynamics& dynamics,
+                         Slips& slips, Flights& flights, SmoothMotion& motion)
+    : problem_(problem),
+      scales_(scales),
+      tolerance_(tolerance),
+      n_q_(problem.n_q()),
+      n_c_(problem.n_c()),
+      dynamics_(dynamics),
+      slips_(slips),
+      flights_(flights),
+      motion_(motion),
+      modes_(dynamics.modes()) {}
+
+bool ModeChanges::decide(double& t, const Roots& found, Solution& solution) {
+  if (n_c_ == 0) return true;
+  if (!check_roots(t, found, solution)) return false;
+  Instant instant;
+  instant.before = modes_;
+  finish_slip(t, found, instant, solution);
+  if (problem_.info().has_friction()) motion_.accelerate(solution.q, solution.v);  // forces for the decisions
+  instant.v_minus = solution.v;
+  find_touching(t, found, instant, solution);
+  if (!collide(t, instant, solution)) return false;
+  if (!decide_candidates(t, instant, solution)) return false;
+  motion_.accelerate(solution.q, solution.v);
+  flights_.start(t, solution.q, solution.v, motion_.acceleration(), modes_);
+  return record_events(t, instant, solution) && begin_slip(t, solution);
+}
+
+/// Roots that no decision can follow.
+bool ModeChanges::check_roots(double t, const Roots& found, Solution& solution) const {
+  for (const int i : dynamics_.closed()) {
+    if (found.friction[i] && is_slipping(modes_[i]) && slips_.is_new(i)) {
+      return stop(
+          solution, Status::inner_solver_failed, t,
+          fmt::format("inconsistent: contact '{}' began to slip and moves against its slip direction", name(i)));
+    }
+    if (found.normal[i] && !dynamics_.determines_forces(i)) {
+      return stop(
+          solution, Status::inner_solver_failed, t,
+          fmt::format("contact '{}' shares its force with redundant contacts, and no division among them goes on: "
+                      "which of them ends mode {} is not determined",
+                      name(i), to_string(modes_[i])));
+    }
+  }
+  return true;
+}
+
+void ModeChanges::finish_slip(double& t, const Roots& found, Instant& instant, Solution& solution) {
+  std::vector<int> at_root;
+  for (const int i : dynamics_.closed()) {
+    if (is_slipping(modes_[i]) && found.friction[i]) at_root.push_back(i);
+  }
+  instant.stopped.assign(modes_.size(), false);
+  if (at_root.empty()) return;
+  double duration = 0;
+  for (const int i : slips_.finish(at_root, problem_.info().end_time - t, duration, solution.q, solution.v))
+    instant.stopped[i] = true;
+  t += duration;
+}
+
+/// Contacts whose gap is zero, and those of them that begin to close. Closed contacts without force open.
+void ModeChanges::find_touching(double t, const Roots& found, Instant& instant, const Solution& solution) {
+  const Matrix J = problem_.normal_jacobian(solution.q);
+  const Vector gap = problem_.gap(solution.q);
+  const Vector rate = J.transpose() * solution.v, rate_size = scales_.speed(J, solution.v);
+  instant.leaves_cone.assign(modes_.size(), false);
+  for (const int i : problem_.info().unilateral) {
+    // Redundant contacts reach their cones together.
+    const bool at_cone = modes_[i] == ContactMode::stick &&
+                         (found.friction[i] || (found.any() && !dynamics_.determines_forces(i) &&
+                                                motion_.cone_slack(i) <= kSame * motion_.force_size(i)));
+    // Without a tangential force the tip of the cone is reached, and which of the two roots is found is rounding.
+    if (is_closed(modes_[i]) &&
+        (found.normal[i] || (at_cone && motion_.normal_force(i) <= kSame * motion_.force_size(i)))) {
+      modes_[i] = ContactMode::open;  // its force vanishes
+      instant.released.push_back(i);
+      continue;
+    }
+    instant.leaves_cone[i] = at_cone;
+    if (!is_closed(modes_[i]) && !found.normal[i] && !flights_.touches(i, gap[i])) continue;
+    instant.is_ambiguous =
+        instant.is_ambiguous || (!is_closed(modes_[i]) && !found.normal[i] && flights_.bounced(i, t));
+    instant.touching.push_back(i);
+    instant.approaches = instant.approaches || (!is_closed(modes_[i]) && rate[i] < -kSame * rate_size[i]);
+  }
+}
+
+/// By contact, whether its impact ends an accumulation, see (3) of Flights.
+std::vector<char> ModeChanges::last_impacts(const Instant& instant, const Solution& solution) {
+  motion_.accelerate(solution.q, solution.v);
+  const Matrix J = problem_.normal_jacobian(solution.q);
+  const Vector rate = J.transpose() * instant.v_minus,
+               a = J.transpose() * motion_.acceleration() + problem_.gap_acceleration_bias(solution.q, instant.v_minus);
+  std::vector<char> last(modes_.size(), false);
+  for (const int i : instant.touching)
+    last[i] = !is_closed(instant.before[i]) && rate[i] < 0 && flights_.is_last(i, rate[i], a[i]);
+  return last;
+}
+
+/// Newton's law at the contacts that touch and do not part; and again, as long as an impact sends contacts that parted
+/// back against each other. With those that part in the law, their restitution would send them into their surfaces.
+bool ModeChanges::follow_impacts(double t, Instant& instant, Solution& solution) {
+  const Matrix J = problem_.normal_jacobian(solution.q);
+  const Vector rate_size = scales_.speed(J, instant.v_minus);
+  const auto last = last_impacts(instant, solution);
+  auto& total = instant.impact;
+  total.modes.assign(instant.touching.size(), ContactMode::open);
+  total.normal.setZero(n_c_);
+  total.tangential.setZero(problem_.info().n_lambda_t);
+  for (int k = 0; k < kMaxImpacts; ++k) {
+    const Vector rate = J.transpose() * solution.v;
+    std::vector<int> meeting;
+    bool approaches = false;
+    for (const int i : instant.touching) {
+      if (rate[i] <= kSame * rate_size[i]) meeting.push_back(i);
+      approaches = approaches || rate[i] < -kSame * rate_size[i];
+    }
+    if (!approaches) return true;
+    const auto impact = dynamics_.impact(solution.q, solution.v, meeting, last);
+    if (!impact.failure.empty()) return stop(solution, Status::inner_solver_failed, t, impact.failure);
+    solution.v = impact.motion;
+    total.normal += impact.normal;
+    if (!problem_.info().has_friction()) continue;
+    total.tangential += impact.tangential;
+    for (std::size_t m = 0; m < meeting.size(); ++m) {
+      const auto at = std::ranges::find(instant.touching, meeting[m]) - instant.touching.begin();
+      total.modes[static_cast<std::size_t>(at)] = impact.modes[m];
+    }
+  }
+  return stop(solution, Status::step_limit, t, flights_.accumulating(t));
+}
+
+/// The impacts, where a contact approaches; candidates for closed contacts and those that part; contacts without slip.
+bool ModeChanges::collide(double t, Instant& instant, Solution& solution) {
+  if (instant.approaches) {
+    if (instant.is_ambiguous) return stop(solution, Status::step_limit, t, flights_.accumulating(t));
+    if (!follow_impacts(t, instant, solution)) return false;
+  }
+  const Matrix J = problem_.normal_jacobian(solution.q), J_t = problem_.tangent_jacobian(solution.q);
+  const Vector rate = J.transpose() * solution.v, rate_size = scales_.speed(J, instant.v_minus);
+  instant.rests.assign(modes_.size(), false);
+  for (std::size_t k = 0; k < instant.touching.size(); ++k) {
+    const int i = instant.touching[k];
+    const bool was_closed = is_closed(instant.before[i]);
+    if (rate[i] > kSame * rate_size[i] &&
+        !(was_closed && (!instant.approaches || rate[i] <= kResting * rate_size[i]))) {
+      modes_[i] = ContactMode::open;
+      continue;
+    }
+    instant.candidates.push_back(i);
+    if (!slips_.has_friction(i)) continue;
+    // What an impact leaves of a slip that it ends is the rounding of its law.
+    const double size = slips_.size(i, J_t, instant.v_minus), zero = (instant.approaches ? kSame : kResting) * size;
+    instant.rests[i] = slips_.velocity(i, J_t, solution.v).norm() <= zero;
+    if (instant.approaches)
+      instant.rests[i] = instant.rests[i] || instant.impact.modes[k] == ContactMode::stick;
+    else if (was_closed)
+      instant.rests[i] = instant.stopped[i] || instant.before[i] == ContactMode::stick;
+  }
+  return true;
+}
+
+/// Modes of the candidates, in a state that keeps them closed.
+bool ModeChanges::decide_candidates(double t, Instant& instant, Solution& solution) {
+  // Located roots leave 1e-14 of slip and gap behind, impacts rounding, smooth phases a drift. At events, and at the
+  // end for bilateral constraints: CVODE projects within a phase for BDF alone, and the drift of a phase stays below
+  // its integration error.
+  const auto touching = join({problem_.info().bilateral, instant.touching, instant.released});
+  auto closed = join({problem_.info().bilateral, instant.candidates});
+  if (!instant.approaches) closed.insert(closed.end(), instant.released.begin(), instant.released.end());
+  if (!dynamics_.project(solution.q, solution.v, touching, closed, instant.rests))
+    return stop(solution, Status::inner_solver_failed, t, "the state cannot be projected onto its contacts");
+  if (instant.candidates.empty()) {
+    dynamics_.set_modes(modes_);
+    return true;
+  }
+  find_stopped_along(instant, solution);
+  auto directions = known_directions(instant, solution);
+  const auto decision = dynamics_.decide(solution.q, solution.v, instant.candidates, directions);
+  if (!decision.failure.empty()) return stop(solution, Status::inner_solver_failed, t, decision.failure);
+  std::vector<char> begins(modes_.size(), false);
+  for (std::size_t k = 0; k < instant.candidates.size(); ++k) {
+    const int i = instant.candidates[k];
+    const auto& contact = problem_.info().contacts[i];
+    const bool goes_on = modes_[i] == decision.modes[k] && !instant.approaches && !instant.stopped[i];
+    modes_[i] = decision.modes[k];
+    begins[i] = instant.rests[i] || (goes_on && slips_.is_new(i));
+    if (modes_[i] == ContactMode::slip && directions[i].size() == 0)
+      directions[i] = -decision.tangential.segment(contact.tangent_index, 2).normalized();
+  }
+  dynamics_.set_modes(modes_);
+  slips_.renew(directions, begins, solution.q, solution.v);
+  return true;
+}
+
+/// Contacts whose slip the end of another one ended, as both ends of a rod that slides on the ground.
+void ModeChanges::find_stopped_along(Instant& instant, const Solution& solution) const {
+  const Matrix J_t = problem_.tangent_jacobian(solution.q);
+  for (const int i : instant.candidates) {
+    if (instant.rests[i] || !is_slipping(instant.before[i]) || slips_.is_new(i)) continue;
+    instant.stopped[i] = instant.rests[i] =
+        slips_.velocity(i, J_t, solution.v).norm() <= kResting * slips_.size(i, J_t, instant.v_minus);
+  }
+}
+
+/// Slip directions that are known before the accelerations: of contacts that move, and of those at the edge of their
+/// friction cone, where the slip acceleration is zero at this instant and only the force tells where it will point.
+std::vector<Vector> ModeChanges::known_directions(const Instant& instant, const Solution& solution) const {
+  std::vector<Vector> directions(modes_.size());
+  const Matrix J_t = problem_.tangent_jacobian(solution.q);
+  for (const int i : instant.candidates) {
+    if (!slips_.has_friction(i)) continue;
+    const bool goes_on = is_slipping(instant.before[i]) && !instant.approaches;
+    if (instant.rests[i]) {
+      if (instant.leaves_cone[i] && !instant.approaches) directions[i] = -motion_.tangential_force(i).normalized();
+    } else if (goes_on && slips_.is_new(i)) {
+      directions[i] = slips_.direction(i);
+    } else {
+      directions[i] = slips_.velocity(i, J_t, solution.v).normalized();
+    }
+  }
+  return directions;
+}
+
+/// Slip in space that begins from rest: its first moments belong to start_slip().
+bool ModeChanges::begin_slip(double& t, Solution& solution) {
+  const auto beginning = slips_.beginning(solution.q, solution.v);
+  const double left = problem_.info().end_time - t;
+  if (beginning.empty() || left <= 0) return true;
+
+  Vector y(2 * n_q_), before(motion_.n_roots()), behind(before.size());
+  y << solution.q, solution.v;
+  motion_.evaluate_roots(y.data(), before.data());
+  const auto keeps_modes = [&](const Vector& q, const Vector& v) {
+    y << q, v;
+    return motion_.evaluate_roots(y.data(), behind.data()) && ((before.array() <= 0) || (behind.array() > 0)).all();
+  };
+  const auto start = start_slip(problem_, scales_, dynamics_, solution.q, solution.v, beginning,
+                                {.longest_step = std::min(kSlipStart * problem_.info().end_time, left),
+                                 .end = left,
+                                 .tolerance = tolerance_,
+                                 .keeps_modes = keeps_modes});
+  if (!start) {
+    return stop(solution, Status::inner_solver_failed, t,
+                fmt::format("no motion follows the begin of slip at contact '{}'", name(beginning.back().contact)));
+  }
+  t += start->duration;
+  solution.q = start->q;
+  solution.v = start->v;
+  slips_.follow(solution.q, solution.v);
+  return true;
+}
+
+/// One event per contact whose mode changed or that received an impulse. False where impacts accumulate.
+bool ModeChanges::record_events(double t, const Instant& instant, Solution& solution) {
+  const Vector no_normal = Vector::Zero(n_c_), no_tangential = Vector::Zero(problem_.info().n_lambda_t);
+  const auto& impact = instant.impact;
+  bool accumulates = false;
+  for (const int i : problem_.info().unilateral) {
+    const auto record = [&](EventKind kind) {
+      const bool is_impact = kind == EventKind::impact;
+      solution.events.push_back({t,
+                                 kind,
+                                 i,
+                                 solution.q,
+                                 instant.approaches ? instant.v_minus : solution.v,
+                                 solution.v,
+                                 is_impact ? impact.normal : no_normal,
+                                 is_impact && impact.tangential.size() > 0 ? impact.tangential : no_tangential,
+                                 modes_,
+                                 {}});
+    };
+    const ContactMode was = instant.before[i], is = modes_[i];
+    if (!is_closed(was)) {
+      if (impact.normal.size() == 0 || !(impact.normal[i] > 0)) continue;
+      record(EventKind::impact);
+      const bool is_soon = flights_.accumulates(i, t);
+      accumulates = accumulates || (is_soon && !is_closed(is));
+    } else if (!is_closed(is)) {
+      record(EventKind::detach);
+    } else if (is == ContactMode::stick && is_slipping(was)) {
+      record(EventKind::slip_to_stick);
+    } else if (is_slipping(is) && was == ContactMode::stick) {
+      record(EventKind::stick_to_slip);
+    } else if (is_slipping(is) && (is != was || instant.stopped[i])) {
+      record(EventKind::slip_reversal);
+    }
+  }
+  return !accumulates || stop(solution, Status::step_limit, t, flights_.accumulating(t));
+}
+
+}  // namespace ricochet::reference

@@ -1,0 +1,191 @@
+#include "reference/smooth_motion.h"
+
+#include <algorithm>
+
+#include "problems/packed_column.h"
+
+namespace ricochet::reference {
+namespace {
+
+int number_of_roots(const Problem& problem) {
+  const auto& contacts = problem.info().contacts;
+  return problem.n_c() + static_cast<int>(std::count_if(contacts.begin(), contacts.end(),
+                                                        [](const auto& contact) { return contact.n_t > 0; }));
+}
+
+std::vector<int> curved(const ProblemInfo& info) {
+  std::vector<int> curved;
+  for (const int i : info.unilateral) {
+    if (!info.contacts[i].is_affine) curved.push_back(i);
+  }
+  return curved;
+}
+
+/// Of CVODE's unknowns: q, v, the curved gaps, the normal and the tangential impulses.
+Vector sizes(const Problem& problem, const Scales& scales) {
+  const auto& info = problem.info();
+  std::vector<double> sizes(scales.position().begin(), scales.position().end());
+  sizes.insert(sizes.end(), scales.velocity().begin(), scales.velocity().end());
+  const Vector gaps = scales.gap(problem.normal_jacobian(info.q0), info.q0);
+  for (const int i : curved(info)) sizes.push_back(gaps[i]);
+  if (info.has_friction()) {
+    sizes.insert(sizes.end(), scales.impulse().begin(), scales.impulse().end());
+    for (int i = 0; i < info.n_c(); ++i) sizes.insert(sizes.end(), info.contacts[i].n_t, scales.impulse()[i]);
+  }
+  return Eigen::Map<const Vector>(sizes.data(), std::ssize(sizes));
+}
+
+}  // namespace
+
+SmoothMotion::SmoothMotion(const Problem& problem, const Scales& scales, const EventLocatedSettings& settings,
+                           ContactDynamics& dynamics, const Slips& slips, const Flights& flights)
+    : problem_(problem),
+      scales_(scales),
+      settings_(settings),
+      dynamics_(dynamics),
+      slips_(slips),
+      flights_(flights),
+      n_q_(problem.n_q()),
+      n_c_(problem.n_c()),
+      n_roots_(number_of_roots(problem)),
+      curved_(curved(problem.info())),
+      floor_(sizes(problem, scales)),
+      cvode_(settings.integrator == Integrator::adams ? CV_ADAMS : CV_BDF, static_cast<int>(floor_.size()), this,
+             right_hand_side, root_functions, n_roots_, error_weights),
+      friction_root_(static_cast<std::size_t>(n_c_), -1),
+      force_size_(scales.force()) {
+  packed_n_.setZero(problem.info().n_normal_entries);
+  lambda_n_.setZero(n_c_);
+  lambda_t_.setZero(problem.info().n_lambda_t);
+  a_.setZero(n_q_);
+  for (int i = 0, k = n_c_; i < n_c_; ++i) friction_root_[i] = slips_.has_friction(i) ? k++ : -1;
+}
+
+int SmoothMotion::error_weights(N_Vector y, N_Vector weights, void* self) {
+  const auto& motion = *static_cast<SmoothMotion*>(self);
+  const Eigen::Map<const Vector> state(N_VGetArrayPointer(y), motion.floor_.size());
+  Eigen::Map<Vector>(N_VGetArrayPointer(weights), motion.floor_.size()) =
+      (motion.settings_.tolerance * (state.cwiseAbs() + motion.floor_)).cwiseInverse();
+  return 0;
+}
+
+int SmoothMotion::right_hand_side(double, N_Vector y, N_Vector y_dot, void* self) {
+  return static_cast<SmoothMotion*>(self)->set_rates(N_VGetArrayPointer(y), N_VGetArrayPointer(y_dot)) ? 0 : -1;
+}
+
+int SmoothMotion::root_functions(double, N_Vector y, double* values, void* self) {
+  return static_cast<SmoothMotion*>(self)->evaluate_roots(N_VGetArrayPointer(y), values) ? 0 : -1;
+}
+
+/// v, v', the rates of curved gaps, the forces.
+bool SmoothMotion::set_rates(const double* y, double* rates) {
+  std::copy_n(y + n_q_, n_q_, rates);
+  if (!accelerate(y, y + n_q_, rates + n_q_)) return false;
+  std::fill(rates + 2 * n_q_, rates + floor_.size(), 0);
+  const auto& info = problem_.info();
+  double* gap_rate = rates + 2 * n_q_;
+  if (!curved_.empty()) problem_.normal_jacobian(y, packed_n_.data());
+  for (const int i : curved_) {
+    const auto& contact = info.contacts[i];
+    const double* J_n = packed_n_.data() + contact.normal_begin;
+    *gap_rate++ = is_closed_now(i) ? 0 : packed_dot(contact, J_n, y + n_q_);
+  }
+  if (!info.has_friction()) return true;
+  double* lambda = gap_rate;
+  for (const int i : dynamics_.closed()) {
+    const auto& contact = info.contacts[i];
+    lambda[i] = lambda_n_[i];
+    std::copy_n(lambda_t_.data() + contact.tangent_index, contact.n_t, lambda + n_c_ + contact.tangent_index);
+  }
+  return true;
+}
+
+bool SmoothMotion::evaluate_roots(const double* y, double* values) {
+  problem_.gap(y, values);  // (1)
+  Eigen::Map<Vector>(values, n_c_) += flights_.offset();
+  const bool has_friction = problem_.info().has_friction();
+  if (has_friction) std::fill_n(values + n_c_, n_roots_ - n_c_, 1);
+  if (dynamics_.closed().empty()) return true;
+  if (!accelerate(y, y + n_q_, a_.data())) return false;
+  for (const int i : dynamics_.closed()) values[i] = lambda_n_[i];  // (1)
+  for (const int i : problem_.info().bilateral) values[i] = 1;
+  if (has_friction) set_friction_roots(y, values);
+  return true;
+}
+
+/// (2) and (3), with the forces of the last accelerate().
+void SmoothMotion::set_friction_roots(const double* y, double* values) const {
+  const Matrix J_t = problem_.tangent_jacobian(Vector(Eigen::Map<const Vector>(y, n_q_)));
+  const Vector v = Eigen::Map<const Vector>(y + n_q_, n_q_);
+  for (const int i : dynamics_.closed()) {
+    if (dynamics_.modes()[i] == ContactMode::stick)
+      values[friction_root_[i]] = cone_slack(i);
+    else if (is_slipping(dynamics_.modes()[i]))
+      values[friction_root_[i]] = slips_.root(i, J_t, v);
+  }
+}
+
+void SmoothMotion::load(Vector& q, Vector& v) const {
+  const double* y = N_VGetArrayPointer(cvode_.y());
+  q = Eigen::Map<const Vector>(y, n_q_);
+  v = Eigen::Map<const Vector>(y + n_q_, n_q_);
+}
+
+void SmoothMotion::load(double t, Vector& q, Vector& v) {
+  CVodeGetDky(cvode_.memory(), t, 0, cvode_.y());
+  load(q, v);
+}
+
+/// Flights lower than CVODE's errors may fall below zero on their way up: a gap that grows does not close, and one that
+/// then is below zero and falls does.
+Roots SmoothMotion::roots(bool at_root, const Vector& q, const Vector& v) const {
+  std::vector<int> found(static_cast<std::size_t>(n_roots_), 0);
+  if (at_root) CVodeGetRootInfo(cvode_.memory(), found.data());
+  const Matrix J = problem_.normal_jacobian(q);
+  const Vector gap = problem_.gap(q) + flights_.offset(), rate = J.transpose() * v;
+  const Vector error = settings_.tolerance * scales_.gap(J, q);
+  Roots roots = no_roots();
+  for (int i = 0; i < n_c_; ++i) {
+    const bool is_lost = flights_.is_low(i) && gap[i] < 0 && gap[i] > -error[i];
+    roots.normal[i] = is_closed_now(i) ? found[i] != 0 : rate[i] <= 0 && (found[i] != 0 || is_lost);
+    roots.friction[i] = friction_root_[i] >= 0 && found[friction_root_[i]] != 0;
+  }
+  return roots;
+}
+
+void SmoothMotion::note_forces() {
+  for (const int i : dynamics_.closed()) force_size_[i] = std::max(force_size_[i], std::abs(lambda_n_[i]));
+}
+
+void SmoothMotion::restart(double t, const Vector& q, const Vector& v) {
+  double* y = N_VGetArrayPointer(cvode_.y());
+  std::copy_n(q.data(), n_q_, y);
+  std::copy_n(v.data(), n_q_, y + n_q_);
+  // Where the rest starts is free, for the impulses. From zero CVODE would hold its first step to lambda h <=
+  // tolerance, so short that a gap just left behind by an impact does not grow beyond rounding and is a root again.
+  std::copy(floor_.begin() + 2 * n_q_, floor_.end(), y + 2 * n_q_);
+  CVodeReInit(cvode_.memory(), t, cvode_.y());
+  const double T = problem_.info().end_time;
+  CVodeSetStopTime(cvode_.memory(), T);
+  CVodeSetInitStep(cvode_.memory(), t + flights_.first_step() < T ? flights_.first_step() : 0);
+}
+
+int SmoothMotion::step(double& t) {
+  CVodeSetMaxStep(cvode_.memory(), flights_.longest_step(t));
+  return CVode(cvode_.memory(), problem_.info().end_time, cvode_.y(), &t, CV_ONE_STEP);
+}
+
+void SmoothMotion::count(Counters& counters) const {
+  long steps = 0, iterations = 0, factorizations = 0;
+  CVodeGetNumSteps(cvode_.memory(), &steps);
+  CVodeGetNumNonlinSolvIters(cvode_.memory(), &iterations);
+  if (settings_.integrator == Integrator::bdf) CVodeGetNumLinSolvSetups(cvode_.memory(), &factorizations);
+  counters.steps += steps;
+  counters.elements += steps;
+  counters.inner_iterations += iterations;
+  counters.matrix_factorizations += factorizations;
+  counters.force_evaluations = dynamics_.force_evaluations;
+  counters.mass_factorizations = dynamics_.mass_factorizations;
+}
+
+}  // namespace ricochet::reference

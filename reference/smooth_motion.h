@@ -1,0 +1,105 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "reference/contact_dynamics.h"
+#include "reference/cvode.h"
+#include "reference/event_located.h"
+#include "reference/flights.h"
+#include "reference/slips.h"
+
+namespace ricochet::reference {
+
+/// Root functions at the end of a step, by contact.
+struct Roots {
+  explicit Roots(std::size_t n_c) : normal(n_c, false), friction(n_c, false) {}
+  bool any() const { return std::ranges::count(normal, true) + std::ranges::count(friction, true) > 0; }
+
+  std::vector<char> normal, friction;
+};
+
+/// The motion between two events, integrated by CVODE with the modes of ContactDynamics. Its root functions are watched
+/// for falling through zero:
+///
+///   open               gap, with the offset of Flights                                   (1)
+///   closed             lambda_n; 1 where bilateral                                       (1)
+///   with friction      stick  mu lambda_n - |lambda_t|                                   (2)
+///                      slip   Slips::root                                                (3)
+///
+/// CVODE integrates more than q and v. Nothing reads the rest, but its error control does:
+///
+///   the gaps of open contacts that are curved    bodies in free fall are exact in steps of any length, that would pass
+///                                                over the waves of a moving surface
+///   with friction, impulses of the contacts      a body that sticks does not move, however its friction force varies,
+///                                                and longer steps would pass a root of (2) twice
+class SmoothMotion {
+ public:
+  /// @param settings  integrator and tolerance; the others have to outlive this, and their modes are those of `dynamics`
+  SmoothMotion(const Problem& problem, const Scales& scales, const EventLocatedSettings& settings,
+               ContactDynamics& dynamics, const Slips& slips, const Flights& flights);
+  SmoothMotion(const SmoothMotion&) = delete;
+  SmoothMotion& operator=(const SmoothMotion&) = delete;
+
+  /// Begins behind an event.
+  void restart(double t, const Vector& q, const Vector& v);
+  /// One step. @param t  in: its begin, out: its end or that of the root [s]; @return CVODE's flag
+  int step(double& t);
+  const Cvode& cvode() const { return cvode_; }
+  /// State at the end of the step, or within it.
+  void load(Vector& q, Vector& v) const;
+  void load(double t, Vector& q, Vector& v);
+
+  /// Roots that CVODE found at the end of its step, and those that it lost.
+  Roots roots(bool at_root, const Vector& q, const Vector& v) const;
+  Roots no_roots() const { return Roots(static_cast<std::size_t>(n_c_)); }
+  /// (1)-(3). @param y  q, then v; @param values  n_roots()
+  bool evaluate_roots(const double* y, double* values);
+  int n_roots() const { return n_roots_; }
+
+  /// The acceleration at (q, v), and the forces of closed contacts, which the functions below speak of. They are those
+  /// of the last evaluation, whoever asked for it. False when ContactDynamics does not determine it.
+  bool accelerate(const Vector& q, const Vector& v) { return accelerate(q.data(), v.data(), a_.data()); }
+  const Vector& acceleration() const { return a_; }
+  double normal_force(int i) const { return lambda_n_[i]; }
+  Eigen::VectorBlock<const Vector> tangential_force(int i) const {
+    const auto& contact = problem_.info().contacts[i];
+    return lambda_t_.segment(contact.tangent_index, contact.n_t);
+  }
+  /// (2)
+  double cone_slack(int i) const { return problem_.info().contacts[i].mu * lambda_n_[i] - tangential_force(i).norm(); }
+  /// The largest normal force of a contact that note_forces() has seen [N].
+  double force_size(int i) const { return force_size_[i]; }
+  void note_forces();
+
+  /// Adds CVODE's counters since its last start.
+  void count(Counters& counters) const;
+
+ private:
+  static int error_weights(N_Vector y, N_Vector weights, void* self);
+  static int right_hand_side(double t, N_Vector y, N_Vector y_dot, void* self);
+  static int root_functions(double t, N_Vector y, double* values, void* self);
+
+  bool accelerate(const double* q, const double* v, double* a) {
+    return dynamics_.acceleration(q, v, a, lambda_n_.data(), lambda_t_.data());
+  }
+  bool set_rates(const double* y, double* rates);
+  void set_friction_roots(const double* y, double* values) const;
+  bool is_closed_now(int i) const { return is_closed(dynamics_.modes()[i]); }
+
+  const Problem& problem_;
+  const Scales& scales_;
+  const EventLocatedSettings& settings_;
+  ContactDynamics& dynamics_;
+  const Slips& slips_;
+  const Flights& flights_;
+  const int n_q_, n_c_, n_roots_;
+  const std::vector<int> curved_;  // contacts
+  const Vector floor_;             // of the absolute tolerances, by unknown of CVODE
+  Cvode cvode_;
+  std::vector<int> friction_root_;  // index of (2), (3) among the root functions, by contact; -1 without friction
+  Vector force_size_;
+  Vector packed_n_, lambda_n_, lambda_t_, a_;
+};
+
+}  // namespace ricochet::reference
