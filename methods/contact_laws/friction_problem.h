@@ -40,8 +40,14 @@ namespace ricochet {
 ///   r_t = mu r_n d_k + l (d_k+1 - d_k),   0 <= l  _|_  (d_k+1 - d_k)' w_t + gamma >= 0,
 ///   0 <= gamma  _|_  mu r_n - l >= 0.                                                   (8)
 ///
-/// Where the normals are dependent, a box on four corners, r is not unique: the smallest r is taken. Sources: (5)
-/// Stewart, Trinkle, IJNME 39 (1996), eq. (12)-(16); (6), (7) Alart, Curnier, CMAME 92 (1991).
+/// Where the normals are dependent, a box on four corners, r is not unique: the smallest r is taken.
+///
+/// The solvers of contact_problem.h have the same law for the many contacts of a time step, and cannot stand in here.
+/// They know no contact that slides already, (4) and (8). They answer with impulses, to a tolerance and from those of
+/// the step before; an element needs modes, decided to the rounding of b, which the state alone determines. And where r
+/// is not unique they take the one that they meet first.
+///
+/// Sources: (5) Stewart, Trinkle, IJNME 39 (1996), eq. (12)-(16); (6), (7) Alart, Curnier, CMAME 92 (1991).
 class FrictionProblem {
  public:
   struct Contact {
