@@ -244,7 +244,8 @@ void SwitchFunction::spread_friction(Element& last) {
   last.lambda_t.col(n_s_ - 1) -= excess - least_squares(directions, directions * excess);
 }
 
-/// (9): the right-hand side minus the left one, at the last stage; and its slope, where asked for.
+/// (9): the right-hand side minus the left one, at the last stage; and its slope, where asked for. The slope leaves out
+/// second derivatives of J_t, which curved contacts have: Newton's method is linear there.
 double SwitchFunction::missing_power(const Element& last, const RunResponse* response, Eigen::RowVector2d* slope) {
   const int j = n_s_ - 1, n_q = problem_.n_q(), n_x = system_.active.n_unknowns();
   set_slip_terms(last);

@@ -48,8 +48,8 @@ TEST_F(Switches, FindTheImpactTimeOfAFall) {
   const double exact = std::sqrt(2 * (1 - 0.1) / 9.81);
   for (const char* family : {"gauss", "radau-iia"}) {
     for (int elements = 1; elements <= 3; ++elements) {
-      ElementSystem elements(*ball, make_tableau(family, 2), counters);
-      SwitchSolver solver(elements, 1e-14);
+      ElementSystem system(*ball, make_tableau(family, 2), counters);
+      SwitchSolver solver(system, 1e-14);
       std::vector<Element> run(3);
       for (auto& stages : run) stages.resize(ball->info(), 2);
       run[0].q0[0] = 1;
