@@ -186,6 +186,7 @@ TEST(ContactOperators, LeaveFrictionOutWhereTold) {
   const ProblemInfo& info = problem->info();
   Counters counters;
   MassInverse W(*problem, counters);
+  ASSERT_TRUE(W.set_position(info.q0));
   ContactOperator op(*problem, true);
   op.set_directions(info.q0);
   ASSERT_TRUE(op.set_responses(info.unilateral, W));
