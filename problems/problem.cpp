@@ -99,7 +99,8 @@ void require_size(const std::string& field, const Vector& values, int expected) 
 
 // A few hundred roundings of the formulas for q0, v0 and the constraints.
 constexpr double kInitialRounding = 1e-13;
-// Of L^-1 G, M = L L', with columns of length one. Below, G' M^-1 G is singular in double precision.
+// Least part of a column of L^-1 G, M = L L', of length one, that no other column has. Below it G' M^-1 G is singular
+// in double precision.
 constexpr double kRank = 1e-8;
 // What a user of measured data may ask for.
 constexpr const char* kProjection = "--allow-penetration DEPTH starts from the nearest position that respects all gaps";

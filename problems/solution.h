@@ -61,7 +61,7 @@ inline int slip_sign(ContactMode mode) {
   return mode == ContactMode::slip_positive ? 1 : mode == ContactMode::slip_negative ? -1 : 0;
 }
 
-/// Of a contact that slips with velocity v_t (n_t components), not zero; "closed" without tangent directions.
+/// The mode of a contact that slips with velocity v_t (n_t components), not zero; "closed" without tangent directions.
 inline ContactMode slip_mode(int n_t, const double* v_t) {
   if (n_t == 0) return ContactMode::closed;
   if (n_t == 2) return ContactMode::slip;

@@ -110,7 +110,7 @@ std::optional<Vector> ContactDynamics::solve_for_forces(const Matrix& R, const M
   return lambda;
 }
 
-/// Of closed contacts, in the order of their unknowns.
+/// The cones of closed contacts, in the order of their unknowns.
 std::vector<ForceCone> ContactDynamics::force_cones() const {
   std::vector<ForceCone> cones;
   Eigen::Index row = 0;

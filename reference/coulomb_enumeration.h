@@ -36,7 +36,7 @@ struct CoulombSolution {
 /// the edges of theirs are those of other combinations; where there are none, the least of each stands for all.
 /// @param b_size  sizes of the terms that b is the sum of, at least |b|: b may cancel, rounding does not
 /// @return all solutions that differ in z. None: inconsistent. Several: indeterminate, or redundant contacts.
-/// Of combinations with the same z the one with fewest active conditions, so open before stick before slip.
+/// Combinations with the same z count once, as the one with fewest active conditions: open before stick before slip.
 /// @throws InputError for more than most_contacts()
 std::vector<CoulombSolution> solve_coulomb_by_enumeration(const Matrix& G, const Vector& b, const Vector& b_size,
                                                           const std::vector<CoulombContact>& contacts);

@@ -77,7 +77,7 @@ std::optional<DippingGaps::Closing> DippingGaps::closing(double from, double to,
   return first;
 }
 
-/// Of contact i, whose gap has a minimum between begin and end.
+/// Where contact i closes, whose gap has a minimum between begin and end; nothing where that is not below zero.
 std::optional<DippingGaps::Closing> DippingGaps::dip(int i, double from, double begin, double end) {
   Vector q_t, v_t;
   const auto rate = [&](double t) {

@@ -19,9 +19,12 @@ enum class LcpStatus {
 /// solved by Lemke's method with lexicographic pivoting. Source: Cottle, Pang, Stone, The Linear Complementarity
 /// Problem, section 4.4 (Algorithm 4.4.5) and 4.9 (lexicographic degeneracy resolution).
 ///
-/// The tableau of  w - M z - z_0 d = q  (2), d = 1, is kept with the inverse basis beside it. The ratio test compares
-/// the rows (q_i, B^-1_i) / m_i lexicographically, so that no basis returns, whatever ties occur: simultaneous contacts
-/// are ties.
+/// The tableau of
+///
+///   w - M z - z_0 d = q,   d = 1                                                      (2)
+///
+/// is kept with the inverse basis beside it. The ratio test compares the rows (q_i, B^-1_i) / m_i lexicographically, so
+/// that no basis returns, whatever ties occur: simultaneous contacts are ties.
 ///
 /// Redundant contacts, a box on four corners, make M singular, and with it bases that rounding alone makes regular.
 /// When the pivots end there without a solution, they start again on M + delta I, whose forces are unique (and near the

@@ -4,9 +4,11 @@
 
 namespace ricochet {
 
-/// The forms of Coulomb's friction cone (fesd/README.md, difference 5): mu lambda_n v_t + ||v_t|| lambda_t = 0 with
-/// ||lambda_t|| <= mu lambda_n; the published -v_t = 2 gamma lambda_t, 0 <= gamma _|_ (mu lambda_n)^2 - ||lambda_t||^2
-/// >= 0; in space a polygon in place of the disc. In the plane the polygon is the exact cone.
+/// The forms of Coulomb's friction cone (fesd/DIFFERENCES.md, correction 5):
+///
+///   exact       mu lambda_n v_t + ||v_t|| lambda_t = 0,   ||lambda_t|| <= mu lambda_n
+///   squared     -v_t = 2 gamma lambda_t,   0 <= gamma  _|_  (mu lambda_n)^2 - ||lambda_t||^2 >= 0,   as published
+///   polyhedral  in space a polygon in place of the disc; in the plane the polygon is the exact cone
 enum class FrictionCone { exact, squared, polyhedral };
 
 const Names<FrictionCone>& friction_cone_names();

@@ -60,7 +60,7 @@ class FrictionPolygon {
   explicit FrictionPolygon(int facets = 0);
 
   int facets() const { return facets_; }
-  /// Of a contact with n_t tangent directions.
+  /// Whether a contact with n_t tangent directions has a polygon.
   bool applies(int n_t) const { return facets_ > 0 && n_t == 2; }
 
   int next(int k) const { return k + 1 == facets_ ? 0 : k + 1; }

@@ -11,7 +11,7 @@ namespace {
 constexpr int kFacetsOfGuess = 8;  // in place of the disc
 // A friction force this near to a vertex of the polygon, as part of the radius, is there.
 constexpr double kAtVertex = 1e-12;
-// Of the projection equations, relative to the impulses: the rounding of a solve.
+// What a solve leaves of the projection equations by rounding, relative to the impulses.
 constexpr double kRounding = 1e-12;
 constexpr int kMaxNewton = 60;
 constexpr int kMaxHalvings = 12;
@@ -22,7 +22,7 @@ constexpr double kDependent = 1e-11;
 
 }  // namespace
 
-/// Of the tangential part of the LCP: facets, or the one direction of (8).
+/// Columns of the tangential part of the LCP: facets, or the one direction of (8).
 int FrictionProblem::columns_of(const Contact& contact) const {
   if (contact.slides) return contact.is_on_edge ? 1 : 0;
   return contact.n_t == 2 ? facets_in_space_ : 2 * contact.n_t;

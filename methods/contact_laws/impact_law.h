@@ -22,7 +22,7 @@ namespace ricochet {
 ///   Coulomb's law for Lambda_t^i and the slip velocity J_t^i' v+                        (3)
 ///
 /// Source: paper eq. (impulse_eq_comp), with the inequality that keeps contacts without impulse from penetrating
-/// (correction 9 of the specification). And which of them stay closed afterwards, and whether they slip:
+/// (correction 9 in fesd/DIFFERENCES.md). And which of them stay closed afterwards, and whether they slip:
 ///
 ///   M(q) w = f_v + B_u u + sum_i J_n^i lambda_n^i + J_t^i lambda_t^i                    (4)
 ///   0 <= lambda_n^i  _|_  J_n^i' w + v+' (grad^2 f_c^i) v+ >= 0                         (5)

@@ -68,7 +68,7 @@ class Transcription {
   Transcription(const OptimalControlProblem& problem, Simulation simulation)
       : problem_(problem), simulation_(std::move(simulation)) {}
 
-  /// Of a step: means over its time, impacts included.
+  /// Means of the forces over the time of a step, impacts included.
   struct MeanForces {
     Vector lambda_n, lambda_t;
   };
@@ -78,9 +78,9 @@ class Transcription {
   /// start. @param q, v  the state there; at its end on return
   virtual Status guess_interval(PivotingSolver& solver, double H, int k, Vector& q, Vector& v) = 0;
 
-  /// To be called before the initial state is added,
+  /// Is called before the initial state is added.
   void begin_sections();
-  /// behind it, and behind every interval. @param end  its last point
+  /// Is called behind the initial state and behind every interval. @param end  its last point
   void end_section(const ContactEquations::Point& end);
 
   /// Variables of every interval's control.

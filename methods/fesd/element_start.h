@@ -62,8 +62,8 @@ struct ElementStart {
 /// decides); and where the force of a sticking contact has just reached the cone, slip begins against that force, with
 /// zero acceleration at first. Islands without a part in the start keep their forces and modes.
 ///
-/// Alternatives: a contact that bounced may be closed instead (that is how a ball comes to rest, open question 2 of the
-/// specification), and what the load does to the others then follows from close_instead(); stick and slip at the
+/// Alternatives: a contact that bounced may be closed instead (that is how a ball comes to rest, open question 2 of
+/// DIFFERENCES.md), and what the load does to the others then follows from close_instead(); stick and slip at the
 /// boundary of the cone may be either; where one contact breaks, others that the load leaves without a force may break
 /// at the same instant.
 class ElementStartSolver {

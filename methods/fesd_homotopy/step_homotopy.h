@@ -15,7 +15,7 @@ namespace ricochet {
 /// objective. One program serves all steps; initial state and guess change.
 ///
 /// Where a step ends closed is where the next one begins closed: an impact at the right end of a step is one at the
-/// left end of the next (correction 7 in methods/fesd/README.md).
+/// left end of the next (correction 7 in methods/fesd/DIFFERENCES.md).
 ///
 /// A guess is a motion q' = v,
 ///
@@ -51,7 +51,7 @@ class StepHomotopy {
 
   const FesdStep& step() const { return steps_[current_]; }
   const FesdStep* previous_step() const { return n_steps_ > 1 ? &steps_[1 - current_] : nullptr; }
-  /// Of the last step, or its last attempt.
+  /// The program's solution at the last step, or at its last attempt.
   const MpccSolution& solution() const { return solution_; }
   int attempts() const { return attempts_; }  ///< at the last step
   NlpEvaluator::Work work() const { return solver_.work(); }

@@ -16,9 +16,9 @@ class SmallInverse {
     return inverse();
   }
 
-  // In parts, for a matrix whose inverse is not always wanted.
+  // The two parts of it, for a matrix whose inverse is not always wanted.
   void factorize(const Matrix& A) { lu_.compute(A); }
-  /// Of the factorised matrix.
+  /// The inverse of the factorised matrix.
   const Matrix& inverse() {
     inverse_ = lu_.permutationP() * Matrix::Identity(lu_.rows(), lu_.cols());
     lu_.matrixLU().triangularView<Eigen::UnitLower>().solveInPlace(inverse_);

@@ -413,7 +413,7 @@ FesdEquations::Point FesdEquations::add_interval(const Point& start, const std::
   return left;
 }
 
-/// Of a contact in an element: whatever is the larger of what is complementary.
+/// The mode of a contact in an element, by which side of its pairs is the larger.
 ContactMode FesdEquations::mode(const ElementVariables& element, int contact, const Vector& x) const {
   const auto i = static_cast<std::size_t>(contact);
   double force = 0, slack = 0;

@@ -11,7 +11,7 @@
 namespace ricochet {
 
 /// The discrete equations of FESD-J as rows and complementarity pairs of an MPCC, paper section 3 with the corrections
-/// in methods/fesd/README.md. For an element of length h with left end (q_0, v_0), reached with velocity v-, and stages
+/// in fesd/DIFFERENCES.md. For an element of length h with left end (q_0, v_0), reached with velocity v-, and stages
 /// j:
 ///
 ///   q_j = q_0 + h sum_k a_jk v_k,   v_j = v_0 + h sum_k a_jk w_k                                          (1)
@@ -24,10 +24,10 @@ namespace ricochet {
 ///   J_n' v_0 = z+ - z-,   0 <= z+  _|_  lambda_n,j >= 0,   z+  _|_  z-                                    (9)
 ///
 /// (9) is ours: a contact that bounces has no force. Without it a closed element of Radau type may absorb the bounce by
-/// stage forces (open question 2 in methods/fesd/README.md), and an optimisation finds that out.
+/// stage forces (open question 2 in fesd/DIFFERENCES.md), and an optimisation finds that out.
 ///
-/// On a curve (1)-(4) leave a velocity of O(h^n_s) across a closed contact. As in the simulation (end_projection.h, (10))
-/// impulses P of either sign take it away at the right end, v_1 behind them and v_ns before,
+/// On a curve (1)-(4) leave a velocity of O(h^n_s) across a closed contact. As in the simulation (end_projection.h,
+/// (10)) impulses P of either sign take it away at the right end, v_1 behind them and v_ns before,
 ///
 ///   0 = M(q_1) (v_1 - v_ns) - J_n P,   P = p+ - p-,   0 <= p+ + p-  _|_  sum_j y_j >= 0                    (10)
 ///   J_n' v_1 = r+ - r-,   0 <= r+ + r-  _|_  sum_j lambda_n,j >= 0                                        (11)

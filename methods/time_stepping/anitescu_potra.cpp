@@ -4,8 +4,9 @@
 //
 //   Collision, when an active contact approaches, J_n^i' v_k < 0 (time stands still):
 //     compression    M (v_c - v_k) = J_n Lambda_c + J_t Lambda_t,c,   0 <= Lambda_c  _|_  J_n' v_c >= 0             (1)
-//     decompression  M (v_d - v_c) = J_n (eps_r Lambda_c + Lambda_x) + J_t Lambda_t,d,  0 <= Lambda_x _|_ J_n' v_d >= 0
-//     (2) and v_k is replaced by v_d. Poisson's hypothesis: what was compressed comes back times eps_r.
+//     decompression  M (v_d - v_c) = J_n (eps_r Lambda_c + Lambda_x) + J_t Lambda_t,d,
+//                    0 <= Lambda_x  _|_  J_n' v_d >= 0                                                              (2)
+//     and v_k is replaced by v_d. Poisson's hypothesis: what was compressed comes back times eps_r.
 //   Step:
 //     M (v_{k+1} - v_k) = h f(q_k, v_k) + J_n Lambda_n + J_t Lambda_t,   0 <= Lambda_n  _|_  J_n' v_{k+1} >= 0 (3)
 //     q_{k+1} = q_k + h v_{k+1}                                                                          (4)

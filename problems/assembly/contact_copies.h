@@ -156,7 +156,7 @@ class CopiesOf final : public ContactCopies {
     for (int k = 0; k < n; ++k) local[k] = x[place.coordinates[k]];
     return local;
   }
-  /// Of a local entry of (q, v).
+  /// Where a local entry k of (q, v) stands in the large scene.
   static int at(const ContactPlace& place, int k, int n_q) {
     return k < n ? place.coordinates[k] : n_q + place.coordinates[k - n];
   }

@@ -39,7 +39,7 @@ struct SliderCrankStop {
     visit("duration", duration, "s");
   }
 
-  /// Of the rod, so that C is on the slider's line: l_1 sin(theta_1) + l_2 sin(theta_2) = 0.
+  /// The angle of the rod that puts C on the slider's line: l_1 sin(theta_1) + l_2 sin(theta_2) = 0.
   T theta_2_0() const {
     using std::sin, std::asin;
     return -asin(l_1 * sin(theta_1_0) / l_2);

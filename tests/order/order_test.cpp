@@ -52,7 +52,7 @@ Truth truth_of(const Problem& problem) {
   return {reference.solution.q, reference.solution.v, reference.uncertainty};
 }
 
-/// The bound: within 0.2 of the nominal order, or better.
+/// What a fitted order may lack of the nominal one: errors saw-tooth with the place of an impact in its step.
 constexpr double kSlack = 0.2;
 
 struct Case {

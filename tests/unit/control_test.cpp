@@ -245,7 +245,7 @@ TEST(OptimalControl, PlantFollowsTheSolution) {
     const Replay truth = replay(*problem, trajectory, solve);
     ASSERT_EQ(truth.status, Status::success) << truth.message;
     const ReplayMismatch difference = mismatch(*problem, trajectory, truth);
-    // The goal of the project for its optimal control solutions.
+    // A claim is true here when its replay ends within 1e-5 of it, far below what a controller could tell.
     EXPECT_LE(difference.terminal, 1e-5);
     EXPECT_LE(difference.events, 1e-5);
     EXPECT_LE(std::abs(difference.cost), 1e-5 * truth.cost);
@@ -425,7 +425,7 @@ TEST(OptimalControl, TimeSteppingIsAGuess) {
   EXPECT_LE(trajectory.objective, 5) << "15.5 is the local optimum near a constant push";
   const Replay truth = replay(*problem, trajectory, reference_solver(1e-11));
   ASSERT_EQ(truth.status, Status::success) << truth.message;
-  EXPECT_LE(mismatch(*problem, trajectory, truth).terminal, 1e-5);  // the goal of the project
+  EXPECT_LE(mismatch(*problem, trajectory, truth).terminal, 1e-5);  // so the claim is true
 }
 
 }  // namespace

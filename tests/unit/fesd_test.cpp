@@ -47,7 +47,7 @@ TEST(PublishedGrid, HasThreeInfeasibleRunsAndTheAuditHoldsOnAllOthers) {
       }
     }
   }
-  // Specification: an impact near the end of a step, that two equal elements overlook and one element does not reach.
+  // Open question 7: an impact near the end of a step, that two equal elements overlook and one does not reach.
   EXPECT_EQ(infeasible, (std::vector<std::string>{"radau-iia:2 65", "gauss:1 80", "gauss:1 125"}));
 }
 
@@ -163,7 +163,7 @@ TEST(FesdContact, BreaksWhenTheForceVanishes) {
 }
 
 TEST(FesdContact, TwoStageTableausHaveNoFeasiblePinnedBreaking) {
-  // Specification, open question 1: with n_s = 2 the first stage behind a pinned breaking lies O(h^3) below the
+  // Open question 1 of DIFFERENCES.md: with n_s = 2 the first stage behind a pinned breaking lies O(h^3) below the
   // surface.
   const auto p = ground_truth_problem("P8b_spring_table");
   for (const char* method : {"fesd:radau-iia:2", "fesd:gauss:2"}) {

@@ -22,8 +22,8 @@ constexpr double kDescent = 1e-8;
 constexpr double kRounding = 100;
 // Near the solution: iterations are few, and the start is not pushed away far.
 constexpr double kBarrier = 1e-6;
-// At a solution whose bounds have moved a little: Newton's method takes three to twenty iterations, or does not
-// converge.
+// Barrier and most iterations at a solution whose bounds have moved a little: Newton's method takes three to twenty
+// iterations, or does not converge.
 constexpr double kResumedBarrier = 1e-9;
 constexpr int kResumedIterations = 50;
 
@@ -173,7 +173,7 @@ class Run {
   bool is_zero(int k) const { return result_.branch.point.x[k] <= zero_; }
   double multiplier(int k) const { return result_.branch.point.z_L[k] - result_.branch.point.z_U[k]; }
 
-  /// Of the biactive pairs that are not in `tried`; the number of pairs when no multiplier is negative.
+  /// The biactive pair, not in `tried`, with the most negative multiplier; the number of pairs when none is negative.
   std::size_t most_negative_pair(const std::set<std::size_t>& tried) const {
     std::size_t found = result_.sides.size();
     double least = -zero_;

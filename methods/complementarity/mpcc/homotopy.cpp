@@ -13,7 +13,7 @@ namespace ricochet {
 namespace {
 
 constexpr double kRounding = 1e-9;  // of repeated factors
-// Of a crossover that may be tried again with a smaller sigma; one that succeeds takes fewer.
+// Most iterations of a crossover that may be tried again with a smaller sigma; one that succeeds takes fewer.
 constexpr int kEarlyIterations = 150;
 
 void check(const HomotopyOptions& options) {

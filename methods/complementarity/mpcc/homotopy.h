@@ -84,11 +84,11 @@ class MpccSolver {
   /// @throws InputError for options out of range, and when a variable of a pair does not have the lower bound 0
   MpccSolver(const Mpcc& mpcc, HomotopyOptions options);
 
-  /// From the guesses of the variables.
+  /// Solves from the guesses of the variables.
   /// @param progress  called after every step
   MpccSolution solve(const Progress& progress = {});
 
-  /// From the last solution, where bounds have moved a little since: first its branch, a smooth program
+  /// Solves from the last solution, where bounds have moved a little since: first its branch, a smooth program
   /// near its solution; where that has none a homotopy from sigma_warm. The branch is not left for a better one
   /// (HomotopyOptions::descend = false), so the solution is optimal among those with the same active pairs. Without a
   /// solution before it is solve().
@@ -97,7 +97,7 @@ class MpccSolver {
   /// Evaluations since construction, in the homotopy and in the crossover.
   NlpEvaluator::Work work() const;
 
-  /// For the following solves. @throws InputError for options out of range; `relaxation` has to stay as it is
+  /// Options of the following solves. @throws InputError for options out of range; `relaxation` has to stay as it is
   void set_options(HomotopyOptions options);
 
  private:
@@ -121,7 +121,7 @@ class Homotopy {
   /// @throws InputError for options out of range
   explicit Homotopy(HomotopyOptions options);
 
-  /// As MpccSolver.
+  /// Solves as MpccSolver does.
   MpccSolution solve(const Mpcc& mpcc, const Progress& progress = {}) const;
 
  private:

@@ -60,7 +60,7 @@ class IpoptSolver {
   explicit IpoptSolver(const Nlp& nlp);
   ~IpoptSolver();
 
-  /// From the guesses of the variables.
+  /// Solves from the guesses of the variables.
   NlpResult solve(const IpoptOptions& options = {});
   /// @param start  with all multipliers for a warm start, or x alone. @throws InputError for options out of range
   NlpResult solve(const NlpPoint& start, const IpoptOptions& options = {});

@@ -4,7 +4,7 @@
 
 namespace ricochet {
 
-/// Of a feasible point of an `Mpcc`, weakest first; see (2) to (5).
+/// The stationarity of a feasible point of an `Mpcc`, weakest first; see (2) to (5).
 enum class Stationarity { unknown, W, C, M, S };
 
 const char* to_string(Stationarity stationarity);
@@ -49,7 +49,7 @@ class StationarityTest {
   const std::vector<Biactive>& biactive() const { return biactive_; }
 
  private:
-  /// Of the multipliers of a biactive pair.
+  /// The signs of the two multipliers of a biactive pair.
   enum class Signs { both_positive, v_zero, w_zero, both_negative, any };
 
   bool exists(const std::vector<Signs>& signs, const IpoptOptions& ipopt);

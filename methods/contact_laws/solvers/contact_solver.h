@@ -15,7 +15,7 @@ enum class ContactStatus {
   dependent,        ///< bilateral constraints depend on each other
 };
 
-/// In the words of a status message.
+/// The reason in the words of a status message.
 const char* reason_of(ContactStatus status);
 
 /// Solves contact problems, step after step. All storage is kept between calls.
@@ -47,7 +47,7 @@ struct ContactSolverOptions {
 /// Options solver=automatic|lemke|exact|pgs|newton|interior_point|siconos; facets=8 of lemke, which it asks for;
 /// contact_tolerance=, contact_iterations= of the solvers that iterate.
 ContactSolverOptions contact_solver_argument(const MethodSpec& spec);
-/// For usage texts.
+/// The options of a contact solver in usage texts.
 constexpr const char* kContactSolverUsage =
     "[,solver=automatic|lemke|exact|pgs|newton|interior_point|siconos][,facets=8][,contact_tolerance=1e-9]"
     "[,contact_iterations=N]";

@@ -115,7 +115,7 @@ class InteriorPointContactSolver final : public ContactSolver {
   ProjectionNewton newton_;
 };
 
-/// From the guess r_, w_, zero for a cold start. @param level  of the cold start
+/// Sets the first point from the guess r_, w_, zero for a cold start. @param level  of the cold start
 void InteriorPointContactSolver::start(const ContactProblem& problem, double level) {
   const auto& G = problem.G;
   double energy = 0;
@@ -291,7 +291,7 @@ double InteriorPointContactSolver::best_step(const ContactProblem& problem, bool
   return step;
 }
 
-/// From the point that start() has set. @return solved
+/// Goes on from the point that start() has set. @return solved
 bool InteriorPointContactSolver::follow_path(const ContactProblem& problem, int& left, Vector& r) {
   int blocked = 0;
   while (project(problem, r) > tolerance_) {

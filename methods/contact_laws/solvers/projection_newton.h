@@ -22,7 +22,7 @@ namespace ricochet {
 /// Sources: Alart, Curnier, CMAME 92 (1991); Acary, Brogliato (2008), section 13.6.
 class ProjectionNewton {
  public:
-  /// From r as far as (3) leads. @param tolerance  of violation(); @param left  steps, counted down
+  /// Iterates from r as far as (3) leads. @param tolerance  of violation(); @param left  steps, counted down
   /// @return solved
   bool iterate(const ContactProblem& problem, double tolerance, int& left, Vector& r);
   /// Adds its work since the last call.

@@ -38,7 +38,7 @@ class Model {
   const std::vector<Body>& bodies() const { return bodies_; }
   /// q, v: n_q
   void read_state(Vector& q, Vector& v) const;
-  /// Of level 1, impulses [N s]. Lambda_n: n_c, Lambda_t: n_lambda_t
+  /// Reads the multipliers of level 1, impulses [N s]. Lambda_n: n_c, Lambda_t: n_lambda_t
   void read_impulses(Vector& Lambda_n, Vector& Lambda_t) const;
   /// Sets what the problem's functions were called for; where Siconos has the force as matrices, once per iteration.
   void count(Counters& counters) const;

@@ -29,7 +29,7 @@
 namespace ricochet::siconos {
 namespace {
 
-// Of the impulse of the whole run; Lemke's method on redundant contacts may end with impulses that pull.
+// The impulse that may pull, as a part of that of the whole run: Lemke's method on redundant contacts ends with such.
 constexpr double kPull = 1e-9;
 // Relative to the impulse of the whole run: Siconos' own tolerance is absolute, in N s.
 constexpr double kNewtonResidual = 1e-11;
