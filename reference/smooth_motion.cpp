@@ -21,7 +21,7 @@ std::vector<int> curved(const ProblemInfo& info) {
   return curved;
 }
 
-/// Of CVODE's unknowns: q, v, the curved gaps, the normal and the tangential impulses.
+/// Sizes of CVODE's unknowns: q, v, the curved gaps, the normal and the tangential impulses.
 Vector sizes(const Problem& problem, const Scales& scales) {
   const auto& info = problem.info();
   std::vector<double> sizes(scales.position().begin(), scales.position().end());

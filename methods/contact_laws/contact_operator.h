@@ -77,7 +77,7 @@ class ContactOperator {
                   : packed_t_.data() + info.tangent_begin + (d - 1) * info.support.size();
   }
 
-  // Of contacts whose responses are set:
+  // The rest is for contacts whose responses are set.
 
   /// (1) of the impulse r along column d of a contact. @param Lambda_n  n_c: impulses of the bilateral constraints are
   /// added
@@ -129,7 +129,7 @@ class ContactOperator {
   std::vector<std::size_t> response_begin_;   // per contact: its columns in responses_
   std::vector<double> responses_;
 
-  // Of assemble() and find_islands():
+  // Workspace of assemble() and find_islands().
   struct Visitor {
     int number = 0, next = -1;  // in the list of contacts; the next entry of touched_ with the same island, or -1
   };

@@ -7,7 +7,8 @@
 
 namespace ricochet {
 
-/// A program for the entries of a dense array that are not identically zero. Entries that never change are computed once.
+/// A program for the entries of a dense array that are not identically zero. Entries that never change are computed
+/// once.
 class SparseProgram {
  public:
   SparseProgram() = default;

@@ -34,7 +34,7 @@ class GapContacts {
   }
 
  private:
-  /// Of (1).
+  /// The side of (1) that is complementary to Lambda_n^i.
   double opening(int i, const Vector& v, const Vector& shift) const {
     const double normal = run_.contacts.normal_velocity(i, v) + shift[i];
     return law_ == FrictionLaw::coulomb ? normal

@@ -12,7 +12,7 @@ namespace ricochet {
 ///   Lambda_n, Lambda_t by the law of gap_contacts.h with a shift s                        (2)
 ///   q_{k+1} = q_k + h v_{k+1}                                                             (3)
 ///
-/// Of order 1. Unless the method says otherwise, s = f_c(q_k) / h: a contact that closes stays closed.
+/// The order is 1. Unless the method says otherwise, s = f_c(q_k) / h: a contact that closes stays closed.
 class GapSteppingMethod : public TimeSteppingMethod {
  public:
   MethodInfo info() const override;
