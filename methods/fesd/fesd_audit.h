@@ -8,7 +8,6 @@
 namespace ricochet {
 
 /// The FESD-J equations of a step, numbered as in the paper's section 3; n counts elements, i contacts, j stages.
-/// Corrections and open questions are those of DIFFERENCES.md.
 enum class FesdCondition {
   stage_position,         ///< q_nj = q_n0 + h_n sum_k a_jk v_nk
   stage_velocity,         ///< v_nj = v_n0 + h_n sum_k a_jk F_v(q_nk, v_nk, u, lambda_nk)
