@@ -47,7 +47,8 @@ TEST(PublishedGrid, HasThreeInfeasibleRunsAndTheAuditHoldsOnAllOthers) {
       }
     }
   }
-  // Open question 7: an impact near the end of a step, that two equal elements overlook and one does not reach.
+  // Open question 7 of DIFFERENCES.md: an impact near the end of a step, that two equal elements overlook and one
+  // element does not reach.
   EXPECT_EQ(infeasible, (std::vector<std::string>{"radau-iia:2 65", "gauss:1 80", "gauss:1 125"}));
 }
 
