@@ -4,9 +4,9 @@
 
 namespace ricochet {
 
-/// Newton's method on the stage equations (3), (4), (7) of stage_equations.h, for an element of given length. Factors of
-/// the Newton matrix are kept from element to element as long as it contracts: for an affine scene they are exact and
-/// one solution of the linear system (newton_system.h) solves the element.
+/// Newton's method on the stage equations (3), (4), (7) of stage_equations.h, for an element of given length. Factors
+/// of the Newton matrix are kept from element to element as long as it contracts: for an affine scene they are exact
+/// and one solution of the linear system (newton_system.h) solves the element.
 class ElementSolver {
  public:
   enum class Result : std::uint8_t { converged, no_convergence, singular };

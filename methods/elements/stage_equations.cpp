@@ -145,8 +145,8 @@ void StageEquations::set_right_end(const StageCoefficients& k, Element& e) const
   }
 }
 
-/// (6) of all curved contacts, by four Gauss points, in gap_change_. If J_n changes by less than 1 % over the chord, the
-/// error is about (1 %)^8 of the result; else the plain difference is accurate enough.
+/// (6) of all curved contacts, by four Gauss points, in gap_change_. If J_n changes by less than 1 % over the chord,
+/// the error is about (1 %)^8 of the result; else the plain difference is accurate enough.
 /// @param at  J_n and the gaps of the stage
 void StageEquations::gap_changes(int stage, const Element& e, const StageContacts& at, const StageWorkspace& work) {
   static constexpr double nodes[] = {0.069431844202973712, 0.33000947820757187, 0.66999052179242813,

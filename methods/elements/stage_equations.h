@@ -57,11 +57,11 @@ struct StageWorkspace {
 /// see (8), (9) of switch_function.h.
 ///
 /// (1), (2), (5) are the usual q_j = q_0 + h sum a_jk v_k with the stage velocities inserted. Unknowns are the
-/// accelerations w_j (Element::a) and the forces lambda_j, without lambda_t where (7b) gives it; rows (4) are divided by
-/// h^2 and rows (7a) by h. A contact that is open, or has no friction, has no tangential unknown.
+/// accelerations w_j (Element::a) and the forces lambda_j, without lambda_t where (7b) gives it; rows (4) are divided
+/// by h^2 and rows (7a) by h. A contact that is open, or has no friction, has no tangential unknown.
 ///
-/// Where a contact moves by itself (problem.h, (7)) the rows of (4), (7) have the clock, and the forces in (3) do not. A
-/// gap or a drive that is not affine in t is curved, whatever it is in the bodies' coordinates.
+/// Where a contact moves by itself (problem.h, (7)) the rows of (4), (7) have the clock, and the forces in (3) do not.
+/// A gap or a drive that is not affine in t is curved, whatever it is in the bodies' coordinates.
 ///
 /// (4) is evaluated as f_c(q_j) - f_c(q_0) = 0. Divided by h^2, the rounding of either term would show in the force, so
 /// the difference is taken without them: J_n' (q_j - q_0) for an affine gap; else, as long as J_n hardly changes in the
@@ -69,8 +69,8 @@ struct StageWorkspace {
 ///
 ///   f_c(q_0 + dq) - f_c(q_0) = int_0^1 J_n(q_0 + s dq)' dq ds.                                              (6)
 ///
-/// f_c(q_0) itself is rounding that one short step could remove only with forces far larger than rounding; it is removed
-/// when many steps have gathered more than 1e-13 of the largest size that q had in the run.
+/// f_c(q_0) itself is rounding that one short step could remove only with forces far larger than rounding; it is
+/// removed when many steps have gathered more than 1e-13 of the largest size that q had in the run.
 class StageEquations {
  public:
   StageEquations(const Problem& problem, const StageTableau& tableau, const ActiveSet& active, Counters& counters);
