@@ -16,15 +16,17 @@ void add_export_command(CLI::App& app, int& exit_code);
 void add_contacts_command(CLI::App& app, int& exit_code);
 void add_control_command(CLI::App& app, int& exit_code);
 void add_mpc_command(CLI::App& app, int& exit_code);
-void add_homotopy_command(CLI::App& app, int& exit_code);
-void add_compare_command(CLI::App& app, int& exit_code);
-void add_order_command(CLI::App& app, int& exit_code);
-void add_precision_command(CLI::App& app, int& exit_code);
-void add_cost_command(CLI::App& app, int& exit_code);
+void add_run_experiment_command(CLI::App& app, int& exit_code);
+void add_show_command(CLI::App& app, int& exit_code);
 void add_report_command(CLI::App& app, int& exit_code);
-/// `report hard-cases`
-void add_hard_cases_command(CLI::App& report, int& exit_code);
+void add_results_command(CLI::App& app, int& exit_code);
 void add_check_command(CLI::App& app, int& exit_code);
 void add_fuzz_command(CLI::App& app, int& exit_code);
+
+// Words that `run-experiment` has replaced: they say so and still work, for one version.
+
+void add_former_commands(CLI::App& app, int& exit_code);
+/// `report hard-cases`
+void add_former_hard_cases_command(CLI::App& report, int& exit_code);
 
 }  // namespace ricochet

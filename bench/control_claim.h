@@ -1,8 +1,8 @@
 #pragma once
 
+#include "bench/studies/control_experiment/control_run.h"
 #include "methods/control/transcription.h"
 #include "problems/control/optimal_control_problem.h"
-#include "reports/control_results.h"
 
 namespace ricochet {
 

@@ -5,7 +5,6 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <random>
 
 #include "bench/problem_options.h"
 #include "methods/control/fesd_transcription.h"
@@ -36,37 +35,6 @@ FesdEquations::Options equation_options(const ControlOptions& options, const Opt
   result.cross = choose("--cross", options.cross, E::cross_names());
   result.equilibration = choose("--equilibration", options.equilibration, E::equilibration_names());
   return result;
-}
-
-/// Moves the guess of every position by up to `noise`: a plain guess may be a symmetric point that no descent leaves.
-void disturb(Nlp& nlp, double noise, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> uniform(-noise, noise);
-  for (auto& variable : nlp.variables) {
-    if (variable.lower < variable.upper && variable.name.find(", q[") != std::string::npos)
-      variable.guess += uniform(random);
-  }
-}
-
-/// The controls that time stepping finds from its own guess.
-Matrix time_stepping_controls(ControlOptions options, const OptimalControlProblem& problem) {
-  options.discretisation = "time_stepping";
-  options.steps = options.from_time_stepping;
-  options.from_time_stepping = 0;
-  options.simulate = true;
-  const auto transcription = options.make_transcription(problem);
-  const MpccSolution solution = Homotopy(options.homotopy_options()).solve(transcription->mpcc());
-  fmt::print("guess      {}: {} in {:.2f} s, objective {:.6g}\n", options.describe(problem), to_string(solution.status),
-             solution.seconds, solution.objective);
-  return transcription->trajectory(solution.x).u;
-}
-
-/// The controls that a random search finds.
-Matrix explored_controls(const ExplorationOptions& options, const OptimalControlProblem& problem) {
-  const auto found = explore(problem, tableau_argument(problem.tableau), problem.n_fe, options);
-  fmt::print("explored   {} rollouts in {:.2f} s, {} of them without a solution: cost {:.6g}, violation {:.2g}\n",
-             found.rollouts, found.seconds, found.failed, found.rollout.cost, found.rollout.violation);
-  return found.u;
 }
 
 }  // namespace
@@ -141,23 +109,10 @@ std::unique_ptr<Transcription> ControlOptions::make_transcription(const OptimalC
        {std::pair("--noise", noise), std::pair("--rho", equations.rho), std::pair("--eps-c", equations.eps_c)}) {
     if (!(value >= 0) || !std::isfinite(value)) throw InputError(name, value, "a finite number >= 0 is required");
   }
-  std::unique_ptr<Transcription> transcription;
-  if (is_fesd()) {
-    transcription =
-        std::make_unique<FesdTranscription>(made, tableau_argument(made.tableau), equation_options(*this, made));
-  } else {
-    transcription = std::make_unique<TimeSteppingTranscription>(
-        made, TimeSteppingTranscription::Options{.steps = steps, .equations = {.cone = cone_of(*this)}});
-  }
-  if (simulate || from_time_stepping > 0 || exploration.rounds > 0) {
-    const Status status =
-        exploration.rounds > 0   ? transcription->guess_from_simulation(explored_controls(exploration, made))
-        : from_time_stepping > 0 ? transcription->guess_from_simulation(time_stepping_controls(*this, made))
-                                 : transcription->guess_from_simulation();
-    if (status != Status::success) fmt::print("guess      the simulation ended early: {}\n", to_string(status));
-  }
-  disturb(transcription->mpcc().nlp, noise, exploration.seed);
-  return transcription;
+  if (is_fesd())
+    return std::make_unique<FesdTranscription>(made, tableau_argument(made.tableau), equation_options(*this, made));
+  return std::make_unique<TimeSteppingTranscription>(
+      made, TimeSteppingTranscription::Options{.steps = steps, .equations = {.cone = cone_of(*this)}});
 }
 
 HomotopyOptions ControlOptions::homotopy_options() const {

@@ -49,7 +49,8 @@ struct ControlOptions {
 
   bool is_fesd() const { return discretisation == "fesd"; }
   std::unique_ptr<OptimalControlProblem> make_problem() const;  ///< @throws InputError
-  /// With its guess. @param made  by make_problem(), outlives the transcription. @throws InputError
+  /// With the guess of the problem; guessed_transcription() makes the one that is asked for.
+  /// @param made  by make_problem(), outlives the transcription. @throws InputError
   std::unique_ptr<Transcription> make_transcription(const OptimalControlProblem& made) const;
   HomotopyOptions homotopy_options() const;
   /// "FESD-J radau-iia:3, 10 intervals of 2 elements"

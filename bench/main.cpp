@@ -14,14 +14,14 @@ int main(int argc, char** argv) {
   app.footer(
       "Examples:\n"
       "  ricochet run --problem two_balls_spring --method fesd:gauss:4 --steps 200\n"
-      "  ricochet order two_balls_order\n"
+      "  ricochet run-experiment two_balls_order\n"
       "  ricochet report out/results/two_balls_order.jsonl -o out/report");
   int exit_code = 0;
   for (const auto add : {ricochet::add_list_command, ricochet::add_run_command, ricochet::add_audit_command,
                          ricochet::add_export_command, ricochet::add_contacts_command, ricochet::add_control_command,
-                         ricochet::add_mpc_command, ricochet::add_homotopy_command, ricochet::add_compare_command,
-                         ricochet::add_order_command, ricochet::add_precision_command, ricochet::add_cost_command,
-                         ricochet::add_report_command, ricochet::add_check_command, ricochet::add_fuzz_command}) {
+                         ricochet::add_mpc_command, ricochet::add_run_experiment_command, ricochet::add_show_command,
+                         ricochet::add_report_command, ricochet::add_results_command, ricochet::add_check_command,
+                         ricochet::add_fuzz_command, ricochet::add_former_commands}) {
     add(app, exit_code);
   }
   try {

@@ -2,8 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
+#include <chrono>
 #include <ctime>
 #include <filesystem>
 
@@ -37,60 +36,60 @@ void keep_aside(const fs::path& path) {
   fs::rename(path, aside);
 }
 
-// Rows that stand for themselves. Lines of timings that are compared with each other belong to a session that has
-// ended: they are measured again.
-constexpr std::array kKept = {"header", "row", "seed_run", "scale_run", "hard_cell", "fuzz_scene"};
-
-/// Reads the rows of an interrupted run and cuts the file behind the last complete one.
-Results take_over(const std::string& partial) {
-  std::vector<std::string> lines;
-  {
-    std::ifstream file(partial);
-    for (std::string line; std::getline(file, line);) {
-      const json parsed = json::parse(line, nullptr, false);
-      const std::string kind = parsed.is_object() ? parsed.value("kind", "") : "";
-      if (std::ranges::find(kKept, kind) == kKept.end()) break;
-      lines.push_back(line);
+/// The complete lines of an interrupted run behind its header.
+std::vector<std::pair<std::string, json>> lines_of(const std::string& partial) {
+  std::vector<std::pair<std::string, json>> lines;
+  std::ifstream file(partial);
+  std::string text;
+  std::getline(file, text);  // the header
+  while (std::getline(file, text)) {
+    try {
+      json line = parse_line(text);
+      if (!line.is_object() || !line.contains("kind")) break;
+      lines.emplace_back(text, std::move(line));
+    } catch (const json::exception&) {  // cut off while it was written
+      break;
     }
   }
-  {
-    std::ofstream file(partial, std::ios::trunc);
-    for (const auto& line : lines) file << line << "\n";
-  }
-  return read_results(partial);
+  return lines;
 }
 
 }  // namespace
 
-ResultsFile::ResultsFile(const std::string& folder, const std::string& name, const json& header)
-    : path_((fs::path(folder) / (name + ".jsonl")).string()), partial_(path_ + ".partial") {
+ResultsFile::ResultsFile(const std::string& folder, const std::string& name, json header)
+    : path_((fs::path(folder) / (name + ".jsonl")).string()), partial_(path_ + ".partial"), header_(std::move(header)) {
+  const std::string key = header_.at("key");
+  is_complete_ = fs::exists(path_) && key_of(path_) == key;
+  if (!is_complete_ && fs::exists(partial_) && key_of(partial_) == key) taken_ = lines_of(partial_);
+}
+
+bool ResultsFile::can_take(const std::string& kind, std::size_t n) {
+  bool is_there = next_ + n <= taken_.size();
+  for (std::size_t k = next_; is_there && k < next_ + n; ++k) is_there = taken_[k].second["kind"] == kind;
+  if (!is_there) taken_.resize(next_);
+  return is_there;
+}
+
+void ResultsFile::open() {
   std::error_code error;
+  const fs::path folder = fs::path(path_).parent_path();
   fs::create_directories(folder, error);
-  if (error) throw InputError("results folder", folder, error.message());
-  const std::string key = header.at("key");
-  if (fs::exists(path_)) {
-    is_complete_ = key_of(path_) == key;
-    if (is_complete_) return;
-    keep_aside(path_);
-  }
-  if (fs::exists(partial_)) {
-    if (key_of(partial_) == key)
-      taken_over_ = take_over(partial_);
-    else
-      fs::remove(partial_);  // an unfinished run of a program that is no more
-  }
-  const bool is_new = !fs::exists(partial_);
-  file_.open(partial_, std::ios::app);
+  if (error) throw InputError("results folder", folder.string(), error.message());
+  if (fs::exists(path_)) keep_aside(path_);
+  file_.open(partial_, std::ios::trunc);  // an unfinished run of another program is no more
   if (!file_) throw InputError("results file", partial_, "cannot be written");
-  if (is_new) append(header);
+  append(header_);
+  for (const auto& [text, line] : taken_) file_ << text << "\n";
 }
 
 void ResultsFile::append(const json& line) {
+  if (!file_.is_open()) open();
   file_ << line.dump() << "\n";
   if (!file_.flush()) throw InputError("results file", partial_, "cannot be written");
 }
 
 void ResultsFile::finish() {
+  taken_.resize(next_);
   append({{"kind", "end"}});
   file_.close();
   fs::rename(partial_, path_);

@@ -3,35 +3,69 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
-#include "reports/record.h"
+#include "reports/results.h"
 
 namespace ricochet {
 
-/// Results of one experiment, written line by line as they come. While the run lasts the file is called FILE.partial;
-/// it gets its own name when the last line is written, so that a file that looks complete is complete. An interrupted
-/// run is continued behind its last complete line. Results of another build or experiment text are kept under a dated
-/// name.
+/// Results of one experiment, written row by row as they come. While the run lasts the file is called FILE.partial; it
+/// gets its own name when the last line is written, so that a file that looks complete is complete. Results of another
+/// build or experiment are kept under a dated name.
+///
+/// A study makes its rows in a fixed order, so an interrupted run is continued without further ado: what the file has
+/// already is returned instead of made again.
 class ResultsFile {
  public:
+  /// Nothing is written before the first row, so that an experiment with a mistake leaves no file.
   /// @param header  with "key": equal keys mean that rows can be taken over
-  /// @throws InputError when the folder cannot be written
-  ResultsFile(const std::string& folder, const std::string& name, const nlohmann::json& header);
+  ResultsFile(const std::string& folder, const std::string& name, nlohmann::json header);
 
   const std::string& path() const { return path_; }
   /// Everything is there already: nothing to do.
   bool is_complete() const { return is_complete_; }
-  /// The rows of an interrupted run, in order.
-  const Results& taken_over() const { return taken_over_; }
+  /// To which a study may add fields before its first row.
+  nlohmann::json& header() { return header_; }
 
-  void append(const nlohmann::json& line);
+  /// The next row, taken over or made. @param make  returns it
+  /// @throws InputError when the file cannot be written
+  template <class Row, class Make>
+  Row row(const Make& make) {
+    if (can_take(Row::kKind, 1)) return taken_[next_++].second.get<Row>();
+    Row made = make();
+    append(line_of(made));
+    return made;
+  }
+
+  /// The next n rows, which belong to one session, as times that are compared with each other do: all of them are taken
+  /// over, or all made. @param make  returns n of them
+  template <class Row, class Make>
+  std::vector<Row> rows(std::size_t n, const Make& make) {
+    std::vector<Row> list;
+    if (can_take(Row::kKind, n)) {
+      for (std::size_t k = 0; k < n; ++k) list.push_back(taken_[next_++].second.get<Row>());
+      return list;
+    }
+    list = make();
+    for (const Row& made : list) append(line_of(made));
+    return list;
+  }
+
   /// Writes the end line and gives the file its name.
   void finish();
 
  private:
+  /// Whether the next n lines of the interrupted run are of this kind. What is left of it otherwise is given up.
+  bool can_take(const std::string& kind, std::size_t n);
+  void append(const nlohmann::json& line);
+  void open();
+
   std::string path_, partial_;
+  nlohmann::json header_;
   bool is_complete_ = false;
-  Results taken_over_;
+  std::vector<std::pair<std::string, nlohmann::json>> taken_;  ///< lines of an interrupted run, as text and parsed
+  std::size_t next_ = 0;                                       ///< the first of them that is not asked for yet
   std::ofstream file_;
 };
 

@@ -1,22 +1,22 @@
 #pragma once
 
 #include <string>
-
-#include "bench/experiment.h"
+#include <vector>
 
 namespace ricochet {
 
 struct RunOptions {
   std::string folder = "out/results";
-  bool quick = false;  ///< no runs above 20000 steps, three repetitions
-  bool with_times = true;
-  double time_limit = 60;    ///< per run [s]
-  std::string command_line;  ///< for the header
+  bool quick = false;                ///< sets "quick" of the experiment: a part of its runs, times measured less often
+  bool with_times = true;            ///< false: sets "times" to false
+  double time_limit = 0;             ///< sets "time_limit", wall time per run [s]; 0: the experiment's own
+  std::vector<std::string> changes;  ///< "FIELD=VALUE" of the experiment; its results are then those of ID_part
 };
 
-/// Runs an experiment and returns the path of its results file. First every run once, audited, with its error against
-/// the reference; then, in one session, the times of all that succeeded. Results of the same experiment by the same
-/// program are taken as they are; an interrupted run is continued.
-std::string run_experiment(const Experiment& experiment, const RunOptions& options);
+/// Runs an experiment that has no parts, by the study of its kind, and returns the path of its results file. Results of
+/// the same experiment by the same program are taken as they are; an interrupted run is continued.
+/// @param name  of a file in bench/experiments/ without ".json", or a path
+/// @throws InputError with file and field
+std::string run_experiment(const std::string& name, const RunOptions& options);
 
 }  // namespace ricochet

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "reports/record.h"
+#include "reports/timing.h"
 
 namespace ricochet {
 

@@ -21,7 +21,7 @@ set ylabel noenhanced
                      width, height);
 }
 
-std::string data_block(const std::string& name, const std::vector<std::pair<double, double>>& points) {
+std::string data_block(const std::string& name, const Points& points) {
   std::string text = fmt::format("${} << EOD\n", name);
   for (const auto& [x, y] : points) text += std::isnan(y) ? "\n" : fmt::format("{:.10g} {:.10g}\n", x, y);
   return text + "EOD\n";
@@ -36,6 +36,14 @@ const std::string& curve_color(std::size_t k) {
   static const std::vector<std::string> colors = {"#2171b5", "#d94801", "#238b45", "#6a51a3",
                                                   "#525252", "#ae017e", "#8c510a", "#01939a"};
   return colors[k % colors.size()];
+}
+
+void Panel::add(const Points& points, std::size_t color, const std::string& style, const std::string& title) {
+  if (points.empty()) return;
+  const std::string name = fmt::format("{}_{}", id_, count_++);
+  data_ += data_block(name, points);
+  plot_.add(fmt::format("${} {} lc rgb '{}' {}", name, style, curve_color(color),
+                        title.empty() ? "notitle" : fmt::format("title '{}'", title)));
 }
 
 }  // namespace ricochet

@@ -11,8 +11,10 @@ namespace ricochet {
 /// The first lines of a script: an SVG of this size in pixels.
 std::string gnuplot_head(int width, int height);
 
+using Points = std::vector<std::pair<double, double>>;
+
 /// Points as a named data block, "$name" in a plot. A NaN ends a line.
-std::string data_block(const std::string& name, const std::vector<std::pair<double, double>>& points);
+std::string data_block(const std::string& name, const Points& points);
 
 /// Of the k-th curve, or body, from 0.
 const std::string& curve_color(std::size_t k);
@@ -24,11 +26,30 @@ std::pair<double, double> decades(const std::vector<double>& values);
 class PlotCommand {
  public:
   void add(const std::string& item) { text_ += (text_.empty() ? "plot " : ", \\\n     ") + item; }
+  bool is_empty() const { return text_.empty(); }
   /// A panel without curves stays empty.
   std::string text() const { return (text_.empty() ? "set multiplot next" : text_) + "\n"; }
 
  private:
   std::string text_;
+};
+
+/// The plot command of one panel, and the data blocks of its curves.
+class Panel {
+ public:
+  /// @param id  of the data blocks, unique in a script
+  explicit Panel(std::string id) : id_(std::move(id)) {}
+
+  /// Nothing without points. @param style  of the data; empty title: not in the key
+  void add(const Points& points, std::size_t color, const std::string& style, const std::string& title = "");
+
+  const std::string& data() const { return data_; }
+  std::string plot() const { return plot_.text(); }
+
+ private:
+  std::string id_, data_;
+  PlotCommand plot_;
+  int count_ = 0;
 };
 
 }  // namespace ricochet

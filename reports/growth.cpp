@@ -46,31 +46,39 @@ std::string growth_script(const std::vector<GrowthCurve>& curves, const std::str
     return fmt::format("with linespoints lc rgb '{}' lw 1.8 pt {} ps 0.7 title '{}'", curve_color(k), 4 + k, name);
   };
   for (const auto& panel : panels) {
-    std::string plot;
+    PlotCommand plot;
     double x_min = 1e300, x_max = 0, y_min = 1e300;
     for (std::size_t k = 0; k < curves.size(); ++k) {
       const GrowthCurve& curve = curves[k];
       if (curve.panel != panel || curve.points.empty()) continue;
       script += data_block(fmt::format("curve{}", k), curve.points);
-      plot += fmt::format("{}$curve{} {}", plot.empty() ? "" : ", ", k, style(curve.name));
+      plot.add(fmt::format("$curve{} {}", k, style(curve.name)));
       for (const auto& [x, y] : curve.points) {
         x_min = std::min(x_min, x);
         x_max = std::max(x_max, x);
         y_min = std::min(y_min, y);
       }
     }
-    if (plot.empty()) continue;
+    if (plot.is_empty()) continue;
     script += data_block("slope", {{x_min, y_min / 2}, {x_max, y_min / 2 * x_max / x_min}});
-    script +=
-        fmt::format("set title '{}'\nplot {}, $slope with lines lc rgb '#999999' dt 2 title 'slope 1'\n", panel, plot);
+    plot.add("$slope with lines lc rgb '#999999' dt 2 title 'slope 1'");
+    script += fmt::format("set title '{}'\n{}", panel, plot.text());
   }
   if (!is_key_inside) {
     script += "unset title\nunset xlabel\nunset ylabel\nunset border\nunset tics\nunset grid\n";
-    script += "set key center center reverse Left samplen 2.5 spacing 1.3\nset xrange [1:10]\nset yrange [1:10]\nplot ";
-    for (const auto& name : names) script += fmt::format("NaN {}, ", style(name));
-    script += "NaN with lines lc rgb '#999999' dt 2 title 'slope 1'\n";
+    script += "set key center center reverse Left samplen 2.5 spacing 1.3\nset xrange [1:10]\nset yrange [1:10]\n";
+    PlotCommand key;
+    for (const auto& name : names) key.add(fmt::format("NaN {}", style(name)));
+    key.add("NaN with lines lc rgb '#999999' dt 2 title 'slope 1'");
+    script += key.text();
   }
   return script + "unset multiplot\n";
+}
+
+Figure draw_growth(const FigureFolder& folder, const std::vector<GrowthCurve>& curves, const std::string& name,
+                   const std::string& title, const std::string& x_label, const std::string& y_label) {
+  folder.draw(name, growth_script(curves, name + ".svg", x_label, y_label));
+  return {name + ".svg", title, fmt::format("{} over {}.", title, x_label)};
 }
 
 }  // namespace ricochet

@@ -4,6 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "reports/figures.h"
+
 namespace ricochet {
 
 /// p of the least-squares line log y = c + p log x. NaN with fewer than 3 points. @param x, y  positive
@@ -21,5 +23,9 @@ struct GrowthCurve {
 /// One panel per name of a panel, each with a line of slope 1 to compare with: a gnuplot script that writes `file`.
 std::string growth_script(const std::vector<GrowthCurve>& curves, const std::string& file, const std::string& x_label,
                           const std::string& y_label);
+
+/// The same, drawn.
+Figure draw_growth(const FigureFolder& folder, const std::vector<GrowthCurve>& curves, const std::string& name,
+                   const std::string& title, const std::string& x_label, const std::string& y_label);
 
 }  // namespace ricochet

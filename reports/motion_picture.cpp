@@ -104,7 +104,7 @@ const MotionPicture::Frame& MotionPicture::at(double t) const {
   return *std::ranges::min_element(frames, {}, [t](const Frame& frame) { return std::abs(frame.t - t); });
 }
 
-json to_json(const MotionPicture& picture) {
+void to_json(json& j, const MotionPicture& picture) {
   json shapes = json::array(), arrows = json::array(), frames = json::array();
   if (!picture.empty()) {
     for (const auto& shape : picture.frames.front().shapes)
@@ -117,11 +117,11 @@ json to_json(const MotionPicture& picture) {
     for (const auto& arrow : frame.arrows) forces.push_back({arrow.x, arrow.y, arrow.F_x, arrow.F_y});
     frames.push_back({{"t", frame.t}, {"shapes", places}, {"arrows", forces}});
   }
-  return {{"shapes", shapes}, {"arrows", arrows}, {"frames", frames}};
+  j = {{"shapes", shapes}, {"arrows", arrows}, {"frames", frames}};
 }
 
-MotionPicture motion_picture_from_json(const json& j) {
-  MotionPicture picture;
+void from_json(const json& j, MotionPicture& picture) {
+  picture = {};
   const json &shapes = j.at("shapes"), &arrows = j.at("arrows");
   for (const auto& entry : j.at("frames")) {
     MotionPicture::Frame frame;
@@ -137,7 +137,6 @@ MotionPicture motion_picture_from_json(const json& j) {
     }
     picture.frames.push_back(std::move(frame));
   }
-  return picture;
 }
 
 PictureView view_of(const MotionPicture& picture, double width) {

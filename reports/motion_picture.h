@@ -22,8 +22,9 @@ struct MotionPicture {
   const Frame& at(double t) const;
 };
 
-nlohmann::json to_json(const MotionPicture& picture);
-MotionPicture motion_picture_from_json(const nlohmann::json& j);
+void to_json(nlohmann::json& j, const MotionPicture& picture);
+/// @throws InputError for an unknown shape
+void from_json(const nlohmann::json& j, MotionPicture& picture);
 
 /// Where a picture lies on paper: pixels to the right and downwards.
 struct PictureView {

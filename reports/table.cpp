@@ -77,7 +77,7 @@ std::string Table::list() const {
   return out;
 }
 
-std::string Table::markdown() const {
+std::string Table::markdown(std::size_t most) const {
   std::string out = title.empty() ? "" : "### " + title + "\n\n";
   const auto escape = [](std::string cell) {
     for (std::size_t at = 0; (at = cell.find('|', at)) != std::string::npos; at += 2) cell.insert(at, "\\");
@@ -88,11 +88,13 @@ std::string Table::markdown() const {
   out += "\n|";
   for (const auto& column : columns) out += column.is_text ? ":---|" : "---:|";
   out += "\n";
-  for (const auto& row : rows) {
+  const std::size_t shown = most == 0 ? rows.size() : std::min(most, rows.size());
+  for (std::size_t k = 0; k < shown; ++k) {
     out += "|";
-    for (const auto& cell : row) out += " " + escape(cell) + " |";
+    for (const auto& cell : rows[k]) out += " " + escape(cell) + " |";
     out += "\n";
   }
+  if (shown < rows.size()) out += fmt::format("\n{} of {} rows.\n", shown, rows.size());
   if (!note.empty()) out += "\n" + note + "\n";
   return out;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <string>
 
 namespace ricochet {
@@ -20,6 +21,8 @@ struct CaseLimits {
   std::string paradox;
   bool conserves_energy = false;  ///< a loss of more than `energy` until the end is a violation, too
 };
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(CaseLimits, exact, error, energy, penetration, momentum, cone, paradox,
+                                                conserves_energy)
 
 enum class Ending {
   returned,  ///< the method came back with a status
@@ -27,6 +30,10 @@ enum class Ending {
   killed,    ///< it did not come back and had to be ended
   crashed    ///< its process died: `message`
 };
+NLOHMANN_JSON_SERIALIZE_ENUM(Ending, {{Ending::returned, "returned"},
+                                      {Ending::declined, "declined"},
+                                      {Ending::killed, "killed"},
+                                      {Ending::crashed, "crashed"}})
 
 /// What a run did. NaN: not measured, since the scene states no energy, or the run did not succeed.
 struct CellOutcome {
@@ -43,6 +50,8 @@ struct CellOutcome {
   double cone = kNoNumber;
   double seconds = kNoNumber;  ///< wall time
 };
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(CellOutcome, ending, status, message, t, is_finite, error, energy_gain,
+                                                energy_change, penetration, momentum, cone, seconds)
 
 /// By the first line that applies:
 ///

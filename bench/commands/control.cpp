@@ -6,11 +6,11 @@
 
 #include "bench/commands.h"
 #include "bench/control_claim.h"
-#include "bench/control_options.h"
+#include "bench/control_guess.h"
 #include "bench/replay.h"
+#include "bench/studies/control_experiment/animation.h"
 #include "methods/complementarity/mpcc/homotopy.h"
 #include "problems/input_error.h"
-#include "reports/figures.h"
 #include "reports/page.h"
 #include "reports/table.h"
 
@@ -31,28 +31,41 @@ void print_step(const HomotopyStep& step) {
   std::fflush(stdout);
 }
 
+struct ReplayLine {
+  std::string integrator;
+  Replay replay;
+  ReplayMismatch mismatch;  ///< of a replay that succeeded
+
+  bool succeeded() const { return replay.status == Status::success; }
+};
+
 Table replay_table(const OptimalControlProblem& problem, const ControlTrajectory& trajectory) {
-  Table table;
-  table.title = "Open-loop replay of the controls";
-  table.note =
-      "Mismatch: replay minus claim. Events: largest difference of impact times; other, when not the same contacts.";
-  table.columns = {{"integrator", true}, {"status", true},  {"terminal"},   {"events [s]"},
-                   {"true cost"},        {"minus claimed"}, {"penetration"}};
-  const std::pair<const char*, IntervalSolver> solvers[] = {{"reference, CVODE with events", reference_solver(1e-11)},
-                                                            {"FESD-J, pivoting, adaptive", pivoting_solver(1e-9)}};
-  for (const auto& [name, solve] : solvers) {
-    const Replay truth = replay(problem, trajectory, solve);
-    if (truth.status != Status::success) {
-      table.rows.push_back({name, truth.message, "-", "-", "-", "-", "-"});
-      continue;
-    }
-    const ReplayMismatch difference = mismatch(problem, trajectory, truth);
-    table.rows.push_back({name, "success", fmt::format("{:.2e}", difference.terminal),
-                          std::isfinite(difference.events) ? fmt::format("{:.2e}", difference.events) : "other",
-                          fmt::format("{:.8g}", truth.cost), fmt::format("{:+.2e}", difference.cost),
-                          truth.is_sampled ? fmt::format("{:.1e}", truth.penetration) : "-"});
+  using L = ReplayLine;
+  static const std::vector<Column<L>> columns = {
+      {"integrator", &L::integrator},
+      {"status", [](const L& l) { return l.succeeded() ? "success" : l.replay.message; }},
+      {"terminal", "", "{:.2e}", [](const L& l) { return when(l.succeeded(), l.mismatch.terminal); }},
+      {"events", "s", "{}",
+       [](const L& l) {
+         if (!l.succeeded()) return std::string("-");
+         return std::isfinite(l.mismatch.events) ? fmt::format("{:.2e}", l.mismatch.events) : "other";
+       }},
+      {"true cost", "", "{:.8g}", [](const L& l) { return when(l.succeeded(), l.replay.cost); }},
+      {"minus claimed", "", "{:+.2e}", [](const L& l) { return when(l.succeeded(), l.mismatch.cost); }},
+      {"penetration", "", "{:.1e}",
+       [](const L& l) { return when(l.succeeded() && l.replay.is_sampled, l.replay.penetration); }},
+  };
+  std::vector<L> lines;
+  for (const auto& [name, solve] :
+       {std::pair<const char*, IntervalSolver>{"reference, CVODE with events", reference_solver(1e-11)},
+        {"FESD-J, pivoting, adaptive", pivoting_solver(1e-9)}}) {
+    L line{name, replay(problem, trajectory, solve), {}};
+    if (line.succeeded()) line.mismatch = mismatch(problem, trajectory, line.replay);
+    lines.push_back(std::move(line));
   }
-  return table;
+  return table_of(
+      "Open-loop replay of the controls", columns, lines,
+      "Mismatch: replay minus claim. Events: largest difference of impact times; other, when not the same contacts.");
 }
 
 void print_impulses(const OptimalControlProblem& problem, const ControlTrajectory& trajectory) {
@@ -73,11 +86,11 @@ void draw(const OptimalControlProblem& problem, const ControlTrajectory& traject
   run.discretisation = discretisation;
   run.status = to_string(Status::success);
   describe_claim(problem, trajectory, run);
-  FigureFolder figures(folder);
-  fmt::print("figure     {}/{}\n", folder, figures.control({&run}, problem.id).file);
+  const FigureFolder figures(folder);
+  fmt::print("figure     {}/{}\n", folder, draw_control(figures, {&run}, problem.id).file);
   if (run.picture.empty()) return;
-  fmt::print("frames     {}/{}\n", folder, figures.frames(run, problem.id + "_frames").file);
-  fmt::print("animation  {}\n", write_animation(run, folder));
+  fmt::print("frames     {}/{}\n", folder, draw_frames(figures, run, problem.id + "_frames").file);
+  fmt::print("animation  {}\n", write_animation(problem.id, problem.title, animation_html(run), folder));
 }
 
 int solve_control_problem(const ControlArguments& options) {
@@ -86,7 +99,8 @@ int solve_control_problem(const ControlArguments& options) {
     throw InputError("--plot", options.plot, "gnuplot is needed for figures and was not found");
   const HomotopyOptions homotopy = options.control.homotopy_options();
   const Homotopy solver(homotopy);
-  const auto transcription = options.control.make_transcription(*problem);
+  const auto [transcription, notes] = guessed_transcription(options.control, *problem);
+  for (const auto& note : notes) fmt::print("{}\n", note);
 
   const Mpcc& mpcc = transcription->mpcc();
   const std::string discretisation = options.control.describe(*problem);

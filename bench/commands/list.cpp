@@ -3,7 +3,8 @@
 #include <CLI/CLI.hpp>
 
 #include "bench/commands.h"
-#include "bench/experiment.h"
+#include "bench/experiment_file.h"
+#include "bench/studies/study.h"
 #include "methods/registry.h"
 #include "problems/control/optimal_control_problem.h"
 #include "problems/registry.h"
@@ -35,22 +36,30 @@ void list_methods() {
   fmt::print("\n");
 }
 
+void list_studies() {
+  fmt::print("studies (\"kind\" of an experiment file)\n");
+  for (const auto& study : studies()) fmt::print("  {:<20} {}\n", study.kind, study.summary);
+  fmt::print("\n");
+}
+
 void list_experiments() {
-  fmt::print("experiments\n");
-  for (const auto& name : experiment_names()) fmt::print("  {:<20} {}\n", name, outline_of(name).title);
+  fmt::print("experiments (ricochet run-experiment NAME)\n");
+  for (const auto& name : experiment_names()) fmt::print("  {:<20} {}\n", name, read_experiment_file(name).title());
 }
 
 }  // namespace
 
 void add_list_command(CLI::App& app, int&) {
   static std::string what = "all";
-  auto* command = app.add_subcommand("list", "what there is: problems, optimal control problems, methods, experiments");
-  command->add_option("what", what, "methods, problems, control or experiments")
-      ->check(CLI::IsMember({"all", "methods", "problems", "control", "experiments"}));
+  auto* command =
+      app.add_subcommand("list", "what there is: problems, optimal control problems, methods, studies, experiments");
+  command->add_option("what", what, "methods, problems, control, studies or experiments")
+      ->check(CLI::IsMember({"all", "methods", "problems", "control", "studies", "experiments"}));
   command->callback([] {
     if (what == "all" || what == "problems") list_problems();
     if (what == "all" || what == "control") list_control_problems();
     if (what == "all" || what == "methods") list_methods();
+    if (what == "all" || what == "studies") list_studies();
     if (what == "all" || what == "experiments") list_experiments();
   });
 }

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "bench/commands.h"
-#include "bench/control_options.h"
+#include "bench/control_guess.h"
 #include "methods/control/shrinking_horizon.h"
 #include "problems/input_error.h"
 #include "reports/quantile.h"
@@ -26,7 +26,8 @@ int control_in_closed_loop(const MpcArguments& options) {
   if (updates >= N) throw InputError("--updates", updates, fmt::format("a number from 1 to {} is required", N - 1));
   if (!(options.disturbance >= 0) || !std::isfinite(options.disturbance))
     throw InputError("--disturbance", options.disturbance, "a finite number >= 0 is required");
-  const auto transcription = options.control.make_transcription(*problem);
+  const auto [transcription, notes] = guessed_transcription(options.control, *problem);
+  for (const auto& note : notes) fmt::print("{}\n", note);
   ShrinkingHorizon horizon(*problem, *transcription, options.control.homotopy_options());
   fmt::print("problem    {}: {}\nprogram    {}: {} variables, {} complementarity pairs\n", problem->id, problem->title,
              options.control.describe(*problem), transcription->mpcc().nlp.n_variables(),

@@ -3,50 +3,59 @@
 #include <CLI/CLI.hpp>
 
 #include "bench/commands.h"
+#include "bench/show.h"
+#include "bench/studies/study.h"
 #include "problems/input_error.h"
-#include "reports/baseline.h"
 #include "reports/page.h"
+#include "reports/results_page.h"
 
 namespace ricochet {
+namespace {
+
+std::vector<ShownResults> shown_list(const std::vector<std::string>& paths) {
+  std::vector<ShownResults> list;
+  for (const auto& path : paths) list.push_back(shown_results(path));
+  return list;
+}
+
+}  // namespace
+
+void add_show_command(CLI::App& app, int&) {
+  static std::vector<std::string> results;
+  static PrintOptions options;
+  auto* command = app.add_subcommand("show", "print the tables of results files");
+  command->add_option("results", results, "results files, of `ricochet run-experiment` or `ricochet fuzz`")->required();
+  add_print_options(*command, options);
+  command->footer("Example:\n  ricochet show out/results/two_balls_order.jsonl --view orders,time_to_reach");
+  command->callback([] {
+    for (const auto& shown : shown_list(results)) print_results(shown, options);
+  });
+}
 
 void add_report_command(CLI::App& app, int& exit_code) {
   static std::vector<std::string> results;
   static std::string folder = "out/report";
   auto* command = app.add_subcommand("report", "the page: tables and figures of results files");
-  command->add_option("results", results,
-                      "results files, of `ricochet order`, `ricochet precision` or `ricochet compare`");
+  command->add_option("results", results, "results files, of `ricochet run-experiment`");
   command->add_option("-o,--out", folder, "folder of the page")->capture_default_str();
-  add_hard_cases_command(*command, exit_code);
+  add_former_hard_cases_command(*command, exit_code);
   command->callback([command] {
     if (!command->get_subcommands().empty()) return;
-    if (results.empty()) throw InputError("results", "''", "results files, or the subcommand hard-cases, are required");
-    fmt::print("report: {}\n", write_report(results, folder));
+    if (results.empty()) throw InputError("results", "''", "results files are required");
+    fmt::print("report: {}\n", write_page(shown_list(results), folder));
   });
 }
 
-void add_check_command(CLI::App& app, int& exit_code) {
-  static std::string results_path, baseline, new_baseline;
-  auto* command = app.add_subcommand("check", "hold results against a stored baseline; exit code 1 on a regression");
-  command->add_option("results", results_path, "results file")->required();
-  auto* compare = command->add_option("--baseline", baseline, "baseline file to compare with");
-  command->add_option("--write", new_baseline, "write the orders and accuracies of the results to a new baseline file")
-      ->excludes(compare);
-  command->callback([&exit_code] {
-    const Results results = read_results(results_path);
-    if (!results.is_complete) throw InputError("results file", results_path, "it is not complete");
-    if (!new_baseline.empty()) {
-      write_baseline(results, new_baseline);
-      fmt::print("baseline: {}\n", new_baseline);
-      return;
-    }
-    if (baseline.empty())
-      throw InputError("--baseline", "''", "a baseline file, or --write with a new one, is required");
-    const BaselineCheck check = check_baseline(results, baseline);
-    for (const auto& line : check.improvements) fmt::print("better:     {}\n", line);
-    for (const auto& line : check.regressions) fmt::print("regression: {}\n", line);
-    fmt::print("{} lines compared with {}: {} regressions, {} improvements\n", check.compared, baseline,
-               check.regressions.size(), check.improvements.size());
-    if (!check.regressions.empty()) exit_code = 1;
+void add_results_command(CLI::App& app, int&) {
+  static std::vector<std::string> results;
+  static std::string page = "RESULTS.md", tables = "results";
+  auto* command = app.add_subcommand("results", "a Markdown page of the tables of results files, from these alone");
+  command->add_option("results", results, "results files, in the order of the page")->required();
+  command->add_option("-o,--out", page, "the page")->capture_default_str();
+  command->add_option("--tables", tables, "folder for the tables in full, as CSV")->capture_default_str();
+  command->callback([] {
+    write_results_page(shown_list(results), page, tables);
+    fmt::print("results page: {}\n", page);
   });
 }
 

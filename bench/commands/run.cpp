@@ -7,9 +7,9 @@
 #include "bench/commands.h"
 #include "bench/problem_options.h"
 #include "bench/sensitivities.h"
+#include "bench/studies/method_grid/grid_tables.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
-#include "reports/figures.h"
 
 namespace ricochet {
 namespace {
@@ -122,7 +122,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
     print_work(solution.counters, seconds, by_differences ? 1 + 4 * settings.sensitivities.size() : 1);
     if (!options.plot.empty() && !solution.samples.empty()) {
       const auto figure =
-          FigureFolder(options.plot).trajectory(trajectory_of(*problem, options.method, solution), "trajectory");
+          draw_trajectory(FigureFolder(options.plot), trajectory_of(*problem, options.method, solution), "trajectory");
       fmt::print("figure     {}/{}\n", options.plot, figure.file);
     }
     if (!solution.succeeded()) exit_code = 1;

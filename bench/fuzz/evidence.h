@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "bench/fuzz/fuzz_scene.h"
 #include "bench/fuzz/judge.h"
-#include "reports/fuzz_results.h"
 
 namespace ricochet {
 

@@ -11,6 +11,8 @@
 #include "bench/fuzz/families.h"
 #include "bench/progress.h"
 #include "bench/results_file.h"
+#include "bench/studies/study.h"
+#include "problems/input_error.h"
 #include "problems/names.h"
 
 namespace ricochet {
@@ -55,30 +57,32 @@ std::vector<FuzzScene> run_fuzz(const FuzzOptions& options) {
   ResultsFile file(options.folder, name,
                    {{"kind", "header"},
                     {"schema", kResultsSchema},
+                    {"study", "fuzz"},
                     {"experiment", name},
                     {"title", "Random scenes"},
                     {"description", "Random scenes, on which methods that share little are compared"},
                     {"command", options.command_line},
                     {"environment", environment()},
                     {"key", hash_of(key)}});
-  if (file.is_complete()) return read_results(file.path()).fuzz_scenes;
+  if (file.is_complete()) return read_results(file.path()).all<FuzzScene>();
 
-  std::vector<FuzzScene> done = file.taken_over().fuzz_scenes;  // in order
+  std::vector<FuzzScene> done;
   Progress progress(name);
-  for (int k = static_cast<int>(done.size()); k < options.scenes; ++k) {
+  for (int k = 0; k < options.scenes; ++k) {
     const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     if (options.time > 0 && spent >= options.time) return done;
     const auto n = static_cast<int>(families.size());
     const SceneFamily& family = families[static_cast<std::size_t>(k % n)];
-    const auto scene = random_scene(family, options.seed, k / n);
-    FuzzScene result = judge(scene, options.judge);
-    result.family = family.name;
-    result.seed = options.seed;
-    result.number = k / n;
-    if (is_new_evidence(result, done))
-      result.file = save_evidence(scene, result, options.folder, options.minimise_time, options.judge);
-    file.append(to_json(result));
-    done.push_back(std::move(result));
+    done.push_back(file.row<FuzzScene>([&] {
+      const auto scene = random_scene(family, options.seed, k / n);
+      FuzzScene result = judge(scene, options.judge);
+      result.family = family.name;
+      result.seed = options.seed;
+      result.number = k / n;
+      if (is_new_evidence(result, done))
+        result.file = save_evidence(scene, result, options.folder, options.minimise_time, options.judge);
+      return result;
+    }));
     progress.update(static_cast<double>(k + 1) / options.scenes, fmt::format("{} {}", family.name, k / n));
   }
   progress.finish();
@@ -86,4 +90,25 @@ std::vector<FuzzScene> run_fuzz(const FuzzOptions& options) {
   return done;
 }
 
+namespace {
+
+void show_fuzz(const Results& results, Section& section) {
+  const auto scenes = results.all<FuzzScene>();
+  section.result("verdicts", fuzz_table(scenes));
+  section.result("reasons", fuzz_reasons(scenes));
+  section.failures("findings", fuzz_findings(scenes));
+}
+
+const bool fuzz_is_registered = register_study(
+    {.kind = "fuzz",
+     .summary = "random scenes, on which methods that share little are compared: by `ricochet fuzz`",
+     .rows = {FuzzScene::kKind},
+     .run =
+         [](const nlohmann::json& experiment, ResultsFile&) {
+           throw InputError("kind", experiment.at("kind").dump(), "`ricochet fuzz` draws the scenes of this kind");
+         },
+     .show = show_fuzz,
+     .surprises = {}});
+
+}  // namespace
 }  // namespace ricochet

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "bench/fuzz/fuzz_scene.h"
 #include "bench/fuzz/judge.h"
-#include "reports/fuzz_results.h"
 
 namespace ricochet {
 

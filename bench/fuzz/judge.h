@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "bench/fuzz/fuzz_scene.h"
 #include "problems/problem.h"
-#include "reports/fuzz_results.h"
 
 namespace ricochet {
 

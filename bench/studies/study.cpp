@@ -1,66 +1,58 @@
 #include "bench/studies/study.h"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
+#include <algorithm>
 
-#include "bench/environment.h"
-#include "bench/experiment.h"
-#include "bench/results_file.h"
-#include "bench/studies/control_experiment.h"
-#include "bench/studies/control_growth.h"
-#include "bench/studies/control_seeds.h"
-#include "bench/studies/friction_ramp.h"
-#include "bench/studies/scale.h"
-#include "bench/studies/zeno_study.h"
 #include "problems/input_error.h"
-#include "problems/named_values.h"
+#include "problems/names.h"
 
 namespace ricochet {
 namespace {
 
-using nlohmann::json;
-
-using Study = void (*)(const json&, ResultsFile&);
-
-const Names<Study>& studies() {
-  static const Names<Study> kinds = {
-      {"optimal_control", compare_transcriptions},
-      {"control_gradient", compare_gradients},
-      {"control_growth", measure_growth},
-      {"control_seeds", study_seeds},
-      {"friction_ramp", study_friction_ramp},
-      {"scale", study_scale},
-      {"zeno", study_zeno},
-  };
-  return kinds;
+std::vector<Study>& registered() {
+  static std::vector<Study> list;
+  return list;
 }
 
 }  // namespace
 
-std::string run_study(const std::string& name, const std::string& folder) {
-  const auto [path, text] = read_experiment_text(name);
-  try {
-    const json document = json::parse(text);
-    const Study* study = find(studies(), document.value("kind", ""));
-    if (!study)
-      throw InputError(path + ": kind", document.value("kind", json()).dump(),
-                       fmt::format("one of {} is required", fmt::join(list(studies()), ", ")));
-    ResultsFile file(folder, document.at("id"),
-                     {{"kind", "header"},
-                      {"schema", kResultsSchema},
-                      {"experiment", document.at("id")},
-                      {"title", document.at("title")},
-                      {"description", document.at("description")},
-                      {"command", "ricochet compare " + name},
-                      {"environment", environment()},
-                      {"key", hash_of(text + program_hash())}});
-    if (file.is_complete()) return file.path();
-    (*study)(document, file);
-    file.finish();
-    return file.path();
-  } catch (const json::exception& error) {
-    throw InputError(fmt::format("{}: not an experiment: {}", path, error.what()));
+bool register_study(Study study) {
+  const auto place = std::ranges::upper_bound(registered(), study.kind, {}, &Study::kind);
+  registered().insert(place, std::move(study));
+  return true;
+}
+
+const std::vector<Study>& studies() {
+  return registered();
+}
+
+const Study& find_study(const std::string& kind) {
+  const auto found = std::ranges::find(registered(), kind, &Study::kind);
+  if (found != registered().end()) return *found;
+  std::vector<std::string> kinds;
+  for (const auto& study : registered()) kinds.push_back(study.kind);
+  throw_unknown_name("kind of experiment", kind, kinds);
+}
+
+const Study& study_of(const Results& results) {
+  if (results.header.contains("study")) return find_study(results.header["study"]);
+  for (const auto& study : registered()) {
+    const auto is_its = [&](const nlohmann::json& row) {
+      return std::ranges::find(study.rows, row.at("kind").get<std::string>()) != study.rows.end();
+    };
+    if (std::ranges::any_of(results.rows, is_its)) return study;
   }
+  return find_study(kDefaultStudy);
+}
+
+ShownResults shown_results(const std::string& path) {
+  ShownResults shown{read_results(path), {}};
+  study_of(shown.results).show(shown.results, shown.section);
+  return shown;
+}
+
+int surprises(const Results& results) {
+  const Study& study = study_of(results);
+  return study.surprises ? study.surprises(results) : 0;
 }
 
 }  // namespace ricochet

@@ -1,21 +1,55 @@
 #pragma once
 
+#include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
+
+#include "bench/results_file.h"
+#include "reports/section.h"
 
 namespace ricochet {
 
-/// Runs an experiment whose runs have no grid of steps or a measure of their own, a file in bench/experiments/ with one
-/// of these kinds, and returns the path of its results file:
-///
-///   "optimal_control", "control_gradient"   control_experiment.h
-///   "control_growth"                        control_growth.h
-///   "control_seeds"                         control_seeds.h
-///   "scale"                                 scale.h
-///   "zeno"                                  zeno_study.h
-///   "friction_ramp"                         friction_ramp.h
-///
-/// Results of the same experiment by the same program are taken as they are.
-/// @throws InputError with file and field
-std::string run_study(const std::string& name, const std::string& folder);
+/// A kind of experiment: how it is run, and what its results say. Everything of a kind is in its folder in
+/// bench/studies/, and registers itself there; no list of studies exists anywhere else.
+struct Study {
+  std::string kind;               ///< "zeno": "kind" of the experiment files, and "study" of the results
+  std::string summary;            ///< one line
+  std::vector<std::string> rows;  ///< kinds of its rows; what results of before "study" are known by
+
+  bool has_quick_part = false;  ///< it reads "quick": elsewhere --quick changes nothing
+
+  /// Makes the rows in a fixed order, each by ResultsFile::row() or rows().
+  /// @param experiment  the file, with the changes of the command line: "quick", "times", "time_limit" and any field
+  /// @throws InputError with the field, before the first row; nlohmann::json::exception for one that is missing
+  std::function<void(const nlohmann::json& experiment, ResultsFile& file)> run;
+
+  /// @throws InputError for damaged rows
+  std::function<void(const Results& results, Section& section)> show;
+
+  /// How many rows failed that the experiment does not expect to fail. Empty: none is a surprise.
+  std::function<int(const Results& results)> surprises;
+};
+
+/// Of an experiment file without "kind".
+inline constexpr const char* kDefaultStudy = "method_grid";
+
+/// Called once in the folder of each study.
+bool register_study(Study study);
+
+/// By name.
+const std::vector<Study>& studies();
+
+/// @throws InputError for an unknown one, with those that there are
+const Study& find_study(const std::string& kind);
+
+/// The one that wrote the results. @throws InputError when their rows are of no study
+const Study& study_of(const Results& results);
+
+/// Results with what their study says of them. @throws InputError
+ShownResults shown_results(const std::string& path);
+
+/// Failed rows of results that were not expected to fail.
+int surprises(const Results& results);
 
 }  // namespace ricochet

@@ -70,8 +70,8 @@ TEST_F(Cli, HelpAndUsage) {
   EXPECT_EQ(run("run --steps ten -p bouncing_ball -m fesd:gauss:2").code, 2);
   const Outcome list = run("list");
   EXPECT_EQ(list.code, 0);
-  for (const char* name :
-       {"two_balls_spring", "pendulum_wall", "fesd", "moreau_jean", "anitescu_potra", "cvode", "two_balls_order"})
+  for (const char* name : {"two_balls_spring", "pendulum_wall", "fesd", "moreau_jean", "anitescu_potra", "cvode",
+                           "two_balls_order", "method_grid", "zeno"})
     EXPECT_HAS(list.text, name);
 }
 
@@ -121,7 +121,7 @@ TEST_F(Cli, PrintsSensitivities) {
 
 TEST_F(Cli, PrintsTheMatrixOfHardCases) {
   const std::string where = " -o " + (folder / "results").string() + " --page " + (folder / "page").string();
-  const std::string command = "report hard-cases --case wedge --method fesd:gauss:3 --failures";
+  const std::string command = "run-experiment hard_cases --set only_case=wedge --set only_method=fesd:gauss:3";
   const Outcome outcome = run(command + where);
   EXPECT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_HAS(outcome.text, "fesd:gauss:3  exact");
@@ -188,21 +188,19 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
       {"export --problem rocking_blok -o x.json", "problem = 'rocking_blok': unknown; did you mean rocking_block or"},
       {"export --problem rocking_block -o /nonexistent/x.json", "scene file = /nonexistent/x.json: cannot be written"},
       {"export --problem rocking_block -o /dev/null", "scene file = /dev/null: it exists; a new file is required"},
-      {"order no_such_experiment", "experiment = 'no_such_experiment': unknown"},
-      {"order optimal_control", "this experiment is run by `ricochet compare`"},
-      {"compare two_balls_order",
-       "kind = null: one of optimal_control, control_gradient, control_growth, control_seeds, friction_ramp, scale, "
-       "zeno "
-       "is required"},
+      {"run-experiment no_such_experiment", "experiment = 'no_such_experiment': unknown"},
+      {"run-experiment zeno --set restitution=[1.5]", "restitution = 1.5: numbers between 0 and 1 are required"},
+      {"run-experiment zeno --set restitution", "--set = restitution: FIELD=VALUE is required"},
+      {"run-experiment pinning_order --set times=false", "an experiment without parts is required"},
       {"control two_carts --discretisation euler", "euler"},
       {"mpc two_carts --updates 10", "--updates = 10: a number from 1 to 9 is required"},
       {"mpc two_carts --update-limit -1", "warm_time_limit = -1: a number of seconds >= 0 is required"},
       {"mpc two_carts --disturbance -1", "--disturbance = -1: a finite number >= 0 is required"},
-      {"report", "results = '': results files, or the subcommand hard-cases, are required"},
-      {"report hard-cases --case zen", "hard case = 'zen': unknown; did you mean zeno"},
-      {"report hard-cases --method moreau", "method = 'moreau': unknown. Known: anitescu_convex"},
-      {"report hard-cases --file two_balls_order", "kind = null: \"hard_cases\" is required"},
-      {"order hard_cases", "or `ricochet report hard-cases`"},
+      {"report", "results = '': results files are required"},
+      {"run-experiment hard_cases --set only_case=zen", "hard case = 'zen': unknown; did you mean zeno"},
+      {"run-experiment hard_cases --set only_method=moreau", "method = 'moreau': unknown. Known: anitescu_convex"},
+      {"show /nonexistent.jsonl", "results file = /nonexistent.jsonl: cannot be opened"},
+      {"results /nonexistent.jsonl", "results file = /nonexistent.jsonl: cannot be opened"},
       {"report /nonexistent.jsonl", "results file = /nonexistent.jsonl: cannot be opened"},
       {"check /nonexistent.jsonl --baseline x", "results file = /nonexistent.jsonl: cannot be opened"},
   };
@@ -247,15 +245,15 @@ const char* const kExperiment = R"({
 
 TEST_F(Cli, RunsAnExperimentResumesItAndChecksIt) {
   const std::string experiment = write("small.json", kExperiment), out = (folder / "results").string();
-  const Outcome first = run("order " + experiment + " --no-times -o " + out);
+  const Outcome first = run("run-experiment " + experiment + " --no-times -o " + out);
   ASSERT_EQ(first.code, 0) << first.text;
-  EXPECT_HAS(first.text, "fesd:gauss:3");
+  EXPECT_HAS(first.text, "Observed orders");
   EXPECT_HAS(first.text, "fesd:gauss:1,elements=as_needed: error");
   EXPECT_HAS(first.text, "ricochet run --problem two_balls_spring --method fesd:gauss:1 --steps 80");
   const std::string results = out + "/small.jsonl", complete = read(results);
 
   // The same again: nothing is run.
-  ASSERT_EQ(run("order " + experiment + " --no-times -o " + out).code, 0);
+  ASSERT_EQ(run("run-experiment " + experiment + " --no-times -o " + out).code, 0);
   EXPECT_EQ(read(results), complete);
 
   // Interrupted behind the fourth row, inside the fifth: continued without repeating or losing a row.
@@ -264,7 +262,7 @@ TEST_F(Cli, RunsAnExperimentResumesItAndChecksIt) {
   for (int k = 0; k < 5 && std::getline(lines, line); ++k) partial += line + "\n";
   fs::remove(results);
   write("results/small.jsonl.partial", partial + R"({"kind": "row", "metho)");
-  ASSERT_EQ(run("order " + experiment + " --no-times -o " + out).code, 0);
+  ASSERT_EQ(run("run-experiment " + experiment + " --no-times -o " + out).code, 0);
   EXPECT_EQ(read(results), complete) << "rows are equal to the last bit, also those computed in another process";
   EXPECT_FALSE(fs::exists(results + ".partial"));
 
@@ -290,7 +288,7 @@ TEST_F(Cli, RunsAnExperimentResumesItAndChecksIt) {
 TEST_F(Cli, WritesAReport) {
   const std::string experiment = write("small.json", kExperiment), out = (folder / "results").string(),
                     report = (folder / "report").string();
-  ASSERT_EQ(run("precision " + experiment + " --quick -o " + out).code, 0);
+  ASSERT_EQ(run("run-experiment " + experiment + " --quick -o " + out).code, 0);
   const Outcome outcome = run("report " + out + "/small.jsonl -o " + report);
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   const std::string page = read(report + "/index.html"), markdown = read(report + "/report.md");
@@ -311,7 +309,7 @@ TEST_F(Cli, ComparesOptimalControlWithThePlant) {
       "description": "", "runs": [{"problem": "two_carts", "fesd": "--simulate --sigma-0 0.01",
       "time_stepping": "--sigma-0 1e-3 --max-iterations 1"}]})");
   const std::string out = (folder / "results").string(), report = (folder / "report").string();
-  const Outcome outcome = run("compare " + experiment + " -o " + out);
+  const Outcome outcome = run("run-experiment " + experiment + " -o " + out);
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_HAS(outcome.text, "FESD-J radau-iia:3, 10 intervals of 2 elements");
   EXPECT_HAS(outcome.text, "time stepping, 10 intervals of 6 steps");
@@ -328,7 +326,7 @@ TEST_F(Cli, StudiesRandomGuessesAndGoesOnAfterAnInterruption) {
       "description": "", "runs": [{"problem": "two_carts", "arguments": "--simulate --sigma-0 0.01 --noise 0.1",
       "seeds": 2, "time_limit": 60}]})");
   const std::string out = (folder / "results").string(), report = (folder / "report").string();
-  const Outcome outcome = run("compare " + experiment + " -o " + out);
+  const Outcome outcome = run("run-experiment " + experiment + " -o " + out);
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_HAS(outcome.text, "2 of 2, 100 %");
   const auto lines = lines_of(read(out + "/guesses.jsonl"));
@@ -338,7 +336,7 @@ TEST_F(Cli, StudiesRandomGuessesAndGoesOnAfterAnInterruption) {
   // As if it had been stopped while it wrote the second run.
   fs::remove(out + "/guesses.jsonl");
   std::ofstream(out + "/guesses.jsonl.partial") << lines[0] << "\n" << lines[1] << "\n" << lines[2].substr(0, 50);
-  ASSERT_EQ(run("compare " + experiment + " -o " + out).code, 0);
+  ASSERT_EQ(run("run-experiment " + experiment + " -o " + out).code, 0);
   const auto continued = lines_of(read(out + "/guesses.jsonl"));
   ASSERT_EQ(continued.size(), 4u);
   EXPECT_EQ(continued[1], lines[1]) << "with its times: it was not run again";
@@ -366,7 +364,7 @@ TEST_F(Cli, AStudyWithAMistakeIsNotStarted) {
   for (const auto& [text, message] : cases) {
     const std::string experiment = write("x.json", std::string(R"({"id": "x", "kind": "control_seeds", "title": "X",
         "description": "", "runs": [)") + text + "]}");
-    const Outcome outcome = run("compare " + experiment + " -o " + folder.string());
+    const Outcome outcome = run("run-experiment " + experiment + " -o " + folder.string());
     EXPECT_EQ(outcome.code, 2) << text << outcome.text;
     EXPECT_HAS(outcome.text, message);
     EXPECT_FALSE(fs::exists(folder / "x.jsonl"));
@@ -384,7 +382,7 @@ TEST_F(Cli, MeasuresTheGrowthOfTheWork) {
       "description": "", "disturbance": 0.001, "runs": [{"problem": "two_carts", "intervals": [4, 6, 8],
       "arguments": "--simulate --sigma-0 0.01 --max-switches 0"}]})");
   const std::string out = (folder / "results").string(), report = (folder / "report").string();
-  const Outcome outcome = run("compare " + experiment + " -o " + out);
+  const Outcome outcome = run("run-experiment " + experiment + " --all -o " + out);
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_HAS(outcome.text, "3 solved");
   EXPECT_HAS(outcome.text, "Steps of the homotopies");
@@ -398,7 +396,7 @@ TEST_F(Cli, MeasuresStepsOfGrowingScenesAndGoesOnAfterAnInterruption) {
       "speed": 0}, "sizes": [2, 4, 8], "methods": ["moreau_jean,solver=newton", "irk:gauss:2"]}]})";
   const std::string experiment = write("rows.json", text);
   const std::string out = (folder / "results").string(), report = (folder / "report").string();
-  const Outcome outcome = run("compare " + experiment + " -o " + out);
+  const Outcome outcome = run("run-experiment " + experiment + " -o " + out);
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_HAS(outcome.text, "fit of 3");
   EXPECT_HAS(outcome.text, "it knows no contacts");
@@ -412,7 +410,7 @@ TEST_F(Cli, MeasuresStepsOfGrowingScenesAndGoesOnAfterAnInterruption) {
                                              << lines[1] << "\n"
                                              << lines[2] << "\n"
                                              << lines[3] << "\n";
-  ASSERT_EQ(run("compare " + experiment + " -o " + out).code, 0);
+  ASSERT_EQ(run("run-experiment " + experiment + " -o " + out).code, 0);
   const auto continued = lines_of(read(out + "/rows.jsonl"));
   ASSERT_EQ(continued.size(), 8u);
   for (int k = 1; k <= 3; ++k) EXPECT_EQ(continued[k], lines[k]) << "with its times: it was not run again";
@@ -421,7 +419,7 @@ TEST_F(Cli, MeasuresStepsOfGrowingScenesAndGoesOnAfterAnInterruption) {
 
   std::string mistake = text;
   mistake.replace(mistake.find("\"sizes\""), 7, "\"size\"");
-  const Outcome refused = run("compare " + write("mistake.json", mistake) + " -o " + out);
+  const Outcome refused = run("run-experiment " + write("mistake.json", mistake) + " -o " + out);
   EXPECT_EQ(refused.code, 2);
   EXPECT_HAS(refused.text, "did you mean sizes");
 }
@@ -432,13 +430,13 @@ TEST_F(Cli, StudiesHowABallComesToRest) {
       "to": 0.01, "per_decade": 3}, "methods": ["fesd:radau-iia:2", "fesd:gauss:2"], "tolerances": [1e-3],
       "adaptive_methods": ["fesd_adaptive:radau-iia:3"]})");
   const std::string out = (folder / "results").string(), report = (folder / "report").string();
-  const Outcome outcome = run("compare " + experiment + " -o " + out);
+  const Outcome outcome = run("run-experiment " + experiment + " -o " + out);
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_HAS(outcome.text, "A ball comes to rest");
   EXPECT_HAS(outcome.text, "2.000000");  // kappa of Radau IIA, 2 stages
   ASSERT_EQ(run("report " + out + "/zeno.jsonl -o " + report).code, 0);
   EXPECT_HAS(read(report + "/index.html"), "Closed elements that start with v+");
-  EXPECT_EQ(run("compare " + write("bad.json", R"({"id": "bad", "kind": "zeno", "title": "", "description": "",
+  EXPECT_EQ(run("run-experiment " + write("bad.json", R"({"id": "bad", "kind": "zeno", "title": "", "description": "",
       "tableaus": [], "restitution": [1.5], "step_lengths": {"from": 0.1, "to": 0.01, "per_decade": 3},
       "methods": []})") +
                 " -o " + out)
@@ -453,13 +451,79 @@ TEST_F(Cli, StudiesTheStickBoundaryOfARamp) {
       "facets": {"directions": 3, "load": 1.1, "methods": [{"method": "moreau_jean,facets=4", "facets": 4,
       "steps": 5}]}})");
   const std::string out = (folder / "results").string(), report = (folder / "report").string();
-  const Outcome outcome = run("compare " + experiment + " -o " + out);
+  const Outcome outcome = run("run-experiment " + experiment + " -o " + out);
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_HAS(outcome.text, "does it stick?");
   EXPECT_HAS(outcome.text, "declined: it knows no contacts");
   EXPECT_HAS(outcome.text, "0.7071");
   ASSERT_EQ(run("report " + out + "/ramp.jsonl -o " + report).code, 0);
   EXPECT_HAS(read(report + "/index.html"), "A polygon in place of the friction disc");
+}
+
+TEST_F(Cli, AnUnexpectedFailureOfARowIsExitCodeOne) {
+  const auto code_of = [&](const std::string& fields) {
+    const std::string text = R"({"id": "small", "problem": "two_balls_spring", "reference": null, "times": false,
+        "methods": [{"method": "fesd:gauss:1", "steps": [80])" +
+                             fields + "}]}";
+    return run("run-experiment " + write("small.json", text) + " -o " + folder.string()).code;
+  };
+  EXPECT_EQ(code_of(""), 1);
+  EXPECT_EQ(code_of(R"(, "may_fail": "one stage has too few unknowns")"), 0);
+  EXPECT_EQ(code_of(R"(, "on_failure": "fesd:gauss:1,elements=as_needed")"), 0) << "another method answers it";
+  EXPECT_EQ(code_of(R"(, "on_failure": "fesd:gauss:1,switches=published")"), 1) << "which fails, too";
+}
+
+TEST_F(Cli, ShowsViewsOfResults) {
+  const std::string experiment = write("small.json", kExperiment), results = (folder / "small.jsonl").string();
+  ASSERT_EQ(run("run-experiment " + experiment + " --quick -o " + folder.string()).code, 0);
+  const Outcome all = run("show " + results);
+  EXPECT_EQ(all.code, 0) << all.text;
+  for (const char* part : {"Observed orders", "Time to reach an error", "Runs without a solution"})
+    EXPECT_HAS(all.text, part);
+  EXPECT_EQ(all.text.find("All runs"), std::string::npos);
+  EXPECT_HAS(run("show " + results + " --all").text, "All runs");
+  const Outcome runs = run("show " + results + " --view runs,times");
+  EXPECT_HAS(runs.text, "All runs");
+  EXPECT_HAS(runs.text, "Speed against error");
+  EXPECT_EQ(runs.text.find("Observed orders"), std::string::npos);
+  const Outcome unknown = run("show " + results + " --view order");
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_HAS(unknown.text, "view of small = 'order': unknown; did you mean orders");
+
+  const std::string page = (folder / "RESULTS.md").string();
+  ASSERT_EQ(run("results " + results + " -o " + page + " --tables " + (folder / "tables").string()).code, 0);
+  EXPECT_HAS(read(page), "| fesd:gauss:3 |");
+  EXPECT_HAS(read(page), "[All runs](tables/small_runs.csv)");
+  EXPECT_TRUE(fs::exists(folder / "tables" / "small_orders.csv"));
+}
+
+TEST_F(Cli, FormerWordsSayTheNewOneAndWork) {
+  const std::string experiment = write("small.json", kExperiment);
+  for (const char* word : {"order", "precision", "compare"}) {
+    const Outcome outcome = run(word + (" " + experiment) + " --quick -o " + folder.string());
+    EXPECT_EQ(outcome.code, 0) << outcome.text;
+    EXPECT_HAS(outcome.text,
+               std::string("ricochet: `") + word + "` is now `ricochet run-experiment " + experiment + "`");
+    EXPECT_HAS(outcome.text, "Observed orders");
+  }
+  EXPECT_EQ(run("--help").text.find("precision"), std::string::npos) << "they are not offered";
+  const Outcome cases = run("report hard-cases --case wedge --method fesd:gauss:3 -o " + folder.string() + " --page " +
+                            (folder / "page").string());
+  EXPECT_EQ(cases.code, 0) << cases.text;
+  EXPECT_HAS(cases.text, "run-experiment hard_cases --set 'only_case=wedge' --set 'only_method=fesd:gauss:3'");
+}
+
+TEST_F(Cli, ComparesHomotopiesWithPivoting) {
+  const std::string command =
+      "run-experiment homotopy_grid --set steps=[50] --set stages=2 --set guess=[\"pivoting\"] "
+      "--set families=[\"radau-iia\"] --set margin=0 -o " +
+      folder.string();
+  std::string quoted = command;
+  for (std::size_t at = 0; (at = quoted.find('"', at)) != std::string::npos; at += 2) quoted.insert(at, "\\");
+  const Outcome outcome = run(quoted);
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_HAS(outcome.text, "guess=pivoting");
+  EXPECT_EQ(lines_of(read(folder / "homotopy_grid_part.jsonl")).size(), 6u) << "header, two of each solver, end";
 }
 
 TEST_F(Cli, AnExperimentWithAMistakeLeavesNoResults) {
@@ -481,7 +545,7 @@ TEST_F(Cli, AnExperimentWithAMistakeLeavesNoResults) {
       {R"({"id": "x")", "not an experiment"},
   };
   for (const auto& [text, message] : cases) {
-    const Outcome outcome = run("order " + write("x.json", text) + " -o " + out);
+    const Outcome outcome = run("run-experiment " + write("x.json", text) + " -o " + out);
     EXPECT_EQ(outcome.code, 2) << text << outcome.text;
     EXPECT_HAS(outcome.text, message);
     EXPECT_FALSE(fs::exists(out + "/x.jsonl"));

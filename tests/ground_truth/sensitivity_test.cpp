@@ -4,14 +4,15 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include "bench/run_experiment.h"
 #include "bench/sensitivities.h"
+#include "bench/studies/method_grid/grid_results.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/variables.h"
 #include "reference/agreement.h"
-#include "reports/record.h"
 #include "tests/ground_truth/truth_case.h"
 #include "tests/test_data.h"
 
@@ -233,28 +234,32 @@ TEST(SensitivitiesByDifferences, FailWhereASolutionBesideFails) {
 
 TEST(ExperimentOfSensitivities, MeasuresTheLargestRelativeErrorOfTheirs) {
   const auto& truth = truth_of(ground_truth(), "P2_two_balls_spring");
-  Experiment experiment;
-  experiment.id = "small";
-  experiment.problem = truth.id;
-  experiment.ground_truth_file = test_data("ground_truth.json");
-  experiment.ground_truth_case = truth.id;
-  experiment.sensitivities = {"param:k", "param:e"};  // d/dk is below 1, d/de above
-  experiment.methods = {{"fesd:radau-iia:2", {200}, {}, ""}, {"moreau_jean", {10000}, {}, ""}};
+  const std::vector<std::string> wrt = {"param:k", "param:e"};  // d/dk is below 1, d/de above
+  const nlohmann::json experiment = {
+      {"id", "small"},
+      {"problem", truth.id},
+      {"reference", {{"ground_truth", test_data("ground_truth.json")}, {"case", truth.id}}},
+      {"sensitivities", wrt},
+      {"methods",
+       {{{"method", "fesd:radau-iia:2"}, {"steps", {200}}}, {{"method", "moreau_jean"}, {"steps", {10000}}}}}};
   RunOptions options;
   options.folder = (std::filesystem::temp_directory_path() / fmt::format("ricochet_small_{}", getpid())).string();
   options.with_times = false;
-  const Results results = read_results(run_experiment(experiment, options));
+  std::filesystem::create_directories(options.folder);
+  const std::string file = options.folder + "/small.json";
+  std::ofstream(file) << experiment;
+  const GridResults results(read_results(run_experiment(file, options)));
   std::filesystem::remove_all(options.folder);
 
   ASSERT_EQ(results.records.size(), 2u);
-  const auto column = [&](const char* wrt) {
+  const auto column = [&](const char* name) {
     return *std::find_if(truth.sensitivities.begin(), truth.sensitivities.end(),
-                         [&](const auto& s) { return s.wrt == wrt; });
+                         [&](const auto& s) { return s.wrt == name; });
   };
   const auto by_k = column("param:k"), by_e = column("param:e");
   Settings settings;
   settings.steps = 200;
-  settings.sensitivities = experiment.sensitivities;
+  settings.sensitivities = wrt;
   const Solution s = make_method("fesd:radau-iia:2")->solve(*ground_truth_problem(truth.id), settings);
   const double error_by_k =
       std::max((s.dq.col(0) - by_k.dq).cwiseAbs().maxCoeff(), (s.dv.col(0) - by_k.dv).cwiseAbs().maxCoeff());
@@ -264,7 +269,7 @@ TEST(ExperimentOfSensitivities, MeasuresTheLargestRelativeErrorOfTheirs) {
   const Record& fesd = results.records[0];
   EXPECT_DOUBLE_EQ(fesd.error, std::max(error_by_k, error_by_e / size_by_e));  // rounding of a quotient
   EXPECT_EQ(fesd.solution_size, 1);
-  EXPECT_EQ(fesd.sensitivities, experiment.sensitivities);
+  EXPECT_EQ(fesd.sensitivities, wrt);
   EXPECT_TRUE(fesd.command.ends_with("--steps 200 --sensitivity param:k --sensitivity param:e")) << fesd.command;
   EXPECT_NEAR(results.records[1].error, 0.47, 0.02) << "as above";
   EXPECT_NE(results.error_measure().definition.find("param:k, param:e"), std::string::npos);

@@ -9,12 +9,12 @@
 #include <limits>
 
 #include "bench/control_claim.h"
+#include "bench/studies/control_experiment/animation.h"
+#include "bench/studies/control_gradient/gradient_rows.h"
+#include "bench/studies/control_seeds/seed_rows.h"
 #include "problems/input_error.h"
-#include "reports/animation.h"
-#include "reports/control_results.h"
-#include "reports/figures.h"
 #include "reports/motion_picture.h"
-#include "reports/seed_results.h"
+#include "tests/round_trip.h"
 
 namespace ricochet {
 namespace {
@@ -46,8 +46,8 @@ TEST(ControlResults, SurviveTheRoundTripAndShowFailures) {
   run.replay_status = "inner_solver_failed";
   run.replay_message = "why";
   run.events = std::numeric_limits<double>::quiet_NaN();
-  const ControlRun read = control_run_from_json(nlohmann::json::parse(to_json(run).dump()));
-  EXPECT_EQ(to_json(read).dump(), to_json(run).dump());  // NaN is not equal to itself
+  const ControlRun read = round_trip(run);
+  EXPECT_SURVIVES(run);
   EXPECT_EQ(read.picture.frames[1].shapes[1].numbers, run.picture.frames[1].shapes[1].numbers);
   EXPECT_TRUE(std::isnan(read.events));
   EXPECT_EQ(control_table({run}).rows[0][6], "19.5");
@@ -56,8 +56,7 @@ TEST(ControlResults, SurviveTheRoundTripAndShowFailures) {
   EXPECT_NE(control_failures({run}).rows[0][2].find("why"), std::string::npos);
 
   const ControlGradient gradient{"two_carts", "fesd", 4, {"q_1"}, {{1, 2}}, 1e-8, 1e-9};
-  const ControlGradient same = control_gradient_from_json(nlohmann::json::parse(to_json(gradient).dump()));
-  EXPECT_EQ(to_json(same), to_json(gradient));
+  EXPECT_SURVIVES(gradient);
   EXPECT_EQ(gradient_details({gradient}).rows.size(), 2u);
 }
 
@@ -78,9 +77,9 @@ TEST(MotionPicture, LiesInsideOfItsView) {
 }
 
 TEST(MotionPicture, AnUnknownShapeIsBadInput) {
-  nlohmann::json j = to_json(carts());
+  nlohmann::json j = carts();
   j["shapes"][1]["kind"] = "blob";
-  EXPECT_THROW(motion_picture_from_json(j), InputError);
+  EXPECT_THROW(j.get<MotionPicture>(), InputError);
 }
 
 /// Every element is closed, in the order in which it was opened; quotes end where they begin.
@@ -113,7 +112,7 @@ TEST(Frames, AndTheAnimationAreWellFormed) {
   run.contacts = {"wall & floor"};
   run.impacts = {{1.5, 0, 2, {}}};
   run.picture = carts();
-  const Figure figure = FigureFolder(folder).frames(run, "frames");
+  const Figure figure = draw_frames(FigureFolder(folder), run, "frames");
   std::ifstream file(folder + "/" + figure.file);
   const std::string svg((std::istreambuf_iterator<char>(file)), {});
   EXPECT_TRUE(is_well_formed(svg)) << svg;
@@ -201,10 +200,7 @@ std::vector<SeedRun> guesses() {
 }
 
 TEST(SeedResults, SurviveTheRoundTrip) {
-  for (const auto& run : guesses()) {
-    const SeedRun read = seed_run_from_json(nlohmann::json::parse(to_json(run).dump()));
-    EXPECT_EQ(to_json(read).dump(), to_json(run).dump());
-  }
+  for (const auto& run : guesses()) EXPECT_SURVIVES(run);
   EXPECT_EQ(guesses()[1].command(), "ricochet control discs --noise 0.1 --time-limit 60 --seed 2");
 }
 

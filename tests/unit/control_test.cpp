@@ -9,7 +9,7 @@
 
 #include "bench/control_options.h"
 #include "bench/replay.h"
-#include "bench/studies/control_gradient.h"
+#include "bench/studies/control_gradient/gradient.h"
 #include "methods/complementarity/mpcc/homotopy.h"
 #include "methods/control/exploration.h"
 #include "methods/control/fesd_transcription.h"

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "bench/studies/homotopy_study.h"
+#include "bench/studies/homotopy/homotopy.h"
 #include "methods/fesd_homotopy/options.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"

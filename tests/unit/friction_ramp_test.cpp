@@ -1,4 +1,4 @@
-#include "bench/studies/friction_ramp.h"
+#include "bench/studies/friction_ramp/friction_ramp.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "bench/experiment.h"
+#include "bench/studies/friction_ramp/ramp_rows.h"
 #include "methods/registry.h"
 #include "problems/registry.h"
+#include "tests/round_trip.h"
 
 namespace ricochet {
 namespace {
@@ -76,9 +77,9 @@ TEST(FrictionRamp, CountsWrongDecisions) {
   EXPECT_EQ(grid.wrong_on_boundary(), 1);
   EXPECT_EQ(grid.largest_error(), 0.5);
   EXPECT_EQ(grid.largest_error_on_boundary(), 0.25);
-  EXPECT_EQ(to_json(ramp_grid_from_json(nlohmann::json::parse(to_json(grid).dump()))).dump(), to_json(grid).dump());
+  EXPECT_SURVIVES(grid);
   const RampFacets facets{"m", 4, 1.1, {0, 1}, {1, 1}, {1, 0.9}, {0, 0.1}, {0, 0.1}};
-  EXPECT_EQ(to_json(ramp_facets_from_json(to_json(facets))), to_json(facets));
+  EXPECT_SURVIVES(facets);
 }
 
 }  // namespace

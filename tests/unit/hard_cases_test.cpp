@@ -1,5 +1,5 @@
 // The hard cases: the rule of the verdicts, processes that end badly, the file, and the quick part of the matrix.
-#include "bench/studies/hard_cases.h"
+#include "bench/studies/hard_cases/hard_cases.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -7,20 +7,27 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <set>
 #include <stdexcept>
 #include <thread>
 
+#include "bench/experiment_file.h"
 #include "bench/isolated.h"
-#include "bench/studies/run_hard_cases.h"
+#include "bench/studies/hard_cases/run_hard_cases.h"
+#include "bench/studies/hard_cases/verdict_matrix.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
-#include "reports/verdict_matrix.h"
+#include "tests/round_trip.h"
 
 namespace ricochet {
 namespace {
+
+/// The file of the project, as a command line changes it.
+HardCases hard_cases(const std::vector<std::string>& changes = {}) {
+  ExperimentFile file = read_experiment_file("hard_cases");
+  for (const auto& change : changes) file.change(change);
+  return read_hard_cases(file.document);
+}
 
 /// A run that nothing is wrong with, and limits that it keeps.
 CellOutcome good() {
@@ -118,25 +125,20 @@ TEST(Isolated, EveryEndIsAnAnswer) {
 }
 
 std::string message_of(const std::string& text) {
-  const auto path = std::filesystem::temp_directory_path() / ("ricochet_hard_" + std::to_string(getpid()) + ".json");
-  std::ofstream(path) << text;
-  std::string message = "no error";
   try {
-    read_hard_cases(path.string());
+    read_hard_cases(nlohmann::json::parse(text));
   } catch (const InputError& error) {
-    message = error.what();
+    return error.what();
   }
-  std::filesystem::remove(path);
-  return message;
+  return "no error";
 }
 #define EXPECT_SAYS(text, part) EXPECT_NE(message_of(text).find(part), std::string::npos) << message_of(text)
 
 TEST(HardCaseFile, BadInputNamesTheField) {
   const std::string head = R"({"id": "x", "kind": "hard_cases", "title": "", "description": "", "also": [],
-    "quick": {"cases": [], "methods": []}, )";
+    "quick_part": {"cases": [], "methods": []}, )";
   const std::string defaults = R"("defaults": {"steps": {"first_order": 10, "high_order": 5}, "tolerance": 1e-6}, )";
   const std::string a_case = R"("id": "a", "group": "g", "title": "t", "problem": "bouncing_ball")";
-  EXPECT_SAYS(R"({"kind": "order"})", "\"hard_cases\" is required");
   EXPECT_SAYS(head + defaults + R"("time_limit": 0, "cases": []})", "time_limit = 0");
   EXPECT_SAYS(head + defaults + R"("time_limit": 1, "cases": [{)" + a_case + R"(, "limit": 1}]})", "limit");
   EXPECT_SAYS(head + defaults + R"("time_limit": 1, "cases": [{)" + a_case +
@@ -151,7 +153,7 @@ TEST(HardCaseFile, BadInputNamesTheField) {
 }
 
 TEST(HardCaseFile, ClosedFormsAreStatesOfTheProblem) {
-  for (const auto& hard_case : read_hard_cases("hard_cases").cases) {
+  for (const auto& hard_case : hard_cases().cases) {
     const auto problem = hard_case.make_problem();
     for (const auto& motion : hard_case.motions) {
       if (motion.contains("reference")) continue;
@@ -167,7 +169,7 @@ TEST(HardCaseFile, ClosedFormsAreStatesOfTheProblem) {
 
 // Every cell of the quick matrix ends with a status, within its limit, and no success is NaN.
 TEST(HardCases, QuickMatrixIsBounded) {
-  const HardCases cases = read_hard_cases("hard_cases").quick();
+  const HardCases cases = hard_cases({"quick=true"});
   std::vector<HardCell> cells;
   for (const auto& hard_case : cases.cases) {
     const auto problem = hard_case.make_problem();
@@ -187,8 +189,7 @@ TEST(HardCases, QuickMatrixIsBounded) {
         EXPECT_FALSE(o.message.empty()) << cell.command;
       }
       cells.push_back(cell);
-      const HardCell read = hard_cell_from_json(nlohmann::json::parse(to_json(cell).dump()));
-      EXPECT_EQ(read.verdict(), verdict) << "the file keeps what the rule needs";
+      EXPECT_EQ(round_trip(cell).verdict(), verdict) << "the file keeps what the rule needs";
     }
   }
   EXPECT_EQ(cells.size(), cases.cases.size() * cases.methods.size());
@@ -197,11 +198,11 @@ TEST(HardCases, QuickMatrixIsBounded) {
 }
 
 TEST(HardCases, SomethingIsKnownOfEach) {
-  const HardCases cases = read_hard_cases("hard_cases");
+  const double time_limit = hard_cases().time_limit;
   const auto verdict_on = [&](const std::string& id, const std::string& method) {
-    const HardCase hard_case = cases.only(id, "").cases[0];
+    const HardCase hard_case = hard_cases({"only_case=" + id}).cases.at(0);
     const auto problem = hard_case.make_problem();
-    return run_cell(hard_case, *problem, hard_case.true_motions(*problem), method, cases.time_limit).verdict();
+    return run_cell(hard_case, *problem, hard_case.true_motions(*problem), method, time_limit).verdict();
   };
   EXPECT_EQ(verdict_on("zeno", "fesd_adaptive:radau-iia:4"), CaseVerdict::exact);
   EXPECT_EQ(verdict_on("wedge", "fesd:gauss:3"), CaseVerdict::exact);
@@ -212,8 +213,8 @@ TEST(HardCases, SomethingIsKnownOfEach) {
   EXPECT_EQ(verdict_on("eight_feet", "fesd:radau-iia:3"), CaseVerdict::exact);
   EXPECT_EQ(verdict_on("kane", "fesd:gauss:3"), CaseVerdict::violates_energy) << "Newton's law, not the method";
   EXPECT_EQ(verdict_on("kane", "anitescu_potra"), CaseVerdict::keeps) << "Poisson's law";
-  EXPECT_THROW(cases.only("zen", ""), InputError);
-  EXPECT_THROW(cases.only("", "moreau"), InputError);
+  EXPECT_THROW(hard_cases({"only_case=zen"}), InputError);
+  EXPECT_THROW(hard_cases({"only_method=moreau"}), InputError);
 }
 
 }  // namespace

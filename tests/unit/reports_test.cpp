@@ -3,14 +3,18 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
+#include <optional>
 #include <random>
 
 #include "bench/results_file.h"
+#include "bench/studies/control_growth/growth_rows.h"
+#include "bench/studies/method_grid/baseline.h"
 #include "problems/input_error.h"
-#include "reports/baseline.h"
 #include "reports/order_fit.h"
 #include "reports/quantile.h"
-#include "reports/tables.h"
+#include "reports/table.h"
+#include "tests/round_trip.h"
 
 namespace ricochet {
 namespace {
@@ -109,10 +113,10 @@ class Baseline : public testing::Test {
   std::string path =
       (fs::temp_directory_path() / ("ricochet_baseline_" + std::to_string(::getpid()) + ".json")).string();
   ~Baseline() override { fs::remove(path); }
-  Results results;
+  GridResults results;
 
   void SetUp() override {
-    results.header = {{"experiment", "e"}};
+    results.id = "e";
     results.records = runs_of_order(3, 0.1);
     results.records[2].status = "infeasible";
     results.records[2].error = std::nan("");
@@ -163,7 +167,7 @@ TEST_F(Baseline, MentionsImprovements) {
 TEST_F(Baseline, BadFiles) {
   EXPECT_THROW(check_baseline(results, "/nonexistent.json"), InputError);
   EXPECT_THROW(write_baseline(results, path), InputError) << "an existing file is not replaced";
-  results.header = {{"experiment", "another"}};
+  results.id = "another";
   EXPECT_THROW(check_baseline(results, path), InputError);
   std::ofstream(path) << "[]";
   EXPECT_THROW(check_baseline(results, path), InputError);
@@ -176,6 +180,9 @@ class ResultsOnDisk : public testing::Test {
   static nlohmann::json header(const std::string& key) {
     return {{"kind", "header"}, {"schema", 1}, {"experiment", "e"}, {"key", key}};
   }
+  void write_rows(ResultsFile& file, const std::vector<Record>& records) {
+    for (const auto& record : records) file.row<Record>([&] { return record; });
+  }
 };
 
 TEST_F(ResultsOnDisk, RowsSurviveTheRoundTrip) {
@@ -185,26 +192,36 @@ TEST_F(ResultsOnDisk, RowsSurviveTheRoundTrip) {
   records[1].error = std::nan("");
   {
     ResultsFile file(folder, "e", header("k"));
-    for (const auto& r : records) file.append(to_json(r));
-    file.append({{"kind", "timing"}, {"row", 2}, {"timing", to_json(Timing{1, 0.5, 0.7, 1.2, 9})}});
+    write_rows(file, records);
+    file.rows<TimingRow>(1, [] { return std::vector{TimingRow{2, {1, 0.5, 0.7, 1.2, 9}}}; });
     file.finish();
   }
-  const Results results = read_results(folder + "/e.jsonl");
+  const GridResults results(read_results(folder + "/e.jsonl"));
   EXPECT_TRUE(results.is_complete);
   ASSERT_EQ(results.records.size(), records.size());
   EXPECT_EQ(results.records[0].error, records[0].error) << "to the last bit";
   EXPECT_TRUE(std::isnan(results.records[1].error));
   EXPECT_EQ(results.records[1].message, records[1].message);
-  ASSERT_TRUE(results.records[2].timing);
-  EXPECT_EQ(results.records[2].timing->repetitions, 9);
+  ASSERT_NE(results.timing_of(results.records[2]), nullptr);
+  EXPECT_EQ(results.timing_of(results.records[2])->repetitions, 9);
+  EXPECT_EQ(results.timing_of(results.records[1]), nullptr);
+}
+
+TEST_F(ResultsOnDisk, NoNumberIsNullInTheFile) {
+  Record record;
+  record.error = std::nan("");
+  record.h_bar = std::numeric_limits<double>::infinity();
+  EXPECT_NE(line_of(record).dump().find("\"error\":null"), std::string::npos);
+  EXPECT_TRUE(std::isnan(round_trip(record).error));
+  EXPECT_TRUE(std::isnan(round_trip(record).h_bar)) << "JSON cannot tell it from NaN";
+  EXPECT_EQ(round_trip(record).tolerance, 0);
 }
 
 TEST_F(ResultsOnDisk, AnInterruptedRunLooksIncompleteAndIsContinued) {
   const auto records = runs_of_order(2);
   {
     ResultsFile file(folder, "e", header("k"));
-    file.append(to_json(records[0]));
-    file.append(to_json(records[1]));
+    write_rows(file, {records[0], records[1]});
   }  // interrupted here
   EXPECT_FALSE(fs::exists(folder + "/e.jsonl"));
   {
@@ -212,10 +229,37 @@ TEST_F(ResultsOnDisk, AnInterruptedRunLooksIncompleteAndIsContinued) {
     file << "{\"kind\": \"row\", \"exper";  // a line cut by the interruption
   }
   ResultsFile file(folder, "e", header("k"));
-  ASSERT_EQ(file.taken_over().records.size(), 2u);
-  file.append(to_json(records[2]));
+  int made = 0;
+  for (int k = 0; k < 3; ++k) {
+    const Record row = file.row<Record>([&] {
+      ++made;
+      return records[k];
+    });
+    EXPECT_EQ(row.error, records[k].error);
+  }
+  EXPECT_EQ(made, 1) << "the others were there";
   file.finish();
-  EXPECT_EQ(read_results(folder + "/e.jsonl").records.size(), 3u);
+  EXPECT_EQ(read_results(folder + "/e.jsonl").all<Record>().size(), 3u);
+}
+
+TEST_F(ResultsOnDisk, RowsOfOneSessionAreMadeAgainTogether) {
+  const std::vector<TimingRow> first = {{0, {1, 1, 1, 1, 9}}, {1, {1, 1, 1, 1, 9}}, {2, {1, 1, 1, 1, 9}}};
+  const std::vector<TimingRow> second = {{0, {2, 2, 2, 2, 9}}, {1, {2, 2, 2, 2, 9}}, {2, {2, 2, 2, 2, 9}}};
+  {
+    ResultsFile file(folder, "e", header("k"));
+    file.rows<TimingRow>(2, [&] { return std::vector{first[0], first[1]}; });  // as if a third was still missing
+  }
+  ResultsFile file(folder, "e", header("k"));
+  file.rows<TimingRow>(3, [&] { return second; });
+  file.finish();
+  const auto rows = read_results(folder + "/e.jsonl").all<TimingRow>();
+  ASSERT_EQ(rows.size(), 3u);
+  for (const auto& row : rows) EXPECT_EQ(row.timing.median, 2);
+}
+
+TEST_F(ResultsOnDisk, NothingIsWrittenBeforeTheFirstRow) {
+  { const ResultsFile file(folder, "e", header("k")); }
+  EXPECT_FALSE(fs::exists(folder));
 }
 
 TEST_F(ResultsOnDisk, FinishedResultsAreReusedOrKeptAside) {
@@ -269,8 +313,28 @@ TEST(ControlGrowth, IsReadAsItWasWritten) {
   run.derivative_seconds = 0.5;
   run.steps.push_back({0.01, 3, 0.25, 1e-3, true});
   run.again_kept_branch = true;
-  const auto written = to_json(run);
-  EXPECT_EQ(to_json(control_growth_from_json(nlohmann::json::parse(written.dump()))), written);
+  EXPECT_SURVIVES(run);
+}
+
+TEST(Table, AColumnSaysWhatItShows) {
+  struct Ball {
+    std::string name;
+    double mass;
+    std::optional<int> bounces;
+  };
+  const std::vector<Column<Ball>> columns = {
+      {"ball", &Ball::name},
+      {"mass", "kg", "{:.1f}", &Ball::mass},
+      {"bounces", "", "{}", &Ball::bounces},
+  };
+  const Table table = table_of("Balls", columns, {Ball{"a", 0.5, 3}, Ball{"b", std::nan(""), std::nullopt}}, "note");
+  EXPECT_EQ(table.columns[1].header, "mass [kg]");
+  EXPECT_TRUE(table.columns[0].is_text);
+  EXPECT_FALSE(table.columns[1].is_text);
+  EXPECT_EQ(table.rows[0], (std::vector<std::string>{"a", "0.5", "3"}));
+  EXPECT_EQ(table.rows[1], (std::vector<std::string>{"b", "-", "-"})) << "no number";
+  EXPECT_NE(table.markdown(1).find("1 of 2 rows."), std::string::npos) << "a table that is cut says so";
+  EXPECT_EQ(table.markdown(2).find("rows."), std::string::npos);
 }
 
 TEST(Table, PrintsInFourWays) {

@@ -1,13 +1,14 @@
+#include "bench/studies/zeno/zeno.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "bench/studies/zeno_study.h"
 #include "methods/fesd/pivoting_solver.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"
-#include "reports/zeno_results.h"
+#include "tests/round_trip.h"
 
 namespace ricochet {
 namespace {
@@ -116,10 +117,10 @@ TEST(Zeno, SurvivesTheRoundTrip) {
   run.rest_bound = run.position_bound = std::numeric_limits<double>::quiet_NaN();
   run.rests = true;
   run.t_rest = 1.25;
-  EXPECT_EQ(to_json(zeno_run_from_json(nlohmann::json::parse(to_json(run).dump()))).dump(), to_json(run).dump());
+  EXPECT_SURVIVES(run);
   EXPECT_FALSE(run.has_bound());
   const ZenoCapture capture{"radau-iia:3", 3, 4.1, 0, 4.2, 1e-14};
-  EXPECT_EQ(to_json(zeno_capture_from_json(to_json(capture))), to_json(capture));
+  EXPECT_SURVIVES(capture);
   EXPECT_THROW(measure_capture("lobatto-iiia:3"), InputError);
 }
 

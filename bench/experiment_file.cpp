@@ -1,0 +1,81 @@
+#include "bench/experiment_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "bench/studies/study.h"
+#include "problems/input_error.h"
+#include "problems/names.h"
+
+namespace ricochet {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+const char* const kFolder = "bench/experiments";
+
+}  // namespace
+
+std::string find_project_file(const std::string& path) {
+  if (fs::exists(path)) return path;
+  const fs::path in_source = fs::path(RICOCHET_SOURCE_DIR) / path;
+  return fs::exists(in_source) ? in_source.string() : path;
+}
+
+std::vector<std::string> experiment_names() {
+  std::vector<std::string> names;
+  const fs::path folder = find_project_file(kFolder);
+  if (fs::exists(folder)) {
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      if (entry.path().extension() == ".json") names.push_back(entry.path().stem());
+    }
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+ExperimentFile read_experiment_file(const std::string& name) {
+  std::string path = name;
+  if (!fs::is_regular_file(path)) path = find_project_file(fmt::format("{}/{}.json", kFolder, name));
+  std::ifstream file(path);
+  if (!file || fs::is_directory(path)) throw_unknown_name("experiment", name, experiment_names());
+  std::ostringstream content;
+  content << file.rdbuf();
+  const json document = json::parse(content.str(), nullptr, false);
+  if (!document.is_object()) throw InputError(path + ": not an experiment: a JSON object is required");
+  return {name, path, document};
+}
+
+std::string ExperimentFile::kind() const {
+  return document.value("kind", kDefaultStudy);
+}
+
+std::vector<std::string> ExperimentFile::parts() const {
+  return document.value("parts", std::vector<std::string>{name});
+}
+
+void ExperimentFile::change(const std::string& text) {
+  const auto equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) throw InputError("--set", text, "FIELD=VALUE is required");
+  const std::string value = text.substr(equals + 1);
+  const json parsed = json::parse(value, nullptr, false);
+  document[text.substr(0, equals)] = parsed.is_discarded() ? json(value) : parsed;
+}
+
+void allow_only(const json& object, const std::set<std::string>& known, const std::string& place) {
+  for (const auto& [key, value] : object.items()) {
+    if (!known.contains(key)) throw_unknown_name("field of " + place, key, {known.begin(), known.end()});
+  }
+}
+
+std::set<std::string> fields_of_experiment(std::set<std::string> own) {
+  own.insert({"id", "kind", "title", "description", "quick", "times", "time_limit"});
+  return own;
+}
+
+}  // namespace ricochet

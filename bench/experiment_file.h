@@ -1,0 +1,46 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace ricochet {
+
+/// An experiment is data: a file in bench/experiments/ that says what a study (bench/studies/study.h) is to run.
+///
+///   "id", "title", "description"   of the results
+///   "kind"                         of the study; "method_grid" without it
+///   "parts"                        instead of those below "title": names of experiments, which are run one by one
+///   "also_shown"                   beside "parts": names whose results go into the page when there are some
+/// and the fields of the study.
+struct ExperimentFile {
+  std::string name;  ///< as it was given
+  std::string path;
+  nlohmann::json document;
+
+  std::string title() const { return document.value("title", name); }
+  std::string kind() const;
+  /// Names of experiments to run: the name itself when the file is one.
+  std::vector<std::string> parts() const;
+  /// Sets a field, "FIELD=VALUE", with a value in JSON, or a text. @throws InputError
+  void change(const std::string& text);
+};
+
+/// @param name  of a file in bench/experiments/ without ".json", or a path
+/// @throws InputError with file and field
+ExperimentFile read_experiment_file(const std::string& name);
+
+/// Names of the files in bench/experiments/.
+std::vector<std::string> experiment_names();
+
+/// A file of the source tree, by its path there; as given when it exists.
+std::string find_project_file(const std::string& path);
+
+/// @param place  of `object`, for the message  @throws InputError for a field that is not known
+void allow_only(const nlohmann::json& object, const std::set<std::string>& known, const std::string& place);
+
+/// The fields that every experiment may have, and `own`: for allow_only().
+std::set<std::string> fields_of_experiment(std::set<std::string> own);
+
+}  // namespace ricochet

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "reports/table.h"
+#include "reports/verdict.h"
+
+namespace ricochet {
+
+/// What one method says of a random scene.
+struct FuzzOpinion {
+  std::string method;    ///< as on the command line
+  int steps = 0;         ///< fixed-step methods
+  double tolerance = 0;  ///< error-controlled methods
+  Ending ending = Ending::returned;
+  std::string status, message;  ///< of a run that returned
+  std::vector<double> q, v;     ///< final state of a success
+  double error = 0;             ///< that the judge allows it, max-norm of (q, v)
+  double seconds = 0;           ///< wall time
+
+  bool succeeded() const { return ending == Ending::returned && status == "success"; }
+  /// Why it did not succeed, without numbers and names of contacts, so that equal reasons are counted together.
+  std::string reason_class() const;
+  /// The command line that asks it again.
+  std::string command(const std::string& scene_file) const;
+};
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FuzzOpinion, method, steps, tolerance, ending, status, message, q, v,
+                                                error, seconds)
+
+/// What the opinions on a scene amount to; the rule is in bench/fuzz/judge.h.
+enum class FuzzVerdict {
+  agree,      ///< at least two methods succeed, and all that do agree
+  sensitive,  ///< they differ by no more than what the motion makes of rounding and tolerances
+  open,       ///< they differ, and a method that declined says that the motion is not unique
+  outvoted,   ///< time stepping alone differs from fesd_adaptive and CVODE, which agree
+  collapse,   ///< time stepping alone differs, and event location met impacts of several contacts that accumulate
+  undecided,  ///< no two methods confirm each other
+  declined,   ///< none succeeds: the scene may have no motion, as an impact that jams with friction has none
+  disagree,
+  hangs  ///< a method did not come back, or its process died
+};
+NLOHMANN_JSON_SERIALIZE_ENUM(FuzzVerdict, {{FuzzVerdict::agree, "agree"},
+                                           {FuzzVerdict::sensitive, "sensitive"},
+                                           {FuzzVerdict::open, "open"},
+                                           {FuzzVerdict::outvoted, "outvoted"},
+                                           {FuzzVerdict::collapse, "collapse"},
+                                           {FuzzVerdict::undecided, "undecided"},
+                                           {FuzzVerdict::declined, "declined"},
+                                           {FuzzVerdict::disagree, "disagree"},
+                                           {FuzzVerdict::hangs, "hangs"}})
+std::string word_of(FuzzVerdict verdict);
+
+/// A random scene: a line of the results file.
+struct FuzzScene {
+  static constexpr const char* kKind = "fuzz_scene";
+
+  std::string family;
+  int seed = 0, number = 0;
+  FuzzVerdict verdict = FuzzVerdict::agree;
+  std::string detail;      ///< which methods differ, by how much and how much was allowed
+  std::string parties;     ///< the two methods that differ most, relative to what was allowed
+  double difference = 0;   ///< largest between two that succeeded
+  double sensitivity = 0;  ///< spread under disturbances and other tolerances, where it was measured
+  std::string file;        ///< minimised scene, where one was saved
+  std::vector<FuzzOpinion> opinions;
+};
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FuzzScene, family, seed, number, verdict, detail, parties, difference,
+                                                sensitivity, file, opinions)
+
+/// Families by verdicts, and how often each method declined: numbers and percents.
+Table fuzz_table(const std::vector<FuzzScene>& scenes);
+/// Per method and family why it declined, and how often.
+Table fuzz_reasons(const std::vector<FuzzScene>& scenes);
+/// The scenes on which methods disagree or hang.
+Table fuzz_findings(const std::vector<FuzzScene>& scenes);
+
+}  // namespace ricochet

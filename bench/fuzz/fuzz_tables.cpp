@@ -1,0 +1,170 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <regex>
+
+#include "bench/fuzz/fuzz_scene.h"
+#include "methods/method_spec.h"
+
+namespace ricochet {
+namespace {
+
+/// The columns of verdicts.
+constexpr std::array kVerdicts = {FuzzVerdict::agree,    FuzzVerdict::sensitive, FuzzVerdict::open,
+                                  FuzzVerdict::outvoted, FuzzVerdict::collapse,  FuzzVerdict::undecided,
+                                  FuzzVerdict::declined, FuzzVerdict::disagree,  FuzzVerdict::hangs};
+
+std::string share(int part, int whole) {
+  return part == 0 ? "0" : fmt::format("{} ({:.1f} %)", part, 100.0 * part / whole);
+}
+
+/// "fesd" of "fesd:radau-iia:3,elements=as_needed".
+std::string short_name(const std::string& method) {
+  return MethodSpec(method).name();
+}
+
+/// Names of the methods in the order of their first opinion.
+std::vector<std::string> methods_of(const std::vector<FuzzScene>& scenes) {
+  std::vector<std::string> names;
+  for (const auto& scene : scenes) {
+    for (const auto& opinion : scene.opinions) {
+      if (std::ranges::find(names, short_name(opinion.method)) == names.end())
+        names.push_back(short_name(opinion.method));
+    }
+  }
+  return names;
+}
+
+std::vector<std::string> families_of(const std::vector<FuzzScene>& scenes) {
+  std::vector<std::string> names;
+  for (const auto& scene : scenes) {
+    if (std::ranges::find(names, scene.family) == names.end()) names.push_back(scene.family);
+  }
+  return names;
+}
+
+}  // namespace
+
+std::string word_of(FuzzVerdict verdict) {
+  return nlohmann::json(verdict);
+}
+
+std::string FuzzOpinion::reason_class() const {
+  if (succeeded()) return "";
+  if (ending != Ending::returned && ending != Ending::declined) return nlohmann::json(ending);
+  static const std::regex name("'[^']*'"), number(R"([-+]?\d+(\.\d+)?(e[-+]?\d+)?)"), count(R"( \(# \w+\)$)");
+  std::string text = std::regex_replace(message, name, "C");
+  text = std::regex_replace(text, number, "#");
+  text = std::regex_replace(text, count, "");
+  // Where and in which step is no part of why.
+  static const std::regex place(R"(^(from )?(step # of #, from )?t = # s(, with a step of # s)?: )");
+  text = std::regex_replace(text, place, "");
+  return fmt::format("{}: {}", ending == Ending::declined ? "declined" : status, text.substr(0, 160));
+}
+
+std::string FuzzOpinion::command(const std::string& scene_file) const {
+  return fmt::format("ricochet run --scene {} --method {} {}", scene_file, method,
+                     steps > 0 ? fmt::format("--steps {}", steps) : fmt::format("--tolerance {:g}", tolerance));
+}
+
+namespace {
+
+/// The scenes of a family, or all.
+struct FamilyCount {
+  std::string family;
+  int scenes = 0;
+  std::map<FuzzVerdict, int> verdicts;
+  std::map<std::string, int> declines;  ///< by short name of a method
+
+  void add(const FuzzScene& scene) {
+    ++scenes;
+    ++verdicts[scene.verdict];
+    for (const auto& opinion : scene.opinions) declines[short_name(opinion.method)] += opinion.succeeded() ? 0 : 1;
+  }
+  template <class Map, class Key>
+  std::string share_of(const Map& counts, const Key& key) const {
+    const auto found = counts.find(key);
+    return share(found == counts.end() ? 0 : found->second, scenes);
+  }
+};
+
+}  // namespace
+
+Table fuzz_table(const std::vector<FuzzScene>& scenes) {
+  using F = FamilyCount;
+  std::vector<Column<F>> columns = {{"family", &F::family}, {"scenes", "", "{}", &F::scenes}};
+  for (const FuzzVerdict verdict : kVerdicts)
+    columns.push_back({word_of(verdict), "", "{}", [=](const F& f) { return f.share_of(f.verdicts, verdict); }});
+  for (const auto& method : methods_of(scenes))
+    columns.push_back({method + " declines", "", "{}", [=](const F& f) { return f.share_of(f.declines, method); }});
+  std::vector<FamilyCount> counts;
+  for (const auto& family : families_of(scenes)) {
+    counts.emplace_back().family = family;
+    for (const auto& scene : scenes) {
+      if (scene.family == family) counts.back().add(scene);
+    }
+  }
+  counts.emplace_back().family = "all";
+  for (const auto& scene : scenes) counts.back().add(scene);
+  return table_of("Random scenes: what the methods say of each other", columns, counts);
+}
+
+Table fuzz_reasons(const std::vector<FuzzScene>& scenes) {
+  struct Reason {
+    std::string method, text;
+    int count = 0;
+    std::map<std::string, int> families;
+    std::string first;
+  };
+  std::map<std::pair<std::string, std::string>, Reason> reasons;
+  for (const auto& scene : scenes) {
+    for (const auto& opinion : scene.opinions) {
+      if (opinion.succeeded()) continue;
+      const std::string method = short_name(opinion.method), text = opinion.reason_class();
+      Reason& reason = reasons
+                           .try_emplace({method, text},
+                                        Reason{method, text, 0, {}, fmt::format("{} {}", scene.family, scene.number)})
+                           .first->second;
+      ++reason.count;
+      ++reason.families[scene.family];
+    }
+  }
+  std::vector<Reason> sorted;
+  for (const auto& [key, reason] : reasons) sorted.push_back(reason);
+  std::ranges::stable_sort(sorted, [](const Reason& a, const Reason& b) {
+    return a.method != b.method ? a.method < b.method : a.count > b.count;
+  });
+  const auto families_of_reason = [](const Reason& reason) {
+    std::vector<std::string> families;
+    for (const auto& [family, count] : reason.families) families.push_back(fmt::format("{} {}", family, count));
+    return fmt::format("{}", fmt::join(families, ", "));
+  };
+  const std::vector<Column<Reason>> columns = {
+      {"method", &Reason::method}, {"scenes", "", "{}", &Reason::count},
+      {"reason", &Reason::text},   {"families", families_of_reason},
+      {"first", &Reason::first},
+  };
+  Table table = table_of("Why methods declined", columns, sorted);
+  table.is_list = true;
+  return table;
+}
+
+Table fuzz_findings(const std::vector<FuzzScene>& scenes) {
+  using S = FuzzScene;
+  static const std::vector<Column<S>> columns = {
+      {"scene", [](const S& s) { return fmt::format("{} {} (seed {})", s.family, s.number, s.seed); }},
+      {"verdict", [](const S& s) { return word_of(s.verdict); }},
+      {"detail", &S::detail},
+      {"file", &S::file},
+  };
+  std::vector<S> found;
+  std::ranges::copy_if(scenes, std::back_inserter(found), [](const S& s) {
+    return s.verdict == FuzzVerdict::disagree || s.verdict == FuzzVerdict::hangs;
+  });
+  return table_of("Scenes on which methods disagree or hang", columns, found);
+}
+
+}  // namespace ricochet

@@ -1,0 +1,96 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <random>
+
+#include "bench/control_guess.h"
+#include "bench/progress.h"
+#include "bench/studies/control_growth/growth_rows.h"
+#include "bench/studies/study.h"
+#include "methods/control/shrinking_horizon.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+ControlGrowth measure_growth(const std::string& arguments, double disturbance) {
+  const ControlOptions options = ControlOptions::parse(arguments);
+  const auto problem = options.make_problem();
+  const auto transcription = guessed_transcription(options, *problem).transcription;
+  ShrinkingHorizon horizon(*problem, *transcription, options.homotopy_options());
+  const MpccSolution solution = horizon.solve();
+
+  ControlGrowth result;
+  result.problem = problem->id;
+  result.command = fmt::format("ricochet mpc {} --updates 1 --disturbance {}", arguments, disturbance);
+  result.intervals = problem->n_intervals;
+  result.variables = transcription->mpcc().nlp.n_variables();
+  result.pairs = static_cast<int>(transcription->mpcc().pairs.size());
+  result.status = to_string(solution.status);
+  result.message = solution.message;
+  result.iterations = solution.iterations;
+  result.seconds = solution.seconds;
+  result.derivative_seconds = solution.derivative_seconds;
+  for (const auto& step : solution.steps)
+    result.steps.push_back({step.sigma, step.iterations, step.seconds, step.complementarity, is_solved(step.status)});
+  if (!solution.succeeded()) return result;
+
+  const Status plant = horizon.advance();
+  result.again_status = fmt::format("plant: {}", to_string(plant));
+  if (plant != Status::success) return result;
+  std::mt19937 random(options.exploration.seed);
+  horizon.disturb(disturbance, random);
+  const MpccSolution again = horizon.resolve();
+  result.again_status = to_string(again.status);
+  result.again_kept_branch = again.kept_branch;
+  result.again_iterations = again.iterations;
+  result.again_seconds = again.seconds;
+  return result;
+}
+
+/// How the work of an optimal control solve grows with the number of control intervals, step by step of its homotopy,
+/// and what a second solve takes after the plant has run one interval and its positions were moved by up to
+/// "disturbance". "runs": [{"problem", "arguments" of `ricochet control`, "intervals": a list; without it the problem's
+/// own}]
+void run_control_growth(const json& experiment, ResultsFile& file) {
+  std::vector<std::string> commands;
+  for (const auto& run : experiment.at("runs")) {
+    const std::string command =
+        fmt::format("{} {}", run.at("problem").get<std::string>(), run.at("arguments").get<std::string>());
+    if (!run.contains("intervals")) commands.push_back(command);
+    for (const int N : run.value("intervals", std::vector<int>()))
+      commands.push_back(fmt::format("{} --intervals {}", command, N));
+  }
+  const double disturbance = experiment.at("disturbance");
+  Progress progress(experiment.at("id").get<std::string>());
+  for (std::size_t i = 0; i < commands.size(); ++i) {
+    file.row<ControlGrowth>([&] { return measure_growth(commands[i], disturbance); });
+    progress.update(static_cast<double>(i + 1) / static_cast<double>(commands.size()), commands[i]);
+  }
+}
+
+void show_control_growth(const Results& results, Section& section) {
+  const auto runs = results.all<ControlGrowth>();
+  section.result("work", growth_table(runs));
+  section.figures([=, id = results.experiment()](const FigureFolder& folder) {
+    return std::vector{draw_growth(folder, growth_curves(runs), id, "Time", "intervals N", "seconds")};
+  });
+  section.details("steps", homotopy_steps(runs));
+}
+
+int control_growth_surprises(const Results& results) {
+  const auto runs = results.all<ControlGrowth>();
+  return static_cast<int>(std::ranges::count_if(runs, [](const auto& run) { return !run.succeeded(); }));
+}
+
+const bool control_growth_is_registered =
+    register_study({.kind = "control_growth",
+                    .summary = "the work of an optimal control solve over the number of control intervals",
+                    .rows = {ControlGrowth::kKind},
+                    .run = run_control_growth,
+                    .show = show_control_growth,
+                    .surprises = control_growth_surprises});
+
+}  // namespace
+}  // namespace ricochet

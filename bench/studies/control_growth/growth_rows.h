@@ -1,0 +1,57 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "reports/growth.h"
+#include "reports/table.h"
+
+namespace ricochet {
+
+/// Work of one optimal control solve, and of a second one after the plant has run an interval and was moved.
+struct ControlGrowth {
+  static constexpr const char* kKind = "control_growth";
+
+  /// One relaxation of the homotopy.
+  struct Step {
+    double sigma = 0;
+    int iterations = 0;
+    double seconds = 0;
+    double complementarity = 0;  ///< max over the pairs of min(G, H)
+    bool is_solved = false;
+  };
+
+  std::string problem;
+  std::string command;  ///< reproduces the run
+  int intervals = 0, variables = 0, pairs = 0;
+  std::string status, message;
+  int iterations = 0;
+  double seconds = 0;             ///< homotopy and crossover, without those for the guess
+  double derivative_seconds = 0;  ///< of these, in gradients, Jacobians and Hessians
+  std::vector<Step> steps;
+
+  // Of a run that was solved.
+  std::string again_status;  ///< of the second solve; why the plant did not come to it
+  bool again_kept_branch = false;
+  int again_iterations = 0;
+  double again_seconds = 0;
+
+  bool succeeded() const { return status == "success"; }
+  double seconds_per_iteration() const { return iterations > 0 ? seconds / iterations : 0; }
+};
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlGrowth::Step, sigma, iterations, seconds, complementarity,
+                                                is_solved)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlGrowth, problem, command, intervals, variables, pairs, status,
+                                                message, iterations, seconds, derivative_seconds, steps, again_status,
+                                                again_kept_branch, again_iterations, again_seconds)
+
+/// One line per run; below those of a problem, exponents in N of what was solved.
+Table growth_table(const std::vector<ControlGrowth>& runs);
+/// Seconds over the number of intervals, a curve per problem.
+std::vector<GrowthCurve> growth_curves(const std::vector<ControlGrowth>& runs);
+/// One line per relaxation.
+Table homotopy_steps(const std::vector<ControlGrowth>& runs);
+
+}  // namespace ricochet

@@ -1,0 +1,110 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <limits>
+
+#include "bench/control_guess.h"
+#include "bench/experiment_file.h"
+#include "bench/progress.h"
+#include "bench/replay.h"
+#include "bench/studies/control_seeds/seed_rows.h"
+#include "bench/studies/study.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kSeedReplayTolerance = 1e-9;
+
+/// Runs that are still to be made: everything but the results.
+std::vector<SeedRun> runs_of(const json& document) {
+  std::vector<SeedRun> runs;
+  for (std::size_t k = 0; k < document.at("runs").size(); ++k) {
+    const json& entry = document["runs"][k];
+    const auto field = [&](const std::string& name) { return fmt::format("runs[{}].{}", k, name); };
+    allow_only(entry, {"problem", "arguments", "seeds", "time_limit"}, "runs");
+    const int n_seeds = entry.at("seeds");
+    if (n_seeds < 1) throw InputError(field("seeds"), n_seeds, "a number >= 1 is required");
+    const double time_limit = entry.at("time_limit");
+    if (!(time_limit > 0)) throw InputError(field("time_limit"), time_limit, "a number > 0 is required");
+    SeedRun run;
+    run.problem = entry.at("problem");
+    run.arguments = fmt::format("{} --time-limit {:g}", entry.at("arguments").get<std::string>(), time_limit);
+    for (const char* option : {"--seed", "--time-limit"}) {
+      if (entry["arguments"].get<std::string>().find(option) != std::string::npos)
+        throw InputError(field("arguments"), entry["arguments"].get<std::string>(),
+                         fmt::format("no {}, which is set for each run, is required", option));
+    }
+    ControlOptions::parse(fmt::format("{} {}", run.problem, run.arguments)).make_problem();  // bad ones throw here
+    for (int seed = 1; seed <= n_seeds; ++seed) {
+      run.seed = static_cast<unsigned>(seed);
+      runs.push_back(run);
+    }
+  }
+  return runs;
+}
+
+/// Solves, and fills in the results.
+SeedRun solve_from_seed(SeedRun run) {
+  const ControlOptions options =
+      ControlOptions::parse(fmt::format("{} {} --seed {}", run.problem, run.arguments, run.seed));
+  const auto begin = std::chrono::steady_clock::now();
+  const std::clock_t cpu_begin = std::clock();
+  const auto problem = options.make_problem();
+  const auto transcription = guessed_transcription(options, *problem).transcription;
+  const MpccSolution solution = Homotopy(options.homotopy_options()).solve(transcription->mpcc());
+  run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  run.cpu_seconds = static_cast<double>(std::clock() - cpu_begin) / CLOCKS_PER_SEC;
+  run.status = to_string(solution.status);
+  run.message = solution.message;
+  run.iterations = solution.iterations;
+  run.terminal = std::numeric_limits<double>::quiet_NaN();
+  if (!solution.succeeded()) return run;
+
+  const ControlTrajectory trajectory = transcription->trajectory(solution.x);
+  run.cost = trajectory.objective;
+  run.stationarity = to_string(solution.stationarity);
+  run.is_b_stationary = solution.is_b_stationary;
+  const Replay truth = replay(*problem, trajectory, pivoting_solver(kSeedReplayTolerance));
+  run.replay_status = to_string(truth.status);
+  if (truth.status == Status::success) run.terminal = mismatch(*problem, trajectory, truth).terminal;
+  return run;
+}
+
+/// From random initial guesses, the seeds 1 to n of each problem, one run after the other. "runs": [{"problem",
+/// "arguments": of `ricochet control`, without --seed and --time-limit, "seeds": n, "time_limit": wall time of a run
+/// [s]}]
+void run_control_seeds(const json& experiment, ResultsFile& file) {
+  const std::vector<SeedRun> runs = runs_of(experiment);
+  Progress progress(experiment.at("id").get<std::string>());
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    file.row<SeedRun>([&] { return solve_from_seed(runs[k]); });
+    progress.update(static_cast<double>(k + 1) / static_cast<double>(runs.size()), runs[k].problem);
+  }
+}
+
+void show_control_seeds(const Results& results, Section& section) {
+  const auto runs = results.all<SeedRun>();
+  section.result("success", seed_table(runs));
+  section.figures(
+      [=, id = results.experiment()](const FigureFolder& folder) { return std::vector{draw_seeds(folder, runs, id)}; });
+  section.failures("failures", seed_failures(runs));
+  section.details("runs", seed_details(runs));
+}
+
+// How many guesses find no solution is what is counted.
+const bool control_seeds_is_registered =
+    register_study({.kind = "control_seeds",
+                    .summary = "optimal control from random initial guesses: success, cost, time",
+                    .rows = {SeedRun::kKind},
+                    .run = run_control_seeds,
+                    .show = show_control_seeds,
+                    .surprises = {}});
+
+}  // namespace
+}  // namespace ricochet

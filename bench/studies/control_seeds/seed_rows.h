@@ -1,0 +1,54 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "reports/figures.h"
+#include "reports/table.h"
+
+namespace ricochet {
+
+/// An optimal control problem solved from one random initial guess.
+struct SeedRun {
+  static constexpr const char* kKind = "seed_run";
+
+  std::string problem;
+  std::string arguments;  ///< of `ricochet control`, without the seed: what the runs of one group have in common
+  unsigned seed = 0;
+  std::string status, message;
+  int iterations = 0;
+  double seconds = 0;      ///< wall time, with that for the guess
+  double cpu_seconds = 0;  ///< the same of the processor: other work on the machine disturbs it less
+
+  // Of a run that was solved.
+  double cost = 0;
+  std::string stationarity;  ///< "S", "M", "C", "W" or "unknown"
+  bool is_b_stationary = false;
+  std::string replay_status;  ///< of adaptive FESD-J, under the controls found
+  double terminal = 0;        ///< max-norm of claim minus replay in (q, v) at T; NaN when there is no replay
+
+  bool succeeded() const { return status == "success"; }
+  bool is_replayed() const { return replay_status == "success"; }
+  std::string command() const;  ///< reproduces the run
+};
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(SeedRun, problem, arguments, seed, status, message, iterations, seconds,
+                                                cpu_seconds, cost, stationarity, is_b_stationary, replay_status,
+                                                terminal)
+
+/// The runs of one problem with one choice of arguments, in order of their first run.
+using SeedGroup = std::vector<const SeedRun*>;
+std::vector<SeedGroup> seed_groups(const std::vector<SeedRun>& runs);
+
+/// One line per group: success, stationarity, spread of cost, CPU time and iterations.
+Table seed_table(const std::vector<SeedRun>& runs);
+/// One line per group and reason without a solution, with the seeds; the first sentence of the reason.
+Table seed_failures(const std::vector<SeedRun>& runs);
+/// Every run.
+Table seed_details(const std::vector<SeedRun>& runs);
+/// Cost over CPU time of every random guess, one panel per group. Those without a solution are crosses on the upper
+/// frame.
+Figure draw_seeds(const FigureFolder& folder, const std::vector<SeedRun>& runs, const std::string& name);
+
+}  // namespace ricochet

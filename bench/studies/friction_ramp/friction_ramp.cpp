@@ -1,0 +1,260 @@
+#include "bench/studies/friction_ramp/friction_ramp.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+
+#include "bench/progress.h"
+#include "bench/studies/friction_ramp/ramp_rows.h"
+#include "bench/studies/study.h"
+#include "methods/contact_laws/friction_polygon.h"
+#include "methods/registry.h"
+#include "problems/input_error.h"
+#include "problems/registry.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kMoves = 1e-3;          // [m/s]; the slowest that should move in the grid of 33 has 100 times as much
+constexpr int kLoadBisections = 20;      // for the load at which it begins to move: to 1e-6
+constexpr double kSmallestDrift = 1e-9;  // [m/s]; a load 1e-6 above the limit gives a thousand times as much
+
+struct Entry {
+  std::string name;
+  std::unique_ptr<Method> method;
+  Settings settings;
+  int stride = 1;
+  std::string text;  // of the setting
+};
+
+Entry entry_of(const json& j) {
+  Entry entry;
+  entry.name = j.at("method");
+  entry.method = make_method(entry.name);
+  if (entry.method->info().is_adaptive) {
+    entry.settings.tolerance = j.at("tolerance");
+    entry.text = fmt::format("--tolerance {:g}", entry.settings.tolerance);
+  } else {
+    entry.settings.steps = j.at("steps");
+    entry.text = fmt::format("-N {}", entry.settings.steps);
+  }
+  entry.stride = j.value("stride", 1);
+  return entry;
+}
+
+/// The methods of the experiment; with "others", {"steps": N, "tolerance": TOL}, also the first example of every
+/// registered method that it does not name.
+std::vector<Entry> entries_of(const json& document) {
+  std::vector<Entry> entries;
+  const json& named = document.at("methods");
+  if (named != "all") {
+    for (const auto& j : named) entries.push_back(entry_of(j));
+  }
+  if (named != "all" && !document.contains("others")) return entries;
+  for (const auto& registered : methods()) {
+    const auto is_it = [&](const Entry& entry) { return MethodSpec(entry.name).name() == registered.name; };
+    if (!registered.make || registered.examples.empty() || std::ranges::any_of(entries, is_it)) continue;
+    json j = document.at("others");
+    j["method"] = registered.examples.front();
+    entries.push_back(entry_of(j));
+  }
+  return entries;
+}
+
+RampGrid empty_grid(const Entry& entry, double v_0, int size) {
+  RampGrid grid;
+  grid.method = entry.name;
+  grid.setting = entry.text;
+  grid.v_0 = v_0;
+  if ((size - 1) % entry.stride != 0)
+    throw InputError("stride", entry.stride, fmt::format("a divisor of grid - 1 = {} is required", size - 1));
+  for (int k = 0; k < size; k += entry.stride) grid.values.push_back(static_cast<double>(k) / (size - 1));
+  const std::size_t n = grid.values.size();
+  grid.error.assign(n, std::vector<double>(n, kNaN));
+  grid.cells.assign(n, std::vector<int>(n, RampGrid::failed));
+  return grid;
+}
+
+void run_ramp(const Entry& entry, const Problem& ramp, const ExactRamp::State& exact, std::size_t row,
+              std::size_t column, RampGrid& grid) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Solution s = entry.method->solve(ramp, entry.settings);
+  grid.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (!s.succeeded()) {
+    if (grid.message.empty()) grid.message = fmt::format("{}: {}", to_string(s.status), s.message);
+    return;
+  }
+  grid.error[row][column] = std::abs(s.q[0] - exact.x);
+  const bool moves = std::abs(s.v[0]) > kMoves, should = std::abs(exact.v) > kMoves;
+  grid.cells[row][column] = moves == should ? RampGrid::right
+                            : moves         ? RampGrid::moves_but_should_rest
+                                            : RampGrid::rests_but_should_move;
+}
+
+/// All ramps with one initial speed. A problem is made once for all methods: that takes longer than most runs.
+std::vector<RampGrid> run_grids(const std::vector<Entry>& entries, double v_0, int size, double T,
+                                const std::function<void()>& progress) {
+  std::vector<RampGrid> grids;
+  for (const auto& entry : entries) grids.push_back(empty_grid(entry, v_0, size));
+  for (int row = 0; row < size; ++row) {
+    for (int column = 0; column < size; ++column) {
+      const ExactRamp exact{
+          .mu = static_cast<double>(row) / (size - 1), .tangent = static_cast<double>(column) / (size - 1), .v_0 = v_0};
+      std::unique_ptr<Problem> ramp;
+      for (std::size_t k = 0; k < entries.size(); ++k) {
+        const int stride = entries[k].stride;
+        if (row % stride != 0 || column % stride != 0) continue;
+        if (!ramp)
+          ramp = make_problem("block_on_ramp",
+                              {{"mu", exact.mu}, {"slope", std::atan(exact.tangent)}, {"v_x0", v_0}, {"duration", T}});
+        const auto r = static_cast<std::size_t>(row / stride), c = static_cast<std::size_t>(column / stride);
+        if (const Support support = entries[k].method->supports(ramp->info()); support.ok)
+          run_ramp(entries[k], *ramp, exact.at(T), r, c, grids[k]);
+        else if (grids[k].message.empty())
+          grids[k].message = "declined: " + support.reason;
+      }
+    }
+    progress();
+  }
+  return grids;
+}
+
+/// Where a block that starts at rest is after the duration, and how fast. @param load  tan(slope) / mu
+Solution slide(const Entry& entry, double load, double direction, double T) {
+  constexpr double mu = 0.5;
+  const auto ramp = make_problem(
+      "block_on_ramp_3d", {{"mu", mu}, {"slope", std::atan(load * mu)}, {"direction", direction}, {"duration", T}});
+  return entry.method->solve(*ramp, entry.settings);
+}
+
+/// Over a quarter of the directions: the polygons repeat themselves.
+RampFacets run_facets(const json& entry_json, int n, double load, double T) {
+  const auto angle = [](const std::array<double, 2>& x, double direction) {
+    return std::remainder(std::atan2(x[1], x[0]) - direction, 2 * std::numbers::pi);
+  };
+  const Entry entry = entry_of(entry_json);
+  RampFacets line;
+  line.method = entry.name;
+  line.facets = entry_json.at("facets");
+  line.load = load;
+  for (int k = 0; k < n; ++k) {
+    const double direction = 0.5 * std::numbers::pi * k / (n - 1);
+    const ExactFacets exact{.facets = line.facets, .direction = direction};
+    line.direction.push_back(direction);
+    double sticks = 0, moves = load;
+    for (int bisection = 0; bisection < kLoadBisections; ++bisection) {
+      const double middle = 0.5 * (sticks + moves);
+      const Solution s = slide(entry, middle, direction, T);
+      const bool is_moving = !s.succeeded() || s.v.head(2).norm() > kSmallestDrift;
+      (is_moving ? moves : sticks) = middle;
+    }
+    line.limit.push_back(0.5 * (sticks + moves));
+    line.limit_exact.push_back(exact.limit());
+    const Solution s = slide(entry, load, direction, T);
+    line.drift.push_back(s.succeeded() ? angle({s.q[0], s.q[1]}, direction) : kNaN);
+    line.drift_exact.push_back(angle(exact.drift(load), direction));
+  }
+  return line;
+}
+
+void run_friction_ramp(const json& experiment, ResultsFile& file) {
+  const int size = experiment.at("grid");
+  if (size < 2) throw InputError("grid", size, "at least 2 is required");
+  const double T = experiment.at("duration");
+  const std::vector<Entry> entries = entries_of(experiment);
+  const auto speeds = experiment.at("v_0").get<std::vector<double>>();
+  Progress progress(experiment.at("id").get<std::string>());
+  double done = 0;
+  for (const double v_0 : speeds) {
+    file.rows<RampGrid>(entries.size(), [&] {
+      return run_grids(entries, v_0, size, T, [&] {
+        progress.update(++done / static_cast<double>(speeds.size()) / size, fmt::format("v_0 = {}", v_0));
+      });
+    });
+  }
+  if (!experiment.contains("facets")) return;
+  const json& facets = experiment["facets"];
+  for (const auto& entry : facets.at("methods")) {
+    file.row<RampFacets>([&] { return run_facets(entry, facets.at("directions"), facets.at("load"), T); });
+    progress.update(1, entry.at("method"));
+  }
+}
+
+void show_friction_ramp(const Results& results, Section& section) {
+  const auto grids = results.all<RampGrid>();
+  const auto facets = results.all<RampFacets>();
+  const std::string id = results.experiment();
+  if (!grids.empty()) {
+    section.figures([=](const FigureFolder& folder) { return std::vector{draw_ramps(folder, grids, id)}; });
+    section.result("methods", ramp_table(grids));
+  }
+  if (!facets.empty()) {
+    section.figures(
+        [=](const FigureFolder& folder) { return std::vector{draw_ramp_facets(folder, facets, id + "_facets")}; });
+    section.result("polygons", ramp_facets_table(facets));
+  }
+}
+
+// A method that fails, or declines, on a ramp is what the study is about.
+const bool friction_ramp_is_registered =
+    register_study({.kind = "friction_ramp",
+                    .summary = "does a block on a ramp stick, and where does it slip with a polygon as friction cone",
+                    .rows = {RampGrid::kKind, RampFacets::kKind},
+                    .run = run_friction_ramp,
+                    .show = show_friction_ramp,
+                    .surprises = {}});
+
+}  // namespace
+
+ExactRamp::State ExactRamp::at(double t) const {
+  const double cosine = 1 / std::sqrt(1 + tangent * tangent);
+  State s{0, v_0};
+  for (int phase = 0; phase < 2; ++phase) {   // up or down to a stop, and then down
+    if (s.v == 0 && tangent <= mu) return s;  // (2)
+    const double direction = s.v < 0 ? -1 : 1;
+    const double a = g * cosine * (tangent - mu * direction);  // (1)
+    const double until_stop = s.v * a < 0 ? -s.v / a : std::numeric_limits<double>::infinity();
+    const double dt = std::min(t, until_stop);
+    s.x += dt * (s.v + 0.5 * a * dt);
+    s.v = until_stop <= t ? 0 : s.v + a * dt;
+    t -= dt;
+    if (t <= 0) break;
+  }
+  return s;
+}
+
+double ExactFacets::limit() const {
+  if (facets == 0) return 1;
+  const double edge = std::numbers::pi / facets;
+  const double psi = std::remainder(direction - edge, 2 * edge);  // normals of edges are at odd multiples of pi/F
+  return std::cos(edge) / std::cos(psi);                          // (4)
+}
+
+std::array<double, 2> ExactFacets::drift(double load) const {
+  const std::array<double, 2> x{load * std::cos(direction), load * std::sin(direction)};
+  if (load <= limit()) return {0, 0};
+  if (facets == 0) return {x[0] * (1 - 1 / load), x[1] * (1 - 1 / load)};
+  std::array<double, 2> nearest{};
+  double distance = std::numeric_limits<double>::infinity();
+  for (int f = 0; f < facets; ++f) {  // of the points of all edges
+    const auto a = facet_direction(2, f, facets), b = facet_direction(2, (f + 1) % facets, facets);
+    const std::array<double, 2> along{b[0] - a[0], b[1] - a[1]};
+    const double part = std::clamp(
+        ((x[0] - a[0]) * along[0] + (x[1] - a[1]) * along[1]) / (along[0] * along[0] + along[1] * along[1]), 0.0, 1.0);
+    const std::array<double, 2> rest{x[0] - a[0] - part * along[0], x[1] - a[1] - part * along[1]};
+    if (const double d = std::hypot(rest[0], rest[1]); d < distance) {
+      distance = d;
+      nearest = rest;
+    }
+  }
+  return nearest;  // (3)
+}
+
+}  // namespace ricochet

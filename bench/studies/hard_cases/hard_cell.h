@@ -1,0 +1,66 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "reports/table.h"
+#include "reports/verdict.h"
+
+namespace ricochet {
+
+/// One method on one hard case: a cell of the matrix, and a line of its results file.
+struct HardCell {
+  static constexpr const char* kKind = "hard_cell";
+
+  std::string hard_case, case_title, group;  ///< cases of a group share a table
+  std::string method;                        ///< as on the command line
+  int steps = 0;                             ///< fixed-step methods
+  double tolerance = 0;                      ///< error-controlled methods
+  std::string command;                       ///< reproduces the run
+  CaseLimits limits;
+  CellOutcome outcome;
+
+  CaseVerdict verdict() const { return ricochet::verdict(limits, outcome); }
+  /// "1000 steps" or "tolerance 1e-09".
+  std::string setting() const;
+};
+
+void to_json(nlohmann::json& j, const HardCell& cell);
+void from_json(const nlohmann::json& j, HardCell& cell);
+
+/// The cells as a matrix, methods by cases, both in the order of their first cell.
+class HardMatrix {
+ public:
+  explicit HardMatrix(const std::vector<HardCell>& cells);
+
+  struct Case {
+    std::string id, title, group;
+  };
+  const std::vector<std::string>& methods() const { return methods_; }
+  const std::vector<Case>& cases() const { return cases_; }
+  /// Null where the matrix has no such cell.
+  const HardCell* cell(std::size_t method, std::size_t hard_case) const {
+    return cells_[method * cases_.size() + hard_case];
+  }
+
+ private:
+  std::vector<std::string> methods_;
+  std::vector<Case> cases_;
+  std::vector<const HardCell*> cells_;
+};
+
+/// One table per group: verdicts as words.
+std::vector<Table> verdict_tables(const std::vector<HardCell>& cells);
+/// The words in use: what they mean and how many cells have them.
+Table verdict_legend(const std::vector<HardCell>& cells);
+/// Per case how many methods got it right, and the smallest error.
+Table case_table(const std::vector<HardCell>& cells);
+/// Energy at the end minus at the start, with its sign, of every success on the cases that conserve it.
+Table energy_table(const std::vector<HardCell>& cells);
+/// Every cell that is neither right nor declined: what decided, and the command that repeats it.
+Table hard_failures(const std::vector<HardCell>& cells);
+/// Every cell with every number.
+Table hard_details(const std::vector<HardCell>& cells);
+
+}  // namespace ricochet

@@ -1,0 +1,237 @@
+#include "bench/studies/hard_cases/run_hard_cases.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+
+#include "bench/isolated.h"
+#include "bench/progress.h"
+#include "bench/studies/hard_cases/verdict_matrix.h"
+#include "bench/studies/study.h"
+#include "methods/registry.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kReferenceLimit = 120;  // wall time of the references of a case [s]
+
+/// An energy may overflow though the state does not, and JSON has no infinity.
+double bounded(double x) {
+  constexpr double largest = std::numeric_limits<double>::max();
+  return std::isnan(x) ? largest : std::clamp(x, -largest, largest);
+}
+
+double momentum(const Problem& problem, const Vector& q, const Vector& v) {
+  return (problem.mass_matrix(q) * v).sum();
+}
+
+/// What every motion must keep, on the grid points and in the impacts.
+void measure_invariants(const Problem& problem, const Solution& s, CellOutcome& outcome) {
+  const ProblemInfo& info = problem.info();
+  const auto start = problem.energy(info.q0, info.v0);
+  const auto add = [&](const Vector& q, const Vector& v_minus, const Vector& v_plus) {
+    outcome.is_finite &= q.allFinite() && v_minus.allFinite() && v_plus.allFinite();
+    if (info.n_c() > 0) {
+      const Vector gap = problem.gap(q);
+      for (const int i : info.unilateral) outcome.penetration = std::max(outcome.penetration, bounded(-gap[i]));
+    }
+    if (start) outcome.energy_gain = std::max(outcome.energy_gain, bounded(*problem.energy(q, v_plus) - *start));
+  };
+  outcome.is_finite = true;
+  outcome.penetration = outcome.cone = 0;
+  if (start) outcome.energy_gain = 0;
+  for (const auto& sample : s.samples) add(sample.q, sample.v_minus, sample.v_plus);
+  add(s.q, s.v, s.v);
+  if (start) outcome.energy_change = bounded(*problem.energy(s.q, s.v) - *start);
+  outcome.momentum = bounded(std::abs(momentum(problem, s.q, s.v) - momentum(problem, info.q0, info.v0)));
+  for (const auto& event : s.events) {
+    for (const int i : info.unilateral) {
+      const auto& contact = info.contacts[i];
+      if (contact.n_t == 0 || event.Lambda_t.size() == 0) continue;
+      const double tangential = event.Lambda_t.segment(contact.tangent_index, contact.n_t).norm();
+      outcome.cone = std::max(outcome.cone, bounded(tangential - contact.mu * event.Lambda_n[i]));
+    }
+  }
+}
+
+/// In the child process: solves and measures. The cell goes to the parent as the line of the results file.
+std::string solve_and_measure(const Problem& problem, const std::vector<TrueMotion>& motions, double time_limit,
+                              HardCell cell) {
+  Settings settings;
+  settings.steps = cell.steps;
+  settings.tolerance = cell.tolerance;
+  settings.time_limit = time_limit;
+  settings.recording = Recording::grid;
+  const auto begin = std::chrono::steady_clock::now();
+  CellOutcome& outcome = cell.outcome;
+  Solution solution;
+  try {
+    solution = make_method(cell.method)->solve(problem, settings);
+  } catch (const InputError& error) {  // a method that cannot tell before it runs
+    outcome.ending = Ending::declined;
+    outcome.message = error.what();
+    return json(cell).dump();
+  }
+  outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  outcome.status = to_string(solution.status);
+  outcome.message = solution.message;
+  outcome.t = solution.t;
+  if (solution.succeeded()) {
+    measure_invariants(problem, solution, outcome);
+    for (const auto& motion : motions) outcome.error = std::fmin(outcome.error, bounded(motion.error_of(solution)));
+  }
+  return json(cell).dump();
+}
+
+/// Computed in a process of its own, too: a reference may find no end.
+std::vector<TrueMotion> isolated_motions(const HardCase& hard_case, const Problem& problem) {
+  const IsolatedResult result = run_isolated(
+      [&] {
+        json list = json::array();
+        for (const auto& motion : hard_case.true_motions(problem))
+          list.push_back({{"q", std::vector<double>(motion.q.begin(), motion.q.end())},
+                          {"v", std::vector<double>(motion.v.begin(), motion.v.end())},
+                          {"uncertainty", motion.uncertainty}});
+        return list.dump();
+      },
+      kReferenceLimit);
+  if (result.ending != IsolatedResult::Ending::returned)
+    throw std::runtime_error(fmt::format("hard case {}: its reference {}", hard_case.id,
+                                         result.ending == IsolatedResult::Ending::killed
+                                             ? fmt::format("has no end within {} s", kReferenceLimit)
+                                             : "has no solution: " + result.text));
+  std::vector<TrueMotion> motions;
+  for (const auto& j : json::parse(result.text)) {
+    const auto q = j.at("q").get<std::vector<double>>(), v = j.at("v").get<std::vector<double>>();
+    motions.push_back({Eigen::Map<const Vector>(q.data(), static_cast<Eigen::Index>(q.size())),
+                       Eigen::Map<const Vector>(v.data(), static_cast<Eigen::Index>(v.size())), j.at("uncertainty")});
+  }
+  return motions;
+}
+
+std::string reproduce(const HardCase& hard_case, const HardCell& cell, double time_limit) {
+  std::string command = "ricochet run --problem " + hard_case.problem;
+  for (const auto& [name, value] : hard_case.parameters) command += fmt::format(" --set {}={}", name, value);
+  return command + fmt::format(" --method {} {} --time-limit {}", cell.method,
+                               cell.steps > 0 ? fmt::format("--steps {}", cell.steps)
+                                              : fmt::format("--tolerance {:g}", cell.tolerance),
+                               time_limit);
+}
+
+/// Steps of a method relative to those of other methods, as in the conformance tests.
+double step_factor(const std::string& method) {
+  const std::string name = MethodSpec(method).name();
+  for (const auto& entry : methods()) {
+    if (entry.name == name) return static_cast<double>(entry.conformance_steps) / MethodEntry{}.conformance_steps;
+  }
+  return 1;
+}
+
+}  // namespace
+
+HardCell run_cell(const HardCase& hard_case, const Problem& problem, const std::vector<TrueMotion>& motions,
+                  const std::string& method_spec, double time_limit) {
+  const auto method = make_method(method_spec);
+  const MethodInfo info = method->info();
+  HardCell cell;
+  cell.hard_case = hard_case.id;
+  cell.case_title = hard_case.title;
+  cell.group = hard_case.group;
+  cell.method = method_spec;
+  cell.limits = hard_case.limits;
+  if (info.is_adaptive) {
+    cell.tolerance = hard_case.tolerance;
+  } else {
+    const int steps = info.order_impacts <= 1 ? hard_case.first_order_steps : hard_case.high_order_steps;
+    cell.steps = std::max(1, static_cast<int>(std::lround(steps * step_factor(method_spec))));
+  }
+  cell.command = reproduce(hard_case, cell, time_limit);
+  if (const Support support = method->supports(problem.info()); !support.ok) {
+    cell.outcome.ending = Ending::declined;
+    cell.outcome.message = support.reason;
+    return cell;
+  }
+  const double kill_after = 2 * time_limit;
+  const IsolatedResult result =
+      run_isolated([&] { return solve_and_measure(problem, motions, time_limit, cell); }, kill_after);
+  switch (result.ending) {
+    case IsolatedResult::Ending::returned:
+      return parse_line(result.text).get<HardCell>();
+    case IsolatedResult::Ending::killed:
+      cell.outcome.ending = Ending::killed;
+      cell.outcome.seconds = kill_after;
+      break;
+    case IsolatedResult::Ending::crashed:
+      cell.outcome.ending = Ending::crashed;
+      cell.outcome.message = result.text;
+      break;
+  }
+  return cell;
+}
+
+namespace {
+
+/// Every method on every case.
+void run_matrix(const json& experiment, ResultsFile& file) {
+  const HardCases cases = read_hard_cases(experiment);
+  Progress progress(cases.id);
+  double n_done = 0;
+  for (const auto& hard_case : cases.cases) {
+    const auto problem = hard_case.make_problem();
+    std::optional<std::vector<TrueMotion>> motions;  // needed where a cell is missing
+    for (const auto& method : cases.methods) {
+      file.row<HardCell>([&] {
+        if (!motions) motions = isolated_motions(hard_case, *problem);
+        return run_cell(hard_case, *problem, *motions, method, cases.time_limit);
+      });
+      n_done += 1;
+      progress.update(n_done / static_cast<double>(cases.cases.size() * cases.methods.size()),
+                      fmt::format("{} {}", hard_case.id, method));
+    }
+  }
+}
+
+void show_matrix(const Results& results, Section& section) {
+  const auto cells = results.all<HardCell>();
+  section.svg_figures([=, id = results.experiment()](const FigureFolder& folder) {
+    return std::vector{draw_verdict_matrix(folder, cells, id + "_matrix")};
+  });
+  int group = 0;
+  for (const Table& table : verdict_tables(cells)) section.summary(fmt::format("group_{}", ++group), table);
+  section.result("verdicts", verdict_legend(cells));
+  section.result("cases", case_table(cells));
+  if (const Table drift = energy_table(cells); !drift.rows.empty()) section.result("energy", drift);
+  Table failures = hard_failures(cells);
+  failures.is_list = true;
+  section.details("failures", failures);
+  section.details("cells", hard_details(cells));
+}
+
+/// A method may fail on a hard case; it must not hang, crash, or call a number that is not finite a success.
+int matrix_surprises(const Results& results) {
+  const auto cells = results.all<HardCell>();
+  return static_cast<int>(std::ranges::count_if(cells, [](const HardCell& cell) {
+    const CaseVerdict verdict = cell.verdict();
+    return verdict == CaseVerdict::crashed || verdict == CaseVerdict::killed || verdict == CaseVerdict::not_finite;
+  }));
+}
+
+const bool hard_cases_are_registered =
+    register_study({.kind = "hard_cases",
+                    .summary = "every method on every problem that methods stumble over: a matrix of verdicts",
+                    .rows = {HardCell::kKind},
+                    .has_quick_part = true,
+                    .run = run_matrix,
+                    .show = show_matrix,
+                    .surprises = matrix_surprises});
+
+}  // namespace
+}  // namespace ricochet

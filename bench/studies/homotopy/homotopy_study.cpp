@@ -1,0 +1,184 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+#include "bench/experiment_file.h"
+#include "bench/problem_choice.h"
+#include "bench/progress.h"
+#include "bench/studies/homotopy/homotopy.h"
+#include "bench/studies/homotopy/homotopy_rows.h"
+#include "bench/studies/study.h"
+#include "methods/fesd_homotopy/options.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+/// The experiment: the equations of every step of FESD-J runs, solved by pivoting and by homotopies.
+///
+///   "problem", "reference"   problem_choice.h
+///   "families", "stages"     tableaus: each family with 1 to so many stages
+///   "steps"                  N_sim of the runs
+///   "margin"                 steps before and behind one with an impact that are solved; -1: all
+///   "guess", "relaxation", "sigma_0", "factor"   lists of values of these options of `fesd_homotopy`, in every
+///                            combination; one that is not there has its default
+///   "options"                of all homotopies: "retry=0,max_iterations=200"
+struct HomotopyExperiment {
+  ProblemChoice problem;
+  std::vector<std::string> families;
+  int stages = 0, margin = 0;
+  std::vector<int> steps;
+  std::vector<std::string> solvers;  ///< options of a homotopy
+};
+
+StepHomotopy::Options options_of(const std::string& text) {
+  const MethodSpec spec("fesd_homotopy:radau-iia:2" + (text.empty() ? "" : "," + text));
+  StepHomotopy::Options result = step_homotopy_options(spec);
+  spec.finish(2);
+  return result;
+}
+
+/// Every combination of the values of the options that the experiment lists.
+std::vector<std::string> combinations(const json& experiment) {
+  std::vector<std::string> texts = {experiment.value("options", "")};
+  for (const char* option : {"factor", "sigma_0", "relaxation", "guess"}) {
+    if (!experiment.contains(option)) continue;
+    std::vector<std::string> more;
+    for (const std::string value : experiment[option]) {
+      for (const auto& text : texts)
+        more.push_back(fmt::format("{}={}{}{}", option, value, text.empty() ? "" : ",", text));
+    }
+    texts = std::move(more);
+  }
+  for (const auto& text : texts) options_of(text);  // a bad one throws here
+  return texts;
+}
+
+HomotopyExperiment read_homotopy_experiment(const json& experiment) {
+  allow_only(experiment,
+             fields_of_experiment({"problem", "parameters", "reference", "families", "stages", "steps", "margin",
+                                   "guess", "relaxation", "sigma_0", "factor", "options"}),
+             "experiment");
+  HomotopyExperiment read;
+  read.problem = read_problem_choice(experiment);
+  experiment.at("families").get_to(read.families);
+  experiment.at("stages").get_to(read.stages);
+  experiment.at("steps").get_to(read.steps);
+  experiment.at("margin").get_to(read.margin);
+  if (read.stages < 1) throw InputError("stages", read.stages, "a number >= 1 is required");
+  for (const int N : read.steps) {
+    if (N < 1) throw InputError("steps", N, "numbers >= 1 are required");
+  }
+  read.solvers = combinations(experiment);
+  if (experiment.value("quick", false)) read.steps.resize(std::min<std::size_t>(read.steps.size(), 2));
+  return read;
+}
+
+/// One run of the pivoting solver, which is made when a row needs it, and what homotopies make of its steps.
+class ComparedRun {
+ public:
+  ComparedRun(const Problem& problem, const reference::Reference& reference, const std::string& family, int stages,
+              int N)
+      : problem_(problem), reference_(reference), family_(family), stages_(stages), N_(N) {}
+
+  HomotopyRow by_pivoting() {
+    const PivotingRun& run = pivoting();
+    HomotopyRow row = empty_row("pivoting");
+    for (std::size_t k = 0; k < run.has_impact.size(); ++k)
+      (run.has_impact[k] ? row.impact_milliseconds : row.free_milliseconds).push_back(run.milliseconds[k]);
+    row.steps = static_cast<int>(run.has_impact.size());
+    if (run.status == Status::success) {
+      row.error = error_of(run.q.back(), run.v.back());
+    } else {
+      ++row.steps;
+      row.failed = 1;
+      row.failures = {run.message};
+    }
+    return row;
+  }
+
+  HomotopyRow by_homotopy(const std::string& options, int margin) {
+    const HomotopyRun run = run_homotopy(problem_, pivoting(), options_of(options), margin);
+    HomotopyRow row = empty_row(options);
+    row.steps = run.steps;
+    row.failed = run.failed;
+    row.retried = run.retried;
+    row.free_milliseconds = run.milliseconds[0];
+    row.impact_milliseconds = run.milliseconds[1];
+    row.distances = run.distances;
+    row.failures = run.failures;
+    row.solves_infeasible = run.solves_infeasible;
+    if (run.is_complete) row.error = error_of(run.q, run.v);
+    return row;
+  }
+
+ private:
+  HomotopyRow empty_row(const std::string& solver) const {
+    HomotopyRow row;
+    row.family = family_;
+    row.solver = solver;
+    row.stages = stages_;
+    row.run_steps = N_;
+    row.error = std::numeric_limits<double>::quiet_NaN();
+    return row;
+  }
+  const PivotingRun& pivoting() {
+    if (!pivoting_) pivoting_ = run_pivoting(problem_, make_tableau(family_, stages_), N_);
+    return *pivoting_;
+  }
+  double error_of(const Vector& q, const Vector& v) const {
+    Solution solution;
+    solution.q = q;
+    solution.v = v;
+    return reference_.error_of(solution);
+  }
+
+  const Problem& problem_;
+  const reference::Reference& reference_;
+  std::string family_;
+  int stages_, N_;
+  std::optional<PivotingRun> pivoting_;
+};
+
+void run_homotopy_study(const json& document, ResultsFile& file) {
+  const HomotopyExperiment experiment = read_homotopy_experiment(document);
+  const auto problem = experiment.problem.make_problem();
+  const auto reference = experiment.problem.make_reference(*problem);
+  const double runs = static_cast<double>(experiment.families.size() * experiment.steps.size()) * experiment.stages;
+  Progress progress(document.at("id").get<std::string>());
+  double done = 0;
+  for (const auto& family : experiment.families) {
+    for (int stages = 1; stages <= experiment.stages; ++stages) {
+      for (const int N : experiment.steps) {
+        ComparedRun run(*problem, reference, family, stages, N);
+        file.row<HomotopyRow>([&] { return run.by_pivoting(); });
+        for (const auto& options : experiment.solvers)
+          file.row<HomotopyRow>([&] { return run.by_homotopy(options, experiment.margin); });
+        progress.update(++done / runs, fmt::format("{}:{} N = {}", family, stages, N));
+      }
+    }
+  }
+}
+
+void show_homotopy(const Results& results, Section& section) {
+  const auto rows = results.all<HomotopyRow>();
+  section.result("solvers", homotopy_table(rows));
+  section.details("failures", homotopy_failures(rows));
+}
+
+// How many steps a homotopy does not find is what is measured.
+const bool homotopy_is_registered =
+    register_study({.kind = "homotopy",
+                    .summary = "the equations of FESD-J by homotopy, against the pivoting solver",
+                    .rows = {HomotopyRow::kKind},
+                    .has_quick_part = true,
+                    .run = run_homotopy_study,
+                    .show = show_homotopy,
+                    .surprises = {}});
+
+}  // namespace
+}  // namespace ricochet

@@ -1,0 +1,97 @@
+#include "bench/studies/method_grid/grid_experiment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/experiment_file.h"
+#include "methods/registry.h"
+#include "problems/input_error.h"
+#include "problems/names.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+/// A grid: numbers of steps, or {"from", "to", "per_decade"} for a logarithmic one, or the name of a grid, or a list of
+/// those.
+std::vector<int> read_steps(const json& value, const json& grids, const std::string& field) {
+  std::vector<int> steps;
+  if (value.is_string()) {
+    const std::string name = value;
+    if (!grids.contains(name))
+      throw_unknown_name("grid in " + field, name, keys_of(grids.get<std::map<std::string, json>>()));
+    steps = read_steps(grids[name], grids, field);
+  } else if (value.is_array()) {
+    for (const auto& entry : value) {
+      const auto part = entry.is_number() ? std::vector<int>{entry.get<int>()} : read_steps(entry, grids, field);
+      steps.insert(steps.end(), part.begin(), part.end());
+    }
+  } else {
+    const double from = value.at("from"), to = value.at("to"), per_decade = value.at("per_decade");
+    const int count = static_cast<int>(std::lround(std::log10(to / from) * per_decade));
+    for (int k = 0; k <= count; ++k)
+      steps.push_back(static_cast<int>(std::lround(from * std::pow(10, k / per_decade))));
+  }
+  std::sort(steps.begin(), steps.end());
+  steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
+  if (steps.empty() || steps.front() < 1) throw InputError(field, value.dump(), "numbers of steps >= 1 are required");
+  return steps;
+}
+
+/// Of a method that is registered without its library; empty for every other one.
+std::string why_not_built(const std::string& spec) {
+  for (const auto& entry : methods()) {
+    if (entry.name == MethodSpec(spec).name() && !entry.make) return entry.not_built;
+  }
+  return {};
+}
+
+GridExperiment::MethodGrid read_method_grid(const json& entry, const json& grids) {
+  allow_only(entry, {"method", "steps", "tolerances", "on_failure", "may_fail"}, "methods");
+  GridExperiment::MethodGrid grid;
+  grid.method = entry.at("method");
+  grid.on_failure = entry.value("on_failure", "");
+  grid.may_fail = entry.value("may_fail", "");
+  if (entry.contains("steps")) grid.steps = read_steps(entry["steps"], grids, "steps of " + grid.method);
+  grid.tolerances = entry.value("tolerances", grid.tolerances);
+  grid.not_built = why_not_built(grid.method);
+  const bool is_adaptive = grid.not_built.empty() ? make_method(grid.method)->info().is_adaptive : grid.steps.empty();
+  if (is_adaptive ? grid.tolerances.empty() : grid.steps.empty()) {
+    throw InputError("methods", grid.method, is_adaptive ? "\"tolerances\" are required" : "\"steps\" are required");
+  }
+  return grid;
+}
+
+}  // namespace
+
+GridExperiment read_grid_experiment(const json& document) {
+  allow_only(document,
+             fields_of_experiment({"problem", "parameters", "sensitivities", "grids", "reference", "methods",
+                                   "trajectory", "overhead_of"}),
+             "experiment");
+  GridExperiment experiment;
+  experiment.id = document.at("id");
+  experiment.problem = read_problem_choice(document);
+  experiment.needs_reference = !document.contains("reference") || !document["reference"].is_null();
+  experiment.sensitivities = document.value("sensitivities", experiment.sensitivities);
+  if (!experiment.sensitivities.empty() && experiment.problem.ground_truth_file.empty()) {
+    throw InputError("reference", document.value("reference", json()).dump(),
+                     "sensitivities are measured against a \"ground_truth\"");
+  }
+  const json grids = document.value("grids", json::object());
+  for (const auto& entry : document.at("methods")) experiment.methods.push_back(read_method_grid(entry, grids));
+  if (document.contains("trajectory")) {
+    experiment.trajectory_method = document["trajectory"].at("method");
+    experiment.trajectory_steps = document["trajectory"].at("steps");
+  }
+  experiment.overhead_of = document.value("overhead_of", experiment.overhead_of);
+  experiment.with_times = document.value("times", true);
+  experiment.quick = document.value("quick", false);
+  experiment.time_limit = document.value("time_limit", experiment.time_limit);
+  return experiment;
+}
+
+}  // namespace ricochet

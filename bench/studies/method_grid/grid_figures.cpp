@@ -1,0 +1,303 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "bench/studies/method_grid/grid_tables.h"
+#include "methods/method_spec.h"
+#include "problems/input_error.h"
+#include "reports/gnuplot.h"
+#include "reports/order_fit.h"
+
+namespace ricochet {
+namespace {
+
+constexpr double kLeastDrawn = 1e-16;  // that is drawn
+
+/// "fesd:radau-iia:3,..." -> family "fesd:radau-iia", member "3"; "moreau_jean,theta=1" -> "moreau_jean,theta=1", "".
+struct MethodName {
+  std::string family, member;
+};
+
+MethodName take_apart(const std::string& method) {
+  const MethodSpec spec(method);
+  const auto& arguments = spec.arguments();
+  if (arguments.size() < 2) return {method, ""};
+  return {fmt::format("{}:{}", spec.name(), fmt::join(arguments.begin(), arguments.end() - 1, ":")), arguments.back()};
+}
+
+/// Behind the first comma: "elements=as_needed".
+std::string options_of(const std::string& method) {
+  const auto comma = method.find(',');
+  return comma == std::string::npos ? "" : method.substr(comma + 1);
+}
+
+struct Style {
+  std::string color;
+  int point;  // gnuplot's point type
+  int dash;   // gnuplot's dash type
+};
+
+// Steps of one hue per family, dark for many stages, so that a family reads as one; colours after ColorBrewer
+// (Blues, Oranges), which keep their order in print and for colour-blind readers.
+const std::map<std::string, std::vector<std::string>>& ramps() {
+  static const std::map<std::string, std::vector<std::string>> colors = {
+      {"fesd:radau-iia", {"#9ecae1", "#6baed6", "#2171b5", "#08306b"}},
+      {"fesd:gauss", {"#fdae6b", "#fd8d3c", "#d94801", "#7f2704"}},
+      {"fesd_adaptive:radau-iia", {"#dadaeb", "#bcbddc", "#9e9ac8", "#807dba", "#6a51a3", "#3f007d"}},
+      {"fesd_adaptive:gauss", {"#c7e9c0", "#a1d99b", "#74c476", "#41ab5d", "#238b45", "#00441b"}},
+  };
+  return colors;
+}
+
+/// Options behind the tableau, when another method of the results differs in nothing else.
+std::string distinguishing_options(const GridResults& results, const std::string& method) {
+  const auto [family, member] = take_apart(method);
+  const auto all = results.methods();
+  const auto twins = std::count_if(all.begin(), all.end(), [&](const std::string& other) {
+    const auto name = take_apart(other);
+    return !member.empty() && name.family == family && name.member == member;
+  });
+  return twins > 1 ? options_of(method) : "";
+}
+
+/// A method keeps its colour in all figures of its results. Variants of a method are dashed.
+Style style_of(const GridResults& results, const std::string& method) {
+  static const std::vector<std::string> others = {"#525252", "#969696", "#ae017e", "#8c6d31", "#c994c7", "#02818a"};
+  static const std::vector<int> points = {7, 5, 9, 13};
+  const auto [family, member] = take_apart(method);
+  const int dash = distinguishing_options(results, method).empty() ? 1 : 3;
+  if (const auto ramp = ramps().find(family); ramp != ramps().end() && !member.empty()) {
+    const auto k =
+        std::clamp<std::size_t>(static_cast<std::size_t>(std::atoi(member.c_str())), 1, ramp->second.size()) - 1;
+    return {ramp->second[k], points[k % points.size()], dash};
+  }
+  std::size_t index = 0;  // among the methods without a hue of their family
+  for (const auto& other : results.methods()) {
+    if (other == method) break;
+    index += !ramps().contains(take_apart(other).family);
+  }
+  return {others[index % others.size()], points[index % points.size()], dash};
+}
+
+std::string family_title(const std::string& family) {
+  static const std::map<std::string, std::string> names = {{"fesd:radau-iia", "FESD-J Radau IIA"},
+                                                           {"fesd:gauss", "FESD-J Gauss"},
+                                                           {"fesd_adaptive:radau-iia", "FESD-J adaptive Radau IIA"},
+                                                           {"fesd_adaptive:gauss", "FESD-J adaptive Gauss"},
+                                                           {"time stepping", "Time stepping"}};
+  const auto known = names.find(family);
+  return known != names.end() ? known->second : family;
+}
+
+/// "FESD-J Gauss 4", or the title that the method gives itself.
+std::string label_of(const GridResults& results, const Record& record) {
+  const auto [family, member] = take_apart(record.method);
+  if (member.empty() || !ramps().contains(family)) return record.title;
+  const std::string options = distinguishing_options(results, record.method);
+  return family_title(family) + " " + member + (options.empty() ? "" : ", " + options);
+}
+
+struct Family {
+  std::string name;
+  std::vector<std::string> methods;
+};
+
+/// Methods with fixed steps, in the order of the results; those without a tableau are one family.
+std::vector<Family> families_of(const GridResults& results) {
+  std::vector<Family> families;
+  for (const auto& method : results.methods()) {
+    if (results.of(method).front()->steps == 0) continue;
+    const auto [family, member] = take_apart(method);
+    const std::string name = member.empty() ? "time stepping" : family;
+    const auto known = std::ranges::find(families, name, &Family::name);
+    if (known == families.end())
+      families.push_back({name, {method}});
+    else
+      known->methods.push_back(method);
+  }
+  return families;
+}
+
+/// Ranges of both axes, which hold every run of a family.
+struct OrderAxes {
+  double finest = 0, coarsest = 0, low = 0, high = 0;
+  bool has_errors = false;
+
+  OrderAxes(const GridResults& results, const Family& family) {
+    std::vector<double> steps, errors;
+    for (const auto& method : family.methods) {
+      for (const Record* run : results.of(method)) {
+        steps.push_back(run->h_bar);
+        if (run->has_error()) errors.push_back(std::max(run->error, kLeastDrawn));
+      }
+    }
+    has_errors = !errors.empty();
+    if (!has_errors) return;
+    std::tie(low, high) = decades(errors);
+    finest = std::ranges::min(steps);
+    coarsest = std::ranges::max(steps);
+  }
+};
+
+/// A line of the nominal order through the middle of the window of a fit.
+Points nominal_slope(const std::vector<const Record*>& runs, const OrderFit& fit) {
+  std::vector<const Record*> window;
+  for (const Record* run : runs) {
+    if (run->has_error() && run->steps >= fit.first_steps && run->steps <= fit.last_steps) window.push_back(run);
+  }
+  double x = 0, y = 0;
+  for (const Record* run : window) {
+    x += std::log10(run->h_bar) / static_cast<double>(window.size());
+    y += std::log10(run->error) / static_cast<double>(window.size());
+  }
+  Points line;
+  for (const Record* end : {window.front(), window.back()})
+    line.emplace_back(end->h_bar, std::pow(10, y + runs.front()->nominal_order * (std::log10(end->h_bar) - x)));
+  return line;
+}
+
+/// The curves of one method: runs, nominal order, what failed and what was run instead.
+void add_order_curves(const GridResults& results, const std::string& method, const std::string& name,
+                      const OrderAxes& axes, std::string& data, PlotCommand& plot) {
+  const Style style = style_of(results, method);
+  const auto runs = results.of(method);
+  Points solved, failed, replaced;
+  for (const Record* run : runs) {
+    if (run->succeeded())
+      solved.emplace_back(run->h_bar, std::max(run->error, kLeastDrawn));
+    else
+      failed.emplace_back(run->h_bar, axes.high);
+  }
+  for (const auto& other : results.records) {
+    if (other.instead_of == method && other.has_error()) replaced.emplace_back(other.h_bar, other.error);
+  }
+  data += data_block(name, solved);
+  const auto fit = fit_order(runs);
+  if (fit) {
+    data += data_block(name + "_slope", nominal_slope(runs, *fit));
+    plot.add(fmt::format("${}_slope with lines lc rgb '{}' lw 1 dt 2 notitle", name, style.color));
+  }
+  const std::string fitted =
+      fit ? fmt::format(", slope {:.2f} ± {:.2f}", fit->slope, fit->half_width) : ", not asymptotic";
+  plot.add(fmt::format("${} with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.55 title '{}{}'", name, style.color,
+                       style.dash, style.point, label_of(results, *runs.front()), fitted));
+  if (!failed.empty()) {
+    data += data_block(name + "_failed", failed);
+    plot.add(fmt::format("${}_failed with points lc rgb '{}' pt 2 ps 1 lw 2 notitle", name, style.color));
+  }
+  if (!replaced.empty()) {
+    data += data_block(name + "_replaced", replaced);
+    plot.add(fmt::format("${}_replaced with points lc rgb '{}' pt 6 ps 1 lw 1.6 notitle", name, style.color));
+  }
+}
+
+Figure draw_family(const FigureFolder& folder, const GridResults& results, const Family& family,
+                   const OrderAxes& axes) {
+  std::string data;
+  PlotCommand plot;
+  for (std::size_t k = 0; k < family.methods.size(); ++k)
+    add_order_curves(results, family.methods[k], fmt::format("s{}", k), axes, data, plot);
+  std::string file = results.id + "_order_" + family.name;
+  std::ranges::replace_if(
+      file, [](char c) { return c == ':' || c == ' '; }, '_');
+  std::string script = gnuplot_head(640, 530 + 26 * static_cast<int>(family.methods.size()));  // room for the key
+  script += data;
+  script += fmt::format("set output '{}.svg'\n", file);
+  script += fmt::format("set title '{}'\n", family_title(family.name));
+  script += "set logscale xy\nset format x '10^{%L}'\nset format y '10^{%L}'\n";
+  script += fmt::format("set xrange [{:.3g}:{:.3g}]\nset yrange [{:.3g}:{:.3g}]\n", axes.finest / 1.6,
+                        axes.coarsest * 1.6, axes.low, axes.high);
+  script += fmt::format("set xlabel 'step length h̄ = T / (N_sim N_FE)  [s]'\nset ylabel '{}'\n",
+                        results.error_measure().axis);
+  script += "set key outside below left vertical maxcols 1 reverse Left samplen 2 spacing 1.15\n";
+  folder.draw(file, script + plot.text());
+  return {file + ".svg", "Order: " + family.name,
+          "Error over the mean length of a Runge-Kutta step. Dashed: the nominal order. Crosses on the upper frame: "
+          "runs without a solution; open circles: the same runs with elements added as needed. " +
+              results.error_measure().definition};
+}
+
+}  // namespace
+
+std::vector<Figure> draw_orders(const FigureFolder& folder, const GridResults& results) {
+  std::vector<Figure> figures;
+  for (const auto& family : families_of(results)) {
+    const OrderAxes axes(results, family);
+    if (axes.has_errors) figures.push_back(draw_family(folder, results, family, axes));
+  }
+  return figures;
+}
+
+Figure draw_work_precision(const FigureFolder& folder, const GridResults& results) {
+  std::vector<double> errors;
+  for (const auto& record : results.records) {
+    const Timing* timing = results.timing_of(record);
+    if (!record.has_error() || !timing || !record.instead_of.empty()) continue;
+    errors.push_back(std::max(record.error, kLeastDrawn));
+  }
+  if (errors.empty()) throw InputError("work-precision figure", results.id, "no run of these results was timed");
+  const auto [low, high] = decades(errors);
+  std::string data;
+  PlotCommand plot;
+  std::size_t index = 0;
+  for (const auto& method : results.methods()) {
+    const Style style = style_of(results, method);
+    Points points;
+    for (const Record* run : results.of(method)) {
+      const Timing* timing = results.timing_of(*run);
+      if (run->has_error() && timing) points.emplace_back(std::max(run->error, kLeastDrawn), timing->median * 1e3);
+    }
+    if (!points.empty()) {
+      const std::string name = fmt::format("w{}", index);
+      data += data_block(name, points);
+      plot.add(fmt::format("${} with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.5 title '{}'", name, style.color,
+                           style.dash, style.point, label_of(results, *results.of(method).front())));
+    }
+    ++index;
+  }
+  std::string script = gnuplot_head(980, 620);
+  script += data;
+  const std::string file = results.id + "_work_precision";
+  script += fmt::format("set output '{}.svg'\n", file);
+  script += "set logscale xy\nset format x '10^{%L}'\nset format y '10^{%L}'\n";
+  script += fmt::format("set xrange [{:.3g}:{:.3g}]\n", low, high);
+  script += fmt::format(
+      "set xlabel '{}'\nset ylabel 'CPU time [ms]'\nset key outside right center reverse Left samplen 2 spacing 1.2\n",
+      results.error_measure().axis);
+  folder.draw(file, script + plot.text());
+  return {file + ".svg", "Speed against error",
+          "Median CPU time of a whole run over its error: down and left is better. Every point is one run with another "
+          "step length or tolerance. " +
+              results.error_measure().definition};
+}
+
+Figure draw_trajectory(const FigureFolder& folder, const Trajectory& trajectory, const std::string& name) {
+  const std::size_t n_q = trajectory.q.empty() ? 0 : trajectory.q.front().size();
+  std::string data;
+  PlotCommand positions, velocities;
+  for (std::size_t k = 0; k < n_q; ++k) {
+    Points q, v;
+    for (std::size_t s = 0; s < trajectory.t.size(); ++s) {
+      q.emplace_back(trajectory.t[s], trajectory.q[s][k]);
+      v.emplace_back(trajectory.t[s], trajectory.v[s][k]);
+    }
+    data += data_block(fmt::format("q{}", k), q) + data_block(fmt::format("v{}", k), v);
+    const std::string& color = curve_color(k);
+    positions.add(fmt::format("$q{} with lines lc rgb '{}' lw 1.8 title 'q_{}'", k, color, k + 1));
+    velocities.add(fmt::format("$v{} with lines lc rgb '{}' lw 1.4 title 'v_{}'", k, color, k + 1));
+  }
+  std::string script = gnuplot_head(980, 560);
+  script += data + fmt::format("set output '{}.svg'\n", name) +
+            "set multiplot layout 2,1\nset lmargin 9\nset key right top horizontal\n";
+  script += "set ylabel 'position'\nset format x ''\n" + positions.text();
+  script += "set ylabel 'velocity'\nset format x '%g'\nset xlabel 't [s]'\n" + velocities.text() + "unset multiplot\n";
+  folder.draw(name, script);
+  return {name + ".svg", "Motion",
+          fmt::format("{} as {} computes it. Velocities jump at impacts.", trajectory.problem, trajectory.method)};
+}
+
+}  // namespace ricochet

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "reports/record.h"
+#include "reports/results.h"
+#include "reports/timing.h"
+
+namespace ricochet {
+
+/// The time of a run, by the number of its record; all of them are measured in one session.
+struct TimingRow {
+  static constexpr const char* kKind = "timing";
+
+  std::size_t row = 0;
+  Timing timing;
+};
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(TimingRow, row, timing)
+
+/// A motion for a figure.
+struct Trajectory {
+  static constexpr const char* kKind = "trajectory";
+
+  std::string problem, method;
+  std::vector<double> t;
+  std::vector<std::vector<double>> q, v;  ///< per sample
+};
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Trajectory, problem, method, t, q, v)
+
+/// What the errors of results are errors of, in words.
+struct ErrorMeasure {
+  std::string axis;        ///< of a figure
+  std::string definition;  ///< a sentence
+};
+
+/// Results of methods on a grid of settings.
+struct GridResults {
+  GridResults() = default;
+  /// @throws InputError for a damaged row, or a timing of none
+  explicit GridResults(const Results& results);
+
+  std::string id, title;
+  std::map<std::string, std::string> overhead_of;  ///< method -> method its cost is compared with
+  std::vector<Record> records;
+  std::map<std::size_t, Timing> timings;  ///< by record
+  std::vector<Trajectory> trajectories;
+  bool is_complete = false;
+
+  bool has_errors() const;  ///< some run was compared with a reference
+  ErrorMeasure error_measure() const;
+  /// Methods in the order of their first record.
+  std::vector<std::string> methods() const;
+  /// Records of a method, as runs_of().
+  std::vector<const Record*> of(const std::string& method) const { return runs_of(records, method); }
+  /// Null for a run that was not timed. @param record  one of `records`
+  const Timing* timing_of(const Record& record) const;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,246 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "bench/progress.h"
+#include "bench/sensitivities.h"
+#include "bench/studies/method_grid/grid_experiment.h"
+#include "bench/studies/method_grid/grid_tables.h"
+#include "bench/studies/study.h"
+#include "bench/timing.h"
+#include "methods/registry.h"
+
+namespace ricochet {
+namespace {
+
+constexpr int kAuditedSteps = 20000;  // the audit costs as much as a hundred steps
+constexpr int kQuickSteps = 20000;
+
+struct Job {
+  std::string method;
+  int steps = 0;
+  double tolerance = 0;
+  const GridExperiment::MethodGrid* grid;  ///< that it is of
+};
+
+std::vector<Job> jobs_of(const GridExperiment& experiment) {
+  std::vector<Job> jobs;
+  for (const auto& grid : experiment.methods) {
+    for (const int steps : grid.steps) {
+      if (!experiment.quick || steps <= kQuickSteps) jobs.push_back({grid.method, steps, 0, &grid});
+    }
+    for (const double tolerance : grid.tolerances) jobs.push_back({grid.method, 0, tolerance, &grid});
+  }
+  return jobs;
+}
+
+class GridRun {
+ public:
+  explicit GridRun(const GridExperiment& experiment)
+      : experiment_(experiment), problem_(experiment.problem.make_problem()) {
+    if (experiment.needs_reference) reference_ = experiment.problem.make_reference(*problem_, experiment.sensitivities);
+  }
+
+  Record run(const Job& job, const std::string& instead_of) const;
+  Record row_of(const Job& job, const std::string& instead_of) const;
+  std::vector<TimedRun> timed_runs(const std::vector<const Record*>& records) const;
+  Trajectory trajectory() const;
+
+ private:
+  Settings settings_of(int steps, double tolerance) const {
+    Settings settings;
+    settings.steps = steps;
+    settings.tolerance = tolerance;
+    settings.time_limit = experiment_.time_limit;
+    settings.sensitivities = experiment_.sensitivities;
+    return settings;
+  }
+
+  const GridExperiment& experiment_;
+  std::unique_ptr<Problem> problem_;
+  std::optional<reference::Reference> reference_;
+};
+
+/// What a row says before its run: of a method that is not built there is no more to say.
+Record GridRun::row_of(const Job& job, const std::string& instead_of) const {
+  Record record;
+  record.experiment = experiment_.id;
+  record.problem = experiment_.problem.problem;
+  record.method = record.title = job.method;
+  record.steps = job.steps;
+  record.tolerance = job.tolerance;
+  record.status = "not_built";
+  record.message = job.grid->not_built;
+  record.error = std::numeric_limits<double>::quiet_NaN();
+  record.sensitivities = experiment_.sensitivities;
+  record.instead_of = instead_of;
+  record.expected = job.grid->may_fail;
+  const std::string setting =
+      job.steps > 0 ? fmt::format("--steps {}", job.steps) : fmt::format("--tolerance {:g}", job.tolerance);
+  record.command = fmt::format("ricochet run {} --method {} {}", experiment_.problem.arguments(), job.method, setting);
+  for (const auto& name : experiment_.sensitivities) record.command += " --sensitivity " + name;
+  return record;
+}
+
+Record GridRun::run(const Job& job, const std::string& instead_of) const {
+  Record record = row_of(job, instead_of);
+  if (instead_of.empty() && !job.grid->not_built.empty()) return record;
+  const auto method = make_method(job.method);
+  Settings settings = settings_of(job.steps, job.tolerance);
+  settings.audit = job.steps <= kAuditedSteps;
+  const Solution solution = solve_with_sensitivities(*method, *problem_, settings);
+
+  record.title = method->info().title;
+  record.nominal_order = method->info().order_impacts;
+  record.status = to_string(solution.status);
+  record.message = solution.message;
+  record.counters = solution.counters;
+  record.detected_events = static_cast<int>(solution.events.size());
+  record.max_residual = solution.max_residual();
+  record.h_bar = solution.t / std::max<double>(1, static_cast<double>(solution.counters.elements));
+  // A step with an impact may hold more elements; the nominal length T / (N_sim N_FE) is what the orders are drawn
+  // against.
+  if (job.steps > 0 && solution.succeeded()) {
+    const double per_step = std::round(static_cast<double>(solution.counters.elements) / job.steps);
+    record.h_bar = problem_->info().end_time / (job.steps * std::max(1.0, per_step));
+  }
+  if (reference_) {
+    record.reference_error = reference_->uncertainty;
+    record.solution_size = reference_->size();
+    if (solution.succeeded()) record.error = reference_->error_of(solution);
+  }
+  return record;
+}
+
+std::vector<TimedRun> GridRun::timed_runs(const std::vector<const Record*>& records) const {
+  std::vector<TimedRun> runs;
+  for (const Record* record : records) {
+    const std::shared_ptr<const Method> method = make_method(record->method);
+    const Settings settings = settings_of(record->steps, record->tolerance);
+    const auto begin = std::chrono::steady_clock::now();
+    solve_with_sensitivities(*method, *problem_, settings);  // without the audit of its first run
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    runs.push_back({record->method, seconds, [this, method, settings] {
+                      const Solution solution = solve_with_sensitivities(*method, *problem_, settings);
+                      if (solution.q.size() == 0) std::abort();  // keeps the call from being optimised away
+                    }});
+  }
+  return runs;
+}
+
+Trajectory GridRun::trajectory() const {
+  Settings settings = settings_of(experiment_.trajectory_steps, 0);
+  settings.recording = Recording::grid;
+  settings.sensitivities.clear();
+  const Solution solution = make_method(experiment_.trajectory_method)->solve(*problem_, settings);
+  Trajectory trajectory{experiment_.problem.problem, experiment_.trajectory_method, {}, {}, {}};
+  const int n = problem_->info().n_mechanical();
+  const auto add = [&](double t, const Vector& q, const Vector& v) {
+    trajectory.t.push_back(t);
+    trajectory.q.emplace_back(q.begin(), q.begin() + n);
+    trajectory.v.emplace_back(v.begin(), v.begin() + n);
+  };
+  for (const auto& sample : solution.samples) {
+    if (sample.v_minus != sample.v_plus) add(sample.t, sample.q, sample.v_minus);
+    add(sample.t, sample.q, sample.v_plus);
+  }
+  add(solution.t, solution.q, solution.v);
+  return trajectory;
+}
+
+/// First every run once, audited, with its error; behind a run that failed the one that answers it.
+std::vector<Record> run_jobs(const GridExperiment& experiment, const GridRun& grid, ResultsFile& file) {
+  const auto jobs = jobs_of(experiment);
+  std::vector<Record> records;
+  Progress progress(experiment.id + ": errors");
+  for (std::size_t k = 0; k < jobs.size(); ++k) {
+    const Job& job = jobs[k];
+    records.push_back(file.row<Record>([&] { return grid.run(job, ""); }));
+    if (!records.back().succeeded() && !job.grid->on_failure.empty()) {
+      const Job answer{job.grid->on_failure, job.steps, job.tolerance, job.grid};
+      records.push_back(file.row<Record>([&] { return grid.run(answer, job.method); }));
+    }
+    progress.update(static_cast<double>(k + 1) / static_cast<double>(jobs.size()),
+                    fmt::format("{} {}", job.method, records.back().setting()));
+  }
+  return records;
+}
+
+/// Then, in one session, the times of all that succeeded.
+std::vector<TimingRow> measure_times(const GridExperiment& experiment, const GridRun& grid,
+                                     const std::vector<Record>& records) {
+  std::vector<const Record*> succeeded;
+  std::vector<TimingRow> rows;
+  for (std::size_t k = 0; k < records.size(); ++k) {
+    if (!records[k].succeeded()) continue;
+    succeeded.push_back(&records[k]);
+    rows.push_back({k, {}});
+  }
+  Progress progress(experiment.id + ": times");
+  const auto timings = measure(grid.timed_runs(succeeded), experiment.quick,
+                               [&](double share) { progress.update(share, "random order"); });
+  for (std::size_t k = 0; k < rows.size(); ++k) rows[k].timing = timings[k];
+  return rows;
+}
+
+void run_method_grid(const nlohmann::json& document, ResultsFile& file) {
+  const GridExperiment experiment = read_grid_experiment(document);
+  const GridRun grid(experiment);
+  if (!experiment.overhead_of.empty()) file.header()["overhead_of"] = experiment.overhead_of;
+  const std::vector<Record> records = run_jobs(experiment, grid, file);
+  if (experiment.with_times) {
+    const auto n = static_cast<std::size_t>(std::ranges::count_if(records, &Record::succeeded));
+    file.rows<TimingRow>(n, [&] { return measure_times(experiment, grid, records); });
+  }
+  if (!experiment.trajectory_method.empty()) file.row<Trajectory>([&] { return grid.trajectory(); });
+}
+
+void show_method_grid(const Results& file, Section& section) {
+  const GridResults results(file);
+  for (const auto& trajectory : results.trajectories) {
+    section.figures([=, id = results.id](const FigureFolder& folder) {
+      return std::vector{draw_trajectory(folder, trajectory, id + "_trajectory")};
+    });
+  }
+  if (results.has_errors()) {
+    section.figures([=](const FigureFolder& folder) { return draw_orders(folder, results); });
+    section.result("orders", order_summary(results));
+  }
+  if (results.has_errors() && !results.timings.empty()) {
+    section.figures([=](const FigureFolder& folder) { return std::vector{draw_work_precision(folder, results)}; });
+    section.result("time_to_reach", time_to_reach(results));
+  }
+  if (!results.overhead_of.empty()) section.result("overhead", overhead(results));
+  section.failures("failures", failures(results));
+  section.details("runs", order_details(results));
+  if (!results.timings.empty()) section.details("times", precision_details(results));
+}
+
+/// A run that failed although the experiment says nothing of that, and no other method answered it.
+int method_grid_surprises(const Results& file) {
+  const auto records = file.all<Record>();
+  const auto is_answered = [&](const Record& record) {
+    return std::ranges::any_of(records, [&](const Record& other) {
+      return other.instead_of == record.method && other.setting() == record.setting() && other.succeeded();
+    });
+  };
+  return static_cast<int>(std::ranges::count_if(records, [&](const Record& record) {
+    return !record.succeeded() && record.status != "not_built" && record.expected.empty() &&
+           record.instead_of.empty() && !is_answered(record);
+  }));
+}
+
+const bool method_grid_is_registered = register_study(
+    {.kind = kDefaultStudy,
+     .summary = "methods on a grid of step lengths or tolerances: orders, speed against error, cost beside another",
+     .rows = {Record::kKind, TimingRow::kKind, Trajectory::kKind},
+     .has_quick_part = true,
+     .run = run_method_grid,
+     .show = show_method_grid,
+     .surprises = method_grid_surprises});
+
+}  // namespace
+}  // namespace ricochet

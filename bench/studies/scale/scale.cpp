@@ -1,0 +1,158 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ctime>
+
+#include "bench/experiment_file.h"
+#include "bench/progress.h"
+#include "bench/studies/scale/scale_rows.h"
+#include "bench/studies/study.h"
+#include "bench/timing.h"
+#include "methods/registry.h"
+#include "problems/input_error.h"
+#include "problems/registry.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+// Of the size of q: time stepping lets contacts sink a little, and flying ones are farther.
+constexpr double kTouches = 1e-4;
+
+// Runs up to this CPU time [s] are repeated, longer ones are timed once.
+constexpr double kRepeated = 2;
+
+/// A run that is to be made, and what is needed to time it again.
+struct Planned {
+  ScaleRun run;
+  std::string problem;
+  ParameterChanges changes;
+  double seconds = 0;           ///< of the first solve
+  std::function<void()> again;  ///< of a run that is repeated
+};
+
+/// One scene of growing size and one method.
+using Curve = std::vector<Planned>;
+
+std::vector<Curve> read_curves(const json& document) {
+  const int steps = document.at("steps");
+  if (steps < 1) throw InputError("steps", steps, "a number >= 1 is required");
+  std::vector<Curve> curves;
+  for (const json& group : document.at("runs")) {
+    allow_only(group, {"problem", "scene", "set", "set_per_n", "sizes", "methods"}, "runs");
+    const std::string problem = group.at("problem");
+    for (const std::string method : group.at("methods")) {
+      make_method(method);  // a bad one throws here
+      Curve curve;
+      for (const int size : group.at("sizes")) {
+        Planned next;
+        next.problem = problem;
+        next.changes = group.value("set", ParameterChanges());
+        for (const auto& [name, value] : group.value("set_per_n", ParameterChanges()))
+          next.changes[name] = value * size;
+        next.changes["n"] = size;
+        std::string command = fmt::format("ricochet run --problem {} --method {} --steps {}", problem, method, steps);
+        for (const auto& [name, value] : next.changes) command += fmt::format(" --set {}={}", name, value);
+        next.run.scene = group.value("scene", problem);
+        next.run.method = method;
+        next.run.command = command;
+        next.run.size = size;
+        next.run.steps = steps;
+        curve.push_back(std::move(next));
+      }
+      if (curve.empty()) throw InputError("sizes", "[]", "at least one is required");
+      make_problem(problem, curve.front().changes);
+      curves.push_back(std::move(curve));
+    }
+  }
+  return curves;
+}
+
+void solve_once(const Settings& settings, Planned& planned) {
+  ScaleRun& run = planned.run;
+  const std::shared_ptr<const Problem> problem = make_problem(planned.problem, planned.changes);
+  const std::shared_ptr<const Method> method = make_method(run.method);
+  run.contacts = problem->n_c();
+  if (const auto supported = method->supports(problem->info()); !supported.ok) {
+    run.status = "declined";
+    run.message = supported.reason;
+    return;
+  }
+  const std::clock_t begin = std::clock();
+  const Solution solution = method->solve(*problem, settings);
+  planned.seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  run.status = to_string(solution.status);
+  run.message = solution.message;
+  if (!solution.succeeded()) return;
+  const double steps = static_cast<double>(solution.counters.steps);
+  run.step_seconds = planned.seconds / run.steps;
+  run.active = static_cast<int>((problem->gap(solution.q).array() < kTouches).count());
+  run.solves = static_cast<double>(solution.counters.complementarity_solves) / steps;
+  run.iterations = static_cast<double>(solution.counters.inner_iterations + solution.counters.pivots) / steps;
+  run.events = static_cast<int>(solution.counters.events);
+  if (planned.seconds <= kRepeated) planned.again = [problem, method, settings] { method->solve(*problem, settings); };
+}
+
+/// Behind a size that the method does not finish, larger ones say so; the times of the others are those of one session.
+std::vector<ScaleRun> run_curve(Curve& curve, const Settings& settings, bool quick) {
+  bool ended = true;
+  std::vector<TimedRun> timed;
+  for (Planned& planned : curve) {
+    if (ended) {
+      solve_once(settings, planned);
+    } else {
+      planned.run.status = "not run";
+      planned.run.message = "a smaller one did not end";
+    }
+    ended = planned.run.succeeded();
+    if (planned.again) timed.push_back({planned.run.command, planned.seconds, planned.again});
+  }
+  const auto timings = measure(timed, quick, [](double) {});
+  auto timing = timings.begin();
+  std::vector<ScaleRun> runs;
+  for (Planned& planned : curve) {
+    if (planned.again) planned.run.step_seconds = (timing++)->median / planned.run.steps;
+    runs.push_back(planned.run);
+  }
+  return runs;
+}
+
+/// "steps"; "time_limit" of a run [s]; "runs": [{"problem", "scene": its name in the report, "set": {parameter: value},
+/// "set_per_n": {parameter: value for n = 1}, "sizes": values of the parameter n, "methods"}]. A curve that was
+/// interrupted is measured again.
+void run_scale(const json& experiment, ResultsFile& file) {
+  std::vector<Curve> curves = read_curves(experiment);
+  Settings settings;
+  settings.steps = experiment.at("steps");
+  settings.time_limit = experiment.at("time_limit");
+  settings.recording = Recording::final_state;  // n contacts that close at once would be n^2 numbers
+  Progress progress(experiment.at("id").get<std::string>());
+  double done = 0;
+  for (Curve& curve : curves) {
+    progress.update(done++ / static_cast<double>(curves.size()), curve.front().run.command);
+    file.rows<ScaleRun>(curve.size(), [&] { return run_curve(curve, settings, experiment.value("quick", false)); });
+  }
+}
+
+void show_scale(const Results& results, Section& section) {
+  const auto runs = results.all<ScaleRun>();
+  section.figures([=, id = results.experiment()](const FigureFolder& folder) {
+    return std::vector{
+        draw_growth(folder, scale_curves(runs), id, "Time of a step", "active contacts", "microseconds per step")};
+  });
+  section.result("steps", scale_table(runs));
+  section.failures("failures", scale_failures(runs));
+}
+
+// A method that declines, or does not finish a large scene in time, is what the study is about.
+const bool scale_is_registered = register_study({.kind = "scale",
+                                                 .summary = "the time of a step on scenes of growing size",
+                                                 .rows = {ScaleRun::kKind},
+                                                 .has_quick_part = true,
+                                                 .run = run_scale,
+                                                 .show = show_scale,
+                                                 .surprises = {}});
+
+}  // namespace
+}  // namespace ricochet

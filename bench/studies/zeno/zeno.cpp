@@ -1,0 +1,214 @@
+#include "bench/studies/zeno/zeno.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bench/progress.h"
+#include "bench/studies/study.h"
+#include "methods/contact_laws/contact_scales.h"
+#include "methods/elements/element_solver.h"
+#include "methods/registry.h"
+#include "methods/runge_kutta/tableau_argument.h"
+#include "problems/input_error.h"
+#include "problems/registry.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kPartOfZenoTime = 1.3;  // of a run; rest is long enough to be seen
+constexpr int kLengthBisections = 60;    // to the last bit of a length
+constexpr double kNoBound = std::numeric_limits<double>::quiet_NaN();
+
+/// Where the closed element absorbs. Gauss tableaus give v+ back: whatever they call rest is none.
+void set_bounds(const ButcherTableau& tableau, double T, const ExactBall& ball, double radius, ZenoRun& run) {
+  run.rest_bound = run.position_bound = kNoBound;
+  const Capture closed = capture(tableau);
+  if (tableau.order < 2 || !closed.absorbs()) return;
+  if (run.H > 0) {
+    run.rest_bound = closed.rest_time_bound(run.H, run.e);
+  } else {
+    // v+ <= tol / kappa, or the bounce is lower than rounding of the gap, v+^2 / (2 g) <= ContactScales::kGapRounding
+    // (|q| + T |v|).
+    const double size = ball.h_0 + radius + T * std::sqrt(2 * ball.g * ball.h_0);
+    const double v_plus =
+        std::max(run.tolerance / closed.kappa, std::sqrt(2 * ball.g * ContactScales::kGapRounding * size));
+    run.rest_bound = 2 * v_plus / (ball.g * (1 - run.e));
+  }
+  // The highest of the flights left out, v+^2 / (2 g), with the v+ of the bound above.
+  run.position_bound = ball.g / 8 * std::pow(run.rest_bound * (1 - run.e), 2);
+}
+
+std::vector<double> step_lengths(const json& range) {
+  const double from = range.at("from"), to = range.at("to"), per_decade = range.at("per_decade");
+  if (!(from > to && to > 0 && per_decade >= 1))
+    throw InputError("step_lengths", range.dump(), "from > to > 0 and per_decade >= 1 are required");
+  const int n = static_cast<int>(std::lround(per_decade * std::log10(from / to)));
+  std::vector<double> lengths;
+  for (int k = 0; k <= n; ++k) lengths.push_back(from * std::pow(10, -k / per_decade));
+  return lengths;
+}
+
+}  // namespace
+
+double ExactBall::t_Z() const {
+  return std::sqrt(2 * h_0 / g) * (1 + e) / (1 - e);  // (1)
+}
+
+double ExactBall::height(double t) const {
+  double flight = std::sqrt(2 * h_0 / g);  // the fall, then each flight in turn
+  if (t < flight) return h_0 - 0.5 * g * t * t;
+  if (t >= t_Z()) return 0;
+  t -= flight;
+  flight *= 2 * e;
+  while (t > flight && flight > 0) {
+    t -= flight;
+    flight *= e;
+  }
+  return 0.5 * g * t * (flight - t);
+}
+
+ZenoCapture measure_capture(const std::string& name) {
+  const ButcherTableau tableau = tableau_argument(name);
+  const Capture computed = capture(tableau);
+  if (!std::isfinite(computed.kappa))
+    throw InputError("tableaus", name, "A is singular, a closed element has no solution");
+  const auto ball = make_problem("bouncing_ball");
+  const double g = ExactBall().g, v_plus = 1;
+  Counters counters;
+  ElementSystem elements(*ball, tableau, counters);
+  ElementSolver solver(elements, 1e-14);
+  Element element;
+  element.resize(ball->info(), tableau.n_s);
+  element.q0[0] = 0.1;  // on the ground
+  element.v0[0] = v_plus;
+  element.modes[0] = ContactMode::closed;
+  const auto least_force = [&](double h) {
+    element.h = h;
+    return solver.solve(element) == ElementSolver::Result::converged ? element.lambda_n.minCoeff() : kNoBound;
+  };
+  double too_short = 0, long_enough = 100 * v_plus / g;
+  while (!(least_force(long_enough) >= 0) && long_enough < 1e6) long_enough *= 2;
+  for (int k = 0; k < kLengthBisections; ++k) {
+    const double h = 0.5 * (too_short + long_enough);
+    (least_force(h) >= 0 ? long_enough : too_short) = h;
+  }
+  least_force(2 * long_enough);
+  return {.tableau = name,
+          .n_s = tableau.n_s,
+          .kappa = computed.kappa,
+          .kept = computed.kept,
+          .measured_kappa = long_enough * g / v_plus,
+          .measured_kept = element.v1[0] / v_plus};
+}
+
+ZenoRun measure_rest(const std::string& method, double e, double H, double tolerance) {
+  const ExactBall exact{.e = e};
+  ZenoRun run{.method = method, .command = {}, .e = e, .H = H, .tolerance = tolerance, .status = {}, .message = {}};
+  run.t_Z = exact.t_Z();
+  Settings settings;
+  settings.recording = Recording::grid;
+  settings.tolerance = tolerance;
+  double T = kPartOfZenoTime * run.t_Z;
+  if (H > 0) {
+    settings.steps = static_cast<int>(std::ceil(T / H));
+    T = settings.steps * H;
+  }
+  run.command = fmt::format("ricochet run -p bouncing_ball -m {} --set e={} --set duration={:.17g} {}", method, e, T,
+                            H > 0 ? fmt::format("-N {}", settings.steps) : fmt::format("--tolerance {}", tolerance));
+  const auto ball = make_problem("bouncing_ball", {{"e", e}, {"duration", T}});
+  const double ground = ball->info().q0[0] - exact.h_0;
+  set_bounds(tableau_argument(tableau_of(method)), T, exact, ground, run);
+  const Solution solution = make_method(method)->solve(*ball, settings);
+  run.status = to_string(solution.status);
+  run.message = solution.message;
+  run.impacts = static_cast<int>(std::count_if(solution.events.begin(), solution.events.end(),
+                                               [](const Event& event) { return event.kind == EventKind::impact; }));
+  if (!solution.succeeded() || solution.events.empty()) return run;
+  const Event& last = solution.events.back();
+  run.rests = last.kind == EventKind::impact && is_closed(last.modes[0]);
+  run.t_rest = last.t;
+  run.v_plus = last.v_plus[0];
+  run.v_end = std::abs(solution.v[0]);
+  run.energy = 0.5 * (run.v_plus * run.v_plus - run.v_end * run.v_end);
+  for (const auto& sample : solution.samples) {
+    if (sample.t >= last.t)
+      run.position_error = std::max(run.position_error, std::abs(sample.q[0] - ground - exact.height(sample.t)));
+  }
+  return run;
+}
+
+namespace {
+
+/// The runs of an experiment, in the order of its results.
+struct ZenoPlan {
+  struct Entry {
+    std::string method;
+    double e, H, tolerance;
+  };
+  std::vector<std::string> tableaus;
+  std::vector<Entry> runs;
+
+  explicit ZenoPlan(const json& experiment) {
+    experiment.at("tableaus").get_to(tableaus);
+    const auto restitution = experiment.at("restitution").get<std::vector<double>>();
+    for (const double e : restitution) {
+      if (!(e > 0 && e < 1)) throw InputError("restitution", e, "numbers between 0 and 1 are required");
+    }
+    const auto lengths = step_lengths(experiment.at("step_lengths"));
+    for (const std::string method : experiment.at("methods")) {
+      for (const double e : restitution) {
+        for (const double H : lengths) runs.push_back({method, e, H, 0});
+      }
+    }
+    const auto tolerances = experiment.value("tolerances", std::vector<double>());
+    for (const auto& method : experiment.value("adaptive_methods", std::vector<std::string>())) {
+      for (const double e : restitution) {
+        for (const double tolerance : tolerances) runs.push_back({method, e, 0, tolerance});
+      }
+    }
+  }
+};
+
+void run_zeno(const json& experiment, ResultsFile& file) {
+  const ZenoPlan plan(experiment);
+  for (const auto& tableau : plan.tableaus) file.row<ZenoCapture>([&] { return measure_capture(tableau); });
+  Progress progress(experiment.at("id").get<std::string>());
+  for (std::size_t k = 0; k < plan.runs.size(); ++k) {
+    const ZenoPlan::Entry& run = plan.runs[k];
+    file.row<ZenoRun>([&] { return measure_rest(run.method, run.e, run.H, run.tolerance); });
+    progress.update(static_cast<double>(k + 1) / static_cast<double>(plan.runs.size()), run.method);
+  }
+}
+
+void show_zeno(const Results& results, Section& section) {
+  const auto captures = results.all<ZenoCapture>();
+  const auto runs = results.all<ZenoRun>();
+  section.figures(
+      [=, id = results.experiment()](const FigureFolder& folder) { return zeno_figures(folder, captures, runs, id); });
+  section.result("captures", zeno_capture_table(captures));
+  section.result("methods", zeno_table(runs));
+  section.details("runs", zeno_details(runs));
+}
+
+/// FESD-J may find no solution with two elements: that is among what is measured.
+int zeno_surprises(const Results& results) {
+  const auto runs = results.all<ZenoRun>();
+  return static_cast<int>(
+      std::ranges::count_if(runs, [](const ZenoRun& run) { return !run.succeeded() && run.status != "infeasible"; }));
+}
+
+const bool zeno_is_registered = register_study({.kind = "zeno",
+                                                .summary = "when and how the bouncing of a ball ends",
+                                                .rows = {ZenoCapture::kKind, ZenoRun::kKind},
+                                                .run = run_zeno,
+                                                .show = show_zeno,
+                                                .surprises = zeno_surprises});
+
+}  // namespace
+
+}  // namespace ricochet

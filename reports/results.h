@@ -1,0 +1,58 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "problems/input_error.h"
+
+namespace ricochet {
+
+constexpr int kResultsSchema = 1;
+
+/// A line of a results file. JSON has neither NaN nor infinity; the library writes null for them, and null is read as
+/// NaN here and nowhere else. @throws nlohmann::json::exception
+nlohmann::json parse_line(const std::string& text);
+
+/// A row as a line of a results file. A row is a struct with a JSON conversion (NLOHMANN_DEFINE_TYPE_*_WITH_DEFAULT, so
+/// that files from before a field was there can be read) and with the name of its kind as Row::kKind.
+template <class Row>
+nlohmann::json line_of(const Row& row) {
+  nlohmann::json line = row;
+  line["kind"] = Row::kKind;
+  return line;
+}
+
+/// A results file: what was run, where, and the rows of the study that wrote it.
+struct Results {
+  std::string path;
+  nlohmann::json header;
+  std::vector<nlohmann::json> rows;  ///< each with its "kind"
+  bool is_complete = false;
+
+  std::string experiment() const { return header.value("experiment", ""); }
+  std::string title() const { return header.value("title", experiment()); }
+
+  /// The rows of one kind, in the order of the file. @throws InputError for one that is damaged
+  template <class Row>
+  std::vector<Row> all() const {
+    std::vector<Row> list;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      if (rows[k].at("kind") != Row::kKind) continue;
+      try {
+        list.push_back(rows[k].get<Row>());
+      } catch (const nlohmann::json::exception& error) {
+        throw InputError(fmt::format("{}: row {}: not a {}: {}", path, k + 1, Row::kKind, error.what()));
+      }
+    }
+    return list;
+  }
+};
+
+/// Reads a results file (JSON lines: header, rows, end).
+/// @throws InputError when it cannot be read, is damaged, or has another schema
+Results read_results(const std::string& path);
+
+}  // namespace ricochet

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "reports/figures.h"
+#include "reports/results.h"
+#include "reports/table.h"
+
+namespace ricochet {
+
+/// What a study has to say of its results, in the order in which it is read. The terminal, the page and the Markdown
+/// page of results each print of it what they have room for.
+class Section {
+ public:
+  enum class Role {
+    result,    ///< what the study is for
+    summary,   ///< the same where there are no figures: not on the page
+    failures,  ///< what has no result, and why; a reader of the results is told how many
+    details    ///< every run: for those who ask for it
+  };
+  struct NamedTable {
+    std::string name;  ///< "orders": of the view, and of its CSV
+    Table table;
+    Role role;
+  };
+  using Draw = std::function<std::vector<Figure>(const FigureFolder&)>;
+  struct Figures {
+    Draw draw;
+    bool needs_gnuplot = true;
+  };
+  struct Heading {
+    std::string text;
+  };
+  struct Animation {
+    std::string html;
+  };
+  using Part = std::variant<NamedTable, Figures, Heading, Animation>;
+
+  void result(std::string name, Table table) { add(std::move(name), std::move(table), Role::result); }
+  void summary(std::string name, Table table) { add(std::move(name), std::move(table), Role::summary); }
+  void details(std::string name, Table table) { add(std::move(name), std::move(table), Role::details); }
+  /// Nothing when the table is empty; a terminal prints a paragraph per row.
+  void failures(std::string name, Table table);
+  void figures(Draw draw) { parts_.push_back(Figures{std::move(draw)}); }
+  void svg_figures(Draw draw) { parts_.push_back(Figures{std::move(draw), false}); }  ///< drawn without gnuplot
+  void heading(std::string text) { parts_.push_back(Heading{std::move(text)}); }
+  void animation(std::string html) { parts_.push_back(Animation{std::move(html)}); }
+
+  const std::vector<Part>& parts() const { return parts_; }
+  std::vector<const NamedTable*> tables() const;
+
+ private:
+  void add(std::string name, Table table, Role role) {
+    parts_.push_back(NamedTable{std::move(name), std::move(table), role});
+  }
+
+  std::vector<Part> parts_;
+};
+
+/// Results with what is to be said of them.
+struct ShownResults {
+  Results results;
+  Section section;
+};
+
+}  // namespace ricochet
