@@ -342,7 +342,7 @@ ElementStartSolver::Result ElementStartSolver::set_modes(FesdStep& step, int ele
       closed_.push_back(closed);
   }
   for (std::size_t k = 0; k < start.alternatives.size(); ++k) {
-    if (k < kMaxClosedInstead && (closed_instead >> k & 1U)) closed_.push_back(start.alternatives[k].closed);
+    if (k < kMaxAlternatives && (closed_instead >> k & 1U)) closed_.push_back(start.alternatives[k].closed);
   }
   for (const auto& closed : closed_) {
     if (closed.is_on_edge) start.on_edge.push_back({closed.contact, closed.facet});

@@ -8,8 +8,10 @@
 
 namespace ricochet {
 
-/// Alternatives of a start that can be named by the bits of a number.
-inline constexpr std::size_t kMaxClosedInstead = 31;
+/// A set of alternatives of a start is a number: its bit k takes the k-th, so those from the 32nd on are never taken.
+/// All sets of the first kMaxCombined are tried in turn; a later alternative is taken only where the search has a reason
+/// to close the bounce it stands for.
+inline constexpr std::size_t kMaxAlternatives = 31, kMaxCombined = 4;
 
 /// The left end of an element: what touches, what the modes are predicted to be, and what else they might be.
 struct ElementStart {
@@ -30,7 +32,7 @@ struct ElementStart {
   std::vector<int> touching;
   std::vector<ImpactLaw::ClosedContact> closed;  ///< touching contacts that do not separate; the load opens them or not
   std::vector<Alternative> alternatives;
-  unsigned closed_instead = 0;  ///< by alternative: the bounces that modes and forces have closed instead
+  unsigned closed_instead = 0;  ///< set of alternatives: the bounces that modes and forces have closed instead
   std::vector<int> from_rest;   ///< contacts that start to slip with zero slip velocity
   std::vector<OnEdge> on_edge;
   int culprit = -1;         ///< contact to blame for a Result that is not done
@@ -84,7 +86,7 @@ class ElementStartSolver {
 
   /// Modes and forces of the start that begin() made, when contacts that bounced are closed instead: what the load
   /// does to the others then. ElementStart::alternatives stay.
-  /// @param closed_instead  by alternative, those that bounced: bit k of the k-th
+  /// @param closed_instead  set of alternatives, of contacts that bounced
   Result close_instead(FesdStep& step, int element, const Element* left, const Switch& end, bool within_step,
                        unsigned closed_instead, ElementStart& start);
 

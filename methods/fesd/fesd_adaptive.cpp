@@ -210,7 +210,9 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
     const double rest = T - t;
     const bool is_last = h >= rest * (1 - 1e-12);
     const double H = is_last ? rest : (2 * h > rest ? 0.5 * rest : h);
-    Status status = time_limit.is_over() ? Status::time_limit : solver.advance_to_switch(H, capture, is_accurate);
+    PivotingSolver::ElementStep advanced{.status = Status::time_limit, .closed = {}};
+    if (!time_limit.is_over()) advanced = solver.advance_to_switch(H, capture, is_accurate);
+    const Status status = advanced.status;
     double scaled_error = 0;
     if (status == Status::success) {
       const Element& element = solver.step().last();
@@ -226,7 +228,7 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
       }
       const double wanted = std::clamp(0.8 * std::pow(std::max(scaled_error, 1e-300), -1.0 / (tableau_.order + 1)), 0.2,
                                        kMaxGrowth);  // (4)
-      const bool was_refused = solver.captured() && capture == 0;
+      const bool was_refused = advanced.closed.throughout && capture == 0;
       if (scaled_error > kHopeless && H <= kShortest * T) {
         solution.status = Status::step_limit;
         solution.message = fmt::format("t = {:.12g} s: a step of {:.3g} s still has {:.3g} times the error allowed", t,
@@ -235,7 +237,7 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
       }
       if (scaled_error > 1 && H > kShortest * T && !was_refused) {
         // What the forces of a capture do is the same in a shorter step: the contact has to bounce once more.
-        const bool is_captured = solver.captured();
+        const bool is_captured = advanced.closed.throughout;
         capture = is_captured ? 0 : capture;
         solver.reject();
         if (sensitivity) sensitivity->reject();
@@ -244,7 +246,7 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
       }
       // A bounce that cannot be followed is closed, and its velocity is an error that no shorter step loses. The motion
       // behind it has to be as accurate as elsewhere.
-      const bool is_of_motion = scaled_error * settings.tolerance > kCaptureErrors * solver.captured_speed();
+      const bool is_of_motion = scaled_error * settings.tolerance > kCaptureErrors * advanced.closed.speed;
       if (scaled_error > 1 && H > kShortest * T && was_refused && is_of_motion && ++refusals <= kMaxRefusals) {
         solver.reject();
         if (sensitivity) sensitivity->reject();
@@ -260,8 +262,8 @@ Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings
         h = std::min(wanted < kMaxGrowth ? solver.step().H * wanted : std::max(h, solver.step().H * wanted), T);
       else if (wanted < 0.9 || wanted > 1.5)
         h = std::min(std::max(H, h) * wanted, T);
-    } else if (status != Status::time_limit && solver.depends_on_length() &&
-               H > (solver.drifts() ? kShortestOnCurve : kShortest) * T) {
+    } else if (status != Status::time_limit && solver.failure().depends_on_length() &&
+               H > (solver.failure().drifts() ? kShortestOnCurve : kShortest) * T) {
       h = 0.5 * H;
       continue;
     }

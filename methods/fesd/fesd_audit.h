@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "methods/contact_laws/friction_cone.h"
-#include "methods/fesd/pivoting_solver.h"
+#include "methods/elements/fesd_step.h"
 
 namespace ricochet {
 

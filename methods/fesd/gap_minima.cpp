@@ -69,7 +69,7 @@ Violation GapMinima::check(const Element& stages) {
   const int n_s = tableau_.n_s, n_points = tableau_.is_stiffly_accurate() ? n_s : n_s + 1;
   evaluate(stages.q0.data(), stages.v0.data());
   double left_time = 0;
-  for (int j = 0; j < n_points && first.verdict == Verdict::fulfilled; ++j) {
+  for (int j = 0; j < n_points && !first; ++j) {
     std::swap(gap_, left_gap_);
     std::swap(rate_, left_rate_);
     const double time = j < n_s ? tableau_.c[j] * stages.h : stages.h, length = time - left_time;
@@ -83,8 +83,8 @@ Violation GapMinima::check(const Element& stages) {
       const double s = gap.minimum();
       if (!(left_gap_[i] > 0) || gap(s) >= -scales_.touching(i)) continue;  // (1)
       const double t = left_time + length * gap.first_root(s);
-      if (first.verdict == Verdict::fulfilled || t < first.time)
-        first = {.verdict = Verdict::gap_negative, .contact = i, .time = t, .value = gap(s)};
+      if (!first || t < first.time)
+        first = {.kind = Violation::Kind::gap_negative, .contact = i, .time = t, .value = gap(s)};
     }
     left_time = time;
   }

@@ -1,41 +1,39 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
+
 #include "methods/contact_laws/contact_scales.h"
 #include "methods/contact_laws/friction_polygon.h"
 #include "methods/elements/element.h"
+#include "methods/elements/switch.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 
 namespace ricochet {
 
-/// Why a prediction of the modes is refused.
-enum class Verdict : std::uint8_t {
-  fulfilled,
-  gap_negative,
-  force_negative,
-  cone_left,      ///< a sticking contact needs more than mu lambda_n
-  slip_reversed,  ///< a slipping contact turns back
-  slip_turned,    ///< on a polygon: vertex slip, and a neighbour of the vertex dissipates more
-  edge_left,      ///< on a polygon: edge slip, and the force is not between the vertices
-  drifts,
-  undetermined,
-  no_right_stage,
-  accumulates,
-  impacts_accumulate,
-  newton_failed,
-  no_impulse,
-  no_forces,
-  indeterminate
+/// A sign condition that an element breaks.
+struct Violation {
+  enum class Kind : std::uint8_t {
+    none,
+    gap_negative,
+    force_negative,
+    cone_left,      ///< a sticking contact needs more than mu lambda_n
+    slip_reversed,  ///< a slipping contact turns back
+    slip_turned,    ///< on a polygon: vertex slip, and a neighbour of the vertex dissipates more
+    edge_left,      ///< on a polygon: edge slip, and the force is not between the vertices
+    drifts,         ///< a closed contact opens or creeps at a right end that is no stage
+  };
+  Kind kind = Kind::none;
+  int contact = -1;
+  double time = 0;           ///< where the quantity crosses zero, interpolated [s]
+  double value = 0;          ///< gap [m], force [N], slip velocity [m/s]
+  int facet_condition = -1;  ///< on a polygon: number of the FacetCondition
+
+  explicit operator bool() const { return kind != Kind::none; }
 };
 
-/// First sign condition that a run of elements breaks.
-struct Violation {
-  Verdict verdict = Verdict::fulfilled;
-  int element = 0;  ///< of the step
-  int contact = -1;
-  double time = 0;     ///< where the quantity crosses zero, from the start of the run, interpolated [s]
-  double value = 0;    ///< gap [m], force [N], slip velocity [m/s]
-  int condition = -1;  ///< on a polygon: number of the FacetCondition
-};
+/// The switch inside the element that explains a violation, where one does: all but drift.
+std::optional<Switch::Kind> announced_switch(Violation::Kind kind);
 
 /// The inequalities of one element, at its stages and its right end:
 ///

@@ -1,0 +1,298 @@
+#include "methods/fesd/element_run.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace ricochet {
+namespace {
+
+// Switches that may be found before the one announced, in turn.
+constexpr int kMaxSwitchesInTurn = 4;
+// Shortest guesses of a run, as part of the time that remains: interpolated from the left end, a first violation may
+// seem to be there; a refuted root says more.
+constexpr double kShortestGuess = 1e-3, kShortestRefutation = 1e-12;
+// Lengths at which a switch function is sampled when Newton's method misses its root.
+constexpr int kBracketSamples = 16;
+// Of the regula falsi behind them, and the relative width at which it ends.
+constexpr int kMaxBracketSteps = 60;
+constexpr double kBracketWidth = 1e-12;
+
+}  // namespace
+
+ElementRunSolver::ElementRunSolver(const Problem& problem, const ButcherTableau& tableau, const Options& options,
+                                   ContactScales& scales, ElementStartSolver& start_solver, StepBuffers& buffers,
+                                   Counters& counters)
+    : problem_(problem),
+      tableau_(tableau),
+      polygon_(options.polygon),
+      buffers_(buffers),
+      start_solver_(start_solver),
+      elements_(problem, tableau, counters, polygon_),
+      element_solver_(elements_, options.tolerance),
+      switch_solver_(elements_, options.tolerance),
+      sign_conditions_(problem, tableau, polygon_, scales, options.gap_tolerance),
+      force_division_(problem),
+      regular_A_(tableau.A.fullPivLu().isInvertible()) {
+  gap_.setZero(problem.n_c());
+  if (options.between_stages) gap_minima_.emplace(problem, tableau, scales);
+}
+
+std::span<Element> ElementRunSolver::run(int first, int count) {
+  return {&buffers_.element(first), static_cast<std::size_t>(count)};
+}
+
+void ElementRunSolver::first_guess(int element, double h) {
+  Element& stages = buffers_.element(element);
+  const Element* left = buffers_.left_of(element);
+  const ElementStart& start = buffers_.start_of(element);
+  stages.h = h;
+  const bool has_impulse = !start.touching.empty() && !buffers_.step().Lambda_n.col(element).isZero(0);
+  if (left && left->h == h && left->modes == stages.modes && left->facets == stages.facets && !has_impulse) {
+    elements_.tableau.extrapolate(*left, stages);
+  } else if (start.has_forces) {
+    stages.a.colwise() = start.acceleration;
+    stages.lambda_n.colwise() = start.lambda_n;
+    stages.lambda_t.colwise() = start.lambda_t;
+  } else {
+    stages.a.setZero();
+    stages.lambda_n.setZero();
+    stages.lambda_t.setZero();
+  }
+}
+
+/// Contact whose force vanished at the left end of the element, or -1.
+int ElementRunSolver::just_broken(int element) const {
+  const Switch end = buffers_.switch_before(element);
+  return end.kind == Switch::Kind::force_vanishes ? end.contact : -1;
+}
+
+/// @param is_first  of a run: a contact may just have broken
+Violation ElementRunSolver::check_element(int element, bool is_first) {
+  Element& stages = buffers_.element(element);
+  const int broken = is_first ? just_broken(element) : -1;
+  Violation violation = sign_conditions_.check(stages, broken);
+  const bool is_of_forces =
+      violation.kind == Violation::Kind::force_negative || violation.kind == Violation::Kind::cone_left;
+  // Of redundant contacts these were the smallest forces; others may be allowed.
+  if (is_of_forces && elements_.is_redundant() && force_division_.into_cones(stages))
+    violation = sign_conditions_.check(stages, broken);
+  return !violation && gap_minima_ ? gap_minima_->check(stages) : violation;
+}
+
+/// Slip in space that would have to turn back leaves Newton's method without a solution: the contact comes to rest
+/// before.
+Violation ElementRunSolver::after_failed_newton(int element) {
+  const Element& stages = buffers_.element(element);
+  const bool slips_in_space =
+      std::find(stages.modes.begin(), stages.modes.end(), ContactMode::slip) != stages.modes.end();
+  double time = 0;
+  const int contact = slips_in_space ? start_solver_.first_to_stop(stages, time) : -1;
+  if (contact < 0) return {};
+  first_guess(element, stages.h);  // the failed iteration left none
+  return {.kind = Violation::Kind::slip_reversed, .contact = contact, .time = time};
+}
+
+/// One element of given length; what the failure says of the run is left to equal_elements().
+StepFailure ElementRunSolver::solve_element(int element) {
+  using Kind = StepFailure::Kind;
+  const Element& stages = buffers_.element(element);
+  const bool is_solved = element_solver_.solve(buffers_.element(element)) == ElementSolver::Result::converged;
+  const Violation violation = is_solved ? check_element(element, true) : after_failed_newton(element);
+  if (!violation) return {.kind = is_solved ? Kind::none : Kind::newton_failed, .violation = {}};
+  const bool stops_in_space =
+      violation.kind == Violation::Kind::slip_reversed && stages.modes[violation.contact] == ContactMode::slip;
+  if (stops_in_space && !tableau_.is_stiffly_accurate())
+    return {.kind = Kind::no_right_stage, .violation = {.contact = violation.contact}};
+  return {.kind = Kind::sign_condition, .violation = violation};
+}
+
+StepFailure ElementRunSolver::equal_elements(int first, int count, double h) {
+  const auto of_run = [&](StepFailure failure, int k) {
+    failure.violation.time += k * h;
+    failure.element = first + k;
+    failure.h = h;
+    failure.count = count;
+    return failure;
+  };
+  if (!regular_A_) {
+    const auto& modes = buffers_.element(first).modes;
+    const auto closed = std::find_if(modes.begin(), modes.end(), is_closed);
+    const auto contact = static_cast<int>(closed - modes.begin());
+    if (closed != modes.end())
+      return of_run({.kind = StepFailure::Kind::undetermined, .violation = {.contact = contact}}, 0);
+  }
+  FesdStep& step = buffers_.step();
+  for (int k = 0; k < count; ++k) {
+    const int element = first + k;
+    if (k > 0 && !start_solver_.carry_on(step, element, buffers_.start_of(element)))
+      return of_run({.kind = StepFailure::Kind::no_impulse, .violation = {}}, k);
+    first_guess(element, h);
+    step.ends[element].contact = -1;
+    if (const StepFailure failure = solve_element(element)) return of_run(failure, k);
+  }
+  return {};
+}
+
+/// One active set in all elements.
+void ElementRunSolver::prepare(int first, int count) {
+  const Element& front = buffers_.element(first);
+  for (int k = 0; k < count; ++k) {
+    buffers_.step().ends[first + k].contact = -1;
+    if (k == 0) continue;
+    Element& element = buffers_.element(first + k);
+    element.modes = front.modes;
+    element.facets = front.facets;
+    element.slip_start.setZero();
+  }
+}
+
+Violation ElementRunSolver::check_run(int first, int count) {
+  FesdStep& step = buffers_.step();
+  for (int k = 0; k < count; ++k) {
+    const Element& stages = buffers_.element(first + k);
+    if (k > 0) {
+      step.v_minus.col(first + k) = stages.v0;
+      step.Lambda_n.col(first + k).setZero();
+      step.Lambda_t.col(first + k).setZero();
+    }
+    Violation violation = check_element(first + k, k == 0);
+    violation.time += k * stages.h;
+    if (violation) return violation;
+  }
+  return {};
+}
+
+/// The switch that a violation in the run from `first` on announces.
+Switch ElementRunSolver::switch_for(int first, const Violation& violation) {
+  Switch end{announced_switch(violation.kind).value(), violation.contact};
+  const ElementStart& start = buffers_.start_of(first);
+  const Element& stages = buffers_.element(first);
+  const auto has = [&](const std::vector<int>& contacts) {
+    return std::find(contacts.begin(), contacts.end(), violation.contact) != contacts.end();
+  };
+  if (end.kind == Switch::Kind::gap_closes && has(start.touching)) {
+    end.zeros_at_start = 1;
+    problem_.gap(stages.q0.data(), gap_.data());
+    end.left_gap = gap_[end.contact];
+  }
+  if (violation.facet_condition >= 0)
+    end.condition =
+        polygon_.condition(stages.modes[end.contact], stages.facets[end.contact], violation.facet_condition);
+  const bool on_its_edge = end.kind == Switch::Kind::slip_turns &&
+                           std::any_of(start.on_edge.begin(), start.on_edge.end(), [&](const auto& on) {
+                             return on.contact == end.contact && on.edge == end.condition.facet;
+                           });
+  const bool is_of_slip = end.kind == Switch::Kind::slip_stops || end.kind == Switch::Kind::slip_turns;
+  if (on_its_edge || (is_of_slip && has(start.from_rest))) {
+    const Switch before = buffers_.switch_before(first);
+    const bool by_force =
+        before.is(Switch::Kind::cone_reached, end.contact) || before.is(Switch::Kind::edge_left, end.contact);
+    end.zeros_at_start = by_force ? 2 : 1;  // the acceleration is zero, too
+  }
+  return end;
+}
+
+bool ElementRunSolver::run_to_switch(int first, int count, Violation violation, double remaining,
+                                     SearchBudget& budget) {
+  prepare(first, count);
+  for (int attempt = 0; attempt < kMaxSwitchesInTurn; ++attempt) {
+    if (!budget.spend()) return false;
+    Switch end = switch_for(first, violation);
+    const double shortest = attempt == 0 ? kShortestGuess : kShortestRefutation;
+    buffers_.element(first).h = std::clamp(violation.time, shortest * remaining, remaining) / count;
+
+    if (!solve_run(first, count, end, remaining)) return false;
+    violation = check_run(first, count);
+    if (!violation) {
+      buffers_.step().ends[first + count - 1] = end;
+      return true;
+    }
+    if (!announced_switch(violation.kind)) return false;
+  }
+  return false;
+}
+
+/// SwitchSolver::solve, from other guesses when it fails.
+bool ElementRunSolver::solve_run(int first, int count, Switch& end, double remaining) {
+  const Element& front = buffers_.element(first);
+  const double max_h = remaining / count, guess = front.h;
+  const auto converges = [&] {
+    return switch_solver_.solve(run(first, count), end, max_h) == SwitchSolver::Result::converged;
+  };
+  const auto slides_beside = [&](int i) {
+    const auto& contacts = problem_.info().contacts;
+    return i != end.contact && front.modes[i] == ContactMode::slip &&
+           contacts[i].support == contacts[end.contact].support;
+  };
+  if (end.kind == Switch::Kind::slip_stops && front.modes[end.contact] == ContactMode::slip &&
+      std::ranges::any_of(problem_.info().unilateral, slides_beside)) {
+    end.together = true;
+    if (converges()) return true;
+    end.together = false;
+    for (int k = 0; k < count; ++k) first_guess(first + k, guess);
+  }
+  return converges() || (bracket_switch(first, count, end, remaining) && converges());
+}
+
+bool ElementRunSolver::run_to_time(int first, int count, double h, Violation::Kind violation, int contact,
+                                   SearchBudget& budget) {
+  if (!budget.spend() || equal_elements(first, count, h)) return false;
+  buffers_.step().ends[first + count - 1] = {.kind = announced_switch(violation).value(), .contact = contact};
+  return true;
+}
+
+/// Switch function, without its zeros at the start, at the end of `count` elements of length h; NaN where they have no
+/// solution.
+double ElementRunSolver::switch_value(int first, int count, const Switch& end, double h) {
+  for (int element = first; element < first + count; ++element) {
+    if (element > first && !start_solver_.carry_on(buffers_.step(), element, buffers_.start_of(element)))
+      return std::numeric_limits<double>::quiet_NaN();
+    first_guess(element, h);
+    if (element_solver_.solve(buffers_.element(element)) != ElementSolver::Result::converged)
+      return std::numeric_limits<double>::quiet_NaN();
+  }
+  return switch_solver_.function().value(buffers_.element(first + count - 1), end) / std::pow(h, end.zeros_at_start);
+}
+
+/// First guess for a switch that Newton's method did not find: the first sign change of the switch function over the
+/// lengths of the run, then regula falsi (Illinois variant). Leaves the run solved for that length.
+bool ElementRunSolver::bracket_switch(int first, int count, const Switch& end, double remaining) {
+  if (properties(end.kind).needs_force && tableau_.right_end.size() == 0) return false;
+  // Slip in space has no solution behind the switch that could bracket it.
+  if (buffers_.element(first).modes[end.contact] == ContactMode::slip) return false;
+
+  double low = 0, high = 0, at_low = 0, at_high = 0;
+  bool found = false;
+  for (int part = 1; part <= kBracketSamples && !found; ++part) {
+    low = high;
+    at_low = at_high;
+    high = remaining / count * part / kBracketSamples;
+    at_high = switch_value(first, count, end, high);
+    found = part > 1 ? at_low > 0 && at_high <= 0 : at_high <= 0 && end.kind == Switch::Kind::gap_closes;
+    if (part == 1 && found) {  // the gap at length zero is the one at the left end; deflated, some positive number
+      problem_.gap(buffers_.element(first).q0.data(), gap_.data());
+      at_low = end.zeros_at_start > 0 ? std::abs(at_high) : gap_[end.contact];
+    }
+  }
+  if (!found) return false;
+  for (int step = 0; step < kMaxBracketSteps && high - low > kBracketWidth * high; ++step) {
+    const double h = at_low > 0 ? (low * at_high - high * at_low) / (at_high - at_low) : 0.5 * (low + high);
+    const double at_h = switch_value(first, count, end, h);
+    if (std::isnan(at_h)) return false;
+    if (at_h > 0) {
+      low = h;
+      at_low = at_h;
+      at_high /= 2;
+    } else {
+      high = h;
+      at_high = at_h;
+      at_low /= 2;
+    }
+    if (at_h == 0) break;
+  }
+  return !std::isnan(switch_value(first, count, end, high));
+}
+
+}  // namespace ricochet

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <optional>
+
+#include "methods/elements/element_solver.h"
+#include "methods/elements/switch_solver.h"
+#include "methods/fesd/force_division.h"
+#include "methods/fesd/gap_minima.h"
+#include "methods/fesd/search_budget.h"
+#include "methods/fesd/sign_conditions.h"
+#include "methods/fesd/step_buffers.h"
+#include "methods/fesd/step_failure.h"
+
+namespace ricochet {
+
+/// Solves and checks a run: neighbouring elements of equal length with the modes of the first, whose start is known.
+/// The length is given, or the switch at the right end of the last element determines it. Results are in the buffers.
+class ElementRunSolver {
+ public:
+  struct Options {
+    double tolerance;  ///< of Newton's method
+    FrictionPolygon polygon;
+    double gap_tolerance;  ///< of SignConditions [m]
+    bool between_stages;   ///< gaps have to be positive between the stages, too
+  };
+
+  /// All but the options are kept and have to outlive this.
+  ElementRunSolver(const Problem& problem, const ButcherTableau& tableau, const Options& options, ContactScales& scales,
+                   ElementStartSolver& start_solver, StepBuffers& buffers, Counters& counters);
+
+  /// `count` elements of length h. The first failure in time; its violation counts time from the start of the run.
+  StepFailure equal_elements(int first, int count, double h);
+
+  /// `count` elements up to the switch that the violation announces. When the solution shows another switch before it,
+  /// that one is taken instead. Whether all sign conditions are fulfilled up to there. @param remaining  most of their
+  /// length together [s]
+  bool run_to_switch(int first, int count, Violation violation, double remaining, SearchBudget& budget);
+
+  /// `count` elements of length h, with the switch that the violation announces at their end, whatever its equation
+  /// says. Whether all sign conditions are fulfilled up to there.
+  bool run_to_time(int first, int count, double h, Violation::Kind violation, int contact, SearchBudget& budget);
+
+ private:
+  void first_guess(int element, double h);
+  Violation check_element(int element, bool is_first);
+  int just_broken(int element) const;
+  Violation after_failed_newton(int element);
+  StepFailure solve_element(int element);
+  void prepare(int first, int count);
+  Violation check_run(int first, int count);
+  Switch switch_for(int first, const Violation& violation);
+  bool solve_run(int first, int count, Switch& end, double remaining);
+  bool bracket_switch(int first, int count, const Switch& end, double remaining);
+  double switch_value(int first, int count, const Switch& end, double h);
+  std::span<Element> run(int first, int count);
+
+  const Problem& problem_;
+  const ButcherTableau& tableau_;
+  const FrictionPolygon polygon_;
+  StepBuffers& buffers_;
+  ElementStartSolver& start_solver_;
+  ElementSystem elements_;
+  ElementSolver element_solver_;
+  SwitchSolver switch_solver_;
+  SignConditions sign_conditions_;
+  ForceDivision force_division_;
+  std::optional<GapMinima> gap_minima_;  // with Options::between_stages
+  const bool regular_A_;
+  Vector gap_;
+};
+
+}  // namespace ricochet

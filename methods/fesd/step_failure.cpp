@@ -1,0 +1,140 @@
+#include "methods/fesd/step_failure.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "methods/fesd/open_motion.h"
+
+namespace ricochet {
+namespace {
+
+/// @param where  the element, as the end of a sentence
+std::string describe(const Violation& violation, const std::string& contact, const std::string& where,
+                     const std::string& tableau) {
+  const double value = violation.value;
+  switch (violation.kind) {
+    case Violation::Kind::gap_negative:
+      return fmt::format("{} would penetrate to a gap of {:.3g} m {}", contact, value, where);
+    case Violation::Kind::force_negative:
+      return fmt::format("{} would pull with {:.3g} N {}", contact, value, where);
+    case Violation::Kind::cone_left:
+      return fmt::format("{} would stick with {:.3g} N more than its friction cone has {}", contact, -value, where);
+    case Violation::Kind::slip_reversed:
+      return fmt::format("{} would slip back with {:.3g} m/s {}", contact, -value, where);
+    case Violation::Kind::slip_turned:
+      return fmt::format("{} would slip with {:.3g} m/s past an edge of its friction polygon {}", contact, -value,
+                         where);
+    case Violation::Kind::edge_left:
+      return fmt::format("{} would slip with {:.3g} N beyond an edge of its friction polygon {}", contact, -value,
+                         where);
+    case Violation::Kind::drifts:
+      return fmt::format(
+          "{} stays closed, but tableau {} has no stage at the right end and drifts to a gap or slip velocity of "
+          "{:.3g} there {}: a curved persistent contact needs a stiffly accurate tableau",
+          contact, tableau, value, where);
+    case Violation::Kind::none:
+      break;
+  }
+  return "";
+}
+
+}  // namespace
+
+bool StepFailure::announces_switch() const {
+  return announced_switch(violation.kind).has_value();
+}
+
+bool StepFailure::drifts() const {
+  return violation.kind == Violation::Kind::drifts;
+}
+
+bool StepFailure::depends_on_length() const {
+  switch (kind) {
+    case Kind::no_impulse:
+    case Kind::no_forces:
+    case Kind::indeterminate:
+    case Kind::accumulates:
+    case Kind::impacts_accumulate:
+      return false;
+    case Kind::none:
+    case Kind::sign_condition:
+    case Kind::newton_failed:
+    case Kind::undetermined:
+    case Kind::no_right_stage:
+      return true;
+  }
+  return true;
+}
+
+void SearchFailures::note(const StepFailure& failure) {
+  if (!first) first = failure;
+  if (!deepest || failure.element - failure.count > deepest.element - deepest.count) deepest = failure;
+}
+
+std::string describe(const StepFailure& failure, const ProblemInfo& problem, const std::string& tableau) {
+  const int i = failure.violation.contact;
+  const std::string contact = i < 0 ? "a contact" : "contact '" + problem.contacts[i].name + "'";
+  const std::string where =
+      fmt::format("in element {} of {} equal ones of {:.6g} s", failure.element + 1, failure.count, failure.h);
+  switch (failure.kind) {
+    case StepFailure::Kind::sign_condition:
+      return describe(failure.violation, contact, where, tableau);
+    case StepFailure::Kind::newton_failed:
+      return fmt::format("Newton's method on the stage equations did not converge {}", where);
+    case StepFailure::Kind::undetermined:
+      return fmt::format("{} stays closed, but the matrix A of tableau {} is singular and does not determine its force",
+                         contact, tableau);
+    case StepFailure::Kind::no_right_stage:
+      return fmt::format(
+          "{} comes to rest, but tableau {} has no stage at the right end where both components of its slip velocity "
+          "could vanish: slip in space that stops needs a stiffly accurate tableau",
+          contact, tableau);
+    case StepFailure::Kind::accumulates:
+      return fmt::format(
+          "the impacts of {} accumulate, it bounces no higher than its gap is known; tableau {} has no stage at the "
+          "right end that could stop it",
+          contact, tableau);
+    case StepFailure::Kind::impacts_accumulate:
+      return fmt::format("impacts of {} and its neighbours follow each other at one instant without an end", contact);
+    case StepFailure::Kind::no_impulse:
+      return fmt::format(
+          "the impact law at {} has no solution: M(q) is not positive definite or the contact problem is degenerate",
+          contact);
+    case StepFailure::Kind::no_forces:
+      return fmt::format(
+          "the contact forces at {} are inconsistent: no active set of the touching contacts fulfils the contact laws "
+          "(Painleve)",
+          contact);
+    case StepFailure::Kind::indeterminate:
+      return fmt::format(
+          "the contact forces at {} are indeterminate: it may open, and as well press itself against the surface it "
+          "slides on (Painleve)",
+          contact);
+    case StepFailure::Kind::none:
+      break;
+  }
+  return "";
+}
+
+std::string describe(const SearchFailures& failures, const Problem& problem, const std::string& tableau,
+                     const FesdStep& step, const std::string& elements, int predictions) {
+  const StepFailure &first = failures.first, &deepest = failures.deepest;
+  const ProblemInfo& info = problem.info();
+  if (!first.depends_on_length()) return describe(first, info, tableau);
+  std::string message = fmt::format("no solution with {}: {}", elements, describe(first, info, tableau));
+  const bool is_other =
+      deepest.element != first.element || deepest.kind != first.kind || deepest.violation.kind != first.violation.kind;
+  if (is_other) message += fmt::format("; with a switch before it, {}", describe(deepest, info, tableau));
+  if (first.violation.kind == Violation::Kind::cone_left) {
+    const Element& element = step.elements[static_cast<std::size_t>(first.element)];
+    const auto open = contacts_of_open_motion(problem, element.q0, element.v0, element.modes);
+    if (!open.empty())
+      message += fmt::format(
+          "; Coulomb's law leaves the motion open there, contacts '{}' may share their forces in ways "
+          "that move the bodies differently",
+          fmt::join(open, "', '"));
+  }
+  return message + fmt::format(" ({} predictions)", predictions);
+}
+
+}  // namespace ricochet
