@@ -1,20 +1,17 @@
 #include <fmt/format.h>
 
 #include "methods/elements/bilateral_support.h"
-#include "methods/fesd/fesd_audit.h"
+#include "methods/fesd/fesd_run.h"
 #include "methods/fesd/pivoting_solver.h"
-#include "methods/fesd/record_step.h"
-#include "methods/fesd/sensitivity.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
-#include "methods/time_limit.h"
 #include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
 
 /// FESD-J, the discrete equations of each simulation step solved by pivoting (pivoting_solver.h).
-/// Source: Nurkanovic, Frey, Pozharskiy, Diehl, FESD-J, section 3; corrections in the README of this folder.
+/// Source: Nurkanovic, Frey, Pozharskiy, Diehl, FESD-J, section 3; corrections in DIFFERENCES.md.
 class Fesd final : public Method {
  public:
   explicit Fesd(const MethodSpec& spec) : id_(spec.text()), tableau_(tableau_argument(spec)) {
@@ -50,65 +47,32 @@ class Fesd final : public Method {
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    Solution solution;
+    const bool pinned = options_.switches == PivotingSolver::Switches::pinned;
+    if (!settings.sensitivities.empty()) require_sensitivities(problem.info());
+    FesdRun run(problem, tableau_, settings,
+                FesdAudit::Claims{.pinned = pinned, .gap_tolerance = options_.gap_tolerance, .cone = cone_});
     PivotingSolver::Options options = options_;
     options.tolerance = settings.inner_tolerance;
-    PivotingSolver solver(problem, tableau_, options, solution.counters);
-    std::optional<FesdAudit> audit;
-    if (settings.audit)
-      audit.emplace(problem, tableau_, options.switches == PivotingSolver::Switches::pinned, options.gap_tolerance,
-                    cone_);
-    std::optional<Sensitivity> sensitivity;
-    if (!settings.sensitivities.empty()) {
-      if (options.switches != PivotingSolver::Switches::pinned)
-        throw InputError(
-            fmt::format("{}: sensitivities need switches=pinned, else no equation gives the time of a switch", id_));
-      if (options.facets > 0 && has_friction_in_space(problem.info()))
-        throw InputError(fmt::format("{}: there are no sensitivities with a polyhedral friction cone in space", id_));
-      sensitivity.emplace(problem, tableau_, settings.sensitivities);
-    }
-    const TimeLimit time_limit(settings.time_limit);
-
-    const ProblemInfo& info = problem.info();
-    const double H = info.end_time / settings.steps;
-    solver.start(info.q0, info.v0);
-    const Element* reached = nullptr;  // the last element that was solved
-    for (int k = 0; k < settings.steps; ++k) {
-      const double t = k * H;
-      const Status status = time_limit.is_over() ? Status::time_limit : solver.advance(H);
-      if (status != Status::success) {
-        solution.status = status;
-        const bool has_hint = status != Status::time_limit && solver.more_elements_may_help();
-        solution.message = fmt::format("step {} of {}, from t = {:.6g} s: {}{}", k + 1, settings.steps, t,
-                                       status == Status::time_limit ? time_limit.message() : solver.failure_message(),
-                                       has_hint ? "; elements=as_needed may solve it" : "");
-        break;
-      }
-      const FesdStep& step = solver.step();
-      if (sensitivity && step.has_impact_sequence()) {
-        solution.status = Status::infeasible;
-        solution.message =
-            fmt::format("step {} of {}, from t = {:.6g} s: {}", k + 1, settings.steps, t, Sensitivity::kNoDerivative);
-        break;
-      }
-      if (sensitivity) sensitivity->add(step, (k + 1.0) / settings.steps * sensitivity->dt_final());
-      const FesdStep* previous = solver.previous_step();
-      record_step(problem, settings.recording, step, previous, t, sensitivity ? &*sensitivity : nullptr, solution);
-      if (audit) audit->add(step, previous, t);
-      reached = &step.last();
-      solution.t = k + 1 == settings.steps ? info.end_time : (k + 1) * H;
-    }
-    solution.q = reached ? reached->q1 : info.q0;
-    solution.v = reached ? reached->v1 : info.v0;
-    if (audit) solution.residuals = audit->residuals();
-    if (sensitivity) {
-      solution.dq = sensitivity->dq();
-      solution.dv = sensitivity->dv();
-    }
-    return solution;
+    PivotingSolver solver(problem, tableau_, options, run.counters());
+    solver.start(problem.info().q0, problem.info().v0);
+    run.take_equal_steps(
+        solver, [&](double H) { return run.time_is_over() ? Status::time_limit : solver.advance(H); },
+        [&] {
+          return solver.failure_message() +
+                 (solver.more_elements_may_help() ? "; elements=as_needed may solve it" : "");
+        });
+    return run.finish();
   }
 
  private:
+  void require_sensitivities(const ProblemInfo& problem) const {
+    if (options_.switches != PivotingSolver::Switches::pinned)
+      throw InputError(
+          fmt::format("{}: sensitivities need switches=pinned, else no equation gives the time of a switch", id_));
+    if (options_.facets > 0 && has_friction_in_space(problem))
+      throw InputError(fmt::format("{}: there are no sensitivities with a polyhedral friction cone in space", id_));
+  }
+
   std::string id_;
   ButcherTableau tableau_;
   FrictionConeOptions cone_;

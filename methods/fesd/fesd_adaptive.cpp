@@ -1,56 +1,196 @@
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "methods/elements/bilateral_support.h"
 #include "methods/fesd/capture.h"
-#include "methods/fesd/fesd_audit.h"
+#include "methods/fesd/element_error.h"
+#include "methods/fesd/fesd_run.h"
 #include "methods/fesd/moving_contacts.h"
 #include "methods/fesd/pivoting_solver.h"
-#include "methods/fesd/record_step.h"
-#include "methods/fesd/sensitivity.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
-#include "methods/time_limit.h"
-#include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
 
-/// |C| 2^p of FesdAdaptive (2)
-double error_constant(const ButcherTableau& tableau) {
-  const int p = tableau.order;
-  Vector A_p = Vector::Ones(tableau.n_s);
-  for (int k = 0; k < p; ++k) A_p = (tableau.A * A_p).eval();
-  const double of_stability = tableau.b.dot(A_p) - 1 / std::tgamma(p + 2);
-  const double of_quadrature = (tableau.b.dot(tableau.c.array().pow(p).matrix()) - 1.0 / (p + 1)) / std::tgamma(p + 1);
-  return std::max(std::abs(of_stability), std::abs(of_quadrature)) * std::pow(2, p);
+constexpr double kMaxGrowth = 4, kMaxShrinking = 0.2, kSafety = 0.8;  // of (4)
+constexpr double kKeepFrom = 0.9, kKeepTo = 1.5;  // factors of (4) that are not worth another length
+constexpr double kFirstStep = 0.05;               // of end_time; the first elements tell more
+constexpr double kHopeless = 100;          // an error that an element which ends at a switch inside will hardly lose
+constexpr double kShortest = 1e-13;        // of end_time; what time can resolve
+constexpr double kShortestOnCurve = 1e-6;  // of end_time, where shorter steps would only drift a little less
+constexpr int kMaxRefusals = 6;            // of a closed bounce: by then its step is a ten thousandth
+constexpr double kClosingErrors = 2;       // errors of an element that a closed bounce explains, by its velocity
+constexpr int kMaxStandstills = 100;       // steps in a row too short to move t; a few switches may coincide
+
+/// A run of FesdAdaptive.
+class AdaptiveRun {
+ public:
+  /// @param rest_speed  normal velocity up to which a bounce is closed [m/s]
+  AdaptiveRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
+              const PivotingSolver::Options& options, const FrictionConeOptions& cone, const ElementError& error,
+              double rest_speed);
+
+  Solution solve();
+
+ private:
+  /// What becomes of a step that was tried: it counts, or another one starts at the same time, or the run has failed.
+  enum class Next : std::uint8_t { accept, repeat, stop };
+  /// The length that is tried, and whether the run would end with it.
+  struct Attempt {
+    double H;
+    bool is_last;
+  };
+
+  Attempt next_attempt() const;
+  double rest_speed() const { return may_close_ ? rest_speed_ : 0; }
+  Next judge(const Attempt& attempt, const PivotingSolver::ClosedBounces& closed);
+  Next after_failure(const Attempt& attempt, Status status);
+  Next repeat_with(double h);
+  void choose_length(double H, double wanted);
+  bool accept(const Attempt& attempt);
+  Next stop(Status status, const std::string& where, const std::string& message);
+
+  const Settings& settings_;
+  const ElementError& error_;
+  const double exponent_;  // of (4)
+  const double rest_speed_;
+  const double T_;
+  FesdRun run_;
+  PivotingSolver solver_;
+  MovingContacts moving_;
+  double t_ = 0, h_;  // where the next step begins, and how long it may be [s]
+  int standstills_ = 0;
+  bool may_close_ = true;  // bounces of the next step
+  int refusals_ = 0;       // of the bounces closed at t
+};
+
+AdaptiveRun::AdaptiveRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
+                         const PivotingSolver::Options& options, const FrictionConeOptions& cone,
+                         const ElementError& error, double rest_speed)
+    : settings_(settings),
+      error_(error),
+      exponent_(-1.0 / (tableau.order + 1)),
+      rest_speed_(rest_speed),
+      T_(problem.info().end_time),
+      run_(problem, tableau, settings, FesdAudit::Claims{.cone = cone}),
+      solver_(problem, tableau, options, run_.counters()),
+      moving_(problem),
+      h_(kFirstStep * T_) {
+  solver_.start(problem.info().q0, problem.info().v0);
+}
+
+Solution AdaptiveRun::solve() {
+  const std::function<bool(const Element&)> is_accurate = [&](const Element& element) {
+    return error_(element, moving_, settings_.tolerance) <= kHopeless;
+  };
+  while (t_ < T_) {
+    const Attempt attempt = next_attempt();
+    PivotingSolver::ElementStep step{.status = Status::time_limit, .closed = {}};
+    if (!run_.time_is_over()) step = solver_.advance_to_switch(attempt.H, rest_speed(), is_accurate);
+    const Next next =
+        step.status == Status::success ? judge(attempt, step.closed) : after_failure(attempt, step.status);
+    if (next == Next::stop || (next == Next::accept && !accept(attempt))) break;
+  }
+  return run_.finish();
+}
+
+/// The last two steps share what is left, so that none is tiny.
+AdaptiveRun::Attempt AdaptiveRun::next_attempt() const {
+  const double rest = T_ - t_;
+  const bool is_last = h_ >= rest * (1 - 1e-12);
+  return {is_last ? rest : (2 * h_ > rest ? 0.5 * rest : h_), is_last};
+}
+
+/// Whether the error of a step that has a solution is accepted, and how long the next one may be.
+AdaptiveRun::Next AdaptiveRun::judge(const Attempt& attempt, const PivotingSolver::ClosedBounces& closed) {
+  const double H = attempt.H;
+  const FesdStep& step = solver_.step();
+  double error = error_(step.last(), moving_, settings_.tolerance);
+  if (run_.has_no_derivative(step))
+    return stop(Status::infeasible, fmt::format("t = {:.12g} s: ", t_), Sensitivity::kNoDerivative);
+  if (Sensitivity* sensitivity = run_.sensitivity()) {
+    sensitivity->add(step, attempt.is_last ? sensitivity->dt_final() : sensitivity->dt());
+    error = std::max(error, error_(step.last(), *sensitivity, settings_.tolerance));
+  }
+  const bool can_be_shorter = H > kShortest * T_;
+  if (error > kHopeless && !can_be_shorter)
+    return stop(Status::step_limit, fmt::format("t = {:.12g} s: ", t_),
+                fmt::format("a step of {:.3g} s still has {:.3g} times the error allowed", H, error));
+  const double wanted =
+      std::clamp(kSafety * std::pow(std::max(error, 1e-300), exponent_), kMaxShrinking, kMaxGrowth);  // (4)
+  if (error > 1 && can_be_shorter) {
+    // A bounce that cannot be followed is closed, and its velocity is an error that no shorter step loses. The motion
+    // behind it has to be as accurate as elsewhere.
+    const bool was_refused = closed.throughout && rest_speed() == 0;
+    const bool is_of_motion = error * settings_.tolerance > kClosingErrors * closed.speed;
+    if (was_refused && is_of_motion && ++refusals_ <= kMaxRefusals) return repeat_with(0.2 * H);
+    if (!was_refused) {
+      // What the forces do that close a bounce is the same in a shorter step: the contact has to bounce once more.
+      if (closed.throughout) may_close_ = false;
+      return repeat_with(closed.throughout ? h_ : step.H * wanted);
+    }
+  }
+  refusals_ = 0;
+  may_close_ = true;
+  choose_length(H, wanted);
+  return Next::accept;
+}
+
+/// An element that a switch has cut short says what its own length may become; if it is too short for that, the length
+/// before it was good enough.
+void AdaptiveRun::choose_length(double H, double wanted) {
+  const double length = solver_.step().H;
+  if (length < H)
+    h_ = std::min(wanted < kMaxGrowth ? length * wanted : std::max(h_, length * wanted), T_);
+  else if (wanted < kKeepFrom || wanted > kKeepTo)
+    h_ = std::min(std::max(H, h_) * wanted, T_);
+}
+
+/// Forgets the step, which has a solution.
+AdaptiveRun::Next AdaptiveRun::repeat_with(double h) {
+  solver_.reject();
+  if (Sensitivity* sensitivity = run_.sensitivity()) sensitivity->reject();
+  h_ = h;
+  return Next::repeat;
+}
+
+/// A step without a solution is halved where that may help.
+AdaptiveRun::Next AdaptiveRun::after_failure(const Attempt& attempt, Status status) {
+  const StepFailure& failure = solver_.failure();
+  const double shortest = failure.drifts() ? kShortestOnCurve : kShortest;
+  if (status != Status::time_limit && failure.depends_on_length() && attempt.H > shortest * T_) {
+    h_ = 0.5 * attempt.H;
+    return Next::repeat;
+  }
+  return stop(status, fmt::format("from t = {:.12g} s, with a step of {:.3g} s: ", t_, attempt.H),
+              solver_.failure_message());
+}
+
+/// False when the time stands still.
+bool AdaptiveRun::accept(const Attempt& attempt) {
+  const FesdStep& step = solver_.step();
+  const double next = attempt.is_last && step.H == attempt.H ? T_ : t_ + step.H;
+  run_.accept(step, solver_.previous_step(), t_, next);
+  standstills_ = next > t_ ? 0 : standstills_ + 1;
+  t_ = next;
+  if (standstills_ <= kMaxStandstills) return true;
+  stop(Status::step_limit, fmt::format("t = {:.12g} s: ", t_),
+       fmt::format("{} steps in a row too short to move the time", standstills_));
+  return false;
+}
+
+AdaptiveRun::Next AdaptiveRun::stop(Status status, const std::string& where, const std::string& message) {
+  run_.fail(status, where, message);
+  return Next::stop;
 }
 
 /// FESD-J with error control: every element is a step of its own. It ends where the tolerance or a switch says; the
-/// lengths are free, so step equilibration has nothing to do.
-///
-/// Estimate. The accelerations w(c) of an element, as a polynomial through its n_s stages, have Legendre coefficients
-///
-///   alpha_k = sum_j L_kj w_j,   sum_k alpha_k P_k(2 c_j - 1) = w_j.                                           (1)
-///
-/// Where the solution behaves like exp(lambda t), |alpha_k| / |w| is about x^k / (2 k - 1)!!, x = |lambda| h / 2, and a
-/// method of order p leaves an error of |C| (2 x)^p h |w| in the velocity, with C the first coefficient of its
-/// stability function that is not that of exp,
-///
-///   C = b' A^p 1 - 1 / (p + 1)!,   or  (b' c^p - 1 / (p + 1)) / p!  of its quadrature if that is larger.      (2)
-///
-/// The last coefficient alpha_k says what x is, and the one before it too in case the last is small by chance, for each
-/// velocity
-///
-///   e_v = |C| 2^p h |w| max over k = n_s - 1, n_s - 2 >= 1 of ((2 k - 1)!! |alpha_k| / |w|)^(p / k),   e_q = h e_v.
-///   (3)
-///
-/// This is the local error of order p + 1 itself, without evaluating anything: not that of a lower-order method
-/// embedded in it. Where surfaces move by themselves, gaps and slip paths are estimated as well (moving_contacts.h).
+/// lengths are free, so step equilibration has nothing to do. Its local error e is estimated by (1)-(3) of
+/// element_error.h.
 ///
 /// A step is accepted when e <= tol (1 + |x|) in every component. The next one has length
 ///
@@ -67,28 +207,11 @@ double error_constant(const ButcherTableau& tableau) {
 /// (3) for the derivatives of w, q and v as well, each within tol (1 + |dx|).
 class FesdAdaptive final : public Method {
  public:
-  explicit FesdAdaptive(const MethodSpec& spec) : id_(spec.text()), tableau_(tableau_argument(spec)) {
+  explicit FesdAdaptive(const MethodSpec& spec)
+      : id_(spec.text()), tableau_(tableau_argument(spec)), cone_(cone_argument(spec)), error_(tableau_) {
     options_.n_fe = 1;
     options_.between_stages = true;
-    cone_ = cone_argument(spec);
     options_.facets = cone_.facets;
-    const int n = tableau_.n_s;
-    bool is_distinct = true;
-    for (int j = 0; j < n; ++j) {
-      for (int m = 0; m < j; ++m) is_distinct = is_distinct && tableau_.c[j] != tableau_.c[m];
-    }
-    if (n < 2 || !is_distinct) {
-      throw InputError("tableau of fesd_adaptive", tableau_.name,
-                       "at least two stages with different nodes c are required, the error estimate needs them");
-    }
-    Matrix values(n, n);  // P_k(2 c_j - 1)
-    for (int j = 0; j < n; ++j) {
-      for (int k = 0; k < n; ++k) values(j, k) = std::legendre(static_cast<unsigned>(k), 2 * tableau_.c[j] - 1);
-    }
-    legendre_ = values.inverse();
-    odd_factorial_ = Vector::Ones(n);
-    for (int k = 2; k < n; ++k) odd_factorial_[k] = (2 * k - 1) * odd_factorial_[k - 1];
-    error_constant_ = error_constant(tableau_);
     if (const Capture captured = capture(tableau_); tableau_.is_stiffly_accurate() && captured.absorbs())
       kappa_ = captured.kappa;
   }
@@ -118,185 +241,21 @@ class FesdAdaptive final : public Method {
   }
 
  protected:
-  Solution do_solve(const Problem& problem, const Settings& settings) const override;
+  Solution do_solve(const Problem& problem, const Settings& settings) const override {
+    PivotingSolver::Options options = options_;
+    options.tolerance = settings.inner_tolerance;
+    return AdaptiveRun(problem, tableau_, settings, options, cone_, error_, settings.tolerance / kappa_).solve();
+  }
 
  private:
-  using State = Eigen::Ref<const Vector>;
-  double error(double h, const Eigen::Ref<const Matrix>& w, const State& q, const State& v, double tolerance) const;
-  double error(const Element& e, double tolerance) const { return error(e.h, e.a, e.q0, e.v0, tolerance); }
-  double error(const Element& e, const Sensitivity& sensitivity, double tolerance) const;
-
   std::string id_;
   ButcherTableau tableau_;
   FrictionConeOptions cone_;
+  ElementError error_;
   PivotingSolver::Options options_;
-  Matrix legendre_;                                         // L of (1)
-  Vector odd_factorial_;                                    // (2 k - 1)!!
-  double error_constant_ = 1;                               // |C| 2^p
-  double kappa_ = std::numeric_limits<double>::infinity();  // no capture without a stage at the right end that stops it
+  // Nothing is closed without a stage at the right end that stops it.
+  double kappa_ = std::numeric_limits<double>::infinity();
 };
-
-constexpr double kMaxGrowth = 4;
-constexpr double kFirstStep = 0.05;        // of end_time; the first elements tell more
-constexpr double kHopeless = 100;          // an error that an element which ends at a switch inside will hardly lose
-constexpr double kShortest = 1e-13;        // of end_time; what time can resolve
-constexpr double kShortestOnCurve = 1e-6;  // of end_time, where shorter steps would only drift a little less
-constexpr int kMaxRefusals = 6;            // of a capture: by then its step is a ten thousandth
-constexpr double kCaptureErrors = 2;       // errors of an element that a captured velocity explains, by that velocity
-constexpr int kMaxStandstills = 100;       // steps in a row too short to move t; a few switches may coincide
-
-/// (1), (3), relative to the tolerance: the largest of all components. @param w  n_q x n_s
-double FesdAdaptive::error(double h, const Eigen::Ref<const Matrix>& w, const State& q, const State& v,
-                           double tolerance) const {
-  const int n_s = tableau_.n_s;
-  double worst = 0;
-  for (Eigen::Index i = 0; i < v.size(); ++i) {
-    const double size = w.row(i).cwiseAbs().maxCoeff();
-    if (size == 0) continue;
-    double decay = 0;
-    for (int k = n_s - 1; k >= std::max(1, n_s - 2); --k) {
-      const double alpha = std::abs(legendre_.row(k).dot(w.row(i)));
-      decay = std::max(decay, std::pow(odd_factorial_[k] * alpha / size, static_cast<double>(tableau_.order) / k));
-    }
-    const double e_v = error_constant_ * h * size * decay, e_q = h * e_v;
-    worst = std::max({worst, e_v / (tolerance * (1 + std::abs(v[i]))), e_q / (tolerance * (1 + std::abs(q[i])))});
-  }
-  return worst;
-}
-
-/// The same for the derivatives in the element that was added last.
-double FesdAdaptive::error(const Element& e, const Sensitivity& sensitivity, double tolerance) const {
-  double worst = 0;
-  for (Eigen::Index k = 0; k < sensitivity.dq().cols(); ++k) {
-    const Eigen::Map<const Matrix> dw(sensitivity.stage_accelerations().col(k).data(), e.a.rows(), e.a.cols());
-    worst = std::max(worst, error(e.h, dw, sensitivity.dq().col(k), sensitivity.dv().col(k), tolerance));
-  }
-  return worst;
-}
-
-Solution FesdAdaptive::do_solve(const Problem& problem, const Settings& settings) const {
-  Solution solution;
-  PivotingSolver::Options options = options_;
-  options.tolerance = settings.inner_tolerance;
-  PivotingSolver solver(problem, tableau_, options, solution.counters);
-  std::optional<FesdAudit> audit;
-  if (settings.audit) audit.emplace(problem, tableau_, true, 0.0, cone_);
-  std::optional<Sensitivity> sensitivity;
-  if (!settings.sensitivities.empty()) sensitivity.emplace(problem, tableau_, settings.sensitivities);
-  const TimeLimit time_limit(settings.time_limit);
-
-  const ProblemInfo& info = problem.info();
-  const double T = info.end_time;
-  solver.start(info.q0, info.v0);
-  const Element* reached = nullptr;
-  MovingContacts moving(problem);
-  const auto error_of = [&](const Element& element) {
-    const double of_state = error(element, settings.tolerance);
-    if (moving.empty()) return of_state;
-    const Matrix& w = moving.accelerations(element);
-    const Vector none = Vector::Zero(w.rows());
-    return std::max(of_state, error(element.h, w, none, none, settings.tolerance));
-  };
-  const std::function<bool(const Element&)> is_accurate = [&](const Element& element) {
-    return error_of(element) <= kHopeless;
-  };
-  double t = 0, h = kFirstStep * T;
-  int standstills = 0;
-  const double may_be_captured = settings.tolerance / kappa_;
-  double capture = may_be_captured;
-  int refusals = 0;  // of the captures at t
-  while (t < T) {
-    // The last two steps share what is left, so that none is tiny.
-    const double rest = T - t;
-    const bool is_last = h >= rest * (1 - 1e-12);
-    const double H = is_last ? rest : (2 * h > rest ? 0.5 * rest : h);
-    PivotingSolver::ElementStep advanced{.status = Status::time_limit, .closed = {}};
-    if (!time_limit.is_over()) advanced = solver.advance_to_switch(H, capture, is_accurate);
-    const Status status = advanced.status;
-    double scaled_error = 0;
-    if (status == Status::success) {
-      const Element& element = solver.step().last();
-      scaled_error = error_of(element);
-      if (sensitivity && solver.step().has_impact_sequence()) {
-        solution.status = Status::infeasible;
-        solution.message = fmt::format("t = {:.12g} s: {}", t, Sensitivity::kNoDerivative);
-        break;
-      }
-      if (sensitivity) {
-        sensitivity->add(solver.step(), is_last ? sensitivity->dt_final() : sensitivity->dt());
-        scaled_error = std::max(scaled_error, error(element, *sensitivity, settings.tolerance));
-      }
-      const double wanted = std::clamp(0.8 * std::pow(std::max(scaled_error, 1e-300), -1.0 / (tableau_.order + 1)), 0.2,
-                                       kMaxGrowth);  // (4)
-      const bool was_refused = advanced.closed.throughout && capture == 0;
-      if (scaled_error > kHopeless && H <= kShortest * T) {
-        solution.status = Status::step_limit;
-        solution.message = fmt::format("t = {:.12g} s: a step of {:.3g} s still has {:.3g} times the error allowed", t,
-                                       H, scaled_error);
-        break;
-      }
-      if (scaled_error > 1 && H > kShortest * T && !was_refused) {
-        // What the forces of a capture do is the same in a shorter step: the contact has to bounce once more.
-        const bool is_captured = advanced.closed.throughout;
-        capture = is_captured ? 0 : capture;
-        solver.reject();
-        if (sensitivity) sensitivity->reject();
-        h = is_captured ? h : solver.step().H * wanted;
-        continue;
-      }
-      // A bounce that cannot be followed is closed, and its velocity is an error that no shorter step loses. The motion
-      // behind it has to be as accurate as elsewhere.
-      const bool is_of_motion = scaled_error * settings.tolerance > kCaptureErrors * advanced.closed.speed;
-      if (scaled_error > 1 && H > kShortest * T && was_refused && is_of_motion && ++refusals <= kMaxRefusals) {
-        solver.reject();
-        if (sensitivity) sensitivity->reject();
-        h = 0.2 * H;
-        continue;
-      }
-      refusals = 0;
-      capture = may_be_captured;
-      // An element that a switch has cut short says what its own length may become; if it is too short for that, the
-      // length before it was good enough.
-      const bool is_cut = solver.step().H < H;
-      if (is_cut)
-        h = std::min(wanted < kMaxGrowth ? solver.step().H * wanted : std::max(h, solver.step().H * wanted), T);
-      else if (wanted < 0.9 || wanted > 1.5)
-        h = std::min(std::max(H, h) * wanted, T);
-    } else if (status != Status::time_limit && solver.failure().depends_on_length() &&
-               H > (solver.failure().drifts() ? kShortestOnCurve : kShortest) * T) {
-      h = 0.5 * H;
-      continue;
-    }
-    if (status != Status::success) {
-      solution.status = status;
-      const std::string reason = status == Status::time_limit ? time_limit.message() : solver.failure_message();
-      solution.message = fmt::format("from t = {:.12g} s, with a step of {:.3g} s: {}", t, H, reason);
-      break;
-    }
-    const FesdStep* previous = solver.previous_step();
-    record_step(problem, settings.recording, solver.step(), previous, t, sensitivity ? &*sensitivity : nullptr,
-                solution);
-    if (audit) audit->add(solver.step(), previous, t);
-    reached = &solver.step().last();
-    const double next = is_last && solver.step().H == H ? T : t + solver.step().H;
-    standstills = next > t ? 0 : standstills + 1;
-    t = next;
-    solution.t = t;
-    if (standstills > kMaxStandstills) {
-      solution.status = Status::step_limit;
-      solution.message = fmt::format("t = {:.12g} s: {} steps in a row too short to move the time", t, standstills);
-      break;
-    }
-  }
-  solution.q = reached ? reached->q1 : info.q0;
-  solution.v = reached ? reached->v1 : info.v0;
-  if (audit) solution.residuals = audit->residuals();
-  if (sensitivity) {
-    solution.dq = sensitivity->dq();
-    solution.dv = sensitivity->dv();
-  }
-  return solution;
-}
 
 const bool registered = register_method<FesdAdaptive>({
     .name = "fesd_adaptive",

@@ -78,15 +78,14 @@ double ratio(double value, double size) {
 
 }  // namespace
 
-FesdAudit::FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool pinned, double gap_tolerance,
-                     const FrictionConeOptions& cone)
+FesdAudit::FesdAudit(const Problem& problem, const ButcherTableau& tableau, const Claims& claims)
     : problem_(problem),
       tableau_(tableau),
       stiffly_accurate_(tableau.is_stiffly_accurate()),
-      pinned_(pinned),
-      gap_tolerance_(gap_tolerance),
-      cone_(cone.cone),
-      polygon_(cone.facets),
+      pinned_(claims.pinned),
+      gap_tolerance_(claims.gap_tolerance),
+      cone_(claims.cone.cone),
+      polygon_(claims.cone.facets),
       gap_size_(Vector::Zero(problem.n_c())),
       speed_size_(Vector::Zero(problem.n_c())),
       slip_size_(Vector::Zero(problem.n_c())) {

@@ -61,11 +61,13 @@ enum class FesdCondition {
 /// Forces of bilateral constraints are load to the other contacts.
 class FesdAudit {
  public:
-  /// @param pinned  whether the solver claims to fulfil FesdCondition::pinned_breaking
-  /// @param gap_tolerance  what the solver allowed to a contact that has just broken [m]
-  /// @param cone  the form of the friction conditions
-  FesdAudit(const Problem& problem, const ButcherTableau& tableau, bool pinned, double gap_tolerance,
-            const FrictionConeOptions& cone);
+  /// What a solver says of its steps.
+  struct Claims {
+    bool pinned = true;          ///< they fulfil FesdCondition::pinned_breaking and pinned_sliding
+    double gap_tolerance = 0;    ///< [m] by which the gap of a contact that has just broken may be negative
+    FrictionConeOptions cone{};  ///< the form of the friction conditions
+  };
+  FesdAudit(const Problem& problem, const ButcherTableau& tableau, const Claims& claims);
   /// @param previous  the left neighbour, or null; @param t  start of the step [s]
   void add(const FesdStep& step, const FesdStep* previous, double t);
 

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <chrono>
 
-#include "methods/fesd/record_step.h"
+#include "methods/fesd/fesd_run.h"
 #include "methods/fesd_homotopy/options.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
-#include "methods/time_limit.h"
-#include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
@@ -35,50 +33,38 @@ class FesdHomotopy final : public Method {
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    const ProblemInfo& info = problem.info();
-    const double H = info.end_time / settings.steps;
     const auto begin = std::chrono::steady_clock::now();
-    StepHomotopy solver(problem, tableau_, options_, H);
+    StepHomotopy solver(problem, tableau_, options_, problem.info().end_time / settings.steps);
     // Steps of milliseconds to seconds: the clock is read at each, and in it.
     const auto seconds_left = [&] {
       return settings.time_limit - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     };
-    Solution solution;
-    solver.start(info.q0, info.v0);
-    solution.q = info.q0;
-    solution.v = info.v0;
-    for (int k = 0; k < settings.steps; ++k) {
-      const double t = k * H;
-      Status status = Status::time_limit;
-      if (const double left = seconds_left(); settings.time_limit <= 0 || left > 0) {
-        status = solver.advance(std::max(left, 0.0));
-        count(solver, solution.counters);
-      }
-      if (status != Status::success) {
-        solution.status = status;
-        solution.message = fmt::format(
-            "step {} of {}, from t = {:.6g} s: {}", k + 1, settings.steps, t,
-            status == Status::time_limit ? TimeLimit(settings.time_limit).message() : solver.solution().message);
-        return solution;
-      }
-      ++solution.counters.steps;
-      solution.counters.elements += solver.step().n_elements;
-      record_step(problem, settings.recording, solver.step(), solver.previous_step(), t, nullptr, solution);
-      solution.q = solver.step().last().q1;
-      solution.v = solver.step().last().v1;
-      solution.t = k + 1 == settings.steps ? info.end_time : (k + 1) * H;
-    }
-    return solution;
+    FesdRun run(problem, tableau_, settings, std::nullopt);
+    solver.start(problem.info().q0, problem.info().v0);
+    run.take_equal_steps(
+        solver,
+        [&](double) {
+          const double left = seconds_left();
+          if (settings.time_limit > 0 && left <= 0) return Status::time_limit;
+          const Status status = solver.advance(std::max(left, 0.0));
+          count(solver, status, run.counters());
+          return status;
+        },
+        [&] { return solver.solution().message; });
+    return run.finish();
   }
 
  private:
-  void count(const StepHomotopy& solver, Counters& counters) const {
+  void count(const StepHomotopy& solver, Status status, Counters& counters) const {
     const NlpEvaluator::Work work = solver.work();
     const std::int64_t points = options_.equations.n_fe * tableau_.n_s;
     counters.force_evaluations = work.constraints * points;
     counters.jacobian_evaluations = work.jacobians * points;
     counters.complementarity_solves += static_cast<std::int64_t>(solver.solution().steps.size());
     counters.inner_iterations += solver.solution().iterations;
+    if (status != Status::success) return;
+    ++counters.steps;
+    counters.elements += solver.step().n_elements;
   }
 
   std::string id_;

@@ -1,0 +1,37 @@
+#include "methods/fesd/fesd_run.h"
+
+#include "methods/fesd/record_step.h"
+
+namespace ricochet {
+
+FesdRun::FesdRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
+                 const std::optional<FesdAudit::Claims>& claims)
+    : problem_(problem), settings_(settings), time_limit_(settings.time_limit) {
+  if (settings.audit && claims) audit_.emplace(problem, tableau, *claims);
+  if (!settings.sensitivities.empty()) sensitivity_.emplace(problem, tableau, settings.sensitivities);
+}
+
+void FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, double t_end) {
+  record_step(problem_, settings_.recording, step, previous, t, sensitivity(), solution_);
+  if (audit_) audit_->add(step, previous, t);
+  reached_ = &step.last();
+  solution_.t = t_end;
+}
+
+void FesdRun::fail(Status status, const std::string& where, const std::string& message) {
+  solution_.status = status;
+  solution_.message = where + (status == Status::time_limit ? time_limit_.message() : message);
+}
+
+Solution FesdRun::finish() {
+  solution_.q = reached_ ? reached_->q1 : problem_.info().q0;
+  solution_.v = reached_ ? reached_->v1 : problem_.info().v0;
+  if (audit_) solution_.residuals = audit_->residuals();
+  if (sensitivity_) {
+    solution_.dq = sensitivity_->dq();
+    solution_.dv = sensitivity_->dv();
+  }
+  return std::move(solution_);
+}
+
+}  // namespace ricochet

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <string>
+
+#include "methods/fesd/fesd_audit.h"
+#include "methods/fesd/sensitivity.h"
+#include "methods/method.h"
+#include "methods/time_limit.h"
+
+namespace ricochet {
+
+/// What all FESD methods do with the steps that they accept: events and grid points, audit, derivatives, the state
+/// reached; and when they have to stop.
+class FesdRun {
+ public:
+  /// Problem and settings have to outlive the run. @param claims  what the audit is to know; without, there is none
+  FesdRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
+          const std::optional<FesdAudit::Claims>& claims);
+
+  Counters& counters() { return solution_.counters; }
+  bool time_is_over() const { return time_limit_.is_over(); }
+  /// Null when no derivatives are asked for.
+  Sensitivity* sensitivity() { return sensitivity_ ? &*sensitivity_ : nullptr; }
+  /// Whether derivatives are asked for and this step has none: Sensitivity::kNoDerivative.
+  bool has_no_derivative(const FesdStep& step) const { return sensitivity_ && step.has_impact_sequence(); }
+
+  /// The next step, which has been added to sensitivity(); it has to stay where it is until the next one is accepted.
+  /// @param previous  the one before it, or null; @param t, t_end  from and to [s]
+  void accept(const FesdStep& step, const FesdStep* previous, double t, double t_end);
+  /// The run ends here. @param message  why; behind a time limit that is what it says
+  void fail(Status status, const std::string& where, const std::string& message);
+
+  /// Settings::steps steps of equal length H. @param solver  has step() and previous_step()
+  /// @param advance  solves the next one: Status(double H); @param message  says why it has failed: std::string()
+  template <class Solver, class Advance, class Message>
+  void take_equal_steps(const Solver& solver, const Advance& advance, const Message& message);
+
+  /// The run so far, at its end.
+  Solution finish();
+
+ private:
+  const Problem& problem_;
+  const Settings& settings_;
+  const TimeLimit time_limit_;
+  Solution solution_;
+  std::optional<FesdAudit> audit_;
+  std::optional<Sensitivity> sensitivity_;
+  const Element* reached_ = nullptr;  // the last element that was accepted
+};
+
+template <class Solver, class Advance, class Message>
+void FesdRun::take_equal_steps(const Solver& solver, const Advance& advance, const Message& message) {
+  const int n = settings_.steps;
+  const double T = problem_.info().end_time, H = T / n;
+  for (int k = 0; k < n; ++k) {
+    const auto where = [&] { return fmt::format("step {} of {}, from t = {:.6g} s: ", k + 1, n, k * H); };
+    const Status status = advance(H);
+    if (status != Status::success) return fail(status, where(), message());
+    if (has_no_derivative(solver.step())) return fail(Status::infeasible, where(), Sensitivity::kNoDerivative);
+    if (sensitivity_) sensitivity_->add(solver.step(), (k + 1.0) / n * sensitivity_->dt_final());
+    accept(solver.step(), solver.previous_step(), k * H, k + 1 == n ? T : (k + 1) * H);
+  }
+}
+
+}  // namespace ricochet
