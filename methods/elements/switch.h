@@ -46,7 +46,7 @@ struct SwitchKind {
                                 Eigen::RowVector2d& slope);
   EventKind event;                      ///< what happens there, unless an impact or another switch coincides
   std::span<const ContactMode> behind;  ///< modes that the contact may have behind it
-  const char* refusal;                  ///< of a run that goes past it: contact, -value or value, where
+  const char* refusal;                  ///< of a run that goes past it; arguments: contact, value, -value, where
 };
 
 std::span<const SwitchKind> switch_kinds();

@@ -74,7 +74,7 @@ Violation ElementRunSolver::check_element(int element, bool is_first) {
   const int broken = is_first ? just_broken(element) : -1;
   Violation violation = sign_conditions_.check(stages, broken);
   const bool is_of_forces =
-      violation.kind == Violation::Kind::force_negative || violation.kind == Violation::Kind::cone_left;
+      violation.is_past(Switch::Kind::force_vanishes) || violation.is_past(Switch::Kind::cone_reached);
   // Of redundant contacts these were the smallest forces; others may be allowed.
   if (is_of_forces && elements_.is_redundant() && force_division_.into_cones(stages))
     violation = sign_conditions_.check(stages, broken);
@@ -91,7 +91,7 @@ Violation ElementRunSolver::after_failed_newton(int element) {
   const int contact = slips_in_space ? start_solver_.first_to_stop(stages, time) : -1;
   if (contact < 0) return {};
   first_guess(element, stages.h);  // the failed iteration left none
-  return {.kind = Violation::Kind::slip_reversed, .contact = contact, .time = time};
+  return {.kind = Violation::Kind::past_switch, .passed = Switch::Kind::slip_stops, .contact = contact, .time = time};
 }
 
 /// One element of given length; what the failure says of the run is left to equal_elements().
@@ -102,7 +102,7 @@ StepFailure ElementRunSolver::solve_element(int element) {
   const Violation violation = is_solved ? check_element(element, true) : after_failed_newton(element);
   if (!violation) return {.kind = is_solved ? Kind::none : Kind::newton_failed, .violation = {}};
   const bool stops_in_space =
-      violation.kind == Violation::Kind::slip_reversed && stages.modes[violation.contact] == ContactMode::slip;
+      violation.is_past(Switch::Kind::slip_stops) && stages.modes[violation.contact] == ContactMode::slip;
   if (stops_in_space && !tableau_.is_stiffly_accurate())
     return {.kind = Kind::no_right_stage, .violation = {.contact = violation.contact}};
   return {.kind = Kind::sign_condition, .violation = violation};
@@ -166,7 +166,7 @@ Violation ElementRunSolver::check_run(int first, int count) {
 
 /// The switch that a violation in the run from `first` on announces.
 Switch ElementRunSolver::switch_for(int first, const Violation& violation) {
-  Switch end{announced_switch(violation.kind).value(), violation.contact};
+  Switch end{violation.passed, violation.contact};
   const ElementStart& start = buffers_.start_of(first);
   const Element& stages = buffers_.element(first);
   const auto has = [&](const std::vector<int>& contacts) {
@@ -184,8 +184,7 @@ Switch ElementRunSolver::switch_for(int first, const Violation& violation) {
                            std::any_of(start.on_edge.begin(), start.on_edge.end(), [&](const auto& on) {
                              return on.contact == end.contact && on.edge == end.condition.facet;
                            });
-  const bool is_of_slip = end.kind == Switch::Kind::slip_stops || end.kind == Switch::Kind::slip_turns;
-  if (on_its_edge || (is_of_slip && has(start.from_rest))) {
+  if (on_its_edge || (properties(end.kind).is_of_slip && has(start.from_rest))) {
     const Switch before = buffers_.switch_before(first);
     const bool by_force =
         before.is(Switch::Kind::cone_reached, end.contact) || before.is(Switch::Kind::edge_left, end.contact);
@@ -209,7 +208,7 @@ bool ElementRunSolver::run_to_switch(int first, int count, Violation violation, 
       buffers_.step().ends[first + count - 1] = end;
       return true;
     }
-    if (!announced_switch(violation.kind)) return false;
+    if (violation.kind != Violation::Kind::past_switch) return false;
   }
   return false;
 }
@@ -236,10 +235,10 @@ bool ElementRunSolver::solve_run(int first, int count, Switch& end, double remai
   return converges() || (bracket_switch(first, count, end, remaining) && converges());
 }
 
-bool ElementRunSolver::run_to_time(int first, int count, double h, Violation::Kind violation, int contact,
+bool ElementRunSolver::run_to_time(int first, int count, double h, Switch::Kind kind, int contact,
                                    SearchBudget& budget) {
   if (!budget.spend() || equal_elements(first, count, h)) return false;
-  buffers_.step().ends[first + count - 1] = {.kind = announced_switch(violation).value(), .contact = contact};
+  buffers_.step().ends[first + count - 1] = {.kind = kind, .contact = contact};
   return true;
 }
 

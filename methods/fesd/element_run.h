@@ -31,14 +31,13 @@ class ElementRunSolver {
   /// `count` elements of length h. The first failure in time; its violation counts time from the start of the run.
   StepFailure equal_elements(int first, int count, double h);
 
-  /// `count` elements up to the switch that the violation announces. When the solution shows another switch before it,
+  /// `count` elements up to the switch that they would go past. When the solution shows another switch before it,
   /// that one is taken instead. Whether all sign conditions are fulfilled up to there. @param remaining  most of their
   /// length together [s]
   bool run_to_switch(int first, int count, Violation violation, double remaining, SearchBudget& budget);
 
-  /// `count` elements of length h, with the switch that the violation announces at their end, whatever its equation
-  /// says. Whether all sign conditions are fulfilled up to there.
-  bool run_to_time(int first, int count, double h, Violation::Kind violation, int contact, SearchBudget& budget);
+  /// `count` elements of length h, with a switch of the contact at their end, whatever its equation says. Whether all sign conditions are fulfilled up to there.
+  bool run_to_time(int first, int count, double h, Switch::Kind kind, int contact, SearchBudget& budget);
 
  private:
   void first_guess(int element, double h);

@@ -84,7 +84,11 @@ Violation GapMinima::check(const Element& stages) {
       if (!(left_gap_[i] > 0) || gap(s) >= -scales_.touching(i)) continue;  // (1)
       const double t = left_time + length * gap.first_root(s);
       if (!first || t < first.time)
-        first = {.kind = Violation::Kind::gap_negative, .contact = i, .time = t, .value = gap(s)};
+        first = {.kind = Violation::Kind::past_switch,
+                 .passed = Switch::Kind::gap_closes,
+                 .contact = i,
+                 .time = t,
+                 .value = gap(s)};
     }
     left_time = time;
   }

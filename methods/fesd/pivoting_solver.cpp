@@ -232,7 +232,7 @@ PivotingSolver::Attempt PivotingSolver::split_at_switch(int element, int count, 
   const double h = remaining / count;
   const int nearest = std::clamp(static_cast<int>(std::lround(violation.time / h)), 1, std::max(1, most_before));
   const bool is_of_forces =
-      violation.kind == Violation::Kind::force_negative || violation.kind == Violation::Kind::cone_left;
+      violation.is_past(Switch::Kind::force_vanishes) || violation.is_past(Switch::Kind::cone_reached);
   const bool may_float = options_.switches != Switches::pinned && is_of_forces;
 
   Attempt attempt;
@@ -266,7 +266,7 @@ PivotingSolver::Attempt PivotingSolver::run_and_continue(int element, int m, int
 /// or the earliest.
 bool PivotingSolver::split_unpinned(int element, int m, int count, const Violation& violation, double remaining) {
   const auto is_feasible = [&](double h) {
-    return runs_.run_to_time(element, m, h, violation.kind, violation.contact, budget_) &&
+    return runs_.run_to_time(element, m, h, violation.passed, violation.contact, budget_) &&
            continue_after(element, m, remaining, count);
   };
   const double longest = remaining / m;

@@ -10,41 +10,26 @@
 namespace ricochet {
 namespace {
 
-using Kind = Violation::Kind;
-
-void report(Violation& first, Kind kind, int contact, double time, double value, int facet_condition = -1) {
-  if (!first || time < first.time) first = {kind, contact, time, value, facet_condition};
+void report(Violation& first, const Violation& violation) {
+  if (!first || violation.time < first.time) first = violation;
 }
 
-/// What it means that a condition of friction_polygon.h is broken.
-Kind facet_violation(ContactMode mode, bool is_of_force) {
-  if (mode == ContactMode::stick) return Kind::cone_left;
-  if (mode == ContactMode::vertex_slip) return Kind::slip_turned;
-  return is_of_force ? Kind::edge_left : Kind::slip_reversed;
+Violation past(Switch::Kind kind, int contact, double time, double value, int facet_condition = -1) {
+  return {Violation::Kind::past_switch, kind, contact, time, value, facet_condition};
+}
+
+Violation drift(int contact, double time, double value) {
+  return {.kind = Violation::Kind::drift, .contact = contact, .time = time, .value = value};
+}
+
+/// The switch that a broken condition of friction_polygon.h announces.
+Switch::Kind facet_switch(ContactMode mode, bool is_of_force) {
+  if (mode == ContactMode::stick) return Switch::Kind::cone_reached;
+  if (mode == ContactMode::vertex_slip) return Switch::Kind::slip_turns;
+  return is_of_force ? Switch::Kind::edge_left : Switch::Kind::slip_stops;
 }
 
 }  // namespace
-
-std::optional<Switch::Kind> announced_switch(Violation::Kind kind) {
-  switch (kind) {
-    case Kind::gap_negative:
-      return Switch::Kind::gap_closes;
-    case Kind::force_negative:
-      return Switch::Kind::force_vanishes;
-    case Kind::cone_left:
-      return Switch::Kind::cone_reached;
-    case Kind::slip_reversed:
-      return Switch::Kind::slip_stops;
-    case Kind::slip_turned:
-      return Switch::Kind::slip_turns;
-    case Kind::edge_left:
-      return Switch::Kind::edge_left;
-    case Kind::none:
-    case Kind::drifts:
-      return std::nullopt;
-  }
-  return std::nullopt;
-}
 
 SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tableau, const FrictionPolygon& polygon,
                                ContactScales& scales, double gap_tolerance)
@@ -112,10 +97,11 @@ void SignConditions::check_gaps(const Element& stages, int just_broken, Violatio
     problem_.gap(is_stage ? stages.q.col(j).data() : stages.q1.data(), gap_.data());
     for (int i = 0; i < problem_.n_c(); ++i) {
       if (is_closed(stages.modes[i])) {
-        if (!is_stage && std::abs(gap_[i]) > scales_.nearly_touching(i)) report(first, Kind::drifts, i, time, gap_[i]);
+        if (!is_stage && std::abs(gap_[i]) > scales_.nearly_touching(i)) report(first, drift(i, time, gap_[i]));
       } else if (gap_[i] < allowed_gap_[i]) {
         const double left = std::max(left_gap_[i], 0.0);
-        report(first, Kind::gap_negative, i, left_time + (time - left_time) * left / (left - gap_[i]), gap_[i]);
+        report(first,
+               past(Switch::Kind::gap_closes, i, left_time + (time - left_time) * left / (left - gap_[i]), gap_[i]));
       }
     }
     std::swap(gap_, left_gap_);
@@ -165,7 +151,7 @@ void SignConditions::check_forces(const Element& stages, Violation& first) {
         return time_before + (time - time_before) * (j > 0 && before > 0 ? before / (before - value) : 0.5);
       };
       if (!pulls && lambda < -rounding && lambda < -rounding - left_impulse(stages) / stages.h) {
-        report(first, Kind::force_negative, i, crossing(force_before, lambda), lambda);
+        report(first, past(Switch::Kind::force_vanishes, i, crossing(force_before, lambda), lambda));
         pulls = true;
       }
       if (mode == ContactMode::stick && has_disc && !leaves) {
@@ -174,7 +160,7 @@ void SignConditions::check_forces(const Element& stages, Violation& first) {
         const double margin = contact.mu * lambda - lambda_t;
         if (margin < -contact.mu * rounding &&
             margin < -contact.mu * rounding - (1 + contact.mu) * left_impulse(stages) / stages.h) {
-          report(first, Kind::cone_left, i, crossing(margin_before, margin), margin);
+          report(first, past(Switch::Kind::cone_reached, i, crossing(margin_before, margin), margin));
           leaves = true;
         }
         margin_before = margin;
@@ -209,7 +195,7 @@ void SignConditions::check_facet_forces(const Element& stages, int i, Violation&
                             condition.direction[1] * lambda_t[1];
       if (margin < -contact.mu * scales_.no_force(i)) {
         const double part = j > 0 && before > 0 ? before / (before - margin) : 0.5;
-        report(first, facet_violation(mode, true), i, time_before + (time - time_before) * part, margin, c);
+        report(first, past(facet_switch(mode, true), i, time_before + (time - time_before) * part, margin, c));
         break;
       }
       before = margin;
@@ -267,7 +253,7 @@ void SignConditions::check_slip(const Element& stages, Violation& first) {
         check_facet_velocity(stages, i, {j, time_before, time, before, slip, rounding}, first);
       } else if (mode == ContactMode::stick) {
         const double speed = std::hypot(slip[0], slip[1]);
-        if (j == n_s_ && speed > rounding) report(first, Kind::drifts, i, time, speed);
+        if (j == n_s_ && speed > rounding) report(first, drift(i, time, speed));
       } else if (j >= 0) {
         // In the plane the slip velocity itself; in space its component along the direction before.
         const double speed_before = contact.n_t == 1 ? slip_sign(mode) * before[0] : std::hypot(before[0], before[1]);
@@ -276,7 +262,7 @@ void SignConditions::check_slip(const Element& stages, Violation& first) {
                                  : (speed_before > 0 ? (slip[0] * before[0] + slip[1] * before[1]) / speed_before : 0);
         if (speed < -rounding) {
           const double part = speed_before > 0 ? speed_before / (speed_before - speed) : 0;
-          report(first, Kind::slip_reversed, i, time_before + (time - time_before) * part, speed);
+          report(first, past(Switch::Kind::slip_stops, i, time_before + (time - time_before) * part, speed));
           break;
         }
       }
@@ -294,8 +280,8 @@ void SignConditions::check_facet_velocity(const Element& stages, int i, const Sl
     return direction[0] * slip[0] + direction[1] * slip[1];
   };
   if (mode == ContactMode::edge_slip && change.point == n_s_) {
-    const double drift = along(polygon_.edge(stages.facets[i]), change.slip);
-    if (std::abs(drift) > change.rounding) report(first, Kind::drifts, i, change.time, drift);
+    const double creep = along(polygon_.edge(stages.facets[i]), change.slip);
+    if (std::abs(creep) > change.rounding) report(first, drift(i, change.time, creep));
   }
   for (int c = 0; c < polygon_.n_conditions(mode) && change.point >= 0; ++c) {
     const FacetCondition condition = polygon_.condition(mode, stages.facets[i], c);
@@ -304,7 +290,7 @@ void SignConditions::check_facet_velocity(const Element& stages, int i, const Sl
     if (speed >= -change.rounding) continue;
     const double before = std::max(0.0, along(condition.direction, change.slip_before));
     const double time = change.time_before + (change.time - change.time_before) * before / (before - speed);
-    report(first, facet_violation(mode, false), i, time, speed, c);
+    report(first, past(facet_switch(mode, false), i, time, speed, c));
   }
 }
 

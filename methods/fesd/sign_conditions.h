@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 
 #include "methods/contact_laws/contact_scales.h"
 #include "methods/contact_laws/friction_polygon.h"
@@ -11,29 +10,23 @@
 
 namespace ricochet {
 
-/// A sign condition that an element breaks.
+/// A sign condition that an element breaks: it goes past a switch, which would explain it, or a closed contact drifts.
 struct Violation {
   enum class Kind : std::uint8_t {
     none,
-    gap_negative,
-    force_negative,
-    cone_left,      ///< a sticking contact needs more than mu lambda_n
-    slip_reversed,  ///< a slipping contact turns back
-    slip_turned,    ///< on a polygon: vertex slip, and a neighbour of the vertex dissipates more
-    edge_left,      ///< on a polygon: edge slip, and the force is not between the vertices
-    drifts,         ///< a closed contact opens or creeps at a right end that is no stage
+    past_switch,
+    drift,  ///< a closed contact has a gap or creeps at a right end that is no stage
   };
   Kind kind = Kind::none;
+  Switch::Kind passed = Switch::Kind::gap_closes;  ///< of Kind::past_switch
   int contact = -1;
   double time = 0;           ///< where the quantity crosses zero, interpolated [s]
   double value = 0;          ///< gap [m], force [N], slip velocity [m/s]
   int facet_condition = -1;  ///< on a polygon: number of the FacetCondition
 
   explicit operator bool() const { return kind != Kind::none; }
+  bool is_past(Switch::Kind its_kind) const { return kind == Kind::past_switch && passed == its_kind; }
 };
-
-/// The switch inside the element that explains a violation, where one does: all but drift.
-std::optional<Switch::Kind> announced_switch(Violation::Kind kind);
 
 /// The inequalities of one element, at its stages and its right end:
 ///

@@ -1,5 +1,6 @@
 #include "methods/fesd/step_buffers.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace ricochet {

@@ -11,42 +11,16 @@ namespace {
 /// @param where  the element, as the end of a sentence
 std::string describe(const Violation& violation, const std::string& contact, const std::string& where,
                      const std::string& tableau) {
-  const double value = violation.value;
-  switch (violation.kind) {
-    case Violation::Kind::gap_negative:
-      return fmt::format("{} would penetrate to a gap of {:.3g} m {}", contact, value, where);
-    case Violation::Kind::force_negative:
-      return fmt::format("{} would pull with {:.3g} N {}", contact, value, where);
-    case Violation::Kind::cone_left:
-      return fmt::format("{} would stick with {:.3g} N more than its friction cone has {}", contact, -value, where);
-    case Violation::Kind::slip_reversed:
-      return fmt::format("{} would slip back with {:.3g} m/s {}", contact, -value, where);
-    case Violation::Kind::slip_turned:
-      return fmt::format("{} would slip with {:.3g} m/s past an edge of its friction polygon {}", contact, -value,
-                         where);
-    case Violation::Kind::edge_left:
-      return fmt::format("{} would slip with {:.3g} N beyond an edge of its friction polygon {}", contact, -value,
-                         where);
-    case Violation::Kind::drifts:
-      return fmt::format(
-          "{} stays closed, but tableau {} has no stage at the right end and drifts to a gap or slip velocity of "
-          "{:.3g} there {}: a curved persistent contact needs a stiffly accurate tableau",
-          contact, tableau, value, where);
-    case Violation::Kind::none:
-      break;
-  }
-  return "";
+  if (violation.kind == Violation::Kind::past_switch)
+    return fmt::format(fmt::runtime(properties(violation.passed).refusal), contact, violation.value, -violation.value,
+                       where);
+  return fmt::format(
+      "{} stays closed, but tableau {} has no stage at the right end and drifts to a gap or slip velocity of {:.3g} "
+      "there {}: a curved persistent contact needs a stiffly accurate tableau",
+      contact, tableau, violation.value, where);
 }
 
 }  // namespace
-
-bool StepFailure::announces_switch() const {
-  return announced_switch(violation.kind).has_value();
-}
-
-bool StepFailure::drifts() const {
-  return violation.kind == Violation::Kind::drifts;
-}
 
 bool StepFailure::depends_on_length() const {
   switch (kind) {
@@ -122,10 +96,11 @@ std::string describe(const SearchFailures& failures, const Problem& problem, con
   const ProblemInfo& info = problem.info();
   if (!first.depends_on_length()) return describe(first, info, tableau);
   std::string message = fmt::format("no solution with {}: {}", elements, describe(first, info, tableau));
-  const bool is_other =
-      deepest.element != first.element || deepest.kind != first.kind || deepest.violation.kind != first.violation.kind;
+  const bool is_other = deepest.element != first.element || deepest.kind != first.kind ||
+                        deepest.violation.kind != first.violation.kind ||
+                        deepest.violation.passed != first.violation.passed;
   if (is_other) message += fmt::format("; with a switch before it, {}", describe(deepest, info, tableau));
-  if (first.violation.kind == Violation::Kind::cone_left) {
+  if (first.violation.is_past(Switch::Kind::cone_reached)) {
     const Element& element = step.elements[static_cast<std::size_t>(first.element)];
     const auto open = contacts_of_open_motion(problem, element.q0, element.v0, element.modes);
     if (!open.empty())

@@ -29,9 +29,9 @@ struct StepFailure {
 
   explicit operator bool() const { return kind != Kind::none; }
   /// A switch inside the element would explain it.
-  bool announces_switch() const;
+  bool announces_switch() const { return violation.kind == Violation::Kind::past_switch; }
   /// A closed contact drifts, with a tableau that has no stage at the right end.
-  bool drifts() const;
+  bool drifts() const { return violation.kind == Violation::Kind::drift; }
   /// A step of another length, or with more elements, might succeed.
   bool depends_on_length() const;
 };
