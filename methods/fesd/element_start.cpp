@@ -253,108 +253,132 @@ void ElementStartSolver::set_slide(const Element& element, ImpactLaw::ClosedCont
 ElementStartSolver::Result ElementStartSolver::begin(FesdStep& step, int element, const Element* left,
                                                      const Switch& end, bool within_step, ElementStart& start) {
   const ProblemInfo& info = problem_.info();
-  const int n_c = info.n_c();
-  Element& stages = step.elements[element];
-  auto v_minus = step.v_minus.col(element);
-  auto Lambda_n = step.Lambda_n.col(element);
-  auto Lambda_t = step.Lambda_t.col(element);
-  start.touching.clear();
-  start.closed.clear();
-  start.alternatives.clear();
-  start.closed_instead = 0;
-  stages.v0 = v_minus;
-  clear_modes(info, stages, start);
-  step.n_impacts[static_cast<std::size_t>(element)] = 0;
-  if (n_c == 0) return Result::done;
-  Lambda_n.setZero();
-  if (info.has_friction()) Lambda_t.setZero();
-
-  const auto was_closed = [&](int i) { return left && is_closed(left->modes[i]); };
-  problem_.gap(stages.q0.data(), gap_.data());
-  candidates_.clear();
-  for (const int i : info.unilateral) {
-    if (gap_[i] > scales_.nearly_touching(i)) continue;
-    candidates_.push_back(i);
-    if (was_closed(i) || gap_[i] <= scales_.touching(i)) start.touching.push_back(i);
-  }
+  const Place at{step, element, left, end, within_step, start};
+  clear(at);
+  if (info.n_c() == 0) return Result::done;
+  find_touching(at);
   if (start.touching.empty() && !info.has_bilateral()) return Result::done;
   step.touches = step.touches || !start.touching.empty();
   start.culprit = start.touching.empty() ? info.bilateral.front() : start.touching.front();
-  if (!impact_law_.prepare(stages.q0, candidates_)) return Result::no_impulse;
+  if (!impact_law_.prepare(at.stages().q0, candidates_)) return Result::no_impulse;
   if (!start.touching.empty()) {
-    see_sizes(step, v_minus, stages, left);
+    see_sizes(step, step.v_minus.col(element), at.stages(), left);
     const Result result = strike(step, element, left, start);
     if (result != Result::done) return result;
   }
+  divide_touching(at);
+  return set_modes(at, 0);
+}
 
+/// Nothing touches, and no impulse acts.
+void ElementStartSolver::clear(const Place& at) const {
+  at.start.touching.clear();
+  at.start.closed.clear();
+  at.start.alternatives.clear();
+  at.start.closed_instead = 0;
+  at.stages().v0 = at.step.v_minus.col(at.element);
+  clear_modes(problem_.info(), at.stages(), at.start);
+  at.step.n_impacts[static_cast<std::size_t>(at.element)] = 0;
+  if (problem_.n_c() > 0) at.step.Lambda_n.col(at.element).setZero();
+  if (problem_.info().has_friction()) at.step.Lambda_t.col(at.element).setZero();
+}
+
+/// Contacts that touch, and in candidates_ those that rounding may keep apart, too.
+void ElementStartSolver::find_touching(const Place& at) {
+  problem_.gap(at.stages().q0.data(), gap_.data());
+  candidates_.clear();
+  for (const int i : problem_.info().unilateral) {
+    if (gap_[i] > scales_.nearly_touching(i)) continue;
+    candidates_.push_back(i);
+    if (at.was_closed(i) || gap_[i] <= scales_.touching(i)) at.start.touching.push_back(i);
+  }
+}
+
+/// Behind the impacts: contacts that do not separate, and as alternatives those that have bounced.
+void ElementStartSolver::divide_touching(const Place& at) {
+  const ProblemInfo& info = problem_.info();
+  ElementStart& start = at.start;
+  const Element& stages = at.stages();
+  const auto v_minus = at.step.v_minus.col(at.element);
+  const auto Lambda_n = at.step.Lambda_n.col(at.element);
   // A contact closes; the impulses of contacts that were closed when they bounced (see carry_on) are no impact.
-  const bool is_impact = std::ranges::any_of(start.touching, [&](int i) { return Lambda_n[i] > 0 && !was_closed(i); });
+  const bool is_impact =
+      std::ranges::any_of(start.touching, [&](int i) { return Lambda_n[i] > 0 && !at.was_closed(i); });
   // A contact whose bodies it moves; the others go on as if nothing had happened.
   const auto is_struck = [&](int i) {
     const auto& support = info.contacts[i].support;
     return is_impact && std::any_of(support.begin(), support.end(), [&](int k) { return stages.v0[k] != v_minus[k]; });
   };
-
   for (const int i : start.touching) {
-    if (end.is(Switch::Kind::force_vanishes, i)) continue;
-    const bool rested = was_closed(i) && !is_struck(i);
+    if (at.end.is(Switch::Kind::force_vanishes, i)) continue;
+    const bool rested = at.was_closed(i) && !is_struck(i);
     ImpactLaw::ClosedContact closed{.contact = i};
-    if (info.contacts[i].n_t > 0) set_tangential_law(stages, left, end, is_struck(i), closed);
+    if (info.contacts[i].n_t > 0) set_tangential_law(stages, at.left, at.end, is_struck(i), closed);
     if (rested || impact_law_.normal_velocity(i, stages.v0) <= scales_.no_approach(i)) {
       start.closed.push_back(closed);
-    } else if (!left || was_closed(i) || Lambda_n[i] > 0) {
+    } else if (!at.left || at.was_closed(i) || Lambda_n[i] > 0) {
       start.alternatives.push_back({i, continued_mode(closed), ContactMode::open,
                                     impact_law_.normal_velocity(i, stages.v0), closed.facet, 0, closed});
     }
   }
-  return set_modes(step, element, left, end, within_step, 0, start);
 }
 
 ElementStartSolver::Result ElementStartSolver::close_instead(FesdStep& step, int element, const Element* left,
                                                              const Switch& end, bool within_step,
                                                              unsigned closed_instead, ElementStart& start) {
-  Element& stages = step.elements[element];
-  clear_modes(problem_.info(), stages, start);
-  if (!impact_law_.prepare(stages.q0, start.touching)) return Result::no_impulse;
+  const Place at{step, element, left, end, within_step, start};
+  clear_modes(problem_.info(), at.stages(), start);
+  if (!impact_law_.prepare(at.stages().q0, start.touching)) return Result::no_impulse;
   const std::size_t n_alternatives = start.alternatives.size();
-  const Result result = set_modes(step, element, left, end, within_step, closed_instead, start);
+  const Result result = set_modes(at, closed_instead);
   start.alternatives.resize(n_alternatives);
   start.closed_instead = closed_instead;
   return result;
 }
 
-/// Modes from the forces right behind the start.
-ElementStartSolver::Result ElementStartSolver::set_modes(FesdStep& step, int element, const Element* left,
-                                                         const Switch& end, bool within_step, unsigned closed_instead,
-                                                         ElementStart& start) {
+/// Modes from the forces right behind the start, and the alternatives to them.
+ElementStartSolver::Result ElementStartSolver::set_modes(const Place& at, unsigned closed_instead) {
   const ProblemInfo& info = problem_.info();
-  Element& stages = step.elements[element];
-  if (start.closed.empty() && closed_instead == 0 && !info.has_bilateral()) return Result::done;
-
-  set_islands(start, left, end, stages.v0, step.v_minus.col(element));
+  if (at.start.closed.empty() && closed_instead == 0 && !info.has_bilateral()) return Result::done;
+  set_islands(at.start, at.left, at.end, at.stages().v0, at.step.v_minus.col(at.element));
   std::fill(keeps_.begin(), keeps_.end(), false);
-  if (within_step && left && !info.has_bilateral()) find_kept(start, *left, end);
+  if (at.within_step && at.left && !info.has_bilateral()) find_kept(at.start, *at.left, at.end);
+  collect_closed(at, closed_instead);
+  const Result result = find_forces(at);
+  if (result != Result::done) return result;
+  for (const auto& closed : closed_) set_mode(at, closed);
+  return Result::done;
+}
+
+/// Contacts whose modes the load decides, in closed_; islands that are kept have theirs.
+void ElementStartSolver::collect_closed(const Place& at, unsigned closed_instead) {
+  ElementStart& start = at.start;
   closed_.clear();
   for (const auto& closed : start.closed) {
     if (keeps_[island_of(closed.contact)])
-      stages.modes[closed.contact] = left->modes[closed.contact];
+      at.stages().modes[closed.contact] = at.left->modes[closed.contact];
     else
       closed_.push_back(closed);
   }
-  for (std::size_t k = 0; k < start.alternatives.size(); ++k) {
-    if (k < kMaxAlternatives && (closed_instead >> k & 1U)) closed_.push_back(start.alternatives[k].closed);
+  for (std::size_t k = 0; k < std::min(start.alternatives.size(), kMaxAlternatives); ++k) {
+    if (closed_instead >> k & 1U) closed_.push_back(start.alternatives[k].closed);
   }
   for (const auto& closed : closed_) {
     if (closed.is_on_edge) start.on_edge.push_back({closed.contact, closed.facet});
-    if (end.is(Switch::Kind::edge_left, closed.contact))
-      start.on_edge.push_back({closed.contact, left->facets[closed.contact]});
+    if (at.end.is(Switch::Kind::edge_left, closed.contact))
+      start.on_edge.push_back({closed.contact, at.left->facets[closed.contact]});
   }
+}
+
+/// Forces and accelerations of closed_ and of what is kept.
+ElementStartSolver::Result ElementStartSolver::find_forces(const Place& at) {
+  ElementStart& start = at.start;
+  const Element& stages = at.stages();
   const auto in_paradox =
       std::find_if(closed_.begin(), closed_.end(), [&](const ImpactLaw::ClosedContact& c) { return is_paradox(c); });
   if (!closed_.empty()) start.culprit = in_paradox != closed_.end() ? in_paradox->contact : closed_.front().contact;
-  if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, start.lambda_n, start.lambda_t) != LcpStatus::solved) {
+  if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, start.lambda_n, start.lambda_t) != LcpStatus::solved)
     return Result::no_forces;
-  }
   // Where sliding pulls the contact into itself, a load that leaves it open lets it press as well.
   if (in_paradox != closed_.end()) return Result::indeterminate;
   for (const auto& closed : closed_)
@@ -362,37 +386,50 @@ ElementStartSolver::Result ElementStartSolver::set_modes(FesdStep& step, int ele
                       impact_law_.load_size(closed.contact) / impact_law_.normal_delassus(closed.contact));
   start.has_forces = true;
   start.acceleration = impact_law_.acceleration();
-  if (std::find(keeps_.begin(), keeps_.end(), true) != keeps_.end()) keep_forces(*left, start);
-
-  const auto was_closed = [&](int i) { return left && is_closed(left->modes[i]); };
-  for (const auto& closed : closed_) {
-    const int i = closed.contact;
-    const auto& contact = info.contacts[i];
-    ContactMode mode = closed.mode;
-    const bool rested = was_closed(i) && !force_jumps(i);
-    if (mode == ContactMode::open && within_step && rested) mode = continued_mode(closed);
-    stages.modes[i] = mode;
-    if (polygon_.applies(contact.n_t)) stages.facets[i] = closed.facet;
-    const bool breaks_too = end.kind == Switch::Kind::force_vanishes && end.contact >= 0 && is_closed(mode) && rested &&
-                            start.lambda_n[i] <= scales_.no_force(i);
-    if (breaks_too) start.alternatives.push_back({i, ContactMode::open, mode, 0, 0, closed.facet});
-    if (!is_closed(mode) || contact.n_t == 0) continue;
-
-    const auto lambda_t = start.lambda_t.segment(contact.tangent_index, contact.n_t);
-    const double force = lambda_t.norm(), cone = contact.mu * start.lambda_n[i];
-    const bool from_rest = is_slipping(mode) && (!closed.slides || end.is(Switch::Kind::cone_reached, i));
-    if (from_rest) {
-      start.from_rest.push_back(i);
-      start.alternatives.push_back({i, ContactMode::stick, mode, 0, 0, closed.facet});
-      if (mode == ContactMode::slip) stages.slip_start.segment(contact.tangent_index, contact.n_t) = -lambda_t / force;
-    } else if (mode == ContactMode::vertex_slip && end.is(Switch::Kind::edge_left, i)) {
-      start.alternatives.push_back({i, ContactMode::edge_slip, mode, 0, left->facets[i], closed.facet});
-    } else if (mode == ContactMode::stick && force > (1 - kNearCone) * cone && contact.n_t == 1) {
-      const double against = -lambda_t[0];
-      start.alternatives.push_back({i, slip_mode(contact.n_t, &against), mode});
-    }
-  }
+  if (std::find(keeps_.begin(), keeps_.end(), true) != keeps_.end()) keep_forces(*at.left, start);
   return Result::done;
+}
+
+void ElementStartSolver::set_mode(const Place& at, const ImpactLaw::ClosedContact& closed) {
+  const int i = closed.contact, n_t = problem_.info().contacts[i].n_t;
+  ContactMode mode = closed.mode;
+  const bool rested = at.was_closed(i) && !force_jumps(i);
+  if (mode == ContactMode::open && at.within_step && rested) mode = continued_mode(closed);
+  at.stages().modes[i] = mode;
+  if (polygon_.applies(n_t)) at.stages().facets[i] = closed.facet;
+  if (!is_closed(mode)) return;
+  offer_break(at, closed, mode, rested);
+  if (n_t > 0) offer_slip_or_stick(at, closed, mode);
+}
+
+/// Where another contact breaks, one that the load leaves without a force may break as well.
+void ElementStartSolver::offer_break(const Place& at, const ImpactLaw::ClosedContact& closed, ContactMode mode,
+                                     bool rested) const {
+  const bool breaks_too = at.end.kind == Switch::Kind::force_vanishes && at.end.contact >= 0 && rested &&
+                          at.start.lambda_n[closed.contact] <= scales_.no_force(closed.contact);
+  if (breaks_too) at.start.alternatives.push_back({closed.contact, ContactMode::open, mode, 0, 0, closed.facet});
+}
+
+/// At the boundary of the cone a contact may stick or slip, and behind an edge that it has left it may be there still.
+void ElementStartSolver::offer_slip_or_stick(const Place& at, const ImpactLaw::ClosedContact& closed,
+                                             ContactMode mode) const {
+  const int i = closed.contact;
+  const auto& contact = problem_.info().contacts[i];
+  ElementStart& start = at.start;
+  const auto lambda_t = start.lambda_t.segment(contact.tangent_index, contact.n_t);
+  const double force = lambda_t.norm(), cone = contact.mu * start.lambda_n[i];
+  const bool from_rest = is_slipping(mode) && (!closed.slides || at.end.is(Switch::Kind::cone_reached, i));
+  if (from_rest) {
+    start.from_rest.push_back(i);
+    start.alternatives.push_back({i, ContactMode::stick, mode, 0, 0, closed.facet});
+    if (mode == ContactMode::slip)
+      at.stages().slip_start.segment(contact.tangent_index, contact.n_t) = -lambda_t / force;
+  } else if (mode == ContactMode::vertex_slip && at.end.is(Switch::Kind::edge_left, i)) {
+    start.alternatives.push_back({i, ContactMode::edge_slip, mode, 0, at.left->facets[i], closed.facet});
+  } else if (mode == ContactMode::stick && force > (1 - kNearCone) * cone && contact.n_t == 1) {
+    const double against = -lambda_t[0];
+    start.alternatives.push_back({i, slip_mode(contact.n_t, &against), mode});
+  }
 }
 
 /// Islands that go on as they are: their forces are continuous, the switch is none of theirs, and none of their

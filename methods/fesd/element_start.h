@@ -113,8 +113,27 @@ class ElementStartSolver {
   int island_of(int contact) { return islands_.of(problem_.info().contacts[contact].support.front()); }
   bool force_jumps(int contact);
   void find_kept(const ElementStart& start, const Element& left, const Switch& end);
-  Result set_modes(FesdStep& step, int element, const Element* left, const Switch& end, bool within_step,
-                   unsigned closed_instead, ElementStart& start);
+  /// The left end at hand.
+  struct Place {
+    FesdStep& step;
+    int element;
+    const Element* left;  ///< the element before, or null
+    const Switch& end;    ///< the switch that ended it
+    bool within_step;
+    ElementStart& start;
+
+    Element& stages() const { return step.elements[static_cast<std::size_t>(element)]; }
+    bool was_closed(int contact) const { return left && is_closed(left->modes[contact]); }
+  };
+  void clear(const Place& at) const;
+  void find_touching(const Place& at);
+  void divide_touching(const Place& at);
+  Result set_modes(const Place& at, unsigned closed_instead);
+  void collect_closed(const Place& at, unsigned closed_instead);
+  Result find_forces(const Place& at);
+  void set_mode(const Place& at, const ImpactLaw::ClosedContact& closed);
+  void offer_break(const Place& at, const ImpactLaw::ClosedContact& closed, ContactMode mode, bool rested) const;
+  void offer_slip_or_stick(const Place& at, const ImpactLaw::ClosedContact& closed, ContactMode mode) const;
   void keep_forces(const Element& left, ElementStart& start);
   ContactMode continued_mode(const ImpactLaw::ClosedContact& closed) const;
   void set_facet(const Element& element, const Switch& end, ImpactLaw::ClosedContact& closed);
