@@ -7,12 +7,12 @@
 namespace ricochet {
 namespace {
 
-/// Of an impulse: as part of the velocities that cancel, what counts as no slip behind it.
+/// A slip velocity behind an impulse that counts as none, as part of the velocities that cancel in it.
 constexpr double kNoSlip = 1e-12;
-/// Of differences, relative to the state: rounding and the error of fourth order are both of 1e-12.
-constexpr double kDifference = 1e-3;
-/// Of derivatives of the initial state, a few hundred roundings of its formulas.
-constexpr double kInitialRounding = 1e-13;
+/// A difference of fourth order takes steps of this part of the state: its error and rounding are both of 1e-12.
+constexpr double kFourthOrderStep = 1e-3;
+/// Rounding of a derivative of the initial state is a few hundred roundings of its formulas.
+constexpr double kConsistency = 1e-13;
 
 double max_abs(const Vector& x) {
   return x.lpNorm<Eigen::Infinity>();
@@ -25,6 +25,56 @@ void Sensitivity::Rows::reset(Eigen::Index n, Eigen::Index n_q, Eigen::Index n_c
   v.setZero(n, n_q);
   x.setZero(n, n);
   theta.setZero(n, n_columns);
+}
+
+/// The unknowns at a point: those of the motion, then the force of each contact that acts, the normal one first.
+Sensitivity::Numbering::Numbering(const ProblemInfo& info, const std::function<bool(int)>& acts) : size(info.n_q) {
+  for (int i = 0; i < info.n_c(); ++i) {
+    if (!acts(i)) continue;
+    contacts.push_back({i, size});
+    size += 1 + info.contacts[i].n_t;
+  }
+}
+
+Sensitivity::Numbering Sensitivity::closed_contacts(const Element& e) const {
+  return {problem_.info(), [&](int i) { return is_closed(e.modes[i]); }};
+}
+
+/// The columns of the forces in (1) and (3).
+void Sensitivity::add_force_columns(const Numbering& numbering, const Vector& q, Rows& rows) const {
+  const Matrix D_n = problem_.force_directions(problem_.normal_jacobian(q)),
+               D_t = problem_.force_directions(problem_.tangent_jacobian(q));
+  for (const auto& [i, row] : numbering.contacts) {
+    const auto& contact = problem_.info().contacts[i];
+    rows.x.block(0, row, n_q_, 1) = -D_n.col(i);
+    rows.x.block(0, row + 1, n_q_, contact.n_t) = -D_t.middleCols(contact.tangent_index, contact.n_t);
+  }
+}
+
+/// (3), with the accelerations as the first unknowns.
+void Sensitivity::set_motion(const Numbering& numbering, const Vector& q, const Vector& v, const Vector& a,
+                             const Vector& lambda_n, const Vector& lambda_t, const Matrix& parameters,
+                             Rows& rows) const {
+  Matrix M_q(n_q_, n_q_), f_q(n_q_, n_q_), f_v(n_q_, n_q_), J_q(n_q_, n_q_);
+  problem_.mass_derivative(q.data(), a.data(), M_q.data());
+  problem_.force_jacobians(q.data(), v.data(), problem_.info().u.data(), f_q.data(), f_v.data());
+  problem_.contact_force_derivative(q.data(), lambda_n.data(), lambda_t.data(), J_q.data());
+  rows.reset(numbering.size, n_q_, n_theta_ + 1);
+  rows.q.topRows(n_q_) = M_q - f_q - J_q;
+  rows.v.topRows(n_q_) = -f_v;
+  rows.x.topLeftCorner(n_q_, n_q_) = problem_.mass_matrix(q);
+  rows.theta.topRows(n_q_) = parameters.topRows(n_q_);
+  add_force_columns(numbering, q, rows);
+}
+
+/// forces += weight times the forces among the unknowns. @param forces  n_c, then n_t, rows
+void Sensitivity::add_forces(const Numbering& numbering, const Eigen::Ref<const Matrix>& unknowns, double weight,
+                             Matrix& forces) const {
+  for (const auto& [i, row] : numbering.contacts) {
+    const auto& contact = problem_.info().contacts[i];
+    forces.row(i) += weight * unknowns.row(row);
+    forces.middleRows(n_c_ + contact.tangent_index, contact.n_t) += weight * unknowns.middleRows(row + 1, contact.n_t);
+  }
 }
 
 Sensitivity::Sensitivity(const Problem& problem, const ButcherTableau& tableau, const std::vector<std::string>& names)
@@ -68,7 +118,7 @@ void Sensitivity::require_consistent_start(const std::vector<std::string>& names
       const double of_gap = parameters(n_q_ + i, k), of_rate = parameters(n_q_ + n_c_ + i, k);
       const auto is_zero = [](const Eigen::RowVectorXd& slope, const Vector& change, double direct) {
         return std::abs(slope.dot(change) + direct) <=
-               kInitialRounding * (slope.cwiseAbs().dot(change.cwiseAbs()) + std::abs(direct));
+               kConsistency * (slope.cwiseAbs().dot(change.cwiseAbs()) + std::abs(direct));
       };
       Eigen::RowVectorXd both(2 * n_q_);
       Vector change(2 * n_q_);
@@ -289,25 +339,19 @@ void Sensitivity::through_impulse(const Impulse& impulse, State& state) const {
   const Matrix before = parameter_rows(q, v_minus, no_a, no_Lambda_n, no_Lambda_t),
                without = parameter_rows(q, v, no_a, no_Lambda_n, no_Lambda_t),
                behind = parameter_rows(q, v, jump, Lambda_n, Lambda_t);
-  const Matrix M = problem_.mass_matrix(q), J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q),
-               D_n = problem_.force_directions(J_n), D_t = problem_.force_directions(J_t);
-
-  Eigen::Index n = n_q_;
-  for (int i = 0; i < n_c_; ++i) n += acts(i) ? 1 + problem_.info().contacts[i].n_t : 0;
+  const Matrix M = problem_.mass_matrix(q), J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
+  const Numbering numbering(problem_.info(), acts);
   Rows rows;
-  rows.reset(n, n_q_, n_theta_ + 1);
+  rows.reset(numbering.size, n_q_, n_theta_ + 1);
   Matrix M_q(n_q_, n_q_), J_q(n_q_, n_q_);
   problem_.mass_derivative(q.data(), jump.data(), M_q.data());
   problem_.contact_force_derivative(q.data(), Lambda_n.data(), Lambda_t.data(), J_q.data());
-  rows.q.topRows(n_q_) = M_q - J_q;
+  rows.q.topRows(n_q_) = M_q - J_q;  // (1)
   rows.v.topRows(n_q_) = M;
   rows.theta.topRows(n_q_) = (behind - without).topRows(n_q_) - M * state.v;
-  Eigen::Index row = n_q_;
-  for (int i = 0; i < n_c_; ++i) {
-    if (!acts(i)) continue;
+  add_force_columns(numbering, q, rows);
+  for (const auto& [i, row] : numbering.contacts) {
     const auto& info = problem_.info().contacts[i];
-    rows.x.block(0, row, n_q_, 1) = -D_n.col(i);
-    rows.x.block(0, row + 1, n_q_, info.n_t) = -D_t.middleCols(info.tangent_index, info.n_t);
     const double eps_r = is_projection ? 0 : info.eps_r;
     rows.q.row(row) = gap_curvature(i, q, v + eps_r * v_minus);
     rows.v.row(row) = J_n.col(i).transpose();
@@ -324,7 +368,6 @@ void Sensitivity::through_impulse(const Impulse& impulse, State& state) const {
           is_projection ? sticks_at_end(*impulse.projected, *impulse.end, i) : s.norm() <= kNoSlip * size.norm();
       add_friction(friction, q, v, Lambda_n[i], behind, row, row + 1, rows);
     }
-    row += 1 + info.n_t;
   }
   rows.x.leftCols(n_q_) += rows.v;  // v+ is an unknown here
   const Matrix solution = solve_full_pivoting(rows.x, rows.q * state.q + rows.theta);
@@ -339,31 +382,18 @@ Sensitivity::ElementVariation Sensitivity::through_element(const Element& e, con
   const Vector r = A.rowwise().sum(), bA = A.transpose() * tableau_.b;
   const double h = e.h;
 
-  Eigen::Index n = n_q_;
-  for (int i = 0; i < n_c_; ++i) n += is_closed(e.modes[i]) ? 1 + info.contacts[i].n_t : 0;
+  const Numbering numbering = closed_contacts(e);
+  const Eigen::Index n = numbering.size;
   Matrix K = Matrix::Zero(n_s_ * n, n_s_ * n), R(n_s_ * n, n_theta_ + 1);
   Rows rows;
   for (int j = 0; j < n_s_; ++j) {
     const Vector q = e.q.col(j), v = e.v.col(j), a = e.a.col(j), lambda_n = e.lambda_n.col(j),
                  lambda_t = e.lambda_t.col(j);
     const Matrix parameters = parameter_rows(q, v, a, lambda_n, lambda_t);
-    const Matrix J_n = problem_.normal_jacobian(q), D_n = problem_.force_directions(J_n),
-                 D_t = problem_.force_directions(problem_.tangent_jacobian(q));
-    Matrix M_q(n_q_, n_q_), f_q(n_q_, n_q_), f_v(n_q_, n_q_), J_q(n_q_, n_q_);
-    problem_.mass_derivative(q.data(), a.data(), M_q.data());
-    problem_.force_jacobians(q.data(), v.data(), info.u.data(), f_q.data(), f_v.data());
-    problem_.contact_force_derivative(q.data(), lambda_n.data(), lambda_t.data(), J_q.data());
-    rows.reset(n, n_q_, n_theta_ + 1);
-    rows.q.topRows(n_q_) = M_q - f_q - J_q;  // (3)
-    rows.v.topRows(n_q_) = -f_v;
-    rows.x.topLeftCorner(n_q_, n_q_) = problem_.mass_matrix(q);
-    rows.theta.topRows(n_q_) = parameters.topRows(n_q_);
-    Eigen::Index row = n_q_;
-    for (int i = 0; i < n_c_; ++i) {
-      if (!is_closed(e.modes[i])) continue;
+    const Matrix J_n = problem_.normal_jacobian(q);
+    set_motion(numbering, q, v, a, lambda_n, lambda_t, parameters, rows);
+    for (const auto& [i, row] : numbering.contacts) {
       const auto& contact = info.contacts[i];
-      rows.x.block(0, row, n_q_, 1) = -D_n.col(i);
-      rows.x.block(0, row + 1, n_q_, contact.n_t) = -D_t.middleCols(contact.tangent_index, contact.n_t);
       rows.q.row(row) = J_n.col(i).transpose() / (h * h);  // (4), scaled for the pivoting
       rows.theta.row(row) = parameters.row(n_q_ + i) / (h * h);
       if (contact.n_t > 0) {
@@ -372,7 +402,6 @@ Sensitivity::ElementVariation Sensitivity::through_element(const Element& e, con
         friction.sticks = e.modes[i] == ContactMode::stick || (j == n_s_ - 1 && sticks_at_end(e, end, i));
         add_friction(friction, q, v, lambda_n[i], parameters, row, row + 1, rows);
       }
-      row += 1 + contact.n_t;
     }
     Matrix q_j = state.q + h * r[j] * state.v, v_j = state.v;  // (5) at fixed accelerations
     q_j.col(n_theta_) += r[j] * e.v0 + 2 * h * e.a * A2.row(j).transpose();
@@ -384,7 +413,6 @@ Sensitivity::ElementVariation Sensitivity::through_element(const Element& e, con
   const Matrix dx = -solve_consistent(K, R);  // of redundant contacts, any of the forces that balance each other
 
   ElementVariation element{Matrix::Zero(n_c_ + n_t_, n_theta_ + 1), Matrix(n_s_ * n_q_, n_theta_ + 1)};
-  Matrix& forces = element.forces;
   state.q += h * state.v;
   state.q.col(n_theta_) += e.v0 + 2 * h * e.a * bA;
   state.v.col(n_theta_) += e.a * tableau_.b;
@@ -393,21 +421,12 @@ Sensitivity::ElementVariation Sensitivity::through_element(const Element& e, con
     element.accelerations.middleRows(j * n_q_, n_q_) = dw;
     state.q += h * h * bA[j] * dw;
     state.v += h * tableau_.b[j] * dw;
-    Eigen::Index row = j * n + n_q_;
-    for (int i = 0; i < n_c_; ++i) {
-      if (!is_closed(e.modes[i])) continue;
-      const auto& contact = info.contacts[i];
-      if (tableau_.right_end.size() > 0) {
-        forces.row(i) += tableau_.right_end[j] * dx.row(row);
-        forces.middleRows(n_c_ + contact.tangent_index, contact.n_t) +=
-            tableau_.right_end[j] * dx.middleRows(row + 1, contact.n_t);
-      }
-      row += 1 + contact.n_t;
-    }
+    if (tableau_.right_end.size() > 0)
+      add_forces(numbering, dx.middleRows(j * n, n), tableau_.right_end[j], element.forces);
   }
   if (!e.is_projected) return element;
   through_projection(e, end, state);
-  if (!stops_in_space(e, end)) forces = constrained_forces(e, end, state);
+  if (!stops_in_space(e, end)) element.forces = constrained_forces(e, end, state);
   return element;
 }
 
@@ -430,7 +449,7 @@ Matrix Sensitivity::constrained_forces(const Element& e, const Switch& end, cons
                  v_size = speed + e.h * max_abs(a);
     const double dt = info.clock < 0 ? 0 : std::abs(dq[info.clock]) / e.h;
     const double size = std::max({max_abs(dq.head(n)) / q_size, max_abs(dv) / v_size, dt});
-    return size > 0 ? kDifference / size : kDifference;
+    return size > 0 ? kFourthOrderStep / size : kFourthOrderStep;
   };
   Matrix bias(n_c_ + n_t_, n_theta_ + 1);
   for (Eigen::Index k = 0; k <= n_theta_; ++k) {
@@ -449,26 +468,14 @@ Matrix Sensitivity::constrained_forces(const Element& e, const Switch& end, cons
       },
       step_along(v, Vector::Zero(n_q_)));
 
-  Eigen::Index n = n_q_;
-  for (int i = 0; i < n_c_; ++i) n += is_closed(e.modes[i]) ? 1 + info.contacts[i].n_t : 0;
+  const Numbering numbering = closed_contacts(e);
   Rows rows;
-  rows.reset(n, n_q_, n_theta_ + 1);
-  Matrix M_q(n_q_, n_q_), f_q(n_q_, n_q_), f_v(n_q_, n_q_), J_q(n_q_, n_q_), T(n_t_, n_q_);
-  problem_.mass_derivative(q.data(), a.data(), M_q.data());
-  problem_.force_jacobians(q.data(), v.data(), info.u.data(), f_q.data(), f_v.data());
-  problem_.contact_force_derivative(q.data(), lambda_n.data(), lambda_t.data(), J_q.data());
+  set_motion(numbering, q, v, a, lambda_n, lambda_t, parameters, rows);
+  Matrix T(n_t_, n_q_);
   problem_.slip_velocity_derivative(q.data(), a.data(), T.data());
-  rows.q.topRows(n_q_) = M_q - f_q - J_q;
-  rows.v.topRows(n_q_) = -f_v;
-  rows.x.topLeftCorner(n_q_, n_q_) = M;
-  rows.theta.topRows(n_q_) = parameters.topRows(n_q_);
-  Eigen::Index row = n_q_;
-  for (int i = 0; i < n_c_; ++i) {
-    if (!is_closed(e.modes[i])) continue;
+  for (const auto& [i, row] : numbering.contacts) {
     const auto& contact = info.contacts[i];
     const int t = contact.tangent_index, n_t = contact.n_t;
-    rows.x.block(0, row, n_q_, 1) = -D_n.col(i);
-    rows.x.block(0, row + 1, n_q_, n_t) = -D_t.middleCols(t, n_t);
     rows.x.block(row, 0, 1, n_q_) = J_n.col(i).transpose();
     rows.q.row(row) = gap_curvature(i, q, a);
     rows.theta.row(row) = of_acceleration.row(n_q_ + n_c_ + i) + bias.row(i);
@@ -480,18 +487,10 @@ Matrix Sensitivity::constrained_forces(const Element& e, const Switch& end, cons
     } else if (n_t > 0) {
       add_friction(slip_at_end(e, i, lambda_n[i]), q, v, lambda_n[i], parameters, row, row + 1, rows);
     }
-    row += 1 + n_t;
   }
   const Matrix dx = -solve_full_pivoting(rows.x, rows.q * state.q + rows.v * state.v + rows.theta);
   Matrix forces = Matrix::Zero(n_c_ + n_t_, n_theta_ + 1);
-  row = n_q_;
-  for (int i = 0; i < n_c_; ++i) {
-    if (!is_closed(e.modes[i])) continue;
-    const auto& contact = info.contacts[i];
-    forces.row(i) = dx.row(row);
-    forces.middleRows(n_c_ + contact.tangent_index, contact.n_t) = dx.middleRows(row + 1, contact.n_t);
-    row += 1 + contact.n_t;
-  }
+  add_forces(numbering, dx, 1, forces);
   return forces;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -83,6 +84,15 @@ class Sensitivity {
     Matrix q, v, x, theta;
     void reset(Eigen::Index n, Eigen::Index n_q, Eigen::Index n_columns);
   };
+  struct Numbering {
+    Numbering(const ProblemInfo& info, const std::function<bool(int)>& acts);
+    struct Contact {
+      int contact;
+      Eigen::Index row;  ///< of its normal force, and of its first equation
+    };
+    std::vector<Contact> contacts;
+    Eigen::Index size;
+  };
   /// How a contact that carries a force obeys Coulomb.
   struct Friction {
     int contact = -1;
@@ -99,6 +109,12 @@ class Sensitivity {
     const Element* projected = nullptr;  ///< the element that ends with it
     const Switch* end = nullptr;         ///< and the switch there
   };
+  Numbering closed_contacts(const Element& e) const;
+  void add_force_columns(const Numbering& numbering, const Vector& q, Rows& rows) const;
+  void set_motion(const Numbering& numbering, const Vector& q, const Vector& v, const Vector& a, const Vector& lambda_n,
+                  const Vector& lambda_t, const Matrix& parameters, Rows& rows) const;
+  void add_forces(const Numbering& numbering, const Eigen::Ref<const Matrix>& unknowns, double weight,
+                  Matrix& forces) const;
   void through_impulse(const Impulse& impulse, State& state) const;
   static bool stops_in_space(const Element& e, const Switch& end);
   static bool sticks_at_end(const Element& e, const Switch& end, int contact);
