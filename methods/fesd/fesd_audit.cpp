@@ -123,8 +123,28 @@ Vector FesdAudit::end_velocity_residual(const Element& e, const Matrix& accelera
   return residual - CholeskyFactors(M).solve(held * impulse);
 }
 
+/// The forces at the right end of a tableau that has a stage there, where P does not replace them.
+void FesdAudit::add_end_stage(const Element& e) {
+  const Eigen::Index last = tableau_.n_s - 1;
+  for (int i = 0; i < problem_.n_c(); ++i) {
+    const auto& contact = problem_.info().contacts[i];
+    const auto tangents = [&](const auto& lambda_t) { return lambda_t.segment(contact.tangent_index, contact.n_t); };
+    report(FesdCondition::end_stage, e.end_lambda_n[i] - e.lambda_n(i, last), force_size_[i], i);
+    report(FesdCondition::end_stage, max_abs(tangents(e.end_lambda_t) - tangents(e.lambda_t.col(last))), force_size_[i],
+           i);
+  }
+}
+
 /// What P and the forces at the right end are to achieve.
-void FesdAudit::add_right_end(const Element& e) {
+void FesdAudit::add_right_end(const View& at) {
+  const Element& e = at.e;
+  const Switch& end = at.step.ends[static_cast<std::size_t>(at.n)];
+  const auto& contacts = problem_.info().contacts;
+  // Slip in space that comes to rest there, (8) and (9) of switch_function.h.
+  const auto stops = [&](int i) {
+    if (e.modes[i] != ContactMode::slip || end.contact < 0 || end.kind != Switch::Kind::slip_stops) return false;
+    return end.contact == i || (end.together && contacts[i].support == contacts[end.contact].support);
+  };
   const Matrix J_n = problem_.normal_jacobian(e.q1), J_t = problem_.tangent_jacobian(e.q1);
   const CholeskyFactors M(problem_.mass_matrix(e.q1));
   const Vector load = M.solve(problem_.force(e.q1, e.v1)),
@@ -132,7 +152,13 @@ void FesdAudit::add_right_end(const Element& e) {
                a = load + M.solve(contact_force), bias_n = problem_.gap_acceleration_bias(e.q1, e.v1),
                bias_t = problem_.slip_acceleration_bias(e.q1, e.v1);
   for (int i = 0; i < problem_.n_c(); ++i) {
-    if (!is_closed(e.modes[i])) continue;
+    const auto& contact = problem_.info().contacts[i];
+    if (!is_closed(e.modes[i])) {
+      report(FesdCondition::end_force, e.end_lambda_n[i], force_size_[i], i);
+      report(FesdCondition::end_force, max_abs(e.end_lambda_t.segment(contact.tangent_index, contact.n_t)),
+             force_size_[i], i);
+      continue;
+    }
     const auto hold = [&](const Vector& J, double bias) {
       const Vector direction = problem_.force_directions(J);
       const double acceleration =
@@ -141,7 +167,8 @@ void FesdAudit::add_right_end(const Element& e) {
       report(FesdCondition::end_force, J.dot(a) + bias, acceleration, i);
     };
     hold(J_n.col(i), bias_n[i]);
-    const auto& contact = problem_.info().contacts[i];
+    for (int t = contact.tangent_index; t < contact.tangent_index + contact.n_t && stops(i); ++t)
+      report(FesdCondition::end_tangency, J_t.col(t).dot(e.v1), slip_size_[i], i);
     const TangentialLaw law = law_of(e, i);
     for (int m = 0; m < law.n_held; ++m) {
       Vector J = Vector::Zero(problem_.n_q());
@@ -233,8 +260,14 @@ void FesdAudit::add_friction(const View& at, int i) {
     if (!e.is_projected || j + 1 < n_s) add_cone(FesdCondition::stage_cone, stages.back(), i, force);
     add_slip(FesdCondition::stage_slip, stages.back(), i, force);
   }
-  if (e.is_projected)
-    add_cone(FesdCondition::stage_cone, {contact.mu * e.end_lambda_n[i], tangents(e.end_lambda_t), slips[1]}, i, force);
+  if (e.is_projected) {
+    const FrictionPoint right{contact.mu * e.end_lambda_n[i], tangents(e.end_lambda_t), slips[1]};
+    add_cone(FesdCondition::stage_cone, right, i, force);
+    add_slip(FesdCondition::stage_slip, right, i, force);
+    // Near rest the slip says little of the force, which is on its cone all the same.
+    const bool slides = is_slipping(e.modes[i]) && right.v_t.norm() > kRest * slip_size_[i];
+    if (slides && !polygon_.applies(n_t)) report(FesdCondition::end_force, right.force.norm() - right.cone, force, i);
+  }
   add_cross_friction(stages, slips, i);
   if (is_pinned(at)) add_pinned_sliding(*at.left, e, i);
 }
@@ -343,7 +376,10 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     if (problem_.n_c() == 0) continue;
     add_impulses(at);
     add_bilateral(at);
-    if (at.e.is_projected) add_right_end(at.e);
+    if (at.e.is_projected)
+      add_right_end(at);
+    else if (stiffly_accurate_)
+      add_end_stage(at.e);
     for (const int i : problem_.info().unilateral) {
       add_gaps_and_forces(at, i);
       if (problem_.info().contacts[i].n_t > 0) add_friction(at, i);
@@ -430,9 +466,16 @@ void FesdAudit::add_stages(const View& at) {
                v_size = max_abs(e.v0.head(n_bodies)) + e.h * acceleration_size_;
   const Matrix of_stages = (e.q - e.h * e.v * tableau_.A.transpose()).colwise() - e.q0;
   report(FesdCondition::stage_position, max_abs(of_stages.topRows(n_bodies)), q_size, -1);
+  const auto n_clocks = e.q0.size() - n_bodies;
+  report(FesdCondition::stage_position, max_abs(of_stages.bottomRows(n_clocks)), max_abs(e.q0.tail(n_clocks)) + e.h,
+         -1);
   report(FesdCondition::stage_velocity,
          max_abs((e.v - e.h * at.accelerations * tableau_.A.transpose()).colwise() - e.v0), v_size, -1);
-  report(FesdCondition::end_position, max_abs((e.q1 - e.q0 - e.h * e.v * tableau_.b).head(n_bodies)), q_size, -1);
+  // Newton's method knows accelerations by what they make of velocities in the element.
+  report(FesdCondition::stage_acceleration, e.h * max_abs(e.a - at.accelerations), v_size, -1);
+  const Vector of_end = e.q1 - e.q0 - e.h * e.v * tableau_.b;
+  report(FesdCondition::end_position, max_abs(of_end.head(n_bodies)), q_size, -1);
+  report(FesdCondition::end_position, max_abs(of_end.tail(n_clocks)), max_abs(e.q0.tail(n_clocks)) + e.h, -1);
   report(FesdCondition::end_velocity, max_abs(end_velocity_residual(e, at.accelerations)), v_size, -1);
   if (at.left) report(FesdCondition::continuity, max_abs(e.q0 - at.left->q1), max_abs(e.q0), -1);
 }

@@ -55,7 +55,8 @@ class FesdAudit {
   void add_gaps_and_forces(const View& at, int i);
   void add_pinned_breaking(const View& at, int i);
   void add_bilateral(const View& at);
-  void add_right_end(const Element& e);
+  void add_end_stage(const Element& e);
+  void add_right_end(const View& at);
   void add_lengths(const View& at);
   double indicator(const View& at, int i) const;
   /// Whether the solver claims that the switch at the left end of an element, which is no jump, is pinned.

@@ -9,8 +9,10 @@ namespace ricochet {
 enum class FesdCondition : std::size_t {
   stage_position,
   stage_velocity,
+  stage_acceleration,
   end_position,
   end_velocity,
+  end_stage,
   continuity,
   impulse_balance,
   impulse_sign,
@@ -62,9 +64,12 @@ struct FesdConditionText {
 inline constexpr FesdConditionText kFesdConditions[] = {
     {FesdCondition::stage_position, "stage position", "q_nj = q_n0 + h_n sum a_jk v_nk"},
     {FesdCondition::stage_velocity, "stage velocity", "v_nj = v_n0 + h_n sum a_jk F_v(q_nk, v_nk, u, lambda_nk)"},
+    {FesdCondition::stage_acceleration, "stage acceleration", "a_nj = F_v(q_nj, v_nj, u, lambda_nj)"},
     {FesdCondition::end_position, "end position", "q_n+1 = q_n0 + h_n sum b_k v_nk"},
     {FesdCondition::end_velocity, "end velocity",  // correction 1
      "v_n+1 = P (v_n0 + h_n sum b_k F_v(q_nk, v_nk, u, lambda_nk))"},
+    {FesdCondition::end_stage, "end stage",  // of a tableau that has a stage there, without P
+     "lambda(right end of n) = lambda_n,ns"},
     {FesdCondition::continuity, "continuity", "q_n0 = q_n"},
     {FesdCondition::impulse_balance, "impulse balance", "M (v_n0 - v_n) = sum J_n Lambda_n"},
     {FesdCondition::impulse_sign, "impulse sign", "Lambda_n >= 0"},
