@@ -25,6 +25,7 @@ Solution run(const Problem& problem, const std::string& method, int steps,
 }
 
 double largest_gap(const Problem& problem, const Solution& s) {
+  EXPECT_FALSE(s.samples.empty()) << s.message;
   double largest = 0;
   for (const auto& sample : s.samples) {
     const Vector gap = problem.gap(sample.q);
@@ -96,6 +97,7 @@ TEST(Bilateral, ElasticImpactsKeepTheEnergy) {
     const Solution s = run(*p, "fesd:radau-iia:4", 400);
     ASSERT_TRUE(s.succeeded()) << s.message;
     EXPECT_GE(s.events.size(), 2u);
+    ASSERT_GE(s.samples.size(), 400u);
     const double before = *p->energy(p->info().q0, p->info().v0);
     for (const auto& sample : s.samples) ASSERT_NEAR(*p->energy(sample.q, sample.v_plus), before, 1e-11) << scene;
     EXPECT_LE(largest_gap(*p, s), 1e-14) << scene;

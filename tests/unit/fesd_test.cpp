@@ -330,6 +330,34 @@ TEST(FesdFriction, ARunMayBeginAtRestInTheOrigin) {
   }
 }
 
+/// The estimate is the leading term of what a step leaves: N steps leave less than N tolerances and not much less, since a
+/// length is kept while it could grow by up to a half; and N grows by tolerance^(-1/(p + 1)).
+TEST(FesdAdaptive, StepsFollowTheToleranceAndTheOrder) {
+  const auto problem = read_scene_text(
+      R"scene({"params": {}, "q0": ["1"], "v0": ["0.5"], "T": "20", "M": [["2"]], "f": ["-18*q[0]"], "contacts": []})scene",
+      "oscillator");
+  const double omega = 3, T = 20;
+  const double q = std::cos(omega * T) + 0.5 / omega * std::sin(omega * T),
+               v = -omega * std::sin(omega * T) + 0.5 * std::cos(omega * T);
+  for (const auto& [method, order] :
+       {std::pair{"fesd_adaptive:radau-iia:3", 5}, {"fesd_adaptive:radau-iia:4", 7}, {"fesd_adaptive:gauss:4", 8}}) {
+    double steps[2];
+    for (const int k : {0, 1}) {
+      Settings settings;
+      settings.tolerance = k == 0 ? 1e-8 : 1e-12;
+      const Solution s = make_method(method)->solve(*problem, settings);
+      ASSERT_TRUE(s.succeeded()) << s.message;
+      steps[k] = static_cast<double>(s.counters.steps);
+      const double left = std::max(std::abs(s.q[0] - q), std::abs(s.v[0] - v)) / (steps[k] * settings.tolerance);
+      EXPECT_LE(left, 0.5) << method << ": a step aims at 0.8^(p + 1) of its tolerance, seen 0.03 to 0.1 in the sum";
+      EXPECT_GE(left, 0.01) << method;
+    }
+    const double growth = std::pow(1e4, 1.0 / (order + 1));
+    EXPECT_GE(steps[1] / steps[0], growth) << method;
+    EXPECT_LE(steps[1] / steps[0], 1.25 * growth) << method << ": seen 1.09 to 1.14";
+  }
+}
+
 TEST(Painleve, IsAStatusThatNamesTheContact) {
   const std::string rod = test_data("friction_scenes.json") + "#rod";
   for (const char* method : {"fesd:radau-iia:3", "fesd_adaptive:radau-iia:4"}) {

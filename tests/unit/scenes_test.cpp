@@ -145,6 +145,7 @@ TEST_P(EveryConservativeScene, ConservesEnergyWithoutContacts) {
   const char* tableau = problem->info().has_bilateral() ? "radau-iia:5" : "gauss:4";
   const Solution s = run_scene(*problem, std::string("irk:") + tableau + ",contacts=ignored", 1000);
   ASSERT_TRUE(s.succeeded()) << s.message;
+  ASSERT_EQ(s.samples.size(), 1000u);
   double kinetic = 0, worst = 0;
   for (const auto& sample : s.samples) {
     kinetic = std::max(kinetic, 0.5 * sample.v_plus.dot(problem->mass_matrix(sample.q) * sample.v_plus));
@@ -340,7 +341,9 @@ TEST(BeltOscillator, SticksAtBeltSpeed) {
   const double t_stick = std::asin(v_belt / (x_c * omega)) / omega;
   const double x_stick = x_c * (1 - std::cos(omega * t_stick)), t_slip = t_stick + (x_c - x_stick) / v_belt;
   const auto p = make_problem("belt_oscillator", {{"c", 0}, {"F", 0}, {"duration", 0.5}});
-  for (const auto& sample : run_scene(*p, "moreau_jean", 5000).samples) {
+  const Solution s = run_scene(*p, "moreau_jean", 5000);
+  ASSERT_EQ(s.samples.size(), 5000u) << s.message;
+  for (const auto& sample : s.samples) {
     const double x = sample.q[0];
     if (sample.t > t_stick + 1e-3 && sample.t < t_slip - 1e-3) {
       EXPECT_NEAR(sample.v_plus[0], v_belt, 1e-13);
@@ -387,6 +390,7 @@ TEST(SliderCrankClearance, StaysInItsGuide) {
   const Solution s = run_scene(*p, "moreau_jean", 10000);
   ASSERT_TRUE(s.succeeded()) << s.message;
   EXPECT_GT(s.q[0], 3) << "half a turn of the crank at least";
+  ASSERT_EQ(s.samples.size(), 10000u);
   for (const auto& sample : s.samples) ASSERT_GE(p->gap(sample.q).minCoeff(), -2e-4) << "h v = 5 us * 23 m/s";
 }
 

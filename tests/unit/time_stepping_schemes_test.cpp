@@ -1,6 +1,7 @@
 // Single steps that can be checked by hand, and what each scheme promises.
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 
 #include "methods/registry.h"
@@ -59,6 +60,42 @@ TEST(AnitescuConvex, OpensTheGapOfASlidingContact) {
   EXPECT_NEAR(p->gap(convex.q)[0], h * mu * convex.v[0], 1e-14);
 }
 
+/// x'' = -(k x + c x') / m without contacts: a step multiplies (x, x') by a matrix that is known, that of the theta rule
+/// for the implicit schemes and of the symplectic Euler method for the explicit ones. Orders would not tell a wrong
+/// coefficient of h^2 in the matrix that they solve with.
+TEST(LinearOscillator, StepsAreThoseOfTheTextbook) {
+  const double m = 2, k = 18, c = 0.4, h = 0.1;
+  const int steps = 40;
+  const auto p = read_scene_text(
+      R"scene({"params": {}, "q0": ["1"], "v0": ["0.5"], "T": "4", "M": [["2"]], "f": ["-18*q[0]-0.4*v[0]"],
+          "contacts": []})scene",
+      "oscillator");
+  const auto expect_steps = [&](const std::string& method, const Eigen::Matrix2d& step) {
+    const Solution s = run_scheme(*p, method, steps);
+    Eigen::Vector2d x(1, 0.5);
+    for (int n = 0; n < steps; ++n) x = step * x;
+    EXPECT_NEAR(s.q[0], x[0], 1e-13) << method << ": rounding of 40 steps";
+    EXPECT_NEAR(s.v[0], x[1], 1e-13) << method;
+  };
+  Eigen::Matrix2d A;
+  A << 0, 1, -k / m, -c / m;
+  const auto theta_rule = [&](double theta) -> Eigen::Matrix2d {
+    const auto I = Eigen::Matrix2d::Identity();
+    return (I - theta * h * A).inverse() * (I + (1 - theta) * h * A);
+  };
+  for (const char* method : {"moreau_jean", "moreau_jean,implicit=full", "penalty", "generalized_alpha,rho_inf=1"})
+    expect_steps(method, theta_rule(0.5));
+  expect_steps("moreau_jean,theta=0.7", theta_rule(0.7));
+  expect_steps("moreau_jean,theta=1", theta_rule(1));
+  expect_steps("anitescu_potra,implicit=linear", theta_rule(1));
+
+  Eigen::Matrix2d kick, drift;
+  kick << 1, 0, -h * k / m, 1 - h * c / m;
+  drift << 1, h, 0, 1;
+  for (const char* method : {"anitescu_potra", "stewart_trinkle", "schatzman_paoli", "anitescu_convex"})
+    expect_steps(method, drift * kick);
+}
+
 /// A step of the fully implicit method fulfils the theta rule, which one Newton step does not.
 TEST(MoreauJean, FullyImplicitFulfilsTheThetaRule) {
   const auto p = make_problem("pendulum_wall", {{"w", 5}, {"duration", 0.5}});
@@ -78,8 +115,10 @@ TEST(MoreauJean, FullyImplicitFulfilsTheThetaRule) {
 TEST(MoreauJean, ProjectionLeavesNoPenetration) {
   const auto deepest = [&](const char* problem, const std::string& method) {
     const auto p = make_problem(problem);
+    const Solution s = run_scheme(*p, method, 300);
+    EXPECT_EQ(s.samples.size(), 300u) << s.message;
     double worst = 0;
-    for (const auto& sample : run_scheme(*p, method, 300).samples) worst = std::min(worst, p->gap(sample.q).minCoeff());
+    for (const auto& sample : s.samples) worst = std::min(worst, p->gap(sample.q).minCoeff());
     return -worst;
   };
   for (const char* problem : {"bouncing_ball", "ball_in_box", "double_pendulum_wall"}) {
