@@ -288,6 +288,44 @@ TEST(ContactKinematics, RoundBodies) {
 
 // Facts of the motions.
 
+/// The kinetic energy of a scene is that of its bodies: m |v|^2 / 2 of their centres and J omega^2 / 2. The balance of
+/// energy says nothing about the entries of M that do not vary.
+void expect_kinetic_energy(const std::string& id, const std::function<double(const Vector&, const Vector&)>& energy) {
+  const auto problem = make_problem(id);
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const auto [q, v] = state_near_start(*problem, seed);
+    const double expected = energy(q, v);
+    EXPECT_NEAR(problem->kinetic_energy(q, v), expected, 1e-14 * expected) << id << ": rounding of a dozen terms";
+  }
+}
+/// Velocity of the free end of a rod that turns at the rate omega, its angle counted from the x axis.
+Eigen::Vector2d end_velocity(double length, double angle, double omega) {
+  return length * omega * Eigen::Vector2d(-std::sin(angle), std::cos(angle));
+}
+
+TEST(KineticEnergy, IsThatOfTheBodies) {
+  expect_kinetic_energy("slider_crank_clearance", [](const Vector& q, const Vector& v) {
+    const Eigen::Vector2d pin = end_velocity(0.153, q[0], v[0]), slider = pin + end_velocity(0.306, q[1], v[1]);
+    const double of_centres =
+        0.038 * (pin / 2).squaredNorm() + 0.038 * ((pin + slider) / 2).squaredNorm() + 0.076 * slider.squaredNorm();
+    return (of_centres + 7.4e-5 * v[0] * v[0] + 5.9e-4 * v[1] * v[1] + 2.7e-6 * v[2] * v[2]) / 2;
+  });
+  expect_kinetic_energy("kane_pendulum", [](const Vector& q, const Vector& v) {
+    const Eigen::Vector2d joint = end_velocity(1, q[0], v[0]), tip = joint + end_velocity(1, q[1], v[1]);
+    return ((joint / 2).squaredNorm() + ((joint + tip) / 2).squaredNorm() + v.squaredNorm() / 12) / 2;
+  });
+  expect_kinetic_energy("woodpecker_toy", [](const Vector&, const Vector& v) {
+    const double bird = v[0] + 1e-2 * v[1] + 1.5e-2 * v[2];
+    return (3e-4 * v[0] * v[0] + 5e-9 * v[1] * v[1] + 4.5e-3 * bird * bird + 7e-7 * v[2] * v[2]) / 2;
+  });
+  expect_kinetic_energy("rocking_block", [](const Vector&, const Vector& v) {
+    return (v.head(2).squaredNorm() + (0.2 * 0.2 + 0.8 * 0.8) / 12 * v[2] * v[2]) / 2;  // sides of 0.2 m and 0.8 m
+  });
+  expect_kinetic_energy("disc_in_chute", [](const Vector&, const Vector& v) {
+    return (v.head(2).squaredNorm() + 0.1 * 0.1 / 2 * v[2] * v[2]) / 2;
+  });
+}
+
 TEST(FallingRod, PainleveRegion) {
   // p = J_n' M^-1 (J_n - mu J_t) for slip in the direction of J_t.
   const auto p = [](const Problem& rod, double theta) {
