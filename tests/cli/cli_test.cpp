@@ -296,12 +296,17 @@ TEST_F(Cli, WritesAReport) {
   EXPECT_HAS(page, "Observed orders");
   EXPECT_HAS(page, "Time to reach an error");
   EXPECT_HAS(page, "Quick run");
+  EXPECT_EQ(page.find("not complete"), std::string::npos);
   EXPECT_EQ(page.find("src=\"http"), std::string::npos) << "the page needs no server";
   EXPECT_HAS(markdown, "| fesd:gauss:3 |");
   for (const char* file : {"small_order_fesd_gauss.svg", "small_work_precision.svg", "small_trajectory.svg",
                            "small_orders.csv", "small_runs.csv", "small.jsonl"}) {
     EXPECT_TRUE(fs::exists(fs::path(report) / file)) << file;
   }
+  const std::string rows = read(out + "/small.jsonl");
+  const std::string cut = write("cut.jsonl", rows.substr(0, rows.rfind("{\"kind\":\"end\"")));
+  ASSERT_EQ(run("report " + cut + " -o " + report).code, 0);
+  EXPECT_HAS(read(report + "/index.html"), "not complete");
 }
 
 TEST_F(Cli, ComparesOptimalControlWithThePlant) {

@@ -52,6 +52,9 @@ TEST(ControlResults, SurviveTheRoundTripAndShowFailures) {
   EXPECT_TRUE(std::isnan(read.events));
   EXPECT_EQ(control_table({run}).rows[0][6], "19.5");
   EXPECT_EQ(control_table({run}).rows[0][8], "-") << "no replay, no mismatch";
+  run.replay_status = "success";
+  EXPECT_EQ(control_table({run}).rows[0][9], "other") << "the impacts are not the same";
+  run.replay_status = "inner_solver_failed";
   ASSERT_EQ(control_failures({run}).rows.size(), 1u);
   EXPECT_NE(control_failures({run}).rows[0][2].find("why"), std::string::npos);
 

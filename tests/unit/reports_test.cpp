@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -84,6 +85,47 @@ TEST(OrderFit, WindowLeavesOutWhatIsNotAsymptoticAndWhatIsRounding) {
   EXPECT_NEAR(fit->slope, 4, 1e-10);
   EXPECT_EQ(fit->first_steps, 120);
   EXPECT_EQ(fit->last_steps, 900);
+}
+
+TEST(OrderFit, WindowIsRelativeToTheSolution) {
+  auto records = runs_of_order(4, 1);
+  for (auto& r : records) r.error = std::max(r.error, 3e-13);
+  const auto fit = fit_order(pointers(records));
+  for (auto& r : records) {
+    r.error *= 1e6;
+    r.solution_size = 1e6;
+  }
+  const auto same = fit_order(pointers(records));
+  ASSERT_TRUE(fit && same);
+  EXPECT_EQ(same->first_steps, fit->first_steps);
+  EXPECT_EQ(same->last_steps, fit->last_steps);
+}
+
+/// Six points that lie 0.1 and 0.2 decades off a line, against the formulas of linear regression.
+TEST(OrderFit, IntervalAndScatterAreThoseOfARegression) {
+  const double off[] = {0.1, -0.2, 0.1, 0.1, -0.2, 0.1};
+  std::vector<Record> records = runs_of_order(2, 1e-3);
+  records.resize(6);
+  for (std::size_t k = 0; k < 6; ++k) records[k].error *= std::pow(10, off[k]);
+  double mean_x = 0, mean_y = 0, S_xx = 0, S_xy = 0, squares = 0;
+  std::vector<double> x, y;
+  for (const Record& r : records) {
+    x.push_back(std::log10(r.h_bar));
+    y.push_back(std::log10(r.error));
+    mean_x += x.back() / 6;
+    mean_y += y.back() / 6;
+  }
+  for (std::size_t k = 0; k < 6; ++k) {
+    S_xx += std::pow(x[k] - mean_x, 2);
+    S_xy += (x[k] - mean_x) * (y[k] - mean_y);
+  }
+  for (std::size_t k = 0; k < 6; ++k) squares += std::pow(y[k] - mean_y - S_xy / S_xx * (x[k] - mean_x), 2);
+  const auto fit = fit_order(pointers(records));
+  ASSERT_TRUE(fit);
+  EXPECT_EQ(fit->used, 6);
+  EXPECT_NEAR(fit->slope, S_xy / S_xx, 1e-12);
+  EXPECT_NEAR(fit->scatter, std::sqrt(squares / 4), 1e-12) << "6 points and 2 unknowns";
+  EXPECT_NEAR(fit->half_width, 2.7764451052 * std::sqrt(squares / 4 / S_xx), 1e-9) << "Student's t, 0.975, 4";
 }
 
 TEST(OrderFit, FewPointsAreNoFit) {
@@ -217,6 +259,41 @@ TEST_F(ResultsOnDisk, NoNumberIsNullInTheFile) {
   EXPECT_EQ(round_trip(record).tolerance, 0);
 }
 
+/// Different numbers in all fields: what is read in place of another one shows.
+TEST_F(ResultsOnDisk, EveryFieldKeepsItsPlace) {
+  Record r;
+  r.experiment = "e";
+  r.problem = "p";
+  r.method = "m";
+  r.title = "t";
+  r.steps = 1;
+  r.tolerance = 2e-3;
+  r.h_bar = 3e-3;
+  r.nominal_order = 4;
+  r.status = "success";
+  r.message = "why";
+  r.error = 5e-3;
+  r.reference_error = 6e-3;
+  r.solution_size = 7;
+  r.sensitivities = {"param:e"};
+  r.max_residual = 8e-3;
+  r.detected_events = 9;
+  r.counters = {10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20};
+  r.instead_of = "o";
+  r.command = "c";
+  {
+    ResultsFile file(folder, "e", header("k"));
+    file.append(to_json(r));
+    file.append({{"kind", "timing"}, {"row", 0}, {"timing", to_json(Timing{1, 2, 3, 4, 5})}});
+    file.finish();
+  }
+  const Results results = read_results(folder + "/e.jsonl");
+  ASSERT_EQ(results.records.size(), 1u);
+  EXPECT_EQ(to_json(results.records[0]), to_json(r));
+  ASSERT_TRUE(results.records[0].timing);
+  EXPECT_EQ(to_json(*results.records[0].timing), to_json(Timing{1, 2, 3, 4, 5}));
+}
+
 TEST_F(ResultsOnDisk, AnInterruptedRunLooksIncompleteAndIsContinued) {
   const auto records = runs_of_order(2);
   {
@@ -335,6 +412,79 @@ TEST(Table, AColumnSaysWhatItShows) {
   EXPECT_EQ(table.rows[1], (std::vector<std::string>{"b", "-", "-"})) << "no number";
   EXPECT_NE(table.markdown(1).find("1 of 2 rows."), std::string::npos) << "a table that is cut says so";
   EXPECT_EQ(table.markdown(2).find("rows."), std::string::npos);
+}
+
+/// Two methods with known times, one with a run that failed and was answered by another one.
+class ResultTables : public testing::Test {
+ protected:
+  Results results;
+
+  void SetUp() override {
+    results.header = {{"experiment", "e"}, {"overhead_of", {{"slow", "fast"}}}};
+    for (const char* method : {"slow", "fast"}) {
+      for (Record& r : runs_of_order(2, 0.1, method)) {
+        r.counters.elements = r.steps;
+        // 2 us or 1 us a step
+        r.timing = Timing{(r.method == "slow" ? 2e-6 : 1e-6) * r.steps, 0, 0, 0, 3};
+        results.records.push_back(r);
+      }
+    }
+    Record& failed = results.records[0];
+    failed.status = "infeasible";
+    failed.message = "why";
+    Record answer = failed;
+    answer.method = "other";
+    answer.status = "success";
+    answer.error = 0.25;
+    answer.instead_of = "slow";
+    results.records.push_back(answer);
+  }
+
+  static std::string cell(const Table& table, std::size_t row, const std::string& header) {
+    const auto column = std::ranges::find(table.columns, header, &Table::Column::header);
+    return table.rows.at(row).at(static_cast<std::size_t>(column - table.columns.begin()));
+  }
+};
+
+TEST_F(ResultTables, TimesAreMicrosecondsAndRatios) {
+  EXPECT_EQ(cell(order_summary(results), 0, "us/step"), "2.000");
+  EXPECT_EQ(cell(order_summary(results), 1, "us/step"), "1.000");
+  // An error of 0.1 / N^2 is below 1e-6 from N = 330 on.
+  const Table reached = time_to_reach(results, {1e-6});
+  EXPECT_EQ(reached.rows[0][1], "0.660") << "330 steps of 2 us, in ms";
+  EXPECT_EQ(reached.rows[0][2], "2.0");
+  EXPECT_EQ(reached.rows[1][1], "0.330");
+  EXPECT_EQ(reached.rows[1][2], "1.0");
+  EXPECT_EQ(time_to_reach(results, {1e-12}).rows[0][1], "not reached");
+  const Table ratios = overhead(results);
+  ASSERT_EQ(ratios.rows.size(), 20u);
+  for (std::size_t k = 0; k < ratios.rows.size(); ++k) EXPECT_EQ(cell(ratios, k, "ratio"), "2.00");
+}
+
+TEST_F(ResultTables, AFailureIsShownWithItsAnswer) {
+  const Table failed = failures(results);
+  ASSERT_EQ(failed.rows.size(), 1u) << "the answer is no failure";
+  EXPECT_EQ(cell(failed, 0, "method"), "slow");
+  EXPECT_EQ(cell(failed, 0, "reason"), "why");
+  EXPECT_EQ(cell(failed, 0, "answered by"), "other: error 2.50e-01");
+  results.records.back().status = "step_limit";
+  ASSERT_EQ(failures(results).rows.size(), 1u);
+  EXPECT_EQ(cell(failures(results), 0, "answered by"), "other: step_limit");
+  EXPECT_EQ(order_details(results).rows.size(), 41u) << "no run is dropped";
+}
+
+TEST_F(ResultTables, RunsAreInTheOrderOfWhatTheyCost) {
+  results.records.clear();
+  for (const double tolerance : {1e-8, 1e-4, 1e-6}) {
+    Record r;
+    r.method = "m";
+    r.tolerance = tolerance;
+    results.records.push_back(r);
+  }
+  const auto runs = results.of("m");
+  EXPECT_EQ(runs[0]->tolerance, 1e-4);
+  EXPECT_EQ(runs[1]->tolerance, 1e-6);
+  EXPECT_EQ(runs[2]->tolerance, 1e-8);
 }
 
 TEST(Table, PrintsInFourWays) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "methods/fesd/pivoting_solver.h"
@@ -110,6 +111,27 @@ TEST(Zeno, ErrorControlRestsWithinItsTolerance) {
     EXPECT_LE(run.v_plus, tolerance);
     EXPECT_LE(std::abs(run.rest_error()), run.rest_bound + 1e-13) << "rounding";
   }
+}
+
+/// Too late and too early by twice the bound, and within it.
+TEST(Zeno, TheTableCountsRunsOutsideOfTheirBound) {
+  std::vector<ZenoRun> runs;
+  for (const double error : {2e-3, -2e-3, 5e-4}) {
+    ZenoRun run{.method = "m", .command = "", .e = 0.5, .H = 0.1, .status = "success", .message = ""};
+    run.rests = true;
+    run.t_Z = 1;
+    run.t_rest = 1 - error;
+    run.rest_bound = run.position_bound = 1e-3;
+    runs.push_back(run);
+  }
+  const Table table = zeno_table(runs);
+  ASSERT_EQ(table.rows.size(), 1u);
+  const auto cell = [&](const std::string& header) {
+    const auto column = std::ranges::find(table.columns, header, &Table::Column::header);
+    return table.rows[0].at(static_cast<std::size_t>(column - table.columns.begin()));
+  };
+  EXPECT_EQ(cell("above bound"), "2");
+  EXPECT_EQ(cell("largest error / bound"), "2.000");
 }
 
 TEST(Zeno, SurvivesTheRoundTrip) {
