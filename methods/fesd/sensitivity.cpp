@@ -1,5 +1,7 @@
 #include "methods/fesd/sensitivity.h"
 
+#include <stdexcept>
+
 #include "problems/dense_solve.h"
 #include "problems/input_error.h"
 #include "problems/variables.h"
@@ -500,16 +502,25 @@ Eigen::RowVectorXd Sensitivity::switch_slope(const Element& e, const Switch& end
   const auto& contact = problem_.info().contacts[end.contact];
   const Matrix parameters =
       parameter_rows(e.q1, e.v1, e.a.col(n_s_ - 1), e.lambda_n.col(n_s_ - 1), e.lambda_t.col(n_s_ - 1));
-  if (end.kind == Switch::Kind::gap_closes)
-    return problem_.normal_jacobian(e.q1).col(end.contact).transpose() * state.q + parameters.row(n_q_ + end.contact);
-  if (end.kind == Switch::Kind::slip_stops && contact.n_t == 1) {
-    Matrix T(n_t_, n_q_);
-    problem_.slip_velocity_derivative(e.q1.data(), e.v1.data(), T.data());
-    return T.row(contact.tangent_index) * state.q +
-           problem_.tangent_jacobian(e.q1).col(contact.tangent_index).transpose() * state.v +
-           parameters.row(n_q_ + 2 * n_c_ + contact.tangent_index);
+  switch (end.kind) {
+    case Switch::Kind::gap_closes:
+      return problem_.normal_jacobian(e.q1).col(end.contact).transpose() * state.q + parameters.row(n_q_ + end.contact);
+    case Switch::Kind::force_vanishes:
+      return forces.row(end.contact);
+    case Switch::Kind::slip_stops: {
+      if (contact.n_t == 2) break;  // (8) of switch_function.h: the cone
+      Matrix T(n_t_, n_q_);
+      problem_.slip_velocity_derivative(e.q1.data(), e.v1.data(), T.data());
+      return T.row(contact.tangent_index) * state.q +
+             problem_.tangent_jacobian(e.q1).col(contact.tangent_index).transpose() * state.v +
+             parameters.row(n_q_ + 2 * n_c_ + contact.tangent_index);
+    }
+    case Switch::Kind::cone_reached:
+      break;
+    case Switch::Kind::slip_turns:
+    case Switch::Kind::edge_left:
+      throw std::logic_error("a switch of the friction polygon, which sensitivities are declined with");
   }
-  if (end.kind == Switch::Kind::force_vanishes) return forces.row(end.contact);
   const bool is_of_stage = stops_in_space(e, end);
   const double lambda_n = is_of_stage ? e.lambda_n(end.contact, n_s_ - 1) : e.end_lambda_n[end.contact];
   const Vector lambda_t =
