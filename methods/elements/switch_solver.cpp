@@ -166,11 +166,11 @@ SwitchSolver::Result SwitchSolver::solve(std::span<Element> run, const Switch& e
     // What forces of short elements say about the time of a switch has rounding of its own, which h does not measure;
     // so has a gap that closes slowly.
     const bool is_time_rounding = std::abs(full_dh) <= 1e-9 * max_h && dh == full_dh;
-    const bool is_rounding = correction <= 1e-9 && (is_time_rounding || function_.is_rounding_of_gap(run.back(), end));
+    const bool stagnates = iteration > 3 && contraction > 0.5 && correction <= 1e-9;
     // Newton is quadratic: the error after this correction is about its square.
     const bool is_converged = (!is_first && size <= tolerance_) ||
                               (!is_first && contraction < 0.1 && size * contraction <= tolerance_) ||
-                              (iteration > 3 && contraction > 0.5 && is_rounding);
+                              (stagnates && (is_time_rounding || function_.is_rounding_of_gap(run.back(), end)));
     if (is_converged && is_contradictory) return Result::no_convergence;
     if (is_converged) {
       finish(run, h);
