@@ -11,6 +11,7 @@
 #include "bench/results_file.h"
 #include "bench/studies/control_growth/growth_rows.h"
 #include "bench/studies/method_grid/baseline.h"
+#include "bench/studies/method_grid/grid_tables.h"
 #include "problems/input_error.h"
 #include "reports/order_fit.h"
 #include "reports/quantile.h"
@@ -421,15 +422,16 @@ TEST(Table, AColumnSaysWhatItShows) {
 /// Two methods with known times, one with a run that failed and was answered by another one.
 class ResultTables : public testing::Test {
  protected:
-  Results results;
+  GridResults results;
 
   void SetUp() override {
-    results.header = {{"experiment", "e"}, {"overhead_of", {{"slow", "fast"}}}};
+    results.id = "e";
+    results.overhead_of = {{"slow", "fast"}};
     for (const char* method : {"slow", "fast"}) {
       for (Record& r : runs_of_order(2, 0.1, method)) {
         r.counters.elements = r.steps;
         // 2 us or 1 us a step
-        r.timing = Timing{(r.method == "slow" ? 2e-6 : 1e-6) * r.steps, 0, 0, 0, 3};
+        results.timings[results.records.size()] = {(r.method == "slow" ? 2e-6 : 1e-6) * r.steps, 0, 0, 0, 3};
         results.records.push_back(r);
       }
     }
