@@ -5,6 +5,7 @@
 
 #include "bench/studies/homotopy/homotopy.h"
 #include "methods/fesd_homotopy/options.h"
+#include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"
 
