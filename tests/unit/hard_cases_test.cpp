@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <set>
 #include <stdexcept>
@@ -218,6 +219,17 @@ TEST(HardCases, SomethingIsKnownOfEach) {
   EXPECT_EQ(verdict_on("kane", "anitescu_potra"), CaseVerdict::keeps) << "Poisson's law";
   EXPECT_THROW(hard_cases({"only_case=zen"}), InputError);
   EXPECT_THROW(hard_cases({"only_method=moreau"}), InputError);
+}
+
+TEST(HardCases, TheLegendOfTheMatrixIsNotCutOff) {
+  const HardCase hard_case = hard_cases({"only_case=paradox_none"}).cases.at(0);
+  const auto problem = hard_case.make_problem();
+  const HardCell cell = run_cell(hard_case, *problem, hard_case.true_motions(*problem), "moreau_jean", 10);
+  const std::string svg = verdict_matrix_svg({cell});
+  int width = 0;
+  ASSERT_EQ(std::sscanf(svg.c_str() + svg.find("viewBox"), "viewBox=\"0 0 %d", &width), 1);
+  // Letters of this size are about 6 wide.
+  EXPECT_GT(width, 6 * static_cast<int>(std::string(text_of(cell.verdict()).meaning).size()) + 100);
 }
 
 }  // namespace

@@ -96,16 +96,19 @@ std::string verdict_matrix_svg(const std::vector<HardCell>& cells) {
     }
   }
   y += kLegendLine;
+  int right = x + names;
   for (const CaseVerdict verdict : used) {
-    body += box(left, y, verdict, text_of(verdict).meaning);
+    const std::string meaning = text_of(verdict).meaning;
+    body += box(left, y, verdict, meaning);
     body += fmt::format("<text x=\"{}\" y=\"{}\">{}</text>\n", left + kCellWidth + 6, y + kCellHeight - 6,
-                        escape_html(text_of(verdict).meaning));
+                        escape_html(meaning));
+    right = std::max(right, left + kCellWidth + 6 + kLetterWidth * static_cast<int>(meaning.size()));
     y += kLegendLine;
   }
   return fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"Helvetica, Arial, sans-serif\" "
       "font-size=\"12\" fill=\"#222222\">\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n{}</svg>\n",
-      x + names + 12, y + 8, body);
+      right + 12, y + 8, body);
 }
 
 Figure draw_verdict_matrix(const FigureFolder& folder, const std::vector<HardCell>& cells, const std::string& name) {
