@@ -67,7 +67,7 @@ void ControlOptions::add(CLI::App& command) {
   command.add_option("--factor", homotopy.factor, "from one sigma to the next")->capture_default_str();
   command.add_flag("--superlinear", superlinear, "sigma to the power 1.5 when that is less than factor * sigma");
   command.add_option("--max-iterations", homotopy.max_iterations, "of one homotopy step")->capture_default_str();
-  command.add_option("--max-switches", homotopy.max_switches, "branches that the crossover tries besides the first")
+  command.add_option("--max-branches", homotopy.max_branches, "branches that the crossover tries besides the first")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command.add_option("--time-limit", homotopy.time_limit, "wall time [s]; 0 for none")->capture_default_str();

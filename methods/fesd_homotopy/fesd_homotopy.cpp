@@ -78,10 +78,10 @@ const bool registered = register_method<FesdHomotopy>({
              "[,sigma_0=1e-3][,sigma_n=1e-11][,update=superlinear|linear][,factor=0.1][,crossover=on|off][,retry=3]"
              "[,tolerance=1e-11][,impulses=position_velocity|slack][,cone=exact|squared|polyhedral][,facets=8]"
              "[,cross=sparse|per_stage|aggregated][,equilibration=objective|exact|tanh|none][,rho=1][,eps_c=1e-3]"
-             "[,capture=on|off][,shortest=1e-3][,switches=3][,max_iterations=300]",
+             "[,capture=on|off][,shortest=1e-3][,branches=3][,max_iterations=300]",
     .max_arguments = 2,
     .summary = "finite elements with switch detection and jumps (FESD-J), solved as MPCCs by homotopy",
-    .examples = {"fesd_homotopy:radau-iia:3,retry=0,max_iterations=100,switches=0"},
+    .examples = {"fesd_homotopy:radau-iia:3,retry=0,max_iterations=100,branches=0"},
     .conformance_steps = 20,  // milliseconds a step
 });
 

@@ -40,7 +40,7 @@ HomotopyOptions homotopy_options(const MethodSpec& spec, bool is_near) {
   options.tolerance = spec.number("tolerance", is_near ? 1e-10 : 1e-11, 1e-13, 1e-2);
   options.max_iterations = spec.whole_number("max_iterations", 300, 1, 1000000);
   options.cross_over = is_on(spec, "crossover");
-  options.max_switches = spec.whole_number("switches", 3, 0, 1000);
+  options.max_branches = spec.whole_number("branches", 3, 0, 1000);
   options.descend = false;  // every solution of the equations will do
   return options;
 }

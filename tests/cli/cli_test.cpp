@@ -385,7 +385,7 @@ TEST_F(Cli, PlansAgainWhileThePlantRuns) {
 TEST_F(Cli, MeasuresTheGrowthOfTheWork) {
   const std::string experiment = write("growth.json", R"({"id": "growth", "kind": "control_growth", "title": "Growth",
       "description": "", "disturbance": 0.001, "runs": [{"problem": "two_carts", "intervals": [4, 6, 8],
-      "arguments": "--simulate --sigma-0 0.01 --max-switches 0"}]})");
+      "arguments": "--simulate --sigma-0 0.01 --max-branches 0"}]})");
   const std::string out = (folder / "results").string(), report = (folder / "report").string();
   const Outcome outcome = run("run-experiment " + experiment + " --all -o " + out);
   ASSERT_EQ(outcome.code, 0) << outcome.text;

@@ -405,7 +405,7 @@ TEST(OptimalControl, TimeSteppingIsAGuess) {
   const auto problem = make_control_problem("push_box_goal");
   HomotopyOptions settings = ControlOptions().homotopy;
   settings.sigma_0 = 1e-2;
-  settings.max_switches = 0;
+  settings.max_branches = 0;
   const Homotopy homotopy(settings);
   TimeSteppingTranscription stepped(*problem, {.steps = 6, .equations = {}});
   ASSERT_EQ(stepped.guess_from_simulation(), Status::success);

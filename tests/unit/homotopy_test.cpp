@@ -57,7 +57,7 @@ TEST(Homotopy, EndsInAnMStationaryPointThatIsNotS) {
     EXPECT_EQ(solution.stationarity, Stationarity::M) << problem.name;
     EXPECT_TRUE(solution.is_b_stationary);
     EXPECT_EQ(solution.switches, 1);
-    EXPECT_FALSE(solve(problem.mpcc, {.max_switches = 0}).is_b_stationary);
+    EXPECT_FALSE(solve(problem.mpcc, {.max_branches = 0}).is_b_stationary);
   }
 }
 
@@ -103,7 +103,7 @@ NlpPoint primal(Vector x) {
 TEST(Crossover, DescendsIntoTheOtherBranch) {
   const auto problem = macmpec::jr1();
   const NlpPoint start = primal(Vector{{-0.1, 0, 0.1}});
-  const CrossoverResult stays = cross_over(problem.mpcc, start, {.ipopt = {}, .max_switches = 0});
+  const CrossoverResult stays = cross_over(problem.mpcc, start, {.ipopt = {}, .max_branches = 0});
   EXPECT_NEAR(stays.branch.objective, 1, 1e-8);
   EXPECT_FALSE(stays.is_b_stationary);
   const CrossoverResult descends = cross_over(problem.mpcc, start, {});
@@ -130,7 +130,7 @@ TEST(Crossover, FindsTheBranchThatHasASolution) {
   EXPECT_EQ(result.branch.status, NlpStatus::solved);
   EXPECT_NEAR(result.branch.objective, 3, 1e-8);
   EXPECT_EQ(result.switches, 1);
-  EXPECT_EQ(cross_over(problem.mpcc, start, {.ipopt = {}, .max_switches = 0}).branch.status, NlpStatus::infeasible);
+  EXPECT_EQ(cross_over(problem.mpcc, start, {.ipopt = {}, .max_branches = 0}).branch.status, NlpStatus::infeasible);
 }
 
 TEST(Crossover, HoldsSumsByTheirVariables) {
@@ -155,7 +155,7 @@ TEST(Crossover, HoldsNoMoreThanItMust) {
   p.row("c", 1, 1, 0, {{c, 1}});
   p.pair(a, c);
   p.pair(b, a);
-  const CrossoverResult result = cross_over(p.mpcc, primal(Vector{{1e-3, 1e-4, 1}}), {.ipopt = {}, .max_switches = 0});
+  const CrossoverResult result = cross_over(p.mpcc, primal(Vector{{1e-3, 1e-4, 1}}), {.ipopt = {}, .max_branches = 0});
   EXPECT_EQ(result.branch.status, NlpStatus::solved);
   EXPECT_NEAR(result.branch.objective, 1, 1e-8);  // b = 1; with b held too it is 2
 }
@@ -243,7 +243,7 @@ TEST(Homotopy, RejectsOptionsOutOfRange) {
       {"tolerance_per_sigma = -1", {.tolerance_per_sigma = -1}},
       {"max_iterations = 0", {.max_iterations = 0}},
       {"time_limit = -1", {.time_limit = -1}},
-      {"max_switches = -1", {.max_switches = -1}},
+      {"max_branches = -1", {.max_branches = -1}},
   };
   for (const auto& [message, options] : wrong) {
     try {

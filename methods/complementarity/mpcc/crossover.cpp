@@ -77,7 +77,7 @@ class Run {
   double seconds() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
 
   bool may_switch() const {
-    return result_.switches < options_.max_switches &&
+    return result_.switches < options_.max_branches &&
            (options_.ipopt.time_limit <= 0 || seconds() < options_.ipopt.time_limit);
   }
 
@@ -237,7 +237,7 @@ CrossoverResult Crossover::run(const NlpPoint& relaxed, const CrossoverOptions& 
 }
 
 CrossoverResult Crossover::resume(const CrossoverResult& earlier, const IpoptOptions& ipopt) {
-  const CrossoverOptions options{.ipopt = ipopt, .max_switches = 0, .search_branches = false, .descend = false};
+  const CrossoverOptions options{.ipopt = ipopt, .max_branches = 0, .search_branches = false, .descend = false};
   return Run(mpcc_, options, program_, solver_).resume(earlier);
 }
 

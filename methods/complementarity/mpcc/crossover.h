@@ -12,7 +12,7 @@ NamedResidual complementarity(const Mpcc& mpcc, const double* x);
 
 struct CrossoverOptions {
   IpoptOptions ipopt;
-  int max_switches = 10;        ///< branches that may be tried besides the first
+  int max_branches = 10;        ///< branches that may be tried besides the first
   bool search_branches = true;  ///< others too when the first has no solution
   bool descend = true;          ///< look for better branches and classify the point; false: any branch that is solved
 };

@@ -41,7 +41,7 @@ void check(const HomotopyOptions& options) {
           "a number of seconds >= 0 is required");
   require(options.barrier > 0 && options.barrier < kInfinity, "barrier", options.barrier, "a number > 0 is required");
   require(options.push > 0 && options.push <= 0.5, "push", options.push, "a number from 0 to 1/2 is required");
-  require(options.max_switches >= 0, "max_switches", options.max_switches, "a number >= 0 is required");
+  require(options.max_branches >= 0, "max_branches", options.max_branches, "a number >= 0 is required");
 }
 
 void check_pairs(const Mpcc& mpcc) {
@@ -213,7 +213,7 @@ class MpccSolver::Run {
     IpoptOptions ipopt = ipopt_options(options_.tolerance);
     if (!is_last) ipopt.max_iterations = std::min(ipopt.max_iterations, kEarlyIterations);
     if (!crossover_) crossover_.emplace(mpcc_);
-    const CrossoverResult result = crossover_->run(relaxed, {ipopt, options_.max_switches, is_last, descends_});
+    const CrossoverResult result = crossover_->run(relaxed, {ipopt, options_.max_branches, is_last, descends_});
     if (accept(result)) return;
     const std::string message =
         describe(fmt::format("crossover, {} branches tried", result.switches + 1), result.branch);
