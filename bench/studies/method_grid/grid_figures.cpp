@@ -66,7 +66,8 @@ std::string distinguishing_options(const GridResults& results, const std::string
 
 /// A method keeps its colour in all figures of its results. Variants of a method are dashed.
 Style style_of(const GridResults& results, const std::string& method) {
-  static const std::vector<std::string> others = {"#525252", "#969696", "#ae017e", "#8c6d31", "#c994c7", "#02818a"};
+  static const std::vector<std::string> others = {"#525252", "#969696", "#ae017e", "#8c6d31", "#c994c7",
+                                                  "#02818a", "#000000", "#e6ab02", "#66c2a4"};
   static const std::vector<int> points = {7, 5, 9, 13};
   const auto [family, member] = take_apart(method);
   const int dash = distinguishing_options(results, method).empty() ? 1 : 3;
