@@ -1,8 +1,7 @@
 // The semismooth Newton method of projection_newton.h as a contact solver. Where its line search finds nothing, it
 // starts again: from the polyhedral solution, then after more and more Gauss-Seidel sweeps.
 
-#include "methods/contact_laws/solvers/contact_solver.h"
-#include "methods/contact_laws/solvers/projection_newton.h"
+#include "methods/contact_laws/solvers/newton_based_solver.h"
 
 namespace ricochet {
 namespace {
@@ -11,12 +10,10 @@ constexpr int kFacetsOfGuess = 8;
 constexpr int kRestarts = 6;
 constexpr int kSweepsOfRestart = 20;  // the first; five times as many each time
 
-class NewtonContactSolver final : public ContactSolver {
+class NewtonContactSolver final : public NewtonBasedSolver {
  public:
-  NewtonContactSolver(double tolerance, int iterations) : tolerance_(tolerance), most_iterations_(iterations) {}
+  NewtonContactSolver(double tolerance, int iterations) : NewtonBasedSolver(tolerance, iterations) {}
 
-  ContactStatus solve(const ContactProblem& problem, Vector& r) override;
-  const FrictionPolygon& polygon() const override { return disc_; }
   void count(Counters& counters) override {
     newton_.count(counters);
     if (polyhedral_) polyhedral_->count(counters);
@@ -26,24 +23,13 @@ class NewtonContactSolver final : public ContactSolver {
   }
 
  private:
-  ContactStatus find(const ContactProblem& problem, Vector& r);
+  ContactStatus find(const ContactProblem& problem, Vector& r) override;
 
-  double tolerance_;
-  int most_iterations_;
-  FrictionPolygon disc_;
-  ProjectionNewton newton_;
   std::unique_ptr<ContactSolver> polyhedral_, restarts_[kRestarts];
 };
 
-ContactStatus NewtonContactSolver::solve(const ContactProblem& problem, Vector& r) {
-  const ContactStatus status = find(problem, r);
-  clear_open_contacts(problem, r);
-  return status;
-}
-
 ContactStatus NewtonContactSolver::find(const ContactProblem& problem, Vector& r) {
-  // From a cold start the contacts of a row settle one by one.
-  int left = most_iterations_ + problem.G.n_rows();
+  int left = iterations_for(problem);
   const auto iterate = [&] { return newton_.iterate(problem, tolerance_, left, r); };
   if (iterate()) return ContactStatus::solved;
   if (problem.G.n_contacts() <= kMaxDenseContacts) {
