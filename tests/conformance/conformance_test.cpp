@@ -8,33 +8,12 @@
 #include "methods/contact_laws/friction_polygon.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
-#include "tests/test_data.h"
+#include "tests/method_scene_pairs.h"
 
 namespace ricochet {
 namespace {
 
-struct Pair {
-  std::string method, problem_id;
-  int steps = 0;
-  std::shared_ptr<const Problem> problem;
-};
-
-/// Pairs that run, or pairs that the method declines.
-std::vector<Pair> pairs_that(bool run) {
-  std::vector<Pair> pairs;
-  const auto problems = all_problems();
-  for (const auto& entry : methods()) {
-    if (!entry.make) continue;  // not built
-    for (const auto& example : entry.examples) {
-      const auto method = make_method(example);
-      for (const auto& problem : problems) {
-        if (method->supports(problem.problem->info()).ok == run)
-          pairs.push_back({example, problem.id, entry.conformance_steps, problem.problem});
-      }
-    }
-  }
-  return pairs;
-}
+using Pair = MethodScenePair;
 
 Settings test_settings(int steps) {
   Settings settings;

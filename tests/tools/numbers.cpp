@@ -6,9 +6,8 @@
 // product in code that has moved (CONTRIBUTING.md, "Moving code").
 #include <fmt/core.h>
 
-#include "methods/registry.h"
 #include "problems/input_error.h"
-#include "tests/test_data.h"
+#include "tests/method_scene_pairs.h"
 
 namespace ricochet {
 namespace {
@@ -46,28 +45,20 @@ void print(const Solution& solution) {
 }
 
 void print_all() {
-  const auto problems = all_problems();
-  for (const auto& entry : methods()) {
-    if (!entry.make) continue;  // not built
-    for (const auto& example : entry.examples) {
-      const auto method = make_method(example);
-      for (const auto& problem : problems) {
-        const ProblemInfo& info = problem.problem->info();
-        if (!method->supports(info).ok) continue;
-        Settings settings;
-        settings.steps = entry.conformance_steps / 4;
-        settings.tolerance = 1e-8;
-        settings.audit = true;
-        fmt::print("{} {}\n", example, problem.id);
-        print(method->solve(*problem.problem, settings));
-        if (!method->info().has_sensitivities || info.has_bilateral()) continue;
-        settings.sensitivities = {"q0:0", "v0:0"};
-        try {
-          print(method->solve(*problem.problem, settings));
-        } catch (const InputError& error) {  // states that cannot vary
-          fmt::print("  {}\n", error.what());
-        }
-      }
+  for (const MethodScenePair& pair : pairs_that(true)) {
+    const auto method = make_method(pair.method);
+    Settings settings;
+    settings.steps = pair.steps / 4;
+    settings.tolerance = 1e-8;
+    settings.audit = true;
+    fmt::print("{} {}\n", pair.method, pair.problem_id);
+    print(method->solve(*pair.problem, settings));
+    if (!method->info().has_sensitivities || pair.problem->info().has_bilateral()) continue;
+    settings.sensitivities = {"q0:0", "v0:0"};
+    try {
+      print(method->solve(*pair.problem, settings));
+    } catch (const InputError& error) {  // states that cannot vary
+      fmt::print("  {}\n", error.what());
     }
   }
 }
