@@ -59,6 +59,15 @@ std::vector<std::string> ExperimentFile::parts() const {
   return document.value("parts", std::vector<std::string>{name});
 }
 
+bool ExperimentFile::take_quick_part(bool is_wanted) {
+  const auto found = document.find("quick_part");
+  if (found == document.end()) return false;
+  const json part = *found;
+  document.erase(found);
+  if (is_wanted) document.merge_patch(part);
+  return true;
+}
+
 void ExperimentFile::change(const std::string& text) {
   const auto equals = text.find('=');
   if (equals == std::string::npos || equals == 0) throw InputError("--set", text, "FIELD=VALUE is required");

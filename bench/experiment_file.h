@@ -11,6 +11,7 @@ namespace ricochet {
 ///
 ///   "id", "title", "description"   of the results
 ///   "kind"                         of the study; "method_grid" without it
+///   "quick_part"                   fields that replace those of the file in a --quick run
 ///   "parts"                        instead of those below "title": names of experiments, which are run one by one
 ///   "also_shown"                   beside "parts": names whose results go into the page when there are some
 /// and the fields of the study.
@@ -23,6 +24,9 @@ struct ExperimentFile {
   std::string kind() const;
   /// Names of experiments to run: the name itself when the file is one.
   std::vector<std::string> parts() const;
+  /// Takes "quick_part" out of the document, and merges it into the other fields (RFC 7396) if it `is_wanted`.
+  /// @returns whether there was one
+  bool take_quick_part(bool is_wanted);
   /// Sets a field, "FIELD=VALUE", with a value in JSON, or a text. @throws InputError
   void change(const std::string& text);
 };

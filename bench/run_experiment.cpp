@@ -13,10 +13,11 @@ using nlohmann::json;
 
 /// The document of the file as the command line changes it.
 json document_of(ExperimentFile experiment, const Study& study, const RunOptions& options) {
+  const bool has_quick_part = experiment.take_quick_part(options.quick) || study.reads_quick;
   for (const auto& change : options.changes) experiment.change(change);
   json document = experiment.document;
   if (!options.changes.empty()) document["id"] = document.value("id", "") + "_part";
-  if (options.quick && study.has_quick_part) document["quick"] = true;
+  if (options.quick && has_quick_part) document["quick"] = true;
   if (!options.with_times) document["times"] = false;
   if (options.time_limit > 0) document["time_limit"] = options.time_limit;
   return document;

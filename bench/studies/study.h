@@ -17,7 +17,7 @@ struct Study {
   std::string summary;            ///< one line
   std::vector<std::string> rows;  ///< kinds of its rows; what results of before "study" are known by
 
-  bool has_quick_part = false;  ///< it reads "quick": elsewhere --quick changes nothing
+  bool reads_quick = false;  ///< it reads "quick"; elsewhere --quick is the "quick_part" of the experiment
 
   /// Makes the rows in a fixed order, each by ResultsFile::row() or rows().
   /// @param experiment  the file, with the changes of the command line: "quick", "times", "time_limit" and any field

@@ -285,6 +285,19 @@ TEST_F(Cli, RunsAnExperimentResumesItAndChecksIt) {
   EXPECT_EQ(run("check " + results + " --baseline /nonexistent.json").code, 2);
 }
 
+TEST_F(Cli, TheQuickPartReplacesFieldsOfTheExperiment) {
+  nlohmann::json experiment = nlohmann::json::parse(kExperiment);
+  experiment["times"] = false;
+  experiment["quick_part"] = {{"title", "The short one"}};
+  const std::string file = write("small.json", experiment.dump()), out = (folder / "results").string();
+  ASSERT_EQ(run("run-experiment " + file + " --quick -o " + out).code, 0);
+  EXPECT_HAS(read(out + "/small.jsonl"), "The short one");
+  ASSERT_EQ(run("run-experiment " + file + " --quick --set title=Mine -o " + out).code, 0);
+  EXPECT_HAS(read(out + "/small_part.jsonl"), "Mine") << "the command line has the last word";
+  ASSERT_EQ(run("run-experiment " + file + " -o " + out).code, 0);
+  EXPECT_EQ(read(out + "/small.jsonl").find("The short one"), std::string::npos);
+}
+
 TEST_F(Cli, WritesAReport) {
   const std::string experiment = write("small.json", kExperiment), out = (folder / "results").string(),
                     report = (folder / "report").string();

@@ -137,7 +137,7 @@ std::string message_of(const std::string& text) {
 
 TEST(HardCaseFile, BadInputNamesTheField) {
   const std::string head = R"({"id": "x", "kind": "hard_cases", "title": "", "description": "", "also": [],
-    "quick_part": {"cases": [], "methods": []}, )";
+)";
   const std::string defaults = R"("defaults": {"steps": {"first_order": 10, "high_order": 5}, "tolerance": 1e-6}, )";
   const std::string a_case = R"("id": "a", "group": "g", "title": "t", "problem": "bouncing_ball")";
   EXPECT_SAYS(head + defaults + R"("time_limit": 0, "cases": []})", "time_limit = 0");

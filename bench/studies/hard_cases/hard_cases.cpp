@@ -149,11 +149,15 @@ void keep_cases(const std::vector<std::string>& ids, const std::string& kind, Ha
   std::erase_if(all.cases, [&](const HardCase& c) { return std::ranges::find(ids, c.id) == ids.end(); });
 }
 
+std::vector<std::string> one_or_more(const json& names) {
+  if (names.is_string()) return {names};
+  return names;
+}
+
 }  // namespace
 
 HardCases read_hard_cases(const json& experiment) {
-  allow_only(experiment, fields_of_experiment({"also", "quick_part", "defaults", "cases", "only_case", "only_method"}),
-             "hard cases");
+  allow_only(experiment, fields_of_experiment({"also", "defaults", "cases", "only_case", "only_method"}), "hard cases");
   HardCases all;
   experiment.at("id").get_to(all.id);
   experiment.at("time_limit").get_to(all.time_limit);
@@ -163,17 +167,10 @@ HardCases read_hard_cases(const json& experiment) {
   for (const auto& j : experiment.at("cases")) all.cases.push_back(read_case(j, defaults));
   all.methods = methods_of(experiment);
 
-  if (experiment.value("quick", false)) {
-    const json& part = experiment.at("quick_part");
-    keep_cases(part.at("cases"), "quick case", all);
-    const auto quick = part.at("methods").get<std::vector<std::string>>();
-    require_known(quick, all.methods, "quick method");
-    all.methods = quick;
-  }
-  if (experiment.contains("only_case")) keep_cases({experiment["only_case"]}, "hard case", all);
+  if (experiment.contains("only_case")) keep_cases(one_or_more(experiment["only_case"]), "hard case", all);
   if (experiment.contains("only_method")) {
-    all.methods = {experiment["only_method"]};
-    make_method(all.methods.front());
+    all.methods = one_or_more(experiment["only_method"]);
+    for (const auto& method : all.methods) make_method(method);
   }
   return all;
 }

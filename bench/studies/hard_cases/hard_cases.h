@@ -41,8 +41,7 @@ struct HardCase {
 ///
 ///   "time_limit"   of a cell, wall time [s]; a cell that does not answer in twice that time is killed
 ///   "also"         methods beside the registered ones' examples
-///   "quick_part"   {"cases", "methods"}: the subset of --quick
-///   "only_case", "only_method"  one case, one method, also one that is not in the matrix
+///   "only_case", "only_method"  one or a list of cases, of methods, also one that is not in the matrix
 ///   "defaults"     "steps": {"first_order", "high_order"}, "tolerance", "limits", for cases that state no others.
 ///                  Methods that take fewer or more steps in the conformance tests do so here, in proportion.
 ///   "cases"        each with "id", "group", "title", "problem", "parameters", and

@@ -228,7 +228,6 @@ const bool hard_cases_are_registered =
     register_study({.kind = "hard_cases",
                     .summary = "every method on every problem that methods stumble over: a matrix of verdicts",
                     .rows = {HardCell::kKind},
-                    .has_quick_part = true,
                     .run = run_matrix,
                     .show = show_matrix,
                     .surprises = matrix_surprises});

@@ -149,7 +149,7 @@ void show_scale(const Results& results, Section& section) {
 const bool scale_is_registered = register_study({.kind = "scale",
                                                  .summary = "the time of a step on scenes of growing size",
                                                  .rows = {ScaleRun::kKind},
-                                                 .has_quick_part = true,
+                                                 .reads_quick = true,
                                                  .run = run_scale,
                                                  .show = show_scale,
                                                  .surprises = {}});
