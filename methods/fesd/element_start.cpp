@@ -10,8 +10,6 @@ namespace {
 constexpr double kNearCone = 0.1;
 // A force larger than this, as part of what it was in the element before, is not about to vanish.
 constexpr double kClear = 1e-6;
-// Impacts at one instant that lose this few of their velocity are not followed to their end.
-constexpr int kMaxImpacts = 10000;
 
 /// Every contact open but bilateral ones, and nothing known of forces.
 void clear_modes(const ProblemInfo& info, Element& stages, ElementStart& start) {
@@ -44,13 +42,10 @@ ElementStartSolver::ElementStartSolver(const Problem& problem, const ButcherTabl
       tableau_(tableau),
       polygon_(polygon),
       scales_(scales),
-      impact_law_(problem, polygon, scales, counters) {
+      impact_law_(problem, polygon, scales, counters),
+      impacts_(problem, scales, impact_law_) {
   const ProblemInfo& info = problem.info();
   closed_.reserve(info.contacts.size());
-  for (auto* list : {&approaching_, &candidates_, &together_}) list->reserve(info.contacts.size());
-  struck_n_.setZero(info.n_c());
-  struck_t_.setZero(info.n_lambda_t);
-  gap_.setZero(problem.n_c());
   coupled_.reset(info.n_q);
   coupled_.join(info.structure.couplings);
   if (info.has_bilateral()) coupled_.join_all();
@@ -103,7 +98,7 @@ void ElementStartSolver::see_sizes(const FesdStep& step, const Eigen::Ref<const 
                                    const Element& element, const Element* left) {
   const ProblemInfo& info = problem_.info();
   const Vector* w = left ? nullptr : &impact_law_.free_acceleration(element.q0, element.v0);
-  for (const int i : candidates_) {
+  for (const int i : impacts_.candidates()) {
     const double G = impact_law_.normal_delassus(i), G_t = impact_law_.mobility(i);
     scales_.see_contact(i, impact_law_.normal(i), G, G_t);
     scales_.see_approach(i, impact_law_.normal_velocity_scale(i, v_minus));
@@ -119,100 +114,6 @@ void ElementStartSolver::see_sizes(const FesdStep& step, const Eigen::Ref<const 
       scales_.see_slip(i, step.H * (impact_law_.slip_velocity_scale(i, *w) + info.contacts[i].mu * load / G * G_t));
     }
   }
-}
-
-/// What the impact has done to the contacts that touch, with or without an impulse of their own.
-void ElementStartSolver::see_impact(const Vector& v) {
-  const Vector& size = impact_law_.impulse_size(together_, struck_n_, struck_t_);
-  for (const int i : candidates_) {
-    scales_.see_approach(i, impact_law_.normal_velocity_scale(i, size));
-    scales_.see_slip(i, impact_law_.slip_velocity_scale(i, size));
-  }
-  for (const int i : together_) {
-    scales_.see_approach(i, impact_law_.normal_velocity_scale(i, v));
-    scales_.see_slip(i, problem_.info().contacts[i].mu * struck_n_[i] * impact_law_.mobility(i));
-  }
-}
-
-/// Whether a contact needs an impulse: not for what is rounding of the velocities that have cancelled.
-bool ElementStartSolver::approaches(int contact, const Eigen::Ref<const Vector>& v) const {
-  return impact_law_.normal_velocity(contact, v) < -scales_.no_approach(contact);
-}
-
-/// The contacts of together_ that need an impulse, in approaching_.
-bool ElementStartSolver::find_approaching(const Eigen::Ref<const Vector>& v) {
-  approaching_.clear();
-  for (const int i : together_) {
-    if (approaches(i, v)) approaching_.push_back(i);
-  }
-  return !approaching_.empty();
-}
-
-/// Whether a contact that approaches closes at this instant: in its flight no velocity would change.
-bool ElementStartSolver::closes_now(int contact, const Element& element) {
-  const double gap = gap_[contact];
-  if (gap <= scales_.touching(contact)) return true;
-  const double flight = gap / -impact_law_.normal_velocity(contact, element.v0);
-  const Vector& w = impact_law_.free_acceleration(element.q0, element.v0);
-  return flight * impact_law_.normal_velocity_scale(contact, w) <=
-         ContactScales::kStageRounding * scales_.approach(contact);
-}
-
-/// Impacts (7), in v0 of the element and its columns of the impulses, and how many they are.
-ElementStartSolver::Result ElementStartSolver::strike(FesdStep& step, int element, const Element* left,
-                                                      ElementStart& start) {
-  Element& stages = step.elements[element];
-  auto Lambda_n = step.Lambda_n.col(element), Lambda_t = step.Lambda_t.col(element);
-  const auto was_closed = [&](int i) { return left && is_closed(left->modes[i]); };
-  const auto rests = [&](int i) {
-    return std::abs(impact_law_.normal_velocity(i, stages.v0)) <= scales_.no_approach(i);
-  };
-  together_.clear();
-  for (const int i : start.touching) {
-    // Bodies that move side by side without a force drift by rounding of the stages.
-    const bool parts = !was_closed(i) && impact_law_.normal_velocity(i, stages.v0) > scales_.no_drift(i);
-    if (!parts) together_.push_back(i);
-  }
-  int& n_impacts = step.n_impacts[static_cast<std::size_t>(element)];
-  while (find_approaching(stages.v0)) {
-    start.culprit = approaching_.front();
-    if (++n_impacts > kMaxImpacts) return Result::accumulates;
-    struck_n_.setZero();
-    struck_t_.setZero();
-    if (impact_law_.impact(together_, approaching_, stages.v0, struck_n_, struck_t_) != LcpStatus::solved)
-      return Result::no_impulse;
-    see_impact(stages.v0);
-    Lambda_n += struck_n_;
-    Lambda_t += struck_t_;
-
-    // What the impact sends together is struck next, with what rests there unless the load pulls it apart.
-    together_.clear();
-    for (const int i : candidates_) {
-      if (approaches(i, stages.v0) && (Lambda_n[i] > 0 || closes_now(i, stages))) together_.push_back(i);
-    }
-    if (together_.empty()) break;
-    closed_.clear();
-    for (const int i : candidates_) {
-      if (!rests(i) || std::ranges::count(together_, i) > 0) continue;
-      if (Lambda_n[i] > 0)
-        closed_.push_back({.contact = i});
-      else if (std::ranges::binary_search(start.touching, i))
-        together_.push_back(i);
-    }
-    if (!closed_.empty()) {
-      if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, struck_n_, struck_t_) != LcpStatus::solved)
-        return Result::no_forces;
-      for (const auto& closed : closed_) {
-        if (!impact_law_.is_pulled_apart(closed.contact)) together_.push_back(closed.contact);
-      }
-    }
-    std::ranges::sort(together_);
-  }
-  for (const int i : candidates_) {
-    if (Lambda_n[i] > 0 && std::ranges::count(start.touching, i) == 0) start.touching.push_back(i);
-  }
-  std::ranges::sort(start.touching);
-  return Result::done;
 }
 
 /// Whether a closed contact slides already, and where to.
@@ -256,15 +157,23 @@ ElementStartSolver::Result ElementStartSolver::begin(FesdStep& step, int element
   const Place at{step, element, left, end, within_step, start};
   clear(at);
   if (info.n_c() == 0) return Result::done;
-  find_touching(at);
+  impacts_.find_touching(at.stages().q0, at.before(), start.touching);
   if (start.touching.empty() && !info.has_bilateral()) return Result::done;
   step.touches = step.touches || !start.touching.empty();
   start.culprit = start.touching.empty() ? info.bilateral.front() : start.touching.front();
-  if (!impact_law_.prepare(at.stages().q0, candidates_)) return Result::no_impulse;
+  if (!impact_law_.prepare(at.stages().q0, impacts_.candidates())) return Result::no_impulse;
   if (!start.touching.empty()) {
     see_sizes(step, step.v_minus.col(element), at.stages(), left);
-    const Result result = strike(step, element, left, start);
-    if (result != Result::done) return result;
+    const auto struck = impacts_.strike(at.stages().q0, at.before(), start.touching, at.stages().v0,
+                                        step.Lambda_n.col(element), step.Lambda_t.col(element));
+    step.n_impacts[static_cast<std::size_t>(element)] = struck.n_impacts;
+    if (struck.culprit >= 0) start.culprit = struck.culprit;
+    switch (struck.result) {
+      case ImpactSequence::Result::done: break;
+      case ImpactSequence::Result::no_impulse: return Result::no_impulse;
+      case ImpactSequence::Result::no_forces: return Result::no_forces;
+      case ImpactSequence::Result::accumulates: return Result::accumulates;
+    }
   }
   divide_touching(at);
   return set_modes(at, 0);
@@ -281,17 +190,6 @@ void ElementStartSolver::clear(const Place& at) const {
   at.step.n_impacts[static_cast<std::size_t>(at.element)] = 0;
   if (problem_.n_c() > 0) at.step.Lambda_n.col(at.element).setZero();
   if (problem_.info().has_friction()) at.step.Lambda_t.col(at.element).setZero();
-}
-
-/// Contacts that touch, and in candidates_ those that rounding may keep apart, too.
-void ElementStartSolver::find_touching(const Place& at) {
-  problem_.gap(at.stages().q0.data(), gap_.data());
-  candidates_.clear();
-  for (const int i : problem_.info().unilateral) {
-    if (gap_[i] > scales_.nearly_touching(i)) continue;
-    candidates_.push_back(i);
-    if (at.was_closed(i) || gap_[i] <= scales_.touching(i)) at.start.touching.push_back(i);
-  }
 }
 
 /// Behind the impacts: contacts that do not separate, and as alternatives those that have bounced.
@@ -499,11 +397,9 @@ bool ElementStartSolver::carry_on(FesdStep& step, int element, ElementStart& sta
   }
   if (start.touching.empty()) return true;
   if (!impact_law_.prepare(stages.q0, start.touching)) return false;
-  candidates_ = together_ = start.touching;
+  impacts_.set_touching(start.touching);
   see_sizes(step, before.v1, stages, &before);
-  return !find_approaching(stages.v0) ||
-         impact_law_.impact(together_, approaching_, stages.v0, step.Lambda_n.col(element),
-                            step.Lambda_t.col(element)) == LcpStatus::solved;
+  return impacts_.strike_once(stages.v0, step.Lambda_n.col(element), step.Lambda_t.col(element));
 }
 
 bool ElementStartSolver::is_pressed(const Element& element, int contact) {

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "methods/contact_laws/impact_law.h"
+#include "methods/contact_laws/impact_sequence.h"
 #include "methods/elements/fesd_step.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 
@@ -44,18 +45,7 @@ struct ElementStart {
 
 /// Impulses and predicted modes at the left end of an element, from the laws of one instant (impact_law.h).
 ///
-/// Impacts may follow each other ever faster: of a ball between the floor and another one, or of a disc that falls
-/// between two. When a flight between two of them is lower than q can tell, or so short that no velocity changes in
-/// it, they are taken one after the other at one instant,
-///
-///   v_0 = v-,   v_k from v_k-1 by Newton's law (1)-(3) of impact_law.h at the contacts S_k,   v+ = v_K       (7)
-///
-/// S_1: contacts that touch and do not part; S_k: those that the impact before has sent against each other, and those
-/// at rest there that the load does not pull apart. The last impact leaves no contact that approaches; of infinitely
-/// many what remains is rounding, which counts as rest. It is the limit of the motion, while one impact of all of them
-/// would be another motion wherever one of them is elastic.
-///
-/// A touching contact that approaches takes an impulse. Behind it, contacts that do not separate and contacts that
+/// A touching contact that approaches takes an impulse, or several (impact_sequence.h). Behind it, contacts that do not separate and contacts that
 /// rested before are closed where the load presses them together, and stick or slip as Coulomb's law for accelerations
 /// says. On a polygon in place of the friction disc they say which vertex or edge carries the force, too; where an edge
 /// has just been left at one of its vertices the force stays at that vertex. Bilateral constraints stay closed whatever
@@ -103,11 +93,6 @@ class ElementStartSolver {
  private:
   void see_sizes(const FesdStep& step, const Eigen::Ref<const Vector>& v_minus, const Element& element,
                  const Element* left);
-  void see_impact(const Vector& v);
-  bool approaches(int contact, const Eigen::Ref<const Vector>& v) const;
-  bool find_approaching(const Eigen::Ref<const Vector>& v);
-  bool closes_now(int contact, const Element& element);
-  Result strike(FesdStep& step, int element, const Element* left, ElementStart& start);
   void set_islands(const ElementStart& start, const Element* left, const Switch& end, const Vector& v,
                    const Eigen::Ref<const Vector>& v_minus);
   int island_of(int contact) { return islands_.of(problem_.info().contacts[contact].support.front()); }
@@ -123,10 +108,10 @@ class ElementStartSolver {
     ElementStart& start;
 
     Element& stages() const { return step.elements[static_cast<std::size_t>(element)]; }
+    const std::vector<ContactMode>* before() const { return left ? &left->modes : nullptr; }
     bool was_closed(int contact) const { return left && is_closed(left->modes[contact]); }
   };
   void clear(const Place& at) const;
-  void find_touching(const Place& at);
   void divide_touching(const Place& at);
   Result set_modes(const Place& at, unsigned closed_instead);
   void collect_closed(const Place& at, unsigned closed_instead);
@@ -147,13 +132,10 @@ class ElementStartSolver {
   const FrictionPolygon polygon_;
   ContactScales& scales_;
   ImpactLaw impact_law_;
+  ImpactSequence impacts_;
   std::vector<ImpactLaw::ClosedContact> closed_;
-  std::vector<int> candidates_;              // contacts that touch, or are apart by no more than rounding of q
-  std::vector<int> together_, approaching_;  // of them those of one impact, and those that it has to stop
-  Vector struck_n_, struck_t_;               // its impulses
   DisjointSets coupled_, islands_;           // of coordinates: by M and forces; by touching contacts, too
   std::vector<char> jumps_, keeps_;          // per least coordinate of an island
-  Vector gap_;
 };
 
 }  // namespace ricochet

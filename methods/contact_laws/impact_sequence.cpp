@@ -1,0 +1,141 @@
+#include "methods/contact_laws/impact_sequence.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ricochet {
+namespace {
+
+// Impacts at one instant that lose this few of their velocity are not followed to their end.
+constexpr int kMaxImpacts = 10000;
+
+}  // namespace
+
+ImpactSequence::ImpactSequence(const Problem& problem, ContactScales& scales, ImpactLaw& law)
+    : problem_(problem), scales_(scales), law_(law) {
+  const ProblemInfo& info = problem.info();
+  for (auto* list : {&approaching_, &candidates_, &together_}) list->reserve(info.contacts.size());
+  resting_.reserve(info.contacts.size());
+  struck_n_.setZero(info.n_c());
+  struck_t_.setZero(info.n_lambda_t);
+  gap_.setZero(info.n_c());
+  v_.setZero(info.n_q);
+}
+
+void ImpactSequence::find_touching(const Vector& q, const std::vector<ContactMode>* before,
+                                   std::vector<int>& touching) {
+  problem_.gap(q.data(), gap_.data());
+  candidates_.clear();
+  for (const int i : problem_.info().unilateral) {
+    if (gap_[i] > scales_.nearly_touching(i)) continue;
+    candidates_.push_back(i);
+    if ((before && is_closed((*before)[i])) || gap_[i] <= scales_.touching(i)) touching.push_back(i);
+  }
+}
+
+/// What the impact has done to the contacts that touch, with or without an impulse of their own.
+void ImpactSequence::see_impact(const Eigen::Ref<const Vector>& v) {
+  const Vector& size = law_.impulse_size(together_, struck_n_, struck_t_);
+  for (const int i : candidates_) {
+    scales_.see_approach(i, law_.normal_velocity_scale(i, size));
+    scales_.see_slip(i, law_.slip_velocity_scale(i, size));
+  }
+  for (const int i : together_) {
+    scales_.see_approach(i, law_.normal_velocity_scale(i, v));
+    scales_.see_slip(i, problem_.info().contacts[i].mu * struck_n_[i] * law_.mobility(i));
+  }
+}
+
+/// Whether a contact needs an impulse: not for what is rounding of the velocities that have cancelled.
+bool ImpactSequence::approaches(int contact, const Eigen::Ref<const Vector>& v) const {
+  return law_.normal_velocity(contact, v) < -scales_.no_approach(contact);
+}
+
+/// The contacts of together_ that need an impulse, in approaching_.
+bool ImpactSequence::find_approaching(const Eigen::Ref<const Vector>& v) {
+  approaching_.clear();
+  for (const int i : together_) {
+    if (approaches(i, v)) approaching_.push_back(i);
+  }
+  return !approaching_.empty();
+}
+
+/// Whether a contact that approaches closes at this instant: in its flight no velocity would change.
+bool ImpactSequence::closes_now(int contact, const Vector& q, const Eigen::Ref<const Vector>& v) {
+  const double gap = gap_[contact];
+  if (gap <= scales_.touching(contact)) return true;
+  const double flight = gap / -law_.normal_velocity(contact, v);
+  v_ = v;
+  const Vector& w = law_.free_acceleration(q, v_);
+  return flight * law_.normal_velocity_scale(contact, w) <= ContactScales::kStageRounding * scales_.approach(contact);
+}
+
+/// S_k behind an impact, in together_: what it sends together is struck next, with what rests there unless the load
+/// pulls it apart. False when the load has no forces.
+bool ImpactSequence::find_next(const Vector& q, const Eigen::Ref<const Vector>& v,
+                               const Eigen::Ref<const Vector>& Lambda_n, const std::vector<int>& touching) {
+  together_.clear();
+  for (const int i : candidates_) {
+    if (approaches(i, v) && (Lambda_n[i] > 0 || closes_now(i, q, v))) together_.push_back(i);
+  }
+  if (together_.empty()) return true;
+  resting_.clear();
+  for (const int i : candidates_) {
+    const bool rests = std::abs(law_.normal_velocity(i, v)) <= scales_.no_approach(i);
+    if (!rests || std::ranges::count(together_, i) > 0) continue;
+    if (Lambda_n[i] > 0)
+      resting_.push_back({.contact = i});
+    else if (std::ranges::binary_search(touching, i))
+      together_.push_back(i);
+  }
+  if (!resting_.empty()) {
+    v_ = v;
+    if (law_.contact_forces(q, v_, resting_, struck_n_, struck_t_) != LcpStatus::solved) return false;
+    for (const auto& closed : resting_) {
+      if (!law_.is_pulled_apart(closed.contact)) together_.push_back(closed.contact);
+    }
+  }
+  std::ranges::sort(together_);
+  return true;
+}
+
+ImpactSequence::Struck ImpactSequence::strike(const Vector& q, const std::vector<ContactMode>* before,
+                                              std::vector<int>& touching, Eigen::Ref<Vector> v,
+                                              Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {
+  const auto was_closed = [&](int i) { return before && is_closed((*before)[i]); };
+  Struck struck;
+  const auto failed = [&](Result result) {
+    struck.result = result;
+    return struck;
+  };
+  together_.clear();
+  for (const int i : touching) {
+    // Bodies that move side by side without a force drift by rounding of the stages.
+    const bool parts = !was_closed(i) && law_.normal_velocity(i, v) > scales_.no_drift(i);
+    if (!parts) together_.push_back(i);
+  }
+  while (find_approaching(v)) {
+    struck.culprit = approaching_.front();
+    if (++struck.n_impacts > kMaxImpacts) return failed(Result::accumulates);
+    struck_n_.setZero();
+    struck_t_.setZero();
+    if (law_.impact(together_, approaching_, v, struck_n_, struck_t_) != LcpStatus::solved)
+      return failed(Result::no_impulse);
+    see_impact(v);
+    Lambda_n += struck_n_;
+    Lambda_t += struck_t_;
+    if (!find_next(q, v, Lambda_n, touching)) return failed(Result::no_forces);
+  }
+  if (struck.n_impacts == 0) return struck;
+  for (const int i : candidates_) {
+    if (Lambda_n[i] > 0 && std::ranges::count(touching, i) == 0) touching.push_back(i);
+  }
+  std::ranges::sort(touching);
+  return struck;
+}
+
+bool ImpactSequence::strike_once(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {
+  return !find_approaching(v) || law_.impact(together_, approaching_, v, Lambda_n, Lambda_t) == LcpStatus::solved;
+}
+
+}  // namespace ricochet

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "methods/contact_laws/impact_law.h"
+
+namespace ricochet {
+
+/// Impacts at one instant. They may follow each other ever faster: of a ball between the floor and another one, or of a
+/// disc that falls between two. When a flight between two of them is lower than q can tell, or so short that no velocity
+/// changes in it, they are taken one after the other at one instant,
+///
+///   v_0 = v-,   v_k from v_k-1 by Newton's law (1)-(3) of impact_law.h at the contacts S_k,   v+ = v_K       (1)
+///
+/// S_1: contacts that touch and do not part; S_k: those that the impact before has sent against each other, and those
+/// at rest there that the load does not pull apart. The last impact leaves no contact that approaches; of infinitely
+/// many what remains is rounding, which counts as rest. It is the limit of the motion, while one impact of all of them
+/// would be another motion wherever one of them is elastic.
+class ImpactSequence {
+ public:
+  /// All of them have to outlive this. @param law  prepared by its owner, for candidates() behind find_touching()
+  ImpactSequence(const Problem& problem, ContactScales& scales, ImpactLaw& law);
+
+  /// accumulates: the impacts lose too little of their velocity
+  enum class Result : std::uint8_t { done, no_impulse, no_forces, accumulates };
+  struct Struck {
+    Result result = Result::done;
+    int n_impacts = 0;
+    int culprit = -1;  ///< a contact that approached; -1: none did
+  };
+
+  /// @param before  modes of the contacts before this instant, or null at the start of a run: those that were closed
+  /// touch. @param touching  out, ascending
+  void find_touching(const Vector& q, const std::vector<ContactMode>* before, std::vector<int>& touching);
+  /// The same where it is known.
+  void set_touching(const std::vector<int>& touching) { candidates_ = together_ = touching; }
+  /// Contacts that touch, or are apart by no more than rounding of q.
+  const std::vector<int>& candidates() const { return candidates_; }
+
+  /// (1). @param touching  in and out: contacts that close at this instant are added
+  /// @param v  v- in, v+ out; @param Lambda_n, Lambda_t  the impulses are added
+  Struck strike(const Vector& q, const std::vector<ContactMode>* before, std::vector<int>& touching,
+                Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
+  /// One impact of the contacts that touch, where one of them approaches. False when it has no solution.
+  bool strike_once(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
+
+ private:
+  void see_impact(const Eigen::Ref<const Vector>& v);
+  bool approaches(int contact, const Eigen::Ref<const Vector>& v) const;
+  bool find_approaching(const Eigen::Ref<const Vector>& v);
+  bool closes_now(int contact, const Vector& q, const Eigen::Ref<const Vector>& v);
+  bool find_next(const Vector& q, const Eigen::Ref<const Vector>& v, const Eigen::Ref<const Vector>& Lambda_n,
+                 const std::vector<int>& touching);
+
+  const Problem& problem_;
+  ContactScales& scales_;
+  ImpactLaw& law_;
+  std::vector<int> candidates_;
+  std::vector<int> together_, approaching_;  // of them those of one impact, and those that it has to stop
+  std::vector<ImpactLaw::ClosedContact> resting_;
+  Vector struck_n_, struck_t_;  // impulses of one impact
+  Vector gap_, v_;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,267 @@
+#include "methods/event_driven/event_driven_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "methods/event_driven/explicit_steps.h"
+
+namespace ricochet {
+namespace {
+
+using Kind = Happening::Kind;
+
+constexpr double kSafety = 0.8, kBeta = 0.04, kMinFactor = 1.0 / 3, kMaxFactor = 6;  // of (1)
+constexpr double kLanding = 0.01;                                                    // of the tolerance, (2)
+constexpr double kShortest = 1e-14;   // of the end time: what time can resolve
+constexpr int kMaxStandstills = 100;  // a few events may coincide
+constexpr int kMaxLandings = 8;
+constexpr long kMaxSteps = 10'000'000;
+constexpr double kSlipStart = 0.05;  // of end_time and the cube root of the tolerance: first length of slip from rest
+constexpr int kMaxTurns = 30;        // iterations for its direction
+
+std::optional<EventKind> event_kind(ContactMode before, ContactMode after, double Lambda_n, bool slip_ended) {
+  if (Lambda_n > 0 && !is_closed(before)) return EventKind::impact;
+  if (!is_closed(before)) return std::nullopt;
+  if (!is_closed(after)) return EventKind::detach;
+  if (is_slipping(before) && is_slipping(after) && (before != after || slip_ended)) return EventKind::slip_reversal;
+  if (before == after) return std::nullopt;
+  return after == ContactMode::stick ? EventKind::slip_to_stick : EventKind::stick_to_slip;
+}
+
+}  // namespace
+
+EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings, const std::string& pair)
+    : problem_(problem),
+      info_(problem.info()),
+      settings_(settings),
+      tolerance_(settings.tolerance),
+      T_(problem.info().end_time),
+      time_limit_(settings.time_limit),
+      scales_(problem),
+      dynamics_(problem, solution_.counters),
+      functions_(problem, scales_, dynamics_, tolerance_),
+      mode_change_(problem, scales_, dynamics_, solution_.counters),
+      step_(make_explicit_step(pair, problem.n_q(), dynamics_)),
+      ends_(step_->ends),
+      before_(info_.contacts.size(), ContactMode::open),
+      v_minus_(info_.v0) {}
+
+bool EventDrivenRun::stop(Status status, const std::string& message) {
+  solution_.status = status;
+  solution_.message = fmt::format("at t = {:.6g} s: {}", t_, message);
+  return false;
+}
+
+Solution EventDrivenRun::solve() {
+  if (begin()) {
+    while (t_ < T_ && take_step()) {
+    }
+  }
+  if (solution_.succeeded() && info_.has_bilateral()) dynamics_.project(ends_.q0.data(), ends_.v0.data());
+  solution_.t = t_;
+  solution_.q = ends_.q0;
+  solution_.v = ends_.v0;
+  solution_.counters.elements = solution_.counters.steps;
+  return std::move(solution_);
+}
+
+bool EventDrivenRun::begin() {
+  ends_.q0 = info_.q0;
+  ends_.v0 = info_.v0;
+  scales_.begin_step(ends_.q0.data(), ends_.v0.data(), T_ / 10, true);
+  if (!change_modes({})) return false;
+  choose_first_length();
+  return true;
+}
+
+/// Hairer, Norsett, Wanner, Solving ODEs I, section II.4.
+void EventDrivenRun::choose_first_length() {
+  const double n = 2.0 * info_.n_q;
+  const auto norm = [&](const Vector& x, const Vector& y) {  // of (x, y) as a state or as its rate
+    double sum = 0;
+    for (Eigen::Index k = 0; k < x.size(); ++k) {
+      const double a = x[k] / (1 + std::abs(ends_.q0[k])), b = y[k] / (1 + std::abs(ends_.v0[k]));
+      sum += a * a + b * b;
+    }
+    return std::sqrt(sum / n) / tolerance_;
+  };
+  const double d0 = norm(ends_.q0, ends_.v0), d1 = norm(ends_.v0, ends_.a0);
+  double h = d0 * tolerance_ < 1e-5 || d1 * tolerance_ < 1e-5 ? 1e-6 * T_ : 0.01 * d0 / d1;
+  h = std::min(h, T_);
+  ends_.q1 = ends_.q0 + h * ends_.v0;
+  ends_.v1 = ends_.v0 + h * ends_.a0;
+  h_ = h;
+  if (!dynamics_.accelerate(ends_.q1.data(), ends_.v1.data(), ends_.a1.data())) return;
+  const double d2 = norm(ends_.v1 - ends_.v0, ends_.a1 - ends_.a0) / h, d = std::max(d1, d2);
+  const double power = std::pow(0.01 / d, 1.0 / (step_->order + 1));
+  h_ = std::min({100 * h, d * tolerance_ <= 1e-15 ? 100 * h : power, T_});
+}
+
+bool EventDrivenRun::take_step() {
+  Counters& counters = solution_.counters;
+  if (time_limit_.is_over()) return stop(Status::time_limit, time_limit_.message());
+  if (counters.steps >= kMaxSteps) return stop(Status::step_limit, fmt::format("{} steps", kMaxSteps));
+  const double rest = T_ - t_;
+  const bool is_last = 1.01 * h_ >= rest;
+  const double h = is_last ? rest : h_;
+  if (h < kShortest * T_ && !is_last) return stop(Status::inner_solver_failed, "the steps become too short");
+  functions_.begin_step();
+  EventFunctions* const watched = functions_.has_forces() ? &functions_ : nullptr;
+  const double e = step_->take(h, watched) ? step_->error(tolerance_) : std::numeric_limits<double>::infinity();
+  const double exponent = 1.0 / (step_->error_order + 1) - 0.75 * kBeta;
+  if (!(e <= 1)) {
+    h_ = h * (std::isfinite(e) ? std::max(kMinFactor, kSafety * std::pow(e, -exponent)) : 0.1);
+    was_rejected_ = true;
+    return true;
+  }
+  const double most = was_rejected_ ? 1 : kMaxFactor;
+  const double factor = e > 0 ? kSafety * std::pow(e, -exponent) * std::pow(last_error_, kBeta) : most;
+  const double next = h * std::clamp(factor, kMinFactor, most);
+  if (!is_last || next > h_) h_ = next;
+  last_error_ = std::max(e, 1e-4);
+  was_rejected_ = false;
+  if (!step_->finish()) return stop(Status::inner_solver_failed, "the contact forces do not determine the motion");
+  ++counters.steps;
+  Happening event = info_.n_c() > 0 ? functions_.find(ends_) : Happening();
+  if (event) {
+    if (!land(event)) return false;
+    return settle_slip(event) || change_modes(event);
+  }
+  t_ = is_last ? T_ : t_ + h;
+  ends_.advance();
+  if (info_.n_c() > 0) functions_.advance(ends_.v0);
+  if (settings_.recording == Recording::grid) solution_.samples.push_back({t_, ends_.q0, ends_.v0, ends_.v0});
+  return solution_.succeeded();
+}
+
+/// The left end becomes the state at the event.
+bool EventDrivenRun::land(Happening& event) {
+  double h = event.theta * ends_.h;
+  if (h > 0) {
+    for (int k = 0; k < kMaxLandings; ++k) {
+      if (!step_->take(h, nullptr) || !step_->finish())
+        return stop(Status::inner_solver_failed, "the contact forces do not determine the motion");
+      const double jerk = (ends_.a1 - ends_.a0).lpNorm<Eigen::Infinity>() / h;
+      const double dt = -functions_.value(event, ends_.q1.data(), ends_.v1.data()) / event.slope;
+      if (!(std::abs(dt) < h)) break;
+      if (dt * dt * (ends_.a1.lpNorm<Eigen::Infinity>() + jerk) > kLanding * tolerance_ && k + 1 < kMaxLandings) {
+        h += dt;
+        continue;
+      }
+      double moved = dt;
+      for (int taylor = 0; taylor < 3; ++taylor) {
+        ends_.q1 += moved * ends_.v1 + 0.5 * moved * moved * ends_.a1;
+        ends_.v1 += moved * ends_.a1;
+        h += moved;
+        const double left = functions_.value(event, ends_.q1.data(), ends_.v1.data());
+        moved = -left / event.slope;
+        if (std::abs(moved) <= 1e-16 * (t_ + h) || std::abs(moved) > std::abs(dt)) break;
+      }
+      break;
+    }
+    t_ += h;
+    ends_.q0 = ends_.q1;
+    ends_.v0 = ends_.v1;
+  }
+  if (info_.clock >= 0) ends_.q0[info_.clock] = t_;
+  // Forces at the event, for the decision.
+  if (dynamics_.closed().empty()) return true;
+  return dynamics_.accelerate(ends_.q0.data(), ends_.v0.data(), ends_.a0.data()) ||
+         stop(Status::inner_solver_failed, "the contact forces do not determine the motion");
+}
+
+/// The last v_stop of slip in space: up to where it stops, with the acceleration held. True where it only passes by, and
+/// the step goes on.
+bool EventDrivenRun::settle_slip(const Happening& event) {
+  if (event.kind != Kind::slip_stops || info_.contacts[event.contact].n_t != 2) return false;
+  double dt = 0;
+  if (!functions_.stops(event.contact, ends_.q0, ends_.v0, ends_.a0, dt)) {
+    functions_.pass(ends_.q0.data(), ends_.v0.data());
+    return true;
+  }
+  dt = std::min(dt, T_ - t_);
+  ends_.q0 += dt * ends_.v0 + 0.5 * dt * dt * ends_.a0;
+  ends_.v0 += dt * ends_.a0;
+  t_ += dt;
+  return false;
+}
+
+bool EventDrivenRun::change_modes(const Happening& cause) {
+  const bool is_first = last_event_ < 0;
+  before_ = dynamics_.modes();
+  v_minus_ = ends_.v0;
+  scales_.begin_step(ends_.q0.data(), ends_.v0.data(), T_ / 10, false);
+  const auto outcome = mode_change_.decide(cause, is_first ? nullptr : &before_, ends_.q0, ends_.v0);
+  if (outcome.status != Status::success) return stop(outcome.status, outcome.message);
+  if (is_first) {
+    for (auto& mode : before_) mode = ContactMode::open;
+    solution_.initial_modes = dynamics_.modes();
+  }
+  standstills_ = t_ - last_event_ <= kShortest * T_ ? standstills_ + 1 : 0;
+  last_event_ = t_;
+  if (standstills_ > kMaxStandstills)
+    return stop(Status::step_limit,
+                fmt::format("events accumulate at contact '{}'", info_.contacts[cause.contact].name));
+  record(cause, outcome.has_impact ? v_minus_ : ends_.v0);
+  if (!mode_change_.beginning().empty() && t_ < T_ && !start_slip()) return false;
+  if (!dynamics_.accelerate(ends_.q0.data(), ends_.v0.data(), ends_.a0.data()))
+    return stop(Status::inner_solver_failed, "the contact forces do not determine the motion");
+  if (info_.n_c() > 0) functions_.begin(ends_.q0.data(), ends_.v0.data());
+  return true;
+}
+
+/// The first moments of slip in space from rest. Its direction d = v_t / |v_t| has a limit there, but returns to it at a
+/// rate without bound, which no explicit step follows. With the direction that slip has in the middle of a short step,
+/// held over the whole of it, the error is of third order.
+bool EventDrivenRun::start_slip() {
+  const auto& contacts = mode_change_.beginning();
+  double h = std::min(kSlipStart * std::cbrt(tolerance_) * T_, T_ - t_);
+  if (!dynamics_.accelerate(ends_.q0.data(), ends_.v0.data(), ends_.a0.data()))
+    return stop(Status::inner_solver_failed, "the contact forces do not determine the motion");
+  for (const int i : contacts) {
+    double angle = 0, last_angle = 0, last_sine = 0;
+    for (int k = 0; k < kMaxTurns; ++k) {
+      double d[2], v_t[2];
+      dynamics_.direction(i, d);
+      if (k == 0) angle = std::atan2(d[1], d[0]);
+      if (!step_->take(0.5 * h, nullptr))
+        return stop(Status::inner_solver_failed, "no motion follows the begin of slip");
+      functions_.slip_velocity(i, ends_.q1.data(), ends_.v1.data(), v_t);
+      const double sine = (d[0] * v_t[1] - d[1] * v_t[0]) / std::hypot(v_t[0], v_t[1]);
+      const double turn = k == 0 || sine == last_sine ? sine : -sine * (angle - last_angle) / (sine - last_sine);
+      last_angle = angle;
+      last_sine = sine;
+      angle += std::clamp(turn, -0.5, 0.5);
+      const double turned[2]{std::cos(angle), std::sin(angle)};
+      dynamics_.hold_direction(i, turned);
+      if (std::abs(sine) < 1e-12 || std::abs(turn) < 1e-12) break;
+    }
+  }
+  if (!step_->take(h, nullptr)) return stop(Status::inner_solver_failed, "no motion follows the begin of slip");
+  ends_.q0 = ends_.q1;
+  ends_.v0 = ends_.v1;
+  for (const int i : contacts) dynamics_.hold_direction(i, nullptr);
+  t_ += h;
+  h_ = std::min(h_, h);
+  ++solution_.counters.steps;
+  return true;
+}
+
+void EventDrivenRun::record(const Happening& cause, const Vector& v_minus) {
+  const auto& modes = dynamics_.modes();
+  const Vector& Lambda_n = mode_change_.Lambda_n();
+  for (const int i : info_.unilateral) {
+    const auto kind = event_kind(before_[i], modes[i], Lambda_n[i], cause.is(Kind::slip_stops, i));
+    if (!kind) continue;
+    ++solution_.counters.events;
+    if (settings_.recording == Recording::final_state) continue;
+    solution_.events.push_back(
+        {t_, *kind, i, ends_.q0, v_minus, ends_.v0, Lambda_n, mode_change_.Lambda_t(), modes, {}});
+  }
+  if (settings_.recording == Recording::grid) solution_.samples.push_back({t_, ends_.q0, v_minus, ends_.v0});
+}
+
+}  // namespace ricochet

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "methods/event_driven/event_functions.h"
+#include "methods/event_driven/explicit_step.h"
+#include "methods/event_driven/mode_change.h"
+#include "methods/method.h"
+#include "methods/time_limit.h"
+
+namespace ricochet {
+
+/// Smooth motion from event to event: steps of an explicit pair whose length follows the tolerance, and where a function
+/// of EventFunctions falls through zero the step is taken again, up to there, and ModeChange decides what follows.
+///
+///   h <- h clamp(s e^(-alpha) e_before^beta),  alpha = 1 / (k + 1) - 3/4 beta                          (1)
+///
+/// e the error of the step as a part of the tolerance, k the order of its estimate (Gustafsson's PI controller; Hairer,
+/// Wanner, Solving ODEs II, (IV.2.43)). The length goes on behind an event.
+///
+/// The zero of a function phi is the one of the interpolation first; the step to it leaves dt = -phi / phi'. While
+///
+///   dt^2 (|a| + |a_1 - a_0| / h) > tolerance / 100                                                      (2)
+///
+/// it is taken again with h + dt; the last dt is one of Taylor's polynomial.
+class EventDrivenRun {
+ public:
+  EventDrivenRun(const Problem& problem, const Settings& settings, const std::string& pair);
+
+  Solution solve();
+
+ private:
+  bool begin();
+  void choose_first_length();
+  bool take_step();
+  bool land(Happening& event);
+  bool change_modes(const Happening& cause);
+  bool start_slip();
+  bool settle_slip(const Happening& event);
+  void record(const Happening& cause, const Vector& v_minus);
+  bool stop(Status status, const std::string& message);
+
+  const Problem& problem_;
+  const ProblemInfo& info_;
+  const Settings& settings_;
+  const double tolerance_, T_;
+  const TimeLimit time_limit_;
+  Solution solution_;
+  ContactScales scales_;
+  ModeDynamics dynamics_;
+  EventFunctions functions_;
+  ModeChange mode_change_;
+  std::unique_ptr<ExplicitStep> step_;
+  StepEnds& ends_;
+  std::vector<ContactMode> before_;
+  Vector v_minus_;
+  double t_ = 0, h_ = 0;      // [s]; the length of the next step
+  double last_error_ = 1e-4;  // e_before of (1)
+  double last_event_ = -1;    // [s]
+  int standstills_ = 0;       // events in a row that time cannot tell apart
+  bool was_rejected_ = false;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,107 @@
+#pragma once
+
+#include <vector>
+
+#include "methods/contact_laws/contact_scales.h"
+#include "methods/event_driven/mode_dynamics.h"
+#include "problems/problem.h"
+
+namespace ricochet {
+
+struct StepEnds;
+
+/// What ends a phase of motion, or nothing: a function of a contact that falls through zero.
+struct Happening {
+  enum class Kind : std::uint8_t { none, gap_closes, force_vanishes, cone_reached, slip_stops };
+
+  Kind kind = Kind::none;
+  int contact = -1;
+  double theta = 1;  ///< part of the step at which it does
+  double slope = 0;  ///< of the function there [1/s]
+
+  explicit operator bool() const { return kind != Kind::none; }
+  bool is(Kind k, int i) const { return kind == k && contact == i; }
+};
+
+/// The functions of (q, v) that are positive while every contact keeps its mode:
+///
+///   open      f_c(q)                                                                     (1)
+///   closed    lambda_n                                                                   (2)
+///   sticks    mu lambda_n - ||lambda_t||                                                 (3)
+///   slips     d' J_t' v,  in space d' J_t' v - v_stop                                    (4)
+///
+/// d is the direction of slip: in the plane that of the mode, in space that at the left end of the step. There the
+/// direction has no limit at v_t = 0 that a step could cross, so the last v_stop of slip is left to ModeChange.
+///
+/// A step that has been taken is searched for the first zero: of functions negative at its right end; of gaps that fall
+/// at the left and rise at the right end, in their minimum; and of forces negative at a stage, if the interpolation
+/// says so, too. Where a function is zero at the left end, since a contact has just closed or begun to slip, the zero
+/// that counts is the next one.
+class EventFunctions {
+ public:
+  /// @param tolerance  of the integration
+  EventFunctions(const Problem& problem, const ContactScales& scales, ModeDynamics& dynamics, double tolerance);
+
+  /// Behind an instant: the functions of the modes of the dynamics, with their values at (q, v), whose forces the
+  /// dynamics has.
+  void begin(const double* q, const double* v);
+  bool has_forces() const { return !dynamics_.closed().empty(); }
+
+  /// Before the stages of a step.
+  void begin_step() { lowest_stage_ = 2; }
+  /// Behind each: the dynamics has its forces. @param c  of the stage
+  void see_stage(double c);
+
+  /// The first zero in the step; the dynamics has the forces of the right end.
+  Happening find(const StepEnds& ends);
+  /// The right end of the last step, which find() has seen, becomes the left end. @param v  there
+  void advance(const Vector& v);
+
+  /// The function that a happening is a zero of, at (q, v), with forces evaluated there.
+  double value(const Happening& happening, const double* q, const double* v);
+
+  /// The same for a step that ended at (q, v), before any zero.
+  void pass(const double* q, const double* v);
+
+  /// J_t' v at (q, v), n_t components.
+  void slip_velocity(int contact, const double* q, const double* v, double* v_t);
+  /// Whether a contact in space that has slowed down to v_stop comes to rest, and when. One that only passes by gets a
+  /// v_stop of half of its speed. @param duration  out [s]
+  bool stops(int contact, const Vector& q, const Vector& v, const Vector& a, double& duration);
+
+ private:
+  struct Function {
+    Happening::Kind kind = Happening::Kind::none;
+    int contact = -1;
+    double left = 0, right = 0;
+    bool from_zero = false;  ///< at the left end it is zero up to rounding
+  };
+
+  void evaluate(const double* q, const double* v, double Function::*end);
+  double function(const Function& f, const double* v);
+  void tangent_dots(const ContactInfo& contact, const double* v, double* v_t) const;
+  double slip_speed(int contact, const double* v) const;
+  double rounding(const Function& f) const;
+  void set_positions(const double* q);
+  void search(const Function& f, double from, double value_from, double to, double value_to, const StepEnds& ends,
+              Happening& first);
+  void find_dips(const StepEnds& ends, Happening& first);
+  double at(const Function& f, double theta, const StepEnds& ends);
+
+  const Problem& problem_;
+  const ProblemInfo& info_;
+  const ContactScales& scales_;
+  ModeDynamics& dynamics_;
+  const double tolerance_;
+  std::vector<Function> functions_;
+  bool slips_ = false, has_gaps_ = false;
+  bool curved_normals_ = false, curved_tangents_ = false;
+  double lowest_stage_ = 2;  // c of the first stage with a negative force, above 1: none
+  Vector gap_, packed_n_, packed_t_;
+  Vector direction_, v_stop_;   // n_lambda_t, n_c
+  std::vector<char> is_armed_;  // per contact in space: it has been faster than its v_stop
+  Vector rate0_, rate1_;        // n_c, of open gaps at the ends of the step
+  Vector q_, v_, a_;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,168 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "methods/event_driven/event_functions.h"
+#include "methods/event_driven/mode_dynamics.h"
+#include "methods/runge_kutta/explicit_coefficients.h"
+
+namespace ricochet {
+
+/// The two ends of a step, with the accelerations there, and what lies between them: the quintic polynomial of each
+/// coordinate that has its values, velocities and accelerations at both ends (Hermite), of order 6 in q and 5 in v.
+struct StepEnds {
+  double h = 0;       ///< [s]
+  Vector q0, v0, a0;  ///< n_q, left end
+  Vector q1, v1, a1;  ///< n_q, right end
+
+  void resize(int n_q) {
+    for (auto* x : {&q0, &v0, &a0, &q1, &v1, &a1}) x->setZero(n_q);
+  }
+  /// The right end becomes the left end.
+  void advance() {
+    q0.swap(q1);
+    v0.swap(v1);
+    a0.swap(a1);
+  }
+  /// State at theta h from the left end, theta in [0, 1].
+  void interpolate(double theta, Vector& q, Vector& v) const;
+};
+
+/// One step of an embedded explicit Runge-Kutta pair for q' = v, v' = a(q, v), with the modes of ModeDynamics:
+///
+///   q_i = q_0 + h sum_j A_ij v_j,   v_i = v_0 + h sum_j A_ij a_j,   a_i = a(q_i, v_i),   j < i          (1)
+///   q_1 = q_0 + h sum_i b_i v_i,    v_1 = v_0 + h sum_i b_i a_i                                         (2)
+///   e = h sum_i e_i (v_i, a_i)                                                                          (3)
+///
+/// The coefficients are constants of the program (explicit_coefficients.h), so (1)-(3) are unrolled and zeros dropped;
+/// for up to six coordinates so is their number.
+class ExplicitStep {
+ public:
+  virtual ~ExplicitStep() = default;
+
+  /// (1), (2) from the left end of `ends`; the functions of `watched` are shown every stage, null for none.
+  /// @return false when there is no acceleration somewhere
+  virtual bool take(double h, EventFunctions* watched) = 0;
+  /// The acceleration at the right end.
+  virtual bool finish() = 0;
+  /// (3) of the last step, as the root mean square of its parts of `tolerance` (1 + |x|).
+  virtual double error(double tolerance) const = 0;
+
+  StepEnds ends;
+  int order = 0;        ///< of (2)
+  int error_order = 0;  ///< (3) is O(h^(error_order + 1))
+};
+
+/// @tparam Pair  of explicit_coefficients.h; @tparam N  n_q, 0 where it is known at run time only
+template <class Pair, int N>
+class ExplicitPairStep final : public ExplicitStep {
+ public:
+  ExplicitPairStep(int n_q, ModeDynamics& dynamics) : n_q_(n_q), dynamics_(dynamics) {
+    ends.resize(n_q);
+    order = Pair::order;
+    error_order = Pair::error_order;
+    if constexpr (N == 0) {
+      for (auto* stages : {&v_, &a_}) {
+        for (auto& stage : *stages) stage.setZero(n_q);
+      }
+      q_.setZero(n_q);
+    }
+  }
+
+  bool take(double h, EventFunctions* watched) override {
+    ends.h = h;
+    const double *v0 = ends.v0.data(), *a0 = ends.a0.data();
+    for (int k = 0; k < size(); ++k) {
+      v_[0][k] = v0[k];
+      a_[0][k] = a0[k];
+    }
+    if (!stages(h, watched, std::make_index_sequence<Pair::n_s - 1>())) return false;
+    double *q1 = ends.q1.data(), *v1 = ends.v1.data();
+    if constexpr (is_first_same_as_last<Pair>()) {
+      for (int k = 0; k < size(); ++k) {
+        q1[k] = q_[k];
+        v1[k] = v_[Pair::n_s - 1][k];
+      }
+    } else {
+      const double* q0 = ends.q0.data();
+      for (int k = 0; k < size(); ++k) {
+        q1[k] = q0[k] + h * sum(Pair::b, v_, k, every_stage());
+        v1[k] = v0[k] + h * sum(Pair::b, a_, k, every_stage());
+      }
+    }
+    return true;
+  }
+
+  bool finish() override {
+    if constexpr (is_first_same_as_last<Pair>()) {
+      for (int k = 0; k < size(); ++k) ends.a1[k] = a_[Pair::n_s - 1][k];
+      return true;
+    } else {
+      return dynamics_.accelerate(ends.q1.data(), ends.v1.data(), ends.a1.data());
+    }
+  }
+
+  double error(double tolerance) const override {
+    const double first = squares(Pair::e);
+    double ratio = 1;
+    if constexpr (requires { Pair::e_2; }) {  // Hairer, Norsett, Wanner, Solving ODEs I, (II.10.17)
+      const double second = squares(Pair::e_2);
+      if (first > 0) ratio = first / (first + 0.01 * second);
+    }
+    return ends.h / tolerance * std::sqrt(ratio * first / (2 * size()));
+  }
+
+ private:
+  static constexpr auto every_stage() { return std::make_index_sequence<Pair::n_s>(); }
+  using Stage = std::conditional_t<N == 0, Vector, std::array<double, N == 0 ? 1 : N>>;
+  using Stages = std::array<Stage, Pair::n_s>;
+
+  int size() const { return N == 0 ? n_q_ : N; }
+
+  template <std::size_t... I>
+  bool stages(double h, EventFunctions* watched, std::index_sequence<I...>) {
+    return (stage<I + 1>(h, watched, std::make_index_sequence<I + 1>()) && ...);
+  }
+
+  /// (1)
+  template <std::size_t I, std::size_t... J>
+  bool stage(double h, EventFunctions* watched, std::index_sequence<J...> before) {
+    static constexpr Weights<Pair::n_s> row = {Pair::A[I][J]...};
+    const double *q0 = ends.q0.data(), *v0 = ends.v0.data();
+    for (int k = 0; k < size(); ++k) {
+      q_[k] = q0[k] + h * sum(row, v_, k, before);
+      v_[I][k] = v0[k] + h * sum(row, a_, k, before);
+    }
+    if (!dynamics_.accelerate(q_.data(), v_[I].data(), a_[I].data())) return false;
+    if (watched) watched->see_stage(Pair::c[I]);
+    return true;
+  }
+
+  template <std::size_t... J>
+  static double sum(const Weights<Pair::n_s>& weights, const Stages& x, int k, std::index_sequence<J...>) {
+    double total = 0;
+    (((weights[J] != 0) ? total += weights[J] * x[J][k] : total), ...);
+    return total;
+  }
+
+  double squares(const Weights<Pair::n_s>& weights) const {
+    const double *q0 = ends.q0.data(), *v0 = ends.v0.data();
+    double total = 0;
+    for (int k = 0; k < size(); ++k) {
+      const double e_q = sum(weights, v_, k, every_stage()) / (1 + std::abs(q0[k]));
+      const double e_v = sum(weights, a_, k, every_stage()) / (1 + std::abs(v0[k]));
+      total += e_q * e_q + e_v * e_v;
+    }
+    return total;
+  }
+
+  const int n_q_;
+  ModeDynamics& dynamics_;
+  Stages v_, a_;
+  Stage q_;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,164 @@
+#include "methods/event_driven/mode_change.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ricochet {
+
+namespace {
+
+// Roundings of a gap that a flight has to rise: a zero of the gap is looked for from one on.
+constexpr double kLow = 4;
+
+}  // namespace
+
+using Kind = Happening::Kind;
+
+ModeChange::ModeChange(const Problem& problem, ContactScales& scales, ModeDynamics& dynamics, Counters& counters)
+    : problem_(problem),
+      info_(problem.info()),
+      scales_(scales),
+      dynamics_(dynamics),
+      law_(problem, FrictionPolygon(), scales, counters),
+      impacts_(problem, scales, law_),
+      modes_(problem.info().contacts.size(), ContactMode::open) {
+  for (auto* list : {&touching_, &beginning_}) list->reserve(modes_.size());
+  closed_.reserve(modes_.size());
+  Lambda_n_.setZero(info_.n_c());
+  lambda_n_ = gap_ = bias_ = Lambda_n_;
+  Lambda_t_.setZero(info_.n_lambda_t);
+  lambda_t_ = Lambda_t_;
+  v_minus_.setZero(info_.n_q);
+}
+
+/// Tells the scales what touches, and at the start of a run what the load does to it.
+void ModeChange::see_sizes(const Vector& q, const Vector& v, bool is_first) {
+  const double H = info_.end_time / 10;
+  const Vector* w = is_first ? &law_.free_acceleration(q, v) : nullptr;
+  for (const int i : impacts_.candidates()) {
+    const double G = law_.normal_delassus(i), G_t = law_.mobility(i);
+    scales_.see_contact(i, law_.normal(i), G, G_t);
+    scales_.see_approach(i, law_.normal_velocity_scale(i, v));
+    scales_.see_slip(i, law_.slip_velocity_scale(i, v));
+    if (!is_first) continue;
+    const double load = law_.normal_velocity_scale(i, *w);
+    scales_.see_force(i, load / G);
+    scales_.see_approach(i, H * load);
+    scales_.see_slip(i, H * (law_.slip_velocity_scale(i, *w) + info_.contacts[i].mu * load / G * G_t));
+  }
+}
+
+/// (1)
+bool ModeChange::is_low(int contact, const Vector& q, const Vector& v_minus) {
+  const double eps_r = info_.contacts[contact].eps_r;
+  if (!(eps_r > 0 && eps_r < 1)) return false;
+  const Vector& w = law_.free_acceleration(q, v_minus);
+  problem_.gap_acceleration_bias(q.data(), v_minus.data(), bias_.data());
+  const double a = law_.normal_velocity(contact, w) + bias_[contact];
+  const double rebound = eps_r * law_.normal_velocity(contact, v_minus);
+  return a < 0 && rebound * rebound <= -2 * a * kLow * scales_.nearly_touching(contact);
+}
+
+/// The touching contacts that do not separate, with what is known of their slip.
+void ModeChange::set_closed(const Happening& cause, const std::vector<ContactMode>* modes, const Vector& q,
+                            const Vector& v, const Vector& v_minus) {
+  closed_.clear();
+  const bool is_impact = std::ranges::any_of(touching_, [&](int i) { return Lambda_n_[i] > 0; });
+  for (const int i : touching_) {
+    if (cause.is(Kind::force_vanishes, i)) continue;
+    const auto& contact = info_.contacts[i];
+    const ContactMode before = modes ? (*modes)[i] : ContactMode::open;
+    const bool is_struck = is_impact && std::ranges::any_of(contact.support, [&](int k) { return v[k] != v_minus[k]; });
+    const bool rested = is_closed(before) && !is_struck;
+    const bool separates = law_.normal_velocity(i, v) > scales_.no_approach(i);
+    if (!rested && separates && !(Lambda_n_[i] > 0 && is_low(i, q, v_minus))) continue;
+    ImpactLaw::ClosedContact closed{.contact = i};
+    if (cause.is(Kind::cone_reached, i) && !is_struck) {  // slip begins against the force
+      double force[2]{0, 0};
+      dynamics_.tangential_force(i, force);
+      const double size = std::hypot(force[0], force[1]);
+      closed.slides = size > 0;
+      for (int d = 0; d < contact.n_t && size > 0; ++d) closed.direction[d] = -force[d] / size;
+    } else if (contact.n_t > 0 && !(before == ContactMode::stick && !is_struck) &&
+               !(cause.is(Kind::slip_stops, i) && !is_struck)) {
+      law_.set_slide(closed, v, scales_.no_slip(i));
+    }
+    closed_.push_back(closed);
+  }
+}
+
+ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector<ContactMode>* modes, Vector& q,
+                                       Vector& v) {
+  const auto failed = [&](Status status, const char* what, int contact) {
+    return Outcome{status, fmt::format("{} at contact '{}'", what, info_.contacts[contact].name), false};
+  };
+  if (modes) modes_ = *modes;
+  const std::vector<ContactMode>* before = modes ? &modes_ : nullptr;
+  Lambda_n_.setZero();
+  Lambda_t_.setZero();
+  touching_.clear();
+  beginning_.clear();
+  impacts_.find_touching(q, before, touching_);
+  if (cause.kind == Kind::gap_closes && std::ranges::count(touching_, cause.contact) == 0) {
+    touching_.push_back(cause.contact);
+    std::ranges::sort(touching_);
+  }
+  v_minus_ = v;
+  Outcome outcome;
+  std::vector<ContactMode>& next = modes_;
+  if (!touching_.empty() || info_.has_bilateral()) {
+    if (!law_.prepare(q, impacts_.candidates()))
+      return {Status::inner_solver_failed, "M is not positive definite, or bilateral constraints depend on each other",
+              false};
+  }
+  if (!touching_.empty()) {
+    see_sizes(q, v, !modes);
+    const auto struck = impacts_.strike(q, before, touching_, v, Lambda_n_, Lambda_t_);
+    switch (struck.result) {
+      case ImpactSequence::Result::done:
+        break;
+      case ImpactSequence::Result::no_impulse:
+        return failed(Status::infeasible, "the impact law has no solution", struck.culprit);
+      case ImpactSequence::Result::no_forces:
+        return failed(Status::infeasible, "the contact law has no solution", struck.culprit);
+      case ImpactSequence::Result::accumulates:
+        return failed(Status::step_limit, "impacts accumulate", struck.culprit);
+    }
+    outcome.has_impact = struck.n_impacts > 0;
+    set_closed(cause, before, q, v, v_minus_);
+    for (const auto& closed : closed_) {
+      if (!closed.slides || law_.sliding_delassus(closed.contact, closed.direction) > 0) continue;
+      return failed(Status::infeasible, "Painleve's paradox: slip pulls the bodies together", closed.contact);
+    }
+    if (!closed_.empty() && law_.contact_forces(q, v, closed_, lambda_n_, lambda_t_) != LcpStatus::solved)
+      return failed(Status::infeasible, "the contact law has no solution", closed_.front().contact);
+  }
+  for (int i = 0; i < info_.n_c(); ++i)
+    next[i] = info_.contacts[i].is_bilateral ? ContactMode::closed : ContactMode::open;
+  if (!touching_.empty()) {
+    for (const auto& closed : closed_) {
+      next[closed.contact] = closed.mode;
+      if (is_closed(closed.mode))
+        scales_.see_force(closed.contact, law_.load_size(closed.contact) / law_.normal_delassus(closed.contact));
+    }
+  }
+  const char* const impossible = "the contact forces do not determine the motion";
+  if (!dynamics_.set_modes(next, q.data(), v.data()))
+    return {Status::inner_solver_failed, impossible, outcome.has_impact};
+  if (touching_.empty()) return outcome;
+  for (const auto& closed : closed_) {
+    const int i = closed.contact;
+    if (closed.mode != ContactMode::slip || (closed.slides && !cause.is(Kind::cone_reached, i))) continue;
+    const auto& contact = info_.contacts[i];
+    const auto force = lambda_t_.segment(contact.tangent_index, 2);
+    const double d[2]{-force[0] / force.norm(), -force[1] / force.norm()};
+    dynamics_.hold_direction(i, d);
+    beginning_.push_back(i);
+  }
+  if (!dynamics_.project(q.data(), v.data())) return {Status::inner_solver_failed, impossible, outcome.has_impact};
+  return outcome;
+}
+
+}  // namespace ricochet

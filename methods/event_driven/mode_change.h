@@ -1,0 +1,60 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "methods/contact_laws/impact_law.h"
+#include "methods/contact_laws/impact_sequence.h"
+#include "methods/event_driven/event_functions.h"
+#include "methods/event_driven/mode_dynamics.h"
+
+namespace ricochet {
+
+/// What happens to the modes at one instant, by the laws that FESD-J's elements start with (contact_laws/): impacts, one
+/// after the other where they meet (impact_sequence.h); then the load decides which contacts stay closed, and Coulomb's
+/// law which of them stick or slip. The state is moved to where the closed contacts have neither gap nor normal
+/// velocity, and those that stick no slip.
+///
+/// A bounce that is lower than rounding of the gap is none: with the rate r = J_n' v- and the acceleration a < 0 of the
+/// gap,
+///
+///   0 < eps_r < 1,   (eps_r r)^2 <= 2 |a| (rounding of the gap)                          (1)
+///
+/// ends an accumulation of impacts.
+class ModeChange {
+ public:
+  ModeChange(const Problem& problem, ContactScales& scales, ModeDynamics& dynamics, Counters& counters);
+
+  struct Outcome {
+    Status status = Status::success;
+    std::string message;
+    bool has_impact = false;
+  };
+
+  /// Behind: dynamics with the new modes, (q, v) with v+. @param modes  before; null at the start of a run
+  Outcome decide(const Happening& cause, const std::vector<ContactMode>* modes, Vector& q, Vector& v);
+
+  const Vector& Lambda_n() const { return Lambda_n_; }
+  const Vector& Lambda_t() const { return Lambda_t_; }
+  /// Contacts in space that begin to slip from rest; the dynamics holds their directions.
+  const std::vector<int>& beginning() const { return beginning_; }
+
+ private:
+  void see_sizes(const Vector& q, const Vector& v, bool is_first);
+  void set_closed(const Happening& cause, const std::vector<ContactMode>* modes, const Vector& q, const Vector& v,
+                  const Vector& v_minus);
+  bool is_low(int contact, const Vector& q, const Vector& v_minus);
+
+  const Problem& problem_;
+  const ProblemInfo& info_;
+  ContactScales& scales_;
+  ModeDynamics& dynamics_;
+  ImpactLaw law_;
+  ImpactSequence impacts_;
+  std::vector<int> touching_, beginning_;
+  std::vector<ContactMode> modes_;
+  std::vector<ImpactLaw::ClosedContact> closed_;
+  Vector Lambda_n_, Lambda_t_, lambda_n_, lambda_t_, v_minus_, gap_, bias_;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,116 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "problems/problem.h"
+#include "problems/solution.h"
+
+namespace ricochet {
+
+/// The motion while every contact keeps its mode: an ordinary differential equation in (q, v), of index 1. The gaps of
+/// closed contacts are differentiated twice, the slip velocities of sticking ones once,
+///
+///   M a = f + C lambda                                                                   (1)
+///   R' a + b = 0                                                                         (2)
+///
+/// R has a column J_n of each closed contact and J_t of each that sticks, C the same but J_n - mu J_t d of one that
+/// slips along d; b is v' (grad^2 f_c) v in the rows of gaps, T v in those of slip velocities. So
+///
+///   lambda = -D^-1 (R' M^-1 f + b),   a = M^-1 f + M^-1 C lambda,   D = R' M^-1 C         (3)
+///
+/// and where M is constant, the closed contacts are affine and d does not turn, b = 0 and (3) is
+///
+///   lambda = L f,   a = P f                                                              (4)
+///
+/// with matrices that belong to the modes. Redundant contacts make D singular: they share the least forces, in the norm
+/// that makes the diagonal of D one.
+class ModeDynamics {
+ public:
+  ModeDynamics(const Problem& problem, Counters& counters);
+
+  /// From here on, at (q, v) first. @param modes  n_c, bilateral contacts closed
+  /// @return false when M is not positive definite or (2) contradicts itself
+  bool set_modes(std::span<const ContactMode> modes, const double* q, const double* v);
+  const std::vector<ContactMode>& modes() const { return modes_; }
+  const std::vector<int>& closed() const { return closed_; }  ///< contacts that are not open
+
+  /// The direction of slip in space while it is zero or held. @param d  2, a unit vector; null to follow the velocity
+  void hold_direction(int contact, const double* d);
+
+  /// a, and the forces below. @return false when M is not positive definite or (2) contradicts itself
+  bool accelerate(const double* q, const double* v, double* a) {
+    problem_.force(q, v, u_, f_.data());
+    ++counters_.force_evaluations;
+    if (kind_ == Kind::affine) {
+      multiply(P_, a);
+      multiply(L_, lambda_.data());
+      return true;
+    }
+    return accelerate_in_general(q, v, a);
+  }
+
+  /// @param d  n_t, of a contact that slips
+  void direction(int contact, double* d) const {
+    for (int k = 0; k < info_.contacts[contact].n_t; ++k) d[k] = direction_[info_.contacts[contact].tangent_index + k];
+  }
+
+  // Of the last accelerate():
+  double normal_force(int contact) const { return lambda_[row_[contact]]; }
+  /// @param force  n_t
+  void tangential_force(int contact, double* force) const;
+  /// mu lambda_n - ||lambda_t|| of a contact that sticks [N].
+  double cone_margin(int contact) const;
+
+  /// Moves q to where the closed gaps vanish, and v to where the rates of (2) do, least in the metric of M.
+  /// @return false when that fails
+  bool project(double* q, double* v);
+
+ private:
+  enum class Kind : std::uint8_t { affine, general };
+
+  /// A row of (2): the gap of a contact, or its slip velocity along a tangent.
+  struct Row {
+    int contact = -1, tangent = -1;
+  };
+
+  /// y = A f, for the few coordinates of a body.
+  void multiply(const Matrix& A, double* y) const {
+    const Eigen::Index rows = A.rows(), columns = A.cols();
+    for (Eigen::Index i = 0; i < rows; ++i) y[i] = 0;
+    for (Eigen::Index j = 0; j < columns; ++j) {
+      const double x = f_[j];
+      const double* column = A.data() + j * rows;
+      for (Eigen::Index i = 0; i < rows; ++i) y[i] += column[i] * x;
+    }
+  }
+  bool accelerate_in_general(const double* q, const double* v, double* a);
+  bool factorize_mass(const double* q);
+  void solve_mass(double* x) const;
+  void set_columns(const double* q, const double* v);
+  void set_rates(const double* q, const double* v);
+  bool solve_rows(const double* a);
+  double row_dot(const Row& row, const double* x) const;
+
+  const Problem& problem_;
+  const ProblemInfo& info_;
+  Counters& counters_;
+  const double* const u_;
+  const bool constant_mass_, diagonal_mass_;
+  Kind kind_ = Kind::general;
+  std::vector<ContactMode> modes_;
+  std::vector<int> closed_, row_;  // contacts; per contact: its first row
+  std::vector<Row> rows_;
+  std::vector<char> chosen_;                   // per contact: it is closed
+  bool has_friction_ = false, turns_ = false;  // closed contacts: with tangents; with tangents that depend on q
+  std::vector<char> is_held_;                  // per contact
+  Vector direction_;                           // n_lambda_t, d of slipping contacts
+  Matrix P_, L_;                               // (4)
+  Matrix M_, D_;                               // M or its Cholesky factor; (3)
+  Vector f_, lambda_, packed_n_, packed_t_, bias_, rates_, diagonal_;
+  Matrix T_;
+  Matrix C_, MC_;        // n_q x rows
+  Vector inverse_mass_;  // n_q, of a diagonal M
+};
+
+}  // namespace ricochet
