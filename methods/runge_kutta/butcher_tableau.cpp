@@ -14,6 +14,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "methods/runge_kutta/order_conditions.h"
 #include "problems/input_error.h"
 #include "problems/names.h"
 #include "problems/scene_file/expression.h"
@@ -234,41 +235,6 @@ namespace {
 // Coefficients are correct to half a unit in the last place and at most a few in size; sums of up to 81 of them.
 constexpr double kRounding = 1e-13;
 
-/// Rooted tree as the list of its subtrees, with what the order condition needs.
-struct Tree {
-  int nodes;
-  double density;        // gamma(t)
-  Vector stage_weights;  // Phi_j(t)
-};
-
-/// All ways to hang trees of `nodes` nodes in total below a new root, as products of stage weights.
-void add_trees(const ButcherTableau& t, const std::vector<Tree>& smaller, std::size_t first, int nodes, double density,
-               const Vector& weights, std::vector<Tree>& result, int total) {
-  if (nodes == 0) {
-    result.push_back({total, density * total, weights});
-    return;
-  }
-  for (std::size_t k = first; k < smaller.size(); ++k) {
-    if (smaller[k].nodes > nodes) continue;
-    const Vector product = weights.cwiseProduct(t.A * smaller[k].stage_weights);
-    add_trees(t, smaller, k, nodes - smaller[k].nodes, density * smaller[k].density, product, result, total);
-  }
-}
-
-/// Largest p <= limit for which sum_j b_j Phi_j(t) = 1 / gamma(t) holds for every rooted tree with up to p nodes.
-int order_from_trees(const ButcherTableau& t, int limit) {
-  std::vector<Tree> trees;
-  for (int nodes = 1; nodes <= limit; ++nodes) {
-    std::vector<Tree> fresh;
-    add_trees(t, trees, 0, nodes - 1, 1.0, Vector::Ones(t.n_s), fresh, nodes);
-    for (const auto& tree : fresh) {
-      if (std::abs(t.b.dot(tree.stage_weights) - 1 / tree.density) > kRounding) return nodes - 1;
-    }
-    trees.insert(trees.end(), fresh.begin(), fresh.end());
-  }
-  return limit;
-}
-
 }  // namespace
 
 int verified_order(const ButcherTableau& t) {
@@ -278,7 +244,7 @@ int verified_order(const ButcherTableau& t) {
     return k;
   };
   const int p = largest(residual_B), q = largest(residual_C), r = largest(residual_D);
-  return std::max(std::min({p, q + r + 1, 2 * q + 2}), order_from_trees(t, std::min(6, p)));
+  return std::max(std::min({p, q + r + 1, 2 * q + 2}), order_from_trees(t.A, t.b, std::min(6, p), kRounding));
 }
 
 ButcherTableau read_tableau_file(const std::string& path) {

@@ -1,0 +1,54 @@
+#include "methods/runge_kutta/order_conditions.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ricochet {
+namespace {
+
+/// What the conditions of larger trees need of a tree that is hung below their root.
+struct Subtree {
+  int nodes;
+  double density;  // gamma(t)
+  Vector factor;   // sum_j a_ij Phi_j(t)
+};
+
+/// Visits all ways to hang trees with `nodes` nodes in total below a root: visit(prod gamma(t_k), Phi). Subtrees are
+/// taken in the order of the list, so that each tree is met once.
+template <class Visit>
+void for_each_tree(const std::vector<Subtree>& subtrees, std::size_t first, int nodes, double density,
+                   const Vector& weights, const Visit& visit) {
+  if (nodes == 0) return visit(density, weights);
+  for (std::size_t k = first; k < subtrees.size() && subtrees[k].nodes <= nodes; ++k) {
+    for_each_tree(subtrees, k, nodes - subtrees[k].nodes, density * subtrees[k].density,
+                  weights.cwiseProduct(subtrees[k].factor), visit);
+  }
+}
+
+}  // namespace
+
+std::vector<double> order_residuals(const Matrix& A, const Vector& b, int max_nodes, double stop_beyond) {
+  std::vector<Subtree> subtrees;  // sorted by nodes
+  std::vector<double> residuals;
+  for (int nodes = 1; nodes <= max_nodes; ++nodes) {
+    std::vector<Subtree> fresh;
+    double worst = 0;
+    for_each_tree(subtrees, 0, nodes - 1, 1.0, Vector::Ones(b.size()), [&](double product, const Vector& Phi) {
+      const double gamma = nodes * product;                             // (2)
+      worst = std::max(worst, std::abs(b.dot(Phi) - 1 / gamma));        // (4)
+      if (nodes < max_nodes) fresh.push_back({nodes, gamma, A * Phi});  // (3)
+    });
+    residuals.push_back(worst);
+    if (worst > stop_beyond) break;
+    subtrees.insert(subtrees.end(), fresh.begin(), fresh.end());
+  }
+  return residuals;
+}
+
+int order_from_trees(const Matrix& A, const Vector& b, int limit, double tolerance) {
+  const std::vector<double> residuals = order_residuals(A, b, limit, tolerance);
+  const auto broken = std::find_if(residuals.begin(), residuals.end(), [&](double r) { return r > tolerance; });
+  return static_cast<int>(broken - residuals.begin());
+}
+
+}  // namespace ricochet
