@@ -22,8 +22,8 @@ struct EmbeddedTableau {
 
   int order = 0;  ///< of y_1: its error in one step is O(h^{order + 1})
 
-  /// The estimate by which the step is controlled is O(h^{error_order + 1}), so error_order is the order of b_hat: 4
-  /// for Dormand-Prince 5(4). With two estimates it belongs to their combination, see e_2.
+  /// The estimate by which the step is controlled is O(h^{error_order + 1}): error_order is the order of b_hat, or that
+  /// of b where this is lower; 4 for Dormand-Prince 5(4). With two estimates it belongs to their combination (3).
   int error_order = 0;
 
   int n_s = 0;                         ///< stages
@@ -40,10 +40,18 @@ struct EmbeddedTableau {
 };
 
 /// Pairs whose coefficients are here: "bogacki-shampine-3-2", "bogacki-shampine-5-4", "dop853", "dopri5",
-/// "prince-dormand-8-7", "tsitouras-5-4", "verner-9-8".
+/// "prince-dormand-8-7", "tsitouras-5-4", "verner-7-6", "verner-9-8".
 std::vector<std::string> embedded_tableau_names();
 
 /// @throws InputError for an unknown name, with the known ones
 EmbeddedTableau embedded_tableau(const std::string& name);
+
+/// Reads {"name": "...", "A": [[0, 0], ["1/2", 0]], "b": [0, 1], "b_hat": [1, 0], "order": 2, "error_order": 1}, with
+/// "e" in the place of "b_hat" where the source gives the difference, and "name", "source", "c" and the orders optional:
+/// without them they are those that the order conditions confirm, at most 14.
+/// @throws InputError when the file is unreadable, a field is unknown or missing, sizes differ, A is not zero on the
+/// diagonal and above, c is not the row sum of A, a stated order is higher than the one that the order conditions
+/// confirm, or b and b_hat are the same
+EmbeddedTableau read_embedded_tableau(const std::string& path);
 
 }  // namespace ricochet

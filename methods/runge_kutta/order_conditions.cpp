@@ -27,28 +27,30 @@ void for_each_tree(const std::vector<Subtree>& subtrees, std::size_t first, int 
 
 }  // namespace
 
-std::vector<double> order_residuals(const Matrix& A, const Vector& b, int max_nodes, double stop_beyond) {
+std::vector<OrderConditions> order_conditions(const Matrix& A, const Vector& b, int max_nodes, double stop_beyond) {
   std::vector<Subtree> subtrees;  // sorted by nodes
-  std::vector<double> residuals;
+  std::vector<OrderConditions> result;
   for (int nodes = 1; nodes <= max_nodes; ++nodes) {
     std::vector<Subtree> fresh;
-    double worst = 0;
+    OrderConditions conditions;
     for_each_tree(subtrees, 0, nodes - 1, 1.0, Vector::Ones(b.size()), [&](double product, const Vector& Phi) {
-      const double gamma = nodes * product;                             // (2)
-      worst = std::max(worst, std::abs(b.dot(Phi) - 1 / gamma));        // (4)
-      if (nodes < max_nodes) fresh.push_back({nodes, gamma, A * Phi});  // (3)
+      const double gamma = nodes * product;  // (2)
+      ++conditions.count;
+      conditions.residual = std::max(conditions.residual, std::abs(b.dot(Phi) - 1 / gamma));  // (4)
+      if (nodes < max_nodes) fresh.push_back({nodes, gamma, A * Phi});                        // (3)
     });
-    residuals.push_back(worst);
-    if (worst > stop_beyond) break;
+    result.push_back(conditions);
+    if (conditions.residual > stop_beyond) break;
     subtrees.insert(subtrees.end(), fresh.begin(), fresh.end());
   }
-  return residuals;
+  return result;
 }
 
 int order_from_trees(const Matrix& A, const Vector& b, int limit, double tolerance) {
-  const std::vector<double> residuals = order_residuals(A, b, limit, tolerance);
-  const auto broken = std::find_if(residuals.begin(), residuals.end(), [&](double r) { return r > tolerance; });
-  return static_cast<int>(broken - residuals.begin());
+  const auto conditions = order_conditions(A, b, limit, tolerance);
+  const auto broken = std::find_if(conditions.begin(), conditions.end(),
+                                   [&](const OrderConditions& c) { return c.residual > tolerance; });
+  return static_cast<int>(broken - conditions.begin());
 }
 
 }  // namespace ricochet
