@@ -39,8 +39,8 @@ std::vector<std::string> tableau_families();
 ButcherTableau make_tableau(const std::string& family, int n_s);
 
 /// Reads {"name": "...", "A": [["1/4", "1/4-sqrt(3)/6"], ...], "b": [...], "c": [...], "order": 4} with all but "A" and
-/// "b" optional. @throws InputError when the file is unreadable, a field is unknown, sizes differ, c is not the row sum of A,
-/// or the stated order is higher than the one that the order conditions confirm
+/// "b" optional. @throws InputError when the file is unreadable, a field is unknown, sizes differ, c is not the row sum
+/// of A, or the stated order is higher than the one that the order conditions confirm
 ButcherTableau read_tableau_file(const std::string& path);
 
 /// Residuals of Butcher's simplifying assumptions, maximum over the conditions up to the given number:

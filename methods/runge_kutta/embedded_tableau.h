@@ -46,9 +46,9 @@ std::vector<std::string> embedded_tableau_names();
 /// @throws InputError for an unknown name, with the known ones
 EmbeddedTableau embedded_tableau(const std::string& name);
 
-/// Reads {"name": "...", "A": [[0, 0], ["1/2", 0]], "b": [0, 1], "b_hat": [1, 0], "order": 2, "error_order": 1}, with
-/// "e" in the place of "b_hat" where the source gives the difference, and "name", "source", "c" and the orders optional:
-/// without them they are those that the order conditions confirm, at most 14.
+/// Reads {"A": [[0, 0], [1, 0]], "b": ["1/2", "1/2"], "b_hat": [1, 0], "order": 2, "error_order": 1, "name": "..."}
+/// with "e" in the place of "b_hat" where the source gives the difference. "name", "source", "c" and the orders may be
+/// missing: orders are then those that the order conditions confirm, at most 14.
 /// @throws InputError when the file is unreadable, a field is unknown or missing, sizes differ, A is not zero on the
 /// diagonal and above, c is not the row sum of A, a stated order is higher than the one that the order conditions
 /// confirm, or b and b_hat are the same
