@@ -9,14 +9,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 
+#include "methods/runge_kutta/order_conditions.h"
+#include "methods/runge_kutta/tableau_file.h"
 #include "problems/input_error.h"
 #include "problems/names.h"
-#include "problems/scene_file/expression.h"
 
 namespace ricochet {
 namespace {
@@ -234,41 +233,6 @@ namespace {
 // Coefficients are correct to half a unit in the last place and at most a few in size; sums of up to 81 of them.
 constexpr double kRounding = 1e-13;
 
-/// Rooted tree as the list of its subtrees, with what the order condition needs.
-struct Tree {
-  int nodes;
-  double density;        // gamma(t)
-  Vector stage_weights;  // Phi_j(t)
-};
-
-/// All ways to hang trees of `nodes` nodes in total below a new root, as products of stage weights.
-void add_trees(const ButcherTableau& t, const std::vector<Tree>& smaller, std::size_t first, int nodes, double density,
-               const Vector& weights, std::vector<Tree>& result, int total) {
-  if (nodes == 0) {
-    result.push_back({total, density * total, weights});
-    return;
-  }
-  for (std::size_t k = first; k < smaller.size(); ++k) {
-    if (smaller[k].nodes > nodes) continue;
-    const Vector product = weights.cwiseProduct(t.A * smaller[k].stage_weights);
-    add_trees(t, smaller, k, nodes - smaller[k].nodes, density * smaller[k].density, product, result, total);
-  }
-}
-
-/// Largest p <= limit for which sum_j b_j Phi_j(t) = 1 / gamma(t) holds for every rooted tree with up to p nodes.
-int order_from_trees(const ButcherTableau& t, int limit) {
-  std::vector<Tree> trees;
-  for (int nodes = 1; nodes <= limit; ++nodes) {
-    std::vector<Tree> fresh;
-    add_trees(t, trees, 0, nodes - 1, 1.0, Vector::Ones(t.n_s), fresh, nodes);
-    for (const auto& tree : fresh) {
-      if (std::abs(t.b.dot(tree.stage_weights) - 1 / tree.density) > kRounding) return nodes - 1;
-    }
-    trees.insert(trees.end(), fresh.begin(), fresh.end());
-  }
-  return limit;
-}
-
 }  // namespace
 
 int verified_order(const ButcherTableau& t) {
@@ -278,70 +242,20 @@ int verified_order(const ButcherTableau& t) {
     return k;
   };
   const int p = largest(residual_B), q = largest(residual_C), r = largest(residual_D);
-  return std::max(std::min({p, q + r + 1, 2 * q + 2}), order_from_trees(t, std::min(6, p)));
+  return std::max(std::min({p, q + r + 1, 2 * q + 2}), order_from_trees(t.A, t.b, std::min(6, p), kRounding));
 }
 
 ButcherTableau read_tableau_file(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw InputError("tableau file", path, "cannot be opened");
-  nlohmann::json json;
-  try {
-    json = nlohmann::json::parse(file);
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError(fmt::format("{}: not valid JSON: {}", path, error.what()));
-  }
-  if (!json.is_object()) throw InputError(path, json.type_name(), "an object with the fields A and b is required");
-
-  const auto number = [&](const nlohmann::json& value, const std::string& field) {
-    if (!value.is_string() && !value.is_number())
-      throw InputError(field, value.type_name(), "a number or an expression in quotes is required");
-    const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
-    const GiNaC::ex exact = parse_expression(text, {}, field).evalf();
-    if (!GiNaC::is_a<GiNaC::numeric>(exact) || !GiNaC::ex_to<GiNaC::numeric>(exact).is_real()) {
-      throw InputError(field, text, "a real number is required");
-    }
-    return GiNaC::ex_to<GiNaC::numeric>(exact).to_double();
-  };
-  const auto list = [&](const nlohmann::json& values, const std::string& field, std::size_t length) {
-    if (!values.is_array() || values.size() != length)
-      throw InputError(field, values.dump(), fmt::format("a list of {} numbers is required", length));
-    Vector result(static_cast<Eigen::Index>(length));
-    for (std::size_t k = 0; k < length; ++k)
-      result[static_cast<Eigen::Index>(k)] = number(values[k], fmt::format("{}[{}]", field, k));
-    return result;
-  };
-
-  const auto field = [&](const char* key) { return fmt::format("{}: {}", path, key); };
-  for (const char* key : {"A", "b"}) {
-    if (!json.contains(key)) throw InputError(field(key) + ": this field is missing");
-  }
-  if (!json["b"].is_array() || json["b"].empty())
-    throw InputError(field("b"), json["b"].dump(), "a list of weights is required");
-  const std::size_t s = json["b"].size();
-  if (!json["A"].is_array() || json["A"].size() != s)
-    throw InputError(field("A"), json["A"].dump(), fmt::format("{} rows are required", s));
-
+  const TableauFile file(path, {"A", "b"}, {"name", "source", "c", "order"});
   ButcherTableau t;
-  t.name = json.value("name", path);
-  t.n_s = static_cast<int>(s);
-  t.b = list(json["b"], field("b"), s);
-  t.A.resize(t.n_s, t.n_s);
-  for (int i = 0; i < t.n_s; ++i) t.A.row(i) = list(json["A"][i], fmt::format("{}[{}]", field("A"), i), s);
-  t.c = t.A.rowwise().sum();
-  if (json.contains("c")) {
-    const Vector stated = list(json["c"], field("c"), s);
-    if ((stated - t.c).cwiseAbs().maxCoeff() > kRounding)
-      throw InputError(field("c"), json["c"].dump(), "c must be the row sums of A");
-    t.c = stated;
-  }
-  t.order = verified_order(t);
-  if (t.order < 1) throw InputError(field("b"), t.b.sum(), "the weights must sum to 1");
-  if (json.contains("order")) {
-    const int stated = static_cast<int>(number(json["order"], field("order")));
-    if (stated > t.order)
-      throw InputError(field("order"), stated, fmt::format("the order conditions confirm order {} only", t.order));
-    t.order = stated;
-  }
+  t.name = file.text("name", path);
+  t.n_s = file.stages();
+  t.b = file.vector("b", t.n_s);
+  t.A = file.square_matrix("A", t.n_s);
+  t.c = file.abscissae(t.A, kRounding);
+  const int confirmed = verified_order(t);
+  if (confirmed < 1) throw InputError(file.field("b"), t.b.sum(), "the weights must sum to 1");
+  t.order = file.order("order", confirmed);
   t.right_end = right_end_weights(t);
   return t;
 }

@@ -38,9 +38,9 @@ std::vector<std::string> tableau_families();
 /// Source: Hairer, Wanner, Solving Ordinary Differential Equations II, section IV.5.
 ButcherTableau make_tableau(const std::string& family, int n_s);
 
-/// Reads {"name": "...", "A": [["1/4", "1/4-sqrt(3)/6"], ...], "b": [...], "c": [...], "order": 4} with "c" and "order"
-/// optional. @throws InputError when the file is unreadable, sizes differ, c is not the row sum of A, or the stated
-/// order is higher than the one that the order conditions confirm
+/// Reads {"name": "...", "A": [["1/4", "1/4-sqrt(3)/6"], ...], "b": [...], "c": [...], "order": 4} with all but "A" and
+/// "b" optional. @throws InputError when the file is unreadable, a field is unknown, sizes differ, c is not the row sum
+/// of A, or the stated order is higher than the one that the order conditions confirm
 ButcherTableau read_tableau_file(const std::string& path);
 
 /// Residuals of Butcher's simplifying assumptions, maximum over the conditions up to the given number:

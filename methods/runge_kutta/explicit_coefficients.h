@@ -7,19 +7,21 @@
 
 namespace ricochet {
 
-/// Coefficients of embedded explicit Runge-Kutta pairs, each once, as constant expressions: a loop over stages that is
-/// unrolled at compile time drops the zeros. embedded_tableau.h makes matrices of them, and its tests verify every one
-/// by the order conditions.
-///
-/// A pair has, with k_i = f(t + c_i h, y + h sum_j a_ij k_j), j < i,
-///   id, name, source
-///   order        of the solution that is propagated, y_1 = y_0 + h sum_i b_i k_i
-///   error_order  of the error estimate: it is O(h^{error_order + 1})
-///   n_s          stages
-///   A            n_s x n_s, zero on the diagonal and above
-///   b, c         n_s
-///   e            n_s, b minus the weights of the embedded solution: h sum_i e_i k_i estimates the error
-/// and DormandPrince853 a second estimate, e_2.
+// Coefficients of embedded explicit Runge-Kutta pairs, each once, as constant expressions: a loop over stages that is
+// unrolled at compile time drops the zeros. embedded_tableau.h makes matrices of them, and its tests verify every one
+// by the order conditions.
+//
+// A pair has, with k_i = f(t + c_i h, y + h sum_j a_ij k_j), j < i,
+//   id, name, source
+//   order        of the solution that is propagated, y_1 = y_0 + h sum_i b_i k_i
+//   error_order  of the error estimate: it is O(h^{error_order + 1}), see embedded_tableau.h
+//   n_s          stages
+//   A            n_s x n_s, zero on the diagonal and above
+//   b, c         n_s
+//   e            n_s, b minus the weights of the embedded solution: h sum_i e_i k_i estimates the error
+// and DormandPrince853 a second estimate, e_2.
+
+/// One number for each stage.
 template <std::size_t n_s>
 using Weights = std::array<double, n_s>;
 
@@ -48,17 +50,21 @@ constexpr bool is_first_same_as_last() {
 }
 
 struct BogackiShampine32 {
-  static constexpr std::string_view id = "bogacki-shampine-3-2", name = "Bogacki-Shampine 3(2)",
-                                    source = "Bogacki, Shampine, Appl. Math. Lett. 2 (1989) 321-325";
+  static constexpr std::string_view id = "bogacki-shampine-3-2";
+  static constexpr std::string_view name = "Bogacki-Shampine 3(2)";
+  static constexpr std::string_view source = "Bogacki, Shampine, Appl. Math. Lett. 2 (1989) 321-325";
   static constexpr int order = 3, error_order = 2, n_s = 4;
   static constexpr double A[n_s][n_s] = {{}, {1.0 / 2}, {0, 3.0 / 4}, {2.0 / 9, 1.0 / 3, 4.0 / 9}};
-  static constexpr Weights<n_s> c = {0, 1.0 / 2, 3.0 / 4, 1}, b = last_row(A),
-                                b_hat = {7.0 / 24, 1.0 / 4, 1.0 / 3, 1.0 / 8}, e = difference(b, b_hat);
+  static constexpr Weights<n_s> c = {0, 1.0 / 2, 3.0 / 4, 1};
+  static constexpr Weights<n_s> b = last_row(A);
+  static constexpr Weights<n_s> b_hat = {7.0 / 24, 1.0 / 4, 1.0 / 3, 1.0 / 8};
+  static constexpr Weights<n_s> e = difference(b, b_hat);
 };
 
 struct DormandPrince54 {
-  static constexpr std::string_view id = "dopri5", name = "Dormand-Prince 5(4)",
-                                    source = "Dormand, Prince, J. Comput. Appl. Math. 6 (1980) 19-26, RK5(4)7M";
+  static constexpr std::string_view id = "dopri5";
+  static constexpr std::string_view name = "Dormand-Prince 5(4)";
+  static constexpr std::string_view source = "Dormand, Prince, J. Comput. Appl. Math. 6 (1980) 19-26, RK5(4)7M";
   static constexpr int order = 5, error_order = 4, n_s = 7;
   static constexpr double A[n_s][n_s] = {{},
                                          {1.0 / 5},
@@ -67,16 +73,18 @@ struct DormandPrince54 {
                                          {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
                                          {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
                                          {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84}};
-  static constexpr Weights<n_s> c = {0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1, 1}, b = last_row(A),
-                                b_hat = {5179.0 / 57600, 0,       7571.0 / 16695, 393.0 / 640, -92097.0 / 339200,
-                                         187.0 / 2100,   1.0 / 40},
-                                e = difference(b, b_hat);
+  static constexpr Weights<n_s> c = {0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1, 1};
+  static constexpr Weights<n_s> b = last_row(A);
+  static constexpr Weights<n_s> b_hat = {5179.0 / 57600, 0,       7571.0 / 16695, 393.0 / 640, -92097.0 / 339200,
+                                         187.0 / 2100,   1.0 / 40};
+  static constexpr Weights<n_s> e = difference(b, b_hat);
 };
 
 /// Eight stages with the one at the right end. The paper's other estimate, of seven stages, is a cheaper check only.
 struct BogackiShampine54 {
-  static constexpr std::string_view id = "bogacki-shampine-5-4", name = "Bogacki-Shampine 5(4)",
-                                    source = "Bogacki, Shampine, Comput. Math. Appl. 32 (1996) 15-28";
+  static constexpr std::string_view id = "bogacki-shampine-5-4";
+  static constexpr std::string_view name = "Bogacki-Shampine 5(4)";
+  static constexpr std::string_view source = "Bogacki, Shampine, Comput. Math. Appl. 32 (1996) 15-28";
   static constexpr int order = 5, error_order = 4, n_s = 8;
   static constexpr double A[n_s][n_s] = {
       {},
@@ -88,19 +96,20 @@ struct BogackiShampine54 {
       {174197.0 / 959244, -30942.0 / 79937, 8152137.0 / 19744439, 666106.0 / 1039181, -29421.0 / 29068,
        482048.0 / 414219},
       {587.0 / 8064, 0, 4440339.0 / 15491840, 24353.0 / 124800, 387.0 / 44800, 2152.0 / 5985, 7267.0 / 94080}};
-  static constexpr Weights<n_s> c = {0, 1.0 / 6, 2.0 / 9, 3.0 / 7, 2.0 / 3, 3.0 / 4, 1, 1}, b = last_row(A),
-                                b_hat = {2479.0 / 34992,    0,
-                                         123.0 / 416,       612941.0 / 3411720,
-                                         43.0 / 1440,       2272.0 / 6561,
-                                         79937.0 / 1113912, 3293.0 / 556956},
-                                e = difference(b, b_hat);
+  static constexpr Weights<n_s> c = {0, 1.0 / 6, 2.0 / 9, 3.0 / 7, 2.0 / 3, 3.0 / 4, 1, 1};
+  static constexpr Weights<n_s> b = last_row(A);
+  static constexpr Weights<n_s> b_hat = {
+      2479.0 / 34992, 0, 123.0 / 416, 612941.0 / 3411720, 43.0 / 1440, 2272.0 / 6561, 79937.0 / 1113912,
+      3293.0 / 556956};
+  static constexpr Weights<n_s> e = difference(b, b_hat);
 };
 
 struct Tsitouras54 {
-  static constexpr std::string_view id = "tsitouras-5-4", name = "Tsitouras 5(4)",
-                                    source =
-                                        "Tsitouras, Comput. Math. Appl. 62 (2011) 770-775; the embedded weights "
-                                        "with 1/66 and the sign that the order conditions require";
+  static constexpr std::string_view id = "tsitouras-5-4";
+  static constexpr std::string_view name = "Tsitouras 5(4)";
+  static constexpr std::string_view source =
+      "Tsitouras, Comput. Math. Appl. 62 (2011) 770-775; the embedded weights "
+      "with 1/66 and the sign that the order conditions require";
   static constexpr int order = 5, error_order = 4, n_s = 7;
   static constexpr double A[n_s][n_s] = {
       {},
@@ -116,22 +125,23 @@ struct Tsitouras54 {
       {0.09646076681806522951816731316512876333712, 0.01, 0.479889650414499574775249532290596519913,
        1.379008574103741893192274821856872770756, -3.290069515436080679901047585711363850116,
        2.324710524099773982415355918398765796109}};
-  static constexpr Weights<n_s> c = {0, 0.161, 0.327, 0.9, 0.9800255409045096857298102862870245954942, 1, 1},
-                                b = last_row(A),
-                                b_hat = {0.09468075576583945807478876255758922856118,
+  static constexpr Weights<n_s> c = {0, 0.161, 0.327, 0.9, 0.9800255409045096857298102862870245954942, 1, 1};
+  static constexpr Weights<n_s> b = last_row(A);
+  static constexpr Weights<n_s> b_hat = {0.09468075576583945807478876255758922856118,
                                          0.009183565540343253096776363936645313759814,
                                          0.4877705284247615707855642599631228241517,
                                          1.234297566930478985655109673884237654036,
                                          -2.707712349983525454881109975059321670690,
                                          1.866628418170587035753719399566211498666,
-                                         1.0 / 66},
-                                e = difference(b, b_hat);
+                                         1.0 / 66};
+  static constexpr Weights<n_s> e = difference(b, b_hat);
 };
 
 /// The rational numbers are approximations to 18 digits, which the authors published.
 struct PrinceDormand87 {
-  static constexpr std::string_view id = "prince-dormand-8-7", name = "Prince-Dormand 8(7)",
-                                    source = "Prince, Dormand, J. Comput. Appl. Math. 7 (1981) 67-75, RK8(7)13M";
+  static constexpr std::string_view id = "prince-dormand-8-7";
+  static constexpr std::string_view name = "Prince-Dormand 8(7)";
+  static constexpr std::string_view source = "Prince, Dormand, J. Comput. Appl. Math. 7 (1981) 67-75, RK8(7)13M";
   static constexpr int order = 8, error_order = 7, n_s = 13;
   static constexpr double A[n_s][n_s] = {
       {},
@@ -168,8 +178,8 @@ struct PrinceDormand87 {
                                      13.0 / 20,
                                      1201146811.0 / 1299019798,
                                      1,
-                                     1},
-                                b = {14005451.0 / 335480064,
+                                     1};
+  static constexpr Weights<n_s> b = {14005451.0 / 335480064,
                                      0,
                                      0,
                                      0,
@@ -181,8 +191,8 @@ struct PrinceDormand87 {
                                      760417239.0 / 1151165299,
                                      118820643.0 / 751138087,
                                      -528747749.0 / 2220607170,
-                                     1.0 / 4},
-                                b_hat = {13451932.0 / 455176623,
+                                     1.0 / 4};
+  static constexpr Weights<n_s> b_hat = {13451932.0 / 455176623,
                                          0,
                                          0,
                                          0,
@@ -193,18 +203,19 @@ struct PrinceDormand87 {
                                          -3867574721.0 / 1518517206,
                                          465885868.0 / 322736535,
                                          53011238.0 / 667516719,
-                                         2.0 / 45},
-                                e = difference(b, b_hat);
+                                         2.0 / 45};
+  static constexpr Weights<n_s> e = difference(b, b_hat);
 };
 
 /// Two estimates: e of order 5, e_2 of order 3. Hairer's program controls the step by their combination
 ///   |e|^2 / sqrt(|e|^2 + 0.01 |e_2|^2) = O(h^8),  hence error_order = 7,
 /// with |e|, |e_2| the norms of h sum_i e_i k_i and h sum_i e_2i k_i.
 struct DormandPrince853 {
-  static constexpr std::string_view id = "dop853", name = "Dormand-Prince 8(5,3)",
-                                    source =
-                                        "Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, "
-                                        "section II.10, and the program DOP853";
+  static constexpr std::string_view id = "dop853";
+  static constexpr std::string_view name = "Dormand-Prince 8(5,3)";
+  static constexpr std::string_view source =
+      "Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, "
+      "section II.10, and the program DOP853";
   static constexpr int order = 8, error_order = 7, n_s = 12;
   static constexpr double A[n_s][n_s] = {
       {},
@@ -238,8 +249,8 @@ struct DormandPrince853 {
                                      127.0 / 195,
                                      3.0 / 5,
                                      6.0 / 7,
-                                     1},
-                                b = {5.42937341165687622380535766363e-2,
+                                     1};
+  static constexpr Weights<n_s> b = {5.42937341165687622380535766363e-2,
                                      0,
                                      0,
                                      0,
@@ -250,8 +261,8 @@ struct DormandPrince853 {
                                      3.1116436695781989440891606237e-1,
                                      -1.52160949662516078556178806805e-1,
                                      2.01365400804030348374776537501e-1,
-                                     4.47106157277725905176885569043e-2},
-                                e = {0.1312004499419488073250102996e-1,
+                                     4.47106157277725905176885569043e-2};
+  static constexpr Weights<n_s> e = {0.1312004499419488073250102996e-1,
                                      0,
                                      0,
                                      0,
@@ -262,17 +273,72 @@ struct DormandPrince853 {
                                      -0.3503288487499736816886487290,
                                      0.3341791187130174790297318841,
                                      0.8192320648511571246570742613e-1,
-                                     -0.2235530786388629525884427845e-1},
-                                b_hat_2 = {31.0 / 127, 0, 0,        0, 0, 0, 0, 0, 0.733846688281611857341361741547,
-                                           0,          0, 3.0 / 136},
-                                e_2 = difference(b, b_hat_2);
+                                     -0.2235530786388629525884427845e-1};
+  static constexpr Weights<n_s> b_hat_2 = {31.0 / 127, 0, 0,        0, 0, 0, 0, 0, 0.733846688281611857341361741547,
+                                           0,          0, 3.0 / 136};
+  static constexpr Weights<n_s> e_2 = difference(b, b_hat_2);
+};
+
+/// Verner's pairs "most efficient". Those of 6(5) and 8(7) are not here: coefficients up to 208 and 124 let them fulfil
+/// the order conditions to 3e-11 and 6e-13 only when they are rounded to doubles, these to 4e-15 and 6e-16.
+inline constexpr std::string_view kVerner =
+    "Verner, Numer. Algorithms 53 (2010) 383-396, and the pairs \"most efficient\" on the author's page";
+
+struct Verner76 {
+  static constexpr std::string_view id = "verner-7-6";
+  static constexpr std::string_view name = "Verner 7(6), most efficient";
+  static constexpr std::string_view source = kVerner;
+  static constexpr int order = 7, error_order = 6, n_s = 10;
+  static constexpr double A[n_s][n_s] = {
+      {},
+      {0.005},
+      {-1.076790123456790123456790123456790123457, 1.185679012345679012345679012345679012346},
+      {0.04083333333333333333333333333333333333333, 0, 0.1225},
+      {0.6389139236255726780508121615993336109954, 0, -2.455672638223656809662640566430653894211,
+       2.272258714598084131611828404831320283215},
+      {-2.661577375018757131119259297861818119279, 0, 10.80451388645613769565396655365532838482,
+       -8.353914657396199411968048547819291691541, 0.8204875949566569791420417341743839209619},
+      {6.067741434696770992718360183877276714679, 0, -24.71127363591108579734203485290746001803,
+       20.42751793078889394045773111748346612697, -1.906157978816647150624096784352757010879,
+       1.006172249242068014790040335899474187268},
+      {12.05467007625320299509109452892778311648, 0, -49.75478495046898932807257615331444758322,
+       41.14288863860467663259698416710157354209, -4.461760149974004185641911603484815375051,
+       2.042334822239174959821717077708608543738, -0.09834843665406107379530801693870224403537},
+      {10.13814652288180787641845141981689030769, 0, -42.64113603171750214622846006736635730625,
+       35.76384003992257007135021178023160054034, -4.34802284039290765334037029690824594371,
+       2.009862268377035895441943593011827554771, 0.348749046033827240595382285305314587914,
+       -0.2714390051048312842371587140910297407572},
+      {-45.03007203429867712435322405073769635151, 0, 187.3272437654588840752418206154201997384,
+       -154.0288236935018690596728621034510402582, 18.56465306347536233859492332958439136765,
+       -7.141809679295078854925420496823551192821, 1.308808578161378625114762706007696696508}};
+  static constexpr Weights<n_s> c = {
+      0, 0.005, 49.0 / 450, 49.0 / 300, 0.4555, 0.6095094489978381317087004421486024949638, 0.884, 0.925, 1, 1};
+  static constexpr Weights<n_s> b = {0.04715561848627222170431765108838175679569,
+                                     0,
+                                     0,
+                                     0.2575056429843415189596436101037687580986,
+                                     0.2621665397741262047713863095764527711129,
+                                     0.1521609265673855740323133199165117535523,
+                                     0.4939969170032484246907175893227876844296,
+                                     -0.2943031171403250441557244744092703429139,
+                                     0.08131747232495109999734599440136761892478};
+  static constexpr Weights<n_s> b_hat = {0.04460860660634117628731817597479197781432,
+                                         0,
+                                         0,
+                                         0.2671640378571372680509102260943837899738,
+                                         0.2201018300177293019979715776650753096323,
+                                         0.2188431703143156830983120833512893824578,
+                                         0.2289871705411202883378173889763552365362,
+                                         0,
+                                         0,
+                                         0.02029518466335628222767054793810430358554};
+  static constexpr Weights<n_s> e = difference(b, b_hat);
 };
 
 struct Verner98 {
-  static constexpr std::string_view id = "verner-9-8", name = "Verner 9(8), most efficient",
-                                    source =
-                                        "Verner, Numer. Algorithms 53 (2010) 383-396; coefficients of the pair "
-                                        "\"most efficient 9(8)\" of 16 stages on the author's page";
+  static constexpr std::string_view id = "verner-9-8";
+  static constexpr std::string_view name = "Verner 9(8), most efficient";
+  static constexpr std::string_view source = kVerner;
   static constexpr int order = 9, error_order = 8, n_s = 16;
   static constexpr double A[n_s][n_s] = {
       {},
@@ -333,8 +399,8 @@ struct Verner98 {
                                      .8206,
                                      .9012,
                                      1,
-                                     1},
-                                b = {.1461197685842315252051541915018784713459e-1,
+                                     1};
+  static constexpr Weights<n_s> b = {.1461197685842315252051541915018784713459e-1,
                                      0,
                                      0,
                                      0,
@@ -348,8 +414,8 @@ struct Verner98 {
                                      .5684352689748512932705226972873692126743,
                                      .5825871557215827200814768021863420902155e-1,
                                      .1364317403482215641609022744494239843327,
-                                     .3057013983082797397721005067920369646664e-1},
-                                b_hat = {.1996996514886773085518508418098868756464e-1,
+                                     .3057013983082797397721005067920369646664e-1};
+  static constexpr Weights<n_s> b_hat = {.1996996514886773085518508418098868756464e-1,
                                          0,
                                          0,
                                          0,
@@ -364,12 +430,12 @@ struct Verner98 {
                                          .3408096799013119935160094894224543812830,
                                          0,
                                          0,
-                                         .4834231373823958314376726739772871714902e-1},
-                                e = difference(b, b_hat);
+                                         .4834231373823958314376726739772871714902e-1};
+  static constexpr Weights<n_s> e = difference(b, b_hat);
 };
 
 /// All of them, for what is made for each.
 using EmbeddedPairs = std::tuple<BogackiShampine32, DormandPrince54, BogackiShampine54, Tsitouras54, PrinceDormand87,
-                                 DormandPrince853, Verner98>;
+                                 DormandPrince853, Verner76, Verner98>;
 
 }  // namespace ricochet
