@@ -13,10 +13,12 @@ namespace {
 
 using Kind = Happening::Kind;
 
-constexpr double kSafety = 0.8, kBeta = 0.04, kMinFactor = 1.0 / 3, kMaxFactor = 6;  // of (1)
-constexpr double kLanding = 0.01;                                                    // of the tolerance, (2)
-constexpr double kShortest = 1e-14;   // of the end time: what time can resolve
-constexpr int kMaxStandstills = 100;  // a few events may coincide
+constexpr float kSafety = 0.8F, kBeta = 0.04F;  // of (1)
+constexpr double kMinFactor = 1.0 / 3, kMaxFactor = 6;
+constexpr float kLeastLogError = -13;  // of e_before, 1e-4
+constexpr double kLanding = 0.01;      // of the tolerance, (2)
+constexpr double kShortest = 1e-14;    // of the end time: what time can resolve
+constexpr int kMaxStandstills = 100;   // a few events may coincide
 constexpr int kMaxLandings = 8;
 constexpr long kMaxSteps = 10'000'000;
 constexpr double kSlipStart = 0.05;  // of end_time and the cube root of the tolerance: first length of slip from rest
@@ -33,7 +35,7 @@ std::optional<EventKind> event_kind(ContactMode before, ContactMode after, doubl
 
 }  // namespace
 
-EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings, const std::string& pair)
+EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings, const EmbeddedTableau& pair)
     : problem_(problem),
       info_(problem.info()),
       settings_(settings),
@@ -111,17 +113,19 @@ bool EventDrivenRun::take_step() {
   functions_.begin_step();
   EventFunctions* const watched = functions_.has_forces() ? &functions_ : nullptr;
   const double e = step_->take(h, watched) ? step_->error(tolerance_) : std::numeric_limits<double>::infinity();
-  const double exponent = 1.0 / (step_->error_order + 1) - 0.75 * kBeta;
+  // (1), whose digits do not matter: logarithms of floats are fast.
+  const float exponent = 1.0F / static_cast<float>(step_->error_order + 1) - 0.75F * kBeta;
+  const float log_e = std::log2(static_cast<float>(e) + 1e-30F);
   if (!(e <= 1)) {
-    h_ = h * (std::isfinite(e) ? std::max(kMinFactor, kSafety * std::pow(e, -exponent)) : 0.1);
+    h_ = h * (std::isfinite(e) ? std::max<double>(kMinFactor, kSafety * std::exp2(-exponent * log_e)) : 0.1);
     was_rejected_ = true;
     return true;
   }
   const double most = was_rejected_ ? 1 : kMaxFactor;
-  const double factor = e > 0 ? kSafety * std::pow(e, -exponent) * std::pow(last_error_, kBeta) : most;
+  const double factor = kSafety * std::exp2(kBeta * last_log_error_ - exponent * log_e);
   const double next = h * std::clamp(factor, kMinFactor, most);
   if (!is_last || next > h_) h_ = next;
-  last_error_ = std::max(e, 1e-4);
+  last_log_error_ = std::max(log_e, kLeastLogError);
   was_rejected_ = false;
   if (!step_->finish()) return stop(Status::inner_solver_failed, "the contact forces do not determine the motion");
   ++counters.steps;

@@ -7,6 +7,7 @@
 #include "methods/event_driven/explicit_step.h"
 #include "methods/event_driven/mode_change.h"
 #include "methods/method.h"
+#include "methods/runge_kutta/embedded_tableau.h"
 #include "methods/time_limit.h"
 
 namespace ricochet {
@@ -26,7 +27,7 @@ namespace ricochet {
 /// it is taken again with h + dt; the last dt is one of Taylor's polynomial.
 class EventDrivenRun {
  public:
-  EventDrivenRun(const Problem& problem, const Settings& settings, const std::string& pair);
+  EventDrivenRun(const Problem& problem, const Settings& settings, const EmbeddedTableau& pair);
 
   Solution solve();
 
@@ -55,10 +56,10 @@ class EventDrivenRun {
   StepEnds& ends_;
   std::vector<ContactMode> before_;
   Vector v_minus_;
-  double t_ = 0, h_ = 0;      // [s]; the length of the next step
-  double last_error_ = 1e-4;  // e_before of (1)
-  double last_event_ = -1;    // [s]
-  int standstills_ = 0;       // events in a row that time cannot tell apart
+  double t_ = 0, h_ = 0;        // [s]; the length of the next step
+  float last_log_error_ = -13;  // e_before of (1), binary logarithm
+  double last_event_ = -1;      // [s]
+  int standstills_ = 0;         // events in a row that time cannot tell apart
   bool was_rejected_ = false;
 };
 

@@ -101,7 +101,7 @@ class ExplicitPairStep final : public ExplicitStep {
       for (int k = 0; k < size(); ++k) ends.a1[k] = a_[Pair::n_s - 1][k];
       return true;
     } else {
-      return dynamics_.accelerate(ends.q1.data(), ends.v1.data(), ends.a1.data());
+      return dynamics_.accelerate<N>(ends.q1.data(), ends.v1.data(), ends.a1.data());
     }
   }
 
@@ -136,7 +136,7 @@ class ExplicitPairStep final : public ExplicitStep {
       q_[k] = q0[k] + h * sum(row, v_, k, before);
       v_[I][k] = v0[k] + h * sum(row, a_, k, before);
     }
-    if (!dynamics_.accelerate(q_.data(), v_[I].data(), a_[I].data())) return false;
+    if (!dynamics_.accelerate<N>(q_.data(), v_[I].data(), a_[I].data())) return false;
     if (watched) watched->see_stage(Pair::c[I]);
     return true;
   }

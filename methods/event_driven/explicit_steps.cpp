@@ -1,26 +1,83 @@
 #include "methods/event_driven/explicit_steps.h"
 
-#include "problems/names.h"
+#include <cmath>
+#include <tuple>
+
+#include "methods/runge_kutta/explicit_coefficients.h"
 
 namespace ricochet {
 namespace {
 
-/// Calls visit.operator()<Pair>() for the pair of this name. @return whether there is one
-template <class... Pairs>
-struct PairList {
-  static bool visit(const std::string& pair, auto visitor) {
-    return ((Pairs::id == pair && (visitor.template operator()<Pairs>(), true)) || ...);
+/// (1)-(3) for a pair from a file.
+class ExplicitTableauStep final : public ExplicitStep {
+ public:
+  ExplicitTableauStep(const EmbeddedTableau& tableau, int n_q, ModeDynamics& dynamics)
+      : tableau_(tableau), dynamics_(dynamics) {
+    ends.resize(n_q);
+    order = tableau.order;
+    error_order = tableau.error_order;
+    v_.setZero(n_q, tableau.n_s);
+    a_ = v_;
+    q_.setZero(n_q);
   }
-  static std::vector<std::string> names() { return {std::string(Pairs::id)...}; }
-};
-using AllPairs = PairList<PrinceDormand87, DormandPrince853, DormandPrince54, Tsitouras54, BogackiShampine54>;
 
-void visit_pair(const std::string& pair, auto visitor) {
-  if (!AllPairs::visit(pair, visitor)) throw_unknown_name("explicit pair", pair, AllPairs::names());
-}
+  bool take(double h, EventFunctions* watched) override {
+    ends.h = h;
+    v_.col(0) = ends.v0;
+    a_.col(0) = ends.a0;
+    for (int i = 1; i < tableau_.n_s; ++i) {
+      q_ = ends.q0;
+      v_.col(i) = ends.v0;
+      for (int j = 0; j < i; ++j) {
+        if (tableau_.A(i, j) == 0) continue;
+        q_ += h * tableau_.A(i, j) * v_.col(j);
+        v_.col(i) += h * tableau_.A(i, j) * a_.col(j);
+      }
+      if (!dynamics_.accelerate(q_.data(), v_.col(i).data(), a_.col(i).data())) return false;
+      if (watched) watched->see_stage(tableau_.c[i]);
+    }
+    ends.q1 = ends.q0;
+    ends.v1 = ends.v0;
+    for (int i = 0; i < tableau_.n_s; ++i) {
+      ends.q1 += h * tableau_.b[i] * v_.col(i);
+      ends.v1 += h * tableau_.b[i] * a_.col(i);
+    }
+    return true;
+  }
+
+  bool finish() override { return dynamics_.accelerate(ends.q1.data(), ends.v1.data(), ends.a1.data()); }
+
+  double error(double tolerance) const override {
+    const double first = squares(tableau_.e);
+    const double second = tableau_.e_2.size() > 0 ? squares(tableau_.e_2) : 0;
+    const double ratio = second > 0 ? first / (first + 0.01 * second) : 1;
+    return ends.h / tolerance * std::sqrt(ratio * first / static_cast<double>(2 * ends.q0.size()));
+  }
+
+ private:
+  double squares(const Vector& weights) const {
+    double total = 0;
+    for (Eigen::Index k = 0; k < ends.q0.size(); ++k) {
+      double e_q = 0, e_v = 0;
+      for (int i = 0; i < tableau_.n_s; ++i) {
+        e_q += weights[i] * v_(k, i);
+        e_v += weights[i] * a_(k, i);
+      }
+      e_q /= 1 + std::abs(ends.q0[k]);
+      e_v /= 1 + std::abs(ends.v0[k]);
+      total += e_q * e_q + e_v * e_v;
+    }
+    return total;
+  }
+
+  const EmbeddedTableau& tableau_;
+  ModeDynamics& dynamics_;
+  Matrix v_, a_;
+  Vector q_;
+};
 
 template <class Pair>
-std::unique_ptr<ExplicitStep> make(int n_q, ModeDynamics& dynamics) {
+std::unique_ptr<ExplicitStep> make_pair_step(int n_q, ModeDynamics& dynamics) {
   switch (n_q) {
     case 1:
       return std::make_unique<ExplicitPairStep<Pair, 1>>(n_q, dynamics);
@@ -30,29 +87,24 @@ std::unique_ptr<ExplicitStep> make(int n_q, ModeDynamics& dynamics) {
       return std::make_unique<ExplicitPairStep<Pair, 3>>(n_q, dynamics);
     case 4:
       return std::make_unique<ExplicitPairStep<Pair, 4>>(n_q, dynamics);
-    case 6:
-      return std::make_unique<ExplicitPairStep<Pair, 6>>(n_q, dynamics);
     default:
       return std::make_unique<ExplicitPairStep<Pair, 0>>(n_q, dynamics);
   }
 }
 
-}  // namespace
-
-std::vector<std::string> explicit_pair_names() {
-  return AllPairs::names();
-}
-
-std::unique_ptr<ExplicitStep> make_explicit_step(const std::string& pair, int n_q, ModeDynamics& dynamics) {
+template <class... Pairs>
+std::unique_ptr<ExplicitStep> find_pair(const std::string& id, int n_q, ModeDynamics& dynamics, std::tuple<Pairs...>) {
   std::unique_ptr<ExplicitStep> step;
-  visit_pair(pair, [&]<class Pair>() { step = make<Pair>(n_q, dynamics); });
+  ((Pairs::id == id && (step = make_pair_step<Pairs>(n_q, dynamics))) || ...);
   return step;
 }
 
-ExplicitPairInfo explicit_pair_info(const std::string& pair) {
-  ExplicitPairInfo info;
-  visit_pair(pair, [&]<class Pair>() { info = {std::string(Pair::name), std::string(Pair::source), Pair::order}; });
-  return info;
+}  // namespace
+
+std::unique_ptr<ExplicitStep> make_explicit_step(const EmbeddedTableau& tableau, int n_q, ModeDynamics& dynamics) {
+  auto step = find_pair(tableau.id, n_q, dynamics, EmbeddedPairs());
+  if (!step) step = std::make_unique<ExplicitTableauStep>(tableau, n_q, dynamics);
+  return step;
 }
 
 }  // namespace ricochet

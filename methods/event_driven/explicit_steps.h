@@ -1,24 +1,13 @@
 #pragma once
 
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "methods/event_driven/explicit_step.h"
+#include "methods/runge_kutta/embedded_tableau.h"
 
 namespace ricochet {
 
-/// Names of the pairs of explicit_coefficients.h that steps are compiled for.
-std::vector<std::string> explicit_pair_names();
-
-/// @param pair  one of those. @throws InputError for an unknown one
-std::unique_ptr<ExplicitStep> make_explicit_step(const std::string& pair, int n_q, ModeDynamics& dynamics);
-
-/// "Dormand-Prince 5(4)", its source and its order.
-struct ExplicitPairInfo {
-  std::string name, source;
-  int order = 0;
-};
-ExplicitPairInfo explicit_pair_info(const std::string& pair);
+/// The steps of a pair: compiled for its coefficients where they are known (explicit_coefficients.h), else by loops.
+std::unique_ptr<ExplicitStep> make_explicit_step(const EmbeddedTableau& tableau, int n_q, ModeDynamics& dynamics);
 
 }  // namespace ricochet

@@ -13,6 +13,8 @@ namespace {
 constexpr double kDependent = 1e-11;
 // What redundant rows may leave of (2), as a part of its terms.
 constexpr double kConsistent = 1e-9;
+// Coordinates up to which P is formed.
+constexpr Eigen::Index kFewCoordinates = 16;
 
 }  // namespace
 
@@ -24,7 +26,7 @@ ModeDynamics::ModeDynamics(const Problem& problem, Counters& counters)
       constant_mass_(problem.info().structure.constant_mass),
       diagonal_mass_(problem.info().structure.diagonal_mass),
       modes_(problem.info().contacts.size(), ContactMode::open),
-      row_(modes_.size(), 0),
+      first_row_(modes_.size(), 0),
       chosen_(modes_.size(), 0),
       is_held_(modes_.size(), 0) {
   const int n_q = info_.n_q, most = info_.n_c() + info_.n_lambda_t;
@@ -37,9 +39,12 @@ ModeDynamics::ModeDynamics(const Problem& problem, Counters& counters)
   lambda_.setZero(most);
   rates_.setZero(most);
   diagonal_.setZero(most);
+  row_.setZero(n_q);
   packed_n_.setZero(info_.n_normal_entries);
   packed_t_.setZero(info_.n_tangent_entries);
   bias_.setZero(info_.n_c());
+  C_.setZero(n_q, 0);
+  MC_ = C_;
   if (constant_mass_) factorize_mass(info_.q0.data());
 }
 
@@ -96,7 +101,7 @@ bool ModeDynamics::set_modes(std::span<const ContactMode> modes, const double* q
     chosen_[i] = is_closed(modes_[i]);
     if (!chosen_[i]) continue;
     closed_.push_back(i);
-    row_[i] = static_cast<int>(rows_.size());
+    first_row_[i] = static_cast<int>(rows_.size());
     rows_.push_back({i, -1});
     if (modes_[i] == ContactMode::stick) {
       for (int d = 0; d < contact.n_t; ++d) rows_.push_back({i, d});
@@ -114,20 +119,37 @@ bool ModeDynamics::set_modes(std::span<const ContactMode> modes, const double* q
   }
   if (turns_ && T_.size() == 0) T_.setZero(info_.n_lambda_t, info_.n_q);
   kind_ = Kind::general;
-  if (!is_affine) return accelerate(q, v, Vector(info_.n_q).data());
+  return !is_affine || set_maps(q, v);
+}
 
-  // (4), column by column: f is a unit vector, and b = 0.
-  P_.resize(info_.n_q, info_.n_q);
-  L_.resize(n, info_.n_q);
-  bool is_done = true;
-  for (int k = 0; k < info_.n_q; ++k) {
-    f_.setZero();
-    f_[k] = 1;
-    is_done = accelerate_in_general(q, v, P_.col(k).data()) && is_done;
-    L_.col(k) = lambda_.head(n);
+/// (4)
+bool ModeDynamics::set_maps(const double* q, const double* v) {
+  const Eigen::Index n = MC_.cols(), n_q = info_.n_q;
+  set_columns(q, v);
+  rates_.head(n).setZero();
+  L_.setZero(n, n_q);  // R' M^-1, and then what solves D L = -R' M^-1
+  for (Eigen::Index r = 0; r < n; ++r) {
+    row_.setZero();
+    add_row(rows_[static_cast<std::size_t>(r)], row_.data());
+    solve_mass(row_.data());
+    L_.row(r) = -row_.transpose();
+    set_delassus_row(r);
   }
-  kind_ = Kind::affine;
-  return is_done;
+  if (!eliminate(L_)) return true;  // redundant: they are resolved at every point
+  if (n_q <= kFewCoordinates) {
+    P_.setZero(n_q, n_q);
+    for (Eigen::Index k = 0; k < n_q; ++k) {
+      row_.setZero();
+      row_[k] = 1;
+      solve_mass(row_.data());
+      P_.col(k) = row_;
+    }
+    if (n > 0) P_.noalias() += MC_ * L_;
+    kind_ = Kind::map;
+  } else {
+    kind_ = Kind::factors;
+  }
+  return true;
 }
 
 void ModeDynamics::hold_direction(int contact, const double* d) {
@@ -136,12 +158,15 @@ void ModeDynamics::hold_direction(int contact, const double* d) {
   for (int k = 0; k < info_.contacts[contact].n_t; ++k) direction_[info_.contacts[contact].tangent_index + k] = d[k];
 }
 
-double ModeDynamics::row_dot(const Row& row, const double* x) const {
+/// Adds a column of R as the direction of a force.
+void ModeDynamics::add_row(const Row& row, double* x) const {
   const auto& contact = info_.contacts[row.contact];
-  const double* column = row.tangent < 0 ? packed_n_.data() + contact.normal_begin
-                                         : packed_t_.data() + contact.tangent_begin +
-                                               row.tangent * static_cast<int>(contact.support.size());
-  return packed_dot(contact, column, x);
+  const double* column = entries(row);
+  for (const int k : contact.pushed()) x[k] += *column++;
+}
+
+double ModeDynamics::row_dot(const Row& row, const double* x) const {
+  return packed_dot(info_.contacts[row.contact], entries(row), x);
 }
 
 /// C and M^-1 C, with the directions of slip at v.
@@ -197,50 +222,57 @@ void ModeDynamics::set_rates(const double* q, const double* v) {
   }
 }
 
-/// (3) for a = M^-1 f; false when (2) contradicts itself.
-bool ModeDynamics::solve_rows(const double* a) {
-  const auto n = static_cast<Eigen::Index>(rows_.size());
-  for (Eigen::Index r = 0; r < n; ++r) {
-    lambda_[r] = -row_dot(rows_[r], a) - rates_[r];
-    for (Eigen::Index c = 0; c < n; ++c) D_(r, c) = row_dot(rows_[r], MC_.col(c).data());
-  }
-  if (n == 1) {
-    if (!(D_(0, 0) != 0)) return false;
-    lambda_[0] /= D_(0, 0);
-    return true;
-  }
-  // Elimination without pivots, since D is that of a mechanical system: nearly symmetric, positive on the diagonal.
-  double* x = lambda_.data();
-  bool is_regular = true;
+/// A row of D.
+void ModeDynamics::set_delassus_row(Eigen::Index r) {
+  for (Eigen::Index c = 0; c < D_.cols(); ++c)
+    D_(r, c) = row_dot(rows_[static_cast<std::size_t>(r)], MC_.col(c).data());
+}
+
+/// X <- D^-1 X, D is lost. Without pivots, since D is that of a mechanical system: nearly symmetric, positive on the
+/// diagonal. @return false when D is singular: redundant contacts
+template <class Columns>
+bool ModeDynamics::eliminate(Columns& X) {
+  const Eigen::Index n = D_.cols();
   for (Eigen::Index k = 0; k < n; ++k) diagonal_[k] = D_(k, k);
-  for (Eigen::Index k = 0; k < n && is_regular; ++k) {
-    is_regular = D_(k, k) > kDependent * diagonal_[k];
-    for (Eigen::Index r = k + 1; r < n && is_regular; ++r) {
+  for (Eigen::Index k = 0; k < n; ++k) {
+    if (!(D_(k, k) > kDependent * diagonal_[k]) && !(n == 1 && D_(k, k) != 0)) return false;
+    for (Eigen::Index r = k + 1; r < n; ++r) {
       const double factor = D_(r, k) / D_(k, k);
       if (factor == 0) continue;
       for (Eigen::Index c = k + 1; c < n; ++c) D_(r, c) -= factor * D_(k, c);
-      x[r] -= factor * x[k];
+      for (Eigen::Index c = 0; c < X.cols(); ++c) X(r, c) -= factor * X(k, c);
     }
   }
-  if (is_regular) {
-    for (Eigen::Index k = n - 1; k >= 0; --k) {
-      for (Eigen::Index c = k + 1; c < n; ++c) x[k] -= D_(k, c) * x[c];
-      x[k] /= D_(k, k);
+  for (Eigen::Index k = n - 1; k >= 0; --k) {
+    const double inverse = 1 / D_(k, k);
+    for (Eigen::Index c = 0; c < X.cols(); ++c) {
+      for (Eigen::Index r = k + 1; r < n; ++r) X(k, c) -= D_(k, r) * X(r, c);
+      X(k, c) *= inverse;
     }
-    return true;
   }
-  Vector scale(n), b(n), size(n);
-  for (Eigen::Index r = 0; r < n; ++r) {
-    b[r] = -row_dot(rows_[r], a) - rates_[r];
-    size[r] = std::abs(b[r]) + std::abs(rates_[r]);
-    for (Eigen::Index c = 0; c < n; ++c) D_(r, c) = row_dot(rows_[r], MC_.col(c).data());
-    scale[r] = 1 / std::sqrt(std::abs(D_(r, r)));
-  }
-  const Matrix scaled = scale.asDiagonal() * D_ * scale.asDiagonal();
-  const Vector y = least_squares(scaled, scale.cwiseProduct(b));
-  lambda_.head(n) = scale.cwiseProduct(y);
-  const Vector left = scaled * y - scale.cwiseProduct(b);
-  return left.cwiseAbs().maxCoeff() <= kConsistent * (1e-300 + scale.cwiseProduct(size).maxCoeff());
+  return true;
+}
+
+/// (3) for a = M^-1 f; false when (2) contradicts itself.
+bool ModeDynamics::solve_rows(const double* a) {
+  const Eigen::Index n = D_.cols();
+  const auto set = [&] {
+    for (Eigen::Index r = 0; r < n; ++r) {
+      lambda_[r] = -row_dot(rows_[static_cast<std::size_t>(r)], a) - rates_[r];
+      set_delassus_row(r);
+    }
+  };
+  set();
+  if (eliminate(lambda_)) return true;
+  set();
+  // Scaled, so that units do not matter.
+  const Vector scale = D_.diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
+  const Matrix A = scale.asDiagonal() * D_ * scale.asDiagonal();
+  const Vector b = scale.cwiseProduct(lambda_.head(n)),
+               size = b.cwiseAbs() + scale.cwiseProduct(rates_.head(n).cwiseAbs());
+  const Vector x = least_squares(A, b);
+  lambda_.head(n) = scale.cwiseProduct(x);
+  return (A * x - b).cwiseAbs().maxCoeff() <= kConsistent * size.maxCoeff();
 }
 
 /// a from f_.
@@ -260,12 +292,22 @@ bool ModeDynamics::accelerate_in_general(const double* q, const double* v, doubl
   return true;
 }
 
+/// (4) for many coordinates.
+bool ModeDynamics::accelerate_by_factors(double* a) {
+  std::copy(f_.data(), f_.data() + f_.size(), a);
+  solve_mass(a);
+  if (rows_.empty()) return true;
+  lambda_.head(L_.rows()).noalias() = L_ * f_;
+  Eigen::Map<Vector>(a, info_.n_q).noalias() += MC_ * lambda_.head(L_.rows());
+  return true;
+}
+
 void ModeDynamics::tangential_force(int contact, double* force) const {
   const auto& info = info_.contacts[contact];
   const bool sticks = modes_[contact] == ContactMode::stick;
   for (int d = 0; d < info.n_t; ++d) {
-    force[d] = sticks ? lambda_[row_[contact] + 1 + d]
-                      : -info.mu * lambda_[row_[contact]] * direction_[info.tangent_index + d];
+    force[d] = sticks ? lambda_[first_row_[contact] + 1 + d]
+                      : -info.mu * lambda_[first_row_[contact]] * direction_[info.tangent_index + d];
   }
 }
 
@@ -285,15 +327,13 @@ bool ModeDynamics::project(double* q, double* v) {
   // Columns of R in place of those of C.
   set_columns(q, v);
   for (Eigen::Index r = 0; r < n; ++r) {
-    const auto [i, tangent] = rows_[r];
-    if (tangent >= 0 || !is_slipping(modes_[i])) continue;
-    const auto pushed = info_.contacts[i].pushed();
+    const Row& row = rows_[static_cast<std::size_t>(r)];
+    if (row.tangent >= 0 || !is_slipping(modes_[row.contact])) continue;
     MC_.col(r).setZero();
-    for (std::size_t s = 0; s < pushed.size(); ++s) MC_(pushed[s], r) = packed_n_[info_.contacts[i].normal_begin + s];
+    add_row(row, MC_.col(r).data());
     solve_mass(MC_.col(r).data());
   }
   const Vector zero = Vector::Zero(info_.n_q);
-  std::vector<Row> all = rows_;
   const auto correct = [&](double* x) {
     if (!solve_rows(zero.data())) return false;
     for (Eigen::Index r = 0; r < MC_.cols(); ++r) {

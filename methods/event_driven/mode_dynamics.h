@@ -39,15 +39,24 @@ class ModeDynamics {
   void hold_direction(int contact, const double* d);
 
   /// a, and the forces below. @return false when M is not positive definite or (2) contradicts itself
+  /// @tparam N  n_q, 0 where it is known at run time only
+  template <int N = 0>
   bool accelerate(const double* q, const double* v, double* a) {
     problem_.force(q, v, u_, f_.data());
     ++counters_.force_evaluations;
-    if (kind_ == Kind::affine) {
-      multiply(P_, a);
-      multiply(L_, lambda_.data());
-      return true;
+    if (kind_ != Kind::map) return kind_ == Kind::general ? accelerate_in_general(q, v, a) : accelerate_by_factors(a);
+    if constexpr (N > 0) {
+      // Stored at once, since a step reads it at once.
+      const Eigen::Map<const Eigen::Matrix<double, N, N>> P(P_.data());
+      const Eigen::Map<const Eigen::Matrix<double, N, 1>> f(f_.data());
+      Eigen::Matrix<double, N, 1> product = P.lazyProduct(f);
+      Eigen::Map<Eigen::Matrix<double, N, 1>> acceleration(a);
+      acceleration = product;
+    } else {
+      Eigen::Map<Vector>(a, info_.n_q).noalias() = P_.lazyProduct(f_);
     }
-    return accelerate_in_general(q, v, a);
+    if (!rows_.empty()) multiply(L_.data(), static_cast<int>(rows_.size()), lambda_.data());
+    return true;
   }
 
   /// @param d  n_t, of a contact that slips
@@ -56,7 +65,7 @@ class ModeDynamics {
   }
 
   // Of the last accelerate():
-  double normal_force(int contact) const { return lambda_[row_[contact]]; }
+  double normal_force(int contact) const { return lambda_[first_row_[contact]]; }
   /// @param force  n_t
   void tangential_force(int contact, double* force) const;
   /// mu lambda_n - ||lambda_t|| of a contact that sticks [N].
@@ -67,21 +76,23 @@ class ModeDynamics {
   bool project(double* q, double* v);
 
  private:
-  enum class Kind : std::uint8_t { affine, general };
+  using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  /// (4); (4) for many coordinates, P = M^-1 + M^-1 C L without forming it; (3)
+  enum class Kind : std::uint8_t { map, factors, general };
 
   /// A row of (2): the gap of a contact, or its slip velocity along a tangent.
   struct Row {
     int contact = -1, tangent = -1;
   };
 
-  /// y = A f, for the few coordinates of a body.
-  void multiply(const Matrix& A, double* y) const {
-    const Eigen::Index rows = A.rows(), columns = A.cols();
-    for (Eigen::Index i = 0; i < rows; ++i) y[i] = 0;
-    for (Eigen::Index j = 0; j < columns; ++j) {
-      const double x = f_[j];
-      const double* column = A.data() + j * rows;
-      for (Eigen::Index i = 0; i < rows; ++i) y[i] += column[i] * x;
+  /// y = A f. @param A  row after row
+  void multiply(const double* A, int rows, double* y) const {
+    const int columns = info_.n_q;
+    const double* f = f_.data();
+    for (int i = 0; i < rows; ++i, A += columns) {
+      double sum = 0;
+      for (int k = 0; k < columns; ++k) sum += A[k] * f[k];
+      y[i] = sum;
     }
   }
   bool accelerate_in_general(const double* q, const double* v, double* a);
@@ -89,7 +100,19 @@ class ModeDynamics {
   void solve_mass(double* x) const;
   void set_columns(const double* q, const double* v);
   void set_rates(const double* q, const double* v);
+  bool accelerate_by_factors(double* a);
+  bool set_maps(const double* q, const double* v);
+  void set_delassus_row(Eigen::Index r);
+  template <class Columns>
+  bool eliminate(Columns& X);
   bool solve_rows(const double* a);
+  void add_row(const Row& row, double* x) const;
+  const double* entries(const Row& row) const {
+    const auto& contact = info_.contacts[row.contact];
+    return row.tangent < 0
+               ? packed_n_.data() + contact.normal_begin
+               : packed_t_.data() + contact.tangent_begin + row.tangent * static_cast<int>(contact.support.size());
+  }
   double row_dot(const Row& row, const double* x) const;
 
   const Problem& problem_;
@@ -99,15 +122,16 @@ class ModeDynamics {
   const bool constant_mass_, diagonal_mass_;
   Kind kind_ = Kind::general;
   std::vector<ContactMode> modes_;
-  std::vector<int> closed_, row_;  // contacts; per contact: its first row
+  std::vector<int> closed_, first_row_;  // contacts; per contact: its first row
   std::vector<Row> rows_;
   std::vector<char> chosen_;                   // per contact: it is closed
   bool has_friction_ = false, turns_ = false;  // closed contacts: with tangents; with tangents that depend on q
   std::vector<char> is_held_;                  // per contact
   Vector direction_;                           // n_lambda_t, d of slipping contacts
-  Matrix P_, L_;                               // (4)
-  Matrix M_, D_;                               // M or its Cholesky factor; (3)
-  Vector f_, lambda_, packed_n_, packed_t_, bias_, rates_, diagonal_;
+  Matrix P_;
+  RowMatrix L_;   // (4)
+  Matrix M_, D_;  // M or its Cholesky factor; (3)
+  Vector f_, lambda_, packed_n_, packed_t_, bias_, rates_, diagonal_, row_;
   Matrix T_;
   Matrix C_, MC_;        // n_q x rows
   Vector inverse_mass_;  // n_q, of a diagonal M

@@ -23,9 +23,10 @@
 namespace ricochet {
 namespace {
 
-/// The file of the project, as a command line changes it.
-HardCases hard_cases(const std::vector<std::string>& changes = {}) {
+/// The file of the project, or its quick part, as a command line changes it.
+HardCases hard_cases(const std::vector<std::string>& changes = {}, bool quick = false) {
   ExperimentFile file = read_experiment_file("hard_cases");
+  file.take_quick_part(quick);
   for (const auto& change : changes) file.change(change);
   return read_hard_cases(file.document);
 }
@@ -173,7 +174,7 @@ TEST(HardCaseFile, ClosedFormsAreStatesOfTheProblem) {
 
 // Every cell of the quick matrix ends with a status, within its limit, and no success is NaN.
 TEST(HardCases, QuickMatrixIsBounded) {
-  const HardCases cases = hard_cases({"quick=true"});
+  const HardCases cases = hard_cases({}, true);
   std::vector<HardCell> cells;
   for (const auto& hard_case : cases.cases) {
     const auto problem = hard_case.make_problem();
