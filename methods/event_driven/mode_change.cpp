@@ -148,6 +148,7 @@ ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector
   if (!dynamics_.set_modes(next, q.data(), v.data()))
     return {Status::inner_solver_failed, impossible, outcome.has_impact};
   if (touching_.empty()) return outcome;
+  dynamics_.set_forces(lambda_n_, lambda_t_);
   for (const auto& closed : closed_) {
     const int i = closed.contact;
     if (closed.mode != ContactMode::slip || (closed.slides && !cause.is(Kind::cone_reached, i))) continue;

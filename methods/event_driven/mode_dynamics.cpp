@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "problems/dense_solve.h"
 #include "problems/packed_column.h"
@@ -40,6 +41,7 @@ ModeDynamics::ModeDynamics(const Problem& problem, Counters& counters)
   rates_.setZero(most);
   diagonal_.setZero(most);
   row_.setZero(n_q);
+  law_.setZero(most);
   packed_n_.setZero(info_.n_normal_entries);
   packed_t_.setZero(info_.n_tangent_entries);
   bias_.setZero(info_.n_c());
@@ -112,6 +114,7 @@ bool ModeDynamics::set_modes(std::span<const ContactMode> modes, const double* q
     is_affine = is_affine && contact.is_affine && modes_[i] != ContactMode::slip;
   }
   const auto n = static_cast<Eigen::Index>(rows_.size());
+  law_.setZero();
   if (C_.cols() != n) {
     C_.resize(info_.n_q, n);
     MC_.resize(info_.n_q, n);
@@ -150,6 +153,14 @@ bool ModeDynamics::set_maps(const double* q, const double* v) {
     kind_ = Kind::factors;
   }
   return true;
+}
+
+void ModeDynamics::set_forces(const Vector& lambda_n, const Vector& lambda_t) {
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    const auto [i, tangent] = rows_[r];
+    law_[static_cast<Eigen::Index>(r)] =
+        tangent < 0 ? lambda_n[i] : lambda_t[info_.contacts[i].tangent_index + tangent];
+  }
 }
 
 void ModeDynamics::hold_direction(int contact, const double* d) {
@@ -253,7 +264,7 @@ bool ModeDynamics::eliminate(Columns& X) {
   return true;
 }
 
-/// (3) for a = M^-1 f; false when (2) contradicts itself.
+/// (3) for a = M^-1 f, as nearly as redundant rows allow. @return whether (2) holds
 bool ModeDynamics::solve_rows(const double* a) {
   const Eigen::Index n = D_.cols();
   const auto set = [&] {
@@ -270,7 +281,7 @@ bool ModeDynamics::solve_rows(const double* a) {
   const Matrix A = scale.asDiagonal() * D_ * scale.asDiagonal();
   const Vector b = scale.cwiseProduct(lambda_.head(n)),
                size = b.cwiseAbs() + scale.cwiseProduct(rates_.head(n).cwiseAbs());
-  const Vector x = least_squares(A, b);
+  const Vector law = law_.head(n).cwiseQuotient(scale), x = law + least_squares(A, b - A * law);
   lambda_.head(n) = scale.cwiseProduct(x);
   return (A * x - b).cwiseAbs().maxCoeff() <= kConsistent * size.maxCoeff();
 }
@@ -333,18 +344,20 @@ bool ModeDynamics::project(double* q, double* v) {
     add_row(row, MC_.col(r).data());
     solve_mass(MC_.col(r).data());
   }
-  const Vector zero = Vector::Zero(info_.n_q);
+  const Vector zero = Vector::Zero(info_.n_q), forces = law_;
+  law_.setZero();
   const auto correct = [&](double* x) {
-    if (!solve_rows(zero.data())) return false;
+    solve_rows(zero.data());  // what rounding has left of redundant rows contradicts itself
     for (Eigen::Index r = 0; r < MC_.cols(); ++r) {
       for (Eigen::Index k = 0; k < MC_.rows(); ++k) x[k] += MC_(k, r) * lambda_[r];
     }
-    return true;
   };
   for (Eigen::Index r = 0; r < n; ++r) rates_[r] = rows_[r].tangent < 0 ? gap[rows_[r].contact] : 0;
-  if (!correct(q)) return false;
+  correct(q);
   for (Eigen::Index r = 0; r < n; ++r) rates_[r] = row_dot(rows_[r], v);
-  return correct(v);
+  correct(v);
+  law_ = forces;
+  return std::isfinite(std::accumulate(v, v + info_.n_q, std::accumulate(q, q + info_.n_q, 0.0)));
 }
 
 }  // namespace ricochet

@@ -23,8 +23,9 @@ namespace ricochet {
 ///
 ///   lambda = L f,   a = P f                                                              (4)
 ///
-/// with matrices that belong to the modes. Redundant contacts make D singular: they share the least forces, in the norm
-/// that makes the diagonal of D one.
+/// with matrices that belong to the modes. Redundant contacts make D singular: of all lambda that fulfil (2) they have the
+/// one nearest to the forces that the contact law has found for these modes, in the norm that makes the diagonal of D
+/// one, so that no contact reaches its cone for want of a better division.
 class ModeDynamics {
  public:
   ModeDynamics(const Problem& problem, Counters& counters);
@@ -34,6 +35,9 @@ class ModeDynamics {
   bool set_modes(std::span<const ContactMode> modes, const double* q, const double* v);
   const std::vector<ContactMode>& modes() const { return modes_; }
   const std::vector<int>& closed() const { return closed_; }  ///< contacts that are not open
+
+  /// The forces of the contact law for these modes. @param lambda_n  n_c, @param lambda_t  n_lambda_t
+  void set_forces(const Vector& lambda_n, const Vector& lambda_t);
 
   /// The direction of slip in space while it is zero or held. @param d  2, a unit vector; null to follow the velocity
   void hold_direction(int contact, const double* d);
@@ -131,7 +135,7 @@ class ModeDynamics {
   Matrix P_;
   RowMatrix L_;   // (4)
   Matrix M_, D_;  // M or its Cholesky factor; (3)
-  Vector f_, lambda_, packed_n_, packed_t_, bias_, rates_, diagonal_, row_;
+  Vector f_, lambda_, packed_n_, packed_t_, bias_, rates_, diagonal_, row_, law_;
   Matrix T_;
   Matrix C_, MC_;        // n_q x rows
   Vector inverse_mass_;  // n_q, of a diagonal M
