@@ -93,5 +93,31 @@ TEST(Allocations, OfAPersistentContact) {
   EXPECT_EQ(many.allocations, few.allocations);
 }
 
+/// The same of a method that chooses its steps: a sharper tolerance makes more of them.
+TEST(StepsOfATolerance, AllocateNothing) {
+  const auto method = make_method("event_driven");
+  for (const char* scene : {"two_balls_spring", "pendulum_wall", "slider_crank_stop", "belt_oscillator"}) {
+    const auto problem = make_problem(scene);
+    std::int64_t steps[2];
+    Count counts[2];
+    const double tolerances[]{1e-6, 1e-10};
+    for (int k = 0; k < 2; ++k) {
+      Settings settings;
+      settings.tolerance = tolerances[k];
+      method->solve(*problem, settings);
+      allocations = 0;
+      counting = true;
+      const Solution solution = method->solve(*problem, settings);
+      counting = false;
+      ASSERT_TRUE(solution.succeeded()) << scene << ": " << solution.message;
+      counts[k] = {allocations, solution.events.size()};
+      steps[k] = solution.counters.steps;
+    }
+    EXPECT_GT(steps[1], steps[0] + 10) << scene;
+    ASSERT_EQ(counts[1].events, counts[0].events) << scene;
+    EXPECT_EQ(counts[1].allocations, counts[0].allocations) << scene;
+  }
+}
+
 }  // namespace
 }  // namespace ricochet

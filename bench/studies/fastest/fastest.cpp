@@ -1,0 +1,221 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+
+#include "bench/experiment_file.h"
+#include "bench/problem_choice.h"
+#include "bench/progress.h"
+#include "bench/studies/fastest/fastest_rows.h"
+#include "bench/studies/study.h"
+#include "bench/timing.h"
+#include "methods/registry.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+// Runs within this factor of the quickest first impression are measured.
+constexpr double kContender = 1.3;
+constexpr int kFirstImpressions = 3;
+
+/// A method with all its settings.
+struct Contender {
+  std::shared_ptr<const Method> method;
+  std::vector<Settings> settings;
+};
+struct Family {
+  std::string name;
+  std::vector<Contender> contenders;
+};
+struct Scene {
+  std::string name, group;
+  ProblemChoice choice;
+};
+struct Plan {
+  std::vector<double> levels;
+  std::vector<Family> families;
+  std::vector<Scene> scenes;
+  double time_limit = 0;
+  bool quick = false;
+};
+
+std::vector<double> logarithmic(const json& range, const std::string& field) {
+  const double from = range.at("from"), to = range.at("to"), per_decade = range.at("per_decade");
+  if (!(from > 0 && to > 0 && per_decade > 0)) throw InputError(field, range.dump(), "numbers > 0 are required");
+  std::vector<double> values;
+  const int n = static_cast<int>(std::lround(std::abs(std::log10(to / from)) * per_decade));
+  for (int k = 0; k <= n; ++k) values.push_back(from * std::pow(to / from, static_cast<double>(k) / std::max(1, n)));
+  return values;
+}
+
+Plan read_plan(const json& experiment) {
+  allow_only(experiment, fields_of_experiment({"levels", "families", "scenes"}), "fastest");
+  Plan plan;
+  experiment.at("levels").get_to(plan.levels);
+  plan.time_limit = experiment.at("time_limit");
+  plan.quick = experiment.value("quick", false);
+  for (const json& entry : experiment.at("families")) {
+    allow_only(entry, {"name", "methods", "steps", "tolerances"}, "families");
+    Family family{entry.at("name"), {}};
+    for (const std::string spec : entry.at("methods")) {
+      Contender contender{make_method(spec), {}};
+      const bool is_adaptive = contender.method->info().is_adaptive;
+      const std::string field = is_adaptive ? "tolerances" : "steps";
+      if (!entry.contains(field))
+        throw InputError("families." + family.name + ": " + spec, "no " + field, "they are required");
+      for (const double value : logarithmic(entry[field], field)) {
+        Settings settings;
+        settings.time_limit = plan.time_limit;
+        settings.recording = Recording::final_state;
+        if (is_adaptive)
+          settings.tolerance = value;
+        else
+          settings.steps = static_cast<int>(std::lround(value));
+        contender.settings.push_back(settings);
+      }
+      family.contenders.push_back(std::move(contender));
+    }
+    plan.families.push_back(std::move(family));
+  }
+  for (const json& entry : experiment.at("scenes")) {
+    allow_only(entry, {"name", "group", "problem", "parameters", "reference"}, "scenes");
+    plan.scenes.push_back(
+        {entry.value("name", entry.at("problem").get<std::string>()), entry.at("group"), read_problem_choice(entry)});
+  }
+  if (plan.families.empty() || plan.levels.empty())
+    throw InputError("families, levels", "[]", "at least one of each is required");
+  return plan;
+}
+
+/// A run that succeeded.
+struct Attempt {
+  const Contender* contender;
+  Settings settings;
+  double error = 0, seconds = 0;
+};
+
+double seconds_of(const std::function<void()>& run) {
+  const auto begin = std::chrono::steady_clock::now();
+  run();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// All runs of a family on a scene, with a first impression of their time.
+std::vector<Attempt> attempts(const Family& family, const Problem& problem, const reference::Reference& reference,
+                              FastestRun& row) {
+  std::vector<Attempt> list;
+  for (const Contender& contender : family.contenders) {
+    if (const auto supported = contender.method->supports(problem.info()); !supported.ok) {
+      row.why = supported.reason;
+      continue;
+    }
+    for (const Settings& settings : contender.settings) {
+      ++row.tried;
+      Solution solution;
+      double seconds = seconds_of([&] { solution = contender.method->solve(problem, settings); });
+      if (!solution.succeeded()) {
+        ++row.failed;
+        row.why = solution.message;
+        if (solution.status == Status::time_limit) break;
+        continue;
+      }
+      for (int k = 1; k < kFirstImpressions && seconds < 0.05; ++k)
+        seconds = std::min(seconds, seconds_of([&] { contender.method->solve(problem, settings); }));
+      list.push_back({&contender, settings, reference.error_of(solution), seconds});
+    }
+  }
+  return list;
+}
+
+/// The runs of every family that may be the fastest at a level, measured together.
+std::vector<FastestRun> run_scene(const Plan& plan, const Scene& scene) {
+  const auto problem = scene.choice.make_problem();
+  const reference::Reference reference = scene.choice.make_reference(*problem);
+  struct Candidate {
+    std::size_t family;
+    double level;
+    Attempt attempt;
+  };
+  std::vector<FastestRun> rows;
+  std::vector<Candidate> candidates;
+  for (std::size_t f = 0; f < plan.families.size(); ++f) {
+    FastestRun row;
+    row.scene = scene.name;
+    row.group = scene.group;
+    row.family = plan.families[f].name;
+    row.uncertainty = reference.uncertainty;
+    const auto list = attempts(plan.families[f], *problem, reference, row);
+    for (const double level : plan.levels) {
+      row.level = level;
+      rows.push_back(row);
+      double quickest = HUGE_VAL;
+      for (const Attempt& a : list) {
+        if (a.error <= level) quickest = std::min(quickest, a.seconds);
+      }
+      for (const Attempt& a : list) {
+        if (a.error <= level && a.seconds <= kContender * quickest) candidates.push_back({f, level, a});
+      }
+    }
+  }
+  std::vector<TimedRun> timed;
+  for (const Candidate& c : candidates) {
+    timed.push_back({"", c.attempt.seconds, [&] { c.attempt.contender->method->solve(*problem, c.attempt.settings); }});
+  }
+  const auto timings = measure(timed, plan.quick, [](double) {});
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    const Candidate& c = candidates[k];
+    FastestRun& row = *std::ranges::find_if(
+        rows, [&](const FastestRun& r) { return r.family == plan.families[c.family].name && r.level == c.level; });
+    if (row.is_reached() && row.microseconds <= 1e6 * timings[k].median) continue;
+    row.method = c.attempt.contender->method->info().id;
+    const bool is_adaptive = c.attempt.settings.steps == 0;
+    row.setting = is_adaptive ? fmt::format("--tolerance {:.2g}", c.attempt.settings.tolerance)
+                              : fmt::format("-N {}", c.attempt.settings.steps);
+    row.command = fmt::format("ricochet run {} --method {} {}", scene.choice.arguments(), row.method, row.setting);
+    row.error = c.attempt.error;
+    row.microseconds = 1e6 * timings[k].median;
+    row.lower_quartile = 1e6 * timings[k].lower_quartile;
+    row.upper_quartile = 1e6 * timings[k].upper_quartile;
+  }
+  return rows;
+}
+
+/// "levels": errors; "time_limit" of a run [s]; "families": [{"name", "methods", "steps" and "tolerances", the settings
+/// of every method: {"from", "to", "per_decade"}}], the first is what the others are compared with; "scenes": [{"name",
+/// "group", and the fields of problem_choice.h}].
+void run_fastest(const json& experiment, ResultsFile& file) {
+  const Plan plan = read_plan(experiment);
+  Progress progress(experiment.at("id").get<std::string>());
+  double done = 0;
+  for (const Scene& scene : plan.scenes) {
+    progress.update(done++ / static_cast<double>(plan.scenes.size()), scene.name);
+    file.rows<FastestRun>(plan.families.size() * plan.levels.size(), [&] { return run_scene(plan, scene); });
+  }
+}
+
+void show_fastest(const Results& results, Section& section) {
+  const auto runs = results.all<FastestRun>();
+  section.result("ratios", ratio_table(runs));
+  section.result("fastest", fastest_table(runs));
+  section.details("choices", choice_table(runs));
+  section.failures("unreached", unreached_table(runs));
+}
+
+// That a family does not reach a level on some scene is what the study is about.
+const bool fastest_is_registered =
+    register_study({.kind = "fastest",
+                    .summary = "the fastest run of each family of methods that reaches an error, scene by scene",
+                    .rows = {FastestRun::kKind},
+                    .reads_quick = true,
+                    .run = run_fastest,
+                    .show = show_fastest,
+                    .surprises = {}});
+
+}  // namespace
+}  // namespace ricochet

@@ -1,0 +1,161 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "methods/event_driven/event_functions.h"
+#include "methods/event_driven/explicit_steps.h"
+#include "methods/event_driven/mode_dynamics.h"
+#include "methods/registry.h"
+#include "methods/runge_kutta/embedded_tableau.h"
+#include "tests/test_data.h"
+
+namespace ricochet {
+namespace {
+
+Solution solve(const Problem& problem, const std::string& pair, double tolerance) {
+  Settings settings;
+  settings.tolerance = tolerance;
+  return make_method("event_driven:" + pair)->solve(problem, settings);
+}
+
+/// The residual of (1), (2) of mode_dynamics.h as a part of their terms, from the dense views of the problem.
+double residual(const Problem& problem, const std::vector<ContactMode>& modes, const Vector& q, const Vector& v,
+                const Vector& a, const ModeDynamics& dynamics) {
+  const ProblemInfo& info = problem.info();
+  const Matrix J_n = problem.normal_jacobian(q), J_t = problem.tangent_jacobian(q);
+  Vector force = problem.force(q, v);
+  double worst = 0;
+  const Vector normal_bias = problem.gap_acceleration_bias(q, v), slip_bias = problem.slip_acceleration_bias(q, v);
+  for (int i = 0; i < info.n_c(); ++i) {
+    if (!is_closed(modes[i])) continue;
+    const auto& contact = info.contacts[i];
+    double lambda_t[2]{0, 0};
+    dynamics.tangential_force(i, lambda_t);
+    force += problem.force_directions(J_n).col(i) * dynamics.normal_force(i);
+    worst = std::max(worst, std::abs(J_n.col(i).dot(a) + normal_bias[i]));
+    for (int d = 0; d < contact.n_t; ++d) {
+      const int t = contact.tangent_index + d;
+      force += problem.force_directions(J_t).col(t) * lambda_t[d];
+      if (modes[i] == ContactMode::stick) worst = std::max(worst, std::abs(J_t.col(t).dot(a) + slip_bias[t]));
+    }
+  }
+  worst = std::max(worst, (problem.mass_matrix(q) * a - force).cwiseAbs().maxCoeff() / force.cwiseAbs().maxCoeff());
+  return worst;
+}
+
+struct ModeCase {
+  const char* scene;
+  std::vector<ContactMode> modes;
+};
+
+class ModesOf : public testing::TestWithParam<ModeCase> {};
+
+TEST_P(ModesOf, AccelerationsFulfilTheirEquations) {
+  const auto problem = make_problem(GetParam().scene);
+  Counters counters;
+  ModeDynamics dynamics(*problem, counters);
+  Vector q = problem->info().q0, v = problem->info().v0, a(q.size());
+  for (Eigen::Index k = 0; k < q.size(); ++k) v[k] += 0.1 * std::sin(1.0 + static_cast<double>(k));
+  ASSERT_TRUE(dynamics.set_modes(GetParam().modes, q.data(), v.data()));
+  for (int point = 0; point < 3; ++point) {
+    ASSERT_TRUE(dynamics.accelerate(q.data(), v.data(), a.data()));
+    // Rounding of a few dozen terms, with masses that differ by a factor 100.
+    EXPECT_LE(residual(*problem, GetParam().modes, q, v, a, dynamics), 1e-11) << "point " << point;
+    q += 0.01 * v;
+    v += 0.01 * a;
+  }
+}
+
+using enum ContactMode;
+INSTANTIATE_TEST_SUITE_P(
+    Scenes, ModesOf,
+    testing::Values(ModeCase{"two_balls_spring", {closed}}, ModeCase{"belt_oscillator", {stick}},
+                    ModeCase{"belt_oscillator", {slip_negative}}, ModeCase{"rocking_block", {stick, open}},
+                    ModeCase{"rocking_block", {slip_positive, open}}, ModeCase{"falling_rod", {slip_positive}},
+                    ModeCase{"block_on_ramp_3d", {slip}}, ModeCase{"block_on_ramp_3d", {stick}},
+                    ModeCase{"pendulum_wall_cartesian", {closed, open}}, ModeCase{"shaken_table", {stick}}),
+    [](const auto& test) {
+      std::string name = test.param.scene;
+      for (const auto mode : test.param.modes) name += std::string("_") + to_string(mode);
+      return test_name(name);
+    });
+
+TEST(EventDriven, FewCoordinatesAndManyHaveTheSameForces) {
+  // A row of 20 beads has its accelerations by factors, one of 4 by the map P.
+  for (const int n : {4, 20}) {
+    const auto problem =
+        make_problem("bead_row", {{"n", static_cast<double>(n)}, {"distance", 0}, {"spacing", 0}, {"speed", 1}});
+    Counters counters;
+    ModeDynamics dynamics(*problem, counters);
+    const std::vector<ContactMode> modes(static_cast<std::size_t>(problem->n_c()), closed);
+    const Vector &q = problem->info().q0, &v = problem->info().v0;
+    Vector a(q.size());
+    ASSERT_TRUE(dynamics.set_modes(modes, q.data(), v.data()));
+    ASSERT_TRUE(dynamics.accelerate(q.data(), v.data(), a.data()));
+    EXPECT_LE(a.cwiseAbs().maxCoeff(), 1e-11) << "held at the wall";
+    EXPECT_GT(dynamics.normal_force(0), 0);
+  }
+}
+
+class Pair : public testing::TestWithParam<std::string> {};
+
+/// The tolerance is kept where the motion oscillates a hundred times and bounces twice.
+TEST_P(Pair, KeepsTheTolerance) {
+  const auto problem = ground_truth_problem("P2_two_balls_spring");
+  const auto& cases = ground_truth();
+  const auto truth = std::ranges::find(cases, std::string("P2_two_balls_spring"), &reference::GroundTruth::id);
+  for (const double tolerance : {1e-5, 1e-7, 1e-9}) {
+    const Solution s = solve(*problem, GetParam(), tolerance);
+    ASSERT_TRUE(s.succeeded()) << s.message;
+    EXPECT_EQ(s.events.size(), 2u);
+    // The error of some hundred steps adds up; low orders take more of them.
+    EXPECT_LE(state_error(s, *truth), 300 * tolerance) << tolerance;
+    EXPECT_GE(state_error(s, *truth), 1e-3 * tolerance) << "steps far shorter than the tolerance asks for";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Pair, testing::ValuesIn(embedded_tableau_names()),
+                         [](const auto& test) { return test_name(test.param); });
+
+TEST(EventDriven, PairsFromFilesAreAsThoseOfTheProgram) {
+  const auto problem = ground_truth_problem("P4b_spring_driven_block");
+  const Solution s = solve(*problem, "@" + test_data("heun_euler.json"), 1e-6);
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  const Solution exact = solve(*problem, "prince-dormand-8-7", 1e-12);
+  EXPECT_EQ(kinds(s), kinds(exact));
+  EXPECT_LE((s.q - exact.q).norm() + (s.v - exact.v).norm(), 1e-3) << "thousands of steps of order 2";
+}
+
+/// A ball that reaches the roof at 4 mm/s and leaves it again: both ends of the step are far below.
+TEST(EventDriven, SeesAGrazingImpactWithinOneStep) {
+  const double faster = 2.426112037808642;  // by 1e-6 m of height than needed
+  const auto problem = make_problem(
+      "ball_in_box", {{"mu", 0}, {"omega0", 0}, {"x0", 0.5}, {"v_x0", 0}, {"duration", 0.4}, {"v_y0", faster}});
+  const Solution s = solve(*problem, "prince-dormand-8-7", 1e-8);
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  EXPECT_EQ(kinds(s), std::vector{EventKind::impact});
+}
+
+TEST(EventDriven, ABallComesToRest) {
+  const auto problem = ground_truth_problem("P1d_ball_e05_through_zeno");
+  const Solution s = solve(*problem, "prince-dormand-8-7", 1e-9);
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  EXPECT_NEAR(s.q[0], 0.1, 1e-12) << "the height of the flights that are left out";
+  EXPECT_EQ(s.v[0], 0);
+  // Heights shrink by 4 from 0.9 m to some roundings of the gap, 2e-13.
+  EXPECT_GE(s.events.size(), 18u);
+  EXPECT_LE(s.events.size(), 25u);
+}
+
+/// Eight feet carry a block: thirteen forces too many, and whichever share is taken no foot starts to slip.
+TEST(EventDriven, RedundantContactsKeepTheirModes) {
+  const auto problem = make_problem("block_on_feet");
+  for (const double tolerance : {1e-4, 1e-8, 1e-12}) {
+    const Solution s = solve(*problem, "prince-dormand-8-7", tolerance);
+    ASSERT_TRUE(s.succeeded()) << s.message;
+    EXPECT_EQ(s.events.size(), 8u) << "every foot stops once";
+  }
+}
+
+}  // namespace
+}  // namespace ricochet
