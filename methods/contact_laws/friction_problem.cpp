@@ -68,6 +68,7 @@ void FrictionProblem::resize(int most_contacts, int most_tangents, const Frictio
 
 LcpStatus FrictionProblem::solve(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b, double rounding,
                                  std::span<Contact> contacts, Eigen::Ref<Vector> r) {
+  if (contacts.size() == 1 && solve_alone(G, b, contacts.front(), r)) return LcpStatus::solved;
   const int n_c = static_cast<int>(contacts.size()), n_t = static_cast<int>(b.size()) - n_c;
   if (n_c > most_contacts_ || n_t > most_tangents_)
     resize(std::max(n_c, most_contacts_), std::max(n_t, most_tangents_), polygon_);
@@ -80,6 +81,54 @@ LcpStatus FrictionProblem::solve(const Eigen::Ref<const Matrix>& G, const Eigen:
   if (status != LcpStatus::solved || !has_cones) return status;
   rounding_ = rounding / G.diagonal().minCoeff();
   return solve_cones(G, b, contacts, r) ? LcpStatus::solved : LcpStatus::iteration_limit;
+}
+
+/// @return false where (9) does not hold, or the contact is in space and its direction is not known
+bool FrictionProblem::solve_alone(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b,
+                                  Contact& contact, Eigen::Ref<Vector> r) const {
+  const int n_t = contact.n_t;
+  if (contact.is_on_edge || polygon_.applies(n_t) || (n_t == 2 && !contact.slides)) return false;
+  const auto slides = [&](double direction_1, double direction_2) {  // (4)
+    double G_n = G(0, 0) - contact.mu * direction_1 * G(0, 1);
+    if (n_t == 2) G_n -= contact.mu * direction_2 * G(0, 2);
+    return G_n;
+  };
+  const bool is_open = b[0] >= 0;
+  contact.mode = ContactMode::open;
+  if (n_t == 0) {
+    if (!(G(0, 0) > 0)) return false;
+    r[0] = is_open ? 0 : -b[0] / G(0, 0);
+    if (!is_open) contact.mode = ContactMode::closed;
+    return true;
+  }
+  const double plus = contact.slides ? slides(contact.direction[0], contact.direction[1]) : slides(1, 0);
+  const double minus = contact.slides ? plus : slides(-1, 0);
+  if (!(plus > 0 && minus > 0)) return false;
+  r.setZero();
+  if (is_open) return true;
+  if (contact.slides) {
+    r[0] = -b[0] / plus;
+    for (int d = 0; d < n_t; ++d) r[1 + d] = -contact.mu * r[0] * contact.direction[d];
+  } else {
+    const double determinant = G(0, 0) * G(1, 1) - G(0, 1) * G(1, 0);
+    const double stick_n = (G(0, 1) * b[1] - G(1, 1) * b[0]) / determinant;
+    const double stick_t = (G(1, 0) * b[0] - G(0, 0) * b[1]) / determinant;
+    if (determinant > 0 && stick_n > 0 && std::abs(stick_t) <= contact.mu * stick_n) {
+      r[0] = stick_n;
+      r[1] = stick_t;
+      contact.mode = ContactMode::stick;
+      return true;
+    }
+    // The slip velocity that is left has the sign of the slip.
+    r[0] = -b[0] / plus;
+    r[1] = -contact.mu * r[0];
+    if (G(1, 0) * r[0] + G(1, 1) * r[1] + b[1] < 0) {
+      r[0] = -b[0] / minus;
+      r[1] = contact.mu * r[0];
+    }
+  }
+  set_slip_mode(contact, r.data());
+  return true;
 }
 
 /// Cholesky decomposition of the normal part of G without square roots: its smallest pivot.

@@ -40,6 +40,12 @@ namespace ricochet {
 ///   r_t = mu r_n d_k + l (d_k+1 - d_k),   0 <= l  _|_  (d_k+1 - d_k)' w_t + gamma >= 0,
 ///   0 <= gamma  _|_  mu r_n - l >= 0.                                                   (8)
 ///
+/// One contact alone, without friction or with friction in the plane, is solved in closed form: where
+///
+///   G_nn -+ mu G_nt > 0                                                                 (9)
+///
+/// holds for both directions of slip, or for the one that is known, it has exactly one solution, open, stick or slip.
+///
 /// Where the normals are dependent, a box on four corners, r is not unique: the smallest r is taken.
 ///
 /// The solvers of contact_problem.h have the same law for the many contacts of a time step, and cannot stand in here.
@@ -86,6 +92,8 @@ class FrictionProblem {
   void sweep(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b, std::span<const Contact> contacts,
              Eigen::Ref<Vector> r) const;
 
+  bool solve_alone(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b, Contact& contact,
+                   Eigen::Ref<Vector> r) const;
   bool has_dependent_normals(const Eigen::Ref<const Matrix>& G, std::span<const Contact> contacts);
   LcpStatus lcp(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z) {
     return is_redundant_ ? lemke_.solve_smallest(M, q, z) : lemke_.solve(M, q, z);

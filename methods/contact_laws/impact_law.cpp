@@ -24,7 +24,9 @@ ImpactLaw::ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, con
   const ProblemInfo& info = problem.info();
   const int n_q = problem.n_q(), n_c = problem.n_c(), n = n_c + info.n_lambda_t;
   const int few = std::min(n_c, static_cast<int>(kMaxUnpredicted));
-  friction_.resize(few, std::min(2 * few, info.n_lambda_t), polygon);
+  // A single contact is solved in closed form, unless it is in space: solve() makes room where it needs some.
+  const bool is_alone = n_c == 1 && info.n_lambda_t <= 1;
+  friction_.resize(is_alone ? 0 : few, is_alone ? 0 : std::min(2 * few, info.n_lambda_t), polygon);
   for (auto* list : {&contacts_, &contacts_of_island_}) list->reserve(n_c);
   islands_.reserve(n_c);
   laws_.reserve(n_c);

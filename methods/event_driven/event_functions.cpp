@@ -189,7 +189,29 @@ void EventFunctions::see_stage(double c) {
   }
 }
 
+/// The gap of an affine contact along the interpolation of the step, by its values and two derivatives at the ends.
+void EventFunctions::set_gap_polynomial(const Function& f, const StepEnds& ends) {
+  const auto& info = info_.contacts[f.contact];
+  const double* J_n = packed_n_.data() + info.normal_begin;
+  const double h = ends.h, rate = h * packed_dot(info, J_n, ends.v0), a = h * h * packed_dot(info, J_n, ends.a0);
+  const double d0 = f.right - f.left - rate - 0.5 * a, d1 = h * packed_dot(info, J_n, ends.v1) - rate - a;
+  const double d2 = h * h * packed_dot(info, J_n, ends.a1) - a;
+  gap_polynomial_[0] = f.left;
+  gap_polynomial_[1] = rate;
+  gap_polynomial_[2] = 0.5 * a;
+  gap_polynomial_[3] = 10 * d0 - 4 * d1 + 0.5 * d2;
+  gap_polynomial_[4] = -15 * d0 + 7 * d1 - d2;
+  gap_polynomial_[5] = 6 * d0 - 3 * d1 + 0.5 * d2;
+  polynomial_of_ = f.contact;
+}
+
 double EventFunctions::at(const Function& f, double theta, const StepEnds& ends) {
+  if (f.kind == Kind::gap_closes && info_.contacts[f.contact].is_affine) {
+    if (polynomial_of_ != f.contact) set_gap_polynomial(f, ends);
+    double gap = 0;
+    for (int k = 5; k >= 0; --k) gap = gap * theta + gap_polynomial_[k];
+    return gap;
+  }
   ends.interpolate(theta, q_, v_);
   return value({f.kind, f.contact}, q_.data(), v_.data());
 }
@@ -255,6 +277,7 @@ void EventFunctions::find_dips(const StepEnds& ends, Happening& first) {
       theta = from - rate_from * (to - from) / (rate_to - rate_from);
       gap = at(f, theta, ends);
       if (gap < 0) break;
+      ends.interpolate(theta, q_, v_);
       if (curved_normals_) problem_.normal_jacobian(q_.data(), packed_n_.data());
       const double rate = packed_dot(info_.contacts[i], packed_n_.data() + info_.contacts[i].normal_begin, v_);
       if (std::abs(rate) * ends.h * (to - from) < 1e-3 * std::abs(gap)) break;
@@ -274,6 +297,7 @@ void EventFunctions::find_dips(const StepEnds& ends, Happening& first) {
 }
 
 Happening EventFunctions::find(const StepEnds& ends) {
+  polynomial_of_ = -1;
   evaluate(ends.q1.data(), ends.v1.data(), &Function::right);
   bool dips = false;
   for (const Function& f : functions_) {

@@ -87,6 +87,7 @@ class EventFunctions {
               Happening& first);
   void find_dips(const StepEnds& ends, Happening& first);
   double at(const Function& f, double theta, const StepEnds& ends);
+  void set_gap_polynomial(const Function& f, const StepEnds& ends);
 
   const Problem& problem_;
   const ProblemInfo& info_;
@@ -96,7 +97,9 @@ class EventFunctions {
   std::vector<Function> functions_;
   bool slips_ = false, has_gaps_ = false;
   bool curved_normals_ = false, curved_tangents_ = false;
-  double lowest_stage_ = 2;  // c of the first stage with a negative force, above 1: none
+  double gap_polynomial_[6]{};  // of an affine contact, in theta
+  int polynomial_of_ = -1;      // that contact, in the step at hand
+  double lowest_stage_ = 2;     // c of the first stage with a negative force, above 1: none
   Vector gap_, packed_n_, packed_t_;
   Vector direction_, v_stop_;   // n_lambda_t, n_c
   std::vector<char> is_armed_;  // per contact in space: it has been faster than its v_stop
