@@ -240,5 +240,31 @@ TEST(MovingScenes, ADrivenPivotIsAVaryingGravity) {
   }
 }
 
+/// A gap that is affine in q and t: the block lands, slides, and then rides on the table.
+TEST(RisingTable, CarriesWhatLandsOnIt) {
+  const auto problem = read_scene_file(test_data("rising_table.json"));
+  const double g = 9.81, mu = 0.3, u = 0.5, w = 0.2, T = 1.2, v_x = 1;
+  const double landing = (std::sqrt(u * u + 2 * g * 0.3) - u) / g;  // 0.3 - g t^2 / 2 = u t
+  const double behind = v_x - mu * (g * landing + u);               // the impulse of friction
+  const double stop = landing + (behind - w) / (mu * g);
+  const double x = v_x * landing + 0.5 * (behind + w) * (stop - landing) + w * (T - stop);
+  for (const char* method :
+       {"fesd:radau-iia:2", "fesd:gauss:3", "fesd_adaptive:radau-iia:3", "event_driven", "cvode:adams"}) {
+    Settings settings;
+    settings.steps = 23;
+    settings.tolerance = 1e-12;
+    const Solution s = make_method(method)->solve(*problem, settings);
+    ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
+    ASSERT_EQ(kinds(s), (std::vector{EventKind::impact, EventKind::slip_to_stick})) << method;
+    // Everything is a parabola or a line, so rounding is left, and of CVODE some tolerances.
+    EXPECT_NEAR(s.events[0].t, landing, 1e-11) << method;
+    EXPECT_NEAR(s.events[1].t, stop, 1e-11) << method;
+    EXPECT_NEAR(s.q[0], x, 1e-11) << method;
+    EXPECT_NEAR(s.q[1], u * T, 1e-11) << method;
+    EXPECT_NEAR(s.v[0], w, 1e-11) << method;
+    EXPECT_NEAR(s.v[1], u, 1e-11) << method;
+  }
+}
+
 }  // namespace
 }  // namespace ricochet
