@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "reference/contact_dynamics.h"
+#include "reference/contact_laws.h"
 #include "reference/dipping_gaps.h"
 #include "reference/flights.h"
 #include "reference/mode_changes.h"
@@ -25,7 +26,7 @@ class EventLocatedRun {
       : problem_(problem),
         settings_(settings),
         scales_(problem),
-        dynamics_(problem, scales_),
+        dynamics_(problem),
         slips_(problem, scales_, dynamics_, settings.tolerance),
         flights_(problem, scales_, settings.tolerance, settings.zeno_interval * problem.info().end_time),
         motion_(problem, scales_, settings, dynamics_, slips_, flights_),
@@ -167,7 +168,7 @@ Solution EventLocatedRun::run() {
   if (solution.succeeded() && problem_.info().has_bilateral()) {
     std::vector<char> rests(dynamics_.modes().size(), false);
     for (const int i : dynamics_.closed()) rests[i] = dynamics_.modes()[i] == ContactMode::stick;
-    dynamics_.project(solution.q, solution.v, dynamics_.closed(), dynamics_.closed(), rests);
+    ContactLaws(problem_, scales_).project(solution.q, solution.v, dynamics_.closed(), dynamics_.closed(), rests);
   }
   motion_.count(solution.counters);
   solution.counters.events = static_cast<std::int64_t>(solution.events.size());
