@@ -170,7 +170,7 @@ TEST_P(Sundials, ConvergesWithItsTolerance) {
 
 INSTANTIATE_TEST_SUITE_P(Peers, Sundials,
                          testing::Values("cvode:adams", "cvode:bdf", "ida", "arkode:erk:5", "arkode:erk:6",
-                                         "arkode:erk:8", "arkode:dirk:4", "arkode:dirk:5"),
+                                         "arkode:erk:prince-dormand-8-7", "arkode:dirk:4", "arkode:dirk:5"),
                          [](const auto& test) { return test_name(test.param); });
 
 /// The block slips and sticks again within one step of order 8: both ends of the step are sound.
@@ -180,7 +180,7 @@ TEST(Arkode, FindsRootsThatComeInPairsWithinAStep) {
   for (const double tolerance : {1e-3, 1e-6, 1e-8}) {
     Settings settings;
     settings.tolerance = tolerance;
-    const Solution s = make_method("arkode:erk:8")->solve(*problem, settings);
+    const Solution s = make_method("arkode:erk:prince-dormand-8-7")->solve(*problem, settings);
     ASSERT_TRUE(s.succeeded()) << s.message;
     EXPECT_EQ(s.events.size(), truth.events.size()) << tolerance;
     EXPECT_LE(state_error(s, truth), 1e3 * tolerance) << "ten times what was measured";
@@ -217,9 +217,14 @@ TEST(Arkode, HasTheOrdersOfItsTables) {
     }
     return std::string("no error");
   };
-  EXPECT_EQ(message("arkode:rk:5"), "arkode: family = rk: one of erk, dirk is required");
-  EXPECT_EQ(message("arkode:erk:7"), "arkode:erk: order = 7: one of 2, 3, 4, 5, 6, 8 is required");
-  EXPECT_EQ(message("arkode:dirk:8"), "arkode:dirk: order = 8: one of 2, 3, 4, 5 is required");
+  const auto expect = [&](const char* spec, const char* reason) {
+    EXPECT_NE(message(spec).find(reason), std::string::npos) << message(spec);
+  };
+  expect("arkode:rk:5", "arkode: family = rk: one of erk, dirk is required");
+  expect("arkode:erk:7",
+         "arkode:erk: pair = 7: an order, one of 2, 3, 4, 5, 6, 8, or a pair, one of bogacki-shampine-3");
+  expect("arkode:erk:dop853", "arkode:erk: pair = dop853: a pair with one error estimate is required");
+  expect("arkode:dirk:8", "arkode:dirk: order = 8: one of 2, 3, 4, 5 is required");
 }
 
 }  // namespace
