@@ -1,5 +1,6 @@
 #include "reference/dipping_gaps.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "problems/packed_column.h"
@@ -32,6 +33,8 @@ void DippingGaps::set_rates(double t, Vector& rates) {
 
 std::optional<DippingGaps::Closing> DippingGaps::closing(double from, double to,
                                                          const std::vector<ContactMode>& modes) {
+  const auto is_open = [&](int i) { return !is_closed(modes[i]); };
+  if (std::ranges::none_of(problem_.info().unilateral, is_open)) return std::nullopt;
   std::optional<Closing> first;
   for (int piece = 0; piece < kPieces && !first; ++piece) {
     const double begin = from + (to - from) / kPieces * piece;
