@@ -55,7 +55,7 @@ std::vector<Event> ordered(std::vector<Event> events, double end_time) {
 }  // namespace
 
 Reference make_reference(const Problem& problem, double tolerance) {
-  const auto run = [&](Integrator integrator, double tol) {
+  const auto run = [&](const MakeIntegrator& integrator, double tol) {
     Solution solution = integrate_event_located(problem, {.integrator = integrator, .tolerance = tol});
     if (!solution.succeeded()) {
       throw std::runtime_error(
@@ -64,9 +64,8 @@ Reference make_reference(const Problem& problem, double tolerance) {
     return solution;
   };
   Reference reference;
-  reference.solution = run(Integrator::adams, tolerance);
-  const Solution others[] = {run(Integrator::adams, 10 * tolerance), run(Integrator::bdf, tolerance),
-                             run(Integrator::bdf, 10 * tolerance)};
+  reference.solution = run(adams, tolerance);
+  const Solution others[] = {run(adams, 10 * tolerance), run(bdf, tolerance), run(bdf, 10 * tolerance)};
 
   const Solution& best = reference.solution;
   const Scales scales(problem);

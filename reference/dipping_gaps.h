@@ -5,13 +5,13 @@
 
 #include "problems/problem.h"
 #include "problems/solution.h"
-#include "reference/cvode.h"
+#include "reference/integrator.h"
 #include "reference/scales.h"
 
 namespace ricochet::reference {
 
-/// Gaps that become negative and positive again within one step of CVODE: a grazing impact has no change of sign that
-/// CVODE's root finding could see. But the gap has a minimum in between,
+/// Gaps that become negative and positive again within one step: a grazing impact has no change of sign that root
+/// finding could see. But the gap has a minimum in between,
 ///
 ///   J_n' v = 0, from below                                                              (1)
 ///
@@ -25,19 +25,18 @@ class DippingGaps {
   };
 
   /// @param tolerance  of the integration: a minimum less deep than its error is none
-  DippingGaps(const Problem& problem, const Scales& scales, const Cvode& cvode, double tolerance);
+  DippingGaps(const Problem& problem, const Scales& scales, Integrator& integrator, double tolerance);
 
-  /// The first open contact whose gap closed and opened again between `from` and `to`, in the last step of CVODE.
+  /// The first open contact whose gap closed and opened again between `from` and `to`, in the last step.
   std::optional<Closing> closing(double from, double to, const std::vector<ContactMode>& modes);
 
  private:
   std::optional<Closing> dip(int i, double from, double begin, double end);
   void set_rates(double t, Vector& rates);
-  void interpolate(double t, Vector& q, Vector& v) const;
 
   const Problem& problem_;
   const Scales& scales_;
-  const Cvode& cvode_;
+  Integrator& integrator_;
   const double tolerance_;
   Vector packed_n_;
   Vector rates_, before_, rates_t_;  // n_c, J_n' v: at the end and the beginning of the step, and within

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <memory>
 
 #include "reference/contact_dynamics.h"
+#include "reference/contact_laws.h"
 #include "reference/dipping_gaps.h"
 #include "reference/flights.h"
 #include "reference/mode_changes.h"
@@ -25,11 +25,11 @@ class EventLocatedRun {
       : problem_(problem),
         settings_(settings),
         scales_(problem),
-        dynamics_(problem, scales_),
+        dynamics_(problem),
         slips_(problem, scales_, dynamics_, settings.tolerance),
         flights_(problem, scales_, settings.tolerance, settings.zeno_interval * problem.info().end_time),
         motion_(problem, scales_, settings, dynamics_, slips_, flights_),
-        dipping_gaps_(problem, scales_, motion_.cvode(), settings.tolerance),
+        dipping_gaps_(problem, scales_, motion_.integrator(), settings.tolerance),
         mode_changes_(problem, scales_, settings.tolerance, dynamics_, slips_, flights_, motion_),
         begin_(Clock::now()) {}
 
@@ -56,7 +56,7 @@ class EventLocatedRun {
   const Clock::time_point begin_;
 };
 
-/// A root that CVODE's root finding missed shows as penetration.
+/// A root that root finding missed shows as penetration.
 bool EventLocatedRun::check_gaps(double t, Solution& solution) {
   const Matrix J = problem_.normal_jacobian(solution.q);
   const Vector gap = problem_.gap(solution.q);
@@ -104,10 +104,9 @@ bool EventLocatedRun::check_limits(double t, Solution& solution) const {
   if (settings_.time_limit > 0 && std::chrono::duration<double>(Clock::now() - begin_).count() > settings_.time_limit)
     return stop(solution, Status::time_limit, t,
                 fmt::format("the time limit of {:.6g} s is over", settings_.time_limit));
-  long steps = 0;  // since the last restart
-  CVodeGetNumSteps(motion_.cvode().memory(), &steps);
-  if (solution.counters.steps + steps >= settings_.max_steps)
-    return stop(solution, Status::step_limit, t, fmt::format("{} steps of CVODE", settings_.max_steps));
+  if (solution.counters.steps + motion_.integrator().work().steps >= settings_.max_steps)
+    return stop(solution, Status::step_limit, t,
+                fmt::format("{} steps of {}", settings_.max_steps, motion_.integrator().name()));
   if (std::ssize(solution.events) >= settings_.max_events)
     return stop(solution, Status::step_limit, t, fmt::format("{} events", settings_.max_events));
   return true;
@@ -130,24 +129,28 @@ Solution EventLocatedRun::run() {
     bool passed_root = false;  // that SmoothMotion::roots() does not take for one
     while (t < T && check_limits(t, solution)) {
       const double from = t;
-      const int flag = motion_.step(t);
-      if (flag == CV_ILL_INPUT && passed_root) {  // which is still zero: a gap that opens again
+      const StepEnd end = motion_.step(t);
+      if (end == StepEnd::stuck_at_root && passed_root) {  // a gap that opens again
         passed_root = false;
         restart(t, solution);
         continue;
       }
       motion_.load(solution.q, solution.v);
       solution.t = t;
-      if (flag < 0) {
-        const std::unique_ptr<char, decltype(&std::free)> name(CVodeGetReturnFlagName(flag), &std::free);
-        stop(solution, Status::inner_solver_failed, t, fmt::format("CVODE ended with {}", name.get()));
+      if (end == StepEnd::stuck_at_root || end == StepEnd::failed) {
+        stop(solution, Status::inner_solver_failed, t,
+             fmt::format("{} ended with {}", motion_.integrator().name(), motion_.integrator().failure()));
         break;
       }
-      Roots found = motion_.roots(flag == CV_ROOT_RETURN, solution.q, solution.v);
+      Roots found = motion_.roots_at_end(end, solution.q, solution.v);
       if (const auto closing = dipping_gaps_.closing(from, t, dynamics_.modes())) {
         found = motion_.no_roots();
         found.normal[closing->contact] = true;
         solution.t = t = closing->t;
+        motion_.load(t, solution.q, solution.v);
+      }
+      if (const auto passed = motion_.passed_root(from, t, found)) {
+        solution.t = t = *passed;
         motion_.load(t, solution.q, solution.v);
       }
       if (!check_gaps(t, solution)) break;
@@ -160,14 +163,14 @@ Solution EventLocatedRun::run() {
       } else {
         slips_.follow(solution.q, solution.v);
         flights_.follow(solution.q);
-        passed_root = flag == CV_ROOT_RETURN;
+        passed_root = end == StepEnd::root;
       }
     }
   }
   if (solution.succeeded() && problem_.info().has_bilateral()) {
     std::vector<char> rests(dynamics_.modes().size(), false);
     for (const int i : dynamics_.closed()) rests[i] = dynamics_.modes()[i] == ContactMode::stick;
-    dynamics_.project(solution.q, solution.v, dynamics_.closed(), dynamics_.closed(), rests);
+    ContactLaws(problem_, scales_).project(solution.q, solution.v, dynamics_.closed(), dynamics_.closed(), rests);
   }
   motion_.count(solution.counters);
   solution.counters.events = static_cast<std::int64_t>(solution.events.size());

@@ -8,7 +8,7 @@
 namespace ricochet::reference {
 namespace {
 
-// Flights shorter than this part of end_time could end within CVODE's own first step.
+// Flights shorter than this part of end_time could end within an integrator's own first step.
 constexpr double kShortFlight = 1e-3;
 
 // Local errors of a gap that an offset is large against.

@@ -1,15 +1,9 @@
 #include "reference/force_equations.h"
 
 #include <Eigen/SVD>
-
-#include "reference/scales.h"
-
 namespace ricochet::reference {
 namespace {
 
-// Part of the largest pivot below which A may be singular. Pivots are squares of Jacobians, whose own small numbers,
-// as the angle of a rod that lies flat, are errors of the integration.
-constexpr double kSingular = kLawRounding;
 // Motion of a null vector, relative to that of its parts: the square root of such a pivot and more.
 constexpr double kNoMotion = 1e-5;
 

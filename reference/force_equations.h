@@ -4,8 +4,13 @@
 #include <optional>
 
 #include "problems/problem.h"
+#include "reference/scales.h"
 
 namespace ricochet::reference {
+
+/// Part of the largest pivot below which A may be singular. Pivots are squares of Jacobians, whose own small numbers,
+/// as the angle of a rod that lies flat, are errors of the integration.
+constexpr double kSingular = kLawRounding;
 
 /// Equations A x = b for contact forces or impulses, A = R' M^-1 C, n x n. Redundant contacts, as both ends of a rod
 /// that lies flat and sticks, make A singular: the motion M^-1 C x may be determined all the same, its division among

@@ -25,6 +25,7 @@ ModeChanges::ModeChanges(const Problem& problem, const Scales& scales, double to
       tolerance_(tolerance),
       n_q_(problem.n_q()),
       n_c_(problem.n_c()),
+      laws_(problem, scales),
       dynamics_(dynamics),
       slips_(slips),
       flights_(flights),
@@ -137,7 +138,7 @@ bool ModeChanges::follow_impacts(double t, Instant& instant, Solution& solution)
       approaches = approaches || rate[i] < -kSame * rate_size[i];
     }
     if (!approaches) return true;
-    const auto impact = dynamics_.impact(solution.q, solution.v, meeting, last);
+    const auto impact = laws_.impact(solution.q, solution.v, meeting, last);
     if (!impact.failure.empty()) return stop(solution, Status::inner_solver_failed, t, impact.failure);
     solution.v = impact.motion;
     total.normal += impact.normal;
@@ -189,7 +190,7 @@ bool ModeChanges::decide_candidates(double t, Instant& instant, Solution& soluti
   const auto touching = join({problem_.info().bilateral, instant.touching, instant.released});
   auto closed = join({problem_.info().bilateral, instant.candidates});
   if (!instant.approaches) closed.insert(closed.end(), instant.released.begin(), instant.released.end());
-  if (!dynamics_.project(solution.q, solution.v, touching, closed, instant.rests))
+  if (!laws_.project(solution.q, solution.v, touching, closed, instant.rests))
     return stop(solution, Status::inner_solver_failed, t, "the state cannot be projected onto its contacts");
   if (instant.candidates.empty()) {
     dynamics_.set_modes(modes_);
@@ -197,7 +198,7 @@ bool ModeChanges::decide_candidates(double t, Instant& instant, Solution& soluti
   }
   find_stopped_along(instant, solution);
   auto directions = known_directions(instant, solution);
-  const auto decision = dynamics_.decide(solution.q, solution.v, instant.candidates, directions);
+  const auto decision = laws_.decide(solution.q, solution.v, instant.candidates, directions);
   if (!decision.failure.empty()) return stop(solution, Status::inner_solver_failed, t, decision.failure);
   std::vector<char> begins(modes_.size(), false);
   for (std::size_t k = 0; k < instant.candidates.size(); ++k) {
@@ -251,10 +252,10 @@ bool ModeChanges::begin_slip(double& t, Solution& solution) {
 
   Vector y(2 * n_q_), before(motion_.n_roots()), behind(before.size());
   y << solution.q, solution.v;
-  motion_.evaluate_roots(y.data(), before.data());
+  motion_.roots(y.data(), before.data());
   const auto keeps_modes = [&](const Vector& q, const Vector& v) {
     y << q, v;
-    return motion_.evaluate_roots(y.data(), behind.data()) && ((before.array() <= 0) || (behind.array() > 0)).all();
+    return motion_.roots(y.data(), behind.data()) && ((before.array() <= 0) || (behind.array() > 0)).all();
   };
   const auto start = start_slip(problem_, scales_, dynamics_, solution.q, solution.v, beginning,
                                 {.longest_step = std::min(kSlipStart * problem_.info().end_time, left),

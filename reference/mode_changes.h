@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "reference/contact_dynamics.h"
+#include "reference/contact_laws.h"
 #include "reference/flights.h"
 #include "reference/slips.h"
 #include "reference/smooth_motion.h"
@@ -39,7 +40,7 @@ class ModeChanges {
     std::vector<int> touching, released, candidates;  ///< gap zero; force became zero; touching and may stay
     bool approaches = false,
          is_ambiguous = false;  ///< an impact happens; its contacts close in an order that is rounding
-    ContactDynamics::Decision impact;
+    ContactLaws::Decision impact;
   };
 
   bool check_roots(double t, const Roots& found, Solution& solution) const;
@@ -59,6 +60,7 @@ class ModeChanges {
   const Scales& scales_;
   const double tolerance_;
   const int n_q_, n_c_;
+  const ContactLaws laws_;
   ContactDynamics& dynamics_;
   Slips& slips_;
   Flights& flights_;

@@ -2,13 +2,15 @@
 
 #include <algorithm>
 
+#include "problems/packed_column.h"
+
 namespace ricochet::reference {
 namespace {
 
 // v_stop as a part of its terms: a thousand local errors, so that their noise does not turn the direction, and for
 // loose runs this, so that they still follow slow slip.
 constexpr double kSlowSlip = 1e-6;
-// Part of its terms that CVODE takes over: far above its tolerance, and the direction settles soon.
+// Part of its terms that the integrator takes over: far above its tolerance, and the direction settles soon.
 constexpr double kFastSlip = 1e-3;
 // Part of a slip velocity whose closest approach to zero is zero: the linear forecast of v_stop is not better.
 constexpr double kThroughZero = 0.1;
@@ -29,10 +31,14 @@ double Slips::v_stop(int i, const Matrix& J_t, const Vector& v) const {
   return std::min(1e3 * tolerance_, kSlowSlip) * size(i, J_t, v);
 }
 
-double Slips::root(int i, const Matrix& J_t, const Vector& v) const {
+double Slips::root(int i, const double* J_t, const double* v) const {
   const Slip& slip = slips_[static_cast<std::size_t>(i)];
+  const auto& contact = problem_.info().contacts[i];
   const bool in_space = dynamics_.modes()[i] == ContactMode::slip;
-  return slip.direction.dot(velocity(i, J_t, v)) + (slip.is_new ? slip.v_stop : in_space ? -slip.v_stop : 0);
+  double along = 0;
+  for (int k = 0; k < contact.n_t; ++k)
+    along += slip.direction[k] * packed_dot(contact, J_t + contact.tangent_begin + k * std::ssize(contact.support), v);
+  return along + (slip.is_new ? slip.v_stop : in_space ? -slip.v_stop : 0);
 }
 
 bool Slips::accelerate(const Vector& q, const Vector& v) {
@@ -115,7 +121,7 @@ std::vector<BeginningSlip> Slips::beginning(const Vector& q, const Vector& v) co
   const Matrix J_t = problem_.tangent_jacobian(q);
   for (const int i : dynamics_.closed()) {
     if (dynamics_.modes()[i] != ContactMode::slip || !slips_[i].is_new) continue;
-    if (velocity(i, J_t, v).norm() > slips_[i].v_stop) continue;  // CVODE follows it already
+    if (velocity(i, J_t, v).norm() > slips_[i].v_stop) continue;  // it is followed already
     beginning.push_back({i, slips_[i].direction, std::max(kFastSlip, 100 * tolerance_) * size(i, J_t, v)});
   }
   return beginning;

@@ -25,8 +25,8 @@ class Slips {
   bool is_new(int i) const { return slips_[static_cast<std::size_t>(i)].is_new; }
   const Vector& direction(int i) const { return slips_[static_cast<std::size_t>(i)].direction; }
 
-  /// (1) of a contact that slips. @param J_t  tangent Jacobian of all contacts
-  double root(int i, const Matrix& J_t, const Vector& v) const;
+  /// (1) of a contact that slips. @param J_t  packed, of all contacts
+  double root(int i, const double* J_t, const double* v) const;
 
   /// Slip velocity of contact i, and the size of its terms.
   Vector velocity(int i, const Matrix& J_t, const Vector& v) const { return tangents(i, J_t).transpose() * v; }
@@ -50,7 +50,7 @@ class Slips {
   /// @param directions  by contact; @param begins  contacts whose slip begins from rest
   void renew(const std::vector<Vector>& directions, const std::vector<char>& begins, const Vector& q, const Vector& v);
 
-  /// New slip in space that CVODE cannot follow yet, and the speed from which it can.
+  /// New slip in space that the integrator cannot follow yet, and the speed from which it can.
   std::vector<BeginningSlip> beginning(const Vector& q, const Vector& v) const;
 
  private:

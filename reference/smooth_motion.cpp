@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "problems/packed_column.h"
+#include "reference/bracketed_root.h"
 
 namespace ricochet::reference {
 namespace {
@@ -21,7 +22,7 @@ std::vector<int> curved(const ProblemInfo& info) {
   return curved;
 }
 
-/// Sizes of CVODE's unknowns: q, v, the curved gaps, the normal and the tangential impulses.
+/// Sizes of the unknowns: q, v, the curved gaps, the normal and the tangential impulses.
 Vector sizes(const Problem& problem, const Scales& scales) {
   const auto& info = problem.info();
   std::vector<double> sizes(scales.position().begin(), scales.position().end());
@@ -50,40 +51,29 @@ SmoothMotion::SmoothMotion(const Problem& problem, const Scales& scales, const E
       n_roots_(number_of_roots(problem)),
       curved_(curved(problem.info())),
       floor_(sizes(problem, scales)),
-      cvode_(settings.integrator == Integrator::adams ? CV_ADAMS : CV_BDF, static_cast<int>(floor_.size()), this,
-             right_hand_side, root_functions, n_roots_, error_weights),
+      integrator_(settings.integrator(*this)),
       friction_root_(static_cast<std::size_t>(n_c_), -1),
       force_size_(scales.force()) {
   packed_n_.setZero(problem.info().n_normal_entries);
+  packed_t_.setZero(problem.info().n_tangent_entries);
   lambda_n_.setZero(n_c_);
   lambda_t_.setZero(problem.info().n_lambda_t);
   a_.setZero(n_q_);
   for (int i = 0, k = n_c_; i < n_c_; ++i) friction_root_[i] = slips_.has_friction(i) ? k++ : -1;
 }
 
-int SmoothMotion::error_weights(N_Vector y, N_Vector weights, void* self) {
-  const auto& motion = *static_cast<SmoothMotion*>(self);
-  const Eigen::Map<const Vector> state(N_VGetArrayPointer(y), motion.floor_.size());
-  Eigen::Map<Vector>(N_VGetArrayPointer(weights), motion.floor_.size()) =
-      (motion.settings_.tolerance * (state.cwiseAbs() + motion.floor_)).cwiseInverse();
-  return 0;
-}
-
-int SmoothMotion::right_hand_side(double, N_Vector y, N_Vector y_dot, void* self) {
-  return static_cast<SmoothMotion*>(self)->set_rates(N_VGetArrayPointer(y), N_VGetArrayPointer(y_dot)) ? 0 : -1;
-}
-
-int SmoothMotion::root_functions(double, N_Vector y, double* values, void* self) {
-  return static_cast<SmoothMotion*>(self)->evaluate_roots(N_VGetArrayPointer(y), values) ? 0 : -1;
+void SmoothMotion::error_weights(const double* y, double* weights) const {
+  const Eigen::Map<const Vector> state(y, floor_.size());
+  Eigen::Map<Vector>(weights, floor_.size()) = (settings_.tolerance * (state.cwiseAbs() + floor_)).cwiseInverse();
 }
 
 /// v, v', the rates of curved gaps, the forces.
-bool SmoothMotion::set_rates(const double* y, double* rates) {
-  std::copy_n(y + n_q_, n_q_, rates);
-  if (!accelerate(y, y + n_q_, rates + n_q_)) return false;
-  std::fill(rates + 2 * n_q_, rates + floor_.size(), 0);
+bool SmoothMotion::rates(const double* y, double* y_dot) {
+  std::copy_n(y + n_q_, n_q_, y_dot);
+  if (!accelerate(y, y + n_q_, y_dot + n_q_)) return false;
+  std::fill(y_dot + 2 * n_q_, y_dot + floor_.size(), 0);
   const auto& info = problem_.info();
-  double* gap_rate = rates + 2 * n_q_;
+  double* gap_rate = y_dot + 2 * n_q_;
   if (!curved_.empty()) problem_.normal_jacobian(y, packed_n_.data());
   for (const int i : curved_) {
     const auto& contact = info.contacts[i];
@@ -100,7 +90,7 @@ bool SmoothMotion::set_rates(const double* y, double* rates) {
   return true;
 }
 
-bool SmoothMotion::evaluate_roots(const double* y, double* values) {
+bool SmoothMotion::roots(const double* y, double* values) {
   problem_.gap(y, values);  // (1)
   Eigen::Map<Vector>(values, n_c_) += flights_.offset();
   const bool has_friction = problem_.info().has_friction();
@@ -114,33 +104,29 @@ bool SmoothMotion::evaluate_roots(const double* y, double* values) {
 }
 
 /// (2) and (3), with the forces of the last accelerate().
-void SmoothMotion::set_friction_roots(const double* y, double* values) const {
-  const Matrix J_t = problem_.tangent_jacobian(Vector(Eigen::Map<const Vector>(y, n_q_)));
-  const Vector v = Eigen::Map<const Vector>(y + n_q_, n_q_);
+void SmoothMotion::set_friction_roots(const double* y, double* values) {
+  problem_.tangent_jacobian(y, packed_t_.data());
   for (const int i : dynamics_.closed()) {
     if (dynamics_.modes()[i] == ContactMode::stick)
       values[friction_root_[i]] = cone_slack(i);
     else if (is_slipping(dynamics_.modes()[i]))
-      values[friction_root_[i]] = slips_.root(i, J_t, v);
+      values[friction_root_[i]] = slips_.root(i, packed_t_.data(), y + n_q_);
   }
 }
 
 void SmoothMotion::load(Vector& q, Vector& v) const {
-  const double* y = N_VGetArrayPointer(cvode_.y());
-  q = Eigen::Map<const Vector>(y, n_q_);
-  v = Eigen::Map<const Vector>(y + n_q_, n_q_);
+  load_from(integrator_->state(), q, v);
 }
 
 void SmoothMotion::load(double t, Vector& q, Vector& v) {
-  CVodeGetDky(cvode_.memory(), t, 0, cvode_.y());
-  load(q, v);
+  load_from(integrator_->at(t), q, v);
 }
 
-/// Flights lower than CVODE's errors may fall below zero on their way up: a gap that grows does not close, and one that
+/// Flights lower than errors of the integration may fall below zero on their way up: a gap that grows does not close, and one that
 /// then is below zero and falls does.
-Roots SmoothMotion::roots(bool at_root, const Vector& q, const Vector& v) const {
+Roots SmoothMotion::roots_at_end(StepEnd end, const Vector& q, const Vector& v) const {
   std::vector<int> found(static_cast<std::size_t>(n_roots_), 0);
-  if (at_root) CVodeGetRootInfo(cvode_.memory(), found.data());
+  if (end == StepEnd::root) integrator_->roots_found(found.data());
   const Matrix J = problem_.normal_jacobian(q);
   const Vector gap = problem_.gap(q) + flights_.offset(), rate = J.transpose() * v;
   const Vector error = settings_.tolerance * scales_.gap(J, q);
@@ -153,33 +139,55 @@ Roots SmoothMotion::roots(bool at_root, const Vector& q, const Vector& v) const 
   return roots;
 }
 
+std::optional<double> SmoothMotion::passed_root(double from, double to, Roots& found) {
+  const int pieces = integrator_->pieces();
+  if (pieces == 1 || dynamics_.closed().empty()) return std::nullopt;
+  Matrix values(n_roots_, pieces + 1);
+  const auto time = [&](int piece) { return piece == pieces ? to : from + (to - from) / pieces * piece; };
+  for (int piece = 0; piece <= pieces; ++piece) {
+    if (!roots(integrator_->at(time(piece)), values.col(piece).data())) return std::nullopt;
+  }
+  const double part = std::max(kSame, 100 * settings_.tolerance);  // as for roots that were missed
+  Vector within(n_roots_);
+  std::optional<double> first;
+  for (const int i : dynamics_.closed()) {
+    for (const int k : {i, friction_root_[i]}) {
+      if (k < 0) continue;
+      const double size = values.row(k).cwiseAbs().maxCoeff();
+      int piece = 1;
+      while (piece <= pieces && !(values(k, piece - 1) > 0 && values(k, piece) < -part * size)) ++piece;
+      if (piece > pieces) continue;
+      const auto value = [&](double t) {
+        roots(integrator_->at(t), within.data());
+        return within[k];
+      };
+      const double t = bracketed_root(value, time(piece - 1), time(piece));
+      if (first && *first <= t) continue;
+      first = t;
+      found = no_roots();
+      (k == i ? found.normal : found.friction)[i] = true;
+    }
+  }
+  return first;
+}
+
 void SmoothMotion::note_forces() {
   for (const int i : dynamics_.closed()) force_size_[i] = std::max(force_size_[i], std::abs(lambda_n_[i]));
 }
 
 void SmoothMotion::restart(double t, const Vector& q, const Vector& v) {
-  double* y = N_VGetArrayPointer(cvode_.y());
+  double* y = integrator_->state();
   std::copy_n(q.data(), n_q_, y);
   std::copy_n(v.data(), n_q_, y + n_q_);
-  // Where the rest starts is free, for the impulses. From zero CVODE would hold its first step to lambda h <=
+  // Where the rest starts is free, for the impulses. From zero an integrator would hold its first step to lambda h <=
   // tolerance, so short that a gap just left behind by an impact does not grow beyond rounding and is a root again.
   std::copy(floor_.begin() + 2 * n_q_, floor_.end(), y + 2 * n_q_);
-  CVodeReInit(cvode_.memory(), t, cvode_.y());
   const double T = problem_.info().end_time;
-  CVodeSetStopTime(cvode_.memory(), T);
-  CVodeSetInitStep(cvode_.memory(), t + flights_.first_step() < T ? flights_.first_step() : 0);
-}
-
-int SmoothMotion::step(double& t) {
-  CVodeSetMaxStep(cvode_.memory(), flights_.longest_step(t));
-  return CVode(cvode_.memory(), problem_.info().end_time, cvode_.y(), &t, CV_ONE_STEP);
+  integrator_->restart(t, T, t + flights_.first_step() < T ? flights_.first_step() : 0);
 }
 
 void SmoothMotion::count(Counters& counters) const {
-  long steps = 0, iterations = 0, factorizations = 0;
-  CVodeGetNumSteps(cvode_.memory(), &steps);
-  CVodeGetNumNonlinSolvIters(cvode_.memory(), &iterations);
-  if (settings_.integrator == Integrator::bdf) CVodeGetNumLinSolvSetups(cvode_.memory(), &factorizations);
+  const auto [steps, iterations, factorizations] = integrator_->work();
   counters.steps += steps;
   counters.elements += steps;
   counters.inner_iterations += iterations;

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "reference/contact_dynamics.h"
-#include "reference/cvode.h"
 #include "reference/event_located.h"
 #include "reference/flights.h"
+#include "reference/integrator.h"
 #include "reference/slips.h"
 
 namespace ricochet::reference {
@@ -19,7 +21,7 @@ struct Roots {
   std::vector<char> normal, friction;
 };
 
-/// The motion between two events, integrated by CVODE with the modes of ContactDynamics. Its root functions are watched
+/// The motion between two events, with the modes of ContactDynamics. Its root functions are watched
 /// for falling through zero:
 ///
 ///   open               gap, with the offset of Flights                                   (1)
@@ -27,13 +29,13 @@ struct Roots {
 ///   with friction      stick  mu lambda_n - |lambda_t|                                   (2)
 ///                      slip   Slips::root                                                (3)
 ///
-/// CVODE integrates more than q and v. Nothing reads the rest, but its error control does:
+/// More than q and v is integrated. Nothing reads the rest, but its error control does:
 ///
 ///   the gaps of open contacts that are curved    bodies in free fall are exact in steps of any length, that would pass
 ///                                                over the waves of a moving surface
 ///   with friction, impulses of the contacts      a body that sticks does not move, however its friction force varies,
 ///                                                and longer steps would pass a root of (2) twice
-class SmoothMotion {
+class SmoothMotion final : public SmoothSystem {
  public:
   /// @param settings  integrator and tolerance; the others have to outlive this, and their modes are those of `dynamics`
   SmoothMotion(const Problem& problem, const Scales& scales, const EventLocatedSettings& settings,
@@ -43,19 +45,26 @@ class SmoothMotion {
 
   /// Begins behind an event.
   void restart(double t, const Vector& q, const Vector& v);
-  /// One step. @param t  in: its begin, out: its end or that of the root [s]; @return CVODE's flag
-  int step(double& t);
-  const Cvode& cvode() const { return cvode_; }
+  /// One step. @param t  in: its begin, out: its end or that of the root [s]
+  StepEnd step(double& t) { return integrator_->step(t, flights_.longest_step(t)); }
+  Integrator& integrator() { return *integrator_; }
+  const Integrator& integrator() const { return *integrator_; }
   /// State at the end of the step, or within it.
   void load(Vector& q, Vector& v) const;
   void load(double t, Vector& q, Vector& v);
 
-  /// Roots that CVODE found at the end of its step, and those that it lost.
-  Roots roots(bool at_root, const Vector& q, const Vector& v) const;
+  /// The first root of a closed contact that fell and rose again within the last step, see Integrator::pieces(), and
+  /// where. @param found  set to it
+  std::optional<double> passed_root(double from, double to, Roots& found);
+  /// Roots that were found at the end of the step, and those that were lost.
+  Roots roots_at_end(StepEnd end, const Vector& q, const Vector& v) const;
   Roots no_roots() const { return Roots(static_cast<std::size_t>(n_c_)); }
-  /// (1)-(3). @param y  q, then v; @param values  n_roots()
-  bool evaluate_roots(const double* y, double* values);
-  int n_roots() const { return n_roots_; }
+  int size() const override { return static_cast<int>(floor_.size()); }
+  int n_roots() const override { return n_roots_; }
+  bool rates(const double* y, double* y_dot) override;
+  /// (1)-(3). @param y  q, then v
+  bool roots(const double* y, double* values) override;
+  void error_weights(const double* y, double* weights) const override;
 
   /// The acceleration at (q, v), and the forces of closed contacts, which the functions below speak of. They are those
   /// of the last evaluation, whoever asked for it. False when ContactDynamics does not determine it.
@@ -72,19 +81,18 @@ class SmoothMotion {
   double force_size(int i) const { return force_size_[i]; }
   void note_forces();
 
-  /// Adds CVODE's counters since its last start.
+  /// Adds the integrator's work since its last start.
   void count(Counters& counters) const;
 
  private:
-  static int error_weights(N_Vector y, N_Vector weights, void* self);
-  static int right_hand_side(double t, N_Vector y, N_Vector y_dot, void* self);
-  static int root_functions(double t, N_Vector y, double* values, void* self);
-
   bool accelerate(const double* q, const double* v, double* a) {
     return dynamics_.acceleration(q, v, a, lambda_n_.data(), lambda_t_.data());
   }
-  bool set_rates(const double* y, double* rates);
-  void set_friction_roots(const double* y, double* values) const;
+  void set_friction_roots(const double* y, double* values);
+  void load_from(const double* y, Vector& q, Vector& v) const {
+    q = Eigen::Map<const Vector>(y, n_q_);
+    v = Eigen::Map<const Vector>(y + n_q_, n_q_);
+  }
   bool is_closed_now(int i) const { return is_closed(dynamics_.modes()[i]); }
 
   const Problem& problem_;
@@ -95,11 +103,11 @@ class SmoothMotion {
   const Flights& flights_;
   const int n_q_, n_c_, n_roots_;
   const std::vector<int> curved_;  // contacts
-  const Vector floor_;             // of the absolute tolerances, by unknown of CVODE
-  Cvode cvode_;
+  const Vector floor_;             // of the absolute tolerances, by unknown
+  const std::unique_ptr<Integrator> integrator_;
   std::vector<int> friction_root_;  // index of (2), (3) among the root functions, by contact; -1 without friction
   Vector force_size_;
-  Vector packed_n_, lambda_n_, lambda_t_, a_;
+  Vector packed_n_, packed_t_, lambda_n_, lambda_t_, a_;
 };
 
 }  // namespace ricochet::reference

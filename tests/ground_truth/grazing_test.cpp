@@ -45,7 +45,7 @@ void expect_impact(const Solution& s, const Graze& graze, double tolerance) {
 
 TEST_P(GrazingImpact, IsNotPassedByTheReference) {
   const Graze graze = ricochet::graze(GetParam());
-  for (const auto integrator : {reference::Integrator::adams, reference::Integrator::bdf}) {
+  for (const auto integrator : {reference::adams, reference::bdf}) {
     // 100 tolerances: local errors of the steps before add up.
     expect_impact(reference::integrate_event_located(*graze.problem, {.integrator = integrator, .tolerance = 1e-11}),
                   graze, 1e-9);

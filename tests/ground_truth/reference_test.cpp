@@ -96,7 +96,7 @@ struct ShakenTable {
 TEST(MovingSurface, ABallThatLandsWithoutRestitutionStaysUntilItIsThrownOffAgain) {
   const ShakenTable table;
   const auto problem = reference_scene("shaken_table");
-  for (const auto integrator : {reference::Integrator::adams, reference::Integrator::bdf}) {
+  for (const auto integrator : {reference::adams, reference::bdf}) {
     for (const double tolerance : {1e-8, 1e-9, 1e-10, 1e-11, 1e-12}) {
       const Solution s =
           reference::integrate_event_located(*problem, {.integrator = integrator, .tolerance = tolerance});

@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "methods/registry.h"
+#include "reference/contact_dynamics.h"
 #include "tests/test_data.h"
 
 namespace {
@@ -118,6 +119,43 @@ TEST(StepsOfATolerance, AllocateNothing) {
     EXPECT_EQ(counts[1].allocations, counts[0].allocations) << scene;
   }
 }
+
+struct ModeCase {
+  const char* problem;
+  ContactMode mode;  ///< of the first contact that is not bilateral; the others are open
+};
+
+class RightHandSideWithoutAllocation : public testing::TestWithParam<ModeCase> {};
+
+TEST_P(RightHandSideWithoutAllocation, BehindTheFirstCall) {
+  const auto problem = make_problem(GetParam().problem);
+  reference::ContactDynamics dynamics(*problem);
+  auto modes = dynamics.modes();
+  modes[problem->info().unilateral.front()] = GetParam().mode;
+  dynamics.set_modes(modes);
+  const auto& info = problem->info();
+  Vector a(info.n_q), lambda_n(info.n_c()), lambda_t(info.n_lambda_t);
+  const Vector v = info.v0.array() + 0.5;  // so that friction in space has a direction
+  const auto evaluate = [&] {
+    return dynamics.acceleration(info.q0.data(), v.data(), a.data(), lambda_n.data(), lambda_t.data());
+  };
+  ASSERT_TRUE(evaluate());
+  allocations = 0;
+  counting = true;
+  for (int k = 0; k < 10; ++k) evaluate();
+  counting = false;
+  EXPECT_EQ(allocations, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Modes, RightHandSideWithoutAllocation,
+    testing::Values(ModeCase{"two_balls_spring", ContactMode::open}, ModeCase{"two_balls_spring", ContactMode::closed},
+                    ModeCase{"double_pendulum_wall", ContactMode::closed},
+                    ModeCase{"slider_crank_stop", ContactMode::open},
+                    ModeCase{"belt_oscillator", ContactMode::slip_positive},
+                    ModeCase{"rocking_block", ContactMode::stick}, ModeCase{"ball_3d", ContactMode::slip},
+                    ModeCase{"box_3d", ContactMode::stick}, ModeCase{"box_3d", ContactMode::slip}),
+    [](const auto& test) { return test_name(std::string(test.param.problem) + "_" + to_string(test.param.mode)); });
 
 }  // namespace
 }  // namespace ricochet
