@@ -175,6 +175,23 @@ TEST(FesdSensitivitiesAtAStepBoundary, SlipThatStopsThere) {
   EXPECT_LE(s.dv.cwiseAbs().maxCoeff(), 1e-12);
 }
 
+/// The same where the surface is accelerated: v_x0 / (mu g + a) = 1.
+TEST(FesdSensitivitiesAtAStepBoundary, SlipThatStopsOnAnAcceleratedBelt) {
+  const auto problem = read_scene_file(test_data("accelerated_belt.json"));
+  Settings settings;
+  settings.steps = 40;
+  settings.sensitivities = {"param:v_x0", "param:a"};
+  const Solution s = make_method("fesd:radau-iia:2")->solve(*problem, settings);
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  ASSERT_EQ(kinds(s), std::vector{EventKind::slip_to_stick});
+  EXPECT_NEAR(s.events[0].t, 1, 1e-12);
+  EXPECT_NEAR(s.events[0].dt[0], 1.0 / 3, 1e-12);
+  EXPECT_NEAR(s.events[0].dt[1], -1.0 / 3, 1e-12);
+  EXPECT_NEAR(s.dq(0, 0), 1, 1e-12);
+  EXPECT_NEAR(s.dq(0, 1), 1.5, 1e-12) << "(T^2 - 1) / 2, it rides from 1 s on";
+  EXPECT_NEAR(s.dv(0, 1), 2, 1e-12);
+}
+
 /// What makes a switching time move with its parameter is missing in the derivative of a time-stepping method: an
 /// impact stays in its step. A finer grid does not change that.
 TEST(TimeSteppingSensitivities, StayWrongAtAnyStepLength) {

@@ -103,5 +103,22 @@ TEST(ClosedContact, CarriesTheLoad) {
   }
 }
 
+/// Two closed contacts on one coordinate: redundant where both are at rest, a contradiction where one comes down.
+TEST(ClosedContact, ModesThatContradictEachOtherHaveNoSolution) {
+  for (const double u : {0.0, 0.5}) {
+    const auto p = read_scene_file(test_data("press.json"), {{"u", u}});
+    Counters counters;
+    ElementSystem elements(*p, make_tableau("radau-iia", 2), counters);
+    ElementSolver solver(elements, 1e-14);
+    Element stages;
+    stages.resize(p->info(), 2);
+    stages.q0 = p->info().q0;
+    stages.v0 = p->info().v0;
+    stages.h = 0.1;
+    stages.modes = {ContactMode::closed, ContactMode::closed};
+    EXPECT_EQ(solver.solve(stages) == ElementSolver::Result::converged, u == 0) << "u = " << u;
+  }
+}
+
 }  // namespace
 }  // namespace ricochet
