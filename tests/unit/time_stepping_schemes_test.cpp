@@ -96,6 +96,33 @@ TEST(LinearOscillator, StepsAreThoseOfTheTextbook) {
     expect_steps(method, drift * kick);
 }
 
+/// The recursion of Chung and Hulbert (1993) for (q, v, a), a the algorithmic acceleration.
+TEST(LinearOscillator, StepsOfGeneralizedAlphaAreThoseOfTheTextbook) {
+  const double m = 2, k = 18, c = 0.4, h = 0.1;
+  const int steps = 40;
+  const auto p = read_scene_text(
+      R"scene({"params": {}, "q0": ["1"], "v0": ["0.5"], "T": "4", "M": [["2"]], "f": ["-18*q[0]-0.4*v[0]"],
+          "contacts": []})scene",
+      "oscillator");
+  for (const double rho : {0.0, 0.6, 0.9}) {
+    const double alpha_m = (2 * rho - 1) / (rho + 1), alpha_f = rho / (rho + 1), gamma = 0.5 - alpha_m + alpha_f;
+    const double beta = 0.25 * (1 - alpha_m + alpha_f) * (1 - alpha_m + alpha_f);
+    double q = 1, v = 0.5, a = -(k * q + c * v) / m;
+    for (int n = 0; n < steps; ++n) {
+      const double acceleration = -(k * q + c * v) / m;
+      q += h * v + h * h * (0.5 - beta) * a;
+      v += h * (1 - gamma) * a;
+      const double without = (1 - alpha_f) * -(k * q + c * v) / m + alpha_f * acceleration - alpha_m * a;
+      a = without / (1 - alpha_m + (1 - alpha_f) * (k * h * h * beta + c * h * gamma) / m);
+      q += h * h * beta * a;
+      v += h * gamma * a;
+    }
+    const Solution s = run_scheme(*p, "generalized_alpha,rho_inf=" + std::to_string(rho), steps);
+    EXPECT_NEAR(s.q[0], q, 1e-12) << "rho_inf = " << rho << ": rounding of 40 steps";
+    EXPECT_NEAR(s.v[0], v, 1e-12) << "rho_inf = " << rho;
+  }
+}
+
 /// A step of the fully implicit method fulfils the theta rule, which one Newton step does not.
 TEST(MoreauJean, FullyImplicitFulfilsTheThetaRule) {
   const auto p = make_problem("pendulum_wall", {{"w", 5}, {"duration", 0.5}});
