@@ -13,7 +13,9 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
+#include "methods/runge_kutta/diagonal_tableau.h"
 #include "problems/input_error.h"
 #include "problems/names.h"
 #include "problems/scene_file/expression.h"
@@ -128,6 +130,11 @@ const std::map<std::string, Family>& families() {
   return families;
 }
 
+std::shared_ptr<const DiagonalTableau> diagonalized(const Matrix& A) {
+  auto diagonal = std::make_shared<DiagonalTableau>(A);
+  return diagonal->exists() ? std::move(diagonal) : nullptr;
+}
+
 /// Extrapolation of stage values to the right end; empty when two abscissae coincide.
 Vector right_end_weights(const ButcherTableau& tableau) {
   const int s = tableau.n_s;
@@ -201,6 +208,7 @@ ButcherTableau make_tableau(const std::string& name, int n_s) {
     for (int j = 0; j < n_s; ++j) tableau.A(i, j) = cln::double_approx(A[i][j]);
   }
   tableau.right_end = right_end_weights(tableau);
+  tableau.diagonal = diagonalized(tableau.A);
   return tableau;
 }
 
@@ -343,6 +351,7 @@ ButcherTableau read_tableau_file(const std::string& path) {
     t.order = stated;
   }
   t.right_end = right_end_weights(t);
+  t.diagonal = diagonalized(t.A);
   return t;
 }
 
