@@ -40,6 +40,7 @@ class ActiveSet {
   bool empty() const { return closed_.empty(); }
   const ActiveContact& of(int contact) const;
   const std::vector<ContactMode>& modes() const { return modes_; }
+  const std::vector<int>& facets() const { return facets_; }
   /// n_c flags, as Problem::normal_jacobian_of takes them.
   const char* is_closed() const { return is_closed_.data(); }
 

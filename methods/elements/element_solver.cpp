@@ -27,11 +27,35 @@ bool ElementSolver::refresh(const StageCoefficients& k, const Element& e, bool a
 }
 
 ElementSolver::Result ElementSolver::solve(Element& e) {
-  auto& [problem, tableau, counters, active, equations, unknowns, end, newton, work, end_work] = system_;
   system_.set_active(e);
   e.resting = -1;
   e.rest_together = false;
   const StageCoefficients& k = coefficients_.of(e.h);
+  return system_.affine() ? solve_affine(k, e) : solve_by_newton(k, e);
+}
+
+ElementSolver::Result ElementSolver::solve_affine(const StageCoefficients& k, Element& e) {
+  e.has_frozen_slip = false;
+  if (!system_.solve_affine(k, e)) return Result::singular;
+  return finish(k, e);
+}
+
+/// The right end of an element whose stages are known.
+ElementSolver::Result ElementSolver::finish(const StageCoefficients& k, Element& e) {
+  system_.set_right_end(k, e);
+  system_.end.set_end_forces(e, system_.end_work);
+  clear_vanishing(e.a.data(), e.a.size());
+  clear_vanishing(e.v1.data(), e.v1.size());
+  return e.v1.allFinite() ? Result::converged : Result::no_convergence;
+}
+
+ElementSolver::Result ElementSolver::solve_by_newton(const StageCoefficients& k, Element& e) {
+  StageEquations& equations = system_.equations;
+  StageUnknowns& unknowns = system_.unknowns;
+  NewtonSystem& newton = system_.newton;
+  StageWorkspace& work = system_.work;
+  const ProblemInfo& info = system_.problem.info();
+  const ActiveSet& active = system_.active;
   const bool is_known = newton.recall(k.h);
   equations.set_initial_values(e, k.h, work);
   equations.set_stages(k, e, work);
@@ -41,7 +65,7 @@ ElementSolver::Result ElementSolver::solve(Element& e) {
     if (!refresh(k, e, false)) return Result::singular;
     is_fresh = true;
   }
-  const ProblemInfo::Structure& structure = problem.info().structure;
+  const ProblemInfo::Structure& structure = info.structure;
   const bool is_affine =
       structure.constant_mass && structure.constant_force_jacobian && !active.has_curved() && !active.turns();
   // A predicted correction of dw says little about what (3) is left with where closed contacts turn.
@@ -52,7 +76,7 @@ ElementSolver::Result ElementSolver::solve(Element& e) {
     equations.residual(k, e, work);
     if (newton.is_redundant()) unknowns.gather_forces(e, work.x);
     newton.solve(work.r, work.x, work.dx);
-    ++counters.inner_iterations;
+    ++system_.counters.inner_iterations;
     const double size = unknowns.correct(work.dx.data(), k.h, work.K, e);
     equations.set_stages(k, e, work);
     if (!std::isfinite(size)) return Result::no_convergence;
@@ -84,11 +108,7 @@ ElementSolver::Result ElementSolver::solve(Element& e) {
         if (!system_.is_consistent(e, k.h)) return Result::no_convergence;
       }
       equations.set_slip_in_space(e);
-      system_.set_right_end(k, e);
-      end.set_end_forces(e, end_work);
-      clear_vanishing(e.a.data(), e.a.size());
-      clear_vanishing(e.v1.data(), e.v1.size());
-      return Result::converged;
+      return finish(k, e);
     }
     previous = size;
   }

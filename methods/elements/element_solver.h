@@ -4,9 +4,9 @@
 
 namespace ricochet {
 
-/// Newton's method on the stage equations (3), (4), (7) of stage_equations.h, for an element of given length. Factors
-/// of the Newton matrix are kept from element to element as long as it contracts: for an affine scene they are exact
-/// and one solution of the linear system (newton_system.h) solves the element.
+/// Solves the stage equations (3), (4), (7) of stage_equations.h for an element of given length: in closed form where
+/// its active set makes them affine (affine_stages.h), else by Newton's method. Factors of the Newton matrix are kept
+/// from element to element as long as it contracts.
 class ElementSolver {
  public:
   enum class Result : std::uint8_t { converged, no_convergence, singular };
@@ -19,6 +19,9 @@ class ElementSolver {
   Result solve(Element& e);
 
  private:
+  Result solve_affine(const StageCoefficients& k, Element& e);
+  Result solve_by_newton(const StageCoefficients& k, Element& e);
+  Result finish(const StageCoefficients& k, Element& e);
   bool refresh(const StageCoefficients& k, const Element& e, bool again);
 
   ElementSystem& system_;

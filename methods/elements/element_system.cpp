@@ -11,7 +11,7 @@ constexpr double kContradiction = 1e-9;
 }  // namespace
 
 ElementSystem::ElementSystem(const Problem& the_problem, const ButcherTableau& the_tableau, Counters& the_counters,
-                             const FrictionPolygon& polygon)
+                             const FrictionPolygon& polygon, Form form)
     : problem(the_problem),
       tableau(the_tableau),
       counters(the_counters),
@@ -19,19 +19,37 @@ ElementSystem::ElementSystem(const Problem& the_problem, const ButcherTableau& t
       equations(problem, tableau, active, counters),
       unknowns(problem, active, tableau.n_s),
       end(problem, tableau, active, counters),
-      newton(problem, tableau.n_s, counters) {
+      affine_stages(problem, tableau, active),
+      newton(problem, tableau.n_s, counters),
+      maps_(problem),
+      form_(form) {
   equations.prepare(work);
   end.prepare(end_work);
-  newton.set_active(active.closed(), active.n_rows());
+  take_active_set();
+}
+
+/// Sizes of the workspace, and the closed form or the Newton system.
+void ElementSystem::take_active_set() {
+  equations.resize(work);
+  end.resize(end_work);
+  const bool has_closed_form = form_ != Form::newton && affine_stages.has_closed_form(!active.empty());
+  map_ = has_closed_form ? maps_.of(active) : nullptr;
+  if (map_)
+    ++counters.force_evaluations;  // what a map is made of, here or when the modes were these before
+  else
+    newton.set_active(active.closed(), active.n_rows());
 }
 
 void ElementSystem::set_active(Element& e) {
-  if (active.set(e.modes, e.facets)) {
-    equations.resize(work);
-    end.resize(end_work);
-    newton.set_active(active.closed(), active.n_rows());
-  }
+  if (active.set(e.modes, e.facets)) take_active_set();
   unknowns.set_dependent_forces(e);
+}
+
+bool ElementSystem::solve_affine(const StageCoefficients& k, Element& e) {
+  equations.set_initial_values(e, k.h, work);
+  ++counters.linear_solves;
+  ++counters.inner_iterations;
+  return affine_stages.solve(*map_, equations, k, e, work);
 }
 
 void ElementSystem::set_right_end(const StageCoefficients& k, Element& e) {

@@ -51,16 +51,17 @@ void StageCoefficients::set(const StageTableau& tableau, double length) {
   h_rows = h * tableau.rows;
 }
 
-RecentCoefficients::RecentCoefficients(const StageTableau& tableau) : tableau_(tableau), kept_(kMaxLengths) {
-  for (auto& k : kept_) k.set(tableau, 0);
+RecentCoefficients::RecentCoefficients(const StageTableau& tableau) : tableau_(tableau) {
+  kept_.reserve(kMaxLengths);
 }
 
 const StageCoefficients& RecentCoefficients::of(double h) {
-  if (kept_[last_].h == h) return kept_[last_];
-  for (last_ = 0; last_ < kMaxLengths; ++last_) {
+  if (last_ < kept_.size() && kept_[last_].h == h) return kept_[last_];
+  for (last_ = 0; last_ < kept_.size(); ++last_) {
     if (kept_[last_].h == h) return kept_[last_];
   }
   last_ = oldest_++ % kMaxLengths;
+  if (kept_.size() < kMaxLengths) kept_.emplace_back();
   kept_[last_].set(tableau_, h);
   return kept_[last_];
 }

@@ -11,20 +11,23 @@ constexpr int kMaxNewton = 30;
 }  // namespace
 
 SwitchSolver::SwitchSolver(ElementSystem& system, double tolerance)
-    : system_(system), function_(system), tolerance_(tolerance) {
+    : system_(system), function_(system), affine_(system, function_, tolerance), tolerance_(tolerance) {
   dq_ = dv_ = stage_dq_ = stage_dv_ = Matrix::Zero(system.problem.n_q(), 2);
 }
 
 /// One Newton step of an element: how the unknowns respond to the residual and to the variation of the left end, and
 /// what that makes of the right end.
 void SwitchSolver::linearize(const Element& e, Matrix& response) {
-  auto& [problem, tableau, counters, active, equations, unknowns, end, newton, work, end_work] = system_;
+  const Problem& problem = system_.problem;
+  const StageTableau& tableau = system_.tableau;
+  const ActiveSet& active = system_.active;
+  StageWorkspace& work = system_.work;
   const int n_q = problem.n_q(), n_s = tableau.n_s, n_x = active.n_unknowns();
   const double h = k_.h;
   const StageDerivatives& K = work.K;
   const ProblemInfo::Structure& structure = problem.info().structure;
   rhs_.resize(n_s * n_x, 2);
-  equations.derivatives(k_, e, work);
+  system_.equations.derivatives(k_, e, work);
   for (int j = 0; j < n_s; ++j) {  // (3), (4), (7) at fixed accelerations
     stage_dv_ = dv_;
     stage_dv_.col(1).noalias() += e.a.lazyProduct(tableau.A.row(j).transpose());
@@ -61,8 +64,8 @@ void SwitchSolver::linearize(const Element& e, Matrix& response) {
       }
     }
   }
-  if (!active.empty()) unknowns.gather_forces(e, work.x);
-  newton.solve_once(k_, K, rhs_, work.x, response);
+  if (!active.empty()) system_.unknowns.gather_forces(e, work.x);
+  system_.newton.solve_once(k_, K, rhs_, work.x, response);
 
   dq_ += h * dv_;  // (5)
   dq_.col(1) += e.v0;
@@ -151,8 +154,11 @@ SwitchSolver::Result SwitchSolver::solve(std::span<Element> run, const Switch& e
     run.back().resting = end.contact;
     run.back().rest_together = end.together;
   }
-  if (responses_.size() < run.size()) responses_.resize(run.size());
+  return system_.affine() ? affine_.solve(run, end, max_h) : solve_by_newton(run, end, max_h);
+}
 
+SwitchSolver::Result SwitchSolver::solve_by_newton(std::span<Element> run, const Switch& end, double max_h) {
+  if (responses_.size() < run.size()) responses_.resize(run.size());
   bool is_contradictory = false;  // the last element, as far as redundant contacts go
   double h = run.front().h, previous = 0;
   for (int iteration = 0; iteration < kMaxNewton; ++iteration) {

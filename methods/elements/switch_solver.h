@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "methods/elements/affine_switch.h"
 #include "methods/elements/switch_function.h"
 
 namespace ricochet {
@@ -14,10 +15,11 @@ namespace ricochet {
 ///   switch_function(right end of the last) = 0.                                                            (12)
 ///
 /// The unknowns of every element are eliminated in turn: they respond linearly to the residual and to h, through the
-/// variation of their left end, so that (12) is one equation in h.
+/// variation of their left end, so that (12) is one equation in h. Where the active set makes (3), (4), (7) affine it is
+/// one from the start (affine_switch.h).
 class SwitchSolver {
  public:
-  enum class Result : std::uint8_t { converged, no_convergence, singular, left_interval };
+  using Result = SwitchResult;
 
   /// @param tolerance  relative size of the last Newton correction
   SwitchSolver(ElementSystem& system, double tolerance);
@@ -35,6 +37,7 @@ class SwitchSolver {
     double dh = 0, full_dh = 0;  // of the length, and what Newton's method asked for
   };
 
+  Result solve_by_newton(std::span<Element> run, const Switch& end, double max_h);
   void linearize(const Element& e, Matrix& response);
   bool iterate(std::span<Element> run, const Switch& end, double h, Progress& progress, bool& is_contradictory);
   void finish(std::span<Element> run, double h);
@@ -42,6 +45,7 @@ class SwitchSolver {
 
   ElementSystem& system_;
   SwitchFunction function_;
+  AffineSwitchSolver affine_;
   const double tolerance_;
   StageCoefficients k_;
   Matrix dq_, dv_;                 // n_q x 2: variation of the left end of an element, then of its right end

@@ -19,6 +19,11 @@ double error_constant(const ButcherTableau& tableau) {
   return std::max(std::abs(of_stability), std::abs(of_quadrature)) * std::pow(2, p);
 }
 
+/// x^y to seven digits, which is more than an estimate has.
+double power(double x, double y) {
+  return std::exp2(static_cast<float>(y * std::log2(static_cast<float>(x))));
+}
+
 }  // namespace
 
 ElementError::ElementError(const ButcherTableau& tableau) : n_s_(tableau.n_s), order_(tableau.order) {
@@ -51,7 +56,7 @@ double ElementError::estimate(double h, const Eigen::Ref<const Matrix>& w, const
     double decay = 0;
     for (int k = n_s_ - 1; k >= std::max(1, n_s_ - 2); --k) {
       const double alpha = std::abs(legendre_.row(k).dot(w.row(i)));
-      decay = std::max(decay, std::pow(odd_factorial_[k] * alpha / size, static_cast<double>(order_) / k));
+      decay = std::max(decay, power(odd_factorial_[k] * alpha / size, static_cast<double>(order_) / k));
     }
     const double e_v = error_constant_ * h * size * decay, e_q = h * e_v;
     worst = std::max({worst, e_v / (tolerance * (1 + std::abs(v[i]))), e_q / (tolerance * (1 + std::abs(q[i])))});

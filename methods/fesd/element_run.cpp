@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "problems/packed_column.h"
+
 namespace ricochet {
 namespace {
 
@@ -18,6 +20,10 @@ constexpr int kBracketSamples = 16;
 // Of the regula falsi behind them, and the relative width at which it ends.
 constexpr int kMaxBracketSteps = 60;
 constexpr double kBracketWidth = 1e-12;
+// Maps that are kept: of a few mode sets, with two lengths each.
+constexpr std::size_t kMaxMaps = 12;
+// Making a map takes as long as so many elements per column of it.
+constexpr std::int64_t kWorthAColumn = 8;
 
 }  // namespace
 
@@ -27,6 +33,7 @@ ElementRunSolver::ElementRunSolver(const Problem& problem, const ButcherTableau&
     : problem_(problem),
       tableau_(tableau),
       polygon_(options.polygon),
+      scales_(scales),
       buffers_(buffers),
       start_solver_(start_solver),
       elements_(problem, tableau, counters, polygon_),
@@ -36,6 +43,9 @@ ElementRunSolver::ElementRunSolver(const Problem& problem, const ButcherTableau&
       force_division_(problem),
       regular_A_(tableau.A.fullPivLu().isInvertible()) {
   gap_.setZero(problem.n_c());
+  for (Vector* state : {&x_, &group_start_, &largest_}) state->setZero(2 * problem.n_q());
+  J_n_.resize(problem.info().n_normal_entries);
+  J_t_.resize(problem.info().n_tangent_entries);
   if (options.between_stages) gap_minima_.emplace(problem, tableau, scales);
 }
 
@@ -48,6 +58,8 @@ void ElementRunSolver::first_guess(int element, double h) {
   const Element* left = buffers_.left_of(element);
   const ElementStart& start = buffers_.start_of(element);
   stages.h = h;
+  elements_.set_active(stages);
+  if (elements_.affine()) return;  // the closed form needs none
   const bool has_impulse = !start.touching.empty() && !buffers_.step().Lambda_n.col(element).isZero(0);
   if (left && left->h == h && left->modes == stages.modes && left->facets == stages.facets && !has_impulse) {
     elements_.tableau.extrapolate(*left, stages);
@@ -240,6 +252,62 @@ bool ElementRunSolver::run_to_time(int first, int count, double h, Switch::Kind 
   if (!budget.spend() || equal_elements(first, count, h)) return false;
   buffers_.step().ends[first + count - 1] = {.kind = kind, .contact = contact};
   return true;
+}
+
+/// Null where there is none.
+ElementMap* ElementRunSolver::map_for(Element& element, double h) {
+  for (auto map = maps_.begin(); map != maps_.end(); ++map) {
+    if (map->h() != h || map->modes() != element.modes) continue;
+    maps_.splice(maps_.begin(), maps_, map);
+    return map->is_complete() ? &*map : nullptr;
+  }
+  elements_.set_active(element);
+  if (!elements_.affine()) return nullptr;
+  if (maps_.size() == kMaxMaps) maps_.pop_back();
+  const ElementMap& made = maps_.emplace_front(elements_, h);
+  return made.is_complete() ? &maps_.front() : nullptr;
+}
+
+/// Tells the scales what the states that glide() has gone through were: the largest of each coordinate.
+void ElementRunSolver::see_motion(const Element& element, double H) {
+  const int n = problem_.n_q();
+  const double *q = largest_.data(), *v = q + n;
+  scales_.begin_step(q, v, H, false);
+  for (const int i : problem_.info().unilateral) {
+    if (!is_closed(element.modes[i])) continue;
+    const auto& contact = problem_.info().contacts[i];
+    problem_.normal_jacobian(element.q0.data(), J_n_.data());
+    scales_.see_approach(i, packed_terms(contact, J_n_.data() + contact.normal_begin, v));
+    if (contact.n_t == 0) continue;
+    problem_.tangent_jacobian(element.q0.data(), J_t_.data());
+    scales_.see_slip(i, packed_terms(contact, J_t_.data() + contact.tangent_begin, v));
+  }
+}
+
+std::int64_t ElementRunSolver::glide(Element& from, double h, std::int64_t n, int group) {
+  if (n < kWorthAColumn * (2 * problem_.n_q() + 1)) return 0;
+  ElementMap* map = map_for(from, h);
+  if (!map) return 0;
+  const int n_q = problem_.n_q();
+  x_.head(n_q) = from.q1;
+  x_.tail(n_q) = from.v1;
+  map->set_bounds(scales_);
+  if (!map->starts_from(x_)) return 0;
+  largest_.setZero();
+  std::int64_t gone = 0;
+  for (bool holds = true; gone < n;) {
+    group_start_ = x_;
+    largest_ = largest_.cwiseMax(x_.cwiseAbs());
+    for (int k = 0; k < group && holds; ++k) holds = map->advance(x_);
+    if (!holds) break;
+    gone += group;
+  }
+  if (gone == 0) return 0;
+  if (gone < n) x_ = group_start_;
+  from.q1 = x_.head(n_q);
+  from.v1 = x_.tail(n_q);
+  see_motion(from, group * h);
+  return gone;
 }
 
 /// Switch function, without its zeros at the start, at the end of `count` elements of length h; NaN where they have no

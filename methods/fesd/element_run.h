@@ -1,9 +1,12 @@
 #pragma once
 
+#include <cstdint>
+#include <list>
 #include <optional>
 
 #include "methods/elements/element_solver.h"
 #include "methods/elements/switch_solver.h"
+#include "methods/fesd/element_map.h"
 #include "methods/fesd/force_division.h"
 #include "methods/fesd/gap_minima.h"
 #include "methods/fesd/search_budget.h"
@@ -39,7 +42,15 @@ class ElementRunSolver {
   /// `count` elements of length h, with a switch of the contact at their end, whatever its equation says. Whether all sign conditions are fulfilled up to there.
   bool run_to_time(int first, int count, double h, Switch::Kind kind, int contact, SearchBudget& budget);
 
+  /// Goes on from the right end of an element for up to n elements of length h in which nothing happens, as far as they
+  /// have an ElementMap, and leaves their right end in that of the element: the rest of it stays as it is.
+  /// @param group  only whole groups of so many elements count: steps
+  /// @return how many elements
+  std::int64_t glide(Element& from, double h, std::int64_t n, int group);
+
  private:
+  ElementMap* map_for(Element& element, double h);
+  void see_motion(const Element& element, double H);
   void first_guess(int element, double h);
   Violation check_element(int element, bool is_first);
   int just_broken(int element) const;
@@ -56,6 +67,7 @@ class ElementRunSolver {
   const Problem& problem_;
   const ButcherTableau& tableau_;
   const FrictionPolygon polygon_;
+  ContactScales& scales_;
   StepBuffers& buffers_;
   ElementStartSolver& start_solver_;
   ElementSystem elements_;
@@ -66,6 +78,11 @@ class ElementRunSolver {
   std::optional<GapMinima> gap_minima_;  // with Options::between_stages
   const bool regular_A_;
   Vector gap_;
+
+  std::list<ElementMap> maps_;  // of the last mode sets and lengths, newest first
+  Vector x_, group_start_;      // 2 n_q: states (q, v)
+  Vector largest_;              // 2 n_q: |q|, |v| of the states that glide() has gone through
+  Vector J_n_, J_t_;            // packed
 };
 
 }  // namespace ricochet

@@ -60,7 +60,8 @@ class Fesd final : public Method {
         [&] {
           return solver.failure_message() +
                  (solver.more_elements_may_help() ? "; elements=as_needed may solve it" : "");
-        });
+        },
+        [&](double H, int n) { return solver.glide(H, n); });
     return run.finish();
   }
 

@@ -60,6 +60,10 @@ class PivotingSolver {
   /// Solves the next step, of length H, from where the step() before ended: that one tells which contacts were closed.
   Status advance(double H);
 
+  /// Takes up to n further steps of length H in which nothing happens, where the elements are affine maps: of the last
+  /// step only the right end is kept. Not behind advance_to_switch(). @return how many
+  int glide(double H, int n);
+
   /// The bounces that an element has closed instead of following them.
   struct ClosedBounces {
     bool throughout = false;  ///< they stay closed in the whole element, as nothing else was tried or possible

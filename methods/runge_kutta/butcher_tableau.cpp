@@ -11,7 +11,9 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <utility>
 
+#include "methods/runge_kutta/diagonal_tableau.h"
 #include "methods/runge_kutta/order_conditions.h"
 #include "methods/runge_kutta/tableau_file.h"
 #include "problems/input_error.h"
@@ -127,6 +129,11 @@ const std::map<std::string, Family>& families() {
   return families;
 }
 
+std::shared_ptr<const DiagonalTableau> diagonalized(const Matrix& A) {
+  auto diagonal = std::make_shared<DiagonalTableau>(A);
+  return diagonal->exists() ? std::move(diagonal) : nullptr;
+}
+
 /// Extrapolation of stage values to the right end; empty when two abscissae coincide.
 Vector right_end_weights(const ButcherTableau& tableau) {
   const int s = tableau.n_s;
@@ -200,6 +207,7 @@ ButcherTableau make_tableau(const std::string& name, int n_s) {
     for (int j = 0; j < n_s; ++j) tableau.A(i, j) = cln::double_approx(A[i][j]);
   }
   tableau.right_end = right_end_weights(tableau);
+  tableau.diagonal = diagonalized(tableau.A);
   return tableau;
 }
 
@@ -257,6 +265,7 @@ ButcherTableau read_tableau_file(const std::string& path) {
   if (confirmed < 1) throw InputError(file.field("b"), t.b.sum(), "the weights must sum to 1");
   t.order = file.order("order", confirmed);
   t.right_end = right_end_weights(t);
+  t.diagonal = diagonalized(t.A);
   return t;
 }
 

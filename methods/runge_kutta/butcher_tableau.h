@@ -1,11 +1,14 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "problems/problem.h"
 
 namespace ricochet {
+
+struct DiagonalTableau;
 
 /// Butcher tableau of a Runge-Kutta method,
 ///
@@ -22,6 +25,9 @@ struct ButcherTableau {
   /// Weights w with w' (stage values) = value of the stage polynomial at the right end. The last unit vector when the
   /// last stage is the output; empty when two abscissae coincide, so that no polynomial passes through the stages.
   Vector right_end;
+
+  /// A by its eigenvalues (diagonal_tableau.h); null where nobody has asked for them, or A is not diagonalisable.
+  std::shared_ptr<const DiagonalTableau> diagonal;
 
   /// The last stage is the output: a_{n_s,k} = b_k. Then c_{n_s} = 1.
   bool is_stiffly_accurate() const;

@@ -50,14 +50,15 @@ TEST_P(FesdSensitivities, ReachTheGroundTruth) {
 // P7a with three stages, which are discretisation; event times of P4 with Gauss depend on the derivative of a
 // force extrapolated to the right end, and their state of the rounding across the plane in it, which no stage there
 // removes: 2e-14 to 5e-12 for N from 100 to 400 in P4b. The time of the take-off in P8b, three stages, has rounding
-// that depends on N: three times the median of N = 380 to 420, 4e-14. P1c states no sensitivities.
+// that depends on N: three times the median of N = 380 to 420, 4e-14; so has the state behind it with Gauss, three times
+// the median of N = 185 to 215, 2.6e-12. P1c states no sensitivities.
 INSTANTIATE_TEST_SUITE_P(
     GroundTruth, FesdSensitivities,
     testing::Values(TruthCase{"P1a_ball_e09", "fesd:radau-iia:4", 50, 3e-14, 7e-15},
                     TruthCase{"P1a_ball_e09", "fesd:gauss:4", 50, 4e-15, 2e-15},
                     TruthCase{"P1b_ball_e05_pre_zeno", "fesd:radau-iia:4", 50, 7e-15, 4e-15},
                     TruthCase{"P1b_ball_e05_pre_zeno", "fesd:gauss:4", 50, 4e-15, 3e-15},
-                    TruthCase{"P2_two_balls_spring", "fesd:radau-iia:4", 2000, 2e-13, 4e-15},
+                    TruthCase{"P2_two_balls_spring", "fesd:radau-iia:4", 2000, 2e-13, 2e-14},
                     TruthCase{"P2_two_balls_spring", "fesd:gauss:4", 600, 9e-12, 6e-13},
                     TruthCase{"P3_sliding_block", "fesd:radau-iia:4", 50, 5e-15, 8e-15},
                     TruthCase{"P3_sliding_block", "fesd:gauss:4", 50, 3e-12, 8e-14},
@@ -81,7 +82,7 @@ INSTANTIATE_TEST_SUITE_P(
                     TruthCase{"P8a_bead_leaves_circle", "fesd:radau-iia:5", 400, 5e-14, 1e-13},
                     TruthCase{"P8b_spring_table", "fesd:radau-iia:4", 50, 3e-13, 5e-15},
                     TruthCase{"P8b_spring_table", "fesd:radau-iia:3", 400, 2e-13, 1.3e-13},
-                    TruthCase{"P8b_spring_table", "fesd:gauss:4,elements=as_needed", 200, 3e-12, 9e-11}),
+                    TruthCase{"P8b_spring_table", "fesd:gauss:4,elements=as_needed", 200, 8e-12, 9e-11}),
     [](const auto& test) { return test_name(std::string(test.param.id) + "_" + test.param.method); });
 
 struct AdaptiveCase {

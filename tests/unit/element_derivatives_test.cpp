@@ -64,7 +64,7 @@ class MadeUpElement {
   explicit MadeUpElement(const Case& of, int only = -1)
       : problem(*of.problem),
         polygon(of.mode == ContactMode::vertex_slip || of.mode == ContactMode::edge_slip ? kFacets : 0),
-        system(problem, make_tableau(of.tableau, 2), counters, polygon),
+        system(problem, make_tableau(of.tableau, 2), counters, polygon, ElementSystem::Form::newton),
         function(system) {
     const ProblemInfo& info = problem.info();
     e.resize(info, 2);

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <list>
+#include <vector>
+
+#include "methods/elements/active_set.h"
+
+namespace ricochet {
+
+/// Accelerations and forces as functions of the state, for one set of modes in which all of them are affine: M and the
+/// derivatives of f = f_v + B_u u are constant, closed contacts are affine and do not turn. With the columns
+///
+///   R = [J_n closed, J_t held],   C = [J_n - mu J_t along, J_t held]
+///
+/// of the unknown forces lambda (ActiveSet), C without the clock, and s the accelerations R' w that the laws ask for,
+///
+///   M w = f(q, v) + C lambda,   R' w = s                                                                      (1)
+///
+/// gives
+///
+///   w      = A_0 + A_q (q - q_r) + A_v (v - v_r) + B s,      B   = M^-1 C (R' M^-1 C)^-1                       (2)
+///   lambda = L_0 + L_q (q - q_r) + L_v (v - v_r) + L_s s,    L_s = (R' M^-1 C)^-1.                             (3)
+///
+/// (q_r, v_r) is the initial state: there f is small, while that of all coordinates zero is what a stiff spring makes of
+/// them. What rounding leaves where terms of (2) cancel is zero, so that nothing moves across a contact.
+struct ModeMap {
+  ModeMap(const Problem& problem, const ActiveSet& active);
+
+  std::vector<ContactMode> modes;
+  std::vector<int> facets;
+  bool exists = false;       ///< false: the equations are not affine, or the forces are not unique
+  bool is_constant = false;  ///< A_q = A_v = 0: motion along parabolas
+  Vector q_r, v_r;           ///< n_q
+  Vector A0, L0;             ///< n_q, n_rows of the active set
+  Matrix Aq, Av, Lq, Lv;     ///< n_q or n_rows x n_q
+  Matrix B, Ls;              ///< n_q or n_rows x n_rows
+  Matrix R;                  ///< n_q x n_rows
+
+ private:
+  void set(const Problem& problem, const ActiveSet& active);
+};
+
+/// The maps of the mode sets that a run has come to.
+class ModeMaps {
+ public:
+  explicit ModeMaps(const Problem& problem) : problem_(problem) {}
+
+  /// Null where (2) and (3) do not say what happens, and Newton's method has to. It may be forgotten at the next call.
+  const ModeMap* of(const ActiveSet& active);
+
+ private:
+  const Problem& problem_;
+  std::list<ModeMap> kept_;  // they do not move
+};
+
+}  // namespace ricochet
