@@ -41,7 +41,7 @@ void ElementSystem::take_active_set() {
 }
 
 void ElementSystem::set_active(Element& e) {
-  if (active.set(e.modes, e.facets)) take_active_set();
+  if (active.set(e.modes, e.facets) || (map_ && map_->u != problem.info().u)) take_active_set();
   unknowns.set_dependent_forces(e);
 }
 

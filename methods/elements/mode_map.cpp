@@ -29,7 +29,8 @@ Matrix cancelled(const Matrix& a, const Matrix& b, const Matrix& c) {
 
 }  // namespace
 
-ModeMap::ModeMap(const Problem& problem, const ActiveSet& active) : modes(active.modes()), facets(active.facets()) {
+ModeMap::ModeMap(const Problem& problem, const ActiveSet& active)
+    : modes(active.modes()), facets(active.facets()), u(problem.info().u) {
   if (is_affine(problem.info(), active)) set(problem, active);
 }
 
@@ -94,7 +95,8 @@ void ModeMap::set(const Problem& problem, const ActiveSet& active) {
 
 const ModeMap* ModeMaps::of(const ActiveSet& active) {
   for (const ModeMap& map : kept_) {
-    if (map.modes == active.modes() && map.facets == active.facets()) return map.exists ? &map : nullptr;
+    if (map.modes == active.modes() && map.facets == active.facets() && map.u == problem_.info().u)
+      return map.exists ? &map : nullptr;
   }
   if (kept_.size() == kMaxMaps) kept_.pop_front();
   kept_.emplace_back(problem_, active);

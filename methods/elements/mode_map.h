@@ -28,6 +28,7 @@ struct ModeMap {
 
   std::vector<ContactMode> modes;
   std::vector<int> facets;
+  Vector u;                  ///< the control, which may change from step to step of a plan
   bool exists = false;       ///< false: the equations are not affine, or the forces are not unique
   bool is_constant = false;  ///< A_q = A_v = 0: motion along parabolas
   Vector q_r, v_r;           ///< n_q
