@@ -123,6 +123,15 @@ TEST(LinearOscillator, StepsOfGeneralizedAlphaAreThoseOfTheTextbook) {
   }
 }
 
+TEST(Penalty, BrakesWithCoulombsFriction) {
+  for (const double mu : {0.25, 0.5}) {
+    const auto p = make_problem("sliding_block", {{"g", 10}, {"mu", mu}, {"v_x0", 2.5}, {"duration", 2}});
+    const Solution s = run_scheme(*p, "penalty", 20000);
+    // The springs settle at first, and friction is regularised at the end.
+    EXPECT_NEAR(s.q[0], 2.5 * 2.5 / (2 * mu * 10), 1e-3) << "mu = " << mu;
+  }
+}
+
 /// A step of the fully implicit method fulfils the theta rule, which one Newton step does not.
 TEST(MoreauJean, FullyImplicitFulfilsTheThetaRule) {
   const auto p = make_problem("pendulum_wall", {{"w", 5}, {"duration", 0.5}});

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <list>
+#include <map>
 #include <memory>
 #include <stdexcept>
 
@@ -20,8 +22,8 @@ namespace {
 
 using nlohmann::json;
 
-// Runs within this factor of the quickest first impression are measured.
-constexpr double kContender = 1.3;
+// Runs of a family and a level that are measured: the quickest by first impression.
+constexpr std::size_t kContenders = 4;
 constexpr int kFirstImpressions = 3;
 
 /// A method with all its settings.
@@ -133,55 +135,60 @@ std::vector<Attempt> attempts(const Family& family, const Problem& problem, cons
   return list;
 }
 
+/// The few quickest of the attempts that reach a level, by first impression.
+std::vector<const Attempt*> contenders_for(double level, const std::vector<Attempt>& list) {
+  std::vector<const Attempt*> reach;
+  for (const Attempt& a : list) {
+    if (a.error <= level) reach.push_back(&a);
+  }
+  std::ranges::sort(reach, {}, &Attempt::seconds);
+  if (reach.size() > kContenders) reach.resize(kContenders);
+  return reach;
+}
+
+void write(const Attempt& attempt, const Timing& timing, const ProblemChoice& choice, FastestRun& row) {
+  const Settings& settings = attempt.settings;
+  row.method = attempt.contender->method->info().id;
+  row.setting = settings.steps == 0 ? fmt::format("--tolerance {:.2g}", settings.tolerance)
+                                    : fmt::format("-N {}", settings.steps);
+  row.command = fmt::format("ricochet run {} --method {} {}", choice.arguments(), row.method, row.setting);
+  row.error = attempt.error;
+  row.microseconds = 1e6 * timing.median;
+  row.lower_quartile = 1e6 * timing.lower_quartile;
+  row.upper_quartile = 1e6 * timing.upper_quartile;
+}
+
 /// The runs of every family that may be the fastest at a level, measured together.
 std::vector<FastestRun> run_scene(const Plan& plan, const Scene& scene) {
   const auto problem = scene.choice.make_problem();
   const reference::Reference reference = scene.choice.make_reference(*problem);
-  struct Candidate {
-    std::size_t family;
-    double level;
-    Attempt attempt;
-  };
-  std::vector<FastestRun> rows;
-  std::vector<Candidate> candidates;
-  for (std::size_t f = 0; f < plan.families.size(); ++f) {
+  std::vector<FastestRun> rows;                         // family after family, level after level
+  std::vector<std::vector<const Attempt*>> contenders;  // by row
+  std::list<std::vector<Attempt>> attempted;
+  std::map<const Attempt*, std::size_t> measured;  // its number among the timed runs
+  std::vector<TimedRun> timed;
+  for (const Family& family : plan.families) {
     FastestRun row;
     row.scene = scene.name;
     row.group = scene.group;
-    row.family = plan.families[f].name;
+    row.family = family.name;
     row.uncertainty = reference.uncertainty;
-    const auto list = attempts(plan.families[f], *problem, reference, row);
+    const auto& list = attempted.emplace_back(attempts(family, *problem, reference, row));
     for (const double level : plan.levels) {
       row.level = level;
       rows.push_back(row);
-      double quickest = HUGE_VAL;
-      for (const Attempt& a : list) {
-        if (a.error <= level) quickest = std::min(quickest, a.seconds);
-      }
-      for (const Attempt& a : list) {
-        if (a.error <= level && a.seconds <= kContender * quickest) candidates.push_back({f, level, a});
+      contenders.push_back(contenders_for(level, list));
+      for (const Attempt* a : contenders.back()) {
+        if (!measured.try_emplace(a, timed.size()).second) continue;
+        timed.push_back({"", a->seconds, [&problem, a] { a->contender->method->solve(*problem, a->settings); }});
       }
     }
   }
-  std::vector<TimedRun> timed;
-  for (const Candidate& c : candidates) {
-    timed.push_back({"", c.attempt.seconds, [&] { c.attempt.contender->method->solve(*problem, c.attempt.settings); }});
-  }
   const auto timings = measure(timed, plan.quick, [](double) {});
-  for (std::size_t k = 0; k < candidates.size(); ++k) {
-    const Candidate& c = candidates[k];
-    FastestRun& row = *std::ranges::find_if(
-        rows, [&](const FastestRun& r) { return r.family == plan.families[c.family].name && r.level == c.level; });
-    if (row.is_reached() && row.microseconds <= 1e6 * timings[k].median) continue;
-    row.method = c.attempt.contender->method->info().id;
-    const bool is_adaptive = c.attempt.settings.steps == 0;
-    row.setting = is_adaptive ? fmt::format("--tolerance {:.2g}", c.attempt.settings.tolerance)
-                              : fmt::format("-N {}", c.attempt.settings.steps);
-    row.command = fmt::format("ricochet run {} --method {} {}", scene.choice.arguments(), row.method, row.setting);
-    row.error = c.attempt.error;
-    row.microseconds = 1e6 * timings[k].median;
-    row.lower_quartile = 1e6 * timings[k].lower_quartile;
-    row.upper_quartile = 1e6 * timings[k].upper_quartile;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const auto median = [&](const Attempt* a) { return timings[measured.at(a)].median; };
+    const auto fastest = std::ranges::min_element(contenders[k], {}, median);
+    if (fastest != contenders[k].end()) write(**fastest, timings[measured.at(*fastest)], scene.choice, rows[k]);
   }
   return rows;
 }
