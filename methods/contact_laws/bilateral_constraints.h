@@ -1,6 +1,6 @@
 #pragma once
 
-#include "methods/linear_algebra/small_inverse.h"
+#include "methods/linear_algebra/small_lu.h"
 #include "problems/problem.h"
 
 namespace ricochet {
@@ -46,7 +46,7 @@ class BilateralConstraints {
   const ProblemInfo& info_;
   Matrix G_, WG_, S_, S_inverse_;
   Vector rates_, multipliers_;
-  SmallInverse inverse_;
+  SmallLu inverse_;
 };
 
 }  // namespace ricochet

@@ -4,7 +4,7 @@
 
 #include "methods/elements/active_set.h"
 #include "methods/elements/stage_coefficients.h"
-#include "methods/linear_algebra/small_inverse.h"
+#include "methods/linear_algebra/small_lu.h"
 
 namespace ricochet {
 
@@ -20,7 +20,7 @@ struct EndSystem {
   Vector lambda_n, lambda_t;  ///< n_c, n_lambda_t: the forces (11)
 
   // Scratch of one function at a time.
-  SmallInverse lu;
+  SmallLu lu;
   Vector rates, impulses, f, J_n, J_t, gap, v;
   Matrix T;
 };

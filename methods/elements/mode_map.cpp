@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "methods/elements/redundant_system.h"
-#include "methods/linear_algebra/small_inverse.h"
+#include "methods/linear_algebra/small_lu.h"
 
 namespace ricochet {
 namespace {
@@ -74,7 +74,7 @@ void ModeMap::set(const Problem& problem, const ActiveSet& active) {
   }
   if (n_rows > 0) {
     const Matrix MC = M.solve(C), system = R.transpose() * MC;
-    SmallInverse lu;
+    SmallLu lu;
     Ls = lu.of(system);
     if (RedundantSystem::is_singular(system, Ls)) return;
     B = MC * Ls;

@@ -13,8 +13,7 @@ namespace {
 constexpr int kMaxOfOneIsland = 40;
 // Unknowns up to which an island is dense.
 constexpr int kMaxDense = 64;
-// Pivots of a band matrix, relative to their column, below which its contacts may be redundant: a dense factorisation
-// decides.
+// Pivots, relative to their column, below which contacts may be redundant: the inverse decides.
 constexpr double kSuspicious = 1e-12;
 // Of an island: element lengths and active sets that alternate, full step, rest after an impact, ...
 constexpr std::size_t kMaxFactors = 8;
@@ -267,8 +266,9 @@ void NewtonSystem::assemble(const Island& island, const StageCoefficients& k, co
 }
 
 bool NewtonSystem::factorize(const Island& island, const StageCoefficients& k, const StageDerivatives& derivatives,
-                             bool invert, Factor& factor) {
+                             Factor& factor) const {
   factor.to_smallest.resize(0, 0);
+  factor.negative_inverse.resize(0, 0);
   factor.is_banded = island.is_banded;
   if (factor.is_banded) {
     factor.band.set_zero(island.n(), island.lower, island.upper);
@@ -280,16 +280,17 @@ bool NewtonSystem::factorize(const Island& island, const StageCoefficients& k, c
   factor.K.setZero(island.n(), island.n());
   assemble(island, k, derivatives, [&](int row, int column, double x) { factor.K(row, column) += x; });
   factor.lu.factorize(factor.K);
+  const bool is_suspicious = !(factor.lu.smallest_pivot() > kSuspicious);
+  if (is_suspicious || island.is_constant) factor.negative_inverse = -factor.lu.inverse();
   // Several contacts, or one with more forces than its bodies have ways to go: a pendulum that sticks to a wall.
   const bool may_be_redundant =
       island.contacts.size() > 1 || island.n_rows > static_cast<int>(island.coordinates.size());
-  if (invert || may_be_redundant) factor.negative_inverse = -factor.lu.inverse();
-  if (may_be_redundant && RedundantSystem::is_singular(factor.K, factor.negative_inverse)) {
+  if (is_suspicious && may_be_redundant && RedundantSystem::is_singular(factor.K, factor.negative_inverse)) {
     const RedundantSystem system(factor.K, force_positions(island));
     factor.negative_inverse = -system.pseudo_inverse();
     factor.to_smallest = system.to_smallest();
   }
-  return factor.is_valid = !invert || factor.negative_inverse.allFinite();
+  return factor.is_valid = !is_suspicious || factor.negative_inverse.allFinite();
 }
 
 std::vector<int> NewtonSystem::force_positions(const Island& island) const {
@@ -309,7 +310,7 @@ bool NewtonSystem::factorize(const StageCoefficients& k, const StageDerivatives&
   for (std::size_t m = 0; m < n_islands_ && is_regular; ++m) {
     const Island& island = islands_[m];
     if (!island.factor->is_valid || (again && !island.is_constant)) {
-      is_regular = factorize(island, k, derivatives, true, *island.factor);
+      is_regular = factorize(island, k, derivatives, *island.factor);
       is_counted = true;
     }
     is_redundant_ = is_redundant_ || island.factor->to_smallest.size() > 0;
@@ -330,6 +331,17 @@ void NewtonSystem::solve(const Vector& r, const Vector& x, Vector& dx) {
       for (int i = 0; i < n; ++i) local_[i] = r[at[i]];
       factor.band.solve(local_.data());
       for (int i = 0; i < n; ++i) dx[at[i]] = -local_[i];
+      continue;
+    }
+    if (factor.negative_inverse.size() == 0) {
+      double* x_of_island = dx.data();
+      if (!island.is_whole) {
+        local_.resize(n);
+        x_of_island = local_.data();
+      }
+      for (int i = 0; i < n; ++i) x_of_island[i] = -r[at[i]];
+      factor.lu.solve_in_place(x_of_island);
+      for (int i = 0; i < n && !island.is_whole; ++i) dx[at[i]] = local_[i];
       continue;
     }
     const double *from = r.data(), *column = factor.negative_inverse.data();
@@ -366,13 +378,13 @@ void NewtonSystem::solve_once(const StageCoefficients& k, const StageDerivatives
     const int* at = island.unknowns.data();
     Factor& factor = island.is_constant ? factor_for(island, k.h) : scratch_[island.coordinates.front()];
     if (!island.is_constant || !factor.is_valid) {
-      factorize(island, k, derivatives, island.is_constant, factor);
+      factorize(island, k, derivatives, factor);
       is_counted = true;
     }
     is_redundant_ = is_redundant_ || factor.to_smallest.size() > 0;
     if (island.is_whole && !factor.is_banded && factor.to_smallest.size() == 0) {
-      factor.lu.solve(rhs, response);
-      response *= -1;
+      response = -rhs;
+      factor.lu.solve_in_place(response.data(), 2);
       continue;
     }
     for (int column = 0; column < 2; ++column) {
@@ -383,8 +395,8 @@ void NewtonSystem::solve_once(const StageCoefficients& k, const StageDerivatives
         factor.band.solve(local_.data());
         local = -local;
       } else if (factor.to_smallest.size() == 0) {
-        factor.lu.solve_in_place(local);
         local = -local;
+        factor.lu.solve_in_place(local.data());
       } else {
         local = (factor.negative_inverse * local).eval();
         if (column == 0)

@@ -6,7 +6,7 @@
 
 #include "methods/elements/stage_equations.h"
 #include "methods/linear_algebra/band_lu.h"
-#include "methods/linear_algebra/small_inverse.h"
+#include "methods/linear_algebra/small_lu.h"
 #include "problems/disjoint_sets.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
@@ -22,7 +22,8 @@ namespace ricochet {
 /// islands of that contact only. Where neither M nor f_v nor the contacts of an island vary, its matrix does not depend
 /// on the state, and not on h either: rows (4) are divided by h^2 and rows (7a) by h. Its factors hold for ever.
 ///
-/// A small island keeps its inverse: it is used many times, and residuals correct its rounding. A large one is numbered
+/// A small island keeps its inverse where that holds for ever: it is used many times, and residuals correct its
+/// rounding. A large one is numbered
 /// along its breadth-first levels, all stages of a coordinate together and each contact between its bodies; then K is a
 /// band matrix (band_lu.h), and a row of n bodies costs time in proportion to n. A system with few unknowns is one
 /// island, whatever it couples.
@@ -58,9 +59,9 @@ class NewtonSystem {
     bool is_valid = false, is_banded = false;
     BandLu band;
     Matrix K;
-    SmallInverse lu;
-    Matrix negative_inverse;
-    Matrix to_smallest;  // RedundantSystem (2); empty when the contacts are not redundant
+    SmallLu lu;
+    Matrix negative_inverse;  // where it is kept: it holds for ever, or the contacts are redundant
+    Matrix to_smallest;       // RedundantSystem (2); empty when the contacts are not redundant
     std::uint64_t last_use = 0;
   };
 
@@ -93,8 +94,8 @@ class NewtonSystem {
   Factor& factor_for(const Island& island, double h);
   void assemble(const Island& island, const StageCoefficients& k, const StageDerivatives& derivatives,
                 auto&& add) const;
-  bool factorize(const Island& island, const StageCoefficients& k, const StageDerivatives& derivatives, bool invert,
-                 Factor& factor);
+  bool factorize(const Island& island, const StageCoefficients& k, const StageDerivatives& derivatives,
+                 Factor& factor) const;
   std::vector<int> force_positions(const Island& island) const;
 
   const Problem& problem_;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "methods/linear_algebra/islands.h"
-#include "methods/linear_algebra/small_inverse.h"
+#include "methods/linear_algebra/small_lu.h"
 #include "problems/disjoint_sets.h"
 
 namespace ricochet {
@@ -34,7 +34,7 @@ class BlockInverse {
   DisjointSets sets_;  // of coordinates: one per island
   Islands islands_;
   std::vector<Matrix> blocks_, inverses_;  // per island
-  std::vector<SmallInverse> factors_;
+  std::vector<SmallLu> factors_;
 };
 
 }  // namespace ricochet

@@ -92,15 +92,16 @@ struct Linearization {
   /// (10). @param M_contact  M of (5)
   void compute_response(const Coefficients& alpha, double h, const Matrix& M_contact) {
     N = S + (h * alpha.gamma * alpha.c) * X;
-    N_inverse.factorize(N);
-    N_inverse.solve(S, NM);
+    N_lu.factorize(N);
+    NM = S;
+    N_lu.solve_in_place(NM.data(), static_cast<int>(NM.cols()));
     N = M_contact.lazyProduct(NM);
     What.compute(N);
   }
 
   Matrix M, f_q, f_v, Md_q, S, X, N, NM;  // NM = N^-1 S
   BlockInverse S_inverse, What;
-  SmallInverse N_inverse;
+  SmallLu N_lu;
 };
 
 Solution GeneralizedAlpha::do_solve(const Problem& problem, const Settings& settings) const {
