@@ -12,6 +12,8 @@ namespace {
 constexpr double kGapDrift = 1e-13;
 // Rounding of slip velocities, which a switch makes zero to the accuracy of Newton's method, is removed from here on.
 constexpr double kSlipDrift = 1e-13;
+// Relative change of J_n over a chord from which on the plain difference of two gaps is accurate enough.
+constexpr double kLongChord = 0.01;
 
 bool has_curved_contact(const ProblemInfo& info) {
   return std::ranges::any_of(info.contacts, [](const auto& contact) { return !contact.is_affine; });
@@ -42,6 +44,7 @@ StageEquations::StageEquations(const Problem& problem, const StageTableau& table
   chord_J_.resize(info.n_normal_entries);
   chord_q_.resize(n_q_);
   chord_variation_.setZero(info.n_c());
+  chord_integral_.setZero(info.n_c());
   gap_change_.setZero(info.n_c());
   // Of the dense matrices only those that the scene needs: of thousands of bodies they are large.
   const Matrix square = Matrix::Zero(n_q_, n_q_);
@@ -55,6 +58,7 @@ void StageEquations::prepare(StageWorkspace& work) const {
   work.dq.setZero(n_q_, n_s_);
   for (auto* vector : {&work.gap0, &work.kept_gap, &work.gap_size}) vector->setZero(info.n_c());
   work.kept_slip.setZero(info.n_lambda_t);
+  work.J_n0.setZero(info.n_normal_entries);
   const Matrix square = Matrix::Zero(n_q_, n_q_);
   StageDerivatives& K = work.K;
   K.Dq.resize(n_s_);
@@ -82,12 +86,12 @@ void StageEquations::resize(StageWorkspace& work) const {
 void StageEquations::set_initial_values(const Element& e, double h, StageWorkspace& work) {
   if (active_.empty()) return;
   problem_.gap(e.q0.data(), work.gap0.data());
-  problem_.normal_jacobian_of(active_.is_closed(), e.q0.data(), at_.J_n.data());
+  problem_.normal_jacobian_of(active_.is_closed(), e.q0.data(), work.J_n0.data());
   if (active_.has_friction()) problem_.tangent_jacobian_of(active_.is_closed(), e.q0.data(), at_.J_t.data());
   for (const ActiveContact& active : active_.closed()) {
     const int i = active.contact;
     const auto& contact = problem_.info().contacts[i];
-    const double* J = at_.J_n.data() + contact.normal_begin;
+    const double* J = work.J_n0.data() + contact.normal_begin;
     const double velocity = packed_terms(contact, J, e.v0);
     // q may pass through zero, and keeps its rounding.
     work.gap_size[i] = std::max(work.gap_size[i], packed_terms(contact, J, e.q0));
@@ -145,36 +149,58 @@ void StageEquations::set_right_end(const StageCoefficients& k, Element& e) const
   }
 }
 
-/// (6) of all curved contacts, by four Gauss points, in gap_change_. If J_n changes by less than 1 % over the chord,
-/// the error is about (1 %)^8 of the result; else the plain difference is accurate enough.
+/// Largest change of J_n of a contact between two places, relative to its largest entry.
+double StageEquations::variation(const ContactInfo& contact, const Vector& J_n, const Vector& other) {
+  double change = 0, size = 0;
+  for (std::size_t entry = contact.normal_begin; entry < contact.normal_begin + contact.support.size(); ++entry) {
+    change = std::max(change, std::abs(J_n[entry] - other[entry]));
+    size = std::max(size, std::abs(J_n[entry]));
+  }
+  return size > 0 ? change / size : change;
+}
+
+/// f_c(q_j) - f_c(q_0) of all curved contacts, in gap_change_: by (6) where J_n changes by less than 1 % over the chord,
+/// else the plain difference is accurate enough.
 /// @param at  J_n and the gaps of the stage
 void StageEquations::gap_changes(int stage, const Element& e, const StageContacts& at, const StageWorkspace& work) {
+  bool has_short_chord = false;
+  for (const ActiveContact& active : active_.closed()) {
+    const int i = active.contact;
+    const auto& contact = problem_.info().contacts[i];
+    if (contact.is_affine) continue;
+    gap_change_[i] = at.gap[i] - work.gap0[i];
+    chord_variation_[i] = variation(contact, at.J_n, work.J_n0);
+    has_short_chord = has_short_chord || chord_variation_[i] <= kLongChord;
+  }
+  if (has_short_chord) integrate_chords(stage, e, at, work);
+}
+
+/// (6) by four Gauss points: an error of about (1 %)^8 of the result.
+void StageEquations::integrate_chords(int stage, const Element& e, const StageContacts& at,
+                                      const StageWorkspace& work) {
   static constexpr double nodes[] = {0.069431844202973712, 0.33000947820757187, 0.66999052179242813,
                                      0.93056815579702629};
   static constexpr double weights[] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
                                        0.17392742256872693};
   const auto dq = work.dq.col(stage);
-  gap_change_.setZero();
-  chord_variation_.setZero();
+  chord_integral_.setZero();
   for (int m = 0; m < 4; ++m) {
     chord_q_ = e.q0 + nodes[m] * dq;
     problem_.normal_jacobian_of(active_.is_closed(), chord_q_.data(), chord_J_.data());
     for (const ActiveContact& active : active_.closed()) {
-      const auto& info = problem_.info().contacts[active.contact];
-      for (std::size_t s = 0; s < info.support.size(); ++s) {
-        const std::size_t entry = info.normal_begin + s;
-        double& variation = chord_variation_[active.contact];
-        gap_change_[active.contact] += weights[m] * chord_J_[entry] * dq[info.support[s]];
-        variation = std::max(variation, std::abs(chord_J_[entry] - at.J_n[entry]));
-      }
+      const int i = active.contact;
+      const auto& contact = problem_.info().contacts[i];
+      if (contact.is_affine) continue;
+      double rate = 0;
+      for (std::size_t s = 0; s < contact.support.size(); ++s)
+        rate += chord_J_[contact.normal_begin + s] * dq[contact.support[s]];
+      chord_integral_[i] += weights[m] * rate;
+      chord_variation_[i] = std::max(chord_variation_[i], variation(contact, at.J_n, chord_J_));
     }
   }
   for (const ActiveContact& active : active_.closed()) {
     const int i = active.contact;
-    const auto& info = problem_.info().contacts[i];
-    const auto entries = static_cast<Eigen::Index>(info.support.size());
-    const double size = at.J_n.segment(static_cast<Eigen::Index>(info.normal_begin), entries).lpNorm<Eigen::Infinity>();
-    if (chord_variation_[i] > 0.01 * size) gap_change_[i] = at.gap[i] - work.gap0[i];
+    if (chord_variation_[i] <= kLongChord) gap_change_[i] = chord_integral_[i];
   }
 }
 

@@ -27,6 +27,7 @@ struct StageWorkspace {
 
   Matrix dq;              ///< n_q x n_s: q_j - q_0 of (2) without the rounding of q_j
   Vector gap0;            ///< n_c: f_c(q_0)
+  Vector J_n0;            ///< J_n(q_0), packed
   Vector kept_gap;        ///< n_c: the part of it that (4) removes
   Vector kept_slip;       ///< n_lambda_t: the part of held' J_t' v_0 that (7a) removes
   Vector gap_size;        ///< n_c: largest sum_k |J_n,k q_k| so far: what rounding of a gap is relative to
@@ -79,7 +80,8 @@ class StageEquations {
   void prepare(StageWorkspace& work) const;
   void resize(StageWorkspace& work) const;
 
-  /// Decides what of f_c(q_0) equation (4) removes, and what of J_t' v_0 equation (7a). Sets gap0, kept_gap, kept_slip.
+  /// Decides what of f_c(q_0) equation (4) removes, and what of J_t' v_0 equation (7a). Sets gap0, J_n0,
+  /// kept_gap, kept_slip.
   void set_initial_values(const Element& e, double h, StageWorkspace& work);
   /// (1) and (2). Sets dq.
   void set_stages(const StageCoefficients& k, Element& e, StageWorkspace& work) const;
@@ -100,7 +102,9 @@ class StageEquations {
     Matrix T;
   };
 
+  static double variation(const ContactInfo& contact, const Vector& J_n, const Vector& other);
   void gap_changes(int stage, const Element& e, const StageContacts& at, const StageWorkspace& work);
+  void integrate_chords(int stage, const Element& e, const StageContacts& at, const StageWorkspace& work);
   void friction_residual(const StageCoefficients& k, const ActiveContact& active, int stage, const Element& e,
                          const Vector& J_t, const Vector& kept_slip, double* r) const;
   void friction_derivatives(const StageCoefficients& k, const ActiveContact& active, int stage, const Element& e,
@@ -120,8 +124,8 @@ class StageEquations {
   Vector f_, lambda_n_, lambda_t_;
   StageContacts at_;
   Matrix Mq_, Fq_, Fv_, Jq_;
-  Vector chord_J_, chord_q_, chord_variation_;
-  Vector gap_change_;  // n_c: (6) of curved contacts, of the stage at hand
+  Vector chord_J_, chord_q_, chord_variation_, chord_integral_;
+  Vector gap_change_;  // n_c: f_c(q_j) - f_c(q_0) of curved contacts, of the stage at hand
 };
 
 }  // namespace ricochet
