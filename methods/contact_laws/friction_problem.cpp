@@ -253,7 +253,8 @@ bool FrictionProblem::solve_cones(const Eigen::Ref<const Matrix>& G, const Eigen
     solved = newton(G, b, contacts, r);
   }
   Eigen::Index row = 0;
-  for (const Contact& contact : contacts) {
+  for (Contact& contact : contacts) {
+    if (r[row] <= 0) contact.mode = ContactMode::open;
     if (contact.mode == ContactMode::open) r.segment(row, 1 + contact.n_t).setZero();  // rounding
     row += 1 + contact.n_t;
   }

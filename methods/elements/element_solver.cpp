@@ -1,11 +1,19 @@
 #include "methods/elements/element_solver.h"
 
 #include <cmath>
+#include <limits>
 
 namespace ricochet {
 namespace {
 
 constexpr int kMaxNewton = 30;
+// Corrections that derivatives of the iterate before have not halved: from here on there is no solution nearby.
+constexpr int kMaxStagnations = 4;
+// New derivatives and factors take the time of about five iterations and, where Newton's method is quadratic, leave half
+// of those that were to come.
+constexpr double kIterationsOfRefresh = 10;
+// First contractions up to which factors are worth keeping for the next element: by new derivatives, by kept ones.
+constexpr double kWorthKeeping = 0.01, kStillWorthKeeping = 0.1;
 // Far below anything physical in SI units, and far above subnormal numbers.
 constexpr double kVanishing = 1e-250;
 
@@ -13,6 +21,12 @@ constexpr double kVanishing = 1e-250;
 /// takes a hundred times as long.
 void clear_vanishing(double* x, Eigen::Index n) {
   for (Eigen::Index k = 0; k < n; ++k) x[k] = std::abs(x[k]) < kVanishing ? 0 : x[k];
+}
+
+/// Iterations that reduce a correction by this factor at this contraction.
+double remaining_iterations(double factor, double contraction) {
+  if (!(contraction < 1)) return std::numeric_limits<double>::infinity();
+  return -std::log(factor) / std::log(contraction);
 }
 
 }  // namespace
@@ -56,22 +70,23 @@ ElementSolver::Result ElementSolver::solve_by_newton(const StageCoefficients& k,
   StageWorkspace& work = system_.work;
   const ProblemInfo& info = system_.problem.info();
   const ActiveSet& active = system_.active;
-  const bool is_known = newton.recall(k.h);
+  const bool is_known = newton.recall(k.h) && (keeps_factors_ || newton.is_constant());
   equations.set_initial_values(e, k.h, work);
   equations.set_stages(k, e, work);
   bool is_fresh = false;
   e.has_frozen_slip = active.has_friction() && !e.slip_start.isZero(0);
   if (!is_known) {
-    if (!refresh(k, e, false)) return Result::singular;
+    if (!refresh(k, e, true)) return Result::singular;
     is_fresh = true;
   }
   const ProblemInfo::Structure& structure = info.structure;
   const bool is_affine =
       structure.constant_mass && structure.constant_force_jacobian && !active.has_curved() && !active.turns();
-  // A predicted correction of dw says little about what (3) is left with where closed contacts turn.
-  const double predicted_tolerance = active.empty() ? tolerance_ : 0.1 * tolerance_;
+  // A predicted correction of dw says little about what (3) is left with.
+  const double predicted_tolerance = 0.1 * tolerance_;
 
   double previous = 0;
+  int stagnations = 0;
   for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
     equations.residual(k, e, work);
     if (newton.is_redundant()) unknowns.gather_forces(e, work.x);
@@ -88,11 +103,14 @@ ElementSolver::Result ElementSolver::solve_by_newton(const StageCoefficients& k,
     }
     if (iteration > 0) {
       const double contraction = size / previous;
+      if (iteration == 1) keeps_factors_ = contraction <= (is_fresh ? kWorthKeeping : kStillWorthKeeping);
+      if (is_fresh && contraction > 0.5 && size > 1e-3 * scale && ++stagnations > kMaxStagnations)
+        return Result::no_convergence;
       // What the next correction would be; and corrections that rounding keeps from shrinking further.
       is_converged = is_converged ||
                      (contraction < 1 && contraction / (1 - contraction) * size <= predicted_tolerance * scale) ||
                      (iteration > 3 && contraction > 0.5 && size <= 1e-9 * scale);
-      if (!is_converged && contraction > 0.1 && !(is_fresh && contraction < 0.5)) {
+      if (!is_converged && remaining_iterations(size / (tolerance_ * scale), contraction) > kIterationsOfRefresh) {
         if (!refresh(k, e, true)) return Result::singular;
         is_fresh = true;
       }

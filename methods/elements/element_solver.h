@@ -27,6 +27,7 @@ class ElementSolver {
   ElementSystem& system_;
   const double tolerance_;
   RecentCoefficients coefficients_;
+  bool keeps_factors_ = true;  // the next element may begin with those of an earlier one
 };
 
 }  // namespace ricochet

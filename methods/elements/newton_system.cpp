@@ -225,6 +225,11 @@ bool NewtonSystem::recall(double h) {
   return is_known_;
 }
 
+bool NewtonSystem::is_constant() const {
+  return std::all_of(islands_.begin(), islands_.begin() + static_cast<std::ptrdiff_t>(n_islands_),
+                     [](const Island& island) { return island.is_constant; });
+}
+
 /// Every entry of K of the island: add(row, column, value), several times for some.
 void NewtonSystem::assemble(const Island& island, const StageCoefficients& k, const StageDerivatives& derivatives,
                             auto&& add) const {

@@ -44,6 +44,7 @@ class NewtonSystem {
   /// dx = -K^-1 r by the factors of recall() and factorize(); see redundant_system.h for redundant contacts.
   /// @param x  the forces among the unknowns, read only if is_redundant()
   void solve(const Vector& r, const Vector& x, Vector& dx);
+  bool is_constant() const;                            ///< factors hold for ever, those of every island
   bool is_redundant() const { return is_redundant_; }  ///< some contacts are, as the last factors say
 
   /// response = -K^-1 rhs, two columns, with K of this instant; nothing of it is kept, unless it holds for ever.

@@ -12,8 +12,9 @@ namespace {
 constexpr double kGapDrift = 1e-13;
 // Rounding of slip velocities, which a switch makes zero to the accuracy of Newton's method, is removed from here on.
 constexpr double kSlipDrift = 1e-13;
-// Relative change of J_n over a chord from which on the plain difference of two gaps is accurate enough.
-constexpr double kLongChord = 0.01;
+// The plain difference of two gaps is accurate enough where a contact moves by this part of the size of its gap in the
+// element: its rounding is less than 1e-14 of the motion; and where J_n changes by this part over the chord.
+constexpr double kLongMotion = 0.04, kLongChord = 0.01;
 
 bool has_curved_contact(const ProblemInfo& info) {
   return std::ranges::any_of(info.contacts, [](const auto& contact) { return !contact.is_affine; });
@@ -59,6 +60,7 @@ void StageEquations::prepare(StageWorkspace& work) const {
   for (auto* vector : {&work.gap0, &work.kept_gap, &work.gap_size}) vector->setZero(info.n_c());
   work.kept_slip.setZero(info.n_lambda_t);
   work.J_n0.setZero(info.n_normal_entries);
+  work.is_short.assign(info.contacts.size(), false);
   const Matrix square = Matrix::Zero(n_q_, n_q_);
   StageDerivatives& K = work.K;
   K.Dq.resize(n_s_);
@@ -98,6 +100,7 @@ void StageEquations::set_initial_values(const Element& e, double h, StageWorkspa
     const bool is_drift = std::abs(work.gap0[i]) > kGapDrift * work.gap_size[i];
     const bool is_harmless = std::abs(work.gap0[i]) <= 1e-8 * h * velocity;
     work.kept_gap[i] = is_drift && is_harmless ? work.gap0[i] : 0;
+    work.is_short[i] = !contact.is_affine && h * velocity < kLongMotion * work.gap_size[i];
     for (int k = 0; k < active.n_rows - 1; ++k) {
       const double* J_t = at_.J_t.data() + contact.tangent_begin;
       double slip = 0, size = 0;
@@ -159,17 +162,15 @@ double StageEquations::variation(const ContactInfo& contact, const Vector& J_n, 
   return size > 0 ? change / size : change;
 }
 
-/// f_c(q_j) - f_c(q_0) of all curved contacts, in gap_change_: by (6) where J_n changes by less than 1 % over the chord,
-/// else the plain difference is accurate enough.
+/// f_c(q_j) - f_c(q_0) of all curved contacts, in gap_change_: by (6) where the element is short and J_n changes by less
+/// than 1 % over the chord, else the plain difference is accurate enough.
 /// @param at  J_n and the gaps of the stage
 void StageEquations::gap_changes(int stage, const Element& e, const StageContacts& at, const StageWorkspace& work) {
   bool has_short_chord = false;
   for (const ActiveContact& active : active_.closed()) {
     const int i = active.contact;
-    const auto& contact = problem_.info().contacts[i];
-    if (contact.is_affine) continue;
     gap_change_[i] = at.gap[i] - work.gap0[i];
-    chord_variation_[i] = variation(contact, at.J_n, work.J_n0);
+    chord_variation_[i] = work.is_short[i] ? variation(problem_.info().contacts[i], at.J_n, work.J_n0) : 1;
     has_short_chord = has_short_chord || chord_variation_[i] <= kLongChord;
   }
   if (has_short_chord) integrate_chords(stage, e, at, work);
@@ -190,7 +191,7 @@ void StageEquations::integrate_chords(int stage, const Element& e, const StageCo
     for (const ActiveContact& active : active_.closed()) {
       const int i = active.contact;
       const auto& contact = problem_.info().contacts[i];
-      if (contact.is_affine) continue;
+      if (chord_variation_[i] > kLongChord) continue;
       double rate = 0;
       for (std::size_t s = 0; s < contact.support.size(); ++s)
         rate += chord_J_[contact.normal_begin + s] * dq[contact.support[s]];

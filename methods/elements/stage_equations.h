@@ -25,17 +25,18 @@ struct StageWorkspace {
   StageWorkspace(const StageWorkspace&) = delete;  // StageDerivatives::M points into it
   StageWorkspace& operator=(const StageWorkspace&) = delete;
 
-  Matrix dq;              ///< n_q x n_s: q_j - q_0 of (2) without the rounding of q_j
-  Vector gap0;            ///< n_c: f_c(q_0)
-  Vector J_n0;            ///< J_n(q_0), packed
-  Vector kept_gap;        ///< n_c: the part of it that (4) removes
-  Vector kept_slip;       ///< n_lambda_t: the part of held' J_t' v_0 that (7a) removes
-  Vector gap_size;        ///< n_c: largest sum_k |J_n,k q_k| so far: what rounding of a gap is relative to
-  Vector r;               ///< n_s n_unknowns: residual of (3), (4), (7)
-  double load = 0;        ///< largest |f_i| / M_ii of the last residual
-  StageDerivatives K;     ///< what the Newton matrix is made of
-  std::vector<Matrix> M;  ///< n_s times n_q x n_q, where M varies
-  Vector x, dx;           ///< n_s n_unknowns: forces among the unknowns, accelerations left out; a correction
+  Matrix dq;                   ///< n_q x n_s: q_j - q_0 of (2) without the rounding of q_j
+  Vector gap0;                 ///< n_c: f_c(q_0)
+  Vector J_n0;                 ///< J_n(q_0), packed
+  Vector kept_gap;             ///< n_c: the part of gap0 that (4) removes
+  Vector kept_slip;            ///< n_lambda_t: the part of held' J_t' v_0 that (7a) removes
+  Vector gap_size;             ///< n_c: largest sum_k |J_n,k q_k| so far: what rounding of a gap is relative to
+  std::vector<char> is_short;  ///< n_c: the element is so short that rounding of its gap would show in (4)
+  Vector r;                    ///< n_s n_unknowns: residual of (3), (4), (7)
+  double load = 0;             ///< largest |f_i| / M_ii of the last residual
+  StageDerivatives K;          ///< what the Newton matrix is made of
+  std::vector<Matrix> M;       ///< n_s times n_q x n_q, where M varies
+  Vector x, dx;                ///< n_s n_unknowns: forces among the unknowns, accelerations left out; a correction
 };
 
 /// The equations of an element with a fixed mode for every contact, h given:
@@ -65,8 +66,8 @@ struct StageWorkspace {
 /// A gap or a drive that is not affine in t is curved, whatever it is in the bodies' coordinates.
 ///
 /// (4) is evaluated as f_c(q_j) - f_c(q_0) = 0. Divided by h^2, the rounding of either term would show in the force, so
-/// the difference is taken without them: J_n' (q_j - q_0) for an affine gap; else, as long as J_n hardly changes in the
-/// step, the integral of J_n' (q_j - q_0) along the chord by Gauss quadrature,
+/// the difference is taken without them: J_n' (q_j - q_0) for an affine gap; else, in elements so short that J_n hardly
+/// changes, the integral of J_n' (q_j - q_0) along the chord by Gauss quadrature,
 ///
 ///   f_c(q_0 + dq) - f_c(q_0) = int_0^1 J_n(q_0 + s dq)' dq ds.                                              (6)
 ///
@@ -81,7 +82,7 @@ class StageEquations {
   void resize(StageWorkspace& work) const;
 
   /// Decides what of f_c(q_0) equation (4) removes, and what of J_t' v_0 equation (7a). Sets gap0, J_n0,
-  /// kept_gap, kept_slip.
+  /// kept_gap, kept_slip, is_short.
   void set_initial_values(const Element& e, double h, StageWorkspace& work);
   /// (1) and (2). Sets dq.
   void set_stages(const StageCoefficients& k, Element& e, StageWorkspace& work) const;

@@ -20,6 +20,8 @@ constexpr int kBracketSamples = 16;
 // Of the regula falsi behind them, and the relative width at which it ends.
 constexpr int kMaxBracketSteps = 60;
 constexpr double kBracketWidth = 1e-12;
+// Lengths of the element before that its stage polynomials are continued over.
+constexpr double kLongestContinuation = 2;
 // Maps that are kept: of a few mode sets, with two lengths each.
 constexpr std::size_t kMaxMaps = 12;
 // Making a map takes as long as so many elements per column of it.
@@ -43,6 +45,7 @@ ElementRunSolver::ElementRunSolver(const Problem& problem, const ButcherTableau&
       force_division_(problem),
       regular_A_(tableau.A.fullPivLu().isInvertible()) {
   gap_.setZero(problem.n_c());
+  stretched_.resize(problem.info(), tableau.n_s);
   for (Vector* state : {&x_, &group_start_, &largest_}) state->setZero(2 * problem.n_q());
   J_n_.resize(problem.info().n_normal_entries);
   J_t_.resize(problem.info().n_tangent_entries);
@@ -61,16 +64,49 @@ void ElementRunSolver::first_guess(int element, double h) {
   elements_.set_active(stages);
   if (elements_.affine()) return;  // the closed form needs none
   const bool has_impulse = !start.touching.empty() && !buffers_.step().Lambda_n.col(element).isZero(0);
-  if (left && left->h == h && left->modes == stages.modes && left->facets == stages.facets && !has_impulse) {
-    elements_.tableau.extrapolate(*left, stages);
+  const bool goes_on = left && left->modes == stages.modes && left->facets == stages.facets && !has_impulse;
+  if (goes_on && h <= kLongestContinuation * left->h) {
+    if (left->h == h) {
+      elements_.tableau.extrapolate(*left, stages);
+    } else {
+      elements_.tableau.continue_stages(*left, 1, h / left->h, stages);
+      const auto& right_end = elements_.tableau.right_end;
+      if (start.has_forces && right_end.size() > 0) {  // more accurate than what the stages say of this instant
+        stages.a.colwise() += start.acceleration - left->a.lazyProduct(right_end);
+        stages.lambda_n.colwise() += start.lambda_n - left->lambda_n.lazyProduct(right_end);
+        stages.lambda_t.colwise() += start.lambda_t - left->lambda_t.lazyProduct(right_end);
+      }
+    }
   } else if (start.has_forces) {
     stages.a.colwise() = start.acceleration;
     stages.lambda_n.colwise() = start.lambda_n;
     stages.lambda_t.colwise() = start.lambda_t;
   } else {
-    stages.a.setZero();
+    // Accelerations are continuous where a contact opens, and rarely change their size where one bounces.
+    const bool is_known = left && elements_.tableau.right_end.size() > 0;
+    for (int j = 0; j < elements_.tableau.n_s; ++j) {
+      if (is_known)
+        stages.a.col(j).noalias() = left->a.lazyProduct(elements_.tableau.right_end);
+      else
+        stages.a.col(j).setZero();
+    }
     stages.lambda_n.setZero();
     stages.lambda_t.setZero();
+  }
+}
+
+/// First guesses for `count` elements of another length, from those that a run of length `before` was solved with up to
+/// `solved` of them.
+void ElementRunSolver::stretch(int first, int count, int solved, double before, double h) {
+  elements_.set_active(buffers_.element(first));
+  if (elements_.affine()) return;
+  for (int k = count - 1; k >= 0; --k) {
+    const int from = std::min(k, solved - 1);
+    const Element& source = buffers_.element(first + from);
+    stretched_.a = source.a;
+    stretched_.lambda_n = source.lambda_n;
+    stretched_.lambda_t = source.lambda_t;
+    elements_.tableau.continue_stages(stretched_, k * h / before - from, h / before, buffers_.element(first + k));
   }
 }
 
@@ -212,7 +248,11 @@ bool ElementRunSolver::run_to_switch(int first, int count, Violation violation, 
     if (!budget.spend()) return false;
     Switch end = switch_for(first, violation);
     const double shortest = attempt == 0 ? kShortestGuess : kShortestRefutation;
-    buffers_.element(first).h = std::clamp(violation.time, shortest * remaining, remaining) / count;
+    const double before = buffers_.element(first).h;
+    const double h = std::clamp(violation.time, shortest * remaining, remaining) / count;
+    const int solved = std::clamp(static_cast<int>(violation.time / before) + 1, 1, count);
+    stretch(first, count, solved, before, h);
+    buffers_.element(first).h = h;
 
     if (!solve_run(first, count, end, remaining)) return false;
     violation = check_run(first, count);

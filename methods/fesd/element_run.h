@@ -52,6 +52,7 @@ class ElementRunSolver {
   ElementMap* map_for(Element& element, double h);
   void see_motion(const Element& element, double H);
   void first_guess(int element, double h);
+  void stretch(int first, int count, int solved, double before, double h);
   Violation check_element(int element, bool is_first);
   int just_broken(int element) const;
   Violation after_failed_newton(int element);
@@ -78,6 +79,7 @@ class ElementRunSolver {
   std::optional<GapMinima> gap_minima_;  // with Options::between_stages
   const bool regular_A_;
   Vector gap_;
+  Element stretched_;  // scratch of stretch()
 
   std::list<ElementMap> maps_;  // of the last mode sets and lengths, newest first
   Vector x_, group_start_;      // 2 n_q: states (q, v)
