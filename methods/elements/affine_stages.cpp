@@ -155,32 +155,48 @@ bool AffineStages::add_changes(const ModeMap& map, double h, Element& e) {
 /// (3) of mode_map.h at the stages, with (1)
 void AffineStages::set_forces(const ModeMap& map, double h, Element& e) {
   const DiagonalTableau& diagonal = *tableau_.diagonal;
-  const int n = problem_.n_q(), n_rows = active_.n_rows();
-  lambda_.resize(n_rows);
-  s_.resize(n_rows);
+  const int n = problem_.n_q();
+  s_.resize(active_.n_rows());
   for (int j = 0; j < tableau_.n_s; ++j) {
-    const double *q = e.q.data() + j * n, *v = e.v.data() + j * n;
-    lambda_ = map.L0;
-    for (int c = 0; c < n && !map.is_constant; ++c) {
-      const double *by_q = map.Lq.data() + c * n_rows, *by_v = map.Lv.data() + c * n_rows;
-      const double dq = q[c] - map.q_r[c], dv = v[c] - map.v_r[c];
-      for (int row = 0; row < n_rows; ++row) lambda_[row] += by_q[row] * dq + by_v[row] * dv;
-    }
+    set_unconstrained(map, e.q.data() + j * n, e.v.data() + j * n);
     if (has_forcing_) {
       s_ = -diagonal.inverse[j] / h * r1_ - diagonal.inverse2[j] / (h * h) * r2_;
       lambda_.noalias() += map.Ls.lazyProduct(s_);
     }
-    for (const ActiveContact& active : active_.closed()) {
-      const auto& contact = problem_.info().contacts[active.contact];
-      const double lambda_n = e.lambda_n(active.contact, j) = lambda_[active.row];
-      double* lambda_t = e.lambda_t.col(j).data() + contact.tangent_index;
-      for (int d = 0; d < contact.n_t; ++d) {
-        lambda_t[d] = -contact.mu * lambda_n * active.law.along[d];
-        for (int held = 0; held < active.n_rows - 1; ++held)
-          lambda_t[d] += active.law.held[held][d] * lambda_[active.row + 1 + held];
-      }
+    distribute(e.lambda_n.col(j).data(), e.lambda_t.col(j).data());
+  }
+}
+
+/// lambda_: (3) of mode_map.h for s = 0
+void AffineStages::set_unconstrained(const ModeMap& map, const double* q, const double* v) {
+  const int n = problem_.n_q(), n_rows = active_.n_rows();
+  lambda_ = map.L0;
+  for (int c = 0; c < n && !map.is_constant; ++c) {
+    const double *by_q = map.Lq.data() + c * n_rows, *by_v = map.Lv.data() + c * n_rows;
+    const double dq = q[c] - map.q_r[c], dv = v[c] - map.v_r[c];
+    for (int row = 0; row < n_rows; ++row) lambda_[row] += by_q[row] * dq + by_v[row] * dv;
+  }
+}
+
+/// The forces of the closed contacts from lambda_.
+void AffineStages::distribute(double* lambda_n, double* lambda_t) const {
+  for (const ActiveContact& active : active_.closed()) {
+    const auto& contact = problem_.info().contacts[active.contact];
+    const double normal = lambda_n[active.contact] = lambda_[active.row];
+    double* tangential = lambda_t + contact.tangent_index;
+    for (int d = 0; d < contact.n_t; ++d) {
+      tangential[d] = -contact.mu * normal * active.law.along[d];
+      for (int held = 0; held < active.n_rows - 1; ++held)
+        tangential[d] += active.law.held[held][d] * lambda_[active.row + 1 + held];
     }
   }
+}
+
+void AffineStages::set_end_forces(const ModeMap& map, Element& e) {
+  e.end_lambda_n.setZero();
+  e.end_lambda_t.setZero();
+  set_unconstrained(map, e.q1.data(), e.v1.data());
+  distribute(e.end_lambda_n.data(), e.end_lambda_t.data());
 }
 
 }  // namespace ricochet

@@ -38,11 +38,15 @@ class AffineStages {
   /// stages. @return false where (3) is singular
   bool solve(const ModeMap& map, const StageEquations& equations, const StageCoefficients& k, Element& e,
              StageWorkspace& work);
+  /// The forces (11) of end_projection.h at the right end.
+  void set_end_forces(const ModeMap& map, Element& e);
 
  private:
   void set_forcing(const ModeMap& map, const Element& e, const StageWorkspace& work);
   bool add_changes(const ModeMap& map, double h, Element& e);
   void set_forces(const ModeMap& map, double h, Element& e);
+  void set_unconstrained(const ModeMap& map, const double* q, const double* v);
+  void distribute(double* lambda_n, double* lambda_t) const;
 
   const Problem& problem_;
   const StageTableau& tableau_;

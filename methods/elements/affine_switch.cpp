@@ -32,7 +32,7 @@ bool AffineSwitchSolver::solve_elements(std::span<Element> run, double h) {
     }
     if (!system_.solve_affine(k_, e)) return false;
     system_.set_right_end(k_, e);
-    system_.end.set_end_forces(e, system_.end_work);
+    system_.set_end_forces(e);
   }
   return true;
 }

@@ -57,7 +57,7 @@ ElementSolver::Result ElementSolver::solve_affine(const StageCoefficients& k, El
 /// The right end of an element whose stages are known.
 ElementSolver::Result ElementSolver::finish(const StageCoefficients& k, Element& e) {
   system_.set_right_end(k, e);
-  system_.end.set_end_forces(e, system_.end_work);
+  system_.set_end_forces(e);
   clear_vanishing(e.a.data(), e.a.size());
   clear_vanishing(e.v1.data(), e.v1.size());
   return e.v1.allFinite() ? Result::converged : Result::no_convergence;

@@ -54,7 +54,18 @@ bool ElementSystem::solve_affine(const StageCoefficients& k, Element& e) {
 
 void ElementSystem::set_right_end(const StageCoefficients& k, Element& e) {
   equations.set_right_end(k, e);
-  if (end.applies()) end.project(e, end_work);
+  e.is_projected = end.applies();
+  if (e.is_projected) end.project(e, end_work);
+}
+
+void ElementSystem::set_end_forces(Element& e) {
+  e.has_end_forces = end.gives_forces();
+  if (!e.has_end_forces)
+    end.set_stage_end_forces(e);
+  else if (map_)
+    affine_stages.set_end_forces(*map_, e);
+  else
+    end.set_end_forces(e, end_work);
 }
 
 bool ElementSystem::is_consistent(const Element& e, double h) const {

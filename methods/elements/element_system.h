@@ -36,6 +36,8 @@ class ElementSystem {
 
   /// (5): v_1, q_1 of the element.
   void set_right_end(const StageCoefficients& k, Element& e);
+  /// Element::end_lambda_n, end_lambda_t, see end_projection.h.
+  void set_end_forces(Element& e);
 
   /// The forces of the last element are not the only ones, since contacts are redundant: the smallest were taken.
   bool is_redundant() const { return !map_ && newton.is_redundant(); }

@@ -6,10 +6,21 @@
 #include "problems/dense_solve.h"
 
 namespace ricochet {
+namespace {
+
+// Up to which forces at the right end are a system of all contacts at once.
+constexpr int kMaxCoordinates = 64;
+
+}  // namespace
 
 EndProjection::EndProjection(const Problem& problem, const StageTableau& tableau, const ActiveSet& active,
                              Counters& counters)
-    : problem_(problem), tableau_(tableau), active_(active), counters_(counters), last_stage_(tableau.n_s - 1) {}
+    : problem_(problem),
+      tableau_(tableau),
+      active_(active),
+      counters_(counters),
+      last_stage_(tableau.n_s - 1),
+      keeps_affine_(!tableau.ends_with_stage && tableau.right_end.size() > 0 && problem.n_q() <= kMaxCoordinates) {}
 
 void EndProjection::prepare(EndSystem& s) const {
   const ProblemInfo& info = problem_.info();
@@ -21,19 +32,21 @@ void EndProjection::prepare(EndSystem& s) const {
   s.J_t.resize(info.n_tangent_entries);
   s.gap.resize(info.n_c());
   s.T.setZero(info.n_lambda_t, info.n_q);
-  if (std::ranges::any_of(info.contacts, [](const auto& contact) { return !contact.is_affine; }))
-    s.M.setZero(info.n_q, info.n_q);
+  const bool has_curved = std::ranges::any_of(info.contacts, [](const auto& contact) { return !contact.is_affine; });
+  if (has_curved || (keeps_affine_ && info.n_c() > 0)) s.M.setZero(info.n_q, info.n_q);
   resize(s);
 }
 
 void EndProjection::resize(EndSystem& s) const {
   s.directions.setZero(2, static_cast<Eigen::Index>(active_.closed().size()));
-  if (!applies()) return;
+  s.is_constant = false;
+  if (!gives_forces()) return;
   s.R.setZero(problem_.n_q(), active_.n_rows());
   s.MC.setZero(problem_.n_q(), active_.n_rows());
 }
 
 void EndProjection::linearize(const Vector& q, const Vector& v, const Element& e, EndSystem& s) const {
+  if (s.is_constant) return;
   if (!problem_.info().structure.constant_mass || s.llt.cols() == 0) {
     problem_.mass_matrix(q.data(), s.M.data());
     s.llt.compute(s.M);
@@ -74,6 +87,7 @@ void EndProjection::linearize(const Vector& q, const Vector& v, const Element& e
   s.system.noalias() = R.transpose().lazyProduct(MC);
   s.inverse = s.lu.of(s.system);
   if (RedundantSystem::is_singular(s.system, s.inverse)) s.inverse = pseudo_inverse(s.system);
+  s.is_constant = problem_.info().structure.constant_mass && !active_.has_curved() && !active_.turns();
 }
 
 void EndProjection::project(Element& e, EndSystem& s) const {
@@ -150,13 +164,15 @@ void EndProjection::set_forces(const Vector& q, const Vector& v, const Element& 
 }
 
 void EndProjection::set_end_forces(Element& e, EndSystem& s) const {
-  e.is_projected = applies();
-  if (e.is_projected) {
-    if (active_.turns()) linearize(e.q1, e.v1, e, s);  // the direction of slip in space follows the projected velocity
-    set_forces(e.q1, e.v1, e, s);
-    e.end_lambda_n = s.lambda_n;
-    e.end_lambda_t = s.lambda_t;
-  } else if (active_.empty()) {
+  // The direction of slip in space follows the projected velocity.
+  if (!e.is_projected || active_.turns()) linearize(e.q1, e.v1, e, s);
+  set_forces(e.q1, e.v1, e, s);
+  e.end_lambda_n = s.lambda_n;
+  e.end_lambda_t = s.lambda_t;
+}
+
+void EndProjection::set_stage_end_forces(Element& e) const {
+  if (active_.empty()) {
     e.end_lambda_n.setZero();
     e.end_lambda_t.setZero();
   } else if (tableau_.right_end.size() > 0) {

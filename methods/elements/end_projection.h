@@ -12,6 +12,7 @@ namespace ricochet {
 /// functions to the next.
 struct EndSystem {
   Eigen::Index n = 0;         ///< columns of R, C
+  bool is_constant = false;   ///< the system holds for this active set
   Matrix R, MC;               ///< n_q x n: R of (10), M^-1 C
   Matrix system, inverse;     ///< R' M^-1 C
   Matrix directions;          ///< 2 x closed contacts: d, zero where nothing slips
@@ -37,14 +38,19 @@ struct EndSystem {
 ///
 ///   M w = f_v + B_u u + C lambda,   R' w + (d/dt R') v_1 = 0.                                                     (11)
 ///
-/// Without P they are the stage forces extrapolated to the right end. Tableaus without a stage there leave the curve
-/// already with q_1: P = I. Where a contact moves by itself R has the clock, and C has not.
+/// Tableaus without a stage at the right end leave the curve already with q_1: P = I, and the forces are those of the
+/// stages, extrapolated. But affine contacts they keep, q_1 and v_1, and there (11) is far more accurate: the stage
+/// forces have order n_s, and the event times of P4b with gauss:4 a thousandth to a millionth of their errors. (11) is
+/// one system of all closed contacts; in a scene of more than 64 coordinates these forces are extrapolated, too.
+/// Where a contact moves by itself R has the clock, and C has not.
 class EndProjection {
  public:
   EndProjection(const Problem& problem, const StageTableau& tableau, const ActiveSet& active, Counters& counters);
 
   /// P of (5) is not the identity.
   bool applies() const { return tableau_.ends_with_stage && active_.has_curved(); }
+  /// (11) gives the forces at the right end.
+  bool gives_forces() const { return applies() || (keeps_affine_ && !active_.empty() && !active_.has_curved()); }
 
   /// Makes room in a new system, and for another active set.
   void prepare(EndSystem& s) const;
@@ -59,8 +65,10 @@ class EndProjection {
   void project_variations(const Element& e, const Matrix& dq, Matrix& dv, EndSystem& s) const;
   /// The forces (11) at q, v where the system was linearized.
   void set_forces(const Vector& q, const Vector& v, const Element& e, EndSystem& s) const;
-  /// Element::end_lambda_n, end_lambda_t of a projected element by (11), else extrapolated.
+  /// Element::end_lambda_n, end_lambda_t by (11).
   void set_end_forces(Element& e, EndSystem& s) const;
+  /// The same from the stages, where (11) does not give them.
+  void set_stage_end_forces(Element& e) const;
 
  private:
   static void take_away_rates(EndSystem& s, Eigen::Ref<Vector> x);
@@ -70,6 +78,7 @@ class EndProjection {
   const ActiveSet& active_;
   Counters& counters_;
   const int last_stage_;
+  const bool keeps_affine_;  // there is no stage at the right end, and (11) is a small system
 };
 
 }  // namespace ricochet

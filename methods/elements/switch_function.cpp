@@ -101,15 +101,15 @@ double SwitchFunction::margin(const Switch& end, const Eigen::Ref<const Vector>&
 
 void SwitchFunction::force_slope(const Element& last, const Switch& end, const RunResponse& response,
                                  Eigen::RowVector2d& slope) {
-  if (system_.end.applies() && !is_of_last_stage(last, end))
-    projected_force_slope(last, end, response, slope);
+  if (system_.end.gives_forces() && !is_of_last_stage(last, end))
+    end_force_slope(last, end, response, slope);
   else
     stage_force_slope(last, end, response, slope);
 }
 
 /// Slope of the forces (11), by central differences along the two variations: they contain third derivatives of gaps.
-void SwitchFunction::projected_force_slope(const Element& last, const Switch& end, const RunResponse& response,
-                                           Eigen::RowVector2d& slope) {
+void SwitchFunction::end_force_slope(const Element& last, const Switch& end, const RunResponse& response,
+                                     Eigen::RowVector2d& slope) {
   const int n = problem_.info().n_mechanical();
   const double speed = last.v1.head(n).lpNorm<Eigen::Infinity>();
   const double q_size = last.q1.head(n).lpNorm<Eigen::Infinity>() + last.h * speed;

@@ -64,8 +64,7 @@ class SwitchFunction {
   static bool slip_component(const Element& last, const Switch& end, double* direction);
   double margin(const Switch& end, const Eigen::Ref<const Vector>& lambda_n,
                 const Eigen::Ref<const Vector>& lambda_t) const;
-  void projected_force_slope(const Element& last, const Switch& end, const RunResponse& response,
-                             Eigen::RowVector2d& slope);
+  void end_force_slope(const Element& last, const Switch& end, const RunResponse& response, Eigen::RowVector2d& slope);
   void stage_force_slope(const Element& last, const Switch& end, const RunResponse& response,
                          Eigen::RowVector2d& slope) const;
   void set_slip_terms(const Element& last);

@@ -103,7 +103,7 @@ bool SwitchSolver::iterate(std::span<Element> run, const Switch& end, double h, 
     is_contradictory = system_.is_redundant() && !system_.is_consistent(run[m], h);
     system_.set_right_end(k_, run[m]);
     if (system_.end.applies()) system_.end.project_variations(run[m], dq_, dv_, system_.end_work);
-    if (m + 1 == run.size()) system_.end.set_end_forces(run[m], system_.end_work);
+    if (m + 1 == run.size()) system_.set_end_forces(run[m]);
   }
   ++system_.counters.inner_iterations;
   Eigen::RowVector2d slope;
@@ -136,7 +136,7 @@ void SwitchSolver::finish(std::span<Element> run, double h) {
     system_.set_right_end(k_, run[m]);
     system_.equations.set_slip_in_space(run[m]);
     if (run[m].rest_together) function_.spread_friction(run[m]);
-    system_.end.set_end_forces(run[m], system_.end_work);
+    system_.set_end_forces(run[m]);
   }
 }
 

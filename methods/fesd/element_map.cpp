@@ -18,7 +18,6 @@ void solve(ElementSystem& system, const ModeMap& map, const StageCoefficients& k
   }
   system.affine_stages.solve(map, system.equations, k, e, system.work);
   system.set_right_end(k, e);
-  system.end.set_end_forces(e, system.end_work);
 }
 
 }  // namespace
@@ -44,7 +43,7 @@ ElementMap::ElementMap(ElementSystem& system, double h)
   reference_ << whole.q_r, whole.v_r;
   change_.setZero(n_x);
   for (Eigen::Index c = 0; c < n_conditions; ++c) {
-    if (conditions_[static_cast<std::size_t>(c)].point == n_s_ + 1) start_rows_.push_back(c);
+    if (conditions_[static_cast<std::size_t>(c)].point == n_s_) start_rows_.push_back(c);
   }
   map_.setZero(padded(n_x + n_conditions), n_x + 1);
   at_start_.setZero(static_cast<Eigen::Index>(start_rows_.size()), n_x + 1);
@@ -72,17 +71,15 @@ ElementMap::ElementMap(ElementSystem& system, double h)
 void ElementMap::list_conditions(const ElementSystem& system) {
   using Of = Condition::Of;
   const ProblemInfo& info = system.problem.info();
-  const int right_end = n_s_ + 1;
+  const int right_end = n_s_;
   is_complete_ = !info.has_bilateral();
   for (const int i : info.unilateral) {
     const ContactInfo& contact = info.contacts[i];
     const ContactMode mode = modes_[i];
     is_complete_ = is_complete_ && contact.is_affine && (contact.n_t < 2 || mode == ContactMode::open);
     for (int point = 0; point <= right_end; ++point) {
-      const bool is_extrapolated = point == n_s_;
-      if (is_extrapolated && (system.tableau.ends_with_stage || system.tableau.right_end.size() == 0)) continue;
       if (mode == ContactMode::open) {
-        if (!is_extrapolated) conditions_.push_back({Of::gap, i, point});
+        conditions_.push_back({Of::gap, i, point});
         continue;
       }
       conditions_.push_back({Of::force, i, point});
@@ -92,8 +89,7 @@ void ElementMap::list_conditions(const ElementSystem& system) {
         conditions_.push_back({Of::normal_rest, i, point, sign});
         if (mode == ContactMode::stick) conditions_.push_back({Of::tangential_rest, i, point, sign});
       }
-      if (slip_sign(mode) != 0 && !is_extrapolated)
-        conditions_.push_back({Of::slip, i, point, static_cast<double>(slip_sign(mode))});
+      if (slip_sign(mode) != 0) conditions_.push_back({Of::slip, i, point, static_cast<double>(slip_sign(mode))});
     }
   }
 }
@@ -112,7 +108,7 @@ double ElementMap::value(const Condition& condition, const ElementSystem& system
   if (of == Of::tangential_rest) return -sign * J_t_.col(contact.tangent_index).dot(v);
   if (of == Of::slip) return sign * J_t_.col(contact.tangent_index).dot(v);
   double normal = 0, tangential = 0;
-  if (point == n_s_ + 1) {
+  if (!is_stage) {
     const ActiveContact& active = system.active.of(i);
     const auto force = [&](int row) {
       return map.L0[row] + map.Lq.row(row).dot(q - map.q_r) + map.Lv.row(row).dot(v - map.v_r);
@@ -120,9 +116,8 @@ double ElementMap::value(const Condition& condition, const ElementSystem& system
     normal = force(active.row);
     if (active.mode == ContactMode::stick) tangential = force(active.row + 1);
   } else {
-    normal = is_stage ? e.lambda_n(i, point) : e.end_lambda_n[i];
-    if (contact.n_t > 0)
-      tangential = is_stage ? e.lambda_t(contact.tangent_index, point) : e.end_lambda_t[contact.tangent_index];
+    normal = e.lambda_n(i, point);
+    if (contact.n_t > 0) tangential = e.lambda_t(contact.tangent_index, point);
   }
   return of == Of::force ? normal : contact.mu * normal - sign * tangential;
 }
@@ -131,7 +126,7 @@ void ElementMap::set_bounds(const ContactScales& scales) {
   using Of = Condition::Of;
   for (std::size_t row = 0; row < conditions_.size(); ++row) {
     const auto [of, i, point, sign] = conditions_[row];
-    const bool is_right_end = point == n_s_ + 1;
+    const bool is_right_end = point == n_s_;
     double& bound = bounds_[2 * n_q_ + static_cast<Eigen::Index>(row)];
     if (of == Of::gap) bound = is_right_end ? scales.nearly_touching(i) : 0;
     if (of == Of::force || of == Of::cone) bound = scales.no_force(i);

@@ -40,12 +40,12 @@ class ElementMap {
   bool advance(Vector& x);
 
  private:
-  /// A row of (2). At a stage, or at the right end: extrapolated from the stages, or by the state there.
+  /// A row of (2), at a stage or by the state at the right end.
   struct Condition {
     enum class Of : std::uint8_t { gap, force, cone, slip, normal_rest, tangential_rest };
     Of of;
     int contact;
-    int point;  ///< stage; n_s: right end, extrapolated; n_s + 1: right end
+    int point;  ///< stage; n_s: right end
     double sign = 1;
   };
 

@@ -169,10 +169,14 @@ ElementStartSolver::Result ElementStartSolver::begin(FesdStep& step, int element
     step.n_impacts[static_cast<std::size_t>(element)] = struck.n_impacts;
     if (struck.culprit >= 0) start.culprit = struck.culprit;
     switch (struck.result) {
-      case ImpactSequence::Result::done: break;
-      case ImpactSequence::Result::no_impulse: return Result::no_impulse;
-      case ImpactSequence::Result::no_forces: return Result::no_forces;
-      case ImpactSequence::Result::accumulates: return Result::accumulates;
+      case ImpactSequence::Result::done:
+        break;
+      case ImpactSequence::Result::no_impulse:
+        return Result::no_impulse;
+      case ImpactSequence::Result::no_forces:
+        return Result::no_forces;
+      case ImpactSequence::Result::accumulates:
+        return Result::accumulates;
     }
   }
   divide_touching(at);

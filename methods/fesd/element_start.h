@@ -134,8 +134,8 @@ class ElementStartSolver {
   ImpactLaw impact_law_;
   ImpactSequence impacts_;
   std::vector<ImpactLaw::ClosedContact> closed_;
-  DisjointSets coupled_, islands_;           // of coordinates: by M and forces; by touching contacts, too
-  std::vector<char> jumps_, keeps_;          // per least coordinate of an island
+  DisjointSets coupled_, islands_;   // of coordinates: by M and forces; by touching contacts, too
+  std::vector<char> jumps_, keeps_;  // per least coordinate of an island
 };
 
 }  // namespace ricochet

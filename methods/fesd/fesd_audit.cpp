@@ -49,8 +49,8 @@ FesdAudit::FesdAudit(const Problem& problem, const ButcherTableau& tableau, cons
 std::vector<Residual> FesdAudit::residuals() const {
   std::vector<Residual> list;
   const ProblemInfo& info = problem_.info();
-  const bool has_curved =
-      std::any_of(info.contacts.begin(), info.contacts.end(), [](const auto& c) { return !c.is_affine; });
+  const bool has_end_forces = !stiffly_accurate_ || std::any_of(info.contacts.begin(), info.contacts.end(),
+                                                                [](const auto& c) { return !c.is_affine; });
   const auto is_from = [](FesdCondition condition, FesdCondition first, FesdCondition last) {
     return condition >= first && condition <= last;
   };
@@ -60,7 +60,7 @@ std::vector<Residual> FesdAudit::residuals() const {
       continue;
     if (is_from(condition, FesdCondition::bilateral_gap, FesdCondition::bilateral_velocity) && !info.has_bilateral())
       continue;
-    if (is_from(condition, FesdCondition::end_tangency, FesdCondition::end_force) && !has_curved) continue;
+    if (is_from(condition, FesdCondition::end_tangency, FesdCondition::end_force) && !has_end_forces) continue;
     list.push_back(residuals_[k]);
   }
   return list;
@@ -260,12 +260,13 @@ void FesdAudit::add_friction(const View& at, int i) {
     if (!e.is_projected || j + 1 < n_s) add_cone(FesdCondition::stage_cone, stages.back(), i, force);
     add_slip(FesdCondition::stage_slip, stages.back(), i, force);
   }
-  if (e.is_projected) {
+  if (e.has_end_forces) {
     const FrictionPoint right{contact.mu * e.end_lambda_n[i], tangents(e.end_lambda_t), slips[1]};
     add_cone(FesdCondition::stage_cone, right, i, force);
     add_slip(FesdCondition::stage_slip, right, i, force);
-    // Near rest the slip says little of the force, which is on its cone all the same.
-    const bool slides = is_slipping(e.modes[i]) && right.v_t.norm() > kRest * slip_size_[i];
+    // Near rest the slip says little of the force, which is on its cone all the same; in space it may stick already.
+    const bool slides =
+        is_slipping(e.modes[i]) && (e.modes[i] != ContactMode::slip || right.v_t.norm() > kRest * slip_size_[i]);
     if (slides && !polygon_.applies(n_t)) report(FesdCondition::end_force, right.force.norm() - right.cone, force, i);
   }
   add_cross_friction(stages, slips, i);
@@ -376,7 +377,7 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
     if (problem_.n_c() == 0) continue;
     add_impulses(at);
     add_bilateral(at);
-    if (at.e.is_projected)
+    if (at.e.has_end_forces)
       add_right_end(at);
     else if (stiffly_accurate_)
       add_end_stage(at.e);

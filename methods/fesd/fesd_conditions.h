@@ -33,7 +33,7 @@ enum class FesdCondition : std::size_t {
   pinned_sliding,
   bilateral_gap,  // bilateral constraints
   bilateral_velocity,
-  end_tangency,  // curved contacts
+  end_tangency,  // where (11) of end_projection.h gives the forces there
   end_force,
   aggregated_complementarity,  // other forms of conditions above, with the same solutions
   tanh_equilibration,

@@ -426,9 +426,8 @@ Sensitivity::ElementVariation Sensitivity::through_element(const Element& e, con
     if (tableau_.right_end.size() > 0)
       add_forces(numbering, dx.middleRows(j * n, n), tableau_.right_end[j], element.forces);
   }
-  if (!e.is_projected) return element;
-  through_projection(e, end, state);
-  if (!stops_in_space(e, end)) element.forces = constrained_forces(e, end, state);
+  if (e.is_projected) through_projection(e, end, state);
+  if (e.has_end_forces && !stops_in_space(e, end)) element.forces = constrained_forces(e, end, state);
   return element;
 }
 

@@ -244,7 +244,7 @@ TEST_P(ElementDerivatives, SwitchSlopesAreThoseOfTheSwitchFunctions) {
         Element other = made.moved(step * direction);
         made.system.equations.set_stages(made.k, other, made.system.work);
         made.system.set_right_end(made.k, other);
-        made.system.end.set_end_forces(other, made.system.end_work);
+        made.system.set_end_forces(other);
         return made.function.value(other, end);
       };
       const double step = 1e-4;
@@ -259,7 +259,7 @@ TEST_P(ElementDerivatives, SwitchSlopesAreThoseOfTheSwitchFunctions) {
         dv.col(0) += made.k.hb[l] * direction.segment(l * made.n_x(), n);
       }
       if (made.system.end.applies()) made.system.end.project_variations(e, dq, dv, made.system.end_work);
-      made.system.end.set_end_forces(e, made.system.end_work);
+      made.system.set_end_forces(e);
       Eigen::RowVector2d slope;
       made.function.slope(e, end, {dq, dv, x}, slope);
       // Slopes of projected forces are differences themselves, to 1e-8 of the forces.
