@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "methods/event_driven/explicit_steps.h"
 
@@ -23,15 +22,6 @@ constexpr int kMaxLandings = 8;
 constexpr long kMaxSteps = 10'000'000;
 constexpr double kSlipStart = 0.05;  // of end_time and the cube root of the tolerance: first length of slip from rest
 constexpr int kMaxTurns = 30;        // iterations for its direction
-
-std::optional<EventKind> event_kind(ContactMode before, ContactMode after, double Lambda_n, bool slip_ended) {
-  if (Lambda_n > 0 && !is_closed(before)) return EventKind::impact;
-  if (!is_closed(before)) return std::nullopt;
-  if (!is_closed(after)) return EventKind::detach;
-  if (is_slipping(before) && is_slipping(after) && (before != after || slip_ended)) return EventKind::slip_reversal;
-  if (before == after) return std::nullopt;
-  return after == ContactMode::stick ? EventKind::slip_to_stick : EventKind::stick_to_slip;
-}
 
 }  // namespace
 
@@ -258,7 +248,7 @@ void EventDrivenRun::record(const Happening& cause, const Vector& v_minus) {
   const auto& modes = dynamics_.modes();
   const Vector& Lambda_n = mode_change_.Lambda_n();
   for (const int i : info_.unilateral) {
-    const auto kind = event_kind(before_[i], modes[i], Lambda_n[i], cause.is(Kind::slip_stops, i));
+    const auto kind = event_kind(before_[i], modes[i], Lambda_n[i] > 0, cause.is(Kind::slip_stops, i));
     if (!kind) continue;
     ++solution_.counters.events;
     if (settings_.recording == Recording::final_state) continue;
