@@ -38,6 +38,12 @@ class ImpactSequence {
   /// Contacts that touch, or are apart by no more than rounding of q.
   const std::vector<int>& candidates() const { return candidates_; }
 
+  /// Tells the scales what touches, at velocity v.
+  void see_touching(const Eigen::Ref<const Vector>& v);
+  /// And in the first element or phase of a run, what the load does to it within H: a body that begins at rest has no
+  /// other size.
+  void see_load(const Vector& q, const Vector& v, double H);
+
   /// (1). @param touching  in and out: contacts that close at this instant are added
   /// @param v  v- in, v+ out; @param Lambda_n, Lambda_t  the impulses are added
   Struck strike(const Vector& q, const std::vector<ContactMode>* before, std::vector<int>& touching,

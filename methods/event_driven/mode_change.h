@@ -40,7 +40,6 @@ class ModeChange {
   const std::vector<int>& beginning() const { return beginning_; }
 
  private:
-  void see_sizes(const Vector& q, const Vector& v, bool is_first);
   void set_closed(const Happening& cause, const std::vector<ContactMode>* modes, const Vector& q, const Vector& v,
                   const Vector& v_minus);
   bool is_low(int contact, const Vector& q, const Vector& v_minus);
