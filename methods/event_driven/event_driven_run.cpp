@@ -47,6 +47,15 @@ bool EventDrivenRun::stop(Status status, const std::string& message) {
   return false;
 }
 
+bool EventDrivenRun::stop_undetermined() {
+  return stop(Status::inner_solver_failed, ModeDynamics::kUndetermined);
+}
+
+/// The acceleration at the left end, and the forces there.
+bool EventDrivenRun::accelerate() {
+  return dynamics_.accelerate(ends_.q0.data(), ends_.v0.data(), ends_.a0.data()) || stop_undetermined();
+}
+
 Solution EventDrivenRun::solve() {
   if (begin()) {
     while (t_ < T_ && take_step()) {
@@ -117,7 +126,7 @@ bool EventDrivenRun::take_step() {
   if (!is_last || next > h_) h_ = next;
   last_log_error_ = std::max(log_e, kLeastLogError);
   was_rejected_ = false;
-  if (!step_->finish()) return stop(Status::inner_solver_failed, "the contact forces do not determine the motion");
+  if (!step_->finish()) return stop_undetermined();
   ++counters.steps;
   Happening event = info_.n_c() > 0 ? functions_.find(ends_) : Happening();
   if (event) {
@@ -136,8 +145,7 @@ bool EventDrivenRun::land(Happening& event) {
   double h = event.theta * ends_.h;
   if (h > 0) {
     for (int k = 0; k < kMaxLandings; ++k) {
-      if (!step_->take(h, nullptr) || !step_->finish())
-        return stop(Status::inner_solver_failed, "the contact forces do not determine the motion");
+      if (!step_->take(h, nullptr) || !step_->finish()) return stop_undetermined();
       const double jerk = (ends_.a1 - ends_.a0).lpNorm<Eigen::Infinity>() / h;
       const double dt = -functions_.value(event, ends_.q1.data(), ends_.v1.data()) / event.slope;
       if (!(std::abs(dt) < h)) break;
@@ -162,9 +170,7 @@ bool EventDrivenRun::land(Happening& event) {
   }
   if (info_.clock >= 0) ends_.q0[info_.clock] = t_;
   // Forces at the event, for the decision.
-  if (dynamics_.closed().empty()) return true;
-  return dynamics_.accelerate(ends_.q0.data(), ends_.v0.data(), ends_.a0.data()) ||
-         stop(Status::inner_solver_failed, "the contact forces do not determine the motion");
+  return dynamics_.closed().empty() || accelerate();
 }
 
 /// The last v_stop of slip in space: up to where it stops, with the acceleration held. True where it only passes by, and
@@ -201,8 +207,7 @@ bool EventDrivenRun::change_modes(const Happening& cause) {
                 fmt::format("events accumulate at contact '{}'", info_.contacts[cause.contact].name));
   record(cause, outcome.has_impact ? v_minus_ : ends_.v0);
   if (!mode_change_.beginning().empty() && t_ < T_ && !start_slip()) return false;
-  if (!dynamics_.accelerate(ends_.q0.data(), ends_.v0.data(), ends_.a0.data()))
-    return stop(Status::inner_solver_failed, "the contact forces do not determine the motion");
+  if (!accelerate()) return false;
   if (info_.n_c() > 0) functions_.begin(ends_.q0.data(), ends_.v0.data());
   return true;
 }
@@ -213,8 +218,7 @@ bool EventDrivenRun::change_modes(const Happening& cause) {
 bool EventDrivenRun::start_slip() {
   const auto& contacts = mode_change_.beginning();
   double h = std::min(kSlipStart * std::cbrt(tolerance_) * T_, T_ - t_);
-  if (!dynamics_.accelerate(ends_.q0.data(), ends_.v0.data(), ends_.a0.data()))
-    return stop(Status::inner_solver_failed, "the contact forces do not determine the motion");
+  if (!accelerate()) return false;
   for (const int i : contacts) {
     double angle = 0, last_angle = 0, last_sine = 0;
     for (int k = 0; k < kMaxTurns; ++k) {

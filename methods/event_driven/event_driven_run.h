@@ -40,7 +40,9 @@ class EventDrivenRun {
   bool start_slip();
   bool settle_slip(const Happening& event);
   void record(const Happening& cause, const Vector& v_minus);
+  bool accelerate();
   bool stop(Status status, const std::string& message);
+  bool stop_undetermined();
 
   const Problem& problem_;
   const ProblemInfo& info_;

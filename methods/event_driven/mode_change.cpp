@@ -128,9 +128,7 @@ ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector
         scales_.see_force(closed.contact, law_.load_size(closed.contact) / law_.normal_delassus(closed.contact));
     }
   }
-  const char* const impossible = "the contact forces do not determine the motion";
-  if (!dynamics_.set_modes(next, q.data(), v.data()))
-    return {Status::inner_solver_failed, impossible, outcome.has_impact};
+  dynamics_.set_modes(next, q.data(), v.data());
   if (touching_.empty()) return outcome;
   dynamics_.set_forces(lambda_n_, lambda_t_);
   for (const auto& closed : closed_) {
@@ -142,7 +140,8 @@ ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector
     dynamics_.hold_direction(i, d);
     beginning_.push_back(i);
   }
-  if (!dynamics_.project(q.data(), v.data())) return {Status::inner_solver_failed, impossible, outcome.has_impact};
+  if (!dynamics_.project(q.data(), v.data()))
+    return {Status::inner_solver_failed, ModeDynamics::kUndetermined, outcome.has_impact};
   return outcome;
 }
 

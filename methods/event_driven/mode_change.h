@@ -53,7 +53,7 @@ class ModeChange {
   std::vector<int> touching_, beginning_;
   std::vector<ContactMode> modes_;
   std::vector<ImpactLaw::ClosedContact> closed_;
-  Vector Lambda_n_, Lambda_t_, lambda_n_, lambda_t_, v_minus_, gap_, bias_;
+  Vector Lambda_n_, Lambda_t_, lambda_n_, lambda_t_, v_minus_, bias_;
 };
 
 }  // namespace ricochet
