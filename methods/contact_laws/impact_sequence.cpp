@@ -138,8 +138,10 @@ ImpactSequence::Struck ImpactSequence::strike(const Vector& q, const std::vector
     if (++struck.n_impacts > kMaxImpacts) return failed(Result::accumulates);
     struck_n_.setZero();
     struck_t_.setZero();
+    if (kept_) kept_->push_back({.v_minus = v});
     if (law_.impact(together_, approaching_, v, struck_n_, struck_t_) != LcpStatus::solved)
       return failed(Result::no_impulse);
+    if (kept_) kept_->back() = {kept_->back().v_minus, v, struck_n_, struck_t_};
     see_impact(v);
     Lambda_n += struck_n_;
     Lambda_t += struck_t_;

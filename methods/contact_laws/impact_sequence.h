@@ -30,6 +30,14 @@ class ImpactSequence {
     int culprit = -1;  ///< a contact that approached; -1: none did
   };
 
+  /// One of the impacts at an instant.
+  struct Impact {
+    Vector v_minus{}, v_plus{};     ///< n_q
+    Vector Lambda_n{}, Lambda_t{};  ///< n_c, n_lambda_t
+  };
+  /// strike() adds every impact to this list. @param impacts  null for none
+  void keep_impacts(std::vector<Impact>* impacts) { kept_ = impacts; }
+
   /// @param before  modes of the contacts before this instant, or null at the start of a run: those that were closed
   /// touch. @param touching  out, ascending
   void find_touching(const Vector& q, const std::vector<ContactMode>* before, std::vector<int>& touching);
@@ -67,6 +75,7 @@ class ImpactSequence {
   std::vector<ImpactLaw::ClosedContact> resting_;
   Vector struck_n_, struck_t_;  // impulses of one impact
   Vector gap_, v_;
+  std::vector<Impact>* kept_ = nullptr;
 };
 
 }  // namespace ricochet

@@ -39,7 +39,11 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
       step_(make_explicit_step(pair, problem.n_q(), dynamics_)),
       ends_(step_->ends),
       before_(info_.contacts.size(), ContactMode::open),
-      v_minus_(info_.v0) {}
+      v_minus_(info_.v0) {
+  if (settings.sensitivities.empty()) return;
+  sensitivity_.emplace(problem, pair, scales_, dynamics_, settings);
+  mode_change_.keep_impacts(&impacts_);
+}
 
 bool EventDrivenRun::stop(Status status, const std::string& message) {
   solution_.status = status;
@@ -66,6 +70,7 @@ Solution EventDrivenRun::solve() {
   solution_.q = ends_.q0;
   solution_.v = ends_.v0;
   solution_.counters.elements = solution_.counters.steps;
+  if (sensitivity_) sensitivity_->finish(ends_.q0, ends_.v0, ends_.a0, solution_);
   return std::move(solution_);
 }
 
@@ -111,7 +116,8 @@ bool EventDrivenRun::take_step() {
   if (h < kShortest * T_ && !is_last) return stop(Status::inner_solver_failed, "the steps become too short");
   functions_.begin_step();
   EventFunctions* const watched = functions_.has_forces() ? &functions_ : nullptr;
-  const double e = step_->take(h, watched) ? step_->error(tolerance_) : std::numeric_limits<double>::infinity();
+  double e = step_->take(h, watched) ? step_->error(tolerance_) : std::numeric_limits<double>::infinity();
+  if (sensitivity_ && e <= 1) e = std::max(e, sensitivity_->take(ends_, h));
   // (1), whose digits do not matter: logarithms of floats are fast.
   const float exponent = 1.0F / static_cast<float>(step_->error_order + 1) - 0.75F * kBeta;
   const float log_e = std::log2(static_cast<float>(e) + 1e-30F);
@@ -134,6 +140,7 @@ bool EventDrivenRun::take_step() {
     return settle_slip(event) || change_modes(event);
   }
   t_ = is_last ? T_ : t_ + h;
+  if (sensitivity_) sensitivity_->accept();
   ends_.advance();
   if (info_.n_c() > 0) functions_.advance(ends_.v0);
   if (settings_.recording == Recording::grid) solution_.samples.push_back({t_, ends_.q0, ends_.v0, ends_.v0});
@@ -164,13 +171,17 @@ bool EventDrivenRun::land(Happening& event) {
       }
       break;
     }
+    if (sensitivity_) {
+      if (!std::isfinite(sensitivity_->take(ends_, h))) return stop_undetermined();
+      sensitivity_->accept();
+    }
     t_ += h;
     ends_.q0 = ends_.q1;
     ends_.v0 = ends_.v1;
   }
   if (info_.clock >= 0) ends_.q0[info_.clock] = t_;
   // Forces at the event, for the decision.
-  return dynamics_.closed().empty() || accelerate();
+  return (dynamics_.closed().empty() && !sensitivity_) || accelerate();
 }
 
 /// The last v_stop of slip in space: up to where it stops, with the acceleration held. True where it only passes by, and
@@ -183,6 +194,7 @@ bool EventDrivenRun::settle_slip(const Happening& event) {
     return true;
   }
   dt = std::min(dt, T_ - t_);
+  if (sensitivity_) sensitivity_->glide(ends_.q0, ends_.v0, ends_.a0, dt);
   ends_.q0 += dt * ends_.v0 + 0.5 * dt * dt * ends_.a0;
   ends_.v0 += dt * ends_.a0;
   t_ += dt;
@@ -194,6 +206,11 @@ bool EventDrivenRun::change_modes(const Happening& cause) {
   before_ = dynamics_.modes();
   v_minus_ = ends_.v0;
   scales_.begin_step(ends_.q0.data(), ends_.v0.data(), T_ / 10, false);
+  impacts_.clear();
+  if (sensitivity_) {
+    if (const auto reason = sensitivity_->reach(cause, ends_.q0, ends_.v0, ends_.a0))
+      return stop(Status::infeasible, *reason);
+  }
   const auto outcome = mode_change_.decide(cause, is_first ? nullptr : &before_, ends_.q0, ends_.v0);
   if (outcome.status != Status::success) return stop(outcome.status, outcome.message);
   if (is_first) {
@@ -206,10 +223,19 @@ bool EventDrivenRun::change_modes(const Happening& cause) {
     return stop(Status::step_limit,
                 fmt::format("events accumulate at contact '{}'", info_.contacts[cause.contact].name));
   record(cause, outcome.has_impact ? v_minus_ : ends_.v0);
+  if (sensitivity_ && !vary_event()) return false;
   if (!mode_change_.beginning().empty() && t_ < T_ && !start_slip()) return false;
   if (!accelerate()) return false;
   if (info_.n_c() > 0) functions_.begin(ends_.q0.data(), ends_.v0.data());
   return true;
+}
+
+/// The derivatives go through what has happened.
+bool EventDrivenRun::vary_event() {
+  if (!accelerate()) return false;
+  auto reason = sensitivity_->strike(impacts_, before_, ends_.q0);
+  if (!reason) reason = sensitivity_->leave(before_, ends_.q0, ends_.v0, ends_.a0);
+  return !reason || stop(Status::infeasible, *reason);
 }
 
 /// The first moments of slip in space from rest. Its direction d = v_t / |v_t| has a limit there, but returns to it at a
@@ -239,6 +265,7 @@ bool EventDrivenRun::start_slip() {
     }
   }
   if (!step_->take(h, nullptr)) return stop(Status::inner_solver_failed, "no motion follows the begin of slip");
+  if (sensitivity_ && !sensitivity_->take_slip_start(ends_, h, contacts)) return stop_undetermined();
   ends_.q0 = ends_.q1;
   ends_.v0 = ends_.v1;
   for (const int i : contacts) dynamics_.hold_direction(i, nullptr);
@@ -256,8 +283,8 @@ void EventDrivenRun::record(const Happening& cause, const Vector& v_minus) {
     if (!kind) continue;
     ++solution_.counters.events;
     if (settings_.recording == Recording::final_state) continue;
-    solution_.events.push_back(
-        {t_, *kind, i, ends_.q0, v_minus, ends_.v0, Lambda_n, mode_change_.Lambda_t(), modes, {}});
+    solution_.events.push_back({t_, *kind, i, ends_.q0, v_minus, ends_.v0, Lambda_n, mode_change_.Lambda_t(), modes,
+                                sensitivity_ ? sensitivity_->dt() : Vector()});
   }
   if (settings_.recording == Recording::grid) solution_.samples.push_back({t_, ends_.q0, v_minus, ends_.v0});
 }

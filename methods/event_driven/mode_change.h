@@ -34,6 +34,9 @@ class ModeChange {
   /// Behind: dynamics with the new modes, (q, v) with v+. @param modes  before; null at the start of a run
   Outcome decide(const Happening& cause, const std::vector<ContactMode>* modes, Vector& q, Vector& v);
 
+  /// As of ImpactSequence.
+  void keep_impacts(std::vector<ImpactSequence::Impact>* impacts) { impacts_.keep_impacts(impacts); }
+
   const Vector& Lambda_n() const { return Lambda_n_; }
   const Vector& Lambda_t() const { return Lambda_t_; }
   /// Contacts in space that begin to slip from rest; the dynamics holds their directions.

@@ -44,6 +44,7 @@ class ModeDynamics {
 
   /// The direction of slip in space while it is zero or held. @param d  2, a unit vector; null to follow the velocity
   void hold_direction(int contact, const double* d);
+  bool holds_direction(int contact) const { return is_held_[contact] != 0; }
 
   /// a, and the forces below. @return false when M is not positive definite or (2) contradicts itself
   /// @tparam N  n_q, 0 where it is known at run time only

@@ -49,11 +49,9 @@ Matrix PointVariation::direct_of_velocities(const Vector& q, const Vector& v) co
   return varied_.rows(q, v, Vector::Zero(n_q_), Vector::Zero(n_c_), Vector::Zero(n_t_));
 }
 
-Matrix PointVariation::gaps(const Vector& q, const Matrix& dq, Matrix* terms) const {
-  const Matrix direct = direct_of_velocities(q, Vector::Zero(n_q_)).block(n_q_, 0, n_c_, dq.cols()),
-               J_n = problem_.normal_jacobian(q);
-  if (terms) *terms = J_n.cwiseAbs().transpose() * dq.cwiseAbs() + direct.cwiseAbs();
-  return J_n.transpose() * dq + direct;
+Matrix PointVariation::gaps(const Vector& q, const Matrix& dq) const {
+  return problem_.normal_jacobian(q).transpose() * dq +
+         direct_of_velocities(q, Vector::Zero(n_q_)).block(n_q_, 0, n_c_, dq.cols());
 }
 
 Matrix PointVariation::slip_velocities(const Vector& q, const Vector& v, const Matrix& dq, const Matrix& dv) const {

@@ -75,8 +75,8 @@ class PointVariation {
   Friction slip(int contact, const Vector& s, double lambda_n, int sign, const Vector& start) const;
   Vector slip_velocity(int contact, const Vector& q, const Vector& v) const;
 
-  /// d f_c: n_c x columns. @param terms  out: the sizes of what adds up to them, if not null
-  Matrix gaps(const Vector& q, const Matrix& dq, Matrix* terms = nullptr) const;
+  /// d f_c: n_c x columns.
+  Matrix gaps(const Vector& q, const Matrix& dq) const;
   /// d s: n_lambda_t x columns.
   Matrix slip_velocities(const Vector& q, const Vector& v, const Matrix& dq, const Matrix& dv) const;
   /// Moves dq to where df_c of the closed contacts vanishes, and dv to where d(J_n' v), and ds of those that stick, do;
