@@ -40,6 +40,14 @@ const char* to_string(EventKind kind) {
   return "unknown";
 }
 
+std::optional<EventKind> event_kind(ContactMode before, ContactMode after, bool has_impulse, bool slip_ended) {
+  if (!is_closed(before)) return has_impulse ? std::optional(EventKind::impact) : std::nullopt;
+  if (!is_closed(after)) return EventKind::detach;
+  if (is_slipping(before) && is_slipping(after) && (before != after || slip_ended)) return EventKind::slip_reversal;
+  if (before == after) return std::nullopt;
+  return after == ContactMode::stick ? EventKind::slip_to_stick : EventKind::stick_to_slip;
+}
+
 const char* to_string(ContactMode mode) {
   switch (mode) {
     case ContactMode::open:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -73,6 +74,10 @@ inline ContactMode slip_mode(int n_t, const double* v_t) {
 enum class EventKind { impact, detach, slip_to_stick, stick_to_slip, slip_reversal, facet_change };
 
 const char* to_string(EventKind kind);
+
+/// What a contact does at an instant, if anything. @param has_impulse  it gets one; @param slip_ended  its slip did, and
+/// may go on along the same mode
+std::optional<EventKind> event_kind(ContactMode before, ContactMode after, bool has_impulse, bool slip_ended = false);
 
 /// A change of the active set. Left and right limits differ at an impact only.
 struct Event {

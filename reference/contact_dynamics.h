@@ -4,9 +4,9 @@
 
 #include "problems/packed_column.h"
 #include "problems/problem.h"
+#include "problems/small_factors.h"
 #include "problems/solution.h"
 #include "reference/force_division.h"
-#include "reference/small_factors.h"
 
 namespace ricochet::reference {
 

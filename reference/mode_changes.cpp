@@ -292,21 +292,12 @@ bool ModeChanges::record_events(double t, const Instant& instant, Solution& solu
                                  modes_,
                                  {}});
     };
-    const ContactMode was = instant.before[i], is = modes_[i];
-    if (!is_closed(was)) {
-      if (impact.normal.size() == 0 || !(impact.normal[i] > 0)) continue;
-      record(EventKind::impact);
-      const bool is_soon = flights_.accumulates(i, t);
-      accumulates = accumulates || (is_soon && !is_closed(is));
-    } else if (!is_closed(is)) {
-      record(EventKind::detach);
-    } else if (is == ContactMode::stick && is_slipping(was)) {
-      record(EventKind::slip_to_stick);
-    } else if (is_slipping(is) && was == ContactMode::stick) {
-      record(EventKind::stick_to_slip);
-    } else if (is_slipping(is) && (is != was || instant.stopped[i])) {
-      record(EventKind::slip_reversal);
-    }
+    const bool has_impulse = impact.normal.size() > 0 && impact.normal[i] > 0;
+    const auto kind = event_kind(instant.before[i], modes_[i], has_impulse, instant.stopped[i]);
+    if (!kind) continue;
+    record(*kind);
+    const bool is_soon = *kind == EventKind::impact && flights_.accumulates(i, t);
+    accumulates = accumulates || (is_soon && !is_closed(modes_[i]));
   }
   return !accumulates || stop(solution, Status::step_limit, t, flights_.accumulating(t));
 }

@@ -30,6 +30,14 @@ class ImpactSequence {
     int culprit = -1;  ///< a contact that approached; -1: none did
   };
 
+  /// One of the impacts at an instant.
+  struct Impact {
+    Vector v_minus{}, v_plus{};     ///< n_q
+    Vector Lambda_n{}, Lambda_t{};  ///< n_c, n_lambda_t
+  };
+  /// strike() adds every impact to this list. @param impacts  null for none
+  void keep_impacts(std::vector<Impact>* impacts) { kept_ = impacts; }
+
   /// @param before  modes of the contacts before this instant, or null at the start of a run: those that were closed
   /// touch. @param touching  out, ascending
   void find_touching(const Vector& q, const std::vector<ContactMode>* before, std::vector<int>& touching);
@@ -37,6 +45,12 @@ class ImpactSequence {
   void set_touching(const std::vector<int>& touching) { candidates_ = together_ = touching; }
   /// Contacts that touch, or are apart by no more than rounding of q.
   const std::vector<int>& candidates() const { return candidates_; }
+
+  /// Tells the scales what touches, at velocity v.
+  void see_touching(const Eigen::Ref<const Vector>& v);
+  /// And in the first element or phase of a run, what the load does to it within H: a body that begins at rest has no
+  /// other size.
+  void see_load(const Vector& q, const Vector& v, double H);
 
   /// (1). @param touching  in and out: contacts that close at this instant are added
   /// @param v  v- in, v+ out; @param Lambda_n, Lambda_t  the impulses are added
@@ -61,6 +75,7 @@ class ImpactSequence {
   std::vector<ImpactLaw::ClosedContact> resting_;
   Vector struck_n_, struck_t_;  // impulses of one impact
   Vector gap_, v_;
+  std::vector<Impact>* kept_ = nullptr;
 };
 
 }  // namespace ricochet

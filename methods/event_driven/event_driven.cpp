@@ -27,7 +27,8 @@ class EventDriven final : public Method {
             .source = pair_.source,
             .order_smooth = static_cast<double>(pair_.order),
             .order_impacts = static_cast<double>(pair_.order),
-            .is_adaptive = true};
+            .is_adaptive = true,
+            .has_sensitivities = true};
   }
 
   Support supports(const ProblemInfo&) const override { return Support::yes(); }

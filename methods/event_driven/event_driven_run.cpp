@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "methods/event_driven/explicit_steps.h"
 
@@ -24,15 +23,6 @@ constexpr long kMaxSteps = 10'000'000;
 constexpr double kSlipStart = 0.05;  // of end_time and the cube root of the tolerance: first length of slip from rest
 constexpr int kMaxTurns = 30;        // iterations for its direction
 
-std::optional<EventKind> event_kind(ContactMode before, ContactMode after, double Lambda_n, bool slip_ended) {
-  if (Lambda_n > 0 && !is_closed(before)) return EventKind::impact;
-  if (!is_closed(before)) return std::nullopt;
-  if (!is_closed(after)) return EventKind::detach;
-  if (is_slipping(before) && is_slipping(after) && (before != after || slip_ended)) return EventKind::slip_reversal;
-  if (before == after) return std::nullopt;
-  return after == ContactMode::stick ? EventKind::slip_to_stick : EventKind::stick_to_slip;
-}
-
 }  // namespace
 
 EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings, const EmbeddedTableau& pair)
@@ -49,12 +39,25 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
       step_(make_explicit_step(pair, problem.n_q(), dynamics_)),
       ends_(step_->ends),
       before_(info_.contacts.size(), ContactMode::open),
-      v_minus_(info_.v0) {}
+      v_minus_(info_.v0) {
+  if (settings.sensitivities.empty()) return;
+  sensitivity_.emplace(problem, pair, scales_, dynamics_, settings);
+  mode_change_.keep_impacts(&impacts_);
+}
 
 bool EventDrivenRun::stop(Status status, const std::string& message) {
   solution_.status = status;
   solution_.message = fmt::format("at t = {:.6g} s: {}", t_, message);
   return false;
+}
+
+bool EventDrivenRun::stop_undetermined() {
+  return stop(Status::inner_solver_failed, ModeDynamics::kUndetermined);
+}
+
+/// The acceleration at the left end, and the forces there.
+bool EventDrivenRun::accelerate() {
+  return dynamics_.accelerate(ends_.q0.data(), ends_.v0.data(), ends_.a0.data()) || stop_undetermined();
 }
 
 Solution EventDrivenRun::solve() {
@@ -67,6 +70,7 @@ Solution EventDrivenRun::solve() {
   solution_.q = ends_.q0;
   solution_.v = ends_.v0;
   solution_.counters.elements = solution_.counters.steps;
+  if (sensitivity_) sensitivity_->finish(ends_.q0, ends_.v0, ends_.a0, solution_);
   return std::move(solution_);
 }
 
@@ -112,7 +116,8 @@ bool EventDrivenRun::take_step() {
   if (h < kShortest * T_ && !is_last) return stop(Status::inner_solver_failed, "the steps become too short");
   functions_.begin_step();
   EventFunctions* const watched = functions_.has_forces() ? &functions_ : nullptr;
-  const double e = step_->take(h, watched) ? step_->error(tolerance_) : std::numeric_limits<double>::infinity();
+  double e = step_->take(h, watched) ? step_->error(tolerance_) : std::numeric_limits<double>::infinity();
+  if (sensitivity_ && e <= 1) e = std::max(e, sensitivity_->take(ends_, h));
   // (1), whose digits do not matter: logarithms of floats are fast.
   const float exponent = 1.0F / static_cast<float>(step_->error_order + 1) - 0.75F * kBeta;
   const float log_e = std::log2(static_cast<float>(e) + 1e-30F);
@@ -127,7 +132,7 @@ bool EventDrivenRun::take_step() {
   if (!is_last || next > h_) h_ = next;
   last_log_error_ = std::max(log_e, kLeastLogError);
   was_rejected_ = false;
-  if (!step_->finish()) return stop(Status::inner_solver_failed, "the contact forces do not determine the motion");
+  if (!step_->finish()) return stop_undetermined();
   ++counters.steps;
   Happening event = info_.n_c() > 0 ? functions_.find(ends_) : Happening();
   if (event) {
@@ -135,6 +140,7 @@ bool EventDrivenRun::take_step() {
     return settle_slip(event) || change_modes(event);
   }
   t_ = is_last ? T_ : t_ + h;
+  if (sensitivity_) sensitivity_->accept();
   ends_.advance();
   if (info_.n_c() > 0) functions_.advance(ends_.v0);
   if (settings_.recording == Recording::grid) solution_.samples.push_back({t_, ends_.q0, ends_.v0, ends_.v0});
@@ -146,8 +152,7 @@ bool EventDrivenRun::land(Happening& event) {
   double h = event.theta * ends_.h;
   if (h > 0) {
     for (int k = 0; k < kMaxLandings; ++k) {
-      if (!step_->take(h, nullptr) || !step_->finish())
-        return stop(Status::inner_solver_failed, "the contact forces do not determine the motion");
+      if (!step_->take(h, nullptr) || !step_->finish()) return stop_undetermined();
       const double jerk = (ends_.a1 - ends_.a0).lpNorm<Eigen::Infinity>() / h;
       const double dt = -functions_.value(event, ends_.q1.data(), ends_.v1.data()) / event.slope;
       if (!(std::abs(dt) < h)) break;
@@ -166,15 +171,17 @@ bool EventDrivenRun::land(Happening& event) {
       }
       break;
     }
+    if (sensitivity_) {
+      if (!std::isfinite(sensitivity_->take(ends_, h))) return stop_undetermined();
+      sensitivity_->accept();
+    }
     t_ += h;
     ends_.q0 = ends_.q1;
     ends_.v0 = ends_.v1;
   }
   if (info_.clock >= 0) ends_.q0[info_.clock] = t_;
   // Forces at the event, for the decision.
-  if (dynamics_.closed().empty()) return true;
-  return dynamics_.accelerate(ends_.q0.data(), ends_.v0.data(), ends_.a0.data()) ||
-         stop(Status::inner_solver_failed, "the contact forces do not determine the motion");
+  return (dynamics_.closed().empty() && !sensitivity_) || accelerate();
 }
 
 /// The last v_stop of slip in space: up to where it stops, with the acceleration held. True where it only passes by, and
@@ -187,6 +194,7 @@ bool EventDrivenRun::settle_slip(const Happening& event) {
     return true;
   }
   dt = std::min(dt, T_ - t_);
+  if (sensitivity_) sensitivity_->glide(ends_.q0, ends_.v0, ends_.a0, dt);
   ends_.q0 += dt * ends_.v0 + 0.5 * dt * dt * ends_.a0;
   ends_.v0 += dt * ends_.a0;
   t_ += dt;
@@ -198,6 +206,11 @@ bool EventDrivenRun::change_modes(const Happening& cause) {
   before_ = dynamics_.modes();
   v_minus_ = ends_.v0;
   scales_.begin_step(ends_.q0.data(), ends_.v0.data(), T_ / 10, false);
+  impacts_.clear();
+  if (sensitivity_) {
+    if (const auto reason = sensitivity_->reach(cause, ends_.q0, ends_.v0, ends_.a0))
+      return stop(Status::infeasible, *reason);
+  }
   const auto outcome = mode_change_.decide(cause, is_first ? nullptr : &before_, ends_.q0, ends_.v0);
   if (outcome.status != Status::success) return stop(outcome.status, outcome.message);
   if (is_first) {
@@ -210,11 +223,19 @@ bool EventDrivenRun::change_modes(const Happening& cause) {
     return stop(Status::step_limit,
                 fmt::format("events accumulate at contact '{}'", info_.contacts[cause.contact].name));
   record(cause, outcome.has_impact ? v_minus_ : ends_.v0);
+  if (sensitivity_ && !vary_event()) return false;
   if (!mode_change_.beginning().empty() && t_ < T_ && !start_slip()) return false;
-  if (!dynamics_.accelerate(ends_.q0.data(), ends_.v0.data(), ends_.a0.data()))
-    return stop(Status::inner_solver_failed, "the contact forces do not determine the motion");
+  if (!accelerate()) return false;
   if (info_.n_c() > 0) functions_.begin(ends_.q0.data(), ends_.v0.data());
   return true;
+}
+
+/// The derivatives go through what has happened.
+bool EventDrivenRun::vary_event() {
+  if (!accelerate()) return false;
+  auto reason = sensitivity_->strike(impacts_, before_, ends_.q0);
+  if (!reason) reason = sensitivity_->leave(before_, ends_.q0, ends_.v0, ends_.a0);
+  return !reason || stop(Status::infeasible, *reason);
 }
 
 /// The first moments of slip in space from rest. Its direction d = v_t / |v_t| has a limit there, but returns to it at a
@@ -223,8 +244,7 @@ bool EventDrivenRun::change_modes(const Happening& cause) {
 bool EventDrivenRun::start_slip() {
   const auto& contacts = mode_change_.beginning();
   double h = std::min(kSlipStart * std::cbrt(tolerance_) * T_, T_ - t_);
-  if (!dynamics_.accelerate(ends_.q0.data(), ends_.v0.data(), ends_.a0.data()))
-    return stop(Status::inner_solver_failed, "the contact forces do not determine the motion");
+  if (!accelerate()) return false;
   for (const int i : contacts) {
     double angle = 0, last_angle = 0, last_sine = 0;
     for (int k = 0; k < kMaxTurns; ++k) {
@@ -245,6 +265,7 @@ bool EventDrivenRun::start_slip() {
     }
   }
   if (!step_->take(h, nullptr)) return stop(Status::inner_solver_failed, "no motion follows the begin of slip");
+  if (sensitivity_ && !sensitivity_->take_slip_start(ends_, h, contacts)) return stop_undetermined();
   ends_.q0 = ends_.q1;
   ends_.v0 = ends_.v1;
   for (const int i : contacts) dynamics_.hold_direction(i, nullptr);
@@ -258,12 +279,12 @@ void EventDrivenRun::record(const Happening& cause, const Vector& v_minus) {
   const auto& modes = dynamics_.modes();
   const Vector& Lambda_n = mode_change_.Lambda_n();
   for (const int i : info_.unilateral) {
-    const auto kind = event_kind(before_[i], modes[i], Lambda_n[i], cause.is(Kind::slip_stops, i));
+    const auto kind = event_kind(before_[i], modes[i], Lambda_n[i] > 0, cause.is(Kind::slip_stops, i));
     if (!kind) continue;
     ++solution_.counters.events;
     if (settings_.recording == Recording::final_state) continue;
-    solution_.events.push_back(
-        {t_, *kind, i, ends_.q0, v_minus, ends_.v0, Lambda_n, mode_change_.Lambda_t(), modes, {}});
+    solution_.events.push_back({t_, *kind, i, ends_.q0, v_minus, ends_.v0, Lambda_n, mode_change_.Lambda_t(), modes,
+                                sensitivity_ ? sensitivity_->dt() : Vector()});
   }
   if (settings_.recording == Recording::grid) solution_.samples.push_back({t_, ends_.q0, v_minus, ends_.v0});
 }

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "methods/event_driven/event_functions.h"
+#include "methods/event_driven/event_sensitivity.h"
 #include "methods/event_driven/explicit_step.h"
 #include "methods/event_driven/mode_change.h"
 #include "methods/method.h"
@@ -37,10 +39,13 @@ class EventDrivenRun {
   bool take_step();
   bool land(Happening& event);
   bool change_modes(const Happening& cause);
+  bool vary_event();
   bool start_slip();
   bool settle_slip(const Happening& event);
   void record(const Happening& cause, const Vector& v_minus);
+  bool accelerate();
   bool stop(Status status, const std::string& message);
+  bool stop_undetermined();
 
   const Problem& problem_;
   const ProblemInfo& info_;
@@ -54,6 +59,8 @@ class EventDrivenRun {
   ModeChange mode_change_;
   std::unique_ptr<ExplicitStep> step_;
   StepEnds& ends_;
+  std::optional<EventSensitivity> sensitivity_;
+  std::vector<ImpactSequence::Impact> impacts_;  // of the instant, where derivatives are asked for
   std::vector<ContactMode> before_;
   Vector v_minus_;
   double t_ = 0, h_ = 0;        // [s]; the length of the next step

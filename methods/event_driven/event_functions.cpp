@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "methods/event_driven/explicit_step.h"
 #include "problems/packed_column.h"
 
 namespace ricochet {
@@ -14,22 +13,34 @@ using Kind = Happening::Kind;
 constexpr double kLocated = 1e-9;  // of the step: the root of the interpolation, from where the step is taken again
 constexpr int kMaxIterations = 60;
 constexpr int kMaxHalvings = 50;  // in search of a point behind a zero at the left end
-// Speed of slip in space that is left to ModeChange, over the root of the tolerance and the size of slip.
+// Speed of slip in space that is left to the run, over the root of the tolerance and the size of slip.
 constexpr double kStop = 0.03;
 constexpr double kPassing = 0.3;  // of its speed: slip that would not come nearer to zero goes on
 
-}  // namespace
+/// Where a function falls, or rises, through zero between two points, by the Illinois method.
+struct Bracket {
+  double from, value_from, to, value_to;
+  bool rises = value_to > value_from;
+  int last_side = 0;
 
-void StepEnds::interpolate(double s, Vector& q, Vector& v) const {
-  // q = q0 + h s v0 + (h s)^2 a0 / 2 + s^3 (c3 + s (c4 + s c5)), from what Taylor's polynomial leaves at s = 1.
-  for (Eigen::Index k = 0; k < q0.size(); ++k) {
-    const double hv = h * v0[k], ha = h * h * a0[k];
-    const double d0 = q1[k] - q0[k] - hv - 0.5 * ha, d1 = h * v1[k] - hv - ha, d2 = h * h * a1[k] - ha;
-    const double c3 = 10 * d0 - 4 * d1 + 0.5 * d2, c4 = -15 * d0 + 7 * d1 - d2, c5 = 6 * d0 - 3 * d1 + 0.5 * d2;
-    q[k] = q0[k] + s * (hv + s * (0.5 * ha + s * (c3 + s * (c4 + s * c5))));
-    v[k] = (hv + s * (ha + s * (3 * c3 + s * (4 * c4 + s * 5 * c5)))) / h;
+  double next() const { return to - value_to * (to - from) / (value_to - value_from); }
+  /// The point takes the place of the end whose sign the value there has. An end that stays twice counts half.
+  void narrow(double point, double value) {
+    if (rises ? value < 0 : value > 0) {
+      from = point;
+      value_from = value;
+      if (last_side == -1) value_to *= 0.5;
+      last_side = -1;
+    } else {
+      to = point;
+      value_to = value;
+      if (last_side == 1) value_from *= 0.5;
+      last_side = 1;
+    }
   }
-}
+};
+
+}  // namespace
 
 EventFunctions::EventFunctions(const Problem& problem, const ContactScales& scales, ModeDynamics& dynamics,
                                double tolerance)
@@ -125,10 +136,11 @@ double EventFunctions::rounding(const Function& f) const {
   return scales_.no_slip(f.contact);
 }
 
-void EventFunctions::evaluate(const double* q, const double* v, double Function::*end) {
+/// All functions at the right end.
+void EventFunctions::evaluate(const double* q, const double* v) {
   if (has_gaps_) problem_.gap(q, gap_.data());
   set_positions(q);
-  for (Function& f : functions_) f.*end = function(f, v);
+  for (Function& f : functions_) f.right = function(f, v);
 }
 
 void EventFunctions::begin(const double* q, const double* v) {
@@ -154,10 +166,9 @@ void EventFunctions::begin(const double* q, const double* v) {
 }
 
 void EventFunctions::pass(const double* q, const double* v) {
-  evaluate(q, v, &Function::right);
-  for (const int i : info_.unilateral)
-    rate1_[i] = packed_dot(info_.contacts[i], packed_n_.data() + info_.contacts[i].normal_begin, v);
+  evaluate(q, v);
   v_ = Eigen::Map<const Vector>(v, info_.n_q);
+  for (const int i : info_.unilateral) rate1_[i] = gap_rate(i, v_);
   advance(v_);
 }
 
@@ -189,28 +200,25 @@ void EventFunctions::see_stage(double c) {
   }
 }
 
+/// J_n' v at the positions that were set.
+double EventFunctions::gap_rate(int contact, const Vector& v) const {
+  const auto& info = info_.contacts[contact];
+  return packed_dot(info, packed_n_.data() + info.normal_begin, v);
+}
+
 /// The gap of an affine contact along the interpolation of the step, by its values and two derivatives at the ends.
 void EventFunctions::set_gap_polynomial(const Function& f, const StepEnds& ends) {
-  const auto& info = info_.contacts[f.contact];
-  const double* J_n = packed_n_.data() + info.normal_begin;
-  const double h = ends.h, rate = h * packed_dot(info, J_n, ends.v0), a = h * h * packed_dot(info, J_n, ends.a0);
-  const double d0 = f.right - f.left - rate - 0.5 * a, d1 = h * packed_dot(info, J_n, ends.v1) - rate - a;
-  const double d2 = h * h * packed_dot(info, J_n, ends.a1) - a;
-  gap_polynomial_[0] = f.left;
-  gap_polynomial_[1] = rate;
-  gap_polynomial_[2] = 0.5 * a;
-  gap_polynomial_[3] = 10 * d0 - 4 * d1 + 0.5 * d2;
-  gap_polynomial_[4] = -15 * d0 + 7 * d1 - d2;
-  gap_polynomial_[5] = 6 * d0 - 3 * d1 + 0.5 * d2;
-  polynomial_of_ = f.contact;
+  const int i = f.contact;
+  const double h = ends.h;
+  gap_polynomial_ = {f.left,  h * gap_rate(i, ends.v0), h * h * gap_rate(i, ends.a0),
+                     f.right, h * gap_rate(i, ends.v1), h * h * gap_rate(i, ends.a1)};
+  polynomial_of_ = i;
 }
 
 double EventFunctions::at(const Function& f, double theta, const StepEnds& ends) {
   if (f.kind == Kind::gap_closes && info_.contacts[f.contact].is_affine) {
     if (polynomial_of_ != f.contact) set_gap_polynomial(f, ends);
-    double gap = 0;
-    for (int k = 5; k >= 0; --k) gap = gap * theta + gap_polynomial_[k];
-    return gap;
+    return gap_polynomial_.value(theta);
   }
   ends.interpolate(theta, q_, v_);
   return value({f.kind, f.contact}, q_.data(), v_.data());
@@ -233,8 +241,7 @@ double EventFunctions::value(const Happening& happening, const double* q, const 
   return function({happening.kind, happening.contact}, v);
 }
 
-/// The zero between a point where f is positive and one where it is negative, by the Illinois method, if it is before
-/// the first one so far.
+/// The zero between a point where f is positive and one where it is negative, if it is before the first one so far.
 void EventFunctions::search(const Function& f, double from, double value_from, double to, double value_to,
                             const StepEnds& ends, Happening& first) {
   if (first && first.theta < to) {
@@ -244,23 +251,14 @@ void EventFunctions::search(const Function& f, double from, double value_from, d
     if (value_to > 0) return;
   }
   double theta = to, value = value_to, slope = (value_to - value_from) / (to - from);
-  for (int k = 0; k < kMaxIterations && to - from > kLocated; ++k) {
-    const double next = to - value_to * (to - from) / (value_to - value_from);
-    const double at_next = at(f, next, ends);
+  Bracket bracket{from, value_from, to, value_to};
+  for (int k = 0; k < kMaxIterations && bracket.to - bracket.from > kLocated; ++k) {
+    const double next = bracket.next(), at_next = at(f, next, ends), moved = std::abs(next - theta);
     if (next != theta) slope = (at_next - value) / (next - theta);
-    const double moved = std::abs(next - theta);
     theta = next;
     value = at_next;
-    if (value > 0) {
-      if (from != 0 || k > 0) value_to *= 0.5;
-      from = theta;
-      value_from = value;
-    } else {
-      value_from *= 0.5;
-      to = theta;
-      value_to = value;
-    }
     if (moved < kLocated || value == 0) break;
+    bracket.narrow(theta, value);
   }
   first = {f.kind, f.contact, theta, slope / ends.h};
 }
@@ -272,24 +270,17 @@ void EventFunctions::find_dips(const StepEnds& ends, Happening& first) {
     const int i = f.contact;
     if (!(rate0_[i] < 0 && rate1_[i] > 0)) continue;
     // The minimum, where the rate vanishes.
-    double from = 0, to = 1, rate_from = rate0_[i], rate_to = rate1_[i], theta = 0, gap = 0;
+    Bracket bracket{0, rate0_[i], 1, rate1_[i]};
+    double theta = 0, gap = 0;
     for (int k = 0; k < 8; ++k) {
-      theta = from - rate_from * (to - from) / (rate_to - rate_from);
+      theta = bracket.next();
       gap = at(f, theta, ends);
       if (gap < 0) break;
       ends.interpolate(theta, q_, v_);
       if (curved_normals_) problem_.normal_jacobian(q_.data(), packed_n_.data());
-      const double rate = packed_dot(info_.contacts[i], packed_n_.data() + info_.contacts[i].normal_begin, v_);
-      if (std::abs(rate) * ends.h * (to - from) < 1e-3 * std::abs(gap)) break;
-      if (rate < 0) {
-        from = theta;
-        rate_from = rate;
-        rate_to *= k > 0 ? 0.5 : 1;
-      } else {
-        to = theta;
-        rate_to = rate;
-        rate_from *= k > 0 ? 0.5 : 1;
-      }
+      const double rate = gap_rate(i, v_);
+      if (std::abs(rate) * ends.h * (bracket.to - bracket.from) < 1e-3 * std::abs(gap)) break;
+      bracket.narrow(theta, rate);
     }
     if (gap < -rounding(f)) search(f, 0, std::max(f.left, 0.0), theta, gap, ends, first);
   }
@@ -298,12 +289,11 @@ void EventFunctions::find_dips(const StepEnds& ends, Happening& first) {
 
 Happening EventFunctions::find(const StepEnds& ends) {
   polynomial_of_ = -1;
-  evaluate(ends.q1.data(), ends.v1.data(), &Function::right);
+  evaluate(ends.q1.data(), ends.v1.data());
   bool dips = false;
   for (const Function& f : functions_) {
     if (f.kind != Kind::gap_closes) continue;
-    const auto& info = info_.contacts[f.contact];
-    rate1_[f.contact] = packed_dot(info, packed_n_.data() + info.normal_begin, ends.v1);
+    rate1_[f.contact] = gap_rate(f.contact, ends.v1);
     dips = dips || (rate0_[f.contact] < 0 && rate1_[f.contact] > 0 && f.right >= 0);
   }
   Happening first;

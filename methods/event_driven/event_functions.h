@@ -4,11 +4,10 @@
 
 #include "methods/contact_laws/contact_scales.h"
 #include "methods/event_driven/mode_dynamics.h"
+#include "methods/event_driven/step_ends.h"
 #include "problems/problem.h"
 
 namespace ricochet {
-
-struct StepEnds;
 
 /// What ends a phase of motion, or nothing: a function of a contact that falls through zero.
 struct Happening {
@@ -31,7 +30,7 @@ struct Happening {
 ///   slips     d' J_t' v,  in space d' J_t' v - v_stop                                    (4)
 ///
 /// d is the direction of slip: in the plane that of the mode, in space that at the left end of the step. There the
-/// direction has no limit at v_t = 0 that a step could cross, so the last v_stop of slip is left to ModeChange.
+/// direction has no limit at v_t = 0 that a step could cross, so the last v_stop of slip is left to the run.
 ///
 /// A step that has been taken is searched for the first zero: of functions negative at its right end; of gaps that fall
 /// at the left and rise at the right end, in their minimum; and of forces negative at a stage, if the interpolation
@@ -77,7 +76,7 @@ class EventFunctions {
     bool from_zero = false;  ///< at the left end it is zero up to rounding
   };
 
-  void evaluate(const double* q, const double* v, double Function::*end);
+  void evaluate(const double* q, const double* v);
   double function(const Function& f, const double* v);
   void tangent_dots(const ContactInfo& contact, const double* v, double* v_t) const;
   double slip_speed(int contact, const double* v) const;
@@ -88,6 +87,7 @@ class EventFunctions {
   void find_dips(const StepEnds& ends, Happening& first);
   double at(const Function& f, double theta, const StepEnds& ends);
   void set_gap_polynomial(const Function& f, const StepEnds& ends);
+  double gap_rate(int contact, const Vector& v) const;
 
   const Problem& problem_;
   const ProblemInfo& info_;
@@ -97,9 +97,9 @@ class EventFunctions {
   std::vector<Function> functions_;
   bool slips_ = false, has_gaps_ = false;
   bool curved_normals_ = false, curved_tangents_ = false;
-  double gap_polynomial_[6]{};  // of an affine contact, in theta
-  int polynomial_of_ = -1;      // that contact, in the step at hand
-  double lowest_stage_ = 2;     // c of the first stage with a negative force, above 1: none
+  QuinticHermite gap_polynomial_;  // of an affine contact, in theta
+  int polynomial_of_ = -1;         // that contact, in the step at hand
+  double lowest_stage_ = 2;        // c of the first stage with a negative force, above 1: none
   Vector gap_, packed_n_, packed_t_;
   Vector direction_, v_stop_;   // n_lambda_t, n_c
   std::vector<char> is_armed_;  // per contact in space: it has been faster than its v_stop

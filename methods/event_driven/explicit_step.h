@@ -7,29 +7,10 @@
 
 #include "methods/event_driven/event_functions.h"
 #include "methods/event_driven/mode_dynamics.h"
+#include "methods/event_driven/step_ends.h"
 #include "methods/runge_kutta/explicit_coefficients.h"
 
 namespace ricochet {
-
-/// The two ends of a step, with the accelerations there, and what lies between them: the quintic polynomial of each
-/// coordinate that has its values, velocities and accelerations at both ends (Hermite), of order 6 in q and 5 in v.
-struct StepEnds {
-  double h = 0;       ///< [s]
-  Vector q0, v0, a0;  ///< n_q, left end
-  Vector q1, v1, a1;  ///< n_q, right end
-
-  void resize(int n_q) {
-    for (auto* x : {&q0, &v0, &a0, &q1, &v1, &a1}) x->setZero(n_q);
-  }
-  /// The right end becomes the left end.
-  void advance() {
-    q0.swap(q1);
-    v0.swap(v1);
-    a0.swap(a1);
-  }
-  /// State at theta h from the left end, theta in [0, 1].
-  void interpolate(double theta, Vector& q, Vector& v) const;
-};
 
 /// One step of an embedded explicit Runge-Kutta pair for q' = v, v' = a(q, v), with the modes of ModeDynamics:
 ///
@@ -38,7 +19,7 @@ struct StepEnds {
 ///   e = h sum_i e_i (v_i, a_i)                                                                          (3)
 ///
 /// The coefficients are constants of the program (explicit_coefficients.h), so (1)-(3) are unrolled and zeros dropped;
-/// for up to six coordinates so is their number.
+/// for up to four coordinates so is their number.
 class ExplicitStep {
  public:
   virtual ~ExplicitStep() = default;

@@ -48,10 +48,7 @@ class ExplicitTableauStep final : public ExplicitStep {
   bool finish() override { return dynamics_.accelerate(ends.q1.data(), ends.v1.data(), ends.a1.data()); }
 
   double error(double tolerance) const override {
-    const double first = squares(tableau_.e);
-    const double second = tableau_.e_2.size() > 0 ? squares(tableau_.e_2) : 0;
-    const double ratio = second > 0 ? first / (first + 0.01 * second) : 1;
-    return ends.h / tolerance * std::sqrt(ratio * first / static_cast<double>(2 * ends.q0.size()));
+    return ends.h / tolerance * std::sqrt(squares(tableau_.e) / static_cast<double>(2 * ends.q0.size()));
   }
 
  private:

@@ -27,27 +27,10 @@ ModeChange::ModeChange(const Problem& problem, ContactScales& scales, ModeDynami
   for (auto* list : {&touching_, &beginning_}) list->reserve(modes_.size());
   closed_.reserve(modes_.size());
   Lambda_n_.setZero(info_.n_c());
-  lambda_n_ = gap_ = bias_ = Lambda_n_;
+  lambda_n_ = bias_ = Lambda_n_;
   Lambda_t_.setZero(info_.n_lambda_t);
   lambda_t_ = Lambda_t_;
   v_minus_.setZero(info_.n_q);
-}
-
-/// Tells the scales what touches, and at the start of a run what the load does to it.
-void ModeChange::see_sizes(const Vector& q, const Vector& v, bool is_first) {
-  const double H = info_.end_time / 10;
-  const Vector* w = is_first ? &law_.free_acceleration(q, v) : nullptr;
-  for (const int i : impacts_.candidates()) {
-    const double G = law_.normal_delassus(i), G_t = law_.mobility(i);
-    scales_.see_contact(i, law_.normal(i), G, G_t);
-    scales_.see_approach(i, law_.normal_velocity_scale(i, v));
-    scales_.see_slip(i, law_.slip_velocity_scale(i, v));
-    if (!is_first) continue;
-    const double load = law_.normal_velocity_scale(i, *w);
-    scales_.see_force(i, load / G);
-    scales_.see_approach(i, H * load);
-    scales_.see_slip(i, H * (law_.slip_velocity_scale(i, *w) + info_.contacts[i].mu * load / G * G_t));
-  }
 }
 
 /// (1)
@@ -114,7 +97,8 @@ ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector
               false};
   }
   if (!touching_.empty()) {
-    see_sizes(q, v, !modes);
+    impacts_.see_touching(v);
+    if (!modes) impacts_.see_load(q, v, info_.end_time / 10);
     const auto struck = impacts_.strike(q, before, touching_, v, Lambda_n_, Lambda_t_);
     switch (struck.result) {
       case ImpactSequence::Result::done:
@@ -144,9 +128,7 @@ ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector
         scales_.see_force(closed.contact, law_.load_size(closed.contact) / law_.normal_delassus(closed.contact));
     }
   }
-  const char* const impossible = "the contact forces do not determine the motion";
-  if (!dynamics_.set_modes(next, q.data(), v.data()))
-    return {Status::inner_solver_failed, impossible, outcome.has_impact};
+  dynamics_.set_modes(next, q.data(), v.data());
   if (touching_.empty()) return outcome;
   dynamics_.set_forces(lambda_n_, lambda_t_);
   for (const auto& closed : closed_) {
@@ -158,7 +140,8 @@ ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector
     dynamics_.hold_direction(i, d);
     beginning_.push_back(i);
   }
-  if (!dynamics_.project(q.data(), v.data())) return {Status::inner_solver_failed, impossible, outcome.has_impact};
+  if (!dynamics_.project(q.data(), v.data()))
+    return {Status::inner_solver_failed, ModeDynamics::kUndetermined, outcome.has_impact};
   return outcome;
 }
 

@@ -34,13 +34,15 @@ class ModeChange {
   /// Behind: dynamics with the new modes, (q, v) with v+. @param modes  before; null at the start of a run
   Outcome decide(const Happening& cause, const std::vector<ContactMode>* modes, Vector& q, Vector& v);
 
+  /// As of ImpactSequence.
+  void keep_impacts(std::vector<ImpactSequence::Impact>* impacts) { impacts_.keep_impacts(impacts); }
+
   const Vector& Lambda_n() const { return Lambda_n_; }
   const Vector& Lambda_t() const { return Lambda_t_; }
   /// Contacts in space that begin to slip from rest; the dynamics holds their directions.
   const std::vector<int>& beginning() const { return beginning_; }
 
  private:
-  void see_sizes(const Vector& q, const Vector& v, bool is_first);
   void set_closed(const Happening& cause, const std::vector<ContactMode>* modes, const Vector& q, const Vector& v,
                   const Vector& v_minus);
   bool is_low(int contact, const Vector& q, const Vector& v_minus);
@@ -54,7 +56,7 @@ class ModeChange {
   std::vector<int> touching_, beginning_;
   std::vector<ContactMode> modes_;
   std::vector<ImpactLaw::ClosedContact> closed_;
-  Vector Lambda_n_, Lambda_t_, lambda_n_, lambda_t_, v_minus_, gap_, bias_;
+  Vector Lambda_n_, Lambda_t_, lambda_n_, lambda_t_, v_minus_, bias_;
 };
 
 }  // namespace ricochet

@@ -25,18 +25,17 @@ ModeDynamics::ModeDynamics(const Problem& problem, Counters& counters)
       counters_(counters),
       u_(problem.info().u.data()),
       constant_mass_(problem.info().structure.constant_mass),
-      diagonal_mass_(problem.info().structure.diagonal_mass),
       modes_(problem.info().contacts.size(), ContactMode::open),
       first_row_(modes_.size(), 0),
       chosen_(modes_.size(), 0),
-      is_held_(modes_.size(), 0) {
+      is_held_(modes_.size(), 0),
+      mass_(problem.n_q(), problem.info().structure.diagonal_mass) {
   const int n_q = info_.n_q, most = info_.n_c() + info_.n_lambda_t;
   closed_.reserve(modes_.size());
   rows_.reserve(static_cast<std::size_t>(most));
   direction_.setZero(info_.n_lambda_t);
   M_.setZero(n_q, n_q);
   f_.setZero(n_q);
-  inverse_mass_.setZero(n_q);
   lambda_.setZero(most);
   rates_.setZero(most);
   diagonal_.setZero(most);
@@ -50,48 +49,13 @@ ModeDynamics::ModeDynamics(const Problem& problem, Counters& counters)
   if (constant_mass_) factorize_mass(info_.q0.data());
 }
 
-/// M or, where it is constant, its factor: L of L L' in the lower triangle.
 bool ModeDynamics::factorize_mass(const double* q) {
-  const Eigen::Index n = info_.n_q;
   problem_.mass_matrix(q, M_.data());
   ++counters_.mass_factorizations;
-  if (diagonal_mass_) {
-    inverse_mass_ = M_.diagonal().cwiseInverse();
-    return M_.diagonal().minCoeff() > 0;
-  }
-  for (Eigen::Index j = 0; j < n; ++j) {
-    double pivot = M_(j, j);
-    for (Eigen::Index k = 0; k < j; ++k) pivot -= M_(j, k) * M_(j, k);
-    if (!(pivot > 0)) return false;
-    M_(j, j) = std::sqrt(pivot);
-    inverse_mass_[j] = 1 / M_(j, j);
-    for (Eigen::Index i = j + 1; i < n; ++i) {
-      double entry = M_(i, j);
-      for (Eigen::Index k = 0; k < j; ++k) entry -= M_(i, k) * M_(j, k);
-      M_(i, j) = entry * inverse_mass_[j];
-    }
-  }
-  return true;
+  return mass_.compute(M_);
 }
 
-/// x <- M^-1 x
-void ModeDynamics::solve_mass(double* x) const {
-  const Eigen::Index n = info_.n_q;
-  if (diagonal_mass_) {
-    for (Eigen::Index i = 0; i < n; ++i) x[i] *= inverse_mass_[i];
-    return;
-  }
-  for (Eigen::Index i = 0; i < n; ++i) {
-    for (Eigen::Index k = 0; k < i; ++k) x[i] -= M_(i, k) * x[k];
-    x[i] *= inverse_mass_[i];
-  }
-  for (Eigen::Index i = n - 1; i >= 0; --i) {
-    for (Eigen::Index k = i + 1; k < n; ++k) x[i] -= M_(k, i) * x[k];
-    x[i] *= inverse_mass_[i];
-  }
-}
-
-bool ModeDynamics::set_modes(std::span<const ContactMode> modes, const double* q, const double* v) {
+void ModeDynamics::set_modes(std::span<const ContactMode> modes, const double* q, const double* v) {
   std::ranges::copy(modes, modes_.begin());
   std::ranges::fill(is_held_, 0);
   closed_.clear();
@@ -122,29 +86,28 @@ bool ModeDynamics::set_modes(std::span<const ContactMode> modes, const double* q
   }
   if (turns_ && T_.size() == 0) T_.setZero(info_.n_lambda_t, info_.n_q);
   kind_ = Kind::general;
-  return !is_affine || set_maps(q, v);
+  if (is_affine) set_maps(q, v);
 }
 
 /// (4)
-bool ModeDynamics::set_maps(const double* q, const double* v) {
+void ModeDynamics::set_maps(const double* q, const double* v) {
   const Eigen::Index n = MC_.cols(), n_q = info_.n_q;
   set_columns(q, v);
-  rates_.head(n).setZero();
   L_.setZero(n, n_q);  // R' M^-1, and then what solves D L = -R' M^-1
   for (Eigen::Index r = 0; r < n; ++r) {
     row_.setZero();
     add_row(rows_[static_cast<std::size_t>(r)], row_.data());
-    solve_mass(row_.data());
+    mass_.solve(row_.data());
     L_.row(r) = -row_.transpose();
     set_delassus_row(r);
   }
-  if (!eliminate(L_)) return true;  // redundant: they are resolved at every point
+  if (!eliminate(L_)) return;  // redundant: they are resolved at every point
   if (n_q <= kFewCoordinates) {
     P_.setZero(n_q, n_q);
     for (Eigen::Index k = 0; k < n_q; ++k) {
       row_.setZero();
       row_[k] = 1;
-      solve_mass(row_.data());
+      mass_.solve(row_.data());
       P_.col(k) = row_;
     }
     if (n > 0) P_.noalias() += MC_ * L_;
@@ -152,7 +115,6 @@ bool ModeDynamics::set_maps(const double* q, const double* v) {
   } else {
     kind_ = Kind::factors;
   }
-  return true;
 }
 
 void ModeDynamics::set_forces(const Vector& lambda_n, const Vector& lambda_t) {
@@ -215,7 +177,7 @@ void ModeDynamics::set_columns(const double* q, const double* v) {
     }
   }
   MC_ = C_;
-  for (Eigen::Index r = 0; r < MC_.cols(); ++r) solve_mass(MC_.col(r).data());
+  for (Eigen::Index r = 0; r < MC_.cols(); ++r) mass_.solve(MC_.col(r).data());
 }
 
 /// b of (2), in rates_.
@@ -290,7 +252,7 @@ bool ModeDynamics::solve_rows(const double* a) {
 bool ModeDynamics::accelerate_in_general(const double* q, const double* v, double* a) {
   if (!constant_mass_ && !factorize_mass(q)) return false;
   std::copy(f_.data(), f_.data() + f_.size(), a);
-  solve_mass(a);
+  mass_.solve(a);
   if (rows_.empty()) return true;
   set_columns(q, v);
   set_rates(q, v);
@@ -306,7 +268,7 @@ bool ModeDynamics::accelerate_in_general(const double* q, const double* v, doubl
 /// (4) for many coordinates.
 bool ModeDynamics::accelerate_by_factors(double* a) {
   std::copy(f_.data(), f_.data() + f_.size(), a);
-  solve_mass(a);
+  mass_.solve(a);
   if (rows_.empty()) return true;
   lambda_.head(L_.rows()).noalias() = L_ * f_;
   Eigen::Map<Vector>(a, info_.n_q).noalias() += MC_ * lambda_.head(L_.rows());
@@ -342,7 +304,7 @@ bool ModeDynamics::project(double* q, double* v) {
     if (row.tangent >= 0 || !is_slipping(modes_[row.contact])) continue;
     MC_.col(r).setZero();
     add_row(row, MC_.col(r).data());
-    solve_mass(MC_.col(r).data());
+    mass_.solve(MC_.col(r).data());
   }
   const Vector zero = Vector::Zero(info_.n_q), forces = law_;
   law_.setZero();

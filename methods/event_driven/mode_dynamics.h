@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "problems/problem.h"
+#include "problems/small_factors.h"
 #include "problems/solution.h"
 
 namespace ricochet {
@@ -30,9 +31,11 @@ class ModeDynamics {
  public:
   ModeDynamics(const Problem& problem, Counters& counters);
 
+  /// Why a run ends where accelerate() or project() fails.
+  static constexpr const char* kUndetermined = "the contact forces do not determine the motion";
+
   /// From here on, at (q, v) first. @param modes  n_c, bilateral contacts closed
-  /// @return false when M is not positive definite or (2) contradicts itself
-  bool set_modes(std::span<const ContactMode> modes, const double* q, const double* v);
+  void set_modes(std::span<const ContactMode> modes, const double* q, const double* v);
   const std::vector<ContactMode>& modes() const { return modes_; }
   const std::vector<int>& closed() const { return closed_; }  ///< contacts that are not open
 
@@ -41,6 +44,7 @@ class ModeDynamics {
 
   /// The direction of slip in space while it is zero or held. @param d  2, a unit vector; null to follow the velocity
   void hold_direction(int contact, const double* d);
+  bool holds_direction(int contact) const { return is_held_[contact] != 0; }
 
   /// a, and the forces below. @return false when M is not positive definite or (2) contradicts itself
   /// @tparam N  n_q, 0 where it is known at run time only
@@ -101,11 +105,10 @@ class ModeDynamics {
   }
   bool accelerate_in_general(const double* q, const double* v, double* a);
   bool factorize_mass(const double* q);
-  void solve_mass(double* x) const;
   void set_columns(const double* q, const double* v);
   void set_rates(const double* q, const double* v);
   bool accelerate_by_factors(double* a);
-  bool set_maps(const double* q, const double* v);
+  void set_maps(const double* q, const double* v);
   void set_delassus_row(Eigen::Index r);
   template <class Columns>
   bool eliminate(Columns& X);
@@ -123,7 +126,7 @@ class ModeDynamics {
   const ProblemInfo& info_;
   Counters& counters_;
   const double* const u_;
-  const bool constant_mass_, diagonal_mass_;
+  const bool constant_mass_;
   Kind kind_ = Kind::general;
   std::vector<ContactMode> modes_;
   std::vector<int> closed_, first_row_;  // contacts; per contact: its first row
@@ -133,12 +136,12 @@ class ModeDynamics {
   std::vector<char> is_held_;                  // per contact
   Vector direction_;                           // n_lambda_t, d of slipping contacts
   Matrix P_;
-  RowMatrix L_;   // (4)
-  Matrix M_, D_;  // M or its Cholesky factor; (3)
+  RowMatrix L_;  // (4)
+  SymmetricFactors mass_;
+  Matrix M_, D_;  // (3)
   Vector f_, lambda_, packed_n_, packed_t_, bias_, rates_, diagonal_, row_, law_;
   Matrix T_;
-  Matrix C_, MC_;        // n_q x rows
-  Vector inverse_mass_;  // n_q, of a diagonal M
+  Matrix C_, MC_;  // n_q x rows
 };
 
 }  // namespace ricochet

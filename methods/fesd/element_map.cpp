@@ -1,7 +1,5 @@
 #include "methods/fesd/element_map.h"
 
-#include "problems/packed_column.h"
-
 namespace ricochet {
 namespace {
 

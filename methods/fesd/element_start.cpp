@@ -92,27 +92,16 @@ bool ElementStartSolver::is_paradox(const ImpactLaw::ClosedContact& closed) cons
   return impact_law_.sliding_delassus(closed.contact, direction) <= 0;
 }
 
-/// Tells the scales what the contacts touched with, and in the first element of a run what their load does: a body that
-/// begins at rest has no other size.
+/// Tells the scales what touches, and what the element before has pressed it with.
 void ElementStartSolver::see_sizes(const FesdStep& step, const Eigen::Ref<const Vector>& v_minus,
                                    const Element& element, const Element* left) {
-  const ProblemInfo& info = problem_.info();
-  const Vector* w = left ? nullptr : &impact_law_.free_acceleration(element.q0, element.v0);
+  impacts_.see_touching(v_minus);
+  if (!left) return impacts_.see_load(element.q0, element.v0, step.H);
   for (const int i : impacts_.candidates()) {
-    const double G = impact_law_.normal_delassus(i), G_t = impact_law_.mobility(i);
-    scales_.see_contact(i, impact_law_.normal(i), G, G_t);
-    scales_.see_approach(i, impact_law_.normal_velocity_scale(i, v_minus));
-    scales_.see_slip(i, impact_law_.slip_velocity_scale(i, v_minus));
-    if (left) {
-      scales_.see_approach(i, impact_law_.normal_velocity_scale(i, left->v0));
-      scales_.see_slip(i, impact_law_.slip_velocity_scale(i, left->v0));
-      if (is_closed(left->modes[i])) scales_.see_approach(i, left->h * left->lambda_n.row(i).maxCoeff() * G);
-    } else {
-      const double load = impact_law_.normal_velocity_scale(i, *w);
-      scales_.see_force(i, load / G);
-      scales_.see_approach(i, step.H * load);
-      scales_.see_slip(i, step.H * (impact_law_.slip_velocity_scale(i, *w) + info.contacts[i].mu * load / G * G_t));
-    }
+    scales_.see_approach(i, impact_law_.normal_velocity_scale(i, left->v0));
+    scales_.see_slip(i, impact_law_.slip_velocity_scale(i, left->v0));
+    if (is_closed(left->modes[i]))
+      scales_.see_approach(i, left->h * left->lambda_n.row(i).maxCoeff() * impact_law_.normal_delassus(i));
   }
 }
 

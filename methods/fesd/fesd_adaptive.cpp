@@ -111,7 +111,7 @@ AdaptiveRun::Next AdaptiveRun::judge(const Attempt& attempt, const PivotingSolve
   const FesdStep& step = solver_.step();
   double error = error_(step.last(), moving_, settings_.tolerance);
   if (run_.has_no_derivative(step))
-    return stop(Status::infeasible, fmt::format("t = {:.12g} s: ", t_), Sensitivity::kNoDerivative);
+    return stop(Status::infeasible, fmt::format("t = {:.12g} s: ", t_), VariedProblem::kNoDerivative);
   if (Sensitivity* sensitivity = run_.sensitivity()) {
     sensitivity->add(step, attempt.is_last ? sensitivity->dt_final() : sensitivity->dt());
     error = std::max(error, error_(step.last(), *sensitivity, settings_.tolerance));

@@ -25,7 +25,7 @@ class FesdRun {
   bool time_is_over() const { return time_limit_.is_over(); }
   /// Null when no derivatives are asked for.
   Sensitivity* sensitivity() { return sensitivity_ ? &*sensitivity_ : nullptr; }
-  /// Whether derivatives are asked for and this step has none: Sensitivity::kNoDerivative.
+  /// Whether derivatives are asked for and this step has none: VariedProblem::kNoDerivative.
   bool has_no_derivative(const FesdStep& step) const { return sensitivity_ && step.has_impact_sequence(); }
 
   /// The next step, which has been added to sensitivity(); it has to stay where it is until the next one is accepted.
@@ -74,7 +74,7 @@ void FesdRun::take_equal_steps(const Solver& solver, const Advance& advance, con
     const auto where = [&] { return fmt::format("step {} of {}, from t = {:.6g} s: ", k + 1, n, k * H); };
     const Status status = advance(H);
     if (status != Status::success) return fail(status, where(), message());
-    if (has_no_derivative(solver.step())) return fail(Status::infeasible, where(), Sensitivity::kNoDerivative);
+    if (has_no_derivative(solver.step())) return fail(Status::infeasible, where(), VariedProblem::kNoDerivative);
     if (sensitivity_) sensitivity_->add(solver.step(), (k + 1.0) / n * sensitivity_->dt_final());
     accept(solver.step(), solver.previous_step(), k * H, k + 1 == n ? T : (k + 1) * H);
   }

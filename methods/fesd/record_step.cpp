@@ -5,18 +5,13 @@
 namespace ricochet {
 namespace {
 
-/// What a contact does at the left end of an element, if anything.
-std::optional<EventKind> event_kind(const Element* left, const Element& element, int i, double Lambda_n) {
+/// What a contact does at the left end of an element, if anything; on a polygon its vertex or edge counts, too.
+std::optional<EventKind> kind_of_event(const Element* left, const Element& element, int i, double Lambda_n) {
   const ContactMode before = left ? left->modes[i] : ContactMode::open, after = element.modes[i];
-  if (Lambda_n > 0 && !is_closed(before)) return EventKind::impact;
-  if (!left || !is_closed(before)) return std::nullopt;
   const bool is_on_polygon = after == ContactMode::vertex_slip || after == ContactMode::edge_slip;
   if (is_on_polygon && is_slipping(before) && (before != after || left->facets[i] != element.facets[i]))
     return EventKind::facet_change;
-  if (before == after) return std::nullopt;
-  if (after == ContactMode::open) return EventKind::detach;
-  if (after == ContactMode::stick) return EventKind::slip_to_stick;
-  return before == ContactMode::stick ? EventKind::stick_to_slip : EventKind::slip_reversal;
+  return event_kind(before, after, Lambda_n > 0);
 }
 
 }  // namespace
@@ -30,7 +25,7 @@ void record_step(const Problem& problem, Recording recording, const FesdStep& st
   for (int n = 0; n < step.n_elements; ++n) {
     const Element& element = step.elements[n];
     for (const int i : problem.info().unilateral) {
-      const auto kind = event_kind(left, element, i, step.Lambda_n(i, n));
+      const auto kind = kind_of_event(left, element, i, step.Lambda_n(i, n));
       if (!kind) continue;
       ++solution.counters.events;
       if (recording == Recording::final_state) continue;

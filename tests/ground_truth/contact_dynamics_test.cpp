@@ -137,7 +137,7 @@ TEST(SmallFactors, SolveAndTellWhatIsSingular) {
   for (int n = 1; n <= 12; ++n) {
     const Matrix B = Matrix::Random(n, n), M = B * B.transpose() + Matrix::Identity(n, n);
     const Vector b = Vector::Random(n);
-    reference::SymmetricFactors symmetric(n, false), diagonal(n, true);
+    SymmetricFactors symmetric(n, false), diagonal(n, true);
     Vector x = b;
     ASSERT_TRUE(symmetric.compute(M));
     symmetric.solve(x.data());
@@ -148,7 +148,7 @@ TEST(SmallFactors, SolveAndTellWhatIsSingular) {
     EXPECT_LE((M.diagonal().cwiseProduct(x) - b).cwiseAbs().maxCoeff(), 1e-15);
     EXPECT_FALSE(symmetric.compute(M - 1e3 * Matrix::Identity(n, n)));
 
-    reference::PivotedFactors pivoted;
+    PivotedFactors pivoted;
     x = b;
     ASSERT_TRUE(pivoted.compute(B, 1e-12));
     pivoted.solve(x.data());

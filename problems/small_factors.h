@@ -8,7 +8,7 @@
 
 #include "problems/problem.h"
 
-namespace ricochet::reference {
+namespace ricochet {
 
 // Decompositions of the few rows that a right-hand side has, by plain loops over columns: Eigen's take ten times as
 // long for these sizes, and allocate.
@@ -135,4 +135,4 @@ class PivotedFactors {
   std::vector<Eigen::Index> rows_, columns_;  // exchanged with j in step j
 };
 
-}  // namespace ricochet::reference
+}  // namespace ricochet

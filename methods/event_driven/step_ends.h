@@ -1,0 +1,49 @@
+#pragma once
+
+#include "problems/problem.h"
+
+namespace ricochet {
+
+/// The polynomial of degree 5 on [0, 1] that has given values x, slopes x' and second derivatives x'' at both ends
+/// (Hermite):
+///
+///   p(s) = x_0 + s x_0' + s^2 x_0'' / 2 + s^3 (c_3 + s c_4 + s^2 c_5)                    (1)
+///
+/// with c_3, c_4, c_5 from what Taylor's polynomial at 0 leaves of x, x' and x'' at 1.
+struct QuinticHermite {
+  double c[6]{};
+
+  QuinticHermite() = default;
+  QuinticHermite(double x0, double slope0, double bend0, double x1, double slope1, double bend1)
+      : c{x0, slope0, 0.5 * bend0} {
+    const double d0 = x1 - x0 - slope0 - 0.5 * bend0, d1 = slope1 - slope0 - bend0, d2 = bend1 - bend0;
+    c[3] = 10 * d0 - 4 * d1 + 0.5 * d2;
+    c[4] = -15 * d0 + 7 * d1 - d2;
+    c[5] = 6 * d0 - 3 * d1 + 0.5 * d2;
+  }
+
+  double value(double s) const { return c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5])))); }
+  double slope(double s) const { return c[1] + s * (2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * 5 * c[5]))); }
+};
+
+/// The two ends of a step, with the accelerations there. What lies between them is (1) of each coordinate, of order 6 in
+/// q and 5 in v.
+struct StepEnds {
+  double h = 0;       ///< [s]
+  Vector q0, v0, a0;  ///< n_q, left end
+  Vector q1, v1, a1;  ///< n_q, right end
+
+  void resize(int n_q) {
+    for (auto* x : {&q0, &v0, &a0, &q1, &v1, &a1}) x->setZero(n_q);
+  }
+  /// The right end becomes the left end.
+  void advance() {
+    q0.swap(q1);
+    v0.swap(v1);
+    a0.swap(a1);
+  }
+  /// State at theta h from the left end, theta in [0, 1].
+  void interpolate(double theta, Vector& q, Vector& v) const;
+};
+
+}  // namespace ricochet

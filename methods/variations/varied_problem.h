@@ -1,0 +1,56 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problems/problem.h"
+
+namespace ricochet {
+
+/// What Settings::sensitivities, the variables theta, change in a problem: its initial state and its equations. One
+/// column per theta; matrices of equations have one more, in which nothing varies directly, for the variation along the
+/// motion.
+class VariedProblem {
+ public:
+  /// Why a run with sensitivities ends where impacts follow each other at one instant: their number and their order
+  /// change with any perturbation.
+  static constexpr const char* kNoDerivative =
+      "the impacts of several contacts accumulate, and the motion behind them has no derivative";
+
+  /// The problem has to outlive this. @throws InputError for a name that the problem does not have, and for one whose
+  /// variation of the initial state violates a bilateral constraint
+  VariedProblem(const Problem& problem, const std::vector<std::string>& names);
+
+  const Problem& problem() const { return problem_; }
+  const ProblemInfo& info() const { return problem_.info(); }
+  Eigen::Index n_theta() const { return dq0_.cols(); }
+
+  const Matrix& dq0() const { return dq0_; }            ///< n_q x n_theta
+  const Matrix& dv0() const { return dv0_; }            ///< n_q x n_theta
+  const Vector& dt_final() const { return dt_final_; }  ///< n_theta, of end_time
+  const Matrix& deps_r() const { return deps_r_; }      ///< n_c x (n_theta + 1)
+  const Matrix& dmu() const { return dmu_; }            ///< n_c x (n_theta + 1)
+
+  /// (n_q + 2 n_c + n_lambda_t) x (n_theta + 1), one below the other the derivatives with respect to theta alone of
+  /// M a - f_v - B_u u - J_n lambda_n - J_t lambda_t, of f_c, of J_n' v and of J_t' v.
+  Matrix rows(const Vector& q, const Vector& v, const Vector& a, const Vector& lambda_n, const Vector& lambda_t) const;
+  Eigen::Index gap_row(int contact) const { return problem_.n_q() + contact; }
+  Eigen::Index rate_row(int contact) const { return problem_.n_q() + problem_.n_c() + contact; }
+  /// The first of a contact's n_t.
+  Eigen::Index slip_row(int contact) const {
+    return problem_.n_q() + 2 * problem_.n_c() + info().contacts[contact].tangent_index;
+  }
+
+  /// d(J_n^i(q)' v)/dq, n_q
+  Eigen::RowVectorXd gap_curvature(int contact, const Vector& q, const Vector& v) const;
+
+ private:
+  void require_consistent_start(const std::vector<std::string>& names) const;
+
+  const Problem& problem_;
+  Matrix parameters_;  // parameters x (n_theta + 1): which column varies which parameter
+  Matrix dq0_, dv0_, deps_r_, dmu_;
+  Vector dt_final_;
+};
+
+}  // namespace ricochet
