@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -18,6 +19,9 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 const char* const kFolder = "bench/experiments";
+
+constexpr int kMostGridIntervals = 1000000;  // a slip of the keyboard would fill the memory
+constexpr double kGridRounding = 1e-9;       // of a number of intervals that is whole on paper
 
 }  // namespace
 
@@ -80,6 +84,25 @@ void allow_only(const json& object, const std::set<std::string>& known, const st
   for (const auto& [key, value] : object.items()) {
     if (!known.contains(key)) throw_unknown_name("field of " + place, key, {known.begin(), known.end()});
   }
+}
+
+std::vector<double> logarithmic_grid(double from, double to, double per_decade, const std::string& field) {
+  for (const double x : {from, to, per_decade}) {
+    if (!(x > 0) || !std::isfinite(x))
+      throw InputError(field, fmt::format("from {} to {}, {} per decade", from, to, per_decade),
+                       "finite numbers > 0 are required");
+  }
+  const double intervals = std::abs(std::log10(to / from)) * per_decade;
+  if (intervals > kMostGridIntervals)
+    throw InputError(field, intervals, fmt::format("at most {} intervals are allowed", kMostGridIntervals));
+  const int n = static_cast<int>(intervals + kGridRounding);
+  std::vector<double> values;
+  for (int k = 0; k <= n; ++k) values.push_back(from * std::pow(10, (to < from ? -k : k) / per_decade));
+  return values;
+}
+
+std::vector<double> logarithmic_grid(const json& range, const std::string& field) {
+  return logarithmic_grid(range.at("from"), range.at("to"), range.at("per_decade"), field);
 }
 
 std::set<std::string> fields_of_experiment(std::set<std::string> own) {

@@ -44,6 +44,12 @@ std::string find_project_file(const std::string& path);
 /// @param place  of `object`, for the message  @throws InputError for a field that is not known
 void allow_only(const nlohmann::json& object, const std::set<std::string>& known, const std::string& place);
 
+/// from * 10^(k / per_decade), k = 0, 1, ..., up to `to`, or from * 10^(-k / per_decade) down to it.
+/// @param field  that it is of, for the message  @throws InputError unless all three are positive and finite
+std::vector<double> logarithmic_grid(double from, double to, double per_decade, const std::string& field);
+/// Of {"from", "to", "per_decade"}. @throws nlohmann::json::exception for one that is missing
+std::vector<double> logarithmic_grid(const nlohmann::json& range, const std::string& field);
+
 /// The fields that every experiment may have, and `own`: for allow_only().
 std::set<std::string> fields_of_experiment(std::set<std::string> own);
 

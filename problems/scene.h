@@ -273,6 +273,12 @@ class CompiledProblem final : public SymbolicProblem {
     }
   }
 
+ protected:
+  void parameters_changed() override {
+    auto next = info_.parameters.begin();
+    scene_.parameters([&](const char*, double& value, const char*) { value = (next++)->value; });
+  }
+
  private:
   double time([[maybe_unused]] const double* q) const {
     if constexpr (scene_detail::TakesTime<Scene<double>>)

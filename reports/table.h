@@ -86,6 +86,9 @@ Table table_of(std::string title, const std::vector<Column<Row>>& columns, const
 /// Of a cell: "1.2e-05"; "-" where there is no finite number.
 std::string scientific(double x, int digits = 1);
 
+/// In quotes where it needs them.
+std::string csv_cell(const std::string& text);
+
 std::string escape_html(const std::string& text);
 
 }  // namespace ricochet

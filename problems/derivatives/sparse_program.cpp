@@ -14,14 +14,14 @@ SparseProgram::SparseProgram(const std::vector<GiNaC::ex>& dense, const Straight
     positions_.push_back(static_cast<int>(k));
   }
   program_ = StraightLineProgram(nonzero, inputs, parameter_values);
-  if (program_.is_constant()) {
-    constants_.resize(nonzero.size());
-    std::size_t longest = 0;
-    for (const auto& group : inputs) longest = std::max(longest, group.size());
-    const std::vector<double> unread(longest);
-    const std::vector<const double*> groups(inputs.size(), unread.data());
-    program_.evaluate(groups, constants_.data());
-  }
+  if (!program_.is_constant()) return;
+  constants_.resize(nonzero.size());
+  program_.constant_outputs(constants_.data());
+}
+
+void SparseProgram::set_constants(std::span<const double> values) {
+  program_.set_constants(values);
+  if (program_.is_constant()) program_.constant_outputs(constants_.data());
 }
 
 void SparseProgram::evaluate(std::initializer_list<const double*> inputs, double* dense) const {

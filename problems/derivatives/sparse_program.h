@@ -19,6 +19,9 @@ class SparseProgram {
   /// Writes the whole array, zeros too. @param inputs  as of StraightLineProgram::evaluate()
   void evaluate(std::initializer_list<const double*> inputs, double* dense) const;
 
+  /// As of StraightLineProgram.
+  void set_constants(std::span<const double> values);
+
   /// True when no entry depends on an input.
   bool is_constant() const { return program_.is_constant(); }
   int size() const { return size_; }  ///< of the array

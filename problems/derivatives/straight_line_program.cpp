@@ -50,43 +50,62 @@ class ProgramBuilder {
       program_.group_sizes_.push_back(static_cast<std::int32_t>(group.size()));
       for (const auto& symbol : group) symbols_.emplace(symbol, Node{.index = program_.n_inputs_++});
     }
-    for (const auto& [symbol, value] : constants) symbols_.emplace(symbol, number(value));
+    for (const auto& [symbol, value, may_change] : constants) {
+      if (!may_change) {
+        symbols_.emplace(symbol, number(value));
+        continue;
+      }
+      symbols_.emplace(symbol, Node{.kind = Node::Kind::prepared, .index = program_.n_changing_++});
+      changing_.push_back(value);
+    }
   }
 
   void add_output(const GiNaC::ex& expression) { outputs_.push_back(with_sign(visit(expression))); }
 
   /// Numbers the registers now that all constants are known.
   void finish() {
+    program_.constants_.resize(changing_.size() + prepared_steps_.size());
     const auto register_of = [&](const Node& node) -> std::int32_t {
-      if (node.is_number) return constant_index(node.number);
-      return node.index;
+      if (node.is_number()) return constant_index(node.number);
+      return node.kind == Node::Kind::prepared ? -node.index - 1 : node.index;
     };
-    for (auto& step : steps_) {
-      const auto left = register_of(step.left);
-      const auto right = step.binary ? register_of(step.right) : left;
-      program_.code_.push_back({step.op, left, right, step.op == Op::choose ? register_of(step.third) : left});
-    }
+    const auto translate_steps = [&](const std::vector<Step>& steps, std::vector<Instruction>& code) {
+      for (const auto& step : steps) {
+        const auto left = register_of(step.left);
+        const auto right = step.binary ? register_of(step.right) : left;
+        code.push_back({step.op, left, right, step.op == Op::choose ? register_of(step.third) : left});
+      }
+    };
+    translate_steps(prepared_steps_, program_.preparation_);
+    translate_steps(steps_, program_.code_);
     for (const auto& node : outputs_) {
-      program_.constant_ = program_.constant_ && node.is_number;
+      program_.constant_ = program_.constant_ && node.kind != Node::Kind::computed;
       program_.outputs_.push_back(register_of(node));
     }
     // Until here, inputs and results count from 0 and constants are negative; shift all behind the constants.
     const auto shift = static_cast<std::int32_t>(program_.constants_.size());
     const auto place = [&](std::int32_t r) { return r < 0 ? -r - 1 : r + shift; };
-    for (auto& instruction : program_.code_) {
-      for (auto* operand : {&instruction.left, &instruction.right, &instruction.third}) *operand = place(*operand);
+    for (auto* code : {&program_.preparation_, &program_.code_}) {
+      for (auto& instruction : *code) {
+        for (auto* operand : {&instruction.left, &instruction.right, &instruction.third}) *operand = place(*operand);
+      }
     }
     for (auto& output : program_.outputs_) output = place(output);
+    program_.set_constants(changing_);
   }
 
  private:
   using Op = StraightLineProgram::Op;
+  using Instruction = StraightLineProgram::Instruction;
 
-  /// A number, or the index of an input or of a result.
+  /// A number; the index of a constant that may change, or of a result of such constants alone; or the index of an
+  /// input or of any other result.
   struct Node {
-    bool is_number = false;
+    enum class Kind { number, prepared, computed };
+    Kind kind = Kind::computed;
     double number = 0;
     std::int32_t index = -1;
+    bool is_number() const { return kind == Kind::number; }
     auto operator<=>(const Node&) const = default;
   };
   struct Value {
@@ -167,7 +186,7 @@ class ProgramBuilder {
         times(top, visit(factor));
       }
     }
-    if (!(bottom.is_number && bottom.number == 1)) top = binary(Op::div, top, bottom);
+    if (!(bottom.is_number() && bottom.number == 1)) top = binary(Op::div, top, bottom);
     return {negative, top};
   }
 
@@ -201,21 +220,21 @@ class ProgramBuilder {
     if (f.get_name() == "atan2") return binary(Op::atan2, with_sign(visit(f.op(0))), with_sign(visit(f.op(1))));
     if (f.get_name() == "choose") {
       const Node c = with_sign(visit(f.op(0))), a = with_sign(visit(f.op(1))), b = with_sign(visit(f.op(2)));
-      return c.is_number ? (c.number > 0 ? a : b) : emit(Op::choose, true, c, a, b);
+      return c.is_number() ? (c.number > 0 ? a : b) : emit(Op::choose, true, c, a, b);
     }
     const auto known = unary_functions.find(f.get_name());
     if (known == unary_functions.end()) throw InputError("function", f.get_name(), "has no counterpart in doubles");
     return unary(known->second, with_sign(visit(f.op(0))));
   }
 
-  static Node number(double value) { return Node{.is_number = true, .number = value}; }
+  static Node number(double value) { return Node{.kind = Node::Kind::number, .number = value}; }
   static Value signed_number(double value) { return {value < 0, number(std::abs(value))}; }
   Node with_sign(const Value& value) { return value.negative ? unary(Op::neg, value.magnitude) : value.magnitude; }
 
   Node unary(Op op, const Node& x) { return emit(op, false, x, x, x); }
 
   Node binary(Op op, Node x, Node y) {
-    const auto is = [](const Node& n, double value) { return n.is_number && n.number == value; };
+    const auto is = [](const Node& n, double value) { return n.is_number() && n.number == value; };
     if (op == Op::mul && is(x, 1)) return y;
     if ((op == Op::mul || op == Op::div) && is(y, 1)) return x;
     if (op == Op::mul && (is(x, 0) || is(y, 0))) return number(0);
@@ -225,12 +244,17 @@ class ProgramBuilder {
   }
 
   Node emit(Op op, bool is_binary, const Node& x, const Node& y, const Node& z) {
-    if (x.is_number && y.is_number) return number(StraightLineProgram::apply(op, x.number, y.number));
+    if (x.is_number() && y.is_number()) return number(StraightLineProgram::apply(op, x.number, y.number));
     const auto key = std::tuple(op, x, y, z);
     const auto known = emitted_.find(key);
     if (known != emitted_.end()) return known->second;
-    steps_.push_back({op, is_binary, x, y, z});
-    const Node result{.index = program_.n_inputs_ + static_cast<std::int32_t>(steps_.size()) - 1};
+    const auto is_computed = [](const Node& node) { return node.kind == Node::Kind::computed; };
+    const Node::Kind kind =
+        is_computed(x) || is_computed(y) || is_computed(z) ? Node::Kind::computed : Node::Kind::prepared;
+    auto& steps = kind == Node::Kind::computed ? steps_ : prepared_steps_;
+    const std::int32_t before = kind == Node::Kind::computed ? program_.n_inputs_ : program_.n_changing_;
+    const Node result{.kind = kind, .index = before + static_cast<std::int32_t>(steps.size())};
+    steps.push_back({op, is_binary, x, y, z});
     emitted_.emplace(key, result);
     return result;
   }
@@ -238,7 +262,7 @@ class ProgramBuilder {
   std::int32_t constant_index(double value) {
     const auto bits = std::bit_cast<std::uint64_t>(value);
     const auto [entry, is_new] =
-        constant_indices_.try_emplace(bits, static_cast<std::int32_t>(constant_indices_.size()));
+        constant_indices_.try_emplace(bits, static_cast<std::int32_t>(program_.constants_.size()));
     if (is_new) program_.constants_.push_back(value);
     return -entry->second - 1;
   }
@@ -309,7 +333,8 @@ class ProgramBuilder {
   std::map<GiNaC::ex, Shape, GiNaC::ex_is_less> shapes_;
   std::map<std::tuple<Op, Node, Node, Node>, Node> emitted_;
   std::unordered_map<std::uint64_t, std::int32_t> constant_indices_;
-  std::vector<Step> steps_;
+  std::vector<double> changing_;  // values of the constants that may change
+  std::vector<Step> steps_, prepared_steps_;
   std::vector<Node> outputs_;
 };
 
@@ -370,6 +395,21 @@ double StraightLineProgram::apply(Op op, double x, double y) {
   return std::nan("");
 }
 
+void StraightLineProgram::run(const std::vector<Instruction>& code, const double* r, double* next) {
+  for (const auto& i : code)
+    *next++ = i.op == Op::choose ? choose(r[i.left], r[i.right], r[i.third]) : apply(i.op, r[i.left], r[i.right]);
+}
+
+void StraightLineProgram::set_constants(std::span<const double> values) {
+  if (n_changing_ == 0) return;
+  double* next = std::copy_n(values.begin(), n_changing_, constants_.data());
+  run(preparation_, constants_.data(), next);
+}
+
+void StraightLineProgram::constant_outputs(double* outputs) const {
+  for (const auto k : outputs_) *outputs++ = constants_[k];
+}
+
 void StraightLineProgram::evaluate(std::span<const double* const> inputs, double* outputs, const int* positions) const {
   const std::size_t n_registers = constants_.size() + static_cast<std::size_t>(n_inputs_) + code_.size();
   double small[256];  // a stack buffer keeps the time step free of allocation and the program shareable between threads
@@ -380,8 +420,7 @@ void StraightLineProgram::evaluate(std::span<const double* const> inputs, double
   double* next = std::copy(constants_.begin(), constants_.end(), r);
   auto size = group_sizes_.begin();
   for (const double* group : inputs) next = std::copy_n(group, *size++, next);
-  for (const auto& i : code_)
-    *next++ = i.op == Op::choose ? choose(r[i.left], r[i.right], r[i.third]) : apply(i.op, r[i.left], r[i.right]);
+  run(code_, r, next);
   if (positions) {
     for (std::size_t k = 0; k < outputs_.size(); ++k) outputs[positions[k]] = r[outputs_[k]];
   } else {

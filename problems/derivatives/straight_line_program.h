@@ -15,10 +15,11 @@ namespace ricochet {
 /// follows memory addresses and would change the last bit from one run to the next.
 class StraightLineProgram {
  public:
-  /// A symbol that is folded into the program as a number.
+  /// A symbol that is folded into the program as a number; or, if it `may_change`, one that set_constants() changes.
   struct Constant {
     GiNaC::symbol symbol;
     double value;
+    bool may_change = false;
   };
   using InputGroups = std::vector<std::vector<GiNaC::symbol>>;
 
@@ -35,11 +36,19 @@ class StraightLineProgram {
   /// @param outputs    where output k goes: outputs[k], or outputs[positions[k]]; may not overlap the inputs
   void evaluate(std::span<const double* const> inputs, double* outputs, const int* positions = nullptr) const;
 
+  /// Other values of the constants that may change. What depends on nothing else is computed here, once, so that
+  /// evaluate() takes the steps of a program into which they are folded: its outputs are those of one, but for the sign
+  /// of a zero. No allocation.
+  /// @param values  in the order of the constructor's list, without those that may not change
+  void set_constants(std::span<const double> values);
+
   int n_outputs() const { return static_cast<int>(outputs_.size()); }
   int n_operations() const { return static_cast<int>(code_.size()); }
 
   /// True when no output depends on an input: one evaluation holds for ever.
   bool is_constant() const { return constant_; }
+  /// The outputs, if is_constant().
+  void constant_outputs(double* outputs) const;
 
  private:
   friend class ProgramBuilder;
@@ -74,9 +83,14 @@ class StraightLineProgram {
     std::int32_t left, right, third;
   };
   static double apply(Op op, double x, double y);
+  /// One result behind the other, from `next` on. @param r  registers
+  static void run(const std::vector<Instruction>& code, const double* r, double* next);
 
-  // Registers: constants first, then inputs, then one per instruction.
+  // Registers: constants first, then inputs, then one per instruction of `code_`. Of the constants the first may change,
+  // the next are results of `preparation_`, and the others are numbers.
   std::vector<double> constants_;
+  std::vector<Instruction> preparation_;
+  std::int32_t n_changing_ = 0;
   std::vector<Instruction> code_;
   std::vector<std::int32_t> outputs_;
   std::vector<std::int32_t> group_sizes_;

@@ -115,9 +115,10 @@ bool add_clock(SymbolicModel& model) {
 
 }  // namespace
 
-std::vector<StraightLineProgram::Constant> SymbolicModel::constants() const {
+std::vector<StraightLineProgram::Constant> SymbolicModel::constants(bool may_change) const {
   std::vector<StraightLineProgram::Constant> constants;
-  for (std::size_t k = 0; k < parameters.size(); ++k) constants.push_back({parameter_symbols[k], parameters[k].value});
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    constants.push_back({parameter_symbols[k], parameters[k].value, may_change});
   return constants;
 }
 
@@ -129,7 +130,6 @@ double SymbolicModel::number(const GiNaC::ex& expression) const {
 
 SymbolicProblem::SymbolicProblem(SymbolicModel model) : stated_(stated(std::move(model))), model_(stated_) {
   if (add_clock(model_)) info_.clock = static_cast<int>(model_.q.size()) - 1;
-  const auto constants = model_.constants();
   const int n_q = static_cast<int>(model_.q.size());
 
   info_.id = model_.id;
@@ -160,6 +160,33 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model) : stated_(stated(std::move
   w_c_ = make_symbols("w_c", n_c);
   lambda_n_ = make_symbols("lambda_n", n_c);
   lambda_t_ = make_symbols("lambda_t", info_.n_lambda_t);
+  make_programs(model_.constants());
+  describe_structure();
+}
+
+void SymbolicProblem::describe_structure() {
+  const int n_q = info_.n_q;
+  auto& structure = info_.structure;
+  structure.constant_mass = mass_.is_constant();
+  structure.diagonal_mass =
+      std::all_of(mass_.positions().begin(), mass_.positions().end(), [&](int k) { return k % (n_q + 1) == 0; });
+  structure.force_uses_position = depends_on(total_force_, model_.q);
+  structure.force_uses_velocity = depends_on(total_force_, model_.v);
+  structure.constant_force_jacobian = force_jacobian_.is_constant();
+  std::set<std::pair<int, int>> couplings;
+  for (const SparseProgram* program : {&mass_, &force_jacobian_, &mass_q_}) {  // columns of n_q entries
+    for (const int at : program->positions()) {
+      const int row = at % n_q, column = at / n_q % n_q;
+      if (row != column && column != info_.clock) couplings.emplace(std::min(row, column), std::max(row, column));
+    }
+  }
+  structure.couplings.assign(couplings.begin(), couplings.end());
+  structure.has_potential = model_.potential_energy.has_value();
+  structure.has_formulas = true;
+}
+
+void SymbolicProblem::make_programs(const std::vector<StraightLineProgram::Constant>& constants) {
+  const int n_q = info_.n_q;
 
   // Values.
   Expressions mass, gaps, normals, tangents;
@@ -205,24 +232,53 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model) : stated_(stated(std::move
     for (const auto& direction : contact.tangents) slip.push_back(dot(direction, model_.v));
   }
   slip_q_ = SparseProgram(jacobian(slip, model_.q), {model_.q, model_.v}, constants);
+}
 
-  auto& structure = info_.structure;
-  structure.constant_mass = mass_.is_constant();
-  structure.diagonal_mass =
-      std::all_of(mass_.positions().begin(), mass_.positions().end(), [&](int k) { return k % (n_q + 1) == 0; });
-  structure.force_uses_position = depends_on(total_force_, model_.q);
-  structure.force_uses_velocity = depends_on(total_force_, model_.v);
-  structure.constant_force_jacobian = force_jacobian_.is_constant();
-  std::set<std::pair<int, int>> couplings;
-  for (const SparseProgram* program : {&mass_, &force_jacobian_, &mass_q_}) {  // columns of n_q entries
-    for (const int at : program->positions()) {
-      const int row = at % n_q, column = at / n_q % n_q;
-      if (row != column && column != info_.clock) couplings.emplace(std::min(row, column), std::max(row, column));
-    }
+void SymbolicProblem::open_parameters() {
+  are_parameters_open_ = true;
+  const auto constants = model_.constants(are_parameters_open_);
+  make_programs(constants);
+  describe_structure();
+  Expressions numbers = join<ex>({model_.q0, model_.v0, model_.control, {model_.end_time}});
+  for (const auto& contact : model_.contacts) numbers.push_back(contact.eps_r);
+  for (const auto& contact : model_.contacts) numbers.push_back(contact.mu);
+  numbers_ = SparseProgram(numbers, {}, constants);
+  number_values_.resize(numbers.size());
+}
+
+bool SymbolicProblem::set_parameters(std::span<const double> values) {
+  numbers_.set_constants(values);
+  numbers_.evaluate({}, number_values_.data());
+  const auto n_c = static_cast<std::size_t>(info_.n_c());
+  const double* mu = number_values_.data() + number_values_.size() - n_c;
+  for (std::size_t i = 0; i < n_c; ++i) {
+    if (!info_.contacts[i].is_bilateral && (mu[i] != 0) != (info_.contacts[i].mu != 0)) return false;
   }
-  structure.couplings.assign(couplings.begin(), couplings.end());
-  structure.has_potential = model_.potential_energy.has_value();
-  structure.has_formulas = true;
+  for (SparseProgram* program :
+       {&mass_, &force_, &gap_, &normal_, &tangent_, &potential_, &force_jacobian_, &mass_q_, &contact_q_, &gap_bias_,
+        &slip_q_, &dynamics_hessian_, &gap_hessian_, &parameter_derivative_}) {
+    program->set_constants(values);
+  }
+  const double* next = number_values_.data();
+  const auto take = [&](Vector& x) {
+    std::copy_n(next, x.size(), x.data());
+    next += x.size();
+  };
+  take(info_.q0);
+  take(info_.v0);
+  take(info_.u);
+  info_.end_time = *next++;
+  for (auto& contact : info_.contacts) contact.eps_r = *next++;
+  for (auto& contact : info_.contacts) contact.mu = *next++;
+  for (std::size_t k = 0; k < values.size(); ++k)
+    info_.parameters[k].value = model_.parameters[k].value = stated_.parameters[k].value = values[k];
+  parameters_changed();
+  return true;
+}
+
+void SymbolicProblem::set_initial_state(const Vector& q0, const Vector& v0) {
+  info_.q0 = q0;
+  info_.v0 = v0;
 }
 
 void SymbolicProblem::describe_contacts() {
@@ -342,7 +398,8 @@ void SymbolicProblem::dynamics_hessian(const double* q, const double* v, const d
     ex value = -contact_force_work(w_);
     for (int row = 0; row < info_.n_q; ++row) value += w_[row] * (dot(model_.mass[row], a_) - total_force_[row]);
     dynamics_hessian_ = SparseProgram(hessian(value, join<symbol>({model_.q, model_.v})),
-                                      {model_.q, model_.v, model_.u, a_, lambda_n_, lambda_t_, w_}, model_.constants());
+                                      {model_.q, model_.v, model_.u, a_, lambda_n_, lambda_t_, w_},
+                                      model_.constants(are_parameters_open_));
   });
   dynamics_hessian_.evaluate({q, v, u, a, lambda_n, lambda_t, w}, H);
 }
@@ -351,7 +408,7 @@ void SymbolicProblem::gap_hessian(const double* q, const double* w, double* H) c
   std::call_once(gap_hessian_once_, [this] {
     ex value = 0;
     for (int i = 0; i < info_.n_c(); ++i) value += w_c_[i] * model_.contacts[i].gap;
-    gap_hessian_ = SparseProgram(hessian(value, model_.q), {model_.q, w_c_}, model_.constants());
+    gap_hessian_ = SparseProgram(hessian(value, model_.q), {model_.q, w_c_}, model_.constants(are_parameters_open_));
   });
   gap_hessian_.evaluate({q, w}, H);
 }
@@ -378,8 +435,8 @@ void SymbolicProblem::parameter_derivative(const double* q, const double* v, con
         for (const auto& direction : contact.tangents) entries.push_back(dot(direction, model_.v).diff(p));
       }
     }
-    parameter_derivative_ =
-        SparseProgram(entries, {model_.q, model_.v, model_.u, a_, lambda_n_, lambda_t_}, model_.constants());
+    parameter_derivative_ = SparseProgram(entries, {model_.q, model_.v, model_.u, a_, lambda_n_, lambda_t_},
+                                          model_.constants(are_parameters_open_));
   });
   parameter_derivative_.evaluate({q, v, info_.u.data(), a, lambda_n, lambda_t}, D);
 }

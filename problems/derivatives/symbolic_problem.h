@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -46,7 +47,8 @@ struct SymbolicModel {
 
   /// Value of an expression of parameters and numbers.
   double number(const GiNaC::ex& expression) const;
-  std::vector<StraightLineProgram::Constant> constants() const;
+  /// @param may_change  by StraightLineProgram::set_constants(): all or none
+  std::vector<StraightLineProgram::Constant> constants(bool may_change = false) const;
 };
 
 /// The Problem of a SymbolicModel: J_n is the gradient of f_c, and every other derivative comes from GiNaC too, exact
@@ -87,10 +89,28 @@ class SymbolicProblem : public Problem {
   const SymbolicModel& model() const { return stated_; }
   const SymbolicModel& equations() const { return model_; }
 
+  // For studies of many runs: a problem takes milliseconds to make, and set_parameters() less than one of them.
+
+  /// Makes the programs once more, so that set_parameters() can be called. To be called before any method runs.
+  void open_parameters();
+  /// The problem as it would be had it been made with these parameters, up to the sign of zeros. Nothing is validated.
+  /// No formula is touched, so that each thread may have a problem of its own. Not to be called while a method runs.
+  /// @param values  of info().parameters, all of them
+  /// @returns false, with nothing changed, when a contact would begin or cease to have friction: its tangents would
+  /// come or go
+  bool set_parameters(std::span<const double> values);
+  void set_initial_state(const Vector& q0, const Vector& v0);
+
+ protected:
+  /// info().parameters have changed.
+  virtual void parameters_changed() {}
+
  private:
   using Expressions = SymbolicModel::Expressions;
 
+  void make_programs(const std::vector<StraightLineProgram::Constant>& constants);
   void describe_contacts();
+  void describe_structure();
   GiNaC::ex contact_force_work(const std::vector<GiNaC::symbol>& weight) const;
 
   SymbolicModel stated_, model_;
@@ -103,6 +123,10 @@ class SymbolicProblem : public Problem {
   // Built at first use: only a transcription and sensitivities need them.
   mutable std::once_flag dynamics_hessian_once_, gap_hessian_once_, parameter_derivative_once_;
   mutable SparseProgram dynamics_hessian_, gap_hessian_, parameter_derivative_;
+
+  bool are_parameters_open_ = false;
+  SparseProgram numbers_;  ///< when they are: q0, v0, u, T, all eps_r, all mu, one below the other
+  std::vector<double> number_values_;
 };
 
 }  // namespace ricochet

@@ -442,6 +442,37 @@ TEST_F(Cli, MeasuresStepsOfGrowingScenesAndGoesOnAfterAnInterruption) {
   EXPECT_HAS(refused.text, "did you mean sizes");
 }
 
+TEST_F(Cli, RunsAnEnsembleAndGoesOnAfterAnInterruption) {
+  const std::string out = (folder / "spring.csv").string();
+  const std::string command =
+      "ensemble -p two_balls_spring --vary k=log-uniform:1e3:1e4 --vary e=values:0.7:0.8 --runs 5 -m event_driven "
+      "--tolerance 1e-6 -o ";
+  const Outcome outcome = run(command + out + " --threads 2");
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_HAS(outcome.text, "success    10");
+  const std::string whole = read(out);
+  EXPECT_EQ(lines_of(whole).size(), 11u);
+  EXPECT_HAS(whole, "run,k,e,status,t,q[0],q[1],v[0],v[1],steps,events,message\n");
+  fs::remove(out);
+  std::ofstream(out + ".partial") << whole.substr(0, whole.size() / 2);
+  const Outcome again = run(command + out + " --threads 1");
+  EXPECT_EQ(again.code, 0) << again.text;
+  EXPECT_HAS(again.text, "of 10 runs are there already");
+  EXPECT_EQ(read(out), whole);
+
+  const Outcome other = run(command + out + " --seed 2");
+  EXPECT_EQ(other.code, 2);
+  EXPECT_HAS(other.text, "it holds another ensemble");
+  const std::string file = write("study.json", R"({"problem": "two_balls_spring", "vary": ["e=grid:0.8:1.2:3"],
+      "method": "moreau_jean", "steps": 100})");
+  const Outcome failed = run("ensemble " + file + " -N 50 -o " + (folder / "grid.csv").string());
+  EXPECT_EQ(failed.code, 1) << failed.text;
+  EXPECT_HAS(failed.text, "bad_input  1");
+  EXPECT_EQ(run("ensemble " + file + " --vary e=flat:0:1 -o " + (folder / "bad.csv").string()).code, 2);
+  EXPECT_EQ(run("ensemble " + file + " --set speed=1 -o " + (folder / "bad.csv").string()).code, 2);
+  EXPECT_FALSE(fs::exists(folder / "bad.csv.partial"));
+}
+
 TEST_F(Cli, StudiesHowABallComesToRest) {
   const std::string experiment = write("zeno.json", R"({"id": "zeno", "kind": "zeno", "title": "Rest",
       "description": "", "tableaus": ["radau-iia:2", "gauss:2"], "restitution": [0.5], "step_lengths": {"from": 0.1,

@@ -47,15 +47,6 @@ struct Plan {
   bool quick = false;
 };
 
-std::vector<double> logarithmic(const json& range, const std::string& field) {
-  const double from = range.at("from"), to = range.at("to"), per_decade = range.at("per_decade");
-  if (!(from > 0 && to > 0 && per_decade > 0)) throw InputError(field, range.dump(), "numbers > 0 are required");
-  std::vector<double> values;
-  const int n = static_cast<int>(std::lround(std::abs(std::log10(to / from)) * per_decade));
-  for (int k = 0; k <= n; ++k) values.push_back(from * std::pow(to / from, static_cast<double>(k) / std::max(1, n)));
-  return values;
-}
-
 Plan read_plan(const json& experiment) {
   allow_only(experiment, fields_of_experiment({"levels", "families", "scenes"}), "fastest");
   Plan plan;
@@ -71,7 +62,7 @@ Plan read_plan(const json& experiment) {
       const std::string field = is_adaptive ? "tolerances" : "steps";
       if (!entry.contains(field))
         throw InputError("families." + family.name + ": " + spec, "no " + field, "they are required");
-      for (const double value : logarithmic(entry[field], field)) {
+      for (const double value : logarithmic_grid(entry[field], field)) {
         Settings settings;
         settings.time_limit = plan.time_limit;
         settings.recording = Recording::final_state;

@@ -30,10 +30,7 @@ std::vector<int> read_steps(const json& value, const json& grids, const std::str
       steps.insert(steps.end(), part.begin(), part.end());
     }
   } else {
-    const double from = value.at("from"), to = value.at("to"), per_decade = value.at("per_decade");
-    const int count = static_cast<int>(std::lround(std::log10(to / from) * per_decade));
-    for (int k = 0; k <= count; ++k)
-      steps.push_back(static_cast<int>(std::lround(from * std::pow(10, k / per_decade))));
+    for (const double n : logarithmic_grid(value, field)) steps.push_back(static_cast<int>(std::lround(n)));
   }
   std::sort(steps.begin(), steps.end());
   steps.erase(std::unique(steps.begin(), steps.end()), steps.end());

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "bench/experiment_file.h"
 #include "bench/progress.h"
 #include "bench/studies/study.h"
 #include "methods/contact_laws/contact_scales.h"
@@ -41,16 +42,6 @@ void set_bounds(const ButcherTableau& tableau, double T, const ExactBall& ball, 
   }
   // The highest of the flights left out, v+^2 / (2 g), with the v+ of the bound above.
   run.position_bound = ball.g / 8 * std::pow(run.rest_bound * (1 - run.e), 2);
-}
-
-std::vector<double> step_lengths(const json& range) {
-  const double from = range.at("from"), to = range.at("to"), per_decade = range.at("per_decade");
-  if (!(from > to && to > 0 && per_decade >= 1))
-    throw InputError("step_lengths", range.dump(), "from > to > 0 and per_decade >= 1 are required");
-  const int n = static_cast<int>(std::lround(per_decade * std::log10(from / to)));
-  std::vector<double> lengths;
-  for (int k = 0; k <= n; ++k) lengths.push_back(from * std::pow(10, -k / per_decade));
-  return lengths;
 }
 
 }  // namespace
@@ -159,7 +150,7 @@ struct ZenoPlan {
     for (const double e : restitution) {
       if (!(e > 0 && e < 1)) throw InputError("restitution", e, "numbers between 0 and 1 are required");
     }
-    const auto lengths = step_lengths(experiment.at("step_lengths"));
+    const auto lengths = logarithmic_grid(experiment.at("step_lengths"), "step_lengths");
     for (const std::string method : experiment.at("methods")) {
       for (const double e : restitution) {
         for (const double H : lengths) runs.push_back({method, e, H, 0});

@@ -1,0 +1,132 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include "bench/commands.h"
+#include "bench/ensemble/ensemble_file.h"
+#include "bench/problem_options.h"
+#include "bench/progress.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+struct EnsembleArguments {
+  std::string file, out;
+  std::vector<std::string> vary, set;
+  std::string problem, method;
+  std::int64_t runs = 0;
+  std::uint64_t seed = 0;
+  int steps = 0, threads = 0;
+  double tolerance = 0, time_limit = 0;
+};
+
+json read_document(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) throw InputError("file", path, "it cannot be read");
+  std::ostringstream text;
+  text << file.rdbuf();
+  json document = json::parse(text.str(), nullptr, false);
+  if (!document.is_object()) throw InputError(path + ": not an ensemble: a JSON object is required");
+  return document;
+}
+
+/// The file, with what the command line says instead.
+json document_of(const CLI::App& command, const EnsembleArguments& options) {
+  json document = options.file.empty() ? json::object() : read_document(options.file);
+  const auto replace = [&](const char* option, const char* field, const auto& value) {
+    if (command.count(option) > 0) document[field] = value;
+  };
+  replace("--problem", "problem", options.problem);
+  replace("--vary", "vary", options.vary);
+  replace("--method", "method", options.method);
+  replace("--runs", "runs", options.runs);
+  replace("--seed", "seed", options.seed);
+  replace("--time-limit", "time_limit", options.time_limit);
+  if (command.count("--steps") + command.count("--tolerance") > 0) {
+    document.erase("steps");
+    document.erase("tolerance");
+  }
+  replace("--steps", "steps", options.steps);
+  replace("--tolerance", "tolerance", options.tolerance);
+  for (const auto& [name, value] : parameter_changes(options.set)) document["parameters"][name] = value;
+  return document;
+}
+
+Ensemble read(const json& document) {
+  try {
+    return read_ensemble(document);
+  } catch (const json::exception& error) {
+    throw InputError(fmt::format("not an ensemble: {}", error.what()));
+  }
+}
+
+/// @returns how many runs failed
+std::int64_t print_endings(const EnsembleFile& file, std::int64_t n_runs) {
+  std::int64_t failed = n_runs;
+  for (const auto& [status, count] : file.endings()) {
+    fmt::print("{:<10} {}\n", status, count);
+    if (status == "success") failed -= count;
+  }
+  return failed;
+}
+
+void run(const CLI::App& command, const EnsembleArguments& options, int& exit_code) {
+  const Ensemble ensemble = read(document_of(command, options));
+  const int threads =
+      options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  auto workers = make_workers(ensemble, threads);
+  EnsembleFile file(options.out, ensemble, workers.front()->base());
+  if (file.n_done() > 0) fmt::print("{} of {} runs are there already\n", file.n_done(), ensemble.n_runs());
+  Progress progress("ensemble");
+  const auto begin = std::chrono::steady_clock::now();
+  const std::int64_t made = run_ensemble(file, ensemble, workers, [&](std::int64_t done) {
+    progress.update(static_cast<double>(done) / static_cast<double>(ensemble.n_runs()), "");
+  });
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  progress.finish();
+  if (made > 0)
+    fmt::print("{} runs in {:.3g} s by {} threads: {:.4g} runs per second\n", made, seconds, threads,
+               static_cast<double>(made) / seconds);
+  if (print_endings(file, ensemble.n_runs()) > 0) exit_code = 1;
+  fmt::print("{}\n", options.out);
+}
+
+}  // namespace
+
+void add_ensemble_command(CLI::App& app, int& exit_code) {
+  static EnsembleArguments options;
+  auto* command = app.add_subcommand(
+      "ensemble", "one scene for many parameters and initial states, as CSV; exit code 1 when a run failed");
+  command->add_option("file", options.file,
+                      "JSON file with the fields of the options: \"problem\", \"parameters\", \"vary\", "
+                      "\"runs\", \"seed\", \"method\", \"steps\", \"tolerance\", \"time_limit\"");
+  command->add_option("--problem,-p", options.problem, "scene id, see `ricochet list problems`, or scene FILE#ID");
+  command->add_option("--set", options.set, "NAME=VALUE, a parameter that is the same in all runs; may be repeated");
+  command->add_option("--vary", options.vary,
+                      "NAME=DISTRIBUTION, a parameter, or q0:0, v0:0 for a component of the initial state; may be "
+                      "repeated. Distributions: uniform:FROM:TO, log-uniform:FROM:TO, normal:MEAN:DEVIATION; grids: "
+                      "grid:FROM:TO:POINTS, log-grid:FROM:TO:PER_DECADE, values:A:B:...");
+  command->add_option("--runs", options.runs, "random draws, at each point of the grids");
+  command->add_option("--seed", options.seed, "of the draws; 1 by default");
+  command->add_option("--method,-m", options.method, "method, see `ricochet list methods`");
+  auto* steps = command->add_option("--steps,-N", options.steps, "number of steps, of a fixed-step method");
+  command->add_option("--tolerance", options.tolerance, "tolerance, of an error-controlled method")->excludes(steps);
+  command->add_option("--time-limit", options.time_limit, "wall time of a run in seconds; 0 is none");
+  command->add_option("--threads", options.threads, "as many as the machine has by default; the file is the same");
+  command->add_option("-o,--out", options.out, "the CSV; an interrupted one is continued")->required();
+  command->footer(
+      "Examples:\n"
+      "  ricochet ensemble -p two_balls_spring --vary k=log-uniform:1e3:1e5 --vary e=uniform:0.5:0.9 --runs 10000\n"
+      "      -m fesd:gauss:4,elements=as_needed -N 50 -o out/spring.csv\n"
+      "  ricochet ensemble -p sliding_block --vary mu=grid:0.1:0.8:71 -m event_driven --tolerance 1e-9 -o out/mu.csv");
+  command->callback([&exit_code, command] { run(*command, options, exit_code); });
+}
+
+}  // namespace ricochet

@@ -1,0 +1,136 @@
+#include "bench/ensemble/ensemble_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <sstream>
+
+#include "bench/ensemble/in_order.h"
+#include "bench/environment.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+std::string read_all(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// What must not have changed for rows to be taken over: the ensemble, and the program.
+std::string key_of(const Ensemble& ensemble) {
+  return hash_of(ensemble.document().dump() + program_hash());
+}
+
+}  // namespace
+
+EnsembleFile::EnsembleFile(std::string path, const Ensemble& ensemble, const ProblemInfo& problem)
+    : path_(std::move(path)),
+      partial_(path_ + ".partial"),
+      status_column_(1 + ensemble.varied.size()),
+      n_runs_(ensemble.n_runs()) {
+  const json description = {
+      {"ensemble", ensemble.document()}, {"environment", environment()}, {"key", key_of(ensemble)}};
+  const std::string header = csv_header(ensemble, problem);
+  const bool is_there = fs::exists(path_), is_begun = fs::exists(partial_);
+  if (is_there || is_begun) {
+    const json known = json::parse(read_all(path_ + ".json"), nullptr, false);
+    if (!known.is_object() || known.value("key", "") != description["key"])
+      throw InputError(
+          "-o", path_,
+          "it holds another ensemble, or one of another build of the program; another name is required, or "
+          "that it is removed");
+  }
+  if (is_there) {
+    is_complete_ = true;
+    n_done_ = n_runs_;
+  } else if (is_begun) {
+    take_lines(header);
+  } else {
+    begin(header, description);
+  }
+}
+
+void EnsembleFile::begin(const std::string& header, const json& description) {
+  std::error_code error;
+  if (const fs::path folder = fs::path(path_).parent_path(); !folder.empty()) fs::create_directories(folder, error);
+  std::ofstream beside(path_ + ".json");
+  beside << description.dump(2) << "\n";
+  beside.close();
+  file_.open(partial_, std::ios::binary | std::ios::trunc);
+  file_ << header << std::flush;
+  if (!beside || !file_) throw InputError("-o", path_, "it cannot be written");
+}
+
+/// Takes over the lines that are whole and in their order, and cuts off what follows them.
+void EnsembleFile::take_lines(const std::string& header) {
+  std::uintmax_t size = 0;
+  {
+    std::ifstream file(partial_, std::ios::binary);
+    std::string line;
+    if (std::getline(file, line) && !file.eof() && line + "\n" == header) {
+      size = header.size();
+      while (n_done_ < n_runs_ && std::getline(file, line) && !file.eof() &&
+             line.starts_with(fmt::format("{},", n_done_))) {
+        size += line.size() + 1;
+        ++n_done_;
+      }
+    }
+  }
+  fs::resize_file(partial_, size);
+  file_.open(partial_, std::ios::binary | std::ios::app);
+  if (size == 0) file_ << header << std::flush;
+  if (!file_) throw InputError("-o", partial_, "it cannot be written");
+}
+
+void EnsembleFile::append(std::int64_t end, const std::string& lines) {
+  if (!(file_ << lines << std::flush)) throw InputError("-o", partial_, "it cannot be written");
+  n_done_ = end;
+}
+
+void EnsembleFile::finish() {
+  file_.close();
+  fs::rename(partial_, path_);
+  is_complete_ = true;
+}
+
+std::map<std::string, std::int64_t> EnsembleFile::endings() const {
+  std::map<std::string, std::int64_t> counts;
+  std::ifstream file(is_complete_ ? path_ : partial_, std::ios::binary);
+  std::string line;
+  std::getline(file, line);  // headers
+  while (std::getline(file, line)) {
+    std::istringstream cells(line);  // those before the status are numbers
+    std::string cell;
+    for (std::size_t k = 0; k <= status_column_; ++k) std::getline(cells, cell, ',');
+    ++counts[cell];
+  }
+  return counts;
+}
+
+std::int64_t run_ensemble(EnsembleFile& file, const Ensemble& ensemble,
+                          std::vector<std::unique_ptr<EnsembleWorker>>& workers,
+                          const std::function<void(std::int64_t)>& progress) {
+  if (file.is_complete()) return 0;
+  const std::int64_t first = file.n_done(), last = ensemble.n_runs();
+  in_order(
+      static_cast<int>(workers.size()), first, last,
+      [&](int thread, std::int64_t begin, std::int64_t end) {
+        EnsembleWorker& worker = *workers[static_cast<std::size_t>(thread)];
+        return worker.csv_lines(begin, end);
+      },
+      [&](std::int64_t end, const std::string& lines) {
+        file.append(end, lines);
+        progress(end);
+      });
+  file.finish();
+  return last - first;
+}
+
+}  // namespace ricochet

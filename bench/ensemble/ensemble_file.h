@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <map>
+#include <string>
+
+#include "bench/ensemble/ensemble.h"
+
+namespace ricochet {
+
+/// The CSV of an ensemble, a line per run in the order of the runs, written as they come. While the work lasts it is
+/// called FILE.partial, so that a file that looks complete is complete. Beside it FILE.json says what the ensemble is and
+/// what program made it.
+///
+/// An interrupted ensemble is continued behind the last line that is whole; the result is the same, byte by byte.
+class EnsembleFile {
+ public:
+  /// @throws InputError when the file cannot be written, or holds another ensemble or one of another program
+  EnsembleFile(std::string path, const Ensemble& ensemble, const ProblemInfo& problem);
+
+  bool is_complete() const { return is_complete_; }
+  /// Runs that are in the file: the first that is missing.
+  std::int64_t n_done() const { return n_done_; }
+  /// @param lines  of the runs up to `end`
+  void append(std::int64_t end, const std::string& lines);
+  /// Gives the file its name. @throws InputError
+  void finish();
+
+  /// How many of the runs in the file have ended how: {"success": 990, "infeasible": 10}.
+  std::map<std::string, std::int64_t> endings() const;
+
+ private:
+  void begin(const std::string& header, const nlohmann::json& description);
+  void take_lines(const std::string& header);
+
+  std::string path_, partial_;
+  std::size_t status_column_;
+  std::int64_t n_runs_, n_done_ = 0;
+  bool is_complete_ = false;
+  std::ofstream file_;
+};
+
+/// Runs what is missing of an ensemble. @param path  of the CSV  @param threads  with a worker each
+/// @param progress  called with the number of runs in the file
+/// @returns how many runs were made here
+std::int64_t run_ensemble(EnsembleFile& file, const Ensemble& ensemble,
+                          std::vector<std::unique_ptr<EnsembleWorker>>& workers,
+                          const std::function<void(std::int64_t)>& progress);
+
+}  // namespace ricochet

@@ -1,0 +1,226 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/studies/throughput/throughput_rows.h"
+#include "reports/gnuplot.h"
+
+namespace ricochet {
+namespace {
+
+/// The different values of a field, in the order in which they come.
+template <class Row, class Value>
+std::vector<Value> different(const std::vector<Row>& rows, Value Row::*field) {
+  std::vector<Value> values;
+  for (const Row& row : rows) {
+    if (std::ranges::find(values, row.*field) == values.end()) values.push_back(row.*field);
+  }
+  return values;
+}
+
+/// The line of a number of threads, and that of one thread.
+struct ThroughputLine {
+  ThroughputRun run, single;
+};
+
+std::vector<ThroughputLine> lines_of(const std::vector<ThroughputRun>& runs) {
+  std::vector<ThroughputLine> lines;
+  for (const auto& run : runs) {
+    if (!run.is_reached) continue;
+    const auto is_single = [&](const ThroughputRun& other) {
+      return other.scene == run.scene && other.method == run.method && other.level == run.level && other.threads == 1;
+    };
+    const auto single = std::ranges::find_if(runs, is_single);
+    lines.push_back({run, single == runs.end() ? ThroughputRun() : *single});
+  }
+  return lines;
+}
+
+}  // namespace
+
+std::string ThroughputSetting::text() const {
+  return steps > 0 ? fmt::format("-N {}", steps) : fmt::format("--tolerance {:.2g}", tolerance);
+}
+
+Table throughput_table(const std::vector<ThroughputRun>& runs) {
+  using L = ThroughputLine;
+  static const std::vector<Column<L>> columns = {
+      {"scene", [](const L& l) { return l.run.scene; }},
+      {"error at most", "", "{:.0e}", [](const L& l) { return l.run.level; }},
+      {"method", [](const L& l) { return l.run.method; }},
+      {"setting", [](const L& l) { return l.run.setting.text(); }},
+      {"error", "", "{:.1e}", [](const L& l) { return l.run.setting.error; }},
+      {"threads", "", "{}", [](const L& l) { return l.run.threads; }},
+      {"runs", "1/s", "{:.0f}", [](const L& l) { return l.run.rate(); }},
+      {"per core", "1/s", "{:.0f}", [](const L& l) { return l.run.rate() / l.run.threads; }},
+      {"of one thread", "", "{:.2f}",
+       [](const L& l) { return when(l.single.runs > 0, l.run.rate() / l.run.threads / l.single.rate()); }},
+      {"of processes", "", "{:.2f}", [](const L& l) { return l.run.rate() / l.run.process_rate(); }},
+      {"processes", "1/s", "{:.0f}", [](const L& l) { return l.run.process_rate(); }},
+      {"CPU time of a run", "us", "{:.3g}", [](const L& l) { return 1e6 * l.run.cpu_seconds / l.run.runs; }},
+      {"by processes", "us", "{:.3g}", [](const L& l) { return 1e6 * l.run.process_cpu_seconds / l.run.runs; }},
+  };
+  return table_of(
+      "Runs per second of an ensemble, at the same error", columns, lines_of(runs),
+      "Wall time, the least of repetitions in turn, since other programs can only add to it; lines of CSV "
+      "included. Error: nine of ten runs keep it. Of one thread: runs per second and core over those of one "
+      "thread. Of processes: over those of as many processes of one thread, which share nothing: the limit "
+      "of the machine. CPU time: median; where it grows with the threads they wait for memory or share a "
+      "core.");
+}
+
+Table throughput_settings_table(const std::vector<ThroughputCurve>& curves) {
+  struct Line {
+    const ThroughputCurve* curve;
+    const ThroughputSetting* setting;
+  };
+  std::vector<Line> lines;
+  for (const auto& curve : curves) {
+    for (const auto& setting : curve.settings) lines.push_back({&curve, &setting});
+  }
+  static const std::vector<Column<Line>> columns = {
+      {"scene", [](const Line& l) { return l.curve->scene; }},
+      {"method", [](const Line& l) { return l.curve->method; }},
+      {"setting", [](const Line& l) { return l.setting->text(); }},
+      {"error", "", "{:.1e}", [](const Line& l) { return l.setting->error; }},
+      {"failed", "%", "{:.3g}", [](const Line& l) { return 100 * l.setting->failed; }},
+      {"CPU time of a run", "us", "{:.3g}", [](const Line& l) { return l.setting->microseconds; }},
+      {"runs judged", "", "{}", [](const Line& l) { return l.curve->judged; }},
+      {"reference known to", "", "{:.1e}", [](const Line& l) { return l.curve->uncertainty; }},
+  };
+  return table_of("Settings on the first runs", columns, lines);
+}
+
+Table throughput_setup_table(const std::vector<ThroughputCurve>& curves) {
+  std::vector<ThroughputCurve> scenes;
+  for (const auto& curve : curves) {
+    if (curve.settings.empty()) continue;
+    if (scenes.empty() || scenes.back().scene != curve.scene) scenes.push_back(curve);
+  }
+  using C = ThroughputCurve;
+  static const std::vector<Column<C>> columns = {
+      {"scene", &C::scene},
+      {"making a problem", "us", "{:.0f}", &C::make_microseconds},
+      {"setting the values of a run", "us", "{:.2g}", &C::set_microseconds},
+      {"cheapest run", "us", "{:.3g}",
+       [](const C& c) { return std::ranges::min(c.settings, {}, &ThroughputSetting::microseconds).microseconds; }},
+  };
+  return table_of("Before the first step", columns, scenes,
+                  "CPU time. A thread makes its problem once and sets the values of every run in it, validation "
+                  "included. The cheapest run: of the first method, any error.");
+}
+
+Table throughput_failures(const std::vector<ThroughputRun>& runs, const std::vector<ThroughputCurve>& curves) {
+  struct Line {
+    ThroughputRun run;
+    std::string why;
+  };
+  std::vector<Line> lines;
+  for (const auto& run : runs) {
+    if (run.is_reached || run.threads != runs.front().threads) continue;
+    const auto curve = std::ranges::find_if(
+        curves, [&](const ThroughputCurve& c) { return c.scene == run.scene && c.method == run.method; });
+    lines.push_back(
+        {run, curve == curves.end() || curve->why.empty() ? "no setting that was tried reaches it" : curve->why});
+  }
+  static const std::vector<Column<Line>> columns = {
+      {"scene", [](const Line& l) { return l.run.scene; }},
+      {"method", [](const Line& l) { return l.run.method; }},
+      {"error at most", "", "{:.0e}", [](const Line& l) { return l.run.level; }},
+      {"reason", [](const Line& l) { return l.why; }},
+  };
+  Table table = table_of("Errors that are not reached", columns, lines);
+  table.is_list = true;
+  return table;
+}
+
+namespace {
+
+std::string panels_head(std::size_t panels, const std::string& file) {
+  const std::size_t columns = 2, rows = (panels + columns) / columns;  // one cell more, for the key
+  return gnuplot_head(980, static_cast<int>(380 * rows)) +
+         fmt::format("set output '{}'\nset multiplot layout {},{}\nunset key\n", file, rows, columns);
+}
+
+/// The last cell: names of the curves.
+std::string key_cell(const std::vector<std::string>& names, const std::string& style,
+                     const std::vector<std::string>& more) {
+  std::string text =
+      "unset title\nunset xlabel\nunset ylabel\nunset border\nunset tics\nunset grid\nunset logscale\n"
+      "set key center center reverse Left samplen 2.5 spacing 1.3\nset xrange [1:10]\nset yrange [1:10]\n";
+  PlotCommand key;
+  for (std::size_t k = 0; k < names.size(); ++k)
+    key.add(fmt::format("NaN {} lc rgb '{}' title '{}'", style, curve_color(k), names[k]));
+  for (const auto& item : more) key.add(item);
+  return text + key.text() + "unset multiplot\n";
+}
+
+constexpr const char* kCurveStyle = "with linespoints lw 1.8 pt 7 ps 0.5";
+constexpr const char* kProcessStyle = "with points pt 6 ps 1.6 lw 1.5";
+
+Figure draw_errors(const FigureFolder& folder, const std::vector<ThroughputCurve>& curves, const std::string& file) {
+  const auto scenes = different(curves, &ThroughputCurve::scene), methods = different(curves, &ThroughputCurve::method);
+  std::string script = panels_head(scenes.size(), file + ".svg");
+  script += "set logscale xy\nset format x '10^{%T}'\nset format y '10^{%T}'\n";
+  script += "set xlabel 'error of nine of ten runs'\nset ylabel 'runs per second and core'\n";
+  for (std::size_t s = 0; s < scenes.size(); ++s) {
+    Panel panel(fmt::format("errors{}", s));
+    for (const auto& curve : curves) {
+      if (curve.scene != scenes[s]) continue;
+      Points points;
+      for (const auto& setting : curve.settings) {
+        if (setting.error > 0 && std::isfinite(setting.error))
+          points.emplace_back(setting.error, 1e6 / setting.microseconds);
+      }
+      const auto color = static_cast<std::size_t>(std::ranges::find(methods, curve.method) - methods.begin());
+      panel.add(points, color, kCurveStyle);
+    }
+    script += panel.data() + fmt::format("set title '{}'\n", scenes[s]) + panel.plot();
+  }
+  folder.draw(file, script + key_cell(methods, kCurveStyle, {}));
+  return {file + ".svg", "Runs per second and core over the error",
+          "CPU time in one thread, all settings that were tried; up and left is better."};
+}
+
+Figure draw_threads(const FigureFolder& folder, const std::vector<ThroughputRun>& runs, const std::string& file) {
+  const auto scenes = different(runs, &ThroughputRun::scene), methods = different(runs, &ThroughputRun::method);
+  const int most = std::ranges::max(runs, {}, &ThroughputRun::threads).threads;
+  const double level = std::ranges::max(runs, {}, &ThroughputRun::level).level;
+  std::string script = panels_head(scenes.size(), file + ".svg");
+  script += "set logscale xy 2\nset logscale y 10\nset format y '10^{%T}'\n";
+  script += fmt::format("set xrange [0.9:{}]\nset xlabel 'threads'\nset ylabel 'runs per second'\n", 1.1 * most);
+  for (std::size_t s = 0; s < scenes.size(); ++s) {
+    Panel panel(fmt::format("threads{}", s));
+    for (std::size_t m = 0; m < methods.size(); ++m) {
+      Points threads, processes, ideal;
+      for (const auto& run : runs) {
+        if (run.scene != scenes[s] || run.method != methods[m] || run.level != level || !run.is_reached) continue;
+        threads.emplace_back(run.threads, run.rate());
+        processes.emplace_back(run.threads, run.process_rate());
+        ideal.emplace_back(run.threads, threads.front().second * run.threads / threads.front().first);
+      }
+      panel.add(threads, m, kCurveStyle);
+      panel.add(processes, m, kProcessStyle);
+      panel.add(ideal, m, "with lines dt 3 lw 1");
+    }
+    script += panel.data() + fmt::format("set title '{}'\n", scenes[s]) + panel.plot();
+  }
+  const std::vector<std::string> more = {
+      fmt::format("NaN {} lc rgb '#404040' title 'as many processes'", kProcessStyle),
+      "NaN with lines dt 3 lw 1 lc rgb '#404040' title 'one thread times their number'"};
+  folder.draw(file, script + key_cell(methods, kCurveStyle, more));
+  return {file + ".svg", "Runs per second over the number of threads",
+          fmt::format("At an error of {:.0e}. Circles: as many processes that share nothing, the limit of the machine.",
+                      level)};
+}
+
+}  // namespace
+
+std::vector<Figure> throughput_figures(const FigureFolder& folder, const std::vector<ThroughputCurve>& curves,
+                                       const std::vector<ThroughputRun>& runs, const std::string& name) {
+  if (curves.empty() || runs.empty()) return {};
+  return {draw_errors(folder, curves, name + "_errors"), draw_threads(folder, runs, name + "_threads")};
+}
+
+}  // namespace ricochet
