@@ -76,6 +76,12 @@ inline std::string test_name(std::string text) {
   return text;
 }
 
+/// Of a test with one mode of the contacts of a scene: the signs of slip in the plane are no letters.
+inline std::string test_name(const std::string& scene, ContactMode mode, const std::string& tableau) {
+  const int sign = slip_sign(mode);
+  return test_name(scene + "_" + (sign > 0 ? "slip_plus" : sign < 0 ? "slip_minus" : to_string(mode)) + "_" + tableau);
+}
+
 /// Every scene the tests run: those of the program, the cases of the ground truth among them, and scene files of the
 /// tests.
 struct NamedProblem {

@@ -53,8 +53,9 @@ TEST_P(Collapse, IsNeverAWrongSuccess) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Columns, Collapse, testing::ValuesIn(reference::read_ground_truth(test_data("collapses.json"))),
-                         [](const auto& info) { return info.param.id; });
+INSTANTIATE_TEST_SUITE_P(Columns, Collapse,
+                         testing::ValuesIn(reference::read_ground_truth(test_data("collapses.json"))),
+                         [](const auto& test) { return test.param.id; });
 
 /// The number and the order of the impacts change with any perturbation.
 TEST(Collapse, HasNoDerivative) {

@@ -10,7 +10,8 @@ namespace ricochet {
 namespace {
 
 constexpr double kDuration = 0.01;
-const std::vector<std::string> kMethods = {"fesd_adaptive:radau-iia:4", "fesd:radau-iia:2", "cvode:adams", "cvode:bdf"};
+const std::vector<std::string> kMethods = {"fesd_adaptive:radau-iia:4", "fesd:radau-iia:2", "event_driven",
+                                           "cvode:adams", "cvode:bdf"};
 
 /// Bodies of 1, 2 and 3 kg in a row from q = 0 on, 0.2 m from centre to centre.
 Solution solve(const std::string& method, const std::string& v0, const std::string& contacts) {
@@ -22,7 +23,13 @@ Solution solve(const std::string& method, const std::string& v0, const std::stri
   Settings settings;
   settings.steps = 3;
   settings.tolerance = 1e-10;
-  return make_method(method)->solve(*problem, settings);
+  const Solution s = make_method(method)->solve(*problem, settings);
+  for (const Event& e : s.events) {
+    const Vector balance =
+        problem->mass_matrix(e.q) * (e.v_plus - e.v_minus) - problem->normal_jacobian(e.q) * e.Lambda_n;
+    EXPECT_LE(balance.cwiseAbs().maxCoeff(), 1e-13) << method << ": an event has the impulses of all its impacts";
+  }
+  return s;
 }
 
 std::string wall(const char* gap, double eps_r) {

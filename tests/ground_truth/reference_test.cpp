@@ -8,8 +8,11 @@
 
 #include "methods/registry.h"
 #include "reference/agreement.h"
+#include "reference/contact_dynamics.h"
+#include "reference/flights.h"
 #include "reference/force_division.h"
 #include "reference/force_equations.h"
+#include "reference/slip_start.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
@@ -58,6 +61,21 @@ TEST(Accumulation, NamesItsContacts) {
   EXPECT_EQ(column.status, Status::step_limit);
   EXPECT_NE(column.message.find("the impacts of contacts 'floor', 'balls' accumulate"), std::string::npos)
       << column.message;
+}
+
+/// The last flights of a ball are lower than the errors of a loose tolerance, and may begin below the ground.
+TEST(Accumulation, OfABallIsPassedAtAnyTolerance) {
+  for (const double eps_r : {0.3, 0.5}) {
+    const auto problem = make_problem("bouncing_ball", {{"e", eps_r}});
+    for (const auto integrator : {reference::adams, reference::bdf}) {
+      for (const double tolerance : {1e-3, 1e-4, 1e-6, 1e-8}) {
+        const Solution s =
+            reference::integrate_event_located(*problem, {.integrator = integrator, .tolerance = tolerance});
+        ASSERT_TRUE(s.succeeded()) << eps_r << " " << tolerance << ": " << s.message;
+        EXPECT_LE(std::abs(problem->gap(s.q)[0]), tolerance) << eps_r << ": it lies on the ground";
+      }
+    }
+  }
 }
 
 TEST(Limits, StepsAndEventsEndARun) {
@@ -208,6 +226,75 @@ TEST(ForceDivision, CutsConesInSpace) {
   // Together 10 N along (3, 4); 1 - x = 11 - (10 - x) at x = 0.
   EXPECT_NEAR(reference::slack(x, cones), 1, 1e-8) << "ten times what ends the cuts, of 10 N";
   EXPECT_NEAR(x[4], 6, 1e-3) << "flat across the force: the square root of that";
+}
+
+/// A spring pulls a mass off a wall at -0.5 m, past the stop at 0: x = -0.5 + 1.5 cos 2t hits it without a bounce and
+/// stays, so that the final state says nothing of when that was.
+TEST(Reference, BoundsTheTimesOfItsEvents) {
+  const auto problem = read_scene_text(
+      R"scene({"q0": [1], "v0": [0], "T": 1, "M": [[1]], "f": ["-4*(q[0]+0.5)"], "contacts": [{"name": "stop", "gap": "q[0]",
+          "e": 0}]})scene",
+      "mass at a stop");
+  for (const double tolerance : {1e-8, 1e-10, 1e-12}) {
+    const auto reference = reference::make_reference(*problem, tolerance);
+    ASSERT_EQ(kinds(reference.solution), std::vector{EventKind::impact});
+    EXPECT_LE(std::abs(reference.solution.q[0]), with_rounding(0));
+    const double error = std::abs(reference.solution.events[0].t - 0.5 * std::acos(1.0 / 3));
+    EXPECT_LE(error, reference.uncertainty) << tolerance;
+    EXPECT_LE(reference.uncertainty, 1e4 * tolerance);
+  }
+}
+
+/// (1) of flights.h: steps are a tenth of the time in which the parabola of the gap comes to zero.
+TEST(Flights, EndWhereTheParabolaOfTheGapDoes) {
+  const auto problem = make_problem("bouncing_ball", {{"duration", 10}});
+  const reference::Scales scales(*problem);
+  const double radius = -problem->gap(Vector::Zero(1))[0];
+  const auto first_step = [&](double gap, double rate, double a) {
+    reference::Flights flights(*problem, scales, 1e-12, 1e-9);
+    flights.start(0, Vector::Constant(1, radius + gap), Vector::Constant(1, rate), Vector::Constant(1, a),
+                  {ContactMode::open});
+    return flights.first_step();
+  };
+  struct Flight {
+    double gap, rate, a;
+  };
+  for (const auto& [gap, rate, a] : {Flight{1e-6, 0, -10}, Flight{1e-6, 1e-3, -10}, Flight{0, 1e-3, -10},
+                                     Flight{1e-6, -1e-2, 0}, Flight{1e-6, -1e-2, 5}}) {
+    const double t = 10 * first_step(gap, rate, a);
+    ASSERT_GT(t, 0);
+    const auto height = [&](double at) { return gap + at * (rate + 0.5 * a * at); };
+    EXPECT_NEAR(height(t), 0, 1e-15) << gap << " " << rate << " " << a << ": the gap is a difference of positions";
+    for (const double part : {0.1, 0.5, 0.9}) EXPECT_GT(height(part * t), 0);
+  }
+  EXPECT_EQ(first_step(1e-6, 1e-3, 5), 0) << "it never closes";
+  EXPECT_EQ(first_step(1e-6, -1e-3, 5), 0) << "it turns back 0.9 um above the surface";
+}
+
+/// A block on a plane that a spring pulls to the origin: r'' = -k r + mu g along a line, so r = d + (r_0 - d) cos wt with
+/// d = mu g / k as long as it slips. A step of the collocation has the local error of Radau IIA with five stages.
+TEST(SlipStart, HasOrderNine) {
+  const double mu = 0.3, g = 9.81, k = 25, r_0 = 1.5;
+  const Vector along{{0.6, 0.8, 0}};
+  const auto problem = read_scene_text(R"({"q0": [0.9, 1.2, 0], "v0": [0, 0, 0], "T": 1,
+      "M": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "f": ["-25*q[0]", "-25*q[1]", -9.81], "contacts": [{"name": "plane",
+      "gap": "q[2]", "e": 0, "mu": 0.3, "Jt": [[1, 0, 0], [0, 1, 0]]}]})",
+                                       "block on a spring");
+  const reference::Scales scales(*problem);
+  reference::ContactDynamics dynamics(*problem);
+  dynamics.set_modes({ContactMode::slip});
+  const auto error = [&](double h) {
+    // Any step is accepted, of which two halves are kept.
+    const auto start = reference::start_slip(
+        *problem, scales, dynamics, problem->info().q0, problem->info().v0, {{0, -along.head(2), 1e3}},
+        {.longest_step = 2 * h, .end = 2 * h, .tolerance = 1, .keeps_modes = [](const auto&...) { return true; }});
+    if (!start || start->duration != 2 * h) return std::nan("");
+    const double d = mu * g / k, w = std::sqrt(k), r = d + (r_0 - d) * std::cos(2 * w * h),
+                 rate = -(r_0 - d) * w * std::sin(2 * w * h);
+    return (start->q - r * along).norm() + (start->v - rate * along).norm();
+  };
+  const double coarse = error(0.2), fine = error(0.1);
+  EXPECT_NEAR(std::log2(coarse / fine), 10, 0.5) << coarse << ", " << fine;
 }
 
 }  // namespace

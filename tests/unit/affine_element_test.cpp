@@ -6,6 +6,7 @@
 
 #include "methods/elements/element_solver.h"
 #include "methods/elements/switch_solver.h"
+#include "methods/fesd/pivoting_solver.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/diagonal_tableau.h"
 #include "tests/test_data.h"
@@ -174,24 +175,17 @@ TEST_P(AffineElements, EndWithTheSameSwitches) {
         // Roots that nearly coincide with others are known to the square root of rounding.
         EXPECT_NEAR(in_closed_form[0].h, by_newton[0].h, 1e-10 * by_newton[0].h) << properties(kind).name;
         EXPECT_EQ(in_closed_form.back().h, in_closed_form.front().h);
+        for (Element& e : in_closed_form) e.h = 1.001 * by_newton[0].h;
+        EXPECT_EQ(SwitchSolver(both.closed, 1e-14).solve(in_closed_form, end, 0.99 * by_newton[0].h),
+                  SwitchResult::left_interval);
       }
     }
   }
 }
 
-std::string name_of_affine(const testing::TestParamInfo<AffineCase>& info) {
-  const int sign = slip_sign(info.param.mode);
-  std::string name = info.param.problem_id + "_" +
-                     (sign > 0   ? "slip_plus"
-                      : sign < 0 ? "slip_minus"
-                                 : to_string(info.param.mode)) +
-                     "_" + info.param.tableau;
-  std::ranges::replace_if(
-      name, [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); }, '_');
-  return name;
-}
-
-INSTANTIATE_TEST_SUITE_P(Scenes, AffineElements, testing::ValuesIn(affine_cases()), name_of_affine);
+INSTANTIATE_TEST_SUITE_P(Scenes, AffineElements, testing::ValuesIn(affine_cases()), [](const auto& test) {
+  return test_name(test.param.problem_id, test.param.mode, test.param.tableau);
+});
 
 /// Where nobody looks at the steps in which nothing happens they are one product each (element_map.h); with samples
 /// every element is solved.
@@ -213,6 +207,27 @@ TEST(ElementMaps, ChangeNothingButRounding) {
       EXPECT_LT(difference(gliding.q, looked_at.q, 1), 1e-11) << scene << " " << method;
       EXPECT_LT(difference(gliding.v, looked_at.v, 1), 1e-11) << scene << " " << method;
     }
+  }
+}
+
+/// A block slides to either side, or rests, until it has come to rest: no step before is left out.
+TEST(ElementMaps, LeaveOutTheStepsInWhichNothingHappens) {
+  const double mu = 0.3, g = 10, H = 1e-4;
+  for (const double v : {3.0, -3.0, 0.0}) {
+    const auto problem = make_problem("sliding_block", {{"v_x0", v}, {"mu", mu}, {"g", g}, {"duration", 2}});
+    Counters counters;
+    PivotingSolver solver(*problem, make_tableau("radau-iia", 2), {.as_needed = true}, counters);
+    solver.start(problem->info().q0, problem->info().v0);
+    ASSERT_EQ(solver.advance(H), Status::success) << solver.failure_message();
+    ASSERT_EQ(solver.glide(H, 5000), 5000) << v;
+    const double t = 5001 * H, w = v > 0 ? -mu * g : v < 0 ? mu * g : 0, rounding = 5000 * with_rounding(0);
+    EXPECT_NEAR(solver.step().last().q1[0] - problem->info().q0[0], v * t + 0.5 * w * t * t, rounding) << v;
+    EXPECT_NEAR(solver.step().last().v1[0], v + w * t, rounding) << v;
+    const int rest = solver.glide(H, 10000);
+    if (v == 0)
+      EXPECT_EQ(rest, 10000);
+    else
+      EXPECT_NEAR(rest, 4998, 1) << "it stops after 1 s";
   }
 }
 

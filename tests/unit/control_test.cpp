@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <random>
 #include <stdexcept>
+#include <utility>
 
 #include "bench/control_options.h"
 #include "bench/replay.h"
@@ -101,38 +102,50 @@ TEST(TimeSteppingTranscription, HasExactDerivatives) {
   expect_exact_derivatives("hopper", {.steps = 2, .equations = {.cone = TS::Cone::polyhedral}});
 }
 
-/// A step of the pivoting solver as the guess of the same step as an MPCC: how far it is from a solution, and the
-/// solution that the homotopy finds from it.
-void expect_same_step(const std::string& id, double before, double H, E::Options options) {
-  const auto plant = id[0] == 'P' ? ground_truth_problem(id) : make_problem(id);
-  const auto tableau = make_tableau("radau-iia", 3);
-  Counters counters;
-  PivotingSolver pivoting(*plant, tableau, {.n_fe = 2}, counters);
-  pivoting.start(plant->info().q0, plant->info().v0);
-  const int steps = static_cast<int>(std::lround(before / H));
-  for (int k = 0; k < steps; ++k) ASSERT_EQ(pivoting.advance(H), Status::success) << id;
-  const Vector q = steps > 0 ? pivoting.step().last().q1 : plant->info().q0;
-  const Vector v = steps > 0 ? pivoting.step().last().v1 : plant->info().v0;
-  ASSERT_EQ(pivoting.advance(H), Status::success) << id;
+/// A step of the pivoting solver as the guess of the same step as an MPCC.
+struct GuessedStep {
+  /// @param before  when the step begins, a number of its lengths H
+  GuessedStep(const std::string& id, const ButcherTableau& tableau, double before, double H, E::Options options)
+      : plant(id[0] == 'P' ? ground_truth_problem(id) : make_problem(id)),
+        pivoting(*plant, tableau, {.n_fe = 2}, counters) {
+    pivoting.start(plant->info().q0, plant->info().v0);
+    const int steps = static_cast<int>(std::lround(before / H));
+    for (int k = 0; k < steps; ++k) EXPECT_EQ(pivoting.advance(H), Status::success) << id;
+    const Vector q = steps > 0 ? pivoting.step().last().q1 : plant->info().q0;
+    const Vector v = steps > 0 ? pivoting.step().last().v1 : plant->info().v0;
+    EXPECT_EQ(pivoting.advance(H), Status::success) << id;
 
+    options.shortest = 1e-3;
+    equations = std::make_unique<E>(*plant, tableau, options, mpcc);
+    equations->add_interval(equations->add_initial_state(q, v), {}, H, -1, 1);
+    equations->set_guess(pivoting.step(), 0);
+    x.resize(mpcc.nlp.n_variables());
+    for (Eigen::Index k = 0; k < x.size(); ++k) x[k] = mpcc.nlp.variables[k].guess;
+  }
+
+  const std::unique_ptr<Problem> plant;
+  Counters counters;
+  PivotingSolver pivoting;
   Mpcc mpcc;
-  options.shortest = 1e-3;
-  E equations(*plant, tableau, options, mpcc);
-  equations.add_interval(equations.add_initial_state(q, v), {}, H, -1, 1);
-  equations.set_guess(pivoting.step(), 0);
-  Vector x(mpcc.nlp.n_variables());
-  for (Eigen::Index k = 0; k < x.size(); ++k) x[k] = mpcc.nlp.variables[k].guess;
-  NlpEvaluator evaluator(mpcc.nlp);
-  const auto violation = evaluator.worst_violation(x.data());
+  std::unique_ptr<E> equations;
+  Vector x;
+};
+
+/// How far the guess is from a solution, and the solution that the homotopy finds from it.
+void expect_same_step(const std::string& id, double before, double H, const E::Options& options) {
+  const GuessedStep guess(id, make_tableau("radau-iia", 3), before, H, options);
+  NlpEvaluator evaluator(guess.mpcc.nlp);
+  const auto violation = evaluator.worst_violation(guess.x.data());
   // Rounding of the springs' forces, 1e4 N.
   EXPECT_LE(violation.value, 1e-11) << id << ": " << violation.name;
-  EXPECT_LE(complementarity(mpcc, x.data()).value, 1e-12) << id << ": " << complementarity(mpcc, x.data()).name;
+  const auto product = complementarity(guess.mpcc, guess.x.data());
+  EXPECT_LE(product.value, 1e-12) << id << ": " << product.name;
 
-  const MpccSolution s = Homotopy({.sigma_0 = 1e-2, .sigma_final = 1e-8}).solve(mpcc);
+  const MpccSolution s = Homotopy({.sigma_0 = 1e-2, .sigma_final = 1e-8}).solve(guess.mpcc);
   ASSERT_TRUE(s.succeeded()) << id << ": " << s.message;
-  const FesdStep step = equations.read(s.x, 0);
-  EXPECT_LE((step.last().q1 - pivoting.step().last().q1).cwiseAbs().maxCoeff(), 1e-8) << id;
-  EXPECT_LE((step.last().v1 - pivoting.step().last().v1).cwiseAbs().maxCoeff(), 1e-8) << id;
+  const FesdStep step = guess.equations->read(s.x, 0);
+  EXPECT_LE((step.last().q1 - guess.pivoting.step().last().q1).cwiseAbs().maxCoeff(), 1e-8) << id;
+  EXPECT_LE((step.last().v1 - guess.pivoting.step().last().v1).cwiseAbs().maxCoeff(), 1e-8) << id;
 }
 
 TEST(FesdEquations, AreThoseThatThePivotingSolverSolves) {
@@ -145,6 +158,132 @@ TEST(FesdEquations, AreThoseThatThePivotingSolverSolves) {
   expect_same_step("shaken_table", 0.21, 0.01, {});  // an impact with a table that moves, at 0.21367 s
   for (const auto cone : {E::Cone::exact, E::Cone::polyhedral})
     expect_same_step("belt_oscillator", 0.0, 0.1, {.cone = cone});
+  expect_same_step("block_on_ramp_3d", 0.0, 0.1, {});
+}
+
+/// (8): two elements are equally long unless something switches between them.
+TEST(FesdEquations, LengthsAreFreeAtASwitchOnly) {
+  struct Case {
+    const char* id;
+    double before, H;
+    bool switches;
+  };
+  for (const auto& [id, before, H, switches] :
+       {Case{"bouncing_ball", 0, 0.01, false}, Case{"P3_sliding_block", 0, 0.1, false},
+        Case{"two_balls_spring", 0.40, 0.01, true}}) {
+    GuessedStep step(id, make_tableau("radau-iia", 2), before, H, {.equilibration = E::Equilibration::exact});
+    const Nlp& nlp = step.mpcc.nlp;
+    NlpEvaluator evaluator(nlp);
+    const auto row = [&](const std::string& name) {
+      Vector values(nlp.n_rows());
+      evaluator.constraints(step.x.data(), values.data());
+      return values[std::ranges::find_if(nlp.rows, [&](const auto& r) { return r.name.ends_with(name); }) -
+                    nlp.rows.begin()];
+    };
+    const auto nu = std::ranges::find_if(nlp.variables, [](const auto& v) { return v.name.ends_with("indicator"); });
+    ASSERT_NE(nu, nlp.variables.end());
+    double& indicator = step.x[nu - nlp.variables.begin()];
+    indicator = 0;
+    indicator = row("indicator[0]");
+    if (switches)
+      EXPECT_NEAR(indicator, 0, 1e-12) << id << ": the gap is rounding";
+    else
+      EXPECT_GT(indicator, 1e-3) << id;
+    EXPECT_NEAR(row("step equilibration[0]"), 0, 1e-14) << id;
+    const auto& elements = step.equations->intervals()[0];
+    step.x[elements[0].h] -= 1e-3;
+    step.x[elements[1].h] += 1e-3;
+    EXPECT_NEAR(std::abs(row("step equilibration[0]")), 2e-3 * indicator, with_rounding(0) * (1 + indicator)) << id;
+  }
+}
+
+/// (4): at the left end, at the stages, and at a right end that is none of them.
+TEST(FesdEquations, AForceExcludesAGapInTheWholeElement) {
+  for (const char* family : {"radau-iia", "gauss"}) {
+    for (const auto cross :
+         {E::CrossComplementarity::sparse, E::CrossComplementarity::per_stage, E::CrossComplementarity::aggregated}) {
+      GuessedStep step("P3_sliding_block", make_tableau(family, 2), 0, 0.1, {.cross = cross});
+      const auto product = [&] { return complementarity(step.mpcc, step.x.data()).value; };
+      EXPECT_LE(product(), 1e-12) << family;
+      for (const auto& element : step.equations->intervals()[0]) {
+        std::vector<int> gaps = {element.left.gap[0], element.right.gap[0]};
+        for (const auto& stage : element.stages) gaps.push_back(stage.point.gap[0]);
+        for (const int gap : gaps) {
+          const double before = std::exchange(step.x[gap], 1e-3);
+          EXPECT_GE(product(), 1e-3) << family << ": " << step.mpcc.nlp.variables[gap].name;
+          step.x[gap] = before;
+        }
+      }
+    }
+  }
+}
+
+/// Opens what only transcriptions use.
+struct OpenTranscription : Transcription {
+  using Transcription::mean_forces;
+};
+
+/// M (v_1 - v_0) = H (f + J_n lambda_n + J_t lambda_t) with the means over a step, impacts included.
+TEST(Transcription, MeanForcesAreThoseOfTheMomentum) {
+  for (const char* family : {"radau-iia", "gauss"}) {
+    const auto plant = make_problem("oblique_impact");
+    const ProblemInfo& info = plant->info();
+    const ButcherTableau tableau = make_tableau(family, 2);
+    Counters counters;
+    PivotingSolver solver(*plant, tableau, {.as_needed = true}, counters);
+    solver.start(info.q0, info.v0);
+    const double H = info.end_time / 10;
+    int impacts = 0;
+    for (int k = 0; k < 10; ++k) {
+      const Vector v_0 = k == 0 ? info.v0 : solver.step().last().v1;
+      ASSERT_EQ(solver.advance(H), Status::success) << solver.failure_message();
+      const FesdStep& step = solver.step();
+      const auto mean = OpenTranscription::mean_forces(step, tableau);
+      const Vector &q = step.last().q1, &v = step.last().v1;
+      const Vector force =
+          plant->force(q, v) + plant->normal_jacobian(q) * mean.lambda_n + plant->tangent_jacobian(q) * mean.lambda_t;
+      // An impulse is divided by H and multiplied again.
+      EXPECT_LE((plant->mass_matrix(q) * (v - v_0) - H * force).cwiseAbs().maxCoeff(), 1e-13) << family << " " << k;
+      impacts += step.Lambda_n.leftCols(step.n_elements).maxCoeff() > 0;
+    }
+    EXPECT_GT(impacts, 0);
+  }
+}
+
+/// Path constraints hold where the discs are outside of the obstacle, and break for the one that is inside.
+void expect_path_around_the_obstacle(const Transcription& transcription) {
+  const Nlp& nlp = transcription.mpcc().nlp;
+  Vector x(nlp.n_variables());
+  for (Eigen::Index k = 0; k < x.size(); ++k) x[k] = nlp.variables[k].guess;
+  NlpEvaluator evaluator(nlp);
+  const auto violation = [&](const std::string& constraint) {
+    Vector values(nlp.n_rows());
+    evaluator.constraints(x.data(), values.data());
+    double worst = 0;
+    int count = 0;
+    for (std::size_t k = 0; k < nlp.rows.size(); ++k) {
+      if (!nlp.rows[k].name.ends_with(constraint)) continue;
+      const double value = values[static_cast<Eigen::Index>(k)];
+      worst = std::max({worst, nlp.rows[k].lower - value, value - nlp.rows[k].upper});
+      ++count;
+    }
+    EXPECT_GT(count, 0) << constraint;
+    return worst;
+  };
+  EXPECT_EQ(violation("obstacle, disc 1"), 0);
+  EXPECT_EQ(violation("obstacle, disc 2"), 0);
+  for (std::size_t k = 0; k < nlp.variables.size(); ++k) {
+    if (nlp.variables[k].name.ends_with(", q[0]")) x[static_cast<Eigen::Index>(k)] = 0;
+  }
+  EXPECT_NEAR(violation("obstacle, disc 1"), 1.3 * 1.3, 1e-14) << "it lies in the middle, instead of a disc away";
+  EXPECT_EQ(violation("obstacle, disc 2"), 0);
+}
+
+TEST(Transcription, PathConstraintsKeepDiscsOffAnObstacle) {
+  const auto problem = make_control_problem("discs");
+  problem->n_intervals = 1;
+  expect_path_around_the_obstacle(FesdTranscription(*problem, make_tableau("radau-iia", 2), {}));
+  expect_path_around_the_obstacle(TimeSteppingTranscription(*problem, {.steps = 2, .equations = {}}));
 }
 
 /// Every step of a simulation with Moreau-Jean, theta = 1, as the guess of the same step as an MPCC. The forces are
@@ -264,10 +403,13 @@ void follow_carts(Transcription& transcription, const OptimalControlProblem& pro
   const MpccSolution first = horizon.solve();
   ASSERT_TRUE(first.succeeded()) << first.message;
   std::mt19937 random(1);
+  Matrix given(problem.plant->info().n_u, updates);
   for (int k = 1; k <= updates; ++k) {
+    given.col(k - 1) = horizon.plan().u.col(k - 1);
     ASSERT_EQ(horizon.advance(), Status::success);
     if (disturbance > 0) horizon.disturb(disturbance, random);
     check(horizon, horizon.resolve());
+    EXPECT_EQ(horizon.plan().u.leftCols(k), given.leftCols(k)) << "what the plant was given is past";
   }
 }
 

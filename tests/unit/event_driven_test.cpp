@@ -147,6 +147,36 @@ TEST(EventDriven, ABallComesToRest) {
   EXPECT_LE(s.events.size(), 25u);
 }
 
+/// A block is pushed against its slip, stops and slips back: parabolas, which every step has exactly.
+TEST(EventDriven, SlipInSpaceTurnsBackThroughRest) {
+  const auto problem = read_scene_file(test_data("friction_scenes.json") + "#block_turns_back");
+  const double F = 5, friction = 0.3 * 9.81, turn = 1 / (F + friction), left = 0.5 - turn;
+  const double x = -0.5 * turn + 0.5 * (F - friction) * left * left;
+  const Vector d{{0.6, 0.8, 0}};
+  for (const double tolerance : {1e-6, 1e-9, 1e-12}) {
+    const Solution s = solve(*problem, "prince-dormand-8-7", tolerance);
+    ASSERT_TRUE(s.succeeded()) << s.message;
+    ASSERT_EQ(kinds(s), std::vector{EventKind::slip_reversal});
+    EXPECT_NEAR(s.events[0].t, turn, with_rounding(0)) << tolerance;
+    EXPECT_LE((s.q - x * d).norm() + (s.v - (F - friction) * left * d).norm(), with_rounding(0)) << tolerance;
+  }
+}
+
+/// Slip from rest whose direction turns at once, and hardly any friction that would correct it later.
+TEST(EventDriven, SlipInSpaceBeginsToTheTolerance) {
+  const auto problem = read_scene_text(R"({"q0": [0, 0, 0], "v0": [0, 0, 0], "T": 5,
+      "M": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "f": ["10+0.8*v[1]", "-0.8*v[0]", -10],
+      "contacts": [{"name": "ground", "gap": "q[2]", "e": 0, "mu": 0.02, "Jt": [[1, 0, 0], [0, 1, 0]]}]})",
+                                       "charged block");
+  const auto reference = reference::make_reference(*problem);
+  for (const double tolerance : {1e-6, 1e-8, 1e-10}) {
+    ASSERT_LT(reference.uncertainty, tolerance);
+    const Solution s = solve(*problem, "prince-dormand-8-7", tolerance);
+    ASSERT_TRUE(s.succeeded()) << s.message;
+    EXPECT_LE(reference.error_of(s), 3 * tolerance) << "of steps that last five seconds together";
+  }
+}
+
 /// Eight feet carry a block: thirteen forces too many, and whichever share is taken no foot starts to slip.
 TEST(EventDriven, RedundantContactsKeepTheirModes) {
   const auto problem = make_problem("block_on_feet");

@@ -179,5 +179,47 @@ INSTANTIATE_TEST_SUITE_P(
                     AuditedScene{"slider_crank_stop", "radau-iia", 3, 20, 0, {"projection", "impact"}},
                     AuditedScene{"shaken_table", "radau-iia", 3, 20, 0, {"impact"}}));
 
+/// A box that spins on four corners comes to rest on all of them at once: it must not go on spinning about the corner
+/// that the switch names.
+TEST(FesdAudit, FindsABodyThatStillSpinsAboutACornerAtRest) {
+  const auto problem = make_problem("box_3d", {{"height", 0.05},
+                                               {"alpha0", 0},
+                                               {"beta0", 0},
+                                               {"gamma0", 0},
+                                               {"d_alpha0", 0},
+                                               {"d_beta0", 0},
+                                               {"d_gamma0", 5},
+                                               {"v_x0", 0},
+                                               {"v_y0", 0}});
+  const ButcherTableau tableau = make_tableau("radau-iia", 2);
+  Counters counters;
+  PivotingSolver solver(*problem, tableau, {.as_needed = true}, counters);
+  solver.start(problem->info().q0, problem->info().v0);
+  int stops = 0;
+  for (int k = 0; k < 10 && stops == 0; ++k) {
+    ASSERT_EQ(solver.advance(0.015), Status::success) << solver.failure_message();
+    FesdStep step = solver.step();
+    const auto tangency = [&] {
+      FesdAudit audit(*problem, tableau, {});
+      audit.add(step, solver.previous_step(), 0);
+      const auto residuals = audit.residuals();
+      return std::ranges::find(residuals, std::string("end tangency"), &Residual::name)->value;
+    };
+    for (std::size_t n = 0; n < static_cast<std::size_t>(step.n_elements); ++n) {
+      if (!step.ends[n].together) continue;
+      ++stops;
+      EXPECT_LE(tangency(), kFulfilled);
+      Element& e = step.elements[n];
+      const Matrix J_t = problem->tangent_jacobian(e.q1);
+      const int t = problem->info().contacts[step.ends[n].contact].tangent_index;
+      const Vector spin = Vector::Unit(6, 5) - J_t(5, t) * Vector::Unit(6, 0) - J_t(5, t + 1) * Vector::Unit(6, 1);
+      ASSERT_LE((J_t.middleCols(t, 2).transpose() * spin).norm(), with_rounding(0)) << "the corner stays where it is";
+      e.v1 += kChange * spin;
+      EXPECT_GT(tangency(), kFound);
+    }
+  }
+  EXPECT_EQ(stops, 1);
+}
+
 }  // namespace
 }  // namespace ricochet

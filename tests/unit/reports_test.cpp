@@ -12,6 +12,7 @@
 #include "bench/studies/control_growth/growth_rows.h"
 #include "bench/studies/method_grid/baseline.h"
 #include "bench/studies/method_grid/grid_tables.h"
+#include "bench/studies/scale/scale_rows.h"
 #include "problems/input_error.h"
 #include "reports/order_fit.h"
 #include "reports/quantile.h"
@@ -491,6 +492,25 @@ TEST_F(ResultTables, RunsAreInTheOrderOfWhatTheyCost) {
   EXPECT_EQ(runs[0]->tolerance, 1e-4);
   EXPECT_EQ(runs[1]->tolerance, 1e-6);
   EXPECT_EQ(runs[2]->tolerance, 1e-8);
+}
+
+TEST(ScaleCurves, AreOverTheContactsThatTouch) {
+  ScaleRun run{.scene = "pile", .method = "m", .command = {}, .contacts = 1000, .status = "success", .message = {}};
+  std::vector<ScaleRun> runs;
+  for (const int active : {0, 40, 80}) {
+    run.active = active;
+    run.step_seconds = 1e-6 * active;
+    runs.push_back(run);
+  }
+  runs.push_back(run);
+  runs.back().status = "step_limit";
+  runs.push_back(run);
+  runs.back().method = "other";
+  const auto curves = scale_curves(runs);
+  ASSERT_EQ(curves.size(), 2u);
+  using Points = std::vector<std::pair<double, double>>;
+  EXPECT_EQ(curves[0].points, (Points{{40, 40}, {80, 80}})) << "microseconds; nothing touches in the first run";
+  EXPECT_EQ(curves[1].points, (Points{{80, 80}}));
 }
 
 TEST(Table, PrintsInFourWays) {

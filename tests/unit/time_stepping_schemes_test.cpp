@@ -60,16 +60,21 @@ TEST(AnitescuConvex, OpensTheGapOfASlidingContact) {
   EXPECT_NEAR(p->gap(convex.q)[0], h * mu * convex.v[0], 1e-14);
 }
 
-/// x'' = -(k x + c x') / m without contacts: a step multiplies (x, x') by a matrix that is known, that of the theta rule
-/// for the implicit schemes and of the symplectic Euler method for the explicit ones. Orders would not tell a wrong
-/// coefficient of h^2 in the matrix that they solve with.
-TEST(LinearOscillator, StepsAreThoseOfTheTextbook) {
-  const double m = 2, k = 18, c = 0.4, h = 0.1;
-  const int steps = 40;
-  const auto p = read_scene_text(
+/// m x'' = -k x - c x' without contacts, in `steps` steps of length h.
+class LinearOscillator : public testing::Test {
+ protected:
+  static constexpr double m = 2, k = 18, c = 0.4, h = 0.1;
+  static constexpr int steps = 40;
+  const std::unique_ptr<Problem> p = read_scene_text(
       R"scene({"params": {}, "q0": ["1"], "v0": ["0.5"], "T": "4", "M": [["2"]], "f": ["-18*q[0]-0.4*v[0]"],
           "contacts": []})scene",
       "oscillator");
+};
+
+/// A step multiplies (x, x') by a matrix that is known, that of the theta rule for the implicit schemes and of the
+/// symplectic Euler method for the explicit ones. Orders would not tell a wrong coefficient of h^2 in the matrix that
+/// they solve with.
+TEST_F(LinearOscillator, StepsAreThoseOfTheTextbook) {
   const auto expect_steps = [&](const std::string& method, const Eigen::Matrix2d& step) {
     const Solution s = run_scheme(*p, method, steps);
     Eigen::Vector2d x(1, 0.5);
@@ -97,13 +102,7 @@ TEST(LinearOscillator, StepsAreThoseOfTheTextbook) {
 }
 
 /// The recursion of Chung and Hulbert (1993) for (q, v, a), a the algorithmic acceleration.
-TEST(LinearOscillator, StepsOfGeneralizedAlphaAreThoseOfTheTextbook) {
-  const double m = 2, k = 18, c = 0.4, h = 0.1;
-  const int steps = 40;
-  const auto p = read_scene_text(
-      R"scene({"params": {}, "q0": ["1"], "v0": ["0.5"], "T": "4", "M": [["2"]], "f": ["-18*q[0]-0.4*v[0]"],
-          "contacts": []})scene",
-      "oscillator");
+TEST_F(LinearOscillator, StepsOfGeneralizedAlphaAreThoseOfTheTextbook) {
   for (const double rho : {0.0, 0.6, 0.9}) {
     const double alpha_m = (2 * rho - 1) / (rho + 1), alpha_f = rho / (rho + 1), gamma = 0.5 - alpha_m + alpha_f;
     const double beta = 0.25 * (1 - alpha_m + alpha_f) * (1 - alpha_m + alpha_f);

@@ -1,0 +1,97 @@
+// The study of the fastest runs: only runs that reach an error compete, and what its tables say of them.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "bench/run_experiment.h"
+#include "bench/studies/fastest/fastest_rows.h"
+#include "reports/results.h"
+
+namespace ricochet {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(FastestStudy, OnlyRunsThatReachTheErrorCompete) {
+  const fs::path folder = fs::temp_directory_path() / ("ricochet_fastest_" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  std::ofstream(folder / "fastest.json") << R"({"id": "fastest", "kind": "fastest", "title": "t", "description": "d.",
+      "quick": true, "time_limit": 10, "levels": [0.1, 1e-3, 1e-10], "families": [
+        {"name": "low order", "methods": ["moreau_jean"], "steps": {"from": 20, "to": 20000, "per_decade": 1}},
+        {"name": "high order", "methods": ["fesd:radau-iia:3,elements=as_needed", "fesd_adaptive:radau-iia:3"],
+         "steps": {"from": 5, "to": 50, "per_decade": 1}, "tolerances": {"from": 1e-2, "to": 1e-6, "per_decade": 1}}],
+      "scenes": [{"problem": "belt_oscillator", "group": "g", "parameters": {"duration": 2}}]})";
+  RunOptions options;
+  options.folder = folder / "results";
+  const auto runs = read_results(run_experiment(folder / "fastest.json", options)).all<FastestRun>();
+  fs::remove_all(folder);
+  ASSERT_EQ(runs.size(), 6u) << "two families, three levels";
+  int reached = 0;
+  for (const FastestRun& run : runs) {
+    EXPECT_TRUE(run.is_judged()) << run.uncertainty;
+    EXPECT_EQ(run.tried, run.family == "low order" ? 4 : 7);
+    EXPECT_EQ(run.failed, 0) << run.why;
+    if (!run.is_reached()) continue;
+    ++reached;
+    EXPECT_LE(run.error, run.level) << run.family << " " << run.level;
+    EXPECT_GE(run.error, 0.1 * run.uncertainty);
+  }
+  EXPECT_GE(reached, 4) << "both reach the first two levels";
+  EXPECT_FALSE(runs[2].is_reached()) << "no scheme of order one reaches 1e-10";
+}
+
+class FastestTables : public testing::Test {
+ protected:
+  std::vector<FastestRun> runs;
+
+  FastestTables() {
+    add("first", "even", "ours", 10);
+    add("first", "even", "theirs", 20);
+    add("second", "even", "ours", 10);
+    add("second", "even", "theirs", 80);
+    add("third", "odd", "ours", 30);
+    add("third", "odd", "theirs", -1);
+    runs.back().why = "it broke";
+    add("fourth", "odd", "ours", 5);
+    add("fourth", "odd", "theirs", 5);
+    for (std::size_t k = 6; k < 8; ++k) runs[k].uncertainty = 1e-2;
+  }
+
+  void add(const std::string& scene, const std::string& group, const std::string& family, double microseconds) {
+    FastestRun run;
+    run.scene = scene;
+    run.group = group;
+    run.family = family;
+    run.level = 1e-3;
+    run.uncertainty = 1e-9;
+    run.microseconds = microseconds;
+    runs.push_back(run);
+  }
+};
+
+TEST_F(FastestTables, RatiosAreThoseOfTheirTimes) {
+  const Table fastest = fastest_table(runs);
+  ASSERT_EQ(fastest.rows.size(), 4u);
+  EXPECT_EQ(fastest.rows[0], (std::vector<std::string>{"first", "even", "10 / 20 (2)"}));
+  EXPECT_EQ(fastest.rows[2].back(), "30 / -") << "not reached";
+  EXPECT_EQ(fastest.rows[3].back(), "? / ?") << "not judged";
+  const Table ratios = ratio_table(runs);
+  ASSERT_EQ(ratios.rows.size(), 3u) << "two groups, and all";
+  EXPECT_EQ(ratios.rows[0], (std::vector<std::string>{"even", "theirs", "4.00 (2..8, 2)"})) << "a geometric mean";
+  EXPECT_EQ(ratios.rows[1].back(), "-") << "no scene of the group has both";
+  EXPECT_EQ(ratios.rows[2].back(), ratios.rows[0].back());
+}
+
+TEST_F(FastestTables, WhatIsMissingHasAReason) {
+  const Table missing = unreached_table(runs);
+  ASSERT_EQ(missing.rows.size(), 2u);
+  EXPECT_EQ(missing.rows[0], (std::vector<std::string>{"third", "theirs", "1e-03", "it broke"}));
+  EXPECT_EQ(missing.rows[1],
+            (std::vector<std::string>{"fourth", "all", "1e-03", "the reference is known to 1.0e-02 only"}));
+  EXPECT_EQ(choice_table(runs).rows.size(), 7u) << "all that are reached";
+}
+
+}  // namespace
+}  // namespace ricochet
