@@ -163,7 +163,8 @@ void FesdAudit::add_right_end(const View& at) {
       const Vector direction = problem_.force_directions(J);
       const double acceleration =
           J.cwiseAbs().dot(load.cwiseAbs()) + J.dot(M.solve(direction)) * force_size_[i] + std::abs(bias);
-      report(FesdCondition::end_tangency, J.dot(e.v1), J.cwiseAbs().dot(e.v1.cwiseAbs()) + e.h * acceleration, i);
+      if (e.is_projected)
+        report(FesdCondition::end_tangency, J.dot(e.v1), J.cwiseAbs().dot(e.v1.cwiseAbs()) + e.h * acceleration, i);
       report(FesdCondition::end_force, J.dot(a) + bias, acceleration, i);
     };
     hold(J_n.col(i), bias_n[i]);
