@@ -51,8 +51,7 @@ MotionPicture picture_of(const OptimalControlProblem& problem, const ControlTraj
   for (int k = 0; k <= kSamples; ++k) instants.push_back(trajectory.T * k / kSamples);
   for (const auto& impact : impacts) instants.push_back(impact.t);
   std::ranges::sort(instants);
-  const auto repeated = std::ranges::unique(instants);
-  instants.erase(repeated.begin(), repeated.end());
+  instants.erase(std::unique(instants.begin(), instants.end()), instants.end());
   for (const double t : instants) {
     const auto behind = std::ranges::find_if(trajectory.points, [t](const auto& point) { return point.t > t; });
     Vector q = trajectory.points.back().q;

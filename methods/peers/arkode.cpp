@@ -7,7 +7,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <ranges>
 #include <vector>
 
 #include "methods/peers/event_located_method.h"
@@ -47,6 +46,14 @@ const TablesByOrder<ARKODE_DIRKTableID>& implicit_tables() {
                                                            {4, ARKODE_SDIRK_5_3_4},
                                                            {5, ARKODE_ESDIRK547L2SA2_7_4_5}};
   return tables;
+}
+
+/// "2, 3, 4"
+template <class Table>
+std::string orders(const TablesByOrder<Table>& tables) {
+  std::vector<int> list;
+  for (const auto& [order, table] : tables) list.push_back(order);
+  return fmt::format("{}", fmt::join(list, ", "));
 }
 
 using ButcherTable = std::shared_ptr<ARKodeButcherTableMem>;
@@ -232,15 +239,13 @@ class ArkodeWithEvents final : public EventLocatedMethod {
     if (family == "erk") {
       if (const auto table = find(explicit_tables(), which)) return {true, owned(ARKodeButcherTable_LoadERK(*table))};
       if (std::ranges::count(embedded_tableau_names(), which) > 0) return {true, table_of(embedded_tableau(which))};
-      throw InputError(
-          "arkode:erk: pair", which,
-          fmt::format("an order, one of {}, or a pair, one of {}, is required",
-                      fmt::join(std::views::keys(explicit_tables()), ", "), fmt::join(embedded_tableau_names(), ", ")));
+      throw InputError("arkode:erk: pair", which,
+                       fmt::format("an order, one of {}, or a pair, one of {}, is required", orders(explicit_tables()),
+                                   fmt::join(embedded_tableau_names(), ", ")));
     }
     if (family != "dirk") throw InputError("arkode: family", family, "one of erk, dirk is required");
     if (const auto table = find(implicit_tables(), which)) return {false, owned(ARKodeButcherTable_LoadDIRK(*table))};
-    throw InputError("arkode:dirk: order", which,
-                     fmt::format("one of {} is required", fmt::join(std::views::keys(implicit_tables()), ", ")));
+    throw InputError("arkode:dirk: order", which, fmt::format("one of {} is required", orders(implicit_tables())));
   }
 
   template <class Table>

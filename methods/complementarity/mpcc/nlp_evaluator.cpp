@@ -51,8 +51,7 @@ class PatternBuilder {
   void add(int row, int column) { positions_.push_back({column, row}); }
   SparsityPattern build() {
     std::ranges::sort(positions_);
-    const auto duplicates = std::ranges::unique(positions_);
-    positions_.erase(duplicates.begin(), duplicates.end());
+    positions_.erase(std::unique(positions_.begin(), positions_.end()), positions_.end());
     SparsityPattern pattern;
     for (const auto& [column, row] : positions_) {
       pattern.rows.push_back(row);
