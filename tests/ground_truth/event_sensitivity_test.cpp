@@ -103,6 +103,16 @@ TEST(EventSensitivities, OfSlipInSpaceThatBeginsFromRest) {
   EXPECT_LE(last, 1e-8);
 }
 
+/// A crank with bilateral constraints that rubs, stops and slips back.
+TEST(EventSensitivities, OfAConstrainedMotionWithFriction) {
+  const auto crank = read_scene_file(test_data("crank_with_friction.json"));
+  const std::vector<std::string> names{"param:mu", "param:m_3", "param:l_1", "param:theta0"};
+  const Solution s = solve_event_driven(*crank, 1e-11, names), fesd = solve_fesd(*crank, names);
+  ASSERT_TRUE(s.succeeded() && fesd.succeeded()) << s.message << fesd.message;
+  EXPECT_EQ(kinds(s), kinds(fesd));
+  EXPECT_LE(reference::sensitivity_difference(s, fesd), 1e-9);
+}
+
 /// Two balls on guides of their own land at once, and beside it they do not: but each by itself.
 TEST(EventSensitivities, HaveNoneWhereContactsCloseTogether) {
   const auto balls = read_scene_file(test_data("simultaneous_balls.json"));
