@@ -116,7 +116,7 @@ TEST_P(MovingSensitivities, ReachTheGroundTruth) {
 }
 
 // Tolerances: three times what was measured. Times at which a force vanishes hang on differences of forces,
-// sensitivity.cpp, and are noise of 1.5e-11 or 6e-11 as the compiler orders them, 2e-10 with steps that a tolerance of
+// point_variation.h, and are noise of 1.5e-11 or 6e-11 as the compiler orders them, 2e-10 with steps that a tolerance of
 // 1e-10 makes: eight times that. The last slip on the belt stops slowly, so its time amplifies the tolerance.
 INSTANTIATE_TEST_SUITE_P(
     GroundTruth, MovingSensitivities,
