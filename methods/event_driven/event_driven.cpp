@@ -19,7 +19,9 @@ EmbeddedTableau pair_argument(const std::string& text) {
 class EventDriven final : public Method {
  public:
   explicit EventDriven(const MethodSpec& spec)
-      : id_(spec.text()), pair_(pair_argument(spec.arguments().empty() ? kPair : spec.arguments()[0])) {}
+      : id_(spec.text()), pair_(pair_argument(spec.arguments().empty() ? kPair : spec.arguments()[0])) {
+    n_samples_ = spec.whole_number("samples", 0, 0, 10'000'000);
+  }
 
   MethodInfo info() const override {
     return {.id = id_,
@@ -35,17 +37,18 @@ class EventDriven final : public Method {
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    return EventDrivenRun(problem, settings, pair_).solve();
+    return EventDrivenRun(problem, settings, pair_, n_samples_).solve();
   }
 
  private:
   std::string id_;
   EmbeddedTableau pair_;
+  int n_samples_ = 0;
 };
 
 const bool registered = register_method<EventDriven>({
     .name = "event_driven",
-    .usage = "event_driven[:PAIR] or event_driven:@PAIR_FILE, with --tolerance",
+    .usage = "event_driven[:PAIR][,samples=0] or event_driven:@PAIR_FILE, with --tolerance",
     .max_arguments = 1,
     .summary = "explicit Runge-Kutta pairs with step control, events located and the step taken again up to them",
     .examples = {"event_driven:prince-dormand-8-7", "event_driven:dopri5"},

@@ -25,12 +25,14 @@ constexpr int kMaxTurns = 30;        // iterations for its direction
 
 }  // namespace
 
-EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings, const EmbeddedTableau& pair)
+EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings, const EmbeddedTableau& pair,
+                               int n_samples)
     : problem_(problem),
       info_(problem.info()),
       settings_(settings),
       tolerance_(settings.tolerance),
       T_(problem.info().end_time),
+      n_samples_(settings.recording == Recording::grid ? n_samples : 0),
       time_limit_(settings.time_limit),
       scales_(problem),
       dynamics_(problem, solution_.counters),
@@ -139,11 +141,14 @@ bool EventDrivenRun::take_step() {
     if (!land(event)) return false;
     return settle_slip(event) || change_modes(event);
   }
-  t_ = is_last ? T_ : t_ + h;
+  const double end = is_last ? T_ : t_ + h;
+  if (!sample_until(end)) return false;
+  t_ = end;
   if (sensitivity_) sensitivity_->accept();
   ends_.advance();
   if (info_.n_c() > 0) functions_.advance(ends_.v0);
-  if (settings_.recording == Recording::grid) solution_.samples.push_back({t_, ends_.q0, ends_.v0, ends_.v0});
+  if (settings_.recording == Recording::grid && n_samples_ == 0)
+    solution_.samples.push_back({t_, ends_.q0, ends_.v0, ends_.v0});
   return solution_.succeeded();
 }
 
@@ -175,6 +180,7 @@ bool EventDrivenRun::land(Happening& event) {
       if (!std::isfinite(sensitivity_->take(ends_, h))) return stop_undetermined();
       sensitivity_->accept();
     }
+    if (!sample_until(t_ + h)) return false;
     t_ += h;
     ends_.q0 = ends_.q1;
     ends_.v0 = ends_.v1;
@@ -195,8 +201,15 @@ bool EventDrivenRun::settle_slip(const Happening& event) {
   }
   dt = std::min(dt, T_ - t_);
   if (sensitivity_) sensitivity_->glide(ends_.q0, ends_.v0, ends_.a0, dt);
-  ends_.q0 += dt * ends_.v0 + 0.5 * dt * dt * ends_.a0;
-  ends_.v0 += dt * ends_.a0;
+  const auto glide = [&](double h) {
+    ends_.q1 = ends_.q0 + h * ends_.v0 + 0.5 * h * h * ends_.a0;
+    ends_.v1 = ends_.v0 + h * ends_.a0;
+    return true;
+  };
+  sample_until(t_ + dt, glide);
+  glide(dt);
+  ends_.q0 = ends_.q1;
+  ends_.v0 = ends_.v1;
   t_ += dt;
   return false;
 }
@@ -266,6 +279,7 @@ bool EventDrivenRun::start_slip() {
   }
   if (!step_->take(h, nullptr)) return stop(Status::inner_solver_failed, "no motion follows the begin of slip");
   if (sensitivity_ && !sensitivity_->take_slip_start(ends_, h, contacts)) return stop_undetermined();
+  if (!sample_until(t_ + h)) return false;
   ends_.q0 = ends_.q1;
   ends_.v0 = ends_.v1;
   for (const int i : contacts) dynamics_.hold_direction(i, nullptr);
@@ -273,6 +287,25 @@ bool EventDrivenRun::start_slip() {
   h_ = std::min(h_, h);
   ++solution_.counters.steps;
   return true;
+}
+
+/// Dense samples up to a time, whose states lie `reach(h)` from the left end of the step at hand; its right end is kept.
+bool EventDrivenRun::sample_until(double end, const auto& reach) {
+  const auto time = [&] { return T_ * next_sample_ / n_samples_; };
+  if (next_sample_ > n_samples_ || time() > end) return true;
+  const Vector q1 = ends_.q1, v1 = ends_.v1, a1 = ends_.a1;
+  for (; next_sample_ <= n_samples_ && time() <= end; ++next_sample_) {
+    if (!reach(time() - t_)) return stop_undetermined();
+    solution_.samples.push_back({time(), ends_.q1, ends_.v1, ends_.v1});
+  }
+  ends_.q1 = q1;
+  ends_.v1 = v1;
+  ends_.a1 = a1;
+  return true;
+}
+
+bool EventDrivenRun::sample_until(double end) {
+  return sample_until(end, [&](double h) { return step_->take(h, nullptr); });
 }
 
 void EventDrivenRun::record(const Happening& cause, const Vector& v_minus) {

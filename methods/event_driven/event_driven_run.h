@@ -27,9 +27,14 @@ namespace ricochet {
 ///   dt^2 (|a| + |a_1 - a_0| / h) > tolerance / 100                                                      (2)
 ///
 /// it is taken again with h + dt; the last dt is one of Taylor's polynomial.
+///
+/// Samples are the ends of the steps, or dense: at k T / n_samples, each by a step of its own from the left end of the step
+/// at hand. So they have the order of the pair, which the interpolation (step_ends.h, order 5) has not, and change no
+/// step.
 class EventDrivenRun {
  public:
-  EventDrivenRun(const Problem& problem, const Settings& settings, const EmbeddedTableau& pair);
+  /// @param n_samples  of Recording::grid; 0: the ends of the steps
+  EventDrivenRun(const Problem& problem, const Settings& settings, const EmbeddedTableau& pair, int n_samples = 0);
 
   Solution solve();
 
@@ -43,6 +48,8 @@ class EventDrivenRun {
   bool start_slip();
   bool settle_slip(const Happening& event);
   void record(const Happening& cause, const Vector& v_minus);
+  bool sample_until(double end);
+  bool sample_until(double end, const auto& reach);
   bool accelerate();
   bool stop(Status status, const std::string& message);
   bool stop_undetermined();
@@ -51,6 +58,7 @@ class EventDrivenRun {
   const ProblemInfo& info_;
   const Settings& settings_;
   const double tolerance_, T_;
+  const int n_samples_;
   const TimeLimit time_limit_;
   Solution solution_;
   ContactScales scales_;
@@ -66,7 +74,8 @@ class EventDrivenRun {
   double t_ = 0, h_ = 0;        // [s]; the length of the next step
   float last_log_error_ = -13;  // e_before of (1), binary logarithm
   double last_event_ = -1;      // [s]
-  int standstills_ = 0;         // events in a row that time cannot tell apart
+  int next_sample_ = 1;
+  int standstills_ = 0;  // events in a row that time cannot tell apart
   bool was_rejected_ = false;
 };
 

@@ -230,8 +230,8 @@ std::optional<std::string> EventSensitivity::reach(const Happening& event, const
   return {};
 }
 
-/// Whether a contact that closes does so with every perturbation, at the time of this event.
-std::optional<std::string> EventSensitivity::stays(int contact, const Vector& q) const {
+/// Why there is no derivative where a contact closes that, beside it, closes at a time of its own; or nothing.
+std::optional<std::string> EventSensitivity::closes_apart(int contact, const Vector& q) const {
   const Eigen::RowVectorXd gap = point_.gaps(q, S_.q).row(contact),
                            direct = point_.gaps(q, Matrix::Zero(info_.n_q, S_.q.cols())).row(contact),
                            terms = problem_.normal_jacobian(q).col(contact).cwiseAbs().transpose() * size_q_ +
@@ -248,7 +248,7 @@ std::optional<std::string> EventSensitivity::strike(const std::vector<ImpactSequ
     for (const int i : info_.unilateral) {
       if (!(impact.Lambda_n[i] > 0) || is_closed(before[i])) continue;
       if (&impact != &impacts.front()) return VariedProblem::kNoDerivative;
-      if (auto reason = stays(i, q)) return reason;
+      if (auto reason = closes_apart(i, q)) return reason;
     }
     point_.through_impact({q, impact.v_minus, impact.v_plus, impact.Lambda_n, impact.Lambda_t}, S_.q, S_.v);
   }
@@ -259,7 +259,7 @@ std::optional<std::string> EventSensitivity::leave(const std::vector<ContactMode
                                                    const Vector& v, const Vector& a) {
   for (const int i : info_.unilateral) {
     if (is_closed(before[i]) || !is_closed(dynamics_.modes()[i])) continue;
-    if (auto reason = stays(i, q)) return reason;
+    if (auto reason = closes_apart(i, q)) return reason;
   }
   S_.q -= v * dt_.transpose();  // (4)
   S_.v -= a * dt_.transpose();

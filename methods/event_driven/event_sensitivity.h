@@ -81,7 +81,7 @@ class EventSensitivity {
   Matrix accelerations(const Vector& q, const Vector& v, const Vector& a, const Variation& S);
   void set_forces();
   double error(double h) const;
-  std::optional<std::string> stays(int contact, const Vector& q) const;
+  std::optional<std::string> closes_apart(int contact, const Vector& q) const;
 
   const Problem& problem_;
   const ProblemInfo& info_;

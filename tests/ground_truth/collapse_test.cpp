@@ -63,9 +63,11 @@ TEST(Collapse, HasNoDerivative) {
   Settings settings;
   settings.tolerance = 1e-8;
   settings.sensitivities = {"v0:1"};
-  const Solution solution = make_method("fesd_adaptive:radau-iia:4")->solve(*problem, settings);
-  EXPECT_EQ(solution.status, Status::infeasible);
-  EXPECT_NE(solution.message.find("no derivative"), std::string::npos) << solution.message;
+  for (const char* method : {"fesd_adaptive:radau-iia:4", "event_driven"}) {
+    const Solution solution = make_method(method)->solve(*problem, settings);
+    EXPECT_EQ(solution.status, Status::infeasible) << method;
+    EXPECT_NE(solution.message.find("no derivative"), std::string::npos) << method << ": " << solution.message;
+  }
 }
 
 }  // namespace

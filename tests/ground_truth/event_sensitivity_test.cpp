@@ -5,6 +5,7 @@
 
 #include "bench/sensitivities.h"
 #include "methods/registry.h"
+#include "problems/control/replay_problem.h"
 #include "problems/variables.h"
 #include "reference/agreement.h"
 #include "tests/test_data.h"
@@ -101,6 +102,29 @@ TEST(EventSensitivities, OfSlipInSpaceThatBeginsFromRest) {
     last = error;
   }
   EXPECT_LE(last, 1e-8);
+}
+
+/// A crank with bilateral constraints that rubs, stops and slips back.
+TEST(EventSensitivities, OfAConstrainedMotionWithFriction) {
+  const auto crank = read_scene_file(test_data("crank_with_friction.json"));
+  const std::vector<std::string> names{"param:mu", "param:m_3", "param:l_1", "param:theta0"};
+  const Solution s = solve_event_driven(*crank, 1e-11, names), fesd = solve_fesd(*crank, names);
+  ASSERT_TRUE(s.succeeded() && fesd.succeeded()) << s.message << fesd.message;
+  EXPECT_EQ(kinds(s), kinds(fesd));
+  EXPECT_LE(reference::sensitivity_difference(s, fesd), 1e-9);
+}
+
+/// Of one interval of a control problem, in which the first cart bumps into the second.
+TEST(EventSensitivities, OfControls) {
+  const auto carts = make_control_problem("two_carts");
+  ReplayProblem plant(*carts);
+  const ProblemInfo& info = carts->plant->info();
+  plant.restart(info.q0, info.v0, Vector::Constant(info.n_u, 6), 2);
+  const std::vector<std::string> names{"param:" + ReplayProblem::control_parameter(0), "q0:0", "v0:1"};
+  const Solution s = solve_event_driven(plant, 1e-12, names), fesd = solve_fesd(plant, names);
+  ASSERT_TRUE(s.succeeded() && fesd.succeeded()) << s.message << fesd.message;
+  ASSERT_GE(s.events.size(), 1u);
+  EXPECT_LE(reference::sensitivity_difference(s, fesd), 1e-11) << "rounding of a thousand steps";
 }
 
 /// Two balls on guides of their own land at once, and beside it they do not: but each by itself.

@@ -187,5 +187,45 @@ TEST(EventDriven, RedundantContactsKeepTheirModes) {
   }
 }
 
+/// Samples between the ends of steps change no step, and are as exact as these. Stick, slip and reversal, in the plane
+/// and in space, where slip stops and begins again.
+TEST(EventDriven, DenseSamplesAreAsExactAsTheSteps) {
+  for (const bool in_space : {false, true}) {
+    const auto problem = in_space ? read_scene_file(test_data("dragged_block_3d.json"))
+                                  : ground_truth_problem("P4b_spring_driven_block");
+    const auto sampled = [&](double tolerance) {
+      Settings settings;
+      settings.tolerance = tolerance;
+      settings.recording = Recording::grid;
+      return make_method("event_driven:prince-dormand-8-7,samples=37")->solve(*problem, settings);
+    };
+    const double tolerance = 1e-8, T = problem->info().end_time;
+    const Solution s = sampled(tolerance), exact = sampled(1e-13),
+                   plain = solve(*problem, "prince-dormand-8-7", tolerance);
+    ASSERT_TRUE(s.succeeded() && exact.succeeded()) << s.message << exact.message;
+    EXPECT_EQ(s.q, plain.q);
+    EXPECT_EQ(s.v, plain.v);
+    EXPECT_EQ(s.counters.steps, plain.counters.steps);
+    std::vector<Sample> dense, dense_exact;
+    const auto is_event = [&](const Solution& x, const Sample& sample) {
+      return std::ranges::any_of(x.events, [&](const Event& e) { return e.t == sample.t; });
+    };
+    for (const auto& sample : s.samples) {
+      if (!is_event(s, sample) && sample.t > 0) dense.push_back(sample);
+    }
+    for (const auto& sample : exact.samples) {
+      if (!is_event(exact, sample) && sample.t > 0) dense_exact.push_back(sample);
+    }
+    ASSERT_EQ(dense.size(), 37u);
+    ASSERT_EQ(dense_exact.size(), 37u);
+    for (std::size_t k = 0; k < dense.size(); ++k) {
+      EXPECT_DOUBLE_EQ(dense[k].t, T * static_cast<double>(k + 1) / 37);
+      // Errors of a few dozen steps add up.
+      EXPECT_LE((dense[k].q - dense_exact[k].q).lpNorm<Eigen::Infinity>(), 100 * tolerance) << dense[k].t;
+      EXPECT_LE((dense[k].v_plus - dense_exact[k].v_plus).lpNorm<Eigen::Infinity>(), 100 * tolerance) << dense[k].t;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace ricochet
