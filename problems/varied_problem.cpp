@@ -35,77 +35,82 @@ void set_initial_state(Problem& problem, const Vector& q0, const Vector& v0) {
 
 VariedProblem::VariedProblem(Make make, std::vector<std::string> names) : make_(std::move(make)) {
   const std::lock_guard lock(formulas());
-  base_ = make_({});
-  q0_ = base_->info().q0;
-  v0_ = base_->info().v0;
-  for (const auto& parameter : base_->info().parameters) parameters_.push_back(parameter.value);
+  auto problem = make_({});
+  base_ = problem->info();
+  for (const auto& parameter : base_.parameters) parameters_.push_back(parameter.value);
   std::set<std::string> seen;
   for (const auto& name : names) {
-    places_.push_back(place_of(name));
+    places_.push_back(place_of(*problem, name));
     if (!seen.insert(name).second) throw InputError("varied", name, "once is enough");
   }
   has_parameters_ = std::ranges::any_of(places_, [](const Place& p) { return p.of == Place::Of::parameter; });
-  if (has_parameters_ && symbolic(*base_)) symbolic(*base_)->open_parameters();
+  if (has_parameters_ && symbolic(*problem)) symbolic(*problem)->open_parameters();
+  made_.push_back(std::move(problem));
 }
 
 VariedProblem::~VariedProblem() {
   const std::lock_guard lock(formulas());
-  fresh_.reset();
-  base_.reset();
+  made_.clear();
 }
 
-VariedProblem::Place VariedProblem::place_of(const std::string& name) const {
-  const ProblemInfo& info = base_->info();
+VariedProblem::Place VariedProblem::place_of(Problem& problem, const std::string& name) const {
   std::vector<std::string> known;
   for (const char* part : {"q0", "v0"}) {
-    for (int k = 0; k < info.n_mechanical(); ++k) {
+    for (int k = 0; k < base_.n_mechanical(); ++k) {
       known.push_back(fmt::format("{}:{}", part, k));
       if (name == known.back()) return {*part == 'q' ? Place::Of::q0 : Place::Of::v0, name, k};
     }
   }
-  for (std::size_t k = 0; k < info.parameters.size(); ++k) {
-    known.push_back(info.parameters[k].name);
+  for (std::size_t k = 0; k < base_.parameters.size(); ++k) {
+    known.push_back(base_.parameters[k].name);
     if (name == known.back()) return {Place::Of::parameter, name, static_cast<int>(k)};
   }
-  if (!symbolic(*base_) && name.find(':') == std::string::npos) {  // its parameters are known to make_ alone
+  if (!symbolic(problem) && name.find(':') == std::string::npos) {  // its parameters are known to make_ alone
     return {Place::Of::parameter, name, -1};
   }
-  throw_unknown_name("quantity of " + info.id, name, known);
+  throw_unknown_name("quantity of " + base_.id, name, known);
 }
 
-bool VariedProblem::set_parameters(std::span<const double> values) {
-  if (!symbolic(*base_)) return false;
-  for (std::size_t k = 0; k < places_.size(); ++k) {
-    if (places_[k].of == Place::Of::parameter) parameters_[static_cast<std::size_t>(places_[k].index)] = values[k];
+/// The problem that can take these parameters, with them.
+Problem& VariedProblem::with_parameters(std::span<const double> values) {
+  if (!has_parameters_) {
+    set_initial_state(*made_.front(), base_.q0, base_.v0);
+    return *made_.front();
   }
-  return symbolic(*base_)->set_parameters(parameters_);
-}
-
-void VariedProblem::make_afresh(std::span<const double> values) {
   ParameterChanges changes;
+  const bool has_formulas = symbolic(*made_.front()) != nullptr;
   for (std::size_t k = 0; k < places_.size(); ++k) {
-    if (places_[k].of == Place::Of::parameter) changes[places_[k].name] = values[k];
+    if (places_[k].of != Place::Of::parameter) continue;
+    changes[places_[k].name] = values[k];
+    if (has_formulas) parameters_[static_cast<std::size_t>(places_[k].index)] = values[k];
+  }
+  if (has_formulas) {
+    for (const auto& problem : made_) {
+      if (symbolic(*problem)->set_parameters(parameters_)) return *problem;
+    }
   }
   const std::lock_guard lock(formulas());
-  fresh_.reset();
-  fresh_ = make_(changes);
+  auto problem = make_(changes);
+  if (has_formulas) {
+    symbolic(*problem)->open_parameters();
+    symbolic(*problem)->set_parameters(parameters_);
+  } else {
+    made_.clear();
+  }
+  made_.push_back(std::move(problem));
+  return *made_.back();
 }
 
 const Problem& VariedProblem::at(std::span<const double> values) {
-  if (has_parameters_ && !set_parameters(values)) {
-    make_afresh(values);
-  } else if (fresh_) {
-    const std::lock_guard lock(formulas());
-    fresh_.reset();
-  }
-  Vector q0 = has_parameters_ ? current().info().q0 : q0_, v0 = has_parameters_ ? current().info().v0 : v0_;
+  Problem& problem = with_parameters(values);
+  Vector q0 = problem.info().q0, v0 = problem.info().v0;
   for (std::size_t k = 0; k < places_.size(); ++k) {
     if (places_[k].of == Place::Of::q0) q0[places_[k].index] = values[k];
     if (places_[k].of == Place::Of::v0) v0[places_[k].index] = values[k];
   }
-  set_initial_state(current(), q0, v0);
-  validate(current());
-  return current();
+  set_initial_state(problem, q0, v0);
+  validate(problem);
+  return problem;
 }
 
 }  // namespace ricochet

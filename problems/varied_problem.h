@@ -15,8 +15,9 @@ namespace ricochet {
 /// for one thread, which sets them again and again.
 ///
 /// A problem made of formulas keeps its programs (SymbolicProblem::set_parameters()): microseconds instead of the
-/// milliseconds of GiNaC, which no two threads may use at once. An assembled problem of which a parameter varies is
-/// made afresh, by one thread at a time.
+/// milliseconds of GiNaC, which no two threads may use at once. It is made again, once, for contacts that have friction
+/// in some runs only. An assembled problem of which a parameter varies is made for every run, by one thread at a time.
+/// Whatever values were set before, the same values give the same problem.
 class VariedProblem {
  public:
   using Make = std::function<std::unique_ptr<Problem>(const ParameterChanges&)>;
@@ -34,8 +35,8 @@ class VariedProblem {
   /// @throws InputError for values that the problem does not allow, with field, value and what is allowed
   const Problem& at(std::span<const double> values);
 
-  /// With the values that the scene has by itself.
-  const Problem& base() const { return *base_; }
+  /// What is the same in all runs: coordinates, names.
+  const ProblemInfo& base() const { return base_; }
 
  private:
   struct Place {
@@ -45,18 +46,15 @@ class VariedProblem {
     int index;         ///< in info().parameters, -1 where the problem does not list them; or in q0, v0
   };
 
-  Place place_of(const std::string& name) const;
-  bool set_parameters(std::span<const double> values);
-  void make_afresh(std::span<const double> values);
-  Problem& current() { return *(fresh_ ? fresh_ : base_); }
+  Place place_of(Problem& problem, const std::string& name) const;
+  Problem& with_parameters(std::span<const double> values);
 
   Make make_;
   std::vector<Place> places_;
-  bool has_parameters_ = false;     ///< among the places
-  std::unique_ptr<Problem> base_;   ///< its parameters are set where that can be done
-  std::unique_ptr<Problem> fresh_;  ///< instead, made for the present values
-  Vector q0_, v0_;                  ///< of the scene by itself
-  std::vector<double> parameters_;  ///< of the scene by itself, then of the run
+  bool has_parameters_ = false;                 ///< among the places
+  ProblemInfo base_;                            ///< of the scene by itself
+  std::vector<double> parameters_;              ///< of the scene by itself, then of the run
+  std::vector<std::unique_ptr<Problem>> made_;  ///< one for all runs, or for those with friction at the same contacts
 };
 
 }  // namespace ricochet

@@ -62,7 +62,7 @@ class EnsembleWorker {
   std::string csv_lines(std::int64_t begin, std::int64_t end);
   /// The problem of a run, without the run. @throws InputError
   const Problem& problem(std::int64_t number) { return problem_.at(ensemble_.values(number)); }
-  const ProblemInfo& base() const { return problem_.base().info(); }
+  const ProblemInfo& base() const { return problem_.base(); }
 
  private:
   Ensemble ensemble_;

@@ -8,6 +8,7 @@
 
 #include "bench/ensemble/in_order.h"
 #include "bench/environment.h"
+#include "bench/experiment_file.h"
 #include "problems/input_error.h"
 
 namespace ricochet {
@@ -23,9 +24,12 @@ std::string read_all(const fs::path& path) {
   return text.str();
 }
 
-/// What must not have changed for rows to be taken over: the ensemble, and the program.
+/// What must not have changed for rows to be taken over: the ensemble, a scene file, and the program.
 std::string key_of(const Ensemble& ensemble) {
-  return hash_of(ensemble.document().dump() + program_hash());
+  const std::string& problem = ensemble.problem.problem;
+  const std::string scene =
+      ensemble.problem.is_scene_file() ? read_all(find_project_file(problem.substr(0, problem.rfind('#')))) : "";
+  return hash_of(ensemble.document().dump() + scene + program_hash());
 }
 
 }  // namespace

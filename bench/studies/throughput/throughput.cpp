@@ -31,6 +31,8 @@ using nlohmann::json;
 constexpr double kPartWithin = 0.9;
 // Costlier settings than this are not tried.
 constexpr double kMostMicroseconds = 3e5;
+// Than the cheapest setting that reaches the least error: those that follow are costlier still.
+constexpr double kClearlyCostlier = 1.5;
 // Of a measurement: with fewer, threads wait for the last one.
 constexpr double kFewestRunsMeasured = 64, kMostRunsMeasured = 1e6;
 
@@ -186,6 +188,7 @@ ThroughputCurve measure_curve(const ThroughputPlan& plan, const ThroughputPlan::
   curve.uncertainty = pilot.uncertainty;
   curve.judged = pilot.judged;
   const double least = *std::ranges::min_element(plan.levels);
+  double cheapest = HUGE_VAL;  // of the settings that reach it: short steps may cost less than long ones
   for (const double value : grid.values) {
     const Ensemble ensemble = ensemble_of(scene, grid, value, plan.pilot_runs);
     const double begin = cpu_seconds();
@@ -206,7 +209,10 @@ ThroughputCurve measure_curve(const ThroughputPlan& plan, const ThroughputPlan::
       for (int k = 0; k < plan.pilot_runs; ++k) worker->problem(k);
       curve.set_microseconds = 1e6 * (cpu_seconds() - start) / plan.pilot_runs;
     }
-    if (setting.error <= least || setting.microseconds > kMostMicroseconds) break;
+    if (setting.microseconds > kMostMicroseconds) break;
+    if (!(setting.error <= least)) continue;
+    if (setting.microseconds > kClearlyCostlier * cheapest) break;
+    cheapest = std::min(cheapest, setting.microseconds);
   }
   return curve;
 }
@@ -377,8 +383,10 @@ void show_throughput(const Results& results, Section& section) {
   section.figures([=, id = results.experiment()](const FigureFolder& folder) {
     return throughput_figures(folder, curves, runs, id);
   });
-  section.result("throughput", throughput_table(runs));
+  if (runs.empty()) return;
+  section.result("throughput", throughput_summary(runs));
   section.result("setup", throughput_setup_table(curves));
+  section.details("threads", throughput_table(runs));
   section.details("settings", throughput_settings_table(curves));
   section.failures("unreached", throughput_failures(runs, curves));
 }

@@ -54,12 +54,17 @@ struct ThroughputRun {
 
   double rate() const { return runs / seconds; }                  ///< runs per second
   double process_rate() const { return runs / process_seconds; }  ///< the machine's limit
+  double core_rate() const { return runs / cpu_seconds; }         ///< runs per second of a core
+  double process_core_rate() const { return runs / process_cpu_seconds; }
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ThroughputRun, scene, method, level, setting, is_reached, command,
                                                 threads, runs, seconds, cpu_seconds, process_seconds,
                                                 process_cpu_seconds)
 
-/// Runs per second by one thread and by all, per core, beside what processes reach.
+/// A line per scene and error, a column per method: runs per second of CPU time by one thread, by all, and by as many
+/// processes.
+Table throughput_summary(const std::vector<ThroughputRun>& runs);
+/// Runs per second by every number of threads, per core, beside what processes reach.
 Table throughput_table(const std::vector<ThroughputRun>& runs);
 /// Every setting that was tried.
 Table throughput_settings_table(const std::vector<ThroughputCurve>& curves);

@@ -43,6 +43,39 @@ std::string ThroughputSetting::text() const {
   return steps > 0 ? fmt::format("-N {}", steps) : fmt::format("--tolerance {:.2g}", tolerance);
 }
 
+Table throughput_summary(const std::vector<ThroughputRun>& runs) {
+  const auto methods = different(runs, &ThroughputRun::method);
+  const int most = std::ranges::max(runs, {}, &ThroughputRun::threads).threads;
+  Table table{
+      .title = "Runs per second and core at the same error",
+      .note = fmt::format("Per second of CPU time, median, with the lines of CSV: by one thread / by {0} threads / "
+                          "by {0} processes that share nothing, the limit of the machine. Nine of ten runs keep "
+                          "the error; -: no setting that was tried reaches it.",
+                          most),
+      .columns = {{"scene", true}, {"error at most", true}},
+      .rows = {}};
+  for (const auto& method : methods) table.columns.push_back({method, true});
+  for (const auto& scene : different(runs, &ThroughputRun::scene)) {
+    for (const double level : different(runs, &ThroughputRun::level)) {
+      auto& line = table.rows.emplace_back();
+      line = {scene, fmt::format("{:.0e}", level)};
+      for (const auto& method : methods) {
+        const auto by = [&](int threads) {
+          return std::ranges::find_if(runs, [&](const ThroughputRun& run) {
+            return run.scene == scene && run.level == level && run.method == method && run.threads == threads;
+          });
+        };
+        const auto one = by(1), all = by(most);
+        const bool is_there = one != runs.end() && all != runs.end() && one->is_reached;
+        line.push_back(is_there ? fmt::format("{:.0f} / {:.0f} / {:.0f}", one->core_rate(), all->core_rate(),
+                                              all->process_core_rate())
+                                : "-");
+      }
+    }
+  }
+  return table;
+}
+
 Table throughput_table(const std::vector<ThroughputRun>& runs) {
   using L = ThroughputLine;
   static const std::vector<Column<L>> columns = {
@@ -93,22 +126,26 @@ Table throughput_settings_table(const std::vector<ThroughputCurve>& curves) {
 }
 
 Table throughput_setup_table(const std::vector<ThroughputCurve>& curves) {
-  std::vector<ThroughputCurve> scenes;
+  struct Line {
+    ThroughputCurve curve;
+    double cheapest;  ///< of all methods [us]
+  };
+  std::vector<Line> lines;
   for (const auto& curve : curves) {
     if (curve.settings.empty()) continue;
-    if (scenes.empty() || scenes.back().scene != curve.scene) scenes.push_back(curve);
+    if (lines.empty() || lines.back().curve.scene != curve.scene) lines.push_back({curve, HUGE_VAL});
+    for (const auto& setting : curve.settings)
+      lines.back().cheapest = std::min(lines.back().cheapest, setting.microseconds);
   }
-  using C = ThroughputCurve;
-  static const std::vector<Column<C>> columns = {
-      {"scene", &C::scene},
-      {"making a problem", "us", "{:.0f}", &C::make_microseconds},
-      {"setting the values of a run", "us", "{:.2g}", &C::set_microseconds},
-      {"cheapest run", "us", "{:.3g}",
-       [](const C& c) { return std::ranges::min(c.settings, {}, &ThroughputSetting::microseconds).microseconds; }},
+  static const std::vector<Column<Line>> columns = {
+      {"scene", [](const Line& l) { return l.curve.scene; }},
+      {"making a problem", "us", "{:.0f}", [](const Line& l) { return l.curve.make_microseconds; }},
+      {"setting the values of a run", "us", "{:.2g}", [](const Line& l) { return l.curve.set_microseconds; }},
+      {"cheapest run", "us", "{:.3g}", &Line::cheapest},
   };
-  return table_of("Before the first step", columns, scenes,
+  return table_of("Before the first step", columns, lines,
                   "CPU time. A thread makes its problem once and sets the values of every run in it, validation "
-                  "included. The cheapest run: of the first method, any error.");
+                  "included. The cheapest run: of all methods, whatever its error.");
 }
 
 Table throughput_failures(const std::vector<ThroughputRun>& runs, const std::vector<ThroughputCurve>& curves) {
@@ -156,6 +193,9 @@ std::string key_cell(const std::vector<std::string>& names, const std::string& s
   return text + key.text() + "unset multiplot\n";
 }
 
+// Of errors: scenes that a method solves exactly have rounding alone.
+constexpr double kLeastDrawn = 1e-10;
+
 constexpr const char* kCurveStyle = "with linespoints lw 1.8 pt 7 ps 0.5";
 constexpr const char* kProcessStyle = "with points pt 6 ps 1.6 lw 1.5";
 
@@ -170,8 +210,8 @@ Figure draw_errors(const FigureFolder& folder, const std::vector<ThroughputCurve
       if (curve.scene != scenes[s]) continue;
       Points points;
       for (const auto& setting : curve.settings) {
-        if (setting.error > 0 && std::isfinite(setting.error))
-          points.emplace_back(setting.error, 1e6 / setting.microseconds);
+        if (std::isfinite(setting.error))
+          points.emplace_back(std::max(setting.error, kLeastDrawn), 1e6 / setting.microseconds);
       }
       const auto color = static_cast<std::size_t>(std::ranges::find(methods, curve.method) - methods.begin());
       panel.add(points, color, kCurveStyle);
@@ -180,7 +220,10 @@ Figure draw_errors(const FigureFolder& folder, const std::vector<ThroughputCurve
   }
   folder.draw(file, script + key_cell(methods, kCurveStyle, {}));
   return {file + ".svg", "Runs per second and core over the error",
-          "CPU time in one thread, all settings that were tried; up and left is better."};
+          fmt::format(
+              "CPU time in one thread, all settings that were tried; up and left is better. Errors below {:.0e} are "
+              "drawn there.",
+              kLeastDrawn)};
 }
 
 Figure draw_threads(const FigureFolder& folder, const std::vector<ThroughputRun>& runs, const std::string& file) {
