@@ -244,8 +244,7 @@ TEST(MovingScenes, ADrivenPivotIsAVaryingGravity) {
 }
 
 /// A gap that is affine in q and t: the block lands, slides, and then rides on the table.
-TEST(RisingTable, CarriesWhatLandsOnIt) {
-  const auto problem = read_scene_file(test_data("rising_table.json"));
+void expect_carried(const Problem& problem) {
   const double g = 9.81, mu = 0.3, u = 0.5, w = 0.2, T = 1.2, v_x = 1;
   const double landing = (std::sqrt(u * u + 2 * g * 0.3) - u) / g;  // 0.3 - g t^2 / 2 = u t
   const double behind = v_x - mu * (g * landing + u);               // the impulse of friction
@@ -256,7 +255,7 @@ TEST(RisingTable, CarriesWhatLandsOnIt) {
     Settings settings;
     settings.steps = 23;
     settings.tolerance = 1e-12;
-    const Solution s = make_method(method)->solve(*problem, settings);
+    const Solution s = make_method(method)->solve(problem, settings);
     ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
     ASSERT_EQ(kinds(s), (std::vector{EventKind::impact, EventKind::slip_to_stick})) << method;
     // Everything is a parabola or a line, so rounding is left, and of CVODE some tolerances.
@@ -267,6 +266,18 @@ TEST(RisingTable, CarriesWhatLandsOnIt) {
     EXPECT_NEAR(s.v[0], w, 1e-11) << method;
     EXPECT_NEAR(s.v[1], u, 1e-11) << method;
   }
+}
+
+TEST(RisingTable, CarriesWhatLandsOnIt) {
+  expect_carried(*read_scene_file(test_data("rising_table.json")));
+}
+
+/// A pendulum elsewhere makes the problem nonlinear: elements have no closed form any more.
+TEST(RisingTable, CarriesItBesideAPendulum) {
+  expect_carried(*read_scene_text(R"scene({"q0": [0, 0.3, 1], "v0": [1, 0, 0], "T": 1.2,
+      "M": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "f": [0, -9.81, "-sin(q[2])"], "contacts": [
+      {"name": "table", "gap": "q[1]-0.5*t", "mu": 0.3, "e": 0, "Jt": [[1, 0, 0]], "vt_drive": [-0.2]}]})scene",
+                                  "block and pendulum"));
 }
 
 }  // namespace

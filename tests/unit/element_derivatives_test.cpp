@@ -2,6 +2,7 @@
 // every mode of the contacts and for every kind of switch, on each scene that has it, at states where nothing is solved.
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <random>
 
 #include "methods/elements/switch_solver.h"

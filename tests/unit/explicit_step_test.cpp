@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
+
 #include "methods/event_driven/explicit_steps.h"
 #include "methods/runge_kutta/embedded_tableau.h"
 #include "tests/test_data.h"
