@@ -35,9 +35,9 @@ ElementSolver::ElementSolver(ElementSystem& system, double tolerance)
     : system_(system), tolerance_(tolerance), coefficients_(system.tableau) {}
 
 /// Derivatives of this instant and their factors.
-bool ElementSolver::refresh(const StageCoefficients& k, const Element& e, bool again) {
+bool ElementSolver::refresh(const StageCoefficients& k, const Element& e) {
   system_.equations.derivatives(k, e, system_.work);
-  return system_.newton.factorize(k, system_.work.K, again);
+  return system_.newton.factorize(k, system_.work.K);
 }
 
 ElementSolver::Result ElementSolver::solve(Element& e) {
@@ -76,7 +76,7 @@ ElementSolver::Result ElementSolver::solve_by_newton(const StageCoefficients& k,
   bool is_fresh = false;
   e.has_frozen_slip = active.has_friction() && !e.slip_start.isZero(0);
   if (!is_known) {
-    if (!refresh(k, e, true)) return Result::singular;
+    if (!refresh(k, e)) return Result::singular;
     is_fresh = true;
   }
   const ProblemInfo::Structure& structure = info.structure;
@@ -111,13 +111,14 @@ ElementSolver::Result ElementSolver::solve_by_newton(const StageCoefficients& k,
                      (contraction < 1 && contraction / (1 - contraction) * size <= predicted_tolerance * scale) ||
                      (iteration > 3 && contraction > 0.5 && size <= 1e-9 * scale);
       if (!is_converged && remaining_iterations(size / (tolerance_ * scale), contraction) > kIterationsOfRefresh) {
-        if (!refresh(k, e, true)) return Result::singular;
+        if (!refresh(k, e)) return Result::singular;
         is_fresh = true;
       }
     }
     if (e.has_frozen_slip && size <= 1e-3 * scale) {  // close enough for the direction to follow the velocity
       e.has_frozen_slip = false;
-      if (!refresh(k, e, true)) return Result::singular;
+      previous = size;
+      if (!refresh(k, e)) return Result::singular;
       continue;
     }
     if (is_converged) {

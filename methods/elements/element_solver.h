@@ -22,12 +22,12 @@ class ElementSolver {
   Result solve_affine(const StageCoefficients& k, Element& e);
   Result solve_by_newton(const StageCoefficients& k, Element& e);
   Result finish(const StageCoefficients& k, Element& e);
-  bool refresh(const StageCoefficients& k, const Element& e, bool again);
+  bool refresh(const StageCoefficients& k, const Element& e);
 
   ElementSystem& system_;
   const double tolerance_;
   RecentCoefficients coefficients_;
-  bool keeps_factors_ = true;  // the next element may begin with those of an earlier one
+  bool keeps_factors_ = true;  // those of an earlier element contracted when one last needed two iterations
 };
 
 }  // namespace ricochet

@@ -21,7 +21,7 @@ ElementSystem::ElementSystem(const Problem& the_problem, const ButcherTableau& t
       end(problem, tableau, active, counters),
       affine_stages(problem, tableau, active),
       newton(problem, tableau.n_s, counters),
-      maps_(problem),
+      maps_(problem, counters),
       form_(form) {
   equations.prepare(work);
   end.prepare(end_work);
@@ -30,14 +30,12 @@ ElementSystem::ElementSystem(const Problem& the_problem, const ButcherTableau& t
 
 /// Sizes of the workspace, and the closed form or the Newton system.
 void ElementSystem::take_active_set() {
-  equations.resize(work);
   end.resize(end_work);
   const bool has_closed_form = form_ != Form::newton && affine_stages.has_closed_form(!active.empty());
   map_ = has_closed_form ? maps_.of(active) : nullptr;
-  if (map_)
-    ++counters.force_evaluations;  // what a map is made of, here or when the modes were these before
-  else
-    newton.set_active(active.closed(), active.n_rows());
+  if (map_) return;
+  equations.resize(work);
+  newton.set_active(active.closed(), active.n_rows());
 }
 
 void ElementSystem::set_active(Element& e) {
@@ -60,12 +58,14 @@ void ElementSystem::set_right_end(const StageCoefficients& k, Element& e) {
 
 void ElementSystem::set_end_forces(Element& e) {
   e.has_end_forces = end.gives_forces();
-  if (!e.has_end_forces)
-    end.set_stage_end_forces(e);
-  else if (map_)
+  if (map_ && !active.empty() && !tableau.ends_with_stage) {
+    e.has_end_forces = true;
     affine_stages.set_end_forces(*map_, e);
-  else
+  } else if (e.has_end_forces) {
     end.set_end_forces(e, end_work);
+  } else {
+    end.set_stage_end_forces(e);
+  }
 }
 
 bool ElementSystem::is_consistent(const Element& e, double h) const {

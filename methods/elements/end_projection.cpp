@@ -8,7 +8,7 @@
 namespace ricochet {
 namespace {
 
-// Up to which forces at the right end are a system of all contacts at once.
+// Scenes with more of them have no system (11) of all contacts at once.
 constexpr int kMaxCoordinates = 64;
 
 }  // namespace

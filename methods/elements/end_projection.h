@@ -41,7 +41,8 @@ struct EndSystem {
 /// Tableaus without a stage at the right end leave the curve already with q_1: P = I, and the forces are those of the
 /// stages, extrapolated. But affine contacts they keep, q_1 and v_1, and there (11) is far more accurate: the stage
 /// forces have order n_s, and the event times of P4b with gauss:4 a thousandth to a millionth of their errors. (11) is
-/// one system of all closed contacts; in a scene of more than 64 coordinates these forces are extrapolated, too.
+/// one system of all closed contacts; where more than 64 coordinates have no closed form these forces are extrapolated,
+/// too.
 /// Where a contact moves by itself R has the clock, and C has not.
 class EndProjection {
  public:

@@ -9,7 +9,7 @@
 namespace ricochet {
 namespace {
 
-// Complex systems of more unknowns take longer than the inverse that Newton's method keeps, which knows islands.
+// Complex systems of more unknowns take longer than the factors that Newton's method keeps, which knows islands.
 constexpr int kMaxCoordinates = 8;
 constexpr std::size_t kMaxMaps = 64;
 // Rounding of terms that cancel, relative to them.
@@ -100,6 +100,7 @@ const ModeMap* ModeMaps::of(const ActiveSet& active) {
   }
   if (kept_.size() == kMaxMaps) kept_.pop_front();
   kept_.emplace_back(problem_, active);
+  counters_.force_evaluations += kept_.back().exists;
   return kept_.back().exists ? &kept_.back() : nullptr;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "methods/elements/active_set.h"
+#include "problems/solution.h"
 
 namespace ricochet {
 
@@ -44,13 +45,14 @@ struct ModeMap {
 /// The maps of the mode sets that a run has come to.
 class ModeMaps {
  public:
-  explicit ModeMaps(const Problem& problem) : problem_(problem) {}
+  ModeMaps(const Problem& problem, Counters& counters) : problem_(problem), counters_(counters) {}
 
   /// Null where (2) and (3) do not say what happens, and Newton's method has to. It may be forgotten at the next call.
   const ModeMap* of(const ActiveSet& active);
 
  private:
   const Problem& problem_;
+  Counters& counters_;
   std::list<ModeMap> kept_;  // they do not move
 };
 

@@ -26,11 +26,14 @@ NewtonSystem::NewtonSystem(const Problem& problem, int n_s, Counters& counters)
       n_q_(problem.n_q()),
       n_s_(n_s),
       constant_dynamics_(problem.info().structure.constant_mass && !problem.info().structure.force_uses_position &&
-                         !problem.info().structure.force_uses_velocity) {
+                         !problem.info().structure.force_uses_velocity) {}
+
+/// Room for everything, at the first active set: scenes in closed form need none.
+void NewtonSystem::make_room() {
   const auto n = static_cast<std::size_t>(n_q_);
   for (auto* list : {&island_of_, &coordinate_number_, &order_, &place_}) list->resize(n);
   for (auto* lists : {&coupled_, &contacts_of_}) lists->resize(n);
-  for (const auto& [k, l] : problem.info().structure.couplings) {
+  for (const auto& [k, l] : problem_.info().structure.couplings) {
     coupled_[k].push_back(l);
     coupled_[l].push_back(k);
   }
@@ -39,6 +42,7 @@ NewtonSystem::NewtonSystem(const Problem& problem, int n_s, Counters& counters)
 }
 
 void NewtonSystem::set_active(std::span<const ActiveContact> closed, int n_rows) {
+  if (factors_.empty()) make_room();
   closed_ = closed;
   recalled_h_ = 0;
   n_x_ = n_q_ + n_rows;
@@ -309,12 +313,12 @@ std::vector<int> NewtonSystem::force_positions(const Island& island) const {
   return positions;
 }
 
-bool NewtonSystem::factorize(const StageCoefficients& k, const StageDerivatives& derivatives, bool again) {
+bool NewtonSystem::factorize(const StageCoefficients& k, const StageDerivatives& derivatives) {
   bool is_regular = true, is_counted = false;
   is_redundant_ = false;
   for (std::size_t m = 0; m < n_islands_ && is_regular; ++m) {
     const Island& island = islands_[m];
-    if (!island.factor->is_valid || (again && !island.is_constant)) {
+    if (!island.factor->is_valid || !island.is_constant) {
       is_regular = factorize(island, k, derivatives, *island.factor);
       is_counted = true;
     }

@@ -23,10 +23,9 @@ namespace ricochet {
 /// on the state, and not on h either: rows (4) are divided by h^2 and rows (7a) by h. Its factors hold for ever.
 ///
 /// A small island keeps its inverse where that holds for ever: it is used many times, and residuals correct its
-/// rounding. A large one is numbered
-/// along its breadth-first levels, all stages of a coordinate together and each contact between its bodies; then K is a
-/// band matrix (band_lu.h), and a row of n bodies costs time in proportion to n. A system with few unknowns is one
-/// island, whatever it couples.
+/// rounding. A large one is numbered along its breadth-first levels, all stages of a coordinate together and each
+/// contact between its bodies; then K is a band matrix (band_lu.h), and a row of n bodies costs time in proportion to n.
+/// A system with few unknowns is one island, whatever it couples.
 ///
 /// Contacts that are redundant in an island make it dense, see redundant_system.h.
 class NewtonSystem {
@@ -38,9 +37,9 @@ class NewtonSystem {
 
   /// Takes the factors that were kept for this length and active set. False when some are missing.
   bool recall(double h);
-  /// Factorises where recall() found nothing, and with `again` wherever the matrix may have changed since.
+  /// Factorises where recall() found nothing, and wherever the matrix may have changed since.
   /// @return false when a matrix is not regular, not even as that of redundant contacts
-  bool factorize(const StageCoefficients& k, const StageDerivatives& derivatives, bool again);
+  bool factorize(const StageCoefficients& k, const StageDerivatives& derivatives);
   /// dx = -K^-1 r by the factors of recall() and factorize(); see redundant_system.h for redundant contacts.
   /// @param x  the forces among the unknowns, read only if is_redundant()
   void solve(const Vector& r, const Vector& x, Vector& dx);
@@ -86,6 +85,7 @@ class NewtonSystem {
     int position(int number, int stage) const { return number * number_step + stage * stage_step; }
   };
 
+  void make_room();
   void find_islands();
   void set_members();
   void number_by_stage(Island& island);

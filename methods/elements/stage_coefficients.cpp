@@ -73,15 +73,24 @@ void StageTableau::continue_stages(const Element& from, double begin, double len
 
 void StageCoefficients::set(const StageTableau& tableau, double length) {
   h = length;
+  if (values_.empty()) {
+    const Eigen::Index n = tableau.n_s;
+    values_.resize(static_cast<std::size_t>(n * (2 * n + 3)));
+    double* at = values_.data();
+    for (auto* matrix : {&hA, &h2A2}) {
+      new (matrix) Eigen::Map<RowMajorMatrix>(at, n, n);  // as Eigen says how to move a map
+      at += n * n;
+    }
+    for (auto* vector : {&hb, &h2bA, &h_rows}) {
+      new (vector) Eigen::Map<Vector>(at, n);
+      at += n;
+    }
+  }
   hA = h * tableau.A;
   h2A2 = (h * h) * tableau.A2;
   hb = h * tableau.b;
   h2bA = (h * h) * tableau.bA;
   h_rows = h * tableau.rows;
-}
-
-RecentCoefficients::RecentCoefficients(const StageTableau& tableau) : tableau_(tableau) {
-  kept_.reserve(kMaxLengths);
 }
 
 const StageCoefficients& RecentCoefficients::of(double h) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <vector>
 
 #include "methods/elements/element.h"
@@ -29,27 +30,35 @@ struct StageTableau : ButcherTableau {
   void combine(const double* weights, const Element& from, Element& to) const;
 };
 
-/// (1), (2), (5) of stage_equations.h for one length.
-struct StageCoefficients {
+/// (1), (2), (5) of stage_equations.h for one length, in one piece of memory.
+class StageCoefficients {
+ public:
   using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+  StageCoefficients() = default;
+  StageCoefficients(const StageCoefficients&) = delete;  // the maps point into values_
+  StageCoefficients& operator=(const StageCoefficients&) = delete;
+
   double h = 0;
-  RowMajorMatrix hA, h2A2;
-  Vector hb, h2bA, h_rows;  ///< h_rows: h times the row sums of A
+  Eigen::Map<RowMajorMatrix> hA{nullptr, 0, 0}, h2A2{nullptr, 0, 0};
+  Eigen::Map<Vector> hb{nullptr, 0}, h2bA{nullptr, 0}, h_rows{nullptr, 0};  ///< h_rows: h times the row sums of A
 
   void set(const StageTableau& tableau, double length);
+
+ private:
+  std::vector<double> values_;
 };
 
 /// Coefficients of the last lengths: full step, rest after an impact, ... alternate.
 class RecentCoefficients {
  public:
-  explicit RecentCoefficients(const StageTableau& tableau);
+  explicit RecentCoefficients(const StageTableau& tableau) : tableau_(tableau) {}
   const StageCoefficients& of(double h);
 
  private:
   const StageTableau& tableau_;
-  std::vector<StageCoefficients> kept_;
-  std::size_t last_ = 0, oldest_ = 0;  // used last; to be replaced next
+  std::deque<StageCoefficients> kept_;  // they do not move
+  std::size_t last_ = 0, oldest_ = 0;   // used last; to be replaced next
 };
 
 }  // namespace ricochet

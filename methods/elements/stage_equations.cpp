@@ -61,6 +61,10 @@ void StageEquations::prepare(StageWorkspace& work) const {
   work.kept_slip.setZero(info.n_lambda_t);
   work.J_n0.setZero(info.n_normal_entries);
   work.is_short.assign(info.contacts.size(), false);
+}
+
+/// What Newton's method needs besides.
+void StageEquations::prepare_derivatives(StageWorkspace& work) const {
   const Matrix square = Matrix::Zero(n_q_, n_q_);
   StageDerivatives& K = work.K;
   K.Dq.resize(n_s_);
@@ -69,10 +73,10 @@ void StageEquations::prepare(StageWorkspace& work) const {
   if (!structure_.constant_mass) work.M.assign(n_s_, square);
   for (int j = 0; j < n_s_; ++j) K.M.push_back(structure_.constant_mass ? M_.data() : work.M[j].data());
   for (auto* vectors : {&K.forces, &K.Rq, &K.Rv, &K.Rl}) vectors->resize(n_s_);
-  resize(work);
 }
 
 void StageEquations::resize(StageWorkspace& work) const {
+  if (work.K.M.empty()) prepare_derivatives(work);
   const int n = n_s_ * active_.n_unknowns();
   work.r.resize(n);
   work.dx.resize(n);

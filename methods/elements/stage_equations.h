@@ -77,8 +77,9 @@ class StageEquations {
  public:
   StageEquations(const Problem& problem, const StageTableau& tableau, const ActiveSet& active, Counters& counters);
 
-  /// Makes room in a new workspace, and for another active set.
+  /// Makes room in a new workspace for what an element begins with.
   void prepare(StageWorkspace& work) const;
+  /// Makes room for the residual and the derivatives of another active set: only Newton's method needs them.
   void resize(StageWorkspace& work) const;
 
   /// Decides what of f_c(q_0) equation (4) removes, and what of J_t' v_0 equation (7a). Sets gap0, J_n0,
@@ -103,6 +104,7 @@ class StageEquations {
     Matrix T;
   };
 
+  void prepare_derivatives(StageWorkspace& work) const;
   static double variation(const ContactInfo& contact, const Vector& J_n, const Vector& other);
   void gap_changes(int stage, const Element& e, const StageContacts& at, const StageWorkspace& work);
   void integrate_chords(int stage, const Element& e, const StageContacts& at, const StageWorkspace& work);

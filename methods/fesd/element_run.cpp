@@ -72,9 +72,12 @@ void ElementRunSolver::first_guess(int element, double h) {
       elements_.tableau.continue_stages(*left, 1, h / left->h, stages);
       const auto& right_end = elements_.tableau.right_end;
       if (start.has_forces && right_end.size() > 0) {  // more accurate than what the stages say of this instant
-        stages.a.colwise() += start.acceleration - left->a.lazyProduct(right_end);
-        stages.lambda_n.colwise() += start.lambda_n - left->lambda_n.lazyProduct(right_end);
-        stages.lambda_t.colwise() += start.lambda_t - left->lambda_t.lazyProduct(right_end);
+        const auto begin_with = [&](Matrix& values, const Vector& at_start, const Matrix& before) {
+          for (Eigen::Index j = 0; j < values.cols(); ++j) values.col(j) += at_start - before.lazyProduct(right_end);
+        };
+        begin_with(stages.a, start.acceleration, left->a);
+        begin_with(stages.lambda_n, start.lambda_n, left->lambda_n);
+        begin_with(stages.lambda_t, start.lambda_t, left->lambda_t);
       }
     }
   } else if (start.has_forces) {
@@ -250,7 +253,7 @@ bool ElementRunSolver::run_to_switch(int first, int count, Violation violation, 
     const double shortest = attempt == 0 ? kShortestGuess : kShortestRefutation;
     const double before = buffers_.element(first).h;
     const double h = std::clamp(violation.time, shortest * remaining, remaining) / count;
-    const int solved = std::clamp(static_cast<int>(violation.time / before) + 1, 1, count);
+    const int solved = static_cast<int>(std::clamp(violation.time / before, 0.0, count - 1.0)) + 1;
     stretch(first, count, solved, before, h);
     buffers_.element(first).h = h;
 

@@ -39,7 +39,8 @@ class ElementRunSolver {
   /// length together [s]
   bool run_to_switch(int first, int count, Violation violation, double remaining, SearchBudget& budget);
 
-  /// `count` elements of length h, with a switch of the contact at their end, whatever its equation says. Whether all sign conditions are fulfilled up to there.
+  /// `count` elements of length h, with a switch of the contact at their end, whatever its equation says. Whether all
+  /// sign conditions are fulfilled up to there.
   bool run_to_time(int first, int count, double h, Switch::Kind kind, int contact, SearchBudget& budget);
 
   /// Goes on from the right end of an element for up to n elements of length h in which nothing happens, as far as they

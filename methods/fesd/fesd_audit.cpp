@@ -49,8 +49,8 @@ FesdAudit::FesdAudit(const Problem& problem, const ButcherTableau& tableau, cons
 std::vector<Residual> FesdAudit::residuals() const {
   std::vector<Residual> list;
   const ProblemInfo& info = problem_.info();
-  const bool has_end_forces = !stiffly_accurate_ || std::any_of(info.contacts.begin(), info.contacts.end(),
-                                                                [](const auto& c) { return !c.is_affine; });
+  const bool has_curved =
+      std::any_of(info.contacts.begin(), info.contacts.end(), [](const auto& c) { return !c.is_affine; });
   const auto is_from = [](FesdCondition condition, FesdCondition first, FesdCondition last) {
     return condition >= first && condition <= last;
   };
@@ -60,7 +60,8 @@ std::vector<Residual> FesdAudit::residuals() const {
       continue;
     if (is_from(condition, FesdCondition::bilateral_gap, FesdCondition::bilateral_velocity) && !info.has_bilateral())
       continue;
-    if (is_from(condition, FesdCondition::end_tangency, FesdCondition::end_force) && !has_end_forces) continue;
+    if (condition == FesdCondition::end_tangency && !has_curved) continue;
+    if (condition == FesdCondition::end_force && stiffly_accurate_ && !has_curved) continue;
     list.push_back(residuals_[k]);
   }
   return list;

@@ -33,8 +33,8 @@ enum class FesdCondition : std::size_t {
   pinned_sliding,
   bilateral_gap,  // bilateral constraints
   bilateral_velocity,
-  end_tangency,  // where (11) of end_projection.h gives the forces there
-  end_force,
+  end_tangency,                // curved contacts
+  end_force,                   // where (11) of end_projection.h gives the forces there
   aggregated_complementarity,  // other forms of conditions above, with the same solutions
   tanh_equilibration,
   step_length,

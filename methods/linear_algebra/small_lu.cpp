@@ -72,7 +72,7 @@ void SmallLu::factorize(const Matrix& A) {
     }
     pivots_[j] = pivot;
     const double largest = std::abs(column[pivot]);
-    smallest_pivot_ = std::min(size > 0 ? largest / size : 0.0, smallest_pivot_);
+    smallest_pivot_ = std::min(size > 0 && largest > 0 ? largest / size : 0.0, smallest_pivot_);
     if (pivot != j) {
       for (int k = 0; k <= j; ++k) std::swap(all[k * n_ + j], all[k * n_ + pivot]);
     }

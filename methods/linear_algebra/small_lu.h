@@ -17,8 +17,8 @@ class SmallLu {
  public:
   void factorize(const Matrix& A);
 
-  /// Smallest pivot, each relative to the largest entry that its column had in A: 0 or not a number for a singular
-  /// matrix, and of the size of rounding for one that is singular but for rounding.
+  /// Smallest pivot, each relative to the largest entry that its column had in A: 0 for a singular matrix, and of the
+  /// size of rounding for one that is singular but for rounding.
   double smallest_pivot() const { return smallest_pivot_; }
 
   /// Replaces columns b by A^-1 b. @param b  n x `columns`, one column after the other
