@@ -9,7 +9,7 @@
 #include "bench/ensemble/distribution.h"
 #include "bench/problem_choice.h"
 #include "methods/method.h"
-#include "problems/varied_problem.h"
+#include "problems/adjustable_problem.h"
 
 namespace ricochet {
 
@@ -66,7 +66,7 @@ class EnsembleWorker {
 
  private:
   Ensemble ensemble_;
-  VariedProblem problem_;
+  AdjustableProblem problem_;
   std::unique_ptr<Method> method_;
 };
 
@@ -74,7 +74,7 @@ class EnsembleWorker {
 /// threads share
 std::vector<std::unique_ptr<EnsembleWorker>> make_workers(const Ensemble& ensemble, int threads);
 
-/// As CSV: a line of headers "run,k,e,status,t,q0,...,v0,...,steps,events,message", and one per run. Numbers are the
+/// As CSV: a line of headers "run,k,e,status,t,q[0],...,v[0],...,steps,events,message", and one per run. Numbers are the
 /// shortest texts that give the same double back.
 std::string csv_header(const Ensemble& ensemble, const ProblemInfo& problem);
 std::string csv_line(const EnsembleRun& run, const ProblemInfo& problem);

@@ -41,7 +41,7 @@ class EnsembleFile {
   std::ofstream file_;
 };
 
-/// Runs what is missing of an ensemble. @param path  of the CSV  @param threads  with a worker each
+/// Runs what is missing of an ensemble. @param file  the CSV  @param workers  one per thread
 /// @param progress  called with the number of runs in the file
 /// @returns how many runs were made here
 std::int64_t run_ensemble(EnsembleFile& file, const Ensemble& ensemble,

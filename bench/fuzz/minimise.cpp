@@ -96,7 +96,7 @@ ordered_json without_unused_parameters(ordered_json scene) {
   for (const char* field : {"id", "title", "source", "hard_feature"}) rest.erase(field);
   for (const auto& [name, value] : scene["params"].items()) {
     bool is_used = false;
-    for_each_text(rest, [&](std::string& text) { is_used = is_used || mentions(text, name); });
+    for_each_text(rest, [&, &name = name](std::string& text) { is_used = is_used || mentions(text, name); });
     if (is_used) used[name] = value;
   }
   scene["params"] = used;

@@ -28,9 +28,9 @@ namespace ricochet {
 ///
 /// it is taken again with h + dt; the last dt is one of Taylor's polynomial.
 ///
-/// Samples are the ends of the steps, or dense: at k T / n_samples, each by a step of its own from the left end of the step
-/// at hand. So they have the order of the pair, which the interpolation (step_ends.h, order 5) has not, and change no
-/// step.
+/// Samples are the ends of the steps, or dense: at k T / n_samples, each by a step of its own from the left end of the
+/// step at hand. So they have the order of the pair, which the interpolation (step_ends.h, order 5 in v) has not, and
+/// change no step.
 class EventDrivenRun {
  public:
   /// @param n_samples  of Recording::grid; 0: the ends of the steps

@@ -45,14 +45,15 @@ struct ElementStart {
 
 /// Impulses and predicted modes at the left end of an element, from the laws of one instant (impact_law.h).
 ///
-/// A touching contact that approaches takes an impulse, or several (impact_sequence.h). Behind it, contacts that do not separate and contacts that
-/// rested before are closed where the load presses them together, and stick or slip as Coulomb's law for accelerations
-/// says. On a polygon in place of the friction disc they say which vertex or edge carries the force, too; where an edge
-/// has just been left at one of its vertices the force stays at that vertex. Bilateral constraints stay closed whatever
-/// happens. Two things the instant does not show: within a step a contact that rested goes on resting, unless its own
-/// switch ended the element before or forces jump in its island (a new step knows the state only, so there the load
-/// decides); and where the force of a sticking contact has just reached the cone, slip begins against that force, with
-/// zero acceleration at first. Islands without a part in the start keep their forces and modes.
+/// A touching contact that approaches takes an impulse, or several (impact_sequence.h). Behind it, contacts that do
+/// not separate and contacts that rested before are closed where the load presses them together, and stick or slip as
+/// Coulomb's law for accelerations says. On a polygon in place of the friction disc they say which vertex or edge
+/// carries the force, too; where an edge has just been left at one of its vertices the force stays at that vertex.
+/// Bilateral constraints stay closed whatever happens. Two things the instant does not show: within a step a contact
+/// that rested goes on resting, unless its own switch ended the element before or forces jump in its island (a new
+/// step knows the state only, so there the load decides); and where the force of a sticking contact has just reached
+/// the cone, slip begins against that force, with zero acceleration at first. Islands without a part in the start keep
+/// their forces and modes.
 ///
 /// Alternatives: a contact that bounced may be closed instead (that is how a ball comes to rest, open question 2 of
 /// DIFFERENCES.md), and what the load does to the others then follows from close_instead(); stick and slip at the

@@ -85,7 +85,8 @@ class PointVariation {
 
   /// (3), with the accelerations as the first unknowns. @param direct  VariedProblem::rows() of the point
   void set_motion(const Numbering& numbering, const Motion& at, const Matrix& direct, Rows& rows) const;
-  /// (5) of velocities, with ds = 0 where it sticks, at rows of its own. @param column  of lambda_n among the unknowns; lambda_t follows
+  /// (5) of velocities, with ds = 0 where it sticks, at rows of its own.
+  /// @param column  of lambda_n among the unknowns; lambda_t follows
   void add_friction(int contact, const Friction& friction, const Vector& q, const Vector& v, double lambda_n,
                     const Matrix& direct, Eigen::Index column, Eigen::Index row, Rows& rows) const;
   /// forces += weight times the forces among the unknowns. @param forces  n_c, then n_lambda_t, rows

@@ -86,7 +86,7 @@ class Fesd : public testing::TestWithParam<TruthCase> {};
 TEST_P(Fesd, ReachesTheGroundTruth) {
   const auto& [id, method, steps, state, times, impulses] = GetParam();
   const auto& cases = ground_truth();
-  const auto truth = std::find_if(cases.begin(), cases.end(), [&](const auto& c) { return c.id == id; });
+  const auto truth = std::find_if(cases.begin(), cases.end(), [&](const auto& c) { return c.id == GetParam().id; });
   ASSERT_NE(truth, cases.end());
   const auto problem = ground_truth_problem(id);
   Settings settings;

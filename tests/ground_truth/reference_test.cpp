@@ -263,7 +263,7 @@ TEST(Flights, EndWhereTheParabolaOfTheGapDoes) {
                                      Flight{1e-6, -1e-2, 0}, Flight{1e-6, -1e-2, 5}}) {
     const double t = 10 * first_step(gap, rate, a);
     ASSERT_GT(t, 0);
-    const auto height = [&](double at) { return gap + at * (rate + 0.5 * a * at); };
+    const auto height = [&gap = gap, &rate = rate, &a = a](double at) { return gap + at * (rate + 0.5 * a * at); };
     EXPECT_NEAR(height(t), 0, 1e-15) << gap << " " << rate << " " << a << ": the gap is a difference of positions";
     for (const double part : {0.1, 0.5, 0.9}) EXPECT_GT(height(part * t), 0);
   }

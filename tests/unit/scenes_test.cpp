@@ -105,7 +105,7 @@ TEST_P(EverySymbolicScene, IsTheSameAsItsFile) {
 TEST_P(EverySymbolicScene, HasTheSameBitsWhereverItsSymbolsLie) {
   const auto [q, v] = state_near_start(*problem, 1);
   const int n_q = problem->n_q();
-  const auto values = [&](const Problem& p) {
+  const auto values = [&, &q = q, &v = v](const Problem& p) {
     Matrix f_q(n_q, n_q), f_v(n_q, n_q), Ma_q(n_q, n_q), all(n_q, 5 + 4 * n_q + p.n_c() + p.info().n_lambda_t);
     p.force_jacobians(q.data(), v.data(), p.info().u.data(), f_q.data(), f_v.data());
     p.mass_derivative(q.data(), v.data(), Ma_q.data());

@@ -55,11 +55,11 @@ const std::map<std::string, std::vector<std::string>>& ramps() {
 
 /// Options behind the tableau, when another method of the results differs in nothing else.
 std::string distinguishing_options(const GridResults& results, const std::string& method) {
-  const auto [family, member] = take_apart(method);
+  const auto own = take_apart(method);
   const auto all = results.methods();
   const auto twins = std::count_if(all.begin(), all.end(), [&](const std::string& other) {
     const auto name = take_apart(other);
-    return !member.empty() && name.family == family && name.member == member;
+    return !own.member.empty() && name.family == own.family && name.member == own.member;
   });
   return twins > 1 ? options_of(method) : "";
 }

@@ -255,10 +255,14 @@ Spent spent_by_processes(EnsembleWorker& worker, int processes, std::int64_t run
     if (child < 0) throw std::runtime_error("the system gives no process");
     if (child == 0) {
       std::size_t bytes = 0;
-      in_order(
-          1, runs * k / processes, runs * (k + 1) / processes,
-          [&](int, std::int64_t from, std::int64_t to) { return worker.csv_lines(from, to); },
-          [&](std::int64_t, const std::string& lines) { bytes += lines.size(); });
+      try {
+        in_order(
+            1, runs * k / processes, runs * (k + 1) / processes,
+            [&](int, std::int64_t from, std::int64_t to) { return worker.csv_lines(from, to); },
+            [&](std::int64_t, const std::string& lines) { bytes += lines.size(); });
+      } catch (...) {  // the child must not go on as if it were this program
+        _exit(1);
+      }
       _exit(bytes > 0 ? 0 : 1);
     }
     children.push_back(child);

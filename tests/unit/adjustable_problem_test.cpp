@@ -1,4 +1,4 @@
-#include "problems/varied_problem.h"
+#include "problems/adjustable_problem.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 namespace ricochet {
 namespace {
 
-VariedProblem::Make make(const std::string& id) {
+AdjustableProblem::Make make(const std::string& id) {
   return [id](const ParameterChanges& changes) { return make_problem(id, changes); };
 }
 
@@ -64,7 +64,7 @@ TEST_P(EveryScene, IsTheSameAsOneThatIsMadeWithItsParameters) {
     values.push_back(value);
   }
   if (names.empty()) GTEST_SKIP() << "no parameter in its formulas";
-  VariedProblem varied(make(GetParam()), names);
+  AdjustableProblem varied(make(GetParam()), names);
   std::string refused;
   std::unique_ptr<Problem> made;
   try {
@@ -93,15 +93,15 @@ TEST_P(EveryScene, IsTheSameAsOneThatIsMadeWithItsParameters) {
   EXPECT_EQ(everything(varied.at(values), q, v), expected) << "nothing is left of the values before";
 }
 
-INSTANTIATE_TEST_SUITE_P(VariedProblems, EveryScene, testing::ValuesIn([] {
+INSTANTIATE_TEST_SUITE_P(AdjustableProblems, EveryScene, testing::ValuesIn([] {
                            std::vector<std::string> ids;
                            for (const auto& scene : scenes()) ids.push_back(scene.id);
                            return ids;
                          }()),
                          [](const auto& test) { return test_name(test.param); });
 
-TEST(VariedProblem, StartsFromOtherInitialValues) {
-  VariedProblem varied(make("two_balls_spring"), {"k", "v0:1", "q0:0"});
+TEST(AdjustableProblem, StartsFromOtherInitialValues) {
+  AdjustableProblem varied(make("two_balls_spring"), {"k", "v0:1", "q0:0"});
   const std::vector<double> values{5e3, -0.5, 1.1};
   const Problem& problem = varied.at(values);
   EXPECT_EQ(problem.info().q0, (Vector(2) << 1.1, 2).finished());
@@ -109,8 +109,8 @@ TEST(VariedProblem, StartsFromOtherInitialValues) {
   EXPECT_EQ(problem.force(problem.info().q0, problem.info().v0)[0], -9.81 + 5e3 * (2 - 1.1 - 1));
 }
 
-TEST(VariedProblem, OfAnAssembledSceneIsMadeAfresh) {
-  VariedProblem varied(make("bead_row"), {"e", "n", "v0:2"});
+TEST(AdjustableProblem, OfAnAssembledSceneIsMadeAfresh) {
+  AdjustableProblem varied(make("bead_row"), {"e", "n", "v0:2"});
   const std::vector<double> values{0.25, 5, -3};
   const Problem& problem = varied.at(values);
   EXPECT_EQ(problem.n_c(), 5);
@@ -122,8 +122,8 @@ TEST(VariedProblem, OfAnAssembledSceneIsMadeAfresh) {
 }
 
 /// A contact without friction has no tangents: the scene is made once more.
-TEST(VariedProblem, LosesItsFriction) {
-  VariedProblem varied(make("sliding_block"), {"mu"});
+TEST(AdjustableProblem, LosesItsFriction) {
+  AdjustableProblem varied(make("sliding_block"), {"mu"});
   const double with = varied.base().contacts[0].mu;
   ASSERT_GT(with, 0);
   const auto without = make_problem("sliding_block", {{"mu", 0}}), same = make_problem("sliding_block");
@@ -138,11 +138,11 @@ TEST(VariedProblem, LosesItsFriction) {
   }
 }
 
-TEST(VariedProblem, NamesWhatItDoesNotKnow) {
-  EXPECT_THROW(VariedProblem(make("two_balls_spring"), {"stiffness"}), InputError);
-  EXPECT_THROW(VariedProblem(make("two_balls_spring"), {"q0:2"}), InputError);
-  EXPECT_THROW(VariedProblem(make("two_balls_spring"), {"e", "e"}), InputError);
-  VariedProblem varied(make("two_balls_spring"), {"e"});
+TEST(AdjustableProblem, NamesWhatItDoesNotKnow) {
+  EXPECT_THROW(AdjustableProblem(make("two_balls_spring"), {"stiffness"}), InputError);
+  EXPECT_THROW(AdjustableProblem(make("two_balls_spring"), {"q0:2"}), InputError);
+  EXPECT_THROW(AdjustableProblem(make("two_balls_spring"), {"e", "e"}), InputError);
+  AdjustableProblem varied(make("two_balls_spring"), {"e"});
   EXPECT_THROW(varied.at(std::vector<double>{1.5}), InputError);
 }
 

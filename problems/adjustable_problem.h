@@ -18,7 +18,7 @@ namespace ricochet {
 /// milliseconds of GiNaC, which no two threads may use at once. It is made again, once, for contacts that have friction
 /// in some runs only. An assembled problem of which a parameter varies is made for every run, by one thread at a time.
 /// Whatever values were set before, the same values give the same problem.
-class VariedProblem {
+class AdjustableProblem {
  public:
   using Make = std::function<std::unique_ptr<Problem>(const ParameterChanges&)>;
 
@@ -26,10 +26,10 @@ class VariedProblem {
   /// @param names  what varies: a parameter, or "q0:0", "v0:0" for a component of the initial state, which replaces
   ///               what follows from the parameters
   /// @throws InputError for a name that is not there, or comes twice
-  VariedProblem(Make make, std::vector<std::string> names);
-  ~VariedProblem();
-  VariedProblem(const VariedProblem&) = delete;
-  VariedProblem& operator=(const VariedProblem&) = delete;
+  AdjustableProblem(Make make, std::vector<std::string> names);
+  ~AdjustableProblem();
+  AdjustableProblem(const AdjustableProblem&) = delete;
+  AdjustableProblem& operator=(const AdjustableProblem&) = delete;
 
   /// Valid until the next call. @param values  as many as names
   /// @throws InputError for values that the problem does not allow, with field, value and what is allowed

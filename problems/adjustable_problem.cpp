@@ -1,10 +1,11 @@
-#include "problems/varied_problem.h"
+#include "problems/adjustable_problem.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <mutex>
 #include <set>
+#include <stdexcept>
 
 #include "problems/assembly/assembled_problem.h"
 #include "problems/derivatives/symbolic_problem.h"
@@ -33,7 +34,7 @@ void set_initial_state(Problem& problem, const Vector& q0, const Vector& v0) {
 
 }  // namespace
 
-VariedProblem::VariedProblem(Make make, std::vector<std::string> names) : make_(std::move(make)) {
+AdjustableProblem::AdjustableProblem(Make make, std::vector<std::string> names) : make_(std::move(make)) {
   const std::lock_guard lock(formulas());
   auto problem = make_({});
   base_ = problem->info();
@@ -48,12 +49,12 @@ VariedProblem::VariedProblem(Make make, std::vector<std::string> names) : make_(
   made_.push_back(std::move(problem));
 }
 
-VariedProblem::~VariedProblem() {
+AdjustableProblem::~AdjustableProblem() {
   const std::lock_guard lock(formulas());
   made_.clear();
 }
 
-VariedProblem::Place VariedProblem::place_of(Problem& problem, const std::string& name) const {
+AdjustableProblem::Place AdjustableProblem::place_of(Problem& problem, const std::string& name) const {
   std::vector<std::string> known;
   for (const char* part : {"q0", "v0"}) {
     for (int k = 0; k < base_.n_mechanical(); ++k) {
@@ -72,7 +73,7 @@ VariedProblem::Place VariedProblem::place_of(Problem& problem, const std::string
 }
 
 /// The problem that can take these parameters, with them.
-Problem& VariedProblem::with_parameters(std::span<const double> values) {
+Problem& AdjustableProblem::with_parameters(std::span<const double> values) {
   if (!has_parameters_) {
     set_initial_state(*made_.front(), base_.q0, base_.v0);
     return *made_.front();
@@ -93,7 +94,8 @@ Problem& VariedProblem::with_parameters(std::span<const double> values) {
   auto problem = make_(changes);
   if (has_formulas) {
     symbolic(*problem)->open_parameters();
-    symbolic(*problem)->set_parameters(parameters_);
+    if (!symbolic(*problem)->set_parameters(parameters_))
+      throw std::logic_error("a problem that has just been made takes its own parameters");
   } else {
     made_.clear();
   }
@@ -101,7 +103,7 @@ Problem& VariedProblem::with_parameters(std::span<const double> values) {
   return *made_.back();
 }
 
-const Problem& VariedProblem::at(std::span<const double> values) {
+const Problem& AdjustableProblem::at(std::span<const double> values) {
   Problem& problem = with_parameters(values);
   Vector q0 = problem.info().q0, v0 = problem.info().v0;
   for (std::size_t k = 0; k < places_.size(); ++k) {
