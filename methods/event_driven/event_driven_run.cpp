@@ -253,7 +253,7 @@ bool EventDrivenRun::vary_event() {
 
 /// The first moments of slip in space from rest. Its direction d = v_t / |v_t| has a limit there, but returns to it at a
 /// rate without bound, which no explicit step follows. With the direction that slip has in the middle of a short step,
-/// held over the whole of it, the error is of third order.
+/// held over the whole of it, the error is of second order where the direction turns from the start on.
 bool EventDrivenRun::start_slip() {
   const auto& contacts = mode_change_.beginning();
   double h = std::min(kSlipStart * std::cbrt(tolerance_) * T_, T_ - t_);
