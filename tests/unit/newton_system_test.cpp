@@ -7,6 +7,7 @@
 #include "methods/elements/element_solver.h"
 #include "methods/elements/switch_solver.h"
 #include "methods/linear_algebra/band_lu.h"
+#include "methods/linear_algebra/small_lu.h"
 #include "methods/registry.h"
 #include "problems/assembly/assembled_problem.h"
 #include "tests/test_data.h"
@@ -17,6 +18,38 @@ namespace {
 double random_number() {
   static std::mt19937 random(1);
   return 2.0 * random() / std::mt19937::max() - 1;
+}
+
+TEST(SmallLu, SolvesWhateverTheSizeLeavesOfABlock) {
+  SmallLu lu;
+  for (const int n : {1, 2, 3, 4, 5, 8, 11, 33}) {  // columns go four at a time
+    Matrix A(n, n), b(n, 2);
+    for (double& x : A.reshaped()) x = random_number();
+    for (double& x : b.reshaped()) x = random_number();
+    A.diagonal().setZero();  // rows have to be exchanged
+    if (n == 1) A(0, 0) = 0.5;
+    const Matrix x = b;
+    b = A * x;
+    lu.factorize(A);
+    lu.solve_in_place(b.data(), 2);
+    // Condition numbers of a few hundred.
+    EXPECT_LE((b - x).cwiseAbs().maxCoeff(), 1e-11) << n;
+    EXPECT_LE((lu.of(A) * A - Matrix::Identity(n, n)).cwiseAbs().maxCoeff(), 1e-11) << n;
+    EXPECT_GT(lu.smallest_pivot(), 1e-6) << n;
+  }
+}
+
+TEST(SmallLu, SaysWhatIsSingular) {
+  Matrix A(5, 5);
+  for (double& x : A.reshaped()) x = random_number();
+  A.col(3) = A.col(0) - 2 * A.col(1);
+  SmallLu lu;
+  lu.factorize(A);
+  EXPECT_LE(lu.smallest_pivot(), 1e-14) << "to rounding";
+  A.col(1).setZero();  // and before the last column, with columns behind it
+  lu.factorize(A);
+  EXPECT_EQ(lu.smallest_pivot(), 0);
+  EXPECT_FALSE(lu.inverse().allFinite());
 }
 
 TEST(BandLu, SolvesLikeADenseFactorization) {
