@@ -57,15 +57,14 @@ void ElementSystem::set_right_end(const StageCoefficients& k, Element& e) {
 }
 
 void ElementSystem::set_end_forces(Element& e) {
-  e.has_end_forces = end.gives_forces();
-  if (map_ && !active.empty() && !tableau.ends_with_stage) {
-    e.has_end_forces = true;
+  const bool by_map = map_ && !active.empty() && !tableau.ends_with_stage;
+  e.has_end_forces = by_map || end.gives_forces();
+  if (by_map)
     affine_stages.set_end_forces(*map_, e);
-  } else if (e.has_end_forces) {
+  else if (e.has_end_forces)
     end.set_end_forces(e, end_work);
-  } else {
+  else
     end.set_stage_end_forces(e);
-  }
 }
 
 bool ElementSystem::is_consistent(const Element& e, double h) const {

@@ -15,8 +15,8 @@ struct FesdStep {
   bool touches = false;           ///< some contact touched at the left end of an element: modes and impulses may be set
   std::vector<Element> elements;  ///< the first n_elements are in use
   std::vector<Switch> ends;       ///< per element: the switch at its right end; contact -1 for none
-  std::vector<int>
-      n_impacts;    ///< per element: impacts that follow each other at its left end, (1) of impact_sequence.h
+  /// Per element: impacts that follow each other at its left end, (1) of impact_sequence.h.
+  std::vector<int> n_impacts;
   Matrix v_minus;   ///< n_q x elements: velocity before the impact at the left end of each element
   Matrix Lambda_n;  ///< n_c x elements: impulse there
   Matrix Lambda_t;  ///< n_lambda_t x elements

@@ -342,30 +342,18 @@ void NewtonSystem::solve(const Vector& r, const Vector& x, Vector& dx) {
       for (int i = 0; i < n; ++i) dx[at[i]] = -local_[i];
       continue;
     }
+    result_.resize(n);
+    double* to = island.is_whole ? dx.data() : result_.data();
     if (factor.negative_inverse.size() == 0) {
-      double* x_of_island = dx.data();
-      if (!island.is_whole) {
-        local_.resize(n);
-        x_of_island = local_.data();
+      for (int i = 0; i < n; ++i) to[i] = -r[at[i]];
+      factor.lu.solve_in_place(to);
+    } else {
+      const double* column = factor.negative_inverse.data();
+      std::fill_n(to, n, 0.0);
+      for (int c = 0; c < n; ++c, column += n) {  // column by column: they are contiguous
+        const double r_c = r[at[c]];
+        for (int i = 0; i < n; ++i) to[i] += column[i] * r_c;
       }
-      for (int i = 0; i < n; ++i) x_of_island[i] = -r[at[i]];
-      factor.lu.solve_in_place(x_of_island);
-      for (int i = 0; i < n && !island.is_whole; ++i) dx[at[i]] = local_[i];
-      continue;
-    }
-    const double *from = r.data(), *column = factor.negative_inverse.data();
-    double* to = dx.data();
-    if (!island.is_whole) {
-      local_.resize(n);
-      result_.resize(n);
-      for (int i = 0; i < n; ++i) local_[i] = r[at[i]];
-      from = local_.data();
-      to = result_.data();
-    }
-    std::fill_n(to, n, 0.0);
-    for (int c = 0; c < n; ++c, column += n) {  // column by column: they are contiguous
-      const double r_c = from[c];
-      for (int i = 0; i < n; ++i) to[i] += column[i] * r_c;
     }
     for (int c = 0; c < n && factor.to_smallest.size() > 0; ++c) {
       for (int i = 0; i < n; ++i) to[i] -= factor.to_smallest(i, c) * x[at[c]];

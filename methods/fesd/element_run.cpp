@@ -45,7 +45,7 @@ ElementRunSolver::ElementRunSolver(const Problem& problem, const ButcherTableau&
       force_division_(problem),
       regular_A_(tableau.A.fullPivLu().isInvertible()) {
   gap_.setZero(problem.n_c());
-  stretched_.resize(problem.info(), tableau.n_s);
+  scratch_.resize(problem.info(), tableau.n_s);
   for (Vector* state : {&x_, &group_start_, &largest_}) state->setZero(2 * problem.n_q());
   J_n_.resize(problem.info().n_normal_entries);
   J_t_.resize(problem.info().n_tangent_entries);
@@ -72,12 +72,13 @@ void ElementRunSolver::first_guess(int element, double h) {
       elements_.tableau.continue_stages(*left, 1, h / left->h, stages);
       const auto& right_end = elements_.tableau.right_end;
       if (start.has_forces && right_end.size() > 0) {  // more accurate than what the stages say of this instant
-        const auto begin_with = [&](Matrix& values, const Vector& at_start, const Matrix& before) {
-          for (Eigen::Index j = 0; j < values.cols(); ++j) values.col(j) += at_start - before.lazyProduct(right_end);
+        const auto begin_with = [&](Matrix& values, const Vector& at_start, const Matrix& before, Vector& change) {
+          change.noalias() = at_start - before.lazyProduct(right_end);
+          values.colwise() += change;
         };
-        begin_with(stages.a, start.acceleration, left->a);
-        begin_with(stages.lambda_n, start.lambda_n, left->lambda_n);
-        begin_with(stages.lambda_t, start.lambda_t, left->lambda_t);
+        begin_with(stages.a, start.acceleration, left->a, scratch_.v1);
+        begin_with(stages.lambda_n, start.lambda_n, left->lambda_n, scratch_.end_lambda_n);
+        begin_with(stages.lambda_t, start.lambda_t, left->lambda_t, scratch_.end_lambda_t);
       }
     }
   } else if (start.has_forces) {
@@ -86,13 +87,11 @@ void ElementRunSolver::first_guess(int element, double h) {
     stages.lambda_t.colwise() = start.lambda_t;
   } else {
     // Accelerations are continuous where a contact opens, and rarely change their size where one bounces.
-    const bool is_known = left && elements_.tableau.right_end.size() > 0;
-    for (int j = 0; j < elements_.tableau.n_s; ++j) {
-      if (is_known)
-        stages.a.col(j).noalias() = left->a.lazyProduct(elements_.tableau.right_end);
-      else
-        stages.a.col(j).setZero();
-    }
+    if (left && elements_.tableau.right_end.size() > 0)
+      scratch_.v1.noalias() = left->a.lazyProduct(elements_.tableau.right_end);
+    else
+      scratch_.v1.setZero();
+    stages.a.colwise() = scratch_.v1;
     stages.lambda_n.setZero();
     stages.lambda_t.setZero();
   }
@@ -106,10 +105,10 @@ void ElementRunSolver::stretch(int first, int count, int solved, double before, 
   for (int k = count - 1; k >= 0; --k) {
     const int from = std::min(k, solved - 1);
     const Element& source = buffers_.element(first + from);
-    stretched_.a = source.a;
-    stretched_.lambda_n = source.lambda_n;
-    stretched_.lambda_t = source.lambda_t;
-    elements_.tableau.continue_stages(stretched_, k * h / before - from, h / before, buffers_.element(first + k));
+    scratch_.a = source.a;
+    scratch_.lambda_n = source.lambda_n;
+    scratch_.lambda_t = source.lambda_t;
+    elements_.tableau.continue_stages(scratch_, k * h / before - from, h / before, buffers_.element(first + k));
   }
 }
 
@@ -316,13 +315,13 @@ void ElementRunSolver::see_motion(const Element& element, double H) {
   const int n = problem_.n_q();
   const double *q = largest_.data(), *v = q + n;
   scales_.begin_step(q, v, H, false);
+  problem_.normal_jacobian(element.q0.data(), J_n_.data());
+  if (problem_.info().has_friction()) problem_.tangent_jacobian(element.q0.data(), J_t_.data());
   for (const int i : problem_.info().unilateral) {
     if (!is_closed(element.modes[i])) continue;
     const auto& contact = problem_.info().contacts[i];
-    problem_.normal_jacobian(element.q0.data(), J_n_.data());
     scales_.see_approach(i, packed_terms(contact, J_n_.data() + contact.normal_begin, v));
     if (contact.n_t == 0) continue;
-    problem_.tangent_jacobian(element.q0.data(), J_t_.data());
     scales_.see_slip(i, packed_terms(contact, J_t_.data() + contact.tangent_begin, v));
   }
 }

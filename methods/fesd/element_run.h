@@ -80,7 +80,7 @@ class ElementRunSolver {
   std::optional<GapMinima> gap_minima_;  // with Options::between_stages
   const bool regular_A_;
   Vector gap_;
-  Element stretched_;  // scratch of stretch()
+  Element scratch_;  // of one function at a time
 
   std::list<ElementMap> maps_;  // of the last mode sets and lengths, newest first
   Vector x_, group_start_;      // 2 n_q: states (q, v)
