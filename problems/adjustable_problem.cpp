@@ -7,7 +7,6 @@
 #include <set>
 #include <stdexcept>
 
-#include "problems/assembly/assembled_problem.h"
 #include "problems/derivatives/symbolic_problem.h"
 #include "problems/input_error.h"
 #include "problems/names.h"
@@ -23,13 +22,6 @@ std::mutex& formulas() {
 
 SymbolicProblem* symbolic(Problem& problem) {
   return dynamic_cast<SymbolicProblem*>(&problem);
-}
-
-void set_initial_state(Problem& problem, const Vector& q0, const Vector& v0) {
-  if (auto* made_of_formulas = symbolic(problem))
-    made_of_formulas->set_initial_state(q0, v0);
-  else
-    dynamic_cast<AssembledProblem&>(problem).set_initial_state(q0, v0);
 }
 
 }  // namespace
@@ -75,7 +67,7 @@ AdjustableProblem::Place AdjustableProblem::place_of(Problem& problem, const std
 /// The problem that can take these parameters, with them.
 Problem& AdjustableProblem::with_parameters(std::span<const double> values) {
   if (!has_parameters_) {
-    set_initial_state(*made_.front(), base_.q0, base_.v0);
+    made_.front()->set_initial_state(base_.q0, base_.v0);
     return *made_.front();
   }
   ParameterChanges changes;
@@ -110,7 +102,7 @@ const Problem& AdjustableProblem::at(std::span<const double> values) {
     if (places_[k].of == Place::Of::q0) q0[places_[k].index] = values[k];
     if (places_[k].of == Place::Of::v0) v0[places_[k].index] = values[k];
   }
-  set_initial_state(problem, q0, v0);
+  problem.set_initial_state(q0, v0);
   validate(problem);
   return problem;
 }

@@ -111,6 +111,11 @@ class Problem {
   const ProblemInfo& info() const { return info_; }
   int n_q() const { return info_.n_q; }
   int n_c() const { return info_.n_c(); }
+  /// Another start. Nothing is validated. Not to be called while a method runs. @param q0, v0  n_q, with the clock
+  void set_initial_state(const Vector& q0, const Vector& v0) {
+    info_.q0 = q0;
+    info_.v0 = v0;
+  }
 
   // Values.
   virtual void mass_matrix(const double* q, double* M) const = 0;  ///< M: n_q x n_q, symmetric positive definite

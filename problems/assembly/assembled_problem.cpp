@@ -47,11 +47,6 @@ void AssembledProblem::add_contact(Kind kind, std::vector<int> coordinates, std:
   info_.contacts.push_back(std::move(contact));
 }
 
-void AssembledProblem::set_initial_state(const Vector& q0, const Vector& v0) {
-  info_.q0 = q0;
-  info_.v0 = v0;
-}
-
 void AssembledProblem::mass_matrix(const double*, double* M) const {
   std::fill_n(M, info_.n_q * info_.n_q, 0.0);
   for (int k = 0; k < info_.n_q; ++k) M[k * (info_.n_q + 1)] = masses_[k];

@@ -41,7 +41,6 @@ class AssembledProblem : public Problem {
 
   /// @param coordinates  those of the kind's scene, ascending here as there
   void add_contact(Kind kind, std::vector<int> coordinates, std::string name);
-  void set_initial_state(const Vector& q0, const Vector& v0);
 
   void mass_matrix(const double* q, double* M) const override;
   void force(const double* q, const double* v, const double* u, double* f) const override;

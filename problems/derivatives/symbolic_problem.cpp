@@ -276,11 +276,6 @@ bool SymbolicProblem::set_parameters(std::span<const double> values) {
   return true;
 }
 
-void SymbolicProblem::set_initial_state(const Vector& q0, const Vector& v0) {
-  info_.q0 = q0;
-  info_.v0 = v0;
-}
-
 void SymbolicProblem::describe_contacts() {
   for (auto& contact : model_.contacts) {
     ContactInfo described;

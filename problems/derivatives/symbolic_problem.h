@@ -99,7 +99,6 @@ class SymbolicProblem : public Problem {
   /// @returns false, with nothing changed, when a contact would begin or cease to have friction: its tangents would
   /// come or go
   bool set_parameters(std::span<const double> values);
-  void set_initial_state(const Vector& q0, const Vector& v0);
 
  protected:
   /// info().parameters have changed.
