@@ -128,9 +128,8 @@ double EventSensitivity::error(double h) const {
   };
   double worst = 0;
   for (Eigen::Index column = 0; column < S_.q.cols(); ++column) {
-    const double first = squares(pair_.e, column), second = pair_.e_2.size() > 0 ? squares(pair_.e_2, column) : 0;
-    const double ratio = second > 0 && first > 0 ? first / (first + 0.01 * second) : 1;
-    worst = std::max(worst, ratio * first);
+    const double first = squares(pair_.e, column);
+    worst = std::max(worst, pair_.e_2.size() > 0 ? combined_squares(first, squares(pair_.e_2, column)) : first);
   }
   return h / tolerance_ * std::sqrt(worst / (2 * info_.n_q));
 }
@@ -212,12 +211,10 @@ std::optional<std::string> EventSensitivity::reach(const Happening& event, const
     case Kind::cone_reached: {
       Matrix forces = Matrix::Zero(info_.n_c() + info_.n_lambda_t, n + 1);
       point_.add_forces(PointVariation::numbering(info_, dynamics_.modes()), accelerations(q, v, a, S), 1, forces);
-      slope = forces.row(i);
-      if (event.kind == Kind::force_vanishes) break;
-      const Vector lambda_t = lambda_t_.segment(contact.tangent_index, contact.n_t);
-      slope = contact.mu * slope + lambda_n_[i] * varied_.dmu().row(i);
-      if (const double force = lambda_t.norm(); force > 0)
-        slope -= lambda_t.transpose() / force * forces.middleRows(info_.n_c() + contact.tangent_index, contact.n_t);
+      if (event.kind == Kind::force_vanishes)
+        slope = forces.row(i);
+      else
+        slope = point_.cone_margin(i, lambda_n_[i], lambda_t_.segment(contact.tangent_index, contact.n_t), forces);
     }
   }
   const Vector along = slope.col(n);

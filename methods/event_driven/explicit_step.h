@@ -8,6 +8,7 @@
 #include "methods/event_driven/event_functions.h"
 #include "methods/event_driven/mode_dynamics.h"
 #include "methods/event_driven/step_ends.h"
+#include "methods/runge_kutta/embedded_tableau.h"
 #include "methods/runge_kutta/explicit_coefficients.h"
 
 namespace ricochet {
@@ -87,13 +88,9 @@ class ExplicitPairStep final : public ExplicitStep {
   }
 
   double error(double tolerance) const override {
-    const double first = squares(Pair::e);
-    double ratio = 1;
-    if constexpr (requires { Pair::e_2; }) {  // Hairer, Norsett, Wanner, Solving ODEs I, (II.10.17)
-      const double second = squares(Pair::e_2);
-      if (first > 0) ratio = first / (first + 0.01 * second);
-    }
-    return ends.h / tolerance * std::sqrt(ratio * first / (2 * size()));
+    double total = squares(Pair::e);
+    if constexpr (requires { Pair::e_2; }) total = combined_squares(total, squares(Pair::e_2));
+    return ends.h / tolerance * std::sqrt(total / (2 * size()));
   }
 
  private:

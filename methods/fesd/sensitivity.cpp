@@ -265,10 +265,7 @@ Eigen::RowVectorXd Sensitivity::switch_slope(const Element& e, const Switch& end
   const double lambda_n = is_of_stage ? e.lambda_n(end.contact, n_s_ - 1) : e.end_lambda_n[end.contact];
   const Vector lambda_t =
       (is_of_stage ? Vector(e.lambda_t.col(n_s_ - 1)) : e.end_lambda_t).segment(contact.tangent_index, contact.n_t);
-  Eigen::RowVectorXd slope = contact.mu * forces.row(end.contact) + lambda_n * varied_.dmu().row(end.contact);
-  if (const double force = lambda_t.norm(); force > 0)
-    slope -= lambda_t.transpose() / force * forces.middleRows(n_c_ + contact.tangent_index, contact.n_t);
-  return slope;
+  return point_.cone_margin(end.contact, lambda_n, lambda_t, forces);
 }
 
 }  // namespace ricochet

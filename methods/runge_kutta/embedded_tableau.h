@@ -39,6 +39,11 @@ struct EmbeddedTableau {
   Vector e_2;
 };
 
+/// The square of the combination (3). @param first, second  |err|^2, |err_2|^2
+inline double combined_squares(double first, double second) {
+  return first > 0 ? first * first / (first + 0.01 * second) : 0;
+}
+
 /// Pairs whose coefficients are here: "bogacki-shampine-3-2", "bogacki-shampine-5-4", "dop853", "dopri5",
 /// "prince-dormand-8-7", "tsitouras-5-4", "verner-7-6", "verner-9-8".
 std::vector<std::string> embedded_tableau_names();

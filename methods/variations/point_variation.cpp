@@ -167,6 +167,15 @@ void PointVariation::add_forces(const Numbering& numbering, const Eigen::Ref<con
   }
 }
 
+Eigen::RowVectorXd PointVariation::cone_margin(int contact, double lambda_n, const Vector& lambda_t,
+                                               const Matrix& forces) const {
+  const auto& info = problem_.info().contacts[contact];
+  Eigen::RowVectorXd margin = info.mu * forces.row(contact) + lambda_n * varied_.dmu().row(contact);
+  if (const double force = lambda_t.norm(); force > 0)
+    margin -= lambda_t.transpose() / force * forces.middleRows(n_c_ + info.tangent_index, info.n_t);
+  return margin;
+}
+
 void PointVariation::through_impulse(const Numbering& acts, const Impulse& impulse, bool restitutes,
                                      const std::vector<Friction>& laws, const Matrix& dq, Matrix& dv) const {
   const auto& [q, v_minus, v, Lambda_n, Lambda_t] = impulse;

@@ -93,6 +93,10 @@ class PointVariation {
   void add_forces(const Numbering& numbering, const Eigen::Ref<const Matrix>& unknowns, double weight,
                   Matrix& forces) const;
 
+  /// d[ mu lambda_n - ||lambda_t|| ] of a contact. @param lambda_t  its own, n_t; @param forces  n_c, then n_lambda_t,
+  /// rows, varied
+  Eigen::RowVectorXd cone_margin(int contact, double lambda_n, const Vector& lambda_t, const Matrix& forces) const;
+
   /// (1), (2), (5) solved for dv+. @param acts  contacts with (2); @param restitutes  whether eps_r counts
   /// @param laws  one per contact of `acts`, of those with tangents
   /// @param dq, dv  n_q x n_theta, or one column more; dv out: behind the impulse
