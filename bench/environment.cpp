@@ -10,10 +10,10 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <thread>
 
 #include "git_revision.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
@@ -49,10 +49,7 @@ std::string hash_of(const std::string& text) {
 }
 
 std::string program_hash() {
-  std::ifstream file("/proc/self/exe", std::ios::binary);
-  std::ostringstream content;
-  content << file.rdbuf();
-  return hash_of(content.str());
+  return hash_of(read_text("/proc/self/exe"));
 }
 
 nlohmann::json environment() {

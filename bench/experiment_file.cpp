@@ -6,11 +6,11 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "problems/names.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
@@ -46,13 +46,15 @@ std::vector<std::string> experiment_names() {
 ExperimentFile read_experiment_file(const std::string& name) {
   std::string path = name;
   if (!fs::is_regular_file(path)) path = find_project_file(fmt::format("{}/{}.json", kFolder, name));
-  std::ifstream file(path);
-  if (!file || fs::is_directory(path)) throw_unknown_name("experiment", name, experiment_names());
-  std::ostringstream content;
-  content << file.rdbuf();
-  const json document = json::parse(content.str(), nullptr, false);
-  if (!document.is_object()) throw InputError(path + ": not an experiment: a JSON object is required");
-  return {name, path, document};
+  if (!fs::is_regular_file(path)) throw_unknown_name("experiment", name, experiment_names());
+  return {name, path, read_json_object(path, "an experiment")};
+}
+
+json read_json_object(const std::string& path, const std::string& what) {
+  if (!std::ifstream(path)) throw InputError("file", path, "it cannot be read");
+  json document = json::parse(read_text(path), nullptr, false);
+  if (!document.is_object()) throw InputError(fmt::format("{}: not {}: a JSON object is required", path, what));
+  return document;
 }
 
 std::string ExperimentFile::kind() const {

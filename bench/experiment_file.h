@@ -41,6 +41,10 @@ std::vector<std::string> experiment_names();
 /// A file of the source tree, by its path there; as given when it exists.
 std::string find_project_file(const std::string& path);
 
+/// @param what  it is to be, for the message: "an experiment"  @throws InputError for a file that is not there, or
+/// holds no JSON object
+nlohmann::json read_json_object(const std::string& path, const std::string& what);
+
 /// @param place  of `object`, for the message  @throws InputError for a field that is not known
 void allow_only(const nlohmann::json& object, const std::set<std::string>& known, const std::string& place);
 

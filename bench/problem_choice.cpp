@@ -35,6 +35,10 @@ std::string ProblemChoice::arguments() const {
   return text;
 }
 
+std::string setting_text(int steps, double tolerance) {
+  return steps > 0 ? fmt::format("-N {}", steps) : fmt::format("--tolerance {:.2g}", tolerance);
+}
+
 ProblemChoice read_problem_choice(const nlohmann::json& experiment) {
   ProblemChoice choice;
   choice.problem = experiment.at("problem");

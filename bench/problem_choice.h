@@ -24,6 +24,9 @@ struct ProblemChoice {
   std::string arguments() const;
 };
 
+/// "-N 50", or "--tolerance 1e-06" where there are no steps, of `ricochet run`.
+std::string setting_text(int steps, double tolerance);
+
 /// Of the fields "problem", "parameters" and "reference": {"ground_truth": file, "case": id}.
 /// @throws nlohmann::json::exception for one that is missing
 ProblemChoice read_problem_choice(const nlohmann::json& experiment);

@@ -4,11 +4,11 @@
 
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <type_traits>
 
 #include "problems/input_error.h"
 #include "reports/assets.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
@@ -22,13 +22,6 @@ void write_file(const fs::path& path, const std::string& text) {
   std::ofstream file(path);
   file << text;
   if (!file.flush()) throw InputError("report file", path.string(), "cannot be written");
-}
-
-std::string read_file(const fs::path& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
 }
 
 /// HTML and Markdown, written side by side.
@@ -58,7 +51,7 @@ class Document {
       const Figure& figure = list[k];
       const bool is_last_of_its_caption = k + 1 == list.size() || list[k + 1].caption != figure.caption;
       const std::string caption = is_last_of_its_caption ? figure.caption : "";
-      std::string svg = read_file(folder_ / figure.file);
+      std::string svg = read_text(folder_ / figure.file);
       svg = svg.substr(svg.find("<svg"));  // inside a page the XML prologue is not allowed
       html_ += fmt::format("<figure>{}<figcaption>{}</figcaption></figure>\n", svg, escape_html(caption));
       markdown_ += fmt::format("![{}]({})\n\n{}\n\n", figure.title, figure.file, caption);

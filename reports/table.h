@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <optional>
@@ -30,6 +31,16 @@ struct Table {
   std::string html() const;
   std::string csv() const;
 };
+
+/// The different values of a field of some rows, in the order in which they come.
+template <class Row, class Value>
+std::vector<Value> different(const std::vector<Row>& rows, Value Row::*field) {
+  std::vector<Value> values;
+  for (const Row& row : rows) {
+    if (std::find(values.begin(), values.end(), row.*field) == values.end()) values.push_back(row.*field);
+  }
+  return values;
+}
 
 /// "-" where there is no finite number.
 template <class Value>

@@ -2,12 +2,11 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
-#include <fstream>
-#include <sstream>
 #include <thread>
 
 #include "bench/commands.h"
 #include "bench/ensemble/ensemble_file.h"
+#include "bench/experiment_file.h"
 #include "bench/problem_options.h"
 #include "bench/progress.h"
 #include "problems/input_error.h"
@@ -27,19 +26,9 @@ struct EnsembleArguments {
   double tolerance = 0, time_limit = 0;
 };
 
-json read_document(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw InputError("file", path, "it cannot be read");
-  std::ostringstream text;
-  text << file.rdbuf();
-  json document = json::parse(text.str(), nullptr, false);
-  if (!document.is_object()) throw InputError(path + ": not an ensemble: a JSON object is required");
-  return document;
-}
-
 /// The file, with what the command line says instead.
 json document_of(const CLI::App& command, const EnsembleArguments& options) {
-  json document = options.file.empty() ? json::object() : read_document(options.file);
+  json document = options.file.empty() ? json::object() : read_json_object(options.file, "an ensemble");
   const auto replace = [&](const char* option, const char* field, const auto& value) {
     if (command.count(option) > 0) document[field] = value;
   };

@@ -10,6 +10,7 @@
 #include "bench/environment.h"
 #include "bench/experiment_file.h"
 #include "problems/input_error.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
@@ -17,18 +18,11 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-std::string read_all(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
 /// What must not have changed for rows to be taken over: the ensemble, a scene file, and the program.
 std::string key_of(const Ensemble& ensemble) {
   const std::string& problem = ensemble.problem.problem;
   const std::string scene =
-      ensemble.problem.is_scene_file() ? read_all(find_project_file(problem.substr(0, problem.rfind('#')))) : "";
+      ensemble.problem.is_scene_file() ? read_text(find_project_file(problem.substr(0, problem.rfind('#')))) : "";
   return hash_of(ensemble.document().dump() + scene + program_hash());
 }
 
@@ -44,7 +38,7 @@ EnsembleFile::EnsembleFile(std::string path, const Ensemble& ensemble, const Pro
   const std::string header = csv_header(ensemble, problem);
   const bool is_there = fs::exists(path_), is_begun = fs::exists(partial_);
   if (is_there || is_begun) {
-    const json known = json::parse(read_all(path_ + ".json"), nullptr, false);
+    const json known = json::parse(read_text(path_ + ".json"), nullptr, false);
     if (!known.is_object() || known.value("key", "") != description["key"])
       throw InputError(
           "-o", path_,
@@ -100,7 +94,9 @@ void EnsembleFile::append(std::int64_t end, const std::string& lines) {
 
 void EnsembleFile::finish() {
   file_.close();
-  fs::rename(partial_, path_);
+  std::error_code error;
+  fs::rename(partial_, path_, error);
+  if (!file_ || error) throw InputError("-o", path_, "it cannot be written");
   is_complete_ = true;
 }
 

@@ -140,8 +140,7 @@ std::vector<const Attempt*> contenders_for(double level, const std::vector<Attem
 void write(const Attempt& attempt, const Timing& timing, const ProblemChoice& choice, FastestRun& row) {
   const Settings& settings = attempt.settings;
   row.method = attempt.contender->method->info().id;
-  row.setting = settings.steps == 0 ? fmt::format("--tolerance {:.2g}", settings.tolerance)
-                                    : fmt::format("-N {}", settings.steps);
+  row.setting = setting_text(settings.steps, settings.tolerance);
   row.command = fmt::format("ricochet run {} --method {} {}", choice.arguments(), row.method, row.setting);
   row.error = attempt.error;
   row.microseconds = 1e6 * timing.median;

@@ -8,16 +8,6 @@
 namespace ricochet {
 namespace {
 
-/// The different values of a field, in the order in which they come.
-template <class Value>
-std::vector<Value> values_of(const std::vector<FastestRun>& runs, Value FastestRun::*field) {
-  std::vector<Value> values;
-  for (const FastestRun& run : runs) {
-    if (std::ranges::find(values, run.*field) == values.end()) values.push_back(run.*field);
-  }
-  return values;
-}
-
 const FastestRun* find(const std::vector<FastestRun>& runs, const std::string& scene, const std::string& family,
                        double level) {
   for (const FastestRun& run : runs) {
@@ -42,8 +32,8 @@ double ratio(const std::vector<FastestRun>& runs, const std::string& scene, cons
 }  // namespace
 
 Table fastest_table(const std::vector<FastestRun>& runs) {
-  const auto scenes = values_of(runs, &FastestRun::scene), families = values_of(runs, &FastestRun::family);
-  const auto levels = values_of(runs, &FastestRun::level);
+  const auto scenes = different(runs, &FastestRun::scene), families = different(runs, &FastestRun::family);
+  const auto levels = different(runs, &FastestRun::level);
   std::string names;
   for (const auto& family : families) names += (names.empty() ? "" : " / ") + family;
   Table table{.title = "Microseconds of the fastest run that reaches an error",
@@ -70,9 +60,9 @@ Table fastest_table(const std::vector<FastestRun>& runs) {
 }
 
 Table ratio_table(const std::vector<FastestRun>& runs) {
-  const auto scenes = values_of(runs, &FastestRun::scene), families = values_of(runs, &FastestRun::family);
-  const auto levels = values_of(runs, &FastestRun::level);
-  auto groups = values_of(runs, &FastestRun::group);
+  const auto scenes = different(runs, &FastestRun::scene), families = different(runs, &FastestRun::family);
+  const auto levels = different(runs, &FastestRun::level);
+  auto groups = different(runs, &FastestRun::group);
   groups.push_back("all");
   Table table{.title = "Time over that of " + families[0],
               .note =

@@ -3,21 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/problem_choice.h"
 #include "bench/studies/throughput/throughput_rows.h"
 #include "reports/gnuplot.h"
 
 namespace ricochet {
 namespace {
-
-/// The different values of a field, in the order in which they come.
-template <class Row, class Value>
-std::vector<Value> different(const std::vector<Row>& rows, Value Row::*field) {
-  std::vector<Value> values;
-  for (const Row& row : rows) {
-    if (std::ranges::find(values, row.*field) == values.end()) values.push_back(row.*field);
-  }
-  return values;
-}
 
 /// The line of a number of threads, and that of one thread.
 struct ThroughputLine {
@@ -40,7 +31,7 @@ std::vector<ThroughputLine> lines_of(const std::vector<ThroughputRun>& runs) {
 }  // namespace
 
 std::string ThroughputSetting::text() const {
-  return steps > 0 ? fmt::format("-N {}", steps) : fmt::format("--tolerance {:.2g}", tolerance);
+  return setting_text(steps, tolerance);
 }
 
 Table throughput_summary(const std::vector<ThroughputRun>& runs) {
