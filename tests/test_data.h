@@ -102,4 +102,15 @@ inline const std::vector<NamedProblem>& all_problems() {
   return list;
 }
 
+/// One mode for contacts of a scene, and the tableau of the elements that have it.
+struct SceneMode {
+  std::string problem_id, tableau;
+  ContactMode mode = ContactMode::open;
+  std::shared_ptr<const Problem> problem;
+};
+
+inline void PrintTo(const SceneMode& c, std::ostream* out) {
+  *out << c.problem_id << ", " << to_string(c.mode) << ", " << c.tableau;
+}
+
 }  // namespace ricochet

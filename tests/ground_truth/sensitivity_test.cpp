@@ -1,12 +1,8 @@
 // Sensitivities against 42 decimals that no code of this project has touched.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 
-#include "bench/run_experiment.h"
 #include "bench/sensitivities.h"
 #include "bench/studies/method_grid/grid_results.h"
 #include "methods/registry.h"
@@ -14,6 +10,7 @@
 #include "problems/variables.h"
 #include "reference/agreement.h"
 #include "tests/ground_truth/truth_case.h"
+#include "tests/small_experiment.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
@@ -276,13 +273,8 @@ TEST(ExperimentOfSensitivities, MeasuresTheLargestRelativeErrorOfTheirs) {
       {"methods",
        {{{"method", "fesd:radau-iia:2"}, {"steps", {200}}}, {{"method", "moreau_jean"}, {"steps", {10000}}}}}};
   RunOptions options;
-  options.folder = (std::filesystem::temp_directory_path() / fmt::format("ricochet_small_{}", getpid())).string();
   options.with_times = false;
-  std::filesystem::create_directories(options.folder);
-  const std::string file = options.folder + "/small.json";
-  std::ofstream(file) << experiment;
-  const GridResults results(read_results(run_experiment(file, options)));
-  std::filesystem::remove_all(options.folder);
+  const GridResults results(run_small_experiment(experiment.dump(), options));
 
   ASSERT_EQ(results.records.size(), 2u);
   const auto column = [&](const char* name) {

@@ -16,16 +16,6 @@ namespace {
 
 constexpr int kPolygonFacets = 8;
 
-struct AffineCase {
-  std::string problem_id, tableau;
-  ContactMode mode = ContactMode::open;
-  std::shared_ptr<const Problem> problem;
-};
-
-void PrintTo(const AffineCase& c, std::ostream* out) {
-  *out << c.problem_id << ", " << to_string(c.mode) << ", " << c.tableau;
-}
-
 bool takes_mode(const ContactInfo& contact, ContactMode mode) {
   if (mode == ContactMode::open) return !contact.is_bilateral;
   if (mode == ContactMode::closed) return contact.n_t == 0;
@@ -44,7 +34,7 @@ bool is_on_facet(ContactMode mode) {
 
 /// Both forms of one element with a mode for one contact, the others open.
 struct BothForms {
-  BothForms(const AffineCase& of, int contact)
+  BothForms(const SceneMode& of, int contact)
       : problem(*of.problem),
         polygon(is_on_facet(of.mode) ? kPolygonFacets : 0),
         closed(problem, tableau_of(of.tableau), counters, polygon),
@@ -77,8 +67,8 @@ struct BothForms {
   std::mt19937 engine{11};
 };
 
-std::vector<AffineCase> affine_cases() {
-  std::vector<AffineCase> list;
+std::vector<SceneMode> affine_cases() {
+  std::vector<SceneMode> list;
   for (const auto& scene : all_problems()) {
     const auto& structure = scene.problem->info().structure;
     if (!structure.constant_mass || !structure.constant_force_jacobian) continue;
@@ -100,7 +90,7 @@ double difference(const Matrix& a, const Matrix& b, double scale = 0) {
   return (a - b).cwiseAbs().maxCoeff() / std::max({a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff(), scale, 1e-300});
 }
 
-class AffineElements : public testing::TestWithParam<AffineCase> {};
+class AffineElements : public testing::TestWithParam<SceneMode> {};
 
 TEST_P(AffineElements, AreThoseOfNewton) {
   const ProblemInfo& info = GetParam().problem->info();

@@ -14,17 +14,6 @@ namespace {
 constexpr int kFacets = 6;
 constexpr double kLength = 0.03;
 
-/// A mode that all contacts of a scene have that can: the others are open.
-struct Case {
-  std::string problem_id, tableau;
-  ContactMode mode = ContactMode::open;
-  std::shared_ptr<const Problem> problem;
-};
-
-void PrintTo(const Case& c, std::ostream* out) {
-  *out << c.problem_id << ", " << to_string(c.mode) << ", " << c.tableau;
-}
-
 bool can_have(const ContactInfo& contact, ContactMode mode) {
   switch (mode) {
     case ContactMode::open:
@@ -43,8 +32,8 @@ bool can_have(const ContactInfo& contact, ContactMode mode) {
   return false;
 }
 
-std::vector<Case> cases() {
-  std::vector<Case> list;
+std::vector<SceneMode> cases() {
+  std::vector<SceneMode> list;
   for (const auto& problem : all_problems()) {
     const ProblemInfo& info = problem.problem->info();
     if (info.contacts.empty() || info.n_q > 16) continue;  // differences of many unknowns take long, and say no more
@@ -62,7 +51,7 @@ std::vector<Case> cases() {
 class MadeUpElement {
  public:
   /// @param only  contact that has the mode; -1: all that can
-  explicit MadeUpElement(const Case& of, int only = -1)
+  explicit MadeUpElement(const SceneMode& of, int only = -1)
       : problem(*of.problem),
         polygon(of.mode == ContactMode::vertex_slip || of.mode == ContactMode::edge_slip ? kFacets : 0),
         system(problem, make_tableau(of.tableau, 2), counters, polygon, ElementSystem::Form::newton),
@@ -163,7 +152,7 @@ class MadeUpElement {
   std::mt19937 engine{7};
 };
 
-class ElementDerivatives : public testing::TestWithParam<Case> {};
+class ElementDerivatives : public testing::TestWithParam<SceneMode> {};
 
 TEST_P(ElementDerivatives, NewtonMatrixIsThatOfTheResidual) {
   MadeUpElement made(GetParam());
@@ -284,7 +273,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, ElementDerivatives, testing::ValuesIn(cases()),
 /// tangents, too.
 TEST(SwitchFunctions, PowerThatFrictionMissesIsThatOfTheSlipAccelerations) {
   int on_curves = 0;
-  for (const Case& of : cases()) {
+  for (const SceneMode& of : cases()) {
     if (of.mode != ContactMode::slip || of.tableau != "radau-iia") continue;
     MadeUpElement made(of);
     const auto& contacts = made.problem.info().contacts;

@@ -1,32 +1,20 @@
 // The study of the fastest runs: only runs that reach an error compete, and what its tables say of them.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
-
-#include "bench/run_experiment.h"
 #include "bench/studies/fastest/fastest_rows.h"
-#include "reports/results.h"
+#include "tests/small_experiment.h"
 
 namespace ricochet {
 namespace {
 
-namespace fs = std::filesystem;
-
 TEST(FastestStudy, OnlyRunsThatReachTheErrorCompete) {
-  const fs::path folder = fs::temp_directory_path() / ("ricochet_fastest_" + std::to_string(getpid()));
-  fs::create_directories(folder);
-  std::ofstream(folder / "fastest.json") << R"({"id": "fastest", "kind": "fastest", "title": "t", "description": "d.",
+  const auto runs = run_small_experiment(R"({"id": "fastest", "kind": "fastest", "title": "t", "description": "d.",
       "quick": true, "time_limit": 10, "levels": [0.1, 1e-3, 1e-10], "families": [
         {"name": "low order", "methods": ["moreau_jean"], "steps": {"from": 20, "to": 20000, "per_decade": 1}},
         {"name": "high order", "methods": ["fesd:radau-iia:3,elements=as_needed", "fesd_adaptive:radau-iia:3"],
          "steps": {"from": 5, "to": 50, "per_decade": 1}, "tolerances": {"from": 1e-2, "to": 1e-6, "per_decade": 1}}],
-      "scenes": [{"problem": "belt_oscillator", "group": "g", "parameters": {"duration": 2}}]})";
-  RunOptions options;
-  options.folder = folder / "results";
-  const auto runs = read_results(run_experiment(folder / "fastest.json", options)).all<FastestRun>();
-  fs::remove_all(folder);
+      "scenes": [{"problem": "belt_oscillator", "group": "g", "parameters": {"duration": 2}}]})")
+                        .all<FastestRun>();
   ASSERT_EQ(runs.size(), 6u) << "two families, three levels";
   int reached = 0;
   for (const FastestRun& run : runs) {

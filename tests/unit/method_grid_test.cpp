@@ -1,33 +1,21 @@
 // The runs of a grid of methods and settings, as their rows say.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
-
-#include "bench/run_experiment.h"
 #include "reports/record.h"
-#include "reports/results.h"
+#include "tests/small_experiment.h"
 
 namespace ricochet {
 namespace {
 
-namespace fs = std::filesystem;
-
 /// Orders are drawn against T / (N_sim N_FE), however many elements an impact adds to a step.
 TEST(MethodGrid, StepLengthsAreThoseOfTheElements) {
-  const fs::path folder = fs::temp_directory_path() / ("ricochet_grid_" + std::to_string(getpid()));
-  fs::create_directories(folder);
-  std::ofstream(folder / "grid.json") << R"({"id": "grid", "kind": "method_grid", "title": "t", "description": "d.",
+  const auto records = run_small_experiment(R"({"id": "grid", "kind": "method_grid", "title": "t", "description": "d.",
       "problem": "bouncing_ball", "parameters": {"duration": 2}, "reference": null, "times": false, "grids": {"few": [100, 250]},
       "methods": [{"method": "fesd:radau-iia:2,elements=as_needed,n_fe=1", "steps": "few"},
                   {"method": "fesd:radau-iia:2,elements=as_needed", "steps": "few"},
                   {"method": "fesd:radau-iia:2,elements=as_needed,n_fe=3", "steps": "few"},
-                  {"method": "moreau_jean", "steps": "few"}]})";
-  RunOptions options;
-  options.folder = folder / "results";
-  const auto records = read_results(run_experiment(folder / "grid.json", options)).all<Record>();
-  fs::remove_all(folder);
+                  {"method": "moreau_jean", "steps": "few"}]})")
+                           .all<Record>();
   ASSERT_EQ(records.size(), 8u);
   const int elements[] = {1, 2, 3, 1};
   for (std::size_t k = 0; k < records.size(); ++k) {
