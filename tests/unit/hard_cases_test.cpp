@@ -96,6 +96,23 @@ TEST(Verdict, EveryOneHasAWordOfItsOwn) {
   }
 }
 
+TEST(HardTables, TheSmallestErrorIsThatOfAMethodThatIsRight) {
+  HardCell right, wrong;
+  right.hard_case = wrong.hard_case = "case";
+  right.limits = wrong.limits = limits();
+  right.outcome = wrong.outcome = good();
+  right.method = "right";
+  wrong.method = "wrong";
+  wrong.outcome.error = 0.5 * right.outcome.error;
+  wrong.outcome.penetration = 1;
+  ASSERT_NE(wrong.verdict(), right.verdict());
+  const Table table = case_table({right, wrong});
+  ASSERT_EQ(table.rows.size(), 1u);
+  EXPECT_EQ(table.rows[0][1], "1") << "right";
+  EXPECT_EQ(table.rows[0][2], "1") << "not right";
+  EXPECT_EQ(table.rows[0][5], "right") << "whose error is the smallest";
+}
+
 TEST(Isolated, EveryEndIsAnAnswer) {
   using Ending = IsolatedResult::Ending;
   const std::string large(1'000'000, 'x');  // more than a pipe holds

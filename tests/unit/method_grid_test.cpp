@@ -1,6 +1,7 @@
 // The runs of a grid of methods and settings, as their rows say.
 #include <gtest/gtest.h>
 
+#include "bench/studies/study.h"
 #include "reports/record.h"
 #include "tests/small_experiment.h"
 
@@ -22,6 +23,45 @@ TEST(MethodGrid, StepLengthsAreThoseOfTheElements) {
     ASSERT_TRUE(records[k].succeeded()) << records[k].message;
     EXPECT_NEAR(records[k].h_bar, 2.0 / (records[k].steps * elements[k / 2]), 1e-16) << records[k].method;
   }
+}
+
+/// A quick run leaves out the settings that take long, and nothing else.
+TEST(MethodGrid, AQuickRunLeavesOutTheManySteps) {
+  const std::string experiment = R"({"id": "grid", "kind": "method_grid", "title": "t", "description": "d.",
+      "problem": "bouncing_ball", "parameters": {"duration": 0.1}, "reference": null, "times": false,
+      "grids": {"far": [100, 20000, 20001]}, "methods": [{"method": "moreau_jean", "steps": "far"}]})";
+  const auto steps = [&](bool is_quick) {
+    RunOptions options;
+    options.quick = is_quick;
+    std::vector<int> list;
+    for (const Record& record : run_small_experiment(experiment, options).all<Record>()) list.push_back(record.steps);
+    return list;
+  };
+  EXPECT_EQ(steps(false), (std::vector{100, 20000, 20001}));
+  EXPECT_EQ(steps(true), (std::vector{100, 20000}));
+}
+
+/// A failure that another method answers is none of the experiment; an answer that failed is none.
+TEST(MethodGrid, AFailureIsASurpriseUntilItIsAnswered) {
+  Record failed;
+  failed.method = "first";
+  failed.steps = 10;
+  failed.status = "infeasible";
+  Record answer = failed;
+  answer.method = "second";
+  answer.instead_of = "first";
+  const auto surprises_of = [](const std::vector<Record>& records) {
+    Results results;
+    results.header = {{"kind", "header"}, {"study", "method_grid"}};
+    for (const Record& record : records) results.rows.push_back(line_of(record));
+    return surprises(results);
+  };
+  EXPECT_EQ(surprises_of({failed}), 1);
+  EXPECT_EQ(surprises_of({failed, answer}), 1) << "an answer that failed, too";
+  answer.status = "success";
+  EXPECT_EQ(surprises_of({failed, answer}), 0);
+  answer.steps = 20;
+  EXPECT_EQ(surprises_of({failed, answer}), 1) << "the answer to another setting";
 }
 
 }  // namespace
