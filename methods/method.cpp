@@ -8,11 +8,10 @@
 
 namespace ricochet {
 
-Solution Method::solve(const Problem& problem, const Settings& settings) const {
-  const MethodInfo method = info();
-  if (const Support support = supports(problem.info()); !support.ok) {
-    throw InputError(fmt::format("method {} cannot run problem {}: {}", method.id, problem.info().id, support.reason));
-  }
+namespace {
+
+/// @throws InputError
+void check(const MethodInfo& method, const Settings& settings) {
   const auto require = [](bool ok, const char* field, double value, const char* allowed) {
     if (!ok) throw InputError(field, value, allowed);
   };
@@ -30,14 +29,59 @@ Solution Method::solve(const Problem& problem, const Settings& settings) const {
   if (!settings.sensitivities.empty() && !method.has_sensitivities)
     throw InputError(fmt::format("method {} computes no sensitivities", method.id));
   require(settings.time_limit >= 0, "time_limit", settings.time_limit, "a number of seconds >= 0 is required");
+}
 
-  Solution solution = do_solve(problem, settings);
+/// Drops the events that nobody wanted, and notices a state that is none.
+void complete(const Settings& settings, Solution& solution) {
   if (settings.recording == Recording::final_state) solution.events.clear();
   if (solution.succeeded() && !(solution.q.allFinite() && solution.v.allFinite())) {
     solution.status = Status::non_finite;
     solution.message = "the final state is not finite";
   }
+}
+
+}  // namespace
+
+void Method::require_support(const ProblemInfo& problem) const {
+  if (const Support support = supports(problem); !support.ok)
+    throw InputError(fmt::format("method {} cannot run problem {}: {}", info().id, problem.id, support.reason));
+}
+
+Solution Method::solve(const Problem& problem, const Settings& settings) const {
+  require_support(problem.info());
+  check(info(), settings);
+  Solution solution = do_solve(problem, settings);
+  complete(settings, solution);
   return solution;
+}
+
+/// The checks of Method::solve() around a solver of the method, or around do_solve() where there is none.
+class Method::CheckedSolver final : public Solver {
+ public:
+  CheckedSolver(const Method& method, const Problem& problem)
+      : method_(method), info_(method.info()), problem_(problem), solver_(method.do_prepare(problem)) {}
+
+  Solution solve(const Settings& settings) override {
+    check(info_, settings);
+    Solution solution = solver_ ? solver_->solve(settings) : method_.do_solve(problem_, settings);
+    complete(settings, solution);
+    return solution;
+  }
+
+ private:
+  const Method& method_;
+  const MethodInfo info_;
+  const Problem& problem_;
+  const std::unique_ptr<Solver> solver_;
+};
+
+std::unique_ptr<Solver> Method::prepare(const Problem& problem) const {
+  require_support(problem.info());
+  return std::make_unique<CheckedSolver>(*this, problem);
+}
+
+std::unique_ptr<Solver> Method::do_prepare(const Problem&) const {
+  return nullptr;
 }
 
 }  // namespace ricochet

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,18 @@ struct Support {
   static Support no(std::string why) { return {false, std::move(why)}; }
 };
 
+/// A method made ready for one problem: what its runs need besides their results is made once. For one thread.
+class Solver {
+ public:
+  virtual ~Solver() = default;
+
+  /// As Method::solve(). Between runs the initial state, the control and the end time of the problem may change; for
+  /// other parameters another Solver is needed. A run knows nothing of those before it: to the last bit, what it returns
+  /// depends on the initial state of this run and on the one that the solver was made with. Counters are of this run,
+  /// which finds the factors of constant matrices made.
+  virtual Solution solve(const Settings& settings) = 0;
+};
+
 /// A numerical method for complementarity Lagrangian systems. It knows a problem through `Problem` alone.
 class Method {
  public:
@@ -61,10 +74,20 @@ class Method {
   /// @throws InputError for settings out of range, or a problem that supports() declines
   Solution solve(const Problem& problem, const Settings& settings) const;
 
+  /// For many runs of one problem. Method and problem have to outlive what is returned.
+  /// @throws InputError for a problem that supports() declines
+  std::unique_ptr<Solver> prepare(const Problem& problem) const;
+
  protected:
   /// Called with checked settings. May throw nothing but InputError and std::bad_alloc. May return events that nobody
   /// wanted: solve() drops them.
   virtual Solution do_solve(const Problem& problem, const Settings& settings) const = 0;
+  /// A solver that keeps storage between runs, and whose solve() does what do_solve() does; null where a method has none.
+  virtual std::unique_ptr<Solver> do_prepare(const Problem& problem) const;
+
+ private:
+  class CheckedSolver;
+  void require_support(const ProblemInfo& problem) const;
 };
 
 }  // namespace ricochet

@@ -5,12 +5,11 @@
 namespace ricochet {
 namespace {
 
-/// How far each gap moves by itself until the end, as a few instants say; zero without a clock.
+/// How far each gap moves by itself until the end, as a few instants say. There is a clock.
 Vector own_motion(const Problem& problem) {
   constexpr int kInstants = 16;
   const ProblemInfo& info = problem.info();
   Vector motion = Vector::Zero(problem.n_c());
-  if (info.clock < 0) return motion;
   const Vector start = problem.gap(info.q0);
   Vector q = info.q0;
   for (int k = 1; k <= kInstants; ++k) {
@@ -23,11 +22,15 @@ Vector own_motion(const Problem& problem) {
 }  // namespace
 
 ContactScales::ContactScales(const Problem& problem) : problem_(problem) {
-  approach_.setZero(problem.n_c());
-  slip_ = force_ = G_nn_ = G_tt_ = approach_;
-  gap_ = own_motion(problem);
+  for (Vector* of_contacts : {&gap_, &approach_, &slip_, &force_, &G_nn_, &G_tt_}) of_contacts->resize(problem.n_c());
   normal_.resize(problem.info().n_normal_entries);
-  problem.normal_jacobian(problem.info().q0.data(), normal_.data());
+  restart();
+}
+
+void ContactScales::restart() {
+  for (Vector* of_contacts : {&gap_, &approach_, &slip_, &force_, &G_nn_, &G_tt_}) of_contacts->setZero();
+  if (problem_.info().clock >= 0) gap_ = own_motion(problem_);
+  problem_.normal_jacobian(problem_.info().q0.data(), normal_.data());
   normal_ = normal_.cwiseAbs();
 }
 

@@ -25,6 +25,8 @@ class ContactScales {
  public:
   explicit ContactScales(const Problem& problem);
 
+  /// A new run, of which nothing has been seen.
+  void restart();
   /// (1) at the left end of a step of length H. @param is_first  of a run
   void begin_step(const double* q, const double* v, double H, bool is_first);
   /// A contact that touches. @param J_n  packed; a curved contact may have other entries than where the run began

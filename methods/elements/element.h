@@ -28,6 +28,10 @@ struct Element {
   bool has_frozen_slip = false;  ///< (7c) has the direction slip_start, as long as v_t is far from its solution
 
   void resize(const ProblemInfo& info, int n_s);
+  /// What another element has left is no first guess for this one.
+  void forget_guess() {
+    for (Matrix* unknowns : {&a, &lambda_n, &lambda_t}) unknowns->setZero();
+  }
 };
 
 }  // namespace ricochet

@@ -34,6 +34,11 @@ double remaining_iterations(double factor, double contraction) {
 ElementSolver::ElementSolver(ElementSystem& system, double tolerance)
     : system_(system), tolerance_(tolerance), coefficients_(system.tableau) {}
 
+void ElementSolver::restart() {
+  system_.restart();
+  keeps_factors_ = true;
+}
+
 /// Derivatives of this instant and their factors.
 bool ElementSolver::refresh(const StageCoefficients& k, const Element& e) {
   system_.equations.derivatives(k, e, system_.work);

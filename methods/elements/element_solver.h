@@ -14,6 +14,9 @@ class ElementSolver {
   /// @param tolerance  relative size of the last Newton correction
   ElementSolver(ElementSystem& system, double tolerance);
 
+  /// A new run: what the elements of the last one have left is forgotten.
+  void restart();
+
   /// In: h, q0, v0, modes, and a, lambda_n as first guess. Out: everything else. No allocation, apart from the first
   /// use of an active set.
   Result solve(Element& e);

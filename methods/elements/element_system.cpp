@@ -38,6 +38,11 @@ void ElementSystem::take_active_set() {
   newton.set_active(active.closed(), active.n_rows());
 }
 
+void ElementSystem::restart() {
+  work.gap_size.setZero();
+  newton.forget_factors();
+}
+
 void ElementSystem::set_active(Element& e) {
   if (active.set(e.modes, e.facets) || (map_ && map_->u != problem.info().u)) take_active_set();
   unknowns.set_dependent_forces(e);

@@ -27,6 +27,8 @@ class ElementSystem {
   ElementSystem(const ElementSystem&) = delete;
   ElementSystem& operator=(const ElementSystem&) = delete;
 
+  /// A new run: sizes that were seen and factors are of the last one.
+  void restart();
   /// Takes over the active set of an element, and sets the forces in it that are no unknowns.
   void set_active(Element& e);
   /// The map of the active set, where its equations have a closed form; else null.

@@ -29,8 +29,8 @@ Matrix cancelled(const Matrix& a, const Matrix& b, const Matrix& c) {
 
 }  // namespace
 
-ModeMap::ModeMap(const Problem& problem, const ActiveSet& active)
-    : modes(active.modes()), facets(active.facets()), u(problem.info().u) {
+ModeMap::ModeMap(const Problem& problem, const ActiveSet& active, const Vector& q, const Vector& v)
+    : modes(active.modes()), facets(active.facets()), u(problem.info().u), q_r(q), v_r(v) {
   if (is_affine(problem.info(), active)) set(problem, active);
 }
 
@@ -40,8 +40,6 @@ void ModeMap::set(const Problem& problem, const ActiveSet& active) {
   is_constant = !info.structure.force_uses_position && !info.structure.force_uses_velocity;
   if (!is_constant && n > kMaxCoordinates) return;
 
-  q_r = info.q0;
-  v_r = info.v0;
   Vector f(n);
   Matrix f_q = Matrix::Zero(n, n), f_v = f_q;
   problem.force(q_r.data(), v_r.data(), info.u.data(), f.data());
@@ -53,8 +51,8 @@ void ModeMap::set(const Problem& problem, const ActiveSet& active) {
   R = Matrix::Zero(n, n_rows);
   Matrix C = R;
   Vector J_n(info.n_normal_entries), J_t(info.n_tangent_entries);
-  problem.normal_jacobian_of(active.is_closed(), info.q0.data(), J_n.data());
-  if (active.has_friction()) problem.tangent_jacobian_of(active.is_closed(), info.q0.data(), J_t.data());
+  problem.normal_jacobian_of(active.is_closed(), q_r.data(), J_n.data());
+  if (active.has_friction()) problem.tangent_jacobian_of(active.is_closed(), q_r.data(), J_t.data());
   for (const ActiveContact& closed : active.closed()) {
     const auto& contact = info.contacts[closed.contact];
     const auto entries = static_cast<int>(contact.support.size()), n_pushed = static_cast<int>(contact.pushed().size());
@@ -99,7 +97,7 @@ const ModeMap* ModeMaps::of(const ActiveSet& active) {
       return map.exists ? &map : nullptr;
   }
   if (kept_.size() == kMaxMaps) kept_.pop_front();
-  kept_.emplace_back(problem_, active);
+  kept_.emplace_back(problem_, active, q_r_, v_r_);
   counters_.force_evaluations += kept_.back().exists;
   return kept_.back().exists ? &kept_.back() : nullptr;
 }

@@ -197,14 +197,15 @@ NewtonSystem::Factor& NewtonSystem::factor_for(const Island& island, double h) {
   auto& kept = factors_[island.coordinates.front()];
   Factor* oldest = nullptr;
   for (auto& factor : kept) {
-    if ((factor.h == h || island.is_constant) && factor.key == island.key &&
+    if (factor.last_use > 0 && (factor.h == h || island.is_constant) && factor.key == island.key &&
         factor.n_coordinates == static_cast<int>(island.coordinates.size())) {
       factor.last_use = ++clock_;
       return factor;
     }
     if (!oldest || factor.last_use < oldest->last_use) oldest = &factor;
   }
-  if (kept.size() < kMaxFactors) {
+  const bool is_free = oldest && oldest->last_use == 0;
+  if (!is_free && kept.size() < kMaxFactors) {
     kept.reserve(kMaxFactors);  // they do not move
     oldest = &kept.emplace_back();
   }
@@ -214,6 +215,17 @@ NewtonSystem::Factor& NewtonSystem::factor_for(const Island& island, double h) {
   oldest->is_valid = false;
   oldest->last_use = ++clock_;
   return *oldest;
+}
+
+void NewtonSystem::forget_factors() {
+  for (auto& of_island : factors_) {
+    for (Factor& factor : of_island) {
+      factor.is_valid = false;
+      factor.last_use = 0;
+    }
+  }
+  recalled_h_ = 0;
+  is_known_ = false;
 }
 
 bool NewtonSystem::recall(double h) {

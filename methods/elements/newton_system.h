@@ -35,6 +35,8 @@ class NewtonSystem {
   /// Another active set: finds the islands. @param n_rows  unknown forces per stage
   void set_active(std::span<const ActiveContact> closed, int n_rows);
 
+  /// Factors of this and other active sets are gone, their storage stays.
+  void forget_factors();
   /// Takes the factors that were kept for this length and active set. False when some are missing.
   bool recall(double h);
   /// Factorises where recall() found nothing, and wherever the matrix may have changed since.
@@ -60,9 +62,9 @@ class NewtonSystem {
     BandLu band;
     Matrix K;
     SmallLu lu;
-    Matrix negative_inverse;  // where it is kept: it holds for ever, or the contacts are redundant
-    Matrix to_smallest;       // RedundantSystem (2); empty when the contacts are not redundant
-    std::uint64_t last_use = 0;
+    Matrix negative_inverse;     // where it is kept: it holds for ever, or the contacts are redundant
+    Matrix to_smallest;          // RedundantSystem (2); empty when the contacts are not redundant
+    std::uint64_t last_use = 0;  // 0: free
   };
 
   struct Island {

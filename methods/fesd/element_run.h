@@ -31,6 +31,9 @@ class ElementRunSolver {
   ElementRunSolver(const Problem& problem, const ButcherTableau& tableau, const Options& options, ContactScales& scales,
                    ElementStartSolver& start_solver, StepBuffers& buffers, Counters& counters);
 
+  /// A new run of the method.
+  void restart() { element_solver_.restart(); }
+
   /// `count` elements of length h. The first failure in time; its violation counts time from the start of the run.
   StepFailure equal_elements(int first, int count, double h);
 

@@ -2,7 +2,7 @@
 
 #include "methods/elements/bilateral_support.h"
 #include "methods/fesd/fesd_run.h"
-#include "methods/fesd/pivoting_solver.h"
+#include "methods/fesd/kept_solver.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "problems/input_error.h"
@@ -47,25 +47,34 @@ class Fesd final : public Method {
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
+    KeptSolver kept(problem, tableau_, options_);
+    return run(problem, settings, kept);
+  }
+
+  std::unique_ptr<Solver> do_prepare(const Problem& problem) const override {
+    return std::make_unique<PreparedFesd>(
+        problem, tableau_, options_,
+        [this, &problem](const Settings& settings, KeptSolver& kept) { return run(problem, settings, kept); });
+  }
+
+ private:
+  Solution run(const Problem& problem, const Settings& settings, KeptSolver& kept) const {
     const bool pinned = options_.switches == PivotingSolver::Switches::pinned;
     if (!settings.sensitivities.empty()) require_sensitivities(problem.info());
-    FesdRun run(problem, tableau_, settings,
-                FesdAudit::Claims{.pinned = pinned, .gap_tolerance = options_.gap_tolerance, .cone = cone_});
-    PivotingSolver::Options options = options_;
-    options.tolerance = settings.inner_tolerance;
-    PivotingSolver solver(problem, tableau_, options, run.counters());
-    solver.start(problem.info().q0, problem.info().v0);
-    run.take_equal_steps(
-        solver, [&](double H) { return run.time_is_over() ? Status::time_limit : solver.advance(H); },
+    FesdRun steps(problem, tableau_, settings,
+                  FesdAudit::Claims{.pinned = pinned, .gap_tolerance = options_.gap_tolerance, .cone = cone_},
+                  kept.counters());
+    PivotingSolver& solver = kept.start(settings.inner_tolerance);
+    steps.take_equal_steps(
+        solver, [&](double H) { return steps.time_is_over() ? Status::time_limit : solver.advance(H); },
         [&] {
           return solver.failure_message() +
                  (solver.more_elements_may_help() ? "; elements=as_needed may solve it" : "");
         },
         [&](double H, int n) { return solver.glide(H, n); });
-    return run.finish();
+    return steps.finish();
   }
 
- private:
   void require_sensitivities(const ProblemInfo& problem) const {
     if (options_.switches != PivotingSolver::Switches::pinned)
       throw InputError(

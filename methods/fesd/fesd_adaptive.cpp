@@ -8,8 +8,8 @@
 #include "methods/fesd/capture.h"
 #include "methods/fesd/element_error.h"
 #include "methods/fesd/fesd_run.h"
+#include "methods/fesd/kept_solver.h"
 #include "methods/fesd/moving_contacts.h"
-#include "methods/fesd/pivoting_solver.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
 
@@ -31,8 +31,7 @@ class AdaptiveRun {
  public:
   /// @param rest_speed  normal velocity up to which a bounce is closed [m/s]
   AdaptiveRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
-              const PivotingSolver::Options& options, const FrictionConeOptions& cone, const ElementError& error,
-              double rest_speed);
+              const FrictionConeOptions& cone, const ElementError& error, double rest_speed, KeptSolver& kept);
 
   Solution solve();
 
@@ -60,7 +59,7 @@ class AdaptiveRun {
   const double rest_speed_;
   const double T_;
   FesdRun run_;
-  PivotingSolver solver_;
+  PivotingSolver& solver_;
   MovingContacts moving_;
   double t_ = 0, h_;  // where the next step begins, and how long it may be [s]
   int standstills_ = 0;
@@ -69,19 +68,17 @@ class AdaptiveRun {
 };
 
 AdaptiveRun::AdaptiveRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
-                         const PivotingSolver::Options& options, const FrictionConeOptions& cone,
-                         const ElementError& error, double rest_speed)
+                         const FrictionConeOptions& cone, const ElementError& error, double rest_speed,
+                         KeptSolver& kept)
     : settings_(settings),
       error_(error),
       exponent_(-1.0 / (tableau.order + 1)),
       rest_speed_(rest_speed),
       T_(problem.info().end_time),
-      run_(problem, tableau, settings, FesdAudit::Claims{.cone = cone}),
-      solver_(problem, tableau, options, run_.counters()),
+      run_(problem, tableau, settings, FesdAudit::Claims{.cone = cone}, kept.counters()),
+      solver_(kept.start(settings.inner_tolerance)),
       moving_(problem),
-      h_(kFirstStep * T_) {
-  solver_.start(problem.info().q0, problem.info().v0);
-}
+      h_(kFirstStep * T_) {}
 
 Solution AdaptiveRun::solve() {
   const std::function<bool(const Element&)> is_accurate = [&](const Element& element) {
@@ -242,12 +239,21 @@ class FesdAdaptive final : public Method {
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    PivotingSolver::Options options = options_;
-    options.tolerance = settings.inner_tolerance;
-    return AdaptiveRun(problem, tableau_, settings, options, cone_, error_, settings.tolerance / kappa_).solve();
+    KeptSolver kept(problem, tableau_, options_);
+    return run(problem, settings, kept);
+  }
+
+  std::unique_ptr<Solver> do_prepare(const Problem& problem) const override {
+    return std::make_unique<PreparedFesd>(
+        problem, tableau_, options_,
+        [this, &problem](const Settings& settings, KeptSolver& kept) { return run(problem, settings, kept); });
   }
 
  private:
+  Solution run(const Problem& problem, const Settings& settings, KeptSolver& kept) const {
+    return AdaptiveRun(problem, tableau_, settings, cone_, error_, settings.tolerance / kappa_, kept).solve();
+  }
+
   std::string id_;
   ButcherTableau tableau_;
   FrictionConeOptions cone_;

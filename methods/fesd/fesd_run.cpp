@@ -5,8 +5,8 @@
 namespace ricochet {
 
 FesdRun::FesdRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
-                 const std::optional<FesdAudit::Claims>& claims)
-    : problem_(problem), settings_(settings), time_limit_(settings.time_limit) {
+                 const std::optional<FesdAudit::Claims>& claims, Counters& counters)
+    : problem_(problem), settings_(settings), counters_(counters), time_limit_(settings.time_limit) {
   if (settings.audit && claims) audit_.emplace(problem, tableau, *claims);
   if (!settings.sensitivities.empty()) sensitivity_.emplace(problem, tableau, settings.sensitivities);
 }
@@ -26,6 +26,8 @@ void FesdRun::fail(Status status, const std::string& where, const std::string& m
 Solution FesdRun::finish() {
   solution_.q = reached_ ? reached_->q1 : problem_.info().q0;
   solution_.v = reached_ ? reached_->v1 : problem_.info().v0;
+  counters_.events = solution_.counters.events;
+  solution_.counters = counters_;
   if (audit_) solution_.residuals = audit_->residuals();
   if (sensitivity_) {
     solution_.dq = sensitivity_->dq();

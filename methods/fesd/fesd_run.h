@@ -18,10 +18,10 @@ namespace ricochet {
 class FesdRun {
  public:
   /// Problem and settings have to outlive the run. @param claims  what the audit is to know; without, there is none
+  /// @param counters  of what solves the steps, zero at first
   FesdRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
-          const std::optional<FesdAudit::Claims>& claims);
+          const std::optional<FesdAudit::Claims>& claims, Counters& counters);
 
-  Counters& counters() { return solution_.counters; }
   bool time_is_over() const { return time_limit_.is_over(); }
   /// Null when no derivatives are asked for.
   Sensitivity* sensitivity() { return sensitivity_ ? &*sensitivity_ : nullptr; }
@@ -52,6 +52,7 @@ class FesdRun {
 
   const Problem& problem_;
   const Settings& settings_;
+  Counters& counters_;
   const TimeLimit time_limit_;
   Solution solution_;
   std::optional<FesdAudit> audit_;

@@ -84,6 +84,8 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
       budget_(kMaxPredictions * options.n_fe) {}
 
 void PivotingSolver::start(const Vector& q, const Vector& v) {
+  scales_.restart();
+  runs_.restart();
   buffers_.restart(q, v);
 }
 

@@ -54,7 +54,7 @@ class PivotingSolver {
   PivotingSolver(const PivotingSolver&) = delete;
   PivotingSolver& operator=(const PivotingSolver&) = delete;
 
-  /// Starts a run at (q, v), v before an impact at this instant.
+  /// Starts a run at (q, v), v before an impact at this instant. It knows nothing of the runs before it.
   void start(const Vector& q, const Vector& v);
 
   /// Solves the next step, of length H, from where the step() before ended: that one tells which contacts were closed.

@@ -20,6 +20,9 @@ void StepBuffers::make_room(int n_elements) {
 
 void StepBuffers::restart(const Vector& q, const Vector& v) {
   step_->n_elements = previous_->n_elements = 0;
+  for (FesdStep& step : buffers_) {
+    for (Element& element : step.elements) element.forget_guess();
+  }
   step_->elements[0].q0 = q;
   step_->v_minus.col(0) = v;
 }

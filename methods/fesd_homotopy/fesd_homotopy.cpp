@@ -39,7 +39,8 @@ class FesdHomotopy final : public Method {
     const auto seconds_left = [&] {
       return settings.time_limit - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     };
-    FesdRun run(problem, tableau_, settings, std::nullopt);
+    Counters counters;
+    FesdRun run(problem, tableau_, settings, std::nullopt, counters);
     solver.start(problem.info().q0, problem.info().v0);
     run.take_equal_steps(
         solver,
@@ -47,7 +48,7 @@ class FesdHomotopy final : public Method {
           const double left = seconds_left();
           if (settings.time_limit > 0 && left <= 0) return Status::time_limit;
           const Status status = solver.advance(std::max(left, 0.0));
-          count(solver, status, run.counters());
+          count(solver, status, counters);
           return status;
         },
         [&] { return solver.solution().message; });
