@@ -159,6 +159,7 @@ bool EventDrivenRun::land(Happening& event) {
     for (int k = 0; k < kMaxLandings; ++k) {
       if (!step_->take(h, nullptr) || !step_->finish()) return stop_undetermined();
       const double jerk = (ends_.a1 - ends_.a0).lpNorm<Eigen::Infinity>() / h;
+      event.slope = functions_.slope(event, ends_.q1.data(), ends_.v1.data());
       const double dt = -functions_.value(event, ends_.q1.data(), ends_.v1.data()) / event.slope;
       if (!(std::abs(dt) < h)) break;
       if (dt * dt * (ends_.a1.lpNorm<Eigen::Infinity>() + jerk) > kLanding * tolerance_ && k + 1 < kMaxLandings) {

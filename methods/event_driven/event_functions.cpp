@@ -241,6 +241,14 @@ double EventFunctions::value(const Happening& happening, const double* q, const 
   return function({happening.kind, happening.contact}, v);
 }
 
+double EventFunctions::slope(const Happening& happening, const double* q, const double* v) {
+  if (happening.kind != Kind::gap_closes) return happening.slope;
+  if (curved_normals_) problem_.normal_jacobian(q, packed_n_.data());
+  v_ = Eigen::Map<const Vector>(v, info_.n_q);
+  const double rate = gap_rate(happening.contact, v_);
+  return rate < 0 ? rate : happening.slope;
+}
+
 /// The zero between a point where f is positive and one where it is negative, if it is before the first one so far.
 void EventFunctions::search(const Function& f, double from, double value_from, double to, double value_to,
                             const StepEnds& ends, Happening& first) {
@@ -253,11 +261,12 @@ void EventFunctions::search(const Function& f, double from, double value_from, d
   double theta = to, value = value_to, slope = (value_to - value_from) / (to - from);
   Bracket bracket{from, value_from, to, value_to};
   for (int k = 0; k < kMaxIterations && bracket.to - bracket.from > kLocated; ++k) {
-    const double next = bracket.next(), at_next = at(f, next, ends), moved = std::abs(next - theta);
+    const double next = bracket.next(), at_next = at(f, next, ends);
     if (next != theta) slope = (at_next - value) / (next - theta);
     theta = next;
     value = at_next;
-    if (moved < kLocated || value == 0) break;
+    // By the slope there: next to a minimum the ends of the bracket say nothing of how far the zero is.
+    if (std::abs(value) <= kLocated * std::abs(slope)) break;
     bracket.narrow(theta, value);
   }
   first = {f.kind, f.contact, theta, slope / ends.h};

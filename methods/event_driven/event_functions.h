@@ -44,6 +44,8 @@ class EventFunctions {
   /// Behind an instant: the functions of the modes of the dynamics, with their values at (q, v), whose forces the
   /// dynamics has.
   void begin(const double* q, const double* v);
+  /// The same for a step that ended at (q, v), before any zero.
+  void pass(const double* q, const double* v);
   bool has_forces() const { return !dynamics_.closed().empty(); }
 
   /// Before the stages of a step.
@@ -59,8 +61,8 @@ class EventFunctions {
   /// The function that a happening is a zero of, at (q, v), with forces evaluated there.
   double value(const Happening& happening, const double* q, const double* v);
 
-  /// The same for a step that ended at (q, v), before any zero.
-  void pass(const double* q, const double* v);
+  /// Its derivative by time there, negative: of a gap the one at (q, v), since where it grazes that of find() says little.
+  double slope(const Happening& happening, const double* q, const double* v);
 
   /// J_t' v at (q, v), n_t components.
   void slip_velocity(int contact, const double* q, const double* v, double* v_t);

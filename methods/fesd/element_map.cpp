@@ -37,8 +37,9 @@ ElementMap::ElementMap(ElementSystem& system, double h)
   J_n_ = system.problem.normal_jacobian(whole.q_r);
   J_t_ = system.problem.tangent_jacobian(whole.q_r);
   const Vector gap_at_reference = system.problem.gap(whole.q_r), none = Vector::Zero(gap_at_reference.size());
-  reference_.resize(n_x);
-  reference_ << whole.q_r, whole.v_r;
+  // At rest: velocities that a closed contact would have to stop, and their changes, are terms that cancel.
+  reference_.setZero(n_x);
+  reference_.head(n_q_) = whole.q_r;
   change_.setZero(n_x);
   for (Eigen::Index c = 0; c < n_conditions; ++c) {
     if (conditions_[static_cast<std::size_t>(c)].point == n_s_) start_rows_.push_back(c);

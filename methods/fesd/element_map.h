@@ -14,7 +14,7 @@ namespace ricochet {
 ///   x_1 = x + D (x - x_r) + d                                                                                (1)
 ///   S (x - x_r) + s > bounds                                                                                 (2)
 ///
-/// with x_r = (q_r, v_r) of mode_map.h.
+/// with x_r = (q_r, 0), q_r of mode_map.h.
 /// The rows of (2) are the inequalities of sign_conditions.h at the stages and the right end; and at the right end that
 /// the laws of the instant there would go on with the same modes: no open contact touches, closed ones neither
 /// part nor move across nor, where they stick, along each other, forces are not zero and sticking ones inside the cone.

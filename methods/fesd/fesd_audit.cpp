@@ -549,18 +549,20 @@ void FesdAudit::add_lengths(const View& at) {
   report(FesdCondition::tanh_equilibration, difference * std::tanh(eta), at.step.H, -1);
 }
 
-/// Switch indicator of a contact between an element and its neighbour: kappa = pi^f + pi^lambda, nu = kappa zeta.
+/// Switch indicator of a contact between an element and its neighbour: kappa = pi^f + pi^lambda, nu = kappa zeta. A gap
+/// of a body far away counts as one of the size L: the product over the contacts must not enlarge the rounding of one.
 double FesdAudit::indicator(const View& at, int i) const {
   const Element& left = *at.left;
   const double L = gap_size_[i], force = force_size_[i], gap = at.left_gaps[i];
   double sigma_f_left = problem_.gap(left.q0)[i];
   for (int j = 0; j < tableau_.n_s; ++j) sigma_f_left += problem_.gap(Vector(left.q.col(j)))[i];
   const double sigma_f = gap + at.gaps.row(i).sum();
-  const double pi_f = std::max(0.0, ratio(gap, L)) * ratio(sigma_f_left, L) * ratio(sigma_f, L);
+  const auto part = [&](double x) { return std::clamp(ratio(x, L), -1.0, 1.0); };
+  const double pi_f = std::max(0.0, part(gap)) * part(sigma_f_left) * part(sigma_f);
   const double pi_lambda = ratio(left.lambda_n.row(i).sum(), force) * ratio(at.e.lambda_n.row(i).sum(), force);
   const double kappa = pi_f + pi_lambda;
   if (problem_.info().contacts[i].n_t == 0) return kappa;
-  return kappa * (ratio(sigma_f_left + sigma_f, L) + friction_indicator(left, at.e, i));
+  return kappa * (part(sigma_f_left + sigma_f) + friction_indicator(left, at.e, i));
 }
 
 }  // namespace ricochet

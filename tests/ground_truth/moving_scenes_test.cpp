@@ -117,7 +117,8 @@ TEST_P(MovingSensitivities, ReachTheGroundTruth) {
 
 // Tolerances: three times what was measured. Times at which a force vanishes hang on differences of forces,
 // point_variation.h, and are noise of 1.5e-11 or 6e-11 as the compiler orders them, 2e-10 with steps that a tolerance of
-// 1e-10 makes: eight times that. The last slip on the belt stops slowly, so its time amplifies the tolerance.
+// 1e-10 makes: eight times that. The last slip on the belt stops slowly, so its time amplifies the tolerance. Of
+// event_driven ten times: which steps pass is decided by rounding, and the error is that of the last one.
 INSTANTIATE_TEST_SUITE_P(
     GroundTruth, MovingSensitivities,
     testing::Values(TruthCase{"shaken_table_bounces", "fesd:radau-iia:4,elements=as_needed", 200, 1e-12, 1e-12},
@@ -126,9 +127,9 @@ INSTANTIATE_TEST_SUITE_P(
                     TruthCase{"shaken_table_throws", "fesd:radau-iia:4,elements=as_needed", 200, 1e-14, 3e-11},
                     TruthCase{"belt_of_varying_speed", "fesd:radau-iia:4,elements=as_needed", 200, 1e-12, 5e-10},
                     TruthCase{"belt_of_varying_speed", "fesd_adaptive:radau-iia:4", 1, 1e-10, 2e-9},
-                    TruthCase{"shaken_table_bounces", "event_driven", 1, 1.6e-9, 2.1e-9},
-                    TruthCase{"shaken_table_throws", "event_driven", 1, 5e-12, 1e-12},
-                    TruthCase{"belt_of_varying_speed", "event_driven", 1, 3e-11, 1.1e-7}),
+                    TruthCase{"shaken_table_bounces", "event_driven", 1, 5e-9, 7e-9},
+                    TruthCase{"shaken_table_throws", "event_driven", 1, 1.6e-11, 3e-12},
+                    TruthCase{"belt_of_varying_speed", "event_driven", 1, 1e-10, 4e-7}),
     [](const auto& test) { return test_name(std::string(test.param.id) + "_" + test.param.method); });
 
 /// A clock that forces cannot push: what a table of 10^9 kg was before, and lost six digits.
