@@ -35,6 +35,10 @@ class AdjustableProblem {
   /// @throws InputError for values that the problem does not allow, with field, value and what is allowed
   const Problem& at(std::span<const double> values);
 
+  /// The problem of all runs, where no parameter varies; else null. Until the first call of at() it has the initial state
+  /// of the scene.
+  const Problem* only() const { return has_parameters_ ? nullptr : made_.front().get(); }
+
   /// What is the same in all runs: coordinates, names.
   const ProblemInfo& base() const { return base_; }
 

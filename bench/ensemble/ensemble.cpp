@@ -118,6 +118,7 @@ EnsembleWorker::EnsembleWorker(const Ensemble& ensemble)
                      fmt::format("a number from 1e-15 to 1 is required by {}", ensemble.method));
   if (!is_adaptive && ensemble.settings.steps < 1)
     throw InputError("steps", ensemble.settings.steps, fmt::format("at least 1 is required by {}", ensemble.method));
+  if (problem_.only()) solver_ = method_->prepare(*problem_.only());
 }
 
 EnsembleRun EnsembleWorker::run(std::int64_t number) {
@@ -126,7 +127,8 @@ EnsembleRun EnsembleWorker::run(std::int64_t number) {
     const Problem& problem = problem_.at(run.values);
     if (problem.n_q() != base().n_q)
       throw InputError("number of coordinates", problem.n_q(), fmt::format("{} is required in every run", base().n_q));
-    const Solution solution = method_->solve(problem, ensemble_.settings);
+    const Solution solution =
+        solver_ ? solver_->solve(ensemble_.settings) : method_->solve(problem, ensemble_.settings);
     run.status = to_string(solution.status);
     run.message = solution.message;
     run.t = solution.t;

@@ -68,6 +68,7 @@ class EnsembleWorker {
   Ensemble ensemble_;
   AdjustableProblem problem_;
   std::unique_ptr<Method> method_;
+  std::unique_ptr<Solver> solver_;  // where initial states vary alone; made with that of the scene in every thread
 };
 
 /// One worker per thread. @throws InputError for threads < 1, or more than one where the method's library has state that

@@ -20,6 +20,7 @@ class AffineSwitchSolver {
   /// @param tolerance  relative size of the last correction of h
   AffineSwitchSolver(ElementSystem& system, SwitchFunction& function, double tolerance);
 
+  void set_tolerance(double tolerance) { tolerance_ = tolerance; }
   /// As SwitchSolver::solve, for elements whose active set the system has and ElementSystem::affine() knows.
   SwitchResult solve(std::span<Element> run, const Switch& end, double max_h);
 
@@ -29,7 +30,7 @@ class AffineSwitchSolver {
 
   ElementSystem& system_;
   SwitchFunction& function_;
-  const double tolerance_;
+  double tolerance_;
   StageCoefficients k_;
 };
 

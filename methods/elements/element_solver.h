@@ -14,6 +14,7 @@ class ElementSolver {
   /// @param tolerance  relative size of the last Newton correction
   ElementSolver(ElementSystem& system, double tolerance);
 
+  void set_tolerance(double tolerance) { tolerance_ = tolerance; }
   /// A new run: what the elements of the last one have left is forgotten.
   void restart();
 
@@ -28,7 +29,7 @@ class ElementSolver {
   bool refresh(const StageCoefficients& k, const Element& e);
 
   ElementSystem& system_;
-  const double tolerance_;
+  double tolerance_;
   RecentCoefficients coefficients_;
   bool keeps_factors_ = true;  // those of an earlier element contracted when one last needed two iterations
 };

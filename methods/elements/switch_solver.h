@@ -28,6 +28,10 @@ class SwitchSolver {
   /// h > max_h is refused with left_interval.
   Result solve(std::span<Element> run, const Switch& end, double max_h);
 
+  void set_tolerance(double tolerance) {
+    tolerance_ = tolerance;
+    affine_.set_tolerance(tolerance);
+  }
   SwitchFunction& function() { return function_; }
 
  private:
@@ -46,7 +50,7 @@ class SwitchSolver {
   ElementSystem& system_;
   SwitchFunction function_;
   AffineSwitchSolver affine_;
-  const double tolerance_;
+  double tolerance_;
   StageCoefficients k_;
   Matrix dq_, dv_;                 // n_q x 2: variation of the left end of an element, then of its right end
   Matrix stage_dq_, stage_dv_;     // n_q x 2

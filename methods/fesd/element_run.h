@@ -31,6 +31,10 @@ class ElementRunSolver {
   ElementRunSolver(const Problem& problem, const ButcherTableau& tableau, const Options& options, ContactScales& scales,
                    ElementStartSolver& start_solver, StepBuffers& buffers, Counters& counters);
 
+  void set_tolerance(double tolerance) {
+    element_solver_.set_tolerance(tolerance);
+    switch_solver_.set_tolerance(tolerance);
+  }
   /// A new run of the method.
   void restart() { element_solver_.restart(); }
 

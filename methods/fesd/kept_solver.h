@@ -1,39 +1,33 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 
 #include "methods/fesd/pivoting_solver.h"
 #include "methods/method.h"
 
 namespace ricochet {
 
-/// The PivotingSolver of many runs of one problem. It is made anew for another inner tolerance only.
+/// The PivotingSolver of many runs of one problem, with what it counts.
 class KeptSolver {
  public:
-  /// Both have to outlive this.
+  /// Problem and tableau have to outlive this.
   KeptSolver(const Problem& problem, const ButcherTableau& tableau, const PivotingSolver::Options& options)
-      : problem_(problem), tableau_(tableau), options_(options) {}
+      : problem_(problem), solver_(problem, tableau, options, counters_) {}
 
   Counters& counters() { return counters_; }
 
   /// Ready for a run from the initial state of the problem; what was counted before is forgotten.
   PivotingSolver& start(double inner_tolerance) {
-    if (!solver_ || options_.tolerance != inner_tolerance) {
-      options_.tolerance = inner_tolerance;
-      solver_.emplace(problem_, tableau_, options_, counters_);
-    }
     counters_ = {};
-    solver_->start(problem_.info().q0, problem_.info().v0);
-    return *solver_;
+    solver_.set_tolerance(inner_tolerance);
+    solver_.start(problem_.info().q0, problem_.info().v0);
+    return solver_;
   }
 
  private:
   const Problem& problem_;
-  const ButcherTableau& tableau_;
-  PivotingSolver::Options options_;
   Counters counters_;
-  std::optional<PivotingSolver> solver_;
+  PivotingSolver solver_;
 };
 
 /// A FESD method made ready for one problem.

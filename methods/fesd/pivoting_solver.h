@@ -54,6 +54,8 @@ class PivotingSolver {
   PivotingSolver(const PivotingSolver&) = delete;
   PivotingSolver& operator=(const PivotingSolver&) = delete;
 
+  /// Of Newton's method from now on, in place of Options::tolerance.
+  void set_tolerance(double tolerance) { runs_.set_tolerance(tolerance); }
   /// Starts a run at (q, v), v before an impact at this instant. It knows nothing of the runs before it.
   void start(const Vector& q, const Vector& v);
 
