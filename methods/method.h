@@ -9,9 +9,10 @@
 
 namespace ricochet {
 
-/// What a run keeps: its final state; the events too, with the state at each; the states at grid points too. Events are
-/// counted always. n contacts that close at once are n events of n numbers.
-enum class Recording { final_state, events, grid };
+/// What a run keeps, each more than the one before: its final state; the events, with the state at each; the states at
+/// grid points; the motion between them. Events are counted always. n contacts that close at once are n events of n
+/// numbers.
+enum class Recording { final_state, events, grid, motion };
 
 /// How a run is discretised and how exactly its inner problems are solved: three separate kinds of settings.
 struct Settings {

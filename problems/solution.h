@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "problems/motion.h"
 #include "problems/problem.h"
 
 namespace ricochet {
@@ -118,7 +119,8 @@ struct Solution {
   Counters counters;
   std::vector<Event> events;
   std::vector<ContactMode> initial_modes;  ///< n_c, behind t = 0; empty from methods that know none
-  std::vector<Sample> samples;             ///< filled on Recording::grid
+  std::vector<Sample> samples;             ///< filled on Recording::grid and motion
+  Motion motion;                           ///< filled on Recording::motion; empty from methods that know none
 
   /// The method's own equations, evaluated afresh after every step: filled when the run was audited.
   std::vector<Residual> residuals;

@@ -41,6 +41,7 @@ class EventLocatedRun {
   bool check_gaps(double t, Solution& solution);
   bool check_friction(double t, const Roots& found, Solution& solution);
   bool check_limits(double t, Solution& solution) const;
+  void record(double from, double t, Solution& solution);
   void restart(double t, Solution& solution);
   const std::string& name(int i) const { return problem_.info().contacts[i].name; }
 
@@ -112,6 +113,14 @@ bool EventLocatedRun::check_limits(double t, Solution& solution) const {
   return true;
 }
 
+/// The last step up to t.
+void EventLocatedRun::record(double from, double t, Solution& solution) {
+  constexpr int kHighestDegree = 12;  // of Adams' formulas; those of other integrators are lower
+  if (!settings_.records_motion) return;
+  solution.motion.add(from, t, kHighestDegree,
+                      [&](double s, Vector& q, Vector& v) { motion_.load(s < 1 ? from + s * (t - from) : t, q, v); });
+}
+
 void EventLocatedRun::restart(double t, Solution& solution) {
   motion_.count(solution.counters);
   motion_.restart(t, solution.q, solution.v);
@@ -153,6 +162,7 @@ Solution EventLocatedRun::run() {
         solution.t = t = *passed;
         motion_.load(t, solution.q, solution.v);
       }
+      record(from, t, solution);
       if (!check_gaps(t, solution)) break;
       if (problem_.info().has_friction() && !check_friction(t, found, solution)) break;
       if (found.any()) {

@@ -13,6 +13,7 @@ struct EventLocatedSettings {
   double time_limit = 0;        ///< wall time [s]; 0 is none
   long max_steps = 10'000'000;  ///< of the integrator, over the whole run
   long max_events = 100'000;
+  bool records_motion = false;  ///< fills Solution::motion with the integrator's own interpolation
   double zeno_interval = 1e-9;  ///< impacts of one contact closer than this part of end_time are an accumulation
 };
 

@@ -4,9 +4,9 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 
 #include "problems/input_error.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 
@@ -21,10 +21,7 @@ FigureFolder::FigureFolder(std::string folder) : folder_(std::move(folder)) {
 }
 
 void FigureFolder::write(const std::string& name, const std::string& text) const {
-  const auto path = std::filesystem::path(folder_) / name;
-  std::ofstream file(path);
-  file << text;
-  if (!file.flush()) throw InputError("figure", path.string(), "cannot be written");
+  write_text("figure", std::filesystem::path(folder_) / name, text);
 }
 
 void FigureFolder::draw(const std::string& name, const std::string& script) const {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
 #include <type_traits>
 
 #include "problems/input_error.h"
@@ -17,12 +16,6 @@ namespace fs = std::filesystem;
 
 /// Of all animations of a page, behind the last of them.
 const std::string kAnimationScript = fmt::format("<script>{}</script>\n", assets::kAnimationScript);
-
-void write_file(const fs::path& path, const std::string& text) {
-  std::ofstream file(path);
-  file << text;
-  if (!file.flush()) throw InputError("report file", path.string(), "cannot be written");
-}
 
 /// HTML and Markdown, written side by side.
 class Document {
@@ -63,7 +56,7 @@ class Document {
     has_animation_ = true;
   }
   void table(const Table& table, const std::string& name, bool is_long = false) {
-    write_file(folder_ / (name + ".csv"), table.csv());
+    write_text("report file", folder_ / (name + ".csv"), table.csv());
     if (is_long) {
       html_ += fmt::format("<details><summary>{} ({} rows, also in {}.csv)</summary>{}</details>\n",
                            escape_html(table.title), table.rows.size(), name, table.html());
@@ -145,18 +138,19 @@ std::string write_page(const std::vector<ShownResults>& list, const std::string&
     fs::copy_file(path, fs::path(folder) / path.filename(), fs::copy_options::overwrite_existing);
   }
   const fs::path index = fs::path(folder) / "index.html";
-  write_file(fs::path(folder) / "report.md", "# Ricochet: " + title + "\n" + document.markdown());
-  write_file(index, html_page("Ricochet: " + title,
-                              "<h1>Ricochet</h1>\n<p class=\"lead\">Accuracy and speed of methods for rigid-body "
-                              "motion with impacts.</p>\n" +
-                                  document.html()));
+  write_text("report file", fs::path(folder) / "report.md", "# Ricochet: " + title + "\n" + document.markdown());
+  write_text("report file", index,
+             html_page("Ricochet: " + title,
+                       "<h1>Ricochet</h1>\n<p class=\"lead\">Accuracy and speed of methods for rigid-body "
+                       "motion with impacts.</p>\n" +
+                           document.html()));
   return index.string();
 }
 
 std::string write_animation(const std::string& name, const std::string& title, const std::string& html,
                             const std::string& folder) {
   const fs::path path = fs::path(folder) / (name + ".html");
-  write_file(path, html_page(title, html + kAnimationScript));
+  write_text("report file", path, html_page(title, html + kAnimationScript));
   return path.string();
 }
 

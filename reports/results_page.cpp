@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
 
 #include "problems/input_error.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
@@ -13,12 +13,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostRows = 24;  // of a table: what is read without scrolling
-
-void write_text(const fs::path& path, const std::string& text) {
-  std::ofstream file(path);
-  file << text;
-  if (!file.flush()) throw InputError("results page", path.string(), "cannot be written");
-}
 
 /// Up to the first full stop that ends a sentence.
 std::string first_sentence(const std::string& text) {
@@ -50,7 +44,7 @@ std::string markdown_of(const ShownResults& shown, const fs::path& page, const f
   std::string rest;
   for (const Section::NamedTable* table : shown.section.tables()) {
     const fs::path csv = tables / fmt::format("{}_{}.csv", results.experiment(), table->name);
-    write_text(csv, table->table.csv());
+    write_text("results page", csv, table->table.csv());
     const std::string link = csv.lexically_relative(page.parent_path().empty() ? "." : page.parent_path()).string();
     const bool is_shown = table->role == Section::Role::result || table->role == Section::Role::summary;
     if (is_shown) text += table->table.markdown(kMostRows) + "\n";
@@ -71,7 +65,7 @@ void write_results_page(const std::vector<ShownResults>& list, const std::string
   std::string text =
       "# Results\n\nWritten by `ricochet results` from results files; nothing on this page was typed by hand.\n\n";
   for (const auto& shown : list) text += markdown_of(shown, path, tables);
-  write_text(path, text);
+  write_text("results page", path, text);
 }
 
 }  // namespace ricochet

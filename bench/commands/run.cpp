@@ -5,11 +5,14 @@
 #include <chrono>
 
 #include "bench/commands.h"
+#include "bench/problem_choice.h"
 #include "bench/problem_options.h"
 #include "bench/sensitivities.h"
 #include "bench/studies/method_grid/grid_tables.h"
+#include "bench/trajectory_of.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
@@ -17,7 +20,8 @@ namespace {
 struct RunArguments {
   ProblemOptions problem;
   std::string method;
-  std::string plot;
+  std::string plot, csv;
+  int points = 1000;
   std::vector<std::string> sensitivities;
 };
 
@@ -77,19 +81,6 @@ void print_sensitivities(const std::vector<std::string>& names, const ProblemInf
   }
 }
 
-Trajectory trajectory_of(const Problem& problem, const std::string& method, const Solution& solution) {
-  Trajectory trajectory{problem.info().id, method, {}, {}, {}};
-  const int n = problem.info().n_mechanical();
-  for (const auto& sample : solution.samples) {
-    for (const Vector* v : {&sample.v_minus, &sample.v_plus}) {
-      trajectory.t.push_back(sample.t);
-      trajectory.q.emplace_back(sample.q.begin(), sample.q.begin() + n);
-      trajectory.v.emplace_back(v->begin(), v->begin() + n);
-    }
-  }
-  return trajectory;
-}
-
 }  // namespace
 
 void add_run_command(CLI::App& app, int& exit_code) {
@@ -99,6 +90,10 @@ void add_run_command(CLI::App& app, int& exit_code) {
   options.problem.add_settings(*command);
   command->add_option("--method,-m", options.method, "method, see `ricochet list methods`")->required();
   command->add_option("--plot", options.plot, "FOLDER for a figure of the motion (trajectory.svg)");
+  auto* csv = command->add_option("--csv", options.csv, "FILE for the motion: t, q and v as CSV");
+  command->add_option("--points", options.points, "of the CSV: equally spaced, besides the events")
+      ->needs(csv)
+      ->check(CLI::Range(1, 100'000'000));
   command->add_option("--sensitivity", options.sensitivities,
                       "print derivatives by q0:0 or v0:0, a component of the initial values, or by param:NAME, a "
                       "parameter; may be repeated");
@@ -108,8 +103,10 @@ void add_run_command(CLI::App& app, int& exit_code) {
     Settings settings = options.problem.settings(*problem);
     if (!options.plot.empty()) {
       if (!can_draw()) throw InputError("--plot", options.plot, "gnuplot is needed for figures and was not found");
-      settings.recording = Recording::grid;
     }
+    if (!options.csv.empty()) require_writable("motion", options.csv);
+    const bool wants_motion = !options.plot.empty() || !options.csv.empty();
+    if (wants_motion) settings.recording = Recording::motion;
     settings.sensitivities = options.sensitivities;
     const bool by_differences = !settings.sensitivities.empty() && !method->info().has_sensitivities;
     const auto begin = std::chrono::steady_clock::now();
@@ -120,10 +117,20 @@ void add_run_command(CLI::App& app, int& exit_code) {
     print_solution(*problem, solution);
     if (solution.succeeded()) print_sensitivities(settings.sensitivities, problem->info(), solution, by_differences);
     print_work(solution.counters, seconds, by_differences ? 1 + 4 * settings.sensitivities.size() : 1);
-    if (!options.plot.empty() && !solution.samples.empty()) {
-      const auto figure =
-          draw_trajectory(FigureFolder(options.plot), trajectory_of(*problem, options.method, solution), "trajectory");
+    if (wants_motion && solution.motion.empty())
+      throw InputError(
+          fmt::format("method {} says nothing of the motion between its steps: there is nothing to draw or "
+                      "to write",
+                      options.method));
+    if (!options.plot.empty()) {
+      const std::string setting = setting_text(settings.steps, settings.tolerance);
+      const auto figure = draw_trajectory(FigureFolder(options.plot),
+                                          trajectory_of(*problem, options.method, setting, solution), "trajectory");
       fmt::print("figure     {}/{}\n", options.plot, figure.file);
+    }
+    if (!options.csv.empty()) {
+      write_text("motion", options.csv, trajectory_csv(*problem, solution, options.points));
+      fmt::print("motion     {}\n", options.csv);
     }
     if (!solution.succeeded()) exit_code = 1;
   });

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 
 #include "bench/fuzz/minimise.h"
 #include "problems/input_error.h"
 #include "problems/scene_file/scene_file.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
@@ -62,11 +62,9 @@ std::string save_evidence(const ordered_json& scene, const FuzzScene& found, con
   smallest["hard_feature"] = evidence.claim;
   const std::string path =
       (std::filesystem::path(folder) / fmt::format("{}_{}_{}.json", found.family, found.seed, found.number)).string();
-  std::ofstream file(path);
-  file << "// ricochet fuzz --scene " << path << "\n";
-  for (const auto& opinion : found.opinions) file << "// " << opinion.command(path) << "\n";
-  file << smallest.dump(1) << "\n";
-  if (!file) throw InputError("scene file", path, "cannot be written");
+  std::string text = fmt::format("// ricochet fuzz --scene {}\n", path);
+  for (const auto& opinion : found.opinions) text += fmt::format("// {}\n", opinion.command(path));
+  write_text("scene file", path, text + smallest.dump(1) + "\n");
   return path;
 }
 

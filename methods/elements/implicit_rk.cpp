@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "methods/elements/bilateral_support.h"
+#include "methods/elements/element_motion.h"
 #include "methods/elements/element_solver.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
@@ -39,6 +40,7 @@ class ImplicitRungeKutta final : public Method {
     Solution solution;
     ElementSystem elements(problem, tableau_, solution.counters);
     ElementSolver solver(elements, settings.inner_tolerance);
+    const ElementMotion motion(tableau_);
     const TimeLimit time_limit(settings.time_limit);
     const double h = problem.info().end_time / settings.steps;
     Element step, next;
@@ -62,7 +64,8 @@ class ImplicitRungeKutta final : public Method {
       ++solution.counters.steps;
       ++solution.counters.elements;
       solution.t = k + 1 == settings.steps ? problem.info().end_time : (k + 1) * h;
-      if (settings.recording == Recording::grid) solution.samples.push_back({solution.t, step.q1, step.v1, step.v1});
+      if (settings.recording >= Recording::grid) solution.samples.push_back({solution.t, step.q1, step.v1, step.v1});
+      if (settings.recording == Recording::motion) motion.add(k * h, solution.t, step, solution.motion);
     }
     solution.q = step.q1;
     solution.v = step.v1;

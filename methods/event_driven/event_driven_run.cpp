@@ -32,7 +32,7 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
       settings_(settings),
       tolerance_(settings.tolerance),
       T_(problem.info().end_time),
-      n_samples_(settings.recording == Recording::grid ? n_samples : 0),
+      n_samples_(settings.recording >= Recording::grid ? n_samples : 0),
       time_limit_(settings.time_limit),
       scales_(problem),
       dynamics_(problem, solution_.counters),
@@ -147,7 +147,7 @@ bool EventDrivenRun::take_step() {
   if (sensitivity_) sensitivity_->accept();
   ends_.advance();
   if (info_.n_c() > 0) functions_.advance(ends_.v0);
-  if (settings_.recording == Recording::grid && n_samples_ == 0)
+  if (settings_.recording >= Recording::grid && n_samples_ == 0)
     solution_.samples.push_back({t_, ends_.q0, ends_.v0, ends_.v0});
   return solution_.succeeded();
 }
@@ -320,7 +320,7 @@ void EventDrivenRun::record(const Happening& cause, const Vector& v_minus) {
     solution_.events.push_back({t_, *kind, i, ends_.q0, v_minus, ends_.v0, Lambda_n, mode_change_.Lambda_t(), modes,
                                 sensitivity_ ? sensitivity_->dt() : Vector()});
   }
-  if (settings_.recording == Recording::grid) solution_.samples.push_back({t_, ends_.q0, v_minus, ends_.v0});
+  if (settings_.recording >= Recording::grid) solution_.samples.push_back({t_, ends_.q0, v_minus, ends_.v0});
 }
 
 }  // namespace ricochet

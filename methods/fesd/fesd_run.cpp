@@ -8,12 +8,19 @@ FesdRun::FesdRun(const Problem& problem, const ButcherTableau& tableau, const Se
                  const std::optional<FesdAudit::Claims>& claims, Counters& counters)
     : problem_(problem), settings_(settings), counters_(counters), time_limit_(settings.time_limit) {
   if (settings.audit && claims) audit_.emplace(problem, tableau, *claims);
+  if (settings.recording == Recording::motion) motion_.emplace(tableau);
   if (!settings.sensitivities.empty()) sensitivity_.emplace(problem, tableau, settings.sensitivities);
 }
 
 void FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, double t_end) {
   record_step(problem_, settings_.recording, step, previous, t, sensitivity(), solution_);
   if (audit_) audit_->add(step, previous, t);
+  double begin = t;
+  for (int n = 0; motion_ && n < step.n_elements; ++n) {
+    const double end = n + 1 == step.n_elements ? t_end : begin + step.elements[n].h;
+    motion_->add(begin, end, step.elements[n], solution_.motion);
+    begin = end;
+  }
   reached_ = &step.last();
   solution_.t = t_end;
 }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "methods/elements/element_motion.h"
 #include "methods/fesd/fesd_audit.h"
 #include "methods/fesd/sensitivity.h"
 #include "methods/method.h"
@@ -57,7 +58,8 @@ class FesdRun {
   Solution solution_;
   std::optional<FesdAudit> audit_;
   std::optional<Sensitivity> sensitivity_;
-  const Element* reached_ = nullptr;  // the last element that was accepted
+  std::optional<ElementMotion> motion_;  // of Recording::motion
+  const Element* reached_ = nullptr;     // the last element that was accepted
 };
 
 template <class Solver, class Advance, class Message, class Glide>
@@ -65,7 +67,7 @@ void FesdRun::take_equal_steps(const Solver& solver, const Advance& advance, con
                                const Glide& glide) {
   const int n = settings_.steps;
   const double T = problem_.info().end_time, H = T / n;
-  const bool looks_at_every_step = audit_ || sensitivity_ || settings_.recording == Recording::grid;
+  const bool looks_at_every_step = audit_ || sensitivity_ || settings_.recording >= Recording::grid;
   for (int k = 0; k < n; ++k) {
     if (k > 0 && !looks_at_every_step) {
       k += glide(H, std::min(n - k, kMaxGlide));

@@ -21,7 +21,7 @@ void record_step(const Problem& problem, Recording recording, const FesdStep& st
   const Element* left = previous ? &previous->last() : nullptr;
   if (!left) solution.initial_modes = step.elements[0].modes;
   const bool may_have_events = step.touches || (previous && previous->touches);
-  if (!may_have_events && recording != Recording::grid) return;
+  if (!may_have_events && recording < Recording::grid) return;
   for (int n = 0; n < step.n_elements; ++n) {
     const Element& element = step.elements[n];
     for (const int i : problem.info().unilateral) {
@@ -40,7 +40,7 @@ void record_step(const Problem& problem, Recording recording, const FesdStep& st
                                  .modes = element.modes,
                                  .dt = sensitivity ? sensitivity->dt_of_element(n) : Vector()});
     }
-    if (recording == Recording::grid) solution.samples.push_back({t, element.q0, step.v_minus.col(n), element.v0});
+    if (recording >= Recording::grid) solution.samples.push_back({t, element.q0, step.v_minus.col(n), element.v0});
     t += element.h;
     left = &element;
   }

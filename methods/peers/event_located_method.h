@@ -20,8 +20,10 @@ class EventLocatedMethod : public Method {
       : info_(std::move(info)), integrator_(std::move(integrator)) {}
 
   Solution do_solve(const Problem& problem, const Settings& settings) const final {
-    return reference::integrate_event_located(
-        problem, {.integrator = integrator_, .tolerance = settings.tolerance, .time_limit = settings.time_limit});
+    return reference::integrate_event_located(problem, {.integrator = integrator_,
+                                                        .tolerance = settings.tolerance,
+                                                        .time_limit = settings.time_limit,
+                                                        .records_motion = settings.recording == Recording::motion});
   }
 
  private:

@@ -119,6 +119,31 @@ TEST_F(Cli, PrintsSensitivities) {
   EXPECT_EQ(run("run -p P1a_ball_e09 -m fesd:gauss:2 -N 50").text.find("d/d"), std::string::npos);
 }
 
+/// Between the steps, up to the end, with both limits at impacts.
+TEST_F(Cli, DrawsAndWritesTheMotion) {
+  const std::string csv = (folder / "deep" / "motion.csv").string(), plot = (folder / "plot").string();
+  for (const char* method :
+       {"fesd_adaptive:radau-iia:3 --tolerance 1e-6", "cvode:adams --tolerance 1e-8", "moreau_jean --steps 100"}) {
+    const Outcome outcome = run(std::string("run -p bouncing_ball --points 10 --csv ") + csv + " -m " + method);
+    ASSERT_EQ(outcome.code, 0) << outcome.text;
+    const std::string text = read(csv);
+    EXPECT_EQ(text.substr(0, 12), "t,q[0],v[0]\n");
+    EXPECT_EQ(std::ranges::count(text, '\n'), 1 + 11 + 2 * 3) << "eleven times and three impacts";
+    EXPECT_HAS(text, "\n2,");
+  }
+  ASSERT_EQ(run("run -p bouncing_ball -m fesd:gauss:2 -N 40 --plot " + plot).code, 0);
+  EXPECT_HAS(read(folder / "plot" / "trajectory.svg"), "bouncing_ball, fesd:gauss:2 -N 40");
+  EXPECT_HAS(read(folder / "plot" / "trajectory.gp"), "title 'q[0]'");
+
+  EXPECT_EQ(run("run -p bouncing_ball -m moreau_jean -N 10 --csv " + folder.string()).code, 2) << "a folder";
+  EXPECT_EQ(run("run -p bouncing_ball -m moreau_jean -N 10 --points 5").code, 2) << "of which file?";
+  // A full disk: nothing is left behind, and what was there stays.
+  EXPECT_EQ(run("run -p bouncing_ball -m moreau_jean -N 10 --csv /dev/full").code, 2);
+  EXPECT_TRUE(fs::is_character_file("/dev/full"));
+  const Outcome through = run("run -p bouncing_ball -m moreau_jean -N 10 --points 2 --csv /dev/stdout | cat");
+  EXPECT_HAS(through.text, "t,q[0],v[0]\n0,1,");
+}
+
 TEST_F(Cli, PrintsTheMatrixOfHardCases) {
   const std::string where = " -o " + (folder / "results").string() + " --page " + (folder / "page").string();
   const std::string command = "run-experiment hard_cases --set only_case=wedge --set only_method=fesd:gauss:3";

@@ -288,17 +288,22 @@ Figure draw_trajectory(const FigureFolder& folder, const Trajectory& trajectory,
     }
     data += data_block(fmt::format("q{}", k), q) + data_block(fmt::format("v{}", k), v);
     const std::string& color = curve_color(k);
-    positions.add(fmt::format("$q{} with lines lc rgb '{}' lw 1.8 title 'q_{}'", k, color, k + 1));
-    velocities.add(fmt::format("$v{} with lines lc rgb '{}' lw 1.4 title 'v_{}'", k, color, k + 1));
+    positions.add(fmt::format("$q{} with lines lc rgb '{}' lw 1.8 title 'q[{}]'", k, color, k));
+    velocities.add(fmt::format("$v{} with lines lc rgb '{}' lw 1.4 title 'v[{}]'", k, color, k));
   }
   std::string script = gnuplot_head(980, 560);
   script += data + fmt::format("set output '{}.svg'\n", name) +
-            "set multiplot layout 2,1\nset lmargin 9\nset key right top horizontal\n";
-  script += "set ylabel 'position'\nset format x ''\n" + positions.text();
-  script += "set ylabel 'velocity'\nset format x '%g'\nset xlabel 't [s]'\n" + velocities.text() + "unset multiplot\n";
+            fmt::format("set multiplot layout 2,1 title '{}, {} {}' noenhanced\n", trajectory.problem,
+                        trajectory.method, trajectory.setting) +
+            "set lmargin 9\nset key right top horizontal noenhanced\n";
+  script += "set ylabel 'q [m, rad]'\nset format x ''\n" + positions.text();
+  script +=
+      "set ylabel 'v [m/s, rad/s]'\nset format x '%g'\nset xlabel 't [s]'\n" + velocities.text() + "unset multiplot\n";
   folder.draw(name, script);
   return {name + ".svg", "Motion",
-          fmt::format("{} as {} computes it. Velocities jump at impacts.", trajectory.problem, trajectory.method)};
+          fmt::format("{} as {} {} computes it, between its steps as the method itself says. Velocities jump at "
+                      "impacts.",
+                      trajectory.problem, trajectory.method, trajectory.setting)};
 }
 
 }  // namespace ricochet

@@ -24,10 +24,11 @@ struct Trajectory {
   static constexpr const char* kKind = "trajectory";
 
   std::string problem, method;
+  std::string setting;  ///< "500 steps", "tolerance 1e-09"
   std::vector<double> t;
   std::vector<std::vector<double>> q, v;  ///< per sample
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Trajectory, problem, method, t, q, v)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Trajectory, problem, method, setting, t, q, v)
 
 /// What the errors of results are errors of, in words.
 struct ErrorMeasure {

@@ -11,6 +11,7 @@
 #include "bench/studies/method_grid/grid_tables.h"
 #include "bench/studies/study.h"
 #include "bench/timing.h"
+#include "bench/trajectory_of.h"
 #include "methods/registry.h"
 
 namespace ricochet {
@@ -133,22 +134,10 @@ std::vector<TimedRun> GridRun::timed_runs(const std::vector<const Record*>& reco
 
 Trajectory GridRun::trajectory() const {
   Settings settings = settings_of(experiment_.trajectory_steps, 0);
-  settings.recording = Recording::grid;
+  settings.recording = Recording::motion;
   settings.sensitivities.clear();
   const Solution solution = make_method(experiment_.trajectory_method)->solve(*problem_, settings);
-  Trajectory trajectory{experiment_.problem.problem, experiment_.trajectory_method, {}, {}, {}};
-  const int n = problem_->info().n_mechanical();
-  const auto add = [&](double t, const Vector& q, const Vector& v) {
-    trajectory.t.push_back(t);
-    trajectory.q.emplace_back(q.begin(), q.begin() + n);
-    trajectory.v.emplace_back(v.begin(), v.begin() + n);
-  };
-  for (const auto& sample : solution.samples) {
-    if (sample.v_minus != sample.v_plus) add(sample.t, sample.q, sample.v_minus);
-    add(sample.t, sample.q, sample.v_plus);
-  }
-  add(solution.t, solution.q, solution.v);
-  return trajectory;
+  return trajectory_of(*problem_, experiment_.trajectory_method, setting_text(settings.steps, 0), solution);
 }
 
 /// First every run once, audited, with its error; behind a run that failed the one that answers it.

@@ -126,7 +126,7 @@ Solution integrate_moreau_jean(const Problem& problem, const Settings& settings,
         }
         was_pressed[i] = is_pressed;
       }
-      if (settings.recording == Recording::grid)
+      if (settings.recording >= Recording::grid)
         solution.samples.push_back({solution.t, solution.q, solution.v, solution.v});
     }
   } catch (const Siconos::exception& error) {

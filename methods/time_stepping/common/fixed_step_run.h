@@ -139,7 +139,8 @@ class FixedStepRun {
       ++solution.counters.elements;
       solution.t = k + 1 == settings.steps ? problem.info().end_time : (k + 1) * h;
       record_closings(q_minus, v_minus);
-      if (settings.recording == Recording::grid) solution.samples.push_back({solution.t, q, v, v});
+      if (settings.recording >= Recording::grid) solution.samples.push_back({solution.t, q, v, v});
+      if (settings.recording == Recording::motion) record_motion(k * h, q_minus);
     }
     return std::move(solution);
   }
@@ -160,6 +161,14 @@ class FixedStepRun {
     solution.status = status;
     solution.message = fmt::format("step {} of {}, from t = {:.6g} s: {}", k + 1, settings.steps, k * h, reason);
     return std::move(solution);
+  }
+
+  /// Impulses act where the step begins: behind it v is that of the right end, and q goes there along a straight line.
+  void record_motion(double t, const Vector& q_minus) {
+    solution.motion.add(t, solution.t, 1, [&](double s, Vector& at_q, Vector& at_v) {
+      at_q = (1 - s) * q_minus + s * q;
+      at_v = v;
+    });
   }
 
   /// A contact that carries an impulse now and did not in the step before has closed, somewhere in this step.
