@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
+#include "problems/input_text.h"
 #include "problems/names.h"
-#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
@@ -51,8 +50,7 @@ ExperimentFile read_experiment_file(const std::string& name) {
 }
 
 json read_json_object(const std::string& path, const std::string& what) {
-  if (!std::ifstream(path)) throw InputError("file", path, "it cannot be read");
-  json document = json::parse(read_text(path), nullptr, false);
+  json document = read_input_json(path, what);
   if (!document.is_object()) throw InputError(fmt::format("{}: not {}: a JSON object is required", path, what));
   return document;
 }
@@ -78,8 +76,9 @@ void ExperimentFile::change(const std::string& text) {
   const auto equals = text.find('=');
   if (equals == std::string::npos || equals == 0) throw InputError("--set", text, "FIELD=VALUE is required");
   const std::string value = text.substr(equals + 1);
-  const json parsed = json::parse(value, nullptr, false);
-  document[text.substr(0, equals)] = parsed.is_discarded() ? json(value) : parsed;
+  const bool is_json = json::accept(value);
+  const json parsed = is_json ? parse_input_json(value, "--set " + text.substr(0, equals)) : json();
+  document[text.substr(0, equals)] = is_json ? parsed : json(value);
 }
 
 void allow_only(const json& object, const std::set<std::string>& known, const std::string& place) {

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <new>
 
 #include "bench/commands.h"
 #include "problems/input_error.h"
@@ -31,6 +32,9 @@ int main(int argc, char** argv) {
   } catch (const ricochet::InputError& error) {
     fmt::print(stderr, "ricochet: {}\n", error.what());
     return 2;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "ricochet: not enough memory for a problem of this size\n");
+    return 1;
   } catch (const std::exception& error) {
     fmt::print(stderr, "ricochet: {}\n", error.what());
     return 1;

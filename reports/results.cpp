@@ -1,22 +1,32 @@
 #include "reports/results.h"
 
-#include <fstream>
 #include <limits>
+#include <sstream>
+
+#include "problems/input_text.h"
 
 namespace ricochet {
 
 using nlohmann::json;
 
+namespace {
+
+void read_null_as_nan(json& value) {
+  if (value.is_null()) value = std::numeric_limits<double>::quiet_NaN();
+  if (!value.is_structured()) return;
+  for (json& part : value) read_null_as_nan(part);
+}
+
+}  // namespace
+
 json parse_line(const std::string& text) {
-  return json::parse(text, [](int, json::parse_event_t event, json& parsed) {
-    if (event == json::parse_event_t::value && parsed.is_null()) parsed = std::numeric_limits<double>::quiet_NaN();
-    return true;
-  });
+  json line = parse_input_json(text, "line");
+  read_null_as_nan(line);
+  return line;
 }
 
 Results read_results(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw InputError("results file", path, "cannot be opened");
+  std::istringstream file(read_input_text(path, "results file"));
   Results results;
   results.path = path;
   std::string text;
@@ -35,7 +45,7 @@ Results read_results(const std::string& path) {
       } else {
         results.rows.push_back(std::move(line));
       }
-    } catch (const json::exception& error) {
+    } catch (const std::exception& error) {
       throw InputError(fmt::format("{}:{}: not a line of a results file: {}", path, number, error.what()));
     }
   }

@@ -86,10 +86,7 @@ Vector evaluate(const json& formulas, const ExpressionNames& names, const std::s
   Vector x(n_q);
   for (int k = 0; k < n_q; ++k) {
     const std::string place = fmt::format("{}[{}]", field, k);
-    const auto value = parse_expression(formulas[k].get<std::string>(), names, place).evalf();
-    if (!GiNaC::is_a<GiNaC::numeric>(value))
-      throw InputError(place, formulas[k].dump(), "a formula in parameters of the problem is required");
-    x[k] = GiNaC::ex_to<GiNaC::numeric>(value).to_double();
+    x[k] = formula_value(formulas[k].get<std::string>(), names, place);
   }
   return x;
 }
