@@ -22,7 +22,8 @@ int main(int argc, char** argv) {
                          ricochet::add_ensemble_command, ricochet::add_export_command, ricochet::add_contacts_command,
                          ricochet::add_control_command, ricochet::add_mpc_command, ricochet::add_run_experiment_command,
                          ricochet::add_show_command, ricochet::add_report_command, ricochet::add_results_command,
-                         ricochet::add_check_command, ricochet::add_fuzz_command, ricochet::add_former_commands}) {
+                         ricochet::add_check_command, ricochet::add_fuzz_command, ricochet::add_schema_command,
+                         ricochet::add_former_commands}) {
     add(app, exit_code);
   }
   try {

@@ -95,15 +95,42 @@ const json& JsonSchema::resolved(const json& part) const {
   return resolved(definition(reference.substr(prefix.size())));
 }
 
+const json* JsonSchema::choice(const json& value, const json& part) const {
+  for (const json& other : part["anyOf"]) {
+    if (const json& candidate = resolved(other); has_type_of(value, candidate)) return &candidate;
+  }
+  return nullptr;
+}
+
+void JsonSchema::for_each_text(json& whole, const std::function<void(std::string&, const std::string&)>& visit) const {
+  const std::function<void(json&, const json&)> walk = [&](json& value, const json& unresolved) {
+    const json& part = resolved(unresolved);
+    if (part.contains("anyOf")) {
+      if (const json* meant = choice(value, part)) walk(value, *meant);
+    } else if (value.is_string() && part.contains("format")) {
+      visit(value.get_ref<std::string&>(), part["format"]);
+    } else if (value.is_array() && part.contains("items")) {
+      for (json& entry : value) walk(entry, part["items"]);
+    } else if (value.is_object()) {
+      for (auto& [field, entry] : value.items()) {
+        if (part.contains("properties") && part["properties"].contains(field))
+          walk(entry, part["properties"][field]);
+        else if (part.contains("additionalProperties") && part["additionalProperties"].is_object())
+          walk(entry, part["additionalProperties"]);
+      }
+    }
+  };
+  walk(whole, document_);
+}
+
 void JsonSchema::check(const json& value, const std::string& place, const json& unresolved) const {
   const json& part = resolved(unresolved);
   if (part.contains("anyOf")) {
+    // The first one of its type is what was meant: its complaint is the most useful.
+    if (const json* meant = choice(value, part)) return check(value, place, *meant);
     std::vector<std::string> types;
     for (const json& other : part["anyOf"]) {
-      const json& choice = resolved(other);
-      // The first one of its type is what was meant: its complaint is the most useful.
-      if (has_type_of(value, choice)) return check(value, place, choice);
-      for (const auto& type : types_of(choice)) types.push_back(type);
+      for (const auto& type : types_of(resolved(other))) types.push_back(type);
     }
     throw InputError(place, shown(value), words_of(types) + " is required");
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -26,10 +27,16 @@ class JsonSchema {
   void check(const nlohmann::json& value, const std::string& place, const nlohmann::json& part) const;
   void check(const nlohmann::json& value, const std::string& place) const { check(value, place, document_); }
 
+  /// Calls visit(text, format) for every text in a value that fits the schema and has a "format" there.
+  void for_each_text(nlohmann::json& value,
+                     const std::function<void(std::string& text, const std::string& format)>& visit) const;
+
   /// The schema that a $ref stands for, or `part` itself.
   const nlohmann::json& resolved(const nlohmann::json& part) const;
 
  private:
+  /// Of the alternatives of `part`, the first whose type the value has; null for none.
+  const nlohmann::json* choice(const nlohmann::json& value, const nlohmann::json& part) const;
   void check_object(const nlohmann::json& value, const std::string& place, const nlohmann::json& part) const;
   void check_list(const nlohmann::json& value, const std::string& place, const nlohmann::json& part) const;
   void check_number(const nlohmann::json& value, const std::string& place, const nlohmann::json& part) const;

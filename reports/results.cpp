@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "problems/input_text.h"
+#include "problems/json_schema.h"
 
 namespace ricochet {
 
@@ -15,6 +16,25 @@ void read_null_as_nan(json& value) {
   if (value.is_null()) value = std::numeric_limits<double>::quiet_NaN();
   if (!value.is_structured()) return;
   for (json& part : value) read_null_as_nan(part);
+}
+
+/// Of what is read of the header line.
+const JsonSchema& header_schema() {
+  static const JsonSchema schema = JsonSchema::parse(R"~({
+    "type": "object", "required": ["schema"],
+    "properties": {
+      "schema": {"type": "integer", "minimum": 1},
+      "study": {"type": "string"},
+      "experiment": {"type": "string"},
+      "title": {"type": "string"},
+      "description": {"type": "string"},
+      "command": {"type": "string"},
+      "key": {"type": "string"},
+      "quick": {"type": "boolean"},
+      "environment": {"type": "object"},
+      "overhead_of": {"type": "object", "additionalProperties": {"type": "string"}}
+    }})~");
+  return schema;
 }
 
 }  // namespace
@@ -36,6 +56,7 @@ Results read_results(const std::string& path) {
       const std::string kind = line.at("kind");
       if (kind == "header") {
         results.header = line;
+        header_schema().check(line, fmt::format("{}:{}: ", path, number));
         const int schema = line.at("schema");
         if (schema != kResultsSchema)
           throw InputError(fmt::format("{}: schema", path), schema,
