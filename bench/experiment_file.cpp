@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 
+#include "bench/experiment_schema.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
+#include "problems/input_text.h"
 #include "problems/names.h"
-#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
@@ -47,12 +47,18 @@ ExperimentFile read_experiment_file(const std::string& name) {
   std::string path = name;
   if (!fs::is_regular_file(path)) path = find_project_file(fmt::format("{}/{}.json", kFolder, name));
   if (!fs::is_regular_file(path)) throw_unknown_name("experiment", name, experiment_names());
-  return {name, path, read_json_object(path, "an experiment")};
+  ExperimentFile file(name, path, read_json_object(path, "an experiment"));
+  const std::string place = path + ": ";
+  if (file.document.contains("parts")) experiment_group_schema().check(file.document, place);
+  for (const char* field : {"kind", "title"}) {
+    if (file.document.contains(field) && !file.document[field].is_string())
+      throw InputError(place + field, file.document[field].dump(), "a text in quotes is required");
+  }
+  return file;
 }
 
 json read_json_object(const std::string& path, const std::string& what) {
-  if (!std::ifstream(path)) throw InputError("file", path, "it cannot be read");
-  json document = json::parse(read_text(path), nullptr, false);
+  json document = read_input_json(path, what);
   if (!document.is_object()) throw InputError(fmt::format("{}: not {}: a JSON object is required", path, what));
   return document;
 }
@@ -69,6 +75,7 @@ bool ExperimentFile::take_quick_part(bool is_wanted) {
   const auto found = document.find("quick_part");
   if (found == document.end()) return false;
   const json part = *found;
+  if (!part.is_object()) throw InputError(path + ": quick_part", part.type_name(), "an object is required");
   document.erase(found);
   if (is_wanted) document.merge_patch(part);
   return true;
@@ -77,9 +84,11 @@ bool ExperimentFile::take_quick_part(bool is_wanted) {
 void ExperimentFile::change(const std::string& text) {
   const auto equals = text.find('=');
   if (equals == std::string::npos || equals == 0) throw InputError("--set", text, "FIELD=VALUE is required");
-  const std::string value = text.substr(equals + 1);
-  const json parsed = json::parse(value, nullptr, false);
-  document[text.substr(0, equals)] = parsed.is_discarded() ? json(value) : parsed;
+  const std::string value = text.substr(equals + 1), field = text.substr(0, equals);
+  if (!changed_.insert(field).second) throw InputError("--set", text, "this field is given twice");
+  const bool is_json = json::accept(value);
+  const json parsed = is_json ? parse_input_json(value, "--set " + field) : json();
+  document[field] = is_json ? parsed : json(value);
 }
 
 void allow_only(const json& object, const std::set<std::string>& known, const std::string& place) {
@@ -105,11 +114,6 @@ std::vector<double> logarithmic_grid(double from, double to, double per_decade, 
 
 std::vector<double> logarithmic_grid(const json& range, const std::string& field) {
   return logarithmic_grid(range.at("from"), range.at("to"), range.at("per_decade"), field);
-}
-
-std::set<std::string> fields_of_experiment(std::set<std::string> own) {
-  own.insert({"id", "kind", "title", "description", "quick", "times", "time_limit"});
-  return own;
 }
 
 }  // namespace ricochet

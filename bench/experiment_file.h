@@ -14,8 +14,12 @@ namespace ricochet {
 ///   "quick_part"                   fields that replace those of the file in a --quick run
 ///   "parts"                        instead of those below "title": names of experiments, which are run one by one
 ///   "also_shown"                   beside "parts": names whose results go into the page when there are some
-/// and the fields of the study.
-struct ExperimentFile {
+/// and the fields of the study, experiment_schema.h.
+class ExperimentFile {
+ public:
+  ExperimentFile(std::string given, std::string found, nlohmann::json text)
+      : name(std::move(given)), path(std::move(found)), document(std::move(text)) {}
+
   std::string name;  ///< as it was given
   std::string path;
   nlohmann::json document;
@@ -29,6 +33,9 @@ struct ExperimentFile {
   bool take_quick_part(bool is_wanted);
   /// Sets a field, "FIELD=VALUE", with a value in JSON, or a text. @throws InputError
   void change(const std::string& text);
+
+ private:
+  std::set<std::string> changed_;
 };
 
 /// @param name  of a file in bench/experiments/ without ".json", or a path
@@ -53,8 +60,5 @@ void allow_only(const nlohmann::json& object, const std::set<std::string>& known
 std::vector<double> logarithmic_grid(double from, double to, double per_decade, const std::string& field);
 /// Of {"from", "to", "per_decade"}. @throws nlohmann::json::exception for one that is missing
 std::vector<double> logarithmic_grid(const nlohmann::json& range, const std::string& field);
-
-/// The fields that every experiment may have, and `own`: for allow_only().
-std::set<std::string> fields_of_experiment(std::set<std::string> own);
 
 }  // namespace ricochet

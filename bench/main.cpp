@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <new>
 
 #include "bench/commands.h"
 #include "problems/input_error.h"
@@ -21,7 +22,8 @@ int main(int argc, char** argv) {
                          ricochet::add_ensemble_command, ricochet::add_export_command, ricochet::add_contacts_command,
                          ricochet::add_control_command, ricochet::add_mpc_command, ricochet::add_run_experiment_command,
                          ricochet::add_show_command, ricochet::add_report_command, ricochet::add_results_command,
-                         ricochet::add_check_command, ricochet::add_fuzz_command, ricochet::add_former_commands}) {
+                         ricochet::add_check_command, ricochet::add_fuzz_command, ricochet::add_schema_command,
+                         ricochet::add_former_commands}) {
     add(app, exit_code);
   }
   try {
@@ -31,6 +33,9 @@ int main(int argc, char** argv) {
   } catch (const ricochet::InputError& error) {
     fmt::print(stderr, "ricochet: {}\n", error.what());
     return 2;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "ricochet: not enough memory for a problem of this size\n");
+    return 1;
   } catch (const std::exception& error) {
     fmt::print(stderr, "ricochet: {}\n", error.what());
     return 1;

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "bench/setting_kind.h"
 #include "methods/initial_state.h"
 #include "problems/initial_state.h"
 #include "problems/input_error.h"
@@ -43,7 +44,8 @@ ParameterChanges parameter_changes(const std::vector<std::string>& changes) {
     const char *begin = change.data() + equals + 1, *end = change.data() + change.size();
     const auto [rest, error] = std::from_chars(begin, end, value);
     if (error != std::errc() || rest != end) throw InputError("--set", change, "the value must be a number");
-    parameters[change.substr(0, equals)] = value;
+    if (!parameters.emplace(change.substr(0, equals), value).second)
+      throw InputError("--set", change, "this parameter is given twice");
   }
   return parameters;
 }
@@ -62,7 +64,12 @@ std::unique_ptr<Problem> ProblemOptions::make_problem() const {
   return made;
 }
 
-Settings ProblemOptions::settings(const Problem& the_problem) const {
+Settings ProblemOptions::settings(const Problem& the_problem, const Method& method) const {
+  require_kind_of_setting(method,
+                          steps != 0         ? "--steps"
+                          : step_length != 0 ? "--step-length"
+                                             : "",
+                          tolerance != 0 ? "--tolerance" : "");
   Settings settings;
   settings.steps = steps;
   if (step_length != 0) {

@@ -33,7 +33,8 @@ struct ProblemOptions {
 
   /// Says on stderr what it changed of the initial state. @throws InputError
   std::unique_ptr<Problem> make_problem() const;
-  Settings settings(const Problem& problem) const;
+  /// @throws InputError for a setting that the method does not take
+  Settings settings(const Problem& problem, const Method& method) const;
 };
 
 }  // namespace ricochet

@@ -47,7 +47,7 @@ std::vector<std::pair<std::string, json>> lines_of(const std::string& partial) {
       json line = parse_line(text);
       if (!line.is_object() || !line.contains("kind")) break;
       lines.emplace_back(text, std::move(line));
-    } catch (const json::exception&) {  // cut off while it was written
+    } catch (const InputError&) {  // cut off while it was written
       break;
     }
   }

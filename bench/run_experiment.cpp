@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "bench/environment.h"
 #include "bench/experiment_file.h"
+#include "bench/experiment_schema.h"
 #include "bench/studies/study.h"
 
 namespace ricochet {
@@ -11,11 +14,19 @@ namespace {
 
 using nlohmann::json;
 
-/// The document of the file as the command line changes it.
+/// The document of the file as the command line changes it. @throws InputError for one that does not fit the study's
+/// schema, with its quick part or without
 json document_of(ExperimentFile experiment, const Study& study, const RunOptions& options) {
+  const JsonSchema& schema = experiment_schema(study);
+  const std::string place = experiment.path + ": ";
+  ExperimentFile in_full = experiment;
+  in_full.take_quick_part(!options.quick);
+  schema.check(in_full.document, place);
   const bool has_quick_part = experiment.take_quick_part(options.quick) || study.reads_quick;
   for (const auto& change : options.changes) experiment.change(change);
+  schema.check(experiment.document, place);
   json document = experiment.document;
+  resolve_paths(document, schema, std::filesystem::path(experiment.path).parent_path());
   if (!options.changes.empty()) document["id"] = document.value("id", "") + "_part";
   if (options.quick && has_quick_part) document["quick"] = true;
   if (!options.with_times) document["times"] = false;

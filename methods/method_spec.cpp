@@ -33,7 +33,9 @@ MethodSpec::MethodSpec(const std::string& text) : text_(text) {
   for (std::size_t k = 1; k < parts.size(); ++k) {
     const auto equals = parts[k].find('=');
     if (equals == std::string::npos) throw InputError("method option", "'" + parts[k] + "'", "NAME=VALUE is required");
-    options_[parts[k].substr(0, equals)] = parts[k].substr(equals + 1);
+    const std::string option = parts[k].substr(0, equals);
+    if (!options_.emplace(option, parts[k].substr(equals + 1)).second)
+      throw InputError("method option", "'" + parts[k] + "'", fmt::format("{} is given twice", option));
   }
 }
 

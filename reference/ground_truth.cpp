@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "problems/input_error.h"
+#include "problems/input_text.h"
 #include "problems/names.h"
 
 namespace ricochet::reference {
@@ -47,11 +47,9 @@ Solution GroundTruth::solution(const std::vector<std::string>& wrt) const {
 }
 
 std::vector<GroundTruth> read_ground_truth(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw InputError("ground truth file", path, "cannot be opened");
+  const json document = read_input_json(path, "ground truth file");
   std::vector<GroundTruth> cases;
   try {
-    const json document = json::parse(file);
     for (const auto& entry : document.at("cases")) {
       GroundTruth truth{entry.at("id"),
                         entry.at("title"),

@@ -1,22 +1,52 @@
 #include "reports/results.h"
 
-#include <fstream>
 #include <limits>
+#include <sstream>
+
+#include "problems/input_text.h"
+#include "problems/json_schema.h"
 
 namespace ricochet {
 
 using nlohmann::json;
 
+namespace {
+
+void read_null_as_nan(json& value) {
+  if (value.is_null()) value = std::numeric_limits<double>::quiet_NaN();
+  if (!value.is_structured()) return;
+  for (json& part : value) read_null_as_nan(part);
+}
+
+/// Of what is read of the header line.
+const JsonSchema& header_schema() {
+  static const JsonSchema schema = JsonSchema::parse(R"~({
+    "type": "object", "required": ["schema"],
+    "properties": {
+      "schema": {"type": "integer", "minimum": 1},
+      "study": {"type": "string"},
+      "experiment": {"type": "string"},
+      "title": {"type": "string"},
+      "description": {"type": "string"},
+      "command": {"type": "string"},
+      "key": {"type": "string"},
+      "quick": {"type": "boolean"},
+      "environment": {"type": "object"},
+      "overhead_of": {"type": "object", "additionalProperties": {"type": "string"}}
+    }})~");
+  return schema;
+}
+
+}  // namespace
+
 json parse_line(const std::string& text) {
-  return json::parse(text, [](int, json::parse_event_t event, json& parsed) {
-    if (event == json::parse_event_t::value && parsed.is_null()) parsed = std::numeric_limits<double>::quiet_NaN();
-    return true;
-  });
+  json line = parse_input_json(text, "line");
+  read_null_as_nan(line);
+  return line;
 }
 
 Results read_results(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw InputError("results file", path, "cannot be opened");
+  std::istringstream file(read_input_text(path, "results file"));
   Results results;
   results.path = path;
   std::string text;
@@ -26,6 +56,7 @@ Results read_results(const std::string& path) {
       const std::string kind = line.at("kind");
       if (kind == "header") {
         results.header = line;
+        header_schema().check(line, fmt::format("{}:{}: ", path, number));
         const int schema = line.at("schema");
         if (schema != kResultsSchema)
           throw InputError(fmt::format("{}: schema", path), schema,
@@ -35,7 +66,7 @@ Results read_results(const std::string& path) {
       } else {
         results.rows.push_back(std::move(line));
       }
-    } catch (const json::exception& error) {
+    } catch (const std::exception& error) {
       throw InputError(fmt::format("{}:{}: not a line of a results file: {}", path, number, error.what()));
     }
   }

@@ -13,7 +13,7 @@ namespace ricochet {
 constexpr int kResultsSchema = 1;
 
 /// A line of a results file. JSON has neither NaN nor infinity; the library writes null for them, and null is read as
-/// NaN here and nowhere else. @throws nlohmann::json::exception
+/// NaN here and nowhere else. @throws InputError
 nlohmann::json parse_line(const std::string& text);
 
 /// A row as a line of a results file. A row is a struct with a JSON conversion (NLOHMANN_DEFINE_TYPE_*_WITH_DEFAULT, so

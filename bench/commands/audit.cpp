@@ -93,7 +93,7 @@ void add_audit_command(CLI::App& app, int& exit_code) {
   command->callback([&exit_code] {
     const auto problem = options.problem.make_problem();
     const auto method = make_method(options.method);
-    Settings settings = options.problem.settings(*problem);
+    Settings settings = options.problem.settings(*problem, *method);
     if (settings.steps == 0 && !method->info().is_adaptive) settings.steps = 200;
     if (settings.tolerance == 0 && method->info().is_adaptive) settings.tolerance = 1e-10;
     settings.audit = true;

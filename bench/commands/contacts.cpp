@@ -23,7 +23,7 @@ void export_contacts(const ExportOptions& options) {
   require_contact_files();
   const auto problem = options.problem.make_problem();
   const auto method = make_method(options.method);
-  const Settings settings = options.problem.settings(*problem);
+  const Settings settings = options.problem.settings(*problem, *method);
   ContactRecorder recorder(options.step > 0 ? std::optional<std::int64_t>(options.step - 1) : std::nullopt);
   if (auto* stepping = dynamic_cast<TimeSteppingMethod*>(method.get())) stepping->set_contact_observer(&recorder);
   const Solution solution = method->solve(*problem, settings);

@@ -9,6 +9,7 @@
 #include "bench/commands.h"
 #include "bench/fuzz/families.h"
 #include "problems/input_error.h"
+#include "problems/input_text.h"
 
 namespace ricochet {
 namespace {
@@ -27,10 +28,9 @@ std::string fuzz_command_line(const FuzzOptions& options) {
 }
 
 nlohmann::ordered_json read_scene(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw InputError("--scene", path, "cannot be opened");
-  const auto scene = nlohmann::ordered_json::parse(file, nullptr, false, /*ignore_comments=*/true);
-  if (!scene.is_object()) throw InputError("--scene", path, "not valid JSON");
+  const std::string text = read_input_text(path, "--scene");
+  if (!parse_input_json(text, path).is_object()) throw InputError("--scene", path, "an object is required");
+  const auto scene = nlohmann::ordered_json::parse(text, nullptr, true, /*ignore_comments=*/true);
   return scene.contains("problem") ? scene["problem"] : scene;
 }
 

@@ -100,7 +100,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->callback([&exit_code] {
     const auto problem = options.problem.make_problem();
     const auto method = make_method(options.method);
-    Settings settings = options.problem.settings(*problem);
+    Settings settings = options.problem.settings(*problem, *method);
     if (!options.plot.empty()) {
       if (!can_draw()) throw InputError("--plot", options.plot, "gnuplot is needed for figures and was not found");
     }

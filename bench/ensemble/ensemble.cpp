@@ -7,6 +7,7 @@
 
 #include "bench/ensemble/counter_random.h"
 #include "bench/experiment_file.h"
+#include "bench/setting_kind.h"
 #include "methods/method_spec.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
@@ -81,7 +82,12 @@ Ensemble read_ensemble(const json& document) {
              "an ensemble");
   Ensemble ensemble;
   ensemble.problem = read_problem_choice(document);
-  for (const std::string text : document.at("vary")) ensemble.varied.emplace_back(text);
+  for (const std::string text : document.at("vary")) {
+    ensemble.varied.emplace_back(text);
+    const auto is_it = [&](const auto& other) { return other.name() == ensemble.varied.back().name(); };
+    if (std::ranges::count_if(ensemble.varied, is_it) > 1)
+      throw InputError("vary", text, "this quantity is given twice");
+  }
   if (ensemble.varied.empty()) throw InputError("vary", "[]", "at least one NAME=DISTRIBUTION is required");
   ensemble.draws = document.value("runs", ensemble.draws);
   if (ensemble.draws < 1 || ensemble.draws > kMostRuns)
@@ -113,6 +119,8 @@ EnsembleWorker::EnsembleWorker(const Ensemble& ensemble)
   if (const Support support = method_->supports(base()); !support.ok)
     throw InputError("method", ensemble.method, fmt::format("it cannot run {}: {}", base().id, support.reason));
   const bool is_adaptive = method_->info().is_adaptive;
+  require_kind_of_setting(*method_, ensemble.settings.steps != 0 ? "steps" : "",
+                          ensemble.settings.tolerance != 0 ? "tolerance" : "");
   if (is_adaptive && !(ensemble.settings.tolerance >= 1e-15 && ensemble.settings.tolerance < 1))
     throw InputError("tolerance", ensemble.settings.tolerance,
                      fmt::format("a number from 1e-15 to 1 is required by {}", ensemble.method));

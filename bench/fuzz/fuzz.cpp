@@ -102,6 +102,7 @@ void show_fuzz(const Results& results, Section& section) {
 const bool fuzz_is_registered = register_study(
     {.kind = "fuzz",
      .summary = "random scenes, on which methods that share little are compared: by `ricochet fuzz`",
+     .fields = {},
      .rows = {FuzzScene::kKind},
      .run =
          [](const nlohmann::json& experiment, ResultsFile&) {

@@ -13,8 +13,9 @@ namespace ricochet {
 /// A kind of experiment: how it is run, and what its results say. Everything of a kind is in its folder in
 /// bench/studies/, and registers itself there; no list of studies exists anywhere else.
 struct Study {
-  std::string kind;               ///< "zeno": "kind" of the experiment files, and "study" of the results
-  std::string summary;            ///< one line
+  std::string kind;     ///< "zeno": "kind" of the experiment files, and "study" of the results
+  std::string summary;  ///< one line
+  std::string fields;   ///< of its experiments: {"required": [...], "properties": {...}}; empty for one without files
   std::vector<std::string> rows;  ///< kinds of its rows; what results of before "study" are known by
 
   bool reads_quick = false;  ///< it reads "quick"; elsewhere --quick is the "quick_part" of the experiment

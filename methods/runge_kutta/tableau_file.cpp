@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <fstream>
-
 #include "problems/input_error.h"
+#include "problems/input_text.h"
 #include "problems/names.h"
 #include "problems/scene_file/expression.h"
 
@@ -16,12 +14,7 @@ double number(const nlohmann::json& value, const std::string& field) {
   if (value.is_number()) return value;
   if (!value.is_string()) throw InputError(field, value.type_name(), "a number or an expression in quotes is required");
   const std::string text = value;
-  const GiNaC::ex exact = parse_expression(text, {}, field).evalf();
-  if (!GiNaC::is_a<GiNaC::numeric>(exact) || !GiNaC::ex_to<GiNaC::numeric>(exact).is_real())
-    throw InputError(field, text, "a real number is required");
-  const double result = GiNaC::ex_to<GiNaC::numeric>(exact).to_double();
-  if (!std::isfinite(result)) throw InputError(field, text, "a finite number is required");
-  return result;
+  return formula_value(text, {}, field);
 }
 
 Vector numbers(const nlohmann::json& values, const std::string& field, int size) {
@@ -37,13 +30,7 @@ Vector numbers(const nlohmann::json& values, const std::string& field, int size)
 TableauFile::TableauFile(const std::string& path, const std::set<std::string>& required,
                          const std::set<std::string>& optional)
     : path_(path) {
-  std::ifstream file(path);
-  if (!file) throw InputError("tableau file", path, "cannot be opened");
-  try {
-    json_ = nlohmann::json::parse(file);
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError(fmt::format("{}: not valid JSON: {}", path, error.what()));
-  }
+  json_ = read_input_json(path, "tableau file");
   if (!json_.is_object()) throw InputError(path, json_.type_name(), "an object is required");
 
   std::set<std::string> known = optional;

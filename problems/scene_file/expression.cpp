@@ -3,6 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
 #include <tao/pegtl.hpp>
 #include <tao/pegtl/contrib/limit_depth.hpp>
 
@@ -18,17 +22,55 @@ namespace {
 namespace pegtl = tao::pegtl;
 using GiNaC::ex;
 
+constexpr std::size_t kLongest = 100000;  // characters: sums are built term by term
+constexpr double kLargest = 100000;       // operations: min, max and if repeat their arguments, at every level
+constexpr int kMostDigits = 400;          // of a number, and of its exponent of ten
+constexpr double kMostBits = 1e6;         // of a power of numbers, which is exact
+constexpr double kMostDegree = 1000;      // of a power with names in it, whose factor is raised with it
+constexpr std::size_t kShown = 100;       // characters of a formula beside its error
+
+/// A part of a formula, and bounds of what it may become: values are exact, so that a short text can mean a number that
+/// fills the memory.
+struct Part {
+  ex value;
+  double size = 1;    ///< operations, shared ones as often as they occur
+  double degree = 0;  ///< of a polynomial in the names
+};
+
+/// Bits of the numerator and the denominator.
+double bits(const GiNaC::numeric& number) {
+  return number.is_rational() ? number.numer().int_length() + number.denom().int_length() : 64;
+}
+
+/// The number, or the number that a product is multiplied by, is zero or within 10^-400 and 10^400: far beyond what
+/// doubles hold, and short.
+void require_short(const ex& value) {
+  const ex last = GiNaC::is_a<GiNaC::mul>(value) ? value.op(value.nops() - 1) : value;
+  if (!GiNaC::is_a<GiNaC::numeric>(last)) return;
+  static const GiNaC::numeric largest = GiNaC::pow(GiNaC::numeric(10), GiNaC::numeric(kMostDigits));
+  const GiNaC::numeric size = GiNaC::abs(GiNaC::ex_to<GiNaC::numeric>(last));
+  if (!size.is_zero() && (size > largest || size < largest.inverse()))
+    throw std::range_error("a number is beyond the range of double precision");
+}
+
 struct Reader {
   const ExpressionNames& names;
-  std::vector<ex> values;
+  std::vector<Part> values;
   std::vector<std::size_t> open_calls;  // value count where the arguments of each unfinished call begin
   std::vector<std::string> functions;
   std::vector<std::string> comparisons;  // of unfinished conditions
 
-  ex pop() {
-    ex value = values.back();
+  Part pop() {
+    Part part = std::move(values.back());
     values.pop_back();
-    return value;
+    return part;
+  }
+  void push(ex value, double size, double degree) {
+    if (size > kLargest) throw std::length_error("the expression is too large: min, max and if repeat their arguments");
+    if (GiNaC::is_a<GiNaC::numeric>(value) && !GiNaC::ex_to<GiNaC::numeric>(value).is_real())
+      throw std::domain_error("a real number is required");
+    require_short(value);
+    values.push_back({std::move(value), size, degree});
   }
 };
 
@@ -105,8 +147,23 @@ constexpr const char* Messages::message<grammar::close_parenthesis> = "')' is ex
 template <>
 constexpr const char* Messages::message<grammar::end> = "an operator or the end of the expression is expected";
 
+/// What an action throws gets the column of its rule.
+/// What an action throws gets the column of its rule.
 template <class Rule>
-struct Control : pegtl::must_if<Messages, pegtl::normal, false>::control<Rule> {};
+struct Control : pegtl::must_if<Messages, pegtl::normal, false>::control<Rule> {
+  template <template <class...> class Action, class Iterator, class Input>
+  static auto apply(const Iterator& begin, const Input& in, Reader& reader)
+      -> decltype(Action<Rule>::apply(std::declval<const typename Input::action_t&>(), reader)) {
+    const typename Input::action_t match(begin, in);
+    try {
+      Action<Rule>::apply(match, reader);
+    } catch (const pegtl::parse_error&) {
+      throw;
+    } catch (const std::exception& error) {  // GiNaC: division by zero and the like
+      throw pegtl::parse_error(error.what(), match);
+    }
+  }
+};
 
 template <class Rule>
 struct Action {};
@@ -116,7 +173,19 @@ struct Action<grammar::unary> : pegtl::limit_depth<200> {};
 
 template <>
 struct Action<grammar::number> {
-  static void apply(const auto& in, Reader& reader) { reader.values.emplace_back(GiNaC::numeric(in.string().c_str())); }
+  static void apply(const auto& in, Reader& reader) {
+    const std::string text = in.string();
+    const auto e = text.find_first_of("eE");
+    if (std::min(e, text.size()) > kMostDigits)
+      throw pegtl::parse_error(fmt::format("a number may have {} digits", kMostDigits), in);
+    if (e != std::string::npos) {
+      const auto first = text.find_first_not_of("+-0", e + 1);
+      if (first != std::string::npos && (text.size() - first > 3 || std::stoi(text.substr(first)) > kMostDigits))
+        throw pegtl::parse_error(fmt::format("an exponent of ten from -{} to {} is possible", kMostDigits, kMostDigits),
+                                 in);
+    }
+    reader.push(GiNaC::numeric(text.c_str()), 1, 0);
+  }
 };
 
 template <>
@@ -124,9 +193,9 @@ struct Action<grammar::scalar> {
   static void apply(const auto& in, Reader& reader) {
     const auto known = reader.names.scalars.find(in.string());
     if (known != reader.names.scalars.end()) {
-      reader.values.push_back(known->second);
+      reader.push(known->second, 1, 1);
     } else if (in.string() == "pi") {
-      reader.values.emplace_back(GiNaC::Pi);
+      reader.push(GiNaC::Pi, 1, 0);
     } else {
       throw pegtl::parse_error(fmt::format("unknown name '{}'; known are {}, pi and the functions", in.string(),
                                            fmt::join(keys_of(reader.names.scalars), ", ")),
@@ -150,7 +219,7 @@ struct Action<grammar::vector_entry> {
     const std::string digits = text.substr(text.find_first_of("0123456789", bracket));
     const unsigned long index = digits.size() > 9 ? size : std::stoul(digits);
     if (index >= size) throw pegtl::parse_error(fmt::format("index out of range, {} has {} entries", name, size), in);
-    reader.values.push_back(known->second[index]);
+    reader.push(known->second[index], 1, 1);
   }
 };
 
@@ -162,17 +231,18 @@ struct Action<grammar::comparison> {
 /// b > a and b >= a are written as something that is positive: the second by choosing the other way round.
 template <>
 struct Action<grammar::choice> {
-  static void apply0(Reader& reader) {
-    ex otherwise = reader.pop(), then = reader.pop();
-    const ex right = reader.pop(), left = reader.pop();
+  static void apply(const auto&, Reader& reader) {
+    Part otherwise = reader.pop(), then = reader.pop();
+    const Part right = reader.pop(), left = reader.pop();
     const std::string comparison = reader.comparisons.back();
     reader.comparisons.pop_back();
-    ex difference = comparison[0] == '>' ? left - right : right - left;
+    ex difference = comparison[0] == '>' ? left.value - right.value : right.value - left.value;
     if (comparison.ends_with('=')) {
       difference = -difference;
       std::swap(then, otherwise);
     }
-    reader.values.push_back(choose(difference, then, otherwise));
+    reader.push(choose(difference, then.value, otherwise.value),
+                1 + left.size + right.size + then.size + otherwise.size, std::max(then.degree, otherwise.degree));
   }
 };
 
@@ -184,35 +254,45 @@ struct Action<grammar::function_name> {
   }
 };
 
+using Unary = ex (*)(const ex&);
+using Binary = ex (*)(const ex&, const ex&);
+
+const std::map<std::string, Unary>& functions_of_one() {
+  static const std::map<std::string, Unary> functions = {{"sin", [](const ex& x) { return ex(sin(x)); }},
+                                                         {"cos", [](const ex& x) { return ex(cos(x)); }},
+                                                         {"tan", [](const ex& x) { return ex(tan(x)); }},
+                                                         {"asin", [](const ex& x) { return ex(asin(x)); }},
+                                                         {"acos", [](const ex& x) { return ex(acos(x)); }},
+                                                         {"atan", [](const ex& x) { return ex(atan(x)); }},
+                                                         {"sinh", [](const ex& x) { return ex(sinh(x)); }},
+                                                         {"cosh", [](const ex& x) { return ex(cosh(x)); }},
+                                                         {"tanh", [](const ex& x) { return ex(tanh(x)); }},
+                                                         {"exp", [](const ex& x) { return ex(exp(x)); }},
+                                                         {"log", [](const ex& x) { return ex(log(x)); }},
+                                                         {"sqrt", [](const ex& x) { return ex(sqrt(x)); }},
+                                                         {"abs", magnitude},
+                                                         {"sign", sign}};
+  return functions;
+}
+
+const std::map<std::string, Binary>& functions_of_two() {
+  static const std::map<std::string, Binary> functions = {
+      {"atan2", [](const ex& y, const ex& x) { return ex(atan2(y, x)); }},
+      {"max", [](const ex& a, const ex& b) { return choose(a - b, a, b); }},
+      {"min", [](const ex& a, const ex& b) { return choose(b - a, a, b); }}};
+  return functions;
+}
+
 template <>
 struct Action<grammar::call> {
-  using Unary = ex (*)(const ex&);
-  using Binary = ex (*)(const ex&, const ex&);
-
   static void apply(const auto& in, Reader& reader) {
-    static const std::map<std::string, Unary> unary = {{"sin", [](const ex& x) { return ex(sin(x)); }},
-                                                       {"cos", [](const ex& x) { return ex(cos(x)); }},
-                                                       {"tan", [](const ex& x) { return ex(tan(x)); }},
-                                                       {"asin", [](const ex& x) { return ex(asin(x)); }},
-                                                       {"acos", [](const ex& x) { return ex(acos(x)); }},
-                                                       {"atan", [](const ex& x) { return ex(atan(x)); }},
-                                                       {"sinh", [](const ex& x) { return ex(sinh(x)); }},
-                                                       {"cosh", [](const ex& x) { return ex(cosh(x)); }},
-                                                       {"tanh", [](const ex& x) { return ex(tanh(x)); }},
-                                                       {"exp", [](const ex& x) { return ex(exp(x)); }},
-                                                       {"log", [](const ex& x) { return ex(log(x)); }},
-                                                       {"sqrt", [](const ex& x) { return ex(sqrt(x)); }},
-                                                       {"abs", magnitude},
-                                                       {"sign", sign}};
-    static const std::map<std::string, Binary> binary = {
-        {"atan2", [](const ex& y, const ex& x) { return ex(atan2(y, x)); }},
-        {"max", [](const ex& a, const ex& b) { return choose(a - b, a, b); }},
-        {"min", [](const ex& a, const ex& b) { return choose(b - a, a, b); }}};
+    const auto& unary = functions_of_one();
+    const auto& binary = functions_of_two();
     const std::string name = reader.functions.back();
     const std::size_t begin = reader.open_calls.back();
     reader.functions.pop_back();
     reader.open_calls.pop_back();
-    const std::vector<ex> arguments(reader.values.begin() + static_cast<std::ptrdiff_t>(begin), reader.values.end());
+    const std::vector<Part> arguments(reader.values.begin() + static_cast<std::ptrdiff_t>(begin), reader.values.end());
     reader.values.resize(begin);
     const auto of_one = unary.find(name);
     const auto of_two = binary.find(name);
@@ -225,54 +305,115 @@ struct Action<grammar::call> {
     if (arguments.size() != expected) {
       throw pegtl::parse_error(fmt::format("{} takes {} argument(s), not {}", name, expected, arguments.size()), in);
     }
-    reader.values.push_back(expected == 1 ? of_one->second(arguments[0]) : of_two->second(arguments[0], arguments[1]));
+    if (expected == 1) {
+      reader.push(of_one->second(arguments[0].value), 1 + arguments[0].size, arguments[0].degree > 0 ? 1 : 0);
+    } else {
+      const auto& [a, b] = std::tie(arguments[0], arguments[1]);
+      reader.push(of_two->second(a.value, b.value), 1 + 2 * (a.size + b.size), std::max(a.degree, b.degree));
+    }
   }
 };
 
 template <class Combine>
 struct BinaryAction {
-  static void apply0(Reader& reader) {
-    const ex right = reader.pop();
-    const ex left = reader.pop();
-    reader.values.push_back(Combine{}(left, right));
+  static void apply(const auto&, Reader& reader) {
+    const Part right = reader.pop(), left = reader.pop();
+    reader.push(Combine{}(left.value, right.value), 1 + left.size + right.size, std::max(left.degree, right.degree));
   }
 };
-struct Power {
-  ex operator()(const ex& base, const ex& exponent) const { return pow(base, exponent); }
+template <class Combine>
+struct ProductAction {
+  static void apply(const auto&, Reader& reader) {
+    const Part right = reader.pop(), left = reader.pop();
+    reader.push(Combine{}(left.value, right.value), 1 + left.size + right.size, left.degree + right.degree);
+  }
 };
 template <>
 struct Action<grammar::add> : BinaryAction<std::plus<ex>> {};
 template <>
 struct Action<grammar::subtract> : BinaryAction<std::minus<ex>> {};
 template <>
-struct Action<grammar::times> : BinaryAction<std::multiplies<ex>> {};
+struct Action<grammar::times> : ProductAction<std::multiplies<ex>> {};
 template <>
-struct Action<grammar::divide> : BinaryAction<std::divides<ex>> {};
+struct Action<grammar::divide> : ProductAction<std::divides<ex>> {};
+
+/// Powers of numbers are exact, and those of products raise the number in them.
 template <>
-struct Action<grammar::raise> : BinaryAction<Power> {};
+struct Action<grammar::raise> {
+  static void apply(const auto&, Reader& reader) {
+    const Part exponent = reader.pop(), base = reader.pop();
+    const bool is_number = GiNaC::is_a<GiNaC::numeric>(base.value);
+    double degree = is_number ? 0 : std::max(base.degree, 1.0);
+    if (GiNaC::is_a<GiNaC::numeric>(exponent.value)) {
+      const double n = std::abs(GiNaC::ex_to<GiNaC::numeric>(exponent.value).to_double());
+      degree *= std::max(n, 1.0);
+      if (degree > kMostDegree)
+        throw std::range_error(
+            fmt::format("exponents up to {} are possible, those of powers of powers multiply", kMostDegree));
+      if (is_number && n > 1) {
+        const auto& number = GiNaC::ex_to<GiNaC::numeric>(base.value);
+        const double decades = number.is_zero() ? 0 : n * std::abs(std::log10(std::abs(number.to_double())));
+        // A base of 400 digits may be infinite, or zero, as double.
+        if (bits(number) * n > kMostBits || !(decades <= kMostDigits))
+          throw std::range_error("a power of numbers is too large");
+      }
+    }
+    reader.push(pow(base.value, exponent.value), 1 + base.size + exponent.size, degree);
+  }
+};
 template <>
 struct Action<grammar::negate> {
-  static void apply0(Reader& reader) { reader.values.push_back(-reader.pop()); }
+  static void apply(const auto&, Reader& reader) {
+    const Part part = reader.pop();
+    reader.push(-part.value, 1 + part.size, part.degree);
+  }
 };
+
+/// A formula with a mark below the column, from 1, or what is around it of a long one.
+std::string picture(const std::string& text, std::size_t column) {
+  const std::size_t at = std::min(column, text.size() + 1);
+  const std::size_t begin = text.size() <= kShown || at <= kShown / 2 ? 0 : at - kShown / 2;
+  return fmt::format("  {}\n  {:>{}}", text.substr(begin, kShown), '^', at - begin);
+}
 
 }  // namespace
 
 GiNaC::ex parse_expression(const std::string& text, const ExpressionNames& names, const std::string& field) {
   const auto complain = [&](std::size_t column, std::string_view what) -> InputError {
-    return InputError(fmt::format("{}, column {}: {}\n  {}\n  {:>{}}", field, column, what, text, '^', column));
+    return InputError(fmt::format("{}, column {}: {}\n{}", field, column, what, picture(text, column)));
   };
+  if (text.size() > kLongest)
+    throw InputError(field, fmt::format("{} characters", text.size()),
+                     fmt::format("at most {} are possible", kLongest));
   Reader reader{names, {}, {}, {}, {}};
   pegtl::memory_input input(text, field);
   try {
     pegtl::parse<grammar::whole, Action, Control>(input, reader);
   } catch (const pegtl::parse_error& error) {
     throw complain(error.positions().front().column, error.message());
-  } catch (const InputError&) {
-    throw;
-  } catch (const std::exception& error) {  // GiNaC: division by zero and the like
-    throw complain(input.position().column, error.what());
   }
-  return reader.values.back();
+  return reader.values.back().value;
+}
+
+double formula_value(const std::string& text, const ExpressionNames& names, const std::string& field) {
+  const ex formula = parse_expression(text, names, field);
+  double value = std::nan("");
+  try {
+    const ex number = formula.evalf();
+    if (GiNaC::is_a<GiNaC::numeric>(number) && GiNaC::ex_to<GiNaC::numeric>(number).is_real())
+      value = GiNaC::ex_to<GiNaC::numeric>(number).to_double();
+  } catch (const std::exception& error) {  // CLN: overflow and the like
+    throw InputError(field, text, error.what());
+  }
+  if (!std::isfinite(value)) throw InputError(field, text, "a finite real number is required");
+  return value;
+}
+
+std::set<std::string> words_of_formulas() {
+  std::set<std::string> words = {"pi", "if"};
+  for (const auto& name : keys_of(functions_of_one())) words.insert(name);
+  for (const auto& name : keys_of(functions_of_two())) words.insert(name);
+  return words;
 }
 
 }  // namespace ricochet

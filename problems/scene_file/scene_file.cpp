@@ -3,17 +3,20 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <cctype>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "problems/derivatives/symbolic_problem.h"
 #include "problems/initial_state.h"
 #include "problems/input_error.h"
+#include "problems/input_text.h"
 #include "problems/names.h"
 #include "problems/scene_file/expression.h"
+#include "problems/scene_file/scene_schema.h"
 
 namespace ricochet {
 namespace {
@@ -22,20 +25,7 @@ using GiNaC::ex;
 using nlohmann::json;
 using Expressions = SymbolicModel::Expressions;
 
-/// @param text  a string or a stream
-json parse_json(auto&& text, const std::string& name) {
-  try {
-    return json::parse(text, nullptr, true, /*ignore_comments=*/true);
-  } catch (const json::exception& error) {
-    throw InputError(fmt::format("{}: not valid JSON: {}", name, error.what()));
-  }
-}
-
-json read_json(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw InputError("scene file", path, "cannot be opened");
-  return parse_json(file, path);
-}
+constexpr double kLeastSine = 1e-8;  // of the angle between tangents: half the digits of their cone are lost below
 
 /// A place in the file: the value and its name for messages.
 class Field {
@@ -48,39 +38,20 @@ class Field {
   std::size_t size() const { return value_->size(); }
 
   Field at(const std::string& key) const {
-    const std::string child = name_.ends_with(": ") ? name_ + key : name_ + "." + key;
+    const std::string child = place_of(name_, key);
     if (!has(key)) throw InputError(child + ": this field is missing");
     return {(*value_)[key], child};
   }
   Field at(std::size_t index) const { return {(*value_)[index], fmt::format("{}[{}]", name_, index)}; }
 
-  void require_object() const {
-    if (!value_->is_object()) throw InputError(name_, value_->type_name(), "an object is required");
-  }
-  void require_list(std::size_t length) const {
-    require_list();
+  void require_size(std::size_t length) const {
     if (size() != length) {
       throw InputError(name_ + ", number of entries", size(), fmt::format("{} are required", length));
     }
   }
-  void require_list() const {
-    if (!value_->is_array()) throw InputError(name_, value_->type_name(), "a list is required");
-  }
-  /// An unknown field is a misspelt one: a scene that silently loses its friction would be worse.
-  void allow_only(const std::set<std::string>& known) const {
-    require_object();
-    for (const auto& [key, unused] : value_->items()) {
-      if (!known.contains(key))
-        throw_unknown_name("field of " + name_.substr(0, name_.find_last_not_of(": ") + 1), key,
-                           {known.begin(), known.end()});
-    }
-  }
 
-  std::string text() const {
-    if (value_->is_string()) return value_->get<std::string>();
-    if (value_->is_number()) return value_->dump();
-    throw InputError(name_, value_->type_name(), "a number, or an expression in quotes, is required");
-  }
+  /// Of a text, or a number.
+  std::string text() const { return value_->is_string() ? value_->get<std::string>() : value_->dump(); }
 
  private:
   const json* value_;
@@ -92,14 +63,12 @@ class SceneReader {
   SceneReader(const Field& scene, const ParameterChanges& changes) : scene_(scene), changes_(changes) {}
 
   SymbolicModel read() {
-    scene_.allow_only({"id", "title", "source", "hard_feature", "params", "units", "q0", "v0", "T", "M", "f", "Bu", "u",
-                       "contacts", "potential_energy"});
+    scene_schema().check(scene_.value(), scene_.name(), scene_schema().definition("scene"));
     read_parameters();
     const auto n_q = read_state();
     read_dynamics(n_q);
     if (scene_.has("contacts")) {
       const Field contacts = scene_.at("contacts");
-      contacts.require_list();
       for (std::size_t i = 0; i < contacts.size(); ++i) read_contact(contacts.at(i), n_q);
     }
     if (scene_.has("potential_energy")) model_.potential_energy = expression(scene_.at("potential_energy"), in_q_);
@@ -111,10 +80,9 @@ class SceneReader {
     ParameterChanges unused = changes_;
     if (scene_.has("params")) {
       const Field params = scene_.at("params");
-      params.require_object();
       for (const auto& [name, unused_value] : params.value().items()) {
         const Field field = params.at(name);
-        if (name == "t") throw InputError(field.name(), field.text(), "t is the time; another name is required");
+        require_free_name(name, field);
         double value = decimal(field);
         if (const auto change = unused.find(name); change != unused.end()) {
           value = change->second;
@@ -128,17 +96,17 @@ class SceneReader {
     if (!unused.empty()) throw_unknown_name("parameter", unused.begin()->first, keys_of(constants_.scalars));
     if (!scene_.has("units")) return;
     const Field units = scene_.at("units");
-    const auto names = keys_of(constants_.scalars);
-    units.allow_only({names.begin(), names.end()});
+    for (const auto& [name, unit] : units.value().items()) {
+      if (!constants_.scalars.contains(name))
+        throw_unknown_name("parameter of " + units.name(), name, keys_of(constants_.scalars));
+    }
     for (auto& parameter : model_.parameters) {
       if (units.has(parameter.name)) parameter.unit = units.at(parameter.name).text();
     }
   }
 
   std::size_t read_state() {
-    scene_.at("q0").require_list();
     const auto n_q = scene_.at("q0").size();
-    if (n_q == 0) throw InputError("length of " + scene_.at("q0").name(), 0, "at least one coordinate is required");
     model_.q0 = expressions(scene_.at("q0"), n_q, constants_);
     model_.v0 = expressions(scene_.at("v0"), n_q, constants_);
     model_.end_time = expression(scene_.at("T"), constants_);
@@ -160,7 +128,6 @@ class SceneReader {
     model_.mass = rows(scene_.at("M"), n_q, n_q, in_q_);
     model_.force = expressions(scene_.at("f"), n_q, in_state_);
     if (!scene_.has("Bu") && !scene_.has("u")) return;
-    scene_.at("u").require_list();
     const auto n_u = scene_.at("u").size();
     model_.control = expressions(scene_.at("u"), n_u, of_time_);
     model_.input = rows(scene_.at("Bu"), n_q, n_u, in_q_and_time_);
@@ -168,26 +135,64 @@ class SceneReader {
   }
 
   void read_contact(const Field& field, std::size_t n_q) {
-    field.allow_only({"name", "gap", "e", "mu", "Jt", "vt_drive", "Jn", "bilateral"});
     SymbolicModel::Contact contact;
     contact.name = field.has("name") ? field.at("name").text() : fmt::format("contact {}", model_.contacts.size());
+    const auto [other, is_new] = contact_names_.try_emplace(contact.name, model_.contacts.size());
+    if (!is_new)
+      throw InputError(place_of(field.name(), "name"), contact.name,
+                       fmt::format("contacts[{}] has this name, another one is required", other->second));
     contact.gap = expression(field.at("gap"), in_q_and_time_);
-    if (field.has("e")) contact.eps_r = expression(field.at("e"), constants_);
+    if (field.has("e") && field.has("eps_r"))
+      throw InputError(field.at("eps_r").name(), field.at("eps_r").text(), "e is given, too, which means the same");
+    for (const char* name : {"e", "eps_r"}) {
+      if (field.has(name)) contact.eps_r = expression(field.at(name), constants_);
+    }
     if (field.has("mu")) contact.mu = expression(field.at("mu"), constants_);
     if (field.has("Jt")) {
       const Field directions = field.at("Jt");
-      directions.require_list();
-      if (directions.size() > 2)
-        throw InputError("length of " + directions.name(), directions.size(),
-                         "at most 2 tangent directions are possible");
       for (std::size_t d = 0; d < directions.size(); ++d)
         contact.tangents.push_back(expressions(directions.at(d), n_q, in_q_and_time_));
+      require_directions(directions, contact.tangents);
     }
     if (field.has("vt_drive"))
       contact.drives = expressions(field.at("vt_drive"), contact.tangents.size(), in_q_and_time_);
-    if (field.has("bilateral")) contact.is_bilateral = truth(field.at("bilateral"));
+    if (field.has("bilateral")) contact.is_bilateral = field.at("bilateral").value().get<bool>();
     if (field.has("Jn")) compare_normal(field.at("Jn"), contact.gap, n_q);
     model_.contacts.push_back(std::move(contact));
+  }
+
+  /// A parameter that formulas cannot name, or that hides a function, would be misread.
+  static void require_free_name(const std::string& name, const Field& field) {
+    const auto is_word = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
+    if (name == "t") throw InputError(field.name(), field.text(), "t is the time; another name is required");
+    if (words_of_formulas().contains(name))
+      throw InputError(field.name(), field.text(),
+                       fmt::format("'{}' is a word of formulas; another name is required", name));
+    if (name.empty() || std::isdigit(static_cast<unsigned char>(name.front())) || !std::ranges::all_of(name, is_word))
+      throw InputError(
+          field.name(), field.text(),
+          fmt::format("'{}' cannot stand in a formula; a name of letters, digits and _ is required", name));
+  }
+
+  /// At q0 and t = 0 directions are not zero, and two are not parallel: friction would act along none, or along one
+  /// twice.
+  void require_directions(const Field& field, const std::vector<Expressions>& directions) const {
+    std::vector<StraightLineProgram::Constant> start = model_.constants();
+    start.push_back({model_.t, 0});
+    for (std::size_t k = 0; k < model_.q.size(); ++k) start.push_back({model_.q[k], model_.number(model_.q0[k])});
+    Matrix J(static_cast<Eigen::Index>(model_.q.size()), static_cast<Eigen::Index>(directions.size()));
+    for (std::size_t d = 0; d < directions.size(); ++d) {
+      auto column = J.col(static_cast<Eigen::Index>(d));
+      StraightLineProgram(directions[d], {}, start).evaluate({}, column.data());
+      if (!column.allFinite()) throw InputError(field.at(d).name(), "not finite", "finite entries at q0 are required");
+      if (column.isZero(0)) throw InputError(field.at(d).name(), 0, "a direction that is not zero at q0 is required");
+      column.normalize();
+    }
+    if (directions.size() < 2) return;
+    const double apart = (J.col(1) - J.col(0) * J.col(0).dot(J.col(1))).norm();
+    if (!(apart > kLeastSine))
+      throw InputError(field.at(1).name(), field.at(1).value().dump(),
+                       "a direction that is not parallel to Jt[0] at q0 is required");
   }
 
   /// J_n is derived from the gap; a file that also states it must agree at q0 and t = 0 and at two points near it.
@@ -213,14 +218,14 @@ class SceneReader {
 
   static std::vector<Expressions> rows(const Field& field, std::size_t n_rows, std::size_t n_columns,
                                        const ExpressionNames& names) {
-    field.require_list(n_rows);
+    field.require_size(n_rows);
     std::vector<Expressions> matrix;
     for (std::size_t row = 0; row < n_rows; ++row) matrix.push_back(expressions(field.at(row), n_columns, names));
     return matrix;
   }
 
   static Expressions expressions(const Field& field, std::size_t length, const ExpressionNames& names) {
-    field.require_list(length);
+    field.require_size(length);
     Expressions list;
     for (std::size_t k = 0; k < length; ++k) list.push_back(expression(field.at(k), names));
     return list;
@@ -230,32 +235,33 @@ class SceneReader {
     return parse_expression(field.text(), names, field.name());
   }
 
-  static bool truth(const Field& field) {
-    if (!field.value().is_boolean()) throw InputError(field.name(), field.value().dump(), "true or false is required");
-    return field.value().get<bool>();
-  }
-
   static double decimal(const Field& field) {
     const std::string text = field.text();
-    char* end = nullptr;
-    const double value = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0') throw InputError(field.name(), "'" + text + "'", "a decimal number is required");
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size())
+      throw InputError(field.name(), "'" + text + "'", "a decimal number is required");
     return value;
   }
 
   Field scene_;
   const ParameterChanges& changes_;
   SymbolicModel model_;
+  std::map<std::string, std::size_t> contact_names_;
   ExpressionNames constants_, of_time_, in_q_, in_q_and_time_, in_state_;
 };
 
 /// The scene that `FILE` or `FILE#id` means, with the object around it that may hold id and title.
 std::pair<json, json> select(const json& document, const std::string& path, const std::string& id) {
-  if (document.is_object() && document.contains("cases")) {
+  const JsonSchema& schema = scene_schema();
+  const std::string place = path + ": ";
+  if (!document.is_object()) throw InputError(path, document.type_name(), "an object with a scene is required");
+  if (document.contains("cases")) {
+    schema.check(document, place, schema.definition("set"));
     std::vector<std::string> known;
     for (const auto& entry : document["cases"]) {
       known.push_back(entry.value("id", ""));
-      if (known.back() == id) return {entry.value("problem", json()), entry};
+      if (known.back() == id && !id.empty()) return {entry["problem"], entry};
     }
     if (id.empty()) {
       throw InputError(fmt::format("{}: this file holds several scenes; choose one with {}#ID. Known: {}", path, path,
@@ -263,8 +269,9 @@ std::pair<json, json> select(const json& document, const std::string& path, cons
     }
     throw_unknown_name("scene in " + path, id, known);
   }
-  if (document.is_object() && document.contains("problem")) return {document["problem"], document};
-  return {document, document};
+  if (!document.contains("problem")) return {document, document};
+  schema.check(document, place, schema.definition("labelled"));
+  return {document["problem"], document};
 }
 
 std::unique_ptr<Problem> make_problem_of(const json& scene, const json& around, const std::string& path,
@@ -272,7 +279,7 @@ std::unique_ptr<Problem> make_problem_of(const json& scene, const json& around, 
   SymbolicModel model = SceneReader(Field(scene, path + ": "), changes).read();
   const auto label = [&](const char* key, const std::string& fallback) {
     const auto& holder = scene.contains(key) ? scene : around;
-    return holder.contains(key) && holder[key].is_string() ? holder[key].get<std::string>() : fallback;
+    return holder.value(key, fallback);
   };
   model.id = label("id", path);
   model.title = label("title", "scene file " + path);
@@ -299,13 +306,13 @@ std::unique_ptr<Problem> read_scene_file(const std::string& path_and_id, const P
   const auto hash = path_and_id.rfind('#');
   const std::string path = path_and_id.substr(0, hash);
   const std::string id = hash == std::string::npos ? "" : path_and_id.substr(hash + 1);
-  const auto [scene, around] = select(read_json(path), path, id);
+  const auto [scene, around] = select(read_input_json(path, "scene file"), path, id);
   return make_problem_of(scene, around, path, changes, depth);
 }
 
 std::unique_ptr<Problem> read_scene_text(const std::string& text, const std::string& name,
                                          const ParameterChanges& changes) {
-  const auto [scene, around] = select(parse_json(text, name), name, "");
+  const auto [scene, around] = select(parse_input_json(text, name), name, "");
   return make_problem_of(scene, around, name, changes, 0);
 }
 

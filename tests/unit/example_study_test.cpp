@@ -32,7 +32,6 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Throw, number, is_on_table, eyes
 
 void run_dice(const nlohmann::json& experiment, ResultsFile& file) {
   const int n = experiment.at("throws");
-  if (n < 1) throw InputError("throws", n, "a number >= 1 is required");
   for (int k = 0; k < n; ++k) {
     if (k == interrupted_at) throw std::runtime_error("interrupted");
     file.row<Throw>([&] {
@@ -53,6 +52,9 @@ void show_dice(const Results& results, Section& section) {
 const bool dice_are_registered = register_study({
     .kind = "dice",
     .summary = "throws of a die",
+    .fields = R"({"required": ["throws"], "properties": {
+      "throws": {"type": "integer", "minimum": 1, "description": "How many.", "examples": [6]},
+      "falls": {"type": "integer", "description": "The throw that falls off the table.", "examples": [1]}}})",
     .rows = {Throw::kKind},
     .run = run_dice,
     .show = show_dice,

@@ -145,12 +145,12 @@ TEST_F(Expression, ErrorsNameTheColumn) {
   EXPECT_EQ(error("m q[0]"), "field, column 3: an operator or the end of the expression is expected");
   EXPECT_EQ(error("m^2"), "field, column 2: an operator or the end of the expression is expected");
   EXPECT_TRUE(error("sinn(m)").starts_with("field, column 1: unknown function 'sinn'; known are abs"));
-  EXPECT_TRUE(error("1/0").starts_with("field, column 1: ")) << error("1/0");
+  EXPECT_TRUE(error("1/0").starts_with("field, column 2: ")) << error("1/0");
 }
 
 TEST_F(Expression, DeepNestingIsAnErrorNotACrash) {
-  EXPECT_NE(error(std::string(100000, '(')).find("nesting depth"), std::string::npos);
-  EXPECT_NE(error(std::string(100000, '-') + "m").find("nesting depth"), std::string::npos);
+  EXPECT_NE(error(std::string(50000, '(')).find("nesting depth"), std::string::npos);
+  EXPECT_NE(error(std::string(50000, '-') + "m").find("nesting depth"), std::string::npos);
 }
 
 TEST_F(Expression, ErrorShowsThePlace) {

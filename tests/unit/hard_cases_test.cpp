@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "bench/experiment_file.h"
+#include "bench/experiment_schema.h"
 #include "bench/isolated.h"
 #include "bench/studies/hard_cases/run_hard_cases.h"
 #include "bench/studies/hard_cases/verdict_matrix.h"
@@ -145,7 +146,9 @@ TEST(Isolated, EveryEndIsAnAnswer) {
 
 std::string message_of(const std::string& text) {
   try {
-    read_hard_cases(nlohmann::json::parse(text));
+    const nlohmann::json document = nlohmann::json::parse(text);
+    experiment_schema(find_study("hard_cases")).check(document, "FILE: ");
+    read_hard_cases(document);
   } catch (const InputError& error) {
     return error.what();
   }
@@ -159,15 +162,15 @@ TEST(HardCaseFile, BadInputNamesTheField) {
   const std::string defaults = R"("defaults": {"steps": {"first_order": 10, "high_order": 5}, "tolerance": 1e-6}, )";
   const std::string a_case = R"("id": "a", "group": "g", "title": "t", "problem": "bouncing_ball")";
   EXPECT_SAYS(head + defaults + R"("time_limit": 0, "cases": []})", "time_limit = 0");
-  EXPECT_SAYS(head + defaults + R"("time_limit": 1, "cases": [{)" + a_case + R"(, "limit": 1}]})", "limit");
+  EXPECT_SAYS(head + defaults + R"("time_limit": 1, "cases": [{)" + a_case + R"(, "limit": 1}]})", "'limit': unknown");
   EXPECT_SAYS(head + defaults + R"("time_limit": 1, "cases": [{)" + a_case +
                   R"(, "limits": {"error": {"limit": 1, "reason": ""}}}]})",
-              "a reason is required");
+              "limits.error.reason = \"\": a text is required");
   EXPECT_SAYS(head + defaults + R"("time_limit": 1, "cases": [{)" + a_case +
                   R"(, "limits": {"error": {"limit": -1, "reason": "r"}}}]})",
-              "limits.error = -1");
+              "limits.error.limit = -1");
   EXPECT_SAYS(head + defaults + R"("time_limit": 1, "cases": [{)" + a_case + R"(, "steps": {"high_order": 0}}]})",
-              "steps = 0");
+              "steps.high_order = 0");
   EXPECT_EQ(message_of(head + defaults + R"("time_limit": 1, "cases": [{)" + a_case + "}]}"), "no error");
 }
 

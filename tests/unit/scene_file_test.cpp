@@ -117,6 +117,83 @@ TEST_F(SceneFile, ErrorsNameTheFieldAndWhatIsAllowed) {
       std::string::npos);
 }
 
+TEST_F(SceneFile, RestitutionHasTwoNames) {
+  json scene = good_scene();
+  scene["contacts"][0].erase("e");
+  scene["contacts"][0]["eps_r"] = "e/2";
+  EXPECT_EQ(read(scene)->info().contacts[0].eps_r, 0.25);
+  scene["contacts"][0]["e"] = "e/2";
+  EXPECT_EQ(error(scene), "FILE: contacts[0].eps_r = e/2: e is given, too, which means the same");
+}
+
+TEST_F(SceneFile, TangentsAreDirections) {
+  const auto with_tangents = [](const char* directions, const char* mu) {
+    json scene = good_scene();
+    scene["contacts"][0]["Jt"] = json::parse(directions);
+    scene["contacts"][0]["mu"] = mu;
+    return scene;
+  };
+  for (const char* mu : {"mu", "0"}) {
+    EXPECT_EQ(error(with_tangents(R"([["0", "0"]])", mu)),
+              "FILE: contacts[0].Jt[0] = 0: a direction that is not zero at q0 is required");
+    EXPECT_EQ(error(with_tangents(R"([["1", "0"], ["q[0]", "t"]])", mu)),
+              "FILE: contacts[0].Jt[1] = 0: a direction that is not zero at q0 is required");
+    EXPECT_EQ(error(with_tangents(R"([["1", "1e-10"], ["-2", "q[0]"]])", mu)),
+              "FILE: contacts[0].Jt[1] = [\"-2\",\"q[0]\"]: a direction that is not parallel to Jt[0] "
+              "at q0 is required");
+    EXPECT_EQ(error(with_tangents(R"([["1", "if(q[0] > 0, 1, 1e200)**2"]])", mu)),
+              "FILE: contacts[0].Jt[0] = not finite: finite entries at q0 are required");
+    EXPECT_EQ(error(with_tangents(R"([["1", "0"], ["1", "1e-3"]])", mu)), "no error");
+  }
+}
+
+TEST_F(SceneFile, NamesAreUsable) {
+  const auto with_parameter = [](const std::string& name) {
+    json scene = good_scene();
+    scene["params"][name] = "1";
+    return scene;
+  };
+  EXPECT_EQ(error(with_parameter("sin")),
+            "FILE: params.sin = 1: 'sin' is a word of formulas; another name is required");
+  EXPECT_EQ(error(with_parameter("pi")), "FILE: params.pi = 1: 'pi' is a word of formulas; another name is required");
+  EXPECT_EQ(error(with_parameter("if")), "FILE: params.if = 1: 'if' is a word of formulas; another name is required");
+  for (const char* name : {"a b", "", "2m", "m-1"})
+    EXPECT_NE(error(with_parameter(name)).find("cannot stand in a formula; a name of letters, digits and _"),
+              std::string::npos)
+        << name;
+  EXPECT_EQ(error(with_parameter("u")), "no error");
+  EXPECT_EQ(error(with_parameter("_a1")), "no error");
+  json twice = good_scene();
+  twice["contacts"].push_back(twice["contacts"][0]);
+  EXPECT_EQ(error(twice), "FILE: contacts[1].name = floor: contacts[0] has this name, another one is required");
+}
+
+TEST_F(SceneFile, TypesAndFieldsAroundAScene) {
+  const auto around = [](const std::function<void(json&)>& change) {
+    json document = {{"problem", good_scene()}};
+    change(document);
+    return document;
+  };
+  EXPECT_EQ(error(around([](json&) {})), "no error");
+  EXPECT_EQ(error(json(5)), "FILE = number: an object with a scene is required");
+  EXPECT_EQ(error(around([](json& d) { d["problem"] = 7; })), "FILE: problem = 7: an object is required");
+  EXPECT_EQ(error(around([](json& d) { d["id"] = 7; })), "FILE: id = 7: a text in quotes is required");
+  EXPECT_NE(error(around([](json& d) { d["parms"] = 7; })).find("'parms': unknown"), std::string::npos);
+  EXPECT_EQ(error(json{{"cases", 7}}), "FILE: cases = 7: a list is required");
+  EXPECT_EQ(error(json{{"cases", {7}}}), "FILE: cases[0] = 7: an object is required");
+  EXPECT_EQ(error(json{{"cases", {{{"id", "a"}}}}}), "FILE: cases[0].problem: this field is missing");
+}
+
+TEST_F(SceneFile, ManyContactsHaveALimit) {
+  json scene = good_scene();
+  json contact = {{"gap", "q[1]"}};
+  scene["contacts"] = json::array();
+  for (int k = 0; k < 3000; ++k) scene["contacts"].push_back(contact);
+  EXPECT_EQ(read(scene)->n_c(), 3000);
+  scene["contacts"].insert(scene["contacts"].end(), 17000, contact);
+  EXPECT_EQ(error(scene), "FILE: contacts, number of entries = 20000: at most 10000 are possible");
+}
+
 TEST_F(SceneFile, BilateralConstraintsHoldAtTheStart) {
   json rod = good_scene();
   rod["q0"] = {"1", "0"};
@@ -152,6 +229,7 @@ TEST_F(SceneFile, BilateralConstraintsHoldAtTheStart) {
   EXPECT_EQ(spoiled([&](json& s) {
               s["contacts"].push_back(twice);
               s["contacts"].push_back(twice);
+              s["contacts"][2]["name"] = "third rod";
             }),
             "FILE: number of bilateral constraints = 3: at most n_q = 2 are possible");
 }

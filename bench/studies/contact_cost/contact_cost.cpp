@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "bench/progress.h"
+#include "bench/setting_kind.h"
 #include "bench/studies/study.h"
 #include "bench/timing.h"
 #include "methods/registry.h"
@@ -75,6 +76,11 @@ namespace {
 ContactCost try_motion(const Method& method, const std::string& spec, const BoxMotion& motion, const Problem& problem,
                        const Settings& settings) {
   ContactCost cost{.method = spec, .motion = motion.name, .closed = motion.closed, .status = {}, .message = {}};
+  if (const Support support = method.supports(problem.info()); !support.ok) {
+    cost.status = "declined";
+    cost.message = support.reason;
+    return cost;
+  }
   const Solution solution = method.solve(problem, settings);
   cost.status = to_string(solution.status);
   cost.message = solution.message;
@@ -150,7 +156,7 @@ namespace {
 
 void run_contact_cost(const nlohmann::json& experiment, ResultsFile& file) {
   const auto methods = experiment.at("methods").get<std::vector<std::string>>();
-  for (const auto& method : methods) make_method(method);  // a bad one throws here
+  for (const auto& method : methods) require_kind_of_setting(*make_method(method), "methods, which have steps", "");
   const std::size_t n = methods.size() * box_motions().size();
   file.rows<ContactCost>(n, [&] { return measure_contact_cost(methods, experiment.value("quick", false)); });
 }
@@ -172,9 +178,17 @@ void show_contact_cost(const Results& results, Section& section) {
   section.failures("failures", table_of("Runs without a time", columns, failed_costs(costs)));
 }
 
+constexpr const char* kContactCostFields = R"~({
+  "required": ["methods"],
+  "properties": {
+    "methods": {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/method"}, "description": "Fixed-step methods.", "examples": [["moreau_jean"]]}
+  }
+})~";
+
 const bool contact_cost_is_registered = register_study(
     {.kind = "contact_cost",
      .summary = "the time of a step of a box in space per active contact",
+     .fields = kContactCostFields,
      .rows = {ContactCost::kKind},
      .reads_quick = true,
      .run = run_contact_cost,

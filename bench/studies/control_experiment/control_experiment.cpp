@@ -139,9 +139,21 @@ int control_experiment_surprises(const Results& results) {
       runs, [](const ControlRun& run) { return !run.succeeded() && run.discretisation.starts_with("FESD-J"); }));
 }
 
+constexpr const char* kControlExperimentFields = R"~({
+  "required": ["runs"],
+  "properties": {
+    "runs": {"type": "array", "description": "Problems, each with FESD-J and with time stepping.", "items": {
+      "type": "object", "additionalProperties": false, "required": ["problem", "fesd", "time_stepping"], "properties": {
+        "problem": {"type": "string", "description": "Of `ricochet control`.", "examples": ["two_carts"]},
+        "fesd": {"type": "string", "description": "Arguments of `ricochet control` with FESD-J.", "examples": ["--intervals 10"]},
+        "time_stepping": {"type": "string", "description": "Those with time stepping.", "examples": ["--sigma-0 1"]}}}}
+  }
+})~";
+
 const bool control_experiment_is_registered =
     register_study({.kind = "optimal_control",
                     .summary = "optimal control with FESD-J and with time stepping: what they claim and what is true",
+                    .fields = kControlExperimentFields,
                     .rows = {ControlRun::kKind},
                     .run = run_control_experiment,
                     .show = show_control_experiment,

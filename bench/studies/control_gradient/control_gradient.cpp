@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bench/progress.h"
+#include "bench/setting_kind.h"
 #include "bench/studies/control_gradient/gradient.h"
 #include "bench/studies/control_gradient/gradient_rows.h"
 #include "bench/studies/study.h"
@@ -84,6 +85,8 @@ Matrix matrix_of(const ControlGradient& row) {
 void run_control_gradient(const json& experiment, ResultsFile& file) {
   const auto problem = make_control_problem(experiment.at("problem"));
   const ControlTrajectory trajectory = trajectory_of(experiment, problem->plant->info());
+  for (const auto& entry : experiment.at("methods"))
+    require_kind_of_setting(*make_method(entry.at("method")), "methods: steps", "");
   Progress progress(experiment.at("id").get<std::string>());
   const Matrix reference = matrix_of(file.row<ControlGradient>([&] {
     return row_of_gradient(
@@ -121,9 +124,22 @@ void show_control_gradient(const Results& results, Section& section) {
   section.details("derivatives", gradient_details(gradients));
 }
 
+constexpr const char* kControlGradientFields = R"~({
+  "required": ["problem", "control", "methods"],
+  "properties": {
+    "problem": {"type": "string", "description": "Of `ricochet control`.", "examples": ["two_carts"]},
+    "control": {"type": "array", "minItems": 1, "items": {"type": "array", "items": {"type": "number"}}, "description": "One list of controls [N] per interval.", "examples": [[[4], [3]]]},
+    "methods": {"type": "array", "description": "Fixed-step methods.", "items": {
+      "type": "object", "additionalProperties": false, "required": ["method", "steps"], "properties": {
+        "method": {"$ref": "#/$defs/method", "examples": ["fesd:radau-iia:3"]},
+        "steps": {"type": "array", "items": {"type": "integer", "minimum": 1}, "description": "Numbers of steps per interval.", "examples": [[1, 2, 4]]}}}}
+  }
+})~";
+
 const bool control_gradient_is_registered =
     register_study({.kind = "control_gradient",
                     .summary = "derivatives of a terminal state with respect to controls, through impacts",
+                    .fields = kControlGradientFields,
                     .rows = {ControlGradient::kKind},
                     .run = run_control_gradient,
                     .show = show_control_gradient,

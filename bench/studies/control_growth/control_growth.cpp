@@ -84,9 +84,22 @@ int control_growth_surprises(const Results& results) {
   return static_cast<int>(std::ranges::count_if(runs, [](const auto& run) { return !run.succeeded(); }));
 }
 
+constexpr const char* kControlGrowthFields = R"~({
+  "required": ["disturbance", "runs"],
+  "properties": {
+    "disturbance": {"type": "number", "minimum": 0, "description": "Positions are moved by up to this [m] before the second solve.", "examples": [0.001]},
+    "runs": {"type": "array", "description": "Problems.", "items": {
+      "type": "object", "additionalProperties": false, "required": ["problem", "arguments"], "properties": {
+        "problem": {"type": "string", "description": "Of `ricochet control`.", "examples": ["two_carts"]},
+        "arguments": {"type": "string", "description": "Of `ricochet control`.", "examples": ["--simulate"]},
+        "intervals": {"type": "array", "items": {"type": "integer", "minimum": 1}, "description": "Numbers of control intervals; without them the problem's own.", "examples": [[10, 20]]}}}}
+  }
+})~";
+
 const bool control_growth_is_registered =
     register_study({.kind = "control_growth",
                     .summary = "the work of an optimal control solve over the number of control intervals",
+                    .fields = kControlGrowthFields,
                     .rows = {ControlGrowth::kKind},
                     .run = run_control_growth,
                     .show = show_control_growth,

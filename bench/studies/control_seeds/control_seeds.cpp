@@ -27,11 +27,8 @@ std::vector<SeedRun> runs_of(const json& document) {
   for (std::size_t k = 0; k < document.at("runs").size(); ++k) {
     const json& entry = document["runs"][k];
     const auto field = [&](const std::string& name) { return fmt::format("runs[{}].{}", k, name); };
-    allow_only(entry, {"problem", "arguments", "seeds", "time_limit"}, "runs");
     const int n_seeds = entry.at("seeds");
-    if (n_seeds < 1) throw InputError(field("seeds"), n_seeds, "a number >= 1 is required");
     const double time_limit = entry.at("time_limit");
-    if (!(time_limit > 0)) throw InputError(field("time_limit"), time_limit, "a number > 0 is required");
     SeedRun run;
     run.problem = entry.at("problem");
     run.arguments = fmt::format("{} --time-limit {:g}", entry.at("arguments").get<std::string>(), time_limit);
@@ -97,10 +94,23 @@ void show_control_seeds(const Results& results, Section& section) {
   section.details("runs", seed_details(runs));
 }
 
+constexpr const char* kControlSeedsFields = R"~({
+  "required": ["runs"],
+  "properties": {
+    "runs": {"type": "array", "description": "Problems.", "items": {
+      "type": "object", "additionalProperties": false, "required": ["problem", "arguments", "seeds", "time_limit"], "properties": {
+        "problem": {"type": "string", "description": "Of `ricochet control`.", "examples": ["discs"]},
+        "arguments": {"type": "string", "description": "Of `ricochet control`, without --seed and --time-limit.", "examples": ["--noise 0.5"]},
+        "seeds": {"type": "integer", "minimum": 1, "description": "n: random initial guesses from the seeds 1 to n.", "examples": [50]},
+        "time_limit": {"type": "number", "exclusiveMinimum": 0, "description": "Wall time of a run [s].", "examples": [300]}}}}
+  }
+})~";
+
 // How many guesses find no solution is what is counted.
 const bool control_seeds_is_registered =
     register_study({.kind = "control_seeds",
                     .summary = "optimal control from random initial guesses: success, cost, time",
+                    .fields = kControlSeedsFields,
                     .rows = {SeedRun::kKind},
                     .run = run_control_seeds,
                     .show = show_control_seeds,

@@ -48,13 +48,11 @@ struct Plan {
 };
 
 Plan read_plan(const json& experiment) {
-  allow_only(experiment, fields_of_experiment({"levels", "families", "scenes"}), "fastest");
   Plan plan;
   experiment.at("levels").get_to(plan.levels);
   plan.time_limit = experiment.at("time_limit");
   plan.quick = experiment.value("quick", false);
   for (const json& entry : experiment.at("families")) {
-    allow_only(entry, {"name", "methods", "steps", "tolerances"}, "families");
     Family family{entry.at("name"), {}};
     for (const std::string spec : entry.at("methods")) {
       Contender contender{make_method(spec), {}};
@@ -74,10 +72,16 @@ Plan read_plan(const json& experiment) {
       }
       family.contenders.push_back(std::move(contender));
     }
+    for (const char* field : {"steps", "tolerances"}) {
+      const auto takes_it = [&](const Contender& c) {
+        return c.method->info().is_adaptive == (field == std::string("tolerances"));
+      };
+      if (entry.contains(field) && std::ranges::none_of(family.contenders, takes_it))
+        throw InputError(fmt::format("families.{}: {}: none of its methods takes them", family.name, field));
+    }
     plan.families.push_back(std::move(family));
   }
   for (const json& entry : experiment.at("scenes")) {
-    allow_only(entry, {"name", "group", "problem", "parameters", "reference"}, "scenes");
     plan.scenes.push_back(
         {entry.value("name", entry.at("problem").get<std::string>()), entry.at("group"), read_problem_choice(entry)});
   }
@@ -204,10 +208,31 @@ void show_fastest(const Results& results, Section& section) {
   section.failures("unreached", unreached_table(runs));
 }
 
+constexpr const char* kFastestFields = R"~({
+  "required": ["levels", "families", "scenes", "time_limit"],
+  "properties": {
+    "levels": {"type": "array", "minItems": 1, "items": {"type": "number", "exclusiveMinimum": 0}, "description": "Errors to be reached.", "examples": [[1e-3, 1e-6]]},
+    "families": {"type": "array", "minItems": 1, "description": "Methods that compete as one.", "items": {
+      "type": "object", "additionalProperties": false, "required": ["name", "methods"], "properties": {
+        "name": {"type": "string", "description": "In tables.", "examples": ["FESD-J"]},
+        "methods": {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/method"}, "description": "Its methods.", "examples": [["fesd:gauss:4"]]},
+        "steps": {"$ref": "#/$defs/range", "description": "Of its fixed-step methods.", "examples": [{"from": 5, "to": 500, "per_decade": 4}]},
+        "tolerances": {"$ref": "#/$defs/range", "description": "Of its error-controlled methods.", "examples": [{"from": 0.01, "to": 1e-12, "per_decade": 1}]}}}},
+    "scenes": {"type": "array", "description": "Where they compete.", "items": {
+      "type": "object", "additionalProperties": false, "required": ["problem", "group"], "properties": {
+        "name": {"type": "string", "description": "In tables; the problem without it.", "examples": ["a row of 4"]},
+        "group": {"type": "string", "description": "Of scenes that are shown together.", "examples": ["rows"]},
+        "problem": {"$ref": "#/$defs/problem", "examples": ["bead_row"]},
+        "parameters": {"$ref": "#/$defs/parameters", "examples": [{"n": 4}]},
+        "reference": {"$ref": "#/$defs/reference", "examples": [null]}}}}
+  }
+})~";
+
 // That a family does not reach a level on some scene is what the study is about.
 const bool fastest_is_registered =
     register_study({.kind = "fastest",
                     .summary = "the fastest run of each family of methods that reaches an error, scene by scene",
+                    .fields = kFastestFields,
                     .rows = {FastestRun::kKind},
                     .reads_quick = true,
                     .run = run_fastest,

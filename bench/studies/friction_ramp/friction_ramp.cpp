@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "bench/progress.h"
+#include "bench/setting_kind.h"
 #include "bench/studies/friction_ramp/ramp_rows.h"
 #include "bench/studies/study.h"
 #include "methods/contact_laws/friction_polygon.h"
@@ -38,6 +39,8 @@ Entry entry_of(const json& j) {
   Entry entry;
   entry.name = j.at("method");
   entry.method = make_method(entry.name);
+  require_kind_of_setting(*entry.method, j.contains("steps") ? "methods: steps" : "",
+                          j.contains("tolerance") ? "methods: tolerance" : "");
   if (entry.method->info().is_adaptive) {
     entry.settings.tolerance = j.at("tolerance");
     entry.text = fmt::format("--tolerance {:g}", entry.settings.tolerance);
@@ -61,8 +64,8 @@ std::vector<Entry> entries_of(const json& document) {
   for (const auto& registered : methods()) {
     const auto is_it = [&](const Entry& entry) { return MethodSpec(entry.name).name() == registered.name; };
     if (!registered.make || registered.examples.empty() || std::ranges::any_of(entries, is_it)) continue;
-    json j = document.at("others");
-    j["method"] = registered.examples.front();
+    const char* setting = make_method(registered.examples.front())->info().is_adaptive ? "tolerance" : "steps";
+    const json j = {{"method", registered.examples.front()}, {setting, document.at("others").at(setting)}};
     entries.push_back(entry_of(j));
   }
   return entries;
@@ -202,10 +205,40 @@ void show_friction_ramp(const Results& results, Section& section) {
   }
 }
 
+constexpr const char* kFrictionRampFields = R"~({
+  "required": ["grid", "duration", "v_0", "methods"],
+  "properties": {
+    "grid": {"type": "integer", "minimum": 2, "description": "Friction coefficients, and slopes, from 0 to 1.", "examples": [33]},
+    "duration": {"type": "number", "exclusiveMinimum": 0, "description": "Of a run [s].", "examples": [0.5]},
+    "v_0": {"type": "array", "items": {"type": "number"}, "description": "Initial velocities down the ramp [m/s].", "examples": [[0, -1]]},
+    "methods": {
+      "anyOf": [
+        {"type": "string", "enum": ["all"]},
+        {"type": "array", "items": {"type": "object", "additionalProperties": false, "required": ["method"], "properties": {
+          "method": {"$ref": "#/$defs/method", "examples": ["moreau_jean"]},
+          "steps": {"type": "integer", "minimum": 1, "description": "Of a fixed-step method.", "examples": [100]},
+          "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Of an error-controlled method.", "examples": [1e-8]},
+          "stride": {"type": "integer", "minimum": 1, "description": "Every so many points of the grid; a divisor of grid - 1.", "examples": [2]}}}}],
+      "description": "Methods with one setting each, or \"all\": those of the program with the settings of others.", "examples": ["all"]},
+    "others": {"type": "object", "additionalProperties": false, "description": "Also the methods that are not named, with these settings.", "examples": [{"steps": 100, "tolerance": 1e-8}], "properties": {
+      "steps": {"type": "integer", "minimum": 1, "description": "Of fixed-step methods.", "examples": [100]},
+      "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Of error-controlled methods.", "examples": [1e-8]}}},
+    "facets": {"type": "object", "additionalProperties": false, "required": ["directions", "load", "methods"], "description": "Polygons in place of the friction disc, on ramps in space.", "properties": {
+      "directions": {"type": "integer", "minimum": 2, "description": "Ways down in a quarter of a turn.", "examples": [31]},
+      "load": {"type": "number", "exclusiveMinimum": 0, "description": "tan(slope) / mu where the direction of slip is measured.", "examples": [1.1]},
+      "methods": {"type": "array", "description": "Methods with one setting each.", "items": {"type": "object", "additionalProperties": false, "required": ["method", "facets"], "properties": {
+        "method": {"$ref": "#/$defs/method", "examples": ["moreau_jean,facets=4"]},
+        "facets": {"type": "integer", "minimum": 0, "description": "Of its polygon; 0 for a disc.", "examples": [4]},
+        "steps": {"type": "integer", "minimum": 1, "description": "Of a fixed-step method.", "examples": [50]},
+        "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Of an error-controlled method.", "examples": [1e-8]}}}}}}
+  }
+})~";
+
 // A method that fails, or declines, on a ramp is what the study is about.
 const bool friction_ramp_is_registered =
     register_study({.kind = "friction_ramp",
                     .summary = "does a block on a ramp stick, and where does it slip with a polygon as friction cone",
+                    .fields = kFrictionRampFields,
                     .rows = {RampGrid::kKind, RampFacets::kKind},
                     .run = run_friction_ramp,
                     .show = show_friction_ramp,

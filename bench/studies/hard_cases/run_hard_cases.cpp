@@ -224,9 +224,47 @@ int matrix_surprises(const Results& results) {
   }));
 }
 
+constexpr const char* kHardCasesFields = R"~({
+  "required": ["time_limit", "also", "defaults", "cases"],
+  "properties": {
+    "also": {"type": "array", "items": {"$ref": "#/$defs/method"}, "description": "Methods beside the examples of those that are built.", "examples": [["fesd:gauss:3"]]},
+    "defaults": {"type": "object", "additionalProperties": false, "description": "Of every case.", "examples": [{"tolerance": 1e-9}], "properties": {
+      "steps": {"type": "object", "additionalProperties": false, "description": "Of fixed-step methods.", "examples": [{"first_order": 2000}], "properties": {
+        "first_order": {"type": "integer", "minimum": 1, "description": "Of methods of first order.", "examples": [2000]},
+        "high_order": {"type": "integer", "minimum": 1, "description": "Of all others.", "examples": [200]}}},
+      "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Of error-controlled methods.", "examples": [1e-9]},
+      "limits": {"type": "object", "additionalProperties": {"type": "object", "additionalProperties": false, "required": ["limit", "reason"], "properties": {
+        "limit": {"type": "number", "minimum": 0, "description": "The number.", "examples": [1e-9]},
+        "reason": {"type": "string", "minLength": 1, "description": "Why this one.", "examples": ["rounding"]}}}, "description": "Limits of verdicts: exact, error, energy [J], penetration [m], momentum [N s], cone [N s].", "examples": [{"error": {"limit": 0.01, "reason": "one percent"}}]}}},
+    "cases": {"type": "array", "description": "Problems.", "items": {"type": "object", "additionalProperties": false, "required": ["id", "group", "title", "problem"], "properties": {
+      "id": {"type": "string", "minLength": 1, "description": "Its name.", "examples": ["wedge"]},
+      "group": {"type": "string", "description": "Of cases that are shown together.", "examples": ["impacts"]},
+      "title": {"type": "string", "description": "A line that says what it is.", "examples": ["ball in a wedge"]},
+      "problem": {"type": "string", "description": "A scene of `ricochet list problems`.", "examples": ["disc_in_chute"]},
+      "parameters": {"$ref": "#/$defs/parameters", "examples": [{"mu": 0}]},
+      "motions": {"type": "array", "description": "True motions.", "items": {"type": "object", "additionalProperties": false, "properties": {
+        "q": {"type": "array", "items": {"type": "string"}, "description": "Final coordinates, formulas in the parameters.", "examples": [["r"]]},
+        "v": {"type": "array", "items": {"type": "string"}, "description": "Final velocities.", "examples": [["0"]]},
+        "reference": {"$ref": "#/$defs/parameters", "description": "Instead of q and v: the motion is computed, with these parameters changed.", "examples": [{}]},
+        "why": {"type": "string", "description": "A reason.", "examples": ["at rest on the ground"]}}}},
+      "steps": {"type": "object", "additionalProperties": false, "description": "Of fixed-step methods.", "examples": [{"first_order": 2000}], "properties": {
+        "first_order": {"type": "integer", "minimum": 1, "description": "Of methods of first order.", "examples": [2000]},
+        "high_order": {"type": "integer", "minimum": 1, "description": "Of all others.", "examples": [200]}}},
+      "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Of error-controlled methods.", "examples": [1e-9]},
+      "limits": {"type": "object", "additionalProperties": {"type": "object", "additionalProperties": false, "required": ["limit", "reason"], "properties": {
+        "limit": {"type": "number", "minimum": 0, "description": "The number.", "examples": [1e-9]},
+        "reason": {"type": "string", "minLength": 1, "description": "Why this one.", "examples": ["rounding"]}}}, "description": "Limits of verdicts: exact, error, energy [J], penetration [m], momentum [N s], cone [N s].", "examples": [{"error": {"limit": 0.01, "reason": "one percent"}}]},
+      "paradox": {"type": "string", "description": "Contact at which a method may refuse to go on.", "examples": ["tip"]},
+      "conserves_energy": {"type": "boolean", "description": "The exact motion does.", "examples": [true]}}}},
+    "only_case": {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}], "description": "One or more of the cases.", "examples": ["wedge"]},
+    "only_method": {"anyOf": [{"$ref": "#/$defs/method"}, {"type": "array", "items": {"$ref": "#/$defs/method"}}], "description": "One or more methods, instead of all.", "examples": ["moreau_jean"]}
+  }
+})~";
+
 const bool hard_cases_are_registered =
     register_study({.kind = "hard_cases",
                     .summary = "every method on every problem that methods stumble over: a matrix of verdicts",
+                    .fields = kHardCasesFields,
                     .rows = {HardCell::kKind},
                     .run = run_matrix,
                     .show = show_matrix,

@@ -35,7 +35,7 @@ struct HomotopyExperiment {
   std::vector<std::string> solvers;  ///< options of a homotopy
 };
 
-StepHomotopy::Options options_of(const std::string& text) {
+StepHomotopy::Options homotopy_options_of(const std::string& text) {
   const MethodSpec spec("fesd_homotopy:radau-iia:2" + (text.empty() ? "" : "," + text));
   StepHomotopy::Options result = step_homotopy_options(spec);
   spec.finish(2);
@@ -54,15 +54,11 @@ std::vector<std::string> combinations(const json& experiment) {
     }
     texts = std::move(more);
   }
-  for (const auto& text : texts) options_of(text);  // a bad one throws here
+  for (const auto& text : texts) homotopy_options_of(text);  // a bad one throws here
   return texts;
 }
 
 HomotopyExperiment read_homotopy_experiment(const json& experiment) {
-  allow_only(experiment,
-             fields_of_experiment({"problem", "parameters", "reference", "families", "stages", "steps", "margin",
-                                   "guess", "relaxation", "sigma_0", "factor", "options"}),
-             "experiment");
   HomotopyExperiment read;
   read.problem = read_problem_choice(experiment);
   experiment.at("families").get_to(read.families);
@@ -102,7 +98,7 @@ class ComparedRun {
   }
 
   HomotopyRow by_homotopy(const std::string& options, int margin) {
-    const HomotopyRun run = run_homotopy(problem_, pivoting(), options_of(options), margin);
+    const HomotopyRun run = run_homotopy(problem_, pivoting(), homotopy_options_of(options), margin);
     HomotopyRow row = empty_row(options);
     row.steps = run.steps;
     row.failed = run.failed;
@@ -170,10 +166,29 @@ void show_homotopy(const Results& results, Section& section) {
   section.details("failures", homotopy_failures(rows));
 }
 
+constexpr const char* kHomotopyFields = R"~({
+  "required": ["problem", "families", "stages", "steps", "margin"],
+  "properties": {
+    "problem": {"$ref": "#/$defs/problem", "examples": ["two_balls_spring"]},
+    "parameters": {"$ref": "#/$defs/parameters", "examples": [{"k": 1e4}]},
+    "reference": {"$ref": "#/$defs/reference", "examples": [null]},
+    "families": {"type": "array", "minItems": 1, "items": {"type": "string"}, "description": "Of tableaus.", "examples": [["radau-iia"]]},
+    "stages": {"type": "integer", "minimum": 1, "description": "Each family with 1 to so many stages.", "examples": [4]},
+    "steps": {"type": "array", "minItems": 1, "items": {"type": "integer", "minimum": 1}, "description": "N_sim of the runs: numbers >= 1.", "examples": [[50, 80]]},
+    "margin": {"type": "integer", "minimum": -1, "description": "Steps before and behind one with an impact that are solved; -1: all.", "examples": [0]},
+    "guess": {"type": "array", "items": {"type": "string"}, "description": "Values of this option of fesd_homotopy; every combination with the next three is run.", "examples": [["cold"]]},
+    "relaxation": {"type": "array", "items": {"type": "string"}, "description": "Likewise.", "examples": [["scholtes"]]},
+    "sigma_0": {"type": "array", "items": {"type": "string"}, "description": "Likewise.", "examples": [["1e-1"]]},
+    "factor": {"type": "array", "items": {"type": "string"}, "description": "Likewise.", "examples": [["0.1"]]},
+    "options": {"type": "string", "description": "Of all homotopies.", "examples": ["retry=0"]}
+  }
+})~";
+
 // How many steps a homotopy does not find is what is measured.
 const bool homotopy_is_registered =
     register_study({.kind = "homotopy",
                     .summary = "the equations of FESD-J by homotopy, against the pivoting solver",
+                    .fields = kHomotopyFields,
                     .rows = {HomotopyRow::kKind},
                     .reads_quick = true,
                     .run = run_homotopy_study,

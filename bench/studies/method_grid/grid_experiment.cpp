@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "bench/experiment_file.h"
+#include "bench/setting_kind.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/names.h"
@@ -47,7 +48,6 @@ std::string why_not_built(const std::string& spec) {
 }
 
 GridExperiment::MethodGrid read_method_grid(const json& entry, const json& grids) {
-  allow_only(entry, {"method", "steps", "tolerances", "on_failure", "may_fail"}, "methods");
   GridExperiment::MethodGrid grid;
   grid.method = entry.at("method");
   grid.on_failure = entry.value("on_failure", "");
@@ -55,7 +55,16 @@ GridExperiment::MethodGrid read_method_grid(const json& entry, const json& grids
   if (entry.contains("steps")) grid.steps = read_steps(entry["steps"], grids, "steps of " + grid.method);
   grid.tolerances = entry.value("tolerances", grid.tolerances);
   grid.not_built = why_not_built(grid.method);
-  const bool is_adaptive = grid.not_built.empty() ? make_method(grid.method)->info().is_adaptive : grid.steps.empty();
+  bool is_adaptive = grid.steps.empty();
+  if (grid.not_built.empty()) {
+    const auto method = make_method(grid.method);
+    require_kind_of_setting(*method, grid.steps.empty() ? "" : "methods: steps",
+                            grid.tolerances.empty() ? "" : "methods: tolerances");
+    is_adaptive = method->info().is_adaptive;
+  }
+  if (!grid.on_failure.empty() && why_not_built(grid.on_failure).empty())
+    require_kind_of_setting(*make_method(grid.on_failure), is_adaptive ? "" : "methods: on_failure with steps",
+                            is_adaptive ? "methods: on_failure with tolerances" : "");
   if (is_adaptive ? grid.tolerances.empty() : grid.steps.empty()) {
     throw InputError("methods", grid.method, is_adaptive ? "\"tolerances\" are required" : "\"steps\" are required");
   }
@@ -65,10 +74,6 @@ GridExperiment::MethodGrid read_method_grid(const json& entry, const json& grids
 }  // namespace
 
 GridExperiment read_grid_experiment(const json& document) {
-  allow_only(document,
-             fields_of_experiment({"problem", "parameters", "sensitivities", "grids", "reference", "methods",
-                                   "trajectory", "overhead_of"}),
-             "experiment");
   GridExperiment experiment;
   experiment.id = document.at("id");
   experiment.problem = read_problem_choice(document);
@@ -83,6 +88,8 @@ GridExperiment read_grid_experiment(const json& document) {
   if (document.contains("trajectory")) {
     experiment.trajectory_method = document["trajectory"].at("method");
     experiment.trajectory_steps = document["trajectory"].at("steps");
+    if (why_not_built(experiment.trajectory_method).empty())
+      require_kind_of_setting(*make_method(experiment.trajectory_method), "trajectory: steps", "");
   }
   experiment.overhead_of = document.value("overhead_of", experiment.overhead_of);
   experiment.with_times = document.value("times", true);

@@ -5,6 +5,7 @@
 
 #include "bench/experiment_file.h"
 #include "bench/progress.h"
+#include "bench/setting_kind.h"
 #include "bench/studies/scale/scale_rows.h"
 #include "bench/studies/study.h"
 #include "bench/timing.h"
@@ -40,10 +41,9 @@ std::vector<Curve> read_curves(const json& document) {
   if (steps < 1) throw InputError("steps", steps, "a number >= 1 is required");
   std::vector<Curve> curves;
   for (const json& group : document.at("runs")) {
-    allow_only(group, {"problem", "scene", "set", "set_per_n", "sizes", "methods"}, "runs");
     const std::string problem = group.at("problem");
     for (const std::string method : group.at("methods")) {
-      make_method(method);  // a bad one throws here
+      require_kind_of_setting(*make_method(method), "steps", "");
       Curve curve;
       for (const int size : group.at("sizes")) {
         Planned next;
@@ -145,9 +145,25 @@ void show_scale(const Results& results, Section& section) {
   section.failures("failures", scale_failures(runs));
 }
 
+constexpr const char* kScaleFields = R"~({
+  "required": ["steps", "runs"],
+  "properties": {
+    "steps": {"type": "integer", "minimum": 1, "description": "Of every run.", "examples": [100]},
+    "runs": {"type": "array", "description": "Scenes of growing size.", "items": {
+      "type": "object", "additionalProperties": false, "required": ["problem", "sizes", "methods"], "properties": {
+        "problem": {"type": "string", "description": "A scene of `ricochet list problems` with a parameter n.", "examples": ["bead_row"]},
+        "scene": {"type": "string", "description": "In tables; the problem without it.", "examples": ["bead_row, at rest"]},
+        "set": {"type": "object", "additionalProperties": {"type": "number"}, "description": "Parameters.", "examples": [{"speed": 0}]},
+        "set_per_n": {"type": "object", "additionalProperties": {"type": "number"}, "description": "Parameters that are multiplied by n.", "examples": [{"speed": 0.06}]},
+        "sizes": {"type": "array", "minItems": 1, "items": {"type": "integer", "minimum": 1}, "description": "n of the scenes.", "examples": [[8, 32]]},
+        "methods": {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/method"}, "description": "Fixed-step methods.", "examples": [["moreau_jean"]]}}}}
+  }
+})~";
+
 // A method that declines, or does not finish a large scene in time, is what the study is about.
 const bool scale_is_registered = register_study({.kind = "scale",
                                                  .summary = "the time of a step on scenes of growing size",
+                                                 .fields = kScaleFields,
                                                  .rows = {ScaleRun::kKind},
                                                  .reads_quick = true,
                                                  .run = run_scale,

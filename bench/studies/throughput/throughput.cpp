@@ -16,8 +16,10 @@
 #include "bench/ensemble/in_order.h"
 #include "bench/experiment_file.h"
 #include "bench/progress.h"
+#include "bench/setting_kind.h"
 #include "bench/studies/study.h"
 #include "bench/studies/throughput/throughput_rows.h"
+#include "methods/registry.h"
 #include "problems/input_error.h"
 #include "reference/agreement.h"
 #include "reports/quantile.h"
@@ -64,7 +66,8 @@ std::vector<int> all_threads() {
 }
 
 ThroughputPlan::MethodGrid read_method(const json& entry, const std::string& place) {
-  allow_only(entry, {"method", "steps", "tolerances", "tolerance"}, place);
+  require_kind_of_setting(*make_method(entry.at("method")), entry.contains("steps") ? place + ": steps" : "",
+                          entry.contains("tolerance") || entry.contains("tolerances") ? place + ": tolerances" : "");
   ThroughputPlan::MethodGrid grid{entry.at("method"), entry.contains("steps") ? "steps" : "tolerance", {}};
   if (entry.contains("tolerance"))
     grid.values = {entry["tolerance"].get<double>()};
@@ -74,17 +77,12 @@ ThroughputPlan::MethodGrid read_method(const json& entry, const std::string& pla
 }
 
 ThroughputPlan read_throughput_plan(const json& experiment) {
-  allow_only(experiment,
-             fields_of_experiment({"levels", "methods", "reference", "check", "scenes", "threads", "pilot_runs",
-                                   "repetitions", "seconds", "seed"}),
-             "throughput");
   ThroughputPlan plan;
   experiment.at("levels").get_to(plan.levels);
   for (const json& entry : experiment.at("methods")) plan.methods.push_back(read_method(entry, "methods"));
   plan.reference = read_method(experiment.at("reference"), "reference");
   plan.check = read_method(experiment.at("check"), "check");
   for (const json& entry : experiment.at("scenes")) {
-    allow_only(entry, {"name", "problem", "parameters", "vary"}, "scenes");
     json ensemble = entry;
     ensemble.erase("name");
     ensemble["seed"] = experiment.value("seed", 1);
@@ -395,10 +393,43 @@ void show_throughput(const Results& results, Section& section) {
   section.failures("unreached", throughput_failures(runs, curves));
 }
 
+constexpr const char* kThroughputFields = R"~({
+  "required": ["levels", "methods", "reference", "check", "scenes", "pilot_runs", "repetitions", "seconds"],
+  "properties": {
+    "levels": {"type": "array", "minItems": 1, "items": {"type": "number", "exclusiveMinimum": 0}, "description": "Errors that nine of ten runs keep.", "examples": [[1e-3, 1e-6]]},
+    "methods": {"type": "array", "minItems": 1, "description": "With steps or tolerances, from cheap to costly.", "items": {"type": "object", "additionalProperties": false, "required": ["method"], "description": "A method with its settings.", "examples": [{"method": "moreau_jean"}], "properties": {
+      "method": {"$ref": "#/$defs/method", "examples": ["moreau_jean"]},
+      "steps": {"$ref": "#/$defs/range", "description": "Of a fixed-step method, from cheap to costly.", "examples": [{"from": 5, "to": 500, "per_decade": 4}]},
+      "tolerances": {"$ref": "#/$defs/range", "description": "Of an error-controlled method, from cheap to costly.", "examples": [{"from": 0.01, "to": 1e-12, "per_decade": 1}]},
+      "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "One of them.", "examples": [1e-13]}}}},
+    "reference": {"type": "object", "additionalProperties": false, "required": ["method"], "description": "What errors are measured against.", "examples": [{"method": "event_driven", "tolerance": 1e-13}], "properties": {
+      "method": {"$ref": "#/$defs/method", "examples": ["moreau_jean"]},
+      "steps": {"$ref": "#/$defs/range", "description": "Of a fixed-step method, from cheap to costly.", "examples": [{"from": 5, "to": 500, "per_decade": 4}]},
+      "tolerances": {"$ref": "#/$defs/range", "description": "Of an error-controlled method, from cheap to costly.", "examples": [{"from": 0.01, "to": 1e-12, "per_decade": 1}]},
+      "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "One of them.", "examples": [1e-13]}}},
+    "check": {"type": "object", "additionalProperties": false, "required": ["method"], "description": "Tells how well the reference is known.", "examples": [{"method": "cvode:adams", "tolerance": 1e-12}], "properties": {
+      "method": {"$ref": "#/$defs/method", "examples": ["moreau_jean"]},
+      "steps": {"$ref": "#/$defs/range", "description": "Of a fixed-step method, from cheap to costly.", "examples": [{"from": 5, "to": 500, "per_decade": 4}]},
+      "tolerances": {"$ref": "#/$defs/range", "description": "Of an error-controlled method, from cheap to costly.", "examples": [{"from": 0.01, "to": 1e-12, "per_decade": 1}]},
+      "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "One of them.", "examples": [1e-13]}}},
+    "scenes": {"type": "array", "description": "Ensembles.", "items": {"type": "object", "additionalProperties": false, "required": ["problem", "vary"], "properties": {
+      "name": {"type": "string", "description": "In tables; the problem without it.", "examples": ["ball"]},
+      "problem": {"$ref": "#/$defs/problem", "examples": ["bouncing_ball"]},
+      "parameters": {"$ref": "#/$defs/parameters", "examples": [{"e": 0.5}]},
+      "vary": {"type": "array", "minItems": 1, "items": {"type": "string"}, "description": "NAME=DISTRIBUTION, as in `ricochet ensemble`.", "examples": [["height=uniform(1,2)"]]}}}},
+    "threads": {"type": "array", "minItems": 1, "items": {"type": "integer", "minimum": 1}, "description": "Numbers of threads; 1, 2, 4, ... up to all without it.", "examples": [[1, 2]]},
+    "pilot_runs": {"type": "integer", "minimum": 10, "description": "Runs that settings are chosen on.", "examples": [100]},
+    "repetitions": {"type": "integer", "minimum": 1, "description": "Of a measurement.", "examples": [5]},
+    "seconds": {"type": "number", "exclusiveMinimum": 0, "description": "Of one thread that a measurement takes.", "examples": [1]},
+    "seed": {"type": "integer", "minimum": 0, "description": "Of the ensembles.", "examples": [1]}
+  }
+})~";
+
 // That a method does not reach an error is what the study is about.
 const bool throughput_is_registered =
     register_study({.kind = "throughput",
                     .summary = "runs per second and core of methods at the same error, for many initial values",
+                    .fields = kThroughputFields,
                     .rows = {ThroughputCurve::kKind, ThroughputRun::kKind},
                     .run = run_throughput,
                     .show = show_throughput,

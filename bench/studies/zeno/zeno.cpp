@@ -8,6 +8,7 @@
 
 #include "bench/experiment_file.h"
 #include "bench/progress.h"
+#include "bench/setting_kind.h"
 #include "bench/studies/study.h"
 #include "methods/contact_laws/contact_scales.h"
 #include "methods/elements/element_solver.h"
@@ -114,7 +115,13 @@ ZenoRun measure_rest(const std::string& method, double e, double H, double toler
   const auto ball = make_problem("bouncing_ball", {{"e", e}, {"duration", T}});
   const double ground = ball->info().q0[0] - exact.h_0;
   set_bounds(tableau_argument(tableau_of(method)), T, exact, ground, run);
-  const Solution solution = make_method(method)->solve(*ball, settings);
+  const auto solver = make_method(method);
+  if (const Support support = solver->supports(ball->info()); !support.ok) {
+    run.status = "declined";
+    run.message = support.reason;
+    return run;
+  }
+  const Solution solution = solver->solve(*ball, settings);
   run.status = to_string(solution.status);
   run.message = solution.message;
   run.impacts = static_cast<int>(std::count_if(solution.events.begin(), solution.events.end(),
@@ -152,12 +159,14 @@ struct ZenoPlan {
     }
     const auto lengths = logarithmic_grid(experiment.at("step_lengths"), "step_lengths");
     for (const std::string method : experiment.at("methods")) {
+      require_kind_of_setting(*make_method(method), "methods, which have steps", "");
       for (const double e : restitution) {
         for (const double H : lengths) runs.push_back({method, e, H, 0});
       }
     }
     const auto tolerances = experiment.value("tolerances", std::vector<double>());
     for (const auto& method : experiment.value("adaptive_methods", std::vector<std::string>())) {
+      require_kind_of_setting(*make_method(method), "", "adaptive_methods, which have tolerances");
       for (const double e : restitution) {
         for (const double tolerance : tolerances) runs.push_back({method, e, 0, tolerance});
       }
@@ -195,8 +204,21 @@ int zeno_surprises(const Results& results) {
   }));
 }
 
+constexpr const char* kZenoFields = R"~({
+  "required": ["tableaus", "restitution", "step_lengths", "methods"],
+  "properties": {
+    "tableaus": {"type": "array", "items": {"type": "string"}, "description": "Whose closed element is measured.", "examples": [["radau-iia:3"]]},
+    "restitution": {"type": "array", "items": {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}, "description": "Coefficients e.", "examples": [[0.5, 0.9]]},
+    "step_lengths": {"$ref": "#/$defs/range", "description": "H of fixed-step methods [s].", "examples": [{"from": 0.1, "to": 1e-4, "per_decade": 2}]},
+    "methods": {"type": "array", "items": {"$ref": "#/$defs/method"}, "description": "Fixed-step methods.", "examples": [["fesd:radau-iia:3"]]},
+    "tolerances": {"type": "array", "items": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1}, "description": "Of adaptive_methods.", "examples": [[1e-6]]},
+    "adaptive_methods": {"type": "array", "items": {"$ref": "#/$defs/method"}, "description": "Error-controlled methods.", "examples": [["fesd_adaptive:radau-iia:3"]]}
+  }
+})~";
+
 const bool zeno_is_registered = register_study({.kind = "zeno",
                                                 .summary = "when and how the bouncing of a ball ends",
+                                                .fields = kZenoFields,
                                                 .rows = {ZenoCapture::kKind, ZenoRun::kKind},
                                                 .run = run_zeno,
                                                 .show = show_zeno,
