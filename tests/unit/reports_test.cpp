@@ -110,8 +110,10 @@ TEST(OrderFit, IntervalAndScatterAreThoseOfARegression) {
   records.resize(6);
   for (std::size_t k = 0; k < 6; ++k) records[k].error *= std::pow(10, off[k]);
   double mean_x = 0, mean_y = 0, S_xx = 0, S_xy = 0, squares = 0;
-  std::vector<double> x, y;
+  std::vector<double> x, y, step_lengths, errors;
   for (const Record& r : records) {
+    step_lengths.push_back(r.h_bar);
+    errors.push_back(r.error);
     x.push_back(std::log10(r.h_bar));
     y.push_back(std::log10(r.error));
     mean_x += x.back() / 6;
@@ -122,17 +124,76 @@ TEST(OrderFit, IntervalAndScatterAreThoseOfARegression) {
     S_xy += (x[k] - mean_x) * (y[k] - mean_y);
   }
   for (std::size_t k = 0; k < 6; ++k) squares += std::pow(y[k] - mean_y - S_xy / S_xx * (x[k] - mean_x), 2);
-  const auto fit = fit_order(pointers(records));
-  ASSERT_TRUE(fit);
-  EXPECT_EQ(fit->used, 6);
-  EXPECT_NEAR(fit->slope, S_xy / S_xx, 1e-12);
-  EXPECT_NEAR(fit->scatter, std::sqrt(squares / 4), 1e-12) << "6 points and 2 unknowns";
-  EXPECT_NEAR(fit->half_width, 2.7764451052 * std::sqrt(squares / 4 / S_xx), 1e-9) << "Student's t, 0.975, 4";
+  const OrderFit fit = fit_line(step_lengths, errors);
+  EXPECT_EQ(fit.used, 6);
+  EXPECT_NEAR(fit.slope, S_xy / S_xx, 1e-12);
+  EXPECT_NEAR(fit.scatter, std::sqrt(squares / 4), 1e-12) << "6 points and 2 unknowns";
+  EXPECT_NEAR(fit.half_width, 2.7764451052 * std::sqrt(squares / 4 / S_xx), 1e-9) << "Student's t, 0.975, 4";
 }
 
 TEST(OrderFit, FewPointsAreNoFit) {
   auto records = runs_of_order(1, 3);
-  EXPECT_FALSE(fit_order(pointers(records))) << "errors of 0.3 % of the solution are reached at N = 1000 only";
+  const ObservedOrder order = observe_order(pointers(records));
+  EXPECT_FALSE(order.fit) << "errors of 0.3 % of the solution are reached at N = 1000 only";
+  EXPECT_EQ(order.no_fit, "too few points");
+  EXPECT_EQ(order.reason,
+            "4 of the 6 points that are required; up to N_sim = 900 errors are above 3.0e-03, 0.3 % of the solution");
+}
+
+/// Whoever reads that there is no order reads why, with the floor below which nothing is fitted.
+TEST(OrderFit, SaysWhyThereIsNone) {
+  const auto order_of = [](std::vector<Record> records) { return observe_order(pointers(records)); };
+  const ObservedOrder fitted = order_of(runs_of_order(2, 1e-3));
+  EXPECT_TRUE(fitted.fit);
+  EXPECT_EQ(fitted.no_fit + fitted.reason, "");
+  EXPECT_EQ(fitted.floor, 10 * 1e-13) << "rounding: the reference is exact";
+
+  EXPECT_EQ(order_of(runs_of_order(0, 0.1)).no_fit, "too coarse");
+
+  const ObservedOrder exact = order_of(runs_of_order(0, 2e-16));
+  EXPECT_EQ(exact.no_fit, "exact to rounding");
+  EXPECT_EQ(exact.reason, "from N_sim = 50 on errors are below 1.0e-12, 10 times rounding");
+  EXPECT_EQ(order_of(runs_of_order(0, 0)).no_fit, "exact to rounding") << "an error of zero is one";
+
+  auto records = runs_of_order(4, 1);
+  for (auto& r : records) r.reference_error = 1.01e-9;  // errors are above 1.01e-8 up to N = 85
+  const ObservedOrder floor = order_of(records);
+  EXPECT_EQ(floor.no_fit, "too few points");
+  EXPECT_DOUBLE_EQ(floor.floor, 1.01e-8);
+  EXPECT_EQ(
+      floor.reason,
+      "4 of the 6 points that are required; from N_sim = 100 on not all are above 1.0e-08, 10 times the uncertainty of the "
+      "reference");
+  for (auto& r : records) r.reference_error = 1;
+  EXPECT_EQ(order_of(records).no_fit, "as exact as the reference");
+
+  for (auto& r : records) r.error = std::nan("");
+  EXPECT_EQ(order_of(records).no_fit, "no reference");
+  for (auto& r : records) r.status = "infeasible";
+  EXPECT_EQ(order_of(records).reason, "none of 20 runs has a solution");
+}
+
+/// Six points between 4.8e-7 and 9e-7 with a slope of 4.84 +- 4.83 say nothing of an order.
+TEST(OrderFit, AWideIntervalIsNoFit) {
+  std::vector<Record> records = runs_of_order(4, 1e-3);
+  records.resize(6);
+  for (std::size_t k = 0; k < 6; ++k) records[k].error *= k % 2 == 0 ? 1.2 : 0.8;
+  ASSERT_TRUE(fit_order(pointers(records)));
+  EXPECT_LT(fit_order(pointers(records))->half_width, kWidestInterval);
+  for (std::size_t k = 0; k < 6; ++k) records[k].error *= k % 2 == 0 ? 3 : 1 / 3.;
+  const ObservedOrder order = observe_order(pointers(records));
+  EXPECT_FALSE(order.fit);
+  EXPECT_EQ(order.no_fit, "no line");
+  EXPECT_TRUE(order.reason.ends_with(" through 6 points, N_sim = 50 .. 120; at most ± 1 is a fit")) << order.reason;
+}
+
+/// A run that is exact by chance lies below the floor and ends the window: it is not dropped from the middle of it.
+TEST(OrderFit, AnErrorOfZeroEndsTheWindow) {
+  auto records = runs_of_order(4, 1);
+  records[12].error = 0;
+  const auto fit = fit_order(pointers(records));
+  ASSERT_TRUE(fit);
+  EXPECT_EQ(fit->last_steps, records[11].steps);
 }
 
 TEST(OrderFit, DivergenceIsANegativeSlope) {
@@ -150,6 +211,8 @@ TEST(LocalSlopes, AreBetweenNeighbours) {
   EXPECT_NEAR(*slopes[1], 2, 1e-10);
   EXPECT_FALSE(slopes[3]);
   EXPECT_FALSE(slopes[4]) << "its left neighbour failed";
+  records[9].error = 0;
+  EXPECT_FALSE(local_slopes(pointers(records))[10]) << "there is no logarithm of zero";
 }
 
 class Baseline : public testing::Test {
