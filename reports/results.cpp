@@ -1,5 +1,6 @@
 #include "reports/results.h"
 
+#include <filesystem>
 #include <fstream>
 #include <limits>
 
@@ -14,7 +15,23 @@ json parse_line(const std::string& text) {
   });
 }
 
+namespace {
+
+/// Fields that every reader of a header takes for granted.
+void check_header(const json& header, const std::string& path, int line) {
+  const auto refuse = [&](const char* field, const char* type) {
+    throw InputError(fmt::format("{}:{}: {}", path, line, field), header[field].dump(), type);
+  };
+  for (const char* field : {"experiment", "title", "description", "study", "command"}) {
+    if (header.contains(field) && !header[field].is_string()) refuse(field, "a text is required");
+  }
+  if (header.contains("quick") && !header["quick"].is_boolean()) refuse("quick", "true or false is required");
+}
+
+}  // namespace
+
 Results read_results(const std::string& path) {
+  if (std::filesystem::is_directory(path)) throw InputError("results file", path, "it is a folder");
   std::ifstream file(path);
   if (!file) throw InputError("results file", path, "cannot be opened");
   Results results;
@@ -26,6 +43,7 @@ Results read_results(const std::string& path) {
       const std::string kind = line.at("kind");
       if (kind == "header") {
         results.header = line;
+        check_header(line, path, number);
         const int schema = line.at("schema");
         if (schema != kResultsSchema)
           throw InputError(fmt::format("{}: schema", path), schema,

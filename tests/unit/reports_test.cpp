@@ -10,7 +10,6 @@
 
 #include "bench/results_file.h"
 #include "bench/studies/control_growth/growth_rows.h"
-#include "bench/studies/method_grid/baseline.h"
 #include "bench/studies/method_grid/grid_tables.h"
 #include "bench/studies/scale/scale_rows.h"
 #include "problems/input_error.h"
@@ -213,71 +212,6 @@ TEST(LocalSlopes, AreBetweenNeighbours) {
   EXPECT_FALSE(slopes[4]) << "its left neighbour failed";
   records[9].error = 0;
   EXPECT_FALSE(local_slopes(pointers(records))[10]) << "there is no logarithm of zero";
-}
-
-class Baseline : public testing::Test {
- protected:
-  std::string path =
-      (fs::temp_directory_path() / ("ricochet_baseline_" + std::to_string(::getpid()) + ".json")).string();
-  ~Baseline() override { fs::remove(path); }
-  GridResults results;
-
-  void SetUp() override {
-    results.id = "e";
-    results.records = runs_of_order(3, 0.1);
-    results.records[2].status = "infeasible";
-    results.records[2].error = std::nan("");
-    results.is_complete = true;
-    write_baseline(results, path);
-  }
-};
-
-TEST_F(Baseline, HoldsForEqualResults) {
-  const auto check = check_baseline(results, path);
-  EXPECT_TRUE(check.regressions.empty()) << check.regressions.front();
-  EXPECT_EQ(check.compared, 1 + 20);
-}
-
-TEST_F(Baseline, NoticesALowerOrder) {
-  for (auto& r : results.records) r.error = 0.1 * std::pow(r.h_bar, 2.8) * 1e-3;
-  const auto check = check_baseline(results, path);
-  ASSERT_FALSE(check.regressions.empty());
-  EXPECT_EQ(check.regressions.front(), "m: order 3.00 in the baseline, now 2.80");
-}
-
-TEST_F(Baseline, NoticesALargerError) {
-  results.records[7].error *= 1.2;
-  const auto check = check_baseline(results, path);
-  ASSERT_EQ(check.regressions.size(), 1u);
-  EXPECT_TRUE(check.regressions.front().starts_with("m at 180: error 1.715e-08 in the baseline, now 2.058e-08"))
-      << check.regressions.front();
-}
-
-TEST_F(Baseline, NoticesAFailureAndAMissingRun) {
-  results.records[7].status = "infeasible";
-  results.records.pop_back();
-  const auto check = check_baseline(results, path);
-  ASSERT_EQ(check.regressions.size(), 2u);
-  EXPECT_TRUE(check.regressions[0].starts_with("m at 180: succeeded in the baseline, now infeasible"));
-  EXPECT_EQ(check.regressions[1], "m at 2000: this run is missing");
-}
-
-TEST_F(Baseline, MentionsImprovements) {
-  results.records[2].status = "success";
-  results.records[2].error = 0.1 * std::pow(results.records[2].h_bar, 3);
-  for (auto& r : results.records) r.error *= 0.4;
-  const auto check = check_baseline(results, path);
-  EXPECT_TRUE(check.regressions.empty());
-  EXPECT_GE(check.improvements.size(), 10u) << "those well above rounding";
-}
-
-TEST_F(Baseline, BadFiles) {
-  EXPECT_THROW(check_baseline(results, "/nonexistent.json"), InputError);
-  EXPECT_THROW(write_baseline(results, path), InputError) << "an existing file is not replaced";
-  results.id = "another";
-  EXPECT_THROW(check_baseline(results, path), InputError);
-  std::ofstream(path) << "[]";
-  EXPECT_THROW(check_baseline(results, path), InputError);
 }
 
 class ResultsOnDisk : public testing::Test {
