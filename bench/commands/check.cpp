@@ -40,23 +40,28 @@ std::string file_in(const std::string& folder, const GridResults& results) {
   return (fs::path(folder) / (results.id + ".jsonl")).string();
 }
 
+/// A baseline takes the place of a former one when it is written whole.
+void replace_baseline(const GridResults& results, const std::string& folder) {
+  const std::string path = file_in(folder, results), made = path + ".new";
+  std::error_code error;
+  fs::create_directories(folder, error);
+  fs::remove(made, error);
+  write_baseline(results, made);
+  fs::rename(made, path, error);
+  if (!error) return;
+  fs::remove(made);
+  throw InputError("baseline file", path, "it cannot be replaced");
+}
+
 void write_baselines(const std::vector<GridResults>& list, const CheckOptions& options) {
   if (!options.new_baseline.empty() && list.size() > 1)
     throw InputError("--write", options.new_baseline, "one results file is required; --replace FOLDER takes several");
   for (const auto& results : list) {
-    const std::string path = options.replaced.empty() ? options.new_baseline : file_in(options.replaced, results);
-    const std::string former = path + ".former";
-    if (!options.replaced.empty()) fs::create_directories(options.replaced);
-    const bool replaces = !options.replaced.empty() && fs::exists(path);
-    if (replaces) fs::rename(path, former);
-    try {
-      write_baseline(results, path);
-    } catch (...) {
-      if (replaces) fs::rename(former, path);
-      throw;
-    }
-    if (replaces) fs::remove(former);
-    fmt::print("baseline: {}\n", path);
+    if (options.replaced.empty())
+      write_baseline(results, options.new_baseline);
+    else
+      replace_baseline(results, options.replaced);
+    fmt::print("baseline: {}\n", options.replaced.empty() ? options.new_baseline : file_in(options.replaced, results));
   }
 }
 
@@ -67,21 +72,42 @@ void append(const std::string& path, const std::string& text) {
   if (!file.flush()) throw InputError("summary file", path, "it cannot be written");
 }
 
-void replace(const std::string& path, const std::string& text) {
-  if (fs::is_regular_file(path)) fs::remove(path);
-  write_text(path, text);
+/// Files that the check may read.
+std::vector<std::string> files_read(const CheckOptions& options) {
+  std::vector<std::string> paths = options.results;
+  if (!options.baseline.empty()) paths.push_back(options.baseline);
+  std::error_code error;
+  if (!options.baselines.empty()) {
+    for (const auto& entry : fs::directory_iterator(options.baselines, error)) paths.push_back(entry.path());
+  }
+  return paths;
 }
 
-int check(const std::vector<GridResults>& list, const CheckOptions& options) {
-  if (!options.baseline.empty() && list.size() > 1)
-    throw InputError("--baseline", options.baseline, "one results file is required; --baselines FOLDER takes several");
-  std::vector<GateReport> reports;
-  for (const auto& results : list) {
-    const std::string path = options.baseline.empty() ? file_in(options.baselines, results) : options.baseline;
-    reports.push_back(hold_against(read_baseline(path), results));
+/// Removes what an earlier check has written: a check that finds nothing out leaves no file that says it held.
+/// @throws InputError where the file is one that is read
+void make_room(const std::string& path, const std::string& option, const std::vector<std::string>& read) {
+  std::error_code error;
+  if (path.empty() || !fs::is_regular_file(path, error)) return;
+  for (const auto& other : read) {
+    if (fs::equivalent(path, other, error)) throw InputError(option, path, "this file is read");
   }
-  if (!options.junit.empty()) replace(options.junit, gate_junit(reports));
-  if (!options.summary.empty()) replace(options.summary, gate_markdown(reports));
+  if (!fs::remove(path, error)) throw InputError(option, path, "it cannot be written");
+}
+
+int check(const CheckOptions& options) {
+  if (!options.baseline.empty() && options.results.size() > 1)
+    throw InputError("--baseline", options.baseline, "one results file is required; --baselines FOLDER takes several");
+  const auto read = files_read(options);
+  make_room(options.junit, "--junit", read);
+  make_room(options.summary, "--summary", read);
+  const auto list = read_all(options.results);
+  std::vector<std::string> baselines;
+  for (const auto& results : list)
+    baselines.push_back(options.baseline.empty() ? file_in(options.baselines, results) : options.baseline);
+  std::vector<GateReport> reports;
+  for (std::size_t k = 0; k < list.size(); ++k) reports.push_back(hold_against(read_baseline(baselines[k]), list[k]));
+  if (!options.junit.empty()) write_text(options.junit, gate_junit(reports));
+  if (!options.summary.empty()) write_text(options.summary, gate_markdown(reports));
   if (const char* file = std::getenv("GITHUB_STEP_SUMMARY"); options.for_github && file && *file)
     append(file, gate_markdown(reports));
   if (options.as_json) {
@@ -118,11 +144,10 @@ void add_check_command(CLI::App& app, int& exit_code) {
       "  ricochet check out/mine/two_balls_order.jsonl --baselines reports/baselines --junit out/gate.xml --json\n"
       "  ricochet check out/mine/two_balls_order.jsonl --write out/mine_baseline.jsonl");
   command->callback([&exit_code] {
-    const auto list = read_all(options.results);
     if (!options.new_baseline.empty() || !options.replaced.empty())
-      write_baselines(list, options);
+      write_baselines(read_all(options.results), options);
     else
-      exit_code = check(list, options);
+      exit_code = check(options);
   });
 }
 

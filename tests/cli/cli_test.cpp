@@ -371,11 +371,18 @@ TEST_F(CheckCommand, WhatCannotBeReadIsExitCodeTwo) {
   refused(with + write("cut.jsonl", cut.substr(0, cut.rfind('\n') + 1)), "cut.jsonl: it is not complete");
   std::string other = read(baseline);
   other.replace(other.find("\"small\""), 7, "\"other\"");
-  refused(with + write("other.jsonl", other), "experiment of the baseline = other: the results belong to small");
-  refused(results + " " + results + " --baseline " + baseline, "another one is of small, too");
+  refused(with + write("other.jsonl", other), "other.jsonl:1: experiment = other: the results belong to small");
+  refused(results + " " + results + " --baselines " + folder.string(), "another one is of small, too");
+  refused(results + " " + results + " --baseline " + baseline, "one results file is required");
   refused(with + baseline + " --write " + (folder / "x.jsonl").string(), "baseline");
   refused(with + baseline + " --json --github", "--json");
   refused(with + baseline + " --junit /nonexistent/gate.xml", "/nonexistent/gate.xml: it cannot be written");
+  refused(with + baseline + " --junit " + baseline, "--junit = " + baseline + ": this file is read");
+  refused(results + " --baselines " + folder.string() + " --summary " + baseline, ": this file is read");
+  refused(results + " --replace " + baseline, "cannot be written");
+  const std::string junit = write("gate.xml", "<testsuites/>");
+  refused(with + "/nonexistent.jsonl --junit " + junit, "cannot be opened");
+  EXPECT_FALSE(fs::exists(junit)) << "it says of an earlier check that it held";
   refused(results + " --write " + baseline, "it exists");
 
   const std::string zeno = (folder / "zeno").string();

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <random>
+#include <sstream>
 
 #include "bench/experiment_file.h"
 #include "bench/studies/method_grid/baseline.h"
@@ -173,7 +175,7 @@ TEST_F(Gate, AnImprovementNeverBlocks) {
   failed.error = 1;
   EXPECT_EQ(finding(), "") << "an error where there was none";
   results = baseline;
-  for (Record& r : results.records) r.counters = Counters{};
+  for (Record& r : results.records) r.counters = {.steps = r.counters.steps};
   EXPECT_EQ(finding(), "") << "less work";
   EXPECT_GT(held().count(GateVerdict::better), 0);
 }
@@ -235,6 +237,7 @@ TEST_F(Gate, NothingPassesThatWasNotCompared) {
   EXPECT_EQ(change([](Record& r) { r.error = std::nan(""); }), run + "success without an error");
   EXPECT_EQ(change([](Record& r) { r.error = -1; }), run + "error -1: a number >= 0 is required");
   EXPECT_EQ(change([](Record& r) { r.error = HUGE_VAL; }), run + "error inf: a number >= 0 is required");
+  EXPECT_EQ(change([](Record& r) { r.counters.steps = 0; }), run + "success without a step");
   EXPECT_EQ(change([](Record& r) { r.status = "sucess"; }), run + "status 'sucess' is unknown");
   EXPECT_EQ(change([](Record& r) {
               r.status = "not_built";
@@ -253,6 +256,10 @@ TEST_F(Gate, NothingPassesThatWasNotCompared) {
       change([](Record& r) {
         r.method = "new";
       }).ends_with("not compared: new, all runs: the baseline does not have this method; its runs in the results: 1"));
+
+  results = baseline;
+  run_of(results, "m", 100).counters.steps = 50;
+  EXPECT_EQ(finding().substr(0, 58), "not compared: m at 100: success with 50 of 100 steps");
 
   results = baseline;
   results.records.push_back(results.records.back());
@@ -357,7 +364,12 @@ TEST_F(BaselineFile, NamesFileLineAndFieldOfWhatIsDamaged) {
   EXPECT_EQ(damaged("\"status\":\"success\"", "\"status\":\"sucess\""),
             where + ":2: m at 5: status 'sucess' is unknown");
   EXPECT_EQ(damaged("\"solution_size\":1.0", "\"solution_size\":0"),
-            where + ":2: m at 5: solution_size > 0 and reference_error >= 0 are required");
+            where + ":2: m at 5: a finite solution_size > 0 and a reference_error from 0 to 0.3 % of it are required");
+  EXPECT_TRUE(damaged("\"reference_error\":1e-16", "\"reference_error\":1.0").ends_with("0.3 % of it are required"))
+      << "nothing could be held against it";
+  EXPECT_EQ(damaged("\"matrix_factorizations\":13", "\"matrix_factorizations\":10000000000000000000"),
+            where + ":2: counters.matrix_factorizations = 10000000000000000000: a whole number >= 0 is required")
+      << "as a number of 64 bits it would be negative";
   EXPECT_EQ(damaged("{\"kind\":\"end\"}\n", ""), "baseline: results file = " + path + ": it is not complete");
   EXPECT_TRUE(damaged("\"quick\":false", "\"quick\":\"no\"").starts_with(where + ":1: quick"));
   EXPECT_TRUE(damaged("\"experiment\":\"e\"", "\"experiment\":7").starts_with(where + ":1: experiment"));
@@ -365,6 +377,74 @@ TEST_F(BaselineFile, NamesFileLineAndFieldOfWhatIsDamaged) {
   EXPECT_TRUE(damaged("{\"experiment\"", "[").starts_with(where + ":1: not a line of a results file"));
   EXPECT_EQ(error_of([&] { read_baseline(folder.string()); }),
             "baseline: results file = " + folder.string() + ": it is a folder");
+}
+
+/// Any value in place of any other, in a baseline or in results: a message, or a report that names the change or could
+/// not see it since it is none for the worse.
+TEST_F(BaselineFile, NoDamageGetsThrough) {
+  std::mt19937 random(7);
+  const std::vector<nlohmann::json> values = {nullptr,
+                                              -1,
+                                              -0.0,
+                                              0,
+                                              7,
+                                              1e300,
+                                              -1e300,
+                                              1e-300,
+                                              "",
+                                              "1e3",
+                                              "x",
+                                              "\u0000",
+                                              true,
+                                              nlohmann::json::array(),
+                                              nlohmann::json::object()};
+  write_baseline(baseline, path);
+  std::vector<nlohmann::json> lines;
+  std::istringstream text(read_text(path));
+  for (std::string line; std::getline(text, line);) lines.push_back(nlohmann::json::parse(line));
+  const std::string changed = (folder / "changed.jsonl").string();
+  int messages = 0, blocked = 0;
+  for (int trial = 0; trial < 800; ++trial) {
+    auto damaged = lines;
+    auto& line = damaged[random() % damaged.size()];
+    auto& object = line.contains("counters") && random() % 3 == 0 ? line["counters"] : line;
+    auto field = object.begin();
+    std::advance(field, random() % object.size());
+    const std::string name = field.key();
+    const nlohmann::json former = field.value(), value = values[random() % values.size()];
+    if (random() % 8 == 0)
+      object.erase(field);
+    else
+      field.value() = value;
+    fs::remove(changed);
+    std::string whole;
+    for (const auto& l : damaged) whole += l.dump() + "\n";
+    write_text(changed, whole);
+    const std::string what = name + ": " + former.dump() + " -> " + (object.contains(name) ? object[name].dump() : "");
+    try {
+      const GridResults read = read_gated_results(changed);
+      const GateReport report = hold_against(read_baseline(path), read);
+      blocked += !report.holds();
+      if (!report.holds()) continue;
+      // What may change without harm: what is not compared, less work, a smaller error.
+      const bool is_smaller = !object.contains(name) || object[name] == former || name == "events" ||
+                              (object[name].is_number() && former.is_number() && object[name] <= former);
+      const bool is_held = name != "title" && name != "h_bar" && name != "command" && name != "schema";
+      EXPECT_TRUE(is_smaller || !is_held || value == 7 || value == 1e-300 || name == "reference_error" ||
+                  former == "infeasible" || former.is_null())
+          << what << "\n"
+          << gate_text(report);
+    } catch (const InputError& error) {
+      ++messages;
+    }
+    try {
+      hold_against(read_baseline(changed), results);
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(changed.substr(0, 5)), std::string::npos) << what << error.what();
+    }
+  }
+  EXPECT_GT(messages, 100);
+  EXPECT_GT(blocked, 20);
 }
 
 TEST_F(BaselineFile, OfNothingIsNotWritten) {

@@ -67,15 +67,16 @@ void hold_error(const Pair& pair, double then_at_coarser_tolerance, GateLine& li
     line.add(GateVerdict::better, finding);
 }
 
-bool is_more_work(std::int64_t then, std::int64_t now, double share, double least) {
-  return static_cast<double>(now - then) > std::max(least, share * static_cast<double>(then));
+bool is_more_work(double then, double now, double share, double least) {
+  return now - then > std::max(least, share * then);
 }
 
 void hold_counters(const Pair& pair, GateLine& line) {
-  const auto hold = [&](const char* name, std::int64_t then, std::int64_t now, bool is_of_matrices) {
+  const auto hold = [&](const char* name, std::int64_t c_then, std::int64_t c_now, bool is_of_matrices) {
+    const auto then = static_cast<double>(c_then), now = static_cast<double>(c_now);
     const double share = is_of_matrices ? R::kMatrixCounterShare : R::kCounterShare;  // (4), (3)
     const double least = is_of_matrices ? R::kMatrixCounterLeast : R::kCounterLeast;
-    const std::string finding = fmt::format("{} {} in the baseline, now {}", name, then, now);
+    const std::string finding = fmt::format("{} {} in the baseline, now {}", name, c_then, c_now);
     if (is_more_work(then, now, share, least)) line.add(GateVerdict::worse, finding);
   };
   for (const auto& [name, member, is_of_matrices] : kCounters)
@@ -90,6 +91,15 @@ std::string why_no_error(const Pair& pair) {
   if (pair.has_reference && !now.has_error()) return "success without an error";
   if (pair.then->succeeded() && !pair.then->has_error() && now.has_error()) return "the baseline has no error";
   return {};
+}
+
+/// What was not carried out whole has no work, residual or error to hold.
+std::string why_not_whole(const Record& now) {
+  const auto counted = now.counters.steps;
+  const bool is_whole = is_error_controlled(now) ? counted > 0 : counted == now.steps;
+  if (is_whole) return {};
+  return is_error_controlled(now) ? "success without a step"
+                                  : fmt::format("success with {} of {} steps", counted, now.steps);
 }
 
 /// Whether both were measured with the same reference.
@@ -113,6 +123,7 @@ void hold_run(const Pair& pair, double then_at_coarser_tolerance, GateLine& line
       line.add(GateVerdict::worse, fmt::format("succeeded in the baseline, now {}: {}", now.status, now.message));
     return;
   }
+  if (const auto reason = why_not_whole(now); !reason.empty()) return line.add(GateVerdict::not_compared, reason);
   if (const auto reason = why_no_error(pair); !reason.empty()) return line.add(GateVerdict::not_compared, reason);
   if (!then.succeeded()) return line.add(GateVerdict::better, "failed in the baseline, now succeeds");
   if (pair.have_errors()) {
@@ -173,13 +184,13 @@ GateLine MethodGate::residual() const {  // (5)
 GateLine MethodGate::work() const {  // (6)
   GateLine line{method_, "work"};
   for (const Counter& counter : kCounters) {
-    std::int64_t then = 0, now = 0;
+    double then = 0, now = 0;
     for (const Pair& pair : pairs_) {
-      then += pair.then->counters.*counter.member;
-      now += pair.now->counters.*counter.member;
+      then += static_cast<double>(pair.then->counters.*counter.member);
+      now += static_cast<double>(pair.now->counters.*counter.member);
     }
     const std::string finding =
-        fmt::format("{} {} in the baseline, now {}, in {} runs", counter.name, then, now, pairs_.size());
+        fmt::format("{} {:.0f} in the baseline, now {:.0f}, in {} runs", counter.name, then, now, pairs_.size());
     if (is_more_work(then, now, R::kCounterShare, R::kCounterLeast))
       line.add(GateVerdict::worse, finding);
     else if (is_more_work(now, then, R::kCounterShare, R::kCounterLeast))
@@ -368,7 +379,8 @@ bool GateReport::holds() const {
 
 GateReport hold_against(const GridResults& baseline, const GridResults& results) {
   if (baseline.id != results.id)
-    throw InputError("experiment of the baseline", baseline.id, fmt::format("the results belong to {}", results.id));
+    throw InputError(fmt::format("baseline: {}:1: experiment", baseline.path), baseline.id,
+                     fmt::format("the results belong to {}", results.id));
   if (baseline.is_quick != results.is_quick)
     throw InputError("baseline", baseline.path,
                      baseline.is_quick ? "it is of a --quick run, the results are not"
