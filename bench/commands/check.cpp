@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -129,15 +130,19 @@ void add_check_command(CLI::App& app, int& exit_code) {
   auto* where = command->add_option_group("baseline", "what they are held against, or what is written");
   where->add_option("--baseline", options.baseline, "baseline FILE, or other results");
   where->add_option("--baselines", options.baselines, "FOLDER of baselines, EXPERIMENT.jsonl");
-  where->add_option("--write", options.new_baseline, "write what the results hold to a new baseline FILE");
-  where->add_option("--replace", options.replaced, "write FOLDER/EXPERIMENT.jsonl in place of what is there");
+  auto* write =
+      where->add_option("--write", options.new_baseline, "write what the results hold to a new baseline FILE");
+  auto* replace =
+      where->add_option("--replace", options.replaced, "write FOLDER/EXPERIMENT.jsonl in place of what is there");
   where->require_option(1);
   auto* as_json = command->add_flag("--json", options.as_json, "print JSON");
-  command
-      ->add_flag("--github", options.for_github, "annotations of GitHub Actions, and a summary in $GITHUB_STEP_SUMMARY")
-      ->excludes(as_json);
-  command->add_option("--junit", options.junit, "write JUnit XML to FILE");
-  command->add_option("--summary", options.summary, "write a summary in Markdown to FILE");
+  auto* for_github = command->add_flag("--github", options.for_github,
+                                       "annotations of GitHub Actions, and a summary in $GITHUB_STEP_SUMMARY");
+  auto* junit = command->add_option("--junit", options.junit, "write JUnit XML to FILE");
+  auto* summary = command->add_option("--summary", options.summary, "write a summary in Markdown to FILE");
+  as_json->excludes(for_github);
+  for (auto* option : {as_json, for_github, junit, summary})
+    option->excludes(write)->excludes(replace);  // nothing is held
   command->footer(
       "Examples:\n"
       "  ricochet check out/mine/two_balls_order.jsonl --baseline reports/baselines/two_balls_order.jsonl\n"

@@ -376,6 +376,8 @@ TEST_F(CheckCommand, WhatCannotBeReadIsExitCodeTwo) {
   refused(results + " " + results + " --baseline " + baseline, "one results file is required");
   refused(with + baseline + " --write " + (folder / "x.jsonl").string(), "baseline");
   refused(with + baseline + " --json --github", "--json");
+  for (const char* option : {" --json", " --github", " --junit x.xml", " --summary x.md"})
+    refused(results + " --write " + (folder / "x.jsonl").string() + option, "--write");
   refused(with + baseline + " --junit /nonexistent/gate.xml", "/nonexistent/gate.xml: it cannot be written");
   refused(with + baseline + " --junit " + baseline, "--junit = " + baseline + ": this file is read");
   refused(results + " --baselines " + folder.string() + " --summary " + baseline, ": this file is read");

@@ -34,8 +34,8 @@ namespace ricochet {
 /// that the slope falls by runs that got worse alone.
 ///
 /// A smaller error or less work never blocks. What cannot be compared does: a run that only one of the two has, a
-/// success without an error or without its steps, a negative error, a status that there is none, a method that is not built, a residual that
-/// is audited no more, another reference. A run that fails in both is compared.
+/// success without an error or without its steps, a negative error, an unknown status, a method that is not built, a
+/// residual that is audited no more, another reference. A run that fails in both is compared.
 struct GateRules {
   static constexpr double kErrorFactor = 1.1, kCoarseErrorFactor = 10;          // (1), (2)
   static constexpr double kRounding = 1e-11, kRoundingOfDerivatives = 1e-10;    // of a
