@@ -1,37 +1,158 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
 
 #include "bench/commands.h"
 #include "bench/studies/method_grid/baseline.h"
+#include "bench/studies/method_grid/gate_output.h"
 #include "problems/input_error.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CheckOptions {
+  std::vector<std::string> results;
+  std::string baseline, baselines;     ///< a file; a folder of ID.jsonl
+  std::string new_baseline, replaced;  ///< the same, to be written
+  std::string junit, summary;          ///< files
+  bool as_json = false, for_github = false;
+};
+
+std::vector<GridResults> read_all(const std::vector<std::string>& paths) {
+  std::vector<GridResults> list;
+  std::set<std::string> experiments;
+  for (const auto& path : paths) {
+    list.push_back(read_gated_results(path));
+    if (!experiments.insert(list.back().id).second)
+      throw InputError("results file", path, fmt::format("another one is of {}, too", list.back().id));
+  }
+  return list;
+}
+
+std::string file_in(const std::string& folder, const GridResults& results) {
+  return (fs::path(folder) / (results.id + ".jsonl")).string();
+}
+
+/// A baseline takes the place of a former one when it is written whole.
+void replace_baseline(const GridResults& results, const std::string& folder) {
+  const std::string path = file_in(folder, results), made = path + ".new";
+  std::error_code error;
+  fs::create_directories(folder, error);
+  fs::remove(made, error);
+  write_baseline(results, made);
+  fs::rename(made, path, error);
+  if (!error) return;
+  fs::remove(made);
+  throw InputError("baseline file", path, "it cannot be replaced");
+}
+
+void write_baselines(const std::vector<GridResults>& list, const CheckOptions& options) {
+  if (!options.new_baseline.empty() && list.size() > 1)
+    throw InputError("--write", options.new_baseline, "one results file is required; --replace FOLDER takes several");
+  for (const auto& results : list) {
+    if (options.replaced.empty())
+      write_baseline(results, options.new_baseline);
+    else
+      replace_baseline(results, options.replaced);
+    fmt::print("baseline: {}\n", options.replaced.empty() ? options.new_baseline : file_in(options.replaced, results));
+  }
+}
+
+/// Appends, as a step of a workflow has to that others share the file with.
+void append(const std::string& path, const std::string& text) {
+  std::ofstream file(path, std::ios::app);
+  file << text;
+  if (!file.flush()) throw InputError("summary file", path, "it cannot be written");
+}
+
+/// Files that the check may read.
+std::vector<std::string> files_read(const CheckOptions& options) {
+  std::vector<std::string> paths = options.results;
+  if (!options.baseline.empty()) paths.push_back(options.baseline);
+  std::error_code error;
+  if (!options.baselines.empty()) {
+    for (const auto& entry : fs::directory_iterator(options.baselines, error)) paths.push_back(entry.path());
+  }
+  return paths;
+}
+
+/// Removes what an earlier check has written: a check that finds nothing out leaves no file that says it held.
+/// @throws InputError where the file is one that is read
+void make_room(const std::string& path, const std::string& option, const std::vector<std::string>& read) {
+  std::error_code error;
+  if (path.empty() || !fs::is_regular_file(path, error)) return;
+  for (const auto& other : read) {
+    if (fs::equivalent(path, other, error)) throw InputError(option, path, "this file is read");
+  }
+  if (!fs::remove(path, error)) throw InputError(option, path, "it cannot be written");
+}
+
+int check(const CheckOptions& options) {
+  if (!options.baseline.empty() && options.results.size() > 1)
+    throw InputError("--baseline", options.baseline, "one results file is required; --baselines FOLDER takes several");
+  const auto read = files_read(options);
+  make_room(options.junit, "--junit", read);
+  make_room(options.summary, "--summary", read);
+  const auto list = read_all(options.results);
+  std::vector<std::string> baselines;
+  for (const auto& results : list)
+    baselines.push_back(options.baseline.empty() ? file_in(options.baselines, results) : options.baseline);
+  std::vector<GateReport> reports;
+  for (std::size_t k = 0; k < list.size(); ++k) reports.push_back(hold_against(read_baseline(baselines[k]), list[k]));
+  if (!options.junit.empty()) write_text("JUnit file", options.junit, gate_junit(reports));
+  if (!options.summary.empty()) write_text("summary file", options.summary, gate_markdown(reports));
+  if (const char* file = std::getenv("GITHUB_STEP_SUMMARY"); options.for_github && file && *file)
+    append(file, gate_markdown(reports));
+  if (options.as_json) {
+    fmt::print("{}\n", gate_json(reports).dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
+  } else {
+    for (const auto& report : reports) fmt::print("{}", gate_text(report));
+  }
+  if (options.for_github) fmt::print("{}", gate_annotations(reports));
+  return std::ranges::all_of(reports, &GateReport::holds) ? 0 : 1;
+}
+
+}  // namespace
 
 void add_check_command(CLI::App& app, int& exit_code) {
-  static std::string results_path, baseline, new_baseline;
-  auto* command = app.add_subcommand("check", "hold results against a stored baseline; exit code 1 on a regression");
-  command->add_option("results", results_path, "results file")->required();
-  auto* compare = command->add_option("--baseline", baseline, "baseline file to compare with");
-  command->add_option("--write", new_baseline, "write the orders and accuracies of the results to a new baseline file")
-      ->excludes(compare);
+  static CheckOptions options;
+  auto* command = app.add_subcommand(
+      "check", "hold results against a stored baseline; exit code 1 when one got worse or was not compared");
+  command->add_option("results", options.results, "results files of methods on a grid")->required();
+  auto* where = command->add_option_group("baseline", "what they are held against, or what is written");
+  where->add_option("--baseline", options.baseline, "baseline FILE, or other results");
+  where->add_option("--baselines", options.baselines, "FOLDER of baselines, EXPERIMENT.jsonl");
+  auto* write =
+      where->add_option("--write", options.new_baseline, "write what the results hold to a new baseline FILE");
+  auto* replace =
+      where->add_option("--replace", options.replaced, "write FOLDER/EXPERIMENT.jsonl in place of what is there");
+  where->require_option(1);
+  auto* as_json = command->add_flag("--json", options.as_json, "print JSON");
+  auto* for_github = command->add_flag("--github", options.for_github,
+                                       "annotations of GitHub Actions, and a summary in $GITHUB_STEP_SUMMARY");
+  auto* junit = command->add_option("--junit", options.junit, "write JUnit XML to FILE");
+  auto* summary = command->add_option("--summary", options.summary, "write a summary in Markdown to FILE");
+  as_json->excludes(for_github);
+  for (auto* option : {as_json, for_github, junit, summary})
+    option->excludes(write)->excludes(replace);  // nothing is held
+  command->footer(
+      "Examples:\n"
+      "  ricochet check out/mine/two_balls_order.jsonl --baseline reports/baselines/two_balls_order.jsonl\n"
+      "  ricochet check out/mine/two_balls_order.jsonl --baselines reports/baselines --junit out/gate.xml --json\n"
+      "  ricochet check out/mine/two_balls_order.jsonl --write out/mine_baseline.jsonl");
   command->callback([&exit_code] {
-    const Results results = read_results(results_path);
-    if (!results.is_complete) throw InputError("results file", results_path, "it is not complete");
-    const GridResults grid(results);
-    if (!new_baseline.empty()) {
-      write_baseline(grid, new_baseline);
-      fmt::print("baseline: {}\n", new_baseline);
-      return;
-    }
-    if (baseline.empty())
-      throw InputError("--baseline", "''", "a baseline file, or --write with a new one, is required");
-    const BaselineCheck check = check_baseline(grid, baseline);
-    for (const auto& line : check.improvements) fmt::print("better:     {}\n", line);
-    for (const auto& line : check.regressions) fmt::print("regression: {}\n", line);
-    fmt::print("{} lines compared with {}: {} regressions, {} improvements\n", check.compared, baseline,
-               check.regressions.size(), check.improvements.size());
-    if (!check.regressions.empty()) exit_code = 1;
+    if (!options.new_baseline.empty() || !options.replaced.empty())
+      write_baselines(read_all(options.results), options);
+    else
+      exit_code = check(options);
   });
 }
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -21,14 +22,17 @@ struct Outcome {
   std::string text;  // stdout and stderr
 };
 
-Outcome run(const std::string& arguments) {
-  const std::string command = std::string(RICOCHET_PROGRAM) + " " + arguments + " 2>&1";
-  FILE* pipe = popen(command.c_str(), "r");
+Outcome run_command(const std::string& command) {
+  FILE* pipe = popen(("(" + command + ") 2>&1").c_str(), "r");
   std::string text;
   std::array<char, 4096> buffer;
   while (std::size_t n = fread(buffer.data(), 1, buffer.size(), pipe)) text.append(buffer.data(), n);
   const int status = pclose(pipe);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
+}
+
+Outcome run(const std::string& arguments) {
+  return run_command(std::string(RICOCHET_PROGRAM) + " " + arguments);
 }
 
 std::string test_data(const std::string& name) {
@@ -303,24 +307,209 @@ TEST_F(Cli, RunsAnExperimentResumesItAndChecksIt) {
   ASSERT_EQ(run("run-experiment " + experiment + " --no-times -o " + out).code, 0);
   EXPECT_EQ(read(results), complete) << "rows are equal to the last bit, also those computed in another process";
   EXPECT_FALSE(fs::exists(results + ".partial"));
+}
 
-  // A baseline, kept and broken.
-  const std::string baseline = (folder / "baseline.json").string();
-  ASSERT_EQ(run("check " + results + " --write " + baseline).code, 0);
-  EXPECT_EQ(run("check " + results + " --write " + baseline).code, 2) << "an existing baseline is not replaced";
-  const Outcome holds = run("check " + results + " --baseline " + baseline);
-  EXPECT_EQ(holds.code, 0) << holds.text;
-  nlohmann::json stricter = nlohmann::json::parse(read(baseline));
-  for (auto& entry : stricter["runs"]) {
-    if (entry["method"] == "fesd:gauss:3" && entry["setting"] == "120")
-      entry["error"] = entry["error"].get<double>() / 2;
+/// Results of the small experiment, and a baseline made of them.
+class CheckCommand : public Cli {
+ protected:
+  std::string results = (folder / "out" / "small.jsonl").string(), baseline = (folder / "small.jsonl").string();
+
+  void SetUp() override {
+    Cli::SetUp();
+    const std::string experiment = write("small.json", kExperiment);
+    ASSERT_EQ(run("run-experiment " + experiment + " --no-times -o " + (folder / "out").string()).code, 0);
+    ASSERT_EQ(run("check " + results + " --write " + baseline).code, 0);
   }
-  write("stricter.json", stricter.dump());
-  const Outcome worse = run("check " + results + " --baseline " + (folder / "stricter.json").string());
+  Outcome check(const std::string& results_path, const std::string& baseline_path, const std::string& options = "") {
+    return run("check " + results_path + " --baseline " + baseline_path + " " + options);
+  }
+  /// The results with every row changed.
+  std::string changed(const std::function<void(nlohmann::json&)>& change) {
+    std::string text;
+    for (const auto& line : lines_of(read(results))) {
+      nlohmann::json row = nlohmann::json::parse(line);
+      if (row["kind"] == "row") change(row);
+      text += row.dump() + "\n";
+    }
+    return write("changed.jsonl", text);
+  }
+};
+
+TEST_F(CheckCommand, HoldsOrNamesWhatDoesNot) {
+  const Outcome holds = check(results, baseline);
+  EXPECT_EQ(holds.code, 0) << holds.text;
+  EXPECT_HAS(holds.text, "0 regressions, 0 not compared, 0 improvements");
+  EXPECT_EQ(run("check " + results + " --baselines " + folder.string()).code, 0);
+  EXPECT_EQ(check(results, results).code, 0) << "any results are a baseline";
+
+  const auto of_one_run = [](const nlohmann::json& row) {
+    return row["method"] == "fesd:gauss:3" && row["steps"] == 120;
+  };
+  const Outcome worse = check(changed([&](auto& row) {
+                                if (of_one_run(row)) row["error"] = 2 * row["error"].template get<double>();
+                              }),
+                              baseline);
   EXPECT_EQ(worse.code, 1) << worse.text;
-  EXPECT_HAS(worse.text, "regression: fesd:gauss:3 at 120: error");
-  EXPECT_EQ(run("check " + results).code, 2);
-  EXPECT_EQ(run("check " + results + " --baseline /nonexistent.json").code, 2);
+  EXPECT_HAS(worse.text, "regression:   fesd:gauss:3 at 120: error");
+  const Outcome more_work = check(changed([](auto& row) { row["counters"]["linear_solves"] = 1000000; }), baseline);
+  EXPECT_EQ(more_work.code, 1);
+  EXPECT_HAS(more_work.text, "linear solves");
+  const Outcome residual = check(changed([&](auto& row) {
+                                   if (of_one_run(row)) row["max_residual"] = 1e-6;
+                                 }),
+                                 baseline);
+  EXPECT_EQ(residual.code, 1);
+  EXPECT_HAS(residual.text, "regression:   fesd:gauss:3, residual:");
+  const Outcome better = check(changed([](auto& row) {
+                                 if (row["error"].is_number()) row["error"] = row["error"].template get<double>() / 10;
+                               }),
+                               baseline);
+  EXPECT_EQ(better.code, 0) << better.text;
+  EXPECT_HAS(better.text, "better:       fesd:gauss:3 at 60");
+}
+
+TEST_F(CheckCommand, NothingPassesThatWasNotCompared) {
+  const auto refused = [&](const Outcome& outcome, const std::string& message) {
+    EXPECT_EQ(outcome.code, 1) << outcome.text;
+    EXPECT_HAS(outcome.text, message);
+  };
+  refused(check(changed([](auto& row) { row["error"] = nullptr; }), baseline),
+          "not compared: fesd:gauss:3 at 60: success without an error");
+  refused(check(changed([](auto& row) { row["error"] = -1; }), baseline), "error -1: a number >= 0 is required");
+  refused(check(changed([](auto& row) { row["method"] = "another"; }), baseline),
+          "not compared: fesd:gauss:3, all runs: the results do not have this method; its runs in the baseline: 8");
+  const auto lines = lines_of(read(baseline));
+  const std::string empty = write("empty.jsonl", lines.front() + "\n" + lines.back() + "\n");
+  refused(check(results, empty), "not compared: small, all runs: the baseline holds no run");
+  std::string without_first;
+  for (std::size_t k = 0; k < lines.size(); ++k) without_first += k == 1 ? "" : lines[k] + "\n";
+  refused(check(results, write("less.jsonl", without_first)),
+          "not compared: fesd:gauss:1 at 80: this run is not in the baseline");
+}
+
+TEST_F(CheckCommand, WhatCannotBeReadIsExitCodeTwo) {
+  const auto refused = [&](const std::string& arguments, const std::string& message) {
+    const Outcome outcome = run("check " + arguments);
+    EXPECT_EQ(outcome.code, 2) << arguments << "\n" << outcome.text;
+    EXPECT_HAS(outcome.text, message);
+  };
+  const std::string with = results + " --baseline ";
+  refused(results, "--baseline");
+  refused(with + "/nonexistent.jsonl", "baseline: results file = /nonexistent.jsonl: cannot be opened");
+  refused(with + folder.string(), "it is a folder");
+  refused(results + " --baselines /nonexistent", "/nonexistent/small.jsonl: cannot be opened");
+  refused(folder.string() + " --baseline " + baseline, "it is a folder");
+  refused(with + write("nothing.jsonl", ""), "nothing.jsonl: it has no header line");
+  refused(with + write("text.jsonl", "no JSON\n"), "text.jsonl:1: not a line of a results file");
+  refused(with + write("list.jsonl", "[]\n"), "list.jsonl:1: not a line of a results file");
+  std::string damaged = read(baseline);
+  damaged.replace(damaged.find("\"error\":"), 8, "\"eror\":");
+  refused(with + write("damaged.jsonl", damaged), "damaged.jsonl:2: error = (missing): a number or null is required");
+  const std::string cut = read(baseline).substr(0, damaged.size() / 2);
+  refused(with + write("cut.jsonl", cut.substr(0, cut.rfind('\n') + 1)), "cut.jsonl: it is not complete");
+  std::string other = read(baseline);
+  other.replace(other.find("\"small\""), 7, "\"other\"");
+  refused(with + write("other.jsonl", other), "other.jsonl:1: experiment = other: the results belong to small");
+  refused(results + " " + results + " --baselines " + folder.string(), "another one is of small, too");
+  refused(results + " " + results + " --baseline " + baseline, "one results file is required");
+  refused(with + baseline + " --write " + (folder / "x.jsonl").string(), "baseline");
+  refused(with + baseline + " --json --github", "--json");
+  for (const char* option : {" --json", " --github", " --junit x.xml", " --summary x.md"})
+    refused(results + " --write " + (folder / "x.jsonl").string() + option, "--write");
+  refused(with + baseline + " --junit /nonexistent/gate.xml", "/nonexistent/gate.xml: it cannot be written");
+  refused(with + baseline + " --junit " + baseline, "--junit = " + baseline + ": this file is read");
+  refused(results + " --baselines " + folder.string() + " --summary " + baseline, ": this file is read");
+  refused(results + " --replace " + baseline, "cannot be written");
+  const std::string junit = write("gate.xml", "<testsuites/>");
+  refused(with + "/nonexistent.jsonl --junit " + junit, "cannot be opened");
+  EXPECT_FALSE(fs::exists(junit)) << "it says of an earlier check that it held";
+  refused(results + " --write " + baseline, "it exists");
+
+  const std::string zeno = (folder / "zeno").string();
+  ASSERT_EQ(run("run-experiment zeno --set restitution=[0.5] --quick -o " + zeno).code, 0);
+  refused(zeno + "/zeno_part.jsonl --write " + (folder / "x.jsonl").string(),
+          "study = zeno: results of a method_grid are required");
+  EXPECT_FALSE(fs::exists(folder / "x.jsonl"));
+}
+
+TEST_F(CheckCommand, WritesForMachines) {
+  const std::string worse = changed([](auto& row) {
+    if (row["steps"] == 120) row["error"] = 1;
+  });
+  const std::string junit = (folder / "gate.xml").string(), summary = (folder / "gate.md").string();
+  const Outcome outcome = check(worse, baseline, "--json --junit " + junit + " --summary " + summary);
+  EXPECT_EQ(outcome.code, 1);
+  const nlohmann::json json = nlohmann::json::parse(outcome.text);
+  EXPECT_EQ(json["holds"], false);
+  EXPECT_EQ(json["experiments"][0]["worse"], 1);
+  EXPECT_HAS(read(junit),
+             "<testcase classname=\"small\" name=\"fesd:gauss:3 at 120\" time=\"0\"><failure type=\"regression\"");
+  EXPECT_HAS(read(summary), "### small: does not hold\n");
+  EXPECT_EQ(check(results, baseline, "--junit " + junit).code, 0) << "it takes the place of the former one";
+  EXPECT_EQ(read(junit).find("<failure"), std::string::npos);
+
+  // A baseline that is put in place of another one holds what the results do.
+  ASSERT_EQ(check(worse, baseline).code, 1);
+  ASSERT_EQ(run("check " + worse + " --replace " + folder.string()).code, 0);
+  EXPECT_EQ(check(worse, baseline).code, 0);
+}
+
+/// The steps of bench/gate.yml, as GitHub runs them: the script of each in its own shell, which stops at a failure.
+class GateWorkflow : public CheckCommand {
+ protected:
+  std::string summary = (folder / "summary.md").string();
+
+  /// Text of `run:` of the step with this name, inline or as a block.
+  static std::string script_of(const std::string& name) {
+    std::string script;
+    bool is_step = false, is_block = false;
+    for (const auto& line : lines_of(read(test_data("../../bench/gate.yml")))) {
+      const auto indent = line.find_first_not_of(' ');
+      if (indent == std::string::npos) continue;
+      const std::string text = line.substr(indent);
+      if (text.starts_with("- ")) is_step = text == "- name: " + name;
+      if (indent <= 8) is_block = false;
+      if (is_block) script += text + "\n";
+      if (is_step && text == "run: |") is_block = true;
+      if (is_step && text.starts_with("run: ") && text != "run: |") script = text.substr(5) + "\n";
+    }
+    return script;
+  }
+  Outcome step(const std::string& name) {
+    const std::string script = write("step.sh", script_of(name));
+    const std::string path = fs::path(RICOCHET_PROGRAM).parent_path().string();
+    return run_command("cd " + folder.string() + " && PATH=" + path + ":$PATH GITHUB_STEP_SUMMARY=" + summary +
+                       " sh -e " + script);
+  }
+};
+
+TEST_F(GateWorkflow, Runs) {
+  EXPECT_HAS(script_of("Build"), "ricochet/run build\n");
+  EXPECT_HAS(read(test_data("../../run")), "\n  build)\n");
+  fs::create_directories(folder / "experiments");
+  fs::create_directories(folder / "baselines");
+  fs::rename(folder / "small.json", folder / "experiments" / "small.json");
+  fs::copy(baseline, folder / "baselines" / "small.jsonl");
+  fs::remove_all(folder / "out");
+
+  const Outcome made = step("Run");
+  ASSERT_EQ(made.code, 0) << made.text;
+  const Outcome holds = step("Hold");
+  EXPECT_EQ(holds.code, 0) << holds.text;
+  EXPECT_EQ(holds.text.find("::error"), std::string::npos);
+  EXPECT_HAS(read(summary), "### small: holds\n");
+  EXPECT_TRUE(fs::exists(folder / "out" / "gate.xml"));
+
+  std::string better = read(folder / "baselines" / "small.jsonl");
+  const auto at = better.find("\"error\":", better.find("\"steps\":90}"));
+  better.insert(better.find_first_of(",}", at), "e-3");
+  write("baselines/small.jsonl", better);
+  const Outcome worse = step("Hold");
+  EXPECT_EQ(worse.code, 1) << worse.text;
+  EXPECT_HAS(worse.text, "::error file=baselines/small.jsonl,line=4,title=small%3A worse::fesd:gauss:1 at 90: error ");
+  EXPECT_HAS(read(summary), "### small: holds\n");
+  EXPECT_HAS(read(summary), "### small: does not hold\n");
+  EXPECT_HAS(read(folder / "out" / "gate.xml"), "<failure");
 }
 
 TEST_F(Cli, TheQuickPartReplacesFieldsOfTheExperiment) {

@@ -10,7 +10,6 @@
 
 #include "bench/results_file.h"
 #include "bench/studies/control_growth/growth_rows.h"
-#include "bench/studies/method_grid/baseline.h"
 #include "bench/studies/method_grid/grid_tables.h"
 #include "bench/studies/scale/scale_rows.h"
 #include "problems/input_error.h"
@@ -110,8 +109,10 @@ TEST(OrderFit, IntervalAndScatterAreThoseOfARegression) {
   records.resize(6);
   for (std::size_t k = 0; k < 6; ++k) records[k].error *= std::pow(10, off[k]);
   double mean_x = 0, mean_y = 0, S_xx = 0, S_xy = 0, squares = 0;
-  std::vector<double> x, y;
+  std::vector<double> x, y, step_lengths, errors;
   for (const Record& r : records) {
+    step_lengths.push_back(r.h_bar);
+    errors.push_back(r.error);
     x.push_back(std::log10(r.h_bar));
     y.push_back(std::log10(r.error));
     mean_x += x.back() / 6;
@@ -122,17 +123,76 @@ TEST(OrderFit, IntervalAndScatterAreThoseOfARegression) {
     S_xy += (x[k] - mean_x) * (y[k] - mean_y);
   }
   for (std::size_t k = 0; k < 6; ++k) squares += std::pow(y[k] - mean_y - S_xy / S_xx * (x[k] - mean_x), 2);
-  const auto fit = fit_order(pointers(records));
-  ASSERT_TRUE(fit);
-  EXPECT_EQ(fit->used, 6);
-  EXPECT_NEAR(fit->slope, S_xy / S_xx, 1e-12);
-  EXPECT_NEAR(fit->scatter, std::sqrt(squares / 4), 1e-12) << "6 points and 2 unknowns";
-  EXPECT_NEAR(fit->half_width, 2.7764451052 * std::sqrt(squares / 4 / S_xx), 1e-9) << "Student's t, 0.975, 4";
+  const OrderFit fit = fit_line(step_lengths, errors);
+  EXPECT_EQ(fit.used, 6);
+  EXPECT_NEAR(fit.slope, S_xy / S_xx, 1e-12);
+  EXPECT_NEAR(fit.scatter, std::sqrt(squares / 4), 1e-12) << "6 points and 2 unknowns";
+  EXPECT_NEAR(fit.half_width, 2.7764451052 * std::sqrt(squares / 4 / S_xx), 1e-9) << "Student's t, 0.975, 4";
 }
 
 TEST(OrderFit, FewPointsAreNoFit) {
   auto records = runs_of_order(1, 3);
-  EXPECT_FALSE(fit_order(pointers(records))) << "errors of 0.3 % of the solution are reached at N = 1000 only";
+  const ObservedOrder order = observe_order(pointers(records));
+  EXPECT_FALSE(order.fit) << "errors of 0.3 % of the solution are reached at N = 1000 only";
+  EXPECT_EQ(order.no_fit, "too few points");
+  EXPECT_EQ(order.reason,
+            "4 of the 6 points that are required; up to N_sim = 900 errors are above 3.0e-03, 0.3 % of the solution");
+}
+
+/// Whoever reads that there is no order reads why, with the floor below which nothing is fitted.
+TEST(OrderFit, SaysWhyThereIsNone) {
+  const auto order_of = [](std::vector<Record> records) { return observe_order(pointers(records)); };
+  const ObservedOrder fitted = order_of(runs_of_order(2, 1e-3));
+  EXPECT_TRUE(fitted.fit);
+  EXPECT_EQ(fitted.no_fit + fitted.reason, "");
+  EXPECT_EQ(fitted.floor, 10 * 1e-13) << "rounding: the reference is exact";
+
+  EXPECT_EQ(order_of(runs_of_order(0, 0.1)).no_fit, "too coarse");
+
+  const ObservedOrder exact = order_of(runs_of_order(0, 2e-16));
+  EXPECT_EQ(exact.no_fit, "exact to rounding");
+  EXPECT_EQ(exact.reason, "from N_sim = 50 on errors are below 1.0e-12, 10 times rounding");
+  EXPECT_EQ(order_of(runs_of_order(0, 0)).no_fit, "exact to rounding") << "an error of zero is one";
+
+  auto records = runs_of_order(4, 1);
+  for (auto& r : records) r.reference_error = 1.01e-9;  // errors are above 1.01e-8 up to N = 85
+  const ObservedOrder floor = order_of(records);
+  EXPECT_EQ(floor.no_fit, "too few points");
+  EXPECT_DOUBLE_EQ(floor.floor, 1.01e-8);
+  EXPECT_EQ(
+      floor.reason,
+      "4 of the 6 points that are required; from N_sim = 100 on not all are above 1.0e-08, 10 times the uncertainty of the "
+      "reference");
+  for (auto& r : records) r.reference_error = 1;
+  EXPECT_EQ(order_of(records).no_fit, "as exact as the reference");
+
+  for (auto& r : records) r.error = std::nan("");
+  EXPECT_EQ(order_of(records).no_fit, "no reference");
+  for (auto& r : records) r.status = "infeasible";
+  EXPECT_EQ(order_of(records).reason, "none of 20 runs has a solution");
+}
+
+/// Six points between 4.8e-7 and 9e-7 with a slope of 4.84 +- 4.83 say nothing of an order.
+TEST(OrderFit, AWideIntervalIsNoFit) {
+  std::vector<Record> records = runs_of_order(4, 1e-3);
+  records.resize(6);
+  for (std::size_t k = 0; k < 6; ++k) records[k].error *= k % 2 == 0 ? 1.2 : 0.8;
+  ASSERT_TRUE(fit_order(pointers(records)));
+  EXPECT_LT(fit_order(pointers(records))->half_width, kWidestInterval);
+  for (std::size_t k = 0; k < 6; ++k) records[k].error *= k % 2 == 0 ? 3 : 1 / 3.;
+  const ObservedOrder order = observe_order(pointers(records));
+  EXPECT_FALSE(order.fit);
+  EXPECT_EQ(order.no_fit, "no line");
+  EXPECT_TRUE(order.reason.ends_with(" through 6 points, N_sim = 50 .. 120; at most ± 1 is a fit")) << order.reason;
+}
+
+/// A run that is exact by chance lies below the floor and ends the window: it is not dropped from the middle of it.
+TEST(OrderFit, AnErrorOfZeroEndsTheWindow) {
+  auto records = runs_of_order(4, 1);
+  records[12].error = 0;
+  const auto fit = fit_order(pointers(records));
+  ASSERT_TRUE(fit);
+  EXPECT_EQ(fit->last_steps, records[11].steps);
 }
 
 TEST(OrderFit, DivergenceIsANegativeSlope) {
@@ -150,71 +210,8 @@ TEST(LocalSlopes, AreBetweenNeighbours) {
   EXPECT_NEAR(*slopes[1], 2, 1e-10);
   EXPECT_FALSE(slopes[3]);
   EXPECT_FALSE(slopes[4]) << "its left neighbour failed";
-}
-
-class Baseline : public testing::Test {
- protected:
-  std::string path =
-      (fs::temp_directory_path() / ("ricochet_baseline_" + std::to_string(::getpid()) + ".json")).string();
-  ~Baseline() override { fs::remove(path); }
-  GridResults results;
-
-  void SetUp() override {
-    results.id = "e";
-    results.records = runs_of_order(3, 0.1);
-    results.records[2].status = "infeasible";
-    results.records[2].error = std::nan("");
-    results.is_complete = true;
-    write_baseline(results, path);
-  }
-};
-
-TEST_F(Baseline, HoldsForEqualResults) {
-  const auto check = check_baseline(results, path);
-  EXPECT_TRUE(check.regressions.empty()) << check.regressions.front();
-  EXPECT_EQ(check.compared, 1 + 20);
-}
-
-TEST_F(Baseline, NoticesALowerOrder) {
-  for (auto& r : results.records) r.error = 0.1 * std::pow(r.h_bar, 2.8) * 1e-3;
-  const auto check = check_baseline(results, path);
-  ASSERT_FALSE(check.regressions.empty());
-  EXPECT_EQ(check.regressions.front(), "m: order 3.00 in the baseline, now 2.80");
-}
-
-TEST_F(Baseline, NoticesALargerError) {
-  results.records[7].error *= 1.2;
-  const auto check = check_baseline(results, path);
-  ASSERT_EQ(check.regressions.size(), 1u);
-  EXPECT_TRUE(check.regressions.front().starts_with("m at 180: error 1.715e-08 in the baseline, now 2.058e-08"))
-      << check.regressions.front();
-}
-
-TEST_F(Baseline, NoticesAFailureAndAMissingRun) {
-  results.records[7].status = "infeasible";
-  results.records.pop_back();
-  const auto check = check_baseline(results, path);
-  ASSERT_EQ(check.regressions.size(), 2u);
-  EXPECT_TRUE(check.regressions[0].starts_with("m at 180: succeeded in the baseline, now infeasible"));
-  EXPECT_EQ(check.regressions[1], "m at 2000: this run is missing");
-}
-
-TEST_F(Baseline, MentionsImprovements) {
-  results.records[2].status = "success";
-  results.records[2].error = 0.1 * std::pow(results.records[2].h_bar, 3);
-  for (auto& r : results.records) r.error *= 0.4;
-  const auto check = check_baseline(results, path);
-  EXPECT_TRUE(check.regressions.empty());
-  EXPECT_GE(check.improvements.size(), 10u) << "those well above rounding";
-}
-
-TEST_F(Baseline, BadFiles) {
-  EXPECT_THROW(check_baseline(results, "/nonexistent.json"), InputError);
-  EXPECT_THROW(write_baseline(results, path), InputError) << "an existing file is not replaced";
-  results.id = "another";
-  EXPECT_THROW(check_baseline(results, path), InputError);
-  std::ofstream(path) << "[]";
-  EXPECT_THROW(check_baseline(results, path), InputError);
+  records[9].error = 0;
+  EXPECT_FALSE(local_slopes(pointers(records))[10]) << "there is no logarithm of zero";
 }
 
 class ResultsOnDisk : public testing::Test {

@@ -4,110 +4,194 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
+#include <limits>
+#include <set>
 
+#include "bench/studies/method_grid/gate.h"
+#include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "reports/order_fit.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
 
 using nlohmann::json;
 
-constexpr double kOrderSlack = 0.1;
-constexpr double kErrorFactor = 1.1;
-constexpr double kErrorFactorOfTolerance = 10;
-constexpr double kErrorRounding = 1e-11;
+constexpr int kErrorDigits = 5, kResidualDigits = 2, kSizeDigits = 6;
 
-const Record* find(const GridResults& results, const std::string& method, const std::string& setting) {
-  for (const Record* run : results.of(method)) {
-    if (run->setting() == setting) return run;
+// Larger ones would not fit into the fields of Record.
+constexpr double kMostEvents = std::numeric_limits<int>::max(), kMostCounted = 0x1p53;
+
+enum class FieldType { text, number, count };
+
+struct GatedField {
+  const char* name;
+  FieldType type;
+};
+
+// NaN, null in the file, is a number: the error of a run that failed.
+constexpr GatedField kGatedFields[] = {{"method", FieldType::text},
+                                       {"status", FieldType::text},
+                                       {"h_bar", FieldType::number},
+                                       {"error", FieldType::number},
+                                       {"reference_error", FieldType::number},
+                                       {"solution_size", FieldType::number},
+                                       {"max_residual", FieldType::number},
+                                       {"detected_events", FieldType::count}};
+
+bool is_count(const json& value, double most) {
+  return value.is_number_integer() && value >= 0 && value.get<double>() <= most;
+}
+
+bool has_type(const json& value, FieldType type) {
+  switch (type) {
+    case FieldType::text:
+      return value.is_string() && !value.get_ref<const std::string&>().empty();
+    case FieldType::number:
+      return value.is_number();
+    case FieldType::count:
+      return is_count(value, kMostEvents);
   }
-  return nullptr;
+  return false;
+}
+
+const char* words_of(FieldType type) {
+  switch (type) {
+    case FieldType::text:
+      return "a text is required";
+    case FieldType::number:
+      return "a number or null is required";
+    case FieldType::count:
+      return "a whole number >= 0 is required";
+  }
+  return "";
+}
+
+/// "FILE:7: error", of a line of the file.
+std::string place_of(const std::string& path, std::size_t line, const std::string& field) {
+  return fmt::format("{}:{}: {}", path, line, field);
+}
+
+/// The setting, by which runs of a method differ: steps or a tolerance.
+void check_setting(const json& row, const std::string& path, std::size_t line) {
+  const json steps = row.value("steps", json(0)), tolerance = row.value("tolerance", json(0));
+  if (!is_count(steps, kMostEvents))
+    throw InputError(place_of(path, line, "steps"), steps.dump(), words_of(FieldType::count));
+  if (!tolerance.is_number() || !(tolerance >= 0.0))
+    throw InputError(place_of(path, line, "tolerance"), tolerance.dump(), "a number >= 0 is required");
+  if ((steps > 0) == (tolerance > 0))
+    throw InputError(place_of(path, line, "steps"), steps.dump(), "either steps or a tolerance > 0 is required");
+  const json instead_of = row.value("instead_of", json(""));
+  if (!instead_of.is_string())
+    throw InputError(place_of(path, line, "instead_of"), instead_of.dump(), "a text is required");
+}
+
+void check_fields(const json& row, const std::string& path, std::size_t line) {
+  for (const auto& [name, type] : kGatedFields) {
+    const auto found = row.find(name);
+    if (found == row.end()) throw InputError(place_of(path, line, name), "(missing)", words_of(type));
+    if (!has_type(*found, type)) throw InputError(place_of(path, line, name), found->dump(), words_of(type));
+  }
+  check_setting(row, path, line);
+  const auto counters = row.find("counters");
+  if (counters == row.end() || !counters->is_object())
+    throw InputError(place_of(path, line, "counters"), counters == row.end() ? "(missing)" : counters->dump(),
+                     "an object of counters is required");
+  const json known = Counters{};
+  for (const auto& [name, value] : counters->items()) {
+    if (!known.contains(name)) throw InputError(place_of(path, line, "counters." + name), value.dump(), "unknown");
+    if (!is_count(value, kMostCounted))
+      throw InputError(place_of(path, line, "counters." + name), value.dump(), words_of(FieldType::count));
+  }
+}
+
+/// What no results can be held against.
+void check_is_baseline(const GridResults& results, const std::string& what) {
+  const auto refuse = [&](const Record& record, const std::string& reason) {
+    throw InputError(
+        fmt::format("{}:{}: {} at {}: {}", what, results.line_of(record), record.method, record.setting(), reason));
+  };
+  std::set<GateKey> keys;
+  for (const Record& record : results.records) {
+    if (!keys.insert(key_of(record)).second) refuse(record, "this run is there twice");
+    if (!is_known_status(record.status)) refuse(record, fmt::format("status '{}' is unknown", record.status));
+    if (!record.succeeded()) continue;
+    if (record.error < 0 || std::isinf(record.error))
+      refuse(record, fmt::format("error = {}: a finite number >= 0 is required", record.error));
+    if (!record.has_error() && results.has_errors())
+      refuse(record, "error: a success has none, although other runs have one");
+    if (!(record.h_bar > 0)) refuse(record, fmt::format("h_bar = {}: a length > 0 is required", record.h_bar));
+    const double most = kAsymptoticError * record.solution_size;
+    if (record.has_error() && !(record.reference_error >= 0 && record.reference_error < most && std::isfinite(most)))
+      refuse(record, "a finite solution_size > 0 and a reference_error from 0 to 0.3 % of it are required");
+  }
+}
+
+double rounded(double x, int digits) {
+  return std::isfinite(x) ? std::stod(fmt::format("{:.{}e}", x, digits - 1)) : x;
+}
+
+json line_of_baseline(const Record& record) {
+  const json all = record.counters;
+  json counters = json::object();
+  for (const auto& [name, value] : all.items()) {
+    if (value != 0) counters[name] = value;
+  }
+  json line = {{"kind", Record::kKind},
+               {"method", record.method},
+               {"h_bar", rounded(record.h_bar, kSizeDigits)},
+               {"status", record.status},
+               {"error", rounded(record.error, kErrorDigits)},
+               {"reference_error", rounded(record.reference_error, kResidualDigits)},
+               {"solution_size", rounded(record.solution_size, kSizeDigits)},
+               {"max_residual", rounded(record.max_residual, kResidualDigits)},
+               {"detected_events", record.detected_events},
+               {"counters", counters}};
+  if (record.steps > 0)
+    line["steps"] = record.steps;
+  else
+    line["tolerance"] = record.tolerance;
+  if (!record.instead_of.empty()) line["instead_of"] = record.instead_of;
+  return line;
 }
 
 }  // namespace
 
-BaselineCheck check_baseline(const GridResults& results, const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw InputError("baseline file", path, "cannot be opened");
-  BaselineCheck check;
-  try {
-    const json baseline = json::parse(file);
-    const std::string experiment = baseline.at("experiment");
-    if (experiment != results.id) {
-      throw InputError("experiment of the baseline", experiment, fmt::format("the results belong to {}", results.id));
-    }
-    for (const auto& line : baseline.at("orders")) {
-      const std::string method = line.at("method");
-      const double then = line.at("slope");
-      const auto fit = fit_order(results.of(method));
-      ++check.compared;
-      if (!fit) {
-        check.regressions.push_back(
-            fmt::format("{}: order {:.2f} in the baseline, now no asymptotic range", method, then));
-      } else if (fit->slope < then - kOrderSlack) {
-        check.regressions.push_back(
-            fmt::format("{}: order {:.2f} in the baseline, now {:.2f}", method, then, fit->slope));
-      }
-    }
-    for (const auto& line : baseline.at("runs")) {
-      const std::string method = line.at("method"), setting = line.at("setting");
-      const bool succeeded = line.at("error").is_number();
-      const Record* run = find(results, method, setting);
-      const std::string name = fmt::format("{} at {}", method, setting);
-      ++check.compared;
-      if (!run) {
-        check.regressions.push_back(fmt::format("{}: this run is missing", name));
-      } else if (succeeded && !run->succeeded()) {
-        check.regressions.push_back(
-            fmt::format("{}: succeeded in the baseline, now {}: {}", name, run->status, run->message));
-      } else if (succeeded) {
-        const double then = line.at("error");
-        if (then >= kAsymptoticError * run->solution_size) continue;
-        const double factor = run->steps > 0 ? kErrorFactor : kErrorFactorOfTolerance;
-        if (!(run->error <= factor * then + kErrorRounding * run->solution_size)) {
-          check.regressions.push_back(
-              fmt::format("{}: error {:.3e} in the baseline, now {:.3e}", name, then, run->error));
-        } else if (run->error < 0.5 / factor * then - kErrorRounding * run->solution_size) {
-          check.improvements.push_back(
-              fmt::format("{}: error {:.3e} in the baseline, now {:.3e}", name, then, run->error));
-        }
-      } else if (run->succeeded()) {
-        check.improvements.push_back(fmt::format("{}: failed in the baseline, now succeeds", name));
-      }
-    }
-  } catch (const json::exception& error) {
-    throw InputError(fmt::format("{}: not a baseline file: {}", path, error.what()));
+GridResults read_gated_results(const std::string& path) {
+  const Results results = read_results(path);
+  const std::string study =
+      results.header.contains("study") ? results.header["study"].get<std::string>() : study_of(results).kind;
+  if (study != kDefaultStudy)
+    throw InputError(fmt::format("{}:1: study", path), study,
+                     fmt::format("results of a {} are required", kDefaultStudy));
+  if (!results.is_complete) throw InputError("results file", path, "it is not complete");
+  for (std::size_t k = 0; k < results.rows.size(); ++k) {
+    if (results.rows[k].at("kind") == Record::kKind) check_fields(results.rows[k], path, k + kFirstRowLine);
   }
-  return check;
+  return GridResults(results);
+}
+
+GridResults read_baseline(const std::string& path) try {
+  GridResults baseline = read_gated_results(path);
+  check_is_baseline(baseline, path);
+  return baseline;
+} catch (const InputError& error) {
+  throw InputError(fmt::format("baseline: {}", error.what()));
 }
 
 void write_baseline(const GridResults& results, const std::string& path) {
-  if (std::filesystem::exists(path))
-    throw InputError("baseline file", path, "it exists; remove it first to replace it");
-  json orders = json::array(), runs = json::array();
-  for (const auto& method : results.methods()) {
-    const auto list = results.of(method);
-    if (list.front()->steps > 0) {
-      if (const auto fit = fit_order(list))
-        orders.push_back({{"method", method}, {"slope", std::round(fit->slope * 1e4) / 1e4}});
-    }
-    for (const Record* run : list) {
-      json error;
-      if (run->succeeded()) error = std::stod(fmt::format("{:.4e}", run->error));
-      runs.push_back({{"method", method}, {"setting", run->setting()}, {"error", error}});
-    }
-  }
-  std::ofstream file(path);
-  // One entry a line, so that a change of the baseline reads well in a diff.
-  file << fmt::format("{{\"experiment\": {},\n \"orders\": [\n", json(results.id).dump());
-  for (std::size_t k = 0; k < orders.size(); ++k)
-    file << "  " << orders[k].dump() << (k + 1 < orders.size() ? ",\n" : "\n");
-  file << " ],\n \"runs\": [\n";
-  for (std::size_t k = 0; k < runs.size(); ++k) file << "  " << runs[k].dump() << (k + 1 < runs.size() ? ",\n" : "\n");
-  file << " ]}\n";
-  if (!file.flush()) throw InputError("baseline file", path, "cannot be written");
+  if (results.records.empty())
+    throw InputError("baseline file", path, "the results have no run: it would hold nothing");
+  check_is_baseline(results, results.path);
+  std::string text = json{{"kind", "header"},         {"schema", kResultsSchema}, {"study", kDefaultStudy},
+                          {"experiment", results.id}, {"title", results.title},   {"quick", results.is_quick}}
+                         .dump() +
+                     "\n";
+  for (const Record& record : results.records) text += line_of_baseline(record).dump() + "\n";
+  text += json{{"kind", "end"}}.dump() + "\n";
+  if (std::filesystem::exists(path)) throw InputError("baseline file", path, "it exists; a new file is required");
+  write_text("baseline file", path, text);
 }
 
 }  // namespace ricochet

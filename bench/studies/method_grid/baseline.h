@@ -1,29 +1,27 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "bench/studies/method_grid/grid_results.h"
 
 namespace ricochet {
 
-/// What a baseline check found. Each finding names the line of the baseline: method, setting, then and now.
-struct BaselineCheck {
-  std::vector<std::string>
-      regressions;  ///< an order or an accuracy got worse, a run fails that succeeded, a run is missing
-  std::vector<std::string> improvements;  ///< worth a new baseline
-  int compared = 0;
-};
+/// A baseline is a results file of methods on a grid with nothing in it but what a gate holds (gate.h): per run method,
+/// setting, step length, status, error, residual and counters, rounded to the digits that are compared. Neither times
+/// nor machine nor date: made again, it differs where the numbers do. Any results file of the study can serve as one.
+///
+/// Every field of a row that is compared has to be there with its type, in a baseline and in results that are held
+/// against one; read_results() takes the default for one that is missing, and an error of 0 would be the best there is.
+/// @throws InputError with file, line and field when the file cannot be read, is damaged, not complete, or of another
+/// study
+GridResults read_gated_results(const std::string& path);
 
-/// Rules. An order may be 0.1 lower than stored, a fraction of what the saw-tooth of impact errors lets a fit scatter.
-/// An error may be 10 % larger, and by 1e-11 of the solution, where compilers and fused multiply-adds change the
-/// rounding. An error-controlled method chooses its steps by decisions that a last bit can turn (its errors scattered
-/// by up to 7 between processors), so its error may be 10 times larger. Of runs whose error is not asymptotic
-/// (kAsymptoticError) only the success is held.
-/// @throws InputError when the file cannot be read or belongs to another experiment
-BaselineCheck check_baseline(const GridResults& results, const std::string& path);
+/// The same for a baseline, which has to be possible, too: no row twice, no negative error, and no success without an
+/// error where other runs have one. @throws InputError
+GridResults read_baseline(const std::string& path);
 
-/// Stores the orders and accuracies of `results` as a baseline. Refuses to replace an existing file.
+/// @throws InputError for results that would be no baseline, as read_baseline() says, or an empty one, and when the
+/// file cannot be written
 void write_baseline(const GridResults& results, const std::string& path);
 
 }  // namespace ricochet

@@ -177,13 +177,14 @@ void add_order_curves(const GridResults& results, const std::string& method, con
     if (other.instead_of == method && other.has_error()) replaced.emplace_back(other.h_bar, other.error);
   }
   data += data_block(name, solved);
-  const auto fit = fit_order(runs);
+  const ObservedOrder order = observe_order(runs);
+  const auto& fit = order.fit;
   if (fit) {
     data += data_block(name + "_slope", nominal_slope(runs, *fit));
     plot.add(fmt::format("${}_slope with lines lc rgb '{}' lw 1 dt 2 notitle", name, style.color));
   }
   const std::string fitted =
-      fit ? fmt::format(", slope {:.2f} ± {:.2f}", fit->slope, fit->half_width) : ", not asymptotic";
+      fit ? fmt::format(", slope {:.2f} ± {:.2f}", fit->slope, fit->half_width) : ", no order: " + order.no_fit;
   plot.add(fmt::format("${} with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.55 title '{}{}'", name, style.color,
                        style.dash, style.point, label_of(results, *runs.front()), fitted));
   if (!failed.empty()) {

@@ -10,12 +10,14 @@
 namespace ricochet {
 
 GridResults::GridResults(const Results& results)
-    : id(results.experiment()),
+    : path(results.path),
+      id(results.experiment()),
       title(results.title()),
       overhead_of(results.header.value("overhead_of", std::map<std::string, std::string>())),
       records(results.all<Record>()),
       trajectories(results.all<Trajectory>()),
-      is_complete(results.is_complete) {
+      is_complete(results.is_complete),
+      is_quick(results.header.value("quick", false)) {
   for (const TimingRow& timing : results.all<TimingRow>()) {
     if (timing.row >= records.size())
       throw InputError(fmt::format("{}: timing of row", results.path), timing.row, "no such row");

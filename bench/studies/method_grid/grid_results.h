@@ -36,18 +36,23 @@ struct ErrorMeasure {
   std::string definition;  ///< a sentence
 };
 
+/// Behind the header, lines counted from 1.
+constexpr int kFirstRowLine = 2;
+
 /// Results of methods on a grid of settings.
 struct GridResults {
   GridResults() = default;
   /// @throws InputError for a damaged row, or a timing of none
   explicit GridResults(const Results& results);
 
+  std::string path;  ///< of the file
   std::string id, title;
   std::map<std::string, std::string> overhead_of;  ///< method -> method its cost is compared with
   std::vector<Record> records;
   std::map<std::size_t, Timing> timings;  ///< by record
   std::vector<Trajectory> trajectories;
   bool is_complete = false;
+  bool is_quick = false;  ///< the short part of the experiment
 
   bool has_errors() const;  ///< some run was compared with a reference
   ErrorMeasure error_measure() const;
@@ -57,6 +62,8 @@ struct GridResults {
   std::vector<const Record*> of(const std::string& method) const { return runs_of(records, method); }
   /// Null for a run that was not timed. @param record  one of `records`
   const Timing* timing_of(const Record& record) const;
+  /// Its line in the file, in which records are the first rows. @param record  one of `records`
+  int line_of(const Record& record) const { return static_cast<int>(&record - records.data()) + kFirstRowLine; }
 };
 
 }  // namespace ricochet

@@ -48,7 +48,7 @@ auto time_of(double Timing::*part) {
 struct OrderLine {
   std::string method;
   double nominal = 0;
-  std::optional<OrderFit> fit;
+  ObservedOrder order;
   double microseconds_per_step = 0;
   double residual = -1;  ///< the largest; -1: not audited
   int solved = 0;
@@ -57,7 +57,7 @@ struct OrderLine {
 
 OrderLine order_line(const GridResults& results, const std::string& method) {
   const auto runs = results.of(method);
-  OrderLine line{method, runs.front()->nominal_order, fit_order(runs)};
+  OrderLine line{method, runs.front()->nominal_order, observe_order(runs)};
   std::vector<double> times;
   for (const Record* run : runs) {
     line.solved += run->succeeded();
@@ -71,7 +71,7 @@ OrderLine order_line(const GridResults& results, const std::string& method) {
 
 /// A cell that says something of a fit, "-" where there is none.
 auto of_fit(auto value) {
-  return [=](const OrderLine& line) { return line.fit ? std::optional(value(*line.fit)) : std::nullopt; };
+  return [=](const OrderLine& line) { return line.order.fit ? std::optional(value(*line.order.fit)) : std::nullopt; };
 }
 
 std::string replacement_of(const GridResults& results, const Record& record) {
@@ -92,7 +92,7 @@ Table order_summary(const GridResults& results) {
       {"method", &L::method},
       {"nominal", "", "{:g}", &L::nominal},
       {"fitted slope", "", "{}",
-       [](const L& l) { return l.fit ? fmt::format("{:.2f}", l.fit->slope) : "not asymptotic"; }},
+       [](const L& l) { return l.order.fit ? fmt::format("{:.2f}", l.order.fit->slope) : "not asymptotic"; }},
       {"95 % interval", "", "{}",
        of_fit([](const OrderFit& f) { return fmt::format("{:.2f} .. {:.2f}", f.lower(), f.upper()); })},
       {"scatter", "", "{:.2f}", of_fit([](const OrderFit& f) { return f.scatter; })},
@@ -100,11 +100,13 @@ Table order_summary(const GridResults& results) {
        of_fit([](const OrderFit& f) { return fmt::format("{} .. {}", f.first_steps, f.last_steps); })},
       {"points", "", "{}",
        [](const L& l) {
-         return l.fit ? fmt::format("{}/{}", l.fit->used, l.fit->attempted) : fmt::format("-/{}", l.runs);
+         return l.order.fit ? fmt::format("{}/{}", l.order.fit->used, l.runs) : fmt::format("-/{}", l.runs);
        }},
+      {"floor", "", "{:.1e}", [](const L& l) { return when(l.order.floor > 0, l.order.floor); }},
       {"us/step", "", "{:.3f}", &L::microseconds_per_step},
       {"largest residual", "", "{:.2e}", [](const L& l) { return when(l.residual >= 0, l.residual); }},
       {"solved", "", "{}", [](const L& l) { return fmt::format("{}/{}", l.solved, l.runs); }},
+      {"why no order", [](const L& l) { return l.order.fit ? "" : l.order.no_fit + ": " + l.order.reason; }},
   };
   std::vector<OrderLine> lines;
   for (const auto& method : results.methods()) {
@@ -114,6 +116,7 @@ Table order_summary(const GridResults& results) {
   return table_of("Observed orders", columns, lines,
                   "Slope of log10(error) over log10(step length); the window follows one rule for all methods "
                   "(reports/order_fit.h). The interval says how well the points lie on a line; scatter is in decades. "
+                  "Errors up to the floor, 10 times the uncertainty of the reference or rounding, are not fitted. "
                   "us/step: median over the grid. " +
                       results.error_measure().definition);
 }

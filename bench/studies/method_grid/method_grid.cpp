@@ -19,7 +19,7 @@ namespace ricochet {
 namespace {
 
 constexpr int kAuditedSteps = 20000;  // the audit costs as much as a hundred steps
-constexpr int kQuickSteps = 20000;
+constexpr int kQuickSteps = 20000;    // more are left out of a quick run, unless a method had none then
 
 struct Job {
   std::string method;
@@ -32,7 +32,8 @@ std::vector<Job> jobs_of(const GridExperiment& experiment) {
   std::vector<Job> jobs;
   for (const auto& grid : experiment.methods) {
     for (const int steps : grid.steps) {
-      if (!experiment.quick || steps <= kQuickSteps) jobs.push_back({grid.method, steps, 0, &grid});
+      if (!experiment.quick || steps <= kQuickSteps || steps == grid.steps.front())
+        jobs.push_back({grid.method, steps, 0, &grid});
     }
     for (const double tolerance : grid.tolerances) jobs.push_back({grid.method, 0, tolerance, &grid});
   }
