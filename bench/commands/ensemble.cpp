@@ -2,11 +2,13 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <filesystem>
 #include <thread>
 
 #include "bench/commands.h"
 #include "bench/ensemble/ensemble_file.h"
 #include "bench/experiment_file.h"
+#include "bench/experiment_schema.h"
 #include "bench/problem_options.h"
 #include "bench/progress.h"
 #include "problems/input_error.h"
@@ -29,6 +31,7 @@ struct EnsembleArguments {
 /// The file, with what the command line says instead.
 json document_of(const CLI::App& command, const EnsembleArguments& options) {
   json document = options.file.empty() ? json::object() : read_json_object(options.file, "an ensemble");
+  resolve_paths(document, ensemble_schema(), std::filesystem::path(options.file).parent_path());
   const auto replace = [&](const char* option, const char* field, const auto& value) {
     if (command.count(option) > 0) document[field] = value;
   };

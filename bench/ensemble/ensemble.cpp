@@ -76,10 +76,26 @@ json Ensemble::document() const {
           {"time_limit", settings.time_limit}};
 }
 
+const JsonSchema& ensemble_schema() {
+  static const JsonSchema schema = JsonSchema::parse(R"~({
+    "type": "object", "additionalProperties": false, "required": ["problem", "vary", "method"],
+    "properties": {
+      "title": {"type": "string"},
+      "problem": {"type": "string", "minLength": 1, "format": "scene"},
+      "parameters": {"type": "object", "additionalProperties": {"type": "number"}},
+      "vary": {"type": "array", "items": {"type": "string"}},
+      "runs": {"type": "integer"},
+      "seed": {"type": "number"},
+      "method": {"type": "string", "minLength": 1, "format": "method"},
+      "steps": {"type": "integer", "minimum": 0},
+      "tolerance": {"type": "number", "minimum": 0},
+      "time_limit": {"type": "number", "minimum": 0}
+    }})~");
+  return schema;
+}
+
 Ensemble read_ensemble(const json& document) {
-  allow_only(document,
-             {"title", "problem", "parameters", "vary", "runs", "seed", "method", "steps", "tolerance", "time_limit"},
-             "an ensemble");
+  ensemble_schema().check(document, "ensemble: ");
   Ensemble ensemble;
   ensemble.problem = read_problem_choice(document);
   for (const std::string text : document.at("vary")) {

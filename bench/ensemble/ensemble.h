@@ -10,6 +10,7 @@
 #include "bench/problem_choice.h"
 #include "methods/method.h"
 #include "problems/adjustable_problem.h"
+#include "problems/json_schema.h"
 
 namespace ricochet {
 
@@ -33,6 +34,9 @@ struct Ensemble {
   /// As it is read.
   nlohmann::json document() const;
 };
+
+/// Of the documents that read_ensemble() takes.
+const JsonSchema& ensemble_schema();
 
 /// Of the fields "problem" and "parameters" (problem_choice.h), "vary": ["NAME=DISTRIBUTION"], "runs": draws at each
 /// point of the grids, "seed"; "method", "steps" or "tolerance", "time_limit" of a run [s].

@@ -256,6 +256,9 @@ TEST(Ensemble, SaysWhatIsWrong) {
     return "none";
   };
   EXPECT_EQ(refusal("seed", 9), "none");
+  EXPECT_EQ(refusal("runs", "many"), "ensemble: runs = \"many\": a whole number is required");
+  EXPECT_EQ(refusal("vary", {1, 2}), "ensemble: vary[0] = 1: a text in quotes is required");
+  EXPECT_EQ(refusal("parameters", {{"k", "stiff"}}), "ensemble: parameters.k = \"stiff\": a number is required");
   EXPECT_NE(refusal("runs", 0).find("runs = 0: a number from 1"), std::string::npos);
   EXPECT_NE(refusal("steps", 0).find("steps = 0: at least 1"), std::string::npos);
   EXPECT_NE(refusal("seed", -1).find("seed = -1"), std::string::npos);

@@ -13,6 +13,7 @@
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"
+#include "problems/scene_file/scene_file.h"
 #include "problems/scene_file/scene_schema.h"
 #include "reports/record.h"
 #include "tests/small_experiment.h"
@@ -87,6 +88,14 @@ TEST(ExperimentSchema, FilesOfTheRepositoryAreThoseOfTheProgram) {
       << "ricochet schema experiment --page > bench/experiments/FIELDS.md";
   EXPECT_EQ(text_of("problems/scene_file/README.md"), scene_file_page())
       << "ricochet schema scene --page > problems/scene_file/README.md";
+}
+
+TEST(SceneFilePage, ItsExampleIsAScene) {
+  const std::string page = scene_file_page(), mark = "```json\n";
+  const auto begin = page.find(mark) + mark.size();
+  const auto problem = read_scene_text(page.substr(begin, page.find("```", begin) - begin), "example");
+  EXPECT_EQ(problem->n_q(), 3);
+  EXPECT_EQ(problem->info().contacts[0].mu, 0.3);
 }
 
 TEST(ExperimentFile, MistakesNameTheirPlace) {
