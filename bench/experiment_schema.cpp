@@ -1,6 +1,12 @@
 #include "bench/experiment_schema.h"
 
+#include <algorithm>
 #include <map>
+#include <optional>
+
+#include "bench/environment.h"
+#include "bench/experiment_file.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
@@ -91,6 +97,16 @@ std::string with_path(const std::string& text, std::size_t begin, std::size_t en
   return text.substr(0, begin) + beside(folder, text.substr(begin, end - begin)).string() + text.substr(end);
 }
 
+/// [begin, end) of the path in a text of this format, where it names a file.
+std::optional<std::pair<std::size_t, std::size_t>> path_in(const std::string& text, const std::string& format) {
+  if (format == "path") return std::pair(std::size_t{0}, text.size());
+  if (format == "scene" && text.find(".json") != std::string::npos)
+    return std::pair(std::size_t{0}, std::min(text.rfind('#'), text.size()));
+  if (const auto at = text.find('@'); format == "method" && at != std::string::npos)
+    return std::pair(at + 1, std::min(text.find(',', at), text.size()));
+  return std::nullopt;
+}
+
 }  // namespace
 
 const JsonSchema& experiment_schema(const Study& study) {
@@ -121,12 +137,19 @@ ordered_json all_experiments_schema() {
 
 void resolve_paths(json& document, const JsonSchema& schema, const fs::path& folder) {
   schema.for_each_text(document, [&](std::string& text, const std::string& format) {
-    if (format == "path") text = with_path(text, 0, text.size(), folder);
-    if (format == "scene" && text.find(".json") != std::string::npos)
-      text = with_path(text, 0, std::min(text.rfind('#'), text.size()), folder);
-    if (const auto at = text.find('@'); format == "method" && at != std::string::npos)
-      text = with_path(text, at + 1, std::min(text.find(',', at), text.size()), folder);
+    if (const auto place = path_in(text, format)) text = with_path(text, place->first, place->second, folder);
   });
+}
+
+json file_hashes(json document, const JsonSchema& schema) {
+  json hashes = json::object();
+  schema.for_each_text(document, [&](const std::string& text, const std::string& format) {
+    const auto place = path_in(text, format);
+    if (!place) return;
+    const std::string path = text.substr(place->first, place->second - place->first);
+    hashes[path] = hash_of(read_text(find_project_file(path)));
+  });
+  return hashes;
 }
 
 }  // namespace ricochet

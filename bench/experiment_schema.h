@@ -25,4 +25,8 @@ nlohmann::ordered_json all_experiments_schema();
 /// @param document  that fits the schema
 void resolve_paths(nlohmann::json& document, const JsonSchema& schema, const std::filesystem::path& folder);
 
+/// By path, hashes of the files that an experiment names, as resolve_paths() has left them: what its results depend on
+/// besides its own text and the program.
+nlohmann::json file_hashes(nlohmann::json document, const JsonSchema& schema);
+
 }  // namespace ricochet

@@ -1,6 +1,10 @@
 #include "bench/results_file.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <ctime>
@@ -56,11 +60,39 @@ std::vector<std::pair<std::string, json>> lines_of(const std::string& partial) {
 
 }  // namespace
 
-ResultsFile::ResultsFile(const std::string& folder, const std::string& name, json header)
+ResultsFile::ResultsFile(const std::string& folder, const std::string& name, json header, bool force)
     : path_((fs::path(folder) / (name + ".jsonl")).string()), partial_(path_ + ".partial"), header_(std::move(header)) {
   const std::string key = header_.at("key");
-  is_complete_ = fs::exists(path_) && key_of(path_) == key;
-  if (!is_complete_ && fs::exists(partial_) && key_of(partial_) == key) taken_ = lines_of(partial_);
+  if (fs::exists(partial_)) lock();
+  const bool is_there = fs::exists(path_), is_same = is_there && key_of(path_) == key;
+  is_complete_ = is_same && !force;
+  if (is_complete_) {
+    said_ = fmt::format("{}: results of the same experiment, files and program are there; --force computes them again",
+                        path_);
+  } else if (!force && fs::exists(partial_) && key_of(partial_) == key) {
+    taken_ = lines_of(partial_);
+    said_ = fmt::format("{}: {} rows of an interrupted run are taken over", path_, taken_.size());
+  } else if (is_there && !is_same) {
+    said_ = fmt::format("{}: results of another experiment, other files or another program are kept under a dated name",
+                        path_);
+  }
+}
+
+ResultsFile::~ResultsFile() {
+  if (lock_ >= 0) ::close(lock_);
+}
+
+/// @throws InputError when another process has it
+void ResultsFile::lock() {
+  if (lock_ >= 0) return;
+  lock_ = ::open(partial_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (lock_ < 0) throw InputError("results file", partial_, "cannot be written");
+  struct stat locked {
+  }, there{};
+  const bool is_ours = ::flock(lock_, LOCK_EX | LOCK_NB) == 0 && ::fstat(lock_, &locked) == 0 &&
+                       ::stat(partial_.c_str(), &there) == 0 && locked.st_ino == there.st_ino;
+  if (!is_ours)
+    throw InputError("results file", path_, "another process is writing it; another folder is required (-o)");
 }
 
 bool ResultsFile::can_take(const std::string& kind, std::size_t n) {
@@ -75,6 +107,7 @@ void ResultsFile::open() {
   const fs::path folder = fs::path(path_).parent_path();
   fs::create_directories(folder, error);
   if (error) throw InputError("results folder", folder.string(), error.message());
+  lock();
   if (fs::exists(path_)) keep_aside(path_);
   file_.open(partial_, std::ios::trunc);  // an unfinished run of another program is no more
   if (!file_) throw InputError("results file", partial_, "cannot be written");

@@ -14,14 +14,23 @@ namespace ricochet {
 /// gets its own name when the last line is written, so that a file that looks complete is complete. Results of another
 /// build or experiment are kept under a dated name.
 ///
+/// While rows are written the partial file is locked: two processes do not write the same results.
+///
 /// A study makes its rows in a fixed order, so an interrupted run is continued without further ado: what the file has
 /// already is returned instead of made again.
 class ResultsFile {
  public:
   /// Nothing is written before the first row, so that an experiment with a mistake leaves no file.
   /// @param header  with "key": equal keys mean that rows can be taken over
-  ResultsFile(const std::string& folder, const std::string& name, nlohmann::json header);
+  /// @param force  nothing is taken over
+  /// @throws InputError when another process is writing them
+  ResultsFile(const std::string& folder, const std::string& name, nlohmann::json header, bool force = false);
+  ~ResultsFile();
+  ResultsFile(const ResultsFile&) = delete;
+  ResultsFile& operator=(const ResultsFile&) = delete;
 
+  /// What is taken over or put aside, in a sentence; empty where nothing was there.
+  const std::string& said() const { return said_; }
   const std::string& path() const { return path_; }
   /// Everything is there already: nothing to do.
   bool is_complete() const { return is_complete_; }
@@ -60,12 +69,15 @@ class ResultsFile {
   bool can_take(const std::string& kind, std::size_t n);
   void append(const nlohmann::json& line);
   void open();
+  void lock();
 
   std::string path_, partial_;
   nlohmann::json header_;
   bool is_complete_ = false;
   std::vector<std::pair<std::string, nlohmann::json>> taken_;  ///< lines of an interrupted run, as text and parsed
   std::size_t next_ = 0;                                       ///< the first of them that is not asked for yet
+  std::string said_;
+  int lock_ = -1;  ///< descriptor of the partial file
   std::ofstream file_;
 };
 

@@ -51,6 +51,7 @@ std::string run_experiment(const std::string& name, const RunOptions& options) {
     const Study& study = find_study(experiment.kind());
     const json document = document_of(experiment, study, options);
     const std::string id = document.at("id");
+    const json files = file_hashes(document, experiment_schema(study));
     ResultsFile file(options.folder, id,
                      {{"kind", "header"},
                       {"schema", kResultsSchema},
@@ -61,7 +62,10 @@ std::string run_experiment(const std::string& name, const RunOptions& options) {
                       {"quick", document.value("quick", false)},
                       {"command", command_of(name, options)},
                       {"environment", environment()},
-                      {"key", hash_of(document.dump() + program_hash())}});
+                      {"files", files},
+                      {"key", hash_of(document.dump() + files.dump() + program_hash())}},
+                     options.force);
+    if (!file.said().empty()) fmt::print(stderr, "{}\n", file.said());
     if (file.is_complete()) return file.path();
     study.run(document, file);
     file.finish();

@@ -9,12 +9,14 @@ struct RunOptions {
   std::string folder = "out/results";
   bool quick = false;                ///< sets "quick" of the experiment: a part of its runs, times measured less often
   bool with_times = true;            ///< false: sets "times" to false
+  bool force = false;                ///< results that are there already are computed again
   double time_limit = 0;             ///< sets "time_limit", wall time per run [s]; 0: the experiment's own
   std::vector<std::string> changes;  ///< "FIELD=VALUE" of the experiment; its results are then those of ID_part
 };
 
 /// Runs an experiment that has no parts, by the study of its kind, and returns the path of its results file. Results of
-/// the same experiment by the same program are taken as they are; an interrupted run is continued.
+/// the same experiment, with the same contents of the files it names, by the same program are taken as they are; an
+/// interrupted run is continued. A line on standard error says so.
 /// @param name  of a file in bench/experiments/ without ".json", or a path
 /// @throws InputError with file and field
 std::string run_experiment(const std::string& name, const RunOptions& options);

@@ -51,23 +51,27 @@ Results read_results(const std::string& path) {
   results.path = path;
   std::string text;
   for (int number = 1; std::getline(file, text); ++number) {
+    const std::string place = fmt::format("{}:{}: ", path, number);
+    json line;
+    std::string kind;
     try {
-      json line = parse_line(text);
-      const std::string kind = line.at("kind");
-      if (kind == "header") {
-        results.header = line;
-        header_schema().check(line, fmt::format("{}:{}: ", path, number));
-        const int schema = line.at("schema");
-        if (schema != kResultsSchema)
-          throw InputError(fmt::format("{}: schema", path), schema,
-                           fmt::format("schema {} is required", kResultsSchema));
-      } else if (kind == "end") {
-        results.is_complete = true;
-      } else {
-        results.rows.push_back(std::move(line));
-      }
+      line = parse_line(text);
+      line.at("kind").get_to(kind);
     } catch (const std::exception& error) {
-      throw InputError(fmt::format("{}:{}: not a line of a results file: {}", path, number, error.what()));
+      throw InputError(fmt::format("{}not a line of a results file: {}", place, error.what()));
+    }
+    if (kind == "header" && !results.header.is_null())
+      throw InputError(place + "a second header: two runs have written into this file");
+    if (results.is_complete) throw InputError(place + "a line behind the end: two runs have written into this file");
+    if (kind == "header") {
+      header_schema().check(line, place);
+      if (const int schema = line["schema"]; schema != kResultsSchema)
+        throw InputError(place + "schema", schema, fmt::format("schema {} is required", kResultsSchema));
+      results.header = std::move(line);
+    } else if (kind == "end") {
+      results.is_complete = true;
+    } else {
+      results.rows.push_back(std::move(line));
     }
   }
   if (results.header.is_null()) throw InputError("results file", path, "it has no header line");

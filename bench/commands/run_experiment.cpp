@@ -65,6 +65,7 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
   command->add_option("-o,--out", options.run.folder, "folder for the results file")->capture_default_str();
   command->add_flag("--quick", options.run.quick, "the short part of the experiment; times are measured three times");
   command->add_flag("--no-times", without_times, "do not measure times where they are not what is asked for");
+  command->add_flag("--force", options.run.force, "compute again what is there already; it is kept under a dated name");
   command->add_option("--time-limit", options.run.time_limit, "wall time per run in seconds")
       ->check(CLI::PositiveNumber);
   command->add_option("--set", options.run.changes,

@@ -19,7 +19,7 @@ namespace ricochet {
 class FesdRun {
  public:
   /// Problem and settings have to outlive the run. @param claims  what the audit is to know; without, there is none
-  /// @param counters  of what solves the steps, zero at first
+  /// @param counters  of what solves the steps
   FesdRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
           const std::optional<FesdAudit::Claims>& claims, Counters& counters);
 

@@ -16,9 +16,11 @@ class KeptSolver {
 
   Counters& counters() { return counters_; }
 
-  /// Ready for a run from the initial state of the problem; what was counted before is forgotten.
+  /// Ready for a run from the initial state of the problem. Its counters are zero, but for the first run: what has been
+  /// made once is counted there.
   PivotingSolver& start(double inner_tolerance) {
-    counters_ = {};
+    if (has_run_) counters_ = {};
+    has_run_ = true;
     solver_.set_tolerance(inner_tolerance);
     solver_.start(problem_.info().q0, problem_.info().v0);
     return solver_;
@@ -27,6 +29,7 @@ class KeptSolver {
  private:
   const Problem& problem_;
   Counters counters_;
+  bool has_run_ = false;
   PivotingSolver solver_;
 };
 

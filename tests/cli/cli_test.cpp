@@ -396,9 +396,9 @@ TEST_F(CheckCommand, WhatCannotBeReadIsExitCodeTwo) {
   const std::string with = results + " --baseline ";
   refused(results, "--baseline");
   refused(with + "/nonexistent.jsonl", "baseline: results file = /nonexistent.jsonl: cannot be opened");
-  refused(with + folder.string(), "it is a folder");
+  refused(with + folder.string(), "it is a directory");
   refused(results + " --baselines /nonexistent", "/nonexistent/small.jsonl: cannot be opened");
-  refused(folder.string() + " --baseline " + baseline, "it is a folder");
+  refused(folder.string() + " --baseline " + baseline, "it is a directory");
   refused(with + write("nothing.jsonl", ""), "nothing.jsonl: it has no header line");
   refused(with + write("text.jsonl", "no JSON\n"), "text.jsonl:1: not a line of a results file");
   refused(with + write("list.jsonl", "[]\n"), "list.jsonl:1: not a line of a results file");
@@ -416,7 +416,7 @@ TEST_F(CheckCommand, WhatCannotBeReadIsExitCodeTwo) {
   refused(with + baseline + " --json --github", "--json");
   for (const char* option : {" --json", " --github", " --junit x.xml", " --summary x.md"})
     refused(results + " --write " + (folder / "x.jsonl").string() + option, "--write");
-  refused(with + baseline + " --junit /nonexistent/gate.xml", "/nonexistent/gate.xml: it cannot be written");
+  refused(with + baseline + " --junit /nonexistent/gate.xml", "/nonexistent/gate.xml: cannot be written");
   refused(with + baseline + " --junit " + baseline, "--junit = " + baseline + ": this file is read");
   refused(results + " --baselines " + folder.string() + " --summary " + baseline, ": this file is read");
   refused(results + " --replace " + baseline, "cannot be written");

@@ -326,7 +326,7 @@ class BaselineFile : public Gate {
     const auto at = text.find(from);
     EXPECT_NE(at, std::string::npos) << from;
     fs::remove(path);
-    write_text(path, text.replace(at, from.size(), to));
+    write_text("baseline file", path, text.replace(at, from.size(), to));
     return error_of([&] { read_baseline(path); });
   }
 };
@@ -376,7 +376,7 @@ TEST_F(BaselineFile, NamesFileLineAndFieldOfWhatIsDamaged) {
   EXPECT_EQ(damaged("method_grid", "zeno"), where + ":1: study = zeno: results of a method_grid are required");
   EXPECT_TRUE(damaged("{\"experiment\"", "[").starts_with(where + ":1: not a line of a results file"));
   EXPECT_EQ(error_of([&] { read_baseline(folder.string()); }),
-            "baseline: results file = " + folder.string() + ": it is a folder");
+            "baseline: results file = " + folder.string() + ": it is a directory, a file is required");
 }
 
 /// Any value in place of any other, in a baseline or in results: a message, or a report that names the change or could
@@ -419,7 +419,7 @@ TEST_F(BaselineFile, NoDamageGetsThrough) {
     fs::remove(changed);
     std::string whole;
     for (const auto& l : damaged) whole += l.dump() + "\n";
-    write_text(changed, whole);
+    write_text("results file", changed, whole);
     const std::string what = name + ": " + former.dump() + " -> " + (object.contains(name) ? object[name].dump() : "");
     try {
       const GridResults read = read_gated_results(changed);
@@ -462,7 +462,7 @@ TEST_F(BaselineFile, OfNothingIsNotWritten) {
   EXPECT_EQ(refused([&] { baseline.records.push_back(baseline.records.front()); }),
             "results.jsonl:23: m at 5: this run is there twice");
   path = (folder / "missing" / "e.jsonl").string();
-  EXPECT_EQ(refused([] {}), "file = " + path + ": it cannot be written");
+  EXPECT_EQ(refused([] {}), "baseline file = " + path + ": cannot be written: the folder does not exist or is closed");
 }
 
 /// Every method of every order experiment is held: one that is new has no baseline until somebody makes it.

@@ -3,7 +3,9 @@
 
 #include "bench/studies/study.h"
 #include "reports/record.h"
+#include "reports/text_file.h"
 #include "tests/small_experiment.h"
+#include "tests/test_data.h"
 
 namespace ricochet {
 namespace {
@@ -23,6 +25,29 @@ TEST(MethodGrid, StepLengthsAreThoseOfTheElements) {
     ASSERT_TRUE(records[k].succeeded()) << records[k].message;
     EXPECT_NEAR(records[k].h_bar, 2.0 / (records[k].steps * elements[k / 2]), 1e-16) << records[k].method;
   }
+}
+
+/// Results of a scene file that has been edited are no longer those of the experiment.
+TEST(MethodGrid, AnEditedSceneFileIsAnotherExperiment) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / ("ricochet_edited_" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  std::string scene = read_text(test_data("rising_table.json"));
+  write_text("scene", folder / "scene.json", scene);
+  write_text("experiment", folder / "grid.json", R"({"id": "grid", "kind": "method_grid", "title": "t",
+      "description": "d.", "problem": "scene.json", "reference": null, "times": false, "grids": {"few": [50]},
+      "methods": [{"method": "moreau_jean", "steps": "few"}]})");
+  RunOptions options;
+  options.folder = (folder / "results").string();
+  const auto runs = [&] {
+    run_experiment((folder / "grid.json").string(), options);
+    return std::distance(fs::directory_iterator(folder / "results"), fs::directory_iterator());
+  };
+  EXPECT_EQ(runs(), 1);
+  EXPECT_EQ(runs(), 1) << "taken over";
+  write_text("scene", folder / "scene.json", scene + "\n");
+  EXPECT_EQ(runs(), 2) << "computed again, the former kept under a dated name";
+  fs::remove_all(folder);
 }
 
 /// A quick run leaves out the settings that take long, and nothing else.

@@ -16,6 +16,7 @@
 #include "reports/order_fit.h"
 #include "reports/quantile.h"
 #include "reports/table.h"
+#include "reports/text_file.h"
 #include "tests/round_trip.h"
 
 namespace ricochet {
@@ -320,6 +321,54 @@ TEST_F(ResultsOnDisk, AnInterruptedRunLooksIncompleteAndIsContinued) {
   EXPECT_EQ(made, 1) << "the others were there";
   file.finish();
   EXPECT_EQ(read_results(folder + "/e.jsonl").all<Record>().size(), 3u);
+}
+
+TEST_F(ResultsOnDisk, OneProcessWritesThem) {
+  const auto records = runs_of_order(2);
+  {
+    ResultsFile first(folder, "e", header("k"));
+    ResultsFile second(folder, "e", header("k"));
+    write_rows(first, {records[0]});
+    EXPECT_THROW(write_rows(second, {records[0]}), InputError) << "at its first row";
+    EXPECT_THROW(ResultsFile(folder, "e", header("k")), InputError) << "before its work";
+    write_rows(first, {records[1]});
+    first.finish();
+  }
+  EXPECT_EQ(read_results(folder + "/e.jsonl").all<Record>().size(), 2u);
+  ResultsFile again(folder, "e", header("k"));
+  EXPECT_TRUE(again.is_complete());
+  EXPECT_NE(again.said().find("--force"), std::string::npos);
+}
+
+TEST_F(ResultsOnDisk, ForceComputesThemAgainAndKeepsTheFormer) {
+  const auto records = runs_of_order(2);
+  {
+    ResultsFile file(folder, "e", header("k"));
+    write_rows(file, {records[0]});
+    file.finish();
+  }
+  ResultsFile file(folder, "e", header("k"), true);
+  EXPECT_FALSE(file.is_complete());
+  write_rows(file, {records[1]});
+  file.finish();
+  EXPECT_EQ(read_results(folder + "/e.jsonl").all<Record>().at(0).error, records[1].error);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder), fs::directory_iterator()), 2) << "the former, dated";
+}
+
+TEST_F(ResultsOnDisk, OfTwoRunsInOneFileAreRefused) {
+  const auto records = runs_of_order(2);
+  {
+    ResultsFile file(folder, "e", header("k"));
+    write_rows(file, {records[0], records[0]});
+    file.finish();
+  }
+  EXPECT_THROW(GridResults(read_results(folder + "/e.jsonl")), InputError) << "a run that is there twice";
+  std::string text = read_text(folder + "/e.jsonl");
+  write_text("test", folder + "/behind.jsonl", text + line_of(records[1]).dump() + "\n");
+  EXPECT_THROW(read_results(folder + "/behind.jsonl"), InputError) << "behind the end";
+  const std::string head = text.substr(0, text.find('\n') + 1);
+  write_text("test", folder + "/heads.jsonl", head + text);
+  EXPECT_THROW(read_results(folder + "/heads.jsonl"), InputError) << "a second header";
 }
 
 TEST_F(ResultsOnDisk, RowsOfOneSessionAreMadeAgainTogether) {

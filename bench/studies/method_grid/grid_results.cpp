@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <set>
+#include <tuple>
 
 #include "problems/input_error.h"
 
@@ -18,6 +20,12 @@ GridResults::GridResults(const Results& results)
       trajectories(results.all<Trajectory>()),
       is_complete(results.is_complete),
       is_quick(results.header.value("quick", false)) {
+  std::set<std::tuple<std::string, int, double, std::string>> runs;
+  for (const Record& record : records) {
+    if (!runs.emplace(record.method, record.steps, record.tolerance, record.instead_of).second)
+      throw InputError(fmt::format("{}: run", results.path), record.method + " " + record.setting(),
+                       "it is there twice: two runs of the experiment have written into this file");
+  }
   for (const TimingRow& timing : results.all<TimingRow>()) {
     if (timing.row >= records.size())
       throw InputError(fmt::format("{}: timing of row", results.path), timing.row, "no such row");
