@@ -190,6 +190,15 @@ TEST_F(Gate, NoticesAFailure) {
             "not compared: m, order: 14 of 15 runs of its window, N_sim = 50 .. 900, have an error");
 }
 
+/// What a method declines in both is held; what it declines now it solved before.
+TEST_F(Gate, NoticesWhatIsDeclined) {
+  Record& run = run_of(results, "m", 60);
+  run_of(baseline, "m", 60).status = run.status = "declined";
+  EXPECT_EQ(finding(), "");
+  run_of(results, "adaptive", 1e-6).status = "declined";
+  EXPECT_TRUE(finding().starts_with("worse: adaptive at 1e-06: succeeded in the baseline, now declined")) << finding();
+}
+
 TEST_F(Gate, HoldsTheLargestResidual) {
   run_of(results, "m", 180).max_residual = 1e-10;
   EXPECT_EQ(finding(), "worse: m, residual: 2.0e-16 in the baseline, now 1.0e-10 at 180, at most 1.0e-11 holds");
