@@ -395,7 +395,8 @@ GateKey key_of(const Record& record) {
 bool is_known_status(const std::string& status) {
   static constexpr Status kAll[] = {Status::success,    Status::infeasible, Status::inner_solver_failed,
                                     Status::step_limit, Status::time_limit, Status::non_finite};
-  return status == "not_built" || std::ranges::any_of(kAll, [&](Status known) { return status == to_string(known); });
+  return status == "not_built" || status == "declined" ||
+         std::ranges::any_of(kAll, [&](Status known) { return status == to_string(known); });
 }
 
 }  // namespace ricochet

@@ -82,7 +82,7 @@ GateReport hold_against(const GridResults& baseline, const GridResults& results)
 using GateKey = std::tuple<std::string, int, double, std::string>;
 GateKey key_of(const Record& record);
 
-/// One of Status, or "not_built".
+/// One of Status, "not_built" or "declined".
 bool is_known_status(const std::string& status);
 
 }  // namespace ricochet
