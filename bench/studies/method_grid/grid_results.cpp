@@ -23,8 +23,8 @@ GridResults::GridResults(const Results& results)
   std::set<std::tuple<std::string, int, double, std::string>> runs;
   for (const Record& record : records) {
     if (!runs.emplace(record.method, record.steps, record.tolerance, record.instead_of).second)
-      throw InputError(fmt::format("{}: run", results.path), record.method + " " + record.setting(),
-                       "it is there twice: two runs of the experiment have written into this file");
+      throw InputError(fmt::format("{}:{}: {} at {}: this run is there twice", results.path, line_of(record),
+                                   record.method, record.setting()));
   }
   for (const TimingRow& timing : results.all<TimingRow>()) {
     if (timing.row >= records.size())
