@@ -468,8 +468,6 @@ TEST_F(BaselineFile, OfNothingIsNotWritten) {
             "baseline file = " + path + ": the results have no run: it would hold nothing");
   EXPECT_EQ(refused([&] { run_of(baseline, "m", 50).error = std::nan(""); }),
             "results.jsonl:3: m at 50: error: a success has none, although other runs have one");
-  EXPECT_EQ(refused([&] { baseline.records.push_back(baseline.records.front()); }),
-            "results.jsonl:23: m at 5: this run is there twice");
   path = (folder / "missing" / "e.jsonl").string();
   EXPECT_EQ(refused([] {}), "baseline file = " + path + ": cannot be written: the folder does not exist or is closed");
 }
