@@ -143,6 +143,7 @@ bool EventDrivenRun::take_step() {
   }
   const double end = is_last ? T_ : t_ + h;
   if (!sample_until(end)) return false;
+  record_motion(end);
   t_ = end;
   if (sensitivity_) sensitivity_->accept();
   ends_.advance();
@@ -182,6 +183,8 @@ bool EventDrivenRun::land(Happening& event) {
       sensitivity_->accept();
     }
     if (!sample_until(t_ + h)) return false;
+    ends_.h = h;
+    record_motion(t_ + h);
     t_ += h;
     ends_.q0 = ends_.q1;
     ends_.v0 = ends_.v1;
@@ -209,6 +212,9 @@ bool EventDrivenRun::settle_slip(const Happening& event) {
   };
   sample_until(t_ + dt, glide);
   glide(dt);
+  ends_.h = dt;
+  ends_.a1 = ends_.a0;
+  record_motion(t_ + dt);
   ends_.q0 = ends_.q1;
   ends_.v0 = ends_.v1;
   t_ += dt;
@@ -307,6 +313,16 @@ bool EventDrivenRun::sample_until(double end, const auto& reach) {
 
 bool EventDrivenRun::sample_until(double end) {
   return sample_until(end, [&](double h) { return step_->take(h, nullptr); });
+}
+
+/// The interpolation of the step at hand, which ends at a time [s].
+void EventDrivenRun::record_motion(double end) {
+  if (settings_.recording != Recording::motion) return;
+  solution_.motion.add(t_, end, 5, [&](double s, Vector& q, Vector& v) {
+    q.resize(info_.n_q);
+    v.resize(info_.n_q);
+    ends_.interpolate(s, q, v);
+  });
 }
 
 void EventDrivenRun::record(const Happening& cause, const Vector& v_minus) {

@@ -47,6 +47,7 @@ class EventDrivenRun {
   bool vary_event();
   bool start_slip();
   bool settle_slip(const Happening& event);
+  void record_motion(double end);
   void record(const Happening& cause, const Vector& v_minus);
   bool sample_until(double end);
   bool sample_until(double end, const auto& reach);
