@@ -52,6 +52,10 @@ std::string program_hash() {
   return hash_of(read_text("/proc/self/exe"));
 }
 
+std::string version_text() {
+  return fmt::format("ricochet {}, revision {}", RICOCHET_VERSION, RICOCHET_GIT_REVISION);
+}
+
 nlohmann::json environment() {
   const std::string governor = first_line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
   return {{"revision", RICOCHET_GIT_REVISION},

@@ -79,6 +79,19 @@ TEST_F(Cli, HelpAndUsage) {
     EXPECT_HAS(list.text, name);
 }
 
+TEST_F(Cli, SaysWhatItIsAndWhatThereIs) {
+  EXPECT_HAS(run("--version").text, "ricochet 0.");
+  const Outcome mistyped = run("runn");
+  EXPECT_EQ(mistyped.code, 2);
+  EXPECT_HAS(mistyped.text, "did you mean run?");
+  EXPECT_HAS(run("list two_balls_spring").text, "--set k=10000              N/m");
+  EXPECT_HAS(run("list fesd").text, "elements=fixed|as_needed");
+  EXPECT_HAS(run("list zeno").text, "zeno.json");
+  EXPECT_EQ(run("list two_ball_spring").code, 2);
+  EXPECT_HAS(run("list two_ball_spring").text, "did you mean two_balls_spring?");
+  EXPECT_EQ(run("list two_balls_spring > /dev/full").code, 1) << "what was not printed was not said";
+}
+
 TEST_F(Cli, RunsAProblem) {
   const Outcome outcome = run("run --problem two_balls_spring --method fesd:gauss:4 --steps 200");
   EXPECT_EQ(outcome.code, 0) << outcome.text;
