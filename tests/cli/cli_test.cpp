@@ -88,7 +88,7 @@ TEST_F(Cli, SaysWhatItIsAndWhatThereIs) {
   EXPECT_HAS(run("list fesd").text, "elements=fixed|as_needed");
   EXPECT_HAS(run("list zeno").text, "zeno.json");
   EXPECT_EQ(run("list two_ball_spring").code, 2);
-  EXPECT_HAS(run("list two_ball_spring").text, "did you mean two_balls_spring?");
+  EXPECT_HAS(run("list two_ball_spring").text, "or two_balls_spring");
   EXPECT_EQ(run("list two_balls_spring > /dev/full").code, 1) << "what was not printed was not said";
 }
 
