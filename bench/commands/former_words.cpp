@@ -76,8 +76,9 @@ void add_former_commands(CLI::App& app, int& exit_code) {
   add_former_homotopy(app, exit_code);
 }
 
+/// Its page has a folder of its own: that of `ricochet report` shows every experiment.
 void add_former_hard_cases_command(CLI::App& report, int& exit_code) {
-  static ExperimentCommand options{.experiment = "hard_cases", .run = {}, .print = {}, .page = "out/report"};
+  static ExperimentCommand options{.experiment = "hard_cases", .run = {}, .print = {}, .page = "out/hard_cases"};
   static std::string hard_case, method;
   auto* command = report.add_subcommand("hard-cases", "former word: see run-experiment")->group("");
   command->add_flag("--quick", options.run.quick);
