@@ -15,6 +15,23 @@ EmbeddedTableau pair_argument(const std::string& text) {
   return text.starts_with('@') ? read_embedded_tableau(text.substr(1)) : embedded_tableau(text);
 }
 
+/// The method made ready for one problem.
+class PreparedEventDriven final : public Solver {
+ public:
+  PreparedEventDriven(const Problem& problem, const EmbeddedTableau& pair, int n_samples)
+      : problem_(problem), pair_(pair), n_samples_(n_samples), workspace_(problem, pair) {}
+
+  Solution solve(const Settings& settings) override {
+    return EventDrivenRun(problem_, settings, pair_, workspace_, n_samples_).solve();
+  }
+
+ private:
+  const Problem& problem_;
+  const EmbeddedTableau& pair_;
+  const int n_samples_;
+  EventDrivenWorkspace workspace_;
+};
+
 /// Explicit Runge-Kutta pairs with step control and located events: event_driven_run.h.
 class EventDriven final : public Method {
  public:
@@ -37,7 +54,12 @@ class EventDriven final : public Method {
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    return EventDrivenRun(problem, settings, pair_, n_samples_).solve();
+    EventDrivenWorkspace workspace(problem, pair_);
+    return EventDrivenRun(problem, settings, pair_, workspace, n_samples_).solve();
+  }
+
+  std::unique_ptr<Solver> do_prepare(const Problem& problem) const override {
+    return std::make_unique<PreparedEventDriven>(problem, pair_, n_samples_);
   }
 
  private:

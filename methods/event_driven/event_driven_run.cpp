@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "methods/event_driven/explicit_steps.h"
-
 namespace ricochet {
 namespace {
 
@@ -26,7 +24,7 @@ constexpr int kMaxTurns = 30;        // iterations for its direction
 }  // namespace
 
 EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings, const EmbeddedTableau& pair,
-                               int n_samples)
+                               EventDrivenWorkspace& workspace, int n_samples)
     : problem_(problem),
       info_(problem.info()),
       settings_(settings),
@@ -34,14 +32,16 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
       T_(problem.info().end_time),
       n_samples_(settings.recording >= Recording::grid ? n_samples : 0),
       time_limit_(settings.time_limit),
-      scales_(problem),
-      dynamics_(problem, solution_.counters),
-      functions_(problem, scales_, dynamics_, tolerance_),
-      mode_change_(problem, scales_, dynamics_, solution_.counters),
-      step_(make_explicit_step(pair, problem.n_q(), dynamics_)),
-      ends_(step_->ends),
+      counters_(workspace.counters),
+      scales_(workspace.scales),
+      dynamics_(workspace.dynamics),
+      functions_(workspace.functions),
+      mode_change_(workspace.mode_change),
+      step_(*workspace.step),
+      ends_(step_.ends),
       before_(info_.contacts.size(), ContactMode::open),
       v_minus_(info_.v0) {
+  workspace.start(tolerance_);
   if (settings.sensitivities.empty()) return;
   sensitivity_.emplace(problem, pair, scales_, dynamics_, settings);
   mode_change_.keep_impacts(&impacts_);
@@ -71,7 +71,8 @@ Solution EventDrivenRun::solve() {
   solution_.t = t_;
   solution_.q = ends_.q0;
   solution_.v = ends_.v0;
-  solution_.counters.elements = solution_.counters.steps;
+  counters_.elements = counters_.steps;
+  solution_.counters = counters_;
   if (sensitivity_) sensitivity_->finish(ends_.q0, ends_.v0, ends_.a0, solution_);
   return std::move(solution_);
 }
@@ -104,24 +105,23 @@ void EventDrivenRun::choose_first_length() {
   h_ = h;
   if (!dynamics_.accelerate(ends_.q1.data(), ends_.v1.data(), ends_.a1.data())) return;
   const double d2 = norm(ends_.v1 - ends_.v0, ends_.a1 - ends_.a0) / h, d = std::max(d1, d2);
-  const double power = std::pow(0.01 / d, 1.0 / (step_->order + 1));
+  const double power = std::pow(0.01 / d, 1.0 / (step_.order + 1));
   h_ = std::min({100 * h, d * tolerance_ <= 1e-15 ? 100 * h : power, T_});
 }
 
 bool EventDrivenRun::take_step() {
-  Counters& counters = solution_.counters;
   if (time_limit_.is_over()) return stop(Status::time_limit, time_limit_.message());
-  if (counters.steps >= kMaxSteps) return stop(Status::step_limit, fmt::format("{} steps", kMaxSteps));
+  if (counters_.steps >= kMaxSteps) return stop(Status::step_limit, fmt::format("{} steps", kMaxSteps));
   const double rest = T_ - t_;
   const bool is_last = 1.01 * h_ >= rest;
   const double h = is_last ? rest : h_;
   if (h < kShortest * T_ && !is_last) return stop(Status::inner_solver_failed, "the steps become too short");
   functions_.begin_step();
   EventFunctions* const watched = functions_.has_forces() ? &functions_ : nullptr;
-  double e = step_->take(h, watched) ? step_->error(tolerance_) : std::numeric_limits<double>::infinity();
+  double e = step_.take(h, watched) ? step_.error(tolerance_) : std::numeric_limits<double>::infinity();
   if (sensitivity_ && e <= 1) e = std::max(e, sensitivity_->take(ends_, h));
   // (1), whose digits do not matter: logarithms of floats are fast.
-  const float exponent = 1.0F / static_cast<float>(step_->error_order + 1) - 0.75F * kBeta;
+  const float exponent = 1.0F / static_cast<float>(step_.error_order + 1) - 0.75F * kBeta;
   const float log_e = std::log2(static_cast<float>(e) + 1e-30F);
   if (!(e <= 1)) {
     h_ = h * (std::isfinite(e) ? std::max<double>(kMinFactor, kSafety * std::exp2(-exponent * log_e)) : 0.1);
@@ -134,8 +134,8 @@ bool EventDrivenRun::take_step() {
   if (!is_last || next > h_) h_ = next;
   last_log_error_ = std::max(log_e, kLeastLogError);
   was_rejected_ = false;
-  if (!step_->finish()) return stop_undetermined();
-  ++counters.steps;
+  if (!step_.finish()) return stop_undetermined();
+  ++counters_.steps;
   Happening event = info_.n_c() > 0 ? functions_.find(ends_) : Happening();
   if (event) {
     if (!land(event)) return false;
@@ -158,7 +158,7 @@ bool EventDrivenRun::land(Happening& event) {
   double h = event.theta * ends_.h;
   if (h > 0) {
     for (int k = 0; k < kMaxLandings; ++k) {
-      if (!step_->take(h, nullptr) || !step_->finish()) return stop_undetermined();
+      if (!step_.take(h, nullptr) || !step_.finish()) return stop_undetermined();
       const double jerk = (ends_.a1 - ends_.a0).lpNorm<Eigen::Infinity>() / h;
       event.slope = functions_.slope(event, ends_.q1.data(), ends_.v1.data());
       const double dt = -functions_.value(event, ends_.q1.data(), ends_.v1.data()) / event.slope;
@@ -271,7 +271,7 @@ bool EventDrivenRun::start_slip() {
       double d[2], v_t[2];
       dynamics_.direction(i, d);
       if (k == 0) angle = std::atan2(d[1], d[0]);
-      if (!step_->take(0.5 * h, nullptr))
+      if (!step_.take(0.5 * h, nullptr))
         return stop(Status::inner_solver_failed, "no motion follows the begin of slip");
       functions_.slip_velocity(i, ends_.q1.data(), ends_.v1.data(), v_t);
       const double sine = (d[0] * v_t[1] - d[1] * v_t[0]) / std::hypot(v_t[0], v_t[1]);
@@ -284,7 +284,7 @@ bool EventDrivenRun::start_slip() {
       if (std::abs(sine) < 1e-12 || std::abs(turn) < 1e-12) break;
     }
   }
-  if (!step_->take(h, nullptr)) return stop(Status::inner_solver_failed, "no motion follows the begin of slip");
+  if (!step_.take(h, nullptr)) return stop(Status::inner_solver_failed, "no motion follows the begin of slip");
   if (sensitivity_ && !sensitivity_->take_slip_start(ends_, h, contacts)) return stop_undetermined();
   if (!sample_until(t_ + h)) return false;
   ends_.q0 = ends_.q1;
@@ -292,7 +292,7 @@ bool EventDrivenRun::start_slip() {
   for (const int i : contacts) dynamics_.hold_direction(i, nullptr);
   t_ += h;
   h_ = std::min(h_, h);
-  ++solution_.counters.steps;
+  ++counters_.steps;
   return true;
 }
 
@@ -312,7 +312,7 @@ bool EventDrivenRun::sample_until(double end, const auto& reach) {
 }
 
 bool EventDrivenRun::sample_until(double end) {
-  return sample_until(end, [&](double h) { return step_->take(h, nullptr); });
+  return sample_until(end, [&](double h) { return step_.take(h, nullptr); });
 }
 
 /// The interpolation of the step at hand, which ends at a time [s].
@@ -331,7 +331,7 @@ void EventDrivenRun::record(const Happening& cause, const Vector& v_minus) {
   for (const int i : info_.unilateral) {
     const auto kind = event_kind(before_[i], modes[i], Lambda_n[i] > 0, cause.is(Kind::slip_stops, i));
     if (!kind) continue;
-    ++solution_.counters.events;
+    ++counters_.events;
     if (settings_.recording == Recording::final_state) continue;
     solution_.events.push_back({t_, *kind, i, ends_.q0, v_minus, ends_.v0, Lambda_n, mode_change_.Lambda_t(), modes,
                                 sensitivity_ ? sensitivity_->dt() : Vector()});

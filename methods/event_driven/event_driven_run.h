@@ -1,13 +1,10 @@
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <string>
 
-#include "methods/event_driven/event_functions.h"
+#include "methods/event_driven/event_driven_workspace.h"
 #include "methods/event_driven/event_sensitivity.h"
-#include "methods/event_driven/explicit_step.h"
-#include "methods/event_driven/mode_change.h"
 #include "methods/method.h"
 #include "methods/runge_kutta/embedded_tableau.h"
 #include "methods/time_limit.h"
@@ -33,8 +30,10 @@ namespace ricochet {
 /// change no step.
 class EventDrivenRun {
  public:
+  /// All of them have to outlive this. @param workspace  of this problem and pair
   /// @param n_samples  of Recording::grid; 0: the ends of the steps
-  EventDrivenRun(const Problem& problem, const Settings& settings, const EmbeddedTableau& pair, int n_samples = 0);
+  EventDrivenRun(const Problem& problem, const Settings& settings, const EmbeddedTableau& pair,
+                 EventDrivenWorkspace& workspace, int n_samples = 0);
 
   Solution solve();
 
@@ -61,13 +60,14 @@ class EventDrivenRun {
   const double tolerance_, T_;
   const int n_samples_;
   const TimeLimit time_limit_;
-  Solution solution_;
-  ContactScales scales_;
-  ModeDynamics dynamics_;
-  EventFunctions functions_;
-  ModeChange mode_change_;
-  std::unique_ptr<ExplicitStep> step_;
+  Counters& counters_;
+  ContactScales& scales_;
+  ModeDynamics& dynamics_;
+  EventFunctions& functions_;
+  ModeChange& mode_change_;
+  ExplicitStep& step_;
   StepEnds& ends_;
+  Solution solution_;
   std::optional<EventSensitivity> sensitivity_;
   std::vector<ImpactSequence::Impact> impacts_;  // of the instant, where derivatives are asked for
   std::vector<ContactMode> before_;

@@ -42,9 +42,8 @@ struct Bracket {
 
 }  // namespace
 
-EventFunctions::EventFunctions(const Problem& problem, const ContactScales& scales, ModeDynamics& dynamics,
-                               double tolerance)
-    : problem_(problem), info_(problem.info()), scales_(scales), dynamics_(dynamics), tolerance_(tolerance) {
+EventFunctions::EventFunctions(const Problem& problem, const ContactScales& scales, ModeDynamics& dynamics)
+    : problem_(problem), info_(problem.info()), scales_(scales), dynamics_(dynamics) {
   const auto n_c = info_.contacts.size();
   functions_.reserve(2 * n_c);
   gap_.setZero(info_.n_c());

@@ -38,8 +38,9 @@ struct Happening {
 /// that counts is the next one.
 class EventFunctions {
  public:
-  /// @param tolerance  of the integration
-  EventFunctions(const Problem& problem, const ContactScales& scales, ModeDynamics& dynamics, double tolerance);
+  EventFunctions(const Problem& problem, const ContactScales& scales, ModeDynamics& dynamics);
+  /// Of the integration, before begin().
+  void set_tolerance(double tolerance) { tolerance_ = tolerance; }
 
   /// Behind an instant: the functions of the modes of the dynamics, with their values at (q, v), whose forces the
   /// dynamics has.
@@ -95,7 +96,7 @@ class EventFunctions {
   const ProblemInfo& info_;
   const ContactScales& scales_;
   ModeDynamics& dynamics_;
-  const double tolerance_;
+  double tolerance_ = 0;
   std::vector<Function> functions_;
   bool slips_ = false, has_gaps_ = false;
   bool curved_normals_ = false, curved_tangents_ = false;
