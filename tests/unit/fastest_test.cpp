@@ -9,13 +9,13 @@ namespace {
 
 TEST(FastestStudy, OnlyRunsThatReachTheErrorCompete) {
   const auto runs = run_small_experiment(R"({"id": "fastest", "kind": "fastest", "title": "t", "description": "d.",
-      "quick": true, "time_limit": 10, "levels": [0.1, 1e-3, 1e-10], "families": [
+      "quick": true, "time_limit": 10, "levels": [0.1, 1e-3, 1e-10], "solvers": ["new", "kept"], "families": [
         {"name": "low order", "methods": ["moreau_jean"], "steps": {"from": 20, "to": 20000, "per_decade": 1}},
         {"name": "high order", "methods": ["fesd:radau-iia:3,elements=as_needed", "fesd_adaptive:radau-iia:3"],
          "steps": {"from": 5, "to": 50, "per_decade": 1}, "tolerances": {"from": 1e-2, "to": 1e-6, "per_decade": 1}}],
       "scenes": [{"problem": "belt_oscillator", "group": "g", "parameters": {"duration": 2}}]})")
                         .all<FastestRun>();
-  ASSERT_EQ(runs.size(), 6u) << "two families, three levels";
+  ASSERT_EQ(runs.size(), 12u) << "two solvers, two families, three levels";
   int reached = 0;
   for (const FastestRun& run : runs) {
     EXPECT_TRUE(run.is_judged()) << run.uncertainty;
@@ -26,7 +26,14 @@ TEST(FastestStudy, OnlyRunsThatReachTheErrorCompete) {
     EXPECT_LE(run.error, run.level) << run.family << " " << run.level;
     EXPECT_GE(run.error, 0.1 * run.uncertainty);
   }
-  EXPECT_GE(reached, 4) << "both reach the first two levels";
+  EXPECT_GE(reached, 8) << "both reach the first two levels";
+  const auto kept = runs_of_solver(runs, "kept");
+  ASSERT_EQ(kept.size(), 6u);
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    EXPECT_EQ(kept[k].family, runs[k].family);
+    EXPECT_EQ(kept[k].level, runs[k].level);
+    EXPECT_EQ(kept[k].is_reached(), runs[k].is_reached()) << "to keep a solver changes no error";
+  }
   EXPECT_FALSE(runs[2].is_reached()) << "no scheme of order one reaches 1e-10";
 }
 
@@ -75,9 +82,9 @@ TEST_F(FastestTables, RatiosAreThoseOfTheirTimes) {
 TEST_F(FastestTables, WhatIsMissingHasAReason) {
   const Table missing = unreached_table(runs);
   ASSERT_EQ(missing.rows.size(), 2u);
-  EXPECT_EQ(missing.rows[0], (std::vector<std::string>{"third", "theirs", "1e-03", "it broke"}));
+  EXPECT_EQ(missing.rows[0], (std::vector<std::string>{"third", "theirs", "new", "1e-03", "it broke"}));
   EXPECT_EQ(missing.rows[1],
-            (std::vector<std::string>{"fourth", "all", "1e-03", "the reference is known to 1.0e-02 only"}));
+            (std::vector<std::string>{"fourth", "all", "new", "1e-03", "the reference is known to 1.0e-02 only"}));
   EXPECT_EQ(choice_table(runs).rows.size(), 7u) << "all that are reached";
 }
 

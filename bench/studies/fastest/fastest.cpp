@@ -41,6 +41,7 @@ struct Scene {
 };
 struct Plan {
   std::vector<double> levels;
+  std::vector<std::string> solvers;
   std::vector<Family> families;
   std::vector<Scene> scenes;
   double time_limit = 0;
@@ -50,6 +51,7 @@ struct Plan {
 Plan read_plan(const json& experiment) {
   Plan plan;
   experiment.at("levels").get_to(plan.levels);
+  plan.solvers = experiment.value("solvers", std::vector<std::string>{"new"});
   plan.time_limit = experiment.at("time_limit");
   plan.quick = experiment.value("quick", false);
   for (const json& entry : experiment.at("families")) {
@@ -94,6 +96,7 @@ Plan read_plan(const json& experiment) {
 struct Attempt {
   const Contender* contender;
   Settings settings;
+  std::function<Solution()> run;
   double error = 0, seconds = 0;
 };
 
@@ -112,10 +115,15 @@ std::vector<Attempt> attempts(const Family& family, const Problem& problem, cons
       row.why = supported.reason;
       continue;
     }
+    std::shared_ptr<Solver> kept;
+    if (row.solver == "kept") kept = contender.method->prepare(problem);
     for (const Settings& settings : contender.settings) {
       ++row.tried;
+      const std::function<Solution()> run = [&problem, &contender, &settings, kept] {
+        return kept ? kept->solve(settings) : contender.method->solve(problem, settings);
+      };
       Solution solution;
-      double seconds = seconds_of([&] { solution = contender.method->solve(problem, settings); });
+      double seconds = seconds_of([&] { solution = run(); });
       if (!solution.succeeded()) {
         ++row.failed;
         row.why = solution.message;
@@ -123,8 +131,8 @@ std::vector<Attempt> attempts(const Family& family, const Problem& problem, cons
         continue;
       }
       for (int k = 1; k < kFirstImpressions && seconds < 0.05; ++k)
-        seconds = std::min(seconds, seconds_of([&] { contender.method->solve(problem, settings); }));
-      list.push_back({&contender, settings, reference.error_of(solution), seconds});
+        seconds = std::min(seconds, seconds_of([&] { run(); }));
+      list.push_back({&contender, settings, run, reference.error_of(solution), seconds});
     }
   }
   return list;
@@ -156,16 +164,17 @@ void write(const Attempt& attempt, const Timing& timing, const ProblemChoice& ch
 std::vector<FastestRun> run_scene(const Plan& plan, const Scene& scene) {
   const auto problem = scene.choice.make_problem();
   const reference::Reference reference = scene.choice.make_reference(*problem);
-  std::vector<FastestRun> rows;                         // family after family, level after level
+  std::vector<FastestRun> rows;                         // solver after solver, family after family, level after level
   std::vector<std::vector<const Attempt*>> contenders;  // by row
   std::list<std::vector<Attempt>> attempted;
   std::map<const Attempt*, std::size_t> measured;  // its number among the timed runs
   std::vector<TimedRun> timed;
-  for (const Family& family : plan.families) {
+  const auto compete = [&](const Family& family, const std::string& solver) {
     FastestRun row;
     row.scene = scene.name;
     row.group = scene.group;
     row.family = family.name;
+    row.solver = solver;
     row.uncertainty = reference.uncertainty;
     const auto& list = attempted.emplace_back(attempts(family, *problem, reference, row));
     for (const double level : plan.levels) {
@@ -173,10 +182,12 @@ std::vector<FastestRun> run_scene(const Plan& plan, const Scene& scene) {
       rows.push_back(row);
       contenders.push_back(contenders_for(level, list));
       for (const Attempt* a : contenders.back()) {
-        if (!measured.try_emplace(a, timed.size()).second) continue;
-        timed.push_back({"", a->seconds, [&problem, a] { a->contender->method->solve(*problem, a->settings); }});
+        if (measured.try_emplace(a, timed.size()).second) timed.push_back({"", a->seconds, a->run});
       }
     }
+  };
+  for (const auto& solver : plan.solvers) {
+    for (const Family& family : plan.families) compete(family, solver);
   }
   const auto timings = measure(timed, plan.quick, [](double) {});
   for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -187,7 +198,7 @@ std::vector<FastestRun> run_scene(const Plan& plan, const Scene& scene) {
   return rows;
 }
 
-/// "levels": errors; "time_limit" of a run [s]; "families": [{"name", "methods", "steps" and "tolerances", the settings
+/// "levels": errors; "solvers": "new", "kept" (FastestRun::solver), ["new"] without it; "time_limit" of a run [s]; "families": [{"name", "methods", "steps" and "tolerances", the settings
 /// of every method: {"from", "to", "per_decade"}}], the first is what the others are compared with; "scenes": [{"name",
 /// "group", and the fields of problem_choice.h}].
 void run_fastest(const json& experiment, ResultsFile& file) {
@@ -196,14 +207,19 @@ void run_fastest(const json& experiment, ResultsFile& file) {
   double done = 0;
   for (const Scene& scene : plan.scenes) {
     progress.update(done++ / static_cast<double>(plan.scenes.size()), scene.name);
-    file.rows<FastestRun>(plan.families.size() * plan.levels.size(), [&] { return run_scene(plan, scene); });
+    file.rows<FastestRun>(plan.solvers.size() * plan.families.size() * plan.levels.size(),
+                          [&] { return run_scene(plan, scene); });
   }
 }
 
 void show_fastest(const Results& results, Section& section) {
   const auto runs = results.all<FastestRun>();
-  section.result("ratios", ratio_table(runs));
-  section.result("fastest", fastest_table(runs));
+  for (const auto& solver : different(runs, &FastestRun::solver)) {
+    const auto part = runs_of_solver(runs, solver);
+    const std::string suffix = solver == "new" ? "" : "_" + solver;
+    section.result("ratios" + suffix, ratio_table(part));
+    section.result("fastest" + suffix, fastest_table(part));
+  }
   section.details("choices", choice_table(runs));
   section.failures("unreached", unreached_table(runs));
 }
@@ -212,6 +228,7 @@ constexpr const char* kFastestFields = R"~({
   "required": ["levels", "families", "scenes", "time_limit"],
   "properties": {
     "levels": {"type": "array", "minItems": 1, "items": {"type": "number", "exclusiveMinimum": 0}, "description": "Errors to be reached.", "examples": [[1e-3, 1e-6]]},
+    "solvers": {"type": "array", "minItems": 1, "items": {"enum": ["new", "kept"]}, "description": "Made for each run, or kept between the runs of a scene where a method can; each is a competition of its own.", "default": ["new"], "examples": [["new", "kept"]]},
     "families": {"type": "array", "minItems": 1, "description": "Methods that compete as one.", "items": {
       "type": "object", "additionalProperties": false, "required": ["name", "methods"], "properties": {
         "name": {"type": "string", "description": "In tables.", "examples": ["FESD-J"]},

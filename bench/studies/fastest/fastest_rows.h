@@ -14,6 +14,7 @@ struct FastestRun {
   static constexpr const char* kKind = "fastest_run";
 
   std::string scene, group, family;
+  std::string solver = "new";  ///< made for each run, or "kept" between runs (Method::prepare)
   double level = 0;
   double uncertainty = 0;  ///< of the reference; a level that is not above it cannot be judged
   std::string method, setting, command;
@@ -26,9 +27,12 @@ struct FastestRun {
   bool is_reached() const { return microseconds > 0; }
   bool is_judged() const { return level > uncertainty; }
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FastestRun, scene, group, family, level, uncertainty, method, setting,
-                                                command, error, microseconds, lower_quartile, upper_quartile, tried,
-                                                failed, why)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FastestRun, scene, group, family, solver, level, uncertainty, method,
+                                                setting, command, error, microseconds, lower_quartile, upper_quartile,
+                                                tried, failed, why)
+
+/// Those with this solver, for the tables below.
+std::vector<FastestRun> runs_of_solver(const std::vector<FastestRun>& runs, const std::string& solver);
 
 /// A line per scene, a column per level: microseconds of each family, and those of the second over those of the first.
 Table fastest_table(const std::vector<FastestRun>& runs);

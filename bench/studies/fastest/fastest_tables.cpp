@@ -29,14 +29,25 @@ double ratio(const std::vector<FastestRun>& runs, const std::string& scene, cons
   return both ? own->microseconds / other->microseconds : std::nan("");
 }
 
+/// ", solvers kept between runs"
+std::string which_solver(const std::vector<FastestRun>& runs) {
+  return runs.front().solver == "kept" ? ", solvers kept between runs" : "";
+}
+
 }  // namespace
+
+std::vector<FastestRun> runs_of_solver(const std::vector<FastestRun>& runs, const std::string& solver) {
+  std::vector<FastestRun> list;
+  std::ranges::copy_if(runs, std::back_inserter(list), [&](const FastestRun& run) { return run.solver == solver; });
+  return list;
+}
 
 Table fastest_table(const std::vector<FastestRun>& runs) {
   const auto scenes = different(runs, &FastestRun::scene), families = different(runs, &FastestRun::family);
   const auto levels = different(runs, &FastestRun::level);
   std::string names;
   for (const auto& family : families) names += (names.empty() ? "" : " / ") + family;
-  Table table{.title = "Microseconds of the fastest run that reaches an error",
+  Table table{.title = "Microseconds of the fastest run that reaches an error" + which_solver(runs),
               .note = names +
                       ", each with the best of its methods and settings; in brackets the second over the first. "
                       "CPU time, median of interleaved repetitions. ?: the reference is not good enough to say; "
@@ -64,7 +75,7 @@ Table ratio_table(const std::vector<FastestRun>& runs) {
   const auto levels = different(runs, &FastestRun::level);
   auto groups = different(runs, &FastestRun::group);
   groups.push_back("all");
-  Table table{.title = "Time over that of " + families[0],
+  Table table{.title = "Time over that of " + families[0] + which_solver(runs),
               .note =
                   "Geometric means over the scenes of a group on which both reach the error, in brackets the "
                   "smallest and the largest ratio and the number of scenes.",
@@ -102,6 +113,7 @@ Table choice_table(const std::vector<FastestRun>& runs) {
       {"scene", &R::scene},
       {"error at most", "", "{:.0e}", &R::level},
       {"family", &R::family},
+      {"solver", &R::solver},
       {"method", &R::method},
       {"setting", &R::setting},
       {"error", "", "{:.1e}", &R::error},
@@ -120,6 +132,7 @@ Table unreached_table(const std::vector<FastestRun>& runs) {
   static const std::vector<Column<R>> columns = {
       {"scene", &R::scene},
       {"family", &R::family},
+      {"solver", &R::solver},
       {"error at most", "", "{:.0e}", &R::level},
       {"reason",
        [](const R& r) {
@@ -129,7 +142,8 @@ Table unreached_table(const std::vector<FastestRun>& runs) {
   };
   std::vector<R> unreached;
   for (const R& run : runs) {
-    if (run.is_judged() ? run.is_reached() : run.family != runs.front().family) continue;
+    const bool is_first = run.family == runs.front().family && run.solver == runs.front().solver;
+    if (run.is_judged() ? run.is_reached() : !is_first) continue;  // a level that nobody can judge comes once
     unreached.push_back(run);
     if (!run.is_judged()) unreached.back().family = "all";
   }
