@@ -61,6 +61,7 @@ Solution solve_with_differences(const Method& method, const Problem& problem, co
         throw InputError(fmt::format("sensitivity {} by differences: {}", name, error.what()));
       }
       const Solution other = method.solve(*beside, plain);
+      solution.own_seconds += other.own_seconds;
       if (!other.succeeded()) {
         solution.status = other.status;
         solution.message = fmt::format("at {} = {:.17g}: {}", name, there, other.message);

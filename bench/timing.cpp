@@ -3,11 +3,14 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <chrono>
 
 #include "reports/quantile.h"
 
 namespace ricochet {
 namespace {
+
+constexpr const char* kOwnSeconds = "own_seconds";
 
 /// Collects the CPU time per iteration of each repetition, by the number that is the benchmark's name.
 class Collector final : public benchmark::BenchmarkReporter {
@@ -19,8 +22,9 @@ class Collector final : public benchmark::BenchmarkReporter {
   void ReportRuns(const std::vector<Run>& runs) override {
     for (const Run& run : runs) {
       if (run.run_type != Run::RT_Iteration || run.iterations == 0) continue;
-      times_[std::stoul(run.run_name.function_name)].push_back(run.cpu_accumulated_time /
-                                                               static_cast<double>(run.iterations));
+      const double own = run.counters.at(kOwnSeconds);
+      times_[std::stoul(run.run_name.function_name)].push_back(
+          own > 0 ? own : run.cpu_accumulated_time / static_cast<double>(run.iterations));
       ++done_;
     }
     progress_(static_cast<double>(done_) / static_cast<double>(total_));
@@ -33,6 +37,13 @@ class Collector final : public benchmark::BenchmarkReporter {
 };
 
 }  // namespace
+
+double seconds_of(const std::function<Solution()>& run, Solution& solution) {
+  const auto begin = std::chrono::steady_clock::now();
+  solution = run();
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return solution.own_seconds > 0 ? solution.own_seconds : seconds;
+}
 
 std::vector<Timing> measure(const std::vector<TimedRun>& runs, bool quick,
                             const std::function<void(double)>& progress) {
@@ -54,7 +65,9 @@ std::vector<Timing> measure(const std::vector<TimedRun>& runs, bool quick,
     total += static_cast<std::size_t>(repetitions);
     auto* registered =
         benchmark::RegisterBenchmark(std::to_string(k).c_str(), [&run = runs[k].run](benchmark::State& state) {
-          for (auto _ : state) run();
+          double own = 0;
+          for (auto _ : state) own += run();
+          state.counters[kOwnSeconds] = benchmark::Counter(own, benchmark::Counter::kAvgIterations);
         });
     registered->Repetitions(repetitions)->Unit(benchmark::kSecond);
     if (is_long)

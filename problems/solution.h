@@ -117,6 +117,7 @@ struct Solution {
   Matrix dq, dv;  ///< n_q x Settings::sensitivities: derivatives of q and v, through all switches
 
   Counters counters;
+  double own_seconds = 0;  ///< CPU or wall time of the run as a method in another process took it [s]; 0: by our clock
   std::vector<Event> events;
   std::vector<ContactMode> initial_modes;  ///< n_c, behind t = 0; empty from methods that know none
   std::vector<Sample> samples;             ///< filled on Recording::grid and motion

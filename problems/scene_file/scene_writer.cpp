@@ -34,21 +34,24 @@ ordered_json texts(const std::vector<SymbolicModel::Expressions>& rows) {
   return list;
 }
 
-ordered_json contact_json(const SymbolicModel::Contact& contact) {
-  ordered_json json = {{"name", contact.name}, {"gap", expression_text(contact.gap)}};
-  if (contact.is_bilateral) json["bilateral"] = true;
-  if (!contact.eps_r.is_zero()) json["e"] = expression_text(contact.eps_r);
-  if (!contact.tangents.empty()) {
-    json["mu"] = expression_text(contact.mu);
-    json["Jt"] = texts(contact.tangents);
-    if (!contact.drives.empty()) json["vt_drive"] = texts(contact.drives);
+ordered_json contact_json(const SymbolicModel& model, const SymbolicModel::Contact& contact, bool with_normal) {
+  ordered_json entry = {{"name", contact.name}, {"gap", expression_text(contact.gap)}};
+  if (with_normal) {
+    for (const auto& q : model.q) entry["Jn"].push_back(expression_text(contact.gap.diff(q)));
   }
-  return json;
+  if (contact.is_bilateral) entry["bilateral"] = true;
+  if (!contact.eps_r.is_zero()) entry["e"] = expression_text(contact.eps_r);
+  if (!contact.tangents.empty()) {
+    entry["mu"] = expression_text(contact.mu);
+    entry["Jt"] = texts(contact.tangents);
+    if (!contact.drives.empty()) entry["vt_drive"] = texts(contact.drives);
+  }
+  return entry;
 }
 
 }  // namespace
 
-std::string scene_text(const Problem& problem) {
+std::string scene_text(const Problem& problem, const SceneTextOptions& options) {
   const auto* symbolic = dynamic_cast<const SymbolicProblem*>(&problem);
   if (!symbolic) throw InputError("problem", problem.info().id, "only a problem made of formulas can be written");
   const SymbolicModel& model = symbolic->model();
@@ -67,7 +70,8 @@ std::string scene_text(const Problem& problem) {
     scene["Bu"] = texts(model.input);
     scene["u"] = texts(model.control);
   }
-  for (const auto& contact : model.contacts) scene["contacts"].push_back(contact_json(contact));
+  for (const auto& contact : model.contacts)
+    scene["contacts"].push_back(contact_json(model, contact, options.with_normals));
   if (model.potential_energy) scene["potential_energy"] = expression_text(*model.potential_energy);
 
   ordered_json document = {{"id", model.id}, {"title", model.title}, {"source", model.source}};

@@ -108,7 +108,7 @@ std::vector<ContactCost> measure_contact_cost(const std::vector<std::string>& me
       if (!costs.back().succeeded()) continue;
       timed.push_back(costs.size() - 1);
       runs.push_back({fmt::format("{}: {} corners {}", spec, motion.closed, motion.name), 0,
-                      [method, settings, problem] { method->solve(*problem, settings); }});
+                      [method, settings, problem] { return method->solve(*problem, settings).own_seconds; }});
     }
   }
   Progress progress("cost of contacts");

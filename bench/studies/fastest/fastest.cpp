@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <list>
 #include <map>
@@ -100,12 +99,6 @@ struct Attempt {
   double error = 0, seconds = 0;
 };
 
-double seconds_of(const std::function<void()>& run) {
-  const auto begin = std::chrono::steady_clock::now();
-  run();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
 /// All runs of a family on a scene, with a first impression of their time.
 std::vector<Attempt> attempts(const Family& family, const Problem& problem, const reference::Reference& reference,
                               FastestRun& row) {
@@ -123,7 +116,7 @@ std::vector<Attempt> attempts(const Family& family, const Problem& problem, cons
         return kept ? kept->solve(settings) : contender.method->solve(problem, settings);
       };
       Solution solution;
-      double seconds = seconds_of([&] { solution = run(); });
+      double seconds = seconds_of(run, solution);
       if (!solution.succeeded()) {
         ++row.failed;
         row.why = solution.message;
@@ -131,7 +124,7 @@ std::vector<Attempt> attempts(const Family& family, const Problem& problem, cons
         continue;
       }
       for (int k = 1; k < kFirstImpressions && seconds < 0.05; ++k)
-        seconds = std::min(seconds, seconds_of([&] { run(); }));
+        seconds = std::min(seconds, seconds_of(run, solution));
       list.push_back({&contender, settings, run, reference.error_of(solution), seconds});
     }
   }
@@ -182,7 +175,8 @@ std::vector<FastestRun> run_scene(const Plan& plan, const Scene& scene) {
       rows.push_back(row);
       contenders.push_back(contenders_for(level, list));
       for (const Attempt* a : contenders.back()) {
-        if (measured.try_emplace(a, timed.size()).second) timed.push_back({"", a->seconds, a->run});
+        if (measured.try_emplace(a, timed.size()).second)
+          timed.push_back({"", a->seconds, [a] { return a->run().own_seconds; }});
       }
     }
   };

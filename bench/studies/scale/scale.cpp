@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <ctime>
 
 #include "bench/experiment_file.h"
 #include "bench/progress.h"
@@ -29,8 +28,8 @@ struct Planned {
   ScaleRun run;
   std::string problem;
   ParameterChanges changes;
-  double seconds = 0;           ///< of the first solve
-  std::function<void()> again;  ///< of a run that is repeated
+  double seconds = 0;             ///< of the first solve
+  std::function<double()> again;  ///< of a run that is repeated
 };
 
 /// One scene of growing size and one method.
@@ -79,9 +78,8 @@ void solve_once(const Settings& settings, Planned& planned) {
     run.message = supported.reason;
     return;
   }
-  const std::clock_t begin = std::clock();
-  const Solution solution = method->solve(*problem, settings);
-  planned.seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  Solution solution;
+  planned.seconds = seconds_of([&] { return method->solve(*problem, settings); }, solution);
   run.status = to_string(solution.status);
   run.message = solution.message;
   if (!solution.succeeded()) return;
@@ -91,7 +89,8 @@ void solve_once(const Settings& settings, Planned& planned) {
   run.solves = static_cast<double>(solution.counters.complementarity_solves) / steps;
   run.iterations = static_cast<double>(solution.counters.inner_iterations + solution.counters.pivots) / steps;
   run.events = static_cast<int>(solution.counters.events);
-  if (planned.seconds <= kRepeated) planned.again = [problem, method, settings] { method->solve(*problem, settings); };
+  if (planned.seconds <= kRepeated)
+    planned.again = [problem, method, settings] { return method->solve(*problem, settings).own_seconds; };
 }
 
 /// Behind a size that the method does not finish, larger ones say so; the times of the others are those of one session.
