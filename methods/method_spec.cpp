@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -23,6 +24,11 @@ std::vector<std::string> split(const std::string& text, char separator) {
   }
 }
 
+/// A default that nobody may give stands for none.
+std::string default_text(double fallback, double min, double max) {
+  return fallback >= min && fallback <= max ? fmt::format("{:g}", fallback) : "";
+}
+
 }  // namespace
 
 MethodSpec::MethodSpec(const std::string& text) : text_(text) {
@@ -39,39 +45,44 @@ MethodSpec::MethodSpec(const std::string& text) : text_(text) {
   }
 }
 
-const std::string* MethodSpec::find(const std::string& option) const {
-  known_.insert(option);
-  const auto found = options_.find(option);
+const std::string* MethodSpec::find(const MethodOption& option) const {
+  if (std::ranges::find(asked_for_, option.name, &MethodOption::name) == asked_for_.end()) asked_for_.push_back(option);
+  const auto found = options_.find(option.name);
   return found == options_.end() ? nullptr : &found->second;
 }
 
-double MethodSpec::number(const std::string& option, double fallback, double min, double max) const {
+double MethodSpec::number_of(const MethodOption& option, double fallback, double min, double max) const {
   const std::string* text = find(option);
   if (!text) return fallback;
   double value = 0;
   const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), value);
-  if (error != std::errc() || end != text->data() + text->size() || !(value >= min && value <= max)) {
-    throw InputError(fmt::format("{}: {}", name_, option), *text,
-                     fmt::format("a number from {} to {} is required", min, max));
-  }
+  if (error != std::errc() || end != text->data() + text->size() || !(value >= min && value <= max))
+    throw InputError(fmt::format("{}: {}", name_, option.name), *text, option.allowed + " is required");
   return value;
 }
 
+double MethodSpec::number(const std::string& option, double fallback, double min, double max) const {
+  return number_of({option, default_text(fallback, min, max), fmt::format("a number from {} to {}", min, max), {}},
+                   fallback, min, max);
+}
+
 int MethodSpec::whole_number(const std::string& option, int fallback, int min, int max) const {
-  const double value = number(option, fallback, min, max);
+  const MethodOption question{
+      option, default_text(fallback, min, max), fmt::format("a whole number from {} to {}", min, max), {}};
+  const double value = number_of(question, fallback, min, max);
   if (value != std::floor(value))
-    throw InputError(fmt::format("{}: {}", name_, option), value, "a whole number is required");
+    throw InputError(fmt::format("{}: {}", name_, option), value, question.allowed + " is required");
   return static_cast<int>(value);
 }
 
 std::string MethodSpec::choice(const std::string& option, const std::vector<std::string>& choices) const {
-  const std::string* text = find(option);
+  const MethodOption question{option, choices.front(), fmt::format("one of {}", fmt::join(choices, ", ")), choices};
+  const std::string* text = find(question);
   if (!text) return choices.front();
   for (const auto& candidate : choices) {
     if (candidate == *text) return candidate;
   }
-  throw InputError(fmt::format("{}: {}", name_, option), *text,
-                   fmt::format("one of {} is required", fmt::join(choices, ", ")));
+  throw InputError(fmt::format("{}: {}", name_, option), *text, question.allowed + " is required");
 }
 
 void MethodSpec::finish(std::size_t max_arguments) const {
@@ -79,8 +90,11 @@ void MethodSpec::finish(std::size_t max_arguments) const {
     throw InputError(fmt::format("{}: argument", name_), arguments_[max_arguments],
                      fmt::format("at most {} arguments are possible", max_arguments));
   }
+  std::vector<std::string> known;
+  for (const auto& option : asked_for_) known.push_back(option.name);
+  std::ranges::sort(known);
   for (const auto& [option, value] : options_) {
-    if (!known_.contains(option)) throw_unknown_name("option of " + name_, option, {known_.begin(), known_.end()});
+    if (!std::ranges::binary_search(known, option)) throw_unknown_name("option of " + name_, option, known);
   }
 }
 

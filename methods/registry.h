@@ -42,6 +42,10 @@ bool register_method(MethodEntry entry) {
 
 std::vector<MethodEntry> methods();
 
+/// What a built method asks its text for: in its examples, and in the first of them with each choice of each option,
+/// since some options are asked for only beside another one.
+std::vector<MethodOption> options_of(const MethodEntry& method);
+
 /// @throws InputError for an unknown method (with the nearest names) or wrong arguments (with the usage)
 std::unique_ptr<Method> make_method(const std::string& spec);
 

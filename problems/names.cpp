@@ -12,6 +12,8 @@
 namespace ricochet {
 namespace {
 
+constexpr std::size_t kBegun = 3;  // letters from which on a name may be the beginning of another one
+
 std::size_t edit_distance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -28,9 +30,13 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 }  // namespace
 
 void throw_unknown_name(const std::string& kind, const std::string& name, const std::vector<std::string>& known) {
+  // Dashes in front of an option are no letters of its name.
+  const std::size_t letters = name.size() - std::min(name.find_first_not_of('-'), name.size());
+  const std::size_t allowed = 1 + letters / 3;
   std::vector<std::string> near;
   for (const auto& candidate : known) {
-    if (edit_distance(name, candidate) <= 1 + name.size() / 3) near.push_back(candidate);
+    const bool is_begun = letters >= kBegun && candidate.starts_with(name);
+    if (is_begun || edit_distance(name, candidate) <= allowed) near.push_back(candidate);
   }
   const std::string hint = near.empty() ? "" : fmt::format("; did you mean {}?", fmt::join(near, " or "));
   throw InputError(

@@ -5,7 +5,8 @@
 
 namespace ricochet {
 
-/// @throws InputError that names what was asked for, the nearest known names and all known names
+/// @throws InputError that names what was asked for, the nearest known names (few letters differ, or they begin with it)
+/// and all known names
 [[noreturn]] void throw_unknown_name(const std::string& kind, const std::string& name,
                                      const std::vector<std::string>& known);
 

@@ -26,6 +26,10 @@ std::vector<SceneEntry> scenes() {
   return list;
 }
 
+std::vector<ParameterInfo> parameters_of(const SceneEntry& scene) {
+  return scene.parameters.empty() ? scene.make({})->info().parameters : scene.parameters;
+}
+
 std::unique_ptr<Problem> make_problem(const std::string& id, const ParameterChanges& changes) {
   return make_problem(id, changes, 0);
 }

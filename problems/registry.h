@@ -17,6 +17,7 @@ using ParameterChanges = std::map<std::string, double>;
 struct SceneEntry {
   std::string id, title, source, hard_feature;
   std::function<std::unique_ptr<Problem>(const ParameterChanges&)> make;
+  std::vector<ParameterInfo> parameters{};  ///< of an assembled scene, whose problem does not know them
 };
 
 /// Called by register_scene() in each scene's own file; no list of scenes exists anywhere else.
@@ -24,6 +25,9 @@ bool add_scene(SceneEntry entry);
 
 /// All compiled scenes, by id.
 std::vector<SceneEntry> scenes();
+
+/// What a scene takes, with defaults and units.
+std::vector<ParameterInfo> parameters_of(const SceneEntry& scene);
 
 /// The scene `id` with changed parameters, validated.
 /// @throws InputError for an unknown id (with the nearest known ones), an unknown parameter or a bad value

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "problems/derivatives/symbolic_problem.h"
+#include "problems/names.h"
 #include "problems/problem.h"
 #include "problems/registry.h"
 
@@ -301,18 +302,16 @@ template <template <class> class Scene>
 Scene<double> scene_with(const ParameterChanges& changes) {
   Scene<double> scene;
   ParameterChanges unused = changes;
-  std::string known;
+  std::vector<std::string> known;
   scene.parameters([&](const char* name, double& value, const char*) {
-    known += (known.empty() ? "" : ", ") + std::string(name);
+    known.emplace_back(name);
     if (const auto change = unused.find(name); change != unused.end()) {
       value = change->second;
       unused.erase(change);
     }
   });
-  if (!unused.empty()) {
-    throw InputError("parameter", unused.begin()->first,
-                     fmt::format("known parameters of {} are {}", Scene<double>::text.id, known));
-  }
+  if (!unused.empty())
+    throw_unknown_name(fmt::format("parameter of {}", Scene<double>::text.id), unused.begin()->first, known);
   return scene;
 }
 

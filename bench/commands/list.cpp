@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <set>
 
 #include "bench/commands.h"
 #include "bench/experiment_file.h"
+#include "bench/experiment_schema.h"
 #include "bench/studies/study.h"
 #include "methods/registry.h"
 #include "problems/control/optimal_control_problem.h"
@@ -49,6 +51,11 @@ void list_experiments() {
   for (const auto& name : experiment_names()) fmt::print("  {:<20} {}\n", name, read_experiment_file(name).title());
 }
 
+void print_parameters(const std::vector<ParameterInfo>& parameters) {
+  for (const auto& parameter : parameters)
+    fmt::print("  --set {:<20} {}\n", fmt::format("{}={:g}", parameter.name, parameter.value), parameter.unit);
+}
+
 /// One scene: what --set may change.
 void describe_scene(const SceneEntry& scene) {
   const auto problem = make_problem(scene.id);
@@ -59,35 +66,61 @@ void describe_scene(const SceneEntry& scene) {
     fmt::print(
         "  contact {:<20} {}\n", contact.name,
         contact.is_bilateral ? std::string("joint") : fmt::format("e = {:g}, mu = {:g}", contact.eps_r, contact.mu));
-  for (const auto& parameter : info.parameters)
-    fmt::print("  --set {:<20} {}\n", fmt::format("{}={:g}", parameter.name, parameter.value), parameter.unit);
+  print_parameters(parameters_of(scene));
+}
+
+void describe_control_problem(const ControlEntry& entry) {
+  const auto problem = make_control_problem(entry.id);
+  const ProblemInfo& plant = problem->plant->info();
+  fmt::print("optimal control problem {}: {}\n  hard: {}\n", entry.id, entry.title, entry.hard_feature);
+  fmt::print("  {} coordinates, {} controls, {} contacts, until t = {:g} s{}\n", plant.n_mechanical(), plant.n_u,
+             plant.n_c(), plant.end_time, problem->is_time_free ? ", which is free" : "");
+  fmt::print("  {} intervals of {} elements, {}\n", problem->n_intervals, problem->n_fe, problem->tableau);
+  print_parameters(plant.parameters);
 }
 
 void describe_method(const MethodEntry& method) {
   fmt::print("method {}: {}\n  {}\n", method.name, method.summary, method.usage);
   if (!method.make) return fmt::print("  not built: {}\n", method.not_built);
-  for (const auto& example : method.examples) fmt::print("  {:<52} {}\n", example, make_method(example)->info().title);
+  for (const auto& option : options_of(method))
+    fmt::print("  {:<28} {}\n", fmt::format("{}={}", option.name, option.fallback), option.allowed);
+  for (const auto& example : method.examples)
+    fmt::print("  for example {:<40} {}\n", example, make_method(example)->info().title);
 }
 
-/// A scene, a method or an experiment by its name. @throws InputError with near matches
+void describe_study(const Study& study) {
+  fmt::print("study {}: {}\n", study.kind, study.summary);
+  const JsonSchema& schema = experiment_schema(study);
+  for (const auto& [name, field] : schema.document().at("properties").items()) {
+    const std::string own = field.value("description", "");
+    fmt::print("  {:<20} {}\n", name, own.empty() ? schema.resolved(field).value("description", "") : own);
+  }
+}
+
+void describe_experiment(const std::string& name) {
+  const ExperimentFile file = read_experiment_file(name);
+  fmt::print("experiment {}: {}\n  {}\n  file: {}\n", name, file.title(), file.document.value("description", ""),
+             file.path);
+}
+
+/// Everything of this name: an experiment may be called as its kind. @throws InputError with near matches
 void describe(const std::string& name) {
   std::vector<std::string> known = {"all", "methods", "problems", "control", "studies", "experiments"};
-  for (const auto& scene : scenes()) {
-    if (scene.id == name) return describe_scene(scene);
-    known.push_back(scene.id);
-  }
-  for (const auto& method : methods()) {
-    if (method.name == name) return describe_method(method);
-    known.push_back(method.name);
-  }
-  for (const auto& experiment : experiment_names()) {
-    known.push_back(experiment);
-    if (experiment != name) continue;
-    const ExperimentFile file = read_experiment_file(name);
-    return fmt::print("experiment {}: {}\n  {}\n  file: {}\n", name, file.title(),
-                      file.document.value("description", ""), file.path);
-  }
-  throw_unknown_name("name", name, known);
+  bool is_known = false;
+  const auto look_in = [&](const auto& entries, auto id, auto describe_entry) {
+    for (const auto& entry : entries) {
+      known.push_back(std::invoke(id, entry));
+      if (known.back() != name) continue;
+      describe_entry(entry);
+      is_known = true;
+    }
+  };
+  look_in(scenes(), &SceneEntry::id, describe_scene);
+  look_in(control_problems(), &ControlEntry::id, describe_control_problem);
+  look_in(methods(), &MethodEntry::name, describe_method);
+  look_in(studies(), &Study::kind, describe_study);
+  look_in(experiment_names(), std::identity(), describe_experiment);
+  if (!is_known) throw_unknown_name("name", name, known);
 }
 
 }  // namespace
@@ -97,9 +130,9 @@ void add_list_command(CLI::App& app, int&) {
   auto* command =
       app.add_subcommand("list", "what there is: problems, optimal control problems, methods, studies, experiments");
   command->add_option("what", what,
-                      "methods, problems, control, studies or experiments; or the name of one problem, with its "
-                      "parameters, defaults and units, of one method or experiment");
-  command->footer("Examples:\n  ricochet list problems\n  ricochet list two_balls_spring");
+                      "methods, problems, control, studies or experiments; or one name: a problem with its parameters, "
+                      "defaults and units, a method with its options, a study with its fields, an experiment");
+  command->footer("Examples:\n  ricochet list problems\n  ricochet list two_balls_spring\n  ricochet list fesd");
   command->callback([] {
     if (!std::set<std::string>{"all", "methods", "problems", "control", "studies", "experiments"}.contains(what))
       return describe(what);

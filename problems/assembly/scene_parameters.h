@@ -1,14 +1,16 @@
 #pragma once
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "problems/names.h"
 #include "problems/registry.h"
+#include "problems/scene.h"
 
 namespace ricochet {
 
@@ -16,23 +18,21 @@ namespace ricochet {
 class SceneParameters {
  public:
   /// @throws InputError for a change of a name that is not there
-  SceneParameters(const std::string& scene, std::vector<std::pair<std::string, double>> defaults,
-                  const ParameterChanges& changes)
-      : values_(std::move(defaults)) {
+  SceneParameters(const std::string& scene, std::vector<ParameterInfo> defaults, const ParameterChanges& changes)
+      : parameters_(std::move(defaults)) {
     for (const auto& [name, value] : changes) {
-      const auto at = std::ranges::find(values_, name, &std::pair<std::string, double>::first);
-      if (at == values_.end()) {
+      const auto at = std::ranges::find(parameters_, name, &ParameterInfo::name);
+      if (at == parameters_.end()) {
         std::vector<std::string> known;
-        for (const auto& [its_name, its_value] : values_) known.push_back(its_name);
-        throw InputError("parameter", name,
-                         fmt::format("known parameters of {} are {}", scene, fmt::join(known, ", ")));
+        for (const auto& parameter : parameters_) known.push_back(parameter.name);
+        throw_unknown_name("parameter of " + scene, name, known);
       }
-      at->second = value;
+      at->value = value;
     }
   }
 
   double operator[](const std::string& name) const {
-    return std::ranges::find(values_, name, &std::pair<std::string, double>::first)->second;
+    return std::ranges::find(parameters_, name, &ParameterInfo::name)->value;
   }
   /// @throws InputError when it is not a whole number from min to max
   int count(const std::string& name, int min, int max) const {
@@ -50,7 +50,16 @@ class SceneParameters {
   }
 
  private:
-  std::vector<std::pair<std::string, double>> values_;
+  std::vector<ParameterInfo> parameters_;
 };
+
+/// Makes an assembled scene known under its id, with the parameters it takes. Call once, in the scene's own file.
+inline bool register_assembled_scene(const SceneText& text, const std::vector<ParameterInfo>& parameters,
+                                     std::unique_ptr<Problem> (*make)(const SceneParameters&)) {
+  const auto make_changed = [text, parameters, make](const ParameterChanges& changes) {
+    return make(SceneParameters(text.id, parameters, changes));
+  };
+  return add_scene({text.id, text.title, text.source, text.hard_feature, make_changed, parameters});
+}
 
 }  // namespace ricochet

@@ -37,11 +37,7 @@ struct DiscAtDisc : ContactScene<T, 4> {
 constexpr SceneText kBallsInBoxText{"balls_in_box", "n discs that fall into a box", "Newton restitution, no friction",
                                     "n (n - 1) / 2 + 3 n possible contacts, few of them active, all of those curved"};
 
-std::unique_ptr<Problem> make_balls_in_box(const ParameterChanges& changes) {
-  const SceneParameters p(
-      kBallsInBoxText.id,
-      {{"n", 3}, {"m", 0.1}, {"R", 0.05}, {"g", 9.81}, {"e", 0}, {"speed", 0.5}, {"seed", 1}, {"duration", 1}},
-      changes);
+std::unique_ptr<Problem> make_balls_in_box(const SceneParameters& p) {
   const int n = p.count("n", 1, 1000);
   const double m = p.positive("m"), R = p.positive("R"), pitch = 2.5 * R;
   const int per_row = static_cast<int>(std::ceil(std::sqrt(n)));
@@ -69,8 +65,16 @@ std::unique_ptr<Problem> make_balls_in_box(const ParameterChanges& changes) {
   return box;
 }
 
-const bool balls_in_box_registered = add_scene({kBallsInBoxText.id, kBallsInBoxText.title, kBallsInBoxText.source,
-                                                kBallsInBoxText.hard_feature, make_balls_in_box});
+const bool balls_in_box_registered = register_assembled_scene(kBallsInBoxText,
+                                                              {{"n", 3, "1"},
+                                                               {"m", 0.1, "kg"},
+                                                               {"R", 0.05, "m"},
+                                                               {"g", 9.81, "m/s^2"},
+                                                               {"e", 0, "1"},
+                                                               {"speed", 0.5, "m/s"},
+                                                               {"seed", 1, "1"},
+                                                               {"duration", 1, "s"}},
+                                                              make_balls_in_box);
 
 }  // namespace
 }  // namespace ricochet

@@ -25,18 +25,7 @@ constexpr SceneText kBeadRowText{"bead_row", "a row of n beads thrown at a wall"
                                  "closed form for e = 0: all come to rest",
                                  "n contacts in a chain: what a method costs per contact"};
 
-std::unique_ptr<Problem> make_bead_row(const ParameterChanges& changes) {
-  const SceneParameters p(kBeadRowText.id,
-                          {{"n", 8},
-                           {"m", 0.5},
-                           {"R", 0.05},
-                           {"g", 9.81},
-                           {"e", 0},
-                           {"distance", 0.05},
-                           {"spacing", 0.001},
-                           {"speed", 1},
-                           {"duration", 0.5}},
-                          changes);
+std::unique_ptr<Problem> make_bead_row(const SceneParameters& p) {
   const int n = p.count("n", 1, 10000);
   const double m = p.positive("m"), R = p.positive("R");
   auto row = std::make_unique<AssembledProblem>(kBeadRowText, p["duration"]);
@@ -49,8 +38,17 @@ std::unique_ptr<Problem> make_bead_row(const ParameterChanges& changes) {
   return row;
 }
 
-const bool bead_row_registered =
-    add_scene({kBeadRowText.id, kBeadRowText.title, kBeadRowText.source, kBeadRowText.hard_feature, make_bead_row});
+const bool bead_row_registered = register_assembled_scene(kBeadRowText,
+                                                          {{"n", 8, "1"},
+                                                           {"m", 0.5, "kg"},
+                                                           {"R", 0.05, "m"},
+                                                           {"g", 9.81, "m/s^2"},
+                                                           {"e", 0, "1"},
+                                                           {"distance", 0.05, "m"},
+                                                           {"spacing", 0.001, "m"},
+                                                           {"speed", 1, "m/s"},
+                                                           {"duration", 0.5, "s"}},
+                                                          make_bead_row);
 
 }  // namespace
 }  // namespace ricochet

@@ -28,18 +28,7 @@ struct BlockOnBlock : ContactScene<T, 4> {
 constexpr SceneText kBlockColumnText{"block_column", "a column of n blocks that slide on each other",
                                      "Coulomb friction", "n contacts with friction, loads that grow with the height"};
 
-std::unique_ptr<Problem> make_block_column(const ParameterChanges& changes) {
-  const SceneParameters p(kBlockColumnText.id,
-                          {{"n", 2},
-                           {"m", 1},
-                           {"H", 0.1},
-                           {"g", 9.81},
-                           {"e", 0},
-                           {"mu", 0.5},
-                           {"speed", 1},
-                           {"ratio", 1},
-                           {"duration", 0.5}},
-                          changes);
+std::unique_ptr<Problem> make_block_column(const SceneParameters& p) {
   const int n = p.count("n", 1, 10000);
   const double H = p.positive("H");
   auto column = std::make_unique<AssembledProblem>(kBlockColumnText, p["duration"]);
@@ -56,8 +45,17 @@ std::unique_ptr<Problem> make_block_column(const ParameterChanges& changes) {
   return column;
 }
 
-const bool block_column_registered = add_scene({kBlockColumnText.id, kBlockColumnText.title, kBlockColumnText.source,
-                                                kBlockColumnText.hard_feature, make_block_column});
+const bool block_column_registered = register_assembled_scene(kBlockColumnText,
+                                                              {{"n", 2, "1"},
+                                                               {"m", 1, "kg"},
+                                                               {"H", 0.1, "m"},
+                                                               {"g", 9.81, "m/s^2"},
+                                                               {"e", 0, "1"},
+                                                               {"mu", 0.5, "1"},
+                                                               {"speed", 1, "m/s"},
+                                                               {"ratio", 1, "1"},
+                                                               {"duration", 0.5, "s"}},
+                                                              make_block_column);
 
 }  // namespace
 }  // namespace ricochet

@@ -35,18 +35,7 @@ constexpr SceneText kBlockOnFeetText{"block_on_feet", "a block that slides on n 
                                      "Coulomb friction, closed form",
                                      "more contacts than coordinates: forces that are not unique, a motion that is"};
 
-std::unique_ptr<Problem> make_block_on_feet(const ParameterChanges& changes) {
-  const SceneParameters p(kBlockOnFeetText.id,
-                          {{"n", 8},
-                           {"m", 1},
-                           {"a", 0.2},
-                           {"c", 0.05},
-                           {"g", 9.81},
-                           {"e", 0},
-                           {"mu", 0.3},
-                           {"v_x0", 0.8},
-                           {"duration", 0.5}},
-                          changes);
+std::unique_ptr<Problem> make_block_on_feet(const SceneParameters& p) {
   const int n = p.count("n", 2, 1000);
   const double m = p.positive("m"), a = p.positive("a"), c = p.positive("c");
   auto block = std::make_unique<AssembledProblem>(kBlockOnFeetText, p["duration"]);
@@ -60,8 +49,17 @@ std::unique_ptr<Problem> make_block_on_feet(const ParameterChanges& changes) {
   return block;
 }
 
-const bool block_on_feet_registered = add_scene({kBlockOnFeetText.id, kBlockOnFeetText.title, kBlockOnFeetText.source,
-                                                 kBlockOnFeetText.hard_feature, make_block_on_feet});
+const bool block_on_feet_registered = register_assembled_scene(kBlockOnFeetText,
+                                                               {{"n", 8, "1"},
+                                                                {"m", 1, "kg"},
+                                                                {"a", 0.2, "m"},
+                                                                {"c", 0.05, "m"},
+                                                                {"g", 9.81, "m/s^2"},
+                                                                {"e", 0, "1"},
+                                                                {"mu", 0.3, "1"},
+                                                                {"v_x0", 0.8, "m/s"},
+                                                                {"duration", 0.5, "s"}},
+                                                               make_block_on_feet);
 
 }  // namespace
 }  // namespace ricochet

@@ -20,11 +20,7 @@ struct BallOnFloor : ContactScene<T, 1> {
 constexpr SceneText kSeparateBallsText{"separate_balls", "n balls over a floor, some fall and the others lie",
                                        "closed form", "events of one contact among many that have no part in them"};
 
-std::unique_ptr<Problem> make_separate_balls(const ParameterChanges& changes) {
-  const SceneParameters p(
-      kSeparateBallsText.id,
-      {{"n", 4}, {"falling", 1}, {"m", 0.2}, {"R", 0.05}, {"g", 9.81}, {"e", 0.5}, {"H", 0.2}, {"duration", 0.25}},
-      changes);
+std::unique_ptr<Problem> make_separate_balls(const SceneParameters& p) {
   const int n = p.count("n", 1, 10000), falling = p.count("falling", 0, n);
   const double m = p.positive("m"), R = p.positive("R"), H = p.positive("H");
   auto balls = std::make_unique<AssembledProblem>(kSeparateBallsText, p["duration"]);
@@ -36,9 +32,16 @@ std::unique_ptr<Problem> make_separate_balls(const ParameterChanges& changes) {
   return balls;
 }
 
-const bool separate_balls_registered =
-    add_scene({kSeparateBallsText.id, kSeparateBallsText.title, kSeparateBallsText.source,
-               kSeparateBallsText.hard_feature, make_separate_balls});
+const bool separate_balls_registered = register_assembled_scene(kSeparateBallsText,
+                                                                {{"n", 4, "1"},
+                                                                 {"falling", 1, "1"},
+                                                                 {"m", 0.2, "kg"},
+                                                                 {"R", 0.05, "m"},
+                                                                 {"g", 9.81, "m/s^2"},
+                                                                 {"e", 0.5, "1"},
+                                                                 {"H", 0.2, "m"},
+                                                                 {"duration", 0.25, "s"}},
+                                                                make_separate_balls);
 
 }  // namespace
 }  // namespace ricochet

@@ -60,11 +60,7 @@ struct SphereOnSphere : ContactScene<T, 12> {
 constexpr SceneText kSpherePileText{"sphere_pile", "n spheres that fall and make a pile", "Coulomb friction in space",
                                     "rolling, slip and stick at many curved contacts at once"};
 
-std::unique_ptr<Problem> make_sphere_pile(const ParameterChanges& changes) {
-  const SceneParameters p(
-      kSpherePileText.id,
-      {{"n", 2}, {"m", 0.2}, {"R", 0.05}, {"g", 9.81}, {"e", 0}, {"mu", 0.3}, {"height", 0.02}, {"duration", 0.5}},
-      changes);
+std::unique_ptr<Problem> make_sphere_pile(const SceneParameters& p) {
   const int n = p.count("n", 1, 400);
   const double m = p.positive("m"), R = p.positive("R"), pitch = 2.05 * R;
   auto pile = std::make_unique<AssembledProblem>(kSpherePileText, p["duration"]);
@@ -94,8 +90,16 @@ std::unique_ptr<Problem> make_sphere_pile(const ParameterChanges& changes) {
   return pile;
 }
 
-const bool sphere_pile_registered = add_scene({kSpherePileText.id, kSpherePileText.title, kSpherePileText.source,
-                                               kSpherePileText.hard_feature, make_sphere_pile});
+const bool sphere_pile_registered = register_assembled_scene(kSpherePileText,
+                                                             {{"n", 2, "1"},
+                                                              {"m", 0.2, "kg"},
+                                                              {"R", 0.05, "m"},
+                                                              {"g", 9.81, "m/s^2"},
+                                                              {"e", 0, "1"},
+                                                              {"mu", 0.3, "1"},
+                                                              {"height", 0.02, "m"},
+                                                              {"duration", 0.5, "s"}},
+                                                             make_sphere_pile);
 
 }  // namespace
 }  // namespace ricochet
