@@ -59,6 +59,7 @@ std::string markdown_of(const ShownResults& shown, const fs::path& page, const f
 }  // namespace
 
 void write_results_page(const std::vector<ShownResults>& list, const std::string& path, const std::string& tables) {
+  require_writable("results page", path);
   std::error_code error;
   fs::create_directories(tables, error);
   if (error) throw InputError("folder of the tables", tables, error.message());

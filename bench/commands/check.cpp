@@ -88,6 +88,7 @@ std::vector<std::string> files_read(const CheckOptions& options) {
 /// @throws InputError where the file is one that is read
 void make_room(const std::string& path, const std::string& option, const std::vector<std::string>& read) {
   std::error_code error;
+  if (fs::is_directory(path, error)) throw InputError(option, path, "it is a folder");
   if (path.empty() || !fs::is_regular_file(path, error)) return;
   for (const auto& other : read) {
     if (fs::equivalent(path, other, error)) throw InputError(option, path, "this file is read");
