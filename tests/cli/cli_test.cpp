@@ -1,71 +1,18 @@
 // The program as a user meets it: exit codes, texts, files.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <array>
-#include <cstdio>
+#include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
-#include <vector>
+#include <utility>
 
+#include "tests/cli/program.h"
+
+namespace ricochet::cli {
 namespace {
-
-namespace fs = std::filesystem;
-
-struct Outcome {
-  int code;
-  std::string text;  // stdout and stderr
-};
-
-Outcome run_command(const std::string& command) {
-  FILE* pipe = popen(("(" + command + ") 2>&1").c_str(), "r");
-  std::string text;
-  std::array<char, 4096> buffer;
-  while (std::size_t n = fread(buffer.data(), 1, buffer.size(), pipe)) text.append(buffer.data(), n);
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
-}
-
-Outcome run(const std::string& arguments) {
-  return run_command(std::string(RICOCHET_PROGRAM) + " " + arguments);
-}
-
-std::string test_data(const std::string& name) {
-  return std::string(RICOCHET_TEST_DATA) + "/" + name;
-}
-
-std::string read(const fs::path& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> lines;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
-}
-
-class Cli : public testing::Test {
- protected:
-  fs::path folder = fs::temp_directory_path() / ("ricochet_cli_" + std::to_string(getpid()));
-  void SetUp() override { fs::create_directories(folder); }
-  ~Cli() override { fs::remove_all(folder); }
-
-  std::string write(const std::string& name, const std::string& text) {
-    std::ofstream(folder / name) << text;
-    return (folder / name).string();
-  }
-};
-
-#define EXPECT_HAS(text, part) EXPECT_NE((text).find(part), std::string::npos) << (text)
 
 TEST_F(Cli, HelpAndUsage) {
   EXPECT_EQ(run("--help").code, 0);
@@ -894,3 +841,4 @@ TEST_F(Cli, ExchangesContactProblems) {
 }
 
 }  // namespace
+}  // namespace ricochet::cli
