@@ -92,8 +92,8 @@ class Fesd final : public Method {
 const bool registered = register_method<Fesd>({
     .name = "fesd",
     .usage = "fesd:TABLEAU:STAGES[,n_fe=2][,elements=fixed|as_needed][,max_elements=64][,"
-             "switches=pinned|published|published_earliest][,gap_tolerance=0][,"
-             "cone=exact|squared|polyhedral][,facets=8], or fesd:@TABLEAU_FILE",
+             "switches=pinned|published|published_earliest][,gap_tolerance=0]"
+             "[,cone=exact|squared][,cone=polyhedral[,facets=8]], or fesd:@TABLEAU_FILE",
     .max_arguments = 2,
     .summary = "finite elements with switch detection and jumps (FESD-J), solved by pivoting",
     .examples = {"fesd:radau-iia:1", "fesd:radau-iia:2", "fesd:radau-iia:3", "fesd:radau-iia:4", "fesd:gauss:1",

@@ -265,7 +265,7 @@ class FesdAdaptive final : public Method {
 
 const bool registered = register_method<FesdAdaptive>({
     .name = "fesd_adaptive",
-    .usage = "fesd_adaptive:TABLEAU:STAGES[,cone=exact|squared|polyhedral][,facets=8], or "
+    .usage = "fesd_adaptive:TABLEAU:STAGES[,cone=exact|squared][,cone=polyhedral[,facets=8]], or "
              "fesd_adaptive:@TABLEAU_FILE, with --tolerance",
     .max_arguments = 2,
     .summary = "FESD-J with steps that follow a tolerance",

@@ -77,7 +77,8 @@ const bool registered = register_method<FesdHomotopy>({
     .name = "fesd_homotopy",
     .usage = "fesd_homotopy:TABLEAU:STAGES[,n_fe=2][,guess=ballistic|cold|pivoting][,relaxation=scholtes|...]"
              "[,sigma_0=1e-3][,sigma_n=1e-11][,update=superlinear|linear][,factor=0.1][,crossover=on|off][,retry=3]"
-             "[,tolerance=1e-11][,impulses=position_velocity|slack][,cone=exact|squared|polyhedral][,facets=8]"
+             "[,tolerance=1e-11][,impulses=position_velocity|slack][,cone=exact][,cone=squared,crossover=off]"
+             "[,cone=polyhedral[,facets=8]]"
              "[,cross=sparse|per_stage|aggregated][,equilibration=objective|exact|tanh|none][,rho=1][,eps_c=1e-3]"
              "[,capture=on|off][,shortest=1e-3][,branches=3][,max_iterations=300]",
     .max_arguments = 2,

@@ -49,8 +49,8 @@ struct ContactSolverOptions {
 ContactSolverOptions contact_solver_argument(const MethodSpec& spec);
 /// The options of a contact solver in usage texts.
 constexpr const char* kContactSolverUsage =
-    "[,solver=automatic|lemke|exact|pgs|newton|interior_point|siconos][,facets=8][,contact_tolerance=1e-9]"
-    "[,contact_iterations=N]";
+    "[,solver=automatic|lemke[,facets=8]]"
+    "[,solver=exact|pgs|newton|interior_point|siconos[,contact_tolerance=1e-9][,contact_iterations=N]]";
 
 /// What automatic chooses for a problem; other options as they are.
 ContactSolverOptions options_for(const ProblemInfo& problem, ContactSolverOptions options);

@@ -1,0 +1,93 @@
+// The usage line of a method names options that it takes, and together only such as are accepted together. Brackets
+// hold options; inside them others stand that go with the values before them; the same option in two brackets is a
+// choice between them.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "methods/registry.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+/// "[,cone=polyhedral[,facets=8]]": an option, its values, and what goes with them.
+struct UsageOption {
+  std::string name;
+  std::vector<std::string> values;
+  std::vector<std::string> with;  ///< ",facets=8"
+};
+
+std::vector<std::string> split_at(const std::string& text, char separator) {
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c == separator)
+      parts.emplace_back();
+    else
+      parts.back() += c;
+  }
+  return parts;
+}
+
+std::vector<UsageOption> options_of(const std::string& usage) {
+  static const std::regex bracket(R"(\[,(\w+)=([^\[\]]+)((\[,[^\[\]]+\])*)\])"), inside(R"(\[(,[^\[\]]+)\])");
+  std::vector<UsageOption> options;
+  for (std::sregex_iterator found(usage.begin(), usage.end(), bracket), end; found != end; ++found) {
+    options.push_back({(*found)[1], split_at((*found)[2], '|'), {}});
+    const std::string with = (*found)[3];
+    for (std::sregex_iterator other(with.begin(), with.end(), inside); other != end; ++other)
+      options.back().with.push_back((*other)[1]);
+  }
+  return options;
+}
+
+/// A value to put in place of one that the usage describes.
+std::string value_for(const std::string& value) {
+  if (value == "N") return "100";
+  if (value == "N/m") return "1e5";
+  if (value == "m/s") return "1e-3";
+  return value;
+}
+
+/// Whether it is accepted, or would be in a program that has the library.
+std::string refusal(const std::string& spec) {
+  try {
+    make_method(spec);
+  } catch (const InputError& error) {
+    const std::string message = error.what();
+    return message.find("not built") == std::string::npos ? message : "";
+  }
+  return "";
+}
+
+TEST(MethodUsage, NamesOptionsThatAreAcceptedTogether) {
+  int n_tried = 0;
+  for (const auto& method : methods()) {
+    if (!method.make) continue;
+    const std::string head = method.examples.front().substr(0, method.examples.front().find(','));
+    std::map<std::string, std::string> chosen;  // by option, the first of its brackets
+    for (const auto& option : options_of(method.usage)) {
+      for (const auto& value : option.values) {
+        if (value == "...") continue;
+        std::string text = "," + option.name + "=" + value_for(value);
+        for (const auto& with : option.with) {
+          const auto equals = with.find('=');
+          text += with.substr(0, equals + 1) + value_for(with.substr(equals + 1));
+        }
+        EXPECT_EQ(refusal(head + text), "") << method.usage;
+        ++n_tried;
+        chosen.try_emplace(option.name, text);
+      }
+    }
+    std::string together = head;
+    for (const auto& [name, text] : chosen) together += text;
+    EXPECT_EQ(refusal(together), "") << method.usage;
+  }
+  EXPECT_GT(n_tried, 100);
+}
+
+}  // namespace
+}  // namespace ricochet
