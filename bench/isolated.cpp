@@ -1,24 +1,29 @@
 #include "bench/isolated.h"
 
 #include <poll.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <mutex>
 #include <stdexcept>
 
 namespace ricochet {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr int kThrew = 70;  // exit code of a child whose work threw; its text is then that of the exception
+constexpr long kLongestPoll = 60'000;  // [ms]; poll() takes an int
+constexpr int kThrew = 70;             // exit code of a child whose work threw; its text is then that of the exception
 
 [[noreturn]] void run_child(const std::function<std::string()>& work, int out) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody waits for it then, and it would keep locks of files
   std::string text;
   int code = 0;
   try {
@@ -42,7 +47,7 @@ bool read_all(int in, Clock::time_point deadline, std::string& text) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
     if (left <= 0) return false;
     pollfd waiting{in, POLLIN, 0};
-    if (poll(&waiting, 1, static_cast<int>(left)) <= 0) continue;
+    if (poll(&waiting, 1, static_cast<int>(std::min(left, kLongestPoll))) <= 0) continue;
     const ssize_t n = read(in, buffer.data(), buffer.size());
     if (n == 0) return true;
     if (n > 0) text.append(buffer.data(), static_cast<std::size_t>(n));
@@ -52,16 +57,20 @@ bool read_all(int in, Clock::time_point deadline, std::string& text) {
 }  // namespace
 
 IsolatedResult run_isolated(const std::function<std::string()>& work, double seconds) {
+  static std::mutex between_pipe_and_close;
+  std::unique_lock lock(between_pipe_and_close);  // a child of another thread would keep this pipe open
   std::array<int, 2> ends;
   if (pipe(ends.data()) != 0) throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
   std::fflush(nullptr);
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error(std::string("no process: ") + std::strerror(errno));
   if (child == 0) {
+    lock.unlock();  // it is the child's now, which may have children of its own
     close(ends[0]);
     run_child(work, ends[1]);
   }
   close(ends[1]);
+  lock.unlock();
   const auto deadline =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
   IsolatedResult result;

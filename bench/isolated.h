@@ -12,7 +12,11 @@ struct IsolatedResult {
   std::string text;  ///< what the work returned; of a crash, the signal or the exception
 };
 
-/// Runs `work` in a child process, so that neither a crash nor an endless loop in it can reach this one.
+/// For work that may take as long as it likes [s]: thirty years.
+inline constexpr double kNoLimit = 1e9;
+
+/// Runs `work` in a child process, so that neither a crash nor an endless loop in it can reach this one. May be called
+/// from several threads.
 /// @param seconds  wall time after which the child is killed
 /// @throws std::runtime_error when the system gives no process
 IsolatedResult run_isolated(const std::function<std::string()>& work, double seconds);

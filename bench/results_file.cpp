@@ -9,7 +9,11 @@
 #include <chrono>
 #include <ctime>
 #include <filesystem>
+#include <sstream>
+#include <stdexcept>
 
+#include "bench/ensemble/in_order.h"
+#include "bench/isolated.h"
 #include "problems/input_error.h"
 
 namespace ricochet {
@@ -119,6 +123,36 @@ void ResultsFile::append(const json& line) {
   if (!file_.is_open()) open();
   file_ << line.dump() << "\n";
   if (!file_.flush()) throw InputError("results file", partial_, "cannot be written");
+}
+
+void ResultsFile::make_elsewhere(std::size_t begin, std::size_t end,
+                                 const std::function<std::string(std::size_t piece)>& lines_of_piece,
+                                 const std::function<void(const json& line)>& take,
+                                 const std::function<void(std::size_t piece)>& done) {
+  if (begin == end) return;
+  // Processes and not threads: GiNaC and Ipopt's linear solver have state that threads would share.
+  const auto make = [&](int, std::int64_t first, std::int64_t last) {
+    const auto work = [&] {
+      std::string lines;
+      for (auto piece = first; piece < last; ++piece) lines += lines_of_piece(static_cast<std::size_t>(piece));
+      return lines;
+    };
+    IsolatedResult result = run_isolated(work, kNoLimit);
+    if (result.ending != IsolatedResult::Ending::returned)
+      throw std::runtime_error(fmt::format("{}: a process that made rows has ended: {}", path_, result.text));
+    return std::move(result.text);
+  };
+  auto next_piece = begin;
+  in_order(processes_, static_cast<std::int64_t>(begin), static_cast<std::int64_t>(end), make,
+           [&](std::int64_t last, const std::string& lines) {
+             std::istringstream stream(lines);
+             for (std::string text; std::getline(stream, text);) {
+               const json line = parse_line(text);
+               append(line);
+               take(line);
+             }
+             for (; next_piece < static_cast<std::size_t>(last); ++next_piece) done(next_piece);
+           });
 }
 
 void ResultsFile::finish() {

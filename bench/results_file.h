@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -20,6 +21,10 @@ namespace ricochet {
 /// already is returned instead of made again.
 class ResultsFile {
  public:
+  /// Makes the next row of a piece, or takes it over. @param how  returns it
+  template <class Row>
+  using NextRow = std::function<Row(const std::function<Row()>& how)>;
+
   /// Nothing is written before the first row, so that an experiment with a mistake leaves no file.
   /// @param header  with "key": equal keys mean that rows can be taken over
   /// @param force  nothing is taken over
@@ -61,6 +66,39 @@ class ResultsFile {
     return list;
   }
 
+  /// Rows in pieces 0, ..., n - 1 that know nothing of each other, so that several processes may make them: the file is
+  /// the same, to the last digit. What is taken over is read by this one.
+  /// @param make  make(piece, next): one or more rows, each by next(how), which returns it; in another process it leaves
+  ///              nothing behind but these rows
+  /// @param done  done(piece), in their order
+  /// @throws std::runtime_error when another process crashes, or its work throws
+  template <class Row>
+  std::vector<Row> pieces(std::size_t n, const std::function<void(std::size_t piece, const NextRow<Row>& next)>& make,
+                          const std::function<void(std::size_t piece)>& done) {
+    std::vector<Row> list;
+    const NextRow<Row> here = [&](const auto& how) { return list.emplace_back(row<Row>(how)); };
+    std::size_t k = 0;
+    for (; k < n && (processes_ == 1 || next_ < taken_.size()); ++k) {
+      make(k, here);
+      done(k);
+    }
+    const auto lines_of_piece = [&](std::size_t piece) {
+      std::string lines;
+      make(piece, [&](const auto& how) {
+        Row made = how();
+        lines += line_of(made).dump() + "\n";
+        return made;
+      });
+      return lines;
+    };
+    make_elsewhere(
+        k, n, lines_of_piece, [&](const nlohmann::json& line) { list.push_back(line.get<Row>()); }, done);
+    return list;
+  }
+
+  /// Of pieces(), which are made one after the other here without it. @param n  >= 1
+  void set_processes(int n) { processes_ = n; }
+
   /// Writes the end line and gives the file its name.
   void finish();
 
@@ -68,12 +106,19 @@ class ResultsFile {
   /// Whether the next n lines of the interrupted run are of this kind. What is left of it otherwise is given up.
   bool can_take(const std::string& kind, std::size_t n);
   void append(const nlohmann::json& line);
+  /// Pieces [begin, end) by several processes. @param lines_of_piece  called there  @param take  called here, with every
+  /// line in their order, which is in the file
+  void make_elsewhere(std::size_t begin, std::size_t end,
+                      const std::function<std::string(std::size_t piece)>& lines_of_piece,
+                      const std::function<void(const nlohmann::json& line)>& take,
+                      const std::function<void(std::size_t piece)>& done);
   void open();
   void lock();
 
   std::string path_, partial_;
   nlohmann::json header_;
   bool is_complete_ = false;
+  int processes_ = 1;
   std::vector<std::pair<std::string, nlohmann::json>> taken_;  ///< lines of an interrupted run, as text and parsed
   std::size_t next_ = 0;                                       ///< the first of them that is not asked for yet
   std::string said_;

@@ -8,30 +8,31 @@
 #include "bench/experiment_file.h"
 #include "bench/experiment_schema.h"
 #include "bench/studies/study.h"
+#include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
 
 using nlohmann::json;
 
-/// The document of the file as the command line changes it. @throws InputError for one that does not fit the study's
-/// schema, with its quick part or without
-json document_of(ExperimentFile experiment, const Study& study, const RunOptions& options) {
+/// As the file and the command line say, with every method by its name. @throws InputError for a document that does not
+/// fit the study's schema, with its quick part or without
+json changed_document(ExperimentFile experiment, const RunOptions& options, bool& has_quick_part) {
+  const Study& study = find_study(experiment.kind());
   const JsonSchema& schema = experiment_schema(study);
   const std::string place = experiment.path + ": ";
   ExperimentFile in_full = experiment;
   in_full.take_quick_part(!options.quick);
   schema.check(in_full.document, place);
-  const bool has_quick_part = experiment.take_quick_part(options.quick) || study.reads_quick;
+  has_quick_part = experiment.take_quick_part(options.quick) || study.reads_quick;
   for (const auto& change : options.changes) experiment.change(change);
   schema.check(experiment.document, place);
-  json document = experiment.document;
-  resolve_paths(document, schema, std::filesystem::path(experiment.path).parent_path());
-  if (!options.changes.empty()) document["id"] = document.value("id", "") + "_part";
-  if (options.quick && has_quick_part) document["quick"] = true;
-  if (!options.with_times) document["times"] = false;
-  if (options.time_limit > 0) document["time_limit"] = options.time_limit;
-  return document;
+  if (!options.selection.empty() && study.name_methods) study.name_methods(experiment.document);
+  return experiment.document;
+}
+
+std::string quoted(const std::string& text) {
+  return text.find_first_of("*'\" []{}") == std::string::npos ? text : fmt::format("'{}'", text);
 }
 
 std::string command_of(const std::string& name, const RunOptions& options) {
@@ -39,17 +40,73 @@ std::string command_of(const std::string& name, const RunOptions& options) {
   if (options.quick) command += " --quick";
   if (!options.with_times) command += " --no-times";
   if (options.time_limit > 0) command += fmt::format(" --time-limit {:g}", options.time_limit);
+  for (const auto& method : options.selection.methods) command += " --method " + quoted(method);
+  for (const auto& problem : options.selection.problems) command += " --problem " + quoted(problem);
   for (const auto& change : options.changes) command += fmt::format(" --set '{}'", change);
   return command;
 }
 
+[[noreturn]] void throw_no_experiment(const ExperimentFile& experiment, const json::exception& error) {
+  throw InputError(fmt::format("{}: not an experiment: {}", experiment.path, error.what()));
+}
+
+[[noreturn]] void throw_nothing_selected(const ExperimentFile& experiment) {
+  throw InputError("--method, --problem", experiment.name, "it has no run that fits both");
+}
+
+/// @throws InputError for several processes where times are measured
+void require_no_times(const Study& study, const json& document, int jobs) {
+  if (jobs == 1 || study.times == Times::none) return;
+  if (study.times == Times::always)
+    throw InputError("--jobs", jobs,
+                     fmt::format("1 is required: experiments of kind {} measure times, which runs beside each other "
+                                 "would spoil",
+                                 study.kind));
+  if (document.value("times", true))
+    throw InputError("--jobs", jobs, "--no-times is required, since runs beside each other would spoil the times");
+}
+
 }  // namespace
 
+json experiment_document(const ExperimentFile& experiment, const RunOptions& options) try {
+  bool has_quick_part = false;
+  json document = changed_document(experiment, options, has_quick_part);
+  if (!options.selection.empty() && !select(document, options.selection)) throw_nothing_selected(experiment);
+  resolve_paths(document, experiment_schema(find_study(experiment.kind())),
+                std::filesystem::path(experiment.path).parent_path());
+  if (!options.changes.empty() || !options.selection.empty()) document["id"] = document.value("id", "") + "_part";
+  if (options.quick && has_quick_part) document["quick"] = true;
+  if (!options.with_times) document["times"] = false;
+  if (options.time_limit > 0) document["time_limit"] = options.time_limit;
+  require_no_times(find_study(experiment.kind()), document, options.jobs);
+  return document;
+} catch (const json::exception& error) {
+  throw_no_experiment(experiment, error);
+}
+
+std::vector<ExperimentFile> selected_parts(const std::vector<ExperimentFile>& parts, const RunOptions& options) {
+  if (options.selection.empty()) return parts;
+  ListedNames names;
+  std::vector<ExperimentFile> selected;
+  for (const auto& part : parts) {
+    bool has_quick_part = false;
+    json document = changed_document(part, options, has_quick_part);
+    names.merge(names_in(document));
+    if (select(document, options.selection)) selected.push_back(part);
+  }
+  require_matches(options.selection, names);
+  if (selected.empty()) throw_nothing_selected(parts.front());
+  return selected;
+}
+
 std::string run_experiment(const std::string& name, const RunOptions& options) {
-  const ExperimentFile experiment = read_experiment_file(name);
+  return run_experiment(read_experiment_file(name), options);
+}
+
+std::string run_experiment(const ExperimentFile& experiment, const RunOptions& options) {
   try {
     const Study& study = find_study(experiment.kind());
-    const json document = document_of(experiment, study, options);
+    const json document = experiment_document(experiment, options);
     const std::string id = document.at("id");
     const json files = file_hashes(document, experiment_schema(study));
     ResultsFile file(options.folder, id,
@@ -60,18 +117,19 @@ std::string run_experiment(const std::string& name, const RunOptions& options) {
                       {"title", document.value("title", id)},
                       {"description", document.value("description", "")},
                       {"quick", document.value("quick", false)},
-                      {"command", command_of(name, options)},
+                      {"command", command_of(experiment.name, options)},
                       {"environment", environment()},
                       {"files", files},
                       {"key", hash_of(document.dump() + files.dump() + program_hash())}},
                      options.force);
     if (!file.said().empty()) fmt::print(stderr, "{}\n", file.said());
     if (file.is_complete()) return file.path();
+    file.set_processes(options.jobs);
     study.run(document, file);
     file.finish();
     return file.path();
   } catch (const json::exception& error) {
-    throw InputError(fmt::format("{}: not an experiment: {}", experiment.path, error.what()));
+    throw_no_experiment(experiment, error);
   }
 }
 

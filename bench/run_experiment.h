@@ -3,6 +3,9 @@
 #include <string>
 #include <vector>
 
+#include "bench/experiment_file.h"
+#include "bench/selection.h"
+
 namespace ricochet {
 
 struct RunOptions {
@@ -12,13 +15,24 @@ struct RunOptions {
   bool force = false;                ///< results that are there already are computed again
   double time_limit = 0;             ///< sets "time_limit", wall time per run [s]; 0: the experiment's own
   std::vector<std::string> changes;  ///< "FIELD=VALUE" of the experiment; its results are then those of ID_part
+  Selection selection;               ///< part of its rows; the results are then those of ID_part, too
+  int jobs = 1;                      ///< processes that make rows; results are the same
 };
+
+/// An experiment that has no parts, as it is run: with its quick part or without, changes and selection; files that it
+/// names have been found.
+/// @throws InputError with file and field, or when nothing is selected
+nlohmann::json experiment_document(const ExperimentFile& experiment, const RunOptions& options);
+
+/// The experiments of which something is selected. @throws InputError for a pattern that fits none of them
+std::vector<ExperimentFile> selected_parts(const std::vector<ExperimentFile>& parts, const RunOptions& options);
 
 /// Runs an experiment that has no parts, by the study of its kind, and returns the path of its results file. Results of
 /// the same experiment, with the same contents of the files it names, by the same program are taken as they are; an
 /// interrupted run is continued. A line on standard error says so.
-/// @param name  of a file in bench/experiments/ without ".json", or a path
 /// @throws InputError with file and field
+std::string run_experiment(const ExperimentFile& experiment, const RunOptions& options);
+/// @param name  of a file in bench/experiments/ without ".json", or a path
 std::string run_experiment(const std::string& name, const RunOptions& options);
 
 }  // namespace ricochet

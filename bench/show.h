@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/ad_hoc_experiment.h"
 #include "bench/run_experiment.h"
 #include "reports/section.h"
 
@@ -26,10 +27,12 @@ void print_results(const ShownResults& shown, const PrintOptions& options);
 
 /// `ricochet run-experiment`, with the words before it that still stand for it.
 struct ExperimentCommand {
-  std::string experiment;
-  RunOptions run;
-  PrintOptions print;
-  std::string page;  ///< folder; empty: none
+  std::string experiment;  ///< empty: the ad-hoc one
+  AdHocStudy ad_hoc = {};
+  RunOptions run = {};
+  PrintOptions print = {};
+  std::string page = {};           ///< folder; empty: none
+  bool prints_experiment = false;  ///< as it would be run, which it is not
 };
 
 /// Runs the experiment, or each of its parts, and prints the results. @return the exit code

@@ -55,10 +55,30 @@ void require_writable(const std::string& what, const fs::path& path) {
   std::error_code error;
   if (path.has_parent_path()) fs::create_directories(path.parent_path(), error);
   if (error) refuse(what, path, error.message());
-  if (fs::is_directory(path)) refuse(what, path, "it is a folder");
+  require_writable_there(what, path);
+}
+
+void require_writable_there(const std::string& what, const fs::path& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) refuse(what, path, "it is a folder");
   if (is_written_through(path)) return;
-  if (!std::ofstream(unfinished(path))) refuse(what, path, "the folder is closed");
+  if (!std::ofstream(unfinished(path))) refuse(what, path, "the folder does not exist or is closed");
   fs::remove(unfinished(path), error);
+}
+
+void require_new_file(const std::string& what, const fs::path& path) {
+  if (fs::exists(path)) throw InputError(what, path.string(), "it exists; a new file is required");
+  require_writable_there(what, path);
+}
+
+void require_writable_folder(const std::string& what, const fs::path& path) {
+  std::error_code error;
+  fs::path there = fs::absolute(path);
+  while (!fs::exists(there, error) && there.has_relative_path()) there = there.parent_path();
+  if (!fs::is_directory(there, error)) throw InputError(what, path.string(), "cannot be written: it is no folder");
+  const fs::path probe = there / ".ricochet";
+  if (!std::ofstream(unfinished(probe))) throw InputError(what, path.string(), "cannot be written: it is closed");
+  fs::remove(unfinished(probe), error);
 }
 
 }  // namespace ricochet

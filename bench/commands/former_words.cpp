@@ -34,7 +34,7 @@ void add_former_experiment(CLI::App& app, int& exit_code, const std::string& wor
 }
 
 void add_former_cost(CLI::App& app, int& exit_code) {
-  static ExperimentCommand options{.experiment = "contact_cost", .run = {}, .print = {}, .page = {}};
+  static ExperimentCommand options{.experiment = "contact_cost"};
   static std::vector<std::string> methods;
   auto* command = add_former(app, "cost");
   command->add_option("-m,--method", methods);
@@ -46,8 +46,8 @@ void add_former_cost(CLI::App& app, int& exit_code) {
 }
 
 void add_former_homotopy(CLI::App& app, int& exit_code) {
-  static ExperimentCommand grid{.experiment = "homotopy_grid", .run = {}, .print = {}, .page = {}};
-  static ExperimentCommand sweep{.experiment = "homotopy_sweep", .run = {}, .print = {}, .page = {}};
+  static ExperimentCommand grid{.experiment = "homotopy_grid"};
+  static ExperimentCommand sweep{.experiment = "homotopy_sweep"};
   static std::vector<std::string> guesses;
   static std::vector<int> steps;
   auto* former = add_former(app, "homotopy");
@@ -78,7 +78,7 @@ void add_former_commands(CLI::App& app, int& exit_code) {
 
 /// Its page has a folder of its own: that of `ricochet report` shows every experiment.
 void add_former_hard_cases_command(CLI::App& report, int& exit_code) {
-  static ExperimentCommand options{.experiment = "hard_cases", .run = {}, .print = {}, .page = "out/hard_cases"};
+  static ExperimentCommand options{.experiment = "hard_cases", .page = "out/hard_cases"};
   static std::string hard_case, method;
   auto* command = report.add_subcommand("hard-cases", "former word: see run-experiment")->group("");
   command->add_flag("--quick", options.run.quick);

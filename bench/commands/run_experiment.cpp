@@ -11,6 +11,7 @@
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "reports/page.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
@@ -27,13 +28,35 @@ std::vector<std::string> also_shown(const ExperimentFile& experiment, const std:
   return paths;
 }
 
+/// In the order in which one reads it.
+std::string experiment_text(const nlohmann::json& document) {
+  nlohmann::ordered_json text;
+  for (const char* field : {"id", "kind", "title", "description", "problem", "parameters", "reference"}) {
+    if (document.contains(field)) text[field] = document[field];
+  }
+  for (const auto& [field, value] : document.items()) text[field] = value;
+  return text.dump(2);
+}
+
 }  // namespace
 
 int run_and_show(const ExperimentCommand& command) {
-  const ExperimentFile experiment = read_experiment_file(command.experiment);
-  const auto parts = experiment.parts();
+  const ExperimentFile experiment =
+      command.experiment.empty() ? ad_hoc_experiment(command.ad_hoc) : read_experiment_file(command.experiment);
+  std::vector<ExperimentFile> parts;
+  for (const auto& name : experiment.parts())
+    parts.push_back(name == experiment.name ? experiment : read_experiment_file(name));
   if (parts.size() > 1 && !command.run.changes.empty())
     throw InputError("--set", command.run.changes.front(), "an experiment without parts is required");
+  parts = selected_parts(parts, command.run);
+  for (const auto& part : parts) {
+    const nlohmann::json document =
+        experiment_document(part, command.run);  // of the last, too, before the first is run
+    if (command.prints_experiment) fmt::print("{}\n", experiment_text(document));
+  }
+  if (command.prints_experiment) return 0;
+  require_writable_folder("results folder", command.run.folder);
+  if (!command.page.empty()) require_writable_folder("folder of the page", command.page);
   std::vector<std::string> paths;
   int failed = 0;
   for (const auto& part : parts) {
@@ -56,15 +79,45 @@ int run_and_show(const ExperimentCommand& command) {
 
 void add_run_experiment_command(CLI::App& app, int& exit_code) {
   static ExperimentCommand options;
+  static std::vector<std::string> methods, problems;
   static bool without_times = false;
   auto* command = app.add_subcommand(
       "run-experiment",
       "run an experiment where its results are missing, and print them; exit code 1 when a row fails that the "
       "experiment does not expect to fail");
-  command->add_option("experiment", options.experiment, "name, see `ricochet list experiments`, or a file")->required();
+  auto* experiment = command->add_option(
+      "experiment", options.experiment,
+      "name, see `ricochet list experiments`, or a file; without it a study of --problem or --scene");
+  command->add_option("--method,-m", methods,
+                      "only this method of the experiment, by its name there or by a pattern with *, the results are "
+                      "then those of ID_part; without an experiment: a method to run. May be repeated");
+  command->add_option("--problem,-p", problems,
+                      "only this problem of the experiment, likewise; without an experiment: the problem, "
+                      "NAME,PARAMETER=VALUE,...");
+  command
+      ->add_option("--scene,-s", options.ad_hoc.scene,
+                   "without an experiment: the problem, FILE.json or FILE.json#ID, with ,PARAMETER=VALUE")
+      ->excludes(experiment)
+      ->excludes("--problem");
+  command
+      ->add_option("--steps,-N", options.ad_hoc.steps,
+                   "without an experiment: of fixed-step methods, FROM..TO, FROM..TO:PER_DECADE or A,B,...; by default "
+                   "10..1000, a hundred times as many for methods of first order, 8 per decade")
+      ->excludes(experiment);
+  command
+      ->add_option("--tolerance", options.ad_hoc.tolerances,
+                   "without an experiment: of error-controlled methods, likewise; by default 1e-3..1e-9, 1 per decade")
+      ->excludes(experiment);
+  command->add_flag("--print-experiment", options.prints_experiment,
+                    "print the experiment as a file would state it, and run nothing");
   command->add_option("-o,--out", options.run.folder, "folder for the results file")->capture_default_str();
   command->add_flag("--quick", options.run.quick, "the short part of the experiment; times are measured three times");
   command->add_flag("--no-times", without_times, "do not measure times where they are not what is asked for");
+  command
+      ->add_option("--jobs,-j", options.run.jobs,
+                   "processes that share the work where no times are measured; the results are the same")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
   command->add_flag("--force", options.run.force, "compute again what is there already; it is kept under a dated name");
   command->add_option("--time-limit", options.run.time_limit, "wall time per run in seconds")
       ->check(CLI::PositiveNumber);
@@ -76,10 +129,21 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
   command->footer(
       "Examples:\n"
       "  ricochet run-experiment two_balls_order --quick\n"
+      "  ricochet run-experiment two_balls_order --method 'fesd:gauss:*' --no-times --jobs 4\n"
+      "  ricochet run-experiment --problem bouncing_ball,e=0.9 --method moreau_jean --method fesd:gauss:2 --steps "
+      "20..400\n"
+      "  ricochet run-experiment --scene block.json --print-experiment\n"
       "  ricochet run-experiment zeno --page out/report\n"
-      "  ricochet run-experiment hard_cases --set only_case=wedge --set only_method=moreau_jean --view failures");
+      "  ricochet run-experiment hard_cases --problem disc_in_chute --method moreau_jean --view failures");
   command->callback([&exit_code] {
     options.run.with_times = !without_times;
+    if (options.experiment.empty()) {
+      if (problems.size() > 1) throw InputError("--problem", problems[1], "without an experiment one is required");
+      options.ad_hoc.methods = methods;
+      if (!problems.empty()) options.ad_hoc.problem = problems.front();
+    } else {
+      options.run.selection = {methods, problems};
+    }
     exit_code = run_and_show(options);
   });
 }

@@ -10,6 +10,13 @@
 
 namespace ricochet {
 
+/// How far the rows of a study are times, which runs beside each other would spoil.
+enum class Times {
+  none,      ///< none is, and all rows are made by ResultsFile::pieces()
+  optional,  ///< the same where "times" of the experiment is false
+  always
+};
+
 /// A kind of experiment: how it is run, and what its results say. Everything of a kind is in its folder in
 /// bench/studies/, and registers itself there; no list of studies exists anywhere else.
 struct Study {
@@ -20,7 +27,13 @@ struct Study {
 
   bool reads_quick = false;  ///< it reads "quick"; elsewhere --quick is the "quick_part" of the experiment
 
-  /// Makes the rows in a fixed order, each by ResultsFile::row() or rows().
+  Times times = Times::always;  ///< whether several processes may share the work
+
+  /// Writes into an experiment that fits its fields the names of all methods that it runs, so that some can be selected
+  /// (bench/selection.h). Empty where experiments name them all.
+  std::function<void(nlohmann::json& experiment)> name_methods = {};
+
+  /// Makes the rows in a fixed order, each by ResultsFile::row(), rows() or pieces().
   /// @param experiment  the file, with the changes of the command line: "quick", "times", "time_limit" and any field
   /// @throws InputError with the field, before the first row; nlohmann::json::exception for one that is missing
   std::function<void(const nlohmann::json& experiment, ResultsFile& file)> run;

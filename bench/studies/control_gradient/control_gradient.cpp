@@ -94,23 +94,25 @@ void run_control_gradient(const json& experiment, ResultsFile& file) {
         gradient_by_differences(*problem, trajectory, reference_solver(kGradientTolerance), kReferenceChange));
   }));
   const Eigen::Index n_behind = columns_behind_impacts(*problem, trajectory);
-  double done = 0;
+  std::vector<std::pair<std::string, int>> runs;
   for (const auto& entry : experiment.at("methods")) {
-    const std::string method = entry.at("method");
-    for (const int steps : entry.at("steps").get<std::vector<int>>()) {
-      file.row<ControlGradient>([&] {
-        const Matrix gradient =
-            make_method(method)->info().has_sensitivities
-                ? gradient_by_sensitivities(*problem, trajectory, method, steps)
-                : gradient_by_differences(*problem, trajectory, fixed_step_solver(method, steps), kSchemeChange);
-        ControlGradient row = row_of_gradient(*problem, method, steps, gradient);
-        row.error = largest_error(gradient, reference, gradient.cols());
-        row.error_after_impact = largest_error(gradient, reference, n_behind);
-        return row;
-      });
-    }
-    progress.update(++done / static_cast<double>(experiment["methods"].size()), method);
+    for (const int steps : entry.at("steps").get<std::vector<int>>()) runs.emplace_back(entry.at("method"), steps);
   }
+  const auto run = [&](std::size_t k, const ResultsFile::NextRow<ControlGradient>& next) {
+    next([&, &method = runs[k].first, steps = runs[k].second] {
+      const Matrix gradient =
+          make_method(method)->info().has_sensitivities
+              ? gradient_by_sensitivities(*problem, trajectory, method, steps)
+              : gradient_by_differences(*problem, trajectory, fixed_step_solver(method, steps), kSchemeChange);
+      ControlGradient row = row_of_gradient(*problem, method, steps, gradient);
+      row.error = largest_error(gradient, reference, gradient.cols());
+      row.error_after_impact = largest_error(gradient, reference, n_behind);
+      return row;
+    });
+  };
+  file.pieces<ControlGradient>(runs.size(), run, [&](std::size_t k) {
+    progress.update(static_cast<double>(k + 1) / static_cast<double>(runs.size()), runs[k].first);
+  });
 }
 
 void show_control_gradient(const Results& results, Section& section) {
@@ -141,6 +143,7 @@ const bool control_gradient_is_registered =
                     .summary = "derivatives of a terminal state with respect to controls, through impacts",
                     .fields = kControlGradientFields,
                     .rows = {ControlGradient::kKind},
+                    .times = Times::none,
                     .run = run_control_gradient,
                     .show = show_control_gradient,
                     .surprises = {}});

@@ -54,20 +54,26 @@ Entry entry_of(const json& j) {
 
 /// The methods of the experiment; with "others", {"steps": N, "tolerance": TOL}, also the first example of every
 /// registered method that it does not name.
-std::vector<Entry> entries_of(const json& document) {
-  std::vector<Entry> entries;
-  const json& named = document.at("methods");
-  if (named != "all") {
-    for (const auto& j : named) entries.push_back(entry_of(j));
-  }
-  if (named != "all" && !document.contains("others")) return entries;
+void name_methods(json& document) {
+  json& named = document.at("methods");
+  if (named != "all" && !document.contains("others")) return;
+  if (named == "all") named = json::array();
+  const json given = named;
   for (const auto& registered : methods()) {
-    const auto is_it = [&](const Entry& entry) { return MethodSpec(entry.name).name() == registered.name; };
-    if (!registered.make || registered.examples.empty() || std::ranges::any_of(entries, is_it)) continue;
+    const auto is_it = [&](const json& j) {
+      return MethodSpec(j.at("method").get<std::string>()).name() == registered.name;
+    };
+    if (!registered.make || registered.examples.empty() || std::ranges::any_of(given, is_it)) continue;
     const char* setting = make_method(registered.examples.front())->info().is_adaptive ? "tolerance" : "steps";
-    const json j = {{"method", registered.examples.front()}, {setting, document.at("others").at(setting)}};
-    entries.push_back(entry_of(j));
+    named.push_back({{"method", registered.examples.front()}, {setting, document.at("others").at(setting)}});
   }
+  document.erase("others");
+}
+
+std::vector<Entry> entries_of(json document) {
+  name_methods(document);
+  std::vector<Entry> entries;
+  for (const auto& j : document.at("methods")) entries.push_back(entry_of(j));
   return entries;
 }
 
@@ -240,6 +246,7 @@ const bool friction_ramp_is_registered =
                     .summary = "does a block on a ramp stick, and where does it slip with a polygon as friction cone",
                     .fields = kFrictionRampFields,
                     .rows = {RampGrid::kKind, RampFacets::kKind},
+                    .name_methods = name_methods,
                     .run = run_friction_ramp,
                     .show = show_friction_ramp,
                     .surprises = {}});

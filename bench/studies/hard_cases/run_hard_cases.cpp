@@ -183,20 +183,20 @@ namespace {
 void run_matrix(const json& experiment, ResultsFile& file) {
   const HardCases cases = read_hard_cases(experiment);
   Progress progress(cases.id);
-  double n_done = 0;
-  for (const auto& hard_case : cases.cases) {
+  const auto run_case = [&](std::size_t k, const ResultsFile::NextRow<HardCell>& next) {
+    const HardCase& hard_case = cases.cases[k];
     const auto problem = hard_case.make_problem();
     std::optional<std::vector<TrueMotion>> motions;  // needed where a cell is missing
     for (const auto& method : cases.methods) {
-      file.row<HardCell>([&] {
+      next([&] {
         if (!motions) motions = isolated_motions(hard_case, *problem);
         return run_cell(hard_case, *problem, *motions, method, cases.time_limit);
       });
-      n_done += 1;
-      progress.update(n_done / static_cast<double>(cases.cases.size() * cases.methods.size()),
-                      fmt::format("{} {}", hard_case.id, method));
     }
-  }
+  };
+  file.pieces<HardCell>(cases.cases.size(), run_case, [&](std::size_t k) {
+    progress.update(static_cast<double>(k + 1) / static_cast<double>(cases.cases.size()), cases.cases[k].id);
+  });
 }
 
 void show_matrix(const Results& results, Section& section) {
@@ -266,6 +266,8 @@ const bool hard_cases_are_registered =
                     .summary = "every method on every problem that methods stumble over: a matrix of verdicts",
                     .fields = kHardCasesFields,
                     .rows = {HardCell::kKind},
+                    .times = Times::none,
+                    .name_methods = [](json& j) { j["only_method"] = read_hard_cases(j).methods; },
                     .run = run_matrix,
                     .show = show_matrix,
                     .surprises = matrix_surprises});

@@ -153,19 +153,18 @@ Trajectory GridRun::trajectory() const {
 /// First every run once, audited, with its error; behind a run that failed the one that answers it.
 std::vector<Record> run_jobs(const GridExperiment& experiment, const GridRun& grid, ResultsFile& file) {
   const auto jobs = jobs_of(experiment);
-  std::vector<Record> records;
   Progress progress(experiment.id + ": errors");
-  for (std::size_t k = 0; k < jobs.size(); ++k) {
+  const auto run = [&](std::size_t k, const ResultsFile::NextRow<Record>& next) {
     const Job& job = jobs[k];
-    records.push_back(file.row<Record>([&] { return grid.run(job, ""); }));
-    if (!records.back().succeeded() && !job.grid->on_failure.empty()) {
-      const Job answer{job.grid->on_failure, job.steps, job.tolerance, job.grid};
-      records.push_back(file.row<Record>([&] { return grid.run(answer, job.method); }));
-    }
+    const Record record = next([&] { return grid.run(job, ""); });
+    if (record.succeeded() || job.grid->on_failure.empty()) return;
+    const Job answer{job.grid->on_failure, job.steps, job.tolerance, job.grid};
+    next([&] { return grid.run(answer, job.method); });
+  };
+  return file.pieces<Record>(jobs.size(), run, [&](std::size_t k) {
     progress.update(static_cast<double>(k + 1) / static_cast<double>(jobs.size()),
-                    fmt::format("{} {}", job.method, records.back().setting()));
-  }
-  return records;
+                    fmt::format("{} {}", jobs[k].method, setting_text(jobs[k].steps, jobs[k].tolerance)));
+  });
 }
 
 /// Then, in one session, the times of all that succeeded.
@@ -260,6 +259,7 @@ const bool method_grid_is_registered = register_study(
      .fields = kMethodGridFields,
      .rows = {Record::kKind, TimingRow::kKind, Trajectory::kKind},
      .reads_quick = true,
+     .times = Times::optional,
      .run = run_method_grid,
      .show = show_method_grid,
      .surprises = method_grid_surprises});

@@ -176,13 +176,18 @@ struct ZenoPlan {
 
 void run_zeno(const json& experiment, ResultsFile& file) {
   const ZenoPlan plan(experiment);
-  for (const auto& tableau : plan.tableaus) file.row<ZenoCapture>([&] { return measure_capture(tableau); });
+  const auto capture = [&](std::size_t k, const ResultsFile::NextRow<ZenoCapture>& next) {
+    next([&] { return measure_capture(plan.tableaus[k]); });
+  };
+  file.pieces<ZenoCapture>(plan.tableaus.size(), capture, [](std::size_t) {});
   Progress progress(experiment.at("id").get<std::string>());
-  for (std::size_t k = 0; k < plan.runs.size(); ++k) {
+  const auto bounce = [&](std::size_t k, const ResultsFile::NextRow<ZenoRun>& next) {
     const ZenoPlan::Entry& run = plan.runs[k];
-    file.row<ZenoRun>([&] { return measure_rest(run.method, run.e, run.H, run.tolerance); });
-    progress.update(static_cast<double>(k + 1) / static_cast<double>(plan.runs.size()), run.method);
-  }
+    next([&] { return measure_rest(run.method, run.e, run.H, run.tolerance); });
+  };
+  file.pieces<ZenoRun>(plan.runs.size(), bounce, [&](std::size_t k) {
+    progress.update(static_cast<double>(k + 1) / static_cast<double>(plan.runs.size()), plan.runs[k].method);
+  });
 }
 
 void show_zeno(const Results& results, Section& section) {
@@ -220,6 +225,7 @@ const bool zeno_is_registered = register_study({.kind = "zeno",
                                                 .summary = "when and how the bouncing of a ball ends",
                                                 .fields = kZenoFields,
                                                 .rows = {ZenoCapture::kKind, ZenoRun::kKind},
+                                                .times = Times::none,
                                                 .run = run_zeno,
                                                 .show = show_zeno,
                                                 .surprises = zeno_surprises});

@@ -1,0 +1,130 @@
+// `ricochet run-experiment`: part of an experiment, one without a file, several processes.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/cli/program.h"
+
+namespace ricochet::cli {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kThreeMethods = R"({"id": "small", "title": "a small experiment", "problem": "bouncing_ball",
+  "methods": [{"method": "fesd:gauss:1", "steps": [3, 40], "on_failure": "fesd:gauss:1,elements=as_needed"},
+              {"method": "moreau_jean", "steps": [10, 20, 40]}, {"method": "cvode:adams", "tolerances": [1e-6]}]})";
+
+std::vector<json> rows_of(const fs::path& results) {
+  std::vector<json> rows;
+  for (const auto& line : lines_of(read(results))) {
+    rows.push_back(json::parse(line));
+    if (rows.back()["kind"] != "row") rows.pop_back();
+  }
+  return rows;
+}
+
+TEST_F(Cli, RunsPartOfAnExperiment) {
+  const std::string experiment = write("small.json", kThreeMethods), out = " --no-times -o " + folder.string();
+  ASSERT_EQ(run("run-experiment " + experiment + out).code, 0);
+  const Outcome part = run("run-experiment " + experiment + out + " --method 'moreau*' --method cvode:adams");
+  ASSERT_EQ(part.code, 0) << part.text;
+  const auto whole = rows_of(folder / "small.jsonl"), rows = rows_of(folder / "small_part.jsonl");
+  ASSERT_EQ(rows.size(), 4u);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    json expected = whole[whole.size() - rows.size() + k];
+    expected["experiment"] = "small_part";
+    EXPECT_EQ(rows[k], expected);
+  }
+  const Outcome unknown = run("run-experiment " + experiment + out + " --method fesd");
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_HAS(unknown.text,
+             "--method = fesd: the experiment has none of this name; it has cvode:adams  fesd:gauss:1  moreau_jean");
+  EXPECT_EQ(run("run-experiment " + experiment + out + " --problem other").code, 2);
+  EXPECT_EQ(run("run-experiment " + experiment + out + " --steps 10").code, 2) << "of which method?";
+}
+
+/// Those of its parts in which something is selected.
+TEST_F(Cli, RunsPartOfAGroup) {
+  const Outcome outcome = run("run-experiment pinning_order --quick --no-times -o " + folder.string() +
+                              " --print-experiment --problem '*pulled_bead*'");
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_EQ(json::parse(outcome.text)["id"], "pinning_slip_curved_part");
+  const Outcome hard = run("run-experiment hard_cases -o " + folder.string() +
+                           " --problem disc_in_chute --method fesd:gauss:3 --view group_1");
+  EXPECT_EQ(hard.code, 0) << hard.text;
+  EXPECT_EQ(lines_of(read(folder / "hard_cases_part.jsonl")).size(), 3u) << "header, one cell, end";
+}
+
+TEST_F(Cli, RunsAStudyWithoutAFile) {
+  const std::string scene =
+      write("block.json", R"({"params": {"mu": "0.3"}, "q0": ["0", "0"], "v0": ["2", "0"], "T": "1",
+    "M": [["1", "0"], ["0", "1"]], "f": ["0", "-9.81"],
+    "contacts": [{"name": "floor", "gap": "q[1]", "mu": "mu", "Jt": [["1", "0"]]}]})");
+  const std::string arguments = "run-experiment --scene " + scene +
+                                ",mu=0.4 -m moreau_jean -m cvode:adams --steps 10..100:4 "
+                                "--tolerance 1e-4..1e-6 -o " +
+                                folder.string();
+  const Outcome outcome = run(arguments + " --no-times --view orders");
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_HAS(outcome.text, "Observed orders");
+  const auto rows = rows_of(folder / "block-mu=0.4_moreau_jean_cvode-adams_steps-10..100-4_tolerance-1e-4..1e-6.jsonl");
+  ASSERT_EQ(rows.size(), 5u + 3u);
+  EXPECT_HAS(rows[0]["command"].get<std::string>(), "--scene " + scene + " --set mu=0.4");
+  EXPECT_TRUE(rows[0]["error"].is_number());
+
+  // Printed, saved and run it is the same.
+  const Outcome printed = run(arguments + " --print-experiment");
+  ASSERT_EQ(printed.code, 0);
+  json document = json::parse(printed.text);
+  document["id"] = "saved";
+  ASSERT_EQ(run("run-experiment " + write("saved.json", document.dump()) + " --no-times -o " + folder.string()).code,
+            0);
+  auto saved = rows_of(folder / "saved.jsonl");
+  for (auto& row : saved) row["experiment"] = rows[0]["experiment"];
+  EXPECT_EQ(saved, rows);
+
+  EXPECT_HAS(run("run-experiment").text, "a name, or --problem or --scene for one without a file, is required");
+  EXPECT_EQ(run("run-experiment").code, 2);
+  EXPECT_EQ(run("run-experiment zeno --scene " + scene).code, 2);
+  EXPECT_EQ(run("run-experiment -p a -p b").code, 2);
+}
+
+TEST_F(Cli, SharesTheWorkOfWhatIsNotTimed) {
+  const std::string experiment = write("small.json", kThreeMethods),
+                    command = "run-experiment " + experiment + " --no-times -o ";
+  const auto file_of = [&](const std::string& jobs) {
+    const Outcome outcome = run(command + (folder / ("j" + jobs)).string() + " --jobs " + jobs);
+    EXPECT_EQ(outcome.code, 0) << outcome.text;
+    const auto lines = lines_of(read(folder / ("j" + jobs) / "small.jsonl"));
+    std::string text;
+    for (std::size_t k = 1; k < lines.size(); ++k) text += lines[k] + "\n";  // without the header, which has a date
+    return text;
+  };
+  const std::string one = file_of("1");
+  EXPECT_EQ(file_of("2"), one);
+  EXPECT_EQ(file_of("5"), one);
+  const Outcome timed = run("run-experiment " + experiment + " --jobs 2 -o " + (folder / "timed").string());
+  EXPECT_EQ(timed.code, 2);
+  EXPECT_HAS(timed.text, "--jobs = 2: --no-times is required, since runs beside each other would spoil the times");
+  EXPECT_EQ(run("run-experiment scale --quick --jobs 2 -o " + (folder / "timed").string()).code, 2);
+  EXPECT_EQ(run("run-experiment report --quick --no-times --jobs 2 -o " + (folder / "timed").string()).code, 2)
+      << "a part of it is timed, which is said before the others are run";
+  EXPECT_FALSE(fs::exists(folder / "timed"));
+  EXPECT_EQ(run(command + (folder / "j0").string() + " --jobs 0").code, 2);
+}
+
+/// Killed, it leaves no process behind that would keep the results locked.
+TEST_F(Cli, GoesOnAtOnceBehindAKilledRunOfSeveralProcesses) {
+  const std::string experiment =
+      write("long.json", R"({"id": "long", "problem": "bouncing_ball", "reference": null, "methods": [
+    {"method": "moreau_jean", "steps": [400000, 400001, 400002, 400003, 400004, 400005, 400006, 400007]}]})");
+  const std::string command = "run-experiment " + experiment + " --no-times --jobs 2 -o " + folder.string();
+  run_command("timeout -s KILL 0.3 " + std::string(RICOCHET_PROGRAM) + " " + command);
+  const Outcome again = run(command);
+  EXPECT_EQ(again.code, 0) << again.text;
+  EXPECT_EQ(rows_of(folder / "long.jsonl").size(), 8u);
+}
+
+}  // namespace
+}  // namespace ricochet::cli
