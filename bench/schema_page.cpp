@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bench/experiment_schema.h"
+#include "bench/run_report.h"
 #include "problems/scene_file/scene_schema.h"
 
 namespace ricochet {
@@ -119,6 +120,11 @@ std::string experiment_file_page() {
   }
   page += section(shared, "range", shared.definition("range"));
   return page;
+}
+
+std::string run_page() {
+  return "# A run as JSON\n\n<!-- Written by `ricochet schema run --page`; the source is run_report.cpp. -->\n" +
+         section(run_schema(), "ricochet run --json", run_schema().document());
 }
 
 }  // namespace ricochet

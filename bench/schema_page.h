@@ -4,9 +4,10 @@
 
 namespace ricochet {
 
-/// The reference pages of scene files and of experiment files, in Markdown, made from their schemas: every field with
+/// The reference pages of scene files, of experiment files and of what `ricochet run --json` prints, in Markdown, made from their schemas: every field with
 /// its type, unit and sign convention, and an example.
 std::string scene_file_page();
 std::string experiment_file_page();
+std::string run_page();
 
 }  // namespace ricochet

@@ -1,12 +1,14 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <limits>
 
 #include "bench/commands.h"
-#include "bench/problem_choice.h"
+#include "bench/isolated_reference.h"
+#include "bench/known_truth.h"
 #include "bench/problem_options.h"
+#include "bench/run_report.h"
 #include "bench/sensitivities.h"
 #include "bench/studies/method_grid/grid_tables.h"
 #include "bench/trajectory_of.h"
@@ -17,68 +19,99 @@
 namespace ricochet {
 namespace {
 
+constexpr double kReferenceLimit = 20;  // wall time of the reference [s]; on the scenes of the suite it takes 3 at most
+
 struct RunArguments {
   ProblemOptions problem;
   std::string method;
   std::string plot, csv;
   int points = 1000;
+  std::int64_t events = std::numeric_limits<std::int64_t>::max();
   std::vector<std::string> sensitivities;
+  bool as_json = false, without_reference = false;
 };
 
-std::string numbers(const Eigen::Ref<const Vector>& x) {
-  return fmt::format("{:.15g}", fmt::join(x.begin(), x.end(), "  "));
+Settings settings_of(const RunArguments& options, const Problem& problem, const Method& method) {
+  Settings settings = options.problem.settings(problem, method);
+  if (!options.plot.empty() || !options.csv.empty()) settings.recording = Recording::motion;
+  settings.sensitivities = options.sensitivities;
+  return settings;
 }
 
-std::size_t shown_events(const Solution& solution) {
-  return std::min<std::size_t>(solution.events.size(), 20);
+void check_outputs(const RunArguments& options) {
+  if (!options.plot.empty()) {
+    if (!can_draw()) throw InputError("--plot", options.plot, "gnuplot is needed for figures and was not found");
+    require_writable_folder("--plot", options.plot);
+  }
+  if (!options.csv.empty()) require_writable("motion", options.csv);
 }
 
-void print_solution(const Problem& problem, const Solution& solution) {
-  const auto& info = problem.info();
-  fmt::print("status     {}{}\n", to_string(solution.status), solution.message.empty() ? "" : ": " + solution.message);
-  fmt::print("t          {:.15g} of {:.15g} s\nq          {}\nv          {}\n", solution.t, info.end_time,
-             numbers(solution.q.head(info.n_mechanical())), numbers(solution.v.head(info.n_mechanical())));
-  const auto before = problem.energy(info.q0, info.v0), after = problem.energy(solution.q, solution.v);
-  if (before && after) fmt::print("energy     {:.12g} J, {:+.3g} J since the start\n", *after, *after - *before);
-  if (!solution.events.empty()) {
-    fmt::print("events     {}\n", solution.events.size());
-    const std::size_t shown = shown_events(solution);
-    for (std::size_t k = 0; k < shown; ++k) {
-      const Event& e = solution.events[k];
-      fmt::print("  {:<8} t = {:.15g}  {}{}\n", to_string(e.kind), e.t, info.contacts[e.contact].name,
-                 e.kind == EventKind::impact ? fmt::format("  Lambda_n = {:.6g} N s", e.Lambda_n[e.contact]) : "");
-    }
-    if (shown < solution.events.size()) fmt::print("  and {} more\n", solution.events.size() - shown);
+RunReport timed_run(const Problem& problem, const Method& method, const std::string& spec, const Settings& settings) {
+  RunReport report{.problem = problem,
+                   .method = spec,
+                   .method_info = method.info(),
+                   .settings = settings,
+                   .solution = {},
+                   .reference = {},
+                   .without_reference = {}};
+  report.by_differences = !settings.sensitivities.empty() && !report.method_info.has_sensitivities;
+  const auto begin = std::chrono::steady_clock::now();
+  report.solution = solve_with_sensitivities(method, problem, settings);
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return report;
+}
+
+/// As the studies find it.
+void add_reference(const RunArguments& options, RunReport& report) {
+  if (options.without_reference || !report.solution.succeeded()) {
+    report.without_reference = options.without_reference ? "--no-reference" : "the run failed";
+    return;
+  }
+  ProblemChoice choice;
+  choice.problem = options.problem.scene.empty() ? options.problem.problem : options.problem.scene;
+  choice.parameters = parameter_changes(options.problem.changes);
+  if (options.problem.depth == 0) find_ground_truth(choice);  // a state that was moved is none of a file
+  try {
+    report.reference = isolated_reference(choice, report.problem, kReferenceLimit);
+  } catch (const std::runtime_error& error) {
+    report.without_reference = error.what();
   }
 }
 
-/// @param n_solutions  that took the time, all but one of them for differences
-void print_work(const Counters& c, double seconds, std::size_t n_solutions) {
-  fmt::print(
-      "work       {} steps, {} elements, {} force evaluations, {} Newton iterations, {} factorizations, {} contact "
-      "problems\n",
-      c.steps, c.elements, c.force_evaluations, c.inner_iterations, c.matrix_factorizations, c.complementarity_solves);
-  std::string cost;
-  if (n_solutions > 1)
-    cost = fmt::format(", for {} solutions", n_solutions);
-  else if (c.steps > 0)
-    cost = fmt::format(", {:.3f} us a step (one run, not a benchmark)", seconds * 1e6 / static_cast<double>(c.steps));
-  fmt::print("wall time  {:.3f} ms{}\n", seconds * 1e3, cost);
+/// @throws InputError when the method says nothing of it
+void write_motion(const RunArguments& options, const RunReport& report) {
+  if (report.solution.motion.empty())
+    throw InputError(fmt::format(
+        "method {} says nothing of the motion between its steps: there is nothing to draw or to write", report.method));
+  FILE* to = options.as_json ? stderr : stdout;
+  if (!options.plot.empty()) {
+    const std::string setting = setting_text(report.settings.steps, report.settings.tolerance);
+    const auto figure =
+        draw_trajectory(FigureFolder(options.plot),
+                        trajectory_of(report.problem, report.method, setting, report.solution), "trajectory");
+    fmt::print(to, "figure     {}/{}\n", options.plot, figure.file);
+  }
+  if (!options.csv.empty()) {
+    write_text("motion", options.csv, trajectory_csv(report.problem, report.solution, options.points));
+    fmt::print(to, "motion     {}\n", options.csv);
+  }
 }
 
-/// @param by_differences  whether the method has none itself
-void print_sensitivities(const std::vector<std::string>& names, const ProblemInfo& info, const Solution& solution,
-                         bool by_differences) {
-  const int n = info.n_mechanical();
-  for (std::size_t k = 0; k < names.size(); ++k) {
-    const auto column = static_cast<Eigen::Index>(k);
-    Vector dt(static_cast<Eigen::Index>(shown_events(solution)));
-    for (Eigen::Index e = 0; e < dt.size(); ++e) dt[e] = solution.events[static_cast<std::size_t>(e)].dt[column];
-    fmt::print("d/d {}{}\n  dq       {}\n  dv       {}\n", names[k],
-               by_differences ? ", by differences of its solution" : "", numbers(solution.dq.col(column).head(n)),
-               numbers(solution.dv.col(column).head(n)));
-    if (dt.size() > 0) fmt::print("  dt       {}\n", numbers(dt));
-  }
+/// @returns the exit code
+int run(const RunArguments& options) {
+  const auto problem = options.problem.make_problem();
+  const auto method = make_method(options.method);
+  const Settings settings = settings_of(options, *problem, *method);
+  check_outputs(options);
+  RunReport report = timed_run(*problem, *method, options.method, settings);
+  if (!options.as_json) print_run(report, static_cast<std::size_t>(options.events));
+  if (settings.recording == Recording::motion) write_motion(options, report);
+  add_reference(options, report);
+  if (options.as_json)
+    fmt::print("{}\n", run_json(report).dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
+  else if (!options.without_reference && report.solution.succeeded())
+    print_error(report);
+  return report.solution.succeeded() ? 0 : 1;
 }
 
 }  // namespace
@@ -89,6 +122,14 @@ void add_run_command(CLI::App& app, int& exit_code) {
   options.problem.add_problem(*command);
   options.problem.add_settings(*command);
   command->add_option("--method,-m", options.method, "method, see `ricochet list methods`")->required();
+  auto* as_json = command->add_flag("--json", options.as_json,
+                                    "print one JSON document with everything in all digits, see `ricochet schema run`");
+  command->add_option("--events", options.events, "how many events are printed; all without it")
+      ->check(CLI::NonNegativeNumber)
+      ->excludes(as_json);
+  command->add_flag("--no-reference", options.without_reference,
+                    "no error: do not look for a certified solution, and do not compute a reference, which takes "
+                    "seconds at most");
   command->add_option("--plot", options.plot, "FOLDER for a figure of the motion (trajectory.svg)");
   auto* csv = command->add_option("--csv", options.csv, "FILE for the motion: t, q and v as CSV");
   command->add_option("--points", options.points, "of the CSV: equally spaced, besides the events")
@@ -97,43 +138,12 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("--sensitivity", options.sensitivities,
                       "print derivatives by q0:0 or v0:0, a component of the initial values, or by param:NAME, a "
                       "parameter; may be repeated");
-  command->callback([&exit_code] {
-    const auto problem = options.problem.make_problem();
-    const auto method = make_method(options.method);
-    Settings settings = options.problem.settings(*problem, *method);
-    if (!options.plot.empty()) {
-      if (!can_draw()) throw InputError("--plot", options.plot, "gnuplot is needed for figures and was not found");
-    }
-    if (!options.csv.empty()) require_writable("motion", options.csv);
-    const bool wants_motion = !options.plot.empty() || !options.csv.empty();
-    if (wants_motion) settings.recording = Recording::motion;
-    settings.sensitivities = options.sensitivities;
-    const bool by_differences = !settings.sensitivities.empty() && !method->info().has_sensitivities;
-    const auto begin = std::chrono::steady_clock::now();
-    const Solution solution = solve_with_sensitivities(*method, *problem, settings);
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    fmt::print("problem    {}: {}\nmethod     {}: {}\n", problem->info().id, problem->info().title, options.method,
-               method->info().title);
-    print_solution(*problem, solution);
-    if (solution.succeeded()) print_sensitivities(settings.sensitivities, problem->info(), solution, by_differences);
-    print_work(solution.counters, seconds, by_differences ? 1 + 4 * settings.sensitivities.size() : 1);
-    if (wants_motion && solution.motion.empty())
-      throw InputError(
-          fmt::format("method {} says nothing of the motion between its steps: there is nothing to draw or "
-                      "to write",
-                      options.method));
-    if (!options.plot.empty()) {
-      const std::string setting = setting_text(settings.steps, settings.tolerance);
-      const auto figure = draw_trajectory(FigureFolder(options.plot),
-                                          trajectory_of(*problem, options.method, setting, solution), "trajectory");
-      fmt::print("figure     {}/{}\n", options.plot, figure.file);
-    }
-    if (!options.csv.empty()) {
-      write_text("motion", options.csv, trajectory_csv(*problem, solution, options.points));
-      fmt::print("motion     {}\n", options.csv);
-    }
-    if (!solution.succeeded()) exit_code = 1;
-  });
+  command->footer(
+      "Examples:\n"
+      "  ricochet run --problem two_balls_spring --method fesd:gauss:4 --steps 200\n"
+      "  ricochet run --problem bouncing_ball --set e=0.9 --method cvode:adams --tolerance 1e-10 --json\n"
+      "  ricochet run --scene block.json --method event_driven --tolerance 1e-9 --csv out/motion.csv");
+  command->callback([&exit_code] { exit_code = run(options); });
 }
 
 }  // namespace ricochet

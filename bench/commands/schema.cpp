@@ -4,6 +4,7 @@
 
 #include "bench/commands.h"
 #include "bench/experiment_schema.h"
+#include "bench/run_report.h"
 #include "bench/schema_page.h"
 #include "problems/scene_file/scene_schema.h"
 
@@ -12,16 +13,21 @@ namespace ricochet {
 void add_schema_command(CLI::App& app, int& /*exit_code*/) {
   static std::string what;
   static bool as_page = false;
-  auto* command =
-      app.add_subcommand("schema", "what a scene or an experiment file may hold, as JSON Schema or as a page");
-  command->add_option("what", what, "scene or experiment")->required()->check(CLI::IsMember({"scene", "experiment"}));
+  auto* command = app.add_subcommand(
+      "schema",
+      "what a scene or an experiment file may hold, and what `ricochet run --json` prints, as JSON Schema or as a page");
+  command->add_option("what", what, "scene, experiment or run")
+      ->required()
+      ->check(CLI::IsMember({"scene", "experiment", "run"}));
   command->add_flag("--page", as_page, "in Markdown, with units and examples");
   command->footer("Example:\n  ricochet schema experiment > experiment.schema.json");
   command->callback([] {
     if (as_page)
-      fmt::print("{}", what == "scene" ? scene_file_page() : experiment_file_page());
+      fmt::print("{}", what == "scene" ? scene_file_page() : what == "run" ? run_page() : experiment_file_page());
     else
-      fmt::print("{}\n", what == "scene" ? scene_schema().document().dump(2) : all_experiments_schema().dump(2));
+      fmt::print("{}\n", what == "scene" ? scene_schema().document().dump(2)
+                         : what == "run" ? run_schema().document().dump(2)
+                                         : all_experiments_schema().dump(2));
   });
 }
 

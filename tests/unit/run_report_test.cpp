@@ -1,0 +1,98 @@
+// What `ricochet run` says of a run.
+#include "bench/run_report.h"
+
+#include <gtest/gtest.h>
+
+#include "bench/isolated_reference.h"
+#include "bench/known_truth.h"
+#include "bench/schema_page.h"
+#include "bench/sensitivities.h"
+#include "methods/registry.h"
+#include "problems/registry.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+RunReport report_of(const Problem& problem, const std::string& spec, const Settings& settings) {
+  const auto method = make_method(spec);
+  RunReport report{.problem = problem,
+                   .method = spec,
+                   .method_info = method->info(),
+                   .settings = settings,
+                   .solution = solve_with_sensitivities(*method, problem, settings),
+                   .reference = {},
+                   .without_reference = "of a test"};
+  report.by_differences = !settings.sensitivities.empty() && !report.method_info.has_sensitivities;
+  return report;
+}
+
+/// Every digit, every event with all its fields, for kinds of scenes and methods.
+TEST(RunJson, FitsItsSchemaAndKeepsEveryDigit) {
+  for (const char* scene : {"bouncing_ball", "sliding_block", "pendulum_wall", "ball_3d", "shaken_table"}) {
+    const auto problem = make_problem(scene);
+    for (const char* spec : {"moreau_jean", "fesd:radau-iia:3,elements=as_needed", "cvode:adams"}) {
+      Settings settings;
+      (spec == std::string("cvode:adams") ? settings.tolerance : settings.inner_tolerance) = 1e-9;
+      if (settings.tolerance == 0) settings.steps = 50;
+      if (scene == std::string("bouncing_ball")) settings.sensitivities = {"param:e"};
+      const RunReport report = report_of(*problem, spec, settings);
+      const json document = json::parse(run_json(report).dump());
+      ASSERT_NO_THROW(run_schema().check(document, "")) << scene << " " << spec;
+      const Solution& s = report.solution;
+      EXPECT_EQ(document["status"], to_string(s.status));
+      EXPECT_EQ(document["t"], s.t);
+      ASSERT_EQ(static_cast<int>(document["q"].size()), problem->info().n_mechanical()) << "no clock";
+      for (std::size_t k = 0; k < document["q"].size(); ++k) {
+        EXPECT_EQ(document["q"][k], s.q[static_cast<Eigen::Index>(k)]);
+        EXPECT_EQ(document["v"][k], s.v[static_cast<Eigen::Index>(k)]);
+      }
+      ASSERT_EQ(document["events"].size(), s.events.size());
+      for (std::size_t k = 0; k < s.events.size(); ++k) {
+        EXPECT_EQ(document["events"][k]["t"], s.events[k].t);
+        EXPECT_EQ(document["events"][k]["name"], problem->info().contacts[s.events[k].contact].name);
+      }
+      EXPECT_EQ(document["sensitivities"].size(), settings.sensitivities.size());
+    }
+  }
+}
+
+TEST(RunJson, AFailedRunIsADocument) {
+  const auto problem = make_problem("two_balls_spring");
+  Settings settings;
+  settings.steps = 80;
+  const json document = run_json(report_of(*problem, "fesd:gauss:1", settings));
+  EXPECT_NO_THROW(run_schema().check(document, ""));
+  EXPECT_EQ(document["status"], "infeasible");
+  EXPECT_TRUE(document["error"].is_null());
+  EXPECT_EQ(document["reference"]["how"], "of a test");
+}
+
+TEST(RunJson, EveryFieldIsOnThePage) {
+  const std::string page = run_page();
+  for (const auto& [field, schema] : run_schema().document()["properties"].items())
+    EXPECT_NE(page.find("| `" + field + "` |"), std::string::npos) << field;
+}
+
+/// As the studies find it: to the last digit that of ProblemChoice, in this process or another.
+TEST(IsolatedReference, IsThatOfTheStudies) {
+  for (const char* id : {"two_balls_spring", "bouncing_ball"}) {
+    ProblemChoice choice;
+    choice.problem = id;
+    find_ground_truth(choice);
+    const auto problem = choice.make_problem();
+    const auto here = choice.make_reference(*problem), there = isolated_reference(choice, *problem, 60);
+    EXPECT_EQ(here.solution.q, there.solution.q) << id;
+    EXPECT_EQ(here.solution.v, there.solution.v) << id;
+    EXPECT_EQ(here.uncertainty, there.uncertainty) << id;
+    EXPECT_EQ(here.how, there.how) << id;
+  }
+  ProblemChoice bounces;  // more and more of them, up to a time that no event location passes
+  bounces.problem = "P1d_ball_e05_through_zeno";
+  const auto zeno = bounces.make_problem();
+  EXPECT_THROW(isolated_reference(bounces, *zeno, 60), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace ricochet
