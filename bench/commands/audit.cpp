@@ -90,6 +90,10 @@ void add_audit_command(CLI::App& app, int& exit_code) {
   options.problem.add_settings(*command);
   command->add_option("problem_id", options.problem.problem, "scene id");
   command->add_option("method_spec,--method,-m", options.method, "method")->required();
+  command->footer(
+      "Examples:\n"
+      "  ricochet audit two_balls_spring fesd:radau-iia:3 --steps 200\n"
+      "  ricochet audit --scene block.json --method event_driven --tolerance 1e-9");
   command->callback([&exit_code] {
     const auto problem = options.problem.make_problem();
     const auto method = make_method(options.method);

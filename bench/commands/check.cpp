@@ -102,6 +102,8 @@ int check(const CheckOptions& options) {
   const auto read = files_read(options);
   make_room(options.junit, "--junit", read);
   make_room(options.summary, "--summary", read);
+  if (!options.junit.empty()) require_writable_there("JUnit file", options.junit);
+  if (!options.summary.empty()) require_writable_there("summary file", options.summary);
   const auto list = read_all(options.results);
   std::vector<std::string> baselines;
   for (const auto& results : list)

@@ -9,6 +9,7 @@
 #include "methods/registry.h"
 #include "methods/time_stepping/common/time_stepping_method.h"
 #include "problems/input_error.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
@@ -21,6 +22,7 @@ struct ExportOptions {
 
 void export_contacts(const ExportOptions& options) {
   require_contact_files();
+  require_new_file("contact file", options.path);
   const auto problem = options.problem.make_problem();
   const auto method = make_method(options.method);
   const Settings settings = options.problem.settings(*problem, *method);
@@ -57,6 +59,9 @@ void add_export(CLI::App& contacts) {
   command->add_option("--step", options.step, "1, 2, ...; without it the first step with the most contacts")
       ->check(CLI::PositiveNumber);
   command->add_option("-o,--out", options.path, "the new file")->required();
+  command->footer(
+      "Example:\n  ricochet contacts export --problem sphere_pile --set n=30 --method moreau_jean --steps 100 -o "
+      "pile.hdf5");
   command->callback([] { export_contacts(options); });
 }
 
@@ -69,6 +74,7 @@ void add_solve(CLI::App& contacts, int& exit_code) {
                       "as behind solver= of a method, for example lemke,facets=16; may be repeated. Without it all of "
                       "them, lemke up to 100 contacts");
   command->add_flag("--guess", from_guess, "start from the guess in the file instead of zero");
+  command->footer("Example:\n  ricochet contacts solve pile.hdf5 --solver newton --solver lemke,facets=16");
   command->callback([&exit_code] {
     require_contact_files();
     for (const auto& path : paths) {
@@ -89,6 +95,10 @@ void add_solve(CLI::App& contacts, int& exit_code) {
 
 void add_contacts_command(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand("contacts", "contact problems of single steps: exchanged as files, solved");
+  command->footer(
+      "Examples:\n"
+      "  ricochet contacts export --problem sphere_pile --method moreau_jean --steps 100 -o pile.hdf5\n"
+      "  ricochet contacts solve pile.hdf5");
   command->require_subcommand(1);
   add_export(*command);
   add_solve(*command, exit_code);

@@ -13,6 +13,7 @@
 #include "problems/input_error.h"
 #include "reports/page.h"
 #include "reports/table.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
@@ -97,6 +98,7 @@ int solve_control_problem(const ControlArguments& options) {
   const auto problem = options.control.make_problem();
   if (!options.plot.empty() && !can_draw())
     throw InputError("--plot", options.plot, "gnuplot is needed for figures and was not found");
+  if (!options.plot.empty()) require_writable_folder("--plot", options.plot);
   const HomotopyOptions homotopy = options.control.homotopy_options();
   const Homotopy solver(homotopy);
   const auto [transcription, notes] = guessed_transcription(options.control, *problem);
@@ -135,6 +137,10 @@ void add_control_command(CLI::App& app, int& exit_code) {
   o.control.add(*command);
   command->add_flag("--no-replay", o.no_replay, "do not run the controls on the plant");
   command->add_option("--plot", o.plot, "FOLDER for figures of the solution and an animation");
+  command->footer(
+      "Examples:\n"
+      "  ricochet control two_carts --simulate --sigma-0 0.01\n"
+      "  ricochet control two_carts --discretisation time_stepping --steps 6 --plot out/two_carts");
   command->callback([&exit_code] { exit_code = solve_control_problem(o); });
 }
 

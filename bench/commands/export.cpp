@@ -5,6 +5,7 @@
 #include "bench/commands.h"
 #include "bench/problem_options.h"
 #include "problems/scene_file/scene_writer.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 
@@ -14,7 +15,9 @@ void add_export_command(CLI::App& app, int&) {
   auto* command = app.add_subcommand("export", "a problem as a scene file, for --scene");
   problem.add_problem(*command);
   command->add_option("-o,--out", path, "the new scene file")->required();
+  command->footer("Example:\n  ricochet export --problem box_3d --set mu=0.5 -o my_box.json");
   command->callback([] {
+    require_new_file("scene file", path);
     write_scene_file(*problem.make_problem(), path);
     fmt::print("scene file: {}\n", path);
   });

@@ -10,6 +10,7 @@
 #include "bench/fuzz/families.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
@@ -79,6 +80,10 @@ void add_fuzz_command(CLI::App& app, int& exit_code) {
   command->add_option("--scene", options.scene, "judge the scene of this file alone");
   command->add_flag("--print", options.print, "with --number: print the scene, and run nothing");
   command->add_option("-o,--out", options.fuzz.folder, "folder for results and scenes")->capture_default_str();
+  command->footer(
+      "Examples:\n"
+      "  ricochet fuzz --scenes 20 --seed 1 -o out/fuzz\n"
+      "  ricochet fuzz --family columns --number 17 --print");
   command->callback([&exit_code] {
     if (options.number >= 0 || !options.scene.empty()) {
       const auto scene = chosen_scene(options);
@@ -91,6 +96,7 @@ void add_fuzz_command(CLI::App& app, int& exit_code) {
       if (result.verdict == FuzzVerdict::disagree || result.verdict == FuzzVerdict::hangs) exit_code = 1;
       return;
     }
+    require_writable_folder("results folder", options.fuzz.folder);
     options.fuzz.command_line = fuzz_command_line(options.fuzz);
     const std::vector<FuzzScene> scenes = run_fuzz(options.fuzz);
     fmt::print("{}\n{}\n", fuzz_table(scenes).text(), fuzz_reasons(scenes).list());

@@ -92,6 +92,7 @@ void add_mpc_command(CLI::App& app, int& exit_code) {
       ->add_option("--update-limit", o.control.homotopy.warm_time_limit,
                    "wall time of one update [s]; behind it the plan before stays in force; 0 for none")
       ->capture_default_str();
+  command->footer("Example:\n  ricochet mpc two_carts --simulate --sigma-0 0.01 --updates 3 --disturbance 0.001");
   command->callback([&exit_code] { exit_code = control_in_closed_loop(o); });
 }
 

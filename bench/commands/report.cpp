@@ -8,6 +8,7 @@
 #include "problems/input_error.h"
 #include "reports/page.h"
 #include "reports/results_page.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
@@ -38,10 +39,12 @@ void add_report_command(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand("report", "the page: tables and figures of results files");
   command->add_option("results", results, "results files, of `ricochet run-experiment`");
   command->add_option("-o,--out", folder, "folder of the page")->capture_default_str();
+  command->footer("Example:\n  ricochet report out/results/two_balls_order.jsonl -o out/report");
   add_former_hard_cases_command(*command, exit_code);
   command->callback([command] {
     if (!command->get_subcommands().empty()) return;
     if (results.empty()) throw InputError("results", "''", "results files are required");
+    require_writable_folder("folder of the page", folder);
     fmt::print("report: {}\n", write_page(shown_list(results), folder));
   });
 }
@@ -53,7 +56,11 @@ void add_results_command(CLI::App& app, int&) {
   command->add_option("results", results, "results files, in the order of the page")->required();
   command->add_option("-o,--out", page, "the page")->capture_default_str();
   command->add_option("--tables", tables, "folder for the tables in full, as CSV")->capture_default_str();
+  command->footer(
+      "Example:\n  ricochet results out/results/two_balls_order.jsonl -o out/RESULTS.md --tables out/tables");
   command->callback([] {
+    require_writable("results page", page);
+    require_writable_folder("folder of the tables", tables);
     write_results_page(shown_list(results), page, tables);
     fmt::print("results page: {}\n", page);
   });
