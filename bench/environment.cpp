@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "git_revision.h"
+#include "bench/plugin/load_plugins.h"
 #include "reports/text_file.h"
 
 namespace ricochet {
@@ -49,7 +50,9 @@ std::string hash_of(const std::string& text) {
 }
 
 std::string program_hash() {
-  return hash_of(read_text("/proc/self/exe"));
+  std::string text = read_text("/proc/self/exe");
+  for (const auto& plugin : loaded_plugins()) text += hash_of(read_text(plugin));
+  return hash_of(text);
 }
 
 std::string version_text() {

@@ -8,7 +8,7 @@ namespace ricochet {
 /// scaling, date.
 nlohmann::json environment();
 
-/// Hash of this program's own file: results of another build are not the same results.
+/// Hash of this program's own file and of its plugins: results of another build are not the same results.
 std::string program_hash();
 
 /// "ricochet 0.1.0, revision ab12cd3"

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "bench/data_folder.h"
 #include "bench/experiment_schema.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
@@ -27,8 +28,8 @@ constexpr double kGridRounding = 1e-9;       // of a number of intervals that is
 
 std::string find_project_file(const std::string& path) {
   if (fs::exists(path)) return path;
-  const fs::path in_source = fs::path(RICOCHET_SOURCE_DIR) / path;
-  return fs::exists(in_source) ? in_source.string() : path;
+  const fs::path in_data = fs::path(data_folder()) / path;
+  return fs::exists(in_data) ? in_data.string() : path;
 }
 
 std::vector<std::string> experiment_names() {

@@ -45,7 +45,7 @@ ExperimentFile read_experiment_file(const std::string& name);
 /// Names of the files in bench/experiments/.
 std::vector<std::string> experiment_names();
 
-/// A file of the source tree, by its path there; as given when it exists.
+/// A file of data_folder(), by its path there; as given when it exists.
 std::string find_project_file(const std::string& path);
 
 /// @param what  it is to be, for the message: "an experiment"  @throws InputError for a file that is not there, or

@@ -11,6 +11,7 @@
 
 #include "bench/commands.h"
 #include "bench/environment.h"
+#include "bench/plugin/load_plugins.h"
 #include "problems/input_error.h"
 #include "problems/names.h"
 
@@ -119,12 +120,19 @@ int run_program(int argc, char** argv) {
       "  ricochet run-experiment two_balls_order\n"
       "  ricochet report out/results/two_balls_order.jsonl -o out/report\n"
       "Exit codes: 0 all went well; 1 a run failed, or a check does not hold; 2 bad usage or bad input");
+  std::vector<std::string> plugins;  // load_plugins() has taken them out before
+  app.add_option("--plugin", plugins,
+                 "FILE, a shared library with methods or scenes of yours; may be repeated, and stand anywhere");
   app.set_version_flag("--version", version_text(), "the version and revision of the program");
   int exit_code = 0;
   add_commands(app, exit_code);
   try {
     refuse_empty_words(argc, argv);
-    return flushed(parse(app, argc, argv, exit_code));
+    std::vector<std::string> words(argv, argv + argc);
+    load_plugins(words);
+    std::vector<char*> rest;
+    for (auto& word : words) rest.push_back(word.data());
+    return flushed(parse(app, static_cast<int>(rest.size()), rest.data(), exit_code));
   } catch (const InputError& error) {
     fmt::print(stderr, "ricochet: {}\n", error.what());
     return 2;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <new>
 
 #include "problems/input_error.h"
 
@@ -31,6 +32,26 @@ void check(const MethodInfo& method, const Settings& settings) {
   require(settings.time_limit >= 0, "time_limit", settings.time_limit, "a number of seconds >= 0 is required");
 }
 
+/// What `run` returns. Of a method that breaks its promise, and throws something else, a failed run with the reason: it
+/// may be of a plugin.
+template <class Run>
+Solution guarded(const Problem& problem, const Run& run) {
+  try {
+    return run();
+  } catch (const InputError&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    Solution solution;
+    solution.status = Status::inner_solver_failed;
+    solution.message = std::string("the method threw an exception: ") + error.what();
+    solution.q = problem.info().q0;
+    solution.v = problem.info().v0;
+    return solution;
+  }
+}
+
 /// Drops the events that nobody wanted, and notices a state that is none.
 void complete(const Settings& settings, Solution& solution) {
   if (settings.recording == Recording::final_state) solution.events.clear();
@@ -50,7 +71,7 @@ void Method::require_support(const ProblemInfo& problem) const {
 Solution Method::solve(const Problem& problem, const Settings& settings) const {
   require_support(problem.info());
   check(info(), settings);
-  Solution solution = do_solve(problem, settings);
+  Solution solution = guarded(problem, [&] { return do_solve(problem, settings); });
   complete(settings, solution);
   return solution;
 }
@@ -63,7 +84,8 @@ class Method::CheckedSolver final : public Solver {
 
   Solution solve(const Settings& settings) override {
     check(info_, settings);
-    Solution solution = solver_ ? solver_->solve(settings) : method_.do_solve(problem_, settings);
+    Solution solution =
+        guarded(problem_, [&] { return solver_ ? solver_->solve(settings) : method_.do_solve(problem_, settings); });
     complete(settings, solution);
     return solution;
   }
