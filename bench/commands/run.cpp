@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <limits>
 
 #include "bench/commands.h"
@@ -11,6 +10,7 @@
 #include "bench/run_report.h"
 #include "bench/sensitivities.h"
 #include "bench/studies/method_grid/grid_tables.h"
+#include "bench/timing.h"
 #include "bench/trajectory_of.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
@@ -55,9 +55,7 @@ RunReport timed_run(const Problem& problem, const Method& method, const std::str
                    .reference = {},
                    .without_reference = {}};
   report.by_differences = !settings.sensitivities.empty() && !report.method_info.has_sensitivities;
-  const auto begin = std::chrono::steady_clock::now();
-  report.solution = solve_with_sensitivities(method, problem, settings);
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.seconds = seconds_of([&] { return solve_with_sensitivities(method, problem, settings); }, report.solution);
   return report;
 }
 

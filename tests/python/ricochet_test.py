@@ -1,0 +1,86 @@
+"""The Python module over the program: python3 ricochet_test.py, with RICOCHET_PROGRAM and PYTHONPATH set."""
+import json
+import os
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+import ricochet
+
+FALLING = {"q0": ["1"], "v0": ["0"], "T": "0.4", "M": [["m"]], "f": ["-m*g"], "params": {"m": "2", "g": "9.81"},
+           "contacts": [{"name": "floor", "gap": "q[0]", "e": "0.5"}]}
+
+
+class Runs(unittest.TestCase):
+    def test_a_scene_of_the_program(self):
+        run = ricochet.run("bouncing_ball", "fesd:radau-iia:2", steps=10)
+        self.assertTrue(run.succeeded)
+        self.assertEqual(run.q.shape, (1,))
+        self.assertEqual([event.kind for event in run.events], ["impact"] * 3)
+        first = run.events[0]
+        self.assertAlmostEqual(first.t, np.sqrt(2 * 0.9 / 9.81), places=12)  # from 1 m with a radius of 0.1 m
+        np.testing.assert_allclose(first.v_plus, -0.9 * first.v_minus, rtol=1e-12)  # Newton's law
+        self.assertLess(run.error, 1e-9)
+        self.assertGreater(run.seconds, 0)
+        self.assertEqual(run.counters["steps"], 10)
+
+    def test_a_scene_of_ones_own(self):
+        run = ricochet.run(FALLING, "event_driven", tolerance=1e-9, parameters={"g": 5.0}, reference=False)
+        self.assertIsNone(run.error)
+        np.testing.assert_allclose(run.q, [1 - 0.5 * 5 * 0.4**2], rtol=1e-12)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "falling.json"
+            path.write_text(json.dumps(FALLING))
+            again = ricochet.run(path, "event_driven", tolerance=1e-9, parameters={"g": 5.0}, reference=False)
+        np.testing.assert_array_equal(again.q, run.q)
+
+    def test_sensitivities(self):
+        run = ricochet.run(FALLING, "fesd:gauss:2", steps=3, sensitivities=["q0:0", "param:g"], reference=False)
+        np.testing.assert_allclose(run.dq, [[1, -0.08]], rtol=1e-9)  # dq = (dq0, -T^2/2 dg)
+        np.testing.assert_allclose(run.dv, [[0, -0.4]], atol=1e-9)
+
+    def test_a_failed_run_has_a_reason(self):
+        run = ricochet.run("two_balls_spring", "fesd:gauss:4", steps=20, reference=False)
+        self.assertFalse(run.succeeded)
+        self.assertIn("as_needed", run.message)
+
+    def test_what_the_program_refuses_is_an_exception(self):
+        with self.assertRaisesRegex(ricochet.RicochetError, "bouncing_ball"):
+            ricochet.run("bouncing_bal", "event_driven", tolerance=1e-6)
+        with self.assertRaisesRegex(ricochet.RicochetError, "RICOCHET_PROGRAM"):
+            before = {name: os.environ.pop(name, None) for name in ("RICOCHET_PROGRAM", "PATH")}
+            try:
+                ricochet.program()
+            finally:
+                os.environ.update({name: value for name, value in before.items() if value is not None})
+
+    def test_the_motion_between_steps(self):
+        motion = ricochet.motion(FALLING, "fesd:gauss:2", steps=2, points=5)
+        np.testing.assert_allclose(motion["q[0]"], 1 - 0.5 * 9.81 * motion["t"] ** 2, atol=1e-12)
+        self.assertGreaterEqual(len(motion["t"]), 5)
+
+
+class Results(unittest.TestCase):
+    def test_rows_are_a_frame(self):
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([ricochet.program(), "run-experiment", "--problem", "bouncing_ball", "--method", "moreau_jean",
+                            "--method", "fesd:radau-iia:2", "--steps", "10..40", "--no-times", "-o", folder],
+                           check=True, capture_output=True)
+            path, = Path(folder).glob("*.jsonl")
+            frame = ricochet.results(path)
+            self.assertEqual(set(frame["kind"]), {"row"})
+            self.assertEqual(len(ricochet.results(path, "timing")), 0)
+            with path.open("a") as file:
+                file.write('{"kind": "other"}\n')
+            with self.assertRaisesRegex(ricochet.RicochetError, "other, row"):
+                ricochet.results(path)
+        self.assertEqual(set(frame["method"]), {"moreau_jean", "fesd:radau-iia:2"})
+        self.assertTrue((frame[frame["method"] == "moreau_jean"]["error"] > 1e-3).all())
+        self.assertIn("counters.steps", frame.columns)
+
+
+if __name__ == "__main__":
+    unittest.main()
