@@ -135,6 +135,9 @@ void require_matches(const Selection& selection, const ListedNames& names) {
 
 bool select(json& document, const Selection& selection) {
   if (!select_object(document, selection)) return false;
+  const ListedNames left = names_in(document);  // where it lists none, it has none that is selected
+  if ((left.methods.empty() && !selection.methods.empty()) || (left.problems.empty() && !selection.problems.empty()))
+    return false;
   if (const auto overhead = document.find("overhead_of"); overhead != document.end()) {
     const json pairs = *overhead;
     for (const auto& [method, compared] : pairs.items()) {

@@ -8,6 +8,7 @@
 #include "bench/problem_options.h"
 #include "bench/trajectory_of.h"
 #include "methods/registry.h"
+#include "problems/input_error.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -15,7 +16,18 @@ namespace {
 
 struct AuditArguments {
   ProblemOptions problem;
+  std::string problem_id;  ///< without --problem in front of it
   std::string method;
+
+  /// A single word without an option is the method where another option says which problem.
+  void sort() {
+    if (method.empty()) std::swap(method, problem_id);
+    if (method.empty()) throw InputError("--method", "''", "a method is required");
+    if (problem_id.empty()) return;
+    if (!problem.problem.empty() || !problem.scene.empty())
+      throw InputError("problem_id", problem_id, "no --problem and no --scene beside it is required");
+    problem.problem = problem_id;
+  }
 };
 
 /// The method's own equations, as it reports them.
@@ -88,13 +100,14 @@ void add_audit_command(CLI::App& app, int& exit_code) {
   auto* command = app.add_subcommand("audit", "every equation of a method and every invariant, residual by residual");
   options.problem.add_problem(*command);
   options.problem.add_settings(*command);
-  command->add_option("problem_id", options.problem.problem, "scene id");
-  command->add_option("method_spec,--method,-m", options.method, "method")->required();
+  command->add_option("problem_id", options.problem_id, "scene id");
+  command->add_option("method_spec,--method,-m", options.method, "method");
   command->footer(
       "Examples:\n"
       "  ricochet audit two_balls_spring fesd:radau-iia:3 --steps 200\n"
-      "  ricochet audit --scene block.json --method event_driven --tolerance 1e-9");
+      "  ricochet audit --scene block.json moreau_jean --steps 100");
   command->callback([&exit_code] {
+    options.sort();
     const auto problem = options.problem.make_problem();
     const auto method = make_method(options.method);
     Settings settings = options.problem.settings(*problem, *method);

@@ -232,6 +232,11 @@ TEST_F(Cli, AuditsEveryCondition) {
     EXPECT_HAS(outcome.text, condition);
   }
   EXPECT_EQ(run("audit pendulum_wall moreau_jean").code, 0);
+  EXPECT_EQ(run("audit --scene " + test_data("press.json") + " moreau_jean --steps 20").code, 0);
+  EXPECT_EQ(run("audit -p pendulum_wall -m moreau_jean").code, 0);
+  EXPECT_HAS(run("audit pendulum_wall moreau_jean -p sliding_block").text, "problem_id = pendulum_wall: no --problem");
+  EXPECT_HAS(run("audit").text, "--method = '': a method is required");
+  EXPECT_EQ(run("audit moreau_jean").code, 2);
 }
 
 const char* const kExperiment = R"({
