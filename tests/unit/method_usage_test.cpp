@@ -66,7 +66,7 @@ std::string refusal(const std::string& spec) {
 TEST(MethodUsage, NamesOptionsThatAreAcceptedTogether) {
   int n_tried = 0;
   for (const auto& method : methods()) {
-    if (!method.make) continue;
+    if (!method.make || method.examples.empty()) continue;
     const std::string head = method.examples.front().substr(0, method.examples.front().find(','));
     std::map<std::string, std::string> chosen;  // by option, the first of its brackets
     for (const auto& option : options_of(method.usage)) {
