@@ -41,7 +41,8 @@ FesdEquations::Options equation_options(const ControlOptions& options, const Opt
 
 void ControlOptions::add(CLI::App& command) {
   command.add_option("problem", problem, "optimal control problem, see `ricochet list control`")->required();
-  command.add_option("--set", changes, "NAME=VALUE, a parameter of the problem");
+  command.add_option("--set", changes, "NAME=VALUE, a parameter of the problem; may be repeated")
+      ->allow_extra_args(false);
   command.add_option("--intervals,-N", intervals, "control intervals")->check(CLI::PositiveNumber);
   command.add_option("--discretisation", discretisation, "fesd or time_stepping")
       ->check(CLI::IsMember({"fesd", "time_stepping"}))
@@ -81,7 +82,9 @@ void ControlOptions::add(CLI::App& command) {
                   "guess: the best motion of a random search over the controls with so many rounds")
       ->check(CLI::NonNegativeNumber);
   command.add_option("--noise", noise, "random change of the guessed positions, up to this")->capture_default_str();
-  command.add_option("--seed", exploration.seed, "of --explore and --noise")->capture_default_str();
+  command.add_option("--seed", exploration.seed, "of --explore and --noise")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
 }
 
 ControlOptions ControlOptions::parse(const std::string& arguments) {

@@ -19,7 +19,8 @@ void ProblemOptions::add_problem(CLI::App& command) {
   auto* by_id = command.add_option("--problem,-p", problem, "scene id, see `ricochet list problems`");
   auto* by_file = command.add_option("--scene,-s", scene, "scene file, or FILE#ID for one of several in a file");
   by_id->excludes(by_file);
-  command.add_option("--set", changes, "NAME=VALUE, a parameter of the problem; may be repeated");
+  command.add_option("--set", changes, "NAME=VALUE, a parameter of the problem; may be repeated")
+      ->allow_extra_args(false);
   command
       .add_option("--allow-penetration", depth,
                   "DEPTH in metres: an initial position that penetrates by no more, as measured ones do, is moved to "
@@ -28,6 +29,7 @@ void ProblemOptions::add_problem(CLI::App& command) {
 }
 
 void ProblemOptions::add_settings(CLI::App& command) {
+  command_ = &command;
   auto* number = command.add_option("--steps,-N", steps, "number of steps, of a fixed-step method");
   command.add_option("--step-length", step_length, "length of a step in seconds, which must divide the end time")
       ->excludes(number);
@@ -64,15 +66,16 @@ std::unique_ptr<Problem> ProblemOptions::make_problem() const {
   return made;
 }
 
+bool ProblemOptions::is_given(const std::string& option) const {
+  return command_ && command_->count(option) > 0;
+}
+
 Settings ProblemOptions::settings(const Problem& the_problem, const Method& method) const {
-  require_kind_of_setting(method,
-                          steps != 0         ? "--steps"
-                          : step_length != 0 ? "--step-length"
-                                             : "",
-                          tolerance != 0 ? "--tolerance" : "");
+  const std::string number = is_given("--steps") ? "--steps" : is_given("--step-length") ? "--step-length" : "";
+  require_kind_of_setting(method, number, is_given("--tolerance") ? "--tolerance" : "");
   Settings settings;
   settings.steps = steps;
-  if (step_length != 0) {
+  if (number == "--step-length") {
     const double count = the_problem.info().end_time / step_length;
     if (!(step_length > 0) || !std::isfinite(step_length) || count > 1e9 ||
         std::abs(count - std::round(count)) > 1e-9 * count) {

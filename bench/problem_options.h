@@ -35,6 +35,11 @@ struct ProblemOptions {
   std::unique_ptr<Problem> make_problem() const;
   /// @throws InputError for a setting that the method does not take
   Settings settings(const Problem& problem, const Method& method) const;
+  /// An option of add_settings() is on the command line: a zero that is given is not one by default.
+  bool is_given(const std::string& option) const;
+
+ private:
+  const CLI::App* command_ = nullptr;
 };
 
 }  // namespace ricochet

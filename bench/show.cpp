@@ -10,7 +10,9 @@
 namespace ricochet {
 
 void add_print_options(CLI::App& command, PrintOptions& options) {
-  command.add_option("--view", options.views, "only this table: orders, failures, runs, ...")->delimiter(',');
+  command.add_option("--view", options.views, "only this table: orders, failures, runs, ...")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command.add_flag("--all", options.all, "print every run, too");
 }
 

@@ -111,8 +111,9 @@ void add_audit_command(CLI::App& app, int& exit_code) {
     const auto problem = options.problem.make_problem();
     const auto method = make_method(options.method);
     Settings settings = options.problem.settings(*problem, *method);
-    if (settings.steps == 0 && !method->info().is_adaptive) settings.steps = 200;
-    if (settings.tolerance == 0 && method->info().is_adaptive) settings.tolerance = 1e-10;
+    const bool has_steps = options.problem.is_given("--steps") || options.problem.is_given("--step-length");
+    if (!has_steps && !method->info().is_adaptive) settings.steps = 200;
+    if (!options.problem.is_given("--tolerance") && method->info().is_adaptive) settings.tolerance = 1e-10;
     settings.audit = true;
     settings.recording = Recording::motion;
     const Solution solution = method->solve(*problem, settings);

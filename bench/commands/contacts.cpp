@@ -70,9 +70,11 @@ void add_solve(CLI::App& contacts, int& exit_code) {
   static bool from_guess = false;
   auto* command = contacts.add_subcommand("solve", "local problems of FCLib by the contact solvers, side by side");
   command->add_option("files", paths, "files of FCLib")->required();
-  command->add_option("--solver", solvers,
-                      "as behind solver= of a method, for example lemke,facets=16; may be repeated. Without it all of "
-                      "them, lemke up to 100 contacts");
+  command
+      ->add_option("--solver", solvers,
+                   "as behind solver= of a method, for example lemke,facets=16; may be repeated. Without it all of "
+                   "them, lemke up to 100 contacts")
+      ->allow_extra_args(false);
   command->add_flag("--guess", from_guess, "start from the guess in the file instead of zero");
   command->footer("Example:\n  ricochet contacts solve pile.hdf5 --solver newton --solver lemke,facets=16");
   command->callback([&exit_code] {

@@ -100,23 +100,27 @@ void add_ensemble_command(CLI::App& app, int& exit_code) {
                       "JSON file with the fields of the options: \"problem\", \"parameters\", \"vary\", "
                       "\"runs\", \"seed\", \"method\", \"steps\", \"tolerance\", \"time_limit\"");
   command->add_option("--problem,-p", options.problem, "scene id, see `ricochet list problems`, or scene FILE#ID");
-  command->add_option("--set", options.set, "NAME=VALUE, a parameter that is the same in all runs; may be repeated");
-  command->add_option("--vary", options.vary,
-                      "NAME=DISTRIBUTION, a parameter, or q0:0, v0:0 for a component of the initial state; may be "
-                      "repeated. Distributions: uniform:FROM:TO, log-uniform:FROM:TO, normal:MEAN:DEVIATION; grids: "
-                      "grid:FROM:TO:POINTS, log-grid:FROM:TO:PER_DECADE, values:A:B:...");
+  command->add_option("--set", options.set, "NAME=VALUE, a parameter that is the same in all runs; may be repeated")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--vary", options.vary,
+                   "NAME=DISTRIBUTION, a parameter, or q0:0, v0:0 for a component of the initial state; may be "
+                   "repeated. Distributions: uniform:FROM:TO, log-uniform:FROM:TO, normal:MEAN:DEVIATION; grids: "
+                   "grid:FROM:TO:POINTS, log-grid:FROM:TO:PER_DECADE, values:A:B:...")
+      ->allow_extra_args(false);
   command->add_option("--runs", options.runs, "random draws, at each point of the grids");
-  command->add_option("--seed", options.seed, "of the draws; 1 by default");
+  command->add_option("--seed", options.seed, "of the draws; 1 by default")->check(CLI::NonNegativeNumber);
   command->add_option("--method,-m", options.method, "method, see `ricochet list methods`");
   auto* steps = command->add_option("--steps,-N", options.steps, "number of steps, of a fixed-step method");
   command->add_option("--tolerance", options.tolerance, "tolerance, of an error-controlled method")->excludes(steps);
   command->add_option("--time-limit", options.time_limit, "wall time of a run in seconds; 0 is none");
-  command->add_option("--threads", options.threads, "as many as the machine has by default; the file is the same");
+  command->add_option("--threads", options.threads, "as many as the machine has by default; the file is the same")
+      ->check(CLI::PositiveNumber);
   command->add_option("-o,--out", options.out, "the CSV; an interrupted one is continued")->required();
   command->footer(
       "Examples:\n"
       "  ricochet ensemble -p two_balls_spring --vary k=log-uniform:1e3:1e5 --vary e=uniform:0.5:0.9 --runs 10000\n"
-      "      -m fesd:gauss:4,elements=as_needed -N 50 -o out/spring.csv\n"
+      "      -m fesd:radau-iia:4,elements=as_needed -N 100 -o out/spring.csv\n"
       "  ricochet ensemble -p sliding_block --vary mu=grid:0.1:0.8:71 -m event_driven --tolerance 1e-9 -o out/mu.csv");
   command->callback([&exit_code, command] { run(*command, options, exit_code); });
 }

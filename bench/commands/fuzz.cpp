@@ -69,7 +69,8 @@ void add_fuzz_command(CLI::App& app, int& exit_code) {
   command->add_option("--scenes", options.fuzz.scenes, "how many")->capture_default_str()->check(CLI::PositiveNumber);
   command->add_option("--seed", options.fuzz.seed, "another seed, other scenes")->capture_default_str();
   command->add_option("--time", options.fuzz.time, "wall time after which no further scene is begun [s]");
-  command->add_option("--family", options.fuzz.families, "only this kind of scene; may be repeated");
+  command->add_option("--family", options.fuzz.families, "only this kind of scene; may be repeated")
+      ->allow_extra_args(false);
   command->add_option("--time-limit", options.fuzz.judge.time_limit, "of a run [s]; after twice this time it is killed")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
