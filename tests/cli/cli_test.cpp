@@ -200,7 +200,7 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
       {"mpc two_carts --disturbance -1", "--disturbance = -1: a finite number >= 0 is required"},
       {"report", "results = '': results files are required"},
       {"run-experiment hard_cases --set only_case=zen", "hard case = 'zen': unknown; did you mean zeno"},
-      {"run-experiment hard_cases --set only_method=moreau", "method = 'moreau': unknown. Known: anitescu_convex"},
+      {"run-experiment hard_cases --set only_method=moreau", "method = 'moreau': unknown; did you mean moreau_jean"},
       {"show /nonexistent.jsonl", "results file = /nonexistent.jsonl: cannot be opened"},
       {"results /nonexistent.jsonl", "results file = /nonexistent.jsonl: cannot be opened"},
       {"report /nonexistent.jsonl", "results file = /nonexistent.jsonl: cannot be opened"},
@@ -238,17 +238,6 @@ TEST_F(Cli, AuditsEveryCondition) {
   EXPECT_HAS(run("audit").text, "--method = '': a method is required");
   EXPECT_EQ(run("audit moreau_jean").code, 2);
 }
-
-const char* const kExperiment = R"({
-  "id": "small", "title": "a small experiment", "problem": "two_balls_spring",
-  "reference": {"ground_truth": "tests/data/ground_truth.json", "case": "P2_two_balls_spring"},
-  "methods": [
-    {"method": "fesd:gauss:1", "steps": [80, 90], "on_failure": "fesd:gauss:1,elements=as_needed"},
-    {"method": "fesd:gauss:3", "steps": [60, 75, 95, 120, 150, 190, 240, 300]},
-    {"method": "cvode:adams", "tolerances": [1e-8]}
-  ],
-  "trajectory": {"method": "fesd:gauss:3", "steps": 50}
-})";
 
 TEST_F(Cli, RunsAnExperimentResumesItAndChecksIt) {
   const std::string experiment = write("small.json", kExperiment), out = (folder / "results").string();

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-// The program, called as a user calls it.
+// The program as a user meets it, for the tests of this folder.
 
 namespace ricochet::cli {
 
@@ -20,16 +20,22 @@ namespace fs = std::filesystem;
 
 struct Outcome {
   int code;
-  std::string text;  ///< stdout and stderr
+  std::string text;  ///< what was printed
 };
 
-inline Outcome run_command(const std::string& command) {
-  FILE* pipe = popen(("(" + command + ") 2>&1").c_str(), "r");
+/// @param command  of the shell
+inline Outcome output_of(const std::string& command) {
+  FILE* pipe = popen(command.c_str(), "r");
   std::string text;
   std::array<char, 4096> buffer;
   while (std::size_t n = fread(buffer.data(), 1, buffer.size(), pipe)) text.append(buffer.data(), n);
   const int status = pclose(pipe);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
+}
+
+/// With what went to stderr.
+inline Outcome run_command(const std::string& command) {
+  return output_of("(" + command + ") 2>&1");
 }
 
 inline Outcome run(const std::string& arguments) {
@@ -54,7 +60,7 @@ inline std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-/// With a folder that goes away with its files.
+/// A folder of its own for each test.
 class Cli : public testing::Test {
  protected:
   fs::path folder = fs::temp_directory_path() / ("ricochet_cli_" + std::to_string(getpid()));
@@ -66,6 +72,18 @@ class Cli : public testing::Test {
     return (folder / name).string();
   }
 };
+
+/// An experiment of a second.
+inline const char* const kExperiment = R"({
+  "id": "small", "title": "a small experiment", "problem": "two_balls_spring",
+  "reference": {"ground_truth": "tests/data/ground_truth.json", "case": "P2_two_balls_spring"},
+  "methods": [
+    {"method": "fesd:gauss:1", "steps": [80, 90], "on_failure": "fesd:gauss:1,elements=as_needed"},
+    {"method": "fesd:gauss:3", "steps": [60, 75, 95, 120, 150, 190, 240, 300]},
+    {"method": "cvode:adams", "tolerances": [1e-8]}
+  ],
+  "trajectory": {"method": "fesd:gauss:3", "steps": 50}
+})";
 
 }  // namespace ricochet::cli
 
