@@ -21,11 +21,11 @@ struct AuditArguments {
 
   /// A single word without an option is the method where another option says which problem.
   void sort() {
-    if (method.empty()) std::swap(method, problem_id);
+    const bool has_problem = !problem.problem.empty() || !problem.scene.empty();
+    if (method.empty() && has_problem) std::swap(method, problem_id);
     if (method.empty()) throw InputError("--method", "''", "a method is required");
     if (problem_id.empty()) return;
-    if (!problem.problem.empty() || !problem.scene.empty())
-      throw InputError("problem_id", problem_id, "no --problem and no --scene beside it is required");
+    if (has_problem) throw InputError("problem_id", problem_id, "no --problem and no --scene beside it is required");
     problem.problem = problem_id;
   }
 };

@@ -27,7 +27,7 @@ TEST_F(Cli, HelpAndUsage) {
 }
 
 TEST_F(Cli, SaysWhatItIsAndWhatThereIs) {
-  EXPECT_HAS(run("--version").text, "ricochet 0.");
+  EXPECT_HAS(run("--version").text, "ricochet 1.");
   const Outcome mistyped = run("runn");
   EXPECT_EQ(mistyped.code, 2);
   EXPECT_HAS(mistyped.text, "did you mean run?");

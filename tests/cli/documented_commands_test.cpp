@@ -146,7 +146,8 @@ std::vector<std::string> given(const CLI::App& command, const std::string& name)
 }
 
 /// @throws CLI::ParseError or InputError where the program would; but the name of a command may stand alone
-void parse(const std::string& line) {
+void parse(std::string line) {
+  if (const auto shell = line.find_first_of(">|;"); shell != std::string::npos) line.erase(shell);
   CLI::App app;
   int exit_code = 0;
   add_commands(app, exit_code);
@@ -159,9 +160,12 @@ void parse(const std::string& line) {
     if (app.get_subcommands().empty() || !app.remaining(true).empty()) throw;
   }
   const CLI::App& command = *app.get_subcommands().front();
-  for (const auto& method : given(command, "--method")) make_method(method);
+  const bool is_study = command.get_name() == "run-experiment";  // whose words may be patterns, or have parameters
+  for (const auto& method : given(command, "--method")) {
+    if (!is_study && !method.starts_with("external:")) make_method(method);  // a program is asked where it runs
+  }
   for (const auto& problem : given(command, "--problem")) {
-    if (problem.find(".json") == std::string::npos) make_problem(problem);
+    if (!is_study && problem.find(".json") == std::string::npos) make_problem(problem);
   }
   for (const auto& problem : given(command, "problem")) make_control_problem(problem);
   for (const auto& experiment : given(command, "experiment")) {
@@ -191,7 +195,7 @@ std::string reason_not_to_run(const std::string& command) {
 class DocumentedCommands : public Cli, public testing::WithParamInterface<Document> {};
 
 TEST_P(DocumentedCommands, Run) {
-  for (const char* name : {"bench", "methods", "problems", "reference", "reports", "tests"})
+  for (const char* name : {"bench", "examples", "methods", "problems", "reference", "reports", "tests"})
     fs::create_directory_symlink(fs::canonical(kSource / name), folder / name);
   fs::create_directory(folder / "out");
   // bench/README.md shows the fields of an ensemble, not a file.
