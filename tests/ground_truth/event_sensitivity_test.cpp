@@ -54,17 +54,17 @@ TEST_P(EventSensitivitiesOfScenes, AreThoseOfFesd) {
   EXPECT_LE(reference::sensitivity_difference(s, fesd), GetParam().error);
 }
 
-// Three times what was measured, relative to the size of a column or 1, where it is more than rounding of some hundred
-// steps. The ball comes to rest by bounces, of which each method follows its own number.
+// Three times what was measured, relative to the size of a column or 1, and at least ten times the tolerance: rounding
+// of a thousand steps is up to it, and another one on each processor. The ball comes to rest by bounces, of which each method follows its own number.
 INSTANTIATE_TEST_SUITE_P(Scenes, EventSensitivitiesOfScenes,
-                         testing::Values(SceneCase{"ball_3d", 1e-12}, SceneCase{"ball_in_box", 1e-12},
-                                         SceneCase{"belt_oscillator", 1e-12}, SceneCase{"block_on_ramp_3d", 1e-12},
-                                         SceneCase{"disc_in_chute", 1e-12}, SceneCase{"double_pendulum_wall", 3e-11},
+                         testing::Values(SceneCase{"ball_3d", 1e-11}, SceneCase{"ball_in_box", 1e-11},
+                                         SceneCase{"belt_oscillator", 1e-11}, SceneCase{"block_on_ramp_3d", 1e-11},
+                                         SceneCase{"disc_in_chute", 1e-11}, SceneCase{"double_pendulum_wall", 3e-11},
                                          SceneCase{"falling_rod", 1e-11}, SceneCase{"kane_pendulum", 3e-11},
-                                         SceneCase{"oblique_impact", 1e-12}, SceneCase{"pendulum_wall", 1e-12},
-                                         SceneCase{"pendulum_wall_cartesian", 3e-12}, SceneCase{"rocking_block", 1e-11},
-                                         SceneCase{"shaken_table", 2e-9}, SceneCase{"slider_crank_stop", 3e-12},
-                                         SceneCase{"stacked_blocks", 1e-12}, SceneCase{"woodpecker_toy", 1e-9}),
+                                         SceneCase{"oblique_impact", 1e-11}, SceneCase{"pendulum_wall", 1e-11},
+                                         SceneCase{"pendulum_wall_cartesian", 1e-11}, SceneCase{"rocking_block", 1e-11},
+                                         SceneCase{"shaken_table", 2e-9}, SceneCase{"slider_crank_stop", 1e-11},
+                                         SceneCase{"stacked_blocks", 1e-11}, SceneCase{"woodpecker_toy", 1e-9}),
                          [](const auto& test) { return test_name(test.param.scene); });
 
 /// Of the numbers that the run itself returns, at the tightest tolerance.
