@@ -3,26 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/small_complex.h"
+
 namespace ricochet {
 namespace {
 
 // Velocities across closed contacts, as those along sticking ones (stage_equations.cpp), are removed from here on.
 constexpr double kRounding = 1e-13;
-
-/// Arithmetic of its own: std::complex looks for infinities in every product.
-struct Complex {
-  double re = 0, im = 0;
-
-  friend Complex operator*(Complex a, Complex b) { return {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re}; }
-  friend Complex operator*(double a, Complex b) { return {a * b.re, a * b.im}; }
-  friend Complex operator+(Complex a, Complex b) { return {a.re + b.re, a.im + b.im}; }
-  friend Complex operator-(Complex a, Complex b) { return {a.re - b.re, a.im - b.im}; }
-  Complex inverse() const {
-    const double scale = 1 / (re * re + im * im);
-    return {re * scale, -im * scale};
-  }
-  double size() const { return std::abs(re) + std::abs(im); }
-};
 
 /// Solves the n equations whose rows, right-hand side last, stand one after the other; the solution replaces the
 /// right-hand sides. Elimination with partial pivoting.
