@@ -135,15 +135,21 @@ bool EventDrivenRun::take_step() {
   last_log_error_ = std::max(log_e, kLeastLogError);
   was_rejected_ = false;
   if (!step_.finish()) return stop_undetermined();
-  ++counters_.steps;
   Happening event = info_.n_c() > 0 ? functions_.find(ends_) : Happening();
   if (event) {
-    if (!land(event)) return false;
-    return settle_slip(event) || change_modes(event);
+    double until = event.theta * h;
+    if (!reach(event, until)) {
+      h_ = 0.5 * h;
+      was_rejected_ = true;
+      return true;
+    }
+    ++counters_.steps;
+    return land(until) && (settle_slip(event) || change_modes(event));
   }
+  ++counters_.steps;
   const double end = is_last ? T_ : t_ + h;
-  if (!sample_until(end)) return false;
   record_motion(end);
+  if (!sample_until(end)) return false;
   t_ = end;
   if (sensitivity_) sensitivity_->accept();
   ends_.advance();
@@ -153,38 +159,44 @@ bool EventDrivenRun::take_step() {
   return solution_.succeeded();
 }
 
-/// The left end becomes the state at the event.
-bool EventDrivenRun::land(Happening& event) {
-  double h = event.theta * ends_.h;
-  if (h > 0) {
-    for (int k = 0; k < kMaxLandings; ++k) {
-      if (!step_.take(h, nullptr) || !step_.finish()) return stop_undetermined();
-      const double jerk = (ends_.a1 - ends_.a0).lpNorm<Eigen::Infinity>() / h;
-      event.slope = functions_.slope(event, ends_.q1.data(), ends_.v1.data());
-      const double dt = -functions_.value(event, ends_.q1.data(), ends_.v1.data()) / event.slope;
-      if (!(std::abs(dt) < h)) break;
-      if (dt * dt * (ends_.a1.lpNorm<Eigen::Infinity>() + jerk) > kLanding * tolerance_ && k + 1 < kMaxLandings) {
-        h += dt;
-        continue;
-      }
-      double moved = dt;
-      for (int taylor = 0; taylor < 3; ++taylor) {
-        ends_.q1 += moved * ends_.v1 + 0.5 * moved * moved * ends_.a1;
-        ends_.v1 += moved * ends_.a1;
-        h += moved;
-        const double left = functions_.value(event, ends_.q1.data(), ends_.v1.data());
-        moved = -left / event.slope;
-        if (std::abs(moved) <= 1e-16 * (t_ + h) || std::abs(moved) > std::abs(dt)) break;
-      }
-      break;
+/// A step of length h [s] to the event. @return false where (2) does not come to hold
+bool EventDrivenRun::reach(Happening& event, double& h) {
+  if (!(h > 0)) return true;
+  for (int k = 0; k < kMaxLandings; ++k) {
+    if (!step_.take(h, nullptr) || !step_.finish()) return false;
+    const double jerk = (ends_.a1 - ends_.a0).lpNorm<Eigen::Infinity>() / h;
+    event.slope = functions_.slope(event, ends_.q1.data(), ends_.v1.data());
+    const double dt = -functions_.value(event, ends_.q1.data(), ends_.v1.data()) / event.slope;
+    const bool holds = dt * dt * (ends_.a1.lpNorm<Eigen::Infinity>() + jerk) <= kLanding * tolerance_;  // (2)
+    if (!(std::abs(dt) < h)) return holds;
+    if (!holds) {
+      h += dt;
+      continue;
     }
+    double moved = dt;
+    for (int taylor = 0; taylor < 3; ++taylor) {
+      ends_.q1 += moved * ends_.v1 + 0.5 * moved * moved * ends_.a1;
+      ends_.v1 += moved * ends_.a1;
+      h += moved;
+      const double left = functions_.value(event, ends_.q1.data(), ends_.v1.data());
+      moved = -left / event.slope;
+      if (std::abs(moved) <= 1e-16 * (t_ + h) || std::abs(moved) > std::abs(dt)) break;
+    }
+    return true;
+  }
+  return false;
+}
+
+/// The left end becomes the right one, at the event.
+bool EventDrivenRun::land(double h) {
+  if (h > 0) {
     if (sensitivity_) {
       if (!std::isfinite(sensitivity_->take(ends_, h))) return stop_undetermined();
       sensitivity_->accept();
     }
-    if (!sample_until(t_ + h)) return false;
     ends_.h = h;
     record_motion(t_ + h);
+    if (!sample_until(t_ + h)) return false;
     t_ += h;
     ends_.q0 = ends_.q1;
     ends_.v0 = ends_.v1;

@@ -23,7 +23,8 @@ namespace ricochet {
 ///
 ///   dt^2 (|a| + |a_1 - a_0| / h) > tolerance / 100                                                      (2)
 ///
-/// it is taken again with h + dt; the last dt is one of Taylor's polynomial.
+/// it is taken again with h + dt; the last dt is one of Taylor's polynomial. Where (2) does not come to hold, the steps
+/// to one point after the other do not belong to one motion: the step is rejected, and half as long.
 ///
 /// Samples are the ends of the steps, or dense: at k T / n_samples, each by a step of its own from the left end of the
 /// step at hand. So they have the order of the pair, which the interpolation (step_ends.h, order 5 in v) has not, and
@@ -41,7 +42,8 @@ class EventDrivenRun {
   bool begin();
   void choose_first_length();
   bool take_step();
-  bool land(Happening& event);
+  bool reach(Happening& event, double& h);
+  bool land(double h);
   bool change_modes(const Happening& cause);
   bool vary_event();
   bool start_slip();
