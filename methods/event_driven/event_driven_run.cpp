@@ -23,7 +23,7 @@ constexpr int kMaxTurns = 30;        // iterations for its direction
 
 }  // namespace
 
-EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings, const EmbeddedTableau& pair,
+EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings, const StepFormula& formula,
                                EventDrivenWorkspace& workspace, int n_samples)
     : problem_(problem),
       info_(problem.info()),
@@ -43,7 +43,7 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
       v_minus_(info_.v0) {
   workspace.start(tolerance_);
   if (settings.sensitivities.empty()) return;
-  sensitivity_.emplace(problem, pair, scales_, dynamics_, settings);
+  sensitivity_.emplace(problem, std::get<EmbeddedTableau>(formula), scales_, dynamics_, settings);
   mode_change_.keep_impacts(&impacts_);
 }
 
@@ -130,7 +130,8 @@ bool EventDrivenRun::take_step() {
   }
   const double most = was_rejected_ ? 1 : kMaxFactor;
   const double factor = kSafety * std::exp2(kBeta * last_log_error_ - exponent * log_e);
-  const double next = h * std::clamp(factor, kMinFactor, most);
+  const bool keeps_length = factor >= 1 && factor <= step_.kept_growth;
+  const double next = keeps_length ? h : h * std::clamp(factor, kMinFactor, most);
   if (!is_last || next > h_) h_ = next;
   last_log_error_ = std::max(log_e, kLeastLogError);
   was_rejected_ = false;
@@ -226,6 +227,7 @@ bool EventDrivenRun::settle_slip(const Happening& event) {
   glide(dt);
   ends_.h = dt;
   ends_.a1 = ends_.a0;
+  ends_.collocation = nullptr;
   record_motion(t_ + dt);
   ends_.q0 = ends_.q1;
   ends_.v0 = ends_.v1;
@@ -330,7 +332,7 @@ bool EventDrivenRun::sample_until(double end) {
 /// The interpolation of the step at hand, which ends at a time [s].
 void EventDrivenRun::record_motion(double end) {
   if (settings_.recording != Recording::motion) return;
-  solution_.motion.add(t_, end, 5, [&](double s, Vector& q, Vector& v) {
+  solution_.motion.add(t_, end, ends_.degree(), [&](double s, Vector& q, Vector& v) {
     q.resize(info_.n_q);
     v.resize(info_.n_q);
     ends_.interpolate(s, q, v);

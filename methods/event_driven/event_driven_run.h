@@ -11,8 +11,8 @@
 
 namespace ricochet {
 
-/// Smooth motion from event to event: steps of an explicit pair whose length follows the tolerance, and where a function
-/// of EventFunctions falls through zero the step is taken again, up to there, and ModeChange decides what follows.
+/// Smooth motion from event to event: steps whose length follows the tolerance, and where a function of EventFunctions
+/// falls through zero the step is taken again, up to there, and ModeChange decides what follows.
 ///
 ///   h <- h clamp(s e^(-alpha) e_before^beta),  alpha = 1 / (k + 1) - 3/4 beta                          (1)
 ///
@@ -31,9 +31,10 @@ namespace ricochet {
 /// change no step.
 class EventDrivenRun {
  public:
-  /// All of them have to outlive this. @param workspace  of this problem and pair
+  /// All of them have to outlive this. @param formula  with derivatives an explicit pair
+  /// @param workspace  of this problem and formula
   /// @param n_samples  of Recording::grid; 0: the ends of the steps
-  EventDrivenRun(const Problem& problem, const Settings& settings, const EmbeddedTableau& pair,
+  EventDrivenRun(const Problem& problem, const Settings& settings, const StepFormula& formula,
                  EventDrivenWorkspace& workspace, int n_samples = 0);
 
   Solution solve();
@@ -67,7 +68,7 @@ class EventDrivenRun {
   ModeDynamics& dynamics_;
   EventFunctions& functions_;
   ModeChange& mode_change_;
-  ExplicitStep& step_;
+  StepScheme& step_;
   StepEnds& ends_;
   Solution solution_;
   std::optional<EventSensitivity> sensitivity_;

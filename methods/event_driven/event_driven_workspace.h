@@ -4,21 +4,21 @@
 
 #include "methods/contact_laws/contact_scales.h"
 #include "methods/event_driven/event_functions.h"
-#include "methods/event_driven/explicit_steps.h"
 #include "methods/event_driven/mode_change.h"
 #include "methods/event_driven/mode_dynamics.h"
+#include "methods/event_driven/step_scheme.h"
 
 namespace ricochet {
 
 /// What an EventDrivenRun works with besides its state, made once for many runs of one problem.
 struct EventDrivenWorkspace {
-  /// Problem and pair have to outlive this.
-  EventDrivenWorkspace(const Problem& problem, const EmbeddedTableau& pair)
+  /// Problem and formula have to outlive this.
+  EventDrivenWorkspace(const Problem& problem, const StepFormula& formula)
       : scales(problem),
         dynamics(problem, counters),
         functions(problem, scales, dynamics),
         mode_change(problem, scales, dynamics, counters),
-        step(make_explicit_step(pair, problem.n_q(), dynamics)) {}
+        step(make_step(formula, problem.n_q(), dynamics)) {}
   EventDrivenWorkspace(const EventDrivenWorkspace&) = delete;
 
   /// Ready for a run from any state. Its counters are zero, but for the first run: what has been made once is counted
@@ -28,6 +28,7 @@ struct EventDrivenWorkspace {
     has_run = true;
     scales.restart();
     functions.set_tolerance(tolerance);
+    step->start(tolerance);
     mode_change.keep_impacts(nullptr);
   }
 
@@ -36,7 +37,7 @@ struct EventDrivenWorkspace {
   ModeDynamics dynamics;
   EventFunctions functions;
   ModeChange mode_change;
-  std::unique_ptr<ExplicitStep> step;
+  std::unique_ptr<StepScheme> step;
 
  private:
   bool has_run = false;

@@ -205,7 +205,7 @@ double EventFunctions::gap_rate(int contact, const Vector& v) const {
   return packed_dot(info, packed_n_.data() + info.normal_begin, v);
 }
 
-/// The gap of an affine contact along the interpolation of the step, by its values and two derivatives at the ends.
+/// The gap of an affine contact along (1) of step_ends.h, by its values and two derivatives at the ends.
 void EventFunctions::set_gap_polynomial(const Function& f, const StepEnds& ends) {
   const int i = f.contact;
   const double h = ends.h;
@@ -215,7 +215,7 @@ void EventFunctions::set_gap_polynomial(const Function& f, const StepEnds& ends)
 }
 
 double EventFunctions::at(const Function& f, double theta, const StepEnds& ends) {
-  if (f.kind == Kind::gap_closes && info_.contacts[f.contact].is_affine) {
+  if (f.kind == Kind::gap_closes && info_.contacts[f.contact].is_affine && !ends.collocation) {
     if (polynomial_of_ != f.contact) set_gap_polynomial(f, ends);
     return gap_polynomial_.value(theta);
   }

@@ -5,9 +5,8 @@
 #include <cstddef>
 #include <utility>
 
-#include "methods/event_driven/event_functions.h"
 #include "methods/event_driven/mode_dynamics.h"
-#include "methods/event_driven/step_ends.h"
+#include "methods/event_driven/step_scheme.h"
 #include "methods/runge_kutta/embedded_tableau.h"
 #include "methods/runge_kutta/explicit_coefficients.h"
 
@@ -21,26 +20,10 @@ namespace ricochet {
 ///
 /// The coefficients are constants of the program (explicit_coefficients.h), so (1)-(3) are unrolled and zeros dropped;
 /// for up to four coordinates so is their number.
-class ExplicitStep {
- public:
-  virtual ~ExplicitStep() = default;
-
-  /// (1), (2) from the left end of `ends`; the functions of `watched` are shown every stage, null for none.
-  /// @return false when there is no acceleration somewhere
-  virtual bool take(double h, EventFunctions* watched) = 0;
-  /// The acceleration at the right end.
-  virtual bool finish() = 0;
-  /// (3) of the last step, as the root mean square of its parts of `tolerance` (1 + |x|).
-  virtual double error(double tolerance) const = 0;
-
-  StepEnds ends;
-  int order = 0;        ///< of (2)
-  int error_order = 0;  ///< (3) is O(h^(error_order + 1))
-};
-
+///
 /// @tparam Pair  of explicit_coefficients.h; @tparam N  n_q, 0 where it is known at run time only
 template <class Pair, int N>
-class ExplicitPairStep final : public ExplicitStep {
+class ExplicitPairStep final : public StepScheme {
  public:
   ExplicitPairStep(int n_q, ModeDynamics& dynamics) : n_q_(n_q), dynamics_(dynamics) {
     ends.resize(n_q);

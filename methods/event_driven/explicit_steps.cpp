@@ -3,13 +3,14 @@
 #include <cmath>
 #include <tuple>
 
+#include "methods/event_driven/explicit_step.h"
 #include "methods/runge_kutta/explicit_coefficients.h"
 
 namespace ricochet {
 namespace {
 
 /// (1)-(3) for a pair from a file.
-class ExplicitTableauStep final : public ExplicitStep {
+class ExplicitTableauStep final : public StepScheme {
  public:
   ExplicitTableauStep(const EmbeddedTableau& tableau, int n_q, ModeDynamics& dynamics)
       : tableau_(tableau), dynamics_(dynamics) {
@@ -74,7 +75,7 @@ class ExplicitTableauStep final : public ExplicitStep {
 };
 
 template <class Pair>
-std::unique_ptr<ExplicitStep> make_pair_step(int n_q, ModeDynamics& dynamics) {
+std::unique_ptr<StepScheme> make_pair_step(int n_q, ModeDynamics& dynamics) {
   switch (n_q) {
     case 1:
       return std::make_unique<ExplicitPairStep<Pair, 1>>(n_q, dynamics);
@@ -90,15 +91,15 @@ std::unique_ptr<ExplicitStep> make_pair_step(int n_q, ModeDynamics& dynamics) {
 }
 
 template <class... Pairs>
-std::unique_ptr<ExplicitStep> find_pair(const std::string& id, int n_q, ModeDynamics& dynamics, std::tuple<Pairs...>) {
-  std::unique_ptr<ExplicitStep> step;
+std::unique_ptr<StepScheme> find_pair(const std::string& id, int n_q, ModeDynamics& dynamics, std::tuple<Pairs...>) {
+  std::unique_ptr<StepScheme> step;
   ((Pairs::id == id && (step = make_pair_step<Pairs>(n_q, dynamics))) || ...);
   return step;
 }
 
 }  // namespace
 
-std::unique_ptr<ExplicitStep> make_explicit_step(const EmbeddedTableau& tableau, int n_q, ModeDynamics& dynamics) {
+std::unique_ptr<StepScheme> make_explicit_step(const EmbeddedTableau& tableau, int n_q, ModeDynamics& dynamics) {
   auto step = find_pair(tableau.id, n_q, dynamics, EmbeddedPairs());
   if (!step) step = std::make_unique<ExplicitTableauStep>(tableau, n_q, dynamics);
   return step;

@@ -16,6 +16,8 @@ constexpr double kDependent = 1e-11;
 constexpr double kConsistent = 1e-9;
 // Coordinates up to which P is formed.
 constexpr Eigen::Index kFewCoordinates = 16;
+// Of differences, as a part of 1 + |x|: the root of rounding.
+constexpr double kDifference = 1.5e-8;
 
 }  // namespace
 
@@ -40,6 +42,8 @@ ModeDynamics::ModeDynamics(const Problem& problem, Counters& counters)
   rates_.setZero(most);
   diagonal_.setZero(most);
   row_.setZero(n_q);
+  q_.setZero(n_q);
+  v_.setZero(n_q);
   law_.setZero(most);
   packed_n_.setZero(info_.n_normal_entries);
   packed_t_.setZero(info_.n_tangent_entries);
@@ -56,6 +60,7 @@ bool ModeDynamics::factorize_mass(const double* q) {
 }
 
 void ModeDynamics::set_modes(std::span<const ContactMode> modes, const double* q, const double* v) {
+  ++mode_changes_;
   std::ranges::copy(modes, modes_.begin());
   std::ranges::fill(is_held_, 0);
   closed_.clear();
@@ -273,6 +278,34 @@ bool ModeDynamics::accelerate_by_factors(double* a) {
   lambda_.head(L_.rows()).noalias() = L_ * f_;
   Eigen::Map<Vector>(a, info_.n_q).noalias() += MC_ * lambda_.head(L_.rows());
   return true;
+}
+
+bool ModeDynamics::acceleration_jacobians(const Vector& q, const Vector& v, const Vector& a, Matrix& a_q, Matrix& a_v) {
+  if (kind_ != Kind::general) {
+    ++counters_.jacobian_evaluations;
+    problem_.force_jacobians(q.data(), v.data(), u_, a_q.data(), a_v.data());
+    for (Matrix* jacobian : {&a_q, &a_v}) {
+      for (Eigen::Index k = 0; k < info_.n_q; ++k) {
+        f_ = jacobian->col(k);
+        accelerate_by_factors(jacobian->col(k).data());
+      }
+    }
+    return true;
+  }
+  q_ = q;
+  v_ = v;
+  const auto differentiate = [&](Vector& x, Matrix& jacobian) {
+    for (Eigen::Index k = 0; k < info_.n_q; ++k) {
+      const double at = x[k];
+      x[k] += kDifference * (1 + std::abs(at));
+      const double step = x[k] - at;
+      if (!accelerate(q_.data(), v_.data(), jacobian.col(k).data())) return false;
+      jacobian.col(k) = (jacobian.col(k) - a) / step;
+      x[k] = at;
+    }
+    return true;
+  };
+  return differentiate(q_, a_q) && differentiate(v_, a_v);
 }
 
 void ModeDynamics::tangential_force(int contact, double* force) const {

@@ -67,6 +67,12 @@ class ModeDynamics {
     return true;
   }
 
+  /// a_q, a_v: n_q x n_q, derivatives of a: P f_q, P f_v with (4), else differences of first order, for Newton's
+  /// iteration. @param a  at (q, v) @return false when there is no acceleration somewhere
+  bool acceleration_jacobians(const Vector& q, const Vector& v, const Vector& a, Matrix& a_q, Matrix& a_v);
+  int mode_changes() const { return mode_changes_; }  ///< calls of set_modes()
+  Counters& counters() { return counters_; }
+
   /// @param d  n_t, of a contact that slips
   void direction(int contact, double* d) const {
     for (int k = 0; k < info_.contacts[contact].n_t; ++k) d[k] = direction_[info_.contacts[contact].tangent_index + k];
@@ -128,6 +134,7 @@ class ModeDynamics {
   const double* const u_;
   const bool constant_mass_;
   Kind kind_ = Kind::general;
+  int mode_changes_ = 0;
   std::vector<ContactMode> modes_;
   std::vector<int> closed_, first_row_;  // contacts; per contact: its first row
   std::vector<Row> rows_;
@@ -139,6 +146,7 @@ class ModeDynamics {
   RowMatrix L_;  // (4)
   SymmetricFactors mass_;
   Matrix M_, D_;  // (3)
+  Vector q_, v_;  // of differences
   Vector f_, lambda_, packed_n_, packed_t_, bias_, rates_, diagonal_, row_, law_;
   Matrix T_;
   Matrix C_, MC_;  // n_q x rows

@@ -3,6 +3,10 @@
 namespace ricochet {
 
 void StepEnds::interpolate(double theta, Vector& q, Vector& v) const {
+  if (collocation) {
+    collocation->interpolate(theta, *this, q, v);
+    return;
+  }
   for (Eigen::Index k = 0; k < q0.size(); ++k) {
     const QuinticHermite p(q0[k], h * v0[k], h * h * a0[k], q1[k], h * v1[k], h * h * a1[k]);
     q[k] = p.value(theta);

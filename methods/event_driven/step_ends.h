@@ -1,5 +1,6 @@
 #pragma once
 
+#include "methods/event_driven/collocation_polynomial.h"
 #include "problems/problem.h"
 
 namespace ricochet {
@@ -27,11 +28,13 @@ struct QuinticHermite {
 };
 
 /// The two ends of a step, with the accelerations there. What lies between them is (1) of each coordinate, of order 6 in
-/// q and 5 in v.
+/// q and 5 in v, or the polynomial of a step that has its own.
 struct StepEnds {
   double h = 0;       ///< [s]
   Vector q0, v0, a0;  ///< n_q, left end
   Vector q1, v1, a1;  ///< n_q, right end
+
+  const CollocationPolynomial* collocation = nullptr;  ///< in place of (1); null for (1)
 
   void resize(int n_q) {
     for (auto* x : {&q0, &v0, &a0, &q1, &v1, &a1}) x->setZero(n_q);
@@ -42,6 +45,8 @@ struct StepEnds {
     v0.swap(v1);
     a0.swap(a1);
   }
+  /// Of what lies between them.
+  int degree() const { return collocation ? collocation->degree() : 5; }
   /// State at theta h from the left end, theta in [0, 1].
   void interpolate(double theta, Vector& q, Vector& v) const;
 };

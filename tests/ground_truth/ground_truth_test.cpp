@@ -249,7 +249,8 @@ TEST_P(EventDriven, ReachesTheGroundTruthWithinTheTolerance) {
 
 INSTANTIATE_TEST_SUITE_P(Pairs, EventDriven,
                          testing::Values("event_driven:prince-dormand-8-7", "event_driven:dop853",
-                                         "event_driven:verner-9-8", "event_driven:dopri5"),
+                                         "event_driven:verner-9-8", "event_driven:dopri5", "event_driven:radau-iia:3",
+                                         "event_driven:radau-iia:5"),
                          [](const auto& test) { return test_name(test.param); });
 
 }  // namespace

@@ -143,8 +143,9 @@ TEST_P(MotionOf, GoesFromTheBeginToTheEnd) {
 INSTANTIATE_TEST_SUITE_P(Methods, MotionOf,
                          testing::Values("fesd:radau-iia:3,elements=as_needed", "fesd:gauss:2,elements=as_needed",
                                          "fesd_adaptive:radau-iia:3", "cvode:adams", "cvode:bdf", "arkode:erk:4", "ida",
-                                         "event_driven", "event_driven:dopri5", "moreau_jean", "anitescu_potra",
-                                         "schatzman_paoli", "generalized_alpha"),
+                                         "event_driven", "event_driven:dopri5", "event_driven:radau-iia:3",
+                                         "event_driven:radau-iia:5", "moreau_jean", "anitescu_potra", "schatzman_paoli",
+                                         "generalized_alpha"),
                          [](const auto& of) { return test_name(of.param); });
 
 }  // namespace

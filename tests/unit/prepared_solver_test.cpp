@@ -69,7 +69,8 @@ TEST_P(PreparedSolver, ForgetsTheRunsBefore) {
 INSTANTIATE_TEST_SUITE_P(Methods, PreparedSolver,
                          testing::Values("fesd:radau-iia:3,elements=as_needed", "fesd:gauss:2,elements=as_needed",
                                          "fesd:radau-iia:2,cone=polyhedral,elements=as_needed",
-                                         "fesd_adaptive:radau-iia:3", "event_driven", "moreau_jean"),
+                                         "fesd_adaptive:radau-iia:3", "event_driven", "event_driven:radau-iia:3",
+                                         "moreau_jean"),
                          [](const auto& of) { return test_name(of.param); });
 
 TEST(PreparedSolver, ChecksWhatMethodsCheck) {

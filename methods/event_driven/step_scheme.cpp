@@ -1,0 +1,13 @@
+#include "methods/event_driven/step_scheme.h"
+
+#include "methods/event_driven/explicit_steps.h"
+#include "methods/event_driven/radau_step.h"
+
+namespace ricochet {
+
+std::unique_ptr<StepScheme> make_step(const StepFormula& formula, int n_q, ModeDynamics& dynamics) {
+  if (const auto* pair = std::get_if<EmbeddedTableau>(&formula)) return make_explicit_step(*pair, n_q, dynamics);
+  return std::make_unique<RadauStep>(std::get<ButcherTableau>(formula), n_q, dynamics);
+}
+
+}  // namespace ricochet
