@@ -77,7 +77,8 @@ INSTANTIATE_TEST_SUITE_P(Targets, Corpus,
                                          Target{"method_spec", method_spec, {}},
                                          Target{"tableau", tableau, {"tests/data"}}, Target{"results", results, {}},
                                          Target{"baseline", baseline, {}},
-                                         Target{"experiment", experiment, {"bench/experiments"}}),
+                                         Target{"experiment", experiment, {"bench/experiments"}},
+                                         Target{"ensemble", ensemble, {}}),
                          [](const auto& target) { return target.param.name; });
 
 }  // namespace

@@ -14,6 +14,7 @@ void tableau(const std::string& text);
 void results(const std::string& text);
 void baseline(const std::string& text);
 void experiment(const std::string& text);
+void ensemble(const std::string& text);
 
 /// A file with this text, for readers of files; the next call writes over it.
 std::string file_of(const std::string& text);
