@@ -319,11 +319,9 @@ class Spoiler {
   }
   std::string required_missing() {
     // Of lines of which every part of these kinds is needed.
-    Part* part = part_of({Kind::method, Kind::experiment, Kind::choice});
+    Part* part = part_of({Kind::method, Kind::choice});
     if (!part || line_.command[0] == "control") return "";
-    const std::string name = line_.command[0] == "schema" ? "what"
-                             : part->kind == Kind::method ? "method"
-                                                          : "experiment";
+    const std::string name = line_.command[0] == "schema" ? "what" : "method";
     line_.parts.erase(line_.parts.begin() + (part - line_.parts.data()));
     return name;
   }

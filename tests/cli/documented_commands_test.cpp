@@ -146,8 +146,7 @@ std::vector<std::string> given(const CLI::App& command, const std::string& name)
 }
 
 /// @throws CLI::ParseError or InputError where the program would; but the name of a command may stand alone
-void parse(std::string line) {
-  if (const auto shell = line.find_first_of(">|;"); shell != std::string::npos) line.erase(shell);
+void parse(const std::string& line) {
   CLI::App app;
   int exit_code = 0;
   add_commands(app, exit_code);
@@ -160,12 +159,13 @@ void parse(std::string line) {
     if (app.get_subcommands().empty() || !app.remaining(true).empty()) throw;
   }
   const CLI::App& command = *app.get_subcommands().front();
-  const bool is_study = command.get_name() == "run-experiment";  // whose words may be patterns, or have parameters
-  for (const auto& method : given(command, "--method")) {
-    if (!is_study && !method.starts_with("external:")) make_method(method);  // a program is asked where it runs
-  }
-  for (const auto& problem : given(command, "--problem")) {
-    if (!is_study && problem.find(".json") == std::string::npos) make_problem(problem);
+  if (command.get_name() != "run-experiment") {  // where these may be patterns
+    for (const auto& method : given(command, "--method")) {
+      if (!method.starts_with("external:")) make_method(method);  // a program beside the command, not beside the test
+    }
+    for (const auto& problem : given(command, "--problem")) {
+      if (problem.find(".json") == std::string::npos) make_problem(problem);
+    }
   }
   for (const auto& problem : given(command, "problem")) make_control_problem(problem);
   for (const auto& experiment : given(command, "experiment")) {
