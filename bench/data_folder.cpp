@@ -12,7 +12,8 @@ std::string data_folder() {
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   const fs::path installed = program.parent_path().parent_path() / "share" / "ricochet";
   if (!program.empty() && fs::is_directory(installed, error)) return installed;
-  return RICOCHET_SOURCE_DIR;
+  if (fs::is_directory(RICOCHET_SOURCE_DIR, error)) return RICOCHET_SOURCE_DIR;
+  return "/usr/share/ricochet";  // where /proc is not mounted
 }
 
 }  // namespace ricochet

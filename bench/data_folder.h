@@ -6,7 +6,7 @@ namespace ricochet {
 
 /// Where the program's data are, with the paths of the source tree (bench/experiments, reports/baselines, tests/data):
 /// RICOCHET_DATA where that is set; share/ricochet beside the folder of an installed program; else the source tree that
-/// it was built from.
+/// it was built from, or /usr/share/ricochet where there is none.
 std::string data_folder();
 
 }  // namespace ricochet

@@ -99,8 +99,11 @@ Table ratio_table(const std::vector<FastestRun>& runs) {
           most = std::max(most, r);
           ++count;
         }
-        line.push_back(
-            count == 0 ? "-" : fmt::format("{:.2f} ({:.2g}..{:.2g}, {})", std::exp(sum / count), least, most, count));
+        const double mean = std::exp(sum / count);
+        line.push_back(count == 0 ? "-"
+                                  : fmt::format("{} ({:.2g}..{:.2g}, {})",
+                                                mean < 0.1 ? fmt::format("{:.2g}", mean) : fmt::format("{:.2f}", mean),
+                                                least, most, count));
       }
     }
   }
