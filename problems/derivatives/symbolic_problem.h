@@ -57,7 +57,7 @@ struct SymbolicModel {
 /// Why GiNaC and not automatic differentiation: it serves compiled scenes and scene files alike, to any order, finds
 /// the structure (constant M, affine f and f_c, supports of contacts) that lets a method skip work. The price is a
 /// program that is interpreted: a Jacobian of the double pendulum takes 80 ns, forward-mode Eigen::AutoDiffScalar 25 ns
-/// (bench/derivatives_benchmark.cpp). Jacobians are rare, since Newton matrices are kept; values are machine code.
+/// (bench/benchmarks/bench_derivatives.cpp). Jacobians are rare, since Newton matrices are kept; values are machine code.
 class SymbolicProblem : public Problem {
  public:
   explicit SymbolicProblem(SymbolicModel model);
