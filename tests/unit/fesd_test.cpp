@@ -179,7 +179,8 @@ TEST(FesdContact, SlidesOnACurvedSurface) {
   const Solution s = run_fesd(*p, "fesd:radau-iia:4,elements=as_needed", 100);
   ASSERT_TRUE(s.succeeded()) << s.message;
   EXPECT_LE(s.max_residual(), kFesdAudit);
-  EXPECT_LE(error_of(s, "P8a_bead_leaves_circle"), 3e-14) << "5e-15 measured";
+  // Rounding of a hundred steps with angles of size 1: from 5e-15 to 4e-14 by how the compiler contracts products.
+  EXPECT_LE(error_of(s, "P8a_bead_leaves_circle"), 2e-13);
   // Gauss has no stage at the right end and leaves the surface: no exact solution, and the message says so.
   const Solution gauss = run_fesd(*p, "fesd:gauss:3", 100);
   EXPECT_EQ(gauss.status, Status::infeasible);
