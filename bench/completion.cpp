@@ -216,8 +216,7 @@ std::vector<std::string> completions(const CLI::App& app, const std::vector<std:
   }
   std::erase_if(found, [&](const std::string& word) { return !word.starts_with(begun); });
   std::ranges::sort(found);
-  const auto repeated = std::ranges::unique(found);
-  found.erase(repeated.begin(), repeated.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;
 }
 
