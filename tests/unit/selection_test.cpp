@@ -147,6 +147,13 @@ TEST(Processes, AnInterruptedRunGoesOn) {
     std::ifstream stream(file);
     return std::string(std::istreambuf_iterator<char>(stream), {});
   };
+  // The header tells the second in which the run was taken up; all else is the same.
+  const auto undated = [](const std::string& text) {
+    const std::size_t end = text.find('\n');
+    json header = json::parse(text.substr(0, end));
+    header.at("environment").erase("date");
+    return header.dump() + text.substr(end);
+  };
   const std::string complete = text_of(path);
   // Cut off behind the first row of a piece of two, and inside a line.
   for (const std::size_t n_lines : {2, 3, 5}) {
@@ -155,7 +162,7 @@ TEST(Processes, AnInterruptedRunGoesOn) {
     fs::remove(path);
     std::ofstream(path + ".partial") << complete.substr(0, end) << R"({"kind": "row", "me)";
     run_experiment((folder / "grid.json").string(), options);
-    EXPECT_EQ(text_of(path), complete) << n_lines;
+    EXPECT_EQ(undated(text_of(path)), undated(complete)) << n_lines;
   }
   fs::remove_all(folder);
 }
