@@ -12,6 +12,7 @@
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"
+#include "problems/split.h"
 
 namespace ricochet {
 namespace {
@@ -40,17 +41,6 @@ double number_of(const std::string& text, const std::string& option, const std::
   if (end != text.size() || text.empty())
     throw InputError(option, given, "FROM..TO, FROM..TO:PER_DECADE or A,B,... in numbers is required");
   return value;
-}
-
-std::vector<std::string> split(const std::string& text, char separator) {
-  std::vector<std::string> parts(1);
-  for (const char c : text) {
-    if (c == separator)
-      parts.emplace_back();
-    else
-      parts.back() += c;
-  }
-  return parts;
 }
 
 /// "FROM..TO:PER_DECADE" as the range of an experiment file, "A,B" as a list of numbers.

@@ -12,7 +12,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "bench/ensemble/in_order.h"
+#include "bench/in_order.h"
 #include "bench/isolated.h"
 #include "problems/input_error.h"
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "bench/environment.h"
+#include "problems/vector_json.h"
 #include "reports/record.h"
 
 namespace ricochet {
@@ -72,10 +73,6 @@ void print_work(const RunReport& report) {
   fmt::print("wall time  {:.3f} ms{}\n", report.seconds * 1e3, cost);
 }
 
-json list(const Eigen::Ref<const Vector>& x) {
-  return std::vector<double>(x.begin(), x.end());
-}
-
 json names(const std::vector<ContactMode>& modes) {
   json list = json::array();
   for (const ContactMode mode : modes) list.push_back(to_string(mode));
@@ -88,11 +85,11 @@ ordered_json event_json(const Event& event, const ProblemInfo& info) {
           {"kind", to_string(event.kind)},
           {"contact", event.contact},
           {"name", info.contacts[event.contact].name},
-          {"q", list(event.q.head(n))},
-          {"v_minus", list(event.v_minus.head(n))},
-          {"v_plus", list(event.v_plus.head(n))},
-          {"Lambda_n", list(event.Lambda_n)},
-          {"Lambda_t", list(event.Lambda_t)},
+          {"q", Vector(event.q.head(n))},
+          {"v_minus", Vector(event.v_minus.head(n))},
+          {"v_plus", Vector(event.v_plus.head(n))},
+          {"Lambda_n", event.Lambda_n},
+          {"Lambda_t", event.Lambda_t},
           {"modes", names(event.modes)}};
 }
 
@@ -105,8 +102,8 @@ ordered_json problem_json(const ProblemInfo& info) {
           {"title", info.title},
           {"parameters", parameters},
           {"contacts", contacts},
-          {"q0", list(info.q0.head(info.n_mechanical()))},
-          {"v0", list(info.v0.head(info.n_mechanical()))},
+          {"q0", Vector(info.q0.head(info.n_mechanical()))},
+          {"v0", Vector(info.v0.head(info.n_mechanical()))},
           {"T", info.end_time}};
 }
 
@@ -121,8 +118,8 @@ ordered_json sensitivities_json(const RunReport& report) {
     for (const Event& event : solution.events) dt.push_back(event.dt[column]);
     all.push_back({{"by", report.settings.sensitivities[k]},
                    {"by_differences", report.by_differences},
-                   {"dq", list(solution.dq.col(column).head(n))},
-                   {"dv", list(solution.dv.col(column).head(n))},
+                   {"dq", Vector(solution.dq.col(column).head(n))},
+                   {"dv", Vector(solution.dv.col(column).head(n))},
                    {"dt", dt}});
   }
   return all;
@@ -245,8 +242,8 @@ ordered_json run_json(const RunReport& report) {
           {"status", to_string(solution.status)},
           {"message", solution.message},
           {"t", solution.t},
-          {"q", list(solution.q.head(info.n_mechanical()))},
-          {"v", list(solution.v.head(info.n_mechanical()))},
+          {"q", Vector(solution.q.head(info.n_mechanical()))},
+          {"v", Vector(solution.v.head(info.n_mechanical()))},
           {"energy", before ? ordered_json{{"start", *before}, {"end", or_null(after)}} : ordered_json()},
           {"error", reference ? ordered_json(reference->error_of(solution)) : ordered_json()},
           {"reference",

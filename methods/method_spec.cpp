@@ -9,20 +9,10 @@
 
 #include "problems/input_error.h"
 #include "problems/names.h"
+#include "problems/split.h"
 
 namespace ricochet {
 namespace {
-
-std::vector<std::string> split(const std::string& text, char separator) {
-  std::vector<std::string> parts;
-  std::size_t begin = 0;
-  while (true) {
-    const std::size_t end = text.find(separator, begin);
-    parts.push_back(text.substr(begin, end - begin));
-    if (end == std::string::npos) return parts;
-    begin = end + 1;
-  }
-}
 
 /// A default that nobody may give stands for none.
 std::string default_text(double fallback, double min, double max) {

@@ -46,7 +46,5 @@ void register_all() {
 
 int main(int argc, char** argv) {
   ricochet::register_all();
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
-  benchmark::RunSpecifiedBenchmarks();
+  return ricochet::run_benchmarks(argc, argv);
 }

@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <sstream>
 
-#include "bench/ensemble/in_order.h"
 #include "bench/environment.h"
 #include "bench/experiment_file.h"
+#include "bench/in_order.h"
 #include "problems/input_error.h"
 #include "reports/text_file.h"
 

@@ -13,6 +13,7 @@
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/scene_file/scene_file.h"
+#include "problems/vector_json.h"
 
 namespace ricochet {
 namespace {
@@ -271,8 +272,8 @@ FuzzOpinion ask(const Problem& problem, const std::string& method, int steps, do
       const Solution s = asked->solve(problem, settings);
       json answer = {{"status", to_string(s.status)}, {"message", s.message}};
       if (s.succeeded() && !(s.q.allFinite() && s.v.allFinite())) answer["status"] = "not finite, called a success";
-      answer["q"] = std::vector<double>(s.q.begin(), s.q.end());
-      answer["v"] = std::vector<double>(s.v.begin(), s.v.end());
+      answer["q"] = s.q;
+      answer["v"] = s.v;
       return answer.dump();
     } catch (const InputError& error) {
       return json{{"declined", error.what()}}.dump();

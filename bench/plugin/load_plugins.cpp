@@ -10,6 +10,7 @@
 
 #include "bench/plugin/plugin.h"
 #include "problems/input_error.h"
+#include "problems/split.h"
 
 namespace ricochet {
 namespace {
@@ -80,10 +81,8 @@ std::vector<std::string> in_environment() {
   const char* const text = std::getenv("RICOCHET_PLUGINS");
   std::vector<std::string> files;
   if (!text) return files;
-  for (std::string rest = text; !rest.empty();) {
-    const auto end = std::min(rest.find(':'), rest.size());
-    if (end > 0) files.push_back(rest.substr(0, end));
-    rest.erase(0, end + 1);
+  for (const auto& file : split(text, ':')) {
+    if (!file.empty()) files.push_back(file);
   }
   return files;
 }

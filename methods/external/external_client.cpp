@@ -8,6 +8,7 @@
 #include "methods/external/answers.h"
 #include "problems/input_error.h"
 #include "problems/scene_file/scene_writer.h"
+#include "problems/vector_json.h"
 
 namespace ricochet {
 namespace {
@@ -18,10 +19,6 @@ constexpr int kVersion = 1;          // of the protocol
 constexpr double kStart = 60;        // [s] for a client to start, and to read a scene
 constexpr double kGrace = 1;         // [s] beyond the time limit, for a client that keeps it by itself
 constexpr std::size_t kShown = 200;  // characters of an answer that a message shows
-
-json numbers(const Eigen::Ref<const Vector>& x) {
-  return std::vector<double>(x.begin(), x.end());
-}
 
 const char* name_of(Recording recording) {
   switch (recording) {
@@ -94,7 +91,7 @@ Solution ExternalClient::solve(const Problem& problem, const Settings& settings,
   failed.v = info.v0;
   try {
     send_scene(problem, kStart);
-    json question = {{"ask", "solve"},     {"q0", numbers(info.q0.head(n))},        {"v0", numbers(info.v0.head(n))},
+    json question = {{"ask", "solve"},     {"q0", Vector(info.q0.head(n))},         {"v0", Vector(info.v0.head(n))},
                      {"T", info.end_time}, {"record", name_of(settings.recording)}, {"seed", seed}};
     if (settings.steps > 0) question["steps"] = settings.steps;
     if (settings.tolerance > 0) question["tolerance"] = settings.tolerance;

@@ -15,6 +15,7 @@
 #include "bench/studies/study.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
+#include "problems/vector_json.h"
 
 namespace ricochet {
 namespace {
@@ -97,9 +98,7 @@ std::vector<TrueMotion> isolated_motions(const HardCase& hard_case, const Proble
       [&] {
         json list = json::array();
         for (const auto& motion : hard_case.true_motions(problem))
-          list.push_back({{"q", std::vector<double>(motion.q.begin(), motion.q.end())},
-                          {"v", std::vector<double>(motion.v.begin(), motion.v.end())},
-                          {"uncertainty", motion.uncertainty}});
+          list.push_back({{"q", motion.q}, {"v", motion.v}, {"uncertainty", motion.uncertainty}});
         return list.dump();
       },
       kReferenceLimit);
@@ -109,11 +108,8 @@ std::vector<TrueMotion> isolated_motions(const HardCase& hard_case, const Proble
                                              ? fmt::format("has no end within {} s", kReferenceLimit)
                                              : "has no solution: " + result.text));
   std::vector<TrueMotion> motions;
-  for (const auto& j : json::parse(result.text)) {
-    const auto q = j.at("q").get<std::vector<double>>(), v = j.at("v").get<std::vector<double>>();
-    motions.push_back({Eigen::Map<const Vector>(q.data(), static_cast<Eigen::Index>(q.size())),
-                       Eigen::Map<const Vector>(v.data(), static_cast<Eigen::Index>(v.size())), j.at("uncertainty")});
-  }
+  for (const auto& j : json::parse(result.text))
+    motions.push_back({j.at("q").get<Vector>(), j.at("v").get<Vector>(), j.at("uncertainty")});
   return motions;
 }
 

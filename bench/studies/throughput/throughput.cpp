@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "bench/ensemble/ensemble.h"
-#include "bench/ensemble/in_order.h"
+#include "bench/in_order.h"
 #include "bench/experiment_file.h"
 #include "bench/progress.h"
 #include "bench/setting_kind.h"

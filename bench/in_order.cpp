@@ -1,4 +1,4 @@
-#include "bench/ensemble/in_order.h"
+#include "bench/in_order.h"
 
 #include <algorithm>
 #include <condition_variable>
