@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/penetration.h"
 #include "methods/registry.h"
 #include "problems/control/replay_problem.h"
 #include "reference/event_located.h"
@@ -33,9 +34,7 @@ Replay replay(const OptimalControlProblem& problem, const ControlTrajectory& tra
       event.t += start;
       result.events.push_back(std::move(event));
     }
-    result.is_sampled = result.is_sampled || !s.samples.empty();
-    for (const auto& sample : s.samples)
-      result.penetration = std::max(result.penetration, -problem.plant->gap(plant.of_plant(sample.q)).minCoeff());
+    result.penetration = std::max(result.penetration, penetration(plant, s.motion));
     result.q = plant.of_plant(s.q);
     result.v = plant.of_plant(s.v);
     result.points.push_back({start + s.t, result.q, result.v});
@@ -52,7 +51,8 @@ Replay replay(const OptimalControlProblem& problem, const ControlTrajectory& tra
 
 IntervalSolver reference_solver(double tolerance) {
   return [tolerance](const Problem& plant) {
-    return reference::integrate_event_located(plant, {.tolerance = tolerance, .time_limit = 60});
+    return reference::integrate_event_located(plant,
+                                              {.tolerance = tolerance, .time_limit = 60, .records_motion = true});
   };
 }
 
@@ -61,7 +61,7 @@ IntervalSolver pivoting_solver(double tolerance) {
     Settings settings;
     settings.tolerance = tolerance;
     settings.time_limit = 60;
-    settings.recording = Recording::grid;
+    settings.recording = Recording::motion;
     return make_method("fesd_adaptive:radau-iia:4")->solve(plant, settings);
   };
 }

@@ -16,8 +16,7 @@ struct Replay {
   std::string message;
   Vector q, v;                                   ///< at T
   double cost = 0;                               ///< (1) of optimal_control_problem.h
-  bool is_sampled = false;                       ///< the solver recorded points inside of the intervals
-  double penetration = 0;                        ///< deepest, at the recorded points [m, or the unit of the gap]
+  double penetration = 0;                        ///< deepest at any time [m, or the unit of the gap]
   std::vector<Event> events;                     ///< times from 0
   std::vector<ControlTrajectory::Point> points;  ///< at the ends of the intervals
 };

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "bench/penetration.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "tests/test_data.h"
@@ -42,6 +43,23 @@ TEST(Motion, IsThePolynomialsThatItWasGiven) {
   EXPECT_EQ(v[0], 4) << "the begin of the second one";
   for (const double t : {0.4999, 6.5001, std::nan("")}) EXPECT_THROW(motion.at(t, q, v), InputError);
   EXPECT_THROW(Motion().at(0, q, v), InputError);
+}
+
+/// A dip between two grid points that are both above the ground.
+TEST(Motion, IsInsideOfAContactBetweenItsSteps) {
+  const auto ball = make_problem("bouncing_ball");
+  const double rest = ball->info().q0[0] - ball->gap(ball->info().q0)[0];
+  const auto dip = [&](double depth) {
+    Motion motion;
+    motion.add(0, 1, 2, [&](double s, Vector& q, Vector& v) {
+      q = Vector::Constant(1, rest + 0.1 - (0.1 + depth) * 4 * s * (1 - s));
+      v = Vector::Constant(1, (0.1 + depth) * 4 * (2 * s - 1));
+    });
+    return penetration(*ball, motion);
+  };
+  EXPECT_NEAR(dip(0.03), 0.03, 1e-14) << "s = 1/2 is one of the points";
+  EXPECT_EQ(dip(-0.03), 0);
+  EXPECT_EQ(penetration(*ball, Motion()), 0);
 }
 
 Solution motion_of(const Problem& problem, const std::string& method, int steps, double tolerance) {

@@ -70,6 +70,10 @@ TEST(ExactBall, BouncesAsTheReferenceSays) {
   EXPECT_NEAR(ball.height(1.5 * t_0), 0.9 / 4, 1e-15) << "the first flight rises to e^2 h_0";
   EXPECT_NEAR(ball.height(2 * t_0 + 0.25 * t_0), 0.9 / 16, 1e-15);
   EXPECT_EQ(ball.height(3.1 * t_0), 0);
+  const std::vector<double> times = ball.highest_after(2.1 * t_0);
+  ASSERT_GE(times.size(), 40u) << "flights until they are shorter than rounding";
+  for (int k = 0; k < 8; ++k)
+    EXPECT_NEAR(ball.height(times[k]), 0.9 * std::pow(0.25, k + 2), 1e-15) << "the first flight was over";
 }
 
 TEST(Zeno, RestTimeIsWithinTheBound) {

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "bench/isolated.h"
+#include "bench/penetration.h"
 #include "bench/progress.h"
 #include "bench/studies/hard_cases/verdict_matrix.h"
 #include "bench/studies/study.h"
@@ -34,16 +35,14 @@ double momentum(const Problem& problem, const Vector& q, const Vector& v) {
   return (problem.mass_matrix(q) * v).sum();
 }
 
-/// What every motion must keep, on the grid points and in the impacts.
+/// What every motion must keep, on the grid points and in the impacts; gaps between them, too, where a method tells its
+/// motion.
 void measure_invariants(const Problem& problem, const Solution& s, CellOutcome& outcome) {
   const ProblemInfo& info = problem.info();
   const auto start = problem.energy(info.q0, info.v0);
   const auto add = [&](const Vector& q, const Vector& v_minus, const Vector& v_plus) {
     outcome.is_finite &= q.allFinite() && v_minus.allFinite() && v_plus.allFinite();
-    if (info.n_c() > 0) {
-      const Vector gap = problem.gap(q);
-      for (const int i : info.unilateral) outcome.penetration = std::max(outcome.penetration, bounded(-gap[i]));
-    }
+    outcome.penetration = std::max(outcome.penetration, bounded(penetration(problem, q)));
     if (start) outcome.energy_gain = std::max(outcome.energy_gain, bounded(*problem.energy(q, v_plus) - *start));
   };
   outcome.is_finite = true;
@@ -51,6 +50,7 @@ void measure_invariants(const Problem& problem, const Solution& s, CellOutcome& 
   if (start) outcome.energy_gain = 0;
   for (const auto& sample : s.samples) add(sample.q, sample.v_minus, sample.v_plus);
   add(s.q, s.v, s.v);
+  outcome.penetration = std::max(outcome.penetration, bounded(penetration(problem, s.motion)));
   if (start) outcome.energy_change = bounded(*problem.energy(s.q, s.v) - *start);
   outcome.momentum = bounded(std::abs(momentum(problem, s.q, s.v) - momentum(problem, info.q0, info.v0)));
   for (const auto& event : s.events) {
@@ -70,7 +70,7 @@ std::string solve_and_measure(const Problem& problem, const std::vector<TrueMoti
   settings.steps = cell.steps;
   settings.tolerance = cell.tolerance;
   settings.time_limit = time_limit;
-  settings.recording = Recording::grid;
+  settings.recording = Recording::motion;
   const auto begin = std::chrono::steady_clock::now();
   CellOutcome& outcome = cell.outcome;
   Solution solution;

@@ -11,6 +11,7 @@
 #include "bench/setting_kind.h"
 #include "bench/studies/study.h"
 #include "methods/contact_laws/contact_scales.h"
+#include "methods/elements/element_motion.h"
 #include "methods/elements/element_solver.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
@@ -23,16 +24,40 @@ namespace {
 using nlohmann::json;
 
 constexpr double kPartOfZenoTime = 1.3;  // of a run; rest is long enough to be seen
+constexpr int kPartsOfAPiece = 8;        // of the motion, at which positions are compared
 constexpr int kLengthBisections = 60;    // to the last bit of a length
+constexpr int kExcursionSamples = 500;   // an extremum between two of them is missed by 1e-5 of it
 constexpr double kNoBound = std::numeric_limits<double>::quiet_NaN();
+
+/// How far the motion of a closed element that takes v+ = 1 m/s leaves the ground in 1 s [m]: its velocity vanishes at
+/// the stages and not between them. Longer elements go as much farther, faster balls, too.
+double excursion(const ButcherTableau& tableau) {
+  Element element;
+  element.h = 1;
+  element.q0 = element.q1 = Vector::Zero(1);
+  element.v0 = Vector::Ones(1);
+  element.a = -tableau.A.lu().solve(Vector::Ones(tableau.n_s)).transpose();  // capture.h (1)
+  element.v1 = element.v0 + element.a * tableau.b;
+  Motion motion;
+  ElementMotion(tableau).add(0, 1, element, motion);
+  double farthest = 0;
+  Vector q, v;
+  for (int k = 0; k <= kExcursionSamples; ++k) {
+    motion.within(0, static_cast<double>(k) / kExcursionSamples, q, v);
+    farthest = std::max(farthest, std::abs(q[0]));
+  }
+  return farthest;
+}
 
 /// Where the closed element absorbs. Gauss tableaus give v+ back: whatever they call rest is none.
 void set_bounds(const ButcherTableau& tableau, double T, const ExactBall& ball, double radius, ZenoRun& run) {
   run.rest_bound = run.position_bound = kNoBound;
   const Capture closed = capture(tableau);
   if (tableau.order < 2 || !closed.absorbs()) return;
+  double longest = T;  // element
   if (run.H > 0) {
     run.rest_bound = closed.rest_time_bound(run.H, run.e);
+    longest = run.H;
   } else {
     // v+ <= tol / kappa, or the bounce is lower than rounding of the gap, v+^2 / (2 g) <= ContactScales::kGapRounding
     // (|q| + T |v|).
@@ -41,8 +66,9 @@ void set_bounds(const ButcherTableau& tableau, double T, const ExactBall& ball, 
         std::max(run.tolerance / closed.kappa, std::sqrt(2 * ball.g * ContactScales::kGapRounding * size));
     run.rest_bound = 2 * v_plus / (ball.g * (1 - run.e));
   }
-  // The highest of the flights left out, v+^2 / (2 g), with the v+ of the bound above.
-  run.position_bound = ball.g / 8 * std::pow(run.rest_bound * (1 - run.e), 2);
+  // The highest of the flights left out, and the motion of the element that takes v+, with the v+ of the bound above.
+  const double v_plus = ball.g * run.rest_bound * (1 - run.e) / 2;
+  run.position_bound = v_plus * v_plus / (2 * ball.g) + excursion(tableau) * longest * v_plus;
 }
 
 }  // namespace
@@ -62,6 +88,16 @@ double ExactBall::height(double t) const {
     flight *= e;
   }
   return 0.5 * g * t * (flight - t);
+}
+
+std::vector<double> ExactBall::highest_after(double t) const {
+  std::vector<double> times;
+  double start = std::sqrt(2 * h_0 / g);
+  // A flight shorter than rounding of the time is none.
+  for (double flight = 2 * e * start; start + flight > start; start += flight, flight *= e) {
+    if (start + flight / 2 >= t) times.push_back(start + flight / 2);
+  }
+  return times;
 }
 
 ZenoCapture measure_capture(const std::string& name) {
@@ -103,7 +139,7 @@ ZenoRun measure_rest(const std::string& method, double e, double H, double toler
   ZenoRun run{.method = method, .command = {}, .e = e, .H = H, .tolerance = tolerance, .status = {}, .message = {}};
   run.t_Z = exact.t_Z();
   Settings settings;
-  settings.recording = Recording::grid;
+  settings.recording = Recording::motion;
   settings.tolerance = tolerance;
   double T = kPartOfZenoTime * run.t_Z;
   if (H > 0) {
@@ -133,10 +169,18 @@ ZenoRun measure_rest(const std::string& method, double e, double H, double toler
   run.v_plus = last.v_plus[0];
   run.v_end = std::abs(solution.v[0]);
   run.energy = 0.5 * (run.v_plus * run.v_plus - run.v_end * run.v_end);
-  for (const auto& sample : solution.samples) {
-    if (sample.t >= last.t)
-      run.position_error = std::max(run.position_error, std::abs(sample.q[0] - ground - exact.height(sample.t)));
+  const auto compare = [&](double t) {
+    Vector q, v;
+    solution.motion.at(t, q, v);
+    run.position_error = std::max(run.position_error, std::abs(q[0] - ground - exact.height(t)));
+  };
+  for (std::size_t piece = 0; piece < solution.motion.n_pieces(); ++piece) {
+    const double begin = solution.motion.begin_of(piece), end = solution.motion.end_of(piece);
+    if (begin < last.t) continue;
+    for (int k = 0; k <= kPartsOfAPiece; ++k)
+      compare(k == kPartsOfAPiece ? end : begin + k * (end - begin) / kPartsOfAPiece);
   }
+  for (const double t : exact.highest_after(last.t)) compare(t);
   return run;
 }
 

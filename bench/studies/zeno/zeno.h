@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "bench/studies/zeno/zeno_rows.h"
 #include "methods/fesd/capture.h"
@@ -19,6 +20,8 @@ struct ExactBall {
   double t_Z() const;
   /// Above the ground [m].
   double height(double t) const;
+  /// When it is highest in each of its flights, from t on [s].
+  std::vector<double> highest_after(double t) const;
 };
 
 /// kappa and the velocity kept, of single closed elements with v+ = 1 m/s on which ElementSolver is run.

@@ -37,7 +37,7 @@ struct ZenoRun {
   double t_rest = 0;          ///< of that impact [s]
   double v_plus = 0;          ///< behind it [m/s]: stopped by stage forces unless zero
   double v_end = 0;           ///< size of the velocity at the end [m/s]
-  double position_error = 0;  ///< largest at a grid point behind t_rest [m]
+  double position_error = 0;  ///< largest behind t_rest, between the steps, too [m]
   double rest_bound = 0;      ///< for t_Z - t_rest [s]; NaN where none is claimed
   double position_bound = 0;  ///< [m]; NaN where none is claimed
   double energy = 0;          ///< that vanished without an impact [J], per mass [m^2/s^2]
