@@ -148,7 +148,6 @@ template <>
 constexpr const char* Messages::message<grammar::end> = "an operator or the end of the expression is expected";
 
 /// What an action throws gets the column of its rule.
-/// What an action throws gets the column of its rule.
 template <class Rule>
 struct Control : pegtl::must_if<Messages, pegtl::normal, false>::control<Rule> {
   template <template <class...> class Action, class Iterator, class Input>
@@ -357,6 +356,9 @@ struct Action<grammar::raise> {
         if (bits(number) * n > kMostBits || !(decades <= kMostDigits))
           throw std::range_error("a power of numbers is too large");
       }
+    } else if (is_number && !GiNaC::ex_to<GiNaC::numeric>(base.value).is_positive()) {
+      // Its derivative has the logarithm of the base.
+      throw std::domain_error("a base above zero is required where the exponent is no number");
     }
     reader.push(pow(base.value, exponent.value), 1 + base.size + exponent.size, degree);
   }

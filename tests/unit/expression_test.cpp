@@ -145,6 +145,8 @@ TEST_F(Expression, ErrorsNameTheColumn) {
   EXPECT_EQ(error("m q[0]"), "field, column 3: an operator or the end of the expression is expected");
   EXPECT_EQ(error("m^2"), "field, column 2: an operator or the end of the expression is expected");
   EXPECT_TRUE(error("sinn(m)").starts_with("field, column 1: unknown function 'sinn'; known are abs"));
+  for (const char* power : {"0**m", "(0*q[0])**q[1]", "1+(-2)**m"})
+    EXPECT_TRUE(error(power).ends_with("a base above zero is required where the exponent is no number")) << power;
   EXPECT_TRUE(error("1/0").starts_with("field, column 2: ")) << error("1/0");
 }
 
