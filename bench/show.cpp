@@ -22,7 +22,7 @@ void print_results(const ShownResults& shown, const PrintOptions& options) {
     std::vector<std::string> names;
     for (const auto* table : tables) names.push_back(table->name);
     if (std::ranges::find(names, view) == names.end())
-      throw_unknown_name("view of " + shown.results.experiment(), view, names);
+      throw_unknown_name("view of " + shown.results.path, view, names);  // which is kept
   }
   fmt::print("{}\nresults: {}\n\n", shown.results.title(), shown.results.path);
   for (const auto* table : tables) {

@@ -133,9 +133,11 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("--points", options.points, "of the CSV: equally spaced, besides the events")
       ->needs(csv)
       ->check(CLI::Range(1, 100'000'000));
-  command->add_option("--sensitivity", options.sensitivities,
-                      "print derivatives by q0:0 or v0:0, a component of the initial values, or by param:NAME, a "
-                      "parameter; may be repeated");
+  command
+      ->add_option("--sensitivity", options.sensitivities,
+                   "print derivatives by q0:0 or v0:0, a component of the initial values, or by param:NAME, a "
+                   "parameter; may be repeated")
+      ->allow_extra_args(false);
   command->footer(
       "Examples:\n"
       "  ricochet run --problem two_balls_spring --method fesd:gauss:4 --steps 200\n"

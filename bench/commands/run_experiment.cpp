@@ -88,12 +88,16 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
   auto* experiment = command->add_option(
       "experiment", options.experiment,
       "name, see `ricochet list experiments`, or a file; without it a study of --problem or --scene");
-  command->add_option("--method,-m", methods,
-                      "only this method of the experiment, by its name there or by a pattern with *, the results are "
-                      "then those of ID_part; without an experiment: a method to run. May be repeated");
-  command->add_option("--problem,-p", problems,
-                      "only this problem of the experiment, likewise; without an experiment: the problem, "
-                      "NAME,PARAMETER=VALUE,...");
+  command
+      ->add_option("--method,-m", methods,
+                   "only this method of the experiment, by its name there or by a pattern with *, the results are "
+                   "then those of ID_part; without an experiment: a method to run. May be repeated")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--problem,-p", problems,
+                   "only this problem of the experiment, likewise; without an experiment: the problem, "
+                   "NAME,PARAMETER=VALUE,...")
+      ->allow_extra_args(false);
   command
       ->add_option("--scene,-s", options.ad_hoc.scene,
                    "without an experiment: the problem, FILE.json or FILE.json#ID, with ,PARAMETER=VALUE")
@@ -121,9 +125,11 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
   command->add_flag("--force", options.run.force, "compute again what is there already; it is kept under a dated name");
   command->add_option("--time-limit", options.run.time_limit, "wall time per run in seconds")
       ->check(CLI::PositiveNumber);
-  command->add_option("--set", options.run.changes,
-                      "FIELD=VALUE, a field of the experiment, in JSON or as text; the results are then those of "
-                      "ID_part");
+  command
+      ->add_option("--set", options.run.changes,
+                   "FIELD=VALUE, a field of the experiment, in JSON or as text; the results are then those of "
+                   "ID_part")
+      ->allow_extra_args(false);
   command->add_option("--page", options.page, "FOLDER of a page of the results");
   add_print_options(*command, options.print);
   command->footer(

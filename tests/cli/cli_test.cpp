@@ -718,7 +718,7 @@ TEST_F(Cli, ShowsViewsOfResults) {
   EXPECT_EQ(runs.text.find("Observed orders"), std::string::npos);
   const Outcome unknown = run("show " + results + " --view order");
   EXPECT_EQ(unknown.code, 2);
-  EXPECT_HAS(unknown.text, "view of small = 'order': unknown; did you mean orders");
+  EXPECT_HAS(unknown.text, "view of " + results + " = 'order': unknown; did you mean orders");
 
   const std::string page = (folder / "RESULTS.md").string();
   ASSERT_EQ(run("results " + results + " -o " + page + " --tables " + (folder / "tables").string()).code, 0);

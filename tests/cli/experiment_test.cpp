@@ -56,6 +56,18 @@ TEST_F(Cli, RunsPartOfAGroup) {
   EXPECT_EQ(lines_of(read(folder / "hard_cases_part.jsonl")).size(), 3u) << "header, one cell, end";
 }
 
+/// An option with one value leaves the next word to the command.
+TEST_F(Cli, OptionsThatMayBeRepeatedTakeOneWord) {
+  for (const char* option : {"--method 'fesd:gauss:*'", "--problem two_balls_spring", "--set time_limit=7"}) {
+    const Outcome outcome = run(std::string("run-experiment --print-experiment ") + option + " two_balls_order");
+    EXPECT_EQ(outcome.code, 0) << outcome.text;
+    EXPECT_EQ(json::parse(outcome.text)["id"], "two_balls_order_part");
+  }
+  const Outcome word = run("run -p bouncing_ball -m fesd:gauss:2 -N 10 --sensitivity q0:0 v0:0");
+  EXPECT_EQ(word.code, 2);
+  EXPECT_HAS(word.text, "v0:0");
+}
+
 TEST_F(Cli, RunsAStudyWithoutAFile) {
   const std::string scene =
       write("block.json", R"({"params": {"mu": "0.3"}, "q0": ["0", "0"], "v0": ["2", "0"], "T": "1",
