@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 
+#include "bench/number_checks.h"
 #include "bench/problem_options.h"
 #include "methods/control/fesd_transcription.h"
 #include "methods/control/time_stepping_transcription.h"
@@ -43,14 +44,14 @@ void ControlOptions::add(CLI::App& command) {
   command.add_option("problem", problem, "optimal control problem, see `ricochet list control`")->required();
   command.add_option("--set", changes, "NAME=VALUE, a parameter of the problem; may be repeated")
       ->allow_extra_args(false);
-  command.add_option("--intervals,-N", intervals, "control intervals")->check(CLI::PositiveNumber);
+  command.add_option("--intervals,-N", intervals, "control intervals")->check(positive_number());
   command.add_option("--discretisation", discretisation, "fesd or time_stepping")
       ->check(CLI::IsMember({"fesd", "time_stepping"}))
       ->capture_default_str();
   command.add_option("--steps", steps, "per interval, of --discretisation time_stepping")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
-  command.add_option("--elements", elements, "finite elements per interval")->check(CLI::PositiveNumber);
+  command.add_option("--elements", elements, "finite elements per interval")->check(positive_number());
   command.add_option("--tableau", tableau, "FAMILY:STAGES, or @FILE");
   command.add_option("--cross", cross, "cross complementarity: sparse, per_stage, aggregated")->capture_default_str();
   command.add_option("--impulses", impulses, "position_velocity or slack")->capture_default_str();
@@ -69,21 +70,23 @@ void ControlOptions::add(CLI::App& command) {
   command.add_flag("--superlinear", superlinear, "sigma to the power 1.5 when that is less than factor * sigma");
   command.add_option("--max-iterations", homotopy.max_iterations, "of one homotopy step")->capture_default_str();
   command.add_option("--max-branches", homotopy.max_branches, "branches that the crossover tries besides the first")
-      ->check(CLI::NonNegativeNumber)
+      ->check(non_negative_number())
       ->capture_default_str();
-  command.add_option("--time-limit", homotopy.time_limit, "wall time [s]; 0 for none")->capture_default_str();
+  command.add_option("--time-limit", homotopy.time_limit, "wall time [s]; 0 for none")
+      ->capture_default_str()
+      ->check(non_negative_number());
   command.add_flag("--simulate", simulate, "guess: the motion under the guessed control, instead of a constant state");
   command
       .add_option("--from-time-stepping", from_time_stepping,
                   "guess: the motion under the controls that time stepping finds, with so many steps per interval")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   command
       .add_option("--explore", exploration.rounds,
                   "guess: the best motion of a random search over the controls with so many rounds")
-      ->check(CLI::NonNegativeNumber);
+      ->check(non_negative_number());
   command.add_option("--noise", noise, "random change of the guessed positions, up to this")->capture_default_str();
   command.add_option("--seed", exploration.seed, "of --explore and --noise")
-      ->check(CLI::NonNegativeNumber)
+      ->check(non_negative_number())
       ->capture_default_str();
 }
 

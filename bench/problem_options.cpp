@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "bench/number_checks.h"
 #include "bench/setting_kind.h"
 #include "methods/initial_state.h"
 #include "problems/initial_state.h"
@@ -25,7 +26,7 @@ void ProblemOptions::add_problem(CLI::App& command) {
       .add_option("--allow-penetration", depth,
                   "DEPTH in metres: an initial position that penetrates by no more, as measured ones do, is moved to "
                   "the nearest one without, in the norm of M, and a note says so")
-      ->check(CLI::NonNegativeNumber);
+      ->check(non_negative_number());
 }
 
 void ProblemOptions::add_settings(CLI::App& command) {
@@ -34,7 +35,7 @@ void ProblemOptions::add_settings(CLI::App& command) {
   command.add_option("--step-length", step_length, "length of a step in seconds, which must divide the end time")
       ->excludes(number);
   command.add_option("--tolerance", tolerance, "tolerance, of an error-controlled method");
-  command.add_option("--time-limit", time_limit, "wall time in seconds; 0 is none");
+  command.add_option("--time-limit", time_limit, "wall time in seconds; 0 is none")->check(non_negative_number());
 }
 
 ParameterChanges parameter_changes(const std::vector<std::string>& changes) {

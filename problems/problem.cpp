@@ -56,7 +56,7 @@ Matrix Problem::tangent_jacobian(const Vector& q) const {
 }
 
 Matrix Problem::force_directions(Matrix J) const {
-  if (info_.clock >= 0) J.row(info_.clock).setZero();
+  if (info_.clock >= 0 && J.cols() > 0) J.row(info_.clock).setZero();
   return J;
 }
 

@@ -5,6 +5,7 @@
 #include "bench/commands.h"
 #include "bench/contact_recorder.h"
 #include "bench/contact_solutions.h"
+#include "bench/number_checks.h"
 #include "bench/problem_options.h"
 #include "methods/registry.h"
 #include "methods/time_stepping/common/time_stepping_method.h"
@@ -57,7 +58,7 @@ void add_export(CLI::App& contacts) {
   options.problem.add_settings(*command);
   command->add_option("-m,--method", options.method, "time-stepping method, see `ricochet list methods`")->required();
   command->add_option("--step", options.step, "1, 2, ...; without it the first step with the most contacts")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   command->add_option("-o,--out", options.path, "the new file")->required();
   command->footer(
       "Example:\n  ricochet contacts export --problem sphere_pile --set n=30 --method moreau_jean --steps 100 -o "

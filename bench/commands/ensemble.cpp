@@ -9,6 +9,7 @@
 #include "bench/ensemble/ensemble_file.h"
 #include "bench/experiment_file.h"
 #include "bench/experiment_schema.h"
+#include "bench/number_checks.h"
 #include "bench/problem_options.h"
 #include "bench/progress.h"
 #include "problems/input_error.h"
@@ -109,13 +110,14 @@ void add_ensemble_command(CLI::App& app, int& exit_code) {
                    "grid:FROM:TO:POINTS, log-grid:FROM:TO:PER_DECADE, values:A:B:...")
       ->allow_extra_args(false);
   command->add_option("--runs", options.runs, "random draws, at each point of the grids");
-  command->add_option("--seed", options.seed, "of the draws; 1 by default")->check(CLI::NonNegativeNumber);
+  command->add_option("--seed", options.seed, "of the draws; 1 by default")->check(non_negative_number());
   command->add_option("--method,-m", options.method, "method, see `ricochet list methods`");
   auto* steps = command->add_option("--steps,-N", options.steps, "number of steps, of a fixed-step method");
   command->add_option("--tolerance", options.tolerance, "tolerance, of an error-controlled method")->excludes(steps);
-  command->add_option("--time-limit", options.time_limit, "wall time of a run in seconds; 0 is none");
+  command->add_option("--time-limit", options.time_limit, "wall time of a run in seconds; 0 is none")
+      ->check(non_negative_number());
   command->add_option("--threads", options.threads, "as many as the machine has by default; the file is the same")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   command->add_option("-o,--out", options.out, "the CSV; an interrupted one is continued")->required();
   command->footer(
       "Examples:\n"

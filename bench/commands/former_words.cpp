@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include "bench/commands.h"
+#include "bench/number_checks.h"
 #include "bench/show.h"
 
 namespace ricochet {
@@ -28,7 +29,7 @@ void add_former_experiment(CLI::App& app, int& exit_code, const std::string& wor
   command->add_option("-o,--out", options.run.folder);
   command->add_flag("--quick", options.run.quick);
   command->add_flag("!--no-times", options.run.with_times);
-  command->add_option("--time-limit", options.run.time_limit)->check(CLI::PositiveNumber);
+  command->add_option("--time-limit", options.run.time_limit)->check(positive_number());
   command->add_flag("--all", options.print.all);
   command->callback([&exit_code, &options, word] { exit_code = run_under_its_new_word(word, options); });
 }

@@ -8,6 +8,7 @@
 
 #include "bench/commands.h"
 #include "bench/fuzz/families.h"
+#include "bench/number_checks.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"
 #include "reports/text_file.h"
@@ -66,17 +67,18 @@ void add_fuzz_command(CLI::App& app, int& exit_code) {
       "fuzz",
       "random scenes, on which fesd_adaptive, fesd, CVODE and Moreau-Jean are compared; exit code 1 when they disagree "
       "on one and nothing explains it, or when one hangs");
-  command->add_option("--scenes", options.fuzz.scenes, "how many")->capture_default_str()->check(CLI::PositiveNumber);
+  command->add_option("--scenes", options.fuzz.scenes, "how many")->capture_default_str()->check(positive_number());
   command->add_option("--seed", options.fuzz.seed, "another seed, other scenes")->capture_default_str();
-  command->add_option("--time", options.fuzz.time, "wall time after which no further scene is begun [s]");
+  command->add_option("--time", options.fuzz.time, "wall time after which no further scene is begun [s]")
+      ->check(non_negative_number());
   command->add_option("--family", options.fuzz.families, "only this kind of scene; may be repeated")
       ->allow_extra_args(false);
   command->add_option("--time-limit", options.fuzz.judge.time_limit, "of a run [s]; after twice this time it is killed")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   command->add_option("--minimise-time", options.fuzz.minimise_time, "that a scene that is kept may take [s]")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      ->check(non_negative_number());
   command->add_option("--number", options.number, "judge this scene of the family alone");
   command->add_option("--scene", options.scene, "judge the scene of this file alone");
   command->add_flag("--print", options.print, "with --number: print the scene, and run nothing");

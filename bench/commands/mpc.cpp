@@ -7,6 +7,7 @@
 
 #include "bench/commands.h"
 #include "bench/control_guess.h"
+#include "bench/number_checks.h"
 #include "methods/control/shrinking_horizon.h"
 #include "problems/input_error.h"
 #include "reports/quantile.h"
@@ -78,7 +79,7 @@ void add_mpc_command(CLI::App& app, int& exit_code) {
   o.control.add(*command);
   command
       ->add_option("--updates", o.updates, "intervals after which the rest is planned again; default: all but the last")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   command
       ->add_option("--disturbance", o.disturbance,
                    "before every update positions move by up to this [m, rad], velocities by this part of theirs; "

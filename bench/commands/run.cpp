@@ -6,6 +6,7 @@
 #include "bench/commands.h"
 #include "bench/isolated_reference.h"
 #include "bench/known_truth.h"
+#include "bench/number_checks.h"
 #include "bench/problem_options.h"
 #include "bench/run_report.h"
 #include "bench/sensitivities.h"
@@ -123,7 +124,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   auto* as_json = command->add_flag("--json", options.as_json,
                                     "print one JSON document with everything in all digits, see `ricochet schema run`");
   command->add_option("--events", options.events, "how many events are printed; all without it")
-      ->check(CLI::NonNegativeNumber)
+      ->check(non_negative_number())
       ->excludes(as_json);
   command->add_flag("--no-reference", options.without_reference,
                     "no error: do not look for a certified solution, and do not compute a reference, which takes "

@@ -7,6 +7,7 @@
 
 #include "bench/commands.h"
 #include "bench/experiment_file.h"
+#include "bench/number_checks.h"
 #include "bench/show.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
@@ -123,8 +124,7 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   command->add_flag("--force", options.run.force, "compute again what is there already; it is kept under a dated name");
-  command->add_option("--time-limit", options.run.time_limit, "wall time per run in seconds")
-      ->check(CLI::PositiveNumber);
+  command->add_option("--time-limit", options.run.time_limit, "wall time per run in seconds")->check(positive_number());
   command
       ->add_option("--set", options.run.changes,
                    "FIELD=VALUE, a field of the experiment, in JSON or as text; the results are then those of "

@@ -12,6 +12,8 @@
 #include "tests/cli/program.h"
 
 namespace ricochet::cli {
+
+using namespace std::string_literals;
 namespace {
 
 TEST_F(Cli, HelpAndUsage) {
@@ -701,6 +703,21 @@ TEST_F(Cli, AnUnexpectedFailureOfARowIsExitCodeOne) {
   EXPECT_EQ(code_of(R"(, "may_fail": "one stage has too few unknowns")"), 0);
   EXPECT_EQ(code_of(R"(, "on_failure": "fesd:gauss:1,elements=as_needed")"), 0) << "another method answers it";
   EXPECT_EQ(code_of(R"(, "on_failure": "fesd:gauss:1,switches=published")"), 1) << "which fails, too";
+}
+
+/// "nan" is neither below nor above a limit.
+TEST_F(Cli, OptionsRefuseWhatIsNoNumber) {
+  const std::string run_it = "run -p bouncing_ball -m fesd:gauss:2 -N 10 ",
+                    study = "run-experiment zeno --print-experiment ";
+  for (const std::string& line :
+       {run_it + "--allow-penetration", run_it + "--time-limit", study + "--time-limit", "fuzz --scenes 1 --time"s,
+        "control two_carts --time-limit"s, "ensemble -p bouncing_ball --runs 1 -m fesd:gauss:2 -N 10 --time-limit"s}) {
+    for (const char* value : {"nan", "-nan", "inf", "-1"}) {
+      const Outcome outcome = run(line + " " + value);
+      EXPECT_EQ(outcome.code, 2) << line << value << outcome.text;
+      EXPECT_HAS(outcome.text, line.substr(line.rfind("--")));
+    }
+  }
 }
 
 TEST_F(Cli, ShowsViewsOfResults) {
