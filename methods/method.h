@@ -7,12 +7,19 @@
 #include "problems/problem.h"
 #include "problems/solution.h"
 
+/// @file
+/// What a method is: Method, its Settings, and Solver for many runs of one problem.
+
 namespace ricochet {
 
-/// What a run keeps, each more than the one before: its final state; the events, with the state at each; the states at
-/// grid points; the motion between them. Events are counted always. n contacts that close at once are n events of n
-/// numbers.
-enum class Recording { final_state, events, grid, motion };
+/// What a run keeps, each more than the one before. Events are counted always. n contacts that close at once are n events
+/// of n numbers.
+enum class Recording {
+  final_state,  ///< Solution::q and v
+  events,       ///< Solution::events, with the state at each
+  grid,         ///< Solution::samples, the states at the ends of steps
+  motion        ///< Solution::motion, the states between them
+};
 
 /// How a run is discretised and how exactly its inner problems are solved: three separate kinds of settings.
 struct Settings {
@@ -24,17 +31,18 @@ struct Settings {
   double inner_tolerance = 1e-13;  ///< relative size of the last Newton correction
   double event_tolerance = 1e-13;  ///< relative width of the interval that brackets an event
 
-  double time_limit = 0;  ///< wall time [s]; 0 is none
-  Recording recording = Recording::events;
+  double time_limit = 0;                    ///< wall time [s]; 0 is none
+  Recording recording = Recording::events;  ///< what of the run is kept
   /// What Solution::dq, dv and Event::dt are derivatives with respect to: "q0:0", "v0:0" for a component of the initial
   /// values, "param:NAME" for a parameter, which the initial values may depend on.
   std::vector<std::string> sensitivities;
   bool audit = false;  ///< evaluate every equation of the method after each step: Solution::residuals
 };
 
+/// What a method claims of itself, for reports; tests hold its orders against measured ones.
 struct MethodInfo {
-  std::string id;  ///< as on the command line, "fesd:radau-iia:3,n_fe=2"
-  std::string title;
+  std::string id;                  ///< as on the command line, "fesd:radau-iia:3,n_fe=2"
+  std::string title;               ///< its name in the literature
   std::string source;              ///< publication with equation numbers
   double order_smooth = 0;         ///< on smooth motion
   double order_impacts = 0;        ///< of the final state, through impacts
@@ -44,11 +52,11 @@ struct MethodInfo {
 
 /// Whether a method can run a problem, or why not.
 struct Support {
-  bool ok = true;
-  std::string reason;
+  bool ok = true;      ///< it can
+  std::string reason;  ///< a phrase, "one frictionless contact at most"; empty when it can
 
-  static Support yes() { return {}; }
-  static Support no(std::string why) { return {false, std::move(why)}; }
+  static Support yes() { return {}; }                                     ///< The method can.
+  static Support no(std::string why) { return {false, std::move(why)}; }  ///< It cannot, because of `why`.
 };
 
 /// A method made ready for one problem: what its runs need besides their results is made once. For one thread.
@@ -60,6 +68,7 @@ class Solver {
   /// other parameters another Solver is needed. A run knows nothing of those before it: to the last bit, what it returns
   /// depends on the initial state of this run and on the one that the solver was made with. Counters are of this run,
   /// which finds the factors of constant matrices made.
+  /// @throws InputError for `settings` out of range
   virtual Solution solve(const Settings& settings) = 0;
 };
 
@@ -68,22 +77,24 @@ class Method {
  public:
   virtual ~Method() = default;
 
-  virtual MethodInfo info() const = 0;
-  virtual Support supports(const ProblemInfo& problem) const = 0;
+  virtual MethodInfo info() const = 0;                             ///< Name, source and orders.
+  virtual Support supports(const ProblemInfo& problem) const = 0;  ///< Whether it can run `problem`, or why not.
 
-  /// Integrates from t = 0 to end_time. Numerical failure is a status with a message and the state reached so far.
+  /// Integrates `problem` from t = 0 to end_time, as `settings` say. Numerical failure is a status with a message and the
+  /// state reached so far.
   /// @throws InputError for settings out of range, or a problem that supports() declines
   Solution solve(const Problem& problem, const Settings& settings) const;
 
-  /// For many runs of one problem. Method and problem have to outlive what is returned.
+  /// For many runs of one `problem`. Method and problem have to outlive what is returned.
   /// @throws InputError for a problem that supports() declines
   std::unique_ptr<Solver> prepare(const Problem& problem) const;
 
  protected:
-  /// Called with checked settings. May throw nothing but InputError and std::bad_alloc. May return events that nobody
-  /// wanted: solve() drops them.
+  /// The method itself, which solve() calls with a `problem` that it supports and checked `settings`. May throw nothing but InputError and std::bad_alloc. May
+  /// return events that nobody wanted: solve() drops them.
   virtual Solution do_solve(const Problem& problem, const Settings& settings) const = 0;
-  /// A solver that keeps storage between runs, and whose solve() does what do_solve() does; null where a method has none.
+  /// A solver that keeps storage between runs of `problem`, and whose solve() does what do_solve() does; null where a
+  /// method has none.
   virtual std::unique_ptr<Solver> do_prepare(const Problem& problem) const;
 
  private:

@@ -6,30 +6,41 @@
 
 #include "problems/named_values.h"
 
+/// @file
+/// The text that selects a method, and the options in it.
+
 namespace ricochet {
 
 /// An option that a method asks its text for.
 struct MethodOption {
-  std::string name;
-  std::string fallback;              ///< empty: the method chooses
+  std::string name;                  ///< "theta"
+  std::string fallback;              ///< its value when it is not given; empty: the method chooses
   std::string allowed;               ///< "a number from 0.5 to 1", "one of on, off"
   std::vector<std::string> choices;  ///< the default first; empty for a number
 };
 
 /// The text that selects a method, taken apart: NAME[:ARGUMENT...][,OPTION=VALUE...], for example
-/// "fesd:radau-iia:3,elements=as_needed". Every accessor throws InputError for a value that is not allowed.
+/// "fesd:radau-iia:3,elements=as_needed". A method asks it for the options that it knows.
 class MethodSpec {
  public:
+  /// Takes `text` apart. @throws InputError for an option without value, or one that is given twice
   explicit MethodSpec(const std::string& text);
 
-  const std::string& text() const { return text_; }
-  const std::string& name() const { return name_; }
-  const std::vector<std::string>& arguments() const { return arguments_; }
+  const std::string& text() const { return text_; }                         ///< The whole text, as it was given.
+  const std::string& name() const { return name_; }                         ///< Of the method, before the first colon.
+  const std::vector<std::string>& arguments() const { return arguments_; }  ///< Between colons, behind the name.
 
+  /// The number that is given for `option`, or `fallback` where none is.
+  /// @throws InputError for what is no number from `min` to `max`
   double number(const std::string& option, double fallback, double min, double max) const;
+  /// The same for a whole number: of `option`, or `fallback`, from `min` to `max`.
+  /// @throws InputError for anything else
   int whole_number(const std::string& option, int fallback, int min, int max) const;
-  /// One of `choices`; the first is the default.
+  /// What is given for `option`, one of `choices`; the first is the default.
+  /// @throws InputError for anything else, with the choices
   std::string choice(const std::string& option, const std::vector<std::string>& choices) const;
+  /// The value whose name is given for `option`; the first of `names` is the default.
+  /// @throws InputError for anything else, with the names
   template <class Value>
   Value choice(const std::string& option, const Names<Value>& names) const {
     return *ricochet::find(names, choice(option, list(names)));

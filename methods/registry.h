@@ -10,26 +10,33 @@
 #include "methods/method.h"
 #include "methods/method_spec.h"
 
+/// @file
+/// The list of all methods: register_method(), make_method().
+
 namespace ricochet {
 
+/// A method in the list of all: how it is called, and how it is made.
 struct MethodEntry {
-  std::string name;
+  std::string name;                   ///< before the first colon of a spec, lower_snake
   std::string usage;                  ///< "fesd:TABLEAU:STAGES[,n_fe=2][,elements=fixed|as_needed]"
   std::size_t max_arguments = 0;      ///< behind the name: TABLEAU and STAGES
   std::string summary;                ///< one line
   std::vector<std::string> examples;  ///< specs that the conformance tests run on every scene
   int conformance_steps = 400;        ///< that they take: fewer for methods whose steps are long
   std::string not_built{};            ///< of NotBuilt: why, for example "Siconos was not found"
-  /// By register_method(); empty: not built.
+  /// Makes the method of a spec: set by register_method(); empty: not built.
   std::function<std::unique_ptr<Method>(const MethodSpec&)> make{};
 };
 
 /// In place of a method whose library was not found: it is listed, and cannot run.
 struct NotBuilt;
 
+/// Puts `entry` into the list; what register_method() calls. Throws std::logic_error for a name that is there.
+/// @returns true, so that a constant of a file can be initialised by it
 bool add_method(MethodEntry entry);
 
-/// Called once in each method's own file; no list of methods exists anywhere else.
+/// Makes a method known under `entry`'s name. Called once in each method's own file; no list of methods exists anywhere
+/// else.
 /// @tparam T  a Method that a MethodSpec makes, or NotBuilt. It asks the spec for its options; options that it does not
 /// know, and arguments beyond `max_arguments`, are refused for it.
 template <class T>
@@ -40,12 +47,14 @@ bool register_method(MethodEntry entry) {
   return add_method(std::move(entry));
 }
 
+/// All methods that are registered, by name.
 std::vector<MethodEntry> methods();
 
-/// What a built method asks its text for: in its examples, and in the first of them with each choice of each option,
+/// What a built `method` asks its text for: in its examples, and in the first of them with each choice of each option,
 /// since some options are asked for only beside another one.
 std::vector<MethodOption> options_of(const MethodEntry& method);
 
+/// The method of a `spec`, "fesd:gauss:4,elements=as_needed".
 /// @throws InputError for an unknown method (with the nearest names) or wrong arguments (with the usage)
 std::unique_ptr<Method> make_method(const std::string& spec);
 

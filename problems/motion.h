@@ -5,6 +5,9 @@
 
 #include "problems/problem.h"
 
+/// @file
+/// Where everything is between the steps.
+
 namespace ricochet {
 
 /// The motion of a run at any time: pieces from one step, or event, to the next, in which a method says by polynomials of
@@ -12,32 +15,39 @@ namespace ricochet {
 ///
 /// A piece keeps the values of its polynomials of degree d at the Chebyshev points of the second kind,
 ///
-///   s_k = (1 - cos(k pi / d)) / 2,   k = 0 .. d,   t = t_0 + h s                                            (1)
+///     s_k = (1 - cos(k pi / d)) / 2,   k = 0 .. d,   t = t_0 + h s                                          (1)
 ///
 /// which determine them; between the points they are evaluated by the barycentric formula with weights
 ///
-///   (-1)^k, the first and the last halved                                                                   (2)
+///     (-1)^k, the first and the last halved                                                                 (2)
 ///
 /// (Berrut, Trefethen, Barycentric Lagrange interpolation, SIAM Review 46 (2004), (4.2), (5.4)).
 class Motion {
  public:
-  enum class Side { before, behind };  ///< which limit, where two pieces meet
+  /// Which limit, where two pieces meet.
+  enum class Side {
+    before,  ///< of the piece that ends
+    behind   ///< of the piece that begins
+  };
 
-  /// The piece from `begin` to `end` [s], behind those so far. None where it has no length.
-  /// @param degree  >= 1, of the polynomials  @param state  state(s, q, v) sets q and v for s in [0, 1]
+  /// Adds the piece from `begin` to `end` [s] behind those so far; none where it has no length.
+  /// @param begin, end  [s]
+  /// @param degree      >= 1, of the polynomials
+  /// @param state       state(s, q, v) sets q and v, n_q each, for s in [0, 1]
   template <class State>
   void add(double begin, double end, int degree, const State& state);
 
-  bool empty() const { return pieces_.empty(); }
-  std::size_t n_pieces() const { return pieces_.size(); }
-  double begin() const { return pieces_.front().begin; }  ///< [s]
-  double end() const { return pieces_.back().end; }
-  double begin_of(std::size_t piece) const { return pieces_[piece].begin; }
-  double end_of(std::size_t piece) const { return pieces_[piece].end; }
+  bool empty() const { return pieces_.empty(); }                             ///< Nothing was recorded.
+  std::size_t n_pieces() const { return pieces_.size(); }                    ///< One at least for each step.
+  double begin() const { return pieces_.front().begin; }                     ///< Of the motion [s]; it is not empty.
+  double end() const { return pieces_.back().end; }                          ///< Of the motion [s]; it is not empty.
+  double begin_of(std::size_t piece) const { return pieces_[piece].begin; }  ///< Of `piece`, from 0 [s].
+  double end_of(std::size_t piece) const { return pieces_[piece].end; }      ///< Of `piece`, from 0 [s].
 
-  /// q and v, n_q each. @throws InputError for a time that is not from begin() to end()
+  /// Sets `q` and `v`, n_q each, to those at the time `t` [s], with the limit of `side` where two pieces meet.
+  /// @throws InputError for a time that is not from begin() to end()
   void at(double t, Vector& q, Vector& v, Side side = Side::behind) const;
-  /// The same within one piece, s from 0 to 1.
+  /// The same within one `piece`, at `s` from 0, where it begins, to 1.
   void within(std::size_t piece, double s, Vector& q, Vector& v) const;
 
  private:

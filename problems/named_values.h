@@ -5,12 +5,16 @@
 #include <utility>
 #include <vector>
 
+/// @file
+/// Names of the values of an option.
+
 namespace ricochet {
 
 /// The names of the values of an option, the default first.
 template <class Value>
 using Names = std::vector<std::pair<std::string, Value>>;
 
+/// The names alone, in the order of `names`.
 template <class Value>
 std::vector<std::string> list(const Names<Value>& names) {
   std::vector<std::string> all;
@@ -18,7 +22,7 @@ std::vector<std::string> list(const Names<Value>& names) {
   return all;
 }
 
-/// Null for an unknown name.
+/// The value of `name` in `names`; null for an unknown one.
 template <class Value>
 const Value* find(const Names<Value>& names, const std::string& name) {
   const auto found = std::ranges::find(names, name, &std::pair<std::string, Value>::first);

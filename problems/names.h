@@ -3,13 +3,18 @@
 #include <string>
 #include <vector>
 
+/// @file
+/// Refusal of an unknown name, with the nearest ones.
+
 namespace ricochet {
 
+/// Refuses a `name` that is none of the `known` ones of this `kind`, "method" or "parameter of bouncing_ball".
 /// @throws InputError that names what was asked for, the nearest known names (few letters differ, or they begin with it)
 /// and all known names
 [[noreturn]] void throw_unknown_name(const std::string& kind, const std::string& name,
                                      const std::vector<std::string>& known);
 
+/// The keys of a `map` from names, in its order: what throw_unknown_name() takes as known.
 template <class Map>
 std::vector<std::string> keys_of(const Map& map) {
   std::vector<std::string> keys;

@@ -7,15 +7,18 @@
 #include <utility>
 #include <vector>
 
+/// @file
+/// What a scene is: Problem, its equations, and what is known of it before a run.
+
 namespace ricochet {
 
-using Vector = Eigen::VectorXd;
-using Matrix = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;  ///< A column of doubles.
+using Matrix = Eigen::MatrixXd;  ///< Doubles, column-major.
 
 /// One unilateral contact, or a bilateral constraint: a contact that is always closed and may pull. Its Jacobian
 /// entries live on `support` only, the coordinates that the contact touches.
 struct ContactInfo {
-  std::string name;
+  std::string name;           ///< in messages, events and figures
   bool is_bilateral = false;  ///< f_c = 0 at all times, lambda_n of either sign; no friction, no restitution
   double eps_r = 0;           ///< restitution coefficient, in [0, 1]
   double mu = 0;              ///< friction coefficient, >= 0; zero exactly when n_t is zero
@@ -31,30 +34,35 @@ struct ContactInfo {
   std::span<const int> pushed() const { return std::span(support).first(support.size() - (is_moving ? 1 : 0)); }
 };
 
+/// A number that a scene takes.
 struct ParameterInfo {
-  std::string name;
-  double value = 0;
-  std::string unit;
+  std::string name;  ///< as in `--set NAME=VALUE`
+  double value = 0;  ///< in SI units
+  std::string unit;  ///< "kg", for reports
 };
 
 /// What a method may know of a scene before it runs. Everything below `structure` is derived from the equations, never
 /// declared by hand.
 struct ProblemInfo {
-  std::string id, title;
-  std::string source;        ///< publication, or where the equations come from
-  std::string hard_feature;  ///< what the scene tests
-  std::vector<ParameterInfo> parameters;
+  std::string id;                         ///< lower_snake, "bouncing_ball"
+  std::string title;                      ///< a line that says what it is
+  std::string source;                     ///< publication, or where the equations come from
+  std::string hard_feature;               ///< what the scene tests
+  std::vector<ParameterInfo> parameters;  ///< with the values of this problem
 
   int n_q = 0;     ///< coordinates
   int n_u = 0;     ///< controls
   int clock = -1;  ///< the coordinate that is time, the last one, see Problem (7); -1 where nothing depends on time
-  std::vector<ContactInfo> contacts;
-  std::vector<int> unilateral, bilateral;  ///< contacts of each kind, ascending
+  std::vector<ContactInfo> contacts;  ///< n_c, unilateral and bilateral ones
+  std::vector<int> unilateral;        ///< contacts that are, ascending
+  std::vector<int> bilateral;         ///< constraints, ascending
 
-  Vector q0, v0;        ///< initial state, before any impact at t = 0
-  Vector u;             ///< control of the plain simulation, constant in time
+  Vector q0;            ///< n_q, initial coordinates
+  Vector v0;            ///< n_q, initial velocities, before any impact at t = 0
+  Vector u;             ///< n_u, control of the plain simulation, constant in time
   double end_time = 0;  ///< [s]
 
+  /// What a method may skip, or do once.
   struct Structure {
     bool constant_mass = false;            ///< M does not depend on q
     bool diagonal_mass = false;            ///< M has no off-diagonal entries
@@ -66,32 +74,35 @@ struct ProblemInfo {
     /// Pairs k < l of coordinates that an entry (k, l) of M, or of a derivative of M a, f_v or B_u u, couples, without
     /// the clock, which nothing moves. Contacts couple those of their supports that they push.
     std::vector<std::pair<int, int>> couplings;
-  } structure;
+  } structure;  ///< what holds for this scene
 
-  int n_c() const { return static_cast<int>(contacts.size()); }
-  int n_mechanical() const { return clock < 0 ? n_q : clock; }  ///< coordinates of bodies: all but the clock
-  int n_bilateral() const { return static_cast<int>(bilateral.size()); }
-  bool has_friction() const { return n_lambda_t > 0; }
-  bool has_bilateral() const { return !bilateral.empty(); }
+  int n_c() const { return static_cast<int>(contacts.size()); }           ///< Contacts, constraints among them.
+  int n_mechanical() const { return clock < 0 ? n_q : clock; }            ///< Coordinates of bodies: all but the clock.
+  int n_bilateral() const { return static_cast<int>(bilateral.size()); }  ///< Bilateral constraints.
+  bool has_friction() const { return n_lambda_t > 0; }                    ///< Some contact has.
+  bool has_bilateral() const { return !bilateral.empty(); }               ///< Some contact is a constraint.
 
   int n_normal_entries = 0;   ///< length of a packed J_n
   int n_tangent_entries = 0;  ///< length of a packed J_t
   int n_lambda_t = 0;         ///< sum of n_t over the contacts
 };
 
-/// Complementarity Lagrangian system (paper eq. 1), SI units, angles in radians:
+/// Complementarity Lagrangian system ([1], eq. (1)), SI units, angles in radians:
 ///
-///   q' = v                                                                             (1)
-///   M(q) v' = f_v(q,v) + B_u(q) u + sum_i J_n^i lambda_n^i + J_t^i lambda_t^i          (2)
-///   0 <= lambda_n^i  _|_  f_c^i(q) >= 0,   J_n^i = grad f_c^i                          (3)
-///   J_n^i' v+ = -eps_r^i J_n^i' v-   at an impact of contact i                         (4)
-///   ||lambda_t^i|| <= mu^i lambda_n^i, opposite to the slip velocity v_t^i = J_t^i' v  (5)
-///   f_c^i(q) = 0, lambda_n^i of either sign, instead of (3)-(5) where i is bilateral   (6)
+///     q' = v                                                                             (1)
+///     M(q) v' = f_v(q,v) + B_u(q) u + sum_i J_n^i lambda_n^i + J_t^i lambda_t^i          (2)
+///     0 <= lambda_n^i  _|_  f_c^i(q) >= 0,   J_n^i = grad f_c^i                          (3)
+///     J_n^i' v+ = -eps_r^i J_n^i' v-   at an impact of contact i                         (4)
+///     ||lambda_t^i|| <= mu^i lambda_n^i, opposite to the slip velocity v_t^i = J_t^i' v  (5)
+///     f_c^i(q) = 0, lambda_n^i of either sign, instead of (3)-(5) where i is bilateral   (6)
+///
+/// [1] is A. Nurkanović, J. Frey, A. Pozharskiy, M. Diehl, *FESD-J: Finite Elements with Switch Detection for Numerical
+/// Optimal Control of Rigid Bodies with Impacts and Coulomb Friction*.
 ///
 /// A pure description: no solver, no time step. Where forces, gaps or tangents depend on time, it is one more
 /// coordinate, the last:
 ///
-///   q_clock = t,   v_clock = 1,   M entry 1, no force, no initial value but 0                (7)
+///     q_clock = t,   v_clock = 1,   M entry 1, no force, no initial value but 0          (7)
 ///
 /// so that J_n' v has the part df_c/dt of the rate of the gap, J_t' v the drive of a surface that moves (the clock's
 /// entry of J_t), v' (grad^2 f_c) v the parts f_tt + 2 f_tq v, and f_q the part df_v/dt: whatever is a rate, a slope or
@@ -100,18 +111,20 @@ struct ProblemInfo {
 /// has no clock.
 ///
 /// Arrays are plain pointers because these functions are called once per stage of every time step: no temporary, no
-/// allocation. Matrices are column-major. Contact Jacobians are packed: the normal of contact i occupies
-/// contacts[i].support.size() entries from contacts[i].normal_begin, in the order of its support; its tangents follow
-/// the same rule from tangent_begin, one direction after the other. A scene without friction has no tangential entry at
-/// all. Every function is const and may be called from several threads.
+/// allocation. Everywhere q, v, a (accelerations) and w (weights) have n_q entries, where nothing else is said of w; u has
+/// n_u and may be null when that is 0; lambda_n has n_c [N]; lambda_t has n_lambda_t [N] and may be null when that is 0.
+/// Results come last. Nothing is validated. Matrices are column-major. Contact Jacobians are packed: the normal of contact
+/// i occupies contacts[i].support.size() entries from contacts[i].normal_begin, in the order of its support; its tangents
+/// follow the same rule from tangent_begin, one direction after the other. A scene without friction has no tangential
+/// entry at all. Every function is const and may be called from several threads.
 class Problem {
  public:
   virtual ~Problem() = default;
 
-  const ProblemInfo& info() const { return info_; }
-  int n_q() const { return info_.n_q; }
-  int n_c() const { return info_.n_c(); }
-  /// Another start. Nothing is validated. Not to be called while a method runs. @param q0, v0  n_q, with the clock
+  const ProblemInfo& info() const { return info_; }  ///< Sizes, names, initial state, structure.
+  int n_q() const { return info_.n_q; }              ///< Coordinates, the clock among them.
+  int n_c() const { return info_.n_c(); }            ///< Contacts, constraints among them.
+  /// Another start: `q0` and `v0`, n_q each, with the clock. Nothing is validated. Not to be called while a method runs.
   void set_initial_state(const Vector& q0, const Vector& v0) {
     info_.q0 = q0;
     info_.v0 = v0;
@@ -124,10 +137,11 @@ class Problem {
   virtual void gap(const double* q, double* f_c) const = 0;               ///< f_c: n_c [m], > 0 when open
   virtual void normal_jacobian(const double* q, double* J_n) const = 0;   ///< packed, n_normal_entries
   virtual void tangent_jacobian(const double* q, double* J_t) const = 0;  ///< packed, n_tangent_entries
-  /// The same where only the contacts with `chosen` (n_c, zero or not) are needed: other entries may stay as they are.
+  /// J_n where only the contacts with `chosen` (n_c, zero or not) are needed: other entries may stay as they are.
   virtual void normal_jacobian_of([[maybe_unused]] const char* chosen, const double* q, double* J_n) const {
     normal_jacobian(q, J_n);
   }
+  /// The same of `chosen` contacts for J_t.
   virtual void tangent_jacobian_of([[maybe_unused]] const char* chosen, const double* q, double* J_t) const {
     tangent_jacobian(q, J_t);
   }
@@ -166,24 +180,24 @@ class Problem {
   virtual void parameter_derivative_of_constants(double* C) const = 0;
 
   // Dense views for code outside the time step.
-  Matrix mass_matrix(const Vector& q) const;
-  Vector force(const Vector& q, const Vector& v) const;  ///< at the control info().u
-  Vector gap(const Vector& q) const;
-  Matrix normal_jacobian(const Vector& q) const;   ///< n_q x n_c
-  Matrix tangent_jacobian(const Vector& q) const;  ///< n_q x n_lambda_t
-  /// Columns of J_n or J_t as the directions of their forces: zero at the clock.
+  Matrix mass_matrix(const Vector& q) const;             ///< n_q x n_q
+  Vector force(const Vector& q, const Vector& v) const;  ///< n_q, at the control info().u
+  Vector gap(const Vector& q) const;                     ///< n_c [m]
+  Matrix normal_jacobian(const Vector& q) const;         ///< n_q x n_c
+  Matrix tangent_jacobian(const Vector& q) const;        ///< n_q x n_lambda_t
+  /// Columns of J, which is J_n or J_t, as the directions of their forces: zero at the clock.
   Matrix force_directions(Matrix J) const;
-  Vector gap_acceleration_bias(const Vector& q, const Vector& v) const;
+  Vector gap_acceleration_bias(const Vector& q, const Vector& v) const;   ///< n_c [m/s^2]
   Vector slip_acceleration_bias(const Vector& q, const Vector& v) const;  ///< n_lambda_t, T v
   double kinetic_energy(const Vector& q, const Vector& v) const;          ///< [J], of the bodies
   /// Kinetic plus potential energy [J]; empty when the scene states no potential.
   std::optional<double> energy(const Vector& q, const Vector& v) const;
 
  protected:
-  ProblemInfo info_;
+  ProblemInfo info_;  ///< what a subclass fills in its constructor
 };
 
-/// Checks what a user can get wrong: sizes, non-finite numbers, eps_r outside [0, 1], mu < 0, end_time <= 0, M(q0) not
+/// Checks what of a `problem` a user can get wrong: sizes, non-finite numbers, eps_r outside [0, 1], mu < 0, end_time <= 0, M(q0) not
 /// positive definite, initial penetration, an initial state that violates a bilateral constraint, bilateral constraints
 /// that depend on each other. @throws InputError with the field, its value and what is allowed
 void validate(const Problem& problem);

@@ -10,58 +10,70 @@
 #include "problems/problem.h"
 #include "problems/registry.h"
 
+/// @file
+/// A compiled scene is a class template over its scalar type T. It is run twice: with T = double for the values that a
+/// time step needs, compiled to machine code, and once with T = GiNaC::ex to learn its formulas, from which all
+/// derivatives come.
+///
+///     template <class T>
+///     struct BouncingBall {
+///       static constexpr SceneText text{"bouncing_ball", "title", "source", "hard feature"};
+///       T m{1.0}, g{9.81};                                        // parameters with their default values
+///       void parameters(auto&& visit) { visit("m", m, "kg"); visit("g", g, "m/s^2"); }
+///       Vec<T, 1> q0() const;   Vec<T, 1> v0() const;   T end_time() const;
+///       Vec<T, 1> mass() const;                                   // diagonal of a constant M
+///       Vec<T, 1> force(const Vec<T, 1>& q, const Vec<T, 1>& v) const;
+///       std::array<Contact<T>, 1> contacts() const;               // name, eps_r, mu
+///       Vec<T, 1> gap(const Vec<T, 1>& q) const;
+///     };
+///     const bool registered = register_scene<BouncingBall>();
+///
+/// A scene states only what it has. Optional members:
+///
+///     mass(q)                  M depends on q; Mat<T, n> instead of Vec<T, n>, of mass() or mass(q), is a full matrix
+///     tangents(q)              std::array<std::array<Vec<T, n_q>, n_t>, n_c>, columns of J_t; needed when some mu > 0
+///     input(q), control()      Mat-like std::array of n_q rows with n_u entries; the constant u of the plain simulation
+///     potential_energy(q)      for energy reports
+///
+/// A bilateral constraint is a contact joint<T>("name"), and its gap is zero at all times.
+///
+/// A scene that moves by itself takes the time: force(q, v, t), gap(q, t), tangents(q, t), input(q, t), control(t), each
+/// instead of the form without it, and
+///
+///     drives(q, t)             std::array<std::array<T, n_t>, n_c>, added to J_t' v: minus the velocity of the surface
+///
+/// Coordinates stay those of the bodies; the clock of Problem (7) follows from t.
+///
+/// Use `using std::sin` and the like inside a function: the call then works for double and, by lookup, for symbols.
+/// `sign(x)` and `choose(c, a, b)`, c > 0 ? a : b, serve both (real_functions.h).
+
 namespace ricochet {
 
-// A compiled scene is a class template over its scalar type T. It is run twice: with T = double for the values that a
-// time step needs, compiled to machine code, and once with T = GiNaC::ex to learn its formulas, from which all
-// derivatives come.
-//
-//   template <class T>
-//   struct BouncingBall {
-//     static constexpr SceneText text{"bouncing_ball", "title", "source", "hard feature"};
-//     T m{1.0}, g{9.81};                                        // parameters with their default values
-//     void parameters(auto&& visit) { visit("m", m, "kg"); visit("g", g, "m/s^2"); }
-//     Vec<T, 1> q0() const;   Vec<T, 1> v0() const;   T end_time() const;
-//     Vec<T, 1> mass() const;                                   // diagonal of a constant M
-//     Vec<T, 1> force(const Vec<T, 1>& q, const Vec<T, 1>& v) const;
-//     std::array<Contact<T>, 1> contacts() const;               // name, eps_r, mu
-//     Vec<T, 1> gap(const Vec<T, 1>& q) const;
-//   };
-//   const bool registered = register_scene<BouncingBall>();
-//
-// A scene states only what it has. Optional members:
-//   mass(q)                  M depends on q; Mat<T, n> instead of Vec<T, n>, of mass() or mass(q), is a full matrix
-//   tangents(q)              std::array<std::array<Vec<T, n_q>, n_t>, n_c>, columns of J_t; needed when some mu > 0
-//   input(q), control()      Mat-like std::array of n_q rows with n_u entries; the constant u of the plain simulation
-//   potential_energy(q)      for energy reports
-// A bilateral constraint is a contact joint<T>("name"), and its gap is zero at all times.
-//
-// A scene that moves by itself takes the time: force(q, v, t), gap(q, t), tangents(q, t), input(q, t), control(t), each
-// instead of the form without it, and
-//   drives(q, t)             std::array<std::array<T, n_t>, n_c>, added to J_t' v: minus the velocity of the surface
-// Coordinates stay those of the bodies; the clock of Problem (7) follows from t.
-//
-// Use `using std::sin` and the like inside a function: the call then works for double and, by lookup, for symbols.
-// `sign(x)` and `choose(c, a, b)`, c > 0 ? a : b, serve both (real_functions.h).
-
+/// n numbers or symbols.
 template <class T, std::size_t n>
 using Vec = std::array<T, n>;
+/// A matrix, row after row.
 template <class T, std::size_t rows, std::size_t columns = rows>
 using Mat = std::array<std::array<T, columns>, rows>;
 
+/// What is said of a scene in lists and reports, as in ProblemInfo.
 struct SceneText {
-  const char *id, *title, *source, *hard_feature;
+  const char* id;            ///< lower_snake, "bouncing_ball"
+  const char* title;         ///< a line that says what it is
+  const char* source;        ///< publication, or where the equations come from
+  const char* hard_feature;  ///< what makes it hard for methods
 };
 
+/// A contact of a compiled scene; the scene's gap() and tangents() have its formulas.
 template <class T>
 struct Contact {
-  const char* name;
-  T eps_r{0.0};
-  T mu{0.0};
-  bool is_bilateral{false};
+  const char* name;          ///< in messages, events and figures
+  T eps_r{0.0};              ///< restitution coefficient, in [0, 1]
+  T mu{0.0};                 ///< friction coefficient, >= 0
+  bool is_bilateral{false};  ///< a constraint gap = 0, without eps_r and mu
 };
 
-/// A bilateral constraint.
+/// A bilateral constraint of this `name`.
 template <class T>
 Contact<T> joint(const char* name) {
   return {.name = name, .is_bilateral = true};
@@ -244,6 +256,7 @@ SymbolicModel symbolic_model(Scene<double> numeric) {
 template <template <class> class Scene>
 class CompiledProblem final : public SymbolicProblem {
  public:
+  /// Runs the `scene` with symbols. @throws InputError as SymbolicProblem
   explicit CompiledProblem(const Scene<double>& scene)
       : SymbolicProblem(scene_detail::symbolic_model<Scene>(scene)), scene_(scene) {}
 
@@ -297,7 +310,8 @@ class CompiledProblem final : public SymbolicProblem {
   Scene<double> scene_;
 };
 
-/// The scene with changed parameters. @throws InputError for a name that it does not have
+/// The scene with the parameters of `changes` in place of its own.
+/// @throws InputError for a name that it does not have
 template <template <class> class Scene>
 Scene<double> scene_with(const ParameterChanges& changes) {
   Scene<double> scene;
@@ -316,6 +330,7 @@ Scene<double> scene_with(const ParameterChanges& changes) {
 }
 
 /// Makes the scene known under its id. Call once, in the scene's own file.
+/// @returns true, so that a constant of that file can be initialised by it
 template <template <class> class Scene>
 bool register_scene() {
   const auto text = Scene<double>::text;

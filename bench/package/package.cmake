@@ -25,19 +25,13 @@ install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/CITATION.cff $
   DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 
 # The interface: what a user includes, and what that includes.
-set(public_headers
-  methods/method.h methods/method_spec.h methods/registry.h
-  problems/input_error.h problems/motion.h problems/named_values.h problems/problem.h problems/registry.h
-  problems/scene.h problems/solution.h
-  problems/derivatives/real_functions.h problems/derivatives/sparse_program.h
-  problems/derivatives/straight_line_program.h problems/derivatives/symbolic_problem.h
-  problems/scene_file/scene_file.h problems/scene_file/scene_writer.h)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${package_dir}/headers.txt)
+file(STRINGS ${package_dir}/headers.txt public_headers REGEX "^[^#]")
 foreach(header ${public_headers})
   get_filename_component(folder ${header} DIRECTORY)
+  string(REGEX REPLACE "^bench(/.*)?$" "" folder "${folder}")  # the two that a user names: ricochet/ricochet.h, ricochet/plugin.h
   install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION ${headers_dir}/${folder} COMPONENT development)
 endforeach()
-install(FILES ${package_dir}/ricochet.h ${PROJECT_SOURCE_DIR}/bench/plugin/plugin.h DESTINATION ${headers_dir}
-  COMPONENT development)
 install(TARGETS ricochet_library ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
 
 # What the library needs, for whoever links it.

@@ -5,26 +5,32 @@
 
 #include "problems/derivatives/straight_line_program.h"
 
+/// @file
+/// A program for an array with many zeros.
+
 namespace ricochet {
 
 /// A program for the entries of a dense array that are not identically zero. Entries that never change are computed
 /// once.
 class SparseProgram {
  public:
-  SparseProgram() = default;
-  /// @param dense  the array, column-major when it is a matrix
+  SparseProgram() = default;  ///< Of no entry.
+  /// @param dense      the array, column-major when it is a matrix
+  /// @param inputs     groups of symbols, for example {q, v, u}
+  /// @param constants  every other symbol that occurs
+  /// @throws InputError as StraightLineProgram's constructor
   SparseProgram(const std::vector<GiNaC::ex>& dense, const StraightLineProgram::InputGroups& inputs,
                 const std::vector<StraightLineProgram::Constant>& constants);
 
-  /// Writes the whole array, zeros too. @param inputs  as of StraightLineProgram::evaluate()
+  /// Writes the whole array to `dense`, zeros too; `inputs` as of StraightLineProgram::evaluate().
   void evaluate(std::initializer_list<const double*> inputs, double* dense) const;
 
-  /// As of StraightLineProgram.
+  /// As StraightLineProgram::set_constants(), with those `values`.
   void set_constants(std::span<const double> values);
 
   /// True when no entry depends on an input.
   bool is_constant() const { return program_.is_constant(); }
-  int size() const { return size_; }  ///< of the array
+  int size() const { return size_; }  ///< Of the array, zeros too.
   /// Where the entries of the program stand in the array.
   const std::vector<int>& positions() const { return positions_; }
 

@@ -6,6 +6,9 @@
 #include <span>
 #include <vector>
 
+/// @file
+/// Formulas made fast: symbolic expressions as programs in doubles.
+
 namespace ricochet {
 
 /// Straight-line program in doubles for a list of symbolic expressions.
@@ -17,13 +20,14 @@ class StraightLineProgram {
  public:
   /// A symbol that is folded into the program as a number; or, if it `may_change`, one that set_constants() changes.
   struct Constant {
-    GiNaC::symbol symbol;
-    double value;
-    bool may_change = false;
+    GiNaC::symbol symbol;     ///< as it occurs in the expressions
+    double value;             ///< what it stands for
+    bool may_change = false;  ///< set_constants() gives it other values
   };
+  /// Symbols that are arguments, in groups with a pointer each.
   using InputGroups = std::vector<std::vector<GiNaC::symbol>>;
 
-  StraightLineProgram() = default;
+  StraightLineProgram() = default;  ///< Of no output.
 
   /// @param outputs    expressions, in the order in which evaluate() writes them
   /// @param inputs     groups of symbols, for example {q, v, u}
@@ -32,8 +36,10 @@ class StraightLineProgram {
   StraightLineProgram(const std::vector<GiNaC::ex>& outputs, const InputGroups& inputs,
                       const std::vector<Constant>& constants);
 
+  /// Computes all outputs. No allocation.
   /// @param inputs     one pointer per input group; the pointer of an empty group is not read
   /// @param outputs    where output k goes: outputs[k], or outputs[positions[k]]; may not overlap the inputs
+  /// @param positions  n_outputs() of them, or null
   void evaluate(std::span<const double* const> inputs, double* outputs, const int* positions = nullptr) const;
 
   /// Other values of the constants that may change. What depends on nothing else is computed here, once, so that
@@ -42,12 +48,12 @@ class StraightLineProgram {
   /// @param values  in the order of the constructor's list, without those that may not change
   void set_constants(std::span<const double> values);
 
-  int n_outputs() const { return static_cast<int>(outputs_.size()); }
-  int n_operations() const { return static_cast<int>(code_.size()); }
+  int n_outputs() const { return static_cast<int>(outputs_.size()); }  ///< Expressions.
+  int n_operations() const { return static_cast<int>(code_.size()); }  ///< That evaluate() takes.
 
   /// True when no output depends on an input: one evaluation holds for ever.
   bool is_constant() const { return constant_; }
-  /// The outputs, if is_constant().
+  /// Writes the `outputs`, n_outputs() of them, if is_constant().
   void constant_outputs(double* outputs) const;
 
  private:

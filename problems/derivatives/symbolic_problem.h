@@ -13,41 +13,52 @@
 #include "problems/derivatives/straight_line_program.h"
 #include "problems/problem.h"
 
+/// @file
+/// A scene as formulas, and the Problem that follows from them.
+
 namespace ricochet {
 
 /// A scene as formulas: what a scene file states, or what a compiled scene says when it is run with symbols. Symbols
-/// are real (real_functions.h).
+/// are real (real_functions.h). Units are those of the SI.
 struct SymbolicModel {
-  using Expressions = std::vector<GiNaC::ex>;
+  using Expressions = std::vector<GiNaC::ex>;  ///< A list of formulas.
 
+  /// A contact, as ContactInfo, in formulas of q, the parameters and t.
   struct Contact {
-    std::string name;
-    GiNaC::ex gap;
+    std::string name;                   ///< in messages, events and figures
+    GiNaC::ex gap;                      ///< f_c [m], positive when the bodies are apart
     std::vector<Expressions> tangents;  ///< directions, each with n_q entries; empty without friction
     Expressions drives;                 ///< dv_t/d(v_clock), one per direction: what J_t' v has from a surface that
                                         ///< moves by itself; empty for none
-    GiNaC::ex eps_r = 0, mu = 0;
-    bool is_bilateral = false;
+    GiNaC::ex eps_r = 0;                ///< restitution coefficient, in terms of the parameters only
+    GiNaC::ex mu = 0;                   ///< friction coefficient, in terms of the parameters only
+    bool is_bilateral = false;          ///< a constraint gap = 0
   };
 
-  std::string id, title, source, hard_feature;
-  std::vector<ParameterInfo> parameters;
+  std::string id;                                ///< as ProblemInfo::id
+  std::string title;                             ///< as ProblemInfo::title
+  std::string source;                            ///< as ProblemInfo::source
+  std::string hard_feature;                      ///< as ProblemInfo::hard_feature
+  std::vector<ParameterInfo> parameters;         ///< names, values and units
   std::vector<GiNaC::symbol> parameter_symbols;  ///< same order as `parameters`
-  std::vector<GiNaC::symbol> q, v, u;
+  std::vector<GiNaC::symbol> q;                  ///< n_q coordinates
+  std::vector<GiNaC::symbol> v;                  ///< n_q velocities
+  std::vector<GiNaC::symbol> u;                  ///< n_u controls
   GiNaC::symbol t{"t"};  ///< time; may occur in force, input, control, gaps, tangents and drives
 
-  std::vector<Expressions> mass;   ///< n_q rows of n_q entries
-  Expressions force;               ///< f_v(q, v), n_q entries
-  std::vector<Expressions> input;  ///< B_u(q), n_q rows of n_u entries; empty without control
-  std::vector<Contact> contacts;
-  Expressions q0, v0;   ///< in terms of the parameters only
-  Expressions control;  ///< of the plain simulation, in terms of the parameters and t
-  GiNaC::ex end_time;
-  std::optional<GiNaC::ex> potential_energy;
+  std::vector<Expressions> mass;              ///< n_q rows of n_q entries
+  Expressions force;                          ///< f_v(q, v), n_q entries
+  std::vector<Expressions> input;             ///< B_u(q), n_q rows of n_u entries; empty without control
+  std::vector<Contact> contacts;              ///< n_c, unilateral and bilateral ones
+  Expressions q0;                             ///< n_q, in terms of the parameters only
+  Expressions v0;                             ///< n_q, in terms of the parameters only
+  Expressions control;                        ///< n_u, of the plain simulation, in terms of the parameters and t
+  GiNaC::ex end_time;                         ///< [s], in terms of the parameters only
+  std::optional<GiNaC::ex> potential_energy;  ///< [J], in terms of q and the parameters
 
-  /// Value of an expression of parameters and numbers.
+  /// Value of an `expression` of parameters and numbers.
   double number(const GiNaC::ex& expression) const;
-  /// @param may_change  by StraightLineProgram::set_constants(): all or none
+  /// The parameters as constants of a program; if they `may_change`, all of them by StraightLineProgram::set_constants().
   std::vector<StraightLineProgram::Constant> constants(bool may_change = false) const;
 };
 
@@ -60,6 +71,8 @@ struct SymbolicModel {
 /// (bench/benchmarks/bench_derivatives.cpp). Jacobians are rare, since Newton matrices are kept; values are machine code.
 class SymbolicProblem : public Problem {
  public:
+  /// Differentiates the `model` and makes its programs: milliseconds.
+  /// @throws InputError for a symbol that has no value, a function without a counterpart in doubles, or a mu without tangents
   explicit SymbolicProblem(SymbolicModel model);
 
   void mass_matrix(const double* q, double* M) const override;
@@ -84,9 +97,9 @@ class SymbolicProblem : public Problem {
                             const double* lambda_t, double* D) const override;
   void parameter_derivative_of_constants(double* C) const override;
 
-  /// The scene as it is stated, and as it is solved: with the clock as its last coordinate where it depends on time,
-  /// and a control that does as part of the force.
-  const SymbolicModel& model() const { return stated_; }
+  const SymbolicModel& model() const { return stated_; }  ///< The scene as it is stated.
+  /// The scene as it is solved: with the clock as its last coordinate where it depends on time, and a control that does
+  /// as part of the force.
   const SymbolicModel& equations() const { return model_; }
 
   // For studies of many runs: a problem takes milliseconds to make, and set_parameters() less than one of them.
