@@ -87,7 +87,7 @@ struct ProblemInfo {
   int n_lambda_t = 0;         ///< sum of n_t over the contacts
 };
 
-/// Complementarity Lagrangian system ([1], eq. (1)), SI units, angles in radians:
+/// Complementarity Lagrangian system, equation (1) of [1], in SI units, angles in radians:
 ///
 ///     q' = v                                                                             (1)
 ///     M(q) v' = f_v(q,v) + B_u(q) u + sum_i J_n^i lambda_n^i + J_t^i lambda_t^i          (2)
@@ -113,8 +113,8 @@ struct ProblemInfo {
 /// Arrays are plain pointers because these functions are called once per stage of every time step: no temporary, no
 /// allocation. Everywhere q, v, a (accelerations) and w (weights) have n_q entries, where nothing else is said of w; u has
 /// n_u and may be null when that is 0; lambda_n has n_c [N]; lambda_t has n_lambda_t [N] and may be null when that is 0.
-/// Results come last. Nothing is validated. Matrices are column-major. Contact Jacobians are packed: the normal of contact
-/// i occupies contacts[i].support.size() entries from contacts[i].normal_begin, in the order of its support; its tangents
+/// Results come last. Nothing is validated. Matrices are column-major. J_n and J_t are packed: the normal of contact i
+/// occupies contacts[i].support.size() entries from contacts[i].normal_begin, in the order of its support; its tangents
 /// follow the same rule from tangent_begin, one direction after the other. A scene without friction has no tangential
 /// entry at all. Every function is const and may be called from several threads.
 class Problem {

@@ -25,6 +25,8 @@ const std::map<std::string, std::string> kNotRun = {
     {"./run report", "it builds, and runs every experiment"},
     {"./run test", "this is one of its tests"},
     {"./run build", "it builds"},
+    {"cmake --install", "tests/package/installed_copy does"},
+    {"cmake -S examples/cpp", "tests/package/installed_copy builds it"},
     {"PATH=", "the test sets it"},
     {"cmake ", "it builds with other flags, for an hour"},
     {"out/numbers/tests/numbers", "built by a command before that is not run"},
