@@ -48,6 +48,8 @@ struct MethodInfo {
   double order_impacts = 0;        ///< of the final state, through impacts
   bool is_adaptive = false;        ///< steered by Settings::tolerance instead of Settings::steps
   bool has_sensitivities = false;  ///< reads Settings::sensitivities
+  /// A step allocates no memory: what a run allocates depends on its events, not on its steps.
+  bool is_allocation_free = false;
 };
 
 /// Whether a method can run a problem, or why not.

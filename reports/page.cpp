@@ -7,6 +7,7 @@
 
 #include "problems/input_error.h"
 #include "reports/assets.h"
+#include "reports/markup.h"
 #include "reports/text_file.h"
 
 namespace ricochet {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reports/markup.h"
+
 namespace ricochet {
 namespace {
 
@@ -23,23 +25,6 @@ std::string pad(const std::string& text, std::size_t to, bool left_aligned) {
 
 std::string scientific(double x, int digits) {
   return std::isfinite(x) ? fmt::format("{:.{}e}", x, digits) : "-";
-}
-
-std::string escape_html(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '&')
-      escaped += "&amp;";
-    else if (c == '<')
-      escaped += "&lt;";
-    else if (c == '>')
-      escaped += "&gt;";
-    else if (c == '"')
-      escaped += "&quot;";
-    else
-      escaped += c;
-  }
-  return escaped;
 }
 
 std::string Table::text() const {

@@ -100,6 +100,4 @@ std::string scientific(double x, int digits = 1);
 /// In quotes where it needs them.
 std::string csv_cell(const std::string& text);
 
-std::string escape_html(const std::string& text);
-
 }  // namespace ricochet

@@ -25,7 +25,8 @@ class ImplicitRungeKutta final : public Method {
             .source = "Hairer, Wanner, Solving Ordinary Differential Equations II, section IV.5",
             .order_smooth = static_cast<double>(tableau_.order),
             .order_impacts = 0,
-            .is_adaptive = false};
+            .is_adaptive = false,
+            .is_allocation_free = true};
   }
 
   Support supports(const ProblemInfo& problem) const override {

@@ -79,7 +79,8 @@ class EventDriven final : public Method {
             .order_smooth = static_cast<double>(order),
             .order_impacts = static_cast<double>(order),
             .is_adaptive = true,
-            .has_sensitivities = has_sensitivities};
+            .has_sensitivities = has_sensitivities,
+            .is_allocation_free = true};
   }
 
   std::string id_;

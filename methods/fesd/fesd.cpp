@@ -36,7 +36,8 @@ class Fesd final : public Method {
             .order_smooth = static_cast<double>(tableau_.order),
             .order_impacts = static_cast<double>(tableau_.order),
             .is_adaptive = false,
-            .has_sensitivities = true};
+            .has_sensitivities = true,
+            .is_allocation_free = true};
   }
 
   Support supports(const ProblemInfo& problem) const override {

@@ -45,7 +45,8 @@ class AnitescuPotra final : public TimeSteppingMethod {
                                    : "Anitescu, Potra, Nonlinear Dynamics 14 (1997) 231-247",
             .order_smooth = 1,
             .order_impacts = 1,
-            .is_adaptive = false};
+            .is_adaptive = false,
+            .is_allocation_free = true};
   }
 
   Support supports(const ProblemInfo&) const override { return Support::yes(); }

@@ -57,7 +57,8 @@ class GeneralizedAlpha final : public TimeSteppingMethod {
             .source = "Chen, Acary, Virlez, Bruls, IJNME 96 (2013) 487-511",
             .order_smooth = 2,
             .order_impacts = 1,
-            .is_adaptive = false};
+            .is_adaptive = false,
+            .is_allocation_free = true};
   }
 
   Support supports(const ProblemInfo& problem) const override {

@@ -57,7 +57,8 @@ class MoreauJean final : public TimeSteppingMethod {
             .source = "Jean, CMAME 177 (1999); Acary, Brogliato (2008), section 10.1",
             .order_smooth = theta_ == 0.5 ? 2.0 : 1.0,
             .order_impacts = 1,
-            .is_adaptive = false};
+            .is_adaptive = false,
+            .is_allocation_free = true};
   }
 
   Support supports(const ProblemInfo&) const override { return Support::yes(); }

@@ -286,7 +286,8 @@ class Penalty final : public Method {
             .source = "Acary, Brogliato (2008), section 1.2",
             .order_smooth = 2,
             .order_impacts = stiffness_ > 0 ? 0 : 0.5,
-            .is_adaptive = false};
+            .is_adaptive = false,
+            .is_allocation_free = true};
   }
 
   Support supports(const ProblemInfo& problem) const override {

@@ -36,7 +36,8 @@ class Symplectic final : public TimeSteppingMethod {
             .source = "Cirak, West, IJNME 64 (2005) 1078-1110",
             .order_smooth = 2,
             .order_impacts = 1,
-            .is_adaptive = false};
+            .is_adaptive = false,
+            .is_allocation_free = true};
   }
 
   Support supports(const ProblemInfo& problem) const override {

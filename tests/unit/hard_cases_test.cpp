@@ -19,6 +19,7 @@
 #include "bench/studies/hard_cases/verdict_matrix.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
+#include "reports/markup.h"
 #include "tests/round_trip.h"
 
 namespace ricochet {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "reports/markup.h"
 #include "reports/table.h"
 
 namespace ricochet {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bench/studies/control_experiment/control_run.h"
+#include "reports/markup.h"
 
 namespace ricochet {
 namespace {

@@ -122,7 +122,8 @@ std::string reproduce(const HardCase& hard_case, const HardCell& cell, double ti
                                time_limit);
 }
 
-/// Steps of a method relative to those of other methods, as in the conformance tests.
+}  // namespace
+
 double step_factor(const std::string& method) {
   const std::string name = MethodSpec(method).name();
   for (const auto& entry : methods()) {
@@ -130,8 +131,6 @@ double step_factor(const std::string& method) {
   }
   return 1;
 }
-
-}  // namespace
 
 HardCell run_cell(const HardCase& hard_case, const Problem& problem, const std::vector<TrueMotion>& motions,
                   const std::string& method_spec, double time_limit) {

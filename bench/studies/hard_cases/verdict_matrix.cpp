@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <set>
 
+#include "reports/markup.h"
+
 namespace ricochet {
 namespace {
 

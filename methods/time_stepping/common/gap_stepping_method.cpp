@@ -10,7 +10,13 @@ GapSteppingMethod::GapSteppingMethod(const MethodSpec& spec, std::string title, 
     : TimeSteppingMethod(spec), title_(std::move(title)), source_(std::move(source)), law_(law) {}
 
 MethodInfo GapSteppingMethod::info() const {
-  return {.id = id_, .title = title_, .source = source_, .order_smooth = 1, .order_impacts = 1, .is_adaptive = false};
+  return {.id = id_,
+          .title = title_,
+          .source = source_,
+          .order_smooth = 1,
+          .order_impacts = 1,
+          .is_adaptive = false,
+          .is_allocation_free = true};
 }
 
 Support GapSteppingMethod::supports(const ProblemInfo& problem) const {

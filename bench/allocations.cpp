@@ -1,0 +1,41 @@
+#include "bench/allocations.h"
+
+#include <stdexcept>
+
+namespace ricochet {
+namespace {
+
+struct Counter {
+  void (*begin)() = nullptr;
+  long (*end)() = nullptr;
+};
+
+Counter& counter() {
+  static Counter the_counter;
+  return the_counter;
+}
+
+}  // namespace
+
+bool register_allocation_counter(void (*begin)(), long (*end)()) {
+  counter() = {begin, end};
+  return true;
+}
+
+bool counts_allocations() {
+  return counter().begin != nullptr;
+}
+
+long allocations_of(const std::function<void()>& work) {
+  if (!counts_allocations()) throw std::logic_error("this program does not count allocations");
+  counter().begin();
+  try {
+    work();
+  } catch (...) {
+    counter().end();
+    throw;
+  }
+  return counter().end();
+}
+
+}  // namespace ricochet

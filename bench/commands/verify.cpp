@@ -1,0 +1,120 @@
+#include "bench/studies/verify/verify.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+
+#include "bench/commands.h"
+#include "bench/experiment_file.h"
+#include "bench/number_checks.h"
+#include "bench/progress.h"
+#include "bench/run_experiment.h"
+#include "bench/selection.h"
+#include "bench/studies/verify/scorecard.h"
+#include "problems/input_error.h"
+#include "reports/text_file.h"
+
+namespace ricochet {
+namespace {
+
+struct VerifyOptions {
+  std::string method, battery = "verify";
+  std::vector<std::string> only, known;
+  bool quick = false, as_json = false, lists = false;
+  double time_limit = 0;
+  std::string junit, badge, summary;
+};
+
+void require_room(const VerifyOptions& options) {
+  if (!options.junit.empty()) require_writable_there("JUnit file", options.junit);
+  if (!options.badge.empty()) require_writable_there("badge", options.badge);
+  if (!options.summary.empty()) require_writable_there("summary file", options.summary);
+}
+
+/// The checks that are asked for. @throws InputError for a pattern that fits none
+std::vector<Check> chosen(std::vector<Check> battery, const std::vector<std::string>& patterns) {
+  if (patterns.empty()) return battery;
+  std::vector<Check> list;
+  for (const auto& pattern : patterns) {
+    const bool fits_one = std::ranges::any_of(
+        battery, [&](const Check& check) { return matches(check.group + "/" + check.name, pattern); });
+    if (!fits_one)
+      throw InputError("--check", pattern, "no check has this name GROUP/CHECK; `ricochet verify --list` prints them");
+  }
+  for (auto& check : battery) {
+    const std::string name = check.group + "/" + check.name;
+    if (std::ranges::any_of(patterns, [&](const std::string& pattern) { return matches(name, pattern); }))
+      list.push_back(std::move(check));
+  }
+  return list;
+}
+
+int verify(const VerifyOptions& options) {
+  if (options.method.empty() && !options.lists) throw InputError("--method", "''", "a method is required");
+  RunOptions run;
+  run.quick = options.quick;
+  run.time_limit = options.time_limit;
+  const ExperimentFile file = read_experiment_file(options.battery);
+  if (file.kind() != "verify")
+    throw InputError("--battery", options.battery, "an experiment of kind verify is required");
+  const nlohmann::json experiment = experiment_document(file, run);
+  const auto battery = chosen(battery_of(experiment), options.only);
+  if (options.lists) {
+    for (const auto& check : battery) fmt::print("{}/{}\n", check.group, check.name);
+    return 0;
+  }
+  require_room(options);
+  const Subject subject = subject_of(options.method, experiment.at("time_limit"));
+  Scorecard card{options.method, {}, options.known};
+  Progress progress("verify " + options.method);
+  for (std::size_t k = 0; k < battery.size(); ++k) {
+    progress.update(static_cast<double>(k) / static_cast<double>(battery.size()), battery[k].name);
+    card.rows.push_back(run_check(battery[k], subject));
+  }
+  if (options.as_json)
+    fmt::print("{}\n", scorecard_json(card).dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
+  else
+    fmt::print("{}", scorecard_text(card));
+  if (!options.junit.empty()) write_text("JUnit file", options.junit, scorecard_junit(card));
+  if (!options.badge.empty()) write_text("badge", options.badge, scorecard_badge(card));
+  if (!options.summary.empty()) write_text("summary file", options.summary, scorecard_markdown(card));
+  return card.holds() ? 0 : 1;
+}
+
+}  // namespace
+
+void add_verify_command(CLI::App& app, int& exit_code) {
+  static VerifyOptions options;
+  auto* command = app.add_subcommand("verify",
+                                     "the scorecard of a method: orders, sensitivities, truth, promises, hard cases; "
+                                     "exit code 1 when a check fails that is not known to");
+  command->add_option("--method,-m", options.method, "method, see `ricochet list methods`");
+  command->add_flag("--quick", options.quick, "the short battery, for a look after each change");
+  command->add_option("--check", options.only, "only this check, GROUP/CHECK or a pattern with *; may be repeated")
+      ->allow_extra_args(false);
+  command
+      ->add_option(
+          "--known", options.known,
+          "a check, GROUP/CHECK or a pattern with *, that is known to fail: it does not count; may be repeated")
+      ->allow_extra_args(false);
+  command->add_flag("--list", options.lists, "print the names of the checks, and run none");
+  command->add_option("--battery", options.battery, "experiment of kind verify: a name, or a file of your own")
+      ->capture_default_str();
+  command->add_option("--time-limit", options.time_limit, "wall time of a check in seconds")->check(positive_number());
+  command->add_flag("--json", options.as_json, "print JSON (schema ricochet-scorecard-1)");
+  command->add_option("--junit", options.junit, "FILE for the scorecard as JUnit XML");
+  command->add_option("--badge", options.badge, "FILE for a badge, SVG");
+  command->add_option("--summary", options.summary, "FILE for a summary in Markdown");
+  command->footer(
+      "Examples:\n"
+      "  ricochet verify --method moreau_jean --quick\n"
+      "  ricochet verify --method 'external:python3 euler.py' --junit scorecard.xml --badge scorecard.svg\n"
+      "  ricochet verify --method fesd:gauss:4 --check 'order/*' --check truth/P1a_ball_e09\n"
+      "  ricochet verify --method moreau_jean --known 'order/impacts' --known 'hard case/*'");
+  command->callback([&exit_code] { exit_code = verify(options); });
+}
+
+}  // namespace ricochet

@@ -1,0 +1,114 @@
+#include "bench/studies/verify/verify.h"
+
+#include "bench/progress.h"
+#include "bench/studies/hard_cases/run_hard_cases.h"
+#include "bench/studies/study.h"
+#include "bench/studies/verify/scorecard.h"
+#include "methods/registry.h"
+
+namespace ricochet {
+
+using nlohmann::json;
+
+std::vector<Check> battery_of(const json& experiment) {
+  std::vector<Check> battery;
+  add_order_checks(experiment, battery);
+  add_truth_checks(experiment, battery);
+  add_promise_checks(experiment, battery);
+  add_hard_case_checks(experiment, battery);
+  return battery;
+}
+
+Subject subject_of(const std::string& method, double time_limit) {
+  return {method, make_method(method)->info(), step_factor(method), time_limit};
+}
+
+namespace {
+
+std::vector<std::string> methods_of(const json& experiment) {
+  if (experiment.contains("methods")) return experiment["methods"];
+  std::vector<std::string> specs;
+  for (const auto& entry : methods()) {
+    if (entry.make) specs.insert(specs.end(), entry.examples.begin(), entry.examples.end());
+  }
+  return specs;
+}
+
+void run_verify(const json& experiment, ResultsFile& file) {
+  const auto battery = battery_of(experiment);
+  const auto specs = methods_of(experiment);
+  const double time_limit = experiment.at("time_limit");
+  Progress progress(experiment.at("id").get<std::string>());
+  const std::size_t n = battery.size();
+  // A piece is one check of all methods: what is known of its problem is made once.
+  const auto run = [&](std::size_t k, const ResultsFile::NextRow<CheckRow>& next) {
+    for (const auto& spec : specs) next([&] { return run_check(battery[k], subject_of(spec, time_limit)); });
+  };
+  file.pieces<CheckRow>(n, run, [&](std::size_t k) {
+    progress.update(static_cast<double>(k + 1) / static_cast<double>(n), battery[k].name);
+  });
+}
+
+void show_verify(const Results& results, Section& section) {
+  const auto rows = results.all<CheckRow>();
+  section.result("scorecards", scorecard_table(rows));
+  Table failures = check_table(rows, true);
+  failures.is_list = true;
+  section.details("failures", failures);
+  section.details("checks", check_table(rows, false));
+}
+
+constexpr const char* kOrderCase =
+    R"~({"type": "object", "additionalProperties": false, "required": ["check", "problem"], "properties": {
+        "check": {"type": "string", "minLength": 1, "description": "Its name on the scorecard.", "examples": ["impacts"]},
+        "problem": {"$ref": "#/$defs/problem"},
+        "parameters": {"$ref": "#/$defs/parameters"},
+        "reference": {"$ref": "#/$defs/reference"},
+        "is_smooth": {"type": "boolean", "description": "The order that is claimed is that on smooth motion.", "examples": [true]},
+        "sensitivities": {"type": "array", "items": {"type": "string"}, "description": "Whose error is measured, of the ground truth.", "examples": [["v0:0"]]}}})~";
+
+/// @param order_case  schema of an entry of "orders" and "sensitivities"
+std::string fields_with(const std::string& order_case) {
+  return R"~({
+  "required": ["orders", "truth", "promises", "allocation", "hard_cases", "first_order_steps", "high_order_steps", "tolerances", "time_limit"],
+  "properties": {
+    "orders": {"type": "array", "items": )~" +
+         order_case +
+         R"~(, "description": "Problems on which the order is measured that a method claims, through impacts unless is_smooth is true.", "examples": [[{"check": "impacts", "problem": "pendulum_wall"}]]},
+    "sensitivities": {"type": "array", "items": )~" +
+         order_case +
+         R"~(, "description": "The same for derivatives of the final state.", "examples": [[{"check": "impacts", "problem": "P1b_ball_e05_pre_zeno", "reference": {"ground_truth": "../../tests/data/ground_truth.json", "case": "P1b_ball_e05_pre_zeno"}, "sensitivities": ["v0:0"]}]]},
+    "truth": {"type": "object", "additionalProperties": false, "required": ["ground_truth", "except", "first_order_steps", "steps", "tolerance", "first_order_error", "error"], "properties": {
+        "ground_truth": {"type": "string", "format": "path", "description": "File of certified solutions beside the experiment; all cases are checked.", "examples": ["../../tests/data/ground_truth.json"]},
+        "except": {"type": "array", "items": {"type": "string"}, "description": "Cases that are not checked.", "examples": [["P1d_ball_e05_through_zeno"]]},
+        "first_order_steps": {"type": "integer", "minimum": 1, "description": "Of methods of first order.", "examples": [4000]},
+        "steps": {"type": "integer", "minimum": 1, "description": "Of other fixed-step methods.", "examples": [400]},
+        "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Of error-controlled methods.", "examples": [1e-9]},
+        "first_order_error": {"type": "number", "exclusiveMinimum": 0, "description": "Allowed to methods of first order, relative to the solution where that is larger than 1.", "examples": [0.02]},
+        "error": {"type": "number", "exclusiveMinimum": 0, "description": "Allowed to the others.", "examples": [1e-6]}},
+      "description": "Errors and impacts against certified solutions.", "examples": [{"ground_truth": "../../tests/data/ground_truth.json", "except": [], "first_order_steps": 4000, "steps": 400, "tolerance": 1e-9, "first_order_error": 0.02, "error": 1e-6}]},
+    "promises": {"type": "array", "items": {"$ref": "#/$defs/problem"}, "description": "Scenes on which a method keeps what every method promises.", "examples": [["bouncing_ball"]]},
+    "allocation": {"type": "array", "items": {"$ref": "#/$defs/problem"}, "description": "Scenes on which a step allocates nothing, where a method claims that.", "examples": [["bouncing_ball"]]},
+    "hard_cases": {"type": "array", "items": {"type": "string"}, "description": "Cases of the experiment hard_cases.", "examples": [["zeno"]]},
+    "first_order_steps": {"$ref": "#/$defs/range", "description": "Steps for the order of methods of first order.", "examples": [{"from": 100, "to": 10000, "per_decade": 5}]},
+    "high_order_steps": {"$ref": "#/$defs/range", "description": "Steps for the order of the others.", "examples": [{"from": 10, "to": 640, "per_decade": 6}]},
+    "tolerances": {"$ref": "#/$defs/range", "description": "Of error-controlled methods.", "examples": [{"from": 1e-3, "to": 1e-10, "per_decade": 1}]},
+    "methods": {"type": "array", "items": {"$ref": "#/$defs/method"}, "description": "Methods; without it the examples of all that are built.", "examples": [["moreau_jean"]]}
+  }
+})~";
+}
+
+const bool verify_is_registered =
+    register_study({.kind = "verify",
+                    .summary = "a scorecard for each method: orders, truth, promises, hard cases",
+                    .fields = fields_with(kOrderCase),
+                    .rows = {CheckRow::kKind},
+                    .times = Times::none,
+                    .name_methods = [](json& experiment) { experiment["methods"] = methods_of(experiment); },
+                    .run = run_verify,
+                    .show = show_verify,
+                    .surprises = {}});
+
+}  // namespace
+
+}  // namespace ricochet
