@@ -137,9 +137,9 @@ PromisedRun run_as_promised(const Method& method, const Problem& problem, Settin
   check_energy(s, problem, !about.is_adaptive && about.order_impacts <= 1, findings);
   check_clock(s, info, bounds.clock, findings);
 
-  const Solution again = method.solve(problem, settings);
+  const Solution again = bounds.recording > 0 ? method.solve(problem, settings) : s;
   settings.recording = Recording::final_state;
-  const Solution unwatched = method.solve(problem, settings);
+  const Solution unwatched = method.solve(problem, settings);  // where it has the same bits, it is the second run, too
   // A slow machine may end one of them.
   const auto is_slow = [](const Solution& x) { return x.status == Status::time_limit; };
   if (!is_slow(s) && !is_slow(again) && !is_slow(unwatched)) {
