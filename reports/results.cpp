@@ -45,6 +45,17 @@ json parse_line(const std::string& text) {
   return line;
 }
 
+void require_integers(const json& example, const json& row) {
+  if (!row.is_object()) return;
+  for (const auto& [field, value] : example.items()) {
+    const auto given = row.find(field);
+    if (given == row.end()) continue;
+    if (value.is_object()) require_integers(value, *given);
+    if (value.is_number_integer() && given->is_number_float())
+      throw InputError(field, given->dump(), "an integer is required");
+  }
+}
+
 Results read_results(const std::string& path) {
   std::istringstream file(read_input_text(path, "results file"));
   Results results;

@@ -25,6 +25,10 @@ nlohmann::json line_of(const Row& row) {
   return line;
 }
 
+/// Integers of `example` are integers in `row`, where it has them: the library would turn 1e120, or NaN, into an int,
+/// which has no meaning. @throws InputError with the field
+void require_integers(const nlohmann::json& example, const nlohmann::json& row);
+
 /// A results file: what was run, where, and the rows of the study that wrote it.
 struct Results {
   std::string path;
@@ -39,11 +43,13 @@ struct Results {
   template <class Row>
   std::vector<Row> all() const {
     std::vector<Row> list;
+    const nlohmann::json example = Row();
     for (std::size_t k = 0; k < rows.size(); ++k) {
       if (rows[k].at("kind") != Row::kKind) continue;
       try {
+        require_integers(example, rows[k]);
         list.push_back(rows[k].get<Row>());
-      } catch (const nlohmann::json::exception& error) {
+      } catch (const std::exception& error) {
         throw InputError(fmt::format("{}: row {}: not a {}: {}", path, k + 1, Row::kKind, error.what()));
       }
     }

@@ -57,7 +57,8 @@ CheckRow run_check(const Check& check, const Subject& subject);
 // The groups of the battery, each from its field of the experiment. @throws InputError with the field;
 // nlohmann::json::exception for one that is missing
 
-/// "orders", "sensitivities": the order of fixed-step methods, the error over the tolerance of the others.
+/// "orders": the order of fixed-step methods, the error over the tolerance of the others; of the state, or of
+/// sensitivities.
 void add_order_checks(const nlohmann::json& experiment, std::vector<Check>& battery);
 /// "truth": error and impacts of problems whose solution is known to 42 digits.
 void add_truth_checks(const nlohmann::json& experiment, std::vector<Check>& battery);
