@@ -15,6 +15,7 @@
 #include "bench/selection.h"
 #include "bench/studies/verify/scorecard.h"
 #include "problems/input_error.h"
+#include "problems/names.h"
 #include "reports/text_file.h"
 
 namespace ricochet {
@@ -37,15 +38,15 @@ void require_room(const VerifyOptions& options) {
 /// The checks that are asked for. @throws InputError for a pattern that fits none
 std::vector<Check> chosen(std::vector<Check> battery, const std::vector<std::string>& patterns) {
   if (patterns.empty()) return battery;
-  std::vector<Check> list;
+  std::vector<std::string> names;
+  for (const auto& check : battery) names.push_back(check.full_name());
   for (const auto& pattern : patterns) {
-    const bool fits_one = std::ranges::any_of(
-        battery, [&](const Check& check) { return matches(check.group + "/" + check.name, pattern); });
-    if (!fits_one)
-      throw InputError("--check", pattern, "no check has this name GROUP/CHECK; `ricochet verify --list` prints them");
+    if (std::ranges::none_of(names, [&](const std::string& name) { return matches(name, pattern); }))
+      throw_unknown_name("check", pattern, names);
   }
+  std::vector<Check> list;
   for (auto& check : battery) {
-    const std::string name = check.group + "/" + check.name;
+    const std::string name = check.full_name();
     if (std::ranges::any_of(patterns, [&](const std::string& pattern) { return matches(name, pattern); }))
       list.push_back(std::move(check));
   }
@@ -63,7 +64,7 @@ int verify(const VerifyOptions& options) {
   const nlohmann::json experiment = experiment_document(file, run);
   const auto battery = chosen(battery_of(experiment), options.only);
   if (options.lists) {
-    for (const auto& check : battery) fmt::print("{}/{}\n", check.group, check.name);
+    for (const auto& check : battery) fmt::print("{}\n", check.full_name());
     return 0;
   }
   require_room(options);

@@ -705,6 +705,39 @@ TEST_F(Cli, AnUnexpectedFailureOfARowIsExitCodeOne) {
   EXPECT_EQ(code_of(R"(, "on_failure": "fesd:gauss:1,switches=published")"), 1) << "which fails, too";
 }
 
+TEST_F(Cli, VerifiesAMethod) {
+  const std::string xml = (folder / "card.xml").string(), svg = (folder / "card.svg").string(),
+                    summary = (folder / "card.md").string();
+  const std::string quick = "verify --method fesd_adaptive:radau-iia:4 --quick ";
+  const Outcome passed = run(quick + "--junit " + xml + " --badge " + svg + " --summary " + summary);
+  EXPECT_EQ(passed.code, 0) << passed.text;
+  EXPECT_HAS(passed.text, "fesd_adaptive:radau-iia:4: ");
+  EXPECT_HAS(passed.text, " 0 failed");
+  EXPECT_HAS(read(xml), "failures=\"0\"");
+  EXPECT_HAS(read(svg), "<svg");
+  EXPECT_HAS(read(summary), "✅");
+
+  // Gauss tableaus have no stage at the right end, at which friction in space could come to rest.
+  const std::string gauss =
+      "verify --method fesd:gauss:4,elements=as_needed --check truth/P7a_slide3d_to_stick --quick ";
+  const Outcome failed = run(gauss);
+  EXPECT_EQ(failed.code, 1) << failed.text;
+  EXPECT_HAS(failed.text, "ricochet run --problem P7a_slide3d_to_stick");
+  const Outcome known = run(gauss + "--check truth/P1c_ball_e0 --known 'truth/P7a*' --known 'truth/P1c*' --json");
+  EXPECT_EQ(known.code, 0) << known.text;
+  const auto card = nlohmann::json::parse(known.text);
+  EXPECT_EQ(card["known"], 1);
+  EXPECT_EQ(card["mended"], nlohmann::json::array({"truth/P1c*"}));
+
+  const Outcome list = run("verify --list");
+  EXPECT_EQ(list.code, 0);
+  EXPECT_HAS(list.text, "order/smooth motion\n");
+  EXPECT_HAS(run(quick + "--check order/impact").text, "check = 'order/impact': unknown; did you mean order/impacts?");
+  EXPECT_EQ(run(quick + "--check order/impact").code, 2);
+  EXPECT_HAS(run("verify --quick").text, "--method = '': a method is required");
+  EXPECT_EQ(run("verify --battery zeno --list").code, 2);
+}
+
 /// "nan" is neither below nor above a limit.
 TEST_F(Cli, OptionsRefuseWhatIsNoNumber) {
   const std::string run_it = "run -p bouncing_ball -m fesd:gauss:2 -N 10 ",

@@ -98,7 +98,7 @@ Scorecard card_of(const std::string& method, const std::vector<std::string>& pat
   Scorecard card{method, {}, {}};
   const Subject subject = subject_of(method, 2);
   for (const auto& check : battery) {
-    const auto fits = [&](const std::string& pattern) { return matches(check.group + "/" + check.name, pattern); };
+    const auto fits = [&](const std::string& pattern) { return matches(check.full_name(), pattern); };
     if (patterns.empty() || std::ranges::any_of(patterns, fits)) card.rows.push_back(run_check(check, subject));
   }
   return card;

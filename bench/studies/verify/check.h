@@ -49,6 +49,8 @@ struct Check {
   std::function<void()> prepare;
   /// Called in a process of its own. What it throws is a failure.
   std::function<CheckResult(const Subject& subject)> run;
+
+  std::string full_name() const { return group + "/" + name; }
 };
 
 /// The check of one method. A process that dies, or has no answer in time, is a failure.
