@@ -46,7 +46,7 @@ class AnitescuPotra final : public TimeSteppingMethod {
             .order_smooth = 1,
             .order_impacts = 1,
             .is_adaptive = false,
-            .is_allocation_free = true};
+            .is_allocation_free = !is_implicit_};
   }
 
   Support supports(const ProblemInfo&) const override { return Support::yes(); }
