@@ -22,21 +22,31 @@ Vector velocities(const ContactProblem& problem, const Vector& r) {
 
 }  // namespace
 
-ContactSolution solve_stored(const StoredContactProblem& stored, const std::string& solver, bool from_guess) {
-  const ContactProblem& problem = stored.problem;
+ContactSolverOptions contact_solver_options(const std::string& solver) {
   const MethodSpec spec("contacts,solver=" + solver);
   const ContactSolverOptions options = contact_solver_argument(spec);
   spec.finish(0);
+  return options;
+}
 
+ContactStatus solve_afresh(const ContactProblem& problem, const ContactSolverOptions& options, Vector& r,
+                           Counters& work) {
+  const auto fresh = make_contact_solver(options);
+  const ContactStatus status = fresh->solve(problem, r);
+  work = {};
+  fresh->count(work);
+  return status;
+}
+
+ContactSolution solve_stored(const StoredContactProblem& stored, const std::string& solver, bool from_guess) {
+  const ContactProblem& problem = stored.problem;
+  const ContactSolverOptions options = contact_solver_options(solver);
   ContactSolution solution;
   solution.solver = solver;
   const bool has_guess = from_guess && stored.guess.size() > 0;
-  const auto solve = [&] {  // afresh: solvers remember
-    const auto fresh = make_contact_solver(options);
+  const auto solve = [&] {
     solution.r = has_guess ? stored.guess : Vector(Vector::Zero(problem.G.n_rows()));
-    solution.status = fresh->solve(problem, solution.r);
-    solution.work = {};
-    fresh->count(solution.work);
+    solution.status = solve_afresh(problem, options, solution.r, solution.work);
     return 0.0;
   };
   const auto begin = std::chrono::steady_clock::now();

@@ -21,6 +21,14 @@ struct ContactSolution {
 };
 
 /// @param solver  as behind `solver=` of a method: "lemke,facets=16"; @throws InputError
+ContactSolverOptions contact_solver_options(const std::string& solver);
+
+/// Once, by a new solver, since solvers remember.
+/// @param r  G.n_rows(): in a guess, out the solution  @param work  of this solve
+ContactStatus solve_afresh(const ContactProblem& problem, const ContactSolverOptions& options, Vector& r,
+                           Counters& work);
+
+/// The same again and again, with its time.
 /// @param from_guess  start from the stored guess, instead of zero
 ContactSolution solve_stored(const StoredContactProblem& stored, const std::string& solver, bool from_guess);
 

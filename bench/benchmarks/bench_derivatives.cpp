@@ -1,11 +1,16 @@
-// Why derivatives come from GiNaC: the same Jacobians by a StraightLineProgram of symbolic derivatives and by forward
-// automatic differentiation (Eigen::AutoDiffScalar), on a double pendulum, whose mass matrix and forces depend on q and
-// v, and on the two balls, whose forces are affine.
-#include <benchmark/benchmark.h>
+// Evaluations of scenes: DERIVATION/SCENE/N/WHAT, N coordinates. `symbolic` are the programs that GiNaC's derivatives are
+// compiled to, of all scenes; `autodiff`, beside two of them, is forward automatic differentiation by the compiler
+// (Eigen::AutoDiffScalar): of a double pendulum, whose forces depend on q and v, and of two balls, whose forces are
+// affine. Items are evaluations.
+//
+//   bench_derivatives --benchmark_filter='/force_jacobians'
+#include <fmt/format.h>
 
 #include <Eigen/Dense>  // before AutoDiff, which does not include what it needs
 #include <unsupported/Eigen/AutoDiff>
 
+#include "bench/benchmarks/benchmark_program.h"
+#include "problems/registry.h"
 #include "problems/scene.h"
 
 namespace ricochet {
@@ -58,37 +63,88 @@ struct TwoBalls {
 };
 
 template <template <class> class Scene>
-void symbolic_program(benchmark::State& state) {
-  const CompiledProblem<Scene> problem{Scene<double>()};
-  double q[2] = {0.37, -0.21}, v[2] = {0.4, -1.2}, f_q[4], f_v[4];
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(q);
-    problem.force_jacobians(q, v, nullptr, f_q, f_v);
-    benchmark::DoNotOptimize(f_q);
-    benchmark::DoNotOptimize(f_v);
-  }
-}
-
-template <template <class> class Scene>
 void automatic_differentiation(benchmark::State& state) {
   using Dual = Eigen::AutoDiffScalar<Eigen::Vector4d>;
   const Scene<Dual> scene;
   double x[4] = {0.37, -0.21, 0.4, -1.2}, jacobian[8];
-  for (auto _ : state) {
+  measure(state, 1, [&] {
     benchmark::DoNotOptimize(x);
     const Vec<Dual, 2> q{Dual(x[0], 4, 0), Dual(x[1], 4, 1)}, v{Dual(x[2], 4, 2), Dual(x[3], 4, 3)};
     const auto f = scene.force(q, v);
     for (int row = 0; row < 2; ++row) Eigen::Map<Eigen::Vector4d>(jacobian + 4 * row) = f[row].derivatives();
     benchmark::DoNotOptimize(jacobian);
+  });
+}
+
+/// A scene at a state, with room for what is evaluated there.
+struct Evaluated {
+  explicit Evaluated(std::shared_ptr<const Problem> scene)
+      : problem(std::move(scene)),
+        q(problem->info().q0),
+        v(problem->info().v0),
+        u(problem->info().u),
+        vector(problem->n_q()),
+        matrix(problem->n_q(), problem->n_q()),
+        second(problem->n_q(), problem->n_q()),
+        J_n(problem->info().n_normal_entries),
+        J_t(problem->info().n_tangent_entries) {}
+
+  std::shared_ptr<const Problem> problem;
+  Vector q, v, u, vector;
+  Matrix matrix, second;
+  Vector J_n, J_t;
+};
+
+struct Evaluation {
+  const char* what;
+  void (*evaluate)(Evaluated& e);
+  bool (*is_there)(const ProblemInfo& info) = [](const ProblemInfo&) { return true; };
+};
+
+constexpr Evaluation kEvaluations[] = {
+    {"mass_matrix", [](Evaluated& e) { e.problem->mass_matrix(e.q.data(), e.matrix.data()); }},
+    {"force", [](Evaluated& e) { e.problem->force(e.q.data(), e.v.data(), e.u.data(), e.vector.data()); }},
+    {"force_jacobians",
+     [](Evaluated& e) {
+       e.problem->force_jacobians(e.q.data(), e.v.data(), e.u.data(), e.matrix.data(), e.second.data());
+     }},
+    {"contact_jacobians",
+     [](Evaluated& e) {
+       e.problem->normal_jacobian(e.q.data(), e.J_n.data());
+       e.problem->tangent_jacobian(e.q.data(), e.J_t.data());
+     },
+     [](const ProblemInfo& info) { return info.n_c() > 0; }},
+};
+
+void register_scene(const std::string& name, std::shared_ptr<const Problem> problem) {
+  const auto evaluated = std::make_shared<Evaluated>(std::move(problem));
+  const ProblemInfo& info = evaluated->problem->info();
+  for (const Evaluation& evaluation : kEvaluations) {
+    if (!evaluation.is_there(info)) continue;
+    const auto run = [=, &evaluation](benchmark::State& state) {
+      measure(state, 1, [&] {
+        evaluation.evaluate(*evaluated);
+        benchmark::ClobberMemory();
+      });
+      set_counter(state, "contacts", evaluated->problem->n_c());
+    };
+    benchmark::RegisterBenchmark(fmt::format("symbolic/{}/{}/{}", name, info.n_q, evaluation.what).c_str(), run);
   }
 }
 
-BENCHMARK(symbolic_program<DoublePendulum>)->Name("double pendulum, symbolic program");
-BENCHMARK(automatic_differentiation<DoublePendulum>)->Name("double pendulum, Eigen::AutoDiffScalar");
-BENCHMARK(symbolic_program<TwoBalls>)->Name("two balls, symbolic program");
-BENCHMARK(automatic_differentiation<TwoBalls>)->Name("two balls, Eigen::AutoDiffScalar");
+void register_all() {
+  register_scene("pendulum_formulas", std::make_shared<CompiledProblem<DoublePendulum>>(DoublePendulum<double>()));
+  register_scene("spring_formulas", std::make_shared<CompiledProblem<TwoBalls>>(TwoBalls<double>()));
+  benchmark::RegisterBenchmark("autodiff/pendulum_formulas/2/force_jacobians",
+                               automatic_differentiation<DoublePendulum>);
+  benchmark::RegisterBenchmark("autodiff/spring_formulas/2/force_jacobians", automatic_differentiation<TwoBalls>);
+  for (const auto& scene : scenes()) register_scene(scene.id, make_problem(scene.id));
+}
 
 }  // namespace
 }  // namespace ricochet
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+  ricochet::register_all();
+  return ricochet::run_benchmarks(argc, argv);
+}

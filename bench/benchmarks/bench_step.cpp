@@ -1,11 +1,11 @@
 // A run of every method on every scene that it supports: METHOD/SCENE/N, or METHOD/SCENE/TOLERANCE. Items are steps.
 //
 //   bench_step --benchmark_filter='^fesd:.*/two_balls_spring/' --benchmark_format=json
-#include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
 #include <map>
 
+#include "bench/benchmarks/benchmark_program.h"
 #include "bench/benchmarks/method_benchmark.h"
 #include "methods/registry.h"
 #include "problems/registry.h"

@@ -2,9 +2,9 @@
 // phases, the second nonlinear forces, the third a joint, the fourth friction in space.
 //
 //   bench_tableaus --benchmark_filter='^gauss:.*/two_balls_spring/'
-#include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
+#include "bench/benchmarks/benchmark_program.h"
 #include "bench/benchmarks/method_benchmark.h"
 #include "methods/registry.h"
 #include "problems/registry.h"

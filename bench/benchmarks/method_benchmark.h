@@ -14,8 +14,4 @@ namespace ricochet {
 void register_method_benchmark(const std::string& name, std::shared_ptr<const Method> method,
                                std::shared_ptr<const Problem> problem, const Settings& settings, bool counts_elements);
 
-/// Runs what is registered, as the options of Google Benchmark say.
-/// @return the exit code: 2 for an option that it does not know
-int run_benchmarks(int argc, char** argv);
-
 }  // namespace ricochet
