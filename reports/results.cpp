@@ -57,7 +57,11 @@ void require_integers(const json& example, const json& row) {
 }
 
 Results read_results(const std::string& path) {
-  std::istringstream file(read_input_text(path, "results file"));
+  return parse_results(path, read_input_text(path, "results file"));
+}
+
+Results parse_results(const std::string& path, const std::string& all) {
+  std::istringstream file(all);
   Results results;
   results.path = path;
   std::string text;

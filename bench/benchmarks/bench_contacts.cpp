@@ -28,7 +28,7 @@ const std::vector<RecordedScene> kScenes = {
     {"bead_row", {8, 16, 32}, {{"speed", 0}}},
     {"block_column", {4, 16, 64}},
     {"block_on_feet", {4, 16}},
-    {"sphere_pile", {5, 15, 40}},
+    {"sphere_pile", {5, 10, 30}},
     {"box_3d", {}},
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "problems/input_error.h"
+#include "problems/input_text.h"
 #include "problems/names.h"
 
 namespace ricochet {
@@ -44,8 +45,17 @@ const Study& study_of(const Results& results) {
   return find_study(kDefaultStudy);
 }
 
+Results read_any_results(const std::string& path) {
+  const std::string text = read_input_text(path, "results file");
+  for (const auto& study : registered()) {
+    if (!study.read_foreign) continue;
+    if (auto results = study.read_foreign(path, text)) return std::move(*results);
+  }
+  return parse_results(path, text);
+}
+
 ShownResults shown_results(const std::string& path) {
-  ShownResults shown{read_results(path), {}};
+  ShownResults shown{read_any_results(path), {}};
   study_of(shown.results).show(shown.results, shown.section);
   return shown;
 }

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,9 @@ struct Study {
   /// (bench/selection.h). Empty where experiments name them all.
   std::function<void(nlohmann::json& experiment)> name_methods = {};
 
+  /// Reads a file that another program has written. Empty where there is none; @return empty for what is no such file
+  std::function<std::optional<Results>(const std::string& path, const std::string& text)> read_foreign = {};
+
   /// Makes the rows in a fixed order, each by ResultsFile::row(), rows() or pieces().
   /// @param experiment  the file, with the changes of the command line: "quick", "times", "time_limit" and any field
   /// @throws InputError with the field, before the first row; nlohmann::json::exception for one that is missing
@@ -60,7 +64,10 @@ const Study& find_study(const std::string& kind);
 /// The one that wrote the results. @throws InputError when their rows are of no study
 const Study& study_of(const Results& results);
 
-/// Results with what their study says of them. @throws InputError
+/// A results file, or a file that a study reads in place of one. @throws InputError
+Results read_any_results(const std::string& path);
+
+/// The same with what their study says of them. @throws InputError
 ShownResults shown_results(const std::string& path);
 
 /// Failed rows of results that were not expected to fail.
