@@ -6,10 +6,13 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <variant>
 
 #include "bench/commands.h"
+#include "bench/studies/google_benchmark/counter_gate.h"
 #include "bench/studies/method_grid/baseline.h"
 #include "bench/studies/method_grid/gate_output.h"
+#include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "reports/text_file.h"
 
@@ -26,40 +29,63 @@ struct CheckOptions {
   bool as_json = false, for_github = false;
 };
 
-std::vector<GridResults> read_all(const std::vector<std::string>& paths) {
-  std::vector<GridResults> list;
+/// What a gate holds: errors and work of methods on a grid, or counters of benchmarks.
+using Gated = std::variant<GridResults, CounterResults>;
+
+Gated read_gated(const std::string& path) {
+  const Results results = read_any_results(path);
+  if (study_of(results).kind == kBenchmarkStudy) return CounterResults(results);
+  return gated_results(results);
+}
+
+std::string id_of(const Gated& results) {
+  return std::visit([](const auto& some) { return some.id; }, results);
+}
+
+GateReport hold_against_file(const std::string& baseline, const Gated& results) {
+  if (const auto* counters = std::get_if<CounterResults>(&results))
+    return hold_against(read_counter_baseline(baseline), *counters);
+  return hold_against(read_baseline(baseline), std::get<GridResults>(results));
+}
+
+void write_gated(const Gated& results, const std::string& path) {
+  std::visit([&](const auto& some) { write_baseline(some, path); }, results);
+}
+
+std::vector<Gated> read_all(const std::vector<std::string>& paths) {
+  std::vector<Gated> list;
   std::set<std::string> experiments;
   for (const auto& path : paths) {
-    list.push_back(read_gated_results(path));
-    if (!experiments.insert(list.back().id).second)
-      throw InputError("results file", path, fmt::format("another one is of {}, too", list.back().id));
+    list.push_back(read_gated(path));
+    if (const std::string id = id_of(list.back()); !experiments.insert(id).second)
+      throw InputError("results file", path, fmt::format("another one is of {}, too", id));
   }
   return list;
 }
 
-std::string file_in(const std::string& folder, const GridResults& results) {
-  return (fs::path(folder) / (results.id + ".jsonl")).string();
+std::string file_in(const std::string& folder, const Gated& results) {
+  return (fs::path(folder) / (id_of(results) + ".jsonl")).string();
 }
 
 /// A baseline takes the place of a former one when it is written whole.
-void replace_baseline(const GridResults& results, const std::string& folder) {
+void replace_baseline(const Gated& results, const std::string& folder) {
   const std::string path = file_in(folder, results), made = path + ".new";
   std::error_code error;
   fs::create_directories(folder, error);
   fs::remove(made, error);
-  write_baseline(results, made);
+  write_gated(results, made);
   fs::rename(made, path, error);
   if (!error) return;
   fs::remove(made);
   throw InputError("baseline file", path, "it cannot be replaced");
 }
 
-void write_baselines(const std::vector<GridResults>& list, const CheckOptions& options) {
+void write_baselines(const std::vector<Gated>& list, const CheckOptions& options) {
   if (!options.new_baseline.empty() && list.size() > 1)
     throw InputError("--write", options.new_baseline, "one results file is required; --replace FOLDER takes several");
   for (const auto& results : list) {
     if (options.replaced.empty())
-      write_baseline(results, options.new_baseline);
+      write_gated(results, options.new_baseline);
     else
       replace_baseline(results, options.replaced);
     fmt::print("baseline: {}\n", options.replaced.empty() ? options.new_baseline : file_in(options.replaced, results));
@@ -109,7 +135,7 @@ int check(const CheckOptions& options) {
   for (const auto& results : list)
     baselines.push_back(options.baseline.empty() ? file_in(options.baselines, results) : options.baseline);
   std::vector<GateReport> reports;
-  for (std::size_t k = 0; k < list.size(); ++k) reports.push_back(hold_against(read_baseline(baselines[k]), list[k]));
+  for (std::size_t k = 0; k < list.size(); ++k) reports.push_back(hold_against_file(baselines[k], list[k]));
   if (!options.junit.empty()) write_text("JUnit file", options.junit, gate_junit(reports));
   if (!options.summary.empty()) write_text("summary file", options.summary, gate_markdown(reports));
   if (const char* file = std::getenv("GITHUB_STEP_SUMMARY"); options.for_github && file && *file)
@@ -129,7 +155,8 @@ void add_check_command(CLI::App& app, int& exit_code) {
   static CheckOptions options;
   auto* command = app.add_subcommand(
       "check", "hold results against a stored baseline; exit code 1 when one got worse or was not compared");
-  command->add_option("results", options.results, "results files of methods on a grid")->required();
+  command->add_option("results", options.results, "results files of methods on a grid, JSON of Google Benchmark")
+      ->required();
   auto* where = command->add_option_group("baseline", "what they are held against, or what is written");
   where->add_option("--baseline", options.baseline, "baseline FILE, or other results");
   where->add_option("--baselines", options.baselines, "FOLDER of baselines, EXPERIMENT.jsonl");

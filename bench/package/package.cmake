@@ -15,6 +15,10 @@ add_library(ricochet_library STATIC $<TARGET_OBJECTS:ricochet_problems> $<TARGET
 set_target_properties(ricochet_library PROPERTIES OUTPUT_NAME ricochet LINKER_LANGUAGE CXX)
 
 install(TARGETS ricochet RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+if(NOT RICOCHET_SANITIZE)
+  install(TARGETS bench_step bench_contacts bench_tableaus bench_derivatives bench_transcription
+    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+endif()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/bench/experiments DESTINATION ${data_dir}/bench COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/reports/baselines DESTINATION ${data_dir}/reports COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/tests/data DESTINATION ${data_dir}/tests COMPONENT program)

@@ -157,7 +157,11 @@ json line_of_baseline(const Record& record) {
 }  // namespace
 
 GridResults read_gated_results(const std::string& path) {
-  const Results results = read_results(path);
+  return gated_results(read_results(path));
+}
+
+GridResults gated_results(const Results& results) {
+  const std::string& path = results.path;
   const std::string study =
       results.header.contains("study") ? results.header["study"].get<std::string>() : study_of(results).kind;
   if (study != kDefaultStudy)

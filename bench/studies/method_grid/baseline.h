@@ -14,6 +14,8 @@ namespace ricochet {
 /// against one; read_results() takes the default for one that is missing, and an error of 0 would be the best there is.
 /// @throws InputError with file, line and field when the file cannot be read, is damaged, not complete, or of another
 /// study
+GridResults gated_results(const Results& results);
+/// The same of a file.
 GridResults read_gated_results(const std::string& path);
 
 /// The same for a baseline, which has to be possible, too: no row twice, no negative error, and no success without an

@@ -67,10 +67,6 @@ void hold_error(const Pair& pair, double then_at_coarser_tolerance, GateLine& li
     line.add(GateVerdict::better, finding);
 }
 
-bool is_more_work(double then, double now, double share, double least) {
-  return now - then > std::max(least, share * then);
-}
-
 void hold_counters(const Pair& pair, GateLine& line) {
   const auto hold = [&](const char* name, std::int64_t c_then, std::int64_t c_now, bool is_of_matrices) {
     const auto then = static_cast<double>(c_then), now = static_cast<double>(c_now);
@@ -349,6 +345,10 @@ void Gate::hold_methods() {
 }
 
 }  // namespace
+
+bool is_more_work(double then, double now, double share, double least) {
+  return now - then > std::max(least, share * then);
+}
 
 const char* to_string(GateVerdict verdict) {
   switch (verdict) {

@@ -47,13 +47,16 @@ struct GateRules {
   static constexpr double kReferenceErrorFactor = 10;  ///< of u: an estimate by the agreement of two integrators
 };
 
+/// Whether a counter is more than (3) or (4) allows: by more than a share of what it was, and by more than the least.
+bool is_more_work(double then, double now, double share, double least);
+
 enum class GateVerdict { same, better, worse, not_compared };
 const char* to_string(GateVerdict verdict);
 
 /// A run of the baseline or of the results; or all runs, the order, the work, the residual of a method.
 struct GateLine {
   std::string method;
-  std::string what = "run";  ///< or "all runs", "order", "work", "residual"
+  std::string what = "run";  ///< or "all runs", "order", "work", "residual"; of a benchmark "counters"
   std::string setting{};     ///< of a run: "50", "1e-08", "50 in place of fesd:gauss:1"
   int line = 0;              ///< of the baseline file; 0 for what it does not have
   GateVerdict verdict = GateVerdict::same;
