@@ -25,7 +25,10 @@ void add_show_command(CLI::App& app, int&) {
   static std::vector<std::string> results;
   static PrintOptions options;
   auto* command = app.add_subcommand("show", "print the tables of results files");
-  command->add_option("results", results, "results files, of `ricochet run-experiment` or `ricochet fuzz`")->required();
+  command
+      ->add_option("results", results,
+                   "results files, of `ricochet run-experiment` or `ricochet fuzz`; JSON of Google Benchmark")
+      ->required();
   add_print_options(*command, options);
   command->footer("Example:\n  ricochet show out/results/two_balls_order.jsonl --view orders,time_to_reach");
   command->callback([] {
@@ -37,7 +40,7 @@ void add_report_command(CLI::App& app, int& exit_code) {
   static std::vector<std::string> results;
   static std::string folder = "out/report";
   auto* command = app.add_subcommand("report", "the page: tables and figures of results files");
-  command->add_option("results", results, "results files, of `ricochet run-experiment`");
+  command->add_option("results", results, "results files, of `ricochet run-experiment`; JSON of Google Benchmark");
   command->add_option("-o,--out", folder, "folder of the page")->capture_default_str();
   command->footer("Example:\n  ricochet report out/results/two_balls_order.jsonl -o out/report");
   add_former_hard_cases_command(*command, exit_code);

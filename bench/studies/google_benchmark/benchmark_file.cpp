@@ -177,7 +177,7 @@ BenchmarkRow Measurements::row() const {
   row.real_seconds = source->seconds("real_time");
   row.cpu_seconds = source->seconds("cpu_time");
   row.items_per_second = source->number("items_per_second", BenchmarkRow::kNone);
-  row.repetitions = static_cast<int>(std::clamp(source->number("repetitions", 1), 1., 1e9));
+  if (const double n = source->number("repetitions", 1); n >= 1 && n < 1e9) row.repetitions = static_cast<int>(n);
   row.counters = source->counters();
   if (const BenchmarkEntry* mean = aggregate("mean"), *deviation = aggregate("stddev"); mean && deviation)
     row.spread = deviation->seconds("cpu_time") / mean->seconds("cpu_time");
