@@ -7,7 +7,7 @@ namespace {
 
 struct Counter {
   void (*begin)() = nullptr;
-  long (*end)() = nullptr;
+  Allocations (*end)() = nullptr;
 };
 
 Counter& counter() {
@@ -17,7 +17,7 @@ Counter& counter() {
 
 }  // namespace
 
-bool register_allocation_counter(void (*begin)(), long (*end)()) {
+bool register_allocation_counter(void (*begin)(), Allocations (*end)()) {
   counter() = {begin, end};
   return true;
 }
@@ -26,7 +26,7 @@ bool counts_allocations() {
   return counter().begin != nullptr;
 }
 
-long allocations_of(const std::function<void()>& work) {
+Allocations allocations_of(const std::function<void()>& work) {
   if (!counts_allocations()) throw std::logic_error("this program does not count allocations");
   counter().begin();
   try {

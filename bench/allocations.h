@@ -1,17 +1,23 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 
 namespace ricochet {
 
+/// Heap allocations, those of Eigen, of other libraries and of plugins among them.
+struct Allocations {
+  std::int64_t count = 0, bytes = 0;
+};
+
 /// Whether this program counts allocations: one with bench/malloc/counting_malloc.cpp in it does.
 bool counts_allocations();
 
-/// Heap allocations by this thread while `work` runs. @throws std::logic_error in a program that does not count them
-long allocations_of(const std::function<void()>& work);
+/// Of one call in this thread. @throws std::logic_error in a program that does not count them
+Allocations allocations_of(const std::function<void()>& work);
 
 /// Called by the malloc that counts.
-/// @param begin, end  of counting in the calling thread; end returns the number
-bool register_allocation_counter(void (*begin)(), long (*end)());
+/// @param begin, end  of counting in the calling thread; end returns what was counted
+bool register_allocation_counter(void (*begin)(), Allocations (*end)());
 
 }  // namespace ricochet

@@ -3,20 +3,13 @@
 #include <benchmark/benchmark.h>
 
 #include <cstdint>
-#include <functional>
 #include <string>
+
+#include "bench/allocations.h"
 
 namespace ricochet {
 
 // What the programs of Google Benchmark have in common. Names of benchmarks are METHOD/SCENE/N or METHOD/SCENE/N/WHAT.
-
-/// Heap allocations, those of Eigen and of other libraries among them.
-struct Allocations {
-  std::int64_t count = 0, bytes = 0;
-};
-
-/// Of one call in this thread.
-Allocations allocations_of(const std::function<void()>& work);
 
 /// Sets a counter. Google Benchmark writes counters beside its own fields: none is to be called iterations.
 inline void set_counter(benchmark::State& state, const std::string& name, std::int64_t value) {

@@ -7,11 +7,11 @@
 namespace {
 
 thread_local bool counting = false;
-thread_local long allocations = 0;
+thread_local ricochet::Allocations allocations;
 
 const bool is_registered = ricochet::register_allocation_counter(
     [] {
-      allocations = 0;
+      allocations = {};
       counting = true;
     },
     [] {
@@ -24,7 +24,10 @@ const bool is_registered = ricochet::register_allocation_counter(
 extern "C" {
 void* __libc_malloc(std::size_t size);
 void* malloc(std::size_t size) {
-  if (counting) ++allocations;
+  if (counting) {
+    ++allocations.count;
+    allocations.bytes += static_cast<std::int64_t>(size);
+  }
   return __libc_malloc(size);
 }
 }

@@ -1,30 +1,16 @@
 // Counts heap allocations: a time step must not make any. A binary of its own, since it replaces malloc.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
+#include "bench/allocations.h"
 #include "methods/registry.h"
 #include "reference/contact_dynamics.h"
 #include "tests/test_data.h"
-
-namespace {
-bool counting = false;
-long allocations = 0;
-}  // namespace
-
-extern "C" {
-void* __libc_malloc(std::size_t size);
-void* malloc(std::size_t size) {
-  if (counting) ++allocations;
-  return __libc_malloc(size);
-}
-}
 
 namespace ricochet {
 namespace {
 
 struct Count {
-  long allocations;
+  std::int64_t allocations;
   std::size_t events;
 };
 
@@ -33,10 +19,8 @@ Count count(const Problem& problem, const std::string& spec, int steps) {
   Settings settings;
   settings.steps = steps;
   method->solve(problem, settings);  // the first run of a thread sizes the scratch of the problem's programs
-  allocations = 0;
-  counting = true;
-  const Solution solution = method->solve(problem, settings);
-  counting = false;
+  Solution solution;
+  const std::int64_t allocations = allocations_of([&] { solution = method->solve(problem, settings); }).count;
   EXPECT_TRUE(solution.succeeded()) << spec << ": " << solution.message;
   return {allocations, solution.events.size()};
 }
@@ -45,12 +29,7 @@ Count count(const Problem& problem, const std::string& spec, int steps) {
 constexpr long kPerEvent = 6;
 
 TEST(Allocations, AreCounted) {
-  allocations = 0;
-  counting = true;
-  Eigen::VectorXd x(100);
-  counting = false;
-  EXPECT_EQ(allocations, 1);
-  EXPECT_EQ(x.size(), 100);
+  EXPECT_EQ(allocations_of([] { EXPECT_EQ(Eigen::VectorXd(100).size(), 100); }).count, 1);
 }
 
 struct Case {
@@ -114,10 +93,8 @@ TEST(StepsOfATolerance, AllocateNothing) {
       Settings settings;
       settings.tolerance = tolerances[k];
       method->solve(*problem, settings);
-      allocations = 0;
-      counting = true;
-      const Solution solution = method->solve(*problem, settings);
-      counting = false;
+      Solution solution;
+      const std::int64_t allocations = allocations_of([&] { solution = method->solve(*problem, settings); }).count;
       ASSERT_TRUE(solution.succeeded()) << spec << " on " << scene << ": " << solution.message;
       counts[k] = {allocations, solution.events.size()};
       steps[k] = solution.counters.steps;
@@ -148,11 +125,10 @@ TEST_P(RightHandSideWithoutAllocation, BehindTheFirstCall) {
     return dynamics.acceleration(info.q0.data(), v.data(), a.data(), lambda_n.data(), lambda_t.data());
   };
   ASSERT_TRUE(evaluate());
-  allocations = 0;
-  counting = true;
-  for (int k = 0; k < 10; ++k) evaluate();
-  counting = false;
-  EXPECT_EQ(allocations, 0);
+  const auto work = [&] {
+    for (int k = 0; k < 10; ++k) evaluate();
+  };
+  EXPECT_EQ(allocations_of(work).count, 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -20,7 +20,7 @@ constexpr double kRecording = 1e-11;  // rounding of a thousand steps, which an 
 constexpr double kTolerance = 1e-8;   // of error-controlled methods in these checks
 constexpr int kFirstOrderSteps = 1600, kSteps = 400;
 /// An event that is recorded keeps five vectors, and the list of events may grow.
-constexpr long kAllocationsPerEvent = 6;
+constexpr std::int64_t kAllocationsPerEvent = 6;
 
 Settings settings_of(const Subject& subject) {
   Settings settings;
@@ -141,8 +141,7 @@ CheckResult allocates_nothing(const KnownProblem& known, const Subject& subject)
   if (const Support support = method->supports(known.problem().info()); !support.ok)
     return CheckResult::not_applicable(support.reason);
   struct Count {
-    long allocations;
-    std::int64_t steps, events;
+    std::int64_t allocations, steps, events;
   };
   const auto count = [&](double finer) -> Count {
     Settings settings = settings_of(subject);
@@ -150,14 +149,14 @@ CheckResult allocates_nothing(const KnownProblem& known, const Subject& subject)
     settings.tolerance /= finer * finer * finer * finer;
     method->solve(known.problem(), settings);  // the first run of a thread sizes the scratch of the problem's programs
     Solution solution;
-    const long allocations = allocations_of([&] { solution = method->solve(known.problem(), settings); });
+    const std::int64_t allocations = allocations_of([&] { solution = method->solve(known.problem(), settings); }).count;
     return {solution.succeeded() ? allocations : -1, solution.counters.steps, solution.counters.events};
   };
   const Count few = count(1), many = count(2);
   if (few.allocations < 0 || many.allocations < 0) return CheckResult::not_applicable("the run fails");
   const std::string text =
       fmt::format("{} allocations in {} steps, {} in {}", few.allocations, few.steps, many.allocations, many.steps);
-  const long more = kAllocationsPerEvent * std::max<long>(0, many.events - few.events);
+  const std::int64_t more = kAllocationsPerEvent * std::max<std::int64_t>(0, many.events - few.events);
   return many.allocations <= few.allocations + more ? CheckResult::pass(text) : CheckResult::fail(text);
 }
 
