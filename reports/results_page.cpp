@@ -47,8 +47,9 @@ std::string markdown_of(const ShownResults& shown, const fs::path& page, const f
     write_text("results page", csv, table->table.csv());
     const std::string link = csv.lexically_relative(page.parent_path().empty() ? "." : page.parent_path()).string();
     const bool is_shown = table->role == Section::Role::result || table->role == Section::Role::summary;
-    if (is_shown) text += table->table.markdown(kMostRows) + "\n";
-    if (!is_shown || table->table.rows.size() > kMostRows)
+    const std::size_t most = table->table.is_whole ? table->table.rows.size() : kMostRows;
+    if (is_shown) text += table->table.markdown(most) + "\n";
+    if (!is_shown || table->table.rows.size() > most)
       rest += fmt::format("{}[{}]({}) ({})", rest.empty() ? "" : ", ", table->table.title, link,
                           counted(table->table.rows.size(), "row"));
   }

@@ -21,7 +21,8 @@ struct Table {
   std::string title, note;
   std::vector<Column> columns;
   std::vector<std::vector<std::string>> rows;
-  bool is_list = false;  ///< a terminal shows a paragraph per row: for cells that hold sentences
+  bool is_list = false;   ///< a terminal shows a paragraph per row: for cells that hold sentences
+  bool is_whole = false;  ///< the page of results shows all rows, however many there are
 
   std::string text() const;
   std::string list() const;

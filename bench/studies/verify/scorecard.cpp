@@ -166,7 +166,8 @@ Table scorecard_table(const std::vector<CheckRow>& rows) {
                   "Checks passed, of those that apply; - where none does. `ricochet verify --method METHOD` prints "
                   "each with its reason.",
               .columns = {{"method", true}},
-              .rows = {}};
+              .rows = {},
+              .is_whole = true};
   const auto groups = different(rows, &CheckRow::group);
   for (const auto& group : groups) table.columns.push_back({group});
   table.columns.push_back({"all"});
