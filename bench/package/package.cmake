@@ -22,7 +22,7 @@ endif()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/bench/experiments DESTINATION ${data_dir}/bench COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/reports/baselines DESTINATION ${data_dir}/reports COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/tests/data DESTINATION ${data_dir}/tests COMPONENT program)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples DESTINATION ${data_dir} COMPONENT program)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples DESTINATION ${data_dir} COMPONENT program USE_SOURCE_PERMISSIONS)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/bench/python/ricochet DESTINATION lib/python3/dist-packages
   COMPONENT program PATTERN __pycache__ EXCLUDE)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/CITATION.cff ${PROJECT_SOURCE_DIR}/CHANGELOG.md

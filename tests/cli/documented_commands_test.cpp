@@ -25,6 +25,7 @@ const std::map<std::string, std::string> kNotRun = {
     {"./run report", "it builds, and runs every experiment"},
     {"./run test", "this is one of its tests"},
     {"./run build", "it builds"},
+    {"apt-get install", "it changes the machine"},
     {"cmake --install", "tests/package/installed_copy does"},
     {"cmake -S examples/cpp", "tests/package/installed_copy builds it"},
     {"PATH=", "the test sets it"},
