@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <cstring>
 
 #include "bench/allocations.h"
 #include "bench/studies/verify/check.h"
@@ -72,10 +71,7 @@ CheckResult kept_solver_forgets(const KnownProblem& known, const Subject& subjec
   const Solution first = solver->solve(settings);
   solver->solve(other);
   const Solution again = solver->solve(settings);
-  const auto same = [](const Vector& a, const Vector& b) {
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), sizeof(double) * a.size()) == 0;
-  };
-  if (first.status != again.status || !same(first.q, again.q) || !same(first.v, again.v))
+  if (first.status != again.status || !same_bits(first.q, again.q) || !same_bits(first.v, again.v))
     return CheckResult::fail("behind a run with other settings the solver has another result", command);
   return CheckResult::pass("the same bits behind a run with other settings", command);
 }

@@ -7,12 +7,13 @@
 #include <cstring>
 
 namespace ricochet {
-namespace {
 
 bool same_bits(const Vector& a, const Vector& b) {
   return a.size() == b.size() &&
          std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
 }
+
+namespace {
 
 /// What is not kept, told as it is found.
 class Findings {

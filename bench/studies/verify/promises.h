@@ -7,6 +7,9 @@
 
 namespace ricochet {
 
+/// Of the same size, and equal to the last bit.
+bool same_bits(const Vector& a, const Vector& b);
+
 /// A run, and what of the promises that every method makes on every problem it does not keep.
 struct PromisedRun {
   Solution solution;
