@@ -45,11 +45,17 @@ void ControlOptions::add(CLI::App& command) {
   command.add_option("--set", changes, "NAME=VALUE, a parameter of the problem; may be repeated")
       ->allow_extra_args(false);
   command.add_option("--intervals,-N", intervals, "control intervals")->check(positive_number());
-  command.add_option("--discretisation", discretisation, "fesd or time_stepping")
-      ->check(CLI::IsMember({"fesd", "time_stepping"}))
+  command.add_option("--discretisation", discretisation, "fesd, time_freezing or time_stepping")
+      ->check(CLI::IsMember({"fesd", "time_freezing", "time_stepping"}))
       ->capture_default_str();
   command.add_option("--steps", steps, "per interval, of --discretisation time_stepping")
       ->check(positive_number())
+      ->capture_default_str();
+  command.add_option("--a-n", freezing.a_n, "gap acceleration of a push [m/s^2], of --discretisation time_freezing")
+      ->capture_default_str();
+  command
+      .add_option("--bounce", freezing.bounce,
+                  "pseudo time of a bounce in control intervals, of --discretisation time_freezing")
       ->capture_default_str();
   command.add_option("--elements", elements, "finite elements per interval")->check(positive_number());
   command.add_option("--tableau", tableau, "FAMILY:STAGES, or @FILE");
@@ -117,6 +123,15 @@ std::unique_ptr<Transcription> ControlOptions::make_transcription(const OptimalC
   }
   if (is_fesd())
     return std::make_unique<FesdTranscription>(made, tableau_argument(made.tableau), equation_options(*this, made));
+  if (discretisation == "time_freezing") {
+    for (const auto& [name, value] : {std::pair("--a-n", freezing.a_n), std::pair("--bounce", freezing.bounce)}) {
+      if (!(value > 0) || !std::isfinite(value)) throw InputError(name, value, "a finite number > 0 is required");
+    }
+    auto options = freezing;
+    options.rho = equations.rho;
+    options.no_capture = equations.no_capture;
+    return std::make_unique<TimeFreezingTranscription>(made, tableau_argument(made.tableau), options);
+  }
   return std::make_unique<TimeSteppingTranscription>(
       made, TimeSteppingTranscription::Options{.steps = steps, .equations = {.cone = cone_of(*this)}});
 }
@@ -128,7 +143,11 @@ HomotopyOptions ControlOptions::homotopy_options() const {
 }
 
 std::string ControlOptions::describe(const OptimalControlProblem& made) const {
-  return is_fesd() ? fmt::format("FESD-J {}, {} intervals of {} elements", made.tableau, made.n_intervals, made.n_fe)
+  const auto elements_of = [&](const char* name) {
+    return fmt::format("{} {}, {} intervals of {} elements", name, made.tableau, made.n_intervals, made.n_fe);
+  };
+  if (discretisation == "time_freezing") return elements_of("time freezing");
+  return is_fesd() ? elements_of("FESD-J")
                    : fmt::format("time stepping, {} intervals of {} steps", made.n_intervals, steps);
 }
 

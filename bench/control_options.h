@@ -6,6 +6,7 @@
 
 #include "methods/complementarity/mpcc/homotopy.h"
 #include "methods/control/exploration.h"
+#include "methods/control/time_freezing_transcription.h"
 #include "methods/control/transcription.h"
 #include "methods/mpcc_equations/fesd_equations.h"
 #include "problems/control/optimal_control_problem.h"
@@ -25,6 +26,7 @@ struct ControlOptions {
   int elements = 0;
   std::string tableau;
   int steps = 10;  ///< of time stepping, per interval
+  TimeFreezingTranscription::Options freezing;
   std::string impulses = "position_velocity", cone = "exact", cross = "aggregated", equilibration = "objective";
   FesdEquations::Options equations;
   HomotopyOptions homotopy{.sigma_final = 1e-6,

@@ -36,13 +36,38 @@ ex contact_force(const SymbolicModel& model, int k, const Symbols& lambda_n, con
   return sum;
 }
 
-}  // namespace
+/// Row `k` of f_v + B_u u.
+ex load(const SymbolicModel& model, int k) {
+  ex force = model.force[k];
+  for (std::size_t c = 0; c < model.u.size(); ++c) force += model.input[k][c] * model.u[c];
+  return force;
+}
 
-PlantFunctions plant_functions(const Problem& problem, double eps) {
+/// @throws InputError
+const SymbolicModel& model_of(const Problem& problem) {
   const auto* symbolic = dynamic_cast<const SymbolicProblem*>(&problem);
   if (!symbolic)
     throw InputError("problem", problem.info().id, "a problem with formulas is required: a scene or a scene file");
-  const SymbolicModel& model = symbolic->equations();
+  return symbolic->equations();
+}
+
+}  // namespace
+
+SmoothFunction pseudo_time_dynamics(const Problem& problem) {
+  const SymbolicModel& model = model_of(problem);
+  const auto& info = problem.info();
+  const Symbols w = symbols(info.n_q), lambda_n = symbols(info.n_c()), lambda_t = symbols(info.n_lambda_t);
+  const symbol s;
+  Expressions dynamics;
+  for (int k = 0; k < info.n_q; ++k) {
+    const ex contact = k == info.clock ? ex(0) : contact_force(model, k, lambda_n, lambda_t);
+    dynamics.push_back(mass_times(model, k, Expressions(w.begin(), w.end())) - s * load(model, k) - contact);
+  }
+  return {dynamics, join<symbol>({model.q, model.v, w, {s}, lambda_n, lambda_t, model.u}), model.constants()};
+}
+
+PlantFunctions plant_functions(const Problem& problem, double eps) {
+  const SymbolicModel& model = model_of(problem);
   const auto& info = problem.info();
   const int n_q = info.n_q, n_c = info.n_c();
   const auto constants = model.constants();
@@ -55,9 +80,7 @@ PlantFunctions plant_functions(const Problem& problem, double eps) {
   for (int k = 0; k < n_q; ++k) jump.push_back(v_plus[k] - v_minus[k]);
   for (int k = 0; k < n_q; ++k) {
     const ex contact = k == info.clock ? ex(0) : contact_force(model, k, lambda_n, lambda_t);
-    ex force = model.force[k];
-    for (std::size_t c = 0; c < model.u.size(); ++c) force += model.input[k][c] * model.u[c];
-    dynamics.push_back(mass_times(model, k, Expressions(w.begin(), w.end())) - force - contact);
+    dynamics.push_back(mass_times(model, k, Expressions(w.begin(), w.end())) - load(model, k) - contact);
     impulse.push_back(mass_times(model, k, jump) - contact);
   }
   GiNaC::exmap step;

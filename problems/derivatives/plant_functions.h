@@ -21,4 +21,9 @@ struct PlantFunctions {
 /// @throws InputError when the problem has no formulas: neither a compiled scene nor a scene file
 PlantFunctions plant_functions(const Problem& problem, double eps);
 
+/// The dynamics in a pseudo time in which time runs with rate s, w = dv / dtau:
+/// (q, v, w, s, Lambda_n, Lambda_t, u) -> M w - s (f_v + B_u u) - J_n Lambda_n - J_t Lambda_t.
+/// @throws InputError as plant_functions()
+SmoothFunction pseudo_time_dynamics(const Problem& problem);
+
 }  // namespace ricochet
