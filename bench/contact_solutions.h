@@ -1,9 +1,11 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "methods/contact_laws/contact_file.h"
+#include "methods/contact_laws/contact_residuals.h"
 #include "methods/contact_laws/solvers/contact_solver.h"
 #include "reports/table.h"
 
@@ -13,8 +15,11 @@ namespace ricochet {
 struct ContactSolution {
   std::string solver;
   ContactStatus status = ContactStatus::iteration_limit;
-  double violation = 0;  ///< of the laws with the exact cone, relative
-  double distance = 0;   ///< of the velocities from those of the stored solution, relative; NaN where there is none
+  double violation = 0;        ///< of the laws with the exact cone, relative
+  ContactResiduals residuals;  ///< the same law by law, in units
+  double fclib_merit = 0;
+  double internal = 0;  ///< ||r_0|| / ||r|| of redundant_contacts.h; NaN where it is not asked for
+  double distance = 0;  ///< of the velocities from those of the stored solution, relative; NaN where there is none
   Counters work;
   double seconds = 0;  ///< CPU time, median
   Vector r;
@@ -28,13 +33,20 @@ ContactSolverOptions contact_solver_options(const std::string& solver);
 ContactStatus solve_afresh(const ContactProblem& problem, const ContactSolverOptions& options, Vector& r,
                            Counters& work);
 
+/// How well a time is to be known: by Google Benchmark, or as the median of three runs where there are many.
+enum class Timer { benchmark, a_few_runs };
+
 /// The same again and again, with its time.
 /// @param from_guess  start from the stored guess, instead of zero
-ContactSolution solve_stored(const StoredContactProblem& stored, const std::string& solver, bool from_guess);
+ContactSolution solve_stored(const StoredContactProblem& stored, const std::string& solver, bool from_guess,
+                             Timer timer = Timer::benchmark);
 
 /// The solvers of this build, of those that end in reasonable time.
 std::vector<std::string> usual_solvers(const ContactProblem& problem);
 
+nlohmann::json contact_solution_json(const StoredContactProblem& stored, const ContactSolution& solution);
+/// Law by law: how far each solution is from each of them.
+Table contact_residual_table(const std::vector<ContactSolution>& solutions);
 Table contact_solution_table(const StoredContactProblem& stored, const std::vector<ContactSolution>& solutions);
 
 }  // namespace ricochet

@@ -15,7 +15,8 @@ struct StoredContactProblem {
 
 /// Contact problems as files of the Friction Contact Library (FCLib: Acary, Bremond, Koziara, Perignon, INRIA RT-0444),
 /// in HDF5: the local problem u = W r + q, normal first, with Coulomb's law, in groups /fclib_local, /solution,
-/// /guesses.
+/// /guesses. The global problem M v = H r + G l + f, u = H'v + w of /fclib_global is read, too, as the local one that
+/// is left when v and l are eliminated.
 ///
 /// Its contacts are all in the plane (spacedim 2) or all in space (3): see uniform_contacts.h. Where a file is read,
 /// contacts with mu = 0 lose their tangents.
@@ -23,8 +24,8 @@ struct StoredContactProblem {
 /// @throws InputError without the library
 void require_contact_files();
 
-/// @throws InputError without the library; for a file that is missing, is no local problem, or whose sizes, indices or
-/// values do not fit, by the name of the data set; for equality constraints V, R, which are not read
+/// @throws InputError without the library; for a file that is missing, has no problem, or whose sizes, indices or
+/// values do not fit, by the name of the data set; for equality constraints V, R of a local problem, which are not read
 StoredContactProblem read_contact_file(const std::string& path);
 
 /// Writes a new file, under another name until it is complete; solution and guess with their velocities.

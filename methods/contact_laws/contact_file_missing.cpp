@@ -6,7 +6,7 @@
 namespace ricochet {
 
 void require_contact_files() {
-  throw InputError("contact files are not built: libfclib-dev not found");
+  throw InputError("contact files are not built: libhdf5-dev not found");
 }
 
 StoredContactProblem read_contact_file(const std::string&) {

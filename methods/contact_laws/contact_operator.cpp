@@ -5,11 +5,11 @@
 
 namespace ricochet {
 
-ContactOperator::ContactOperator(const Problem& problem, bool normal_only)
+ContactOperator::ContactOperator(const Problem& problem, bool normal_only, Joints joints)
     : problem_(problem),
       info_(problem.info()),
       normal_only_(normal_only),
-      has_bilateral_(info_.has_bilateral()),
+      has_bilateral_(joints == Joints::eliminated && info_.has_bilateral()),
       bilateral_(problem) {
   const int n_c = info_.n_c();
   packed_n_.resize(info_.n_normal_entries);
@@ -77,6 +77,7 @@ void ContactOperator::gather(int contact, int d) {
 void ContactOperator::push(int contact, int d, double r, Eigen::Ref<Vector> x, Eigen::Ref<Vector> Lambda_n) const {
   const double* entry = response(contact, d);
   for (const int at : moved(contact)) x[at] += r * *entry++;
+  if (!has_bilateral_) return;
   for (const int i : info_.bilateral) Lambda_n[i] += r * reactions_(i, reaction_column(contact, d));
 }
 

@@ -29,8 +29,11 @@ namespace ricochet {
 /// islands() and apply(), for all islands or for some. Nothing allocates while the islands of W stay the same.
 class ContactOperator {
  public:
+  /// What becomes of bilateral constraints: P of (1) keeps them, or they are contacts among the others and P = I.
+  enum class Joints { eliminated, as_contacts };
+
   /// @param normal_only  as if no contact had tangents
-  explicit ContactOperator(const Problem& problem, bool normal_only = false);
+  explicit ContactOperator(const Problem& problem, bool normal_only = false, Joints joints = Joints::eliminated);
 
   /// D of all contacts at q.
   void set_directions(const Vector& q);

@@ -10,12 +10,9 @@
 #include "problems/input_error.h"
 #include "tests/contact_problems.h"
 
-#ifdef RICOCHET_HAS_FCLIB
+#ifdef RICOCHET_HAS_HDF5
 #include <hdf5.h>
 #include <hdf5_hl.h>
-extern "C" {  // a header of C that does not say so
-#include <fclib.h>
-}
 #endif
 
 namespace ricochet {
@@ -31,14 +28,14 @@ class ContactFile : public testing::Test {
   std::string path(const std::string& name) const { return (folder / name).string(); }
 };
 
-#ifndef RICOCHET_HAS_FCLIB
+#ifndef RICOCHET_HAS_HDF5
 
 TEST_F(ContactFile, WithoutItsLibrarySaysWhatIsMissing) {
   try {
     read_contact_file(path("none.hdf5"));
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_EQ(std::string(error.what()), "contact files are not built: libfclib-dev not found");
+    EXPECT_EQ(std::string(error.what()), "contact files are not built: libhdf5-dev not found");
   }
   EXPECT_THROW(write_contact_file({}, path("none.hdf5")), InputError);
 }
@@ -110,6 +107,55 @@ TEST_F(ContactFile, HasNoWordsForOtherLaws) {
                InputError);
 }
 
+/// A group, and data sets in it, in the layout of FCLib's src/fclib.c.
+struct Hdf5File {
+  hid_t id;
+  explicit Hdf5File(const std::string& path) : id(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)) {
+    EXPECT_GE(id, 0);
+  }
+  ~Hdf5File() { H5Fclose(id); }
+  void group(const std::string& name) const {
+    H5Gclose(H5Gcreate2(id, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  }
+  void put(const std::string& name, const std::vector<int>& values) const {
+    const hsize_t n = values.size();
+    EXPECT_GE(H5LTmake_dataset_int(id, name.c_str(), 1, &n, values.data()), 0) << name;
+  }
+  void put(const std::string& name, const std::vector<double>& values) const {
+    const hsize_t n = values.size();
+    EXPECT_GE(H5LTmake_dataset_double(id, name.c_str(), 1, &n, values.data()), 0) << name;
+  }
+  void matrix(const std::string& name, int m, int n, int nz, const std::vector<int>& p, const std::vector<int>& i,
+              const std::vector<double>& x) const {
+    group(name);
+    put(name + "/nzmax", std::vector<int>{static_cast<int>(x.size())});
+    put(name + "/m", std::vector<int>{m});
+    put(name + "/n", std::vector<int>{n});
+    put(name + "/nz", std::vector<int>{nz});
+    put(name + "/p", p);
+    put(name + "/i", i);
+    put(name + "/x", x);
+  }
+  /// As triplets.
+  void matrix(const std::string& name, const Matrix& full) const {
+    std::vector<int> rows, columns;
+    std::vector<double> values;
+    for (int i = 0; i < full.rows(); ++i) {
+      for (int j = 0; j < full.cols(); ++j) {
+        if (full(i, j) == 0) continue;
+        rows.push_back(i);
+        columns.push_back(j);
+        values.push_back(full(i, j));
+      }
+    }
+    matrix(name, static_cast<int>(full.rows()), static_cast<int>(full.cols()), static_cast<int>(values.size()), rows,
+           columns, values);
+  }
+  void put(const std::string& name, const Vector& values) const {
+    put(name, std::vector<double>(values.begin(), values.end()));
+  }
+};
+
 /// A file as FCLib writes it. W = [2 1; 1 3] of one contact in the plane.
 struct FclibFile {
   int m = 2, n = 2, nz = -1, spacedim = 2;
@@ -118,23 +164,16 @@ struct FclibFile {
   bool has_constraints = false;
 
   void write(const std::string& path) {
-    fclib_matrix W{.nzmax = static_cast<int>(x.size()),
-                   .m = m,
-                   .n = n,
-                   .p = p.data(),
-                   .i = i.data(),
-                   .x = x.data(),
-                   .nz = nz,
-                   .info = nullptr};
-    fclib_local local{.W = &W,
-                      .V = has_constraints ? &W : nullptr,
-                      .R = has_constraints ? &W : nullptr,
-                      .mu = mu.data(),
-                      .q = q.data(),
-                      .s = q.data(),
-                      .spacedim = spacedim,
-                      .info = nullptr};
-    ASSERT_EQ(fclib_write_local(&local, path.c_str()), 1);
+    const Hdf5File file(path);
+    file.group("/fclib_local");
+    file.put("/fclib_local/spacedim", std::vector<int>{spacedim});
+    for (const char* name : {"/fclib_local/W", "/fclib_local/V", "/fclib_local/R"}) {
+      file.matrix(name, m, n, nz, p, i, x);
+      if (!has_constraints) break;
+    }
+    file.group("/fclib_local/vectors");
+    file.put("/fclib_local/vectors/q", q);
+    file.put("/fclib_local/vectors/mu", mu);
   }
 };
 
@@ -160,26 +199,58 @@ TEST_F(ContactFile, ReadsEverySparseFormat) {
   }
 }
 
-/// FCLib reads what we write, its merit function says that our solution is one.
-TEST_F(ContactFile, IsReadByFclib) {
+/// The layout that FCLib's own reader asks for.
+TEST_F(ContactFile, HasTheDataSetsOfFclib) {
   StoredContactProblem stored{.problem = random_problem(FrictionLaw::coulomb, 4, 2, 20, 3)};
-  const auto solver = make_interior_point_contact_solver(1e-12, 100);
-  const Answer answer = solve(*solver, stored.problem);
-  ASSERT_EQ(answer.status, ContactStatus::solved);
-  stored.solution = answer.r;
+  stored.solution = stored.guess = Vector::Ones(12);
   write_contact_file(stored, path("ours.hdf5"));
-  fclib_local* local = fclib_read_local(path("ours.hdf5").c_str());
-  fclib_solution* solution = fclib_read_solution(path("ours.hdf5").c_str());
-  ASSERT_NE(local, nullptr);
-  ASSERT_NE(solution, nullptr);
-  EXPECT_EQ(local->spacedim, 3);
-  EXPECT_EQ(local->W->m, 12);
-  // the natural map, squared or not, of a problem with numbers of size 1 to 10
-  EXPECT_LE(fclib_merit_local(local, MERIT_1, solution), 1e-10);
-  for (int k = 0; k < 12; ++k) solution->r[k] *= 1.01;
-  EXPECT_GT(fclib_merit_local(local, MERIT_1, solution), 1e-6);
-  fclib_delete_solutions(solution, 1);
-  fclib_delete_local(local);
+  const hid_t file = H5Fopen(path("ours.hdf5").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  ASSERT_GE(file, 0);
+  for (const char* name : {"/fclib_local/spacedim", "/fclib_local/W/nzmax", "/fclib_local/W/m", "/fclib_local/W/n",
+                           "/fclib_local/W/nz", "/fclib_local/W/p", "/fclib_local/W/i", "/fclib_local/W/x",
+                           "/fclib_local/vectors/q", "/fclib_local/vectors/mu", "/fclib_local/info/title",
+                           "/solution/u", "/solution/r", "/guesses/number_of_guesses", "/guesses/1/u", "/guesses/1/r"})
+    EXPECT_GT(H5Lexists(file, name, H5P_DEFAULT), 0) << name;
+  H5Fclose(file);
+}
+
+/// M v = H r + G l + f, G'v + b = 0, u = H'v + w of three coordinates, one of which G prescribes.
+TEST_F(ContactFile, ReadsGlobalProblems) {
+  const Matrix M{{2, 0.5, 0}, {0.5, 1, 0.2}, {0, 0.2, 4}}, H{{1, 0}, {0.3, 1}, {-1, 2}}, G{{0}, {1}, {0.5}};
+  const Vector f = Vector::LinSpaced(3, -1, 1), w = Vector::LinSpaced(2, 0.5, -0.25), b = Vector::Constant(1, 0.75);
+  for (const bool is_constrained : {false, true}) {
+    const std::string name = path(is_constrained ? "constrained.hdf5" : "free.hdf5");
+    {
+      const Hdf5File file(name);
+      file.group("/fclib_global");
+      file.put("/fclib_global/spacedim", std::vector<int>{2});
+      file.matrix("/fclib_global/M", M);
+      file.matrix("/fclib_global/H", H);
+      if (is_constrained) file.matrix("/fclib_global/G", G);
+      file.group("/fclib_global/vectors");
+      file.put("/fclib_global/vectors/f", f);
+      file.put("/fclib_global/vectors/w", w);
+      file.put("/fclib_global/vectors/mu", std::vector<double>{0.4});
+      if (is_constrained) file.put("/fclib_global/vectors/b", b);
+      file.group("/solution");
+      file.put("/solution/r", std::vector<double>{1, 0.25, 0});  // as long as H has rows: FCLib's own length
+    }
+    const StoredContactProblem stored = read_contact_file(name);
+    ASSERT_EQ(stored.problem.contacts.size(), 1u);
+    EXPECT_EQ(stored.problem.contacts[0].n_t, 1);
+    // u for the impulses r, from the equations themselves
+    for (const Vector& r : {Vector(Vector::Zero(2)), Vector(Vector::Unit(2, 0)), Vector(stored.solution)}) {
+      Vector v = M.inverse() * (H * r + f);
+      if (is_constrained) {
+        const Vector push = M.inverse() * G.col(0);
+        v -= push * ((G.col(0).dot(v) + b[0]) / G.col(0).dot(push));
+      }
+      Vector u(2);
+      stored.problem.G.times(r, stored.problem.b, u);
+      EXPECT_LE((u - (H.transpose() * v + w)).norm(), 1e-14) << "rounding of numbers of size 1";
+    }
+    EXPECT_EQ(stored.solution[1], 0.25);
+  }
 }
 
 /// Puts another data set in the place of one, or nothing: what FCLib itself would not write.
@@ -225,7 +296,7 @@ TEST_F(ContactFile, SaysWhatIsWrong) {
   expect_error({.p = {1, 2, 4}}, "/fclib_local/W/p: 0");
   expect_error({.p = {0, 2, 9}}, "/fclib_local/W: 9 entries");
   expect_error({.x = {0, 1, 1, 3}}, "/fclib_local/W: 0 on the diagonal");
-  expect_error({.has_constraints = true}, "/fclib_local/V: problems with equality constraints");
+  expect_error({.has_constraints = true}, "/fclib_local/V: local problems with equality constraints");
   expect_error({}, "/fclib_local/spacedim: 4: 2 or 3", {"/fclib_local/spacedim", {4}});
   expect_error({}, "/fclib_local/W: 2 rows, no multiple of spacedim", {"/fclib_local/spacedim", {3}});
   expect_error({}, "/fclib_local/W: 3 x 2: a square matrix", {"/fclib_local/W/m", {3}});
@@ -234,6 +305,7 @@ TEST_F(ContactFile, SaysWhatIsWrong) {
   expect_error({}, "/fclib_local/vectors/q: 2 numbers", {"/fclib_local/vectors/q", {1, 2, 3}, false});
   expect_error({}, "/fclib_local/vectors/q: is missing", {"/fclib_local/vectors/q", {}});
   expect_error({}, "/fclib_local/vectors/mu: numbers are required", {"/fclib_local/vectors/mu", {1}});
+  expect_error({.n = 0}, "/fclib_local/W: 2 x 0: rows and columns");
   expect_error({}, "/fclib_local: is missing", {"/fclib_local", {}});
 
   EXPECT_THROW(read_contact_file(path("missing.hdf5")), InputError);

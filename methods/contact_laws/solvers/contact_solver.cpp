@@ -13,6 +13,7 @@ const Names<ContactSolverKind>& kinds() {
       {"automatic", ContactSolverKind::automatic}, {"lemke", ContactSolverKind::lemke},
       {"exact", ContactSolverKind::exact},         {"pgs", ContactSolverKind::pgs},
       {"newton", ContactSolverKind::newton},       {"interior_point", ContactSolverKind::interior_point},
+      {"admm", ContactSolverKind::admm},           {"staggered", ContactSolverKind::staggered},
       {"siconos", ContactSolverKind::siconos}};
   return names;
 }
@@ -21,8 +22,11 @@ const Names<ContactSolverKind>& kinds() {
 int usual_iterations(ContactSolverKind kind) {
   switch (kind) {
     case ContactSolverKind::pgs:
+    case ContactSolverKind::admm:
     case ContactSolverKind::siconos:
       return 20000;
+    case ContactSolverKind::staggered:
+      return 1000;
     case ContactSolverKind::newton:
     case ContactSolverKind::exact:
       return 200;
@@ -51,8 +55,8 @@ const char* reason_of(ContactStatus status) {
   return "";
 }
 
-ContactSolverOptions contact_solver_argument(const MethodSpec& spec) {
-  ContactSolverOptions options{.kind = spec.choice("solver", kinds())};
+ContactSolverOptions contact_solver_argument(const MethodSpec& spec, double tolerance) {
+  ContactSolverOptions options{.kind = spec.choice("solver", kinds()), .tolerance = tolerance};
   if (options.kind == ContactSolverKind::automatic && spec.whole_number("facets", 0, 4, 1024) > 0)
     options.kind = ContactSolverKind::lemke;
   if (options.kind == ContactSolverKind::automatic) return options;
@@ -86,6 +90,10 @@ std::unique_ptr<ContactSolver> make_contact_solver(const ContactSolverOptions& o
       return make_newton_contact_solver(options.tolerance, options.iterations);
     case ContactSolverKind::interior_point:
       return make_interior_point_contact_solver(options.tolerance, options.iterations);
+    case ContactSolverKind::admm:
+      return make_admm_contact_solver(options.tolerance, options.iterations);
+    case ContactSolverKind::staggered:
+      return make_staggered_contact_solver(options.tolerance, options.iterations);
     case ContactSolverKind::siconos:
       return make_siconos_contact_solver(options.tolerance, options.iterations);
     case ContactSolverKind::lemke:

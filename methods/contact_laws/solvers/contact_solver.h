@@ -33,24 +33,35 @@ class ContactSolver {
 
 /// automatic: lemke for problems without friction in space, where it is exact; exact with it.
 /// exact: newton, and where that fails interior_point.
-enum class ContactSolverKind { automatic, lemke, exact, pgs, newton, interior_point, siconos };
+enum class ContactSolverKind { automatic, lemke, exact, pgs, newton, interior_point, admm, staggered, siconos };
+
+constexpr double kContactTolerance = 1e-9;
 
 struct ContactSolverOptions {
   ContactSolverKind kind = ContactSolverKind::automatic;
   int facets = 8;  ///< of a polygon in place of the disc: lemke
   /// violation() to be reached by all others: far below the error of any time step, and what Lemke's method may leave
   /// in a redundant problem
-  double tolerance = 1e-9;
-  int iterations = 0;  ///< limit: sweeps of pgs, steps of interior_point; of newton and exact beside one per row
+  double tolerance = kContactTolerance;
+  /// Limit: sweeps of pgs and staggered, steps of interior_point and admm; of newton and exact beside one per row.
+  int iterations = 0;
 };
 
-/// Options solver=automatic|lemke|exact|pgs|newton|interior_point|siconos; facets=8 of lemke, which it asks for;
-/// contact_tolerance=, contact_iterations= of the solvers that iterate.
-ContactSolverOptions contact_solver_argument(const MethodSpec& spec);
+/// Options solver=automatic|lemke|exact|pgs|newton|interior_point|admm|staggered|siconos; facets=8 of lemke, which it
+/// asks for; contact_tolerance=, contact_iterations= of the solvers that iterate. @param tolerance  without
+/// contact_tolerance=
+ContactSolverOptions contact_solver_argument(const MethodSpec& spec, double tolerance = kContactTolerance);
 /// The options of a contact solver in usage texts.
 constexpr const char* kContactSolverUsage =
     "[,solver=automatic|lemke[,facets=8]]"
-    "[,solver=exact|pgs|newton|interior_point|siconos[,contact_tolerance=1e-9][,contact_iterations=N]]";
+    "[,solver=exact|pgs|newton|interior_point|admm|staggered|siconos"
+    "[,contact_tolerance=1e-9][,contact_iterations=N]]";
+/// The same of methods of order 2 in persistent contact: their errors reach what 1e-9 in each step adds up to.
+constexpr const char* kTightContactSolverUsage =
+    "[,solver=automatic|lemke[,facets=8]]"
+    "[,solver=exact|pgs|newton|interior_point|admm|staggered|siconos"
+    "[,contact_tolerance=1e-12][,contact_iterations=N]]";
+constexpr double kTightContactTolerance = 1e-12;
 
 /// What automatic chooses for a problem; other options as they are.
 ContactSolverOptions options_for(const ProblemInfo& problem, ContactSolverOptions options);
@@ -63,6 +74,9 @@ std::unique_ptr<ContactSolver> make_exact_contact_solver(double tolerance, int i
 std::unique_ptr<ContactSolver> make_gauss_seidel_contact_solver(double tolerance, int sweeps);
 std::unique_ptr<ContactSolver> make_newton_contact_solver(double tolerance, int iterations);
 std::unique_ptr<ContactSolver> make_interior_point_contact_solver(double tolerance, int iterations);
+std::unique_ptr<ContactSolver> make_admm_contact_solver(double tolerance, int iterations);
+/// Its solve() throws InputError for the associated law with friction.
+std::unique_ptr<ContactSolver> make_staggered_contact_solver(double tolerance, int sweeps);
 /// Siconos' numerics, for cross-checks. Its solve() throws InputError for what uniform_contacts.h declines.
 std::unique_ptr<ContactSolver> make_siconos_contact_solver(double tolerance, int iterations);
 bool has_siconos_contact_solver();  ///< built

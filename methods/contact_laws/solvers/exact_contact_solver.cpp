@@ -3,7 +3,10 @@
 //
 // What neither solves to the tolerance is nearly redundant, a box on four corners that are not quite in one plane:
 // velocities that differ by less than the tolerance belong to impulses that differ by all of themselves. There the
-// interior-point method is asked for a hundred times the tolerance, which is still far below the error of a time step.
+// interior-point method is asked for a hundred times the tolerance, or for what time stepping of order 1 asks for always:
+// still far below the error of a time step.
+
+#include <algorithm>
 
 #include "methods/contact_laws/solvers/newton_based_solver.h"
 
@@ -40,7 +43,7 @@ ContactStatus ExactContactSolver::find(const ContactProblem& problem, Vector& r)
     if (!interior) interior = make_interior_point_contact_solver(tolerance, kInteriorIterations);
     r = guess_;
     if (interior->solve(problem, r) == ContactStatus::solved) return ContactStatus::solved;
-    tolerance *= kNearlyRedundant;
+    tolerance = std::max(kNearlyRedundant * tolerance_, kContactTolerance);
   }
   return ContactStatus::iteration_limit;
 }

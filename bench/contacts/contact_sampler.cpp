@@ -1,0 +1,74 @@
+#include "bench/contacts/contact_sampler.h"
+
+#include <fmt/format.h>
+
+#include "methods/contact_laws/solvers/contact_solver.h"
+#include "methods/registry.h"
+#include "methods/time_stepping/common/time_stepping_method.h"
+#include "problems/input_error.h"
+#include "problems/registry.h"
+
+namespace ricochet {
+
+void ContactSampler::before(std::int64_t step, const ContactProblem& problem, const Vector& guess) {
+  is_recording_ = seen_++ % every_ == 0;
+  if (!is_recording_) return;
+  if (static_cast<int>(kept_.size()) == 2 * most_) {
+    for (std::size_t k = 0; 2 * k < kept_.size(); ++k) {
+      if (k > 0) kept_[k] = std::move(kept_[2 * k]);
+    }
+    kept_.resize(kept_.size() / 2);
+    every_ *= 2;
+    is_recording_ = (seen_ - 1) % every_ == 0;
+    if (!is_recording_) return;
+  }
+  kept_.push_back({.problem = problem, .title = fmt::format("{}, step {}", run_, step + 1)});
+  kept_.back().problem.b.conservativeResize(problem.G.n_rows());
+  kept_.back().guess = guess.head(problem.G.n_rows());
+}
+
+void ContactSampler::after(const ContactProblem& problem, const Vector& r, ContactStatus status) {
+  if (is_recording_ && status == ContactStatus::solved) kept_.back().solution = r.head(problem.G.n_rows());
+}
+
+std::vector<StoredContactProblem> ContactSampler::take() const {
+  const std::size_t n = kept_.size(), most = std::min<std::size_t>(n, most_);
+  std::vector<StoredContactProblem> problems;
+  for (std::size_t k = 0; k < most; ++k) problems.push_back(kept_[k * n / most]);
+  return problems;
+}
+
+std::vector<std::vector<StoredContactProblem>> sample_scenes(
+    const std::string& method, int steps, int most, const std::function<void(const std::string&, std::size_t)>& told) {
+  std::vector<std::pair<std::string, ParameterChanges>> wanted;
+  for (const auto& scene : scenes()) wanted.emplace_back(scene.id, ParameterChanges());
+  // Those that are made to grow, in a size whose contact problems are no longer small.
+  for (const auto& [id, n] : {std::pair{"sphere_pile", 30},
+                              {"block_column", 16},
+                              {"bead_row", 32},
+                              {"block_on_feet", 16},
+                              {"balls_in_box", 20}})
+    wanted.emplace_back(id, ParameterChanges{{"n", n}});
+  std::vector<std::vector<StoredContactProblem>> sets;
+  for (const auto& [id, changes] : wanted) {
+    std::string name = id;
+    for (const auto& [parameter, value] : changes) name += fmt::format(" {}={}", parameter, value);
+    const auto problem = make_problem(id, changes);
+    const auto stepping = make_method(method);
+    auto* observed = dynamic_cast<TimeSteppingMethod*>(stepping.get());
+    if (observed == nullptr) throw InputError("--method", method, "a time-stepping method is required");
+    if (problem->info().n_c() == 0 || !stepping->supports(problem->info()).ok) continue;
+    ContactSampler sampler(fmt::format("{}, {}, {} steps", name, method, steps), most);
+    observed->set_contact_observer(&sampler);
+    Settings settings;
+    settings.steps = steps;
+    settings.recording = Recording::final_state;
+    stepping->solve(*problem, settings);  // a run that ends early has shown its problems until then
+    sets.push_back(sampler.take());
+    told(name, sets.back().size());
+    if (sets.back().empty()) sets.pop_back();
+  }
+  return sets;
+}
+
+}  // namespace ricochet

@@ -1,0 +1,160 @@
+#include "bench/contacts/contact_set_tables.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "methods/contact_laws/redundant_contacts.h"
+#include "problems/input_error.h"
+#include "reports/quantile.h"
+
+namespace ricochet {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kHardCondition = 1e6;
+constexpr int kMostContactsOfLemke = 100;
+// Velocities below this part of the largest are zero in a solution that fulfils the laws to 1e-8.
+constexpr double kZeroVelocity = 1e-7;
+
+struct Conditioning {
+  std::string scene;
+  double contacts, condition;
+  int rows, redundant;
+};
+
+std::string of_scene(const std::string& title) {
+  return title.substr(0, title.find(','));
+}
+
+bool is_solved(const ContactSolution& solution, double accuracy) {
+  return solution.status == ContactStatus::solved && solution.violation <= accuracy;
+}
+
+}  // namespace
+
+Table conditioning_table(const std::vector<StoredContactProblem>& problems) {
+  std::vector<Conditioning> all;
+  for (const auto& stored : problems) {
+    const RedundantContacts redundant(stored.problem);
+    all.push_back({of_scene(stored.title), static_cast<double>(stored.problem.G.n_contacts()), redundant.condition(),
+                   redundant.n_rows(), redundant.n_redundant()});
+  }
+  Table table;
+  table.title = "Conditioning of the Delassus operator";
+  table.note = fmt::format(
+      "median, and largest in brackets; condition: largest over smallest eigenvalue that is no zero (1e-13 of the "
+      "largest); redundant: problems with a null space, and the largest share of rows that are in one; ill: condition "
+      "above {:.0e}",
+      kHardCondition);
+  table.columns = {{"scene", true}, {"problems"},  {"contacts"},           {"condition"},
+                   {"ill"},         {"redundant"}, {"most redundant rows"}};
+  const auto add = [&](const std::string& name, const auto& belongs) {
+    std::vector<double> contacts, conditions;
+    int ill = 0, redundant = 0;
+    double rows = 0;
+    for (const auto& c : all) {
+      if (!belongs(c)) continue;
+      contacts.push_back(c.contacts);
+      conditions.push_back(c.condition);
+      ill += c.condition > kHardCondition;
+      redundant += c.redundant > 0;
+      rows = std::max(rows, static_cast<double>(c.redundant) / c.rows);
+    }
+    const auto n = contacts.size();
+    const auto percent = [&](int part) { return fmt::format("{:.0f} %", 100.0 * part / static_cast<double>(n)); };
+    table.rows.push_back({name, std::to_string(n),
+                          fmt::format("{:g} ({:g})", median(contacts), std::ranges::max(contacts)),
+                          fmt::format("{:.1e} ({:.1e})", median(conditions), std::ranges::max(conditions)),
+                          percent(ill), percent(redundant), fmt::format("{:.0f} %", 100 * rows)});
+  };
+  for (const auto& scene : different(all, &Conditioning::scene))
+    add(scene, [&](const Conditioning& c) { return c.scene == scene; });
+  if (!all.empty()) add("all", [](const Conditioning&) { return true; });
+  return table;
+}
+
+ContactSetSolutions solve_set(const std::vector<StoredContactProblem>& problems,
+                              const std::vector<std::string>& solvers, const std::function<void(double)>& told) {
+  ContactSetSolutions set{.solvers = solvers, .solutions = {}};
+  set.solutions.resize(solvers.size());
+  for (std::size_t p = 0; p < problems.size(); ++p) {
+    for (std::size_t s = 0; s < solvers.size(); ++s) {
+      ContactSolution& solution = set.solutions[s].emplace_back();
+      solution.solver = solvers[s];
+      const bool is_too_large =
+          solvers[s].starts_with("lemke") && problems[p].problem.G.n_contacts() > kMostContactsOfLemke;
+      if (is_too_large) continue;
+      try {
+        solution = solve_stored(problems[p], solvers[s], false, Timer::a_few_runs);
+      } catch (const InputError&) {  // declined
+      }
+    }
+    told(static_cast<double>(p + 1) / static_cast<double>(problems.size()));
+  }
+  return set;
+}
+
+PerformanceProfile ContactSetSolutions::profile(double accuracy) const {
+  std::vector<std::vector<double>> costs;
+  for (const auto& of_solver : solutions) {
+    auto& row = costs.emplace_back();
+    for (const auto& solution : of_solver) row.push_back(is_solved(solution, accuracy) ? solution.seconds : kInfinity);
+  }
+  return {solvers, costs};
+}
+
+Table internal_force_table(const std::vector<StoredContactProblem>& problems, const ContactSetSolutions& set,
+                           double accuracy) {
+  struct Shares {
+    std::vector<double> internal, above_least;
+  };
+  std::vector<Shares> shares(set.solvers.size());
+  std::vector<double> least_internal, spread;
+  for (std::size_t p = 0; p < problems.size(); ++p) {
+    const ContactProblem& problem = problems[p].problem;
+    const RedundantContacts redundant(problem);
+    if (redundant.n_redundant() == 0) continue;
+    Vector least;  // of the first solver that solves it
+    std::vector<Vector> internal;
+    double size = 0;
+    for (std::size_t s = 0; s < set.solvers.size(); ++s) {
+      const ContactSolution& solution = set.solutions[s][p];
+      if (!is_solved(solution, accuracy) || solution.r.norm() == 0) continue;
+      if (least.size() == 0) {
+        least = redundant.least_norm(problem, solution.r, kZeroVelocity);
+        size = least.norm();
+        if (!(size > 0)) break;
+        least_internal.push_back(redundant.internal_part(least).norm() / size);
+      }
+      internal.push_back(redundant.internal_part(solution.r));
+      shares[s].internal.push_back(internal.back().norm() / solution.r.norm());
+      shares[s].above_least.push_back((internal.back() - redundant.internal_part(least)).norm() / size);
+    }
+    double widest = 0;
+    for (const auto& a : internal) {
+      for (const auto& b : internal) widest = std::max(widest, (a - b).norm() / size);
+    }
+    if (internal.size() > 1) spread.push_back(widest);
+  }
+  Table table;
+  table.title = "Internal forces of redundant contacts";
+  table.note = fmt::format(
+      "||r_0|| / ||r||, r_0 the part of the impulses that moves nothing; and how far r_0 is from that of the least-norm "
+      "solution r*, over ||r*||: median, and largest in brackets. Of r* itself: {:.2g} ({:.2g}). Largest difference "
+      "between two solvers of a problem: {:.2g} ({:.2g})",
+      median(least_internal), quantile(least_internal, 1), median(spread), quantile(spread, 1));
+  table.columns = {{"solver", true}, {"problems"}, {"internal force"}, {"from the least norm"}};
+  for (std::size_t s = 0; s < set.solvers.size(); ++s) {
+    const auto text = [](const std::vector<double>& x) {
+      return x.empty() ? "-" : fmt::format("{:.2g} ({:.2g})", median(x), quantile(x, 1));
+    };
+    table.rows.push_back({set.solvers[s], std::to_string(shares[s].internal.size()), text(shares[s].internal),
+                          text(shares[s].above_least)});
+  }
+  return table;
+}
+
+}  // namespace ricochet
