@@ -1,10 +1,17 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
 
 #include "bench/commands.h"
 #include "bench/contact_recorder.h"
 #include "bench/contact_solutions.h"
+#include "bench/contacts/contact_sampler.h"
+#include "bench/contacts/contact_set.h"
+#include "bench/contacts/contact_set_tables.h"
+#include "bench/contacts/impact_law_study.h"
+#include "bench/contacts/merit_study.h"
 #include "bench/number_checks.h"
 #include "bench/problem_options.h"
 #include "methods/registry.h"
@@ -66,45 +73,191 @@ void add_export(CLI::App& contacts) {
   command->callback([] { export_contacts(options); });
 }
 
+struct SolveOptions {
+  std::vector<std::string> paths, solvers;
+  bool from_guess = false, as_json = false;
+  double accuracy = 1e-8;
+  int least_contacts = 1;
+  std::string svg;
+};
+
+/// Problems one by one, all solvers side by side.
+void solve_each(const SolveOptions& options, std::vector<StoredContactProblem>& problems, int& exit_code) {
+  for (auto& stored : problems) {
+    stored.math_info = math_info(stored.problem);
+    std::vector<ContactSolution> solutions;
+    for (const auto& solver : options.solvers.empty() ? usual_solvers(stored.problem) : options.solvers) {
+      try {
+        solutions.push_back(solve_stored(stored, solver, options.from_guess));
+      } catch (const InputError&) {
+        if (!options.solvers.empty()) throw;  // that was asked for; the usual ones may decline
+        continue;
+      }
+      if (solutions.back().status != ContactStatus::solved) exit_code = 1;
+    }
+    if (options.as_json) {
+      for (const auto& solution : solutions)
+        fmt::print(
+            "{}\n",
+            contact_solution_json(stored, solution).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+    } else {
+      fmt::print("{}\n{}\n", contact_solution_table(stored, solutions).text(),
+                 contact_residual_table(solutions).text());
+    }
+  }
+}
+
+/// Problems as a set: how hard they are, performance profiles, internal forces.
+void solve_together(const SolveOptions& options, const std::vector<StoredContactProblem>& problems) {
+  std::vector<std::string> solvers = options.solvers;
+  if (solvers.empty()) {
+    solvers = {"lemke", "exact", "pgs", "newton", "interior_point", "admm", "staggered"};
+    if (has_siconos_contact_solver()) solvers.push_back("siconos");
+  }
+  if (!options.as_json) fmt::print("{}\n", conditioning_table(problems).text());
+  const ContactSetSolutions set = solve_set(problems, solvers, [](double) {});
+  if (options.as_json) {
+    for (std::size_t p = 0; p < problems.size(); ++p) {
+      for (const auto& of_solver : set.solutions)
+        fmt::print("{}\n", contact_solution_json(problems[p], of_solver[p])
+                               .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+    }
+  }
+  const PerformanceProfile profile = set.profile(options.accuracy);
+  if (!options.as_json) {
+    fmt::print(
+        "{}\n{}\n",
+        profile.table(fmt::format("Performance profiles: CPU time from zero to a violation of {:g}", options.accuracy))
+            .text(),
+        internal_force_table(problems, set, options.accuracy).text());
+  }
+  if (options.svg.empty()) return;
+  const std::filesystem::path file(options.svg);
+  if (file.extension() != ".svg") throw InputError("--svg", options.svg, "a name that ends with .svg is required");
+  const FigureFolder folder(file.has_parent_path() ? file.parent_path().string() : ".");
+  profile.draw(folder, file.stem().string(), "Performance profiles");
+  if (!options.as_json) fmt::print("figure: {}\n", options.svg);
+}
+
 void add_solve(CLI::App& contacts, int& exit_code) {
-  static std::vector<std::string> paths, solvers;
-  static bool from_guess = false;
-  auto* command = contacts.add_subcommand("solve", "local problems of FCLib by the contact solvers, side by side");
-  command->add_option("files", paths, "files of FCLib")->required();
+  static SolveOptions options;
+  static bool each = false;
+  auto* command = contacts.add_subcommand("solve", "contact problems by the contact solvers, side by side");
   command
-      ->add_option("--solver", solvers,
+      ->add_option("paths", options.paths,
+                   "files of FCLib, or of one problem in JSON a line (.json, .jsonl), or directories of such")
+      ->required();
+  command
+      ->add_option("--solver", options.solvers,
                    "as behind solver= of a method, for example lemke,facets=16; may be repeated. Without it all of "
                    "them, lemke up to 100 contacts")
       ->allow_extra_args(false);
-  command->add_flag("--guess", from_guess, "start from the guess in the file instead of zero");
-  command->footer("Example:\n  ricochet contacts solve pile.hdf5 --solver newton --solver lemke,facets=16");
+  command->add_flag("--guess", options.from_guess, "start from the guess in the file instead of zero");
+  command->add_flag("--each", each, "every problem by itself where there are more than 8, too");
+  command->add_flag("--json", options.as_json, "a line of JSON per problem and solver instead of tables");
+  command
+      ->add_option("--accuracy", options.accuracy,
+                   "violation of the laws, relative, up to which a problem counts as solved in performance profiles "
+                   "(1e-8)")
+      ->check(positive_number());
+  command->add_option("--min-contacts", options.least_contacts, "leave out problems with fewer contacts (1)")
+      ->check(CLI::Range(1, 1'000'000));
+  command->add_option("--svg", options.svg, "performance profiles as a figure, drawn with gnuplot");
+  command->footer(
+      "More than 8 problems are a set: conditioning, performance profiles, internal forces.\n"
+      "Examples:\n"
+      "  ricochet contacts solve pile.hdf5 --solver newton --solver lemke,facets=16\n"
+      "  ricochet contacts solve out/contacts --svg out/profile.svg");
   command->callback([&exit_code] {
-    require_contact_files();
-    for (const auto& path : paths) {
-      StoredContactProblem stored = read_contact_file(path);
-      if (stored.title.empty()) stored.title = path;
-      stored.math_info = math_info(stored.problem);
-      std::vector<ContactSolution> solutions;
-      for (const auto& solver : solvers.empty() ? usual_solvers(stored.problem) : solvers) {
-        solutions.push_back(solve_stored(stored, solver, from_guess));
-        if (solutions.back().status != ContactStatus::solved) exit_code = 1;
-      }
-      fmt::print("{}\n", contact_solution_table(stored, solutions).text());
-    }
+    constexpr std::size_t kMostOneByOne = 8;
+    std::vector<StoredContactProblem> problems;
+    for (const auto& path : options.paths) std::ranges::move(read_contact_problems(path), std::back_inserter(problems));
+    std::erase_if(problems, [](const auto& stored) {
+      return static_cast<int>(stored.problem.contacts.size()) < options.least_contacts;
+    });
+    if (problems.empty()) throw InputError("--min-contacts", options.least_contacts, "no problem has as many contacts");
+    if (each || (problems.size() <= kMostOneByOne && options.svg.empty()))
+      solve_each(options, problems, exit_code);
+    else
+      solve_together(options, problems);
+  });
+}
+
+struct RecordOptions {
+  std::string folder, method = "moreau_jean";
+  int steps = 300, most = 40;
+};
+
+void record(const RecordOptions& options) {
+  require_writable_folder("contact problems", options.folder);
+  std::filesystem::create_directories(options.folder);
+  std::size_t total = 0;
+  const auto sets =
+      sample_scenes(options.method, options.steps, options.most, [&](const std::string& scene, std::size_t n) {
+        fmt::print("{:32} {}\n", scene, n);
+        total += n;
+      });
+  for (const auto& problems : sets) {
+    std::string name = problems.front().title.substr(0, problems.front().title.find(',')), text;
+    std::ranges::replace(name, ' ', '_');
+    for (const auto& stored : problems) text += contact_problem_json(stored).dump() + "\n";
+    write_text("contact problems", std::filesystem::path(options.folder) / (name + ".jsonl"), text);
+  }
+  fmt::print("{} contact problems in {}\n", total, options.folder);
+}
+
+void add_record(CLI::App& contacts) {
+  static RecordOptions options;
+  auto* command = contacts.add_subcommand("record", "contact problems of all scenes, evenly over their runs");
+  command->add_option("folder", options.folder, "where a file per scene is written")->required();
+  command->add_option("-m,--method", options.method, "time-stepping method (moreau_jean)");
+  command->add_option("-N,--steps", options.steps, "of each run (300)")->check(CLI::Range(1, 1'000'000));
+  command->add_option("--per-scene", options.most, "most problems of a scene (40)")->check(CLI::Range(1, 100'000));
+  command->footer(
+      "Example:\n  ricochet contacts record out/contacts\n  ricochet contacts solve out/contacts --svg out/profile.svg");
+  command->callback([] { record(options); });
+}
+
+void add_merit(CLI::App& contacts) {
+  static int draws = 100;
+  auto* command = contacts.add_subcommand("merit", "merit functions of disturbed exact solutions: which to trust");
+  command->add_option("--draws", draws, "of each kind of problem (100)")->check(CLI::Range(1, 100'000));
+  command->footer("Example:\n  ricochet contacts merit");
+  command->callback([] {
+    const MeritStudy study = run_merit_study(draws);
+    fmt::print("{}\n{}\n{}\n", study.values.text(), study.of_velocities.text(), study.of_both.text());
+  });
+}
+
+void add_impact_laws(CLI::App& contacts) {
+  static double restitution = 0.5;
+  static int beads = 5;
+  auto* command = contacts.add_subcommand("impact-laws", "energy behind an impact under each impact law: who gains it");
+  command->add_option("-e,--restitution", restitution, "of every contact (0.5)")->check(CLI::Range(0.01, 1.0));
+  command->add_option("--beads", beads, "of the longest row (5)")->check(CLI::Range(2, 12));
+  command->footer("Example:\n  ricochet contacts impact-laws -e 0.9");
+  command->callback([] {
+    const ImpactLawStudy study = run_impact_law_study(restitution, beads);
+    fmt::print("{}\n{}\n", study.kane.text(), study.cradle.text());
   });
 }
 
 }  // namespace
 
 void add_contacts_command(CLI::App& app, int& exit_code) {
-  auto* command = app.add_subcommand("contacts", "contact problems of single steps: exchanged as files, solved");
+  auto* command =
+      app.add_subcommand("contacts", "contact problems of single steps: exchanged as files, recorded, solved");
   command->footer(
       "Examples:\n"
       "  ricochet contacts export --problem sphere_pile --method moreau_jean --steps 100 -o pile.hdf5\n"
-      "  ricochet contacts solve pile.hdf5");
+      "  ricochet contacts solve pile.hdf5\n"
+      "  ricochet contacts record out/contacts");
   command->require_subcommand(1);
   add_export(*command);
   add_solve(*command, exit_code);
+  add_record(*command);
+  add_merit(*command);
+  add_impact_laws(*command);
 }
 
 }  // namespace ricochet
