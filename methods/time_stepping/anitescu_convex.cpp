@@ -8,7 +8,8 @@
 // M, J_n, J_t at q_k. The multipliers of (1) are the impulses, in Coulomb's cone, under the associated law of
 // contact_problem.h: solved in this dual form, by any contact solver. The solution is unique and always exists, however
 // many contacts there are; Painleve's paradox cannot happen. The price: slip opens a gap of h mu ||J_t' v||, which
-// vanishes with h. Order 1.
+// vanishes with h, and where slip meets the surface an impulse that does not: contacts hop with mu ||J_t' v|| / (1 + mu^2).
+// Order 1; none where slip in space turns during the hop.
 //
 // Source: Anitescu, Math. Program. 105 (2006) 113-143, eq. (10)-(13); Tasora, Anitescu, CMAME 200 (2011) 439-453.
 // Differs from the source: with lemke the cone is the polyhedral one of the source, with other solvers exact.

@@ -35,6 +35,12 @@ double ContactStep::slip_speed(int contact, const Vector& v) const {
   return n == 0 ? 0 : n == 1 ? std::abs(slip(1)) : std::hypot(slip(1), slip(2));
 }
 
+void ContactStep::slip_velocities(const Vector& v, Vector& slip) const {
+  for (int i = 0; i < info_.n_c(); ++i) {
+    for (int d = 1; d <= operator_.n_t(i); ++d) slip[info_.contacts[i].tangent_index + d - 1] = operator_.dot(i, d, v);
+  }
+}
+
 void ContactStep::set_position(const Vector& q) {
   if (is_affine_ && has_position_) return;
   operator_.set_directions(q);
@@ -65,7 +71,17 @@ void ContactStep::add_normal_impulse(std::size_t k, double impulse, Vector& v, V
   Lambda_n[active_[k]] += impulse;
 }
 
-ContactStatus ContactStep::solve(Vector& v, const Vector& shift, const Vector& present) {
+void ContactStep::add_impulses(double factor, const Vector& r_n, const Vector& r_t, Vector& v, Vector& Lambda_n) const {
+  for (std::size_t k = 0; k < active_.size(); ++k) {
+    const int i = active_[k];
+    for (int d = 0; d <= n_t(static_cast<int>(k)); ++d) {
+      const double impulse = factor * (d == 0 ? r_n[i] : r_t[info_.contacts[i].tangent_index + d - 1]);
+      if (impulse != 0) operator_.push(i, d, impulse, v, Lambda_n);
+    }
+  }
+}
+
+ContactStatus ContactStep::solve(Vector& v, const Vector& shift, const Vector& present, const Vector& slip_shift) {
   Lambda_n_.setZero();
   Lambda_t_.setZero();
   velocity_rounding_.setZero();
@@ -76,7 +92,7 @@ ContactStatus ContactStep::solve(Vector& v, const Vector& shift, const Vector& p
     const int i = active_[k], row = problem_.G.row(k);
     problem_.contacts[k].present = present.size() > 0 ? present[k] : 0;
     for (int d = 0; d <= n_t(k); ++d) {
-      problem_.b[row + d] = operator_.dot(i, d, v) + (d == 0 ? shift[i] : 0);
+      problem_.b[row + d] = operator_.dot(i, d, v) + shift_of(i, d, shift, slip_shift);
       r_[row + d] = d == 0 ? last_n_[i] : last_t_[info_.contacts[i].tangent_index + d - 1];
     }
   }
@@ -107,7 +123,7 @@ ContactStatus ContactStep::solve(Vector& v, const Vector& shift, const Vector& p
   return status;
 }
 
-double ContactStep::residual(const Vector& v_plus, const Vector& shift) {
+double ContactStep::residual(const Vector& v_plus, const Vector& shift, const Vector& slip_shift) {
   const double bilateral = has_bilateral_ ? operator_.bilateral().residual(v_plus, shift.data(), Lambda_n_) : 0;
   if (active_.empty()) return bilateral;
   // Velocities are known to the rounding of their terms, |J|' |v+|.
@@ -116,7 +132,7 @@ double ContactStep::residual(const Vector& v_plus, const Vector& shift) {
   for (int k = 0; k < static_cast<int>(active_.size()); ++k) {
     const int i = active_[k];
     for (int d = 0; d <= n_t(k); ++d) {
-      w_[problem_.G.row(k) + d] = operator_.dot(i, d, v_plus) + (d == 0 ? shift[i] : 0);
+      w_[problem_.G.row(k) + d] = operator_.dot(i, d, v_plus) + shift_of(i, d, shift, slip_shift);
       scale.velocity = std::max(scale.velocity, operator_.terms(i, d, v_plus));
     }
   }

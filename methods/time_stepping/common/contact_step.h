@@ -21,12 +21,13 @@ struct ContactLaws {
 /// The contact problem of one step of velocity-level time stepping,
 ///
 ///   v+ = v_free + W (J r + G m)                                                          (1)
-///   w = J' v+ + s e_n,  and r, w fulfil the laws of contact_problem.h                    (2)
+///   w = J' v+ + s,  and r, w fulfil the laws of contact_problem.h                        (2)
 ///   G' v+ + s = 0                                                                        (3)
 ///
 /// for the active contacts with directions J = (J_n, J_t), and the bilateral constraints G with impulses m, which (3)
-/// eliminates (bilateral_constraints.h). W is the inverse of the iteration matrix of the method, s a shift by the
-/// impact law or by the gap. The solver of (2) starts from the impulses of the step before.
+/// eliminates (bilateral_constraints.h). W is the inverse of the iteration matrix of the method, s a shift: of the
+/// normal velocity by the impact law or by the gap, of the slip velocity where a method takes slip elsewhere than in v+.
+/// The solver of (2) starts from the impulses of the step before.
 ///
 /// J, W J and the operator of (2) are those of contact_operator.h. While directions are constant, the active contacts and
 /// W the same, so are they.
@@ -53,13 +54,20 @@ class ContactStep {
   /// G' v, n_c; entries of unilateral contacts are left alone.
   void bilateral_velocities(const Vector& v, Vector& rates) const { operator_.bilateral().velocities(v, rates); }
 
+  /// J_t' v of all contacts, n_lambda_t
+  void slip_velocities(const Vector& v, Vector& slip) const;
+
   /// Adds an impulse of the k-th active contact and the reaction of the bilateral constraints. @param Lambda_n  n_c
   void add_normal_impulse(std::size_t k, double impulse, Vector& v, Vector& Lambda_n) const;
+  /// Adds factor (r_n, r_t) of all active contacts to v, and the reaction of the bilateral constraints to Lambda_n.
+  /// @param r_n, Lambda_n  n_c; @param r_t  n_lambda_t
+  void add_impulses(double factor, const Vector& r_n, const Vector& r_t, Vector& v, Vector& Lambda_n) const;
 
   /// Solves (1)-(3) and replaces v_free by v+.
-  /// @param shift    s of all contacts, n_c
-  /// @param present  p of the active contacts; empty is zero
-  ContactStatus solve(Vector& v, const Vector& shift, const Vector& present);
+  /// @param shift       s of all contacts in (3) and in the normal direction of (2), n_c
+  /// @param present     p of the active contacts; empty is zero
+  /// @param slip_shift  s of all contacts in the tangential directions of (2), n_lambda_t; empty is zero
+  ContactStatus solve(Vector& v, const Vector& shift, const Vector& present, const Vector& slip_shift = {});
 
   /// What the solver leaves of J_n' v+ + s of an active contact that carries an impulse, and so should have zero [m/s]:
   /// a part of the velocities at that contact, and where the solver iterates of the largest velocity at any, which its
@@ -70,10 +78,14 @@ class ContactStep {
   const Vector& Lambda_t() const { return Lambda_t_; }  ///< n_lambda_t
 
   /// Largest violation of (2), (3) by v+, relative to the velocities and impulses in them.
-  double residual(const Vector& v_plus, const Vector& shift);
+  double residual(const Vector& v_plus, const Vector& shift, const Vector& slip_shift = {});
 
  private:
   int n_t(int k) const { return problem_.contacts[k].n_t; }
+  double shift_of(int contact, int d, const Vector& shift, const Vector& slip_shift) const {
+    if (d == 0) return shift[contact];
+    return slip_shift.size() > 0 ? slip_shift[info_.contacts[contact].tangent_index + d - 1] : 0;
+  }
 
   const ProblemInfo& info_;
   Counters& counters_;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -17,7 +18,9 @@ namespace ricochet {
 /// little that they are the rounding of the forces. Stiff springs round long before the tolerance.
 class NewtonEnd {
  public:
-  NewtonEnd(double tolerance, double size) : tolerance_(tolerance * size), rounding_(kRounding * size) {}
+  /// @param size  of what the corrections are of; @param noise  what rounding makes of them at least
+  NewtonEnd(double tolerance, double size, double noise = 0)
+      : tolerance_(tolerance * size), rounding_(std::max(kRounding * size, noise)) {}
 
   bool operator()(double correction) {
     const bool stagnates = correction <= rounding_ && correction >= 0.5 * last_;
@@ -63,15 +66,22 @@ class FixedStepRun {
   /// Unilateral contacts with f_c(q) <= 0, up to rounding: that of the gap, and of a contact that is pressed what its
   /// normal velocity of zero may have made of the gap since it closed.
   void find_active(const Vector& position) {
+    find_active(position, [](int) { return false; });
+  }
+  /// The same, and those for which also(contact) holds.
+  template <class Also>
+  void find_active(const Vector& position, Also also) {
     active.clear();
     if (unilateral_.empty()) return;
     problem.gap(position.data(), gap_.data());
     for (const int i : unilateral_) {
-      if (gap_[i] <= touching_[i] + drift_[i]) active.push_back(i);
+      if (gap_[i] <= touching_[i] + drift_[i] || also(i)) active.push_back(i);
     }
   }
   /// What the gap of a contact that touches may be: rounding of its terms [m].
   double touching(int contact) const { return touching_[contact]; }
+  /// The largest of them.
+  double largest_touching() const { return touching_.size() > 0 ? touching_.maxCoeff() : 0; }
   /// The contact carried an impulse in the step before.
   bool was_pressed(int contact) const { return was_pressed_[contact] != 0; }
   /// J_n' v at the beginning of the step, as the law of impact takes it: a contact that was pressed in the step before
@@ -95,11 +105,11 @@ class FixedStepRun {
   }
 
   /// ContactStep::solve, with its impulses added to those of the step.
-  bool solve_contacts(Vector& velocity, const Vector& shift, const Vector& present) {
-    if (!note(contacts.solve(velocity, shift, present))) return false;
+  bool solve_contacts(Vector& velocity, const Vector& shift, const Vector& present, const Vector& slip_shift = {}) {
+    if (!note(contacts.solve(velocity, shift, present, slip_shift))) return false;
     if (settings.audit) {
       Residual& worst = solution.residuals.front();
-      const double value = contacts.residual(velocity, shift);
+      const double value = contacts.residual(velocity, shift, slip_shift);
       if (value > worst.value) {
         worst.value = value;
         worst.t = solution.t;

@@ -19,15 +19,16 @@ class GapContacts {
  public:
   GapContacts(FixedStepRun& run, FrictionLaw law) : run_(run), law_(law), v_free_(run.v) {}
 
-  /// Replaces the free velocity by v+; directions are those of the last ContactStep::set_position(). @param shift  n_c
-  bool solve(const BlockInverse& W, const Vector& shift, Vector& v) {
+  /// Replaces the free velocity by v+; directions are those of the last ContactStep::set_position().
+  /// @param shift, slip_shift  of ContactStep::solve()
+  bool solve(const BlockInverse& W, const Vector& shift, Vector& v, const Vector& slip_shift = {}) {
     v_free_ = v;
     begin(v, shift);
     bool is_complete = !run_.has_contact_problem();
     while (!is_complete) {
       run_.clear_impulses();
       v = v_free_;
-      if (!run_.prepare_contacts(W) || !run_.solve_contacts(v, shift, {})) return false;
+      if (!run_.prepare_contacts(W) || !run_.solve_contacts(v, shift, {}, slip_shift)) return false;
       is_complete = !add_closing(v, shift);
     }
     return true;

@@ -16,7 +16,9 @@ class TimeSteppingMethod : public Method {
   void set_contact_observer(ContactObserver* observer) { observer_ = observer; }
 
  protected:
-  explicit TimeSteppingMethod(const MethodSpec& spec) : id_(spec.text()), solver_(contact_solver_argument(spec)) {}
+  /// @param contact_tolerance  of contact solvers that iterate, where the user gives none
+  explicit TimeSteppingMethod(const MethodSpec& spec, double contact_tolerance = kContactTolerance)
+      : id_(spec.text()), solver_(contact_solver_argument(spec, contact_tolerance)) {}
 
   const std::string id_;
   const ContactSolverOptions solver_;

@@ -1,0 +1,125 @@
+#include "methods/time_stepping/common/switching_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ricochet {
+namespace {
+
+constexpr std::int64_t kMaxSteps = 10'000'000;
+/// Of the end time: in shorter steps what begins to slip, or opens smoothly, has velocities that rounding hides.
+constexpr double kShortest = 1e-9;
+constexpr double kTimeRounding = 1e-14;  // of the end time: steps that end this close to a time end there
+
+}  // namespace
+
+SwitchingRun::SwitchingRun(const Problem& problem, const Settings& settings, const ContactSolverOptions& solver,
+                           ContactObserver* observer, double shortest)
+    : problem_(problem),
+      settings_(settings),
+      T_(problem.info().end_time),
+      shortest_(std::max(shortest, kShortest * T_)),
+      longest_(std::max(shortest_, std::min(std::max(32 * shortest_, 0.1 * std::sqrt(shortest_ * T_)), 1e-3 * T_))),
+      time_limit_(settings.time_limit),
+      table_(problem, settings, solver, observer, solution_.counters, shortest_),
+      state_(problem.info()),
+      before_(state_),
+      single_(shortest_),
+      series_end_(-T_) {}
+
+bool SwitchingRun::fail(Status status, const std::string& why) {
+  solution_.status = status;
+  solution_.message = fmt::format("at t = {:.6g} s: {}", t_, why);
+  return false;
+}
+
+bool SwitchingRun::can_go_on() {
+  if (time_limit_.is_over()) return fail(Status::time_limit, time_limit_.message());
+  if (solution_.counters.elements >= kMaxSteps) return fail(Status::step_limit, fmt::format("{} steps", kMaxSteps));
+  if (!state_.q.allFinite() || !state_.v.allFinite()) return fail(Status::non_finite, "the state is not finite");
+  return true;
+}
+
+Solution SwitchingRun::finish() {
+  solution_.t = t_;
+  solution_.q = state_.q;
+  solution_.v = state_.v;
+  if (settings_.audit) {
+    solution_.residuals = {{.name = "contact law",
+                            .formula = "r, w = G r + b in the laws of unilateral contact and friction, each step",
+                            .value = table_.residual()}};
+  }
+  return std::move(solution_);
+}
+
+MoreauExtrapolation::Outcome SwitchingRun::try_step(double h, double end, int rows, double tolerance) {
+  const bool is_last = t_ + h >= end - kTimeRounding * T_;
+  before_ = state_;
+  const auto outcome = table_.step(is_last ? end - t_ : h, rows, tolerance, state_);
+  if (outcome != MoreauExtrapolation::Outcome::reached) return outcome;
+  const double begin = t_;
+  advance(is_last ? end : t_ + h);
+  record_piece(begin, 3);
+  return outcome;
+}
+
+bool SwitchingRun::switch_modes(double end) {
+  single_ = least();
+  for (bool switches = true; switches && t_ < end;) {
+    if (!can_go_on()) return false;
+    const bool is_last = t_ + single_ >= end - kTimeRounding * T_;
+    const double begin = t_;
+    before_ = state_;
+    if (!table_.single_step(is_last ? end - t_ : single_, state_))
+      return fail(Status::inner_solver_failed, table_.reason());
+    advance(is_last ? end : t_ + single_);
+    record_closings();
+    record_piece(begin, 1);
+    switches = table_.bounces() || state_.modes != before_.modes;
+  }
+  series_end_ = t_;
+  return true;
+}
+
+/// A piece of a step ended.
+void SwitchingRun::advance(double end) {
+  t_ = end;
+  if (problem_.info().clock >= 0) state_.q[problem_.info().clock] = t_;  // millions of additions round
+  ++solution_.counters.elements;
+}
+
+void SwitchingRun::end_step() {
+  ++solution_.counters.steps;
+  if (settings_.recording >= Recording::grid) solution_.samples.push_back({t_, state_.q, state_.v, state_.v});
+}
+
+/// Between the ends of a step: the straight line behind a switch, else the cubic with the velocities at both ends.
+void SwitchingRun::record_piece(double begin, int degree) {
+  if (settings_.recording != Recording::motion) return;
+  const double h = t_ - begin;
+  solution_.motion.add(begin, t_, degree, [&](double s, Vector& q, Vector& v) {
+    const Vector dq = state_.q - before_.q;
+    if (degree == 1) {
+      q = before_.q + s * dq;
+      v = state_.v;
+      return;
+    }
+    const Vector a = h * before_.v - dq, b = dq - h * state_.v;
+    q = before_.q + s * dq + s * (1 - s) * ((1 - s) * a + s * b);
+    v = (1 / h) * (dq + (1 - 2 * s) * ((1 - s) * a + s * b) + s * (1 - s) * (b - a));
+  });
+}
+
+void SwitchingRun::record_closings() {
+  for (const int i : problem_.info().unilateral) {
+    if (!table_.strikes(i)) continue;
+    ++solution_.counters.events;
+    if (settings_.recording != Recording::final_state)
+      solution_.events.push_back(
+          {t_, EventKind::impact, i, before_.q, before_.v, state_.v, table_.Lambda_n(), table_.Lambda_t(), {}, {}});
+  }
+}
+
+}  // namespace ricochet

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <algorithm>
+#include <string>
+
+#include "methods/method.h"
+#include "methods/time_limit.h"
+#include "methods/time_stepping/common/moreau_extrapolation.h"
+
+namespace ricochet {
+
+/// A run of steps without switches, extrapolated (moreau_extrapolation.h), and of single steps of the least length where
+/// contacts switch: what methods have in common that find switches by halving their steps.
+class SwitchingRun {
+ public:
+  /// @param shortest  of single steps [s]; 1e-9 of the end time at least
+  SwitchingRun(const Problem& problem, const Settings& settings, const ContactSolverOptions& solver,
+               ContactObserver* observer, double shortest);
+
+  /// Calls step() until the end time, or until it is false.
+  template <class Step>
+  Solution run(Step step) {
+    while (!is_over() && can_go_on() && step()) {
+    }
+    return finish();
+  }
+
+  double t() const { return t_; }  ///< [s]
+  bool is_over() const { return t_ >= T_; }
+
+  /// An extrapolated step from here; short by rounding when it would end just before `end`.
+  /// @param rows, tolerance  of MoreauExtrapolation::step()
+  MoreauExtrapolation::Outcome try_step(double h, double end, int rows, double tolerance);
+  /// Single steps of the length least() until one of them leaves all modes as they are, or until `end`. @return false when
+  /// one failed
+  bool switch_modes(double end);
+  /// A step of the method ends here: it is counted, and recorded as Recording::grid wants it.
+  void end_step();
+  /// Ends the run. @return false
+  bool fail(Status status, const std::string& why);
+
+  /// Length of single steps [s]: the shortest; twice the last one where switches follow each other with nothing between
+  /// them that could be extrapolated, which gets such series to their end.
+  double least() const { return t_ < series_end_ + kSeries * single_ ? std::min(2 * single_, longest_) : shortest_; }
+
+  const MoreauExtrapolation& table() const { return table_; }
+
+ private:
+  static constexpr double kSeries = 8;
+
+  bool can_go_on();
+  Solution finish();
+  void advance(double end);
+  void record_piece(double begin, int degree);
+  void record_closings();
+
+  const Problem& problem_;
+  const Settings& settings_;
+  const double T_, shortest_, longest_;  // [s]; of single steps
+  const TimeLimit time_limit_;
+  Solution solution_;
+  MoreauExtrapolation table_;
+  MoreauExtrapolation::State state_, before_;
+  double t_ = 0, single_, series_end_;  // [s]; of the last series of single steps
+};
+
+}  // namespace ricochet
