@@ -27,6 +27,12 @@ std::string data_block(const std::string& name, const Points& points) {
   return text + "EOD\n";
 }
 
+std::string gnuplot_text(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  return quoted + "'";
+}
+
 std::pair<double, double> decades(const std::vector<double>& values) {
   const auto [low, high] = std::ranges::minmax_element(values);
   return {std::pow(10, std::floor(std::log10(*low))), std::pow(10, std::ceil(std::log10(*high)))};
@@ -43,7 +49,7 @@ void Panel::add(const Points& points, std::size_t color, const std::string& styl
   const std::string name = fmt::format("{}_{}", id_, count_++);
   data_ += data_block(name, points);
   plot_.add(fmt::format("${} {} lc rgb '{}' {}", name, style, curve_color(color),
-                        title.empty() ? "notitle" : fmt::format("title '{}'", title)));
+                        title.empty() ? "notitle" : "title " + gnuplot_text(title)));
 }
 
 }  // namespace ricochet

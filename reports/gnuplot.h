@@ -16,6 +16,9 @@ using Points = std::vector<std::pair<double, double>>;
 /// Points as a named data block, "$name" in a plot. A NaN ends a line.
 std::string data_block(const std::string& name, const Points& points);
 
+/// Any text as a string of a script: between quotes, with those in it doubled.
+std::string gnuplot_text(const std::string& text);
+
 /// Of the k-th curve, or body, from 0.
 const std::string& curve_color(std::size_t k);
 

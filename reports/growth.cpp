@@ -43,7 +43,8 @@ std::string growth_script(const std::vector<GrowthCurve>& curves, const std::str
   script += is_key_inside ? "set key left top reverse Left samplen 1.5\n" : "unset key\n";
   const auto style = [&](const std::string& name) {  // the same in all panels
     const auto k = static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
-    return fmt::format("with linespoints lc rgb '{}' lw 1.8 pt {} ps 0.7 title '{}'", curve_color(k), 4 + k, name);
+    return fmt::format("with linespoints lc rgb '{}' lw 1.8 pt {} ps 0.7 title {}", curve_color(k), 4 + k,
+                       gnuplot_text(name));
   };
   for (const auto& panel : panels) {
     PlotCommand plot;
@@ -62,7 +63,7 @@ std::string growth_script(const std::vector<GrowthCurve>& curves, const std::str
     if (plot.is_empty()) continue;
     script += data_block("slope", {{x_min, y_min / 2}, {x_max, y_min / 2 * x_max / x_min}});
     plot.add("$slope with lines lc rgb '#999999' dt 2 title 'slope 1'");
-    script += fmt::format("set title '{}'\n{}", panel, plot.text());
+    script += fmt::format("set title {}\n{}", gnuplot_text(panel), plot.text());
   }
   if (!is_key_inside) {
     script += "unset title\nunset xlabel\nunset ylabel\nunset border\nunset tics\nunset grid\n";

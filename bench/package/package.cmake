@@ -41,7 +41,7 @@ install(TARGETS ricochet_library ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COM
 # What the library needs, for whoever links it.
 set(RICOCHET_LINK_LIBRARIES fmt ginac cln ipopt gsl gslcblas lapack blas sundials_cvode sundials_arkode sundials_ida
   sundials_nvecserial sundials_sunmatrixdense sundials_sunlinsoldense sundials_sunnonlinsolfixedpoint
-  ${SICONOS_KERNEL_LIBRARY} ${SICONOS_NUMERICS_LIBRARY} ${FCLIB_LIBRARY} ${FCLIB_HDF5_HL_LIBRARY} ${FCLIB_HDF5_LIBRARY})
+  ${SICONOS_KERNEL_LIBRARY} ${SICONOS_NUMERICS_LIBRARY} ${HDF5_SERIAL_HL_LIBRARY} ${HDF5_SERIAL_LIBRARY})
 list(FILTER RICOCHET_LINK_LIBRARIES EXCLUDE REGEX "NOTFOUND$")
 string(REPLACE ";" " " RICOCHET_LINK_LIBRARIES "${RICOCHET_LINK_LIBRARIES}")
 

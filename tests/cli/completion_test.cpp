@@ -34,7 +34,7 @@ class Completion : public Cli {
 
 TEST_F(Completion, OfCommandsAndOptions) {
   expect("ricochet ru", {"run", "run-experiment"});
-  expect("ricochet contacts ", {"export", "solve"});
+  expect("ricochet contacts ", {"export", "impact-laws", "merit", "record", "solve"});
   expect("ricochet run --ste", {"--step-length", "--steps"});
   expect("ricochet check --base", {"--baseline", "--baselines"});
   expect("ricochet completion ", {"bash", "zsh"});
@@ -52,7 +52,7 @@ TEST_F(Completion, OfNames) {
   expect("ricochet run-experiment zeno --set restit", {"restitution="});
   expect("ricochet run --problem bouncing_ball --set h", {"height="});
   expect("ricochet ensemble -p sphere_pile --vary mu", {"mu="});
-  expect("ricochet control two_carts --discretisation ", {"fesd", "time_stepping"});
+  expect("ricochet control two_carts --discretisation ", {"fesd", "time_freezing", "time_stepping"});
   expect("ricochet contacts solve x.hdf5 --solver int", {"interior_point"});
   expect_among("ricochet run --method ", {"fesd", "moreau_jean", "cvode"});
 }

@@ -95,7 +95,13 @@ INSTANTIATE_TEST_SUITE_P(
                                 1000},
                     PinningCase{"P8a_bead_leaves_circle", "fesd:radau-iia:2,gap_tolerance=1", 2.8, 3.2, 10, 270},
                     PinningCase{"P8a_bead_leaves_circle", "fesd:radau-iia:3", 4.5, 5.6, 10, 90},
-                    PinningCase{kBead, "fesd:radau-iia:2", 2.8, 3.4, 10, 270}),
+                    PinningCase{kBead, "fesd:radau-iia:2", 2.8, 3.4, 10, 270},
+                    PinningCase{"P4a_clock_driven_block", "time_freezing:radau-iia:2", 2.8, 3.6, 20, 1000},
+                    PinningCase{"P4b_spring_driven_block", "time_freezing:radau-iia:3", 4.8, 5.2, 50, 1000},
+                    PinningCase{"P4b_spring_driven_block", "time_freezing:gauss:2", 3.8, 4.2, 50, 1000},
+                    PinningCase{"P8a_bead_leaves_circle", "time_freezing:radau-iia:2", 2.8, 3.2, 10, 270},
+                    PinningCase{"P8a_bead_leaves_circle", "time_freezing:gauss:2", 3.8, 4.2, 10, 270},
+                    PinningCase{"P8b_spring_table", "time_freezing:radau-iia:2", 2.8, 3.2, 100, 1000}),
     [](const auto& test) { return test_name(std::string(test.param.problem) + "_" + test.param.method); });
 
 class TwoBalls : public testing::TestWithParam<Case> {};
@@ -117,11 +123,50 @@ INSTANTIATE_TEST_SUITE_P(Methods, TwoBalls,
                                          Case{"fesd:radau-iia:3", 5, 60, 2000}, Case{"fesd:radau-iia:4", 7, 50, 800},
                                          Case{"fesd:gauss:1", 2, 1000, 1e5}, Case{"fesd:gauss:2", 4, 100, 2000},
                                          Case{"fesd:gauss:3", 6, 60, 1200}, Case{"fesd:gauss:4", 8, 50, 500},
-                                         Case{"fesd:lobatto-iiia:3", 4, 100, 2000}, Case{"moreau_jean", 1, 2e4, 2e6},
+                                         Case{"fesd:lobatto-iiia:3", 4, 100, 2000},
+                                         Case{"time_freezing:radau-iia:2", 3, 600, 6000},
+                                         Case{"time_freezing:radau-iia:3", 5, 200, 2000},
+                                         Case{"time_freezing:gauss:2", 4, 200, 4000}, Case{"moreau_jean", 1, 2e4, 2e6},
                                          Case{"anitescu_potra", 1, 2e4, 2e6}, Case{"schatzman_paoli", 1, 2e4, 1e6},
-                                         Case{"generalized_alpha", 1, 2e4, 6e5},
+                                         Case{"generalized_alpha", 1, 2e4, 6e5}, Case{"rattle", 1, 2e4, 6e5},
+                                         Case{"d1_minus", 1, 2e4, 6e5}, Case{"event_capturing,order=2", 2, 1000, 20000},
+                                         Case{"event_capturing,order=4", 4, 200, 2000},
                                          Case{"anitescu_potra,implicit=linear", 1, 1e5, 2e6}),
                          [](const auto& test) { return test_name(test.param.method); });
+
+/// Time stepping of higher order, where nothing switches and where contacts and joints turn: orders that others lose.
+struct SteppingCase {
+  const char *problem, *method;
+  double order, from, to;
+};
+
+class TimeStepping : public testing::TestWithParam<SteppingCase> {};
+
+TEST_P(TimeStepping, HasItsOrder) {
+  const auto& p = GetParam();
+  const bool is_scene = std::string(p.problem).find("P") != 0;
+  const auto problem = is_scene ? make_problem(p.problem) : ground_truth_problem(p.problem);
+  const auto fit = observe(*problem, truth_of(*problem), p.method, logarithmic(p.from, p.to, 12));
+  ASSERT_TRUE(fit);
+  EXPECT_GE(fit->slope, p.order - kSlack) << "window " << fit->first_steps << " .. " << fit->last_steps;
+  EXPECT_LE(fit->slope, p.order + 2 * kSlack) << "window " << fit->first_steps << " .. " << fit->last_steps;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Methods, TimeStepping,
+    testing::Values(SteppingCase{"falling_rod", "rattle", 2, 100, 10000},
+                    SteppingCase{"falling_rod", "d1_minus", 2, 100, 10000},
+                    SteppingCase{"falling_rod", "generalized_alpha", 1, 100, 10000},
+                    SteppingCase{"falling_rod", "event_capturing,order=3", 3, 20, 400},
+                    SteppingCase{"P7b_slide3d_no_stick", "rattle", 2, 100, 10000},
+                    SteppingCase{"P7b_slide3d_no_stick", "d1_minus", 2, 100, 10000},
+                    SteppingCase{"P7b_slide3d_no_stick", "moreau_jean", 1, 100, 10000},
+                    SteppingCase{"P8a_bead_leaves_circle", "event_capturing,order=2", 2, 100, 1000},
+                    SteppingCase{"P8a_bead_leaves_circle", "event_capturing,order=3", 3, 20, 400},
+                    SteppingCase{"pendulum_wall_cartesian", "event_capturing,order=3", 3, 50, 1000},
+                    SteppingCase{"pendulum_wall", "event_capturing,order=4", 4, 30, 400},
+                    SteppingCase{"pendulum_wall", "event_capturing,order=2", 2, 50, 3000}),
+    [](const auto& test) { return test_name(std::string(test.param.problem) + "_" + test.param.method); });
 
 TEST(TwoBallsSensitivities, HaveTheTableausOrder) {
   const auto problem = ground_truth_problem("P2_two_balls_spring");

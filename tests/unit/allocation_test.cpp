@@ -59,13 +59,26 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"slider_crank_stop", "anitescu_potra"}, Case{"bouncing_ball", "anitescu_potra"},
                     Case{"sliding_block", "anitescu_potra"}, Case{"stacked_blocks", "moreau_jean,solver=pgs"},
                     Case{"stacked_blocks", "moreau_jean,solver=newton"},
-                    Case{"stacked_blocks", "moreau_jean,solver=interior_point"}, Case{"ball_3d", "moreau_jean"},
+                    Case{"stacked_blocks", "moreau_jean,solver=interior_point"},
+                    Case{"stacked_blocks", "moreau_jean,solver=admm"}, Case{"ball_3d", "moreau_jean,solver=admm"},
+                    Case{"stacked_blocks", "moreau_jean,solver=staggered"}, Case{"ball_3d", "moreau_jean"},
                     Case{"ball_3d", "moreau_jean,solver=newton,projection=on"},
                     Case{"pendulum_wall_cartesian", "moreau_jean,implicit=full"},
                     Case{"stacked_blocks", "stewart_trinkle"}, Case{"stacked_blocks", "anitescu_convex,solver=pgs"},
                     Case{"two_balls_spring", "schatzman_paoli"}, Case{"two_balls_spring", "generalized_alpha"},
                     Case{"two_balls_spring", "anitescu_potra,implicit=linear"}, Case{"two_balls_spring", "penalty"}),
     [](const auto& test) { return test_name(std::string(test.param.problem) + "_" + test.param.method); });
+
+INSTANTIATE_TEST_SUITE_P(Engines, StepWithoutAllocation,
+                         testing::Values(Case{"two_balls_spring", "soft_step"},
+                                         Case{"pendulum_wall_cartesian", "soft_step"}, Case{"ball_3d", "soft_step"},
+                                         Case{"stacked_blocks", "soft_step"}, Case{"ball_3d", "xpbd"},
+                                         Case{"pendulum_wall_cartesian", "xpbd"},
+                                         Case{"stacked_blocks", "xpbd,iterations=3"}, Case{"stacked_blocks", "sap"},
+                                         Case{"block_on_ramp_3d", "sap"}, Case{"sliding_block", "sap,theta=0.5"}),
+                         [](const auto& test) {
+                           return test_name(std::string(test.param.problem) + "_" + test.param.method);
+                         });
 
 TEST(Allocations, OfAPersistentContact) {
   const auto resting = make_problem("bouncing_ball", {{"e", 0}});

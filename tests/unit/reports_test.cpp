@@ -13,6 +13,7 @@
 #include "bench/studies/method_grid/grid_tables.h"
 #include "bench/studies/scale/scale_rows.h"
 #include "problems/input_error.h"
+#include "reports/gnuplot.h"
 #include "reports/order_fit.h"
 #include "reports/quantile.h"
 #include "reports/table.h"
@@ -558,6 +559,8 @@ TEST(ScaleCurves, AreOverTheContactsThatTouch) {
   EXPECT_EQ(curves[0].points, (Points{{40, 40}, {80, 80}})) << "microseconds; nothing touches in the first run";
   EXPECT_EQ(curves[1].points, (Points{{80, 80}}));
 }
+
+TEST(GnuplotText, DoublesItsQuotes) { EXPECT_EQ(gnuplot_text("Moreau's rule, \"n\""), "'Moreau''s rule, \"n\"'"); }
 
 TEST(Table, PrintsInFourWays) {
   Table table{"title", "note", {{"name", true}, {"value"}}, {{"a|b", "1.5"}, {"<x>, \"y\"", "10"}}};

@@ -87,8 +87,10 @@ INSTANTIATE_TEST_SUITE_P(Methods, Rest,
                          testing::Values("moreau_jean", "moreau_jean,theta=1", "moreau_jean,implicit=full",
                                          "moreau_jean,projection=on", "moreau_jean,solver=pgs",
                                          "moreau_jean,solver=newton", "moreau_jean,solver=interior_point",
-                                         "moreau_jean,solver=exact", "anitescu_potra", "anitescu_potra,implicit=linear",
-                                         "schatzman_paoli", "stewart_trinkle", "generalized_alpha"),
+                                         "moreau_jean,solver=exact", "moreau_jean,solver=admm",
+                                         "moreau_jean,solver=staggered", "anitescu_potra",
+                                         "anitescu_potra,implicit=linear", "schatzman_paoli", "stewart_trinkle",
+                                         "generalized_alpha"),
                          [](const auto& test) { return test_name(test.param); });
 
 }  // namespace

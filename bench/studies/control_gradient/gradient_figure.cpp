@@ -30,7 +30,7 @@ Figure draw_gradients(const FigureFolder& folder, const std::vector<ControlGradi
           g.is_reference() ? "with points pt 6 ps 1.1 lw 1.6 lc rgb '#000000'"
                            : fmt::format("with linespoints pt 7 ps 0.4 lw 1.4 lc rgb '{}'", curve_color(m - 1));
       plot.add(fmt::format("${} {}", block_name, style));
-      if (c == 0) key.add(fmt::format("{}NaN {} title '{}'", m ? "" : "[0:1][0:1] ", style, label));
+      if (c == 0) key.add(fmt::format("{}NaN {} title {}", m ? "" : "[0:1][0:1] ", style, gnuplot_text(label)));
     }
     panels += fmt::format("set ylabel 'd {}(T) / du'\n", components[c]) + plot.text();
   }

@@ -69,8 +69,8 @@ Figure draw_ramps(const FigureFolder& folder, const std::vector<RampGrid>& grids
                            are_failed ? "#969696" : "#e31a1c"));
     }
     const bool is_left = k % kColumns == 0, is_low = k + kColumns >= shown.size();
-    panels += fmt::format("set title \"{}\\n{}\" font ',11'\nset ylabel '{}'\nset xlabel '{}'\n", grid.method,
-                          grid.setting, is_left ? "μ" : "", is_low ? "tan(slope)" : "") +
+    panels += fmt::format("set title {}.\"\\n{}\" font ',11'\nset ylabel '{}'\nset xlabel '{}'\n",
+                          gnuplot_text(grid.method), grid.setting, is_left ? "μ" : "", is_low ? "tan(slope)" : "") +
               plot.text();
   }
   const int rows = (static_cast<int>(shown.size()) + kColumns - 1) / kColumns;

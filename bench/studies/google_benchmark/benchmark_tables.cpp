@@ -192,7 +192,7 @@ Figure draw_speeds(const FigureFolder& folder, const std::vector<Speeds>& all, c
   std::vector<Points> points(families.size());
   for (std::size_t k = 0; k < list.size(); ++k) {
     const double y = static_cast<double>(k + 1);
-    tics += fmt::format("{}'{}' {}", k == 0 ? "" : ", ", list[k].curve, y);
+    tics += fmt::format("{}{} {}", k == 0 ? "" : ", ", gnuplot_text(list[k].curve), y);
     if (list[k].rates.size() > 1) medians.emplace_back(list[k].median(), y);
     auto& of_family = points[std::ranges::find(families, list[k].family()) - families.begin()];
     for (const double r : list[k].rates) of_family.emplace_back(r, y);

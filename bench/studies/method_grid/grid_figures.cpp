@@ -185,8 +185,8 @@ void add_order_curves(const GridResults& results, const std::string& method, con
   }
   const std::string fitted =
       fit ? fmt::format(", slope {:.2f} ± {:.2f}", fit->slope, fit->half_width) : ", no order: " + order.no_fit;
-  plot.add(fmt::format("${} with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.55 title '{}{}'", name, style.color,
-                       style.dash, style.point, label_of(results, *runs.front()), fitted));
+  plot.add(fmt::format("${} with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.55 title {}", name, style.color,
+                       style.dash, style.point, gnuplot_text(label_of(results, *runs.front()) + fitted)));
   if (!failed.empty()) {
     data += data_block(name + "_failed", failed);
     plot.add(fmt::format("${}_failed with points lc rgb '{}' pt 2 ps 1 lw 2 notitle", name, style.color));
@@ -256,8 +256,8 @@ Figure draw_work_precision(const FigureFolder& folder, const GridResults& result
     if (!points.empty()) {
       const std::string name = fmt::format("w{}", index);
       data += data_block(name, points);
-      plot.add(fmt::format("${} with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.5 title '{}'", name, style.color,
-                           style.dash, style.point, label_of(results, *results.of(method).front())));
+      plot.add(fmt::format("${} with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.5 title {}", name, style.color,
+                           style.dash, style.point, gnuplot_text(label_of(results, *results.of(method).front()))));
     }
     ++index;
   }
@@ -293,10 +293,11 @@ Figure draw_trajectory(const FigureFolder& folder, const Trajectory& trajectory,
     velocities.add(fmt::format("$v{} with lines lc rgb '{}' lw 1.4 title 'v[{}]'", k, color, k));
   }
   std::string script = gnuplot_head(980, 560);
-  script += data + fmt::format("set output '{}.svg'\n", name) +
-            fmt::format("set multiplot layout 2,1 title '{}, {} {}' noenhanced\n", trajectory.problem,
-                        trajectory.method, trajectory.setting) +
-            "set lmargin 9\nset key right top horizontal noenhanced\n";
+  script +=
+      data + fmt::format("set output '{}.svg'\n", name) +
+      fmt::format("set multiplot layout 2,1 title {} noenhanced\n",
+                  gnuplot_text(fmt::format("{}, {} {}", trajectory.problem, trajectory.method, trajectory.setting))) +
+      "set lmargin 9\nset key right top horizontal noenhanced\n";
   script += "set ylabel 'q [m, rad]'\nset format x ''\n" + positions.text();
   script +=
       "set ylabel 'v [m/s, rad/s]'\nset format x '%g'\nset xlabel 't [s]'\n" + velocities.text() + "unset multiplot\n";

@@ -179,7 +179,7 @@ std::string key_cell(const std::vector<std::string>& names, const std::string& s
       "set key center center reverse Left samplen 2.5 spacing 1.3\nset xrange [1:10]\nset yrange [1:10]\n";
   PlotCommand key;
   for (std::size_t k = 0; k < names.size(); ++k)
-    key.add(fmt::format("NaN {} lc rgb '{}' title '{}'", style, curve_color(k), names[k]));
+    key.add(fmt::format("NaN {} lc rgb '{}' title {}", style, curve_color(k), gnuplot_text(names[k])));
   for (const auto& item : more) key.add(item);
   return text + key.text() + "unset multiplot\n";
 }
@@ -207,7 +207,7 @@ Figure draw_errors(const FigureFolder& folder, const std::vector<ThroughputCurve
       const auto color = static_cast<std::size_t>(std::ranges::find(methods, curve.method) - methods.begin());
       panel.add(points, color, kCurveStyle);
     }
-    script += panel.data() + fmt::format("set title '{}'\n", scenes[s]) + panel.plot();
+    script += panel.data() + fmt::format("set title {}\n", gnuplot_text(scenes[s])) + panel.plot();
   }
   folder.draw(file, script + key_cell(methods, kCurveStyle, {}));
   return {file + ".svg", "Runs per second and core over the error",
@@ -238,7 +238,7 @@ Figure draw_threads(const FigureFolder& folder, const std::vector<ThroughputRun>
       panel.add(processes, m, kProcessStyle);
       panel.add(ideal, m, "with lines dt 3 lw 1");
     }
-    script += panel.data() + fmt::format("set title '{}'\n", scenes[s]) + panel.plot();
+    script += panel.data() + fmt::format("set title {}\n", gnuplot_text(scenes[s])) + panel.plot();
   }
   const std::vector<std::string> more = {
       fmt::format("NaN {} lc rgb '#404040' title 'as many processes'", kProcessStyle),
