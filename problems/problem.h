@@ -1,11 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "problems/impact_hypothesis.h"
 
 /// @file
 /// What a scene is: Problem, its equations, and what is known of it before a run.
@@ -14,6 +17,8 @@ namespace ricochet {
 
 using Vector = Eigen::VectorXd;  ///< A column of doubles.
 using Matrix = Eigen::MatrixXd;  ///< Doubles, column-major.
+
+struct Geometry;  // problems/geometry.h
 
 /// One unilateral contact, or a bilateral constraint: a contact that is always closed and may pull. Its Jacobian
 /// entries live on `support` only, the coordinates that the contact touches.
@@ -56,6 +61,9 @@ struct ProblemInfo {
   std::vector<ContactInfo> contacts;  ///< n_c, unilateral and bilateral ones
   std::vector<int> unilateral;        ///< contacts that are, ascending
   std::vector<int> bilateral;         ///< constraints, ascending
+
+  ImpactLaw impact_law;                      ///< what methods honour or decline
+  std::shared_ptr<const Geometry> geometry;  ///< the bodies and their shapes; null where the scene states none
 
   Vector q0;            ///< n_q, initial coordinates
   Vector v0;            ///< n_q, initial velocities, before any impact at t = 0

@@ -41,7 +41,7 @@ Table table_of_kane(double e) {
   table.columns = {{"law", true}};
   for (const double mu : kFrictionOfKane) table.columns.push_back({fmt::format("mu = {}", mu)});
   table.columns.push_back({"gains energy", true});
-  for (const auto law : kImpactHypotheses) {
+  for (const auto law : kPlanarHypotheses) {
     std::vector<std::string> row{std::string(name_of(law))};
     bool gains = false;
     for (const double mu : kFrictionOfKane) {

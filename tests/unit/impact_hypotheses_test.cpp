@@ -123,7 +123,7 @@ TEST(PlanarImpact, PathIsThatOfSmallIncrements) {
 
 TEST(PlanarImpact, LawsAgreeWithoutFriction) {
   const PlanarContact contact{2, 3, 1, 0.7, 0};
-  for (const auto law : kImpactHypotheses) {
+  for (const auto law : kPlanarHypotheses) {
     const auto impact = struck(law, contact, {-1.5, 0.4});
     EXPECT_NEAR(impact.w.n, 0.7 * 1.5, kRounding) << name_of(law);
     EXPECT_NEAR(impact.p.t, 0, kRounding) << name_of(law);

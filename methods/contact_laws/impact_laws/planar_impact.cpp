@@ -130,23 +130,11 @@ PlanarImpact along_path(ImpactHypothesis law, const PlanarContact& k, PlanarPair
 
 }  // namespace
 
-std::string_view name_of(ImpactHypothesis law) {
-  switch (law) {
-    case ImpactHypothesis::newton:
-      return "newton";
-    case ImpactHypothesis::poisson:
-      return "poisson";
-    case ImpactHypothesis::routh:
-      return "routh";
-    case ImpactHypothesis::stronge:
-      return "stronge";
-  }
-  return "";
-}
-
 std::optional<PlanarImpact> planar_impact(ImpactHypothesis law, const PlanarContact& contact, PlanarPair w) {
   check(contact);
   if (w.n >= 0) return PlanarImpact{w, {0, 0}};
+  if (law == ImpactHypothesis::lzb)
+    throw InputError("impact law lzb of a single impact with friction: newton, poisson, routh or stronge");
   if (law == ImpactHypothesis::newton) return newton(contact, w);
   if (law == ImpactHypothesis::poisson) return poisson(contact, w);
   return along_path(law, contact, w);

@@ -2,7 +2,8 @@
 
 #include <array>
 #include <optional>
-#include <string_view>
+
+#include "problems/impact_hypothesis.h"
 
 namespace ricochet {
 
@@ -39,12 +40,8 @@ namespace ricochet {
 /// Sources: Kane, Levinson, Dynamics: Theory and Applications (1985); Routh, Dynamics of a System of Rigid Bodies;
 /// Keller, Impact with friction, J. Appl. Mech. 53 (1986); Stronge, Impact Mechanics (2000); Glocker, Set-valued Force
 /// Laws (2001) for (3), without restitution of the tangential impulse.
-enum class ImpactHypothesis { newton, poisson, routh, stronge };
-
-inline constexpr std::array kImpactHypotheses{ImpactHypothesis::newton, ImpactHypothesis::poisson,
+inline constexpr std::array kPlanarHypotheses{ImpactHypothesis::newton, ImpactHypothesis::poisson,
                                               ImpactHypothesis::routh, ImpactHypothesis::stronge};
-
-std::string_view name_of(ImpactHypothesis law);
 
 /// What two bodies are to their contact.
 struct PlanarContact {
@@ -64,7 +61,8 @@ struct PlanarImpact {
 };
 
 /// The impact at velocity w- = `w`; nothing happens for w_n >= 0. Nothing is returned where (2) or (3) has no solution.
-/// Throws InputError where G is not positive definite, or e or mu is outside its range.
+/// Throws InputError where G is not positive definite, or e or mu is outside its range, and
+/// for lzb, which has no friction.
 std::optional<PlanarImpact> planar_impact(ImpactHypothesis law, const PlanarContact& contact, PlanarPair w);
 
 /// (9) [J]. @param w  w-
