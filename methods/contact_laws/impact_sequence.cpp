@@ -11,7 +11,7 @@ constexpr int kMaxImpacts = 10000;
 
 }  // namespace
 
-ImpactSequence::ImpactSequence(const Problem& problem, ContactScales& scales, ImpactLaw& law)
+ImpactSequence::ImpactSequence(const Problem& problem, ContactScales& scales, ImpactSolver& law)
     : problem_(problem), scales_(scales), law_(law) {
   const ProblemInfo& info = problem.info();
   for (auto* list : {&approaching_, &candidates_, &together_}) list->reserve(info.contacts.size());

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "methods/contact_laws/impact_law.h"
+#include "methods/contact_laws/impact_solver.h"
 
 namespace ricochet {
 
@@ -11,7 +11,7 @@ namespace ricochet {
 /// disc that falls between two. When a flight between two of them is lower than q can tell, or so short that no velocity
 /// changes in it, they are taken one after the other at one instant,
 ///
-///   v_0 = v-,   v_k from v_k-1 by Newton's law (1)-(3) of impact_law.h at the contacts S_k,   v+ = v_K       (1)
+///   v_0 = v-,   v_k from v_k-1 by Newton's law (1)-(3) of impact_solver.h at the contacts S_k,   v+ = v_K       (1)
 ///
 /// S_1: contacts that touch and do not part; S_k: those that the impact before has sent against each other, and those
 /// at rest there that the load does not pull apart. The last impact leaves no contact that approaches; of infinitely
@@ -20,7 +20,7 @@ namespace ricochet {
 class ImpactSequence {
  public:
   /// All of them have to outlive this. @param law  prepared by its owner, for candidates() behind find_touching()
-  ImpactSequence(const Problem& problem, ContactScales& scales, ImpactLaw& law);
+  ImpactSequence(const Problem& problem, ContactScales& scales, ImpactSolver& law);
 
   /// accumulates: the impacts lose too little of their velocity
   enum class Result : std::uint8_t { done, no_impulse, no_forces, accumulates };
@@ -69,10 +69,10 @@ class ImpactSequence {
 
   const Problem& problem_;
   ContactScales& scales_;
-  ImpactLaw& law_;
+  ImpactSolver& law_;
   std::vector<int> candidates_;
   std::vector<int> together_, approaching_;  // of them those of one impact, and those that it has to stop
-  std::vector<ImpactLaw::ClosedContact> resting_;
+  std::vector<ImpactSolver::ClosedContact> resting_;
   Vector struck_n_, struck_t_;  // impulses of one impact
   Vector gap_, v_;
   std::vector<Impact>* kept_ = nullptr;

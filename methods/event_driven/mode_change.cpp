@@ -57,7 +57,7 @@ void ModeChange::set_closed(const Happening& cause, const std::vector<ContactMod
     const bool rested = is_closed(before) && !is_struck;
     const bool separates = law_.normal_velocity(i, v) > scales_.no_approach(i);
     if (!rested && separates && !(Lambda_n_[i] > 0 && is_low(i, q, v_minus))) continue;
-    ImpactLaw::ClosedContact closed{.contact = i};
+    ImpactSolver::ClosedContact closed{.contact = i};
     if (cause.is(Kind::cone_reached, i) && !is_struck) {  // slip begins against the force
       double force[2]{0, 0};
       dynamics_.tangential_force(i, force);

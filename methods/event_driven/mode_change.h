@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "methods/contact_laws/impact_law.h"
 #include "methods/contact_laws/impact_sequence.h"
+#include "methods/contact_laws/impact_solver.h"
 #include "methods/event_driven/event_functions.h"
 #include "methods/event_driven/mode_dynamics.h"
 
@@ -51,11 +51,11 @@ class ModeChange {
   const ProblemInfo& info_;
   ContactScales& scales_;
   ModeDynamics& dynamics_;
-  ImpactLaw law_;
+  ImpactSolver law_;
   ImpactSequence impacts_;
   std::vector<int> touching_, beginning_;
   std::vector<ContactMode> modes_;
-  std::vector<ImpactLaw::ClosedContact> closed_;
+  std::vector<ImpactSolver::ClosedContact> closed_;
   Vector Lambda_n_, Lambda_t_, lambda_n_, lambda_t_, v_minus_, bias_;
 };
 

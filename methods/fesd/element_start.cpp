@@ -75,7 +75,7 @@ bool ElementStartSolver::force_jumps(int contact) {
 }
 
 /// A closed contact that stays closed whatever the load says.
-ContactMode ElementStartSolver::continued_mode(const ImpactLaw::ClosedContact& closed) const {
+ContactMode ElementStartSolver::continued_mode(const ImpactSolver::ClosedContact& closed) const {
   const int n_t = problem_.info().contacts[closed.contact].n_t;
   if (n_t > 0 && !closed.slides) return ContactMode::stick;
   if (polygon_.applies(n_t)) return closed.is_on_edge ? ContactMode::edge_slip : ContactMode::vertex_slip;
@@ -83,7 +83,7 @@ ContactMode ElementStartSolver::continued_mode(const ImpactLaw::ClosedContact& c
 }
 
 /// Whether the load of a contact that slides pulls it into its surface: at either end of an edge.
-bool ElementStartSolver::is_paradox(const ImpactLaw::ClosedContact& closed) const {
+bool ElementStartSolver::is_paradox(const ImpactSolver::ClosedContact& closed) const {
   if (!closed.slides) return false;
   if (impact_law_.sliding_delassus(closed.contact, closed.direction) <= 0) return true;
   if (!closed.is_on_edge) return false;
@@ -107,7 +107,7 @@ void ElementStartSolver::see_sizes(const FesdStep& step, const Eigen::Ref<const 
 
 /// Whether a closed contact slides already, and where to.
 void ElementStartSolver::set_tangential_law(const Element& element, const Element* left, const Switch& end,
-                                            bool is_struck, ImpactLaw::ClosedContact& closed) {
+                                            bool is_struck, ImpactSolver::ClosedContact& closed) {
   const int i = closed.contact;
   const auto& contact = problem_.info().contacts[i];
   const ContactMode before = left ? left->modes[i] : ContactMode::open;
@@ -128,7 +128,7 @@ void ElementStartSolver::set_tangential_law(const Element& element, const Elemen
 }
 
 /// The same on a polygon, where the switch of this contact says it.
-void ElementStartSolver::set_facet(const Element& element, const Switch& end, ImpactLaw::ClosedContact& closed) {
+void ElementStartSolver::set_facet(const Element& element, const Switch& end, ImpactSolver::ClosedContact& closed) {
   if (end.kind == Switch::Kind::slip_turns) set_slide(element, closed);
   if (end.kind == Switch::Kind::cone_reached || closed.slides) impact_law_.set_edge(closed, end.condition.facet);
   if (end.kind == Switch::Kind::edge_left) impact_law_.set_vertex(closed, end.condition.facet);
@@ -136,7 +136,7 @@ void ElementStartSolver::set_facet(const Element& element, const Switch& end, Im
 
 /// Whether it slides, up to what contacts that come to rest together have left of their slip when the switch of one of
 /// them is solved.
-void ElementStartSolver::set_slide(const Element& element, ImpactLaw::ClosedContact& closed) {
+void ElementStartSolver::set_slide(const Element& element, ImpactSolver::ClosedContact& closed) {
   impact_law_.set_slide(closed, element.v0, scales_.no_slip(closed.contact));
 }
 
@@ -203,7 +203,7 @@ void ElementStartSolver::divide_touching(const Place& at) {
   for (const int i : start.touching) {
     if (at.end.is(Switch::Kind::force_vanishes, i)) continue;
     const bool rested = at.was_closed(i) && !is_struck(i);
-    ImpactLaw::ClosedContact closed{.contact = i};
+    ImpactSolver::ClosedContact closed{.contact = i};
     if (info.contacts[i].n_t > 0) set_tangential_law(stages, at.left, at.end, is_struck(i), closed);
     if (rested || impact_law_.normal_velocity(i, stages.v0) <= scales_.no_approach(i)) {
       start.closed.push_back(closed);
@@ -266,7 +266,7 @@ ElementStartSolver::Result ElementStartSolver::find_forces(const Place& at) {
   ElementStart& start = at.start;
   const Element& stages = at.stages();
   const auto in_paradox =
-      std::find_if(closed_.begin(), closed_.end(), [&](const ImpactLaw::ClosedContact& c) { return is_paradox(c); });
+      std::find_if(closed_.begin(), closed_.end(), [&](const ImpactSolver::ClosedContact& c) { return is_paradox(c); });
   if (!closed_.empty()) start.culprit = in_paradox != closed_.end() ? in_paradox->contact : closed_.front().contact;
   if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, start.lambda_n, start.lambda_t) != LcpStatus::solved)
     return Result::no_forces;
@@ -281,7 +281,7 @@ ElementStartSolver::Result ElementStartSolver::find_forces(const Place& at) {
   return Result::done;
 }
 
-void ElementStartSolver::set_mode(const Place& at, const ImpactLaw::ClosedContact& closed) {
+void ElementStartSolver::set_mode(const Place& at, const ImpactSolver::ClosedContact& closed) {
   const int i = closed.contact, n_t = problem_.info().contacts[i].n_t;
   ContactMode mode = closed.mode;
   const bool rested = at.was_closed(i) && !force_jumps(i);
@@ -294,7 +294,7 @@ void ElementStartSolver::set_mode(const Place& at, const ImpactLaw::ClosedContac
 }
 
 /// Where another contact breaks, one that the load leaves without a force may break as well.
-void ElementStartSolver::offer_break(const Place& at, const ImpactLaw::ClosedContact& closed, ContactMode mode,
+void ElementStartSolver::offer_break(const Place& at, const ImpactSolver::ClosedContact& closed, ContactMode mode,
                                      bool rested) const {
   const bool breaks_too = at.end.kind == Switch::Kind::force_vanishes && at.end.contact >= 0 && rested &&
                           at.start.lambda_n[closed.contact] <= scales_.no_force(closed.contact);
@@ -302,7 +302,7 @@ void ElementStartSolver::offer_break(const Place& at, const ImpactLaw::ClosedCon
 }
 
 /// At the boundary of the cone a contact may stick or slip, and behind an edge that it has left it may be there still.
-void ElementStartSolver::offer_slip_or_stick(const Place& at, const ImpactLaw::ClosedContact& closed,
+void ElementStartSolver::offer_slip_or_stick(const Place& at, const ImpactSolver::ClosedContact& closed,
                                              ContactMode mode) const {
   const int i = closed.contact;
   const auto& contact = problem_.info().contacts[i];
@@ -396,7 +396,7 @@ bool ElementStartSolver::carry_on(FesdStep& step, int element, ElementStart& sta
 }
 
 bool ElementStartSolver::is_pressed(const Element& element, int contact) {
-  ImpactLaw::ClosedContact closed{.contact = contact};
+  ImpactSolver::ClosedContact closed{.contact = contact};
   Vector lambda_n(problem_.n_c()), lambda_t(problem_.info().n_lambda_t);
   return impact_law_.contact_forces(element.q0, element.v0, {&closed, 1}, lambda_n, lambda_t) == LcpStatus::solved &&
          is_closed(closed.mode);
@@ -410,7 +410,7 @@ int ElementStartSolver::first_to_stop(const Element& element, double& time) {
   }
   if (!impact_law_.prepare(element.q0, touching)) return -1;
   for (const int i : touching) {
-    ImpactLaw::ClosedContact closed{.contact = i};
+    ImpactSolver::ClosedContact closed{.contact = i};
     if (is_slipping(element.modes[i])) impact_law_.set_slide(closed, element.v0, 0);
     closed_.push_back(closed);
   }

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "methods/contact_laws/impact_law.h"
 #include "methods/contact_laws/impact_sequence.h"
+#include "methods/contact_laws/impact_solver.h"
 #include "methods/elements/fesd_step.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 
@@ -22,7 +22,7 @@ struct ElementStart {
     ContactMode mode = ContactMode::open, predicted = ContactMode::open;
     double v_n = 0;  ///< of a contact that bounced, behind the impact [m/s]
     int facet = 0, predicted_facet = 0;
-    ImpactLaw::ClosedContact closed{};  ///< of a contact that bounced: how it would be closed
+    ImpactSolver::ClosedContact closed{};  ///< of a contact that bounced: how it would be closed
     bool bounced() const { return predicted == ContactMode::open; }
   };
   /// A contact on a polygon that slips normal to an edge, whatever its mode.
@@ -31,7 +31,8 @@ struct ElementStart {
   };
 
   std::vector<int> touching;
-  std::vector<ImpactLaw::ClosedContact> closed;  ///< touching contacts that do not separate; the load opens them or not
+  std::vector<ImpactSolver::ClosedContact>
+      closed;  ///< touching contacts that do not separate; the load opens them or not
   std::vector<Alternative> alternatives;
   unsigned closed_instead = 0;  ///< set of alternatives: the bounces that modes and forces have closed instead
   std::vector<int> from_rest;   ///< contacts that start to slip with zero slip velocity
@@ -43,7 +44,7 @@ struct ElementStart {
   void reserve(const ProblemInfo& info);
 };
 
-/// Impulses and predicted modes at the left end of an element, from the laws of one instant (impact_law.h).
+/// Impulses and predicted modes at the left end of an element, from the laws of one instant (impact_solver.h).
 ///
 /// A touching contact that approaches takes an impulse, or several (impact_sequence.h). Behind it, contacts that do
 /// not separate and contacts that rested before are closed where the load presses them together, and stick or slip as
@@ -117,24 +118,24 @@ class ElementStartSolver {
   Result set_modes(const Place& at, unsigned closed_instead);
   void collect_closed(const Place& at, unsigned closed_instead);
   Result find_forces(const Place& at);
-  void set_mode(const Place& at, const ImpactLaw::ClosedContact& closed);
-  void offer_break(const Place& at, const ImpactLaw::ClosedContact& closed, ContactMode mode, bool rested) const;
-  void offer_slip_or_stick(const Place& at, const ImpactLaw::ClosedContact& closed, ContactMode mode) const;
+  void set_mode(const Place& at, const ImpactSolver::ClosedContact& closed);
+  void offer_break(const Place& at, const ImpactSolver::ClosedContact& closed, ContactMode mode, bool rested) const;
+  void offer_slip_or_stick(const Place& at, const ImpactSolver::ClosedContact& closed, ContactMode mode) const;
   void keep_forces(const Element& left, ElementStart& start);
-  ContactMode continued_mode(const ImpactLaw::ClosedContact& closed) const;
-  void set_facet(const Element& element, const Switch& end, ImpactLaw::ClosedContact& closed);
-  void set_slide(const Element& element, ImpactLaw::ClosedContact& closed);
-  bool is_paradox(const ImpactLaw::ClosedContact& closed) const;
+  ContactMode continued_mode(const ImpactSolver::ClosedContact& closed) const;
+  void set_facet(const Element& element, const Switch& end, ImpactSolver::ClosedContact& closed);
+  void set_slide(const Element& element, ImpactSolver::ClosedContact& closed);
+  bool is_paradox(const ImpactSolver::ClosedContact& closed) const;
   void set_tangential_law(const Element& element, const Element* left, const Switch& end, bool is_struck,
-                          ImpactLaw::ClosedContact& closed);
+                          ImpactSolver::ClosedContact& closed);
 
   const Problem& problem_;
   const ButcherTableau& tableau_;
   const FrictionPolygon polygon_;
   ContactScales& scales_;
-  ImpactLaw impact_law_;
+  ImpactSolver impact_law_;
   ImpactSequence impacts_;
-  std::vector<ImpactLaw::ClosedContact> closed_;
+  std::vector<ImpactSolver::ClosedContact> closed_;
   DisjointSets coupled_, islands_;   // of coordinates: by M and forces; by touching contacts, too
   std::vector<char> jumps_, keeps_;  // per least coordinate of an island
 };

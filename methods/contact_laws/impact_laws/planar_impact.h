@@ -14,7 +14,7 @@ namespace ricochet {
 ///       (c  b)
 ///
 /// Newton:   0 <= p_n _|_ w_n+ + e w_n- >= 0,   p_t in -mu p_n Sgn(w_t+)                                    (2)
-///           That is the law of impact_law.h; for several simultaneous impacts it is called Moreau's.
+///           That is the law of impact_solver.h; for several simultaneous impacts it is called Moreau's.
 /// Poisson:  compression by (2) with e = 0, to the impulse p^C and the velocity w^C; then expansion by
 ///           0 <= p_n^E - e p_n^C _|_ w_n+ >= 0,   p_t^E in -mu p_n^E Sgn(w_t+)                              (3)
 ///

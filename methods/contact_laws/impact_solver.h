@@ -36,10 +36,10 @@ namespace ricochet {
 /// island of many contacts their modes are predicted first (contact_prediction.h). Bilateral constraints are eliminated
 /// (bilateral_constraints.h): P M^-1 stands for M^-1, and their impulses and forces follow; then all contacts are one
 /// island.
-class ImpactLaw {
+class ImpactSolver {
  public:
   /// @param scales  what rounding is relative to; read at every call
-  ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, const ContactScales& scales, Counters& counters);
+  ImpactSolver(const Problem& problem, const FrictionPolygon& polygon, const ContactScales& scales, Counters& counters);
 
   /// Evaluates M, J_n and J_t at q for the unilateral contacts in `touching` and the bilateral ones. False when M(q) is
   /// not positive definite, or bilateral constraints depend on each other.

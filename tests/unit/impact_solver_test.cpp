@@ -1,4 +1,4 @@
-#include "methods/contact_laws/impact_law.h"
+#include "methods/contact_laws/impact_solver.h"
 
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ struct LawsOf {
   std::unique_ptr<Problem> problem;
   Counters counters;
   ContactScales scales;
-  ImpactLaw law;
+  ImpactSolver law;
   Vector Lambda_n, Lambda_t;
 };
 
@@ -187,7 +187,7 @@ TEST(ContactForces, HoldASlidingBlock) {
   LawsOf block(make_problem("sliding_block", {{"m", m}, {"mu", mu}, {"g", g}}));
   const Vector q = values({0, 0}), v = values({-2, 0});
   block.prepare(q, {0});
-  std::vector<ImpactLaw::ClosedContact> closed{{.contact = 0}};
+  std::vector<ImpactSolver::ClosedContact> closed{{.contact = 0}};
   block.law.set_slide(closed[0], v, 1e-12);
   EXPECT_TRUE(closed[0].slides);
   ASSERT_EQ(block.law.contact_forces(q, v, closed, block.Lambda_n, block.Lambda_t), LcpStatus::solved);
@@ -204,7 +204,7 @@ TEST(ContactForces, LetABlockStickOrSlipOnARamp) {
     LawsOf block(make_problem("block_on_ramp", {{"m", m}, {"mu", mu}, {"g", g}, {"slope", slope}}));
     const Vector q = block.problem->info().q0, v = Vector::Zero(2);
     block.prepare(q, {0});
-    std::vector<ImpactLaw::ClosedContact> closed{{.contact = 0}};
+    std::vector<ImpactSolver::ClosedContact> closed{{.contact = 0}};
     ASSERT_EQ(block.law.contact_forces(q, v, closed, block.Lambda_n, block.Lambda_t), LcpStatus::solved);
     const bool sticks = std::tan(slope) <= mu;
     EXPECT_NEAR(block.Lambda_n[0], m * g * std::cos(slope), 1e-14 * m * g);
@@ -219,7 +219,7 @@ TEST(ContactForces, KnowPainlevesParadox) {
   const double m = 1, l = 1, J = 1.0 / 12, g = 9.81, theta = 1.1, s = std::sin(theta), c = std::cos(theta);
   const auto rod_with = [&](double mu) { return make_problem("falling_rod", {{"mu", mu}, {"theta0", theta}}); };
   const auto p = [&](double mu) { return 1 / m + l * l / (4 * J) * c * (c - mu * s); };
-  const auto sliding_forces = [&](LawsOf& rod, double omega, ImpactLaw::ClosedContact& closed) {
+  const auto sliding_forces = [&](LawsOf& rod, double omega, ImpactSolver::ClosedContact& closed) {
     const Vector q = rod.problem->info().q0, v = values({2 + l / 2 * s * omega, l / 2 * c * omega, omega});
     rod.prepare(q, {0});
     rod.law.set_slide(closed, v, 1e-12);
@@ -228,7 +228,7 @@ TEST(ContactForces, KnowPainlevesParadox) {
   const double forward = 1;
   for (const double omega : {0.0, 2.0}) {  // outside: one force
     LawsOf rod(rod_with(0.4));
-    ImpactLaw::ClosedContact closed{.contact = 0};
+    ImpactSolver::ClosedContact closed{.contact = 0};
     ASSERT_EQ(sliding_forces(rod, omega, closed), LcpStatus::solved);
     EXPECT_NEAR(rod.law.sliding_delassus(0, &forward), p(0.4), 1e-14);
     const double b = l / 2 * s * omega * omega - g;
@@ -241,13 +241,13 @@ TEST(ContactForces, KnowPainlevesParadox) {
   ASSERT_LT(p(2), 0);
   {  // b < 0: no force keeps it closed, and none opens it
     LawsOf rod(rod_with(2));
-    ImpactLaw::ClosedContact closed{.contact = 0};
+    ImpactSolver::ClosedContact closed{.contact = 0};
     EXPECT_NE(sliding_forces(rod, 0, closed), LcpStatus::solved);
     EXPECT_NEAR(rod.law.sliding_delassus(0, &forward), p(2), 1e-14);
   }
   {  // b > 0: it may open, or stay closed with lambda_n = -b / p. Both are solutions, and sliding_delassus() says so.
     LawsOf rod(rod_with(2));
-    ImpactLaw::ClosedContact closed{.contact = 0};
+    ImpactSolver::ClosedContact closed{.contact = 0};
     ASSERT_EQ(sliding_forces(rod, 6, closed), LcpStatus::solved);
     EXPECT_LT(rod.law.sliding_delassus(0, &forward), 0);
     const double b = l / 2 * s * 36 - g, lambda = rod.Lambda_n[0];
@@ -260,7 +260,7 @@ TEST(ContactForces, AreNoneBetweenBodiesThatFallTogether) {
   LawsOf row(make_problem("ball_row_touching"));  // without any load
   const Vector q = row.problem->info().q0, v = Vector::Constant(4, 2);
   row.prepare(q, {0, 1, 2});
-  std::vector<ImpactLaw::ClosedContact> closed{{.contact = 1}, {.contact = 2}};
+  std::vector<ImpactSolver::ClosedContact> closed{{.contact = 1}, {.contact = 2}};
   ASSERT_EQ(row.law.contact_forces(q, v, closed, row.Lambda_n, row.Lambda_t), LcpStatus::solved);
   expect_near(row.Lambda_n, {0, 0, 0});
   for (const auto& contact : closed) {
@@ -354,7 +354,7 @@ TEST_P(TouchingScene, BalancesTheMomentumOfImpacts) {
 TEST_P(TouchingScene, BalancesTheForces) {
   const Vector &q = info_.q0, &v = info_.v0;
   laws_.prepare(q, touching_);
-  std::vector<ImpactLaw::ClosedContact> closed;
+  std::vector<ImpactSolver::ClosedContact> closed;
   for (const int i : touching_) {
     closed.push_back({.contact = i});
     laws_.law.set_slide(closed.back(), v, 1e-12);
@@ -379,7 +379,7 @@ TEST_P(TouchingScene, BalancesTheForces) {
     EXPECT_LE(std::abs(J_n_.col(i).dot(w) + bias[i]), 1e-11 * w_size) << info_.contacts[i].name;
 }
 
-INSTANTIATE_TEST_SUITE_P(ImpactLaw, TouchingScene, testing::ValuesIn(scenes_that_touch()),
+INSTANTIATE_TEST_SUITE_P(ImpactSolver, TouchingScene, testing::ValuesIn(scenes_that_touch()),
                          [](const auto& test) { return test.param; });
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "methods/contact_laws/impact_law.h"
+#include "methods/contact_laws/impact_solver.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,8 +12,8 @@ constexpr std::size_t kMaxUnpredicted = 8;
 
 }  // namespace
 
-ImpactLaw::ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, const ContactScales& scales,
-                     Counters& counters)
+ImpactSolver::ImpactSolver(const Problem& problem, const FrictionPolygon& polygon, const ContactScales& scales,
+                           Counters& counters)
     : problem_(problem),
       polygon_(polygon),
       scales_(scales),
@@ -42,30 +42,30 @@ ImpactLaw::ImpactLaw(const Problem& problem, const FrictionPolygon& polygon, con
   r_.resize(n);
 }
 
-bool ImpactLaw::prepare(const Vector& q, std::span<const int> touching) {
+bool ImpactSolver::prepare(const Vector& q, std::span<const int> touching) {
   if (!mass_inverse_.set_position(q)) return false;
   operator_.set_directions(q);
   return operator_.set_responses(touching, mass_inverse_);
 }
 
-double ImpactLaw::mobility(int contact) const {
+double ImpactSolver::mobility(int contact) const {
   double largest = 0;
   for (int d = 1; d <= n_t(contact); ++d) largest = std::max(largest, operator_.own_delassus(contact, d, d));
   return largest;
 }
 
-double ImpactLaw::sliding_delassus(int contact, const double* direction) const {
+double ImpactSolver::sliding_delassus(int contact, const double* direction) const {
   double entry = operator_.own_delassus(contact, 0, 0);
   for (int d = 0; d < n_t(contact); ++d)
     entry -= problem_.info().contacts[contact].mu * direction[d] * operator_.own_delassus(contact, 0, 1 + d);
   return entry;
 }
 
-void ImpactLaw::slip_velocity(int contact, const Eigen::Ref<const Vector>& v, double* v_t) const {
+void ImpactSolver::slip_velocity(int contact, const Eigen::Ref<const Vector>& v, double* v_t) const {
   for (int d = 0; d < n_t(contact); ++d) v_t[d] = operator_.dot(contact, 1 + d, v);
 }
 
-void ImpactLaw::set_slide(ClosedContact& closed, const Eigen::Ref<const Vector>& v, double rounding) const {
+void ImpactSolver::set_slide(ClosedContact& closed, const Eigen::Ref<const Vector>& v, double rounding) const {
   double v_t[2]{0, 0};
   slip_velocity(closed.contact, v, v_t);
   const double speed = std::hypot(v_t[0], v_t[1]);
@@ -81,7 +81,7 @@ void ImpactLaw::set_slide(ClosedContact& closed, const Eigen::Ref<const Vector>&
   }
 }
 
-void ImpactLaw::set_vertex(ClosedContact& closed, int vertex) const {
+void ImpactSolver::set_vertex(ClosedContact& closed, int vertex) const {
   const auto d = polygon_.vertex(vertex);
   closed.slides = true;
   closed.is_on_edge = false;
@@ -89,24 +89,24 @@ void ImpactLaw::set_vertex(ClosedContact& closed, int vertex) const {
   for (int k = 0; k < 2; ++k) closed.direction[k] = -d[k];
 }
 
-void ImpactLaw::set_edge(ClosedContact& closed, int edge) const {
+void ImpactSolver::set_edge(ClosedContact& closed, int edge) const {
   set_vertex(closed, edge);
   closed.is_on_edge = true;
 }
 
-double ImpactLaw::slip_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const {
+double ImpactSolver::slip_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const {
   double scale = 0;
   for (int d = 0; d < n_t(contact); ++d) scale = std::max(scale, operator_.terms(contact, 1 + d, v));
   return scale;
 }
 
-void ImpactLaw::set_contacts_of(int island) {
+void ImpactSolver::set_contacts_of(int island) {
   contacts_of_island_.clear();
   for (const int member : islands_.members(island)) contacts_of_island_.push_back(contacts_[member]);
 }
 
 /// Impulses or forces r_ of the island at hand, for b_ and laws_.
-LcpStatus ImpactLaw::solve_island(double rounding) {
+LcpStatus ImpactSolver::solve_island(double rounding) {
   operator_.assemble(contacts_of_island_, delassus_);
   const Eigen::Index n = delassus_.n_rows();
   ++counters_.complementarity_solves;
@@ -122,15 +122,15 @@ LcpStatus ImpactLaw::solve_island(double rounding) {
 }
 
 /// Adds what r_ of the island at hand does to a velocity or acceleration, and to the bilateral constraints.
-void ImpactLaw::push(Eigen::Ref<Vector> motion, Eigen::Ref<Vector> normal) const {
+void ImpactSolver::push(Eigen::Ref<Vector> motion, Eigen::Ref<Vector> normal) const {
   const double* r = r_.data();
   for (const int i : contacts_of_island_) {
     for (int d = 0; d <= n_t(i); ++d) operator_.push(i, d, *r++, motion, normal);
   }
 }
 
-const Vector& ImpactLaw::impulse_size(std::span<const int> together, const Eigen::Ref<const Vector>& Lambda_n,
-                                      const Eigen::Ref<const Vector>& Lambda_t) {
+const Vector& ImpactSolver::impulse_size(std::span<const int> together, const Eigen::Ref<const Vector>& Lambda_n,
+                                         const Eigen::Ref<const Vector>& Lambda_t) {
   size_.setZero();
   for (const int i : together) {
     for (int d = 0; d <= n_t(i); ++d) {
@@ -141,8 +141,8 @@ const Vector& ImpactLaw::impulse_size(std::span<const int> together, const Eigen
   return size_;
 }
 
-LcpStatus ImpactLaw::impact(std::span<const int> together, std::span<const int> approaching, Eigen::Ref<Vector> v,
-                            Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {
+LcpStatus ImpactSolver::impact(std::span<const int> together, std::span<const int> approaching, Eigen::Ref<Vector> v,
+                               Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {
   contacts_.assign(together.begin(), together.end());
   operator_.find_islands(contacts_, islands_);
   for (int island = 0; island < islands_.count(); ++island) {
@@ -176,7 +176,7 @@ LcpStatus ImpactLaw::impact(std::span<const int> together, std::span<const int> 
   return LcpStatus::solved;
 }
 
-const Vector& ImpactLaw::free_acceleration(const Vector& q, const Vector& v) {
+const Vector& ImpactSolver::free_acceleration(const Vector& q, const Vector& v) {
   problem_.force(q.data(), v.data(), problem_.info().u.data(), f_.data());
   ++counters_.force_evaluations;
   w_ = f_;
@@ -184,8 +184,8 @@ const Vector& ImpactLaw::free_acceleration(const Vector& q, const Vector& v) {
   return w_;
 }
 
-LcpStatus ImpactLaw::contact_forces(const Vector& q, const Vector& v, std::span<ClosedContact> closed,
-                                    Eigen::Ref<Vector> lambda_n, Eigen::Ref<Vector> lambda_t) {
+LcpStatus ImpactSolver::contact_forces(const Vector& q, const Vector& v, std::span<ClosedContact> closed,
+                                       Eigen::Ref<Vector> lambda_n, Eigen::Ref<Vector> lambda_t) {
   free_acceleration(q, v);
   problem_.gap_acceleration_bias(q.data(), v.data(), bias_.data());
   if (has_turning_friction_) problem_.slip_velocity_derivative(q.data(), v.data(), T_.data());
