@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace ricochet {
 
@@ -81,6 +82,9 @@ void ContactStep::add_impulses(double factor, const Vector& r_n, const Vector& r
   }
 }
 
+/// What adding up a J_n' v leaves of zero, relative to its terms: some units of the last place.
+constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
+
 ContactStatus ContactStep::solve(Vector& v, const Vector& shift, const Vector& present, const Vector& slip_shift) {
   Lambda_n_.setZero();
   Lambda_t_.setZero();
@@ -113,7 +117,8 @@ ContactStatus ContactStep::solve(Vector& v, const Vector& shift, const Vector& p
         Lambda_n_[i] = last_n_[i] = impulse;
         if (impulse > 0)
           velocity_rounding_[i] =
-              options_.tolerance * (std::abs(problem_.b[row]) + problem_.G.diagonal(k, 0) * impulse + largest);
+              options_.tolerance * (std::abs(problem_.b[row]) + problem_.G.diagonal(k, 0) * impulse + largest) +
+              kRounding * operator_.terms(i, 0, v);
       } else {
         Lambda_t_[info_.contacts[i].tangent_index + d - 1] = last_t_[info_.contacts[i].tangent_index + d - 1] = impulse;
       }

@@ -71,7 +71,7 @@ class ContactStep {
 
   /// What the solver leaves of J_n' v+ + s of an active contact that carries an impulse, and so should have zero [m/s]:
   /// a part of the velocities at that contact, and where the solver iterates of the largest velocity at any, which its
-  /// tolerance is relative to. Zero of a contact without impulse.
+  /// tolerance is relative to; and the rounding of J_n' v+ itself. Zero of a contact without impulse.
   double velocity_rounding(int contact) const { return velocity_rounding_[contact]; }
 
   const Vector& Lambda_n() const { return Lambda_n_; }  ///< n_c, of the last solve(), m included; zero where not active
