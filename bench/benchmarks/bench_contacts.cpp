@@ -72,9 +72,7 @@ void run(const Stored& stored, const ContactSolverOptions& options, benchmark::S
 
 void register_scene(const RecordedScene& scene, const ParameterChanges& changes) {
   const Stored stored = record(scene, changes);
-  std::vector<std::string> solvers = usual_solvers(stored->problem);
-  solvers.push_back("exact");
-  for (const auto& solver : solvers) {
+  for (const auto& solver : usual_solvers(stored->problem)) {
     const std::string name = fmt::format("{}/{}/{}", solver, scene.id, stored->problem.G.n_contacts());
     const ContactSolverOptions options = contact_solver_options(solver);
     benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) {
