@@ -4,7 +4,7 @@
 // rows, one more where contacts or joints are curved: they are of index 2, and the error of T_{j,j} is O(h^j) there. Where
 // a contact changes its mode within it, it is halved, again and again, down to
 //
-//   h_min = T max(N^-p, 1e-9)                                                                (6)
+//   h_min = T max(N^-p, 1e-10)                                                               (6)
 //
 // and a step of that length is taken as it is, with order 1. Behind it parts of the step double, up to its end, which
 // is always a point of the grid k h. So an impact is known to O(h^p), and the order is p through impacts, too.
@@ -28,6 +28,9 @@ namespace {
 
 using Outcome = MoreauExtrapolation::Outcome;
 
+/// Of the end time: in shorter steps rounding hides velocities that begin.
+constexpr double kShortest = 1e-10;
+
 class EventCapturing final : public TimeSteppingMethod {
  public:
   explicit EventCapturing(const MethodSpec& spec)
@@ -49,7 +52,7 @@ class EventCapturing final : public TimeSteppingMethod {
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
     const double T = problem.info().end_time, h = T / settings.steps;
-    const double shortest = T * std::pow(settings.steps, -order_);  // (6)
+    const double shortest = T * std::max(std::pow(settings.steps, -order_), kShortest);  // (6)
     SwitchingRun run(problem, settings, solver_, observer_, shortest);
     const int rows = order_ + (run.table().is_affine() ? 0 : 1);
     int step = 0;

@@ -9,8 +9,6 @@ namespace ricochet {
 namespace {
 
 constexpr std::int64_t kMaxSteps = 10'000'000;
-/// Of the end time: in shorter steps what begins to slip, or opens smoothly, has velocities that rounding hides.
-constexpr double kShortest = 1e-9;
 constexpr double kTimeRounding = 1e-14;  // of the end time: steps that end this close to a time end there
 
 }  // namespace
@@ -20,7 +18,7 @@ SwitchingRun::SwitchingRun(const Problem& problem, const Settings& settings, con
     : problem_(problem),
       settings_(settings),
       T_(problem.info().end_time),
-      shortest_(std::max(shortest, kShortest * T_)),
+      shortest_(shortest),
       longest_(std::max(shortest_, std::min(std::max(32 * shortest_, 0.1 * std::sqrt(shortest_ * T_)), 1e-3 * T_))),
       time_limit_(settings.time_limit),
       table_(problem, settings, solver, observer, solution_.counters, shortest_),

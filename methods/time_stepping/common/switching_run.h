@@ -13,7 +13,7 @@ namespace ricochet {
 /// contacts switch: what methods have in common that find switches by halving their steps.
 class SwitchingRun {
  public:
-  /// @param shortest  of single steps [s]; 1e-9 of the end time at least
+  /// @param shortest  length of single steps [s]
   SwitchingRun(const Problem& problem, const Settings& settings, const ContactSolverOptions& solver,
                ContactObserver* observer, double shortest);
 
