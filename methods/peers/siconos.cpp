@@ -72,27 +72,61 @@ class SiconosEventDriven final : public Method {
   std::string id_;
 };
 
+/// siconos/d1_minus.cpp
+class SiconosD1Minus final : public Method {
+ public:
+  explicit SiconosD1Minus(const MethodSpec& spec) : id_(spec.text()) {}
+  MethodInfo info() const override {
+    return {.id = id_,
+            .title = "Siconos D1-minus, half-explicit",
+            .source = "Schindler, Acary, Math. Comput. Simul. 95 (2014) 180-199",
+            .order_smooth = 2,
+            .order_impacts = 1};
+  }
+  Support supports(const ProblemInfo& problem) const override {
+    if (problem.has_friction()) return Support::no("Siconos' D1-minus scheme has no friction");
+    return supports_contacts(problem);
+  }
+
+ protected:
+  Solution do_solve(const Problem& problem, const Settings& settings) const override {
+    return siconos::integrate_d1_minus(problem, settings);
+  }
+
+ private:
+  std::string id_;
+};
+
 #else
+using SiconosD1Minus = NotBuilt;
 using SiconosMoreauJean = NotBuilt;
 using SiconosEventDriven = NotBuilt;
 #endif
 
 const char* const kNotBuilt = "libsiconos-kernel-dev not found";
 
-const bool registered = register_method<SiconosMoreauJean>({
-                            .name = "siconos_moreau_jean",
-                            .usage = "siconos_moreau_jean[,theta=0.5]",
-                            .summary = "Siconos: its Moreau-Jean time stepping",
-                            .examples = {"siconos_moreau_jean", "siconos_moreau_jean,theta=1"},
-                            .not_built = kNotBuilt,
-                        }) &&
-                        register_method<SiconosEventDriven>({
-                            .name = "siconos_event_driven",
-                            .usage = "siconos_event_driven, with --tolerance",
-                            .summary = "Siconos: LSODAR with located events, without friction",
-                            .examples = {"siconos_event_driven"},
-                            .not_built = kNotBuilt,
-                        });
+const bool registered =
+    register_method<SiconosMoreauJean>({
+        .name = "siconos_moreau_jean",
+        .usage = "siconos_moreau_jean[,theta=0.5]",
+        .summary = "Siconos: its Moreau-Jean time stepping",
+        .examples = {"siconos_moreau_jean", "siconos_moreau_jean,theta=1"},
+        .not_built = kNotBuilt,
+    }) &&
+    register_method<SiconosD1Minus>({
+        .name = "siconos_d1_minus",
+        .usage = "siconos_d1_minus",
+        .summary = "Siconos: its half-explicit time-discontinuous Galerkin method, without friction",
+        .examples = {"siconos_d1_minus"},
+        .not_built = kNotBuilt,
+    }) &&
+    register_method<SiconosEventDriven>({
+        .name = "siconos_event_driven",
+        .usage = "siconos_event_driven, with --tolerance",
+        .summary = "Siconos: LSODAR with located events, without friction",
+        .examples = {"siconos_event_driven"},
+        .not_built = kNotBuilt,
+    });
 
 }  // namespace
 }  // namespace ricochet

@@ -28,7 +28,7 @@ Solution solve(const std::string& method, const std::string& problem, int steps,
 
 TEST(Siconos, WithoutItsLibrarySaysWhatIsMissing) {
   if (is_built("siconos_moreau_jean")) GTEST_SKIP() << "it is built";
-  for (const std::string method : {"siconos_moreau_jean", "siconos_event_driven"}) {
+  for (const std::string method : {"siconos_moreau_jean", "siconos_d1_minus", "siconos_event_driven"}) {
     try {
       make_method(method);
       FAIL() << method;
@@ -54,6 +54,16 @@ TEST(Siconos, MoreauJeanTakesTheSameStepsAsOurs) {
       EXPECT_EQ(ours.events[k].t, theirs.events[k].t) << problem;
     }
   }
+}
+
+TEST(Siconos, D1MinusTakesTheSameStepsAsOursWhereTheSchemesCoincide) {
+  if (!is_built("siconos_d1_minus")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
+  // Beads that strike a wall and each other with one impact at a time: no contact stays closed for a step.
+  const Solution ours = solve("d1_minus", "bead_row", 1000, 0), theirs = solve("siconos_d1_minus", "bead_row", 1000, 0);
+  ASSERT_TRUE(theirs.succeeded()) << theirs.message;
+  // Rounding in 1000 steps.
+  EXPECT_LE((ours.q - theirs.q).lpNorm<Eigen::Infinity>(), 1e-10);
+  EXPECT_LE((ours.v - theirs.v).lpNorm<Eigen::Infinity>(), 1e-10);
 }
 
 TEST(Siconos, EventDrivenFindsTheImpactsOfABall) {

@@ -10,6 +10,9 @@ namespace ricochet::siconos {
 /// moreau_jean.cpp has the equations. Reads settings.steps.
 Solution integrate_moreau_jean(const Problem& problem, const Settings& settings, double theta);
 
+/// d1_minus.cpp has the equations. Reads settings.steps.
+Solution integrate_d1_minus(const Problem& problem, const Settings& settings);
+
 /// event_driven.cpp has the equations. Reads settings.tolerance.
 Solution integrate_event_driven(const Problem& problem, const Settings& settings);
 
