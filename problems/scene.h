@@ -34,6 +34,7 @@
 ///     tangents(q)              std::array<std::array<Vec<T, n_q>, n_t>, n_c>, columns of J_t; needed when some mu > 0
 ///     input(q), control()      Mat-like std::array of n_q rows with n_u entries; the constant u of the plain simulation
 ///     potential_energy(q)      for energy reports
+///     geometry()               GeometryOf<T>: bodies and shapes as drawings and engines need them (geometry.h)
 ///
 /// A bilateral constraint is a contact joint<T>("name"), and its gap is zero at all times.
 ///
@@ -88,6 +89,10 @@ concept HasContacts = requires(const Scene s) {
 template <class Scene>
 concept HasPotential = requires(const Scene s) {
   s.potential_energy(s.q0());
+};
+template <class Scene>
+concept HasGeometry = requires(const Scene s) {
+  s.geometry();
 };
 template <class Scene>
 concept HasControl = requires(const Scene s) {
@@ -247,6 +252,7 @@ SymbolicModel symbolic_model(Scene<double> numeric) {
     }
   }
   if constexpr (HasPotential<Scene<ex>>) model.potential_energy = scene.potential_energy(q);
+  if constexpr (HasGeometry<Scene<ex>>) model.geometry = scene.geometry();
   return model;
 }
 

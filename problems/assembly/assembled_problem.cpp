@@ -28,7 +28,7 @@ int AssembledProblem::add_coordinate(double m, double f, double q0, double v0) {
   return static_cast<int>(k);
 }
 
-void AssembledProblem::add_contact(Kind kind, std::vector<int> coordinates, std::string name) {
+int AssembledProblem::add_contact(Kind kind, std::vector<int> coordinates, std::string name) {
   ContactCopies& copies = *kind.copies_;
   if (static_cast<int>(coordinates.size()) != copies.n_local() || !std::ranges::is_sorted(coordinates))
     throw std::logic_error("contact " + name + ": coordinates of another number or order than its scene has");
@@ -45,6 +45,7 @@ void AssembledProblem::add_contact(Kind kind, std::vector<int> coordinates, std:
   info_.n_lambda_t += contact.n_t;
   (contact.is_bilateral ? info_.bilateral : info_.unilateral).push_back(info_.n_c());
   info_.contacts.push_back(std::move(contact));
+  return info_.n_c() - 1;
 }
 
 void AssembledProblem::mass_matrix(const double*, double* M) const {

@@ -39,8 +39,13 @@ class AssembledProblem : public Problem {
     return Kind(kinds_.back().get());
   }
 
-  /// @param coordinates  those of the kind's scene, ascending here as there
-  void add_contact(Kind kind, std::vector<int> coordinates, std::string name);
+  /// @param coordinates  those of the kind's scene, ascending here as there. @return the number of the contact
+  int add_contact(Kind kind, std::vector<int> coordinates, std::string name);
+
+  /// How it looks, in the end.
+  void set_geometry(GeometryOf<double> geometry) {
+    info_.geometry = std::make_shared<Geometry>(Geometry{std::move(geometry)});
+  }
 
   void mass_matrix(const double* q, double* M) const override;
   void force(const double* q, const double* v, const double* u, double* f) const override;

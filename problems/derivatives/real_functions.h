@@ -32,6 +32,10 @@ GiNaC::ex choose(const GiNaC::ex& c, const GiNaC::ex& a, const GiNaC::ex& b);
 
 /// |x| of an expression `x`, with the derivative (1); its name is `magnitude`, GiNaC's own function being `abs`.
 GiNaC::ex magnitude(const GiNaC::ex& x);
+/// The same of a number `x`.
+inline double magnitude(double x) {
+  return x < 0 ? -x : x;
+}
 
 /// The `expression` for real symbols: with (1) in place of GiNaC's abs, csgn and step, and without conjugates and real
 /// parts.

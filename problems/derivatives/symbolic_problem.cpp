@@ -76,6 +76,7 @@ SymbolicModel stated(SymbolicModel model) {
     contact.drives.clear();
   }
   if (model.potential_energy) make_real(*model.potential_energy);
+  if (model.geometry) model.geometry->for_each_number(make_real);
   return model;
 }
 
@@ -149,6 +150,14 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model) : stated_(stated(std::move
   info_.v0 = numbers(model_.v0);
   info_.u = numbers(model_.control);
   info_.end_time = model_.number(model_.end_time);
+  if (model_.geometry) {
+    Expressions formulas;
+    model_.geometry->for_each_number([&](const ex& number) { formulas.push_back(number); });
+    const Vector values = numbers(formulas);
+    auto geometry = std::make_shared<Geometry>(Geometry{without_numbers<double>(*model_.geometry)});
+    geometry->for_each_number([next = values.data()](double& number) mutable { number = *next++; });
+    info_.geometry = std::move(geometry);
+  }
 
   total_force_ = model_.force;
   for (std::size_t row = 0; row < model_.input.size(); ++row) total_force_[row] += dot(model_.input[row], model_.u);
@@ -242,6 +251,7 @@ void SymbolicProblem::open_parameters() {
   Expressions numbers = join<ex>({model_.q0, model_.v0, model_.control, {model_.end_time}});
   for (const auto& contact : model_.contacts) numbers.push_back(contact.eps_r);
   for (const auto& contact : model_.contacts) numbers.push_back(contact.mu);
+  if (model_.geometry) model_.geometry->for_each_number([&](const ex& number) { numbers.push_back(number); });
   numbers_ = SparseProgram(numbers, {}, constants);
   number_values_.resize(numbers.size());
 }
@@ -250,7 +260,7 @@ bool SymbolicProblem::set_parameters(std::span<const double> values) {
   numbers_.set_constants(values);
   numbers_.evaluate({}, number_values_.data());
   const auto n_c = static_cast<std::size_t>(info_.n_c());
-  const double* mu = number_values_.data() + number_values_.size() - n_c;
+  const double* mu = number_values_.data() + info_.q0.size() + info_.v0.size() + info_.u.size() + 1 + info_.n_c();
   for (std::size_t i = 0; i < n_c; ++i) {
     if (!info_.contacts[i].is_bilateral && (mu[i] != 0) != (info_.contacts[i].mu != 0)) return false;
   }
@@ -270,6 +280,11 @@ bool SymbolicProblem::set_parameters(std::span<const double> values) {
   info_.end_time = *next++;
   for (auto& contact : info_.contacts) contact.eps_r = *next++;
   for (auto& contact : info_.contacts) contact.mu = *next++;
+  if (info_.geometry) {
+    auto geometry = std::make_shared<Geometry>(*info_.geometry);
+    geometry->for_each_number([&](double& number) { number = *next++; });
+    info_.geometry = std::move(geometry);
+  }
   for (std::size_t k = 0; k < values.size(); ++k)
     info_.parameters[k].value = model_.parameters[k].value = stated_.parameters[k].value = values[k];
   parameters_changed();

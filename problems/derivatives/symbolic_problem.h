@@ -11,6 +11,7 @@
 
 #include "problems/derivatives/sparse_program.h"
 #include "problems/derivatives/straight_line_program.h"
+#include "problems/geometry.h"
 #include "problems/problem.h"
 
 /// @file
@@ -55,6 +56,8 @@ struct SymbolicModel {
   Expressions control;                        ///< n_u, of the plain simulation, in terms of the parameters and t
   GiNaC::ex end_time;                         ///< [s], in terms of the parameters only
   std::optional<GiNaC::ex> potential_energy;  ///< [J], in terms of q and the parameters
+  /// Bodies and shapes, in terms of the parameters only; nothing where the scene states none.
+  std::optional<GeometryOf<GiNaC::ex>> geometry;
 
   /// Value of an `expression` of parameters and numbers.
   double number(const GiNaC::ex& expression) const;
@@ -137,7 +140,7 @@ class SymbolicProblem : public Problem {
   mutable SparseProgram dynamics_hessian_, gap_hessian_, parameter_derivative_;
 
   bool are_parameters_open_ = false;
-  SparseProgram numbers_;  ///< when they are: q0, v0, u, T, all eps_r, all mu, one below the other
+  SparseProgram numbers_;  ///< when they are: q0, v0, u, T, all eps_r, all mu, the geometry's, one below the other
   std::vector<double> number_values_;
 };
 

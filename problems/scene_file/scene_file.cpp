@@ -16,6 +16,7 @@
 #include "problems/input_text.h"
 #include "problems/names.h"
 #include "problems/scene_file/expression.h"
+#include "problems/scene_file/field.h"
 #include "problems/scene_file/scene_schema.h"
 
 namespace ricochet {
@@ -26,37 +27,6 @@ using nlohmann::json;
 using Expressions = SymbolicModel::Expressions;
 
 constexpr double kLeastSine = 1e-8;  // of the angle between tangents: half the digits of their cone are lost below
-
-/// A place in the file: the value and its name for messages.
-class Field {
- public:
-  Field(const json& value, std::string name) : value_(&value), name_(std::move(name)) {}
-
-  const std::string& name() const { return name_; }
-  const json& value() const { return *value_; }
-  bool has(const std::string& key) const { return value_->contains(key); }
-  std::size_t size() const { return value_->size(); }
-
-  Field at(const std::string& key) const {
-    const std::string child = place_of(name_, key);
-    if (!has(key)) throw InputError(child + ": this field is missing");
-    return {(*value_)[key], child};
-  }
-  Field at(std::size_t index) const { return {(*value_)[index], fmt::format("{}[{}]", name_, index)}; }
-
-  void require_size(std::size_t length) const {
-    if (size() != length) {
-      throw InputError(name_ + ", number of entries", size(), fmt::format("{} are required", length));
-    }
-  }
-
-  /// Of a text, or a number.
-  std::string text() const { return value_->is_string() ? value_->get<std::string>() : value_->dump(); }
-
- private:
-  const json* value_;
-  std::string name_;
-};
 
 class SceneReader {
  public:
@@ -71,7 +41,7 @@ class SceneReader {
       const Field contacts = scene_.at("contacts");
       for (std::size_t i = 0; i < contacts.size(); ++i) read_contact(contacts.at(i), n_q);
     }
-    if (scene_.has("potential_energy")) model_.potential_energy = expression(scene_.at("potential_energy"), in_q_);
+    if (scene_.has("potential_energy")) model_.potential_energy = scene_.at("potential_energy").expression(in_q_);
     return std::move(model_);
   }
 
@@ -107,9 +77,9 @@ class SceneReader {
 
   std::size_t read_state() {
     const auto n_q = scene_.at("q0").size();
-    model_.q0 = expressions(scene_.at("q0"), n_q, constants_);
-    model_.v0 = expressions(scene_.at("v0"), n_q, constants_);
-    model_.end_time = expression(scene_.at("T"), constants_);
+    model_.q0 = scene_.at("q0").expressions(n_q, constants_);
+    model_.v0 = scene_.at("v0").expressions(n_q, constants_);
+    model_.end_time = scene_.at("T").expression(constants_);
     for (std::size_t k = 0; k < n_q; ++k) {
       model_.q.emplace_back(fmt::format("q[{}]", k));
       model_.v.emplace_back(fmt::format("v[{}]", k));
@@ -126,10 +96,10 @@ class SceneReader {
 
   void read_dynamics(std::size_t n_q) {
     model_.mass = rows(scene_.at("M"), n_q, n_q, in_q_);
-    model_.force = expressions(scene_.at("f"), n_q, in_state_);
+    model_.force = scene_.at("f").expressions(n_q, in_state_);
     if (!scene_.has("Bu") && !scene_.has("u")) return;
     const auto n_u = scene_.at("u").size();
-    model_.control = expressions(scene_.at("u"), n_u, of_time_);
+    model_.control = scene_.at("u").expressions(n_u, of_time_);
     model_.input = rows(scene_.at("Bu"), n_q, n_u, in_q_and_time_);
     for (std::size_t k = 0; k < n_u; ++k) model_.u.emplace_back(fmt::format("u[{}]", k));
   }
@@ -141,21 +111,21 @@ class SceneReader {
     if (!is_new)
       throw InputError(place_of(field.name(), "name"), contact.name,
                        fmt::format("contacts[{}] has this name, another one is required", other->second));
-    contact.gap = expression(field.at("gap"), in_q_and_time_);
+    contact.gap = field.at("gap").expression(in_q_and_time_);
     if (field.has("e") && field.has("eps_r"))
       throw InputError(field.at("eps_r").name(), field.at("eps_r").text(), "e is given, too, which means the same");
     for (const char* name : {"e", "eps_r"}) {
-      if (field.has(name)) contact.eps_r = expression(field.at(name), constants_);
+      if (field.has(name)) contact.eps_r = field.at(name).expression(constants_);
     }
-    if (field.has("mu")) contact.mu = expression(field.at("mu"), constants_);
+    if (field.has("mu")) contact.mu = field.at("mu").expression(constants_);
     if (field.has("Jt")) {
       const Field directions = field.at("Jt");
       for (std::size_t d = 0; d < directions.size(); ++d)
-        contact.tangents.push_back(expressions(directions.at(d), n_q, in_q_and_time_));
+        contact.tangents.push_back(directions.at(d).expressions(n_q, in_q_and_time_));
       require_directions(directions, contact.tangents);
     }
     if (field.has("vt_drive"))
-      contact.drives = expressions(field.at("vt_drive"), contact.tangents.size(), in_q_and_time_);
+      contact.drives = field.at("vt_drive").expressions(contact.tangents.size(), in_q_and_time_);
     if (field.has("bilateral")) contact.is_bilateral = field.at("bilateral").value().get<bool>();
     if (field.has("Jn")) compare_normal(field.at("Jn"), contact.gap, n_q);
     model_.contacts.push_back(std::move(contact));
@@ -197,7 +167,7 @@ class SceneReader {
 
   /// J_n is derived from the gap; a file that also states it must agree at q0 and t = 0 and at two points near it.
   void compare_normal(const Field& field, const ex& gap, std::size_t n_q) {
-    const auto stated = expressions(field, n_q, in_q_and_time_);
+    const auto stated = field.expressions(n_q, in_q_and_time_);
     for (const double shift : {0.0, 0.137, -0.0731}) {
       std::vector<StraightLineProgram::Constant> values = model_.constants();
       values.push_back({model_.t, shift});
@@ -220,19 +190,8 @@ class SceneReader {
                                        const ExpressionNames& names) {
     field.require_size(n_rows);
     std::vector<Expressions> matrix;
-    for (std::size_t row = 0; row < n_rows; ++row) matrix.push_back(expressions(field.at(row), n_columns, names));
+    for (std::size_t row = 0; row < n_rows; ++row) matrix.push_back(field.at(row).expressions(n_columns, names));
     return matrix;
-  }
-
-  static Expressions expressions(const Field& field, std::size_t length, const ExpressionNames& names) {
-    field.require_size(length);
-    Expressions list;
-    for (std::size_t k = 0; k < length; ++k) list.push_back(expression(field.at(k), names));
-    return list;
-  }
-
-  static ex expression(const Field& field, const ExpressionNames& names) {
-    return parse_expression(field.text(), names, field.name());
   }
 
   static double decimal(const Field& field) {

@@ -53,6 +53,20 @@ struct Ball3d {
     return {{{{{1, 0, 0, 0, -R, 0}, {0, 1, 0, R, 0, 0}}}}};
   }
   T potential_energy(const Vec<T, 6>& q) const { return m * g * q[2]; }
+
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.in_space = true, .gravity = {0, 0, -g}};
+    const T J = 2 * m * R * R / 5;
+    const int ball = geometry.add_body({.name = "ball",
+                                        .mass = m,
+                                        .inertia = {J, J, J},
+                                        .position = {{{0}, {1}, {2}}},
+                                        .rotation = BodyRotation::spin,
+                                        .angles = {{{3}, {4}, {5}}}});
+    const int plane = geometry.add_shape({.kind = ShapeKind::half_space});
+    geometry.pairs = {{0, plane, geometry.add_shape({.kind = ShapeKind::sphere, .body = ball, .size = {R}})}};
+    return geometry;
+  }
 };
 
 const bool ball_3d_registered = register_scene<Ball3d>();

@@ -51,6 +51,28 @@ struct BallInBox {
     return {{{{{0, 1, -R}}}, {{{0, 1, R}}}, {{{1, 0, R}}}, {{{1, 0, -R}}}}};
   }
   T potential_energy(const Vec<T, 3>& q) const { return m * g * q[1]; }
+
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int disc = geometry.add_body({.name = "disc",
+                                        .mass = m,
+                                        .inertia = {0, 0, m * R * R / 2},
+                                        .position = {{{0}, {1}, {}}},
+                                        .rotation = BodyRotation::planar,
+                                        .angles = {{{2}, {}, {}}}});
+    const int shape = geometry.add_shape({.kind = ShapeKind::sphere, .body = disc, .size = {R}});
+    const T quarter = quarter_turn<T>();
+    const auto add_wall = [&](int contact, const T& x, const T& y, const T& angle) {
+      const int wall =
+          geometry.add_shape({.kind = ShapeKind::half_space, .position = {x, y, 0}, .angles = {0, 0, angle}});
+      geometry.pairs.push_back({contact, wall, shape});
+    };
+    add_wall(0, 0, 0, -quarter);
+    add_wall(1, W, 0, quarter);
+    add_wall(2, 0, 0, 0);
+    add_wall(3, 0, H, 2 * quarter);
+    return geometry;
+  }
 };
 
 const bool ball_in_box_registered = register_scene<BallInBox>();

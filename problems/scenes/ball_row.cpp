@@ -39,6 +39,17 @@ struct BallRow {
   std::array<Contact<T>, 3> contacts() const { return {{{"first", e}, {"second", e}, {"third", e}}}; }
   Vec<T, 3> gap(const Vec<T, 4>& q) const { return {q[1] - q[0] - 2 * R, q[2] - q[1] - 2 * R, q[3] - q[2] - 2 * R}; }
   T potential_energy(const Vec<T, 4>&) const { return 0; }
+
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry;
+    for (int i = 0; i < 4; ++i) {
+      const int ball =
+          geometry.add_body({.name = fmt::format("ball {}", i + 1), .mass = m, .position = {{{i}, {}, {}}}});
+      geometry.add_shape({.kind = ShapeKind::sphere, .body = ball, .size = {R}});
+      if (i > 0) geometry.pairs.push_back({i - 1, i - 1, i});
+    }
+    return geometry;
+  }
 };
 
 /// The same row with balls that touch.

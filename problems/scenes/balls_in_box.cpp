@@ -53,15 +53,33 @@ std::unique_ptr<Problem> make_balls_in_box(const SceneParameters& p) {
     box->add_coordinate(m, 0, R * 1.5 + (i % per_row) * pitch, velocity());
     box->add_coordinate(m, -m * p["g"], R * 1.5 + (i / per_row) * pitch, velocity());
   }
+  GeometryOf<double> geometry{.gravity = {0, -p["g"], 0}};
+  const double quarter = quarter_turn<double>();
+  const int left_wall = geometry.add_shape({.kind = ShapeKind::half_space, .angles = {0, 0, -quarter}});
+  const int right_wall =
+      geometry.add_shape({.kind = ShapeKind::half_space, .position = {L, 0, 0}, .angles = {0, 0, quarter}});
+  const int floor = geometry.add_shape({.kind = ShapeKind::half_space});
+  std::vector<int> discs;
   for (int i = 0; i < n; ++i) {
-    box->add_contact(left, {2 * i}, fmt::format("disc {}, left", i + 1));
-    box->add_contact(right, {2 * i}, fmt::format("disc {}, right", i + 1));
-    box->add_contact(left, {2 * i + 1}, fmt::format("disc {}, floor", i + 1));
+    const int disc =
+        geometry.add_body({.name = fmt::format("disc {}", i + 1), .mass = m, .position = {{{2 * i}, {2 * i + 1}, {}}}});
+    discs.push_back(geometry.add_shape({.kind = ShapeKind::sphere, .body = disc, .size = {R}}));
+    const auto add = [&](auto kind, int coordinate, const char* where, int wall) {
+      const int contact = box->add_contact(kind, {coordinate}, fmt::format("disc {}, {}", i + 1, where));
+      geometry.pairs.push_back({contact, wall, discs.back()});
+    };
+    add(left, 2 * i, "left", left_wall);
+    add(right, 2 * i, "right", right_wall);
+    add(left, 2 * i + 1, "floor", floor);
   }
   for (int i = 0; i < n; ++i) {
-    for (int j = i + 1; j < n; ++j)
-      box->add_contact(pair, {2 * i, 2 * i + 1, 2 * j, 2 * j + 1}, fmt::format("discs {}, {}", i + 1, j + 1));
+    for (int j = i + 1; j < n; ++j) {
+      const int contact =
+          box->add_contact(pair, {2 * i, 2 * i + 1, 2 * j, 2 * j + 1}, fmt::format("discs {}, {}", i + 1, j + 1));
+      geometry.pairs.push_back({contact, discs[i], discs[j]});
+    }
   }
+  box->set_geometry(std::move(geometry));
   return box;
 }
 

@@ -35,6 +35,16 @@ std::unique_ptr<Problem> make_bead_row(const SceneParameters& p) {
     row->add_coordinate(m, -m * p["g"], p["distance"] + R + i * (2 * R + p["spacing"]), -p["speed"]);
   row->add_contact(wall, {0}, "wall");
   for (int i = 1; i < n; ++i) row->add_contact(pair, {i - 1, i}, fmt::format("beads {}, {}", i, i + 1));
+
+  GeometryOf<double> geometry{.gravity = {-p["g"], 0, 0}};
+  int neighbour = geometry.add_shape({.kind = ShapeKind::half_space, .angles = {0, 0, -quarter_turn<double>()}});
+  for (int i = 0; i < n; ++i) {
+    const int bead = geometry.add_body({.name = fmt::format("bead {}", i + 1), .mass = m, .position = {{{i}, {}, {}}}});
+    const int shape = geometry.add_shape({.kind = ShapeKind::sphere, .body = bead, .size = {R}});
+    geometry.pairs.push_back({i, neighbour, shape});
+    neighbour = shape;
+  }
+  row->set_geometry(std::move(geometry));
   return row;
 }
 

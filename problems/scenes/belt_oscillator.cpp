@@ -45,6 +45,19 @@ struct BeltOscillator {
   Vec<T, 1> gap(const Vec<T, 2>& q) const { return {q[1]}; }
   std::array<std::array<Vec<T, 2>, 1>, 1> tangents(const Vec<T, 2>&) const { return {{{{{1, 0}}}}}; }
   std::array<std::array<T, 1>, 1> drives(const Vec<T, 2>&, const T&) const { return {{{-v_belt}}}; }
+
+  /// A mass of 20 cm by 10 cm, of which q is the middle of the lower face. The belt runs under it: that is no body.
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int mass = geometry.add_body({.name = "mass", .mass = m, .position = {{{0}, {1}, {}}}});
+    const T height = T(1) / 10;
+    const int belt = geometry.add_shape({.kind = ShapeKind::half_space});
+    const int box = geometry.add_shape(
+        {.kind = ShapeKind::box, .body = mass, .size = {height, height / 2, height}, .position = {0, height / 2, 0}});
+    geometry.pairs = {{0, belt, box}};
+    geometry.links = {{-1, mass, {-5 * height, height / 2, 0}, {-height, height / 2, 0}}};
+    return geometry;
+  }
 };
 
 const bool belt_oscillator_registered = register_scene<BeltOscillator>();

@@ -34,14 +34,22 @@ std::unique_ptr<Problem> make_block_column(const SceneParameters& p) {
   auto column = std::make_unique<AssembledProblem>(kBlockColumnText, p["duration"]);
   const auto ground = column->add_kind<BlockOnGround>({{H, p["e"], p["mu"]}});
   const auto pair = column->add_kind<BlockOnBlock>({{H, p["e"], p["mu"]}});
+  GeometryOf<double> geometry{.gravity = {0, -p["g"], 0}};
+  int below = geometry.add_shape({.kind = ShapeKind::half_space});
   double m = p.positive("m");
   for (int i = 0; i < n; ++i, m *= p.positive("ratio")) {  // ratio: of a block's mass to that of the one below
     column->add_coordinate(m, 0, 0, p["speed"] * (i + 1) / n);
     column->add_coordinate(m, -m * p["g"], H / 2 + i * H, 0);
+    const int block = geometry.add_body(
+        {.name = fmt::format("block {}", i + 1), .mass = m, .position = {{{2 * i}, {2 * i + 1}, {}}}});
+    const int box = geometry.add_shape({.kind = ShapeKind::box, .body = block, .size = {H, H / 2, H}});
+    geometry.pairs.push_back({i, below, box});
+    below = box;
   }
   column->add_contact(ground, {0, 1}, "ground");
   for (int i = 1; i < n; ++i)
     column->add_contact(pair, {2 * i - 2, 2 * i - 1, 2 * i, 2 * i + 1}, fmt::format("blocks {}, {}", i, i + 1));
+  column->set_geometry(std::move(geometry));
   return column;
 }
 

@@ -42,10 +42,23 @@ std::unique_ptr<Problem> make_block_on_feet(const SceneParameters& p) {
   block->add_coordinate(m, 0, 0, p["v_x0"]);
   block->add_coordinate(m, -m * p["g"], c, 0);
   block->add_coordinate(m * (a * a + c * c) / 3, 0, 0, 0);
+  GeometryOf<double> geometry{.gravity = {0, -p["g"], 0}};
+  const int body = geometry.add_body({.name = "block",
+                                      .mass = m,
+                                      .inertia = {0, 0, m * (a * a + c * c) / 3},
+                                      .position = {{{0}, {1}, {}}},
+                                      .rotation = BodyRotation::planar,
+                                      .angles = {{{2}, {}, {}}}});
+  const int ground = geometry.add_shape({.kind = ShapeKind::half_space});
+  geometry.add_shape({.kind = ShapeKind::box, .body = body, .size = {a, c, a}});
   for (int i = 0; i < n; ++i) {
-    const auto foot = block->add_kind<FootOnGround>({{c, p["e"], p["mu"]}, -a + 2 * a * i / (n - 1)});
+    const double s = -a + 2 * a * i / (n - 1);
+    const auto foot = block->add_kind<FootOnGround>({{c, p["e"], p["mu"]}, s});
     block->add_contact(foot, {0, 1, 2}, fmt::format("foot {}", i + 1));
+    const int point = geometry.add_shape({.kind = ShapeKind::sphere, .body = body, .position = {s, -c, 0}});
+    geometry.pairs.push_back({i, ground, point});
   }
+  block->set_geometry(std::move(geometry));
   return block;
 }
 

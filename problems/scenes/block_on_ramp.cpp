@@ -43,6 +43,19 @@ struct BlockOnRamp {
     using std::cos, std::sin;
     return m * g * (q[1] * cos(slope) - q[0] * sin(slope));
   }
+
+  /// A block of 20 cm by 10 cm, of which q is the middle of the lower face, in the axes of the ramp.
+  GeometryOf<T> geometry() const {
+    using std::cos, std::sin;
+    GeometryOf<T> geometry{.gravity = {g * sin(slope), -g * cos(slope), 0}};
+    const int block = geometry.add_body({.name = "block", .mass = m, .position = {{{0}, {1}, {}}}});
+    const T height = T(1) / 10;
+    const int ramp = geometry.add_shape({.kind = ShapeKind::half_space});
+    const int box = geometry.add_shape(
+        {.kind = ShapeKind::box, .body = block, .size = {height, height / 2, height}, .position = {0, height / 2, 0}});
+    geometry.pairs = {{0, ramp, box}};
+    return geometry;
+  }
 };
 
 const bool block_on_ramp_registered = register_scene<BlockOnRamp>();

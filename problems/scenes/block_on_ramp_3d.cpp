@@ -42,6 +42,21 @@ struct BlockOnRamp3d {
     using std::cos, std::sin;
     return m * g * (q[2] * cos(slope) - sin(slope) * (q[0] * cos(direction) + q[1] * sin(direction)));
   }
+
+  /// A block of 20 cm by 20 cm by 10 cm, of which q is the middle of the lower face, in the axes of the ramp.
+  GeometryOf<T> geometry() const {
+    using std::cos, std::sin;
+    GeometryOf<T> geometry{
+        .in_space = true,
+        .gravity = {g * sin(slope) * cos(direction), g * sin(slope) * sin(direction), -g * cos(slope)}};
+    const int block = geometry.add_body({.name = "block", .mass = m, .position = {{{0}, {1}, {2}}}});
+    const T height = T(1) / 10;
+    const int ramp = geometry.add_shape({.kind = ShapeKind::half_space});
+    const int box = geometry.add_shape(
+        {.kind = ShapeKind::box, .body = block, .size = {height, height, height / 2}, .position = {0, 0, height / 2}});
+    geometry.pairs = {{0, ramp, box}};
+    return geometry;
+  }
 };
 
 const bool block_on_ramp_3d_registered = register_scene<BlockOnRamp3d>();

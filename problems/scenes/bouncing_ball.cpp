@@ -35,6 +35,14 @@ struct BouncingBall {
   std::array<Contact<T>, 1> contacts() const { return {{{"ground", e}}}; }
   Vec<T, 1> gap(const Vec<T, 1>& q) const { return {q[0] - r}; }
   T potential_energy(const Vec<T, 1>& q) const { return m * g * q[0]; }
+
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int ball = geometry.add_body({.name = "ball", .mass = m, .position = {{{}, {0}, {}}}});
+    const int ground = geometry.add_shape({.kind = ShapeKind::half_space});
+    geometry.pairs = {{0, ground, geometry.add_shape({.kind = ShapeKind::sphere, .body = ball, .size = {r}})}};
+    return geometry;
+  }
 };
 
 const bool bouncing_ball_registered = register_scene<BouncingBall>();

@@ -126,6 +126,20 @@ struct Box3d {
   }
   T potential_energy(const Vec<T, 6>& q) const { return m * g * q[2]; }
 
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.in_space = true, .gravity = {0, 0, -g}};
+    const int body = geometry.add_body({.name = "box",
+                                        .mass = m,
+                                        .inertia = inertia(),
+                                        .position = {{{0}, {1}, {2}}},
+                                        .rotation = BodyRotation::cardan,
+                                        .angles = {{{3}, {4}, {5}}}});
+    const int plane = geometry.add_shape({.kind = ShapeKind::half_space});
+    const int box = geometry.add_shape({.kind = ShapeKind::box, .body = body, .size = {a, b, c}});
+    for (int corner = 0; corner < 8; ++corner) geometry.pairs.push_back({corner, plane, box, corner});
+    return geometry;
+  }
+
  private:
   Mat<T, 3> rotation(const Vec<T, 6>& q) const {
     using std::sin, std::cos;

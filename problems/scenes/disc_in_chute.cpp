@@ -53,6 +53,22 @@ struct DiscInChute {
     return {{{{{sin(beta_l), -cos(beta_l), R}}}, {{{sin(beta_r), cos(beta_r), R}}}}};
   }
   T potential_energy(const Vec<T, 3>& q) const { return m * g * q[1]; }
+
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int disc = geometry.add_body({.name = "disc",
+                                        .mass = m,
+                                        .inertia = {0, 0, m * R * R / 2},
+                                        .position = {{{0}, {1}, {}}},
+                                        .rotation = BodyRotation::planar,
+                                        .angles = {{{2}, {}, {}}}});
+    const T quarter = quarter_turn<T>();
+    const int shape = geometry.add_shape({.kind = ShapeKind::sphere, .body = disc, .size = {R}});
+    const int left = geometry.add_shape({.kind = ShapeKind::half_space, .angles = {0, 0, beta_l - quarter}});
+    const int right = geometry.add_shape({.kind = ShapeKind::half_space, .angles = {0, 0, quarter - beta_r}});
+    geometry.pairs = {{0, left, shape}, {1, right, shape}};
+    return geometry;
+  }
 };
 
 const bool disc_in_chute_registered = register_scene<DiscInChute>();

@@ -64,6 +64,31 @@ struct DoublePendulumWall {
     using std::cos;
     return -(m1 + m2) * g * l1 * cos(q[0]) - m2 * g * l2 * cos(q[1]) - tau * (q[0] - q[1] / 2);
   }
+
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const T quarter = quarter_turn<T>();  // the x of a mass is along its rod
+    const int upper = geometry.add_body({.name = "upper mass",
+                                         .mass = m1,
+                                         .rotation = BodyRotation::planar,
+                                         .angles = {{{0, -quarter}, {}, {}}},
+                                         .centre_from_pivot = {l1, 0, 0}});
+    const int lower = geometry.add_body({.name = "lower mass",
+                                         .mass = m2,
+                                         .rotation = BodyRotation::planar,
+                                         .angles = {{{1, -quarter}, {}, {}}},
+                                         .parent = upper,
+                                         .centre_from_pivot = {l2, 0, 0}});
+    geometry.add_shape({.kind = ShapeKind::sphere, .body = upper});
+    const int bob = geometry.add_shape({.kind = ShapeKind::sphere, .body = lower});
+    const int right =
+        geometry.add_shape({.kind = ShapeKind::half_space, .position = {w, 0, 0}, .angles = {0, 0, quarter}});
+    const int left =
+        geometry.add_shape({.kind = ShapeKind::half_space, .position = {-w, 0, 0}, .angles = {0, 0, -quarter}});
+    geometry.pairs = {{0, right, bob}, {1, left, bob}};
+    geometry.links = {{-1, upper}, {upper, lower}};
+    return geometry;
+  }
 };
 
 const bool double_pendulum_wall_registered = register_scene<DoublePendulumWall>();

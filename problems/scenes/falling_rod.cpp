@@ -64,6 +64,22 @@ struct FallingRod {
     return {{{{{1, 0, -l / 2 * sin(q[2])}}}}};
   }
   T potential_energy(const Vec<T, 3>& q) const { return m * g * q[1]; }
+
+  /// A line without thickness. theta counts clockwise: the rod's axes are those of a body that half a turn about x has
+  /// put upside down.
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int rod = geometry.add_body({.name = "rod",
+                                       .mass = m,
+                                       .inertia = {0, 0, J},
+                                       .position = {{{0}, {1}, {}}},
+                                       .rotation = BodyRotation::cardan,
+                                       .angles = {{{-1, 2 * quarter_turn<T>()}, {}, {2}}}});
+    const int ground = geometry.add_shape({.kind = ShapeKind::half_space});
+    const int line = geometry.add_shape({.kind = ShapeKind::capsule, .body = rod, .size = {0, l / 2, 0}});
+    geometry.pairs = {{0, ground, line, 1}};
+    return geometry;
+  }
 };
 
 const bool falling_rod_registered = register_scene<FallingRod>();

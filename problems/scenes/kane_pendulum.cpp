@@ -69,6 +69,32 @@ struct KanePendulum {
     using std::cos;
     return -m * g * l * (cos(q[0]) * 3 + cos(q[1])) / 2;
   }
+
+  GeometryOf<T> geometry() const {
+    using std::cos;
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const T quarter = quarter_turn<T>();  // the x of a rod is along it, downwards
+    const int upper = geometry.add_body({.name = "upper rod",
+                                         .mass = m,
+                                         .inertia = {0, 0, m * l * l / 12},
+                                         .rotation = BodyRotation::planar,
+                                         .angles = {{{0, -quarter}, {}, {}}},
+                                         .centre_from_pivot = {l / 2, 0, 0}});
+    const int lower = geometry.add_body({.name = "lower rod",
+                                         .mass = m,
+                                         .inertia = {0, 0, m * l * l / 12},
+                                         .position = {{{-1, l / 2}, {}, {}}},
+                                         .rotation = BodyRotation::planar,
+                                         .angles = {{{1, -quarter}, {}, {}}},
+                                         .parent = upper,
+                                         .centre_from_pivot = {l / 2, 0, 0}});
+    geometry.add_shape({.kind = ShapeKind::capsule, .body = upper, .size = {0, l / 2, 0}});
+    const int line = geometry.add_shape({.kind = ShapeKind::capsule, .body = lower, .size = {0, l / 2, 0}});
+    const int ground = geometry.add_shape(
+        {.kind = ShapeKind::half_space, .position = {0, -l * (cos(theta1_0) + cos(theta2_0)) - clearance, 0}});
+    geometry.pairs = {{0, ground, line, 1}};
+    return geometry;
+  }
 };
 
 const bool kane_pendulum_registered = register_scene<KanePendulum>();

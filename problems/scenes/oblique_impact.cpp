@@ -37,6 +37,14 @@ struct ObliqueImpact {
   Vec<T, 1> gap(const Vec<T, 2>& q) const { return {q[1]}; }
   std::array<std::array<Vec<T, 2>, 1>, 1> tangents(const Vec<T, 2>&) const { return {{{{{1, 0}}}}}; }
   T potential_energy(const Vec<T, 2>& q) const { return m * g * q[1]; }
+
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int mass = geometry.add_body({.name = "mass", .mass = m, .position = {{{0}, {1}, {}}}});
+    const int floor = geometry.add_shape({.kind = ShapeKind::half_space});
+    geometry.pairs = {{0, floor, geometry.add_shape({.kind = ShapeKind::sphere, .body = mass})}};
+    return geometry;
+  }
 };
 
 const bool oblique_impact_registered = register_scene<ObliqueImpact>();

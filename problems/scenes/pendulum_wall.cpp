@@ -46,6 +46,21 @@ struct PendulumWall {
     using std::cos;
     return -m * g * l * cos(q[0]);
   }
+
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const T quarter = quarter_turn<T>();
+    const int bob = geometry.add_body({.name = "bob",
+                                       .mass = m,
+                                       .rotation = BodyRotation::planar,
+                                       .angles = {{{0, -quarter}, {}, {}}},  // its x is along the rod
+                                       .centre_from_pivot = {l, 0, 0}});
+    const int wall =
+        geometry.add_shape({.kind = ShapeKind::half_space, .position = {-w, 0, 0}, .angles = {0, 0, -quarter}});
+    geometry.pairs = {{0, wall, geometry.add_shape({.kind = ShapeKind::sphere, .body = bob})}};
+    geometry.links = {{-1, bob}};
+    return geometry;
+  }
 };
 
 const bool pendulum_wall_registered = register_scene<PendulumWall>();

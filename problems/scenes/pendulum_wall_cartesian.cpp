@@ -42,6 +42,16 @@ struct PendulumWallCartesian {
   std::array<Contact<T>, 2> contacts() const { return {{{"wall", e}, joint<T>("rod")}}; }
   Vec<T, 2> gap(const Vec<T, 2>& q) const { return {q[0] + w, (q[0] * q[0] + q[1] * q[1] - l * l) / (2 * l)}; }
   T potential_energy(const Vec<T, 2>& q) const { return m * g * q[1]; }
+
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int bob = geometry.add_body({.name = "bob", .mass = m, .position = {{{0}, {1}, {}}}});
+    const int wall = geometry.add_shape(
+        {.kind = ShapeKind::half_space, .position = {-w, 0, 0}, .angles = {0, 0, -quarter_turn<T>()}});
+    geometry.pairs = {{0, wall, geometry.add_shape({.kind = ShapeKind::sphere, .body = bob})}};
+    geometry.links = {{-1, bob}};
+    return geometry;
+  }
 };
 
 const bool pendulum_wall_cartesian_registered = register_scene<PendulumWallCartesian>();

@@ -55,6 +55,20 @@ struct RockingBlock {
     return {{{{{1, 0, b * sin(q[2]) + h * cos(q[2])}}}, {{{1, 0, -b * sin(q[2]) + h * cos(q[2])}}}}};
   }
   T potential_energy(const Vec<T, 3>& q) const { return m * g * q[1]; }
+
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int block = geometry.add_body({.name = "block",
+                                         .mass = m,
+                                         .inertia = {0, 0, m * (b * b + h * h) / 3},
+                                         .position = {{{0}, {1}, {}}},
+                                         .rotation = BodyRotation::planar,
+                                         .angles = {{{2}, {}, {}}}});
+    const int ground = geometry.add_shape({.kind = ShapeKind::half_space});
+    const int box = geometry.add_shape({.kind = ShapeKind::box, .body = block, .size = {b, h, b}});
+    geometry.pairs = {{0, ground, box, 0}, {1, ground, box, 1}};  // lower corners, left and right
+    return geometry;
+  }
 };
 
 const bool rocking_block_registered = register_scene<RockingBlock>();

@@ -25,10 +25,16 @@ std::unique_ptr<Problem> make_separate_balls(const SceneParameters& p) {
   const double m = p.positive("m"), R = p.positive("R"), H = p.positive("H");
   auto balls = std::make_unique<AssembledProblem>(kSeparateBallsText, p["duration"]);
   const auto floor = balls->add_kind<BallOnFloor>({{R, p["e"]}});
+  GeometryOf<double> geometry{.gravity = {0, -p["g"], 0}};
+  const int ground = geometry.add_shape({.kind = ShapeKind::half_space});
   for (int i = 0; i < n; ++i) {
     balls->add_coordinate(m, -m * p["g"], i < falling ? R + H * (i + 1) / falling : R, 0);
-    balls->add_contact(floor, {i}, fmt::format("ball {}", i + 1));
+    const std::string name = fmt::format("ball {}", i + 1);
+    balls->add_contact(floor, {i}, name);
+    const int ball = geometry.add_body({.name = name, .mass = m, .position = {{{-1, 3 * R * i}, {i}, {}}}});
+    geometry.pairs.push_back({i, ground, geometry.add_shape({.kind = ShapeKind::sphere, .body = ball, .size = {R}})});
   }
+  balls->set_geometry(std::move(geometry));
   return balls;
 }
 

@@ -41,6 +41,15 @@ struct ShakenTable {
     using std::sin;
     return {q[0] - A * sin(omega * t)};
   }
+
+  /// The table where it is at t = 0: what moves by itself is no body.
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int ball = geometry.add_body({.name = "ball", .mass = m, .position = {{{}, {0}, {}}}});
+    const int table = geometry.add_shape({.kind = ShapeKind::half_space});
+    geometry.pairs = {{0, table, geometry.add_shape({.kind = ShapeKind::sphere, .body = ball})}};
+    return geometry;
+  }
 };
 
 const bool shaken_table_registered = register_scene<ShakenTable>();

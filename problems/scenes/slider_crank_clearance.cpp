@@ -85,6 +85,39 @@ struct SliderCrankClearance {
     using std::sin;
     return (m_1 / 2 + m_2 + m_3) * g * l_1 * sin(q[0]) + (m_2 / 2 + m_3) * g * l_2 * sin(q[1]);
   }
+
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int crank = geometry.add_body({.name = "crank",
+                                         .mass = m_1,
+                                         .inertia = {0, 0, J_1},
+                                         .rotation = BodyRotation::planar,
+                                         .angles = {{{0}, {}, {}}},
+                                         .centre_from_pivot = {l_1 / 2, 0, 0}});
+    const int rod = geometry.add_body({.name = "rod",
+                                       .mass = m_2,
+                                       .inertia = {0, 0, J_2},
+                                       .position = {{{-1, l_1 / 2}, {}, {}}},
+                                       .rotation = BodyRotation::planar,
+                                       .angles = {{{1}, {}, {}}},
+                                       .parent = crank,
+                                       .centre_from_pivot = {l_2 / 2, 0, 0}});
+    const int slider = geometry.add_body({.name = "slider",
+                                          .mass = m_3,
+                                          .inertia = {0, 0, J_3},
+                                          .position = {{{-1, l_2 / 2}, {}, {}}},
+                                          .rotation = BodyRotation::planar,
+                                          .angles = {{{2}, {}, {}}},
+                                          .parent = rod});
+    geometry.add_shape({.kind = ShapeKind::capsule, .body = crank, .size = {0, l_1 / 2, 0}});
+    geometry.add_shape({.kind = ShapeKind::capsule, .body = rod, .size = {0, l_2 / 2, 0}});
+    const int box = geometry.add_shape({.kind = ShapeKind::box, .body = slider, .size = {a, b, b}});
+    const int upper = geometry.add_shape(
+        {.kind = ShapeKind::half_space, .position = {0, b + c, 0}, .angles = {0, 0, 2 * quarter_turn<T>()}});
+    const int lower = geometry.add_shape({.kind = ShapeKind::half_space, .position = {0, -b - c, 0}});
+    geometry.pairs = {{0, upper, box, 2}, {1, upper, box, 3}, {2, lower, box, 0}, {3, lower, box, 1}};
+    return geometry;
+  }
 };
 
 const bool slider_crank_clearance_registered = register_scene<SliderCrankClearance>();

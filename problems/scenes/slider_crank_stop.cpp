@@ -83,6 +83,29 @@ struct SliderCrankStop {
             q[3] + c_2 - q[6], q[4] + s_2};
   }
   T potential_energy(const Vec<T, 7>& q) const { return m_1 * g * q[1] + m_2 * g * q[4]; }
+
+  /// The slider is 10 cm long, and the stop half of that behind d.
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const auto add_rod = [&](const char* name, const T& m, const T& l, int k) {
+      const int rod = geometry.add_body({.name = name,
+                                         .mass = m,
+                                         .inertia = {0, 0, m * l * l / 12},
+                                         .position = {{{k}, {k + 1}, {}}},
+                                         .rotation = BodyRotation::planar,
+                                         .angles = {{{k + 2}, {}, {}}}});
+      geometry.add_shape({.kind = ShapeKind::capsule, .body = rod, .size = {0, l / 2, 0}});
+    };
+    add_rod("crank", m_1, l_1, 0);
+    add_rod("rod", m_2, l_2, 3);
+    const int slider = geometry.add_body({.name = "slider", .mass = m_3, .position = {{{6}, {}, {}}}});
+    const T half = T(1) / 20;
+    const int box = geometry.add_shape({.kind = ShapeKind::box, .body = slider, .size = {half, half / 2, half}});
+    const int stop = geometry.add_shape(
+        {.kind = ShapeKind::half_space, .position = {d + half, 0, 0}, .angles = {0, 0, quarter_turn<T>()}});
+    geometry.pairs = {{0, stop, box}};
+    return geometry;
+  }
 };
 
 const bool slider_crank_stop_registered = register_scene<SliderCrankStop>();

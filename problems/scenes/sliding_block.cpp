@@ -34,6 +34,18 @@ struct SlidingBlock {
   Vec<T, 1> gap(const Vec<T, 2>& q) const { return {q[1]}; }
   std::array<std::array<Vec<T, 2>, 1>, 1> tangents(const Vec<T, 2>&) const { return {{{{{1, 0}}}}}; }
   T potential_energy(const Vec<T, 2>& q) const { return m * g * q[1]; }
+
+  /// A block of 20 cm by 10 cm, of which q is the middle of the lower face.
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int block = geometry.add_body({.name = "block", .mass = m, .position = {{{0}, {1}, {}}}});
+    const T height = T(1) / 10;
+    const int plane = geometry.add_shape({.kind = ShapeKind::half_space});
+    const int box = geometry.add_shape(
+        {.kind = ShapeKind::box, .body = block, .size = {height, height / 2, height}, .position = {0, height / 2, 0}});
+    geometry.pairs = {{0, plane, box}};
+    return geometry;
+  }
 };
 
 const bool sliding_block_registered = register_scene<SlidingBlock>();

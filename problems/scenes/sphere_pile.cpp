@@ -1,5 +1,6 @@
 #include "problems/assembly/assembled_problem.h"
 #include "problems/assembly/scene_parameters.h"
+#include "problems/tangent_frame.h"
 
 namespace ricochet {
 namespace {
@@ -13,11 +14,7 @@ namespace {
 //
 // Ground: f_c = z - R; two spheres: f_c = |p_2 - p_1| - 2 R. With the unit normal n from 1 to 2 the slip velocity is
 //
-//   v_t = (t_1, t_2)' (v_2 - v_1 - R (omega_1 + omega_2) x n),                                              (1)
-//   t_k = a_k - (n' a_k) (n + a_3) / (1 + n' a_3),   a_1, a_2, a_3 an orthonormal frame,                    (2)
-//
-// which is smooth but for n = -a_3; a_3 is a direction that no layer has.
-// (2): Frisvad, Journal of Graphics Tools 16 (2012), 151-159.
+//   v_t = (t_1, t_2)' (v_2 - v_1 - R (omega_1 + omega_2) x n),   t_1, t_2 those of tangents_of(n)           (1)
 
 template <class T>
 struct SphereOnGround : ContactScene<T, 6> {
@@ -37,14 +34,12 @@ struct SphereOnSphere : ContactScene<T, 12> {
   }
   Vec<T, 1> gap(const Vec<T, 12>& q) const { return {distance(q) - 2 * this->size}; }
   std::array<std::array<Vec<T, 12>, 2>, 1> tangents(const Vec<T, 12>& q) const {
-    const double a[3][3] = {{2.0 / 3, -2.0 / 3, 1.0 / 3}, {1.0 / 3, 2.0 / 3, 2.0 / 3}, {-2.0 / 3, -1.0 / 3, 2.0 / 3}};
     const T d = distance(q);
     const Vec<T, 3> n{(q[6] - q[0]) / d, (q[7] - q[1]) / d, (q[8] - q[2]) / d};
-    const auto along = [&](int k) { return n[0] * a[k][0] + n[1] * a[k][1] + n[2] * a[k][2]; };
+    const std::array<Vec<T, 3>, 2> tangents = tangents_of(n);
     std::array<std::array<Vec<T, 12>, 2>, 1> J;
     for (int k = 0; k < 2; ++k) {
-      Vec<T, 3> t;
-      for (int c = 0; c < 3; ++c) t[c] = a[k][c] - along(k) * (n[c] + a[2][c]) / (1 + along(2));  // (2)
+      const Vec<T, 3>& t = tangents[k];
       // t' (omega x n) = omega' (n x t)
       const Vec<T, 3> arm{n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0]};
       for (int c = 0; c < 3; ++c) {  // (1)
@@ -83,10 +78,28 @@ std::unique_ptr<Problem> make_sphere_pile(const SceneParameters& p) {
     for (int c = 0; c < 6; ++c) coordinates.push_back(6 * body + c);
     return coordinates;
   };
-  for (i = 0; i < n; ++i) pile->add_contact(ground, of(i), fmt::format("sphere {}, ground", i + 1));
+  GeometryOf<double> geometry{.in_space = true, .gravity = {0, 0, -p["g"]}};
+  const int plane = geometry.add_shape({.kind = ShapeKind::half_space});
+  const double J = 0.4 * m * R * R;
+  std::vector<int> spheres;
   for (i = 0; i < n; ++i) {
-    for (int j = i + 1; j < n; ++j) pile->add_contact(pair, of(j, of(i)), fmt::format("spheres {}, {}", i + 1, j + 1));
+    const int k = 6 * i, sphere = geometry.add_body({.name = fmt::format("sphere {}", i + 1),
+                                                     .mass = m,
+                                                     .inertia = {J, J, J},
+                                                     .position = {{{k}, {k + 1}, {k + 2}}},
+                                                     .rotation = BodyRotation::spin,
+                                                     .angles = {{{k + 3}, {k + 4}, {k + 5}}}});
+    spheres.push_back(geometry.add_shape({.kind = ShapeKind::sphere, .body = sphere, .size = {R}}));
+    const int contact = pile->add_contact(ground, of(i), fmt::format("sphere {}, ground", i + 1));
+    geometry.pairs.push_back({contact, plane, spheres.back()});
   }
+  for (i = 0; i < n; ++i) {
+    for (int j = i + 1; j < n; ++j) {
+      const int contact = pile->add_contact(pair, of(j, of(i)), fmt::format("spheres {}, {}", i + 1, j + 1));
+      geometry.pairs.push_back({contact, spheres[i], spheres[j]});
+    }
+  }
+  pile->set_geometry(std::move(geometry));
   return pile;
 }
 

@@ -49,6 +49,22 @@ struct StackedBlocks {
     return {{{{{1, 0, 0, 0, 0, 0}}}, {{{-1, 0, 1, 0, 0, 0}}}, {{{0, 0, -1, 0, 1, 0}}}}};
   }
   T potential_energy(const Vec<T, 6>& q) const { return g * (m_1 * q[1] + m_2 * q[3] + m_3 * q[5]); }
+
+  /// Blocks of twice their height h, of which q is the middle of the lower face.
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    int below = geometry.add_shape({.kind = ShapeKind::half_space});
+    const T masses[] = {m_1, m_2, m_3};
+    for (int i = 0; i < 3; ++i) {
+      const int block = geometry.add_body(
+          {.name = fmt::format("block {}", i + 1), .mass = masses[i], .position = {{{2 * i}, {2 * i + 1}, {}}}});
+      const int box =
+          geometry.add_shape({.kind = ShapeKind::box, .body = block, .size = {h, h / 2, h}, .position = {0, h / 2, 0}});
+      geometry.pairs.push_back({i, below, box});
+      below = box;
+    }
+    return geometry;
+  }
 };
 
 const bool stacked_blocks_registered = register_scene<StackedBlocks>();

@@ -48,6 +48,17 @@ struct TwoBallsSpring {
     const T stretch = q[1] - q[0] - l;
     return m1 * g * q[0] + m2 * g * q[1] + k * stretch * stretch / 2;
   }
+
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int lower = geometry.add_body({.name = "lower ball", .mass = m1, .position = {{{}, {0}, {}}}});
+    const int upper = geometry.add_body({.name = "upper ball", .mass = m2, .position = {{{}, {1}, {}}}});
+    const int ground = geometry.add_shape({.kind = ShapeKind::half_space});
+    geometry.pairs = {{0, ground, geometry.add_shape({.kind = ShapeKind::sphere, .body = lower, .size = {R}})}};
+    geometry.add_shape({.kind = ShapeKind::sphere, .body = upper, .size = {R}});
+    geometry.links = {{lower, upper}};
+    return geometry;
+  }
 };
 
 const bool two_balls_spring_registered = register_scene<TwoBallsSpring>();

@@ -82,6 +82,34 @@ struct WoodpeckerToy {
     const T twist = q[1] - q[2];
     return (m_S + m_M) * g * q[0] + m_S * g * (l_M * q[1] + l_G * q[2]) + c * twist * twist / 2;
   }
+
+  /// For drawings: the contacts of linear kinematics are none of shapes, and M is that of small angles.
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int sleeve = geometry.add_body({.name = "sleeve",
+                                          .mass = m_M,
+                                          .inertia = {0, 0, J_M},
+                                          .position = {{{}, {0}, {}}},
+                                          .rotation = BodyRotation::planar,
+                                          .angles = {{{1}, {}, {}}}});
+    const int bird = geometry.add_body({.name = "woodpecker",
+                                        .mass = m_S,
+                                        .inertia = {0, 0, J_S},
+                                        .position = {{{-1, l_M}, {}, {}}},
+                                        .rotation = BodyRotation::planar,
+                                        .angles = {{{2}, {}, {}}},
+                                        .parent = sleeve,
+                                        .centre_from_pivot = {l_G, 0, 0}});
+    geometry.add_shape({.kind = ShapeKind::box, .size = {r_0, 10 * h_M, r_0}});
+    geometry.add_shape({.kind = ShapeKind::box, .body = sleeve, .size = {2 * r_M, h_M, r_M}});
+    geometry.add_shape({.kind = ShapeKind::capsule,
+                        .body = bird,
+                        .size = {h_S / 4, h_S / 2, 0},
+                        .position = {0, h_S / 2, 0},
+                        .angles = {0, 0, quarter_turn<T>()}});
+    geometry.links = {{sleeve, bird}, {bird, bird, {0, h_S, 0}, {-l_S, h_S, 0}}};  // spring, beak
+    return geometry;
+  }
 };
 
 const bool woodpecker_toy_registered = register_scene<WoodpeckerToy>();

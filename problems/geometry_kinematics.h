@@ -1,0 +1,267 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "problems/derivatives/real_functions.h"
+#include "problems/geometry.h"
+#include "problems/tangent_frame.h"
+
+/// @file
+/// The kinematics of a geometry: poses, gaps, tangents and M, as numbers and as formulas.
+///
+/// A body's pose is the rotation R from its axes into those of the world, and the centre of mass p. With the columns
+/// of two 3 x n_q matrices, p' = J_p v and omega = J_omega v in world axes; a point at r in the body's axes has
+///
+///     x = p + R r,   x' = (J_p - [R r]x J_omega) v                                                           (1)
+///     M = sum over bodies of m J_p' J_p + (R' J_omega)' diag(inertia) (R' J_omega)                           (2)
+///
+/// A contact is one of a ball, centre c_2 and radius r_2, that belongs to the second shape of the pair with what the
+/// first shape is:
+///
+///     half-space  n its outer normal, c_1 on its plane:        f_c = n' (c_2 - c_1) - r_2                    (3)
+///     box         its upper face, as the half-space above it
+///     sphere      n = (c_2 - c_1) / |c_2 - c_1|:               f_c = |c_2 - c_1| - r_1 - r_2                 (4)
+///
+/// where the ball is a sphere, the end of a capsule, or the corner of a box (r_2 = 0). A box, or a capsule, of which no
+/// corner is chosen touches a plane with whatever is deepest: to the radius comes its support along -n,
+///
+///     sum_k h_k |n' e_k|,   e_k the shape's axes, h_k half its extent along them,                            (5)
+///
+/// which is smooth as long as it does not turn against the plane. The gap is signed, and smooth but for (4) at distance
+/// zero. The slip velocity is that of the second body's point x_2 against the first body's point x_1, next to each other
+/// on the two surfaces, along the tangents t_k of n: in the plane one, which n is a quarter turn ahead of, in space the
+/// first two axes of the first shape, or for (4) those of tangents_of().
+///
+///     x_2 = c_2 - r_2 n,   x_1 = x_2 - f_c n
+///     J_n = (d(x_2' - x_1')/dv)' n,   J_t = (d(x_2' - x_1')/dv)' t_k                                         (6)
+///
+/// J_n is the gradient of f_c.
+
+namespace ricochet {
+
+/// Where a body is, and how coordinates move it.
+template <class T>
+struct BodyMotion {
+  Vector3<T> centre{};               ///< p [m]
+  Matrix3<T> R;                      ///< rows; from the body's axes into the world's
+  std::vector<Vector3<T>> J_centre;  ///< columns of J_p, n_q
+  std::vector<Vector3<T>> J_omega;   ///< columns of J_omega, n_q
+
+  /// The place of the point at `r` in the body's axes [m].
+  Vector3<T> point(const Vector3<T>& r) const { return sum(centre, times(R, r)); }
+  /// (1): column k of d(x')/dv of the body's point that is at `x` in the world [m].
+  Vector3<T> velocity_column(std::size_t k, const Vector3<T>& x) const {
+    return sum(J_centre[k], cross(J_omega[k], difference(x, centre)));
+  }
+};
+
+/// A contact of two shapes.
+template <class T>
+struct ShapeContact {
+  T gap{0};                         ///< f_c [m]
+  Vector3<T> normal{};              ///< n, from the first to the second shape
+  Vector3<T> point{};               ///< x_2, on the second shape [m]
+  std::vector<T> J_n;               ///< n_q
+  std::vector<std::vector<T>> J_t;  ///< one direction in the plane, two in space, n_q each
+};
+
+namespace geometry_detail {
+
+template <class T>
+Matrix3<T> about(int axis, const T& angle) {
+  using std::sin, std::cos;
+  const T s = sin(angle), c = cos(angle);
+  const std::size_t i = (axis + 1) % 3, j = (axis + 2) % 3;
+  Matrix3<T> R = identity<T>();
+  R[i][i] = R[j][j] = c;
+  R[i][j] = -s;
+  R[j][i] = s;
+  return R;
+}
+
+template <class T>
+Matrix3<T> cardan(const std::array<T, 3>& angles) {
+  return times(about(0, angles[0]), times(about(1, angles[1]), about(2, angles[2])));
+}
+
+template <class T>
+T value(const PoseEntryOf<T>& entry, const std::vector<T>& q) {
+  return entry.coordinate < 0 ? entry.offset : T(q[static_cast<std::size_t>(entry.coordinate)] + entry.offset);
+}
+
+/// The ball of a shape, see above; its centre in the axes of the shape, half edges where (5) is its radius.
+template <class T>
+struct Ball {
+  Vector3<T> centre{};
+  T radius{0};
+  Vector3<T> support{};
+};
+
+template <class T>
+Ball<T> ball_of(const BodyShapeOf<T>& shape, int corner) {
+  const auto side = [corner](int k, const T& size) { return (corner >> k & 1) != 0 ? size : T(-size); };
+  switch (shape.kind) {
+    case ShapeKind::sphere:
+      return {{}, shape.size[0], {}};
+    case ShapeKind::capsule:
+      if (corner < 0) return {{}, shape.size[0], {shape.size[1], T(0), T(0)}};
+      return {{side(0, shape.size[1]), T(0), T(0)}, shape.size[0], {}};
+    case ShapeKind::box:
+      if (corner < 0) return {{}, T(0), shape.size};
+      return {{side(0, shape.size[0]), side(1, shape.size[1]), side(2, shape.size[2])}, T(0), {}};
+    case ShapeKind::half_space:
+      break;
+  }
+  return {};
+}
+
+}  // namespace geometry_detail
+
+/// The motion of a `body` of the geometry, -1 for the world, at `q`, of n_q entries or more; a clock moves nothing.
+template <class T>
+BodyMotion<T> motion_of(const GeometryOf<T>& geometry, int body, const std::vector<T>& q) {
+  using namespace geometry_detail;
+  BodyMotion<T> motion;
+  motion.R = identity<T>();
+  motion.J_centre.assign(q.size(), {});
+  motion.J_omega.assign(q.size(), {});
+  if (body < 0) return motion;
+  const BodyOf<T>& b = geometry.bodies[static_cast<std::size_t>(body)];
+
+  // The point `position`.
+  BodyMotion<T> frame = motion_of(geometry, b.parent, q);
+  const Vector3<T> r{value(b.position[0], q), value(b.position[1], q), value(b.position[2], q)};
+  motion.centre = frame.point(r);
+  if (b.parent >= 0) {
+    for (std::size_t k = 0; k < q.size(); ++k) motion.J_centre[k] = frame.velocity_column(k, motion.centre);
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const int k = b.position[axis].coordinate;
+    if (k < 0) continue;
+    Vector3<T>& column = motion.J_centre[static_cast<std::size_t>(k)];
+    column = sum(column, column_of(frame.R, axis));
+  }
+
+  // The rotation.
+  const auto turns_about = [&](const PoseEntryOf<T>& angle, const Vector3<T>& axis) {
+    if (angle.coordinate < 0) return;
+    Vector3<T>& column = motion.J_omega[static_cast<std::size_t>(angle.coordinate)];
+    column = sum(column, axis);
+  };
+  const Matrix3<T> I = identity<T>();
+  switch (b.rotation) {
+    case BodyRotation::none:
+      break;
+    case BodyRotation::planar:
+      motion.R = about(2, value(b.angles[0], q));
+      turns_about(b.angles[0], I[2]);
+      break;
+    case BodyRotation::cardan: {
+      const Matrix3<T> first = about(0, value(b.angles[0], q)), two = times(first, about(1, value(b.angles[1], q)));
+      motion.R = times(two, about(2, value(b.angles[2], q)));
+      turns_about(b.angles[0], I[0]);
+      turns_about(b.angles[1], column_of(first, 1));
+      turns_about(b.angles[2], column_of(two, 2));
+      break;
+    }
+    case BodyRotation::spin:
+      for (std::size_t axis = 0; axis < 3; ++axis) turns_about(b.angles[axis], I[axis]);
+      break;
+  }
+
+  // From the pivot to the centre of mass.
+  const Vector3<T> arm = times(motion.R, b.centre_from_pivot);
+  motion.centre = sum(motion.centre, arm);
+  for (std::size_t k = 0; k < q.size(); ++k)
+    motion.J_centre[k] = sum(motion.J_centre[k], cross(motion.J_omega[k], arm));
+  return motion;
+}
+
+/// M of a geometry at `q`, (2): n_q rows.
+template <class T>
+std::vector<std::vector<T>> mass_matrix_of(const GeometryOf<T>& geometry, const std::vector<T>& q) {
+  std::vector<std::vector<T>> M(q.size(), std::vector<T>(q.size(), T(0)));
+  for (std::size_t i = 0; i < geometry.bodies.size(); ++i) {
+    const BodyOf<T>& body = geometry.bodies[i];
+    const BodyMotion<T> motion = motion_of(geometry, static_cast<int>(i), q);
+    std::vector<Vector3<T>> turn;
+    for (const Vector3<T>& column : motion.J_omega) turn.push_back(times_transposed(motion.R, column));
+    for (std::size_t row = 0; row < q.size(); ++row) {
+      for (std::size_t column = 0; column < q.size(); ++column) {
+        M[row][column] += body.mass * dot(motion.J_centre[row], motion.J_centre[column]);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          M[row][column] += body.inertia[axis] * turn[row][axis] * turn[column][axis];
+      }
+    }
+  }
+  return M;
+}
+
+/// Generalised weight of a geometry at `q`: the sum of m J_p' gravity, n_q.
+template <class T>
+std::vector<T> weight_of(const GeometryOf<T>& geometry, const std::vector<T>& q) {
+  std::vector<T> weight(q.size(), T(0));
+  for (std::size_t i = 0; i < geometry.bodies.size(); ++i) {
+    const BodyMotion<T> motion = motion_of(geometry, static_cast<int>(i), q);
+    for (std::size_t k = 0; k < q.size(); ++k)
+      weight[k] += geometry.bodies[i].mass * dot(motion.J_centre[k], geometry.gravity);
+  }
+  return weight;
+}
+
+/// The contact of a `pair` of the geometry at `q`, (3) to (6).
+template <class T>
+ShapeContact<T> contact_of(const GeometryOf<T>& geometry, const ShapePair& pair, const std::vector<T>& q) {
+  using namespace geometry_detail;
+  using std::sqrt;
+  const BodyShapeOf<T>& first = geometry.shapes[static_cast<std::size_t>(pair.first)];
+  const BodyShapeOf<T>& second = geometry.shapes[static_cast<std::size_t>(pair.second)];
+  const BodyMotion<T> motion_1 = motion_of(geometry, first.body, q), motion_2 = motion_of(geometry, second.body, q);
+  const Matrix3<T> R_1 = times(motion_1.R, cardan(first.angles)), R_2 = times(motion_2.R, cardan(second.angles));
+  const std::size_t up = geometry.in_space ? 2 : 1;
+
+  const Ball<T> ball = ball_of(second, pair.corner);
+  const Vector3<T> c_1 = motion_1.point(first.position);
+  const Vector3<T> c_2 = sum(motion_2.point(second.position), times(R_2, ball.centre));
+  const Vector3<T> d = difference(c_2, c_1);
+  ShapeContact<T> contact;
+  T distance, radius = ball.radius;
+  std::array<Vector3<T>, 2> tangents;
+  if (first.kind == ShapeKind::sphere) {  // (4)
+    const T length = sqrt(dot(d, d));
+    contact.normal = scaled(1 / length, d);
+    distance = length - first.size[0];
+    tangents =
+        geometry.in_space ? tangents_of(contact.normal) : std::array{plane_tangent_of(contact.normal), Vector3<T>{}};
+  } else {  // (3)
+    contact.normal = column_of(R_1, up);
+    distance = dot(contact.normal, d);
+    if (first.kind == ShapeKind::box) distance -= first.size[up];
+    for (std::size_t k = 0; k < 3; ++k)
+      radius += ball.support[k] * magnitude(dot(contact.normal, column_of(R_2, k)));  // (5)
+    tangents = {column_of(R_1, 0), geometry.in_space ? column_of(R_1, 1) : Vector3<T>{}};
+  }
+  contact.gap = distance - radius;
+  contact.point = difference(c_2, scaled(radius, contact.normal));
+  const Vector3<T> x_1 = difference(contact.point, scaled(contact.gap, contact.normal));
+  contact.J_t.assign(geometry.in_space ? 2 : 1, {});
+  for (std::size_t k = 0; k < q.size(); ++k) {  // (6)
+    const Vector3<T> column = difference(motion_2.velocity_column(k, contact.point), motion_1.velocity_column(k, x_1));
+    contact.J_n.push_back(dot(column, contact.normal));
+    for (std::size_t t = 0; t < contact.J_t.size(); ++t) contact.J_t[t].push_back(dot(column, tangents[t]));
+  }
+  return contact;
+}
+
+/// The gaps of all pairs of a geometry at `q`, in their order [m].
+template <class T>
+std::vector<T> geometry_gaps(const GeometryOf<T>& geometry, const std::vector<T>& q) {
+  std::vector<T> gaps;
+  for (const ShapePair& pair : geometry.pairs) gaps.push_back(contact_of(geometry, pair, q).gap);
+  return gaps;
+}
+
+}  // namespace ricochet
