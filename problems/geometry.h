@@ -65,7 +65,7 @@ struct BodyShapeOf {
   std::array<T, 3> size{};      ///< see Kind [m]
   std::array<T, 3> position{};  ///< of its centre in the body's axes, from the centre of mass [m]
   std::array<T, 3> angles{};    ///< Cardan angles as of BodyRotation::cardan, shape against body [rad]
-  std::string name{};           ///< in scene files; may be empty
+  std::string name{};           ///< in scene files; no other shape has it
 };
 
 /// Which contact of the scene acts between two shapes: geometry_kinematics.h says which points touch.
@@ -101,8 +101,9 @@ struct GeometryOf {
     bodies.push_back(std::move(body));
     return static_cast<int>(bodies.size()) - 1;
   }
-  /// Adds a `shape`. @return its number
+  /// Adds a `shape`, and names it where it has no name. @return its number
   int add_shape(BodyShapeOf<T> shape) {
+    if (shape.name.empty()) shape.name = "shape " + std::to_string(shapes.size());
     shapes.push_back(std::move(shape));
     return static_cast<int>(shapes.size()) - 1;
   }

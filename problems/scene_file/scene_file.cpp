@@ -9,14 +9,17 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "problems/derivatives/symbolic_problem.h"
+#include "problems/geometry_equations.h"
 #include "problems/initial_state.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"
 #include "problems/names.h"
 #include "problems/scene_file/expression.h"
 #include "problems/scene_file/field.h"
+#include "problems/scene_file/geometry_fields.h"
 #include "problems/scene_file/scene_schema.h"
 
 namespace ricochet {
@@ -36,6 +39,7 @@ class SceneReader {
     scene_schema().check(scene_.value(), scene_.name(), scene_schema().definition("scene"));
     read_parameters();
     const auto n_q = read_state();
+    if (scene_.has("geometry")) model_.geometry = read_geometry(scene_.at("geometry"), model_, constants_, in_q_);
     read_dynamics(n_q);
     if (scene_.has("contacts")) {
       const Field contacts = scene_.at("contacts");
@@ -94,9 +98,16 @@ class SceneReader {
     return n_q;
   }
 
+  /// What a scene with a geometry does not state follows from it.
   void read_dynamics(std::size_t n_q) {
-    model_.mass = rows(scene_.at("M"), n_q, n_q, in_q_);
-    model_.force = scene_.at("f").expressions(n_q, in_state_);
+    const bool has_geometry = model_.geometry.has_value();
+    model_.mass = has_geometry && !scene_.has("M") ? mass_from_geometry(model_) : rows(scene_.at("M"), n_q, n_q, in_q_);
+    if (has_geometry && !scene_.has("f")) {
+      model_.force = force_from_geometry(model_);
+      model_.potential_energy = potential_from_geometry(model_);
+    } else {
+      model_.force = scene_.at("f").expressions(n_q, in_state_);
+    }
     if (!scene_.has("Bu") && !scene_.has("u")) return;
     const auto n_u = scene_.at("u").size();
     model_.control = scene_.at("u").expressions(n_u, of_time_);
@@ -111,7 +122,8 @@ class SceneReader {
     if (!is_new)
       throw InputError(place_of(field.name(), "name"), contact.name,
                        fmt::format("contacts[{}] has this name, another one is required", other->second));
-    contact.gap = field.at("gap").expression(in_q_and_time_);
+    if (field.has("shapes")) read_shapes(field, contact);
+    if (field.has("gap") || !field.has("shapes")) read_gap(field.at("gap"), contact, n_q);
     if (field.has("e") && field.has("eps_r"))
       throw InputError(field.at("eps_r").name(), field.at("eps_r").text(), "e is given, too, which means the same");
     for (const char* name : {"e", "eps_r"}) {
@@ -120,6 +132,7 @@ class SceneReader {
     if (field.has("mu")) contact.mu = field.at("mu").expression(constants_);
     if (field.has("Jt")) {
       const Field directions = field.at("Jt");
+      contact.tangents.clear();
       for (std::size_t d = 0; d < directions.size(); ++d)
         contact.tangents.push_back(directions.at(d).expressions(n_q, in_q_and_time_));
       require_directions(directions, contact.tangents);
@@ -165,23 +178,49 @@ class SceneReader {
                        "a direction that is not parallel to Jt[0] at q0 is required");
   }
 
+  /// The pair of shapes that touch, and what follows of it.
+  void read_shapes(const Field& field, SymbolicModel::Contact& contact) {
+    if (!model_.geometry)
+      throw InputError(field.at("shapes").name(), field.at("shapes").value().dump(), "the scene has no geometry");
+    const ShapePair pair = read_pair(field, *model_.geometry, static_cast<int>(model_.contacts.size()));
+    model_.geometry->pairs.push_back(pair);
+    const SymbolicModel::Contact touching = contact_from_geometry(model_, pair);
+    contact.gap = touching.gap;
+    if (field.has("mu")) contact.tangents = touching.tangents;
+  }
+
+  /// A gap that is stated, and agrees with that of the shapes at t = 0.
+  void read_gap(const Field& field, SymbolicModel::Contact& contact, std::size_t n_q) {
+    const ex of_shapes = std::exchange(contact.gap, field.expression(in_q_and_time_));
+    if (model_.geometry && !model_.geometry->pairs.empty() &&
+        model_.geometry->pairs.back().contact == static_cast<int>(model_.contacts.size()))
+      compare(field, contact.gap, of_shapes, n_q, 0, "that of the shapes");
+  }
+
   /// J_n is derived from the gap; a file that also states it must agree at q0 and t = 0 and at two points near it.
   void compare_normal(const Field& field, const ex& gap, std::size_t n_q) {
     const auto stated = field.expressions(n_q, in_q_and_time_);
+    for (std::size_t k = 0; k < n_q; ++k)
+      compare(field.at(k), stated[k], gap.diff(model_.q[k]), n_q, 1, "the gradient of the gap");
+  }
+
+  /// `stated` in this field is the same as `expected` at q0 and at two points near it; t is 0 there and, where a `rate` of
+  /// 1 says so, later.
+  void compare(const Field& field, const ex& stated, const ex& expected, std::size_t n_q, double rate,
+               const char* what) const {
     for (const double shift : {0.0, 0.137, -0.0731}) {
       std::vector<StraightLineProgram::Constant> values = model_.constants();
-      values.push_back({model_.t, shift});
+      values.push_back({model_.t, rate * shift});
       for (std::size_t k = 0; k < n_q; ++k) {
         values.push_back({model_.q[k], model_.number(model_.q0[k]) + shift * (1 + 0.3 * static_cast<double>(k))});
       }
-      for (std::size_t k = 0; k < n_q; ++k) {
-        double pair[2];
-        StraightLineProgram({stated[k], gap.diff(model_.q[k])}, {}, values).evaluate({}, pair);
-        // a few roundings of two ways to write one formula
-        if (std::abs(pair[0] - pair[1]) > 1e-10 * (std::abs(pair[0]) + std::abs(pair[1]))) {
-          throw InputError(field.at(k).name(), field.at(k).text(),
-                           fmt::format("the gradient of the gap is {:.17g} there, not {:.17g}", pair[1], pair[0]));
-        }
+      double pair[2];
+      StraightLineProgram({stated, expected}, {}, values).evaluate({}, pair);
+      // a few roundings of two ways to write one formula; a gap at q0 is a difference of lengths, of a metre or so
+      const double allowed = 1e-10 * (std::abs(pair[0]) + std::abs(pair[1])) + (rate == 0 ? 1e-12 : 0);
+      if (!(std::abs(pair[0] - pair[1]) <= allowed)) {
+        throw InputError(field.name(), field.text(),
+                         fmt::format("{} is {:.17g} there, not {:.17g}", what, pair[1], pair[0]));
       }
     }
   }

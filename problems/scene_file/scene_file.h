@@ -15,6 +15,7 @@ namespace ricochet {
 /// under "problem", or a set of such objects under "cases" from which `FILE#id` picks one. A scene has the fields
 ///
 ///     q0, v0, T, M, f                                  the equations of motion, required
+///     geometry                                         from which M, f, gaps and tangents follow where they are not stated
 ///     params, units, Bu, u, contacts, potential_energy, id, title, source, hard_feature
 ///
 /// which scene.schema.json in this folder describes, and README.md beside it shows. What the schema does not know is

@@ -9,6 +9,7 @@
 #include "problems/derivatives/symbolic_problem.h"
 #include "problems/input_error.h"
 #include "problems/scene_file/expression_text.h"
+#include "problems/scene_file/geometry_fields.h"
 
 namespace ricochet {
 namespace {
@@ -64,6 +65,7 @@ std::string scene_text(const Problem& problem, const SceneTextOptions& options) 
   scene["q0"] = texts(model.q0);
   scene["v0"] = texts(model.v0);
   scene["T"] = expression_text(model.end_time);
+  if (model.geometry) scene["geometry"] = geometry_json(model);
   scene["M"] = texts(model.mass);
   scene["f"] = texts(model.force);
   if (!model.u.empty()) {
@@ -72,6 +74,10 @@ std::string scene_text(const Problem& problem, const SceneTextOptions& options) 
   }
   for (const auto& contact : model.contacts)
     scene["contacts"].push_back(contact_json(model, contact, options.with_normals));
+  if (model.geometry) {
+    for (const ShapePair& pair : model.geometry->pairs)
+      add_pair(scene["contacts"][pair.contact], pair, *model.geometry);
+  }
   if (model.potential_energy) scene["potential_energy"] = expression_text(*model.potential_energy);
 
   ordered_json document = {{"id", model.id}, {"title", model.title}, {"source", model.source}};

@@ -77,7 +77,7 @@ void check_fields(const JsonSchema& schema, const json& object, const std::strin
 TEST(ExperimentSchema, EveryFieldHasAnExampleThatFits) {
   for (const auto& study : studies())
     check_fields(experiment_schema(study), experiment_schema(study).document(), study.kind + ": ");
-  for (const char* part : {"scene", "contact", "set"})
+  for (const char* part : {"scene", "contact", "geometry", "body", "shape", "link", "set"})
     check_fields(scene_schema(), scene_schema().definition(part), std::string(part) + ": ");
 }
 
