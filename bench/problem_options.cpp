@@ -27,6 +27,8 @@ void ProblemOptions::add_problem(CLI::App& command) {
                   "DEPTH in metres: an initial position that penetrates by no more, as measured ones do, is moved to "
                   "the nearest one without, in the norm of M, and a note says so")
       ->check(non_negative_number());
+  command.add_option("--impact-law", impact_law,
+                     "newton, poisson, routh, stronge or lzb, in place of the law of impacts of the scene");
 }
 
 void ProblemOptions::add_settings(CLI::App& command) {
@@ -59,6 +61,12 @@ std::unique_ptr<Problem> ProblemOptions::make_problem() const {
     throw InputError("--problem", "''", "a scene id, or --scene with a file, is required");
   auto made =
       scene.empty() ? ricochet::make_problem(problem, parameters, depth) : read_scene_file(scene, parameters, depth);
+  if (!impact_law.empty()) {
+    ImpactLaw law = made->info().impact_law;
+    law.hypothesis = impact_hypothesis(impact_law);
+    made->set_impact_law(std::move(law));
+    validate(*made, depth);
+  }
   if (depth > 0) {
     auto [projected, note] = project_initial_state(std::move(made));
     if (!note.empty()) fmt::print(stderr, "note       {}\n", note);

@@ -22,6 +22,7 @@ ParameterChanges parameter_changes(const std::vector<std::string>& changes);
 struct ProblemOptions {
   std::string problem, scene;
   std::vector<std::string> changes;
+  std::string impact_law;  ///< in place of the one of the scene; empty: its own
   double depth = 0;  ///< [m] of penetration that is projected out of q0
   int steps = 0;
   double step_length = 0;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <new>
 
@@ -12,7 +13,7 @@ namespace ricochet {
 namespace {
 
 /// @throws InputError
-void check(const MethodInfo& method, const Settings& settings) {
+void check(const MethodInfo& method, const ProblemInfo& problem, const Settings& settings) {
   const auto require = [](bool ok, const char* field, double value, const char* allowed) {
     if (!ok) throw InputError(field, value, allowed);
   };
@@ -29,6 +30,10 @@ void check(const MethodInfo& method, const Settings& settings) {
           "a number between 0 and 1 is required");
   if (!settings.sensitivities.empty() && !method.has_sensitivities)
     throw InputError(fmt::format("method {} computes no sensitivities", method.id));
+  if (const auto law = problem.impact_law.hypothesis;
+      !settings.sensitivities.empty() && law != ImpactHypothesis::newton && problem.n_c() > problem.n_bilateral())
+    throw InputError("sensitivities", settings.sensitivities.front(),
+                     fmt::format("none are possible through impacts of the law {}", name_of(law)));
   require(settings.time_limit >= 0, "time_limit", settings.time_limit, "a number of seconds >= 0 is required");
 }
 
@@ -63,14 +68,21 @@ void complete(const Settings& settings, Solution& solution) {
 
 }  // namespace
 
+Support Method::can_run(const ProblemInfo& problem) const {
+  const auto law = problem.impact_law.hypothesis;
+  if (const auto known = info().impact_laws; std::ranges::find(known, law) == known.end())
+    return Support::no(fmt::format("impacts of the scene obey the law {}, which it does not have", name_of(law)));
+  return supports(problem);
+}
+
 void Method::require_support(const ProblemInfo& problem) const {
-  if (const Support support = supports(problem); !support.ok)
+  if (const Support support = can_run(problem); !support.ok)
     throw InputError(fmt::format("method {} cannot run problem {}: {}", info().id, problem.id, support.reason));
 }
 
 Solution Method::solve(const Problem& problem, const Settings& settings) const {
   require_support(problem.info());
-  check(info(), settings);
+  check(info(), problem.info(), settings);
   Solution solution = guarded(problem, [&] { return do_solve(problem, settings); });
   complete(settings, solution);
   return solution;
@@ -83,7 +95,7 @@ class Method::CheckedSolver final : public Solver {
       : method_(method), info_(method.info()), problem_(problem), solver_(method.do_prepare(problem)) {}
 
   Solution solve(const Settings& settings) override {
-    check(info_, settings);
+    check(info_, problem_.info(), settings);
     Solution solution =
         guarded(problem_, [&] { return solver_ ? solver_->solve(settings) : method_.do_solve(problem_, settings); });
     complete(settings, solution);

@@ -48,6 +48,8 @@ struct MethodInfo {
   double order_impacts = 0;        ///< of the final state, through impacts
   bool is_adaptive = false;        ///< steered by Settings::tolerance instead of Settings::steps
   bool has_sensitivities = false;  ///< reads Settings::sensitivities
+  /// Laws of impacts that it can take: it declines scenes with another one.
+  std::vector<ImpactHypothesis> impact_laws{ImpactHypothesis::newton};
   /// A step allocates no memory: what a run allocates depends on its events, not on its steps.
   bool is_allocation_free = false;
 };
@@ -82,13 +84,16 @@ class Method {
   virtual MethodInfo info() const = 0;                             ///< Name, source and orders.
   virtual Support supports(const ProblemInfo& problem) const = 0;  ///< Whether it can run `problem`, or why not.
 
+  /// Whether it can run `problem`, or why not: supports() behind what all methods have in common, the law of impacts.
+  Support can_run(const ProblemInfo& problem) const;
+
   /// Integrates `problem` from t = 0 to end_time, as `settings` say. Numerical failure is a status with a message and the
   /// state reached so far.
-  /// @throws InputError for settings out of range, or a problem that supports() declines
+  /// @throws InputError for settings out of range, or a problem that can_run() declines
   Solution solve(const Problem& problem, const Settings& settings) const;
 
   /// For many runs of one `problem`. Method and problem have to outlive what is returned.
-  /// @throws InputError for a problem that supports() declines
+  /// @throws InputError for a problem that can_run() declines
   std::unique_ptr<Solver> prepare(const Problem& problem) const;
 
  protected:

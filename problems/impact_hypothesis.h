@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -24,12 +25,20 @@ inline constexpr std::array kImpactHypotheses{ImpactHypothesis::newton, ImpactHy
                                               ImpactHypothesis::routh, ImpactHypothesis::stronge,
                                               ImpactHypothesis::lzb};
 
+/// All of them, for methods that can take every law.
+inline std::vector<ImpactHypothesis> all_impact_hypotheses() {
+  return {kImpactHypotheses.begin(), kImpactHypotheses.end()};
+}
+
 /// The word for `law` in scene files and tables.
 constexpr std::string_view name_of(ImpactHypothesis law) {
   constexpr std::array<std::string_view, kImpactHypotheses.size()> names{"newton", "poisson", "routh", "stronge",
                                                                          "lzb"};
   return names[static_cast<std::size_t>(law)];
 }
+
+/// The law of this `name`. @throws InputError with the names that there are
+ImpactHypothesis impact_hypothesis(const std::string& name);
 
 /// The law of a scene's impacts.
 struct ImpactLaw {

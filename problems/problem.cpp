@@ -138,6 +138,39 @@ void validate_bilateral(const Problem& problem, const Vector& f_c, const Matrix&
 
 }  // namespace
 
+namespace {
+
+/// What a law of impacts asks of the contacts.
+void validate_impact_law(const ProblemInfo& info) {
+  const ImpactLaw& law = info.impact_law;
+  if (law.hypothesis == ImpactHypothesis::newton) return;
+  const std::string name(name_of(law.hypothesis));
+  const bool is_lzb = law.hypothesis == ImpactHypothesis::lzb;
+  for (const int i : info.unilateral) {
+    const auto& contact = info.contacts[i];
+    const auto field = [&](const char* entry) { return fmt::format("contacts[{}].{} ({})", i, entry, contact.name); };
+    if (is_lzb && contact.n_t > 0)
+      throw InputError(field("mu"), contact.mu, "impact law lzb is one without friction, 0 is required");
+    if (is_lzb && contact.eps_r == 0)
+      throw InputError(field("e"), contact.eps_r, "impact law lzb divides by it, e in (0, 1] is required");
+    if (contact.n_t > 1)
+      throw InputError(field("Jt"), contact.n_t,
+                       fmt::format("impact law {} is one of the plane, one tangent at most is possible", name));
+  }
+  if (!is_lzb) return;
+  if (!(law.eta >= 1) || !std::isfinite(law.eta))
+    throw InputError("impact_law.eta", law.eta, "a finite number >= 1 is required");
+  if (!law.stiffness.empty() && static_cast<int>(law.stiffness.size()) != info.n_c())
+    throw InputError("impact_law.stiffness, number of entries", law.stiffness.size(),
+                     fmt::format("{}, one per contact, are required", info.n_c()));
+  for (std::size_t i = 0; i < law.stiffness.size(); ++i) {
+    if (!(law.stiffness[i] > 0) || !std::isfinite(law.stiffness[i]))
+      throw InputError(fmt::format("impact_law.stiffness[{}]", i), law.stiffness[i], "a finite number > 0 is required");
+  }
+}
+
+}  // namespace
+
 void validate(const Problem& problem) {
   validate(problem, 0);
 }
@@ -171,6 +204,8 @@ void validate(const Problem& problem, double depth) {
     if (contact.is_bilateral && contact.mu != 0)
       throw InputError(field("mu"), contact.mu, "a bilateral constraint has no friction, 0 is required");
   }
+
+  validate_impact_law(info);
 
   const Matrix M = problem.mass_matrix(info.q0);
   if (!M.allFinite()) throw InputError("M(q0)", "not finite", "finite entries are required");

@@ -138,6 +138,9 @@ class Problem {
     info_.v0 = v0;
   }
 
+  /// Another law of impacts. Nothing is validated. Not to be called while a method runs.
+  void set_impact_law(ImpactLaw law) { info_.impact_law = std::move(law); }
+
   // Values.
   virtual void mass_matrix(const double* q, double* M) const = 0;  ///< M: n_q x n_q, symmetric positive definite
   /// f: n_q, f_v(q,v) + B_u(q) u. u: n_u, may be null when n_u = 0.

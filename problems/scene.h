@@ -34,6 +34,7 @@
 ///     tangents(q)              std::array<std::array<Vec<T, n_q>, n_t>, n_c>, columns of J_t; needed when some mu > 0
 ///     input(q), control()      Mat-like std::array of n_q rows with n_u entries; the constant u of the plain simulation
 ///     potential_energy(q)      for energy reports
+///     impact_law()             ImpactLaw: which law impacts obey, Newton's without it (impact_hypothesis.h)
 ///     geometry()               GeometryOf<T>: bodies and shapes as drawings and engines need them (geometry.h)
 ///
 /// A bilateral constraint is a contact joint<T>("name"), and its gap is zero at all times.
@@ -93,6 +94,10 @@ concept HasPotential = requires(const Scene s) {
 template <class Scene>
 concept HasGeometry = requires(const Scene s) {
   s.geometry();
+};
+template <class Scene>
+concept HasImpactLaw = requires(const Scene s) {
+  s.impact_law();
 };
 template <class Scene>
 concept HasControl = requires(const Scene s) {
@@ -252,6 +257,7 @@ SymbolicModel symbolic_model(Scene<double> numeric) {
     }
   }
   if constexpr (HasPotential<Scene<ex>>) model.potential_energy = scene.potential_energy(q);
+  if constexpr (HasImpactLaw<Scene<double>>) model.impact_law = numeric.impact_law();
   if constexpr (HasGeometry<Scene<ex>>) model.geometry = scene.geometry();
   return model;
 }

@@ -6,9 +6,12 @@
 
 #include "problems/dense_solve.h"
 #include "reference/active_set.h"
+#include "reference/stated_impact.h"
 
 namespace ricochet::reference {
 namespace {
+
+constexpr double kStopped = 1e-14;  // of its terms, a slip velocity that an impact has ended: what adding it up leaves
 
 std::string too_many(std::size_t contacts, std::size_t most) {
   return fmt::format("{} contacts act at once, and the reference, which tries every combination, at most {}", contacts,
@@ -91,7 +94,9 @@ ContactLaws::Decision ContactLaws::impact(const Vector& q, const Vector& v_minus
     n += 1 + contact.n_t;
   }
   Decision decision;
-  if (problem_.info().has_friction()) {
+  if (problem_.info().impact_law.hypothesis != ImpactHypothesis::newton) {
+    decision = stated_law(J, MJ, v_minus, touching, last);
+  } else if (problem_.info().has_friction()) {
     const Vector b_size = 2 * scales_.speed(J, v_minus);
     decision = coulomb_law({"impact law", {}, {}, J, MJ, v_minus, b, b_size, false}, touching, {});
   } else if (touching.size() > kMaxPairs) {
@@ -104,6 +109,33 @@ ContactLaws::Decision ContactLaws::impact(const Vector& q, const Vector& v_minus
     decision.failure = "the impact law has no solution";
   }
   if (decision.failure.empty() && problem_.info().has_bilateral()) add_bilateral_impulses(q, v_minus, decision);
+  return decision;
+}
+
+/// The law of the scene in place of (1).
+ContactLaws::Decision ContactLaws::stated_law(const Matrix& J, const Matrix& MJ, const Vector& v_minus,
+                                              const std::vector<int>& touching, const std::vector<char>& last) const {
+  ProblemInfo info = problem_.info();
+  for (const int i : touching) {
+    if (!last.empty() && last[i] && touching.size() == 1) info.contacts[i].eps_r = 0;
+  }
+  const auto [failure, r] = stated_impulses(info, touching, J.transpose() * MJ, J.transpose() * v_minus);
+  Decision decision;
+  decision.failure = failure;
+  if (!failure.empty()) return decision;
+  decision.motion = v_minus + MJ * r;
+  decision.normal = Vector::Zero(problem_.n_c());
+  decision.tangential = Vector::Zero(info.n_lambda_t);
+  const Vector slip = J.transpose() * decision.motion, slip_size = scales_.speed(J, v_minus);
+  Eigen::Index n = 0;
+  for (const int i : touching) {
+    const auto& contact = info.contacts[i];
+    decision.normal[i] = r[n];
+    decision.tangential.segment(contact.tangent_index, contact.n_t) = r.segment(n + 1, contact.n_t);
+    const bool sticks = contact.n_t > 0 && std::abs(slip[n + 1]) <= kStopped * slip_size[n + 1];
+    decision.modes.push_back(contact.n_t == 0 ? ContactMode::closed : sticks ? ContactMode::stick : ContactMode::slip);
+    n += 1 + contact.n_t;
+  }
   return decision;
 }
 

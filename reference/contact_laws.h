@@ -15,7 +15,7 @@ namespace ricochet::reference {
 ///
 ///   0 <= Lambda_n _|_ J_n'(v+ + eps_r v-) >= 0,  ||Lambda_t|| <= mu Lambda_n, opposite to J_t' v+      (1)
 ///
-/// and the same on forces and accelerations of contacts at rest. Bilateral constraints are closed in every mode, and
+/// or the law that the scene states in place of it (stated_impact.h), and the same on forces and accelerations of contacts at rest. Bilateral constraints are closed in every mode, and
 /// their forces may pull. The laws of the other contacts hold for motions that keep them: with their Jacobian G, an
 /// impulse p leads from v- to v+, and a force p to v', by
 ///
@@ -58,6 +58,8 @@ class ContactLaws {
   Matrix under_constraints(const Vector& q, const Matrix& right_hand_side) const;
   /// v+ or v' of (2) for columns p alone
   Matrix response(const Vector& q, const Matrix& p) const;
+  Decision stated_law(const Matrix& J, const Matrix& MJ, const Vector& v_minus, const std::vector<int>& touching,
+                      const std::vector<char>& last) const;
   void add_bilateral_impulses(const Vector& q, const Vector& v_minus, Decision& decision) const;
   /// Completes the question with the laws of the contacts. @param directions  by contact, or empty
   Decision coulomb_law(ContactQuestion question, const std::vector<int>& contacts,

@@ -33,7 +33,7 @@ void register_all() {
       else
         settings.steps = kSteps;
       for (const auto& [id, problem] : problems) {
-        if (!method->supports(problem->info()).ok) continue;
+        if (!method->can_run(problem->info()).ok) continue;
         const std::string setting = is_adaptive ? fmt::format("{:g}", kTolerance) : std::to_string(kSteps);
         register_method_benchmark(fmt::format("{}/{}/{}", spec, id, setting), method, problem, settings, false);
       }

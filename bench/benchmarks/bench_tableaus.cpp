@@ -21,7 +21,7 @@ void register_all() {
       for (int n_s = 1; n_s <= 6; ++n_s) {
         const std::shared_ptr<const Method> method =
             make_method(fmt::format("fesd:{}:{},elements=as_needed", tableau, n_s));
-        if (!method->supports(problem->info()).ok) continue;
+        if (!method->can_run(problem->info()).ok) continue;
         Settings settings;
         settings.steps = kSteps;
         settings.recording = Recording::final_state;

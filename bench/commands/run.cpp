@@ -69,7 +69,8 @@ void add_reference(const RunArguments& options, RunReport& report) {
   ProblemChoice choice;
   choice.problem = options.problem.scene.empty() ? options.problem.problem : options.problem.scene;
   choice.parameters = parameter_changes(options.problem.changes);
-  if (options.problem.depth == 0) find_ground_truth(choice);  // a state that was moved is none of a file
+  // A state that was moved, or another law of impacts, is none of a file.
+  if (options.problem.depth == 0 && options.problem.impact_law.empty()) find_ground_truth(choice);
   try {
     report.reference = isolated_reference(choice, report.problem, kReferenceLimit);
   } catch (const std::runtime_error& error) {

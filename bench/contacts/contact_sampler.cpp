@@ -57,7 +57,7 @@ std::vector<std::vector<StoredContactProblem>> sample_scenes(
     const auto stepping = make_method(method);
     auto* observed = dynamic_cast<TimeSteppingMethod*>(stepping.get());
     if (observed == nullptr) throw InputError("--method", method, "a time-stepping method is required");
-    if (problem->info().n_c() == 0 || !stepping->supports(problem->info()).ok) continue;
+    if (problem->info().n_c() == 0 || !stepping->can_run(problem->info()).ok) continue;
     ContactSampler sampler(fmt::format("{}, {}, {} steps", name, method, steps), most);
     observed->set_contact_observer(&sampler);
     Settings settings;

@@ -132,7 +132,7 @@ EnsembleWorker::EnsembleWorker(const Ensemble& ensemble)
           },
           ensemble.names()),
       method_(make_method(ensemble.method)) {
-  if (const Support support = method_->supports(base()); !support.ok)
+  if (const Support support = method_->can_run(base()); !support.ok)
     throw InputError("method", ensemble.method, fmt::format("it cannot run {}: {}", base().id, support.reason));
   const bool is_adaptive = method_->info().is_adaptive;
   require_kind_of_setting(*method_, ensemble.settings.steps != 0 ? "steps" : "",

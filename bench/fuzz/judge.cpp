@@ -266,7 +266,7 @@ FuzzOpinion ask(const Problem& problem, const std::string& method, int steps, do
     settings.time_limit = time_limit;
     settings.recording = Recording::final_state;
     const auto asked = make_method(method);
-    if (const Support support = asked->supports(problem.info()); !support.ok)
+    if (const Support support = asked->can_run(problem.info()); !support.ok)
       return json{{"declined", support.reason}}.dump();
     try {
       const Solution s = asked->solve(problem, settings);

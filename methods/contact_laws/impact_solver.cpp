@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "methods/contact_laws/impact_laws/stated_impact.h"
+
 namespace ricochet {
 namespace {
 
@@ -121,6 +123,19 @@ LcpStatus ImpactSolver::solve_island(double rounding) {
   return status;
 }
 
+/// Impulses r_ of the island at hand by the law that the scene states.
+LcpStatus ImpactSolver::solve_stated(const Eigen::Ref<const Vector>& v) {
+  operator_.assemble(contacts_of_island_, delassus_);
+  const Eigen::Index n = delassus_.n_rows();
+  if (G_.rows() < n) G_.resize(n, n);
+  delassus_.to_dense(G_);
+  Eigen::Index row = 0;
+  for (const int i : contacts_of_island_) {
+    for (int d = 0; d <= n_t(i); ++d) b_[row++] = operator_.dot(i, d, v);
+  }
+  return stated_impact(problem_.info(), contacts_of_island_, G_.topLeftCorner(n, n), b_.head(n), r_.head(n));
+}
+
 /// Adds what r_ of the island at hand does to a velocity or acceleration, and to the bilateral constraints.
 void ImpactSolver::push(Eigen::Ref<Vector> motion, Eigen::Ref<Vector> normal) const {
   const double* r = r_.data();
@@ -162,7 +177,8 @@ LcpStatus ImpactSolver::impact(std::span<const int> together, std::span<const in
         b_[row++] = d == 0 ? (1 + contact.eps_r) * rate : rate;
       }
     }
-    const LcpStatus status = solve_island(ContactScales::kVelocityRounding * size);
+    const bool is_newton = problem_.info().impact_law.hypothesis == ImpactHypothesis::newton;
+    const LcpStatus status = is_newton ? solve_island(ContactScales::kVelocityRounding * size) : solve_stated(v);
     if (status != LcpStatus::solved) return status;
     if (has_bilateral_) operator_.bilateral().impose(v, nullptr, Lambda_n);
     push(v, Lambda_n);
@@ -220,7 +236,8 @@ LcpStatus ImpactSolver::contact_forces(const Vector& q, const Vector& v, std::sp
         ++row;
       }
     }
-    const LcpStatus status = solve_island(ContactScales::kVelocityRounding * size);
+    const bool is_newton = problem_.info().impact_law.hypothesis == ImpactHypothesis::newton;
+    const LcpStatus status = is_newton ? solve_island(ContactScales::kVelocityRounding * size) : solve_stated(v);
     if (status != LcpStatus::solved) return status;
     const double* r = r_.data();
     for (std::size_t k = 0; k < members.size(); ++k) {

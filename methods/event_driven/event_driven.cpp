@@ -80,6 +80,7 @@ class EventDriven final : public Method {
             .order_impacts = static_cast<double>(order),
             .is_adaptive = true,
             .has_sensitivities = has_sensitivities,
+            .impact_laws = all_impact_hypotheses(),
             .is_allocation_free = true};
   }
 

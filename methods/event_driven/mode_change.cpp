@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "methods/contact_laws/impact_laws/stated_impact.h"
+
 namespace ricochet {
 
 namespace {
@@ -74,7 +76,7 @@ void ModeChange::set_closed(const Happening& cause, const std::vector<ContactMod
 
 ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector<ContactMode>* modes, Vector& q,
                                        Vector& v) {
-  const auto failed = [&](Status status, const char* what, int contact) {
+  const auto failed = [&](Status status, const std::string& what, int contact) {
     return Outcome{status, fmt::format("{} at contact '{}'", what, info_.contacts[contact].name), false};
   };
   if (modes) modes_ = *modes;
@@ -104,7 +106,7 @@ ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector
       case ImpactSequence::Result::done:
         break;
       case ImpactSequence::Result::no_impulse:
-        return failed(Status::infeasible, "the impact law has no solution", struck.culprit);
+        return failed(Status::infeasible, "the impact law has no solution: " + why_no_impulse(info_), struck.culprit);
       case ImpactSequence::Result::no_forces:
         return failed(Status::infeasible, "the contact law has no solution", struck.culprit);
       case ImpactSequence::Result::accumulates:

@@ -37,6 +37,7 @@ class Fesd final : public Method {
             .order_impacts = static_cast<double>(tableau_.order),
             .is_adaptive = false,
             .has_sensitivities = true,
+            .impact_laws = all_impact_hypotheses(),
             .is_allocation_free = true};
   }
 

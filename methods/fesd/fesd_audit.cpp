@@ -251,7 +251,7 @@ void FesdAudit::add_friction(const View& at, int i) {
 
   const FrictionPoint left{contact.mu * at.Lambda_n[i], tangents(at.step.Lambda_t.col(at.n)), slip(i, e.q0, e.v0)};
   add_cone(FesdCondition::impulse_cone, left, i, impulse_size(at, i));
-  if (!at.is_sequence) add_slip(FesdCondition::impulse_slip, left, i, impulse_size(at, i));
+  if (at.obeys_newton) add_slip(FesdCondition::impulse_slip, left, i, impulse_size(at, i));
 
   std::vector<FrictionPoint> stages;
   std::vector<Vector> slips = {left.v_t, slip(i, e.q1, e.v1)};  // v_t,nj'
@@ -443,7 +443,8 @@ FesdAudit::View FesdAudit::view(const FesdStep& step, int n, const Element* left
           .accelerations = Matrix(info.n_q, tableau_.n_s),
           .gaps = Matrix(info.n_c(), tableau_.n_s),
           .momentum = 0,
-          .is_sequence = step.n_impacts[static_cast<std::size_t>(n)] > 1,
+          .obeys_newton = step.n_impacts[static_cast<std::size_t>(n)] <= 1 &&
+                          info.impact_law.hypothesis == ImpactHypothesis::newton,
           .forces_jump = max_abs(step.Lambda_n.col(n)) > 0 || (left && forces_jump(*left, e))};
   const int n_bodies = info.n_mechanical();
   at.momentum =
@@ -488,17 +489,19 @@ void FesdAudit::add_impulses(const View& at) {
   const Element& e = at.e;
   const Matrix impulse = problem_.force_directions(at.J_n * at.Lambda_n + at.J_t * at.step.Lambda_t.col(at.n));
   report(FesdCondition::impulse_balance, max_abs(at.M * (e.v0 - at.v_minus) - impulse), at.momentum, -1);
-  if (at.is_sequence) {  // each of its impacts loses energy, and none is left to come
+  const auto law = problem_.info().impact_law.hypothesis;
+  const bool may_gain = law == ImpactHypothesis::poisson || law == ImpactHypothesis::routh;
+  if (!at.obeys_newton && !may_gain) {  // each of its impacts loses energy, and none is left to come
     const double before = at.v_minus.dot(at.M * at.v_minus), behind = e.v0.dot(at.M * e.v0);
     report(FesdCondition::impulse_restitution, std::max(behind - before, 0.0), before + behind, -1);
   }
   for (const int i : problem_.info().unilateral) {
     const double gap = at.left_gaps[i], L = gap_size_[i], size = impulse_size(at, i);
-    const double eps_r = at.is_sequence ? 0 : problem_.info().contacts[i].eps_r;
+    const double eps_r = at.obeys_newton ? problem_.info().contacts[i].eps_r : 0;
     const double separation = at.J_n.col(i).dot(e.v0 + eps_r * at.v_minus);
     report(FesdCondition::impulse_sign, std::min(at.Lambda_n[i], 0.0), size, i);
     report(FesdCondition::impulse_gap, at.Lambda_n[i] * gap, size * L, i);
-    if (!at.is_sequence)
+    if (at.obeys_newton)
       report(FesdCondition::impulse_restitution, at.Lambda_n[i] * separation, size * speed_size_[i], i);
     if (gap <= 1e-15 * L)  // what a switch leaves; the solver treats gaps up to 64 roundings as closed
       report(FesdCondition::closed_separation, std::min(separation, 0.0), speed_size_[i], i);

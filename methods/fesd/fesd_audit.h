@@ -44,7 +44,7 @@ class FesdAudit {
     Vector left_gaps, right_gaps;
     Matrix accelerations, gaps;  ///< at the stages; n_q x n_s, n_c x n_s
     double momentum;             ///< size of those before and behind the left end
-    bool is_sequence;            ///< of impacts
+    bool obeys_newton;           ///< one impact at most, by Newton's law
     bool forces_jump;            ///< at the left end, whatever switches there
   };
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "methods/contact_laws/impact_laws/stated_impact.h"
 #include "methods/fesd/open_motion.h"
 
 namespace ricochet {
@@ -71,9 +72,7 @@ std::string describe(const StepFailure& failure, const ProblemInfo& problem, con
     case StepFailure::Kind::impacts_accumulate:
       return fmt::format("impacts of {} and its neighbours follow each other at one instant without an end", contact);
     case StepFailure::Kind::no_impulse:
-      return fmt::format(
-          "the impact law at {} has no solution: M(q) is not positive definite or the contact problem is degenerate",
-          contact);
+      return fmt::format("the impact law at {} has no solution: {}", contact, why_no_impulse(problem));
     case StepFailure::Kind::no_forces:
       return fmt::format(
           "the contact forces at {} are inconsistent: no active set of the touching contacts fulfils the contact laws "

@@ -17,7 +17,9 @@ class EventLocatedMethod : public Method {
 
  protected:
   EventLocatedMethod(MethodInfo info, reference::MakeIntegrator integrator)
-      : info_(std::move(info)), integrator_(std::move(integrator)) {}
+      : info_(std::move(info)), integrator_(std::move(integrator)) {
+    info_.impact_laws = all_impact_hypotheses();
+  }
 
   Solution do_solve(const Problem& problem, const Settings& settings) const final {
     return reference::integrate_event_located(problem, {.integrator = integrator_,

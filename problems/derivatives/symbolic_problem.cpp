@@ -138,6 +138,7 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model) : stated_(stated(std::move
   info_.source = model_.source;
   info_.hard_feature = model_.hard_feature;
   info_.parameters = model_.parameters;
+  info_.impact_law = model_.impact_law;
   info_.n_q = n_q;
   info_.n_u = static_cast<int>(model_.u.size());
   const auto numbers = [&](const Expressions& expressions) {

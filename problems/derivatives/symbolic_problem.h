@@ -55,6 +55,7 @@ struct SymbolicModel {
   Expressions v0;                             ///< n_q, in terms of the parameters only
   Expressions control;                        ///< n_u, of the plain simulation, in terms of the parameters and t
   GiNaC::ex end_time;                         ///< [s], in terms of the parameters only
+  ImpactLaw impact_law;                       ///< as ProblemInfo::impact_law
   std::optional<GiNaC::ex> potential_energy;  ///< [J], in terms of q and the parameters
   /// Bodies and shapes, in terms of the parameters only; nothing where the scene states none.
   std::optional<GeometryOf<GiNaC::ex>> geometry;

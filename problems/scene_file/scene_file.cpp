@@ -39,6 +39,7 @@ class SceneReader {
     scene_schema().check(scene_.value(), scene_.name(), scene_schema().definition("scene"));
     read_parameters();
     const auto n_q = read_state();
+    read_impact_law();
     if (scene_.has("geometry")) model_.geometry = read_geometry(scene_.at("geometry"), model_, constants_, in_q_);
     read_dynamics(n_q);
     if (scene_.has("contacts")) {
@@ -78,6 +79,22 @@ class SceneReader {
       if (units.has(parameter.name)) parameter.unit = units.at(parameter.name).text();
     }
   }
+
+  void read_impact_law() {
+    if (!scene_.has("impact_law")) return;
+    const Field field = scene_.at("impact_law");
+    ImpactLaw& law = model_.impact_law;
+    const bool is_name = field.value().is_string();
+    law.hypothesis = impact_hypothesis(is_name ? field.text() : field.at("hypothesis").text());
+    if (is_name) return;
+    if (field.has("eta")) law.eta = number_of(field.at("eta"));
+    if (!field.has("stiffness")) return;
+    const Field stiffness = field.at("stiffness");
+    for (std::size_t i = 0; i < stiffness.size(); ++i) law.stiffness.push_back(number_of(stiffness.at(i)));
+  }
+
+  /// A formula of the parameters, as a number.
+  double number_of(const Field& field) const { return model_.number(field.expression(constants_)); }
 
   std::size_t read_state() {
     const auto n_q = scene_.at("q0").size();

@@ -78,6 +78,11 @@ std::string scene_text(const Problem& problem, const SceneTextOptions& options) 
     for (const ShapePair& pair : model.geometry->pairs)
       add_pair(scene["contacts"][pair.contact], pair, *model.geometry);
   }
+  if (const ImpactLaw& law = model.impact_law; law.hypothesis != ImpactHypothesis::newton) {
+    scene["impact_law"] = {{"hypothesis", name_of(law.hypothesis)}};
+    if (law.hypothesis == ImpactHypothesis::lzb) scene["impact_law"]["eta"] = fmt::format("{}", law.eta);
+    for (const double K : law.stiffness) scene["impact_law"]["stiffness"].push_back(fmt::format("{}", K));
+  }
   if (model.potential_energy) scene["potential_energy"] = expression_text(*model.potential_energy);
 
   ordered_json document = {{"id", model.id}, {"title", model.title}, {"source", model.source}};

@@ -74,7 +74,7 @@ INSTANTIATE_TEST_SUITE_P(AllPairs, Conformance, testing::ValuesIn(pairs_that(tru
 TEST(UnsupportedPairs, SayWhyAndAreRefused) {
   for (const auto& pair : pairs_that(false)) {
     const auto method = make_method(pair.method);
-    EXPECT_FALSE(method->supports(pair.problem->info()).reason.empty()) << pair.method << " on " << pair.problem_id;
+    EXPECT_FALSE(method->can_run(pair.problem->info()).reason.empty()) << pair.method << " on " << pair.problem_id;
     EXPECT_THROW(method->solve(*pair.problem, test_settings(pair.steps)), InputError)
         << pair.method << " on " << pair.problem_id;
   }

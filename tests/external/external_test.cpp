@@ -38,7 +38,7 @@ TEST(ExternalEuler, AgreesWithMoreauJeanOnFrictionlessScenes) {
   for (const auto& scene : scenes()) {
     const auto problem = make_problem(scene.id);
     const ProblemInfo& info = problem->info();
-    if (info.has_friction() || !client->supports(info).ok || !jean->supports(info).ok) continue;
+    if (info.has_friction() || !client->can_run(info).ok || !jean->can_run(info).ok) continue;
     SCOPED_TRACE(scene.id);
     const auto is_affine = [](const ContactInfo& contact) { return contact.is_affine; };
     const bool is_constant = info.structure.constant_mass && !info.structure.force_uses_position &&
@@ -104,7 +104,7 @@ TEST(ExternalEuler, IsTheSameInOctave) {
     ASSERT_TRUE(a.succeeded()) << a.message;
     EXPECT_LE(distance(a, b), 1e-10) << id;
   }
-  EXPECT_FALSE(octave->supports(make_problem("sliding_block")->info()).ok);
+  EXPECT_FALSE(octave->can_run(make_problem("sliding_block")->info()).ok);
 }
 
 class OddClient : public testing::TestWithParam<std::pair<const char*, const char*>> {};

@@ -219,7 +219,7 @@ TEST(FrictionCone, RefusesWhatItCannotDo) {
   EXPECT_THROW(make_method("fesd:radau-iia:3,cone=polyhedral,facets=2"), InputError);
   EXPECT_THROW(make_method("fesd:radau-iia:3,facets=8"), InputError) << "of the polyhedral cone only";
   const auto p = dragged_block({});
-  EXPECT_FALSE(make_method("fesd:radau-iia:3,cone=polyhedral,switches=published")->supports(p->info()).ok);
+  EXPECT_FALSE(make_method("fesd:radau-iia:3,cone=polyhedral,switches=published")->can_run(p->info()).ok);
   Settings settings;
   settings.steps = 10;
   settings.sensitivities = {"q0:0"};

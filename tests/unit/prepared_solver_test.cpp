@@ -45,7 +45,7 @@ TEST_P(PreparedSolver, ForgetsTheRunsBefore) {
   for (const auto& scene : scenes()) {
     const auto problem = make_problem(scene.id);
     const ProblemInfo& info = problem->info();
-    if (info.n_q > 20 || !method->supports(info).ok) continue;
+    if (info.n_q > 20 || !method->can_run(info).ok) continue;
     SCOPED_TRACE(scene.id);
     const bool is_adaptive = method->info().is_adaptive;
     const Settings settings = settings_of(is_adaptive, false);

@@ -59,7 +59,7 @@ class Rest : public testing::TestWithParam<const char*> {
 TEST_P(Rest, LastsForTenThousandSteps) {
   for (const double e : {0.0, 0.5, 1.0}) {
     const auto problem = two_blocks(e, 1, false);
-    if (!make_method(method)->supports(problem->info()).ok) continue;
+    if (!make_method(method)->can_run(problem->info()).ok) continue;
     const Solution s = run_at_rest(*problem, method);
     EXPECT_EQ(s.events.size(), 2u) << "each contact is pressed once, e = " << e;
     EXPECT_LE(problem->gap(s.q).cwiseAbs().maxCoeff(), rounding) << "e = " << e;
@@ -69,7 +69,7 @@ TEST_P(Rest, LastsForTenThousandSteps) {
 
 TEST_P(Rest, DoesNotDependOnTheUnitOfLength) {
   const auto metres = two_blocks(0.5, 1, false), micrometres = two_blocks(0.5, 1e6, false);
-  if (!make_method(method)->supports(metres->info()).ok) GTEST_SKIP() << "no restitution";
+  if (!make_method(method)->can_run(metres->info()).ok) GTEST_SKIP() << "no restitution";
   const Solution in_m = run_at_rest(*metres, method), in_um = run_at_rest(*micrometres, method);
   EXPECT_LE((in_um.q * 1e-6 - in_m.q).cwiseAbs().maxCoeff(), 2 * rounding);
   EXPECT_EQ(in_um.events.size(), in_m.events.size());
@@ -77,7 +77,7 @@ TEST_P(Rest, DoesNotDependOnTheUnitOfLength) {
 
 TEST_P(Rest, DoesNotDependOnAnUnrelatedFastBody) {
   const auto alone = two_blocks(0.5, 1, false), beside = two_blocks(0.5, 1, true);
-  if (!make_method(method)->supports(beside->info()).ok) GTEST_SKIP() << "no restitution";
+  if (!make_method(method)->can_run(beside->info()).ok) GTEST_SKIP() << "no restitution";
   const Solution one = run_at_rest(*alone, method), other = run_at_rest(*beside, method);
   // What iterates has a tolerance relative to the largest velocity in a contact problem, 600 m/s in an impact.
   EXPECT_LE((other.q.head(4) - one.q).cwiseAbs().maxCoeff(), iterates ? 1e-9 * 600 * 0.4741 : rounding);

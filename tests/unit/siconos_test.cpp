@@ -117,8 +117,8 @@ TEST(Siconos, IsAContactSolverOfTimeStepping) {
 TEST(Siconos, DeclinesWhatItCannotDo) {
   if (!is_built("siconos_event_driven")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
   const auto info = make_problem("sliding_block")->info();
-  EXPECT_FALSE(make_method("siconos_event_driven")->supports(info).ok);
-  EXPECT_TRUE(make_method("siconos_moreau_jean")->supports(info).ok);
+  EXPECT_FALSE(make_method("siconos_event_driven")->can_run(info).ok);
+  EXPECT_TRUE(make_method("siconos_moreau_jean")->can_run(info).ok);
   EXPECT_THROW(make_method("siconos_moreau_jean,theta=0.2"), InputError);
 }
 

@@ -84,7 +84,7 @@ TEST(TimeFreezing, GainsNoEnergyAtKanesPendulum) {
 
 TEST(TimeFreezing, SaysWhatItCannotRun) {
   const auto ball = make_problem("bouncing_ball");
-  const Support support = make_method("time_freezing:lobatto-iiia:3")->supports(ball->info());
+  const Support support = make_method("time_freezing:lobatto-iiia:3")->can_run(ball->info());
   EXPECT_FALSE(support.ok);
   EXPECT_NE(support.reason.find("singular"), std::string::npos) << support.reason;
 }

@@ -159,8 +159,8 @@ TEST(Sap, NewtonConverges) {
 }
 
 TEST(Sap, DeclinesRestitution) {
-  EXPECT_FALSE(make_method("sap")->supports(make_problem("bouncing_ball", {{"e", 0.5}})->info()).ok);
-  EXPECT_TRUE(make_method("sap")->supports(make_problem("bouncing_ball", {{"e", 0}})->info()).ok);
+  EXPECT_FALSE(make_method("sap")->can_run(make_problem("bouncing_ball", {{"e", 0.5}})->info()).ok);
+  EXPECT_TRUE(make_method("sap")->can_run(make_problem("bouncing_ball", {{"e", 0}})->info()).ok);
 }
 
 }  // namespace

@@ -207,7 +207,7 @@ TEST(Symplectic, KeepsTheEnergyThroughManyImpacts) {
 
 TEST(Symplectic, SaysWhatItDoesNotRun) {
   const auto reason = [](const char* problem) {
-    return make_method("symplectic")->supports(make_problem(problem)->info()).reason;
+    return make_method("symplectic")->can_run(make_problem(problem)->info()).reason;
   };
   EXPECT_EQ(reason("bouncing_ball"), "it conserves energy, eps_r = 1 is required in every contact");
   EXPECT_EQ(reason("sliding_block"), "it conserves energy, friction does not");
@@ -239,7 +239,7 @@ TEST(Penalty, SinksByTheWeightOverTheStiffness) {
 
 TEST(Inelastic, MethodsDeclineRestitution) {
   for (const char* method : {"stewart_trinkle", "anitescu_convex"}) {
-    const auto support = make_method(method)->supports(make_problem("bouncing_ball")->info());
+    const auto support = make_method(method)->can_run(make_problem("bouncing_ball")->info());
     EXPECT_FALSE(support.ok);
     EXPECT_EQ(support.reason, "it has no restitution, eps_r = 0 is required in every contact");
   }

@@ -37,7 +37,7 @@ class Spoiled final : public Method {
   }
   Support supports(const ProblemInfo& problem) const override {
     if (fault_ == "mute" && problem.has_bilateral()) return {false, ""};
-    return right_->supports(problem);
+    return right_->can_run(problem);
   }
 
  protected:

@@ -76,7 +76,7 @@ namespace {
 ContactCost try_motion(const Method& method, const std::string& spec, const BoxMotion& motion, const Problem& problem,
                        const Settings& settings) {
   ContactCost cost{.method = spec, .motion = motion.name, .closed = motion.closed, .status = {}, .message = {}};
-  if (const Support support = method.supports(problem.info()); !support.ok) {
+  if (const Support support = method.can_run(problem.info()); !support.ok) {
     cost.status = "declined";
     cost.message = support.reason;
     return cost;

@@ -104,7 +104,7 @@ std::vector<Attempt> attempts(const Family& family, const Problem& problem, cons
                               FastestRun& row) {
   std::vector<Attempt> list;
   for (const Contender& contender : family.contenders) {
-    if (const auto supported = contender.method->supports(problem.info()); !supported.ok) {
+    if (const auto supported = contender.method->can_run(problem.info()); !supported.ok) {
       row.why = supported.reason;
       continue;
     }

@@ -124,7 +124,7 @@ std::vector<RampGrid> run_grids(const std::vector<Entry>& entries, double v_0, i
           ramp = make_problem("block_on_ramp",
                               {{"mu", exact.mu}, {"slope", std::atan(exact.tangent)}, {"v_x0", v_0}, {"duration", T}});
         const auto r = static_cast<std::size_t>(row / stride), c = static_cast<std::size_t>(column / stride);
-        if (const Support support = entries[k].method->supports(ramp->info()); support.ok)
+        if (const Support support = entries[k].method->can_run(ramp->info()); support.ok)
           run_ramp(entries[k], *ramp, exact.at(T), r, c, grids[k]);
         else if (grids[k].message.empty())
           grids[k].message = "declined: " + support.reason;

@@ -149,7 +149,7 @@ HardCell run_cell(const HardCase& hard_case, const Problem& problem, const std::
     cell.steps = std::max(1, static_cast<int>(std::lround(steps * step_factor(method_spec))));
   }
   cell.command = reproduce(hard_case, cell, time_limit);
-  if (const Support support = method->supports(problem.info()); !support.ok) {
+  if (const Support support = method->can_run(problem.info()); !support.ok) {
     cell.outcome.ending = Ending::declined;
     cell.outcome.message = support.reason;
     return cell;

@@ -92,7 +92,7 @@ Record GridRun::run(const Job& job, const std::string& instead_of) const {
   if (instead_of.empty() && !job.grid->not_built.empty()) return record;
   const auto method = make_method(job.method);
   record.title = method->info().title;
-  if (const Support support = method->supports(problem_->info()); !support.ok) {
+  if (const Support support = method->can_run(problem_->info()); !support.ok) {
     record.status = "declined";
     record.message = support.reason;
     return record;

@@ -73,7 +73,7 @@ void solve_once(const Settings& settings, Planned& planned) {
   const std::shared_ptr<const Problem> problem = make_problem(planned.problem, planned.changes);
   const std::shared_ptr<const Method> method = make_method(run.method);
   run.contacts = problem->n_c();
-  if (const auto supported = method->supports(problem->info()); !supported.ok) {
+  if (const auto supported = method->can_run(problem->info()); !supported.ok) {
     run.status = "declined";
     run.message = supported.reason;
     return;

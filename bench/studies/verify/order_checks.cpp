@@ -193,7 +193,7 @@ CheckResult error_over_tolerance(const OrderCase& c, const Subject& subject, Gri
 
 CheckResult check_order(const OrderCase& c, const Subject& subject) {
   GridOfRuns runs(c, subject);
-  if (const Support support = runs.method().supports(c.known.problem().info()); !support.ok)
+  if (const Support support = runs.method().can_run(c.known.problem().info()); !support.ok)
     return CheckResult::not_applicable(support.reason);
   if (!c.known.sensitivities().empty() && !subject.info.has_sensitivities)
     return CheckResult::not_applicable("it computes no sensitivities");

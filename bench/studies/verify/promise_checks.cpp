@@ -37,7 +37,7 @@ std::string command_of(const ProblemChoice& choice, const Subject& subject, cons
 
 CheckResult keeps_promises(const KnownProblem& known, const Subject& subject) {
   const auto method = make_method(subject.spec);
-  if (const Support support = method->supports(known.problem().info()); !support.ok)
+  if (const Support support = method->can_run(known.problem().info()); !support.ok)
     return CheckResult::not_applicable(support.reason);
   Settings settings = settings_of(subject);
   settings.time_limit = subject.time_limit / 4;  // there are three runs
@@ -60,7 +60,7 @@ CheckResult keeps_promises(const KnownProblem& known, const Subject& subject) {
 /// A run of a kept solver knows nothing of the one before it.
 CheckResult kept_solver_forgets(const KnownProblem& known, const Subject& subject) {
   const auto method = make_method(subject.spec);
-  if (const Support support = method->supports(known.problem().info()); !support.ok)
+  if (const Support support = method->can_run(known.problem().info()); !support.ok)
     return CheckResult::not_applicable(support.reason);
   const Settings settings = settings_of(subject);
   Settings other = settings;
@@ -88,7 +88,7 @@ std::string refusal(const Method& method, const Problem& problem, const Settings
 
 CheckResult refuses_bad_settings(const KnownProblem& known, const Subject& subject) {
   const auto method = make_method(subject.spec);
-  if (const Support support = method->supports(known.problem().info()); !support.ok)
+  if (const Support support = method->can_run(known.problem().info()); !support.ok)
     return CheckResult::not_applicable(support.reason);
   const double nan = std::nan("");
   std::vector<std::pair<std::string, Settings>> bad;
@@ -118,7 +118,7 @@ CheckResult refuses_what_it_declines(const std::vector<std::shared_ptr<KnownProb
   const auto method = make_method(subject.spec);
   int declined = 0;
   for (const auto& known : scenes) {
-    const Support support = method->supports(known->problem().info());
+    const Support support = method->can_run(known->problem().info());
     if (support.ok) continue;
     ++declined;
     if (support.reason.empty()) return CheckResult::fail(known->choice().problem + ": declined without a reason");
@@ -134,7 +134,7 @@ CheckResult allocates_nothing(const KnownProblem& known, const Subject& subject)
   if (!subject.info.is_allocation_free) return CheckResult::not_applicable("it does not claim that");
   if (!counts_allocations()) return CheckResult::not_applicable("this build of the program does not count allocations");
   const auto method = make_method(subject.spec);
-  if (const Support support = method->supports(known.problem().info()); !support.ok)
+  if (const Support support = method->can_run(known.problem().info()); !support.ok)
     return CheckResult::not_applicable(support.reason);
   struct Count {
     std::int64_t allocations, steps, events;

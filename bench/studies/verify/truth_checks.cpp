@@ -29,7 +29,7 @@ struct TruthCase {
 CheckResult meets_truth(const TruthCase& c, const Subject& subject) {
   const auto method = make_method(subject.spec);
   const Problem& problem = c.known.problem();
-  if (const Support support = method->supports(problem.info()); !support.ok)
+  if (const Support support = method->can_run(problem.info()); !support.ok)
     return CheckResult::not_applicable(support.reason);
   Settings settings;
   if (subject.info.is_adaptive)

@@ -152,7 +152,7 @@ ZenoRun measure_rest(const std::string& method, double e, double H, double toler
   const double ground = ball->info().q0[0] - exact.h_0;
   set_bounds(tableau_argument(tableau_of(method)), T, exact, ground, run);
   const auto solver = make_method(method);
-  if (const Support support = solver->supports(ball->info()); !support.ok) {
+  if (const Support support = solver->can_run(ball->info()); !support.ok) {
     run.status = "declined";
     run.message = support.reason;
     return run;
