@@ -15,6 +15,7 @@
 #include "bench/trajectory_of.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
+#include "reports/scene_drawing.h"
 #include "reports/text_file.h"
 
 namespace ricochet {
@@ -25,7 +26,7 @@ constexpr double kReferenceLimit = 20;  // wall time of the reference [s]; on th
 struct RunArguments {
   ProblemOptions problem;
   std::string method;
-  std::string plot, csv;
+  std::string plot, csv, animation;
   int points = 1000;
   std::int64_t events = std::numeric_limits<std::int64_t>::max();
   std::vector<std::string> sensitivities;
@@ -34,17 +35,24 @@ struct RunArguments {
 
 Settings settings_of(const RunArguments& options, const Problem& problem, const Method& method) {
   Settings settings = options.problem.settings(problem, method);
-  if (!options.plot.empty() || !options.csv.empty()) settings.recording = Recording::motion;
+  if (!options.plot.empty() || !options.csv.empty() || !options.animation.empty())
+    settings.recording = Recording::motion;
   settings.sensitivities = options.sensitivities;
   return settings;
 }
 
-void check_outputs(const RunArguments& options) {
+void check_outputs(const RunArguments& options, const Problem& problem) {
   if (!options.plot.empty()) {
     if (!can_draw()) throw InputError("--plot", options.plot, "gnuplot is needed for figures and was not found");
     require_writable_folder("--plot", options.plot);
   }
   if (!options.csv.empty()) require_writable("motion", options.csv);
+  if (!options.animation.empty()) {
+    if (!problem.info().geometry)
+      throw InputError("--animate", options.animation,
+                       fmt::format("problem {} states no geometry to be drawn", problem.info().id));
+    require_writable("animation", options.animation);
+  }
 }
 
 RunReport timed_run(const Problem& problem, const Method& method, const std::string& spec, const Settings& settings) {
@@ -95,6 +103,14 @@ void write_motion(const RunArguments& options, const RunReport& report) {
     write_text("motion", options.csv, trajectory_csv(report.problem, report.solution, options.points));
     fmt::print(to, "motion     {}\n", options.csv);
   }
+  if (!options.animation.empty()) {
+    std::vector<double> impacts;
+    for (const Event& event : report.solution.events) {
+      if (event.kind == EventKind::impact) impacts.push_back(event.t);
+    }
+    write_text("animation", options.animation, scene_svg(report.problem, report.solution.motion, impacts));
+    fmt::print(to, "animation  {}\n", options.animation);
+  }
 }
 
 /// @returns the exit code
@@ -102,7 +118,7 @@ int run(const RunArguments& options) {
   const auto problem = options.problem.make_problem();
   const auto method = make_method(options.method);
   const Settings settings = settings_of(options, *problem, *method);
-  check_outputs(options);
+  check_outputs(options, *problem);
   RunReport report = timed_run(*problem, *method, options.method, settings);
   if (!options.as_json) print_run(report, static_cast<std::size_t>(options.events));
   if (settings.recording == Recording::motion) write_motion(options, report);
@@ -131,6 +147,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
                     "no error: do not look for a certified solution, and do not compute a reference, which takes "
                     "seconds at most");
   command->add_option("--plot", options.plot, "FOLDER for a figure of the motion (trajectory.svg)");
+  command->add_option("--animate", options.animation,
+                      "FILE for the scene and its motion as an SVG that moves, where the scene has a geometry");
   auto* csv = command->add_option("--csv", options.csv, "FILE for the motion: t, q and v as CSV");
   command->add_option("--points", options.points, "of the CSV: equally spaced, besides the events")
       ->needs(csv)

@@ -114,6 +114,7 @@ std::vector<Line> good_lines(const fs::path& folder) {
         steps("20"),
         set("e=0.5"),
         out("--csv", "out/m.csv"),
+        out("--animate", "out/m.svg"),
         whole("--points", "5", {"0", "-1"}),
         time_limit(),
         sensitivity},

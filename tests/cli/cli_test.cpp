@@ -102,6 +102,14 @@ TEST_F(Cli, DrawsAndWritesTheMotion) {
   EXPECT_HAS(read(folder / "plot" / "trajectory.gp"), "title 'q[0]'");
 
   EXPECT_EQ(run("run -p bouncing_ball -m moreau_jean -N 10 --csv " + folder.string()).code, 2) << "a folder";
+
+  const std::string svg = (folder / "ball.svg").string();
+  ASSERT_EQ(run("run -p bouncing_ball -m fesd:gauss:2 -N 40 --animate " + svg).code, 0);
+  EXPECT_HAS(read(svg), "<animate attributeName=\"cy\"");
+  const Outcome without = run(std::string("run --scene ") + RICOCHET_TEST_DATA "/moving_table.json" +
+                              " -m moreau_jean -N 10 --animate " + svg);
+  EXPECT_EQ(without.code, 2);
+  EXPECT_HAS(without.text, "states no geometry");
   EXPECT_EQ(run("run -p bouncing_ball -m moreau_jean -N 10 --points 5").code, 2) << "of which file?";
   // A full disk: nothing is left behind, and what was there stays.
   EXPECT_EQ(run("run -p bouncing_ball -m moreau_jean -N 10 --csv /dev/full").code, 2);

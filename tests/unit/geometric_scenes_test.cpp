@@ -1,0 +1,131 @@
+// Scene files that state a geometry, and what is exactly known of their motions.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "methods/registry.h"
+#include "problems/geometry_kinematics.h"
+#include "tests/test_data.h"
+
+namespace ricochet {
+namespace {
+
+Solution solved(const Problem& problem, const std::string& method = "fesd:radau-iia:3,elements=as_needed") {
+  Settings settings;
+  settings.steps = 200;
+  return make_method(method)->solve(problem, settings);
+}
+
+std::unique_ptr<Problem> scene_of(const std::string& name, const ParameterChanges& changes = {}) {
+  return read_scene_file(test_data(name + ".json"), changes);
+}
+
+// Equal cranks stay parallel and the coupler does not turn: one angle, J = 2/3 m l^2 + M l^2.
+TEST(GeometricScenes, FourBarsAreAPendulum) {
+  const Solution bars = solved(*scene_of("four_bar"));
+  const auto pendulum = read_scene_text(R"~({
+    "params": {"l": "0.4", "m": "0.5", "M": "1", "g": "9.81", "w": "0.1", "r": "0.02", "e": "0.6"},
+    "q0": ["-0.6"], "v0": ["0"], "T": "1.2", "M": [["2/3*m*l**2+M*l**2"]], "f": ["-(m+M)*g*l*cos(q[0])"],
+    "contacts": [{"name": "stop", "gap": "l*cos(q[0])-r+w", "e": "e"}]
+})",
+                                        "pendulum");
+const Solution angle = solved(*pendulum);
+ASSERT_TRUE(bars.succeeded() && angle.succeeded()) << bars.message << angle.message;
+ASSERT_EQ(bars.events.size(), 2u);
+ASSERT_EQ(angle.events.size(), 2u);
+// Both have errors of order 5; 3e-10 was measured in the velocity.
+for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(bars.events[i].t, angle.events[i].t, 1e-10);
+for (const int crank : {2, 8}) {
+  EXPECT_NEAR(bars.q[crank], angle.q[0], 1e-9);
+  EXPECT_NEAR(bars.v[crank], angle.v[0], 1e-8);
+}
+EXPECT_NEAR(bars.q[5], 0, 1e-12) << "rounding of the constraints";
+}
+
+TEST(GeometricScenes, AFreeBoxKeepsItsMomenta) {
+  const auto box = scene_of("free_box");
+  const Body& body = box->info().geometry->bodies[0];
+  const auto angular_momentum = [&](const Vector& q, const Vector& v) {
+    const auto motion = motion_of<double>(*box->info().geometry, 0, {q.begin(), q.end()});
+    Vector3<double> omega{};
+    for (std::size_t k = 0; k < 6; ++k) omega = sum(omega, scaled(v[static_cast<int>(k)], motion.J_omega[k]));
+    Vector3<double> along = times_transposed(motion.R, omega);
+    for (std::size_t axis = 0; axis < 3; ++axis) along[axis] *= body.inertia[axis];
+    const Vector3<double> L = times(motion.R, along);
+    return Eigen::Vector3d(L[0], L[1], L[2]);
+  };
+  const ProblemInfo& info = box->info();
+  const Solution s = solved(*box);
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  const double T = info.end_time;
+  const Eigen::Vector3d centre(-0.9 * T, 0.4 * T, 0.1 * T - 9.8 * T * T / 2);
+  EXPECT_LE((s.q.head(3) - centre).norm(), 1e-12) << "a parabola is exact, up to rounding";
+  const Eigen::Vector3d start = angular_momentum(info.q0, info.v0);
+  // Order 5 with 200 steps: 1e-10 was measured.
+  EXPECT_LE((angular_momentum(s.q, s.v) - start).norm(), 1e-9 * start.norm());
+  EXPECT_NEAR(*box->energy(s.q, s.v), *box->energy(info.q0, info.v0), 1e-9 * box->kinetic_energy(info.q0, info.v0));
+  // About its middle axis it turns over: the axis that stood along the angular momentum has left it.
+  const auto R = motion_of<double>(*info.geometry, 0, {s.q.begin(), s.q.end()}).R;
+  EXPECT_LT(R[2][2], 0.95);
+}
+
+// Moments about the feet, forces at the tips along the line of both: the friction that each foot needs.
+TEST(GeometricScenes, CardsStandUpToTheirFriction) {
+  const double l = 0.1, r = 0.002, alpha = 0.3;
+  const double least = l * std::sin(alpha) / (2 * (l * std::cos(alpha) + r));
+  const auto stands = scene_of("card_house", {{"mu", 1.001 * least}}),
+             falls = scene_of("card_house", {{"mu", 0.999 * least}});
+  for (const char* method : {"fesd:radau-iia:3,elements=as_needed", "moreau_jean", "event_driven"}) {
+    const Solution up = solved(*stands, method), down = solved(*falls, method);
+    ASSERT_TRUE(up.succeeded() && down.succeeded()) << method << ": " << up.message << down.message;
+    // An unstable equilibrium: rounding, and the tolerance of event_driven, grow by exp(5).
+    EXPECT_LE((up.q - stands->info().q0).norm(), 1e-8) << method;
+    // Feet that slip with a thousandth of the friction too little accelerate with about g mu / 1000.
+    EXPECT_LT(down.q[0], falls->info().q0[0] - 1e-6) << method;
+  }
+}
+
+// Up to the hit the first domino turns about its right foot, which takes the energy's integral; in the hit its foot is
+// free, and the second domino turns about its own.
+TEST(GeometricScenes, ADominoHitsTheNext) {
+  const double b = 0.0125, h = 0.025, d = 0.02, m = 0.01, g = 9.81, omega0 = 15;
+  const double J = m * (b * b + h * h) / 3, J_foot = 4 * J, psi = std::asin(d / (2 * h));
+  const auto omega = [&](double angle) {
+    const double height = h * std::cos(angle) + b * std::sin(angle);
+    return std::sqrt(omega0 * omega0 - 2 * m * g * (height - h) / J_foot);
+  };
+  double t_hit = 0;
+  const int n = 200;  // Simpson's rule, whose error is below 1e-13 s
+  for (int k = 0; k <= n; ++k) {
+    const double weight = k == 0 || k == n ? 1 : k % 2 == 1 ? 4 : 2;
+    t_hit += weight * psi / (3 * n) / omega(psi * k / n);
+  }
+  const double lever = 2 * h * std::cos(psi), arm = h * std::cos(psi) - b * std::sin(psi);
+  const double impulse = omega(psi) * lever / (1 / m + arm * arm / J + lever * lever / J_foot);
+
+  const auto row = scene_of("domino_row");
+  const Solution s = solved(*row, "event_driven");
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  const auto hit = std::ranges::find(s.events, EventKind::impact, &Event::kind);
+  ASSERT_NE(hit, s.events.end());
+  EXPECT_EQ(row->info().contacts[static_cast<std::size_t>(hit->contact)].name, "dominoes 1 and 2");
+  EXPECT_NEAR(hit->t, t_hit, 1e-9);  // the tolerance of the method
+  EXPECT_NEAR(hit->Lambda_n[hit->contact], impulse, 1e-8 * impulse);
+  EXPECT_NEAR(hit->v_plus[5], -impulse * lever / J_foot, 1e-7);
+}
+
+TEST(GeometricScenes, FarFromTheOriginItIsTheSameMotion) {
+  const auto far = scene_of("far_away"), near = scene_of("far_away", {{"shift", 0}});
+  for (const char* method : {"fesd:radau-iia:3,elements=as_needed", "moreau_jean", "event_driven"}) {
+    const Solution a = solved(*far, method), b = solved(*near, method);
+    ASSERT_TRUE(a.succeeded() && b.succeeded()) << method << ": " << a.message << b.message;
+    ASSERT_EQ(a.events.size(), b.events.size()) << method;
+    // 200 steps that each round the place to 2e-12 m; an impact turns it into g times as much in the velocity.
+    for (const int k : {0, 1}) EXPECT_NEAR(a.q[k] - 1e4, b.q[k], 1e-9) << method;
+    EXPECT_LE((a.v - b.v).cwiseAbs().maxCoeff(), 1e-9) << method;
+  }
+}
+
+}  // namespace
+}  // namespace ricochet
