@@ -6,6 +6,8 @@
 #include <cmath>
 #include <set>
 
+#include "reports/scene_drawing.h"
+
 namespace ricochet {
 namespace {
 
@@ -16,7 +18,7 @@ constexpr std::size_t kPoints = 2000, kPointsOfAPiece = 96;
 
 Trajectory trajectory_of(const Problem& problem, const std::string& method, const std::string& setting,
                          const Solution& solution) {
-  Trajectory trajectory{problem.info().id, method, setting, {}, {}, {}};
+  Trajectory trajectory{problem.info().id, method, setting, {}, {}, {}, {}};
   const int n = problem.info().n_mechanical();
   const Motion& motion = solution.motion;
   Vector q, v;
@@ -35,6 +37,7 @@ Trajectory trajectory_of(const Problem& problem, const std::string& method, cons
       add(k == parts ? end : begin + s * (end - begin));
     }
   }
+  if (problem.info().geometry) trajectory.picture = scene_svg(problem, solution);
   return trajectory;
 }
 

@@ -385,13 +385,16 @@ class Animation {
   double seconds_;
 };
 
-std::string time_line(const Motion& motion, const std::vector<double>& impacts, double slower, const View& view,
-                      const Animation& animation, const std::vector<double>& times) {
+std::string time_line(const Solution& solution, double slower, const View& view, const Animation& animation,
+                      const std::vector<double>& times) {
+  const Motion& motion = solution.motion;
   const double y = view.height + 12, from = 14, to = view.width - 14;
   const auto at = [&](double t) { return from + (to - from) * (t - motion.begin()) / (motion.end() - motion.begin()); };
   std::string svg = fmt::format("<path stroke=\"#808080\" d=\"M{0:.2f},{2:.2f}H{1:.2f}\"/>\n", from, to, y);
   std::string marks;
-  for (const double t : impacts) marks += fmt::format("M{:.2f},{:.2f}v8", at(t), y - 4);
+  for (const Event& event : solution.events) {
+    if (event.kind == EventKind::impact) marks += fmt::format("M{:.2f},{:.2f}v8", at(event.t), y - 4);
+  }
   if (!marks.empty()) svg += fmt::format("<path stroke=\"#ae017e\" stroke-width=\"1.2\" d=\"{}\"/>\n", marks);
   std::vector<Attributes> frames;
   for (const double t : times) frames.push_back({{"cx", fmt::format("{:.2f}", at(t))}});
@@ -401,14 +404,15 @@ std::string time_line(const Motion& motion, const std::vector<double>& impacts, 
                                             : std::string();
   svg += fmt::format(
       "<text x=\"{:.1f}\" y=\"{:.1f}\" font-family=\"sans-serif\" font-size=\"11\" fill=\"#404040\">{:.4g} s{}{}</text>\n",
-      from, y + 17, motion.end() - motion.begin(), speed, impacts.empty() ? "" : "; marks: impacts");
+      from, y + 17, motion.end() - motion.begin(), speed, marks.empty() ? "" : "; marks: impacts");
   return svg;
 }
 
 }  // namespace
 
-std::string scene_svg(const Problem& problem, const Motion& motion, const std::vector<double>& impacts) {
+std::string scene_svg(const Problem& problem, const Solution& solution) {
   const ProblemInfo& info = problem.info();
+  const Motion& motion = solution.motion;
   if (!info.geometry) throw InputError(fmt::format("problem {} states no geometry: there is nothing to draw", info.id));
 
   // Frames at equal distances, the last one held.
@@ -464,7 +468,7 @@ std::string scene_svg(const Problem& problem, const Motion& motion, const std::v
   for (; i < frames.front().size(); ++i) add_mark(i);
   svg += "</svg>\n";
   if (!motion.empty())
-    svg += time_line(motion, impacts, (seconds - kPause) / (motion.end() - motion.begin()), view, animation, times);
+    svg += time_line(solution, (seconds - kPause) / (motion.end() - motion.begin()), view, animation, times);
   return svg + "</svg>\n";
 }
 

@@ -104,11 +104,7 @@ void write_motion(const RunArguments& options, const RunReport& report) {
     fmt::print(to, "motion     {}\n", options.csv);
   }
   if (!options.animation.empty()) {
-    std::vector<double> impacts;
-    for (const Event& event : report.solution.events) {
-      if (event.kind == EventKind::impact) impacts.push_back(event.t);
-    }
-    write_text("animation", options.animation, scene_svg(report.problem, report.solution.motion, impacts));
+    write_text("animation", options.animation, scene_svg(report.problem, report.solution));
     fmt::print(to, "animation  {}\n", options.animation);
   }
 }

@@ -53,7 +53,7 @@ TEST_P(SceneOfGeometry, HasTheEquationsOfTheFormulas) {
   ASSERT_EQ(shapes->info().n_lambda_t, formulas->info().n_lambda_t);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> shift(-0.02, 0.02);  // balls on a line stay in their order
-  // Two ways to write one formula, a dozen roundings; 3e-14 is the largest that was measured, in the forces of box_3d.
+  // Two ways to write one formula: some hundred roundings in Lagrange's equations of box_3d.
   const auto expect_same = [](const Matrix& a, const Matrix& b, const char* what) {
     if (b.size() > 0) EXPECT_LE((a - b).cwiseAbs().maxCoeff(), 1e-12 * (1 + b.cwiseAbs().maxCoeff())) << what;
   };

@@ -14,7 +14,7 @@
 namespace ricochet {
 namespace {
 
-/// Products of a dozen sines and lengths, each rounded; 8e-16 is the largest that was measured.
+/// Products of a dozen sines and lengths, each rounded to 1e-16, in another order.
 constexpr double kGeometryRounding = 1e-14;
 
 /// Forces beside the weight: springs, drags, loads, and the weight of small angles.

@@ -14,11 +14,11 @@
 namespace ricochet {
 namespace {
 
-Motion motion_by(const Problem& problem, const std::string& method) {
+Solution solved_by(const Problem& problem, const std::string& method) {
   Settings settings;
   settings.steps = 100;
   settings.recording = Recording::motion;
-  return make_method(method)->solve(problem, settings).motion;
+  return make_method(method)->solve(problem, settings);
 }
 
 /// The number of the attribute `name` in the first element `tag`.
@@ -43,7 +43,7 @@ std::vector<double> values(const std::string& svg, const std::string& tag, const
 constexpr double kPixels = 0.011;  // coordinates are written with two decimals, and two of them are compared
 
 TEST(SceneDrawing, ABallStandsOnTheGround) {
-  const std::string svg = scene_svg(*make_problem("bouncing_ball", {{"height", 0.1}}), {}, {});
+  const std::string svg = scene_svg(*make_problem("bouncing_ball", {{"height", 0.1}}));
   std::smatch ground;
   ASSERT_TRUE(std::regex_search(svg, ground, std::regex("<polygon [^>]*points=\"[-0-9.]+,([-0-9.]+) ")));
   EXPECT_NEAR(attribute(svg, "circle", "cy") + attribute(svg, "circle", "r"), std::stod(ground[1]), kPixels);
@@ -52,7 +52,7 @@ TEST(SceneDrawing, ABallStandsOnTheGround) {
 
 TEST(SceneDrawing, ABallFallsAsItsMotionSays) {
   const auto problem = make_problem("bouncing_ball", {{"duration", 0.4}});  // it falls 0.785 m
-  const std::string svg = scene_svg(*problem, motion_by(*problem, "fesd:gauss:2"), {});
+  const std::string svg = scene_svg(*problem, solved_by(*problem, "fesd:gauss:2"));
   const std::vector<double> y = values(svg, "circle", "cy");
   ASSERT_GT(y.size(), 60u);
   const double metre = attribute(svg, "circle", "r") / 0.1;
@@ -62,7 +62,7 @@ TEST(SceneDrawing, ABallFallsAsItsMotionSays) {
 
 TEST(SceneDrawing, ASurfaceThatMovesByItselfMoves) {
   const auto problem = make_problem("shaken_table");
-  const std::string svg = scene_svg(*problem, motion_by(*problem, "moreau_jean"), {});
+  const std::string svg = scene_svg(*problem, solved_by(*problem, "moreau_jean"));
   std::smatch found;
   ASSERT_TRUE(std::regex_search(svg, found, std::regex("<polygon [^>]*><animate attributeName=\"points\"")));
 }
@@ -70,7 +70,7 @@ TEST(SceneDrawing, ASurfaceThatMovesByItselfMoves) {
 // x along the ramp goes down to the right: the block's centre does, too.
 TEST(SceneDrawing, DownIsWhereGravityPoints) {
   const auto problem = make_problem("block_on_ramp", {{"v_x0", 1}, {"mu", 0}});
-  const std::string svg = scene_svg(*problem, motion_by(*problem, "moreau_jean"), {});
+  const std::string svg = scene_svg(*problem, solved_by(*problem, "moreau_jean"));
   std::smatch way;
   ASSERT_TRUE(std::regex_search(
       svg, way, std::regex("<polyline [^>]*points=\"([-0-9.]+),([-0-9.]+) .* ([-0-9.]+),([-0-9.]+)\"/>")));
@@ -83,7 +83,7 @@ TEST(SceneDrawing, EverySceneWithAGeometryIsDrawn) {
   for (const auto& entry : scenes()) {
     const auto problem = make_problem(entry.id);
     if (!problem->info().geometry) continue;
-    const std::string svg = scene_svg(*problem, {}, {});
+    const std::string svg = scene_svg(*problem);
     EXPECT_EQ(svg.find("nan"), std::string::npos) << entry.id;
     EXPECT_EQ(svg.find("inf\""), std::string::npos) << entry.id;
     EXPECT_TRUE(svg.ends_with("</svg>\n")) << entry.id;
@@ -92,7 +92,7 @@ TEST(SceneDrawing, EverySceneWithAGeometryIsDrawn) {
 
 TEST(SceneDrawing, NeedsAGeometry) {
   const auto problem = read_scene_file(test_data("moving_table.json"));
-  EXPECT_THROW(scene_svg(*problem, {}, {}), InputError);
+  EXPECT_THROW(scene_svg(*problem), InputError);
 }
 
 }  // namespace

@@ -27,8 +27,9 @@ struct Trajectory {
   std::string setting;  ///< "500 steps", "tolerance 1e-09"
   std::vector<double> t;
   std::vector<std::vector<double>> q, v;  ///< per sample
+  std::string picture;                    ///< SVG, the scene in motion; empty where the scene has no geometry
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Trajectory, problem, method, setting, t, q, v)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Trajectory, problem, method, setting, t, q, v, picture)
 
 /// What the errors of results are errors of, in words.
 struct ErrorMeasure {

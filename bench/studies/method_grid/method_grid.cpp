@@ -199,6 +199,13 @@ void run_method_grid(const nlohmann::json& document, ResultsFile& file) {
 void show_method_grid(const Results& file, Section& section) {
   const GridResults results(file);
   for (const auto& trajectory : results.trajectories) {
+    if (!trajectory.picture.empty()) {
+      section.svg_figures([=, id = results.id](const FigureFolder& folder) {
+        const Figure figure{id + "_scene.svg", trajectory.problem, "The scene in motion, " + trajectory.method + "."};
+        folder.write(figure.file, trajectory.picture);
+        return std::vector{figure};
+      });
+    }
     section.figures([=, id = results.id](const FigureFolder& folder) {
       return std::vector{draw_trajectory(folder, trajectory, id + "_trajectory")};
     });
