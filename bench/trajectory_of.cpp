@@ -38,6 +38,7 @@ Trajectory trajectory_of(const Problem& problem, const std::string& method, cons
     }
   }
   if (problem.info().geometry) trajectory.picture = scene_svg(problem, solution);
+  std::ranges::replace(trajectory.picture, '\n', ' ');  // a row of results is one line without control characters
   return trajectory;
 }
 

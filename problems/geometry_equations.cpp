@@ -22,11 +22,14 @@ std::vector<Expressions> mass_from_geometry(const SymbolicModel& model) {
 Expressions force_from_geometry(const SymbolicModel& model) {
   const std::size_t n = model.q.size();
   Expressions force = weight_of(*model.geometry, coordinates_of(model));
-  for (std::size_t k = 0; k < n; ++k) {  // (1)
-    for (std::size_t i = 0; i < n; ++i) {
-      for (std::size_t j = 0; j < n; ++j) {
-        force[k] -=
-            (model.mass[k][i].diff(model.q[j]) - model.mass[i][j].diff(model.q[k]) / 2) * model.v[i] * model.v[j];
+  for (std::size_t row = 0; row < n; ++row) {  // (1)
+    for (std::size_t column = 0; column < n; ++column) {
+      const ex& M = model.mass[row][column];
+      for (std::size_t j = 0; j < n && !GiNaC::is_a<GiNaC::numeric>(M); ++j) {
+        const ex slope = M.diff(model.q[j]);
+        if (slope.is_zero()) continue;
+        force[row] -= slope * model.v[column] * model.v[j];
+        force[j] += slope / 2 * model.v[row] * model.v[column];
       }
     }
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -180,6 +181,21 @@ BodyMotion<T> motion_of(const GeometryOf<T>& geometry, int body, const std::vect
   return motion;
 }
 
+/// Adds the coordinates that move a `body` of the geometry to a list.
+template <class T>
+void add_coordinates_of(const GeometryOf<T>& geometry, int body, std::vector<std::size_t>& list) {
+  for (; body >= 0; body = geometry.bodies[static_cast<std::size_t>(body)].parent) {
+    const BodyOf<T>& b = geometry.bodies[static_cast<std::size_t>(body)];
+    for (const auto* entries : {&b.position, &b.angles}) {
+      for (const PoseEntryOf<T>& entry : *entries) {
+        if (entry.coordinate >= 0) list.push_back(static_cast<std::size_t>(entry.coordinate));
+      }
+    }
+  }
+  std::sort(list.begin(), list.end());
+  list.erase(std::unique(list.begin(), list.end()), list.end());
+}
+
 /// M of a geometry at `q`, (2): n_q rows.
 template <class T>
 std::vector<std::vector<T>> mass_matrix_of(const GeometryOf<T>& geometry, const std::vector<T>& q) {
@@ -187,13 +203,15 @@ std::vector<std::vector<T>> mass_matrix_of(const GeometryOf<T>& geometry, const 
   for (std::size_t i = 0; i < geometry.bodies.size(); ++i) {
     const BodyOf<T>& body = geometry.bodies[i];
     const BodyMotion<T> motion = motion_of(geometry, static_cast<int>(i), q);
-    std::vector<Vector3<T>> turn;
-    for (const Vector3<T>& column : motion.J_omega) turn.push_back(times_transposed(motion.R, column));
-    for (std::size_t row = 0; row < q.size(); ++row) {
-      for (std::size_t column = 0; column < q.size(); ++column) {
+    std::vector<std::size_t> coordinates;
+    add_coordinates_of(geometry, static_cast<int>(i), coordinates);
+    for (const std::size_t row : coordinates) {
+      const Vector3<T> turn = times_transposed(motion.R, motion.J_omega[row]);
+      for (const std::size_t column : coordinates) {
+        const Vector3<T> other_turn = times_transposed(motion.R, motion.J_omega[column]);
         M[row][column] += body.mass * dot(motion.J_centre[row], motion.J_centre[column]);
         for (std::size_t axis = 0; axis < 3; ++axis)
-          M[row][column] += body.inertia[axis] * turn[row][axis] * turn[column][axis];
+          M[row][column] += body.inertia[axis] * turn[axis] * other_turn[axis];
       }
     }
   }
@@ -206,7 +224,9 @@ std::vector<T> weight_of(const GeometryOf<T>& geometry, const std::vector<T>& q)
   std::vector<T> weight(q.size(), T(0));
   for (std::size_t i = 0; i < geometry.bodies.size(); ++i) {
     const BodyMotion<T> motion = motion_of(geometry, static_cast<int>(i), q);
-    for (std::size_t k = 0; k < q.size(); ++k)
+    std::vector<std::size_t> coordinates;
+    add_coordinates_of(geometry, static_cast<int>(i), coordinates);
+    for (const std::size_t k : coordinates)
       weight[k] += geometry.bodies[i].mass * dot(motion.J_centre[k], geometry.gravity);
   }
   return weight;
@@ -247,11 +267,15 @@ ShapeContact<T> contact_of(const GeometryOf<T>& geometry, const ShapePair& pair,
   contact.gap = distance - radius;
   contact.point = difference(c_2, scaled(radius, contact.normal));
   const Vector3<T> x_1 = difference(contact.point, scaled(contact.gap, contact.normal));
-  contact.J_t.assign(geometry.in_space ? 2 : 1, {});
-  for (std::size_t k = 0; k < q.size(); ++k) {  // (6)
+  contact.J_n.assign(q.size(), T(0));
+  contact.J_t.assign(geometry.in_space ? 2 : 1, contact.J_n);
+  std::vector<std::size_t> coordinates;
+  add_coordinates_of(geometry, first.body, coordinates);
+  add_coordinates_of(geometry, second.body, coordinates);
+  for (const std::size_t k : coordinates) {  // (6)
     const Vector3<T> column = difference(motion_2.velocity_column(k, contact.point), motion_1.velocity_column(k, x_1));
-    contact.J_n.push_back(dot(column, contact.normal));
-    for (std::size_t t = 0; t < contact.J_t.size(); ++t) contact.J_t[t].push_back(dot(column, tangents[t]));
+    contact.J_n[k] = dot(column, contact.normal);
+    for (std::size_t t = 0; t < contact.J_t.size(); ++t) contact.J_t[t][k] = dot(column, tangents[t]);
   }
   return contact;
 }

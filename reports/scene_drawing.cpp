@@ -441,10 +441,11 @@ std::string scene_svg(const Problem& problem, const Solution& solution) {
   const View view(box);
   const Animation animation(seconds);
   const double height = view.height + (motion.empty() ? 0 : kTimeLine);
+  // Sizes stand in styles, too: a page has one for all figures.
   std::string svg = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.1f} {1:.1f}\" width=\"{0:.0f}\" height=\"{1:.0f}\" "
-      "role=\"img\">\n<title>{2}</title>\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n"
-      "<svg width=\"{0:.1f}\" height=\"{3:.1f}\">\n",
+      "style=\"max-width: {0:.0f}px\" role=\"img\">\n<title>{2}</title>\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n"
+      "<svg width=\"{0:.1f}\" height=\"{3:.1f}\" style=\"width: {0:.1f}px; height: {3:.1f}px\">\n",
       view.width, height, escape_xml(info.title), view.height);
 
   std::vector<std::vector<Mark>> frames;

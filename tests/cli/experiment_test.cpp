@@ -56,6 +56,15 @@ TEST_F(Cli, RunsPartOfAGroup) {
   EXPECT_EQ(lines_of(read(folder / "hard_cases_part.jsonl")).size(), 3u) << "header, one cell, end";
 }
 
+/// The motion that an experiment records is drawn by its scene, too, and the page plays it.
+TEST_F(Cli, APageShowsTheSceneInMotion) {
+  const std::string page = (folder / "page").string();
+  const Outcome outcome = run("run-experiment two_balls_order --quick --no-times --method moreau_jean -o " +
+                              folder.string() + " --page " + page);
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_HAS(read(folder / "page" / "index.html"), "<animate attributeName=\"cy\"");
+}
+
 /// An option with one value leaves the next word to the command.
 TEST_F(Cli, OptionsThatMayBeRepeatedTakeOneWord) {
   for (const char* option : {"--method 'fesd:gauss:*'", "--problem two_balls_spring", "--set time_limit=7"}) {
