@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "problems/geometry_kinematics.h"
 #include "problems/input_error.h"
