@@ -58,9 +58,10 @@ TEST_F(Cli, RunsPartOfAGroup) {
 
 /// The motion that an experiment records is drawn by its scene, too, and the page plays it.
 TEST_F(Cli, APageShowsTheSceneInMotion) {
-  const std::string page = (folder / "page").string();
-  const Outcome outcome = run("run-experiment two_balls_order --quick --no-times --method moreau_jean -o " +
-                              folder.string() + " --page " + page);
+  json document = json::parse(kThreeMethods);
+  document["trajectory"] = {{"method", "fesd:gauss:2"}, {"steps", 40}};
+  const Outcome outcome = run("run-experiment " + write("moving.json", document.dump()) + " --no-times -o " +
+                              folder.string() + " --page " + (folder / "page").string());
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_HAS(read(folder / "page" / "index.html"), "<animate attributeName=\"cy\"");
 }
