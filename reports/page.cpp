@@ -104,6 +104,8 @@ void add_section(const Results& results, const Section& section, const FigureFol
       if (draw || !part.needs_gnuplot) document.figures(part.draw(figures));
     } else if constexpr (std::is_same_v<Part, Section::Heading>) {
       document.subheading(part.text);
+    } else if constexpr (std::is_same_v<Part, Section::Chart>) {
+      if (draw || !part.still.needs_gnuplot) document.figures(part.still.draw(figures));
     } else {
       document.animation(part.html);
     }

@@ -42,6 +42,22 @@ double PerformanceProfile::largest_ratio() const {
   return largest;
 }
 
+std::vector<double> PerformanceProfile::finite_ratios(std::size_t solver) const {
+  std::vector<double> ratios;
+  for (const double ratio : ratios_[solver]) {
+    if (std::isfinite(ratio)) ratios.push_back(ratio);
+  }
+  std::ranges::sort(ratios);
+  return ratios;
+}
+
+nlohmann::json PerformanceProfile::json() const {
+  nlohmann::json solvers = nlohmann::json::array();
+  for (std::size_t s = 0; s < solvers_.size(); ++s)
+    solvers.push_back({{"name", solvers_[s]}, {"ratios", finite_ratios(s)}});
+  return {{"problems", n_problems()}, {"solvers", solvers}};
+}
+
 Table PerformanceProfile::table(const std::string& title) const {
   constexpr double kTaus[] = {1, 2, 5, 10, 100};
   Table table;
@@ -62,13 +78,8 @@ Figure PerformanceProfile::draw(const FigureFolder& folder, const std::string& n
   const double end = std::pow(10, std::ceil(std::log10(1.01 * largest_ratio())));
   Panel panel("profile");
   for (std::size_t s = 0; s < solvers_.size(); ++s) {
-    std::vector<double> ratios;
-    for (const double ratio : ratios_[s]) {
-      if (std::isfinite(ratio)) ratios.push_back(ratio);
-    }
-    std::ranges::sort(ratios);
     Points steps = {{1, share(s, 1)}};
-    for (const double ratio : ratios) {
+    for (const double ratio : finite_ratios(s)) {
       if (ratio > steps.back().first) steps.emplace_back(ratio, share(s, ratio));
     }
     steps.emplace_back(end, solved(s));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -29,10 +30,14 @@ class PerformanceProfile {
 
   /// A line per solver: what it solves, and rho at 1, 2, 5, 10, 100.
   Table table(const std::string& title) const;
+  /// Of a chart of the site: {"problems": n, "solvers": [{"name", "ratios": ascending, finite}, ...]}.
+  nlohmann::json json() const;
   /// `name`.svg: rho over tau, logarithmic.
   Figure draw(const FigureFolder& folder, const std::string& name, const std::string& title) const;
 
  private:
+  std::vector<double> finite_ratios(std::size_t solver) const;  // ascending
+
   std::vector<std::string> solvers_;
   std::vector<std::vector<double>> ratios_;  // [solver][problem]
 };

@@ -46,7 +46,8 @@ std::string markdown_of(const ShownResults& shown, const fs::path& page, const f
     const fs::path csv = tables / fmt::format("{}_{}.csv", results.experiment(), table->name);
     write_text("results page", csv, table->table.csv());
     const std::string link = csv.lexically_relative(page.parent_path().empty() ? "." : page.parent_path()).string();
-    const bool is_shown = table->role == Section::Role::result || table->role == Section::Role::summary;
+    const bool is_shown = table->role == Section::Role::choice || table->role == Section::Role::result ||
+                          table->role == Section::Role::summary;
     const std::size_t most = table->table.is_whole ? table->table.rows.size() : kMostRows;
     if (is_shown) text += table->table.markdown(most) + "\n";
     if (!is_shown || table->table.rows.size() > most)

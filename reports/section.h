@@ -16,6 +16,7 @@ namespace ricochet {
 class Section {
  public:
   enum class Role {
+    choice,    ///< which method to take, for whom and why: on the first screen of the site, too
     result,    ///< what the study is for
     summary,   ///< the same where there are no figures: not on the page
     failures,  ///< what has no result, and why; a reader of the results is told how many
@@ -37,8 +38,18 @@ class Section {
   struct Animation {
     std::string html;
   };
-  using Part = std::variant<NamedTable, Figures, Heading, Animation>;
+  /// A figure that a reader can ask: the site draws it from `data` (reports/site/src/, by `kind`), a page shows `still`.
+  struct Chart {
+    std::string kind;   ///< "work_precision"
+    std::string name;   ///< of the figure, as its anchor
+    std::string table;  ///< name of the table with its numbers
+    std::string title, caption;
+    nlohmann::json data;
+    Figures still;
+  };
+  using Part = std::variant<NamedTable, Figures, Heading, Animation, Chart>;
 
+  void choice(std::string name, Table table) { add(std::move(name), std::move(table), Role::choice); }
   void result(std::string name, Table table) { add(std::move(name), std::move(table), Role::result); }
   void summary(std::string name, Table table) { add(std::move(name), std::move(table), Role::summary); }
   void details(std::string name, Table table) { add(std::move(name), std::move(table), Role::details); }
@@ -46,6 +57,7 @@ class Section {
   void failures(std::string name, Table table);
   void figures(Draw draw) { parts_.push_back(Figures{std::move(draw)}); }
   void svg_figures(Draw draw) { parts_.push_back(Figures{std::move(draw), false}); }  ///< drawn without gnuplot
+  void chart(Chart chart) { parts_.push_back(std::move(chart)); }
   void heading(std::string text) { parts_.push_back(Heading{std::move(text)}); }
   void animation(std::string html) { parts_.push_back(Animation{std::move(html)}); }
 

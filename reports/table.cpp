@@ -1,6 +1,7 @@
 #include "reports/table.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -87,13 +88,17 @@ std::string Table::markdown(std::size_t most) const {
 std::string Table::html() const {
   std::string out = "<figure class=\"table\">\n";
   if (!title.empty()) out += fmt::format("<figcaption>{}</figcaption>\n", escape_html(title));
-  out += "<div class=\"scroll\"><table>\n<thead><tr>";
+  const std::string name = escape_html(title.empty() ? "table" : title);
+  out += fmt::format("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{}\"><table{}>\n<thead><tr>",
+                     name, filters.empty() ? "" : fmt::format(" data-filters=\"{}\"", fmt::join(filters, " ")));
   for (const auto& column : columns) {
-    out += fmt::format("<th{}>{}</th>", column.is_text ? " class=\"text\"" : "", escape_html(column.header));
+    out +=
+        fmt::format("<th scope=\"col\"{}>{}</th>", column.is_text ? " class=\"text\"" : "", escape_html(column.header));
   }
   out += "</tr></thead>\n<tbody>\n";
-  for (const auto& row : rows) {
-    out += "<tr>";
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const auto& row = rows[r];
+    out += row_ids.empty() ? "<tr>" : fmt::format("<tr id=\"{}\">", escape_html(row_ids[r]));
     for (std::size_t c = 0; c < row.size(); ++c) {
       const char* css_class = !columns[c].is_text  ? ""
                               : row[c].size() > 60 ? " class=\"text long\""

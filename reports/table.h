@@ -23,6 +23,9 @@ struct Table {
   std::vector<std::vector<std::string>> rows;
   bool is_list = false;   ///< a terminal shows a paragraph per row: for cells that hold sentences
   bool is_whole = false;  ///< the page of results shows all rows, however many there are
+  /// Of the rows in HTML, for links to them; empty, or one per row.
+  std::vector<std::string> row_ids = {};
+  std::vector<std::size_t> filters = {};  ///< columns of text by whose values the site can choose rows
 
   std::string text() const;
   std::string list() const;

@@ -94,6 +94,8 @@ CaseVerdict verdict(const CaseLimits& limits, const CellOutcome& outcome);
 
 /// How good a verdict is, for colours and counts.
 enum class Grade { good, neutral, poor, bad };
+NLOHMANN_JSON_SERIALIZE_ENUM(
+    Grade, {{Grade::bad, "bad"}, {Grade::good, "good"}, {Grade::neutral, "neutral"}, {Grade::poor, "poor"}})
 
 struct VerdictText {
   const char* word;     ///< short, for a matrix

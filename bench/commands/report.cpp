@@ -4,6 +4,7 @@
 
 #include "bench/commands.h"
 #include "bench/show.h"
+#include "bench/site/report_site.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "reports/page.h"
@@ -48,7 +49,9 @@ void add_report_command(CLI::App& app, int& exit_code) {
     if (!command->get_subcommands().empty()) return;
     if (results.empty()) throw InputError("results", "''", "results files are required");
     require_writable_folder("folder of the page", folder);
-    fmt::print("report: {}\n", write_page(shown_list(results), folder));
+    const auto list = shown_list(results);
+    fmt::print("report: {}\n", write_page(list, folder));
+    fmt::print("site: {}\n", write_report_site(list, folder));
   });
 }
 

@@ -9,6 +9,7 @@
 #include "bench/experiment_file.h"
 #include "bench/number_checks.h"
 #include "bench/show.h"
+#include "bench/site/report_site.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "reports/page.h"
@@ -74,6 +75,7 @@ int run_and_show(const ExperimentCommand& command) {
     std::vector<ShownResults> list;
     for (const auto& path : paths) list.push_back(shown_results(path));
     fmt::print("page: {}\n", write_page(list, command.page));
+    fmt::print("site: {}\n", write_report_site(list, command.page));
   }
   return failed > 0 ? 1 : 0;
 }

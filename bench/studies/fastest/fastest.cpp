@@ -10,11 +10,13 @@
 #include "bench/experiment_file.h"
 #include "bench/problem_choice.h"
 #include "bench/progress.h"
+#include "bench/studies/fastest/choice.h"
 #include "bench/studies/fastest/fastest_rows.h"
 #include "bench/studies/study.h"
 #include "bench/timing.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
+#include "reports/performance_profile.h"
 
 namespace ricochet {
 namespace {
@@ -206,13 +208,51 @@ void run_fastest(const json& experiment, ResultsFile& file) {
   }
 }
 
+/// Families against each other on all scenes whose reference can judge the level.
+void add_profile(const std::vector<FastestRun>& runs, double level, const std::string& prefix, Section& section) {
+  std::vector<std::string> scenes;
+  for (const FastestRun& run : runs) {
+    const bool is_known = std::ranges::find(scenes, run.scene) != scenes.end();
+    if (run.level == level && run.is_judged() && !is_known) scenes.push_back(run.scene);
+  }
+  if (scenes.empty()) return;
+  const auto families = different(runs, &FastestRun::family);
+  std::vector<std::vector<double>> times(families.size(), std::vector<double>(scenes.size(), HUGE_VAL));
+  for (const FastestRun& run : runs) {
+    if (run.level != level || !run.is_judged() || !run.is_reached()) continue;
+    const auto f = std::ranges::find(families, run.family) - families.begin();
+    const auto s = std::ranges::find(scenes, run.scene) - scenes.begin();
+    times[static_cast<std::size_t>(f)][static_cast<std::size_t>(s)] = run.microseconds;
+  }
+  const PerformanceProfile profile(families, times);
+  const std::string title = fmt::format("Performance profiles, error at most {:.0e}", level);
+  const std::string name = fmt::format("{}_profile_{:.0e}", prefix, level);
+  section.chart(
+      {.kind = "profile",
+       .name = fmt::format("profile_{}_{:.0e}", runs.front().solver, level),
+       .table = "choices",
+       .title = title,
+       .caption = fmt::format("Share of {} scenes on which the fastest run of a family takes at most tau times "
+                              "that of the best family; one that does not reach the error takes infinitely "
+                              "long (Dolan, Moré 2002).",
+                              scenes.size()),
+       .data = profile.json(),
+       .still = {[=](const FigureFolder& folder) { return std::vector{profile.draw(folder, name, title)}; }}});
+}
+
 void show_fastest(const Results& results, Section& section) {
   const auto runs = results.all<FastestRun>();
   for (const auto& solver : different(runs, &FastestRun::solver)) {
     const auto part = runs_of_solver(runs, solver);
     const std::string suffix = solver == "new" ? "" : "_" + solver;
+    if (solver == "new")
+      section.choice("choice", which_to_take(part));
+    else
+      section.result("choice" + suffix, which_to_take(part));
     section.result("ratios" + suffix, ratio_table(part));
     section.result("fastest" + suffix, fastest_table(part));
+    for (const double level : different(part, &FastestRun::level))
+      add_profile(part, level, results.experiment() + suffix, section);
   }
   section.details("choices", choice_table(runs));
   section.failures("unreached", unreached_table(runs));

@@ -196,9 +196,7 @@ void run_matrix(const json& experiment, ResultsFile& file) {
 
 void show_matrix(const Results& results, Section& section) {
   const auto cells = results.all<HardCell>();
-  section.svg_figures([=, id = results.experiment()](const FigureFolder& folder) {
-    return std::vector{draw_verdict_matrix(folder, cells, id + "_matrix")};
-  });
+  section.chart(verdict_matrix_chart(cells, results.experiment() + "_matrix"));
   int group = 0;
   for (const Table& table : verdict_tables(cells)) section.summary(fmt::format("group_{}", ++group), table);
   section.result("verdicts", verdict_legend(cells));

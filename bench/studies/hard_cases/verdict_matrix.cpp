@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "reports/markup.h"
@@ -119,6 +120,41 @@ Figure draw_verdict_matrix(const FigureFolder& folder, const std::vector<HardCel
   return {file, "Verdicts on the hard cases",
           "Methods by cases. The colour and the word say the same; the number behind a verdict, and the command that "
           "repeats the run, appear where the pointer rests."};
+}
+
+Section::Chart verdict_matrix_chart(const std::vector<HardCell>& cells, const std::string& name) {
+  using nlohmann::json;
+  const HardMatrix matrix(cells);
+  json cases = json::array(), rows = json::array();
+  std::map<std::string, std::string> meanings;
+  for (const auto& [id, title, group] : matrix.cases())
+    cases.push_back({{"id", id}, {"title", title}, {"group", group}});
+  for (std::size_t m = 0; m < matrix.methods().size(); ++m) {
+    json row = json::array();
+    for (std::size_t c = 0; c < matrix.cases().size(); ++c) {
+      const HardCell* cell = matrix.cell(m, c);
+      if (!cell) {
+        row.push_back(nullptr);
+        continue;
+      }
+      const VerdictText& text = text_of(cell->verdict());
+      meanings.emplace(text.word, text.meaning);
+      row.push_back({{"verdict", text.word},
+                     {"grade", text.grade},
+                     {"number", decisive_number(cell->verdict(), cell->outcome)},
+                     {"setting", cell->setting()},
+                     {"command", cell->command}});
+    }
+    rows.push_back({{"method", matrix.methods()[m]}, {"cells", row}});
+  }
+  return {.kind = "verdicts",
+          .name = "matrix",
+          .table = "cells",
+          .title = "Verdicts on the hard cases",
+          .caption = "Methods by cases; colour and word say the same.",
+          .data = {{"cases", cases}, {"methods", rows}, {"meanings", meanings}},
+          .still = {[=](const FigureFolder& folder) { return std::vector{draw_verdict_matrix(folder, cells, name)}; },
+                    false}};
 }
 
 }  // namespace ricochet

@@ -5,6 +5,7 @@
 
 #include "bench/studies/hard_cases/hard_cell.h"
 #include "reports/figures.h"
+#include "reports/section.h"
 
 namespace ricochet {
 
@@ -14,5 +15,8 @@ std::string verdict_matrix_svg(const std::vector<HardCell>& cells);
 
 /// Writes it into the folder as NAME.svg. @throws InputError when it cannot be written
 Figure draw_verdict_matrix(const FigureFolder& folder, const std::vector<HardCell>& cells, const std::string& name);
+
+/// The same for a reader who chooses methods, groups of cases and verdicts.
+Section::Chart verdict_matrix_chart(const std::vector<HardCell>& cells, const std::string& name);
 
 }  // namespace ricochet

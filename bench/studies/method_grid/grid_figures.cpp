@@ -6,8 +6,8 @@
 #include <map>
 #include <tuple>
 
+#include "bench/studies/method_grid/curve_style.h"
 #include "bench/studies/method_grid/grid_tables.h"
-#include "methods/method_spec.h"
 #include "problems/input_error.h"
 #include "reports/gnuplot.h"
 #include "reports/order_fit.h"
@@ -16,91 +16,6 @@ namespace ricochet {
 namespace {
 
 constexpr double kLeastDrawn = 1e-16;  // that is drawn
-
-/// "fesd:radau-iia:3,..." -> family "fesd:radau-iia", member "3"; "moreau_jean,theta=1" -> "moreau_jean,theta=1", "".
-struct MethodName {
-  std::string family, member;
-};
-
-MethodName take_apart(const std::string& method) {
-  const MethodSpec spec(method);
-  const auto& arguments = spec.arguments();
-  if (arguments.size() < 2) return {method, ""};
-  return {fmt::format("{}:{}", spec.name(), fmt::join(arguments.begin(), arguments.end() - 1, ":")), arguments.back()};
-}
-
-/// Behind the first comma: "elements=as_needed".
-std::string options_of(const std::string& method) {
-  const auto comma = method.find(',');
-  return comma == std::string::npos ? "" : method.substr(comma + 1);
-}
-
-struct Style {
-  std::string color;
-  int point;  // gnuplot's point type
-  int dash;   // gnuplot's dash type
-};
-
-// Steps of one hue per family, dark for many stages, so that a family reads as one; colours after ColorBrewer
-// (Blues, Oranges), which keep their order in print and for colour-blind readers.
-const std::map<std::string, std::vector<std::string>>& ramps() {
-  static const std::map<std::string, std::vector<std::string>> colors = {
-      {"fesd:radau-iia", {"#9ecae1", "#6baed6", "#2171b5", "#08306b"}},
-      {"fesd:gauss", {"#fdae6b", "#fd8d3c", "#d94801", "#7f2704"}},
-      {"fesd_adaptive:radau-iia", {"#dadaeb", "#bcbddc", "#9e9ac8", "#807dba", "#6a51a3", "#3f007d"}},
-      {"fesd_adaptive:gauss", {"#c7e9c0", "#a1d99b", "#74c476", "#41ab5d", "#238b45", "#00441b"}},
-  };
-  return colors;
-}
-
-/// Options behind the tableau, when another method of the results differs in nothing else.
-std::string distinguishing_options(const GridResults& results, const std::string& method) {
-  const auto own = take_apart(method);
-  const auto all = results.methods();
-  const auto twins = std::count_if(all.begin(), all.end(), [&](const std::string& other) {
-    const auto name = take_apart(other);
-    return !own.member.empty() && name.family == own.family && name.member == own.member;
-  });
-  return twins > 1 ? options_of(method) : "";
-}
-
-/// A method keeps its colour in all figures of its results. Variants of a method are dashed.
-Style style_of(const GridResults& results, const std::string& method) {
-  static const std::vector<std::string> others = {"#525252", "#969696", "#ae017e", "#8c6d31", "#c994c7",
-                                                  "#02818a", "#000000", "#e6ab02", "#66c2a4"};
-  static const std::vector<int> points = {7, 5, 9, 13};
-  const auto [family, member] = take_apart(method);
-  const int dash = distinguishing_options(results, method).empty() ? 1 : 3;
-  if (const auto ramp = ramps().find(family); ramp != ramps().end() && !member.empty()) {
-    const auto k =
-        std::clamp<std::size_t>(static_cast<std::size_t>(std::atoi(member.c_str())), 1, ramp->second.size()) - 1;
-    return {ramp->second[k], points[k % points.size()], dash};
-  }
-  std::size_t index = 0;  // among the methods without a hue of their family
-  for (const auto& other : results.methods()) {
-    if (other == method) break;
-    index += !ramps().contains(take_apart(other).family);
-  }
-  return {others[index % others.size()], points[index % points.size()], dash};
-}
-
-std::string family_title(const std::string& family) {
-  static const std::map<std::string, std::string> names = {{"fesd:radau-iia", "FESD-J Radau IIA"},
-                                                           {"fesd:gauss", "FESD-J Gauss"},
-                                                           {"fesd_adaptive:radau-iia", "FESD-J adaptive Radau IIA"},
-                                                           {"fesd_adaptive:gauss", "FESD-J adaptive Gauss"},
-                                                           {"time stepping", "Time stepping"}};
-  const auto known = names.find(family);
-  return known != names.end() ? known->second : family;
-}
-
-/// "FESD-J Gauss 4", or the title that the method gives itself.
-std::string label_of(const GridResults& results, const Record& record) {
-  const auto [family, member] = take_apart(record.method);
-  if (member.empty() || !ramps().contains(family)) return record.title;
-  const std::string options = distinguishing_options(results, record.method);
-  return family_title(family) + " " + member + (options.empty() ? "" : ", " + options);
-}
 
 struct Family {
   std::string name;
@@ -112,8 +27,7 @@ std::vector<Family> families_of(const GridResults& results) {
   std::vector<Family> families;
   for (const auto& method : results.methods()) {
     if (results.of(method).front()->steps == 0) continue;
-    const auto [family, member] = take_apart(method);
-    const std::string name = member.empty() ? "time stepping" : family;
+    const std::string name = curve_family(method);
     const auto known = std::ranges::find(families, name, &Family::name);
     if (known == families.end())
       families.push_back({name, {method}});
@@ -164,7 +78,7 @@ Points nominal_slope(const std::vector<const Record*>& runs, const OrderFit& fit
 /// The curves of one method: runs, nominal order, what failed and what was run instead.
 void add_order_curves(const GridResults& results, const std::string& method, const std::string& name,
                       const OrderAxes& axes, std::string& data, PlotCommand& plot) {
-  const Style style = style_of(results, method);
+  const CurveStyle style = curve_style(results, method);
   const auto runs = results.of(method);
   Points solved, failed, replaced;
   for (const Record* run : runs) {
@@ -186,7 +100,7 @@ void add_order_curves(const GridResults& results, const std::string& method, con
   const std::string fitted =
       fit ? fmt::format(", slope {:.2f} ± {:.2f}", fit->slope, fit->half_width) : ", no order: " + order.no_fit;
   plot.add(fmt::format("${} with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.55 title {}", name, style.color,
-                       style.dash, style.point, gnuplot_text(label_of(results, *runs.front()) + fitted)));
+                       style.dash, style.point, gnuplot_text(curve_label(results, *runs.front()) + fitted)));
   if (!failed.empty()) {
     data += data_block(name + "_failed", failed);
     plot.add(fmt::format("${}_failed with points lc rgb '{}' pt 2 ps 1 lw 2 notitle", name, style.color));
@@ -247,7 +161,7 @@ Figure draw_work_precision(const FigureFolder& folder, const GridResults& result
   PlotCommand plot;
   std::size_t index = 0;
   for (const auto& method : results.methods()) {
-    const Style style = style_of(results, method);
+    const CurveStyle style = curve_style(results, method);
     Points points;
     for (const Record* run : results.of(method)) {
       const Timing* timing = results.timing_of(*run);
@@ -257,7 +171,7 @@ Figure draw_work_precision(const FigureFolder& folder, const GridResults& result
       const std::string name = fmt::format("w{}", index);
       data += data_block(name, points);
       plot.add(fmt::format("${} with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.5 title {}", name, style.color,
-                           style.dash, style.point, gnuplot_text(label_of(results, *results.of(method).front()))));
+                           style.dash, style.point, gnuplot_text(curve_label(results, *results.of(method).front()))));
     }
     ++index;
   }

@@ -86,6 +86,10 @@ std::string replacement_of(const GridResults& results, const Record& record) {
 
 }  // namespace
 
+std::string row_id(const GridResults& results, const Record& record) {
+  return fmt::format("{}-line-{}", results.id, results.line_of(record));
+}
+
 Table order_summary(const GridResults& results) {
   using L = OrderLine;
   static const std::vector<Column<L>> columns = {
@@ -260,7 +264,9 @@ Table precision_details(const GridResults& results) {
   for (const auto& method : results.methods()) {
     for (const Record* run : results.of(method)) lines.emplace_back(results, *run);
   }
-  return table_of("Speed against error", columns, lines);
+  Table table = table_of("Speed against error", columns, lines);
+  for (const L& line : lines) table.row_ids.push_back(row_id(results, *line.run));
+  return table;
 }
 
 }  // namespace ricochet

@@ -24,6 +24,9 @@ Table time_to_reach(const GridResults& results, const std::vector<double>& level
 /// elements.
 Table overhead(const GridResults& results);
 
+/// Anchor of a run in precision_details(). @param record  one of `results`
+std::string row_id(const GridResults& results, const Record& record);
+
 /// Every run with its time, for the work-precision diagram.
 Table precision_details(const GridResults& results);
 

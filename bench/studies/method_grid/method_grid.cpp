@@ -8,6 +8,7 @@
 #include "bench/sensitivities.h"
 #include "bench/studies/method_grid/grid_experiment.h"
 #include "bench/studies/method_grid/grid_tables.h"
+#include "bench/studies/method_grid/work_precision.h"
 #include "bench/studies/study.h"
 #include "bench/timing.h"
 #include "bench/trajectory_of.h"
@@ -215,7 +216,7 @@ void show_method_grid(const Results& file, Section& section) {
     section.result("orders", order_summary(results));
   }
   if (results.has_errors() && !results.timings.empty()) {
-    section.figures([=](const FigureFolder& folder) { return std::vector{draw_work_precision(folder, results)}; });
+    section.chart(work_precision_chart(results));
     section.result("time_to_reach", time_to_reach(results));
   }
   if (!results.overhead_of.empty()) section.result("overhead", overhead(results));

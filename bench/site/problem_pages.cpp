@@ -1,0 +1,221 @@
+#include "bench/site/problem_pages.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "bench/site/expression_tex.h"
+#include "bench/studies/fastest/fastest_rows.h"
+#include "methods/registry.h"
+#include "problems/derivatives/symbolic_problem.h"
+#include "problems/registry.h"
+#include "reports/markup.h"
+
+namespace ricochet {
+namespace {
+
+const char* const kProblemFolder = "problems";
+// Whose events are shown: error-controlled, it holds contacts on curves, and solves all modes of the scenes.
+const char* const kShownMethod = "fesd_adaptive:radau-iia:4";
+constexpr double kShownTolerance = 1e-9, kShownTimeLimit = 2;
+constexpr std::size_t kShownEvents = 60;
+
+std::string tex_line(const std::string& tex) {
+  return fmt::format("<div class=\"tex\" tabindex=\"0\">{}</div>\n", escape_html(tex));
+}
+
+std::string column_tex(const SymbolicModel::Expressions& entries) {
+  std::string tex = "\\begin{pmatrix} ";
+  for (std::size_t k = 0; k < entries.size(); ++k) tex += (k ? " \\\\ " : "") + expression_tex(entries[k]);
+  return tex + " \\end{pmatrix}";
+}
+
+std::string matrix_tex(const std::vector<SymbolicModel::Expressions>& rows) {
+  std::string tex = "\\begin{pmatrix} ";
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    tex += r ? " \\\\ " : "";
+    for (std::size_t c = 0; c < rows[r].size(); ++c) tex += (c ? " & " : "") + expression_tex(rows[r][c]);
+  }
+  return tex + " \\end{pmatrix}";
+}
+
+std::string contact_tex(const SymbolicModel::Contact& contact) {
+  std::string tex = fmt::format("f_c^{{\\text{{{}}}}} = {}", contact.name, expression_tex(contact.gap));
+  if (contact.is_bilateral) return tex + " = 0";
+  tex += fmt::format(" \\ge 0, \\quad \\varepsilon_r = {}", expression_tex(contact.eps_r));
+  if (!contact.tangents.empty()) {
+    tex += fmt::format(", \\quad \\mu = {}", expression_tex(contact.mu));
+    for (const auto& tangent : contact.tangents) tex += ", \\quad J_t = " + column_tex(tangent);
+  }
+  return tex;
+}
+
+/// Equations (2) and (3) of Problem with what is this scene's. Matrices of more than a few coordinates are no reading.
+std::string equations_html(const SymbolicModel& model) {
+  constexpr std::size_t kMostRows = 12, kMostContacts = 16;
+  std::string html = site_heading("Equations", "equations");
+  html +=
+      tex_line("\\dot q = v, \\qquad M(q)\\,\\dot v = f_v(q, v)" + std::string(model.u.empty() ? "" : " + B_u u") +
+               " + \\sum_i \\left( J_n^i \\lambda_n^i + J_t^i \\lambda_t^i \\right), \\qquad J_n^i = \\nabla f_c^i");
+  if (model.q.size() > kMostRows)
+    return html + fmt::format("<p>{} coordinates: <code>ricochet export -p {}</code> prints the formulas.</p>\n",
+                              model.q.size(), escape_html(model.id));
+  html += tex_line("M = " + matrix_tex(model.mass) + ", \\qquad f_v = " + column_tex(model.force));
+  if (!model.u.empty())
+    html += tex_line("B_u = " + matrix_tex(model.input) + ", \\qquad u = " + column_tex(model.control));
+  for (std::size_t i = 0; i < std::min(kMostContacts, model.contacts.size()); ++i)
+    html += tex_line(contact_tex(model.contacts[i]));
+  if (model.contacts.size() > kMostContacts)
+    html += fmt::format("<p>and {} contacts more.</p>\n", model.contacts.size() - kMostContacts);
+  html += tex_line("q(0) = " + column_tex(model.q0) + ", \\qquad v(0) = " + column_tex(model.v0) +
+                   ", \\qquad T = " + expression_tex(model.end_time));
+  return html;
+}
+
+/// Events as marks over time, a line per contact.
+std::string timeline_svg(const ProblemInfo& info, const Solution& solution) {
+  constexpr double kLeft = 130, kWidth = 760, kLine = 22;
+  const auto x = [&](double t) { return kLeft + (kWidth - kLeft - 14) * t / info.end_time; };
+  std::set<int> used;
+  for (const Event& event : solution.events) used.insert(event.contact);
+  std::string body;
+  double y = 16;
+  for (const int contact : used) {
+    const auto& name = info.contacts[static_cast<std::size_t>(contact)].name;
+    body += fmt::format(
+        "<text class=\"label\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text><path class=\"axis-line\" "
+        "d=\"M{},{}H{}\"/>",
+        kLeft - 10, y + 4, escape_xml(name), kLeft, y, kWidth - 14);
+    for (const Event& event : solution.events) {
+      if (event.contact != contact) continue;
+      const bool is_impact = event.kind == EventKind::impact;
+      const std::string mark = is_impact ? fmt::format("M{0:.1f},{1}V{2}", x(event.t), y - 8, y + 8)
+                                         : fmt::format("M{:.1f},{}l4,5l-4,5l-4,-5z", x(event.t), y - 5);
+      body += fmt::format("<path class=\"{}\" d=\"{}\"><title>{} of {}, t = {:.6g} s</title></path>",
+                          is_impact ? "curve c1" : "mark c0", mark, to_string(event.kind), escape_xml(name), event.t);
+    }
+    y += kLine;
+  }
+  for (int k = 0; k <= 4; ++k)
+    body += fmt::format("<text class=\"label\" x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{:.3g}{}</text>",
+                        x(k * info.end_time / 4), y + 6, k * info.end_time / 4, k == 4 ? " s" : "");
+  return fmt::format(
+      "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Events over time\"><svg "
+      "class=\"timeline\" viewBox=\"0 0 {} {}\" role=\"img\" "
+      "aria-label=\"{} events over time\">{}</svg></div>\n",
+      kWidth, y + 14, solution.events.size(), body);
+}
+
+std::string events_html(const Problem& problem) {
+  const ProblemInfo& info = problem.info();
+  std::string html = site_heading("Events", "events");
+  const auto method = make_method(kShownMethod);
+  if (const Support support = method->supports(info); !support.ok)
+    return html + fmt::format("<p>{} declines it: {}.</p>\n", kShownMethod, escape_html(support.reason));
+  Settings settings;
+  settings.tolerance = kShownTolerance;
+  settings.time_limit = kShownTimeLimit;
+  const Solution solution = method->solve(problem, settings);
+  const std::string command =
+      fmt::format("ricochet run -p {} -m {} --tolerance {:.0e}", info.id, kShownMethod, kShownTolerance);
+  if (!solution.succeeded())
+    html += fmt::format("<p class=\"warning\">The run ends at t = {:.4g} s: {}</p>\n", solution.t,
+                        escape_html(solution.message));
+  if (solution.events.empty()) return html + "<p>None.</p>\n";
+  using E = Event;
+  const std::vector<Column<E>> columns = {
+      {"t", "s", "{:.9g}", &E::t},
+      {"what", [](const E& e) { return std::string(to_string(e.kind)); }},
+      {"contact", [&](const E& e) { return info.contacts[static_cast<std::size_t>(e.contact)].name; }},
+      {"normal impulse", "N s", "{:.4g}",
+       [](const E& e) { return when(e.kind == EventKind::impact, e.Lambda_n[e.contact]); }},
+  };
+  std::vector<E> shown(solution.events.begin(), solution.events.begin() + static_cast<std::ptrdiff_t>(std::min(
+                                                                              kShownEvents, solution.events.size())));
+  const Table table = table_of(fmt::format("{} of {} events", shown.size(), solution.events.size()), columns, shown);
+  html += fmt::format(
+      "<figure>{}<figcaption>Bars: impacts; diamonds: contacts that open, stick or slip.</figcaption>"
+      "<p class=\"links\"><code class=\"command\">{}</code></p></figure>\n",
+      timeline_svg(info, solution), escape_html(command));
+  return html + site_table(table, "event-list", "", shown.size() > 12);
+}
+
+std::string contacts_html(const ProblemInfo& info) {
+  using P = ParameterInfo;
+  static const std::vector<Column<P>> columns = {
+      {"parameter", &P::name}, {"value", "", "{:g}", &P::value}, {"unit", [](const P& p) { return p.unit; }}};
+  return info.parameters.empty() ? "" : table_of("Parameters", columns, info.parameters).html();
+}
+
+/// The first example of each method: whether it can run the scene.
+std::string methods_html(const ProblemInfo& info) {
+  struct Line {
+    std::string method, answer;
+  };
+  static const std::vector<Column<Line>> columns = {{"method", &Line::method}, {"can it?", &Line::answer}};
+  std::vector<Line> lines;
+  for (const auto& entry : methods()) {
+    if (!entry.make || entry.examples.empty()) continue;
+    const Support support = make_method(entry.examples.front())->supports(info);
+    lines.push_back({entry.examples.front(), support.ok ? "yes" : "no: " + support.reason});
+  }
+  return table_of("Which methods can run it", columns, lines).html();
+}
+
+std::string speed_html(const std::vector<ShownResults>& list, const std::string& id) {
+  std::vector<FastestRun> runs;
+  for (const auto& shown : list) {
+    for (auto& run : shown.results.all<FastestRun>()) {
+      if (run.scene == id && run.solver == "new") runs.push_back(std::move(run));
+    }
+    if (!runs.empty()) break;  // times of one session
+  }
+  if (runs.empty()) return "";
+  return site_heading("Who solves it fastest", "fastest") + choice_table(runs).html();
+}
+
+/// Experiments with a row of this problem.
+std::string experiments_html(const std::vector<ShownResults>& list, const std::string& id) {
+  std::string html;
+  for (const auto& shown : list) {
+    const bool is_there = std::ranges::any_of(shown.results.rows, [&](const nlohmann::json& row) {
+      return row.value("problem", "") == id || row.value("scene", "") == id;
+    });
+    if (is_there)
+      html += fmt::format("<li><a href=\"../experiments/{}.html\">{}</a></li>\n", site_id(shown.results.experiment()),
+                          escape_html(shown.results.title()));
+  }
+  return html.empty() ? "" : site_heading("Experiments with it", "experiments") + "<ul>\n" + html + "</ul>\n";
+}
+
+SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list) {
+  const auto problem = make_problem(scene.id);
+  const ProblemInfo& info = problem->info();
+  SitePage page{.folder = kProblemFolder,
+                .id = site_id(scene.id),
+                .title = scene.title,
+                .label = scene.id,
+                .html = "",
+                .has_equations = true};
+  page.html = fmt::format(
+      "<dl><dt>what is hard</dt><dd>{}</dd><dt>source</dt><dd>{}</dd><dt>size</dt><dd>{} coordinates, {} contacts, until "
+      "{:g} s</dd><dt>as a file</dt><dd><code>ricochet export -p {} -o {}.json</code></dd></dl>\n",
+      escape_html(scene.hard_feature), escape_html(scene.source), info.n_mechanical(), info.n_c(), info.end_time,
+      scene.id, scene.id);
+  if (const auto* symbolic = dynamic_cast<const SymbolicProblem*>(problem.get()))
+    page.html += equations_html(symbolic->model());
+  page.html += contacts_html(info) + events_html(*problem) + speed_html(list, scene.id);
+  page.html += site_heading("Methods", "methods") + methods_html(info) + experiments_html(list, scene.id);
+  return page;
+}
+
+}  // namespace
+
+SiteGroup problem_pages(const std::vector<ShownResults>& list) {
+  SiteGroup group{"Problems", {}};
+  for (const auto& scene : scenes()) group.pages.push_back(page_of(scene, list));
+  return group;
+}
+
+}  // namespace ricochet

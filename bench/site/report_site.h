@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "reports/section.h"
+
+namespace ricochet {
+
+/// The site of results beside their page, in FOLDER/site: with a page for each method and each problem of this program.
+/// @return the path of its index.html  @throws InputError when it cannot be written
+std::string write_report_site(const std::vector<ShownResults>& list, const std::string& folder);
+
+}  // namespace ricochet

@@ -1,0 +1,68 @@
+#include "bench/studies/method_grid/work_precision.h"
+
+#include "bench/studies/method_grid/curve_style.h"
+#include "bench/studies/method_grid/grid_tables.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+/// What a reader chooses among for an axis: a field of a run and what it is.
+json measures(const GridResults& results) {
+  return {{"errors",
+           {{{"field", "error"}, {"label", results.error_measure().axis}},
+            {{"field", "relative"}, {"label", "error over the size of the solution"}}}},
+          {"works",
+           {{{"field", "time"}, {"label", "CPU time [ms]"}},
+            {{"field", "force_evaluations"}, {"label", "force evaluations"}},
+            {{"field", "linear_solves"}, {"label", "linear solves"}},
+            {{"field", "matrix_factorizations"}, {"label", "factorizations"}},
+            {{"field", "steps"}, {"label", "steps"}}}}};
+}
+
+json run_of(const GridResults& results, const Record& record, std::size_t method) {
+  const Timing& timing = *results.timing_of(record);
+  const Counters& work = record.counters;
+  const double size = record.solution_size > 0 ? record.solution_size : 1;
+  return {{"method", method},
+          {"setting", record.steps > 0 ? record.setting() + " steps" : "tolerance " + record.setting()},
+          {"error", record.error},
+          {"relative", record.error / size},
+          {"time", 1e3 * timing.median},
+          {"quartiles", {1e3 * timing.lower_quartile, 1e3 * timing.upper_quartile}},
+          {"force_evaluations", work.force_evaluations},
+          {"linear_solves", work.linear_solves},
+          {"matrix_factorizations", work.matrix_factorizations},
+          {"steps", work.steps},
+          {"events", record.detected_events},
+          {"command", record.command},
+          {"row", row_id(results, record)}};
+}
+
+}  // namespace
+
+Section::Chart work_precision_chart(const GridResults& results) {
+  json data = measures(results);
+  data["methods"] = data["runs"] = json::array();
+  for (const auto& method : results.methods()) {
+    const auto runs = results.of(method);
+    const std::size_t index = data["methods"].size();
+    data["methods"].push_back({{"id", method},
+                               {"label", curve_label(results, *runs.front())},
+                               {"family", family_title(curve_family(method))}});
+    for (const Record* run : runs) {
+      if (run->has_error() && results.timing_of(*run)) data["runs"].push_back(run_of(results, *run, index));
+    }
+  }
+  return {.kind = "work_precision",
+          .name = "work_precision",
+          .table = "times",
+          .title = "Work over error",
+          .caption = "Every point is one run with another step length or tolerance: down and left is better. " +
+                     results.error_measure().definition,
+          .data = data,
+          .still = {[=](const FigureFolder& folder) { return std::vector{draw_work_precision(folder, results)}; }}};
+}
+
+}  // namespace ricochet

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "bench/studies/method_grid/grid_results.h"
+#include "reports/section.h"
+
+namespace ricochet {
+
+/// Work over error, all methods and all runs that have both: work is CPU time, or a counter that does not depend on the
+/// machine; an error is absolute, or relative to the size of the solution.
+Section::Chart work_precision_chart(const GridResults& results);
+
+}  // namespace ricochet

@@ -1,0 +1,209 @@
+#include "reports/site/site.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <type_traits>
+
+#include "problems/input_error.h"
+#include "reports/assets.h"
+#include "reports/markup.h"
+#include "reports/text_file.h"
+
+namespace ricochet {
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* const kResultsFolder = "experiments";
+
+/// JSON inside of a script element, which the first "</" would end.
+std::string script_json(const nlohmann::json& data) {
+  std::string text = data.dump();
+  for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos; at += 3) text.insert(at + 1, "\\");
+  return text;
+}
+
+std::string warning(const std::string& text) {
+  return fmt::format("<p class=\"warning\">{}</p>\n", escape_html(text));
+}
+
+/// How to repeat what stands above.
+std::string command_html(const Results& results) {
+  const std::string command = results.header.value("command", "");
+  return command.empty() ? "" : fmt::format("<code class=\"command\">{}</code>", escape_html(command));
+}
+
+/// A drawn figure, as an image of its own file.
+std::string still_html(const Figure& figure) {
+  return fmt::format("<img class=\"still\" src=\"{}\" alt=\"{}\" loading=\"lazy\">", escape_html(figure.file),
+                     escape_html(figure.title + ". " + figure.caption));
+}
+
+/// The page of one results file.
+class ResultsPage {
+ public:
+  ResultsPage(const ShownResults& shown, const FigureFolder& figures, fs::path folder, bool draw)
+      : results_(shown.results), figures_(figures), folder_(std::move(folder)), draw_(draw) {
+    page_.folder = kResultsFolder;
+    page_.id = site_id(results_.experiment());
+    page_.title = results_.title();
+    page_.label = results_.experiment();
+    page_.html = fmt::format("<p class=\"lead\">{}</p>\n", escape_html(results_.header.value("description", "")));
+    if (!results_.is_complete) page_.html += warning("These results are not complete: the run was interrupted.");
+    if (results_.header.value("quick", false))
+      page_.html += warning("Quick run: long runs are left out and times are measured three times only.");
+    for (const auto& part : shown.section.parts()) std::visit([&](const auto& p) { add(p); }, part);
+    add_provenance();
+  }
+
+  const SitePage& page() const { return page_; }
+
+ private:
+  std::string csv_of(const std::string& table) const { return results_.experiment() + "_" + table + ".csv"; }
+
+  void add(const Section::NamedTable& named) {
+    if (named.role == Section::Role::summary) return;
+    write_text("report file", folder_ / csv_of(named.name), named.table.csv());
+    const bool is_long = named.role == Section::Role::details || named.table.rows.size() > kLong;
+    page_.html += site_table(named.table, site_id(named.name), csv_of(named.name), is_long);
+  }
+  void add(const Section::Figures& drawn) {
+    if (!draw_ && drawn.needs_gnuplot) return;
+    const auto list = drawn.draw(figures_);
+    page_.html += list.size() > 1 ? "<div class=\"figures\">\n" : "<div>\n";
+    for (const auto& figure : list) {
+      page_.html += fmt::format(
+          "<figure>{}<figcaption>{}</figcaption><p class=\"links\"><a href=\"{}\">SVG</a> {}</p></figure>\n",
+          still_html(figure), escape_html(figure.caption), escape_html(figure.file), command_html(results_));
+    }
+    page_.html += "</div>\n";
+  }
+  void add(const Section::Heading& heading) { page_.html += site_heading(heading.text, site_id(heading.text)); }
+  void add(const Section::Animation& animation) {
+    page_.html += animation.html;
+    page_.has_animations = true;
+  }
+  void add(const Section::Chart& chart) {
+    std::string stills, links = fmt::format("<a href=\"{}\">CSV</a> ", csv_of(chart.table));
+    if (draw_ || !chart.still.needs_gnuplot) {
+      for (const auto& figure : chart.still.draw(figures_)) {
+        stills += still_html(figure);
+        links += fmt::format("<a href=\"{}\">SVG</a> ", escape_html(figure.file));
+      }
+    }
+    page_.html += site_heading(chart.title, chart.name);
+    page_.html += fmt::format(
+        "<figure class=\"chart\" data-chart=\"{}\" aria-label=\"{}\">{}<div class=\"drawing\"></div>"
+        "<figcaption>{}</figcaption><p class=\"links\">{}{}</p>"
+        "<script type=\"application/json\">{}</script></figure>\n",
+        chart.kind, escape_html(chart.title), stills, escape_html(chart.caption), links, command_html(results_),
+        script_json(chart.data));
+  }
+
+  void add_provenance() {
+    page_.html += site_heading("Where it was measured, and how to repeat it", "environment");
+    const fs::path file = fs::path(results_.path).filename();
+    fs::copy_file(results_.path, folder_ / file, fs::copy_options::overwrite_existing);
+    page_.html += fmt::format("<p class=\"links\"><a href=\"{0}\">{0}</a>: every run, as JSON lines</p>",
+                              escape_html(file.string()));
+    page_.html += "<pre tabindex=\"0\">" + escape_html(results_.header.value("command", "")) + "\n";
+    const nlohmann::json environment = results_.header.value("environment", nlohmann::json::object());
+    for (const auto& [key, value] : environment.items()) {
+      const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+      page_.html += escape_html(fmt::format("{:<18} {}\n", key, text));
+    }
+    page_.html += "</pre>\n";
+  }
+
+  static constexpr std::size_t kLong = 60;  // rows of a table that is opened when it is asked for
+
+  const Results& results_;
+  const FigureFolder& figures_;
+  fs::path folder_;
+  bool draw_;
+  SitePage page_;
+};
+
+/// What to choose, from every study that says so; what there is, below.
+SitePage first_page(const std::vector<ShownResults>& list, const std::vector<SiteGroup>& groups) {
+  SitePage page{.folder = "", .id = "index", .title = "Which method to take", .label = "What to choose", .html = ""};
+  for (const auto& shown : list) {
+    for (const auto* named : shown.section.tables()) {
+      if (named->role != Section::Role::choice) continue;
+      const std::string id = site_id(shown.results.experiment());
+      const std::string csv = fmt::format("{}/{}_{}.csv", kResultsFolder, shown.results.experiment(), named->name);
+      page.html += site_table(named->table, id + "_" + site_id(named->name), csv, false);
+      page.html += fmt::format("<p class=\"links\">From <a href=\"{}/{}.html\">{}</a>. {}</p>\n", kResultsFolder, id,
+                               escape_html(shown.results.title()), command_html(shown.results));
+    }
+  }
+  if (page.html.empty())
+    page.html = "<p class=\"lead\">No results say which method to take: opponents and classes do.</p>\n";
+  for (const auto& group : groups) {
+    if (group.title.empty()) continue;
+    page.html += site_heading(group.title, site_id(group.title)) + "<ul class=\"cards\">\n";
+    for (const auto& other : group.pages) {
+      page.html += fmt::format("<li><a href=\"{}\">{}</a> <span>{}</span></li>\n", other.path(),
+                               escape_html(other.label.empty() ? other.title : other.label),
+                               other.label.empty() ? "" : escape_html(other.title));
+    }
+    page.html += "</ul>\n";
+  }
+  return page;
+}
+
+/// One line per results file: when, where, with what.
+SitePage environment_page(const std::vector<ShownResults>& list) {
+  using S = ShownResults;
+  const auto of_header = [](const char* field) {
+    return [=](const S& s) {
+      return s.results.header.value("environment", nlohmann::json::object()).value(field, "unknown");
+    };
+  };
+  const std::vector<Column<S>> columns = {
+      {"experiment", [](const S& s) { return s.results.experiment(); }},
+      {"date", of_header("date")},
+      {"revision", of_header("revision")},
+      {"processor", of_header("processor")},
+      {"governor", of_header("governor")},
+      {"compiler", of_header("compiler")},
+      {"flags", of_header("flags")},
+      {"command", [](const S& s) { return s.results.header.value("command", ""); }},
+  };
+  return {.folder = "",
+          .id = "environment",
+          .title = "Where it was measured",
+          .label = "Environment",
+          .html = table_of("Results of this site", columns, list).html()};
+}
+
+}  // namespace
+
+std::string write_site(const std::vector<ShownResults>& list, const std::vector<SiteGroup>& more,
+                       const std::string& folder) {
+  const fs::path root = folder, results = root / kResultsFolder;
+  const FigureFolder figures(results.string());
+  const bool draw = can_draw();
+  SiteGroup experiments{"Experiments", {}};
+  for (const auto& shown : list) experiments.pages.push_back(ResultsPage(shown, figures, results, draw).page());
+  std::vector<SiteGroup> groups = {experiments};
+  groups.insert(groups.end(), more.begin(), more.end());
+  SiteGroup top{"", {first_page(list, groups), environment_page(list)}};
+  groups.insert(groups.begin(), top);
+  for (const auto& group : groups) {
+    for (const auto& page : group.pages) {
+      fs::create_directories(root / page.folder);
+      write_text("site", root / page.path(), site_html(page, groups));
+    }
+  }
+  fs::create_directories(root / "assets");
+  const std::pair<const char*, const char*> assets[] = {
+      {"site.css", assets::kSiteStyle},           {"site.js", assets::kSiteScript},
+      {"equations.css", assets::kEquationStyle},  {"equations.js", assets::kEquationScript},
+      {"animation.css", assets::kAnimationStyle}, {"animation.js", assets::kAnimationScript}};
+  for (const auto& [name, text] : assets) write_text("site", root / "assets" / name, text);
+  return (root / "index.html").string();
+}
+
+}  // namespace ricochet

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "reports/table.h"
+
+namespace ricochet {
+
+/// A page of the site: where it is, and what is on it.
+struct SitePage {
+  std::string folder;          ///< "methods"; empty for those at the top
+  std::string id;              ///< of the file, without .html
+  std::string title;           ///< of the heading
+  std::string label;           ///< in the contents; the title where it is empty
+  std::string html;            ///< below the heading
+  bool has_equations = false;  ///< elements of class "tex", which KaTeX typesets
+  bool has_animations = false;
+
+  std::string path() const { return (folder.empty() ? "" : folder + "/") + id + ".html"; }
+  /// Of the top, from this page: "../" or empty.
+  std::string root() const { return folder.empty() ? "" : "../"; }
+};
+
+/// Pages that stand together in the contents.
+struct SiteGroup {
+  std::string title;
+  std::vector<SitePage> pages;
+};
+
+/// The whole text of a page: head, contents with this page marked, body.
+std::string site_html(const SitePage& page, const std::vector<SiteGroup>& groups);
+
+/// "<h2 id=...>" with a link to itself.
+std::string site_heading(const std::string& text, const std::string& id, int level = 2);
+
+/// A table with a link to its CSV. @param csv  from the page; empty for none
+std::string site_table(const Table& table, const std::string& id, const std::string& csv, bool is_long);
+
+/// For an anchor or a file: letters, digits, '-' and '_'.
+std::string site_id(const std::string& text);
+
+}  // namespace ricochet

@@ -1,0 +1,21 @@
+// What a page of the site does beyond being read: contents, menus over tables, charts. Everything is there without it,
+// as text, tables and images.
+import "./site.css";
+import { openContents } from "./contents.js";
+import { addFilters } from "./filter.js";
+import { openTarget } from "./target.js";
+import { drawProfile } from "./profile.js";
+import { drawVerdicts } from "./verdicts.js";
+import { drawWorkPrecision } from "./work_precision.js";
+
+const CHARTS = { profile: drawProfile, verdicts: drawVerdicts, work_precision: drawWorkPrecision };
+
+openContents();
+for (const table of document.querySelectorAll("table[data-filters]")) addFilters(table);
+for (const figure of document.querySelectorAll("figure.chart")) {
+  const draw = CHARTS[figure.dataset.chart];
+  if (!draw) continue;
+  draw(figure.querySelector(".drawing"), JSON.parse(figure.querySelector("script").textContent), figure.id);
+  for (const still of figure.querySelectorAll("img.still")) still.remove();
+}
+openTarget();

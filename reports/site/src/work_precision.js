@@ -1,0 +1,113 @@
+// Work over error: a curve per method, a mark per run. What a run is stands beside the pointer, or the keyboard's focus.
+import { Delaunay } from "d3-delaunay";
+import { line } from "d3-shape";
+import { element, menu } from "./dom.js";
+import { legend } from "./legend.js";
+import { axes, COLOURS, drawAtWidth, logDomain, symbolPath } from "./plot.js";
+
+const number = (x) => (x === 0 || (x >= 0.01 && x < 1e5) ? String(Number(x.toPrecision(3))) : x.toExponential(2));
+const NEAR = 40;  // pixels
+
+/// Families have a colour, their members a symbol; from the second round of symbols on curves are dashed.
+function styled(methods) {
+  const families = [...new Set(methods.map((m) => m.family))];
+  const members = new Map();
+  let loners = 0;  // of families of one
+  const sizes = new Map(families.map((f) => [f, methods.filter((m) => m.family === f).length]));
+  return methods.map((m) => {
+    const member = members.get(m.family) ?? 0;
+    members.set(m.family, member + 1);
+    const isOdd = m.family === "Time stepping" || sizes.get(m.family) === 1;
+    const k = isOdd ? loners++ : member;
+    return {
+      label: m.label, id: m.id, group: m.family,
+      colour: isOdd ? k % COLOURS : families.indexOf(m.family) % COLOURS,
+      symbol: isOdd ? Math.floor(k / COLOURS) + 1 : k,
+      dashed: isOdd,
+    };
+  });
+}
+
+function describe(run, curve, data, work) {
+  const counters = data.works.filter((w) => w.field !== "time").map((w) => `${w.label} ${run[w.field]}`);
+  return element("div", {},
+    element("p", { class: "title" }, `${curve.label}, ${run.setting}`),
+    element("p", {}, `error ${number(run.error)} (relative ${number(run.relative)}); CPU time ${number(run.time)} ms, ` +
+      `quartiles ${number(run.quartiles[0])} to ${number(run.quartiles[1])}`),
+    element("p", {}, `${counters.join(", ")}, events ${run.events}`),
+    element("p", {}, element("code", {}, run.command)),
+    element("p", {}, element("a", { href: `#${run.row}` }, "its row in the table")));
+}
+
+export function drawWorkPrecision(place, data) {
+  const curves = styled(data.methods);
+  const state = { error: data.errors[0].field, work: data.works[0].field, width: 0 };
+  const picture = element("div", { class: "picture" });
+  const said = element("div", { class: "said", "aria-live": "polite" },
+    element("p", { class: "hint" }, "Point at a run, or move with the arrow keys, for what it is."));
+  const choices = (list) => list.map(({ field, label }) => [field, label]);
+  const key = legend(curves, () => draw());
+  place.append(
+    element("div", { class: "menus" },
+      menu("error", choices(data.errors), (field) => { state.error = field; draw(); }),
+      menu("work", choices(data.works), (field) => { state.work = field; draw(); })),
+    element("div", { class: "chart-columns" }, picture, key.element), said);
+
+  let pinned = null;
+  function draw() {
+    const runs = data.runs.filter((run) => key.shown.has(run.method) && run[state.error] > 0 && run[state.work] > 0);
+    const xLabel = data.errors.find((e) => e.field === state.error).label;
+    const yLabel = data.works.find((w) => w.field === state.work).label;
+    const height = Math.round(Math.max(320, Math.min(560, 0.7 * state.width)));
+    const { svg, area, x, y } = axes({
+      width: state.width, height, xLabel, yLabel, label: `${yLabel} over ${xLabel}, ${runs.length} runs`,
+      xDomain: logDomain(runs.map((r) => r[state.error])), yDomain: logDomain(runs.map((r) => r[state.work])),
+    });
+    const at = (run) => [x(run[state.error]), y(run[state.work])];
+    const path = line();
+    for (const k of key.shown) {
+      const own = runs.filter((run) => run.method === k);
+      if (!own.length) continue;
+      const group = area.append("g").attr("class", `c${curves[k].colour}`).attr("data-method", curves[k].id);
+      group.append("path").attr("class", curves[k].dashed ? "curve dashed" : "curve").attr("d", path(own.map(at)));
+      for (const run of own) {
+        group.append("path").attr("class", "mark").attr("d", symbolPath(curves[k].symbol))
+          .attr("transform", `translate(${at(run)})`);
+      }
+    }
+    const ring = area.append("circle").attr("class", "ring").attr("r", 8).attr("visibility", "hidden");
+    const say = (run) => {
+      ring.attr("visibility", "visible").attr("cx", at(run)[0]).attr("cy", at(run)[1]);
+      said.replaceChildren(describe(run, curves[run.method], data, state.work));
+    };
+    if (runs.length) {
+      const near = Delaunay.from(runs.map(at));
+      const find = (event) => {
+        const box = svg.node().getBoundingClientRect(), scale = state.width / box.width;
+        const px = (event.clientX - box.left) * scale, py = (event.clientY - box.top) * scale;
+        const k = near.find(px, py);
+        const [rx, ry] = at(runs[k]);
+        return Math.hypot(rx - px, ry - py) < NEAR ? k : null;
+      };
+      let at_focus = 0;
+      svg.on("pointermove", (event) => {
+        const k = pinned === null ? find(event) : null;
+        if (k !== null) say(runs[at_focus = k]);
+      });
+      svg.on("click", (event) => {  // a run stays chosen, so that its link can be reached
+        const k = find(event);
+        pinned = pinned === null ? k : null;
+        if (k !== null) say(runs[at_focus = k]);
+      });
+      svg.attr("tabindex", 0).on("keydown", (event) => {
+        const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
+        if (!step) return;
+        event.preventDefault();
+        at_focus = (at_focus + step + runs.length) % runs.length;
+        say(runs[at_focus]);
+      });
+    }
+    picture.replaceChildren(svg.node());
+  }
+  drawAtWidth(picture, (width) => { state.width = width; draw(); });
+}
