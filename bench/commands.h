@@ -21,6 +21,7 @@ void add_run_experiment_command(CLI::App& app, int& exit_code);
 void add_show_command(CLI::App& app, int& exit_code);
 void add_report_command(CLI::App& app, int& exit_code);
 void add_results_command(CLI::App& app, int& exit_code);
+void add_table_command(CLI::App& app, int& exit_code);
 void add_check_command(CLI::App& app, int& exit_code);
 void add_verify_command(CLI::App& app, int& exit_code);
 void add_schema_command(CLI::App& app, int& exit_code);

@@ -13,7 +13,7 @@
 namespace ricochet {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNotSolved = std::numeric_limits<double>::infinity();
 constexpr double kHardCondition = 1e6;
 constexpr int kMostContactsOfLemke = 100;
 // Velocities below this part of the largest are zero in a solution that fulfils the laws to 1e-8.
@@ -101,7 +101,7 @@ PerformanceProfile ContactSetSolutions::profile(double accuracy) const {
   std::vector<std::vector<double>> costs;
   for (const auto& of_solver : solutions) {
     auto& row = costs.emplace_back();
-    for (const auto& solution : of_solver) row.push_back(is_solved(solution, accuracy) ? solution.seconds : kInfinity);
+    for (const auto& solution : of_solver) row.push_back(is_solved(solution, accuracy) ? solution.seconds : kNotSolved);
   }
   return {solvers, costs};
 }

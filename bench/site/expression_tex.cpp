@@ -20,11 +20,12 @@ using GiNaC::is_a;
 struct Term {
   bool negative = false;
   std::string tex;
-  bool is_sum = false;
+  std::string
+      sum{};  ///< of a sum: with its sign, as it stands alone; `tex` leads with a plus, as it stands as a factor
 
-  bool operator<(const Term& other) const { return tex < other.tex; }
-  std::string with_sign() const { return negative ? "-" + factor() : tex; }
-  std::string factor() const { return is_sum ? "\\left(" + tex + "\\right)" : tex; }
+  bool operator<(const Term& other) const { return tex != other.tex ? tex < other.tex : negative < other.negative; }
+  std::string with_sign() const { return !sum.empty() ? sum : negative ? "-" + tex : tex; }
+  std::string factor() const { return !sum.empty() ? "\\left(" + tex + "\\right)" : tex; }
 };
 
 Term term_of(const ex& e);
@@ -36,13 +37,21 @@ std::string number_tex(const GiNaC::numeric& size) {
   return text.str();
 }
 
+std::string joined(const std::vector<Term>& terms, bool opposite) {
+  std::string tex;
+  for (const Term& term : terms) tex += (term.negative != opposite ? "-" : tex.empty() ? "" : "+") + term.factor();
+  return tex;
+}
+
+/// GiNaC takes a sign out of a sum, or leaves it, as its order of the terms will have it: ours follows their text.
 Term sum_of(const ex& e) {
   std::vector<Term> terms;
   for (const ex& part : e) terms.push_back(term_of(part));
-  std::ranges::sort(terms, [](const Term& a, const Term& b) { return a.negative != b.negative ? b.negative : a < b; });
-  std::string tex;
-  for (const Term& term : terms) tex += (term.negative ? "-" : tex.empty() ? "" : "+") + term.factor();
-  return {.negative = false, .tex = tex, .is_sum = true};
+  std::sort(terms.begin(), terms.end());
+  Term sum{.negative = terms.front().negative, .tex = joined(terms, terms.front().negative)};
+  std::ranges::stable_partition(terms, [](const Term& term) { return !term.negative; });
+  sum.sum = joined(terms, false);
+  return sum;
 }
 
 struct Fraction {
@@ -74,15 +83,17 @@ void multiply(const ex& e, Fraction& fraction) {
   const bool is_below = is_a<GiNaC::numeric>(exponent) && GiNaC::ex_to<GiNaC::numeric>(exponent).is_negative();
   const ex size = is_below ? -exponent : exponent;
   const Term inside = term_of(base);
+  const bool is_whole = size.info(GiNaC::info_flags::integer);  // a sign leaves a whole power; in another one it stays
+  fraction.negative = fraction.negative != (is_whole && inside.negative && size.info(GiNaC::info_flags::odd));
   std::string tex;
   if (size.is_equal(1))
-    tex = inside.negative ? "\\left(" + inside.with_sign() + "\\right)" : inside.factor();
+    tex = inside.factor();
   else if (size.is_equal(GiNaC::numeric(1, 2)))
     tex = "\\sqrt{" + inside.with_sign() + "}";
   else {
     const bool is_plain = is_a<GiNaC::symbol>(base);
-    tex = (is_plain ? "{" + inside.tex + "}" : "\\left(" + inside.with_sign() + "\\right)") + "^{" +
-          term_of(size).with_sign() + "}";
+    const std::string text = is_whole ? inside.tex : inside.with_sign();
+    tex = (is_plain ? "{" + text + "}" : "\\left(" + text + "\\right)") + "^{" + term_of(size).with_sign() + "}";
   }
   (is_below ? fraction.bottom : fraction.top).push_back(tex);
 }

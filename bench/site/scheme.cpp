@@ -55,11 +55,15 @@ std::vector<std::pair<std::string, std::string>> documented(const std::vector<st
   return blocks;
 }
 
+/// Of the class that is a method, else of the first.
 std::string class_comment(const std::vector<std::string>& lines) {
+  static const std::regex is_method("class .*: public \\w*Method .*");
+  std::string first;
   for (const auto& [text, what] : documented(lines)) {
-    if (what.starts_with("class ")) return text;
+    if (std::regex_match(what, is_method)) return text;
+    if (what.starts_with("class ") && first.empty()) first = text;
   }
-  return "";
+  return first;
 }
 
 /// The longest comment of a header: what it is there for.
@@ -71,9 +75,9 @@ std::string main_comment(const fs::path& header) {
   return longest;
 }
 
-/// "fesd_run.h" of "(fesd_run.h)"
+/// "fesd_run.h" of "(fesd_run.h)", "methods/elements/stage_equations.h"
 std::vector<std::string> headers_named_in(const std::string& text) {
-  static const std::regex header("[a-z0-9_]+\\.h\\b");
+  static const std::regex header("[a-z0-9_/]+\\.h\\b");
   std::vector<std::string> names;
   for (std::sregex_iterator found(text.begin(), text.end(), header), end; found != end; ++found) {
     if (std::ranges::find(names, found->str()) == names.end()) names.push_back(found->str());
@@ -100,7 +104,7 @@ std::optional<Scheme> scheme_of(const std::string& method) {
     if (!scheme.text.empty()) return scheme;
     scheme.text = class_comment(lines);
     for (const auto& header : headers_named_in(scheme.text)) {
-      const fs::path path = entry.path().parent_path() / header;
+      const fs::path beside = entry.path().parent_path() / header, path = fs::exists(beside) ? beside : root / header;
       if (fs::exists(path)) scheme.text += "\n" + main_comment(path);
     }
     return scheme;

@@ -10,7 +10,8 @@
 namespace ricochet {
 namespace {
 
-/// FESD-J, the discrete equations of each simulation step solved by pivoting (pivoting_solver.h).
+/// FESD-J, the discrete equations of each simulation step (methods/elements/stage_equations.h) solved by pivoting
+/// (pivoting_solver.h).
 /// Source: Nurkanovic, Frey, Pozharskiy, Diehl, FESD-J, section 3; corrections in DIFFERENCES.md.
 class Fesd final : public Method {
  public:

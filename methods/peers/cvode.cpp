@@ -7,7 +7,7 @@
 namespace ricochet {
 namespace {
 
-/// CVODE, the integrator of the reference.
+/// CVODE, the integrator of the reference, on the equations of motion between events (reference/contact_dynamics.h).
 class CvodeWithEvents final : public EventLocatedMethod {
  public:
   explicit CvodeWithEvents(const MethodSpec& spec) : CvodeWithEvents(spec, uses_adams(spec)) {}

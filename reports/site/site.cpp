@@ -133,9 +133,11 @@ SitePage first_page(const std::vector<ShownResults>& list, const std::vector<Sit
       if (named->role != Section::Role::choice) continue;
       const std::string id = site_id(shown.results.experiment());
       const std::string csv = fmt::format("{}/{}_{}.csv", kResultsFolder, shown.results.experiment(), named->name);
-      page.html += site_table(named->table, id + "_" + site_id(named->name), csv, false);
-      page.html += fmt::format("<p class=\"links\">From <a href=\"{}/{}.html\">{}</a>. {}</p>\n", kResultsFolder, id,
-                               escape_html(shown.results.title()), command_html(shown.results));
+      page.html += site_heading(shown.results.title(), id);
+      page.html +=
+          "<div class=\"choice\">" + site_table(named->table, id + "_" + site_id(named->name), csv, false) + "</div>\n";
+      page.html += fmt::format("<p class=\"links\"><a href=\"{}/{}.html\">All of this experiment</a> {}</p>\n",
+                               kResultsFolder, id, command_html(shown.results));
     }
   }
   if (page.html.empty())

@@ -489,6 +489,21 @@ TEST_F(Cli, TheQuickPartReplacesFieldsOfTheExperiment) {
   EXPECT_EQ(read(out + "/small.jsonl").find("The short one"), std::string::npos);
 }
 
+TEST_F(Cli, PrintsResultsForPapersAndPrograms) {
+  const std::string experiment = write("small.json", kExperiment), out = (folder / "results").string();
+  ASSERT_EQ(run("run-experiment " + experiment + " --quick -o " + out).code, 0);
+  const std::string table = "table " + out + "/small.jsonl ";
+  EXPECT_HAS(run(table + "--latex --view orders").text, "\\toprule\n    method & nominal &");
+  const Outcome tidy = run(table + "--tidy -o " + out + "/tidy.csv");
+  ASSERT_EQ(tidy.code, 0) << tidy.text;
+  EXPECT_HAS(read(out + "/tidy.csv"), "counters_force_evaluations");
+  EXPECT_HAS(read(out + "/tidy.csv"), "timing_median") << "the time of a run is in its line";
+  EXPECT_HAS(run(table + "--pgfplots").text, "\\begin{loglogaxis}");
+  EXPECT_EQ(run(table).code, 2) << "no form";
+  EXPECT_EQ(run(table + "--latex --tidy").code, 2) << "two of them";
+  EXPECT_EQ(run(table + "--latex --view order").code, 2);
+}
+
 TEST_F(Cli, WritesAReport) {
   const std::string experiment = write("small.json", kExperiment), out = (folder / "results").string(),
                     report = (folder / "report").string();
@@ -502,6 +517,7 @@ TEST_F(Cli, WritesAReport) {
   EXPECT_HAS(page, "Quick run");
   EXPECT_EQ(page.find("not complete"), std::string::npos);
   EXPECT_EQ(page.find("src=\"http"), std::string::npos) << "the page needs no server";
+  EXPECT_HAS(read(report + "/site/experiments/small.html"), "data-chart=\"work_precision\"");
   EXPECT_HAS(markdown, "| fesd:gauss:3 |");
   for (const char* file : {"small_order_fesd_gauss.svg", "small_work_precision.svg", "small_trajectory.svg",
                            "small_orders.csv", "small_runs.csv", "small.jsonl"}) {

@@ -1,6 +1,7 @@
 // The study of the fastest runs: only runs that reach an error compete, and what its tables say of them.
 #include <gtest/gtest.h>
 
+#include "bench/studies/fastest/choice.h"
 #include "bench/studies/fastest/fastest_rows.h"
 #include "tests/small_experiment.h"
 
@@ -86,6 +87,41 @@ TEST_F(FastestTables, WhatIsMissingHasAReason) {
   EXPECT_EQ(missing.rows[1],
             (std::vector<std::string>{"fourth", "all", "new", "1e-03", "the reference is known to 1.0e-02 only"}));
   EXPECT_EQ(choice_table(runs).rows.size(), 7u) << "all that are reached";
+}
+
+TEST_F(FastestTables, TheChoiceReachesMostScenesAndIsFastest) {
+  add("third", "odd", "slow", 45);
+  runs.back().method = "m";
+  const auto list = choices(runs);
+  ASSERT_EQ(list.size(), 2u) << "a choice per group and level";
+  const Choice& even = list[0];
+  EXPECT_EQ(even.group, "even");
+  EXPECT_EQ(even.scenes, 2);
+  ASSERT_EQ(even.families.size(), 2u);
+  EXPECT_EQ(even.families[0].name, "ours");
+  EXPECT_EQ(even.families[0].slower, 1);
+  EXPECT_NEAR(even.families[1].slower, 4, 1e-12) << "geometric mean of 2 and 8";
+  EXPECT_NEAR(even.factor, 4, 1e-12);
+  EXPECT_EQ(even.run.microseconds, 10);
+  EXPECT_EQ(even.never, std::vector<std::string>{"slow"});
+  const Choice& odd = list[1];
+  EXPECT_EQ(odd.scenes, 1) << "the fourth scene is not judged";
+  EXPECT_EQ(odd.families[0].name, "ours");
+  EXPECT_EQ(odd.families[1].name, "slow");
+  EXPECT_NEAR(odd.factor, 1.5, 1e-12);
+  EXPECT_EQ(odd.never, std::vector<std::string>{"theirs"});
+  const Table table = which_to_take(runs);
+  EXPECT_EQ(table.rows[0][2], "ours");
+  EXPECT_EQ(table.rows[0][6], "4.0");
+  EXPECT_EQ(
+      table.rows[1].back(),
+      "reaches it on 1 of 1 scenes, always the fastest; slow: 1 of 1, 1.5 times the fastest; not reached by theirs");
+}
+
+TEST_F(FastestTables, ReachingMoreScenesWinsOverSpeed) {
+  add("first", "even", "narrow", 1);
+  EXPECT_EQ(choices(runs)[0].families[0].name, "ours") << "narrow is ten times as fast, on one scene of two";
+  EXPECT_EQ(choices(runs)[0].families.back().name, "narrow");
 }
 
 }  // namespace

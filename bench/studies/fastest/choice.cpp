@@ -62,6 +62,11 @@ Choice choice_of(const std::string& group, double level, const std::vector<Faste
   return choice;
 }
 
+/// "1.9", "140"
+std::string times(double factor) {
+  return fmt::format("{:.{}f}", factor, factor < 9.95 ? 1 : 0);
+}
+
 std::string next_of(const Choice& choice) {
   return choice.families.size() > 1 ? choice.families[1].name : "-";
 }
@@ -69,14 +74,14 @@ std::string next_of(const Choice& choice) {
 /// "on 3 of 3 scenes, 1.1 times the fastest; then CVODE on 2, 30 times; never time stepping"
 std::string reason_of(const Choice& choice) {
   if (choice.families.empty()) return "no setting that was tried reaches it";
-  const auto with_article = [&](const Choice::Family& f) {
-    return f.slower < 1.005 ? std::string("always the fastest") : fmt::format("{:.2g} times the fastest", f.slower);
+  const auto speed = [](const Choice::Family& f) {
+    return f.slower < 1.005 ? std::string("always the fastest") : times(f.slower) + " times the fastest";
   };
   std::string text = fmt::format("reaches it on {} of {} scenes, {}", choice.families[0].reached, choice.scenes,
-                                 with_article(choice.families[0]));
+                                 speed(choice.families[0]));
   for (std::size_t k = 1; k < choice.families.size(); ++k) {
     const auto& family = choice.families[k];
-    text += fmt::format("; {}: {} of {}, {}", family.name, family.reached, choice.scenes, with_article(family));
+    text += fmt::format("; {}: {} of {}, {}", family.name, family.reached, choice.scenes, speed(family));
   }
   if (!choice.never.empty()) text += fmt::format("; not reached by {}", fmt::join(choice.never, ", "));
   return text;
@@ -104,7 +109,7 @@ Table which_to_take(const std::vector<FastestRun>& runs) {
       {"for example", [](const C& c) { return c.run.method; }},
       {"time", "us", "{:.3g}", [](const C& c) { return when(!c.families.empty(), c.run.microseconds); }},
       {"next", next_of},
-      {"next takes", "times", "{:.2g}", &C::factor},
+      {"next takes", "times", "{}", [](const C& c) { return std::isfinite(c.factor) ? times(c.factor) : "-"; }},
       {"why", reason_of},
   };
   const bool is_kept = !runs.empty() && runs.front().solver == "kept";

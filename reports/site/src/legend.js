@@ -45,7 +45,7 @@ export function legend(curves, onchange) {
       box = element("div", { class: "curves" });
       if (group) {
         const keys = curves.flatMap((other, j) => (other.group === group ? [j] : []));
-        box.append(element("button", { type: "button", class: "group", onclick: () => choose(keys) }, `only ${group}`));
+        if (keys.length > 1) box.append(element("button", { type: "button", class: "group", onclick: () => choose(keys) }, `only ${group}`));
       }
       list.append(box);
     }

@@ -1,6 +1,7 @@
 // What a page of the site does beyond being read: contents, menus over tables, charts. Everything is there without it,
 // as text, tables and images.
 import "./site.css";
+import { addAnswer } from "./choice.js";
 import { openContents } from "./contents.js";
 import { addFilters } from "./filter.js";
 import { openTarget } from "./target.js";
@@ -11,6 +12,7 @@ import { drawWorkPrecision } from "./work_precision.js";
 const CHARTS = { profile: drawProfile, verdicts: drawVerdicts, work_precision: drawWorkPrecision };
 
 openContents();
+for (const block of document.querySelectorAll(".choice")) addAnswer(block);
 for (const table of document.querySelectorAll("table[data-filters]")) addFilters(table);
 for (const figure of document.querySelectorAll("figure.chart")) {
   const draw = CHARTS[figure.dataset.chart];

@@ -7,6 +7,7 @@ import { axes, COLOURS, drawAtWidth, logDomain, symbolPath } from "./plot.js";
 
 const number = (x) => (x === 0 || (x >= 0.01 && x < 1e5) ? String(Number(x.toPrecision(3))) : x.toExponential(2));
 const NEAR = 40;  // pixels
+const LARGEST_ERROR = 10;  // beyond it a run says nothing: it is drawn on the edge, so that it does not squeeze the others
 
 /// Families have a colour, their members a symbol; from the second round of symbols on curves are dashed.
 function styled(methods) {
@@ -45,13 +46,14 @@ export function drawWorkPrecision(place, data) {
   const picture = element("div", { class: "picture" });
   const said = element("div", { class: "said", "aria-live": "polite" },
     element("p", { class: "hint" }, "Point at a run, or move with the arrow keys, for what it is."));
+  const edge = element("p", { class: "hint" }, `Errors above ${LARGEST_ERROR} lie on the right edge.`);
   const choices = (list) => list.map(({ field, label }) => [field, label]);
   const key = legend(curves, () => draw());
   place.append(
     element("div", { class: "menus" },
       menu("error", choices(data.errors), (field) => { state.error = field; draw(); }),
       menu("work", choices(data.works), (field) => { state.work = field; draw(); })),
-    element("div", { class: "chart-columns" }, picture, key.element), said);
+    element("div", { class: "chart-columns" }, picture, key.element), edge, said);
 
   let pinned = null;
   function draw() {
@@ -59,10 +61,14 @@ export function drawWorkPrecision(place, data) {
     const xLabel = data.errors.find((e) => e.field === state.error).label;
     const yLabel = data.works.find((w) => w.field === state.work).label;
     const height = Math.round(Math.max(320, Math.min(560, 0.7 * state.width)));
+    const [least, most] = logDomain(runs.map((r) => r[state.error]));
+    const isOnEdge = most > 1.6 * LARGEST_ERROR && least < LARGEST_ERROR;
     const { svg, area, x, y } = axes({
       width: state.width, height, xLabel, yLabel, label: `${yLabel} over ${xLabel}, ${runs.length} runs`,
-      xDomain: logDomain(runs.map((r) => r[state.error])), yDomain: logDomain(runs.map((r) => r[state.work])),
+      xDomain: [least, isOnEdge ? LARGEST_ERROR : most], yDomain: logDomain(runs.map((r) => r[state.work])),
     });
+    x.clamp(true);
+    edge.hidden = !isOnEdge;
     const at = (run) => [x(run[state.error]), y(run[state.work])];
     const path = line();
     for (const k of key.shown) {

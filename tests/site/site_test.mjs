@@ -1,0 +1,220 @@
+// The site in a browser: draws, toggles, filters; no error on the console, no request beyond the disk, nothing that is
+// cut off at three widths, no serious finding of axe.   node site_test.mjs RICOCHET   or   node site_test.mjs --site FOLDER
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { existsSync, mkdtempSync, readdirSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+
+const SOURCE = resolve(import.meta.dirname, "../../reports/site");
+const SKIPPED = 77;
+const skip = (why) => { console.log(`skipped: ${why}`); process.exit(SKIPPED); };
+
+const chromium_path = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(existsSync);
+if (!chromium_path) skip("no Chromium (Debian: chromium)");
+if (!existsSync(join(SOURCE, "node_modules"))) skip("no packages: npm ci in reports/site");
+const require = createRequire(join(SOURCE, "package.json"));
+const { chromium } = require("playwright-core");
+const axe = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
+
+const WIDTHS = [390, 768, 1400];
+const FIRST_VIEW = 2e6;  // bytes, of index.html and what it loads
+
+// Small experiments with everything that the site draws.
+const EXPERIMENTS = {
+  grid: {
+    id: "grid", title: "Work over error", description: "d.", problem: "bouncing_ball", quick: true,
+    methods: [
+      { method: "moreau_jean", steps: [20, 50, 100, 200] }, { method: "anitescu_potra", steps: [20, 50, 100, 200] },
+      { method: "fesd:gauss:2", steps: [10, 20, 40] }, { method: "fesd_adaptive:gauss:4", tolerances: [1e-3, 1e-6, 1e-9] },
+    ],
+  },
+  fastest: {
+    id: "fastest", kind: "fastest", title: "Which method", description: "d.", quick: true, time_limit: 10, levels: [0.1, 1e-3],
+    families: [
+      { name: "time stepping", methods: ["moreau_jean"], steps: { from: 20, to: 20000, per_decade: 1 } },
+      { name: "FESD-J", methods: ["fesd_adaptive:radau-iia:3"], tolerances: { from: 1e-2, to: 1e-6, per_decade: 1 } },
+    ],
+    scenes: [{ problem: "bouncing_ball", group: "impacts" },
+      { problem: "belt_oscillator", group: "stick and slip", parameters: { duration: 2 } }],
+  },
+};
+
+function makeSite(program, folder) {
+  const run = (...args) => execFileSync(program, args, { stdio: ["ignore", "ignore", "inherit"] });
+  for (const [name, experiment] of Object.entries(EXPERIMENTS)) {
+    writeFileSync(join(folder, `${name}.json`), JSON.stringify(experiment));
+    run("run-experiment", join(folder, `${name}.json`), "-o", join(folder, "results"));
+  }
+  run("run-experiment", "hard_cases", "-p", "disc_in_chute", "-p", "ball_row*", "-m", "moreau_jean", "-m", "fesd:gauss:3", "-o", join(folder, "results"));
+  const results = readdirSync(join(folder, "results")).filter((name) => name.endsWith(".jsonl")).sort();
+  run("report", ...results.map((name) => join(folder, "results", name)), "-o", join(folder, "report"));
+  return join(folder, "report", "site");
+}
+
+const isProgram = process.argv[2] !== "--site";
+const folder = isProgram ? mkdtempSync(join(tmpdir(), "ricochet-site-")) : "";
+const site = isProgram ? makeSite(resolve(process.argv[2]), folder) : resolve(process.argv[3]);
+const hard = readdirSync(join(site, "experiments")).find((name) => /^hard_cases.*\.html$/.test(name));
+const grid = existsSync(join(site, "experiments/grid.html")) ? "grid" : "two_balls_order";
+const fastest = existsSync(join(site, "experiments/fastest.html")) ? "fastest" : "opponents";
+const PAGES = ["index.html", "environment.html", `experiments/${grid}.html`, `experiments/${fastest}.html`, `experiments/${hard}`,
+  "methods/moreau_jean.html", "methods/fesd.html", "problems/two_balls_spring.html", "problems/slider_crank_stop.html"];
+
+const browser = await chromium.launch({ executablePath: chromium_path, args: ["--no-sandbox"] });
+const complaints = [];
+
+async function open(name, width, colorScheme = "light") {
+  const page = await browser.newPage({ viewport: { width, height: 900 }, colorScheme, reducedMotion: "reduce" });
+  page.on("console", (message) => { if (message.type() === "error") complaints.push(`${name}: console: ${message.text()}`); });
+  page.on("pageerror", (error) => complaints.push(`${name}: ${error.message}`));
+  page.on("request", (request) => {
+    if (!/^(file|data|blob):/.test(request.url())) complaints.push(`${name}: asks for ${request.url()}`);
+  });
+  await page.goto(`file://${site}/${name}`);
+  return page;
+}
+
+/// What sticks out of the page, or of a box that cuts it off.
+const cutOff = () => {
+  const found = [];
+  if (document.documentElement.scrollWidth > innerWidth) found.push(`the page is ${document.documentElement.scrollWidth} wide`);
+  for (const e of document.querySelectorAll("main *")) {
+    const style = getComputedStyle(e);
+    if (!["hidden", "clip"].includes(style.overflowX) || !e.textContent.trim() || e.closest(".katex, svg") || !e.clientWidth) continue;
+    if (e.scrollWidth > e.clientWidth + 1) found.push(`${e.tagName}.${e.className}: ${e.textContent.slice(0, 40)}`);
+  }
+  for (const text of document.querySelectorAll(".picture svg text")) {
+    const box = text.getBoundingClientRect(), frame = text.ownerSVGElement.getBoundingClientRect();
+    if (box.left < frame.left - 1 || box.right > frame.right + 1 || box.bottom > frame.bottom + 1 || box.top < frame.top - 1)
+      found.push(`label ${text.textContent} leaves its chart`);
+  }
+  return found;
+};
+
+async function looksRight(name) {
+  for (const width of WIDTHS) {
+    const page = await open(name, width);
+    for (const what of await page.evaluate(cutOff)) complaints.push(`${name} at ${width}: ${what}`);
+    await page.close();
+  }
+  for (const scheme of ["light", "dark"]) {
+    const page = await open(name, 1400, scheme);
+    await page.evaluate(axe);
+    const { violations } = await page.evaluate(() => axe.run(document, { resultTypes: ["violations"], preload: false }));
+    for (const v of violations.filter((v) => ["serious", "critical"].includes(v.impact)))
+      complaints.push(`${name}, ${scheme}: axe: ${v.id}: ${v.help}: ${v.nodes[0].html.slice(0, 160)} (${v.nodes.length} places)`);
+    await page.close();
+  }
+}
+
+async function answers() {
+  const page = await open("index.html", 1400);
+  const take = page.locator(".answer").first();
+  const before = await take.textContent();
+  await page.locator("table.choices").first().locator("button").last().click();
+  assert.notEqual(await take.textContent(), before, "another cell, another answer");
+  const level = page.locator(".question select").nth(1);
+  await level.selectOption({ index: 0 });
+  assert.equal(await page.locator("table.choices").first().locator("button[aria-pressed=true]").count(), 1);
+  const rows = page.locator("details.long table tbody tr");
+  await page.locator("details.long summary").first().click();
+  const all = await rows.filter({ visible: true }).count();
+  await page.locator("details.long .menus select").first().selectOption({ index: 1 });
+  assert.ok((await rows.filter({ visible: true }).count()) < all, "a menu hides rows");
+  await page.close();
+}
+
+async function workPrecision() {
+  const page = await open(`experiments/${grid}.html`, 1400);
+  const chart = page.locator("figure.chart[data-chart=work_precision]");
+  assert.equal(await chart.locator("img.still").count(), 0, "the chart stands in place of its image");
+  const marks = chart.locator(".picture .mark"), all = await marks.count();
+  assert.ok(all >= 12, `${all} marks`);
+  const first = chart.locator(".legend .curves button:not(.group)").first();
+  await first.click();
+  const without = await marks.count();
+  assert.ok(without < all, "a curve is switched off");
+  await first.dblclick();
+  assert.ok((await marks.count()) < all && (await chart.locator(".legend [aria-pressed=true]").count()) === 1, "one stays alone");
+  await chart.getByRole("button", { name: "all", exact: true }).click();
+  assert.equal(await marks.count(), all);
+
+  const label = () => chart.locator(".picture text.label").last().textContent();
+  await chart.locator("select").nth(1).selectOption("force_evaluations");
+  assert.equal(await label(), "force evaluations");
+  await chart.locator("select").nth(0).selectOption("relative");
+  await chart.locator("select").nth(1).selectOption("time");
+
+  const box = await marks.first().boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  assert.match(await chart.locator(".said").textContent(), /ricochet run /, "the command that repeats the run");
+  await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+  await chart.locator(".said a").click();
+  const row = page.locator("tr:target");
+  assert.equal(await row.count(), 1);
+  assert.ok(await row.isVisible(), "the link opens the table of its row");
+
+  await chart.locator(".picture svg").focus();
+  const before = await chart.locator(".said").textContent();
+  await page.keyboard.press("ArrowRight");
+  assert.notEqual(await chart.locator(".said").textContent(), before, "the keyboard goes from run to run");
+  await page.close();
+}
+
+async function profiles() {
+  const page = await open(`experiments/${fastest}.html`, 768);
+  const chart = page.locator("figure.chart[data-chart=profile]").first();
+  const curves = chart.locator(".picture path.curve"), all = await curves.count();
+  assert.ok(all >= 2, `${all} profiles`);
+  await chart.locator(".legend .curves button").first().click();
+  assert.equal(await curves.count(), all - 1);
+  await page.close();
+}
+
+async function verdicts() {
+  const page = await open(`experiments/${hard}`, 1400);
+  const cells = page.locator("button.verdict"), all = await cells.count();
+  assert.ok(all >= 4, `${all} verdicts`);
+  await cells.first().click();
+  assert.match(await page.locator("figure .said").textContent(), /ricochet run/);
+  await page.locator("input[type=search]").fill("fesd:gauss:3");
+  const found = await cells.count();
+  assert.ok(found > 0 && found < all, "methods are found by name");
+  await page.locator("input[type=search]").fill("no such method");
+  assert.equal(await cells.count(), 0);
+  await page.close();
+}
+
+async function equations() {
+  for (const name of ["methods/moreau_jean.html", "problems/two_balls_spring.html"]) {
+    const page = await open(name, 1400);
+    assert.ok((await page.locator(".katex-display").count()) >= 4, `${name}: equations are typeset`);
+    assert.equal(await page.locator(".katex-error").count(), 0);
+    await page.close();
+  }
+}
+
+async function printsEverything() {
+  const page = await open(`experiments/${grid}.html`, 1400);
+  await page.emulateMedia({ media: "print" });
+  assert.ok(!(await page.locator("nav").isVisible()), "contents are not printed");
+  assert.ok(await page.locator(".picture svg").first().isVisible());
+  await page.close();
+}
+
+const bytes = ["index.html", "assets/site.css", "assets/site.js"].reduce((sum, name) => sum + statSync(join(site, name)).size, 0);
+assert.ok(bytes < FIRST_VIEW, `the first view has ${bytes} bytes`);
+try {
+  for (const test of [answers, workPrecision, profiles, verdicts, equations, printsEverything]) {
+    await test().catch((error) => complaints.push(`${test.name}: ${error.message}`));
+  }
+  for (const name of PAGES) await looksRight(name);
+} finally {
+  await browser.close();
+  if (folder) rmSync(folder, { recursive: true });
+}
+for (const complaint of complaints) console.error(complaint);
+console.log(complaints.length ? `${complaints.length} complaints` : `${PAGES.length} pages, ${bytes} bytes for the first view: all right`);
+process.exit(complaints.length ? 1 : 0);

@@ -1,0 +1,145 @@
+// The site: what it says of methods and problems, and that every link of it leads somewhere.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <regex>
+#include <set>
+
+#include "bench/site/expression_tex.h"
+#include "bench/site/report_site.h"
+#include "bench/site/scheme.h"
+#include "reports/text_file.h"
+
+namespace ricochet {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(ExpressionTex, IsTheFormula) {
+  const GiNaC::symbol q("q[0]"), k("k"), m("m1"), theta("theta0"), height("height");
+  EXPECT_EQ(expression_tex(q), "q_{0}");
+  EXPECT_EQ(expression_tex(-k * q), "-k \\, q_{0}");
+  EXPECT_EQ(expression_tex(k / (2 * m)), "\\frac{k}{2 \\, m_{1}}");
+  EXPECT_EQ(expression_tex(height - q), "\\mathrm{height}-q_{0}") << "a sum leads with a plus";
+  EXPECT_EQ(expression_tex(k * (height - q)), "\\left(\\mathrm{height}-q_{0}\\right) \\, k");
+  EXPECT_EQ(expression_tex(-q - k), "-k-q_{0}");
+  EXPECT_EQ(expression_tex(pow(q - height, 3) / (q - k)),
+            "\\frac{\\left(\\mathrm{height}-q_{0}\\right)^{3}}{\\left(k-q_{0}\\right)}")
+      << "both signs are gone";
+  EXPECT_EQ(expression_tex(sin(theta)), "\\operatorname{sin}\\left(\\theta_{0}\\right)");
+  EXPECT_EQ(expression_tex(sqrt(k) / pow(q + m, 2)), "\\frac{\\sqrt{k}}{\\left(m_{1}+q_{0}\\right)^{2}}");
+  EXPECT_EQ(expression_tex(pow(k, -1)), "\\frac{1}{k}");
+  EXPECT_EQ(expression_tex(GiNaC::ex(GiNaC::numeric(-3, 4)) * k), "-\\frac{3 \\, k}{4}");
+}
+
+TEST(Scheme, IsTheCommentOfTheMethod) {
+  const auto stepping = scheme_of("moreau_jean");
+  ASSERT_TRUE(stepping);
+  EXPECT_EQ(stepping->file, "methods/time_stepping/moreau_jean.cpp");
+  EXPECT_TRUE(stepping->text.starts_with("Moreau-Jean time stepping"));
+  EXPECT_NE(stepping->text.find("q_{k+1} = q_k + h (theta v_{k+1} + (1 - theta) v_k)"), std::string::npos);
+  EXPECT_EQ(stepping->text.find("#include"), std::string::npos);
+  const auto fesd = scheme_of("fesd");
+  ASSERT_TRUE(fesd);
+  EXPECT_NE(fesd->text.find("v_j = v_0 + h sum_k a_jk w_k"), std::string::npos) << "of a header that its comment names";
+  EXPECT_FALSE(scheme_of("no_such_method"));
+}
+
+class Site : public testing::Test {
+ protected:
+  const fs::path folder = fs::temp_directory_path() / ("ricochet_site_" + std::to_string(getpid()));
+  fs::path root;
+  std::map<std::string, std::string> pages;  // by path from the root
+
+  Site() {
+    fs::create_directories(folder);
+    const std::string path = folder / "small.jsonl";
+    write_text(
+        "results", path,
+        R"~({"kind": "header", "schema": 1, "experiment": "small", "title": "A <small> one", "command": "ricochet x"}
+{"kind": "end"}
+)~");
+    ShownResults shown{read_results(path), {}};
+    Table choice{.title = "Which",
+                 .note = "",
+                 .columns = {{"class of scene", true}, {"wanted error", true}},
+                 .rows = {{"a", "1"}}};
+    choice.filters = {0, 1};
+    choice.row_ids = {"the-row"};
+    shown.section.choice("choice", choice);
+    shown.section.details("runs", choice);
+    shown.section.chart({.kind = "work_precision",
+                         .name = "chart",
+                         .table = "runs",
+                         .title = "Work",
+                         .caption = "c",
+                         .data = {{"text", "</script><b>"}},
+                         .still = {[](const FigureFolder& figures) {
+                                     figures.write("still.svg", "<svg xmlns=\"x\"></svg>");
+                                     return std::vector<Figure>{{"still.svg", "t", "c"}};
+                                   },
+                                   false}});
+    root = fs::path(write_report_site({shown}, folder.string())).parent_path();
+    for (const auto& entry : fs::recursive_directory_iterator(root)) {
+      if (entry.path().extension() == ".html") pages[fs::relative(entry.path(), root)] = read_text(entry.path());
+    }
+  }
+  ~Site() override { fs::remove_all(folder); }
+
+  static std::set<std::string> all(const std::string& text, const std::regex& what) {
+    std::set<std::string> found;
+    for (std::sregex_iterator k(text.begin(), text.end(), what), end; k != end; ++k) found.insert((*k)[1]);
+    return found;
+  }
+};
+
+TEST_F(Site, HasPagesWhoseLinksLeadSomewhere) {
+  for (const char* page :
+       {"index.html", "environment.html", "experiments/small.html", "methods/fesd.html", "problems/bouncing_ball.html"})
+    EXPECT_TRUE(pages.contains(page)) << page;
+  static const std::regex link(R"~( (?:href|src)="([^"]*)")~"), id(R"~( id="([^"]*)")~");
+  std::size_t checked = 0;
+  for (const auto& [path, text] : pages) {
+    const auto ids = all(text, id);
+    for (const auto& target : all(text, link)) {
+      ++checked;
+      EXPECT_EQ(target.find("://"), std::string::npos) << path << " needs a network: " << target;
+      if (target.starts_with("#"))
+        EXPECT_TRUE(ids.contains(target.substr(1))) << path << " " << target;
+      else
+        EXPECT_TRUE(fs::exists(root / fs::path(path).parent_path() / target)) << path << " " << target;
+    }
+  }
+  EXPECT_GT(checked, 200u);
+}
+
+TEST_F(Site, SaysOnItsFirstScreenWhatToChoose) {
+  const std::string& first = pages["index.html"];
+  EXPECT_NE(first.find("<div class=\"choice\">"), std::string::npos);
+  EXPECT_NE(first.find("data-filters=\"0 1\""), std::string::npos);
+  EXPECT_NE(first.find("<tr id=\"the-row\">"), std::string::npos);
+  EXPECT_NE(first.find("A &lt;small&gt; one"), std::string::npos);
+  const auto size = [&](const char* file) { return fs::file_size(root / file); };
+  EXPECT_LT(size("index.html") + size("assets/site.css") + size("assets/site.js"), 2000000u) << "of the first view";
+}
+
+TEST_F(Site, KeepsTheDataOfAChartInsideOfItsElement) {
+  const std::string& page = pages["experiments/small.html"];
+  EXPECT_NE(page.find(R"~(<\/script><b>)~"), std::string::npos);
+  EXPECT_NE(page.find("data-chart=\"work_precision\""), std::string::npos);
+  EXPECT_NE(page.find("still.svg"), std::string::npos) << "for those without scripts";
+}
+
+TEST_F(Site, TellsOfMethodsAndProblems) {
+  EXPECT_NE(pages["methods/moreau_jean.html"].find("<pre class=\"scheme\""), std::string::npos);
+  const std::string& symplectic = pages["methods/symplectic.html"];
+  EXPECT_NE(symplectic.find("Scenes that it declines"), std::string::npos) << "it has neither friction nor e < 1";
+  const std::string& ball = pages["problems/bouncing_ball.html"];
+  EXPECT_NE(ball.find("f_c^"), std::string::npos);
+  EXPECT_NE(ball.find("title>impact of "), std::string::npos) << "on the line of time";
+  EXPECT_NE(ball.find("Which methods can run it"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace ricochet
