@@ -108,7 +108,7 @@ TEST(GeometricScenes, ADominoHitsTheNext) {
   const double lever = 2 * h * std::cos(psi), arm = h * std::cos(psi) - b * std::sin(psi);
   const double impulse = omega(psi) * lever / (1 / m + arm * arm / J + lever * lever / J_foot);
 
-  const auto row = scene_of("domino_row");
+  const auto row = scene_of("domino_row", {{"duration", 0.1}});  // before the second hit
   const Solution s = solved(*row, "event_driven");
   ASSERT_TRUE(s.succeeded()) << s.message;
   const auto hit = std::ranges::find(s.events, EventKind::impact, &Event::kind);
