@@ -49,7 +49,7 @@ Term sum_of(const ex& e) {
   for (const ex& part : e) terms.push_back(term_of(part));
   std::sort(terms.begin(), terms.end());
   Term sum{.negative = terms.front().negative, .tex = joined(terms, terms.front().negative)};
-  std::ranges::stable_partition(terms, [](const Term& term) { return !term.negative; });
+  std::stable_partition(terms.begin(), terms.end(), [](const Term& term) { return !term.negative; });
   sum.sum = joined(terms, false);
   return sum;
 }
