@@ -163,6 +163,13 @@ async function workPrecision() {
   await page.close();
 }
 
+async function namesLeadToPages() {
+  const page = await open(`experiments/${grid}.html`, 1400);
+  await page.locator('td a[href$="methods/moreau_jean.html"]').first().click();
+  assert.match(page.url(), /methods\/moreau_jean\.html$/);
+  await page.close();
+}
+
 async function profiles() {
   const page = await open(`experiments/${fastest}.html`, 768);
   const chart = page.locator("figure.chart[data-chart=profile]").first();
@@ -207,7 +214,7 @@ async function printsEverything() {
 const bytes = ["index.html", "assets/site.css", "assets/site.js"].reduce((sum, name) => sum + statSync(join(site, name)).size, 0);
 assert.ok(bytes < FIRST_VIEW, `the first view has ${bytes} bytes`);
 try {
-  for (const test of [answers, workPrecision, profiles, verdicts, equations, printsEverything]) {
+  for (const test of [answers, workPrecision, namesLeadToPages, profiles, verdicts, equations, printsEverything]) {
     await test().catch((error) => complaints.push(`${test.name}: ${error.message}`));
   }
   for (const name of PAGES) await looksRight(name);

@@ -4,6 +4,7 @@ import "./site.css";
 import { addAnswer } from "./choice.js";
 import { openContents } from "./contents.js";
 import { addFilters } from "./filter.js";
+import { linkNames } from "./links.js";
 import { openTarget } from "./target.js";
 import { drawProfile } from "./profile.js";
 import { drawVerdicts } from "./verdicts.js";
@@ -12,6 +13,7 @@ import { drawWorkPrecision } from "./work_precision.js";
 const CHARTS = { profile: drawProfile, verdicts: drawVerdicts, work_precision: drawWorkPrecision };
 
 openContents();
+linkNames();
 for (const block of document.querySelectorAll(".choice")) addAnswer(block);
 for (const table of document.querySelectorAll("table[data-filters]")) addFilters(table);
 for (const figure of document.querySelectorAll("figure.chart")) {
