@@ -25,7 +25,7 @@ inline std::vector<MethodScenePair> pairs_that(bool run) {
     for (const auto& example : entry.examples) {
       const auto method = make_method(example);
       for (const auto& problem : problems) {
-        if (method->supports(problem.problem->info()).ok == run)
+        if (method->can_run(problem.problem->info()).ok == run)
           pairs.push_back({example, problem.id, entry.conformance_steps, problem.problem});
       }
     }

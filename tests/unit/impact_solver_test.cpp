@@ -17,6 +17,7 @@ namespace {
 struct LawsOf {
   explicit LawsOf(std::unique_ptr<Problem> the_problem, const FrictionPolygon& polygon = FrictionPolygon())
       : problem(std::move(the_problem)), scales(*problem), law(*problem, polygon, scales, counters) {
+    problem->set_impact_law({});  // (2), (3) are Newton's law; stated_impact_test.cpp has the others
     const ProblemInfo& info = problem->info();
     scales.begin_step(info.q0.data(), info.v0.data(), 1, true);
     Lambda_n.setZero(info.n_c());

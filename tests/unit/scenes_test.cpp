@@ -46,6 +46,9 @@ double relative(const Vector& a, const Vector& b) {
 class EveryScene : public testing::TestWithParam<std::string> {
  protected:
   std::unique_ptr<Problem> problem = make_problem(GetParam());
+
+  /// Methods of these tests have no other.
+  void take_newtons_law() { problem->set_impact_law({}); }
 };
 
 /// Scenes made of formulas; an assembled one has none of its own.
@@ -126,6 +129,7 @@ TEST_P(EverySymbolicScene, HasTheSameBitsWhereverItsSymbolsLie) {
 }
 
 TEST_P(EveryScene, HasAPositiveDefiniteMassAlongItsMotion) {
+  take_newtons_law();
   const Solution s = run_scene(*problem, "moreau_jean", 200);
   ASSERT_FALSE(s.samples.empty()) << s.message;
   for (const auto& sample : s.samples) {
@@ -140,6 +144,7 @@ TEST_P(EveryScene, HasAPositiveDefiniteMassAlongItsMotion) {
 class EveryConservativeScene : public EveryScene {};
 
 TEST_P(EveryConservativeScene, ConservesEnergyWithoutContacts) {
+  take_newtons_law();
   const auto before = problem->energy(problem->info().q0, problem->info().v0);
   // Bilateral constraints need a stage at the right end.
   const char* tableau = problem->info().has_bilateral() ? "radau-iia:5" : "gauss:4";

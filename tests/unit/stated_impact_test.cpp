@@ -90,7 +90,7 @@ Solution run(const Problem& problem, const std::string& method) {
 }
 
 TEST(StatedImpacts, OfKanesPendulumAreHonouredByEventsElementsAndReference) {
-  const auto pendulum = make_problem("kane_pendulum");
+  const auto pendulum = make_problem("kane_pendulum", {{"e", 0.5}, {"mu", 0.5}});
   double newton = 0, stronge = 0;
   for (const auto law :
        {ImpactHypothesis::newton, ImpactHypothesis::poisson, ImpactHypothesis::routh, ImpactHypothesis::stronge}) {

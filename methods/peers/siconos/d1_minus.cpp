@@ -58,6 +58,7 @@ Solution integrate_d1_minus(const Problem& problem, const Settings& settings) {
       simulation->processEvents();
       ++counters.steps;
       ++counters.elements;
+      ++counters.inner_iterations;  // count() takes them for evaluations of a force that is a matrix
       model.count(counters);
       solution.t = k + 1 == settings.steps ? info.end_time : (k + 1) * h;
       if (!solution.q.allFinite() || !solution.v.allFinite()) {
