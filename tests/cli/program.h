@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -58,6 +59,11 @@ inline std::vector<std::string> lines_of(const std::string& text) {
   std::istringstream stream(text);
   for (std::string line; std::getline(stream, line);) lines.push_back(line);
   return lines;
+}
+
+/// Results without the minute at which they were begun.
+inline std::string undated(const std::string& results) {
+  return std::regex_replace(results, std::regex(R"("date":"[^"]*")"), "");
 }
 
 /// A folder of its own for each test.
