@@ -43,28 +43,43 @@
 
 namespace ricochet {
 
+/// Where a body or a shape is.
+template <class T>
+struct PoseOf {
+  Vector3<T> centre{};           ///< p [m]
+  Matrix3<T> R = identity<T>();  ///< rows; from its axes into the world's
+
+  /// The place of the point at `r` in its axes [m].
+  Vector3<T> point(const Vector3<T>& r) const { return sum(centre, times(R, r)); }
+  /// The pose of what is at `other` in its axes.
+  PoseOf carries(const PoseOf& other) const { return {point(other.centre), times(R, other.R)}; }
+};
+using Pose = PoseOf<double>;  ///< In numbers.
+
 /// Where a body is, and how coordinates move it.
 template <class T>
-struct BodyMotion {
-  Vector3<T> centre{};               ///< p [m]
-  Matrix3<T> R;                      ///< rows; from the body's axes into the world's
+struct BodyMotion : PoseOf<T> {
   std::vector<Vector3<T>> J_centre;  ///< columns of J_p, n_q
   std::vector<Vector3<T>> J_omega;   ///< columns of J_omega, n_q
 
-  /// The place of the point at `r` in the body's axes [m].
-  Vector3<T> point(const Vector3<T>& r) const { return sum(centre, times(R, r)); }
   /// (1): column k of d(x')/dv of the body's point that is at `x` in the world [m].
   Vector3<T> velocity_column(std::size_t k, const Vector3<T>& x) const {
-    return sum(J_centre[k], cross(J_omega[k], difference(x, centre)));
+    return sum(J_centre[k], cross(J_omega[k], difference(x, this->centre)));
   }
+};
+
+/// Where two shapes touch, or are nearest to each other.
+template <class T>
+struct Touch {
+  T gap{0};                              ///< f_c [m]
+  Vector3<T> normal{};                   ///< n, from the first to the second shape
+  Vector3<T> point{};                    ///< x_2, on the second shape [m]
+  std::array<Vector3<T>, 2> tangents{};  ///< t_k; in the plane the first alone
 };
 
 /// A contact of two shapes.
 template <class T>
-struct ShapeContact {
-  T gap{0};                         ///< f_c [m]
-  Vector3<T> normal{};              ///< n, from the first to the second shape
-  Vector3<T> point{};               ///< x_2, on the second shape [m]
+struct ShapeContact : Touch<T> {
   std::vector<T> J_n;               ///< n_q
   std::vector<std::vector<T>> J_t;  ///< one direction in the plane, two in space, n_q each
 };
@@ -126,7 +141,6 @@ template <class T>
 BodyMotion<T> motion_of(const GeometryOf<T>& geometry, int body, const std::vector<T>& q) {
   using namespace geometry_detail;
   BodyMotion<T> motion;
-  motion.R = identity<T>();
   motion.J_centre.assign(q.size(), {});
   motion.J_omega.assign(q.size(), {});
   if (body < 0) return motion;
@@ -232,40 +246,53 @@ std::vector<T> weight_of(const GeometryOf<T>& geometry, const std::vector<T>& q)
   return weight;
 }
 
-/// The contact of a `pair` of the geometry at `q`, (3) to (6).
+/// The pose of a `shape` in the axes of its body.
 template <class T>
-ShapeContact<T> contact_of(const GeometryOf<T>& geometry, const ShapePair& pair, const std::vector<T>& q) {
-  using namespace geometry_detail;
+PoseOf<T> pose_on_body(const BodyShapeOf<T>& shape) {
+  return {shape.position, geometry_detail::cardan(shape.angles)};
+}
+
+/// Where the shapes of a `pair` touch, (3) to (5), the first at `pose_1`, the second at `pose_2`.
+template <class T>
+Touch<T> touch_of(const GeometryOf<T>& geometry, const ShapePair& pair, const PoseOf<T>& pose_1,
+                  const PoseOf<T>& pose_2) {
   using std::sqrt;
   const BodyShapeOf<T>& first = geometry.shapes[static_cast<std::size_t>(pair.first)];
   const BodyShapeOf<T>& second = geometry.shapes[static_cast<std::size_t>(pair.second)];
-  const BodyMotion<T> motion_1 = motion_of(geometry, first.body, q), motion_2 = motion_of(geometry, second.body, q);
-  const Matrix3<T> R_1 = times(motion_1.R, cardan(first.angles)), R_2 = times(motion_2.R, cardan(second.angles));
   const std::size_t up = geometry.in_space ? 2 : 1;
 
-  const Ball<T> ball = ball_of(second, pair.corner);
-  const Vector3<T> c_1 = motion_1.point(first.position);
-  const Vector3<T> c_2 = sum(motion_2.point(second.position), times(R_2, ball.centre));
-  const Vector3<T> d = difference(c_2, c_1);
-  ShapeContact<T> contact;
+  const auto ball = geometry_detail::ball_of(second, pair.corner);
+  const Vector3<T> c_2 = sum(pose_2.centre, times(pose_2.R, ball.centre));
+  const Vector3<T> d = difference(c_2, pose_1.centre);
+  Touch<T> touch;
   T distance, radius = ball.radius;
-  std::array<Vector3<T>, 2> tangents;
   if (first.kind == ShapeKind::sphere) {  // (4)
     const T length = sqrt(dot(d, d));
-    contact.normal = scaled(1 / length, d);
+    touch.normal = scaled(1 / length, d);
     distance = length - first.size[0];
-    tangents =
-        geometry.in_space ? tangents_of(contact.normal) : std::array{plane_tangent_of(contact.normal), Vector3<T>{}};
+    touch.tangents =
+        geometry.in_space ? tangents_of(touch.normal) : std::array{plane_tangent_of(touch.normal), Vector3<T>{}};
   } else {  // (3)
-    contact.normal = column_of(R_1, up);
-    distance = dot(contact.normal, d);
+    touch.normal = column_of(pose_1.R, up);
+    distance = dot(touch.normal, d);
     if (first.kind == ShapeKind::box) distance -= first.size[up];
     for (std::size_t k = 0; k < 3; ++k)
-      radius += ball.support[k] * magnitude(dot(contact.normal, column_of(R_2, k)));  // (5)
-    tangents = {column_of(R_1, 0), geometry.in_space ? column_of(R_1, 1) : Vector3<T>{}};
+      radius += ball.support[k] * magnitude(dot(touch.normal, column_of(pose_2.R, k)));  // (5)
+    touch.tangents = {column_of(pose_1.R, 0), geometry.in_space ? column_of(pose_1.R, 1) : Vector3<T>{}};
   }
-  contact.gap = distance - radius;
-  contact.point = difference(c_2, scaled(radius, contact.normal));
+  touch.gap = distance - radius;
+  touch.point = difference(c_2, scaled(radius, touch.normal));
+  return touch;
+}
+
+/// The contact of a `pair` of the geometry at `q`, (3) to (6).
+template <class T>
+ShapeContact<T> contact_of(const GeometryOf<T>& geometry, const ShapePair& pair, const std::vector<T>& q) {
+  const BodyShapeOf<T>& first = geometry.shapes[static_cast<std::size_t>(pair.first)];
+  const BodyShapeOf<T>& second = geometry.shapes[static_cast<std::size_t>(pair.second)];
+  const BodyMotion<T> motion_1 = motion_of(geometry, first.body, q), motion_2 = motion_of(geometry, second.body, q);
+  ShapeContact<T> contact{
+      touch_of(geometry, pair, motion_1.carries(pose_on_body(first)), motion_2.carries(pose_on_body(second))), {}, {}};
   const Vector3<T> x_1 = difference(contact.point, scaled(contact.gap, contact.normal));
   contact.J_n.assign(q.size(), T(0));
   contact.J_t.assign(geometry.in_space ? 2 : 1, contact.J_n);
@@ -275,7 +302,7 @@ ShapeContact<T> contact_of(const GeometryOf<T>& geometry, const ShapePair& pair,
   for (const std::size_t k : coordinates) {  // (6)
     const Vector3<T> column = difference(motion_2.velocity_column(k, contact.point), motion_1.velocity_column(k, x_1));
     contact.J_n[k] = dot(column, contact.normal);
-    for (std::size_t t = 0; t < contact.J_t.size(); ++t) contact.J_t[t][k] = dot(column, tangents[t]);
+    for (std::size_t t = 0; t < contact.J_t.size(); ++t) contact.J_t[t][k] = dot(column, contact.tangents[t]);
   }
   return contact;
 }
