@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-#include "bench/isolated.h"
+#include "methods/isolated.h"
 #include "problems/vector_json.h"
 
 namespace ricochet {

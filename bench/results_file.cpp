@@ -13,7 +13,7 @@
 #include <stdexcept>
 
 #include "bench/in_order.h"
-#include "bench/isolated.h"
+#include "methods/isolated.h"
 #include "problems/input_error.h"
 
 namespace ricochet {

@@ -9,7 +9,7 @@
 #include <limits>
 #include <memory>
 
-#include "bench/isolated.h"
+#include "methods/isolated.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/scene_file/scene_file.h"

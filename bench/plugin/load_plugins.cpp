@@ -37,6 +37,7 @@ std::string difference(const PluginInterface& plugin) {
   return "its classes have other sizes: build it with the headers and the compiler of this program";
 }
 
+/// Loads a plugin. @throws InputError
 void load(const std::string& path) {
   std::error_code error;
   // A name without a folder would be looked for in those of the system.
@@ -58,7 +59,41 @@ void load(const std::string& path) {
   loaded().push_back(file);  // and never closed: its methods live as long as the program
 }
 
-/// Shared libraries in the user's folder, by name.
+/// Shared libraries in a `folder`, by name.
+std::vector<std::string> libraries_in(const fs::path& folder) {
+  std::vector<std::string> files;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (entry.path().extension() == ".so") files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+/// Those that come with the program: beside its folder where it was built, in RICOCHET_PLUGIN_FOLDER where installed.
+std::vector<std::string> shipped() {
+  std::error_code error;
+  const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
+  const auto built = libraries_in(folder / "../plugins");
+  return built.empty() ? libraries_in(folder / RICOCHET_PLUGIN_FOLDER) : built;
+}
+
+/// Loads a plugin of our own. Where the library that it is made for has gone, its methods are not there, and the
+/// program is.
+void load_shipped(const std::string& file) {
+  try {
+    load(file);
+  } catch (const InputError& error) {
+    const std::string name = fs::path(file).stem();
+    add_method({.name = name,
+                .usage = name,
+                .summary = "a plugin that cannot be loaded",
+                .examples = {name},
+                .not_built = error.what()});
+  }
+}
+
+/// Those in the user's folder.
 std::vector<std::string> configured() {
   const char *config = std::getenv("XDG_CONFIG_HOME"), *home = std::getenv("HOME");
   fs::path folder;
@@ -68,13 +103,7 @@ std::vector<std::string> configured() {
     folder = fs::path(home) / ".config";
   else
     return {};
-  std::vector<std::string> files;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder / "ricochet" / "plugins", error)) {
-    if (entry.path().extension() == ".so") files.push_back(entry.path());
-  }
-  std::ranges::sort(files);
-  return files;
+  return libraries_in(folder / "ricochet" / "plugins");
 }
 
 std::vector<std::string> in_environment() {
@@ -109,6 +138,7 @@ std::vector<std::string> on_command_line(std::vector<std::string>& words) {
 
 void load_plugins(std::vector<std::string>& words) {
   const auto named = on_command_line(words);
+  for (const auto& file : shipped()) load_shipped(file);
   for (const auto& files : {configured(), in_environment(), named}) {
     for (const auto& file : files) load(file);
   }

@@ -5,7 +5,7 @@
 
 namespace ricochet {
 
-/// Loads plugins (plugin.h), in this order: those of the folder plugins/ in $XDG_CONFIG_HOME/ricochet, or in
+/// Loads plugins (plugin.h), in this order: those that come with the program; those of the folder plugins/ in $XDG_CONFIG_HOME/ricochet, or in
 /// ~/.config/ricochet; those of RICOCHET_PLUGINS, separated by colons; and those of "--plugin FILE", which may stand
 /// anywhere on the command line.
 /// @param words  of the command line; "--plugin FILE" is taken out

@@ -14,7 +14,7 @@
 
 #include "bench/experiment_file.h"
 #include "bench/experiment_schema.h"
-#include "bench/isolated.h"
+#include "methods/isolated.h"
 #include "bench/studies/hard_cases/run_hard_cases.h"
 #include "bench/studies/hard_cases/verdict_matrix.h"
 #include "methods/registry.h"

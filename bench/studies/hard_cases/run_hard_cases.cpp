@@ -9,7 +9,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "bench/isolated.h"
+#include "methods/isolated.h"
 #include "bench/penetration.h"
 #include "bench/progress.h"
 #include "bench/studies/hard_cases/verdict_matrix.h"

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "bench/isolated.h"
+#include "methods/isolated.h"
 
 namespace ricochet {
 

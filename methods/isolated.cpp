@@ -1,4 +1,4 @@
-#include "bench/isolated.h"
+#include "methods/isolated.h"
 
 #include <poll.h>
 #include <sys/prctl.h>
