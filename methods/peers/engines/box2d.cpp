@@ -129,7 +129,7 @@ class Box2dWorld final : public EngineWorld, b2ContactListener, b2ContactFilter 
                    box2d(pose.centre), static_cast<float>(std::atan2(pose.R[1][0], pose.R[0][0])));
       fixture.shape = &box;
     } else {
-      constexpr double kLong = 1000;  // [m]
+      constexpr double kLong = 100;  // [m]; single precision has 1e-5 m there
       edge.SetTwoSided(box2d(pose.point({-kLong, -skin, 0})), box2d(pose.point({kLong, -skin, 0})));
       fixture.shape = &edge;
     }

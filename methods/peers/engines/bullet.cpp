@@ -141,6 +141,7 @@ class BulletWorld final : public EngineWorld {
     info.m_erp2 = settings_["erp2"];
     info.m_frictionERP = settings_["friction_erp"];
     info.m_splitImpulse = settings_.on("split_impulse");
+    info.m_splitImpulsePenetrationThreshold = settings_["split_impulse_penetration_threshold"];
     info.m_restitutionVelocityThreshold = settings_["restitution_velocity_threshold"];
     info.m_numIterations = static_cast<int>(settings_["iterations"]);
     info.m_leastSquaresResidualThreshold = settings_["least_squares_residual_threshold"];

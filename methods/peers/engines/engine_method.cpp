@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "methods/isolated.h"
 #include "methods/time_limit.h"
@@ -138,6 +139,20 @@ Solution run_engine(const EngineEntry& engine, const EngineSettings& engine_sett
   failed.message = is_late ? fmt::format("killed after {:.6g} s", patience)
                            : fmt::format("{} ended its process: {}", engine.library, result.text);
   return failed;
+}
+
+std::vector<double> engine_gaps(const EngineEntry& engine, const EngineSettings& engine_settings,
+                                const Problem& problem) {
+  const IsolatedResult result = run_isolated(
+      [&] {
+        const EngineScene scene(problem);
+        const auto states = scene.states_of(problem.info().q0, problem.info().v0);
+        const auto packed = Json::to_msgpack(engine.make(scene, engine_settings, states, 1e-3)->gaps());
+        return std::string(packed.begin(), packed.end());
+      },
+      kNoLimit);
+  if (result.ending != IsolatedResult::Ending::returned) throw std::runtime_error(result.text);
+  return Json::from_msgpack(result.text).get<std::vector<double>>();
 }
 
 }  // namespace ricochet

@@ -4,6 +4,7 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "methods/method.h"
 #include "methods/method_spec.h"
@@ -32,6 +33,10 @@ struct EngineEntry {
 Solution run_engine(const EngineEntry& engine, const EngineSettings& engine_settings, const Problem& problem,
                     const Settings& settings);
 
+/// The gaps that an engine finds for EngineScene::pairs() at the initial state of a problem, see EngineWorld::gaps().
+std::vector<double> engine_gaps(const EngineEntry& engine, const EngineSettings& engine_settings,
+                                const Problem& problem);
+
 /// ENGINE[:defaults|tuned|FILE.json].
 class EngineMethod : public Method {
  public:
@@ -52,6 +57,8 @@ class EngineMethod : public Method {
     const Support common = EngineScene::supports(problem);
     return common.ok && engine_.supports ? engine_.supports(problem) : common;
   }
+  /// engine_gaps() with its settings.
+  std::vector<double> gaps(const Problem& problem) const { return engine_gaps(engine_, settings_, problem); }
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {

@@ -44,6 +44,17 @@ double damping_ratio_of(double e) {
   return std::expm1((low + high) / 2);
 }
 
+/// What MuJoCo printed otherwise.
+struct Messages {
+  int n = 0;
+  std::string first;
+};
+Messages messages;
+
+void note(const char* text) {
+  if (messages.n++ == 0) messages.first = text;
+}
+
 class MujocoWorld;
 const MujocoWorld* the_world = nullptr;  // for a callback that carries no pointer
 
@@ -51,6 +62,8 @@ class MujocoWorld final : public EngineWorld {
  public:
   MujocoWorld(const EngineScene& scene, const EngineSettings& settings, std::span<const BodyState> states, double h)
       : scene_(scene), settings_(settings), h_(h) {
+    messages = {};
+    mju_user_warning = note;
     const std::string text = model_text();
     mjVFS files;
     mj_defaultVFS(&files);
@@ -86,7 +99,7 @@ class MujocoWorld final : public EngineWorld {
   void read(std::span<BodyState> states) const override { read_from(data_, states); }
 
   std::string complaint() const override {
-    std::string text;
+    std::string text = messages.n == 0 ? "" : fmt::format("MuJoCo said {} times: {}", messages.n, messages.first);
     for (int k = 0; k < mjNWARNING; ++k) {
       const mjWarningStat& warning = data_->warning[k];
       if (warning.number > 0)
@@ -290,6 +303,14 @@ class MujocoWorld final : public EngineWorld {
   mutable Vector q_, v_;
 };
 
+Support has_sizes(const ProblemInfo& info) {
+  for (const BodyShape& shape : info.geometry->shapes) {
+    if (shape.kind == ShapeKind::sphere && shape.size[0] <= 0)
+      return Support::no("MuJoCo has no sphere of radius zero");
+  }
+  return Support::yes();
+}
+
 }  // namespace
 }  // namespace ricochet
 
@@ -302,5 +323,6 @@ RICOCHET_PLUGIN() {
                    .make = [](const EngineScene& scene, const EngineSettings& settings,
                               std::span<const BodyState> states, double h) -> std::unique_ptr<EngineWorld> {
                      return std::make_unique<MujocoWorld>(scene, settings, states, h);
-                   }});
+                   },
+                   .supports = has_sizes});
 }
