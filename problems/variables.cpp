@@ -41,10 +41,23 @@ std::unique_ptr<Problem> valid_problem(SymbolicModel model) {
   return varied;
 }
 
+/// Initial values that set_initial_state() has replaced are numbers; others stay formulas of the parameters.
+void keep_initial_state(const ProblemInfo& info, SymbolicModel& model) {
+  const auto keep = [&](const Vector& now, auto& formulas) {
+    for (std::size_t k = 0; k < formulas.size(); ++k) {
+      const double value = now[static_cast<Eigen::Index>(k)];
+      if (model.number(formulas[k]) != value) formulas[k] = value;
+    }
+  };
+  keep(info.q0, model.q0);
+  keep(info.v0, model.v0);
+}
+
 }  // namespace
 
 std::unique_ptr<Problem> with_value(const Problem& problem, Eigen::Index variable, double value) {
   SymbolicModel model = model_of(problem);
+  keep_initial_state(problem.info(), model);
   const auto k = static_cast<std::size_t>(variable), n_q = model.q.size();
   if (k < n_q)
     model.q0[k] = value;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/built_method.h"
 #include "bench/experiment_file.h"
 #include "bench/setting_kind.h"
 #include "methods/registry.h"
@@ -37,14 +38,6 @@ std::vector<int> read_steps(const json& value, const json& grids, const std::str
   steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
   if (steps.empty() || steps.front() < 1) throw InputError(field, value.dump(), "numbers of steps >= 1 are required");
   return steps;
-}
-
-/// Of a method that is registered without its library; empty for every other one.
-std::string why_not_built(const std::string& spec) {
-  for (const auto& entry : methods()) {
-    if (entry.name == MethodSpec(spec).name() && !entry.make) return entry.not_built;
-  }
-  return {};
 }
 
 GridExperiment::MethodGrid read_method_grid(const json& entry, const json& grids) {

@@ -1,0 +1,250 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "bench/problem_choice.h"
+#include "bench/studies/questions/question.h"
+
+/// @file
+/// Which step does a method need? For each scene the longest step from which on all that were tried reach an error, and
+/// the matrix of scenes by settings at one step.
+
+namespace ricochet::calibrate {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+const json& scene_of(const json& experiment, std::size_t k) {
+  return experiment.at("scenes").at(k);
+}
+
+std::string name_of(const json& scene) {
+  return scene.value("name", scene.at("problem").get<std::string>());
+}
+
+std::vector<Answer> calibrate_conditions(const json& experiment) {
+  std::vector<Answer> conditions;
+  for (std::size_t k = 0; k < experiment.at("scenes").size(); ++k) {
+    Answer& answer = conditions.emplace_back();
+    answer.scene = name_of(scene_of(experiment, k));
+    answer.of = {{"scene", static_cast<double>(k)}};
+  }
+  return conditions;
+}
+
+/// Made once for a process: a reference takes longer than most runs.
+struct Scene {
+  ProblemChoice choice;
+  std::unique_ptr<Problem> problem;
+  reference::Reference reference;
+};
+const Scene& made(const json& experiment, std::size_t k) {
+  static std::map<std::string, Scene> scenes;
+  const std::string key = scene_of(experiment, k).dump();
+  const auto known = scenes.find(key);
+  if (known != scenes.end()) return known->second;
+  Scene& scene = scenes[key];
+  scene.choice = read_problem_choice(scene_of(experiment, k));
+  scene.problem = scene.choice.make_problem();
+  scene.reference = scene.choice.make_reference(*scene.problem);
+  return scene;
+}
+
+void measure_step(const json& experiment, const Method& method, Answer& answer) {
+  const Scene& scene = made(experiment, static_cast<std::size_t>(answer.condition("scene")));
+  const Solution s = run_for(method, *scene.problem, Recording::final_state, scene.choice.arguments(), answer);
+  if (!s.succeeded()) return;
+  answer.found["error"] = scene.reference.error_of(s);
+}
+
+/// A method on a scene.
+struct Line {
+  std::string scene, method;
+  std::vector<double> steps;  ///< for each level, NaN where no step reaches it
+};
+
+std::vector<Line> lines_of(const std::vector<Answer>& answers, const std::vector<double>& levels) {
+  std::vector<Line> lines;
+  for (const std::string& scene : different(answers, &Answer::scene)) {
+    for (const auto& [method, list] : by_method(answers)) {
+      std::vector<std::pair<double, double>> errors;  // from the shortest step on
+      bool is_asked = false;
+      for (const Answer& a : list) {
+        if (a.scene != scene || a.h == 0 || a.status == "not_built" || a.status == "declined") continue;
+        is_asked = true;
+        errors.emplace_back(a.h, a.succeeded() ? a.value("error") : HUGE_VAL);
+      }
+      if (!is_asked) continue;
+      std::sort(errors.begin(), errors.end());
+      Line line{scene, method, {}};
+      for (const double level : levels) {
+        double step = kNaN;
+        for (const auto& [h, error] : errors) {
+          if (!(error <= level)) break;
+          step = h;
+        }
+        line.steps.push_back(step);
+      }
+      lines.push_back(line);
+    }
+  }
+  return lines;
+}
+
+const std::vector<double> kLevels{1e-2, 1e-3, 1e-4};
+
+Table step_table(const std::vector<Answer>& answers) {
+  std::vector<Column<Line>> columns = {{"scene", &Line::scene}, {"method", &Line::method}};
+  for (std::size_t k = 0; k < kLevels.size(); ++k)
+    columns.push_back(
+        {fmt::format("{:g}", kLevels[k]), "s", "{:.2g}", [k](const Line& line) { return line.steps[k]; }});
+  return table_of("Which step an error needs", columns, lines_of(answers, kLevels),
+                  "The longest step from which on all shorter ones that were tried reach the error, largest of q and v "
+                  "at the end. -: none does.");
+}
+
+/// How many scenes a method reaches an error on, and with which steps.
+struct Summary {
+  std::string method;
+  int scenes = 0;
+  std::vector<int> reached;
+  std::vector<double> median;
+};
+
+std::vector<Summary> summaries_of(const std::vector<Answer>& answers) {
+  std::vector<Summary> summaries;
+  const auto lines = lines_of(answers, kLevels);
+  for (const std::string& method : different(lines, &Line::method)) {
+    Summary summary{method, 0, {}, {}};
+    for (std::size_t k = 0; k < kLevels.size(); ++k) {
+      std::vector<double> steps;
+      int scenes = 0;
+      for (const Line& line : lines) {
+        if (line.method != method) continue;
+        ++scenes;
+        if (std::isfinite(line.steps[k])) steps.push_back(line.steps[k]);
+      }
+      summary.scenes = scenes;
+      summary.reached.push_back(static_cast<int>(steps.size()));
+      std::sort(steps.begin(), steps.end());
+      summary.median.push_back(steps.empty() ? kNaN : steps[(steps.size() - 1) / 2]);
+    }
+    summaries.push_back(summary);
+  }
+  return summaries;
+}
+
+Table summary_table(const std::vector<Answer>& answers) {
+  std::vector<Column<Summary>> columns = {{"method", &Summary::method}, {"scenes", "", "{}", &Summary::scenes}};
+  for (std::size_t k = 0; k < kLevels.size(); ++k) {
+    columns.push_back(
+        {fmt::format("reach {:g}", kLevels[k]), "", "{}", [k](const Summary& s) { return s.reached[k]; }});
+    columns.push_back({"step", "s", "{:.2g}", [k](const Summary& s) { return s.median[k]; }});
+  }
+  return table_of(
+      "The answer", columns, summaries_of(answers),
+      "On how many of the scenes that a method takes the error is reached with some step that was tried and "
+      "all shorter ones, and the median of those steps.");
+}
+
+/// A row of the matrix: errors with the shortest step.
+struct MatrixRow {
+  std::string method;
+  std::vector<std::string> cells;
+};
+
+Table matrix_table(const std::vector<Answer>& answers) {
+  const auto scenes = different(answers, &Answer::scene);
+  std::vector<MatrixRow> rows;
+  std::vector<double> best(scenes.size(), HUGE_VAL);
+  double shortest = HUGE_VAL;
+  for (const Answer& a : answers) {
+    if (a.h > 0) shortest = std::min(shortest, a.h);
+  }
+  for (const auto& [method, list] : by_method(answers)) {
+    MatrixRow row{method, std::vector<std::string>(scenes.size(), "")};
+    for (const Answer& a : list) {
+      if (a.h != shortest) continue;
+      const auto k = static_cast<std::size_t>(std::find(scenes.begin(), scenes.end(), a.scene) - scenes.begin());
+      row.cells[k] = a.succeeded()                       ? scientific(a.value("error"))
+                     : a.status == "inner_solver_failed" ? "failed"
+                                                         : a.status;
+    }
+    if (std::ranges::any_of(row.cells, [](const std::string& cell) { return !cell.empty(); })) rows.push_back(row);
+  }
+  std::vector<Column<MatrixRow>> columns = {{"method", &MatrixRow::method}};
+  for (std::size_t k = 0; k < scenes.size(); ++k)
+    columns.push_back({scenes[k], [k](const MatrixRow& row) { return row.cells[k]; }});
+  return table_of(fmt::format("Errors with steps of {:g} s", shortest), columns, rows,
+                  "Largest error of q and v at the end. No row is the best of its engine in every column.");
+}
+
+Table calibrate_details(const std::vector<Answer>& answers) {
+  static const std::vector<Column<Answer>> columns = {
+      {"method", &Answer::method},      {"scene", &Answer::scene},
+      {"h", "s", "{:.4g}", &Answer::h}, {"error", "", "{:.3e}", [](const Answer& a) { return a.value("error"); }},
+      {"status", &Answer::status},      {"why", &Answer::message},
+      {"command", &Answer::command},
+  };
+  return table_of("Every run", columns, answers);
+}
+
+void show_calibrate(const Results& results, const std::vector<Answer>& answers, Section& section) {
+  section.choice("answer", summary_table(answers));
+  section.figures([=, id = results.experiment()](const FigureFolder& folder) {
+    std::vector<QuestionPanel> panels;
+    const auto scenes = different(answers, &Answer::scene);
+    for (std::size_t k = 0; k < std::min<std::size_t>(3, scenes.size()); ++k) {
+      QuestionPanel panel{.title = scenes[k],
+                          .x_label = "step length [s]",
+                          .y_label = "error",
+                          .settings =
+                              "set logscale xy\nset format xy '10^{%L}'\nset xrange [*:*] noextend reverse\n"
+                              "set yrange [1e-12:10]",
+                          .line = "x",
+                          .line_is = "order 1",
+                          .curves = {}};
+      std::ranges::replace(panel.title, '_', ' ');
+      for (const auto& [method, list] : by_method(answers)) {
+        std::vector<std::pair<double, double>> points;
+        for (const Answer& a : list) {
+          if (a.succeeded() && a.h > 0 && a.scene == scenes[k])
+            points.emplace_back(a.h, std::clamp(a.value("error"), 1e-12, 10.0));
+        }
+        panel.curves.emplace_back(method, points);
+      }
+      panels.push_back(panel);
+    }
+    return std::vector<Figure>{draw_question(folder, id, "Error at the end over the step length",
+                                             "The first scenes of the experiment; shorter steps to the right. Grey: "
+                                             "first order. Dashed: an engine as it comes; full: as tuned.",
+                                             panels)};
+  });
+  section.result("matrix", matrix_table(answers));
+  section.result("steps", step_table(answers));
+  section.details("runs", calibrate_details(answers));
+}
+
+constexpr const char* kFields = R"~({
+  "scenes": {"type": "array", "minItems": 1, "items": {"type": "object", "additionalProperties": false, "required": ["problem"], "properties": {
+    "name": {"type": "string", "description": "In tables.", "examples": ["ball"]},
+    "problem": {"$ref": "#/$defs/problem"},
+    "parameters": {"$ref": "#/$defs/parameters"},
+    "reference": {"$ref": "#/$defs/reference"}}},
+    "description": "Scenes with their references.", "examples": [[{"problem": "bouncing_ball"}]]}
+})~";
+
+const bool registered = register_question({.kind = "calibrate",
+                                           .summary = "which step does a method need for an error?",
+                                           .fields = kFields,
+                                           .conditions = calibrate_conditions,
+                                           .measure = measure_step,
+                                           .show = show_calibrate});
+
+}  // namespace
+}  // namespace ricochet::calibrate

@@ -1,0 +1,275 @@
+#include "bench/studies/questions/question.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bench/built_method.h"
+#include "bench/problem_choice.h"
+#include "bench/progress.h"
+#include "bench/studies/study.h"
+#include "methods/method_spec.h"
+#include "methods/registry.h"
+#include "problems/input_error.h"
+#include "reports/gnuplot.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kPatience = 20;  // [s] of a run, where the experiment says nothing
+
+constexpr const char* kFieldsOfQuestions = R"~({
+  "methods": {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/method"}, "description": "That are asked; one that is not built is listed as such.", "examples": [["moreau_jean"]]},
+  "step_lengths": {"type": "array", "minItems": 1, "items": {"type": "number", "exclusiveMinimum": 0}, "description": "H of fixed-step methods [s].", "examples": [[0.01, 0.001]]},
+  "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Of error-controlled methods.", "examples": [1e-8]},
+  "threads": {"type": "array", "items": {"type": "object", "additionalProperties": false, "required": ["of", "url", "asks"], "properties": {
+    "of": {"type": "string", "description": "Project and number.", "examples": ["bullet3#4341"]},
+    "url": {"type": "string", "description": "Where it is.", "examples": ["https://github.com/bulletphysics/bullet3/issues/4341"]},
+    "asks": {"type": "string", "description": "In a few words.", "examples": ["restitution fails for small steps"]}}},
+    "description": "Where people ask.", "examples": [[{"of": "bullet3#4341", "url": "https://github.com/bulletphysics/bullet3/issues/4341", "asks": "restitution fails for small steps"}]]}
+})~";
+
+std::string fields_of(const Question& question) {
+  json properties = json::parse(kFieldsOfQuestions);
+  if (!question.fields.empty()) properties.update(json::parse(question.fields));
+  return json{{"required", {"methods", "step_lengths"}}, {"properties", properties}}.dump();
+}
+
+/// The answers to be made, without what is measured.
+std::vector<Answer> plan_of(const Question& question, const json& experiment) {
+  const auto lengths = experiment.at("step_lengths").get<std::vector<double>>();
+  const std::vector<Answer> conditions = question.conditions(experiment);
+  std::vector<Answer> plan;
+  for (const std::string name : experiment.at("methods")) {
+    const std::string missing = why_not_built(name);
+    const bool is_adaptive = missing.empty() && make_method(name)->info().is_adaptive;
+    for (const double h : is_adaptive ? std::vector<double>{0} : lengths) {
+      for (Answer answer : conditions) {
+        answer.method = name;
+        answer.h = h;
+        answer.tolerance = is_adaptive ? experiment.value("tolerance", 1e-8) : 0;
+        if (!missing.empty()) {
+          answer.status = "not_built";
+          answer.message = missing;
+        }
+        plan.push_back(std::move(answer));
+      }
+    }
+  }
+  return plan;
+}
+
+void run_question(const Question& question, const json& experiment, ResultsFile& file) {
+  const std::vector<Answer> plan = plan_of(question, experiment);
+  file.header()["asked_in"] = experiment.value("threads", json::array());
+  Progress progress(experiment.at("id").get<std::string>());
+  const auto make = [&](std::size_t k, const ResultsFile::NextRow<Answer>& next) {
+    next([&] {
+      Answer answer = plan[k];
+      if (!answer.status.empty()) return answer;
+      question.measure(experiment, *make_method(answer.method), answer);
+      return answer;
+    });
+  };
+  file.pieces<Answer>(plan.size(), make, [&](std::size_t k) {
+    progress.update(static_cast<double>(k + 1) / static_cast<double>(plan.size()), plan[k].method);
+  });
+}
+
+struct Thread {
+  std::string of, url, asks;
+};
+
+Table threads_table(const Results& results) {
+  std::vector<Thread> threads;
+  for (const json& j : results.header.value("asked_in", json::array()))
+    threads.push_back({j.at("of"), j.at("url"), j.at("asks")});
+  static const std::vector<Column<Thread>> columns = {
+      {"thread", &Thread::of}, {"asks", &Thread::asks}, {"where", &Thread::url}};
+  return table_of("Where people ask", columns, threads);
+}
+
+struct Failure {
+  std::string method, why;
+  int runs = 0;
+};
+
+/// Methods whose runs failed, each with its first reason.
+Table failures_table(const std::vector<Answer>& answers) {
+  std::vector<Failure> failures;
+  for (const Answer& answer : answers) {
+    if (answer.succeeded() || answer.status == kNotAsked) continue;
+    const auto known =
+        std::find_if(failures.begin(), failures.end(), [&](const Failure& f) { return f.method == answer.method; });
+    if (known != failures.end())
+      ++known->runs;
+    else
+      failures.push_back({answer.method, fmt::format("{}: {}", answer.status, answer.message), 1});
+  }
+  static const std::vector<Column<Failure>> columns = {
+      {"method", &Failure::method}, {"runs", "", "{}", &Failure::runs}, {"the first of them", &Failure::why}};
+  return table_of("What has no answer", columns, failures);
+}
+
+struct Style {
+  std::string color, dash;
+  int open_point, filled_point;
+  bool is_filled;
+};
+
+Style look_of(const std::string& method) {
+  // Colours after ColorBrewer (Dark2), which differ for colour-blind readers, and blacks for methods of this suite.
+  static const std::map<std::string, std::pair<std::string, int>> engines = {
+      {"bullet", {"#d95f02", 4}}, {"ode", {"#7570b3", 6}}, {"mujoco", {"#e7298a", 8}}, {"box2d", {"#66a61e", 10}}};
+  static const std::vector<std::string> ours = {"#000000", "#1f78b4", "#8c510a", "#737373", "#01665e", "#b15928"};
+  static std::vector<std::string> seen;
+  const MethodSpec spec(method);
+  const auto engine = engines.find(spec.name());
+  if (engine != engines.end()) {
+    const bool is_default = spec.arguments().empty();
+    const auto [color, point] = engine->second;
+    return {color, is_default ? "2" : "1", point, point + 1, !is_default};
+  }
+  auto known = std::find(seen.begin(), seen.end(), method);
+  if (known == seen.end()) known = seen.insert(seen.end(), method);
+  const auto k = static_cast<std::size_t>(known - seen.begin());
+  return {ours[k % ours.size()], k < ours.size() ? "1" : "4", k % 2 ? 1 : 12, k % 2 ? 2 : 13, true};
+}
+
+}  // namespace
+
+double Answer::value(const std::string& name) const {
+  const auto there = found.find(name);
+  return there == found.end() ? std::numeric_limits<double>::quiet_NaN() : there->second;
+}
+
+bool register_question(const Question& question) {
+  return register_study(
+      {.kind = question.kind,
+       .summary = question.summary,
+       .fields = fields_of(question),
+       .rows = {},
+       .times = Times::none,
+       .run = [question](const json& experiment, ResultsFile& file) { run_question(question, experiment, file); },
+       .show =
+           [question](const Results& results, Section& section) {
+             const auto answers = results.all<Answer>();
+             question.show(results, answers, section);
+             section.failures("failures", failures_table(answers));
+             section.result("threads", threads_table(results));
+           },
+       // What an engine fails at is what is asked.
+       .surprises = {}});
+}
+
+int steps_of(double T, double h) {
+  return std::max(1, static_cast<int>(std::lround(T / h)));
+}
+
+Solution run_for(const Method& method, const Problem& problem, Recording recording, const std::string& scene,
+                 Answer& answer) {
+  Settings settings;
+  settings.recording = recording;
+  settings.time_limit = kPatience;
+  settings.tolerance = answer.tolerance;
+  if (answer.h > 0) settings.steps = steps_of(problem.info().end_time, answer.h);
+  answer.command =
+      fmt::format("ricochet run {} -m {} {}", scene, answer.method, setting_text(settings.steps, settings.tolerance));
+  Solution s;
+  if (const Support support = method.can_run(problem.info()); !support.ok) {
+    answer.status = "declined";
+    answer.message = support.reason;
+    s.status = Status::infeasible;
+    return s;
+  }
+  s = method.solve(problem, settings);
+  answer.status = to_string(s.status);
+  answer.message = s.message;
+  return s;
+}
+
+std::vector<std::pair<std::string, std::vector<Answer>>> by_method(const std::vector<Answer>& answers) {
+  std::vector<std::pair<std::string, std::vector<Answer>>> list;
+  for (const Answer& answer : answers) {
+    const auto known =
+        std::find_if(list.begin(), list.end(), [&](const auto& entry) { return entry.first == answer.method; });
+    if (known != list.end())
+      known->second.push_back(answer);
+    else
+      list.push_back({answer.method, {answer}});
+  }
+  return list;
+}
+
+std::string style_of(const std::string& method) {
+  const Style look = look_of(method);
+  return fmt::format("with linespoints lw 1.6 dt {} pt {} ps 0.8 lc rgb '{}'", look.dash,
+                     look.is_filled ? look.filled_point : look.open_point, look.color);
+}
+
+std::string point_style_of(const std::string& method) {
+  const Style look = look_of(method);
+  return fmt::format("with points lw 1.6 pt {} ps 1 lc rgb '{}'", look.is_filled ? look.filled_point : look.open_point,
+                     look.color);
+}
+
+Figure draw_question(const FigureFolder& folder, const std::string& name, const std::string& title,
+                     const std::string& caption, const std::vector<QuestionPanel>& panels) {
+  constexpr int kWidth = 1080, kPlot = 400, kKeyColumns = 3, kKeyLine = 20;
+  std::vector<std::string> methods;
+  for (const QuestionPanel& panel : panels) {
+    for (const auto& [method, points] : panel.curves) {
+      if (!points.empty() && std::find(methods.begin(), methods.end(), method) == methods.end())
+        methods.push_back(method);
+    }
+  }
+  const int key_lines = (static_cast<int>(methods.size()) + kKeyColumns) / kKeyColumns;
+  const int height = kPlot + kKeyLine * key_lines + 30;
+  const double plots_end = static_cast<double>(kKeyLine * key_lines + 30) / height;
+
+  std::string data, text;
+  for (std::size_t p = 0; p < panels.size(); ++p) {
+    const QuestionPanel& panel = panels[p];
+    PlotCommand plot;
+    if (!panel.line.empty()) plot.add(panel.line + " with lines lw 3 lc rgb '#bdbdbd' notitle");
+    for (std::size_t c = 0; c < panel.curves.size(); ++c) {
+      const auto& [method, points] = panel.curves[c];
+      if (points.empty()) continue;
+      const std::string block = fmt::format("p{}c{}", p, c);
+      data += data_block(block, points);
+      plot.add(fmt::format("${} {} notitle", block, style_of(method)));
+    }
+    text += fmt::format(
+        "reset\nset border 3\nset tics nomirror out\nset grid lc rgb '#e0e0e0'\nset title {}\n"
+        "set xlabel {}\nset ylabel {}\n{}\n",
+        gnuplot_text(panel.title), gnuplot_text(panel.x_label), gnuplot_text(panel.y_label), panel.settings);
+    const double left = static_cast<double>(p) / static_cast<double>(panels.size()),
+                 right = static_cast<double>(p + 1) / static_cast<double>(panels.size());
+    text += fmt::format(
+                "set lmargin at screen {:.4f}\nset rmargin at screen {:.4f}\nset tmargin at screen {:.4f}\n"
+                "set bmargin at screen {:.4f}\n",
+                left + 80.0 / kWidth, right - 25.0 / kWidth, 1 - 40.0 / height, plots_end + 55.0 / height) +
+            plot.text();
+  }
+  PlotCommand key;
+  key.add(panels.front().line.empty() ? "[0:1][0:1] NaN notitle"
+                                      : fmt::format("[0:1][0:1] NaN with lines lw 3 lc rgb '#bdbdbd' title {}",
+                                                    gnuplot_text(panels.front().line_is)));
+  for (const auto& method : methods)
+    key.add(fmt::format("NaN {} title {} noenhanced", style_of(method), gnuplot_text(method)));
+  text += fmt::format(
+              "reset\nunset border\nunset tics\nset lmargin at screen 0.03\nset rmargin at screen 0.98\n"
+              "set bmargin at screen 0\nset tmargin at screen {:.4f}\n"
+              "set key center center horizontal maxcols {} reverse Left samplen 3 font ',13'\n",
+              plots_end, kKeyColumns) +
+          key.text();
+  folder.draw(name, gnuplot_head(kWidth, height) + data + fmt::format("set output '{}.svg'\nset multiplot\n", name) +
+                        text + "unset multiplot\n");
+  return {name + ".svg", title, caption};
+}
+
+}  // namespace ricochet
