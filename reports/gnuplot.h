@@ -16,6 +16,21 @@ using Points = std::vector<std::pair<double, double>>;
 /// Points as a named data block, "$name" in a plot. A NaN ends a line.
 std::string data_block(const std::string& name, const Points& points);
 
+/// A figure of several panels with one key below all of them.
+struct KeyedPanels {
+  /// What a curve of a style, "with lines lc rgb '#000000'", is called.
+  struct Entry {
+    std::string style, title;
+  };
+
+  int columns = 2, panel_width = 490, panel_height = 390;  ///< [px]
+  std::vector<std::string> panels;  ///< each: settings, data blocks and its plot command, whose curves have no title
+  std::vector<Entry> key;
+
+  /// A whole script that writes NAME.svg.
+  std::string script(const std::string& name) const;
+};
+
 /// Any text as a string of a script: between quotes, with those in it doubled.
 std::string gnuplot_text(const std::string& text);
 

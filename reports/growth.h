@@ -20,12 +20,8 @@ struct GrowthCurve {
   std::vector<std::pair<double, double>> points;
 };
 
-/// One panel per name of a panel, each with a line of slope 1 to compare with: a gnuplot script that writes `file`.
-std::string growth_script(const std::vector<GrowthCurve>& curves, const std::string& file, const std::string& x_label,
-                          const std::string& y_label);
-
-/// The same, drawn.
-Figure draw_growth(const FigureFolder& folder, const std::vector<GrowthCurve>& curves, const std::string& name,
+/// One panel per name of a panel, each with a line of slope 1 to compare with, and one key below them: FILE_NAME.svg.
+Figure draw_growth(const FigureFolder& folder, const std::vector<GrowthCurve>& curves, const std::string& file_name,
                    const std::string& title, const std::string& x_label, const std::string& y_label);
 
 }  // namespace ricochet

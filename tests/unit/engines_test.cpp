@@ -226,7 +226,7 @@ TEST(Engines, WhatTheyComplainOfIsAFailedRun) {
   const auto file = std::filesystem::temp_directory_path() / "ricochet_ode_settings.json";
   std::ofstream(file) << R"({"settings": {"cfm": 0, "erp": 0}})";
   const auto problem = make_problem("stacked_blocks");
-  const Solution s = make_method("ode:" + file.string())->solve(*problem, stepping(400));
+  const Solution s = make_method("ode:@" + file.string())->solve(*problem, stepping(400));
   EXPECT_EQ(s.status, Status::inner_solver_failed);
   EXPECT_NE(s.message.find("LCP internal error"), std::string::npos) << s.message;
   std::filesystem::remove(file);
@@ -244,7 +244,7 @@ TEST(EngineSettings, AreDefaultsOursOrAUsers) {
   const std::string file = std::filesystem::temp_directory_path() / "ricochet_engine_settings.json";
   const auto with = [&](const std::string& text) {
     std::ofstream(file) << text;
-    return EngineSettings(known, file);
+    return EngineSettings(known, "@" + file);
   };
   EXPECT_EQ(with(R"({"base": "tuned", "settings": {"slop": 3}})")["slop"], 3);
   EXPECT_EQ(with(R"({"base": "tuned", "settings": {"slop": 3}})")["erp"], 0);
@@ -253,7 +253,8 @@ TEST(EngineSettings, AreDefaultsOursOrAUsers) {
   EXPECT_THROW(with(R"({"settings": {"slop": "3"}})"), InputError);
   EXPECT_THROW(with(R"({"base": "mine"})"), InputError);
   EXPECT_THROW(with(R"([1])"), InputError);
-  EXPECT_THROW(EngineSettings(known, "no_such_file.json"), InputError);
+  EXPECT_THROW(EngineSettings(known, "@no_such_file.json"), InputError);
+  EXPECT_THROW(EngineSettings(known, file), InputError) << "a file has an @ before it";
   std::filesystem::remove(file);
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "methods/registry.h"
+#include "problems/scene_file/scene_file.h"
 #include "reference/agreement.h"
 #include "tests/test_data.h"
 
@@ -110,6 +111,21 @@ TEST(ExtrapolatedMoreau, HasAnErrorInProportionToItsTolerance) {
   }
 }
 
+/// Free flight has no error, so that steps grow: two balls that meet within one are open at both of its ends.
+TEST(ExtrapolatedMoreau, SeesBodiesThatPassThroughEachOtherWithinAStep) {
+  const auto p = read_scene_file(test_data("../../bench/experiments/scenes/two_equal_balls.json"));
+  Settings settings;
+  settings.tolerance = 1e-9;
+  const Solution s = make_method("extrapolated_moreau")->solve(*p, settings);
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  EXPECT_NEAR(s.q[0], 0.52 - 0.2, 1e-7) << "some of the shortest steps of 1e-9 s";
+  EXPECT_NEAR(s.q[1], 0.2 + 1, 1e-7);
+  const Solution captured = run_steps(*p, "event_capturing,order=3", 4);
+  ASSERT_TRUE(captured.succeeded()) << captured.message;
+  EXPECT_NEAR(captured.q[0], 0.32, 2.0 / (4 * 4 * 4)) << "its shortest steps";
+  EXPECT_NEAR(captured.v[0], 0, 1e-12);
+}
+
 /// Whatever it divides its steps into, samples are those of the grid.
 TEST(EventCapturing, KeepsItsGrid) {
   const auto p = make_problem("bouncing_ball", {{"e", 0.8}, {"height", 0.6}, {"duration", 1.5}});
@@ -120,7 +136,6 @@ TEST(EventCapturing, KeepsItsGrid) {
   ASSERT_FALSE(s.events.empty());
   EXPECT_NEAR(s.events[0].t, std::sqrt(1 / 9.81), 3 * 5.6e-5);
 }
-
 
 }  // namespace
 }  // namespace ricochet

@@ -71,6 +71,7 @@ CurveStyle curve_style(const GridResults& results, const std::string& method) {
     if (other == method) break;
     index += !ramps().contains(take_apart(other).family);
   }
+  // Nine colours and four points differ up to 36 methods.
   return {others[index % others.size()], points[index % points.size()], dash};
 }
 

@@ -16,6 +16,7 @@ namespace ricochet {
 namespace {
 
 constexpr double kLeastDrawn = 1e-16;  // that is drawn
+constexpr double kMostDrawn = 100;     // of work-precision figures: what is larger is nowhere near a solution
 
 struct Family {
   std::string name;
@@ -153,41 +154,41 @@ Figure draw_work_precision(const FigureFolder& folder, const GridResults& result
   for (const auto& record : results.records) {
     const Timing* timing = results.timing_of(record);
     if (!record.has_error() || !timing || !record.instead_of.empty()) continue;
-    errors.push_back(std::max(record.error, kLeastDrawn));
+    errors.push_back(std::clamp(record.error, kLeastDrawn, kMostDrawn));
   }
   if (errors.empty()) throw InputError("work-precision figure", results.id, "no run of these results was timed");
   const auto [low, high] = decades(errors);
+  KeyedPanels figure;
+  figure.panel_width = 980;
+  figure.panel_height = 600;
   std::string data;
   PlotCommand plot;
-  std::size_t index = 0;
   for (const auto& method : results.methods()) {
     const CurveStyle style = curve_style(results, method);
     Points points;
     for (const Record* run : results.of(method)) {
       const Timing* timing = results.timing_of(*run);
-      if (run->has_error() && timing) points.emplace_back(std::max(run->error, kLeastDrawn), timing->median * 1e3);
+      if (run->has_error() && timing)
+        points.emplace_back(std::clamp(run->error, kLeastDrawn, kMostDrawn), timing->median * 1e3);
     }
-    if (!points.empty()) {
-      const std::string name = fmt::format("w{}", index);
-      data += data_block(name, points);
-      plot.add(fmt::format("${} with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.5 title {}", name, style.color,
-                           style.dash, style.point, gnuplot_text(curve_label(results, *results.of(method).front()))));
-    }
-    ++index;
+    if (points.empty()) continue;
+    const std::string name = fmt::format("w{}", figure.key.size());
+    const std::string drawn =
+        fmt::format("with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.5", style.color, style.dash, style.point);
+    data += data_block(name, points);
+    plot.add(fmt::format("${} {} notitle", name, drawn));
+    figure.key.push_back({drawn, curve_label(results, *results.of(method).front())});
   }
-  std::string script = gnuplot_head(980, 620);
-  script += data;
+  figure.panels = {data +
+                   fmt::format("set logscale xy\nset format x '10^{{%L}}'\nset format y '10^{{%L}}'\n"
+                               "set xrange [{:.3g}:{:.3g}]\nset xlabel '{}'\nset ylabel 'CPU time [ms]'\n",
+                               low, high, results.error_measure().axis) +
+                   plot.text()};
   const std::string file = results.id + "_work_precision";
-  script += fmt::format("set output '{}.svg'\n", file);
-  script += "set logscale xy\nset format x '10^{%L}'\nset format y '10^{%L}'\n";
-  script += fmt::format("set xrange [{:.3g}:{:.3g}]\n", low, high);
-  script += fmt::format(
-      "set xlabel '{}'\nset ylabel 'CPU time [ms]'\nset key outside right center reverse Left samplen 2 spacing 1.2\n",
-      results.error_measure().axis);
-  folder.draw(file, script + plot.text());
+  folder.draw(file, figure.script(file));
   return {file + ".svg", "Speed against error",
           "Median CPU time of a whole run over its error: down and left is better. Every point is one run with another "
-          "step length or tolerance. " +
+          "step length or tolerance; errors above 100 are drawn there. " +
               results.error_measure().definition};
 }
 

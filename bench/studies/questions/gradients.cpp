@@ -192,8 +192,7 @@ void show_gradients(const Results& results, const std::vector<Answer>& answers, 
                           .line = fmt::format("{:.12g}", c.entries[0].exact),
                           .line_is = "exact",
                           .curves = {}};
-      panel.title.replace(panel.title.find('_'), 1, " ");
-      if (const auto place = panel.title.find('_'); place != std::string::npos) panel.title.replace(place, 1, " ");
+      std::ranges::replace(panel.title, '_', ' ');
       const double size = std::max(1.0, std::abs(c.entries[0].exact));
       panel.settings +=
           fmt::format("\nset yrange [{:.6g}:{:.6g}]", c.entries[0].exact - 2.5 * size, c.entries[0].exact + 2.5 * size);

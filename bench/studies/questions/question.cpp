@@ -219,56 +219,31 @@ std::string point_style_of(const std::string& method) {
 
 Figure draw_question(const FigureFolder& folder, const std::string& name, const std::string& title,
                      const std::string& caption, const std::vector<QuestionPanel>& panels) {
-  constexpr int kWidth = 1080, kPlot = 400, kKeyColumns = 3, kKeyLine = 20;
+  constexpr int kWidth = 1140;
+  KeyedPanels figure;
+  figure.columns = static_cast<int>(panels.size());
+  figure.panel_width = kWidth / figure.columns;
+  if (!panels.front().line.empty()) figure.key.push_back({"with lines lw 3 lc rgb '#bdbdbd'", panels.front().line_is});
   std::vector<std::string> methods;
-  for (const QuestionPanel& panel : panels) {
-    for (const auto& [method, points] : panel.curves) {
-      if (!points.empty() && std::find(methods.begin(), methods.end(), method) == methods.end())
-        methods.push_back(method);
-    }
-  }
-  const int key_lines = (static_cast<int>(methods.size()) + kKeyColumns) / kKeyColumns;
-  const int height = kPlot + kKeyLine * key_lines + 30;
-  const double plots_end = static_cast<double>(kKeyLine * key_lines + 30) / height;
-
-  std::string data, text;
   for (std::size_t p = 0; p < panels.size(); ++p) {
     const QuestionPanel& panel = panels[p];
+    std::string text =
+        fmt::format("set title {} noenhanced\nset xlabel {}\nset ylabel {}\n{}\n", gnuplot_text(panel.title),
+                    gnuplot_text(panel.x_label), gnuplot_text(panel.y_label), panel.settings);
     PlotCommand plot;
     if (!panel.line.empty()) plot.add(panel.line + " with lines lw 3 lc rgb '#bdbdbd' notitle");
     for (std::size_t c = 0; c < panel.curves.size(); ++c) {
       const auto& [method, points] = panel.curves[c];
       if (points.empty()) continue;
       const std::string block = fmt::format("p{}c{}", p, c);
-      data += data_block(block, points);
+      text += data_block(block, points);
       plot.add(fmt::format("${} {} notitle", block, style_of(method)));
+      if (std::find(methods.begin(), methods.end(), method) == methods.end()) methods.push_back(method);
     }
-    text += fmt::format(
-        "reset\nset border 3\nset tics nomirror out\nset grid lc rgb '#e0e0e0'\nset title {}\n"
-        "set xlabel {}\nset ylabel {}\n{}\n",
-        gnuplot_text(panel.title), gnuplot_text(panel.x_label), gnuplot_text(panel.y_label), panel.settings);
-    const double left = static_cast<double>(p) / static_cast<double>(panels.size()),
-                 right = static_cast<double>(p + 1) / static_cast<double>(panels.size());
-    text += fmt::format(
-                "set lmargin at screen {:.4f}\nset rmargin at screen {:.4f}\nset tmargin at screen {:.4f}\n"
-                "set bmargin at screen {:.4f}\n",
-                left + 80.0 / kWidth, right - 25.0 / kWidth, 1 - 40.0 / height, plots_end + 55.0 / height) +
-            plot.text();
+    figure.panels.push_back(text + plot.text());
   }
-  PlotCommand key;
-  key.add(panels.front().line.empty() ? "[0:1][0:1] NaN notitle"
-                                      : fmt::format("[0:1][0:1] NaN with lines lw 3 lc rgb '#bdbdbd' title {}",
-                                                    gnuplot_text(panels.front().line_is)));
-  for (const auto& method : methods)
-    key.add(fmt::format("NaN {} title {} noenhanced", style_of(method), gnuplot_text(method)));
-  text += fmt::format(
-              "reset\nunset border\nunset tics\nset lmargin at screen 0.03\nset rmargin at screen 0.98\n"
-              "set bmargin at screen 0\nset tmargin at screen {:.4f}\n"
-              "set key center center horizontal maxcols {} reverse Left samplen 3 font ',13'\n",
-              plots_end, kKeyColumns) +
-          key.text();
-  folder.draw(name, gnuplot_head(kWidth, height) + data + fmt::format("set output '{}.svg'\nset multiplot\n", name) +
-                        text + "unset multiplot\n");
+  for (const auto& method : methods) figure.key.push_back({style_of(method), method});
+  folder.draw(name, figure.script(name));
   return {name + ".svg", title, caption};
 }
 

@@ -37,7 +37,7 @@ Solution run_engine(const EngineEntry& engine, const EngineSettings& engine_sett
 std::vector<double> engine_gaps(const EngineEntry& engine, const EngineSettings& engine_settings,
                                 const Problem& problem);
 
-/// ENGINE[:defaults|tuned|FILE.json].
+/// ENGINE[:defaults|tuned|@FILE.json].
 class EngineMethod : public Method {
  public:
   EngineMethod(const EngineEntry& engine, const MethodSpec& spec)
@@ -75,7 +75,7 @@ class EngineMethod : public Method {
 inline void register_engine(const EngineEntry& engine) {
   const std::string name = engine.name;
   add_method({.name = name,
-              .usage = name + "[:defaults|tuned|FILE.json]",
+              .usage = name + "[:defaults|tuned|@FILE.json]",
               .max_arguments = 1,
               .summary = fmt::format("{}, as it comes, as tuned by us, or with your settings", engine.library),
               .examples = {name, name + ":tuned"},

@@ -27,7 +27,8 @@ EngineSettings::EngineSettings(const char* known, const std::string& choice) {
   nlohmann::json mine = nlohmann::json::object();
   std::string base = choice;
   if (choice != "defaults" && choice != "tuned") {
-    mine = read_input_json(choice, "settings of an engine");
+    if (!choice.starts_with('@')) throw InputError("settings", choice, "defaults, tuned or @FILE.json is required");
+    mine = read_input_json(choice.substr(1), "settings of an engine");
     if (!mine.is_object()) throw InputError("settings", choice, "an object is required, {\"settings\": {...}}");
     base = mine.value("base", "defaults");
     if (base != "defaults" && base != "tuned") throw InputError("base", base, "defaults or tuned is required");

@@ -23,7 +23,7 @@ struct EngineSetting {
 class EngineSettings {
  public:
   /// @param known   the text of settings/ENGINE.json
-  /// @param choice  "defaults", "tuned" or the name of a user's file
+  /// @param choice  "defaults", "tuned" or "@" and the name of a user's file
   /// @throws InputError for a file that cannot be read, a setting that the engine has not, or a value that is no number
   EngineSettings(const char* known, const std::string& choice);
 

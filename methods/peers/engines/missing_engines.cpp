@@ -6,7 +6,7 @@ namespace {
 // Engines are optional, and plugins: those that were not found are listed, with the reason why they cannot run.
 [[maybe_unused]] bool is_missing(const char* name, const char* package) {
   return register_method<NotBuilt>({.name = name,
-                                    .usage = std::string(name) + "[:defaults|tuned|FILE.json]",
+                                    .usage = std::string(name) + "[:defaults|tuned|@FILE.json]",
                                     .max_arguments = 1,
                                     .summary = "a physics engine, as it comes, as tuned by us, or with your settings",
                                     .examples = {name, std::string(name) + ":tuned"},

@@ -5,10 +5,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "methods/contact_laws/gap_cubic.h"
+#include "problems/packed_column.h"
+
 namespace ricochet {
 namespace {
 
 constexpr std::int64_t kMaxSteps = 10'000'000;
+constexpr double kGapRounding = 1e-13;   // of gaps and ways
+constexpr int kPartsOfWay = 16;          // of a step on which a contact may have been passed
 constexpr double kTimeRounding = 1e-14;  // of the end time: steps that end this close to a time end there
 
 }  // namespace
@@ -24,6 +29,11 @@ SwitchingRun::SwitchingRun(const Problem& problem, const Settings& settings, con
       table_(problem, settings, solver, observer, solution_.counters, shortest_),
       state_(problem.info()),
       before_(state_),
+      J_n_(Vector::Zero(problem.info().n_normal_entries)),
+      gaps_before_{Vector::Zero(problem.n_c()), Vector::Zero(problem.n_c())},
+      gaps_(gaps_before_),
+      q_between_(Vector::Zero(problem.n_q())),
+      gap_between_(Vector::Zero(problem.n_c())),
       single_(shortest_),
       series_end_(-T_) {}
 
@@ -52,11 +62,62 @@ Solution SwitchingRun::finish() {
   return std::move(solution_);
 }
 
+void SwitchingRun::evaluate(const MoreauExtrapolation::State& state, Gaps& gaps) {
+  problem_.gap(state.q.data(), gaps.gap.data());
+  problem_.normal_jacobian(state.q.data(), J_n_.data());
+  for (const int i : problem_.info().unilateral) {
+    const auto& contact = problem_.info().contacts[i];
+    gaps.rate[i] = packed_dot(contact, J_n_.data() + contact.normal_begin, state.v.data());
+  }
+}
+
+/// A contact closes and opens again within a step of length `h` that has just been taken: the cubic through both ends
+/// has a negative minimum, or the gap is negative on the way. Bodies that are thinner than a part of the way pass.
+bool SwitchingRun::has_passed(double h) {
+  if (problem_.info().unilateral.empty()) return false;
+  evaluate(before_, gaps_before_);
+  evaluate(state_, gaps_);
+  bool may_have = false;
+  for (const int i : problem_.info().unilateral) {
+    if (!comes_and_goes(i)) continue;
+    may_have = true;
+    const double left = gaps_before_.gap[i], right = gaps_.gap[i];
+    const double fall = h * gaps_before_.rate[i], rise = h * gaps_.rate[i];
+    const GapCubic gap(left, fall, right, rise);
+    if (gap(gap.minimum()) < -kGapRounding * (left + right - fall + rise)) return true;
+  }
+  for (int k = 1; may_have && k < kPartsOfWay; ++k) {
+    between_ends(h, static_cast<double>(k) / kPartsOfWay, q_between_);
+    problem_.gap(q_between_.data(), gap_between_.data());
+    for (const int i : problem_.info().unilateral) {
+      if (comes_and_goes(i) && gap_between_[i] < -kGapRounding * (gaps_before_.gap[i] + gaps_.gap[i])) return true;
+    }
+  }
+  return false;
+}
+
+/// An open contact whose gap shrinks at the begin of a step and grows at its end.
+bool SwitchingRun::comes_and_goes(int i) const {
+  return !is_closed(before_.modes[i]) && !is_closed(state_.modes[i]) && gaps_before_.gap[i] > 0 && gaps_.gap[i] > 0 &&
+         gaps_before_.rate[i] < 0 && gaps_.rate[i] > 0;
+}
+
+/// q on the cubic with the velocities at both ends of a step of length `h`, s of it behind its begin.
+void SwitchingRun::between_ends(double h, double s, Vector& q) const {
+  const double r = 1 - s;
+  q = before_.q + s * (state_.q - before_.q) +
+      s * r * (r * (h * before_.v - (state_.q - before_.q)) + s * ((state_.q - before_.q) - h * state_.v));
+}
+
 MoreauExtrapolation::Outcome SwitchingRun::try_step(double h, double end, int rows, double tolerance) {
   const bool is_last = t_ + h >= end - kTimeRounding * T_;
   before_ = state_;
   const auto outcome = table_.step(is_last ? end - t_ : h, rows, tolerance, state_);
   if (outcome != MoreauExtrapolation::Outcome::reached) return outcome;
+  if (has_passed(is_last ? end - t_ : h)) {
+    state_ = before_;
+    return MoreauExtrapolation::Outcome::switches;
+  }
   const double begin = t_;
   advance(is_last ? end : t_ + h);
   record_piece(begin, 3);
@@ -105,7 +166,7 @@ void SwitchingRun::record_piece(double begin, int degree) {
       return;
     }
     const Vector a = h * before_.v - dq, b = dq - h * state_.v;
-    q = before_.q + s * dq + s * (1 - s) * ((1 - s) * a + s * b);
+    between_ends(h, s, q);
     v = (1 / h) * (dq + (1 - 2 * s) * ((1 - s) * a + s * b) + s * (1 - s) * (b - a));
   });
 }

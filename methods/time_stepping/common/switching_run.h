@@ -28,7 +28,8 @@ class SwitchingRun {
   double t() const { return t_; }  ///< [s]
   bool is_over() const { return t_ >= T_; }
 
-  /// An extrapolated step from here; short by rounding when it would end just before `end`.
+  /// An extrapolated step from here; short by rounding when it would end just before `end`. It switches, too, where a
+  /// contact is open at both ends and closed between them.
   /// @param rows, tolerance  of MoreauExtrapolation::step()
   MoreauExtrapolation::Outcome try_step(double h, double end, int rows, double tolerance);
   /// Single steps of the length least() until one of them leaves all modes as they are, or until `end`. @return false when
@@ -48,8 +49,17 @@ class SwitchingRun {
  private:
   static constexpr double kSeries = 8;
 
+  /// Gaps and their rates at a state.
+  struct Gaps {
+    Vector gap, rate;  // n_c
+  };
+
   bool can_go_on();
   Solution finish();
+  void evaluate(const MoreauExtrapolation::State& state, Gaps& gaps);
+  bool has_passed(double h);
+  bool comes_and_goes(int contact) const;
+  void between_ends(double h, double s, Vector& q) const;
   void advance(double end);
   void record_piece(double begin, int degree);
   void record_closings();
@@ -61,6 +71,9 @@ class SwitchingRun {
   Solution solution_;
   MoreauExtrapolation table_;
   MoreauExtrapolation::State state_, before_;
+  Vector J_n_;
+  Gaps gaps_before_, gaps_;
+  Vector q_between_, gap_between_;
   double t_ = 0, single_, series_end_;  // [s]; of the last series of single steps
 };
 

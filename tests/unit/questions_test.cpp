@@ -1,0 +1,142 @@
+// The question pages: what they measure of methods whose answers are known, and the derivatives of their cases.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "bench/experiment_file.h"
+#include "bench/run_experiment.h"
+#include "bench/sensitivities.h"
+#include "bench/studies/questions/gradient_cases.h"
+#include "bench/studies/questions/question.h"
+#include "bench/studies/study.h"
+#include "methods/registry.h"
+
+namespace ricochet {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Answers of an experiment with a few methods.
+class Questions : public testing::Test {
+ protected:
+  fs::path folder = fs::temp_directory_path() / ("ricochet_questions_" + std::to_string(getpid()));
+  ~Questions() override { fs::remove_all(folder); }
+
+  Results ask(const std::string& name, const std::vector<std::string>& methods, const nlohmann::json& changes) const {
+    ExperimentFile file = read_experiment_file(name);
+    file.take_quick_part(true);
+    file.document["methods"] = methods;
+    file.document.merge_patch(changes);
+    RunOptions options;
+    options.folder = folder;
+    return read_results(run_experiment(file, options));
+  }
+};
+
+double found(const std::vector<Answer>& answers, const std::string& method, double h, const std::string& what,
+             const std::map<std::string, double>& of = {}) {
+  for (const Answer& a : answers) {
+    if (a.method == method && a.h == h && a.found.contains(what) && (of.empty() || a.of == of)) return a.found.at(what);
+  }
+  ADD_FAILURE() << method << ", h = " << h << ": no " << what;
+  return 0;
+}
+
+TEST_F(Questions, AboutBouncing) {
+  const auto answers = ask("bounce", {"moreau_jean", "event_driven", "fesd:gauss:2,elements=as_needed"},
+                           {{"restitution", {0.8, 1}}, {"bounces", {1, 10}}, {"step_lengths", {0.001}}})
+                           .all<Answer>();
+  for (const Answer& a : answers) {
+    EXPECT_EQ(a.status, "success") << a.message;
+    if (!a.of.contains("e")) continue;
+    EXPECT_NEAR(a.found.at("exact"), 0.9 * std::pow(a.of.at("e"), 2 * a.of.at("bounces")), 1e-15);
+    // First order: the speed of an impact is wrong by a step of gravity at most, ten times over.
+    const double tolerance = a.method == "moreau_jean" ? 0.05 : a.h > 0 ? 3e-6 / a.found.at("exact") : 1e-8;
+    EXPECT_NEAR(a.found.at("height") / a.found.at("exact"), 1, tolerance) << a.command;
+  }
+  EXPECT_EQ(found(answers, "event_driven", 0, "threshold"), 0) << "it bounces always";
+  EXPECT_EQ(found(answers, "moreau_jean", 0.001, "threshold"), 0);
+}
+
+TEST_F(Questions, AboutFriction) {
+  const auto answers =
+      ask("hold", {"moreau_jean", "penalty", "event_driven"}, {{"fractions", {0.9, 1.1}}, {"step_lengths", {0.001}}})
+          .all<Answer>();
+  const std::map<std::string, double> held{{"fraction", 0.9}}, slides{{"fraction", 1.1}};
+  EXPECT_LT(std::abs(found(answers, "moreau_jean", 0.001, "creep", held)), 1e-12) << "rounding";
+  EXPECT_GT(std::abs(found(answers, "penalty", 0.001, "creep", held)), 1e-6) << "regularised friction creeps";
+  const double exact = found(answers, "event_driven", 0, "exact", slides);
+  const double slope = std::atan(1.1 * 0.5);
+  EXPECT_NEAR(exact, 1.5 * 9.81 * (std::sin(slope) - 0.5 * std::cos(slope)), 1e-14);
+  EXPECT_NEAR(found(answers, "event_driven", 0, "creep", slides), exact, 1e-8 * exact) << "ten times its tolerance";
+}
+
+TEST_F(Questions, AboutLiftingOff) {
+  const auto answers = ask("lift", {"moreau_jean", "anitescu_convex"}, {{"step_lengths", {0.001}}}).all<Answer>();
+  EXPECT_LT(found(answers, "moreau_jean", 0.001, "lift"), 1e-12);
+  const double thrown = found(answers, "anitescu_convex", 0.001, "throw");
+  EXPECT_NEAR(thrown, std::pow(0.5 * 6 / 1.25, 2) / (2 * 9.81), 1e-12);
+  EXPECT_NEAR(found(answers, "anitescu_convex", 0.001, "lift"), thrown, 0.02 * thrown) << "some steps of 1 ms";
+}
+
+TEST_F(Questions, AboutSteps) {
+  const auto answers =
+      ask("calibrate", {"moreau_jean", "fesd:gauss:2,elements=as_needed"},
+          {{"scenes", nlohmann::json::array({{{"problem", "sliding_block"}}, {{"problem", "bouncing_ball"}}})},
+           {"step_lengths", {0.01, 0.001}}})
+          .all<Answer>();
+  for (const Answer& a : answers) {
+    EXPECT_EQ(a.status, "success") << a.message;
+    if (a.method.starts_with("fesd")) EXPECT_LT(a.found.at("error"), 1e-9) << a.command;
+  }
+  EXPECT_GT(found(answers, "moreau_jean", 0.01, "error"), found(answers, "moreau_jean", 0.001, "error"));
+}
+
+TEST_F(Questions, SayWhatIsMissing) {
+  for (const auto& entry : methods()) {
+    if (entry.make) continue;
+    const auto answers = ask("hold", {entry.name}, {{"step_lengths", {0.01}}}).all<Answer>();
+    EXPECT_EQ(answers.front().status, "not_built");
+    EXPECT_EQ(answers.front().message, entry.not_built);
+    return;
+  }
+}
+
+TEST_F(Questions, HaveTheAnswerFirst) {
+  const Results results = ask("hold", {"moreau_jean"}, {{"step_lengths", {0.01, 0.001}}});
+  Section section;
+  study_of(results).show(results, section);
+  const auto tables = section.tables();
+  ASSERT_FALSE(tables.empty());
+  EXPECT_EQ(tables.front()->name, "answer");
+  EXPECT_EQ(tables.front()->role, Section::Role::choice);
+  EXPECT_NE(tables.front()->table.text().find("holds"), std::string::npos);
+  EXPECT_EQ(tables.back()->name, "threads");
+}
+
+TEST(GradientCases, AreWhatFesdAndDifferencesSay) {
+  for (const GradientCase& c : gradient_cases()) {
+    const auto fesd = make_method("fesd:gauss:4,elements=as_needed");
+    Settings settings;
+    settings.steps = 40;
+    for (const GradientEntry& entry : c.entries) settings.sensitivities.push_back(entry.with_respect);
+    const Solution own = fesd->solve(*c.problem, settings);
+    ASSERT_TRUE(own.succeeded()) << c.name << ": " << own.message;
+    const Solution beside = solve_with_differences(*fesd, *c.problem, settings, 1e-4);
+    for (std::size_t k = 0; k < c.entries.size(); ++k) {
+      const GradientEntry& entry = c.entries[k];
+      const int n_q = c.problem->n_q();
+      const auto of = [&](const Solution& s) {
+        const auto column = static_cast<Eigen::Index>(k);
+        return entry.output < n_q ? s.dq(entry.output, column) : s.dv(entry.output - n_q, column);
+      };
+      EXPECT_NEAR(of(own), entry.exact, 1e-10) << c.name << ", " << entry.name << ": rounding of forty steps";
+      EXPECT_NEAR(of(beside), entry.exact, 1e-7) << c.name << ", " << entry.name << ": of differences over 1e-4";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ricochet
