@@ -55,6 +55,11 @@ void note(const char* text) {
   if (messages.n++ == 0) messages.first = text;
 }
 
+/// MuJoCo ends its process otherwise, behind a line in a file of the working directory.
+[[noreturn]] void give_up(const char* text) {
+  throw std::runtime_error(fmt::format("MuJoCo gave up: {}", text));
+}
+
 class MujocoWorld;
 const MujocoWorld* the_world = nullptr;  // for a callback that carries no pointer
 
@@ -64,6 +69,7 @@ class MujocoWorld final : public EngineWorld {
       : scene_(scene), settings_(settings), h_(h) {
     messages = {};
     mju_user_warning = note;
+    mju_user_error = give_up;
     const std::string text = model_text();
     mjVFS files;
     mj_defaultVFS(&files);
