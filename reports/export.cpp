@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <map>
@@ -76,22 +77,50 @@ Fields fields_of(json row, const char* left_out) {
   return fields;
 }
 
+/// The palette of the site on white (reports/site/src/site.css).
+constexpr std::array<const char*, 8> kColors = {"0072B2", "C25000", "007A5A", "A8437F",
+                                                "6B6F00", "3A86C4", "8A5A00", "5C5F62"};
+constexpr std::array<const char*, 8> kMarks = {"*", "square*", "triangle*", "diamond*",
+                                               "o", "square",  "triangle",  "diamond"};
+
+std::string colors_text() {
+  std::string text;
+  for (std::size_t k = 0; k < kColors.size(); ++k)
+    text += fmt::format("\\definecolor{{ricochet{}}}{{HTML}}{{{}}}\n", k, kColors[k]);
+  return text;
+}
+
+/// Of the k-th curve, from 0.
+std::string look(std::size_t k) {
+  const std::size_t round = k / kColors.size();
+  return fmt::format("color=ricochet{}, mark={}, mark size=1.2pt{}", k % kColors.size(), kMarks[k % kMarks.size()],
+                     round == 0   ? ""
+                     : round == 1 ? ", dashed"
+                                  : ", dotted");
+}
+
 std::string axis_text(const std::string& kind, const std::string& options, const std::string& body) {
-  return fmt::format(
-      "\\begin{{tikzpicture}}\n\\begin{{{0}}}[{1}, legend pos=outer north east, grid=major]\n{2}\\end{{{0}}}\n\\end{{tikzpicture}}\n",
-      kind, options, body);
+  return colors_text() +
+         fmt::format(
+             "\\begin{{tikzpicture}}\n\\begin{{{0}}}[width=13cm, height=9cm, {1}, grid=major, legend columns=3, "
+             "legend cell align=left,\n  legend style={{at={{(0.5,-0.16)}}, anchor=north, "
+             "font=\\scriptsize}}]\n{2}\\end{{{0}}}\n\\end{{tikzpicture}}\n",
+             kind, options, body);
 }
 
 std::string work_precision(const json& data) {
+  constexpr double kLargestError = 10;  // beyond it a run says nothing: it is drawn on the edge
   std::string body;
+  std::size_t curve = 0;
   for (std::size_t m = 0; m < data.at("methods").size(); ++m) {
     std::string points;
     for (const auto& run : data.at("runs")) {
       if (run.at("method") == m)
-        points += fmt::format("{} {}\n", run.at("error").get<double>(), run.at("time").get<double>());
+        points += fmt::format("{} {}\n", std::min(kLargestError, run.at("error").get<double>()),
+                              run.at("time").get<double>());
     }
     if (!points.empty())
-      body += fmt::format("\\addplot+ table {{\n{}}};\n\\addlegendentry{{{}}}\n", points,
+      body += fmt::format("\\addplot[{}] table {{\n{}}};\n\\addlegendentry{{{}}}\n", look(curve++), points,
                           escape_latex(data["methods"][m].at("label")));
   }
   const std::string label = data.at("errors").front().at("label");
@@ -105,13 +134,14 @@ std::string profile(const json& data) {
     for (const double ratio : solver.at("ratios")) last = std::max(last, ratio);
   }
   std::string body;
+  std::size_t curve = 0;
   for (const auto& solver : data.at("solvers")) {
     std::string points = "1 0\n";
     double solved = 0;
     for (const double ratio : solver.at("ratios")) points += fmt::format("{} {}\n", ratio, ++solved / problems);
     points += fmt::format("{} {}\n", last, solved / problems);
-    body += fmt::format("\\addplot+[const plot, mark=none] table {{\n{}}};\n\\addlegendentry{{{}}}\n", points,
-                        escape_latex(solver.at("name")));
+    body += fmt::format("\\addplot[const plot, {}, mark=none] table {{\n{}}};\n\\addlegendentry{{{}}}\n", look(curve++),
+                        points, escape_latex(solver.at("name")));
   }
   return axis_text("semilogxaxis",
                    fmt::format("xlabel={{$\\tau$}}, ylabel={{share of {} problems}}, ymin=0, ymax=1.02", problems),
@@ -171,11 +201,17 @@ std::string tidy_csv(const Results& results, const std::string& kind) {
 }
 
 std::string pgfplots(const Section::Chart& chart) {
-  const std::string head =
-      fmt::format("% {}\n% needs \\usepackage{{pgfplots}} \\pgfplotsset{{compat=1.18}}\n", chart.title);
+  const std::string head = fmt::format("% {}\n", chart.title);
   if (chart.kind == "work_precision") return head + work_precision(chart.data);
   if (chart.kind == "profile") return head + profile(chart.data);
   throw InputError("chart", chart.kind, "work_precision or profile is required");
+}
+
+std::string pgfplots_document(const std::string& charts) {
+  return "\\documentclass[multi=tikzpicture, border=2mm]{standalone}  % \\usepackage{standalone} takes it into a paper by \\input\n"
+         "\\usepackage[utf8]{inputenc}\n\\usepackage[T1]{fontenc}\n\\usepackage{lmodern, pgfplots}\n\\pgfplotsset{compat=1.17}\n"
+         "\\begin{document}\n" +
+         charts + "\\end{document}\n";
 }
 
 }  // namespace ricochet

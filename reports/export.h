@@ -20,5 +20,7 @@ std::string tidy_csv(const Results& results, const std::string& kind);
 /// A chart for PGFPlots: a tikzpicture with its data inside.
 /// @throws InputError for a kind of chart that has no such form
 std::string pgfplots(const Section::Chart& chart);
+/// A document of its own with such charts, one on each page.
+std::string pgfplots_document(const std::string& charts);
 
 }  // namespace ricochet

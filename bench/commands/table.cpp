@@ -56,7 +56,7 @@ std::string pgfplots_of(const ShownResults& shown, const TableOptions& options) 
   if (known.empty())
     throw InputError("results", shown.results.path, "results with a chart are required: work over error, profiles");
   require_views(options, shown.results.path, known);
-  return text;
+  return pgfplots_document(text);
 }
 
 std::string text_of_results(const std::string& path, const TableOptions& options) {

@@ -505,6 +505,27 @@ TEST_F(Cli, PrintsResultsForPapersAndPrograms) {
   EXPECT_EQ(run(table + "--latex --view order").code, 2);
 }
 
+/// LaTeX is no package that the project needs: where it is, what is made for it compiles.
+TEST_F(Cli, PrintsWhatLatexTakes) {
+  if (std::system("command -v pdflatex >/dev/null && kpsewhich pgfplots.sty standalone.cls booktabs.sty >/dev/null") !=
+      0)
+    GTEST_SKIP() << "pdflatex, pgfplots, standalone, booktabs";
+  const std::string experiment = write("small.json", kExperiment), out = (folder / "results").string();
+  ASSERT_EQ(run("run-experiment " + experiment + " --quick -o " + out).code, 0);
+  const std::string table = "table " + out + "/small.jsonl ";
+  ASSERT_EQ(run(table + "--latex -o " + out + "/tables.tex").code, 0);
+  ASSERT_EQ(run(table + "--pgfplots -o " + out + "/charts.tex").code, 0);
+  write(
+      "results/document.tex",
+      "\\documentclass{article}\\usepackage[utf8]{inputenc}\\usepackage{booktabs}\\begin{document}\\input{tables}\\end{document}");
+  for (const std::string name : {"document", "charts"}) {
+    const std::string command = "cd " + out + " && timeout 60 pdflatex -interaction=nonstopmode -halt-on-error " +
+                                name + ".tex >" + name + ".out 2>&1";
+    EXPECT_EQ(std::system(command.c_str()), 0) << read(out + "/" + name + ".out");
+    EXPECT_TRUE(fs::exists(out + "/" + name + ".pdf"));
+  }
+}
+
 TEST_F(Cli, WritesAReport) {
   const std::string experiment = write("small.json", kExperiment), out = (folder / "results").string(),
                     report = (folder / "report").string();
