@@ -40,6 +40,7 @@ std::string command_of(const std::string& name, const RunOptions& options) {
   if (options.quick) command += " --quick";
   if (!options.with_times) command += " --no-times";
   if (options.time_limit > 0) command += fmt::format(" --time-limit {:g}", options.time_limit);
+  if (!options.data.empty()) command += " --data " + options.data;
   for (const auto& method : options.selection.methods) command += " --method " + quoted(method);
   for (const auto& problem : options.selection.problems) command += " --problem " + quoted(problem);
   for (const auto& change : options.changes) command += fmt::format(" --set '{}'", change);
@@ -78,6 +79,7 @@ json experiment_document(const ExperimentFile& experiment, const RunOptions& opt
   if (options.quick && has_quick_part) document["quick"] = true;
   if (!options.with_times) document["times"] = false;
   if (options.time_limit > 0) document["time_limit"] = options.time_limit;
+  if (!options.data.empty()) document["data"] = std::filesystem::absolute(options.data).lexically_normal().string();
   require_no_times(find_study(experiment.kind()), document, options.jobs);
   return document;
 } catch (const json::exception& error) {

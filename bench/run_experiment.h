@@ -14,6 +14,7 @@ struct RunOptions {
   bool with_times = true;            ///< false: sets "times" to false
   bool force = false;                ///< results that are there already are computed again
   double time_limit = 0;             ///< sets "time_limit", wall time per run [s]; 0: the experiment's own
+  std::string data{};                ///< sets "data", a folder of measured data; empty: the experiment's own
   std::vector<std::string> changes;  ///< "FIELD=VALUE" of the experiment; its results are then those of ID_part
   Selection selection;               ///< part of its rows; the results are then those of ID_part, too
   int jobs = 1;                      ///< processes that make rows; results are the same

@@ -108,8 +108,24 @@ std::string axis_text(const std::string& kind, const std::string& options, const
              kind, options, body);
 }
 
+/// Powers of ten between two numbers, ten at most: more of them run into each other.
+std::string ticks_text(double least, double most) {
+  const int first = static_cast<int>(std::floor(std::log10(least))),
+            last = static_cast<int>(std::ceil(std::log10(most)));
+  const int by = std::max(1, (last - first + 9) / 10);
+  std::string text;
+  for (int k = last; k >= first; k -= by) text = fmt::format("1e{}{}{}", k, text.empty() ? "" : ", ", text);
+  return text;
+}
+
 std::string work_precision(const json& data) {
   constexpr double kLargestError = 10;  // beyond it a run says nothing: it is drawn on the edge
+  double least = kLargestError, most = 0;
+  for (const auto& run : data.at("runs")) {
+    const double error = std::clamp(run.at("error").get<double>(), 1e-300, kLargestError);
+    least = std::min(least, error);
+    most = std::max(most, error);
+  }
   std::string body;
   std::size_t curve = 0;
   for (std::size_t m = 0; m < data.at("methods").size(); ++m) {
@@ -124,7 +140,10 @@ std::string work_precision(const json& data) {
                           escape_latex(data["methods"][m].at("label")));
   }
   const std::string label = data.at("errors").front().at("label");
-  return axis_text("loglogaxis", fmt::format("xlabel={{{}}}, ylabel={{CPU time [ms]}}", escape_latex(label)), body);
+  return axis_text("loglogaxis",
+                   fmt::format("xlabel={{{}}}, ylabel={{CPU time [ms]}}, xtick={{{}}}", escape_latex(label),
+                               ticks_text(least, most)),
+                   body);
 }
 
 std::string profile(const json& data) {

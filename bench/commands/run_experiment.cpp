@@ -126,6 +126,7 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   command->add_flag("--force", options.run.force, "compute again what is there already; it is kept under a dated name");
+  command->add_option("--data", options.run.data, "FOLDER of measured data, of an experiment that reads some");
   command->add_option("--time-limit", options.run.time_limit, "wall time per run in seconds")->check(positive_number());
   command
       ->add_option("--set", options.run.changes,

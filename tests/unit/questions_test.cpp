@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "bench/experiment_file.h"
@@ -10,8 +12,10 @@
 #include "bench/sensitivities.h"
 #include "bench/studies/questions/gradient_cases.h"
 #include "bench/studies/questions/question.h"
+#include "bench/studies/questions/toss_data.h"
 #include "bench/studies/study.h"
 #include "methods/registry.h"
+#include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
@@ -114,6 +118,45 @@ TEST_F(Questions, HaveTheAnswerFirst) {
   EXPECT_EQ(tables.front()->role, Section::Role::choice);
   EXPECT_NE(tables.front()->table.text().find("holds"), std::string::npos);
   EXPECT_EQ(tables.back()->name, "threads");
+}
+
+/// A cube that turns about a fixed axis while it flies, in the form of the measured ones: numbers, or text in place of them.
+std::string toss_file(const std::string& folder, int n, bool is_cut = false) {
+  std::vector<double> numbers;
+  const double dt = 1.0 / 148, a = 0.0524, rate = 4, g = 9.81;
+  for (int k = 0; k < n; ++k) {
+    const double t = k * dt, half = 0.5 * rate * t;
+    for (const double x : {1.0 * t, -0.5 * t, 0.4 - 0.5 * g * t * t}) numbers.push_back(x / a);
+    for (const double x : {std::cos(half), 0.0, std::sin(half), 0.0}) numbers.push_back(x);  // about y
+    // As in the data, differences to the row before.
+    for (const double x : {1.0, -0.5, -g * (t - dt / 2)}) numbers.push_back(x / a);
+    for (const double x : {0.0, rate, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}) numbers.push_back(x);
+  }
+  const std::string path = folder + "/0.pt";
+  std::ofstream file(path, std::ios::binary);
+  file << "a pickle's head";
+  const std::uint64_t count = numbers.size() - (is_cut ? 1 : 0);
+  file.write(reinterpret_cast<const char*>(&count), 8);
+  file.write(reinterpret_cast<const char*>(numbers.data()), static_cast<std::streamsize>(8 * count));
+  return path;
+}
+
+TEST_F(Questions, AboutMeasuredMotion) {
+  fs::create_directories(folder / "data");
+  toss_file(folder / "data", 38);
+  const auto answers =
+      ask("tosses", {"fesd_adaptive:radau-iia:4", "moreau_jean"}, {{"data", (folder / "data").string()}}).all<Answer>();
+  ASSERT_EQ(answers.size(), 2u);
+  for (const Answer& a : answers) {
+    EXPECT_EQ(a.status, "success") << a.message;
+    // Free flight: exact but for the straight lines between rows and steps, g dt^2 / 8 = 6e-5 m.
+    EXPECT_LT(a.found.at("distance at 0.20 s"), 3e-4) << a.method;
+    EXPECT_LT(a.found.at("angle at 0.20 s"), 4.0 / 148) << "the rotation of the nearer row";
+  }
+  fs::remove(folder / "data/0.pt");
+  EXPECT_THROW(ask("tosses", {"moreau_jean"}, {{"data", (folder / "data").string()}}), InputError) << "no tosses";
+  EXPECT_THROW(ask("tosses", {"moreau_jean"}, nlohmann::json::object()), InputError) << "no folder";
+  EXPECT_THROW(read_toss(toss_file(folder / "data", 38, true)), InputError) << "19 numbers are a row";
 }
 
 TEST(GradientCases, AreWhatFesdAndDifferencesSay) {

@@ -1,0 +1,254 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <map>
+
+#include "bench/studies/questions/question.h"
+#include "bench/studies/questions/toss_data.h"
+#include "methods/peers/engines/engine_scene.h"
+#include "problems/input_error.h"
+
+/// @file
+/// How near is a simulation to a measured motion? A cube that was tossed on a table (toss_data.h), from its measured start
+/// with the coefficients that were fitted to it. Beside the distance to the measurement stands how far the methods are
+/// apart: where they are nearer to each other than to the cube, a better method helps nobody, only a better model does.
+
+namespace ricochet::tosses {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kBetween = 0.05;  // [s], of the times that are compared
+
+std::string time_name(double t, const char* what) {
+  return fmt::format("{} at {:.2f} s", what, t);
+}
+
+std::vector<Answer> toss_conditions(const json& experiment) {
+  const std::string folder = experiment.value("data", "");
+  if (folder.empty())
+    throw InputError("data", "''", "--data DIR with the files N.pt of the ContactNets cube tosses is required");
+  auto files = toss_files(folder);
+  if (const int most = experiment.value("tosses", 0); most > 0 && most < static_cast<int>(files.size()))
+    files.resize(static_cast<std::size_t>(most));
+  std::vector<Answer> conditions;
+  for (const std::string& file : files) conditions.emplace_back().scene = file;
+  return conditions;
+}
+
+double angle_between(const Matrix3<double>& A, const Matrix3<double>& B) {
+  double trace = 0;
+  for (std::size_t k = 0; k < 3; ++k) trace += dot(A[k], B[k]);
+  return std::acos(std::clamp((trace - 1) / 2, -1.0, 1.0));
+}
+
+/// The pose at a time, between steps.
+Pose pose_at(const EngineScene& scene, const Solution& s, double t) {
+  Vector q = s.q, v = s.v;
+  if (s.motion.n_pieces() > 0) {
+    s.motion.at(t, q, v);
+  } else if (t < s.t) {
+    const auto behind = std::lower_bound(s.samples.begin() + 1, s.samples.end(), t,
+                                         [](const Sample& sample, double time) { return sample.t < time; });
+    const auto before = behind - 1;
+    q = before->q + (t - before->t) / (behind->t - before->t) * (behind->q - before->q);
+  }
+  return scene.states_of(q, v).front().pose;
+}
+
+void measure_toss(const json& experiment, const Method& method, Answer& answer) {
+  const Toss toss = toss_of(read_toss(answer.scene), experiment.at("e"), experiment.at("mu"));
+  const Solution s = run_for(method, *toss.problem, Recording::motion, "a toss of " + answer.scene, answer);
+  if (!s.succeeded()) return;
+  const EngineScene scene(*toss.problem);
+  const double T = toss.problem->info().end_time;
+  for (int k = 1; k * kBetween <= T; ++k) {
+    const double t = k * kBetween, row = t * kTossRate;
+    const auto below =
+        static_cast<std::size_t>(std::min(std::floor(row), static_cast<double>(toss.measured.size() - 2)));
+    const double part = row - static_cast<double>(below);
+    const Pose &left = toss.measured[below], &right = toss.measured[below + 1];
+    const Vector3<double> centre = sum(scaled(1 - part, left.centre), scaled(part, right.centre));
+    const Pose pose = pose_at(scene, s, t);
+    const Vector3<double> d = difference(pose.centre, centre);
+    answer.found[time_name(t, "distance")] = std::sqrt(dot(d, d));
+    // The rotation of the nearer row.
+    answer.found[time_name(t, "angle")] = angle_between(pose.R, (part < 0.5 ? left : right).R);
+    answer.found[time_name(t, "x")] = pose.centre[0];
+    answer.found[time_name(t, "y")] = pose.centre[1];
+    answer.found[time_name(t, "z")] = pose.centre[2];
+  }
+}
+
+double mean(const std::vector<double>& values) {
+  double total = 0;
+  for (const double value : values) total += value;
+  return values.empty() ? kNaN : total / static_cast<double>(values.size());
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return kNaN;
+  std::sort(values.begin(), values.end());
+  return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
+}
+
+/// The times that some toss has.
+std::vector<double> times_of(const std::vector<Answer>& answers) {
+  std::vector<double> times;
+  for (int k = 1;; ++k) {
+    const double t = k * kBetween;
+    if (std::ranges::none_of(answers, [&](const Answer& a) { return a.found.contains(time_name(t, "distance")); }))
+      break;
+    times.push_back(t);
+  }
+  return times;
+}
+
+std::vector<double> all_at(const std::vector<Answer>& list, double t, const char* what) {
+  std::vector<double> values;
+  for (const Answer& a : list) {
+    if (a.found.contains(time_name(t, what))) values.push_back(a.found.at(time_name(t, what)));
+  }
+  return values;
+}
+
+/// Mean distance of the methods of a toss from their common mean, over all tosses.
+double spread_at(const std::vector<Answer>& answers, double t) {
+  std::map<std::string, std::vector<Vector3<double>>> places;
+  for (const Answer& a : answers) {
+    if (!a.found.contains(time_name(t, "x"))) continue;
+    places[a.scene].push_back(
+        {a.found.at(time_name(t, "x")), a.found.at(time_name(t, "y")), a.found.at(time_name(t, "z"))});
+  }
+  std::vector<double> distances;
+  for (const auto& [scene, list] : places) {
+    Vector3<double> centre{};
+    for (const auto& x : list) centre = sum(centre, scaled(1.0 / static_cast<double>(list.size()), x));
+    for (const auto& x : list) {
+      const auto d = difference(x, centre);
+      distances.push_back(std::sqrt(dot(d, d)));
+    }
+  }
+  return mean(distances);
+}
+
+struct Line {
+  std::string method;
+  int tosses = 0, failed = 0;
+  double middle = kNaN, end = kNaN, median_end = kNaN, angle = kNaN;
+};
+
+Table answer_table(const std::vector<Answer>& answers) {
+  const auto times = times_of(answers);
+  if (times.empty()) return {.title = "The answer", .note = "no toss was simulated", .columns = {}, .rows = {}};
+  // The last time that every toss has.
+  double last = times.front();
+  const auto count = [&](double t) { return all_at(answers, t, "distance").size(); };
+  for (const double t : times) {
+    if (count(t) == count(times.front())) last = t;
+  }
+  const double half = times[times.size() / 2] < last ? times[times.size() / 2] : times.front();
+  std::vector<Line> lines;
+  for (const auto& [method, list] : by_method(answers)) {
+    Line line{.method = method};
+    for (const Answer& a : list) {
+      ++line.tosses;
+      line.failed += !a.succeeded();
+    }
+    line.middle = 1e3 * mean(all_at(list, half, "distance"));
+    line.end = 1e3 * mean(all_at(list, last, "distance"));
+    line.median_end = 1e3 * median(all_at(list, last, "distance"));
+    line.angle = 180 / std::acos(-1.0) * mean(all_at(list, last, "angle"));
+    lines.push_back(line);
+  }
+  const std::vector<Column<Line>> columns = {
+      {"method", &Line::method},
+      {"tosses", "", "{}", &Line::tosses},
+      {"failed", "", "{}", &Line::failed},
+      {fmt::format("from the cube at {:.2f} s", half), "mm", "{:.1f}", &Line::middle},
+      {fmt::format("at {:.2f} s", last), "mm", "{:.1f}", &Line::end},
+      {"median", "mm", "{:.1f}", &Line::median_end},
+      {"turned by", "deg", "{:.0f}", &Line::angle}};
+  const double spread = 1e3 * spread_at(answers, last);
+  double nearest = HUGE_VAL;
+  for (const Line& line : lines) nearest = std::fmin(nearest, line.end);
+  return table_of(
+      "The answer", columns, lines,
+      fmt::format(
+          "Mean distances of the cube's centre from where it was measured, {:.1f} mm wide. At {:.2f} s the "
+          "methods are {:.1f} mm from their common mean, and the nearest of them {:.1f} mm from the cube: {}",
+          2e3 * kCubeHalfWidth, last, spread, nearest,
+          spread < 0.5 * nearest
+              ? "what is wrong is the model (one mu, one e, a flat rigid floor, Newton's law), which no method can mend; "
+                "verification settles which equations are solved, not whether they are nature's."
+              : "the choice of a method matters as much as the model."));
+}
+
+Table toss_details(const std::vector<Answer>& answers) {
+  static const std::vector<Column<Answer>> columns = {
+      {"method", &Answer::method},
+      {"toss", [](const Answer& a) { return std::filesystem::path(a.scene).stem().string(); }},
+      {"distance at 0.25 s", "m", "{:.4f}", [](const Answer& a) { return a.value(time_name(0.25, "distance")); }},
+      {"at 0.5 s", "m", "{:.4f}", [](const Answer& a) { return a.value(time_name(0.5, "distance")); }},
+      {"status", &Answer::status},
+      {"why", &Answer::message},
+  };
+  return table_of("Every toss", columns, answers);
+}
+
+void show_tosses(const Results& results, const std::vector<Answer>& answers, Section& section) {
+  section.choice("answer", answer_table(answers));
+  section.figures([=, id = results.experiment()](const FigureFolder& folder) {
+    QuestionPanel centre{.title = "centre",
+                         .x_label = "time [s]",
+                         .y_label = "mean distance from the measured cube [mm]",
+                         .settings = "set yrange [0:*]",
+                         .line = "",
+                         .line_is = "",
+                         .curves = {}};
+    QuestionPanel turn = centre;
+    turn.title = "rotation";
+    turn.y_label = "mean angle from the measured cube [°]";
+    const auto times = times_of(answers);
+    for (const auto& [method, list] : by_method(answers)) {
+      std::vector<std::pair<double, double>> distances, angles;
+      for (const double t : times) {
+        const double distance = mean(all_at(list, t, "distance")), angle = mean(all_at(list, t, "angle"));
+        if (std::isfinite(distance)) distances.emplace_back(t, 1e3 * distance);
+        if (std::isfinite(angle)) angles.emplace_back(t, 180 / std::acos(-1.0) * angle);
+      }
+      centre.curves.emplace_back(method, distances);
+      turn.curves.emplace_back(method, angles);
+    }
+    std::vector<std::pair<double, double>> spread;
+    for (const double t : times) spread.emplace_back(t, 1e3 * spread_at(answers, t));
+    centre.curves.emplace_back("how far the methods are apart", spread);
+    return std::vector<Figure>{
+        draw_question(folder, id, "From a measured motion",
+                      "Mean over all tosses that last as long. Dashed: an engine as it comes; full: "
+                      "as tuned. Apart: mean distance of the methods from their common mean.",
+                      {centre, turn})};
+  });
+  section.details("runs", toss_details(answers));
+}
+
+constexpr const char* kFields = R"~({
+  "data": {"type": "string", "description": "Folder with the files N.pt; --data sets it.", "examples": ["tosses_processed"]},
+  "tosses": {"type": "integer", "minimum": 1, "description": "Of the first so many files alone.", "examples": [20]},
+  "e": {"type": "number", "minimum": 0, "maximum": 1, "description": "Restitution that was fitted.", "examples": [0.125]},
+  "mu": {"type": "number", "minimum": 0, "description": "Friction that was fitted.", "examples": [0.18]}
+})~";
+
+const bool registered = register_question({.kind = "tosses",
+                                           .summary = "how near is a simulation to a measured motion?",
+                                           .fields = kFields,
+                                           .conditions = toss_conditions,
+                                           .measure = measure_toss,
+                                           .show = show_tosses});
+
+}  // namespace
+}  // namespace ricochet::tosses
