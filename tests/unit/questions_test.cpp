@@ -115,7 +115,7 @@ TEST_F(Questions, HaveTheAnswerFirst) {
   const auto tables = section.tables();
   ASSERT_FALSE(tables.empty());
   EXPECT_EQ(tables.front()->name, "answer");
-  EXPECT_EQ(tables.front()->role, Section::Role::choice);
+  EXPECT_EQ(tables.front()->role, Section::Role::result);
   EXPECT_NE(tables.front()->table.text().find("holds"), std::string::npos);
   EXPECT_EQ(tables.back()->name, "threads");
 }

@@ -256,7 +256,7 @@ QuestionPanel panel_of(const std::vector<Answer>& answers, double e, int bounces
 }
 
 void show_bounce(const Results& results, const std::vector<Answer>& answers, Section& section) {
-  section.choice("answer", verdict_table(verdicts_of(answers)));
+  section.result("answer", verdict_table(verdicts_of(answers)));
   section.figures([=, id = results.experiment()](const FigureFolder& folder) {
     return std::vector<Figure>{draw_question(
         folder, id, "How high a ball bounces, over the step length",

@@ -224,7 +224,7 @@ Table calibrate_details(const std::vector<Answer>& answers) {
 }
 
 void show_calibrate(const Results& results, const std::vector<Answer>& answers, Section& section) {
-  section.choice("answer", summary_table(answers));
+  section.result("answer", summary_table(answers));
   section.figures([=, id = results.experiment()](const FigureFolder& folder) {
     std::vector<QuestionPanel> panels;
     const auto scenes = different(answers, &Answer::scene);
@@ -262,9 +262,9 @@ void show_calibrate(const Results& results, const std::vector<Answer>& answers, 
 constexpr const char* kFields = R"~({
   "scenes": {"type": "array", "minItems": 1, "items": {"type": "object", "additionalProperties": false, "required": ["problem"], "properties": {
     "name": {"type": "string", "description": "In tables.", "examples": ["ball"]},
-    "problem": {"$ref": "#/$defs/problem"},
-    "parameters": {"$ref": "#/$defs/parameters"},
-    "reference": {"$ref": "#/$defs/reference"}}},
+    "problem": {"$ref": "#/$defs/problem", "examples": ["bouncing_ball"]},
+    "parameters": {"$ref": "#/$defs/parameters", "examples": [{"e": 0.5}]},
+    "reference": {"$ref": "#/$defs/reference", "examples": [null]}}},
     "description": "Scenes with their references.", "examples": [[{"problem": "bouncing_ball"}]]}
 })~";
 

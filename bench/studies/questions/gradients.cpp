@@ -174,7 +174,7 @@ void show_gradients(const Results& results, const std::vector<Answer>& answers, 
   }
   for (std::size_t k = 0; k < changes.size(); ++k) {
     if (k == 0)
-      section.choice("answer", verdict_table(answers, changes[k], "The answer"));
+      section.result("answer", verdict_table(answers, changes[k], "The answer"));
     else
       section.result(
           fmt::format("change_{}", k),

@@ -129,7 +129,7 @@ Table hold_details(const std::vector<Answer>& answers) {
 constexpr double kDrawnZero = 1e-17;  // [m/s]; what is less is drawn there
 
 void show_hold(const Results& results, const std::vector<Answer>& answers, Section& section) {
-  section.choice("answer", verdict_table(verdicts_of(answers)));
+  section.result("answer", verdict_table(verdicts_of(answers)));
   section.figures([=, id = results.experiment()](const FigureFolder& folder) {
     QuestionPanel over_cone{.title = "shortest step",
                             .x_label = "tan(slope) / μ, up to which it should rest: 1",

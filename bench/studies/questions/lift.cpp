@@ -114,7 +114,7 @@ Table lift_details(const std::vector<Answer>& answers) {
 }
 
 void show_lift(const Results& results, const std::vector<Answer>& answers, Section& section) {
-  section.choice("answer", verdict_table(verdicts_of(answers)));
+  section.result("answer", verdict_table(verdicts_of(answers)));
   section.figures([=, id = results.experiment()](const FigureFolder& folder) {
     constexpr double kDrawnZero = 1e-17;
     QuestionPanel over_speed{.title = "shortest step",

@@ -201,7 +201,7 @@ Table toss_details(const std::vector<Answer>& answers) {
 }
 
 void show_tosses(const Results& results, const std::vector<Answer>& answers, Section& section) {
-  section.choice("answer", answer_table(answers));
+  section.result("answer", answer_table(answers));
   section.figures([=, id = results.experiment()](const FigureFolder& folder) {
     QuestionPanel centre{.title = "centre",
                          .x_label = "time [s]",
