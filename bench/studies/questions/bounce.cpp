@@ -166,8 +166,7 @@ std::vector<Verdict> verdicts_of(const std::vector<Answer>& answers) {
   std::vector<Verdict> verdicts;
   for (const auto& [method, list] : by_method(answers)) {
     Verdict verdict{.method = method, .says = {}};
-    double longest = 0, shortest = HUGE_VAL;
-    for (const Answer& a : list) longest = std::max(longest, a.h), shortest = std::min(shortest, a.h);
+    const auto [shortest, longest] = step_range_of(list);
     int most = 0;
     double deviation_of_longest = 0;
     for (const Answer& a : list) {

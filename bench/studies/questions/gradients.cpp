@@ -96,8 +96,7 @@ std::vector<Verdict> verdicts_of(const std::vector<Answer>& answers, double chan
   std::vector<Verdict> verdicts;
   for (const auto& [method, list] : by_method(answers)) {
     Verdict verdict{.method = method, .says = {}, .how = {}, .errors = {}};
-    double shortest = HUGE_VAL;
-    for (const Answer& a : list) shortest = std::min(shortest, a.h);
+    const double shortest = step_range_of(list).shortest;
     int right = 0, all = 0;
     for (const Answer& a : list) {
       if (a.h != shortest || a.condition("change") != change) continue;

@@ -62,20 +62,12 @@ struct Verdict {
   double half = kNaN, nine_tenths = kNaN, almost = kNaN, beyond = kNaN;
 };
 
-/// The shortest step of a method.
-double shortest_of(const std::vector<Answer>& list) {
-  double shortest = HUGE_VAL;
-  for (const Answer& a : list) shortest = std::min(shortest, a.h);
-  return shortest;
-}
-
 std::vector<Verdict> verdicts_of(const std::vector<Answer>& answers) {
   std::vector<Verdict> verdicts;
   for (const auto& [method, list] : by_method(answers)) {
     Verdict verdict{.method = method, .says = {}};
-    const double shortest = shortest_of(list);
-    double longest = 0, creep_longest = kNaN;
-    for (const Answer& a : list) longest = std::max(longest, a.h);
+    const auto [shortest, longest] = step_range_of(list);
+    double creep_longest = kNaN;
     for (const Answer& a : list) {
       if (!a.succeeded()) continue;
       const double f = a.condition("fraction"), creep = std::abs(a.value("creep"));
@@ -150,7 +142,7 @@ void show_hold(const Results& results, const std::vector<Answer>& answers, Secti
                             .line_is = "",
                             .curves = {}};
     for (const auto& [method, list] : by_method(answers)) {
-      const double shortest = shortest_of(list);
+      const double shortest = step_range_of(list).shortest;
       std::vector<std::pair<double, double>> cone, step;
       for (const Answer& a : list) {
         if (!a.succeeded()) continue;

@@ -65,8 +65,7 @@ std::vector<Verdict> verdicts_of(const std::vector<Answer>& answers) {
   std::vector<Verdict> verdicts;
   for (const auto& [method, list] : by_method(answers)) {
     Verdict verdict{.method = method, .says = {}};
-    double longest = 0, shortest = HUGE_VAL;
-    for (const Answer& a : list) longest = std::max(longest, a.h), shortest = std::min(shortest, a.h);
+    const auto [shortest, longest] = step_range_of(list);
     for (const Answer& a : list) {
       if (!a.succeeded()) continue;
       if (a.h == longest) verdict.lift_longest = std::fmax(verdict.lift_longest, a.value("lift"));
@@ -134,9 +133,9 @@ void show_lift(const Results& results, const std::vector<Answer>& answers, Secti
                             .line_is = "",
                             .curves = {}};
     for (const auto& [method, list] : by_method(answers)) {
-      double shortest = HUGE_VAL, most = 0;
+      const double shortest = step_range_of(list).shortest;
+      double most = 0;
       for (const Answer& a : list) {
-        shortest = std::min(shortest, a.h);
         if (a.succeeded()) most = std::max(most, a.value("throw"));
       }
       std::vector<std::pair<double, double>> speed, step;

@@ -205,16 +205,16 @@ std::vector<std::pair<std::string, std::vector<Answer>>> by_method(const std::ve
   return list;
 }
 
+StepRange step_range_of(const std::vector<Answer>& answers) {
+  if (answers.empty()) return {};
+  const auto [first, last] = std::ranges::minmax_element(answers, {}, &Answer::h);
+  return {first->h, last->h};
+}
+
 std::string style_of(const std::string& method) {
   const Style look = look_of(method);
   return fmt::format("with linespoints lw 1.6 dt {} pt {} ps 0.8 lc rgb '{}'", look.dash,
                      look.is_filled ? look.filled_point : look.open_point, look.color);
-}
-
-std::string point_style_of(const std::string& method) {
-  const Style look = look_of(method);
-  return fmt::format("with points lw 1.6 pt {} ps 1 lc rgb '{}'", look.is_filled ? look.filled_point : look.open_point,
-                     look.color);
 }
 
 Figure draw_question(const FigureFolder& folder, const std::string& name, const std::string& title,

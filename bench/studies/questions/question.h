@@ -67,10 +67,13 @@ Solution run_for(const Method& method, const Problem& problem, Recording recordi
 
 /// Answers of one method, in the order of the results.
 std::vector<std::pair<std::string, std::vector<Answer>>> by_method(const std::vector<Answer>& answers);
+/// Shortest and longest of the step lengths of some answers; both are 0 for a method with a tolerance.
+struct StepRange {
+  double shortest = 0, longest = 0;  ///< [s]
+};
+StepRange step_range_of(const std::vector<Answer>& answers);
 /// gnuplot's style of a method, the same in all questions: a colour for each engine, dashed as it comes.
 std::string style_of(const std::string& method);
-/// The same for points without lines.
-std::string point_style_of(const std::string& method);
 
 /// A curve for each method.
 using Curves = std::vector<std::pair<std::string, std::vector<std::pair<double, double>>>>;
