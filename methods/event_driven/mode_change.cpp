@@ -39,11 +39,22 @@ ModeChange::ModeChange(const Problem& problem, ContactScales& scales, ModeDynami
 bool ModeChange::is_low(int contact, const Vector& q, const Vector& v_minus) {
   const double eps_r = info_.contacts[contact].eps_r;
   if (!(eps_r > 0 && eps_r < 1)) return false;
-  const Vector& w = law_.free_acceleration(q, v_minus);
-  problem_.gap_acceleration_bias(q.data(), v_minus.data(), bias_.data());
-  const double a = law_.normal_velocity(contact, w) + bias_[contact];
+  const double a = free_gap_acceleration(contact, q, v_minus);
   const double rebound = eps_r * law_.normal_velocity(contact, v_minus);
   return a < 0 && rebound * rebound <= -2 * a * kLow * scales_.nearly_touching(contact);
+}
+
+double ModeChange::free_gap_acceleration(int contact, const Vector& q, const Vector& v) {
+  const Vector& w = law_.free_acceleration(q, v);
+  problem_.gap_acceleration_bias(q.data(), v.data(), bias_.data());
+  return law_.normal_velocity(contact, w) + bias_[contact];
+}
+
+/// Whether a contact that has just closed without an impact, at a rate that separates, does so by a hop that is lower
+/// than rounding of its gap: such a rate is rounding, and time cannot resolve the hop.
+bool ModeChange::hops(int contact, const Vector& q, const Vector& v) {
+  const double rate = law_.normal_velocity(contact, v);
+  return rate * rate <= 2 * std::abs(free_gap_acceleration(contact, q, v)) * kLow * scales_.nearly_touching(contact);
 }
 
 /// The touching contacts that do not separate, with what is known of their slip.
@@ -57,7 +68,8 @@ void ModeChange::set_closed(const Happening& cause, const std::vector<ContactMod
     const ContactMode before = modes ? (*modes)[i] : ContactMode::open;
     const bool is_struck = is_impact && std::ranges::any_of(contact.support, [&](int k) { return v[k] != v_minus[k]; });
     const bool rested = is_closed(before) && !is_struck;
-    const bool separates = law_.normal_velocity(i, v) > scales_.no_approach(i);
+    const bool separates = law_.normal_velocity(i, v) > scales_.no_approach(i) &&
+                           !(cause.is(Kind::gap_closes, i) && !is_impact && hops(i, q, v));
     if (!rested && separates && !(Lambda_n_[i] > 0 && is_low(i, q, v_minus))) continue;
     ImpactSolver::ClosedContact closed{.contact = i};
     if (cause.is(Kind::cone_reached, i) && !is_struck) {  // slip begins against the force

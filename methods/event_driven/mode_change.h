@@ -46,6 +46,8 @@ class ModeChange {
   void set_closed(const Happening& cause, const std::vector<ContactMode>* modes, const Vector& q, const Vector& v,
                   const Vector& v_minus);
   bool is_low(int contact, const Vector& q, const Vector& v_minus);
+  double free_gap_acceleration(int contact, const Vector& q, const Vector& v);
+  bool hops(int contact, const Vector& q, const Vector& v);
 
   const Problem& problem_;
   const ProblemInfo& info_;

@@ -189,6 +189,25 @@ TEST(EventDriven, RedundantContactsKeepTheirModes) {
 
 /// Samples between the ends of steps change no step, and are as exact as these. Stick, slip and reversal, in the plane
 /// and in space, where slip stops and begins again.
+/// A foot whose slip stops while another contact rests on a face that turns: rates of closed contacts are rounding, of
+/// either sign, and a contact that they open hops lower than its gap can tell.
+TEST(EventDriven, ContactsThatRoundingOpensCloseAgain) {
+  const auto problem = read_scene_file(test_data("domino_row.json"));
+  const auto run = [&](const std::string& method, double tolerance) {
+    Settings settings;
+    settings.tolerance = tolerance;
+    const Solution s = make_method(method)->solve(*problem, settings);
+    EXPECT_TRUE(s.succeeded()) << method << ", " << tolerance << ": " << s.message;
+    return s;
+  };
+  const Solution truth = run("cvode:adams", 1e-12);
+  for (const double tolerance : {1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11}) {
+    const Solution s = run("event_driven", tolerance);
+    // Eleven events, each of which may multiply errors by a few.
+    EXPECT_LT((s.q - truth.q).lpNorm<Eigen::Infinity>(), 100 * tolerance + 1e-9) << tolerance;
+  }
+}
+
 TEST(EventDriven, DenseSamplesAreAsExactAsTheSteps) {
   for (const bool in_space : {false, true}) {
     const auto problem = in_space ? read_scene_file(test_data("dragged_block_3d.json"))
