@@ -8,6 +8,7 @@ namespace ricochet {
 /// Heap allocations, those of Eigen, of other libraries and of plugins among them.
 struct Allocations {
   std::int64_t count = 0, bytes = 0;
+  std::int64_t peak = 0;  ///< bytes that lived at the same time, at most, above those before
 };
 
 /// Whether this program counts allocations: one with bench/malloc/counting_malloc.cpp in it does.

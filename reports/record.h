@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "problems/solution.h"
+#include "reports/metrics.h"
 
 namespace ricochet {
 
@@ -34,6 +35,7 @@ struct Record {
   double max_residual = -1;  ///< -1: not audited
   int detected_events = 0;
   Counters counters;
+  Metrics metrics;
   std::string instead_of;  ///< method whose failure at this setting this run answers; empty otherwise
   std::string expected;    ///< why the experiment expects that it may fail; empty: a failure is a surprise
   std::string command;     ///< reproduces the run
@@ -45,8 +47,8 @@ struct Record {
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Record, experiment, problem, method, title, steps, tolerance, h_bar,
                                                 nominal_order, status, message, error, reference_error, solution_size,
-                                                sensitivities, max_residual, detected_events, counters, instead_of,
-                                                expected, command)
+                                                sensitivities, max_residual, detected_events, counters, metrics,
+                                                instead_of, expected, command)
 
 /// Of one method and without replacements: ascending steps, descending tolerances.
 std::vector<const Record*> runs_of(const std::vector<Record>& records, const std::string& method);

@@ -45,6 +45,9 @@ struct Study {
   /// @throws InputError for damaged rows
   std::function<void(const Results& results, Section& section)> show;
 
+  /// What is said of a row as soon as it is made, where it failed unexpectedly; empty elsewhere.
+  std::function<std::string(const nlohmann::json& line)> failure = {};
+
   /// How many rows failed that the experiment does not expect to fail. Empty: none is a surprise.
   std::function<int(const Results& results)> surprises;
 };

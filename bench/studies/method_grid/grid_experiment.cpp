@@ -85,6 +85,7 @@ GridExperiment read_grid_experiment(const json& document) {
       require_kind_of_setting(*make_method(experiment.trajectory_method), "trajectory: steps", "");
   }
   experiment.overhead_of = document.value("overhead_of", experiment.overhead_of);
+  experiment.with_metrics = document.value("metrics", experiment.sensitivities.empty());
   experiment.with_times = document.value("times", true);
   experiment.quick = document.value("quick", false);
   experiment.time_limit = document.value("time_limit", experiment.time_limit);

@@ -20,6 +20,7 @@ namespace ricochet {
 ///   "trajectory"      {"method", "steps"} of a run with all grid points, for a figure
 ///   "overhead_of"     {method: method its cost is compared with}
 ///   "times"           false: times are not measured
+///   "metrics"         false: only the errors at the end
 struct GridExperiment {
   struct MethodGrid {
     std::string method;
@@ -39,7 +40,8 @@ struct GridExperiment {
   int trajectory_steps = 0;
   std::map<std::string, std::string> overhead_of;
   bool with_times = true, quick = false;
-  double time_limit = 60;  ///< of a run, wall time [s]
+  bool with_metrics = true;  ///< there are none of sensitivities
+  double time_limit = 60;    ///< of a run, wall time [s]
 };
 
 /// @throws InputError with the field; nlohmann::json::exception for one that is missing

@@ -30,11 +30,16 @@ GridResults::GridResults(const Results& results)
     if (timing.row >= records.size())
       throw InputError(fmt::format("{}: timing of row", results.path), timing.row, "no such row");
     timings[timing.row] = timing.timing;
+    peak_bytes[timing.row] = timing.peak_bytes;
   }
 }
 
 bool GridResults::has_errors() const {
   return std::any_of(records.begin(), records.end(), [](const Record& r) { return r.has_error(); });
+}
+
+bool GridResults::has_metrics() const {
+  return std::any_of(records.begin(), records.end(), [](const Record& r) { return r.metrics.are_known; });
 }
 
 ErrorMeasure GridResults::error_measure() const {

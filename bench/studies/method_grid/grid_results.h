@@ -16,8 +16,9 @@ struct TimingRow {
 
   std::size_t row = 0;
   Timing timing;
+  double peak_bytes = Metrics::kNone;  ///< of the heap, above what was taken before; none of a run in another process
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(TimingRow, row, timing)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(TimingRow, row, timing, peak_bytes)
 
 /// A motion for a figure.
 struct Trajectory {
@@ -50,12 +51,14 @@ struct GridResults {
   std::string id, title;
   std::map<std::string, std::string> overhead_of;  ///< method -> method its cost is compared with
   std::vector<Record> records;
-  std::map<std::size_t, Timing> timings;  ///< by record
+  std::map<std::size_t, Timing> timings;     ///< by record
+  std::map<std::size_t, double> peak_bytes;  ///< the same, of TimingRow
   std::vector<Trajectory> trajectories;
   bool is_complete = false;
   bool is_quick = false;  ///< the short part of the experiment
 
-  bool has_errors() const;  ///< some run was compared with a reference
+  bool has_errors() const;   ///< some run was compared with a reference
+  bool has_metrics() const;  ///< the motion of some run was looked at
   ErrorMeasure error_measure() const;
   /// Methods in the order of their first record.
   std::vector<std::string> methods() const;

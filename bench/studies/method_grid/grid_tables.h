@@ -14,6 +14,13 @@ Table order_summary(const GridResults& results);
 /// Every run: error, local slope, microseconds per step, counters, residual, or the reason of its failure.
 Table order_details(const GridResults& results);
 
+/// Every run whose motion was looked at: its errors against the reference motion at all times, those of events, of
+/// impulses, of momentum and of energy.
+Table motion_details(const GridResults& results);
+
+/// The same runs: how deep bodies are in each other, and residuals by law.
+Table law_details(const GridResults& results);
+
 /// Runs without a solution, with the reason, the answer to it if there was one, and the command that repeats the run.
 Table failures(const GridResults& results);
 

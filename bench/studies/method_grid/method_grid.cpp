@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "bench/allocations.h"
+#include "bench/metrics/metrics.h"
 #include "bench/progress.h"
 #include "bench/sensitivities.h"
 #include "bench/studies/method_grid/grid_experiment.h"
@@ -45,6 +47,7 @@ class GridRun {
   explicit GridRun(const GridExperiment& experiment)
       : experiment_(experiment), problem_(experiment.problem.make_problem()) {
     if (experiment.needs_reference) reference_ = experiment.problem.make_reference(*problem_, experiment.sensitivities);
+    if (experiment.with_metrics && reference_) reference_motion_ = reference_motion(*problem_, *reference_);
   }
 
   Record run(const Job& job, const std::string& instead_of) const;
@@ -65,6 +68,7 @@ class GridRun {
   const GridExperiment& experiment_;
   std::unique_ptr<Problem> problem_;
   std::optional<reference::Reference> reference_;
+  std::optional<Solution> reference_motion_;
 };
 
 /// What a row says before its run: of a method that is not built there is no more to say.
@@ -127,6 +131,12 @@ Record GridRun::run(const Job& job, const std::string& instead_of) const {
     record.solution_size = reference_->size();
     if (solution.succeeded()) record.error = reference_->error_of(solution);
   }
+  if (experiment_.with_metrics && settings.audit && solution.succeeded()) {
+    settings.audit = false;
+    settings.recording = Recording::motion;
+    record.metrics = measure_metrics(*problem_, method->solve(*problem_, settings),
+                                     reference_motion_ ? &*reference_motion_ : nullptr);
+  }
   return record;
 }
 
@@ -176,12 +186,18 @@ std::vector<TimingRow> measure_times(const GridExperiment& experiment, const Gri
   for (std::size_t k = 0; k < records.size(); ++k) {
     if (!records[k].succeeded()) continue;
     succeeded.push_back(&records[k]);
-    rows.push_back({k, {}});
+    rows.push_back({k, {}, Metrics::kNone});
   }
   Progress progress(experiment.id + ": times");
-  const auto timings = measure(grid.timed_runs(succeeded), experiment.quick,
-                               [&](double share) { progress.update(share, "random order"); });
-  for (std::size_t k = 0; k < rows.size(); ++k) rows[k].timing = timings[k];
+  const auto runs = grid.timed_runs(succeeded);
+  const auto timings = measure(runs, experiment.quick, [&](double share) { progress.update(share, "random order"); });
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    rows[k].timing = timings[k];
+    double own_seconds = 0;
+    if (!counts_allocations()) continue;
+    const Allocations allocations = allocations_of([&] { own_seconds = runs[k].run(); });
+    if (own_seconds == 0) rows[k].peak_bytes = static_cast<double>(allocations.peak);
+  }
   return rows;
 }
 
@@ -222,7 +238,24 @@ void show_method_grid(const Results& file, Section& section) {
   if (!results.overhead_of.empty()) section.result("overhead", overhead(results));
   section.failures("failures", failures(results));
   section.details("runs", order_details(results));
+  if (results.has_metrics()) {
+    section.details("motions", motion_details(results));
+    section.details("laws", law_details(results));
+  }
   if (!results.timings.empty()) section.details("times", precision_details(results));
+}
+
+bool is_surprise(const Record& record) {
+  return !record.succeeded() && record.status != "not_built" && record.status != "declined" &&
+         record.expected.empty() && record.instead_of.empty();
+}
+
+std::string method_grid_failure(const nlohmann::json& line) {
+  if (line.at("kind") != Record::kKind) return "";
+  const auto record = parse_line(line.dump()).get<Record>();
+  if (!is_surprise(record)) return "";
+  return fmt::format("{} {}: {}: {}", record.method, setting_text(record.steps, record.tolerance), record.status,
+                     record.message);
 }
 
 /// A run that failed although the experiment says nothing of that, and no other method answered it.
@@ -233,10 +266,8 @@ int method_grid_surprises(const Results& file) {
       return other.instead_of == record.method && other.setting() == record.setting() && other.succeeded();
     });
   };
-  return static_cast<int>(std::ranges::count_if(records, [&](const Record& record) {
-    return !record.succeeded() && record.status != "not_built" && record.status != "declined" &&
-           record.expected.empty() && record.instead_of.empty() && !is_answered(record);
-  }));
+  return static_cast<int>(std::ranges::count_if(
+      records, [&](const Record& record) { return is_surprise(record) && !is_answered(record); }));
 }
 
 constexpr const char* kMethodGridFields = R"~({
@@ -257,6 +288,7 @@ constexpr const char* kMethodGridFields = R"~({
     "trajectory": {"type": "object", "additionalProperties": false, "required": ["method", "steps"], "description": "A run with all grid points, for a figure.", "properties": {
       "method": {"$ref": "#/$defs/method", "examples": ["fesd:gauss:3"]},
       "steps": {"type": "integer", "minimum": 1, "description": "Number of steps.", "examples": [200]}}},
+    "metrics": {"type": "boolean", "description": "false: errors at the end alone, not those of the whole motion and by law.", "examples": [false]},
     "overhead_of": {"type": "object", "additionalProperties": {"type": "string"}, "description": "By method the one its cost is compared with.", "examples": [{"fesd:gauss:2,n_fe=1": "irk:gauss:2,contacts=ignored"}]}
   }
 })~";
@@ -270,6 +302,7 @@ const bool method_grid_is_registered = register_study(
      .times = Times::optional,
      .run = run_method_grid,
      .show = show_method_grid,
+     .failure = method_grid_failure,
      .surprises = method_grid_surprises});
 
 }  // namespace

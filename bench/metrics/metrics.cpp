@@ -1,0 +1,196 @@
+#include "bench/metrics/metrics.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "bench/metrics/momentum.h"
+#include "bench/penetration.h"
+
+namespace ricochet {
+namespace {
+
+// The reference motion is needed to fewer digits than its end; a motion that is another one is further away.
+constexpr double kMotionTolerance = 1e-13, kSameMotion = 1e-7;
+constexpr double kMotionLimit = 60;      // wall time [s]
+constexpr double kAwayFromJumps = 0.01;  // of the time
+
+// Three points of Gauss in [0, 1]: a step of a method moves by polynomials of a low degree.
+const double kGaussOffset = std::sqrt(0.15);
+const std::array<std::pair<double, double>, 3> kGauss = {
+    {{0.5 - kGaussOffset, 5. / 18}, {0.5, 8. / 18}, {0.5 + kGaussOffset, 5. / 18}}};
+
+double largest(const Vector& x) {
+  return x.size() == 0 ? 0 : x.lpNorm<Eigen::Infinity>();
+}
+
+/// fmax() takes a NaN for nothing measured yet.
+void raise(double& most, double value) {
+  most = std::fmax(most, value);
+}
+
+/// Times at which the reference jumps, and the two ends.
+std::vector<double> jumps_of(const Solution& reference) {
+  std::vector<double> times;
+  for (const Event& event : reference.events) {
+    if (event.kind == EventKind::impact) times.push_back(event.t);
+  }
+  return times;
+}
+
+void compare_motions(const Problem& problem, const Motion& motion, const Solution& reference, Metrics& metrics) {
+  const int n = problem.info().n_mechanical();
+  const std::vector<double> jumps = jumps_of(reference);
+  const Motion& truth = reference.motion;
+  Vector q, v, true_q, true_v;
+  metrics.position_error = metrics.velocity_error = 0;
+  const auto compare = [&](std::size_t piece, double t) {
+    const double begin = motion.begin_of(piece), end = motion.end_of(piece);
+    motion.within(piece, std::clamp((t - begin) / (end - begin), 0.0, 1.0), q, v);
+    truth.at(std::clamp(t, truth.begin(), truth.end()), true_q, true_v);
+    raise(metrics.position_error, largest((q - true_q).head(n)));
+    return largest((v - true_v).head(n));
+  };
+  for (std::size_t piece = 0; piece < motion.n_pieces(); ++piece) {
+    std::vector<double> cuts = {motion.begin_of(piece)};
+    const auto inside = std::ranges::upper_bound(jumps, cuts.front());
+    for (auto jump = inside; jump != jumps.end() && *jump < motion.end_of(piece); ++jump) cuts.push_back(*jump);
+    cuts.push_back(motion.end_of(piece));
+    for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
+      const double h = cuts[k + 1] - cuts[k];
+      compare(piece, cuts[k + 1]);
+      for (const auto& [place, weight] : kGauss)
+        metrics.velocity_error += h * weight * compare(piece, cuts[k] + place * h);
+    }
+  }
+}
+
+/// Of a method that tells the ends of its steps alone, as engines do.
+void compare_samples(const Problem& problem, const Solution& solution, const Motion& truth, Metrics& metrics) {
+  const int n = problem.info().n_mechanical();
+  Vector q, v;
+  for (const Sample& sample : solution.samples) {
+    truth.at(std::clamp(sample.t, truth.begin(), truth.end()), q, v);
+    raise(metrics.position_error, largest((sample.q - q).head(n)));
+  }
+}
+
+/// At the end, where neither has an impact shortly before.
+void compare_ends(const Problem& problem, const Solution& solution, const Solution& reference, Metrics& metrics) {
+  for (const Solution* s : {&solution, &reference}) {
+    for (const Event& event : s->events) {
+      if (event.kind == EventKind::impact && event.t > (1 - kAwayFromJumps) * solution.t) return;
+    }
+  }
+  const int n = problem.info().n_mechanical();
+  metrics.end_velocity_error = largest((solution.v - reference.v).head(n));
+  if (problem.info().structure.has_potential)
+    metrics.energy_error = *problem.energy(solution.q, solution.v) - *problem.energy(reference.q, reference.v);
+  if (!problem.info().geometry) return;
+  const Momentum has = momentum(problem, solution.q, solution.v), should = momentum(problem, reference.q, reference.v);
+  metrics.momentum_error = (has.linear - should.linear).norm();
+  metrics.angular_momentum_error = (has.angular - should.angular).norm();
+}
+
+using EventGroup = std::vector<const Event*>;  // of one contact and kind, in the order of time
+
+std::map<std::pair<int, EventKind>, EventGroup> groups_of(const Solution& solution) {
+  std::map<std::pair<int, EventKind>, EventGroup> groups;
+  for (const Event& event : solution.events) groups[{event.contact, event.kind}].push_back(&event);
+  for (auto& [key, group] : groups) std::ranges::stable_sort(group, {}, [](const Event* event) { return event->t; });
+  return groups;
+}
+
+/// Of events in the order of time. @return nearest in time, the first of several
+std::size_t nearest(const EventGroup& events, double t) {
+  std::size_t best = 0;
+  for (std::size_t k = 1; k < events.size(); ++k) {
+    if (std::abs(events[k]->t - t) < std::abs(events[best]->t - t)) best = k;
+  }
+  return best;
+}
+
+void compare_events(const Solution& solution, const Solution& reference, Metrics& metrics) {
+  const auto own = groups_of(solution), all = groups_of(reference);
+  std::size_t pairs = 0;
+  for (const auto& [key, truth] : all) {
+    const auto found = own.find(key);
+    if (found == own.end()) continue;
+    const EventGroup& events = found->second;
+    for (std::size_t k = 0; k < truth.size(); ++k) {
+      const std::size_t partner = nearest(events, truth[k]->t);
+      if (nearest(truth, events[partner]->t) != k) continue;
+      ++pairs;
+      raise(metrics.event_time_error, std::abs(events[partner]->t - truth[k]->t));
+      if (key.second == EventKind::impact && events[partner]->Lambda_n.size() > 0)
+        raise(metrics.impulse_error, std::abs(events[partner]->Lambda_n[key.first] - truth[k]->Lambda_n[key.first]));
+    }
+  }
+  metrics.missed_events = static_cast<int>(reference.events.size() - pairs);
+  metrics.spurious_events = static_cast<int>(solution.events.size() - pairs);
+}
+
+/// Residuals of the laws of an impact of contact i: W = J_n' M^-1 J_n makes velocities of impulses.
+void measure_impact(const Problem& problem, const Event& event, int i, Metrics& metrics) {
+  const ContactInfo& contact = problem.info().contacts[static_cast<std::size_t>(i)];
+  const Matrix J_n = problem.normal_jacobian(event.q);
+  const Vector force = problem.force_directions(J_n).col(i);
+  const double W = force.dot(problem.mass_matrix(event.q).llt().solve(force));
+  const double Lambda_n = event.Lambda_n[i];
+  if (Lambda_n > 0) raise(metrics.signorini, std::abs(problem.gap(event.q)[i]));
+  if (problem.info().impact_law.hypothesis == ImpactHypothesis::newton) {
+    const double u = J_n.col(i).dot(event.v_plus) + contact.eps_r * J_n.col(i).dot(event.v_minus);
+    raise(metrics.restitution, std::abs(std::min(u, W * Lambda_n)));
+  }
+  if (contact.n_t == 0 || event.Lambda_t.size() == 0) return;
+  const Vector Lambda_t = event.Lambda_t.segment(contact.tangent_index, contact.n_t);
+  const Vector v_t =
+      problem.tangent_jacobian(event.q).middleCols(contact.tangent_index, contact.n_t).transpose() * event.v_plus;
+  const double most = contact.mu * Lambda_n;
+  raise(metrics.cone, std::max(0.0, W * (Lambda_t.norm() - most)));
+  if (most > 0) raise(metrics.dissipation, std::abs(v_t.norm() + Lambda_t.dot(v_t) / most));
+}
+
+}  // namespace
+
+std::optional<Solution> reference_motion(const Problem& problem, const reference::Reference& reference) {
+  Solution motion = reference::integrate_event_located(
+      problem, {.tolerance = kMotionTolerance, .time_limit = kMotionLimit, .records_motion = true});
+  if (!motion.succeeded() || motion.motion.empty()) return std::nullopt;
+  const double distance =
+      reference::final_state_difference(motion.q, motion.v, reference.solution.q, reference.solution.v);
+  return distance <= kSameMotion * reference.size() ? std::optional(std::move(motion)) : std::nullopt;
+}
+
+Metrics measure_metrics(const Problem& problem, const Solution& solution, const Solution* reference) {
+  Metrics metrics;
+  metrics.are_known = true;
+  if (reference != nullptr) {
+    if (!solution.motion.empty())
+      compare_motions(problem, solution.motion, *reference, metrics);
+    else
+      compare_samples(problem, solution, reference->motion, metrics);
+    compare_ends(problem, solution, *reference, metrics);
+    compare_events(solution, *reference, metrics);
+  }
+  const ProblemInfo& info = problem.info();
+  if (!info.unilateral.empty() && !solution.motion.empty()) metrics.penetration = penetration(problem, solution.motion);
+  Vector q, v;
+  for (std::size_t piece = 0; info.has_bilateral() && piece < solution.motion.n_pieces(); ++piece) {
+    for (const double s : {0.5, 1.0}) {
+      solution.motion.within(piece, s, q, v);
+      const Vector gap = problem.gap(q);
+      for (const int i : info.bilateral) raise(metrics.constraint_drift, std::abs(gap[i]));
+    }
+  }
+  for (const Event& event : solution.events) {
+    if (event.kind == EventKind::impact && event.Lambda_n.size() > 0)
+      measure_impact(problem, event, event.contact, metrics);
+  }
+  return metrics;
+}
+
+}  // namespace ricochet

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+namespace ricochet {
+
+/// What else there is to say of a motion beside its error at the end: against a reference motion, of what bodies keep, and
+/// by law of contact. NaN where a quantity does not exist: no reference motion, no geometry, no potential, no impact.
+struct Metrics {
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+  bool are_known = false;  ///< false: the run was not looked at
+
+  // Against the reference motion.
+  double position_error = kNone;      ///< max-norm over the time of q
+  double velocity_error = kNone;      ///< integral of the max-norm of v over the time, which a late impact hardly hurts
+  double end_velocity_error = kNone;  ///< max-norm at the end; none with an impact within the last 1 % of the time
+  double event_time_error = kNone;    ///< largest over the events that both have [s]
+  double impulse_error = kNone;       ///< largest normal impulse difference over the impacts that both have [N s]
+  int missed_events = 0;              ///< events that the reference alone has
+  int spurious_events = 0;            ///< events that the run alone has
+  double energy_error = kNone;        ///< at the end, with its sign, as all that follow away from impacts [J]
+  double momentum_error = kNone;      ///< Euclidean norm, linear momentum of the bodies [N s]
+  double angular_momentum_error = kNone;  ///< the same about the origin [N m s]
+
+  // Of the motion itself.
+  double penetration = kNone;       ///< deepest, as bench/penetration.h [m]
+  double constraint_drift = kNone;  ///< largest |g| of bilateral constraints [m]
+
+  // Residuals of the laws in the impacts that it tells.
+  double signorini = kNone;    ///< largest distance at which an impulse acts [m]
+  double restitution = kNone;  ///< largest |min(v_n+ + e v_n-, W Lambda_n)| [m/s]
+  double cone = kNone;         ///< largest W (|Lambda_t| - mu Lambda_n) [m/s]
+  double dissipation = kNone;  ///< largest |v_t| + Lambda_t' v_t / (mu Lambda_n) [m/s]
+};
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Metrics, are_known, position_error, velocity_error, end_velocity_error,
+                                                event_time_error, impulse_error, missed_events, spurious_events,
+                                                energy_error, momentum_error, angular_momentum_error, penetration,
+                                                constraint_drift, signorini, restitution, cone, dissipation)
+
+}  // namespace ricochet
