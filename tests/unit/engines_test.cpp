@@ -266,6 +266,19 @@ TEST_P(Engine, DeclinesWhatItCannotBeTold) {
   EXPECT_TRUE(engine->can_run(make_problem("two_balls_spring")->info()).ok);
 }
 
+TEST_P(Engine, IsToldOfSprings) {
+  // Two balls and their spring in the air: without the spring they would be 0.1 m and more from where they are.
+  const auto problem = make_problem("two_balls_spring", {{"height", 100}, {"duration", 0.5}});
+  const Solution truth = make_method("event_driven")->solve(*problem, [] {
+    Settings settings;
+    settings.tolerance = 1e-10;
+    return settings;
+  }());
+  const Solution s = made(GetParam())->solve(*problem, stepping(2000));
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  EXPECT_LT((s.q - truth.q).norm(), 0.01) << "engines are of first order";
+}
+
 INSTANTIATE_TEST_SUITE_P(All, Engine, testing::ValuesIn(kEngines), [](const auto& param) { return param.param; });
 
 }  // namespace

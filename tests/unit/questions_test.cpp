@@ -14,6 +14,7 @@
 #include "bench/studies/questions/question.h"
 #include "bench/studies/questions/toss_data.h"
 #include "bench/studies/study.h"
+#include "methods/method_spec.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 
@@ -38,6 +39,29 @@ class Questions : public testing::Test {
     return read_results(run_experiment(file, options));
   }
 };
+
+/// Time stepping that tells the ends of its steps alone, as engines do.
+class SteppingWithoutMotion : public Method {
+ public:
+  explicit SteppingWithoutMotion(const MethodSpec&) {}
+  MethodInfo info() const override { return inner_->info(); }
+  Support supports(const ProblemInfo& problem) const override { return inner_->supports(problem); }
+
+ protected:
+  Solution do_solve(const Problem& problem, const Settings& settings) const override {
+    Solution solution = inner_->solve(problem, settings);
+    solution.motion = {};
+    return solution;
+  }
+
+ private:
+  std::unique_ptr<Method> inner_ = make_method("moreau_jean");
+};
+
+const bool is_registered = register_method<SteppingWithoutMotion>({.name = "stepping_without_motion",
+                                                                   .usage = "stepping_without_motion",
+                                                                   .summary = "of a test",
+                                                                   .examples = {"stepping_without_motion"}});
 
 double found(const std::vector<Answer>& answers, const std::string& method, double h, const std::string& what,
              const std::map<std::string, double>& of = {}) {
@@ -65,9 +89,9 @@ TEST_F(Questions, AboutBouncing) {
 }
 
 TEST_F(Questions, AboutFriction) {
-  const auto answers =
-      ask("hold", {"moreau_jean", "penalty", "event_driven"}, {{"fractions", {0.9, 1.1}}, {"step_lengths", {0.001}}})
-          .all<Answer>();
+  const auto answers = ask("hold", {"moreau_jean", "penalty", "event_driven", "stepping_without_motion"},
+                           {{"fractions", {0.9, 1.1}}, {"step_lengths", {0.001}}})
+                           .all<Answer>();
   const std::map<std::string, double> held{{"fraction", 0.9}}, slides{{"fraction", 1.1}};
   EXPECT_LT(std::abs(found(answers, "moreau_jean", 0.001, "creep", held)), 1e-12) << "rounding";
   EXPECT_GT(std::abs(found(answers, "penalty", 0.001, "creep", held)), 1e-6) << "regularised friction creeps";
@@ -75,6 +99,9 @@ TEST_F(Questions, AboutFriction) {
   const double slope = std::atan(1.1 * 0.5);
   EXPECT_NEAR(exact, 1.5 * 9.81 * (std::sin(slope) - 0.5 * std::cos(slope)), 1e-14);
   EXPECT_NEAR(found(answers, "event_driven", 0, "creep", slides), exact, 1e-8 * exact) << "ten times its tolerance";
+  // Between the ends of steps places are on straight lines: off by a(h)^2/8, and the speed by a step at most.
+  EXPECT_NEAR(found(answers, "stepping_without_motion", 0.001, "creep", slides),
+              found(answers, "moreau_jean", 0.001, "creep", slides), 0.01 * exact);
 }
 
 TEST_F(Questions, AboutLiftingOff) {
