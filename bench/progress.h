@@ -5,7 +5,8 @@
 
 namespace ricochet {
 
-/// One line on a terminal that says how far long work has come and how long it will take. Silent when stderr is a file.
+/// One line on a terminal that says how far long work has come and how long it will take. Where stderr
+/// is a file, a line every half minute.
 class Progress {
  public:
   explicit Progress(std::string title);

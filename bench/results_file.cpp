@@ -115,26 +115,33 @@ void ResultsFile::open() {
   if (fs::exists(path_)) keep_aside(path_);
   file_.open(partial_, std::ios::trunc);  // an unfinished run of another program is no more
   if (!file_) throw InputError("results file", partial_, "cannot be written");
-  append(header_);
+  file_ << header_.dump() << "\n";
   for (const auto& [text, line] : taken_) file_ << text << "\n";
 }
 
 void ResultsFile::append(const json& line) {
   if (!file_.is_open()) open();
+  if (observer_) observer_(line);
   file_ << line.dump() << "\n";
   if (!file_.flush()) throw InputError("results file", partial_, "cannot be written");
 }
 
-void ResultsFile::make_elsewhere(std::size_t begin, std::size_t end,
+const std::vector<json>& ResultsFile::lines_in_shards(std::size_t piece) const {
+  const auto lines = shards_.find(piece);
+  if (lines == shards_.end()) throw InputError("shards", piece, "no shard has this piece of the experiment");
+  return lines->second;
+}
+
+void ResultsFile::make_elsewhere(const std::vector<std::size_t>& todo,
                                  const std::function<std::string(std::size_t piece)>& lines_of_piece,
                                  const std::function<void(const json& line)>& take,
                                  const std::function<void(std::size_t piece)>& done) {
-  if (begin == end) return;
+  if (todo.empty()) return;
   // Processes and not threads: GiNaC and Ipopt's linear solver have state that threads would share.
   const auto make = [&](int, std::int64_t first, std::int64_t last) {
     const auto work = [&] {
       std::string lines;
-      for (auto piece = first; piece < last; ++piece) lines += lines_of_piece(static_cast<std::size_t>(piece));
+      for (auto k = first; k < last; ++k) lines += lines_of_piece(todo[static_cast<std::size_t>(k)]);
       return lines;
     };
     IsolatedResult result = run_isolated(work, kNoLimit);
@@ -142,8 +149,8 @@ void ResultsFile::make_elsewhere(std::size_t begin, std::size_t end,
       throw std::runtime_error(fmt::format("{}: a process that made rows has ended: {}", path_, result.text));
     return std::move(result.text);
   };
-  auto next_piece = begin;
-  in_order(processes_, static_cast<std::int64_t>(begin), static_cast<std::int64_t>(end), make,
+  std::size_t next = 0;
+  in_order(processes_, 0, static_cast<std::int64_t>(todo.size()), make,
            [&](std::int64_t last, const std::string& lines) {
              std::istringstream stream(lines);
              for (std::string text; std::getline(stream, text);) {
@@ -151,13 +158,16 @@ void ResultsFile::make_elsewhere(std::size_t begin, std::size_t end,
                append(line);
                take(line);
              }
-             for (; next_piece < static_cast<std::size_t>(last); ++next_piece) done(next_piece);
+             for (; next < static_cast<std::size_t>(last); ++next) done(todo[next]);
            });
 }
 
 void ResultsFile::finish() {
   taken_.resize(next_);
-  append({{"kind", "end"}});
+  if (!file_.is_open()) open();
+  file_ << R"({"kind":"end"})"
+        << "\n";
+  if (!file_.flush()) throw InputError("results file", partial_, "cannot be written");
   file_.close();
   fs::rename(partial_, path_);
   is_complete_ = true;

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "bench/shard.h"
 #include "reports/results.h"
 
 namespace ricochet {
@@ -66,38 +67,65 @@ class ResultsFile {
     return list;
   }
 
+  /// Thrown by pieces() of a shard, which has no more rows: its file is complete.
+  struct ShardIsMade {};
+
   /// Rows in pieces 0, ..., n - 1 that know nothing of each other, so that several processes may make them: the file is
   /// the same, to the last digit. What is taken over is read by this one.
   /// @param make  make(piece, next): one or more rows, each by next(how), which returns it; in another process it leaves
   ///              nothing behind but these rows
   /// @param done  done(piece), in their order
+  /// @throws ShardIsMade with those of the shard, where one is set
+  /// @throws InputError for a piece that none of set_shards() has
   /// @throws std::runtime_error when another process crashes, or its work throws
   template <class Row>
   std::vector<Row> pieces(std::size_t n, const std::function<void(std::size_t piece, const NextRow<Row>& next)>& make,
                           const std::function<void(std::size_t piece)>& done) {
     std::vector<Row> list;
-    const NextRow<Row> here = [&](const auto& how) { return list.emplace_back(row<Row>(how)); };
-    std::size_t k = 0;
-    for (; k < n && (processes_ == 1 || next_ < taken_.size()); ++k) {
-      make(k, here);
-      done(k);
+    std::vector<std::size_t> todo;
+    for (std::size_t piece = 0; piece < n; ++piece) {
+      if (shard_.has(piece)) todo.push_back(piece);
     }
+    std::size_t k = 0;
+    for (; k < todo.size() && (processes_ == 1 || next_ < taken_.size() || !shards_.empty()); ++k) {
+      const std::size_t piece = todo[k];
+      const NextRow<Row> here = [&](const auto& how) { return list.emplace_back(row_of<Row>(piece, how)); };
+      if (shards_.empty()) {
+        make(piece, here);
+      } else {
+        for (const nlohmann::json& line : lines_in_shards(piece)) here([&] { return line.get<Row>(); });
+      }
+      done(piece);
+    }
+    shards_.clear();  // rows of later pieces are made here
     const auto lines_of_piece = [&](std::size_t piece) {
       std::string lines;
       make(piece, [&](const auto& how) {
         Row made = how();
-        lines += line_of(made).dump() + "\n";
+        lines += line_in_piece(piece, made).dump() + "\n";
         return made;
       });
       return lines;
     };
     make_elsewhere(
-        k, n, lines_of_piece, [&](const nlohmann::json& line) { list.push_back(line.get<Row>()); }, done);
-    return list;
+        {todo.begin() + static_cast<std::ptrdiff_t>(k), todo.end()}, lines_of_piece,
+        [&](const nlohmann::json& line) { list.push_back(line.get<Row>()); }, done);
+    if (shard_.is_all()) return list;
+    finish();
+    throw ShardIsMade();
   }
 
   /// Of pieces(), which are made one after the other here without it. @param n  >= 1
   void set_processes(int n) { processes_ = n; }
+
+  /// Of pieces(), of which only those of the shard are made; each row then says of which piece it is.
+  void set_shard(Shard shard) { shard_ = shard; }
+
+  /// Of the first pieces(), which are not made but taken from here.
+  void set_shards(ShardRows rows) { shards_ = std::move(rows); }
+
+  /// Called with each row that was made, before it is written.
+  void set_observer(std::function<void(const nlohmann::json& line)> observer) { observer_ = std::move(observer); }
 
   /// Writes the end line and gives the file its name.
   void finish();
@@ -106,9 +134,24 @@ class ResultsFile {
   /// Whether the next n lines of the interrupted run are of this kind. What is left of it otherwise is given up.
   bool can_take(const std::string& kind, std::size_t n);
   void append(const nlohmann::json& line);
-  /// Pieces [begin, end) by several processes. @param lines_of_piece  called there  @param take  called here, with every
+  /// @throws InputError when there are none
+  const std::vector<nlohmann::json>& lines_in_shards(std::size_t piece) const;
+  template <class Row>
+  nlohmann::json line_in_piece(std::size_t piece, const Row& made) const {
+    nlohmann::json line = line_of(made);
+    if (!shard_.is_all()) line["piece"] = piece;
+    return line;
+  }
+  template <class Row, class Make>
+  Row row_of(std::size_t piece, const Make& make) {
+    if (can_take(Row::kKind, 1)) return taken_[next_++].second.get<Row>();
+    Row made = make();
+    append(line_in_piece(piece, made));
+    return made;
+  }
+  /// Pieces by several processes. @param lines_of_piece  called there  @param take  called here, with every
   /// line in their order, which is in the file
-  void make_elsewhere(std::size_t begin, std::size_t end,
+  void make_elsewhere(const std::vector<std::size_t>& todo,
                       const std::function<std::string(std::size_t piece)>& lines_of_piece,
                       const std::function<void(const nlohmann::json& line)>& take,
                       const std::function<void(std::size_t piece)>& done);
@@ -119,6 +162,9 @@ class ResultsFile {
   nlohmann::json header_;
   bool is_complete_ = false;
   int processes_ = 1;
+  Shard shard_;
+  ShardRows shards_;  ///< empty: pieces are made
+  std::function<void(const nlohmann::json& line)> observer_;
   std::vector<std::pair<std::string, nlohmann::json>> taken_;  ///< lines of an interrupted run, as text and parsed
   std::size_t next_ = 0;                                       ///< the first of them that is not asked for yet
   std::string said_;

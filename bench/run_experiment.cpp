@@ -1,6 +1,7 @@
 #include "bench/run_experiment.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <filesystem>
 
@@ -55,16 +56,31 @@ std::string command_of(const std::string& name, const RunOptions& options) {
   throw InputError("--method, --problem", experiment.name, "it has no run that fits both");
 }
 
-/// @throws InputError for several processes where times are measured
-void require_no_times(const Study& study, const json& document, int jobs) {
-  if (jobs == 1 || study.times == Times::none) return;
+/// @param option  by which rows are shared, with its value
+/// @throws InputError for several processes, or machines, where times are measured
+void require_no_times(const Study& study, const json& document, const std::string& option, const std::string& value) {
+  if (study.times == Times::none) return;
   if (study.times == Times::always)
-    throw InputError("--jobs", jobs,
-                     fmt::format("1 is required: experiments of kind {} measure times, which runs beside each other "
-                                 "would spoil",
+    throw InputError(option, value,
+                     fmt::format("the whole is required: experiments of kind {} measure times, which runs beside each "
+                                 "other would spoil",
                                  study.kind));
   if (document.value("times", true))
-    throw InputError("--jobs", jobs, "--no-times is required, since runs beside each other would spoil the times");
+    throw InputError(option, value, "--no-times is required, since runs beside each other would spoil the times");
+}
+
+void require_no_times(const Study& study, const json& document, const RunOptions& options) {
+  if (options.jobs > 1) require_no_times(study, document, "--jobs", std::to_string(options.jobs));
+  if (!options.shard.is_all())
+    require_no_times(study, document, "--shard", fmt::format("{}/{}", options.shard.number, options.shard.of));
+  if (!options.shards.empty()) require_no_times(study, document, "--from-shards", options.shards);
+}
+
+/// What a row says of a run that failed unexpectedly, as soon as it is made.
+void tell_failure(const Study& study, const std::string& id, const json& line) {
+  if (!study.failure) return;
+  if (const std::string reason = study.failure(line); !reason.empty())
+    fmt::print(stderr, "{}{}: {}\n", isatty(STDERR_FILENO) != 0 ? "\r\033[K" : "", id, reason);
 }
 
 }  // namespace
@@ -80,7 +96,7 @@ json experiment_document(const ExperimentFile& experiment, const RunOptions& opt
   if (!options.with_times) document["times"] = false;
   if (options.time_limit > 0) document["time_limit"] = options.time_limit;
   if (!options.data.empty()) document["data"] = std::filesystem::absolute(options.data).lexically_normal().string();
-  require_no_times(find_study(experiment.kind()), document, options.jobs);
+  require_no_times(find_study(experiment.kind()), document, options);
   return document;
 } catch (const json::exception& error) {
   throw_no_experiment(experiment, error);
@@ -111,7 +127,8 @@ std::string run_experiment(const ExperimentFile& experiment, const RunOptions& o
     const json document = experiment_document(experiment, options);
     const std::string id = document.at("id");
     const json files = file_hashes(document, experiment_schema(study));
-    ResultsFile file(options.folder, id,
+    const std::string key = hash_of(document.dump() + files.dump() + program_hash());
+    ResultsFile file(options.folder, options.shard.name(id),
                      {{"kind", "header"},
                       {"schema", kResultsSchema},
                       {"study", study.kind},
@@ -122,13 +139,19 @@ std::string run_experiment(const ExperimentFile& experiment, const RunOptions& o
                       {"command", command_of(experiment.name, options)},
                       {"environment", environment()},
                       {"files", files},
-                      {"key", hash_of(document.dump() + files.dump() + program_hash())}},
+                      {"key", key}},
                      options.force);
     if (!file.said().empty()) fmt::print(stderr, "{}\n", file.said());
     if (file.is_complete()) return file.path();
     file.set_processes(options.jobs);
-    study.run(document, file);
-    file.finish();
+    file.set_shard(options.shard);
+    if (!options.shards.empty()) file.set_shards(read_shards(options.shards, id, key));
+    file.set_observer([&](const json& line) { tell_failure(study, id, line); });
+    try {
+      study.run(document, file);
+      file.finish();
+    } catch (const ResultsFile::ShardIsMade&) {
+    }
     return file.path();
   } catch (const json::exception& error) {
     throw_no_experiment(experiment, error);

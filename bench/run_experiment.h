@@ -5,6 +5,7 @@
 
 #include "bench/experiment_file.h"
 #include "bench/selection.h"
+#include "bench/shard.h"
 
 namespace ricochet {
 
@@ -18,6 +19,8 @@ struct RunOptions {
   std::vector<std::string> changes;  ///< "FIELD=VALUE" of the experiment; its results are then those of ID_part
   Selection selection;               ///< part of its rows; the results are then those of ID_part, too
   int jobs = 1;                      ///< processes that make rows; results are the same
+  Shard shard{};                     ///< of the rows only this part, into a file of its own
+  std::string shards{};              ///< folder of shards that have made the rows; empty: they are made here
 };
 
 /// An experiment that has no parts, as it is run: with its quick part or without, changes and selection; files that it

@@ -63,13 +63,17 @@ int run_and_show(const ExperimentCommand& command) {
   int failed = 0;
   for (const auto& part : parts) {
     paths.push_back(run_experiment(part, command.run));
+    if (!command.run.shard.is_all()) {
+      fmt::print("shard: {}\n", paths.back());
+      continue;
+    }
     const ShownResults shown = shown_results(paths.back());
     print_results(shown, command.print);
     const int here = surprises(shown.results);
     if (here > 0) fmt::print("{} rows failed that the experiment does not expect to fail\n\n", here);
     failed += here;
   }
-  if (!command.page.empty()) {
+  if (!command.page.empty() && command.run.shard.is_all()) {
     const auto more = also_shown(experiment, command.run.folder);
     paths.insert(paths.end(), more.begin(), more.end());
     std::vector<ShownResults> list;
@@ -84,6 +88,7 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
   static ExperimentCommand options;
   static std::vector<std::string> methods, problems;
   static bool without_times = false;
+  static std::string shard_text;
   auto* command = app.add_subcommand(
       "run-experiment",
       "run an experiment where its results are missing, and print them; exit code 1 when a row fails that the "
@@ -125,6 +130,14 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
                    "processes that share the work where no times are measured; the results are the same")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
+  auto* shard =
+      command->add_option("--shard", shard_text,
+                          "K/N, only every N-th piece of the work, into ID.shard-K-of-N.jsonl: of a campaign on "
+                          "several machines, where no times are measured");
+  command
+      ->add_option("--from-shards", options.run.shards,
+                   "FOLDER of the N shards, of which the results are made; they are those of one process")
+      ->excludes(shard);
   command->add_flag("--force", options.run.force, "compute again what is there already; it is kept under a dated name");
   command->add_option("--data", options.run.data, "FOLDER of measured data, of an experiment that reads some");
   command->add_option("--time-limit", options.run.time_limit, "wall time per run in seconds")->check(positive_number());
@@ -139,6 +152,8 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
       "Examples:\n"
       "  ricochet run-experiment two_balls_order --quick\n"
       "  ricochet run-experiment two_balls_order --method 'fesd:gauss:*' --no-times --jobs 4\n"
+      "  ricochet run-experiment hard_cases --shard 3/8 -o out/shards\n"
+      "  ricochet run-experiment hard_cases --from-shards out/shards\n"
       "  ricochet run-experiment --problem bouncing_ball,e=0.9 --method moreau_jean --method fesd:gauss:2 --steps "
       "20..400\n"
       "  ricochet run-experiment --scene block.json --print-experiment\n"
@@ -146,6 +161,7 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
       "  ricochet run-experiment hard_cases --problem disc_in_chute --method moreau_jean --view failures");
   command->callback([&exit_code] {
     options.run.with_times = !without_times;
+    if (!shard_text.empty()) options.run.shard = read_shard(shard_text);
     if (options.experiment.empty()) {
       if (problems.size() > 1) throw InputError("--problem", problems[1], "without an experiment one is required");
       options.ad_hoc.methods = methods;

@@ -56,6 +56,64 @@ TEST_F(Cli, RunsPartOfAGroup) {
   EXPECT_EQ(lines_of(read(folder / "hard_cases_part.jsonl")).size(), 3u) << "header, one cell, end";
 }
 
+/// Of a campaign: whatever their number, shards give the file that one process writes.
+TEST_F(Cli, ShardsMakeTheResultsOfOneProcess) {
+  const std::string run_it = "run-experiment " + write("small.json", kThreeMethods) + " --no-times ";
+  const std::string whole_folder = " -o " + (folder / "whole").string();
+  ASSERT_EQ(run(run_it + whole_folder).code, 0);
+  const std::string whole = undated(read(folder / "whole" / "small.jsonl"));
+  for (const int n : {1, 2, 4, 9}) {  // of six pieces
+    const fs::path shards = folder / std::to_string(n), merged = shards / "merged";
+    for (int k = n; k >= 1; --k) {
+      const Outcome shard =
+          run(run_it + "--shard " + std::to_string(k) + "/" + std::to_string(n) + " --jobs 2 -o " + shards.string());
+      ASSERT_EQ(shard.code, 0) << shard.text;
+      const Outcome early = run(run_it + "--from-shards " + shards.string() + " -o " + merged.string());
+      ASSERT_EQ(early.code, k == 1 && n > 1 ? 0 : 2) << early.text;
+      if (n > 1 && k == 2) {
+        EXPECT_HAS(early.text, "these are missing or not complete: 1");
+      }
+    }
+    if (n == 1) continue;  // a shard 1/1 is the experiment itself
+    EXPECT_EQ(undated(read(merged / "small.jsonl")), whole) << n << " shards";
+  }
+}
+
+/// What a shard that was interrupted has made is taken over, and is in the results once.
+TEST_F(Cli, AnInterruptedShardGoesOn) {
+  const std::string run_it = "run-experiment " + write("small.json", kThreeMethods) + " --no-times ";
+  const std::string out = " -o " + folder.string();
+  ASSERT_EQ(run(run_it + out).code, 0);
+  for (const char* shard : {"1/2", "2/2"}) ASSERT_EQ(run(run_it + "--shard " + shard + out).code, 0);
+  const fs::path first = folder / "small.shard-1-of-2.jsonl", partial = first.string() + ".partial";
+  const auto lines = lines_of(read(first));
+  ASSERT_GT(lines.size(), 3u);
+  std::ofstream(partial) << lines[0] << "\n" << lines[1] << "\n" << lines[2].substr(0, 20);
+  fs::remove(first);
+  const Outcome missing = run(run_it + "--from-shards " + folder.string() + " -o " + (folder / "merged").string());
+  EXPECT_EQ(missing.code, 2) << "it is not complete";
+  const Outcome again = run(run_it + "--shard 1/2" + out);
+  ASSERT_EQ(again.code, 0) << again.text;
+  EXPECT_HAS(again.text, "1 rows of an interrupted run are taken over");
+  ASSERT_EQ(run(run_it + "--from-shards " + folder.string() + " -o " + (folder / "merged").string()).code, 0);
+  EXPECT_EQ(undated(read(folder / "merged" / "small.jsonl")), undated(read(folder / "small.jsonl")));
+}
+
+TEST_F(Cli, ShardsThatDoNotFitAreRefused) {
+  const std::string run_it = "run-experiment " + write("small.json", kThreeMethods), out = " -o " + folder.string();
+  for (const char* shard : {"0/2", "3/2", "1", "1/0", "-1/2", "a/b"})
+    EXPECT_EQ(run(run_it + " --no-times --shard " + std::string(shard) + out).code, 2) << shard;
+  const Outcome times = run(run_it + " --shard 1/2" + out);
+  EXPECT_EQ(times.code, 2);
+  EXPECT_HAS(times.text, "--no-times is required");
+  EXPECT_EQ(run("run-experiment throughput --shard 1/2" + out).code, 2) << "it measures times alone";
+  for (const char* shard : {"1/2", "2/2"}) ASSERT_EQ(run(run_it + " --no-times --shard " + shard + out).code, 0);
+  const Outcome other = run(run_it + " --no-times --time-limit 7 --from-shards " + folder.string() + " -o " +
+                            (folder / "merged").string());
+  EXPECT_EQ(other.code, 2);
+  EXPECT_HAS(other.text, "it is of another experiment");
+}
+
 /// The motion that an experiment records is drawn by its scene, too, and the page plays it.
 TEST_F(Cli, APageShowsTheSceneInMotion) {
   json document = json::parse(kThreeMethods);
