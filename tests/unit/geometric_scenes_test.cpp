@@ -131,5 +131,69 @@ TEST(GeometricScenes, FarFromTheOriginItIsTheSameMotion) {
   }
 }
 
+// The friction at which the springers part, and how they go: with a = x'' of the right one and N on each face,
+// M (g - a tan(beta)) = 2 N cos(beta) and m a = N sin(beta) - mu (m g + N cos(beta)).
+TEST(GeometricScenes, AnArchStandsUpToItsFriction) {
+  const double M = 3, m = 5, g = 9.81, tangent = std::tan(0.5), T = 0.5;
+  const double least = M * tangent / (2 * m + M);
+  const auto stands = scene_of("three_stone_arch", {{"mu", 1.001 * least}});
+  const double mu = 0.7 * least, a = g * (M * (tangent - mu) / 2 - mu * m) / (m + M * tangent * (tangent - mu) / 2);
+  const auto falls = scene_of("three_stone_arch", {{"mu", mu}});
+  for (const char* method : {"fesd:radau-iia:3,elements=as_needed", "moreau_jean", "event_driven"}) {
+    const Solution up = solved(*stands, method), down = solved(*falls, method);
+    ASSERT_TRUE(up.succeeded() && down.succeeded()) << method << ": " << up.message << down.message;
+    EXPECT_LE(up.q.norm(), 1e-10) << method << ": rounding";
+    // Constant forces: exact but for a half step of the place by time stepping.
+    const double half_step = method == std::string("moreau_jean") ? a * T * T / 400 : 1e-9;
+    EXPECT_NEAR(down.v[4], a * T, 1e-9) << method;
+    EXPECT_NEAR(down.q[4], a * T * T / 2, 1.01 * half_step) << method;
+    EXPECT_NEAR(down.q[3], -tangent * down.q[4], 1e-9) << method << ": the key sinks between them";
+    EXPECT_NEAR(down.q[0], -down.q[4], 1e-9) << method;
+  }
+}
+
+// With the balls shrunk to points each velocity goes on through the others: where it is then, sorted, the balls are.
+TEST(GeometricScenes, ElasticBallsExchangeTheirVelocities) {
+  const auto row = scene_of("elastic_row");
+  const ProblemInfo& info = row->info();
+  const int n = info.n_q;
+  const double r = 0.02, L = 1;
+  std::vector<std::pair<double, double>> points;  // place and velocity
+  for (int k = 0; k < n; ++k) {
+    const double unfolded = info.q0[k] - r * (2 * k + 1) + info.v0[k] * info.end_time;
+    const double turns = std::floor(unfolded / L), rest = unfolded - turns * L;
+    const bool is_back = std::fmod(std::abs(turns), 2) == 1;
+    points.emplace_back(is_back ? L - rest : rest, is_back ? -info.v0[k] : info.v0[k]);
+  }
+  std::ranges::sort(points);
+  for (const char* method : {"fesd:radau-iia:3,elements=as_needed", "event_driven"}) {
+    const Solution s = solved(*row, method);
+    ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
+    EXPECT_GT(s.counters.events, 100) << method;
+    for (int k = 0; k < n; ++k) {
+      // A straight flight is exact; each of a hundred impacts rounds.
+      EXPECT_NEAR(s.q[k] - r * (2 * k + 1), points[static_cast<std::size_t>(k)].first, 1e-10) << method;
+      EXPECT_NEAR(s.v[k], points[static_cast<std::size_t>(k)].second, 1e-10) << method;
+    }
+  }
+}
+
+TEST(GeometricScenes, ASpringInARingKeepsAngularMomentumAndEnergy) {
+  const auto ring = scene_of("spring_in_ring");
+  const ProblemInfo& info = ring->info();
+  const auto angular = [](const Vector& q, const Vector& v) { return q[0] * v[1] - q[1] * v[0]; };
+  const double L = angular(info.q0, info.v0), E = *ring->energy(info.q0, info.v0);
+  // Their own errors: 200 steps of order 5, and the tolerance of event_driven over the motion.
+  for (const auto& [method, tolerance] : {std::pair{"fesd:radau-iia:3,elements=as_needed", 1e-6},
+                                          {"fesd:gauss:3,elements=as_needed", 1e-6},
+                                          {"event_driven", 1e-7}}) {
+    const Solution s = solved(*ring, method);
+    ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
+    EXPECT_GT(s.counters.events, 3) << method;
+    EXPECT_NEAR(angular(s.q, s.v), L, tolerance * L) << method;
+    EXPECT_NEAR(*ring->energy(s.q, s.v), E, tolerance * E) << method;
+  }
+}
+
 }  // namespace
 }  // namespace ricochet

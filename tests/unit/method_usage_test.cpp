@@ -5,11 +5,14 @@
 
 #include <map>
 #include <regex>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "bench/experiment_file.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
+#include "problems/input_text.h"
 
 namespace ricochet {
 namespace {
@@ -61,6 +64,33 @@ std::string refusal(const std::string& spec) {
     return message.find("not built") == std::string::npos ? message : "";
   }
   return "";
+}
+
+/// methods/sources.bib says for each entry of which methods it is the source.
+TEST(MethodSources, AreInTheBibliography) {
+  const std::string bibliography = read_input_text(find_project_file("methods/sources.bib"), "bibliography");
+  const std::regex field("ricochet = \\{([^}]*)\\}"), word("[a-z0-9_]+"), doi("doi = \\{([^}]*)\\}");
+  std::set<std::string> cited, known, dois;
+  const auto all = [](const std::string& text, const std::regex& pattern, auto use) {
+    for (std::sregex_iterator match(text.begin(), text.end(), pattern), end; match != end; ++match) use(*match);
+  };
+  all(bibliography, field,
+      [&](const auto& entry) { all(entry[1].str(), word, [&](const auto& name) { cited.insert(name[0]); }); });
+  all(bibliography, doi, [&](const auto& entry) {
+    EXPECT_TRUE(entry[1].str().starts_with("10.")) << entry[1];
+    EXPECT_TRUE(dois.insert(entry[1]).second) << entry[1] << " is there twice";
+  });
+  // Registered by libraries that may be missing, and by these tests.
+  const std::set<std::string> optional = {"bullet", "ode", "mujoco", "box2d", "external"};
+  for (const auto& method : methods()) known.insert(method.name);
+  for (const auto& name : known) {
+    if (!optional.contains(name) && name.find("test") == std::string::npos &&
+        name.find("example") == std::string::npos) {
+      EXPECT_TRUE(cited.contains(name)) << name << " has no source in methods/sources.bib";
+    }
+  }
+  for (const auto& name : cited)
+    EXPECT_TRUE(known.contains(name) || optional.contains(name)) << name << " is no method";
 }
 
 TEST(MethodUsage, NamesOptionsThatAreAcceptedTogether) {
