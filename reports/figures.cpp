@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "problems/input_error.h"
+#include "reports/gnuplot.h"
 #include "reports/text_file.h"
 
 namespace ricochet {
@@ -14,7 +15,7 @@ bool can_draw() {
   return std::system("gnuplot --version >/dev/null 2>&1") == 0;
 }
 
-FigureFolder::FigureFolder(std::string folder) : folder_(std::move(folder)) {
+FigureFolder::FigureFolder(std::string folder, bool with_pdf) : folder_(std::move(folder)), with_pdf_(with_pdf) {
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
   if (error) throw InputError("report folder", folder_, error.message());
@@ -25,6 +26,11 @@ void FigureFolder::write(const std::string& name, const std::string& text) const
 }
 
 void FigureFolder::draw(const std::string& name, const std::string& script) const {
+  if (with_pdf_) run(name, pdf_script(script));
+  run(name, script);  // the one that stays
+}
+
+void FigureFolder::run(const std::string& name, const std::string& script) const {
   write(name + ".gp", script);
   const std::string command = fmt::format("cd '{}' && gnuplot '{}.gp' 2>'{}.log'", folder_, name, name);
   if (std::system(command.c_str()) != 0)

@@ -14,8 +14,9 @@ struct Figure {
 /// The gnuplot script of each figure stays beside it. Frames of a motion are SVG of our own.
 class FigureFolder {
  public:
+  /// @param with_pdf  what gnuplot draws is there as PDF, too, for a paper
   /// @throws InputError when the folder cannot be written
-  explicit FigureFolder(std::string folder);
+  explicit FigureFolder(std::string folder, bool with_pdf = false);
 
   /// Runs a script whose output is `name`.svg. @throws InputError when gnuplot fails
   void draw(const std::string& name, const std::string& script) const;
@@ -23,7 +24,10 @@ class FigureFolder {
   void write(const std::string& file, const std::string& text) const;
 
  private:
+  void run(const std::string& name, const std::string& script) const;
+
   std::string folder_;
+  bool with_pdf_;
 };
 
 /// Whether gnuplot can be run.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <regex>
 
 namespace ricochet {
 
@@ -19,6 +20,17 @@ set xlabel noenhanced
 set ylabel noenhanced
 )",
                      width, height);
+}
+
+std::string pdf_script(const std::string& script) {
+  static const std::regex terminal(R"re(set terminal svg size (\d+),(\d+) dynamic font "Helvetica,(\d+)"[^\n]*)re"),
+      output(R"re((set output '[^'\n]*)\.svg')re");
+  std::smatch size;
+  if (!std::regex_search(script, size, terminal)) return script;
+  constexpr double kPixels = 72;  // to the inch, for which the size of letters is meant
+  const std::string pdf = fmt::format("set terminal pdfcairo size {:.4f}in,{:.4f}in font \"Helvetica,{}\"",
+                                      std::stod(size[1]) / kPixels, std::stod(size[2]) / kPixels, size[3].str());
+  return std::regex_replace(std::regex_replace(script, terminal, pdf), output, "$1.pdf'");
 }
 
 std::string KeyedPanels::script(const std::string& name) const {

@@ -11,6 +11,9 @@ namespace ricochet {
 /// The first lines of a script: an SVG of this size in pixels.
 std::string gnuplot_head(int width, int height);
 
+/// The script of an SVG, by gnuplot_head(), as one that writes a PDF of the same proportions, 72 pixels to the inch.
+std::string pdf_script(const std::string& script);
+
 using Points = std::vector<std::pair<double, double>>;
 
 /// Points as a named data block, "$name" in a plot. A NaN ends a line.

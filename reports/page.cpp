@@ -128,8 +128,8 @@ void add_results(const ShownResults& shown, const FigureFolder& figures, bool dr
 
 }  // namespace
 
-std::string write_page(const std::vector<ShownResults>& list, const std::string& folder) {
-  const FigureFolder figures(folder);
+std::string write_page(const std::vector<ShownResults>& list, const std::string& folder, bool with_pdf) {
+  const FigureFolder figures(folder, with_pdf);
   Document document(folder);
   const bool draw = can_draw();
   if (!draw) document.paragraph("The figures are missing: gnuplot was not found.", "warning");

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
 
 #include "bench/site/expression_tex.h"
@@ -11,6 +12,7 @@
 #include "problems/derivatives/symbolic_problem.h"
 #include "problems/registry.h"
 #include "reports/markup.h"
+#include "reports/scene_drawing.h"
 
 namespace ricochet {
 namespace {
@@ -107,16 +109,44 @@ std::string timeline_svg(const ProblemInfo& info, const Solution& solution) {
       kWidth, y + 14, solution.events.size(), body);
 }
 
-std::string events_html(const Problem& problem) {
-  const ProblemInfo& info = problem.info();
-  std::string html = site_heading("Events", "events");
+/// An SVG as an image of its own, whose colours and names are not those of the page.
+std::string image_html(const std::string& svg, const std::string& description) {
+  std::string uri;
+  for (const char c : svg)
+    uri += std::string("%#\"<>\n").find(c) == std::string::npos ? std::string(1, c)
+                                                                : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  return fmt::format("<img class=\"scene\" alt=\"{}\" src=\"data:image/svg+xml,{}\">", escape_html(description), uri);
+}
+
+/// The scene as it starts; its motion, which moves by itself, for those who open it.
+std::string sketch_html(const Problem& problem, const Solution& solution) {
+  if (!problem.info().geometry) return "";
+  std::string html = fmt::format("<figure>{}<figcaption>The scene as it starts.</figcaption></figure>\n",
+                                 image_html(scene_svg(problem), problem.info().title + ", as it starts"));
+  if (solution.motion.empty()) return html;
+  return html + fmt::format(
+                    "<details><summary>The scene in motion</summary><figure>{}<figcaption>The ways of its bodies, "
+                    "and they on them, by {}.</figcaption></figure></details>\n",
+                    image_html(scene_svg(problem, solution), problem.info().title + ", in motion"), kShownMethod);
+}
+
+/// Its motion up to where it came; empty where the method declines it.
+std::optional<Solution> shown_motion(const Problem& problem) {
   const auto method = make_method(kShownMethod);
-  if (const Support support = method->supports(info); !support.ok)
-    return html + fmt::format("<p>{} declines it: {}.</p>\n", kShownMethod, escape_html(support.reason));
+  if (!method->can_run(problem.info()).ok) return std::nullopt;
   Settings settings;
   settings.tolerance = kShownTolerance;
   settings.time_limit = kShownTimeLimit;
-  const Solution solution = method->solve(problem, settings);
+  settings.recording = Recording::motion;
+  return method->solve(problem, settings);
+}
+
+std::string events_html(const ProblemInfo& info, const std::optional<Solution>& motion) {
+  std::string html = site_heading("Events", "events");
+  if (!motion)
+    return html + fmt::format("<p>{} declines it: {}.</p>\n", kShownMethod,
+                              escape_html(make_method(kShownMethod)->can_run(info).reason));
+  const Solution& solution = *motion;
   const std::string command =
       fmt::format("ricochet run -p {} -m {} --tolerance {:.0e}", info.id, kShownMethod, kShownTolerance);
   if (!solution.succeeded())
@@ -203,9 +233,11 @@ SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list)
       "{:g} s</dd><dt>as a file</dt><dd><code>ricochet export -p {} -o {}.json</code></dd></dl>\n",
       escape_html(scene.hard_feature), escape_html(scene.source), info.n_mechanical(), info.n_c(), info.end_time,
       scene.id, scene.id);
+  const auto motion = shown_motion(*problem);
+  page.html += sketch_html(*problem, motion ? *motion : Solution());
   if (const auto* symbolic = dynamic_cast<const SymbolicProblem*>(problem.get()))
     page.html += equations_html(symbolic->model());
-  page.html += contacts_html(info) + events_html(*problem) + speed_html(list, scene.id);
+  page.html += contacts_html(info) + events_html(info, motion) + speed_html(list, scene.id);
   page.html += site_heading("Methods", "methods") + methods_html(info) + experiments_html(list, scene.id);
   return page;
 }

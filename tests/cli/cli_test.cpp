@@ -530,8 +530,10 @@ TEST_F(Cli, WritesAReport) {
   const std::string experiment = write("small.json", kExperiment), out = (folder / "results").string(),
                     report = (folder / "report").string();
   ASSERT_EQ(run("run-experiment " + experiment + " --quick -o " + out).code, 0);
-  const Outcome outcome = run("report " + out + "/small.jsonl -o " + report);
+  const Outcome outcome = run("report " + out + "/small.jsonl --pdf -o " + report);
   ASSERT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_TRUE(read(report + "/small_trajectory.pdf").starts_with("%PDF"));
+  EXPECT_HAS(read(report + "/small_trajectory.gp"), "set terminal svg") << "the script of the figure on the page";
   const std::string page = read(report + "/index.html"), markdown = read(report + "/report.md");
   EXPECT_HAS(page, "<svg");
   EXPECT_HAS(page, "Observed orders");

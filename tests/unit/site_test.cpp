@@ -136,6 +136,7 @@ TEST_F(Site, TellsOfMethodsAndProblems) {
   const std::string& symplectic = pages["methods/symplectic.html"];
   EXPECT_NE(symplectic.find("Scenes that it declines"), std::string::npos) << "it has neither friction nor e < 1";
   const std::string& ball = pages["problems/bouncing_ball.html"];
+  EXPECT_NE(ball.find("The scene as it starts"), std::string::npos);
   EXPECT_NE(ball.find("f_c^"), std::string::npos);
   EXPECT_NE(ball.find("title>impact of "), std::string::npos) << "on the line of time";
   EXPECT_NE(ball.find("Which methods can run it"), std::string::npos);

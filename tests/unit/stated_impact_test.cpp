@@ -20,7 +20,12 @@ namespace {
 ProblemInfo scene_of(ImpactHypothesis law, int n_c, int n_t, double e, double mu) {
   ProblemInfo info;
   info.impact_law.hypothesis = law;
-  info.contacts.assign(n_c, {.name = "contact", .eps_r = e, .mu = mu, .n_t = n_t});
+  ContactInfo contact;
+  contact.name = "contact";
+  contact.eps_r = e;
+  contact.mu = mu;
+  contact.n_t = n_t;
+  info.contacts.assign(static_cast<std::size_t>(n_c), contact);
   return info;
 }
 
