@@ -57,23 +57,25 @@ std::string command_of(const std::string& name, const RunOptions& options) {
 }
 
 /// @param option  by which rows are shared, with its value
+/// @param alone  value that shares nothing
 /// @throws InputError for several processes, or machines, where times are measured
-void require_no_times(const Study& study, const json& document, const std::string& option, const std::string& value) {
+void require_no_times(const Study& study, const json& document, const std::string& option, const std::string& value,
+                      const std::string& alone) {
   if (study.times == Times::none) return;
   if (study.times == Times::always)
     throw InputError(option, value,
-                     fmt::format("the whole is required: experiments of kind {} measure times, which runs beside each "
-                                 "other would spoil",
-                                 study.kind));
+                     fmt::format("{} is required: experiments of kind {} measure times, which runs beside each other "
+                                 "would spoil",
+                                 alone, study.kind));
   if (document.value("times", true))
     throw InputError(option, value, "--no-times is required, since runs beside each other would spoil the times");
 }
 
 void require_no_times(const Study& study, const json& document, const RunOptions& options) {
-  if (options.jobs > 1) require_no_times(study, document, "--jobs", std::to_string(options.jobs));
+  if (options.jobs > 1) require_no_times(study, document, "--jobs", std::to_string(options.jobs), "1");
   if (!options.shard.is_all())
-    require_no_times(study, document, "--shard", fmt::format("{}/{}", options.shard.number, options.shard.of));
-  if (!options.shards.empty()) require_no_times(study, document, "--from-shards", options.shards);
+    require_no_times(study, document, "--shard", fmt::format("{}/{}", options.shard.number, options.shard.of), "1/1");
+  if (!options.shards.empty()) require_no_times(study, document, "--from-shards", options.shards, "one process");
 }
 
 /// What a row says of a run that failed unexpectedly, as soon as it is made.

@@ -48,6 +48,7 @@ const std::map<std::string, std::string> kNotRun = {
     {"ricochet run-experiment hard_cases --page", "minutes; bench_smoke runs its quick part"},
     {"ricochet run-experiment homotopy_grid", "minutes"},
     {"ricochet run-experiment contact_cost", "minutes; bench_smoke runs its quick part"},
+    {"ricochet run-experiment free_body", "minutes; bench_smoke runs its quick part"},
     {"ricochet control push_box_goal", "half a minute"},
     {"ricochet control discs", "half a minute"},
     {"ricochet control three_boxes", "half a minute"},

@@ -14,9 +14,9 @@
 
 #include "bench/experiment_file.h"
 #include "bench/experiment_schema.h"
-#include "methods/isolated.h"
 #include "bench/studies/hard_cases/run_hard_cases.h"
 #include "bench/studies/hard_cases/verdict_matrix.h"
+#include "methods/isolated.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "reports/markup.h"

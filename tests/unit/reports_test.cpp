@@ -280,23 +280,27 @@ TEST_F(ResultsOnDisk, EveryFieldKeepsItsPlace) {
   r.max_residual = 8e-3;
   r.detected_events = 9;
   r.counters = {10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20};
+  r.metrics = {true, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 32, 33, 34, 35, 36};
   r.instead_of = "o";
   r.command = "c";
   {
     ResultsFile file(folder, "e", header("k"));
     write_rows(file, {r});
-    file.rows<TimingRow>(1, [] { return std::vector{TimingRow{0, {1, 2, 3, 4, 5}}}; });
+    file.rows<TimingRow>(1, [] { return std::vector{TimingRow{0, {1, 2, 3, 4, 5}, 6}}; });
     file.finish();
   }
   const auto line = line_of(r);
   EXPECT_EQ(line.at("error"), 5e-3);
   EXPECT_EQ(line.at("reference_error"), 6e-3);
   EXPECT_EQ(line.at("counters").at("inner_iterations"), 18);
+  EXPECT_EQ(line.at("metrics").at("missed_events"), 26);
+  EXPECT_EQ(line.at("metrics").at("signorini"), 33);
   const GridResults results(read_results(folder + "/e.jsonl"));
   ASSERT_EQ(results.records.size(), 1u);
   EXPECT_EQ(line_of(results.records[0]), line);
   ASSERT_NE(results.timing_of(results.records[0]), nullptr);
   EXPECT_EQ(nlohmann::json(*results.timing_of(results.records[0])), nlohmann::json(Timing{1, 2, 3, 4, 5}));
+  EXPECT_EQ(results.peak_bytes.at(0), 6);
 }
 
 TEST_F(ResultsOnDisk, AnInterruptedRunLooksIncompleteAndIsContinued) {
@@ -560,7 +564,9 @@ TEST(ScaleCurves, AreOverTheContactsThatTouch) {
   EXPECT_EQ(curves[1].points, (Points{{80, 80}}));
 }
 
-TEST(GnuplotText, DoublesItsQuotes) { EXPECT_EQ(gnuplot_text("Moreau's rule, \"n\""), "'Moreau''s rule, \"n\"'"); }
+TEST(GnuplotText, DoublesItsQuotes) {
+  EXPECT_EQ(gnuplot_text("Moreau's rule, \"n\""), "'Moreau''s rule, \"n\"'");
+}
 
 TEST(Table, PrintsInFourWays) {
   Table table{"title", "note", {{"name", true}, {"value"}}, {{"a|b", "1.5"}, {"<x>, \"y\"", "10"}}};
