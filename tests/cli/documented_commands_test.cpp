@@ -122,7 +122,8 @@ std::vector<Document> documents() {
   std::vector<Document> list;
   for (fs::recursive_directory_iterator at(kSource), end; at != end; ++at) {
     const std::string name = at->path().filename();
-    if (at->is_directory() && (name == "out" || name.starts_with('.'))) at.disable_recursion_pending();
+    const bool not_ours = name == "out" || name == "node_modules" || name.starts_with('.');
+    if (at->is_directory() && not_ours) at.disable_recursion_pending();
     if (name != "README.md" && name != "CONTRIBUTING.md" && name != "gate.md") continue;
     const std::string text = read(at->path());
     Document document{fs::relative(at->path(), kSource), {}, inlined_commands(text)};
