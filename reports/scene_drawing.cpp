@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kWidth = 720, kHeight = 460;   // at most, without the time line [pixels]
 constexpr double kTimeLine = 34;                // its height [pixels]
-constexpr double kMargin = 0.06;                // of the larger side of what is drawn
+constexpr double kSceneMargin = 0.06;                // of the larger side of what is drawn
 constexpr double kTextWidth = 330;              // room for the words below the time line [pixels]
 constexpr double kNarrowest = 0.5;              // of the height
 constexpr double kDot = 4;                      // radius of a body without size, half width of a thin one [pixels]
@@ -88,7 +88,7 @@ struct Mark {
   bool is_ground = false;  ///< below everything else
 };
 
-struct Box {
+struct PaperBox {
   double left = std::numeric_limits<double>::infinity(), right = -left, bottom = left, top = -left;
 
   void add(const Point& x, double radius = 0) {
@@ -136,7 +136,7 @@ class SceneMarks {
   }
 
   /// Room for the bodies, and for where they start from each surface.
-  void add_to(Box& box, const Vector& q, bool is_first) const {
+  void add_to(PaperBox& box, const Vector& q, bool is_first) const {
     for (const Mark& mark : at(q)) {
       if (mark.kind == Mark::Kind::solid) continue;
       for (const Point& x : mark.points) box.add(x, mark.radius);
@@ -236,7 +236,7 @@ class SceneMarks {
     }
     // A patch below the ways of the bodies.
     const Vector3<double> e_1 = column_of(R, 0), e_2 = column_of(R, 1);
-    Box patch;
+    PaperBox patch;
     for (const auto& place : places_) {
       const Vector3<double> d = difference(place, origin);
       patch.add({dot(d, e_1), dot(d, e_2)}, 2 * extent_);
@@ -279,11 +279,11 @@ class SceneMarks {
 struct View {
   double left, top, scale, width, height;
 
-  View(const Box& box) {
+  View(const PaperBox& box) {
     double w = box.right - box.left, h = box.top - box.bottom;
     const double room = std::max({w, h, 1e-9});
-    w = std::max(w, kNarrowest * room) + 2 * kMargin * room;
-    h = std::max(h, kNarrowest * room / 2) + 2 * kMargin * room;
+    w = std::max(w, kNarrowest * room) + 2 * kSceneMargin * room;
+    h = std::max(h, kNarrowest * room / 2) + 2 * kSceneMargin * room;
     scale = std::min(kWidth / w, kHeight / h);
     w = std::max(w, kTextWidth / scale);
     left = (box.left + box.right - w) / 2;
@@ -437,7 +437,7 @@ std::string scene_svg(const Problem& problem, const Solution& solution) {
   }
 
   const SceneMarks scene(problem, states);
-  Box box;
+  PaperBox box;
   for (std::size_t k = 0; k < states.size(); ++k) scene.add_to(box, states[k], k == 0);
   const View view(box);
   const Animation animation(seconds);

@@ -75,13 +75,13 @@ TEST(Reference, PassesTheZenoPointOfOneContact) {
   for (std::size_t k = 0; k < 12; ++k) EXPECT_NEAR(s.events[k].t, ground_truth().back().events[k].t, 1e-10) << k;
 }
 
-struct TruthCase {
+struct FesdCase {
   const char *id, *method;
   int steps;
   double state, times, impulses;
 };
 
-class Fesd : public testing::TestWithParam<TruthCase> {};
+class Fesd : public testing::TestWithParam<FesdCase> {};
 
 TEST_P(Fesd, ReachesTheGroundTruth) {
   const auto& [id, method, steps, state, times, impulses] = GetParam();
@@ -102,39 +102,39 @@ TEST_P(Fesd, ReachesTheGroundTruth) {
 // Tolerances: three times what was measured. Free flight and constant friction are exact, so P1, P3, P5, P6 are
 // rounding, and so is P8a on its curve; P2 is the order experiment.
 INSTANTIATE_TEST_SUITE_P(WithFriction, Fesd,
-                         testing::Values(TruthCase{"P3_sliding_block", "fesd:radau-iia:2", 50, 3e-15, 2e-15, 0},
-                                         TruthCase{"P3_sliding_block", "fesd:gauss:3", 50, 3e-15, 2e-15, 0},
-                                         TruthCase{"P4a_clock_driven_block", "fesd:radau-iia:4", 50, 2e-14, 1e-14, 0},
-                                         TruthCase{"P4a_clock_driven_block", "fesd:gauss:4", 50, 2e-14, 3e-9, 0},
-                                         TruthCase{"P4b_spring_driven_block", "fesd:radau-iia:4", 200, 7e-15, 1e-14, 0},
-                                         TruthCase{"P4b_spring_driven_block", "fesd:gauss:4", 200, 3e-15, 3e-9, 0},
-                                         TruthCase{"P5_slip_reversal", "fesd:radau-iia:3", 50, 3e-15, 3e-16, 0},
-                                         TruthCase{"P6a_oblique_slip", "fesd:radau-iia:3", 50, 3e-14, 2e-15, 1e-14},
-                                         TruthCase{"P6b_oblique_stick", "fesd:gauss:4", 50, 3e-15, 3e-16, 1e-14},
-                                         TruthCase{"P6c_spinning_disc", "fesd:radau-iia:4", 50, 1e-13, 2e-15, 1e-14},
-                                         TruthCase{"P7a_slide3d_to_stick", "fesd:radau-iia:4", 100, 7e-14, 6e-14, 0},
-                                         TruthCase{"P7a_slide3d_to_stick", "fesd:radau-iia:3", 50, 4e-11, 4e-11, 0},
-                                         TruthCase{"P7b_slide3d_no_stick", "fesd:radau-iia:4", 100, 2e-13, 0, 0},
-                                         TruthCase{"P7b_slide3d_no_stick", "fesd:gauss:4", 200, 5e-15, 0, 0}),
+                         testing::Values(FesdCase{"P3_sliding_block", "fesd:radau-iia:2", 50, 3e-15, 2e-15, 0},
+                                         FesdCase{"P3_sliding_block", "fesd:gauss:3", 50, 3e-15, 2e-15, 0},
+                                         FesdCase{"P4a_clock_driven_block", "fesd:radau-iia:4", 50, 2e-14, 1e-14, 0},
+                                         FesdCase{"P4a_clock_driven_block", "fesd:gauss:4", 50, 2e-14, 3e-9, 0},
+                                         FesdCase{"P4b_spring_driven_block", "fesd:radau-iia:4", 200, 7e-15, 1e-14, 0},
+                                         FesdCase{"P4b_spring_driven_block", "fesd:gauss:4", 200, 3e-15, 3e-9, 0},
+                                         FesdCase{"P5_slip_reversal", "fesd:radau-iia:3", 50, 3e-15, 3e-16, 0},
+                                         FesdCase{"P6a_oblique_slip", "fesd:radau-iia:3", 50, 3e-14, 2e-15, 1e-14},
+                                         FesdCase{"P6b_oblique_stick", "fesd:gauss:4", 50, 3e-15, 3e-16, 1e-14},
+                                         FesdCase{"P6c_spinning_disc", "fesd:radau-iia:4", 50, 1e-13, 2e-15, 1e-14},
+                                         FesdCase{"P7a_slide3d_to_stick", "fesd:radau-iia:4", 100, 7e-14, 6e-14, 0},
+                                         FesdCase{"P7a_slide3d_to_stick", "fesd:radau-iia:3", 50, 4e-11, 4e-11, 0},
+                                         FesdCase{"P7b_slide3d_no_stick", "fesd:radau-iia:4", 100, 2e-13, 0, 0},
+                                         FesdCase{"P7b_slide3d_no_stick", "fesd:gauss:4", 200, 5e-15, 0, 0}),
                          [](const auto& test) {
                            return test_name(std::string(test.param.id) + "_" + test.param.method);
                          });
 
 INSTANTIATE_TEST_SUITE_P(
     Frictionless, Fesd,
-    testing::Values(TruthCase{"P1a_ball_e09", "fesd:radau-iia:2", 50, 3e-14, 3e-15, 3e-14},
-                    TruthCase{"P1a_ball_e09", "fesd:gauss:4", 50, 3e-14, 3e-15, 3e-14},
-                    TruthCase{"P1b_ball_e05_pre_zeno", "fesd:radau-iia:3", 50, 3e-14, 3e-15, 3e-14},
-                    TruthCase{"P1b_ball_e05_pre_zeno", "fesd:gauss:2", 20, 3e-14, 3e-15, 3e-14},
-                    TruthCase{"P1c_ball_e0", "fesd:radau-iia:2", 50, 1e-15, 1e-15, 1e-14},
-                    TruthCase{"P1c_ball_e0", "fesd:gauss:3", 50, 1e-14, 1e-15, 1e-14},
-                    TruthCase{"P2_two_balls_spring", "fesd:gauss:4", 600, 1e-12, 1e-14, 3e-13},
-                    TruthCase{"P2_two_balls_spring", "fesd:radau-iia:4", 2000, 1e-12, 1e-14, 3e-13},
-                    TruthCase{"P8a_bead_leaves_circle", "fesd:radau-iia:4", 400, 1e-12, 1e-13, 0},
-                    TruthCase{"P8a_bead_leaves_circle", "fesd:radau-iia:5", 400, 3e-13, 3e-14, 0},
-                    TruthCase{"P8b_spring_table", "fesd:radau-iia:4", 50, 4e-13, 6e-14, 2e-13},
-                    TruthCase{"P8b_spring_table", "fesd:radau-iia:3", 400, 4e-13, 6e-14, 2e-13},
-                    TruthCase{"P8b_spring_table", "fesd:gauss:4,elements=as_needed", 200, 4e-13, 1e-10, 2e-13}),
+    testing::Values(FesdCase{"P1a_ball_e09", "fesd:radau-iia:2", 50, 3e-14, 3e-15, 3e-14},
+                    FesdCase{"P1a_ball_e09", "fesd:gauss:4", 50, 3e-14, 3e-15, 3e-14},
+                    FesdCase{"P1b_ball_e05_pre_zeno", "fesd:radau-iia:3", 50, 3e-14, 3e-15, 3e-14},
+                    FesdCase{"P1b_ball_e05_pre_zeno", "fesd:gauss:2", 20, 3e-14, 3e-15, 3e-14},
+                    FesdCase{"P1c_ball_e0", "fesd:radau-iia:2", 50, 1e-15, 1e-15, 1e-14},
+                    FesdCase{"P1c_ball_e0", "fesd:gauss:3", 50, 1e-14, 1e-15, 1e-14},
+                    FesdCase{"P2_two_balls_spring", "fesd:gauss:4", 600, 1e-12, 1e-14, 3e-13},
+                    FesdCase{"P2_two_balls_spring", "fesd:radau-iia:4", 2000, 1e-12, 1e-14, 3e-13},
+                    FesdCase{"P8a_bead_leaves_circle", "fesd:radau-iia:4", 400, 1e-12, 1e-13, 0},
+                    FesdCase{"P8a_bead_leaves_circle", "fesd:radau-iia:5", 400, 3e-13, 3e-14, 0},
+                    FesdCase{"P8b_spring_table", "fesd:radau-iia:4", 50, 4e-13, 6e-14, 2e-13},
+                    FesdCase{"P8b_spring_table", "fesd:radau-iia:3", 400, 4e-13, 6e-14, 2e-13},
+                    FesdCase{"P8b_spring_table", "fesd:gauss:4,elements=as_needed", 200, 4e-13, 1e-10, 2e-13}),
     [](const auto& test) { return test_name(std::string(test.param.id) + "_" + test.param.method); });
 
 TEST(FesdZeno, FindsTheFirstTwelveImpactsOfTheAccumulation) {

@@ -21,7 +21,7 @@ double violation(const Matrix& M, const Vector& q, const Vector& z) {
 }
 
 /// Up to 12 Gauss-Jordan steps on entries of order one.
-constexpr double kRounding = 1e-12;
+constexpr double kEliminationError = 1e-12;
 
 /// Eight contacts of a body with three coordinates: forces that are not unique, among bases that are singular.
 TEST(Lemke, SolvesRedundantProblems) {
@@ -36,7 +36,7 @@ TEST(Lemke, SolvesRedundantProblems) {
     const Vector q = B * free;  // any M z + q is B times something, so z = 0 is beaten by a projection: always solvable
     Vector z(n);
     ASSERT_EQ(solver.solve(M, q, z), LcpStatus::solved) << trial;
-    ASSERT_LE(violation(M, q, z), kRounding) << trial;
+    ASSERT_LE(violation(M, q, z), kEliminationError) << trial;
   }
 }
 
@@ -71,7 +71,7 @@ TEST(Lemke, SolvesABoxOnFourCorners) {
     v << push, 0.3 * push, -1, 0, 0, 0.2 * push;
     q.head(columns) = D.transpose() * v;
     ASSERT_EQ(solver.solve(M, q, z), LcpStatus::solved) << push;
-    EXPECT_LE(violation(M, q, z), kRounding) << push;
+    EXPECT_LE(violation(M, q, z), kEliminationError) << push;
   }
 }
 
@@ -86,7 +86,7 @@ TEST(Lemke, SolvesRandomPositiveDefiniteProblems) {
       const Vector q = Vector::NullaryExpr(n, [&] { return normal(random); });
       Vector z(n);
       ASSERT_EQ(solver.solve(M, q, z), LcpStatus::solved);
-      ASSERT_LE(violation(M, q, z), kRounding);
+      ASSERT_LE(violation(M, q, z), kEliminationError);
       if (n <= 6) {
         const auto enumerated = reference::solve_lcp_by_enumeration(M, q);
         ASSERT_TRUE(enumerated);
@@ -137,7 +137,7 @@ TEST(Lemke, SolvesDegenerateFrictionProblems) {
       const Vector q = problem.q(v);
       Vector z(facets + 2);
       ASSERT_EQ(solver.solve(problem.M, q, z), LcpStatus::solved) << facets << " facets, v = " << v.transpose();
-      ASSERT_LE(violation(problem.M, q, z), kRounding) << facets << " facets, v = " << v.transpose();
+      ASSERT_LE(violation(problem.M, q, z), kEliminationError) << facets << " facets, v = " << v.transpose();
     }
   }
 }
@@ -149,7 +149,7 @@ TEST(Lemke, TiesEndToo) {
   Vector z(n);
   LemkeSolver solver(n);
   EXPECT_EQ(solver.solve(M, -Vector::Ones(n), z), LcpStatus::solved);
-  EXPECT_LE(violation(M, -Vector::Ones(n), z), kRounding);
+  EXPECT_LE(violation(M, -Vector::Ones(n), z), kEliminationError);
   EXPECT_LE(solver.pivots(), 2 * n);
 }
 
@@ -182,7 +182,7 @@ TEST(Lemke, WarmStartNeedsNoPivotWhenTheActiveSetStays) {
   const Vector moved = q * 1.001;
   EXPECT_EQ(solver.solve_warm(M, moved, z), LcpStatus::solved);
   EXPECT_EQ(solver.pivots(), 0);
-  EXPECT_LE(violation(M, moved, z), kRounding);
+  EXPECT_LE(violation(M, moved, z), kEliminationError);
 }
 
 TEST(Lemke, WarmStartFromAWrongActiveSetStillSolves) {
@@ -196,7 +196,7 @@ TEST(Lemke, WarmStartFromAWrongActiveSetStillSolves) {
     const Vector q = Vector::NullaryExpr(n, [&] { return normal(random); });
     Vector z = Vector::NullaryExpr(n, [&] { return std::max(0.0, normal(random)); });
     ASSERT_EQ(solver.solve_warm(M, q, z), LcpStatus::solved);
-    ASSERT_LE(violation(M, q, z), kRounding);
+    ASSERT_LE(violation(M, q, z), kEliminationError);
   }
 }
 

@@ -185,7 +185,7 @@ std::string key_cell(const std::vector<std::string>& names, const std::string& s
 }
 
 // Of errors: scenes that a method solves exactly have rounding alone.
-constexpr double kLeastDrawn = 1e-10;
+constexpr double kLeastErrorDrawn = 1e-10;
 
 constexpr const char* kCurveStyle = "with linespoints lw 1.8 pt 7 ps 0.5";
 constexpr const char* kProcessStyle = "with points pt 6 ps 1.6 lw 1.5";
@@ -202,7 +202,7 @@ Figure draw_errors(const FigureFolder& folder, const std::vector<ThroughputCurve
       Points points;
       for (const auto& setting : curve.settings) {
         if (std::isfinite(setting.error))
-          points.emplace_back(std::max(setting.error, kLeastDrawn), 1e6 / setting.microseconds);
+          points.emplace_back(std::max(setting.error, kLeastErrorDrawn), 1e6 / setting.microseconds);
       }
       const auto color = static_cast<std::size_t>(std::ranges::find(methods, curve.method) - methods.begin());
       panel.add(points, color, kCurveStyle);
@@ -214,7 +214,7 @@ Figure draw_errors(const FigureFolder& folder, const std::vector<ThroughputCurve
           fmt::format(
               "CPU time in one thread, all settings that were tried; up and left is better. Errors below {:.0e} are "
               "drawn there.",
-              kLeastDrawn)};
+              kLeastErrorDrawn)};
 }
 
 Figure draw_threads(const FigureFolder& folder, const std::vector<ThroughputRun>& runs, const std::string& file) {
