@@ -24,21 +24,66 @@ Support supports_contacts(const ProblemInfo& problem) {
 }
 
 /// siconos/moreau_jean.cpp
-class SiconosMoreauJean final : public Method {
+template <siconos::Projection projection>
+class MoreauJean final : public Method {
  public:
-  explicit SiconosMoreauJean(const MethodSpec& spec) : id_(spec.text()), theta_(spec.number("theta", 0.5, 0.5, 1)) {}
+  explicit MoreauJean(const MethodSpec& spec) : id_(spec.text()), theta_(spec.number("theta", 0.5, 0.5, 1)) {}
   MethodInfo info() const override {
     return {.id = id_,
-            .title = fmt::format("Siconos Moreau-Jean, theta = {}", theta_),
-            .source = kSource,
-            .order_smooth = theta_ == 0.5 ? 2.0 : 1.0,
+            .title = fmt::format("Siconos Moreau-Jean{}, theta = {}", kProjection, theta_),
+            .source = projects ? "Acary, CMAME 256 (2013) 224-250" : kSource,
+            .order_smooth = 1,  // 2 for theta = 1/2 and a constant M: Siconos takes M(q) at the end of a step
             .order_impacts = 1};
   }
-  Support supports(const ProblemInfo& problem) const override { return supports_contacts(problem); }
+  Support supports(const ProblemInfo& problem) const override {
+    if (constexpr int most = siconos::max_contacts(projection); problem.n_c() > most)
+      return Support::no(fmt::format("Siconos' projection takes {} contacts at most", most));
+    return supports_contacts(problem);
+  }
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    return siconos::integrate_moreau_jean(problem, settings, theta_);
+    return siconos::integrate_moreau_jean(problem, settings, theta_, projection);
+  }
+
+ private:
+  static constexpr bool projects = projection != siconos::Projection::none;
+  static constexpr const char* kProjection = projection == siconos::Projection::direct     ? " with direct projection"
+                                             : projection == siconos::Projection::combined ? " with combined projection"
+                                                                                           : "";
+  std::string id_;
+  double theta_;
+};
+
+using SiconosMoreauJean = MoreauJean<siconos::Projection::none>;
+using SiconosProjection = MoreauJean<siconos::Projection::combined>;
+using SiconosDirectProjection = MoreauJean<siconos::Projection::direct>;
+
+/// siconos/schatzman_paoli.cpp
+class SiconosSchatzmanPaoli final : public Method {
+ public:
+  explicit SiconosSchatzmanPaoli(const MethodSpec& spec) : id_(spec.text()), theta_(spec.number("theta", 0.5, 0, 1)) {}
+  MethodInfo info() const override {
+    return {.id = id_,
+            .title = fmt::format("Siconos Schatzman-Paoli, theta = {}", theta_),
+            .source = "Paoli, Schatzman, SIAM J. Numer. Anal. 40 (2002) 702-733",
+            .order_smooth = 1,
+            .order_impacts = 1};
+  }
+  Support supports(const ProblemInfo& problem) const override {
+    if (problem.has_friction())
+      return Support::no("Siconos' Schatzman-Paoli scheme would apply Coulomb's law to positions, not to velocities");
+    if (!problem.structure.constant_mass || !problem.structure.constant_force_jacobian)
+      return Support::no("Siconos' Schatzman-Paoli scheme takes constant matrices M, C, K only");
+    for (const ContactInfo& contact : problem.contacts) {
+      if (!contact.is_affine) return Support::no("Siconos' Schatzman-Paoli scheme takes affine gaps only");
+    }
+    return supports_contacts(problem);
+  }
+
+ protected:
+  Solution do_solve(const Problem& problem, const Settings& settings) const override {
+    return siconos::integrate_schatzman_paoli(problem, settings, theta_);
   }
 
  private:
@@ -98,8 +143,11 @@ class SiconosD1Minus final : public Method {
 };
 
 #else
-using SiconosD1Minus = NotBuilt;
 using SiconosMoreauJean = NotBuilt;
+using SiconosProjection = NotBuilt;
+using SiconosDirectProjection = NotBuilt;
+using SiconosSchatzmanPaoli = NotBuilt;
+using SiconosD1Minus = NotBuilt;
 using SiconosEventDriven = NotBuilt;
 #endif
 
@@ -111,6 +159,27 @@ const bool registered =
         .usage = "siconos_moreau_jean[,theta=0.5]",
         .summary = "Siconos: its Moreau-Jean time stepping",
         .examples = {"siconos_moreau_jean", "siconos_moreau_jean,theta=1"},
+        .not_built = kNotBuilt,
+    }) &&
+    register_method<SiconosProjection>({
+        .name = "siconos_projection",
+        .usage = "siconos_projection[,theta=0.5]",
+        .summary = "Siconos: Moreau-Jean, positions projected onto the surfaces of all contacts that close",
+        .examples = {"siconos_projection"},
+        .not_built = kNotBuilt,
+    }) &&
+    register_method<SiconosDirectProjection>({
+        .name = "siconos_direct_projection",
+        .usage = "siconos_direct_projection[,theta=0.5]",
+        .summary = "Siconos: Moreau-Jean, active contacts that penetrate are projected out after the step",
+        .examples = {"siconos_direct_projection"},
+        .not_built = kNotBuilt,
+    }) &&
+    register_method<SiconosSchatzmanPaoli>({
+        .name = "siconos_schatzman_paoli",
+        .usage = "siconos_schatzman_paoli[,theta=0.5]",
+        .summary = "Siconos: its Schatzman-Paoli scheme for positions, linear motion without friction",
+        .examples = {"siconos_schatzman_paoli", "siconos_schatzman_paoli,theta=0"},
         .not_built = kNotBuilt,
     }) &&
     register_method<SiconosD1Minus>({

@@ -8,8 +8,19 @@
 // y_i, y_i' in (3) are those of the step's start. With friction Coulomb's law joins (3), as Siconos' FrictionContact.
 // An affine problem takes one Newton iteration, and its matrix is factorised once.
 //
+// Two more of its schemes project q_{k+1} after (1) to (3), which stay as they are but for their index set I:
+//
+//   direct:    q_{k+1} += H' nu,  0 <= nu_i  _|_  y_i(q_{k+1}) >= 0,  i in I, the contacts of (3)                   (4)
+//   combined:  q_{k+1} += H' nu,  y_i(q_{k+1}) = 0,  i in I                                                        (5)
+//     I = {} at first; while there are i not in I with y_i <= 0 at the end of (1) to (3), these join I: all again
+//
+// by the classes MoreauJeanDirectProjectionOSI and MoreauJeanCombinedProjectionOSI, with H of q_{k+1}: the nearest
+// position in the norm of the coordinates, not in that of M. Both are iterated where y is curved. (4) moves an active
+// contact that penetrates, (5) every contact of the step; one that another's projection has closed stays closed too far
+// until the next step.
+//
 // Source: Acary, Bonnefon, Bremond, Huber, Perignon, Sinclair: An introduction to Siconos, INRIA RT-0340; the scheme is
-// Jean's, CMAME 177 (1999).
+// Jean's, CMAME 177 (1999), the projections are those of Acary, CMAME 256 (2013) 224-250.
 
 #include <SolverOptions.h>
 #include <fmt/format.h>
@@ -17,14 +28,21 @@
 #include <FrictionContact.hpp>
 #include <Interaction.hpp>
 #include <LCP.hpp>
+#include <MLCPProjectOnConstraints.hpp>
+#include <MoreauJeanCombinedProjectionOSI.hpp>
+#include <MoreauJeanDirectProjectionOSI.hpp>
 #include <MoreauJeanOSI.hpp>
 #include <TimeDiscretisation.hpp>
 #include <TimeStepping.hpp>
+#include <TimeSteppingCombinedProjection.hpp>
+#include <TimeSteppingDirectProjection.hpp>
 #include <algorithm>
+#include <limits>
 
 #include "methods/peers/siconos/integrate.h"
 #include "methods/peers/siconos/model.h"
 #include "methods/time_limit.h"
+#include "problems/dense_solve.h"
 
 namespace ricochet::siconos {
 namespace {
@@ -36,6 +54,9 @@ constexpr double kNewtonResidual = 1e-11;
 constexpr int kMaxNewtonIterations = 50;
 constexpr double kContactResidual = 1e-9;  // relative, of an iterated contact problem: far below a time step's error
 constexpr int kMaxContactIterations = 10000;
+constexpr double kGap = 1e-10;  // what (4), (5) leave, as a part of the length of the whole run
+constexpr int kMaxProjections = 50;
+constexpr int kPositionSolver = SICONOS_MLCP_ENUM;  // others fail, or end the process (../README.md)
 
 /// Siconos calls back with the result of its contact solver; only an exception ends its step.
 struct NoContactSolution {
@@ -53,9 +74,33 @@ SP::OneStepNSProblem contact_problem(int n_t) {
   return problem;
 }
 
+/// (1) to (3), with the chosen projection where there are contacts. Siconos asks for a problem (3) even without any.
+std::shared_ptr<TimeStepping> make_simulation(const Model& model, const ProblemInfo& info, double h, double theta,
+                                              Projection projection, double gap_tolerance) {
+  const auto times = std::make_shared<TimeDiscretisation>(0.0, h);
+  const auto velocities = contact_problem(info.n_c() > 0 ? info.contacts.front().n_t : 0);
+  if (info.n_c() == 0 || projection == Projection::none) {
+    auto simulation = std::make_shared<TimeStepping>(model.system(), times, 0);
+    simulation->insertIntegrator(std::make_shared<MoreauJeanOSI>(theta));
+    simulation->insertNonSmoothProblem(velocities);
+    return simulation;
+  }
+  const auto positions = std::make_shared<MLCPProjectOnConstraints>(kPositionSolver);
+  const auto project = [&](auto simulation) {
+    simulation->setConstraintTolUnilateral(gap_tolerance);
+    simulation->setProjectionMaxIteration(kMaxProjections);
+    return simulation;
+  };
+  if (projection == Projection::direct)
+    return project(std::make_shared<TimeSteppingDirectProjection>(
+        model.system(), times, std::make_shared<MoreauJeanDirectProjectionOSI>(theta), velocities, positions));
+  return project(std::make_shared<TimeSteppingCombinedProjection>(
+      model.system(), times, std::make_shared<MoreauJeanCombinedProjectionOSI>(theta), velocities, positions));
+}
+
 }  // namespace
 
-Solution integrate_moreau_jean(const Problem& problem, const Settings& settings, double theta) {
+Solution integrate_moreau_jean(const Problem& problem, const Settings& settings, double theta, Projection projection) {
   const ProblemInfo& info = problem.info();
   Solution solution;
   Counters& counters = solution.counters;
@@ -64,7 +109,7 @@ Solution integrate_moreau_jean(const Problem& problem, const Settings& settings,
   const double h = info.end_time / settings.steps;
   const TimeLimit time_limit(settings.time_limit);
   Vector Lambda_n = Vector::Zero(info.n_c()), Lambda_t = Vector::Zero(info.n_lambda_t);
-  Vector q_minus = info.q0, v_minus = info.v0;
+  Vector q_minus = info.q0, v_minus = info.v0, gap(info.n_c());
   std::vector<char> was_pressed(info.n_c(), false);
   const auto stop = [&](Status status, int k, const std::string& reason) {
     solution.status = status;
@@ -74,12 +119,13 @@ Solution integrate_moreau_jean(const Problem& problem, const Settings& settings,
   int k = 0;
   try {
     const Model model(problem, info.end_time + 2 * h, Bodies::as_coupled);  // Siconos asks for events beyond the last
-    auto integrator = std::make_shared<MoreauJeanOSI>(theta);
-    auto simulation = std::make_shared<TimeStepping>(model.system(), std::make_shared<TimeDiscretisation>(0.0, h), 0);
-    simulation->insertIntegrator(integrator);
-    if (info.n_c() > 0) simulation->insertNonSmoothProblem(contact_problem(info.contacts.front().n_t));
-    const double impulse = std::max((problem.mass_matrix(info.q0) * info.v0).norm(),
-                                    info.end_time * problem.force(info.q0, info.v0).norm());
+    const Matrix M = problem.mass_matrix(info.q0);
+    const Vector f = problem.force(info.q0, info.v0);
+    const double impulse = std::max((M * info.v0).norm(), info.end_time * f.norm());
+    const double length = info.end_time * std::max(info.v0.norm(), info.end_time * solve_partial_pivoting(M, f).norm());
+    const double gap_tolerance = std::max(kGap * length, std::numeric_limits<double>::min());  // > 0 even at rest
+    const bool projects = projection != Projection::none && info.n_c() > 0;
+    const auto simulation = make_simulation(model, info, h, theta, projection, gap_tolerance);
     simulation->setNewtonTolerance(kNewtonResidual * impulse);
     simulation->setNewtonMaxIteration(kMaxNewtonIterations);
     simulation->setWarnOnNonConvergence(false);
@@ -112,9 +158,22 @@ Solution integrate_moreau_jean(const Problem& problem, const Settings& settings,
       q_minus.swap(solution.q);
       v_minus.swap(solution.v);
       model.read_state(solution.q, solution.v);
+      if (projects) {
+        problem.gap(solution.q.data(), gap.data());
+        const double left = (Lambda_n.array() > 0).select(gap, 0.0).minCoeff();
+        if (left < -2 * gap_tolerance) {  // Siconos prints that its projection has not converged, and goes on
+          stop(Status::inner_solver_failed, k,
+               fmt::format("Siconos' projection leaves a penetration of {:.3g} m", -left));
+          solution.q.swap(q_minus);
+          solution.v.swap(v_minus);
+          break;
+        }
+      }
       ++counters.steps;
       ++counters.elements;
-      counters.inner_iterations += simulation->getNewtonNbIterations();
+      const auto combined = std::dynamic_pointer_cast<TimeSteppingCombinedProjection>(simulation);
+      counters.inner_iterations +=
+          combined ? combined->cumulatedNewtonNbIterations() : simulation->getNewtonNbIterations();
       model.count(counters);
       solution.t = k + 1 == settings.steps ? info.end_time : (k + 1) * h;
       for (int i = 0; i < info.n_c(); ++i) {  // a contact that carries an impulse and did not before has closed
