@@ -13,6 +13,7 @@ namespace {
 
 // Roundings of a gap that a flight has to rise: a zero of the gap is looked for from one on.
 constexpr double kLow = 4;
+constexpr double kSoon = 1e-8;  // of the end time, of a difference of accelerations
 
 }  // namespace
 
@@ -55,6 +56,17 @@ double ModeChange::free_gap_acceleration(int contact, const Vector& q, const Vec
 bool ModeChange::hops(int contact, const Vector& q, const Vector& v) {
   const double rate = law_.normal_velocity(contact, v);
   return rate * rate <= 2 * std::abs(free_gap_acceleration(contact, q, v)) * kLow * scales_.nearly_touching(contact);
+}
+
+/// (2)
+bool ModeChange::is_pressed_at_once(int contact, const Vector& q, const Vector& v) {
+  const double a = free_gap_acceleration(contact, q, v);
+  const Vector w = law_.free_acceleration(q, v);
+  const double dt = kSoon * info_.end_time;
+  const double change = free_gap_acceleration(contact, q + dt * v, v + dt * w) - a;
+  if (change >= -ContactScales::kStageRounding * law_.normal_velocity_scale(contact, w)) return false;
+  const double jerk = change / dt;
+  return a <= 0 || 2 * a * a * a <= 3 * jerk * jerk * kLow * scales_.nearly_touching(contact);
 }
 
 /// The touching contacts that do not separate, with what is known of their slip.
@@ -132,6 +144,11 @@ ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector
     }
     if (!closed_.empty() && law_.contact_forces(q, v, closed_, lambda_n_, lambda_t_) != LcpStatus::solved)
       return failed(Status::infeasible, "the contact law has no solution", closed_.front().contact);
+  }
+  for (auto& closed : closed_) {
+    if (closed.mode == ContactMode::open && info_.contacts[closed.contact].n_t == 0 &&
+        is_pressed_at_once(closed.contact, q, v))
+      closed.mode = ContactMode::closed;
   }
   for (int i = 0; i < info_.n_c(); ++i)
     next[i] = info_.contacts[i].is_bilateral ? ContactMode::closed : ContactMode::open;

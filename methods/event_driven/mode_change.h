@@ -20,7 +20,12 @@ namespace ricochet {
 ///
 ///   0 < eps_r < 1,   (eps_r r)^2 <= 2 |a| (rounding of the gap)                          (1)
 ///
-/// ends an accumulation of impacts.
+/// ends an accumulation of impacts. And a contact without friction whose load is zero up to rounding, but presses in the
+/// next moment, stays closed: with the acceleration a and the jerk j of its gap without a force,
+///
+///   j < 0,   a <= 0 or 2 a^3 <= 3 j^2 (rounding of the gap)                               (2)
+///
+/// where a flight were lower than rounding. So does the end of an elastic bar that an impact has stopped.
 class ModeChange {
  public:
   ModeChange(const Problem& problem, ContactScales& scales, ModeDynamics& dynamics, Counters& counters);
@@ -47,6 +52,7 @@ class ModeChange {
                   const Vector& v_minus);
   bool is_low(int contact, const Vector& q, const Vector& v_minus);
   double free_gap_acceleration(int contact, const Vector& q, const Vector& v);
+  bool is_pressed_at_once(int contact, const Vector& q, const Vector& v);
   bool hops(int contact, const Vector& q, const Vector& v);
 
   const Problem& problem_;
