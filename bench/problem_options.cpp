@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -22,11 +23,17 @@ void ProblemOptions::add_problem(CLI::App& command) {
   by_id->excludes(by_file);
   command.add_option("--set", changes, "NAME=VALUE, a parameter of the problem; may be repeated")
       ->allow_extra_args(false);
+  auto* moved = command
+                    .add_option("--allow-penetration", depth,
+                                "DEPTH in metres: an initial position that penetrates by no more, as measured ones do, "
+                                "is moved to the nearest one without, in the norm of M, and a note says so")
+                    ->check(non_negative_number());
   command
-      .add_option("--allow-penetration", depth,
-                  "DEPTH in metres: an initial position that penetrates by no more, as measured ones do, is moved to "
-                  "the nearest one without, in the norm of M, and a note says so")
-      ->check(non_negative_number());
+      .add_option("--keep-penetration", kept_depth,
+                  "DEPTH in metres: an initial position that penetrates by no more stays, for the method to make of it "
+                  "what it can")
+      ->check(non_negative_number())
+      ->excludes(moved);
   command.add_option("--impact-law", impact_law,
                      "newton, poisson, routh, stronge or lzb, in place of the law of impacts of the scene");
 }
@@ -59,13 +66,14 @@ std::unique_ptr<Problem> ProblemOptions::make_problem() const {
   const ParameterChanges parameters = parameter_changes(changes);
   if (scene.empty() && problem.empty())
     throw InputError("--problem", "''", "a scene id, or --scene with a file, is required");
+  const double most = std::max(depth, kept_depth);
   auto made =
-      scene.empty() ? ricochet::make_problem(problem, parameters, depth) : read_scene_file(scene, parameters, depth);
+      scene.empty() ? ricochet::make_problem(problem, parameters, most) : read_scene_file(scene, parameters, most);
   if (!impact_law.empty()) {
     ImpactLaw law = made->info().impact_law;
     law.hypothesis = impact_hypothesis(impact_law);
     made->set_impact_law(std::move(law));
-    validate(*made, depth);
+    validate(*made, most);
   }
   if (depth > 0) {
     auto [projected, note] = project_initial_state(std::move(made));

@@ -18,12 +18,13 @@ namespace ricochet {
 ParameterChanges parameter_changes(const std::vector<std::string>& changes);
 
 /// The options that choose a problem and a setting: --problem or --scene, --set, --steps or
-/// --step-length, --tolerance, --time-limit; and --allow-penetration.
+/// --step-length, --tolerance, --time-limit; --allow-penetration, or --keep-penetration.
 struct ProblemOptions {
   std::string problem, scene;
   std::vector<std::string> changes;
   std::string impact_law;  ///< in place of the one of the scene; empty: its own
-  double depth = 0;  ///< [m] of penetration that is projected out of q0
+  double depth = 0;        ///< [m] of penetration that is projected out of q0
+  double kept_depth = 0;   ///< [m] of penetration that a run begins with
   int steps = 0;
   double step_length = 0;
   double tolerance = 0;

@@ -74,6 +74,10 @@ void add_reference(const RunArguments& options, RunReport& report) {
     report.without_reference = options.without_reference ? "--no-reference" : "the run failed";
     return;
   }
+  if (options.problem.kept_depth > 0) {
+    report.without_reference = "no motion that obeys the laws begins in penetration";
+    return;
+  }
   ProblemChoice choice;
   choice.problem = options.problem.scene.empty() ? options.problem.problem : options.problem.scene;
   choice.parameters = parameter_changes(options.problem.changes);

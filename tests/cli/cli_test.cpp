@@ -152,6 +152,15 @@ TEST_F(Cli, AMeasuredStateMayPenetrate) {
   }
 }
 
+TEST_F(Cli, APenetrationMayStayForTheMethodToSolve) {
+  const std::string ball = "run -p bouncing_ball --set e=0 --set height=0.09 -m moreau_jean -N 10 --keep-penetration ";
+  EXPECT_EQ(run(ball + "0.001").code, 2) << "it is deeper";
+  const Outcome outcome = run(ball + "0.011");
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_HAS(outcome.text, "no motion that obeys the laws begins in penetration");
+  EXPECT_EQ(run(ball + "0.011 --allow-penetration 0.011").code, 2);
+}
+
 TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
   const std::pair<const char*, const char*> cases[] = {
       {"run -p bouncing_bal -m fesd:gauss:2 -N 10", "problem = 'bouncing_bal': unknown; did you mean bouncing_ball?"},
@@ -791,8 +800,9 @@ TEST_F(Cli, OptionsRefuseWhatIsNoNumber) {
   const std::string run_it = "run -p bouncing_ball -m fesd:gauss:2 -N 10 ",
                     study = "run-experiment zeno --print-experiment ";
   for (const std::string& line :
-       {run_it + "--allow-penetration", run_it + "--time-limit", study + "--time-limit", "fuzz --scenes 1 --time"s,
-        "control two_carts --time-limit"s, "ensemble -p bouncing_ball --runs 1 -m fesd:gauss:2 -N 10 --time-limit"s}) {
+       {run_it + "--allow-penetration", run_it + "--keep-penetration", run_it + "--time-limit", study + "--time-limit",
+        "fuzz --scenes 1 --time"s, "control two_carts --time-limit"s,
+        "ensemble -p bouncing_ball --runs 1 -m fesd:gauss:2 -N 10 --time-limit"s}) {
     for (const char* value : {"nan", "-nan", "inf", "-1"}) {
       const Outcome outcome = run(line + " " + value);
       EXPECT_EQ(outcome.code, 2) << line << value << outcome.text;

@@ -112,6 +112,33 @@ TEST_F(Questions, AboutLiftingOff) {
   EXPECT_NEAR(found(answers, "anitescu_convex", 0.001, "lift"), thrown, 0.02 * thrown) << "some steps of 1 ms";
 }
 
+TEST_F(Questions, AboutOverlapsAtTheStart) {
+  const double d = 0.01, h = 0.001;
+  const Results results = ask("overlap", {"moreau_jean", "schatzman_paoli", "xpbd", "event_driven"},
+                              {{"depths", {d}}, {"step_lengths", {h}}});
+  for (const Answer& a : results.all<Answer>()) {
+    const std::string what = a.method + ", " + a.scene;
+    if (a.method == "moreau_jean") {  // laws of velocities ask nothing of a depth
+      EXPECT_NEAR(a.value("left"), d, 1e-12) << what;
+      EXPECT_LT(a.value("speed"), 1e-12) << what;
+    } else if (a.method == "schatzman_paoli") {  // out in one step, and that is a velocity
+      EXPECT_NEAR(a.value("speed"), d / h, 1e-9) << what;
+      const double mass = a.scene == "ball in the floor" ? 1 : a.scene == "two balls" ? 0.75 : 0.5;
+      EXPECT_NEAR(a.value("gained"), mass * std::pow(d / h, 2) / 2, 1e-6) << what << ": of the reduced mass";
+      if (a.scene != "ball in the floor") EXPECT_NEAR(a.value("apart"), d / h * (1 - h), 1e-9) << what;
+    } else if (a.method == "xpbd") {  // out in a substep, its velocity is taken away again
+      EXPECT_LT(a.value("left"), 1e-12) << what;
+      EXPECT_LT(a.value("apart"), 1e-12) << what;
+      EXPECT_LT(a.value("gained"), 1e-12) << what;
+    }
+  }
+  Section section;
+  study_of(results).show(results, section);
+  const std::string answer = section.tables().front()->table.text();
+  EXPECT_NE(answer.find("keeps the overlap"), std::string::npos) << answer;
+  EXPECT_NE(answer.find("throws them apart"), std::string::npos) << answer;
+}
+
 TEST_F(Questions, AboutSteps) {
   const auto answers =
       ask("calibrate", {"moreau_jean", "fesd:gauss:2,elements=as_needed"},

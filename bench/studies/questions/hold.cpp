@@ -30,20 +30,6 @@ std::vector<Answer> hold_conditions(const json& experiment) {
   return conditions;
 }
 
-/// The position at half time, between steps.
-double position_at_half(const Solution& s) {
-  constexpr double kHalf = kDuration / 2;
-  if (s.motion.n_pieces() > 0) {
-    Vector q, v;
-    s.motion.at(kHalf, q, v);
-    return q[0];
-  }
-  const auto behind =
-      std::find_if(s.samples.begin() + 1, s.samples.end(), [](const Sample& sample) { return sample.t >= kHalf; });
-  const auto before = behind - 1;
-  return before->q[0] + (kHalf - before->t) / (behind->t - before->t) * (behind->q[0] - before->q[0]);
-}
-
 void measure_hold(const json&, const Method& method, Answer& answer) {
   const double f = answer.condition("fraction"), slope = std::atan(f * kMu);
   const auto ramp =
@@ -52,7 +38,7 @@ void measure_hold(const json&, const Method& method, Answer& answer) {
       fmt::format("-p block_on_ramp --set v_x0=0 --set slope={:.17g} --set duration={}", slope, kDuration);
   const Solution s = run_for(method, *ramp, Recording::motion, scene, answer);
   if (!s.succeeded()) return;
-  answer.found["creep"] = (s.q[0] - position_at_half(s)) / (kDuration / 2);
+  answer.found["creep"] = (s.q[0] - position_at(s, kDuration / 2)[0]) / (kDuration / 2);
   const double a = std::max(0.0, kGravity * (std::sin(slope) - kMu * std::cos(slope)));  // (1)
   answer.found["exact"] = 0.75 * a * kDuration;                                          // of x = a t^2 / 2
 }

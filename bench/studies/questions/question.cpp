@@ -192,6 +192,20 @@ Solution run_for(const Method& method, const Problem& problem, Recording recordi
   return s;
 }
 
+Vector position_at(const Solution& s, double t) {
+  Vector q = s.q;
+  if (s.motion.n_pieces() > 0) {
+    Vector v;
+    s.motion.at(t, q, v);
+  } else if (t < s.t) {
+    const auto behind =
+        std::find_if(s.samples.begin() + 1, s.samples.end(), [&](const Sample& sample) { return sample.t >= t; });
+    const auto before = behind - 1;
+    q = before->q + (t - before->t) / (behind->t - before->t) * (behind->q - before->q);
+  }
+  return q;
+}
+
 std::vector<std::pair<std::string, std::vector<Answer>>> by_method(const std::vector<Answer>& answers) {
   std::vector<std::pair<std::string, std::vector<Answer>>> list;
   for (const Answer& answer : answers) {

@@ -65,6 +65,9 @@ int steps_of(double T, double h);
 Solution run_for(const Method& method, const Problem& problem, Recording recording, const std::string& scene,
                  Answer& answer);
 
+/// The position at a time of a run that was recorded: on a straight line between steps of a method that knows no motion.
+Vector position_at(const Solution& s, double t);
+
 /// Answers of one method, in the order of the results.
 std::vector<std::pair<std::string, std::vector<Answer>>> by_method(const std::vector<Answer>& answers);
 /// Shortest and longest of the step lengths of some answers; both are 0 for a method with a tolerance.

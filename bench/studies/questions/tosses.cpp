@@ -48,16 +48,7 @@ double angle_between(const Matrix3<double>& A, const Matrix3<double>& B) {
 
 /// The pose at a time, between steps.
 Pose pose_at(const EngineScene& scene, const Solution& s, double t) {
-  Vector q = s.q, v = s.v;
-  if (s.motion.n_pieces() > 0) {
-    s.motion.at(t, q, v);
-  } else if (t < s.t) {
-    const auto behind = std::lower_bound(s.samples.begin() + 1, s.samples.end(), t,
-                                         [](const Sample& sample, double time) { return sample.t < time; });
-    const auto before = behind - 1;
-    q = before->q + (t - before->t) / (behind->t - before->t) * (behind->q - before->q);
-  }
-  return scene.states_of(q, v).front().pose;
+  return scene.states_of(position_at(s, t), s.v).front().pose;
 }
 
 void measure_toss(const json& experiment, const Method& method, Answer& answer) {
