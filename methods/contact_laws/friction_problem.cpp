@@ -18,7 +18,7 @@ constexpr int kMaxHalvings = 12;
 constexpr int kRestarts = 5;
 constexpr int kSweeps = 200;
 // A pivot of dependent contact normals, relative to the diagonal: rounding, and not bodies of different weight.
-constexpr double kDependent = 1e-11;
+constexpr double kDependentPivot = 1e-11;
 
 }  // namespace
 
@@ -144,7 +144,7 @@ bool FrictionProblem::has_dependent_normals(const Eigen::Ref<const Matrix>& G, s
   auto diagonal = w_.head(n);
   diagonal = A.diagonal();
   for (Eigen::Index k = 0; k < n; ++k) {
-    if (A(k, k) <= kDependent * diagonal[k]) return true;
+    if (A(k, k) <= kDependentPivot * diagonal[k]) return true;
     for (Eigen::Index r = k + 1; r < n; ++r) {
       const double factor = A(r, k) / A(k, k);
       for (Eigen::Index c = k + 1; c < n; ++c) A(r, c) -= factor * A(k, c);

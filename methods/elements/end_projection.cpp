@@ -9,7 +9,7 @@ namespace ricochet {
 namespace {
 
 // Scenes with more of them have no system (11) of all contacts at once.
-constexpr int kMaxCoordinates = 64;
+constexpr int kMaxAffineCoordinates = 64;
 
 }  // namespace
 
@@ -20,7 +20,8 @@ EndProjection::EndProjection(const Problem& problem, const StageTableau& tableau
       active_(active),
       counters_(counters),
       last_stage_(tableau.n_s - 1),
-      keeps_affine_(!tableau.ends_with_stage && tableau.right_end.size() > 0 && problem.n_q() <= kMaxCoordinates) {}
+      keeps_affine_(!tableau.ends_with_stage && tableau.right_end.size() > 0 &&
+                    problem.n_q() <= kMaxAffineCoordinates) {}
 
 void EndProjection::prepare(EndSystem& s) const {
   const ProblemInfo& info = problem_.info();

@@ -13,7 +13,7 @@ namespace {
 constexpr int kMaxCoordinates = 8;
 constexpr std::size_t kMaxMaps = 64;
 // Rounding of terms that cancel, relative to them.
-constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
+constexpr double kSumRounding = 8 * std::numeric_limits<double>::epsilon();
 
 bool is_affine(const ProblemInfo& info, const ActiveSet& active) {
   return info.structure.constant_mass && info.structure.constant_force_jacobian && !active.has_curved() &&
@@ -24,7 +24,7 @@ bool is_affine(const ProblemInfo& info, const ActiveSet& active) {
 Matrix cancelled(const Matrix& a, const Matrix& b, const Matrix& c) {
   const Matrix size = a.cwiseAbs() + b.cwiseAbs() * c.cwiseAbs();
   const Matrix sum = a + b * c;
-  return (sum.array().abs() <= kRounding * size.array()).select(0, sum);
+  return (sum.array().abs() <= kSumRounding * size.array()).select(0, sum);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 namespace ricochet {
 namespace {
 
-constexpr int kMaxNewton = 30;
+constexpr int kMaxSwitchNewton = 30;
 
 }  // namespace
 
@@ -161,7 +161,7 @@ SwitchSolver::Result SwitchSolver::solve_by_newton(std::span<Element> run, const
   if (responses_.size() < run.size()) responses_.resize(run.size());
   bool is_contradictory = false;  // the last element, as far as redundant contacts go
   double h = run.front().h, previous = 0;
-  for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
+  for (int iteration = 0; iteration < kMaxSwitchNewton; ++iteration) {
     Progress progress{.is_first = iteration == 0};
     if (!iterate(run, end, h, progress, is_contradictory)) return Result::singular;
     const auto [is_first, correction, dh, full_dh] = progress;

@@ -9,7 +9,7 @@
 namespace ricochet {
 namespace {
 
-constexpr int kMaxIterations = 10;
+constexpr int kMaxNewton = 10;
 constexpr double kKeptContraction = 1e-3;  // up to which the Jacobian is kept
 constexpr double kNewton = 0.01;           // of the tolerance
 constexpr double kRounding = 1e-15;        // relative: corrections cannot become smaller
@@ -181,7 +181,7 @@ bool RadauStep::iterate() {
   set_positions();
   left_ = std::pow(std::max(left_, kRounding), 0.8);
   double last = 0;
-  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+  for (int iteration = 0; iteration < kMaxNewton; ++iteration) {
     if (!set_accelerations()) return false;
     const double size = correct();
     ++dynamics_.counters().inner_iterations;

@@ -265,7 +265,7 @@ class FesdAdaptive final : public Method {
   double kappa_ = std::numeric_limits<double>::infinity();
 };
 
-const bool registered = register_method<FesdAdaptive>({
+const bool is_registered = register_method<FesdAdaptive>({
     .name = "fesd_adaptive",
     .usage = "fesd_adaptive:TABLEAU:STAGES[,cone=exact|squared][,cone=polyhedral[,facets=8]], or "
              "fesd_adaptive:@TABLEAU_FILE, with --tolerance",

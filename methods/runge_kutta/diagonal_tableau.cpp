@@ -6,9 +6,9 @@
 namespace ricochet {
 namespace {
 
-using Real = long double;  // the eigenvectors of many stages lose digits
-using RealMatrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
-using ComplexMatrix = Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic>;
+using LongReal = long double;  // the eigenvectors of many stages lose digits
+using RealMatrix = Eigen::Matrix<LongReal, Eigen::Dynamic, Eigen::Dynamic>;
+using ComplexMatrix = Eigen::Matrix<std::complex<LongReal>, Eigen::Dynamic, Eigen::Dynamic>;
 
 // Sums over k cancel this much at most: two digits of an acceleration.
 constexpr double kMaxSigma = 1e4;
@@ -20,17 +20,17 @@ constexpr double kSingular = 1e-12;  // an eigenvalue up to this is zero
 
 DiagonalTableau::DiagonalTableau(const Matrix& matrix) {
   const auto n = matrix.rows();
-  const RealMatrix A = matrix.cast<Real>();
+  const RealMatrix A = matrix.cast<LongReal>();
   const Eigen::EigenSolver<RealMatrix> solver(A);
   if (solver.info() != Eigen::Success) return;
   const ComplexMatrix S = solver.eigenvectors();
-  const Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, 1> values = solver.eigenvalues(),
+  const Eigen::Matrix<std::complex<LongReal>, Eigen::Dynamic, 1> values = solver.eigenvalues(),
                                                              part = S.partialPivLu().solve(ComplexMatrix::Ones(n, 1));
   const ComplexMatrix sigma = S * part.asDiagonal();
   const bool is_diagonal =
       sigma.allFinite() && sigma.cwiseAbs().maxCoeff() <= kMaxSigma &&
       (sigma.rowwise().sum() - ComplexMatrix::Ones(n, 1)).cwiseAbs().maxCoeff() <= kResidual &&
-      (A.cast<std::complex<Real>>() * sigma - sigma * values.asDiagonal()).cwiseAbs().maxCoeff() <= kResidual;
+      (A.cast<std::complex<LongReal>>() * sigma - sigma * values.asDiagonal()).cwiseAbs().maxCoeff() <= kResidual;
   if (!is_diagonal) return;
   std::vector<Eigen::Index> kept;
   for (Eigen::Index k = 0; k < n; ++k) {
@@ -42,7 +42,7 @@ DiagonalTableau::DiagonalTableau(const Matrix& matrix) {
   bool is_regular = true;
   for (Eigen::Index m = 0; m < n_kept; ++m) {
     const Eigen::Index k = kept[static_cast<std::size_t>(m)];
-    const Real weight = values[k].imag() > 0 ? 2 : 1;
+    const LongReal weight = values[k].imag() > 0 ? 2 : 1;
     l.emplace_back(static_cast<double>(values[k].real()), static_cast<double>(values[k].imag()));
     sigma_re.col(m) = (weight * sigma.col(k).real()).cast<double>();
     sigma_im.col(m) = (weight * sigma.col(k).imag()).cast<double>();

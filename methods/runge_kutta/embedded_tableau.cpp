@@ -65,7 +65,7 @@ EmbeddedTableau embedded_tableau(const std::string& name) {
 namespace {
 
 // Coefficients with 15 decimals, up to 50 in size, as some of DOP853 are, and a dozen of them in a sum.
-constexpr double kRounding = 1e-12;
+constexpr double kWeightRounding = 1e-12;
 
 constexpr int kMaxOrder = 14;  // 53,000 trees; no pair of a higher order is known
 
@@ -81,7 +81,7 @@ void require_explicit(const TableauFile& file, const Matrix& A) {
 
 /// The weights of a solution sum to 1, those of a difference of solutions to 0.
 void require_sum(const TableauFile& file, const std::string& key, const Vector& weights, int sum) {
-  if (std::abs(weights.sum() - sum) > kRounding)
+  if (std::abs(weights.sum() - sum) > kWeightRounding)
     throw InputError(file.field(key), weights.sum(), fmt::format("the weights must sum to {}", sum));
 }
 
@@ -110,14 +110,14 @@ EmbeddedTableau read_embedded_tableau(const std::string& path) {
   t.b = file.vector("b", t.n_s);
   t.A = file.square_matrix("A", t.n_s);
   require_explicit(file, t.A);
-  t.c = file.abscissae(t.A, kRounding);
+  t.c = file.abscissae(t.A, kWeightRounding);
   t.is_first_same_as_last = t.A.row(t.n_s - 1) == t.b.transpose();
 
   require_sum(file, "b", t.b, 1);
   t.e = error_weights(file, t.b);
-  const int confirmed = order_from_trees(t.A, t.b, kMaxOrder, kRounding);
+  const int confirmed = order_from_trees(t.A, t.b, kMaxOrder, kWeightRounding);
   t.order = file.order("order", confirmed);
-  t.error_order = file.order("error_order", order_from_trees(t.A, t.b - t.e, confirmed, kRounding));
+  t.error_order = file.order("error_order", order_from_trees(t.A, t.b - t.e, confirmed, kWeightRounding));
   return t;
 }
 

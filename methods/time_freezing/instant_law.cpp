@@ -12,7 +12,7 @@ namespace {
 using Kind = RegionSwitch::Kind;
 
 // Velocities behind an element carry the rounding of its stage equations.
-constexpr double kRounding = 1e-12;
+constexpr double kLawRounding = 1e-12;
 constexpr double kForceRounding = 1e-11;
 
 }  // namespace
@@ -144,7 +144,7 @@ void InstantLaw::set_law(int contact, const Vector& v, RegionSwitch cause, const
     slip_velocity(contact, v, v_t);
     const bool rests = cause.kind == Kind::slip_stops && info.n_t == 2;
     const double least =
-        std::max((before.sticks ? 10 : 1) * kRounding * scales_.slip(contact), rests ? resting_speed_ : 0);
+        std::max((before.sticks ? 10 : 1) * kLawRounding * scales_.slip(contact), rests ? resting_speed_ : 0);
     if (std::hypot(v_t[0], v_t[1]) <= least) return;
   }
   const double size = std::hypot(v_t[0], v_t[1]);
@@ -197,7 +197,7 @@ LcpStatus InstantLaw::solve(std::span<const int> chosen, bool is_frozen, const R
     row += 1 + n_t(i);
   }
   ++counters_.complementarity_solves;
-  const LcpStatus status = friction_.solve(law_G_, law_b_, kRounding * size, laws_, law_r_);
+  const LcpStatus status = friction_.solve(law_G_, law_b_, kLawRounding * size, laws_, law_r_);
   counters_.pivots += friction_.pivots();
   return status;
 }
@@ -206,7 +206,7 @@ LcpStatus InstantLaw::solve(std::span<const int> chosen, bool is_frozen, const R
 /// acceleration by the load.
 bool InstantLaw::separates(int contact, const Vector& v) const {
   const double r = normal_velocity(contact, v), a = load_rate(contact);
-  if (r <= kRounding * scales_.approach(contact)) return false;
+  if (r <= kLawRounding * scales_.approach(contact)) return false;
   return !(a < 0 && r * r <= -2 * a * scales_.nearly_touching(contact));
 }
 
@@ -256,7 +256,7 @@ LcpStatus InstantLaw::select_frozen(const Vector& v, const Vector& y, RegionSwit
       ContactRegion& region = regions.of[i];
       if (region.region == Region::free || region.region == Region::sliding) {
         region = {};
-        if (pulls || cause.is(Kind::force_vanishes, i) || normal_velocity(i, v) > kRounding * scales_.approach(i))
+        if (pulls || cause.is(Kind::force_vanishes, i) || normal_velocity(i, v) > kLawRounding * scales_.approach(i))
           continue;
         region.region = Region::sliding;
       }
@@ -272,7 +272,7 @@ LcpStatus InstantLaw::select_frozen(const Vector& v, const Vector& y, RegionSwit
       const int i = chosen_[k];
       ContactRegion& region = regions.of[i];
       if (region.region == Region::sliding) {
-        if (r[0] > auxiliary_.push[i] * (1 + kRounding)) {  // beta > 1
+        if (r[0] > auxiliary_.push[i] * (1 + kLawRounding)) {  // beta > 1
           region.region = Region::pushed;
           is_full = true;
         } else if (!is_closed(laws_[k].mode)) {

@@ -145,15 +145,15 @@ class EmbeddedTableauFile : public testing::Test {
   std::string path =
       (std::filesystem::temp_directory_path() / fmt::format("ricochet_embedded_{}.json", ::getpid())).string();
   ~EmbeddedTableauFile() override { std::filesystem::remove(path); }
-  EmbeddedTableau read(const nlohmann::json& json) {
-    std::ofstream(path) << json;
+  EmbeddedTableau read(const nlohmann::json& fields) {
+    std::ofstream(path) << fields;
     return read_embedded_tableau(path);
   }
   /// The pair of Heun and Euler with some fields replaced; null removes one.
   static nlohmann::json heun(const nlohmann::json& changes) {
-    nlohmann::json json = {{"A", {{0, 0}, {1, 0}}}, {"b", {"1/2", "1/2"}}, {"b_hat", {1, 0}}};
-    json.merge_patch(changes);
-    return json;
+    nlohmann::json fields = {{"A", {{0, 0}, {1, 0}}}, {"b", {"1/2", "1/2"}}, {"b_hat", {1, 0}}};
+    fields.merge_patch(changes);
+    return fields;
   }
   std::string error(const nlohmann::json& changes) {
     try {

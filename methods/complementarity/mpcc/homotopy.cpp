@@ -12,7 +12,7 @@ namespace ricochet {
 
 namespace {
 
-constexpr double kRounding = 1e-9;  // of repeated factors
+constexpr double kFactorRounding = 1e-9;  // of repeated factors
 // Most iterations of a crossover that may be tried again with a smaller sigma; one that succeeds takes fewer.
 constexpr int kEarlyIterations = 150;
 
@@ -131,7 +131,7 @@ class MpccSolver::Run {
   double next(double sigma) const {
     double reduced = options_.factor * sigma;
     if (options_.update == SigmaUpdate::superlinear) reduced = std::min(reduced, std::pow(sigma, options_.power));
-    return reduced > options_.sigma_final * (1 + kRounding) ? reduced : options_.sigma_final;
+    return reduced > options_.sigma_final * (1 + kFactorRounding) ? reduced : options_.sigma_final;
   }
 
   /// A penalty that does not yet outweigh an objective without a lower bound.
@@ -166,7 +166,7 @@ class MpccSolver::Run {
         return !is_start && result.status != NlpStatus::time_limit;
       }
       if (sigma <= options_.sigma_final || solution_.complementarity <= options_.tolerance) return true;
-      if (sigma <= options_.sigma_crossover * (1 + kRounding)) {
+      if (sigma <= options_.sigma_crossover * (1 + kFactorRounding)) {
         cross_over(false);
         if (solution_.succeeded()) return false;
         solution_.message.clear();

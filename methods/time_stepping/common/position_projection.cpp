@@ -8,7 +8,7 @@
 namespace ricochet {
 namespace {
 
-constexpr int kMaxSteps = 20;
+constexpr int kMaxProjections = 20;
 
 }  // namespace
 
@@ -27,7 +27,7 @@ PositionProjection::PositionProjection(const Problem& problem, double h, Counter
 bool PositionProjection::apply(Vector& q) {
   const ProblemInfo& info = problem_.info();
   std::fill(is_active_.begin(), is_active_.end(), false);
-  for (int step = 0; step < kMaxSteps; ++step) {
+  for (int step = 0; step < kMaxProjections; ++step) {
     problem_.gap(q.data(), gap_.data());
     bool is_exact = true;
     active_.clear();
