@@ -69,7 +69,7 @@ std::string decisive_number(CaseVerdict verdict, const CellOutcome& o) {
       return fmt::format("beyond the cone by {:.2e} N s", o.cone);
     case CaseVerdict::time_limit:
     case CaseVerdict::killed:
-      return fmt::format("after {:.1f} s, at t = {:.3g} s", o.seconds, o.t);
+      return std::isnan(o.seconds) ? "at its limit" : fmt::format("after {:.1f} s, at t = {:.3g} s", o.seconds, o.t);
     case CaseVerdict::refuses:
     case CaseVerdict::fails:
     case CaseVerdict::declined:

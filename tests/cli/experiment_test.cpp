@@ -194,6 +194,21 @@ TEST_F(Cli, SharesTheWorkOfWhatIsNotTimed) {
   EXPECT_EQ(run(command + (folder / "j0").string() + " --jobs 0").code, 2);
 }
 
+/// Cells without times do not depend on what ran beside them.
+TEST_F(Cli, HardCasesAreTheSameHoweverTheirWorkIsShared) {
+  const std::string command = "run-experiment hard_cases --problem disc_in_chute --method moreau_jean --method fesd:gauss:3";
+  const auto file_of = [&](const std::string& options) {
+    const fs::path results = folder / ("results" + options);
+    const Outcome outcome = run(command + " --no-times" + options + " -o '" + results.string() + "'");
+    EXPECT_EQ(outcome.code, 0) << outcome.text;
+    return undated(read(results / "hard_cases_part.jsonl"));
+  };
+  EXPECT_EQ(file_of(" --jobs 2"), file_of(""));
+  for (const json& cell : rows_of(folder / "results" / "hard_cases_part.jsonl"))
+    EXPECT_TRUE(cell.at("outcome").at("seconds").is_null()) << cell;
+  EXPECT_EQ(run(command + " --jobs 2 -o " + folder.string()).code, 2) << "the wall time of a cell would be spoiled";
+}
+
 /// Killed, it leaves no process behind that would keep the results locked.
 TEST_F(Cli, GoesOnAtOnceBehindAKilledRunOfSeveralProcesses) {
   const std::string experiment =

@@ -152,6 +152,7 @@ HardCases read_hard_cases(const json& experiment) {
   experiment.at("id").get_to(all.id);
   experiment.at("time_limit").get_to(all.time_limit);
   if (!(all.time_limit > 0)) throw InputError("time_limit", all.time_limit, "seconds > 0 are required");
+  all.with_times = experiment.value("times", true);
   HardCase defaults;
   read_settings(experiment.at("defaults"), "defaults", defaults);
   for (const auto& j : experiment.at("cases")) all.cases.push_back(read_case(j, defaults));

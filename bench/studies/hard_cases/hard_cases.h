@@ -40,6 +40,7 @@ struct HardCase {
 /// The file of the hard cases, bench/experiments/hard_cases.json:
 ///
 ///   "time_limit"   of a cell, wall time [s]; a cell that does not answer in twice that time is killed
+///   "times"        false: results do not depend on how fast the machine is, but for runs that end near the limit
 ///   "also"         methods beside the registered ones' examples
 ///   "only_case", "only_method"  one or a list of cases, of methods, also one that is not in the matrix
 ///   "defaults"     "steps": {"first_order", "high_order"}, "tolerance", "limits", for cases that state no others.
@@ -53,6 +54,7 @@ struct HardCase {
 struct HardCases {
   std::string id;
   double time_limit = 0;
+  bool with_times = true;  ///< false: no cell says a wall time, nor how far its run came until the limit
   std::vector<HardCase> cases;
   std::vector<std::string> methods;  ///< examples of the registered ones, and "also"
 };
