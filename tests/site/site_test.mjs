@@ -109,6 +109,11 @@ async function looksRight(name) {
   }
 }
 
+async function isSeen(locator) {
+  const box = await locator.boundingBox(), { height } = locator.page().viewportSize();
+  return box !== null && box.y >= -1 && box.y + box.height <= height + 1;
+}
+
 async function answers() {
   const page = await open("index.html", 1400);
   const take = page.locator(".answer").first();
@@ -118,6 +123,13 @@ async function answers() {
   const level = page.locator(".question select").nth(1);
   await level.selectOption({ index: 0 });
   assert.equal(await page.locator("table.choices").first().locator("button[aria-pressed=true]").count(), 1);
+  await page.setViewportSize({ width: 390, height: 420 });
+  const cell = page.locator("table.choices").first().locator("button").last();
+  await cell.evaluate((button) => button.scrollIntoView({ block: "start" }));
+  assert.ok(!(await isSeen(take.locator(".take"))), "the answer is above the window before the click");
+  await cell.click();
+  assert.ok(await isSeen(take.locator(".take")), "the answer is seen after a click in the table below it");
+  await page.setViewportSize({ width: 1400, height: 900 });
   const rows = page.locator("details.long table tbody tr");
   await page.locator("details.long summary").first().click();
   const all = await rows.filter({ visible: true }).count();
@@ -151,6 +163,13 @@ async function workPrecision() {
   await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
   assert.match(await chart.locator(".said").textContent(), /ricochet run /, "the command that repeats the run");
   await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+  const one = await chart.locator(".said").textContent();
+  const other = await marks.last().boundingBox();
+  await page.mouse.click(other.x + other.width / 2, other.y + other.height / 2);
+  const two = await chart.locator(".said").textContent();
+  assert.notEqual(two, one, "another run is another text");
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  assert.equal(await chart.locator(".said").textContent(), two, "a click on another run pins that one");
   await chart.locator(".said a").click();
   const row = page.locator("tr:target");
   assert.equal(await row.count(), 1);
@@ -160,6 +179,23 @@ async function workPrecision() {
   const before = await chart.locator(".said").textContent();
   await page.keyboard.press("ArrowRight");
   assert.notEqual(await chart.locator(".said").textContent(), before, "the keyboard goes from run to run");
+  await page.keyboard.press("Home");
+  const start = await chart.locator(".said").textContent();
+  await page.keyboard.press("End");
+  const end = await chart.locator(".said").textContent();
+  assert.notEqual(end, start, "Home and End go to the first and the last run");
+  await page.keyboard.press("Enter");
+  assert.equal(await chart.locator(".said.pinned").count(), 1, "Enter pins");
+  await page.mouse.move(0, 0);
+  await chart.locator(".picture .mark").first().hover({ force: true });
+  assert.equal(await chart.locator(".said").textContent(), end, "the pointer passes over a pinned run");
+  await page.keyboard.press("Tab");
+  assert.ok(await chart.locator(".said a").evaluate((link) => link === document.activeElement), "one Tab leads to the link");
+
+  await page.setViewportSize({ width: 390, height: 844 });
+  await chart.locator(".picture svg").focus();
+  await page.keyboard.press("Home");
+  assert.ok(await isSeen(chart.locator(".said .title")), "on a phone the text is beside the chart");
   await page.close();
 }
 
@@ -177,6 +213,12 @@ async function profiles() {
   assert.ok(all >= 2, `${all} profiles`);
   await chart.locator(".legend .curves button").first().click();
   assert.equal(await curves.count(), all - 1);
+  await chart.locator(".picture svg").focus();
+  await page.keyboard.press("End");
+  assert.match(await chart.locator(".said").textContent(), /scenes .* times the time of the best/, "the keyboard goes along curves");
+  const ring = await chart.locator(".ring").boundingBox();
+  await page.mouse.move(ring.x + ring.width / 2, ring.y + ring.height / 2 + 1);
+  assert.equal(await chart.locator("path.curve.near").count(), 1, "the curve beside the pointer stands out");
   await page.close();
 }
 
@@ -186,6 +228,16 @@ async function verdicts() {
   assert.ok(all >= 4, `${all} verdicts`);
   await cells.first().click();
   assert.match(await page.locator("figure .said").textContent(), /ricochet run/);
+  await page.setViewportSize({ width: 1400, height: 300 });
+  const last = cells.last();
+  await last.evaluate((cell) => cell.scrollIntoView({ block: "end" }));
+  await last.click();
+  assert.ok(await isSeen(page.locator("figure .said .title")), "what decided a cell is seen where the cell is clicked");
+  assert.ok(await isSeen(last), "and so is the cell");
+  assert.equal(await last.getAttribute("aria-pressed"), "true");
+  assert.equal(await page.locator("button.verdict[aria-pressed=true]").count(), 1, "one cell is chosen");
+  assert.ok((await last.boundingBox()).height >= 24, "a cell is high enough for a finger");
+  await page.setViewportSize({ width: 1400, height: 900 });
   await page.locator("input[type=search]").fill("fesd:gauss:3");
   const found = await cells.count();
   assert.ok(found > 0 && found < all, "methods are found by name");
@@ -208,7 +260,27 @@ async function printsEverything() {
   await page.emulateMedia({ media: "print" });
   assert.ok(!(await page.locator("nav").isVisible()), "contents are not printed");
   assert.ok(await page.locator(".picture svg").first().isVisible());
+  const style = (of, property) => of.evaluate((e, name) => getComputedStyle(e)[name], property);
+  assert.equal(await style(page.locator("figure.chart").first(), "breakInside"), "auto", "a long chart goes over pages");
+  const fire = (target, name) => target.evaluate((event) => { dispatchEvent(new Event(event)); }, name);
+  const details = page.locator("main details"), closed = page.locator("main details:not([open])");
+  const before = await closed.count();
+  assert.ok(before > 0, "something is closed on the screen");
+  await fire(page, "beforeprint");
+  assert.equal(await closed.count(), 0, `all ${await details.count()} are open on paper`);
+  await fire(page, "afterprint");
+  assert.equal(await closed.count(), before, "and as they were on the screen");
   await page.close();
+
+  const paper = await open(`experiments/${hard}`, 718);  // A4 with Chromium's margins
+  await paper.emulateMedia({ media: "print" });
+  await fire(paper, "beforeprint");
+  for (const table of await paper.locator("table.verdicts").all())
+    assert.ok((await table.boundingBox()).width <= 718, "a table of verdicts fits on paper");
+  assert.equal(await style(paper.locator("button.verdict").first(), "printColorAdjust"), "exact", "verdicts keep their colours");
+  await fire(paper, "afterprint");
+  assert.equal(await paper.locator("table.verdicts").count(), 1);
+  await paper.close();
 }
 
 const bytes = ["index.html", "assets/site.css", "assets/site.js"].reduce((sum, name) => sum + statSync(join(site, name)).size, 0);

@@ -44,6 +44,11 @@ export function addAnswer(block) {
     levelMenu.querySelector("select").value = level;
     show();
   };
+  // The table is longer than a screen, and the answer stands above it.
+  const chooseBelow = (group, level) => {
+    choose(group, level);
+    card.scrollIntoView({ block: "nearest" });
+  };
 
   const head = element("tr", {}, element("th", { scope: "col", class: "text" }, "class of scene"),
     ...levels.map((level) => element("th", { scope: "col", class: "text" }, `error ${level}`)));
@@ -53,7 +58,7 @@ export function addAnswer(block) {
     for (const level of levels) {
       const row = find(group, level), cell = element("td", { class: "text" });
       if (row) {
-        const button = element("button", { type: "button", "aria-pressed": "false", onclick: () => choose(group, level) },
+        const button = element("button", { type: "button", "aria-pressed": "false", onclick: () => chooseBelow(group, level) },
           element("strong", {}, row.take), " ", element("span", {}, times(row.factor)));
         cells.set(`${group}|${level}`, button);
         cell.append(button);

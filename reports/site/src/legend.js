@@ -37,7 +37,7 @@ export function legend(curves, onchange) {
   const all = element("button", { type: "button", onclick: () => choose(curves.keys()) }, "all");
   const none = element("button", { type: "button", onclick: () => choose([]) }, "none");
   list.append(element("p", { class: "hint" }, all, none,
-    " click: on and off; double click, or Shift and Enter: alone"));
+    ` ${curves.length} curves; click: on and off; double click, or Shift and Enter: alone`));
   let group, box;
   curves.forEach((curve, k) => {
     if (curve.group !== group || !box) {

@@ -5,6 +5,7 @@ import { addAnswer } from "./choice.js";
 import { openContents } from "./contents.js";
 import { addFilters } from "./filter.js";
 import { linkNames } from "./links.js";
+import { openForPrint } from "./print.js";
 import { openTarget } from "./target.js";
 import { drawProfile } from "./profile.js";
 import { drawVerdicts } from "./verdicts.js";
@@ -23,3 +24,4 @@ for (const figure of document.querySelectorAll("figure.chart")) {
   for (const still of figure.querySelectorAll("img.still")) still.remove();
 }
 openTarget();
+openForPrint();

@@ -1,4 +1,4 @@
-// A link to a row opens the table that it is in. On paper everything is open.
+// A link to a row opens the table that it is in.
 export function openTarget() {
   const show = () => {
     const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));

@@ -3,6 +3,7 @@ import { Delaunay } from "d3-delaunay";
 import { line } from "d3-shape";
 import { element, menu } from "./dom.js";
 import { legend } from "./legend.js";
+import { lookedAt } from "./looked_at.js";
 import { axes, COLOURS, drawAtWidth, logDomain, symbolPath } from "./plot.js";
 
 const number = (x) => (x === 0 || (x >= 0.01 && x < 1e5) ? String(Number(x.toPrecision(3))) : x.toExponential(2));
@@ -29,7 +30,7 @@ function styled(methods) {
   });
 }
 
-function describe(run, curve, data, work) {
+function describe(run, curve, data) {
   const counters = data.works.filter((w) => w.field !== "time").map((w) => `${w.label} ${run[w.field]}`);
   return element("div", {},
     element("p", { class: "title" }, `${curve.label}, ${run.setting}`),
@@ -44,8 +45,8 @@ export function drawWorkPrecision(place, data) {
   const curves = styled(data.methods);
   const state = { error: data.errors[0].field, work: data.works[0].field, width: 0 };
   const picture = element("div", { class: "picture" });
-  const said = element("div", { class: "said", "aria-live": "polite" },
-    element("p", { class: "hint" }, "Point at a run, or move with the arrow keys, for what it is."));
+  const looked = lookedAt((run) => describe(run, curves[run.method], data),
+    "Point at a run, or move with the arrow keys, for what it is; a click, or Enter, keeps it.");
   const edge = element("p", { class: "hint" }, `Errors above ${LARGEST_ERROR} lie on the right edge.`);
   const choices = (list) => list.map(({ field, label }) => [field, label]);
   const key = legend(curves, () => draw());
@@ -53,9 +54,8 @@ export function drawWorkPrecision(place, data) {
     element("div", { class: "menus" },
       menu("error", choices(data.errors), (field) => { state.error = field; draw(); }),
       menu("work", choices(data.works), (field) => { state.work = field; draw(); })),
-    element("div", { class: "chart-columns" }, picture, key.element), edge, said);
+    element("div", { class: "chart-columns" }, element("div", { class: "drawn" }, picture, edge, looked.said), key.element));
 
-  let pinned = null;
   function draw() {
     const runs = data.runs.filter((run) => key.shown.has(run.method) && run[state.error] > 0 && run[state.work] > 0);
     const xLabel = data.errors.find((e) => e.field === state.error).label;
@@ -81,38 +81,14 @@ export function drawWorkPrecision(place, data) {
           .attr("transform", `translate(${at(run)})`);
       }
     }
-    const ring = area.append("circle").attr("class", "ring").attr("r", 8).attr("visibility", "hidden");
-    const say = (run) => {
-      ring.attr("visibility", "visible").attr("cx", at(run)[0]).attr("cy", at(run)[1]);
-      said.replaceChildren(describe(run, curves[run.method], data, state.work));
-    };
-    if (runs.length) {
-      const near = Delaunay.from(runs.map(at));
-      const find = (event) => {
-        const box = svg.node().getBoundingClientRect(), scale = state.width / box.width;
-        const px = (event.clientX - box.left) * scale, py = (event.clientY - box.top) * scale;
-        const k = near.find(px, py);
-        const [rx, ry] = at(runs[k]);
-        return Math.hypot(rx - px, ry - py) < NEAR ? k : null;
-      };
-      let at_focus = 0;
-      svg.on("pointermove", (event) => {
-        const k = pinned === null ? find(event) : null;
-        if (k !== null) say(runs[at_focus = k]);
-      });
-      svg.on("click", (event) => {  // a run stays chosen, so that its link can be reached
-        const k = find(event);
-        pinned = pinned === null ? k : null;
-        if (k !== null) say(runs[at_focus = k]);
-      });
-      svg.attr("tabindex", 0).on("keydown", (event) => {
-        const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
-        if (!step) return;
-        event.preventDefault();
-        at_focus = (at_focus + step + runs.length) % runs.length;
-        say(runs[at_focus]);
-      });
-    }
+    const near = runs.length ? Delaunay.from(runs.map(at)) : null;
+    looked.attach({ svg, area, width: state.width }, {
+      items: runs, at,
+      find: (px, py) => {
+        const run = near && runs[near.find(px, py)];
+        return run && Math.hypot(at(run)[0] - px, at(run)[1] - py) < NEAR ? run : null;
+      },
+    });
     picture.replaceChildren(svg.node());
   }
   drawAtWidth(picture, (width) => { state.width = width; draw(); });
