@@ -124,6 +124,7 @@ async function answers() {
   await level.selectOption({ index: 0 });
   assert.equal(await page.locator("table.choices").first().locator("button[aria-pressed=true]").count(), 1);
   await page.setViewportSize({ width: 390, height: 420 });
+  await page.addStyleTag({ content: "main { padding-bottom: 60rem; }" });  // a short page is scrolled as far as a long one
   const cell = page.locator("table.choices").first().locator("button").last();
   await cell.evaluate((button) => button.scrollIntoView({ block: "start" }));
   assert.ok(!(await isSeen(take.locator(".take"))), "the answer is above the window before the click");
@@ -159,6 +160,7 @@ async function workPrecision() {
   await chart.locator("select").nth(0).selectOption("relative");
   await chart.locator("select").nth(1).selectOption("time");
 
+  await chart.locator(".picture svg").scrollIntoViewIfNeeded();
   const box = await marks.first().boundingBox();
   await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
   assert.match(await chart.locator(".said").textContent(), /ricochet run /, "the command that repeats the run");
