@@ -32,6 +32,7 @@ struct ExperimentCommand {
   RunOptions run = {};
   PrintOptions print = {};
   std::string page = {};           ///< folder; empty: none
+  std::string history = {};        ///< folder of ./run history, for the site of the page; empty: none
   bool prints_experiment = false;  ///< as it would be run, which it is not
 };
 

@@ -219,6 +219,10 @@ std::string tidy_csv(const Results& results, const std::string& kind) {
   return text;
 }
 
+bool has_pgfplots(const Section::Chart& chart) {
+  return chart.kind == "work_precision" || chart.kind == "profile";
+}
+
 std::string pgfplots(const Section::Chart& chart) {
   const std::string head = fmt::format("% {}\n", chart.title);
   if (chart.kind == "work_precision") return head + work_precision(chart.data);

@@ -17,6 +17,8 @@ std::string latex(const Table& table, const std::string& label);
 /// @throws InputError where the results have no such row
 std::string tidy_csv(const Results& results, const std::string& kind);
 
+/// Whether pgfplots() knows this kind of chart.
+bool has_pgfplots(const Section::Chart& chart);
 /// A chart for PGFPlots: a tikzpicture with its data inside.
 /// @throws InputError for a kind of chart that has no such form
 std::string pgfplots(const Section::Chart& chart);

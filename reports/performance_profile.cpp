@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numeric>
 
 #include "reports/gnuplot.h"
 
@@ -51,6 +53,15 @@ std::vector<double> PerformanceProfile::finite_ratios(std::size_t solver) const 
   return ratios;
 }
 
+std::vector<std::size_t> PerformanceProfile::drawn() const {
+  std::vector<std::size_t> list(solvers_.size());
+  std::iota(list.begin(), list.end(), 0);
+  if (list.size() <= kMostCurves) return list;
+  std::ranges::stable_sort(list, std::greater(), [&](std::size_t s) { return solved(s); });
+  list.resize(kMostCurves);
+  return list;
+}
+
 nlohmann::json PerformanceProfile::json() const {
   nlohmann::json solvers = nlohmann::json::array();
   for (std::size_t s = 0; s < solvers_.size(); ++s)
@@ -77,7 +88,7 @@ Table PerformanceProfile::table(const std::string& title) const {
 Figure PerformanceProfile::draw(const FigureFolder& folder, const std::string& name, const std::string& title) const {
   const double end = std::pow(10, std::ceil(std::log10(1.01 * largest_ratio())));
   Panel panel("profile");
-  for (std::size_t s = 0; s < solvers_.size(); ++s) {
+  for (const std::size_t s : drawn()) {
     Points steps = {{1, share(s, 1)}};
     for (const double ratio : finite_ratios(s)) {
       if (ratio > steps.back().first) steps.emplace_back(ratio, share(s, ratio));
@@ -91,7 +102,20 @@ Figure PerformanceProfile::draw(const FigureFolder& folder, const std::string& n
   script += "set xlabel 'tau: time over that of the fastest solver'\n";
   script += fmt::format("set ylabel 'share of {} problems'\n", n_problems());
   folder.draw(name, script + panel.plot());
-  return {.file = name + ".svg", .title = title, .caption = "Performance profiles of Dolan and More"};
+  const bool is_whole = solvers_.size() <= kMostCurves;
+  return {.file = name + ".svg",
+          .title = title,
+          .caption = fmt::format("Performance profiles of Dolan and Moré{}",
+                                 is_whole ? "" : fmt::format(", the {} solvers that solve most", kMostCurves))};
+}
+
+Section::Chart PerformanceProfile::chart(Section::Chart text, const std::string& figure) const {
+  text.kind = "profile";
+  text.data = json();
+  text.still = {[profile = *this, figure, title = text.title](const FigureFolder& folder) {
+    return std::vector{profile.draw(folder, figure, title)};
+  }};
+  return text;
 }
 
 }  // namespace ricochet

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "reports/figures.h"
+#include "reports/section.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -32,10 +33,15 @@ class PerformanceProfile {
   Table table(const std::string& title) const;
   /// Of a chart of the site: {"problems": n, "solvers": [{"name", "ratios": ascending, finite}, ...]}.
   nlohmann::json json() const;
-  /// `name`.svg: rho over tau, logarithmic.
+  /// `name`.svg: rho over tau, logarithmic, of the kMostCurves solvers that solve most.
   Figure draw(const FigureFolder& folder, const std::string& name, const std::string& title) const;
+  /// The curves as a chart of a section, and `figure`.svg. @param text  its name, table, title and caption
+  Section::Chart chart(Section::Chart text, const std::string& figure) const;
 
  private:
+  static constexpr std::size_t kMostCurves = 12;
+
+  std::vector<std::size_t> drawn() const;                       // solvers
   std::vector<double> finite_ratios(std::size_t solver) const;  // ascending
 
   std::vector<std::string> solvers_;

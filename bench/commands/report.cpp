@@ -39,12 +39,13 @@ void add_show_command(CLI::App& app, int&) {
 
 void add_report_command(CLI::App& app, int& exit_code) {
   static std::vector<std::string> results;
-  static std::string folder = "out/report";
+  static std::string folder = "out/report", history;
   static bool with_pdf = false;
   auto* command = app.add_subcommand("report", "the page: tables and figures of results files");
   command->add_option("results", results, "results files, of `ricochet run-experiment`; JSON of Google Benchmark");
   command->add_option("-o,--out", folder, "folder of the page")->capture_default_str();
   command->add_flag("--pdf", with_pdf, "write the figures of gnuplot as PDF, too");
+  command->add_option("--history", history, "FOLDER of ./run history, for a page of the site");
   command->footer("Example:\n  ricochet report out/results/two_balls_order.jsonl -o out/report --pdf");
   add_former_hard_cases_command(*command, exit_code);
   command->callback([command] {
@@ -53,7 +54,7 @@ void add_report_command(CLI::App& app, int& exit_code) {
     require_writable_folder("folder of the page", folder);
     const auto list = shown_list(results);
     fmt::print("report: {}\n", write_page(list, folder, with_pdf));
-    fmt::print("site: {}\n", write_report_site(list, folder));
+    fmt::print("site: {}\n", write_report_site(list, folder, history));
   });
 }
 

@@ -79,7 +79,7 @@ int run_and_show(const ExperimentCommand& command) {
     std::vector<ShownResults> list;
     for (const auto& path : paths) list.push_back(shown_results(path));
     fmt::print("page: {}\n", write_page(list, command.page));
-    fmt::print("site: {}\n", write_report_site(list, command.page));
+    fmt::print("site: {}\n", write_report_site(list, command.page, command.history));
   }
   return failed > 0 ? 1 : 0;
 }
@@ -146,7 +146,8 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
                    "FIELD=VALUE, a field of the experiment, in JSON or as text; the results are then those of "
                    "ID_part")
       ->allow_extra_args(false);
-  command->add_option("--page", options.page, "FOLDER of a page of the results");
+  auto* page = command->add_option("--page", options.page, "FOLDER of a page of the results");
+  command->add_option("--history", options.history, "FOLDER of ./run history, for a page of the site")->needs(page);
   add_print_options(*command, options.print);
   command->footer(
       "Examples:\n"

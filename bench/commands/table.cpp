@@ -49,7 +49,7 @@ std::string pgfplots_of(const ShownResults& shown, const TableOptions& options) 
   std::string text;
   for (const auto& part : shown.section.parts()) {
     const auto* chart = std::get_if<Section::Chart>(&part);
-    if (!chart || chart->kind == "verdicts") continue;
+    if (!chart || !has_pgfplots(*chart)) continue;
     known.push_back(chart->name);
     if (is_wanted(options, chart->name, true)) text += pgfplots(*chart) + "\n";
   }

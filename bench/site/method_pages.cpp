@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "bench/site/citation.h"
 #include "bench/site/scheme.h"
 #include "bench/studies/hard_cases/hard_cell.h"
 #include "bench/studies/verify/scorecard.h"
@@ -75,7 +76,7 @@ std::string limits_html(const MethodEntry& entry, const std::vector<ProblemInfo>
     }
   }
   if (limits.empty()) return "<p>It declines none of the scenes.</p>\n";
-  return site_table(table_of("Scenes that it declines", columns, limits), "declined", "", limits.size() > 20);
+  return site_table(table_of("Scenes that it declines", columns, limits), "declined", {}, limits.size() > 20);
 }
 
 std::string scorecard_html(const std::vector<ShownResults>& list, const std::string& method) {
@@ -83,7 +84,7 @@ std::string scorecard_html(const std::vector<ShownResults>& list, const std::str
   if (rows.empty()) return "<p>No results of <code>ricochet run-experiment verify</code> are on this site.</p>\n";
   const Table failures = check_table(rows, true);
   return scorecard_table(rows).html() +
-         (failures.rows.empty() ? "" : site_table(failures, "failures", "", failures.rows.size() > 12));
+         (failures.rows.empty() ? "" : site_table(failures, "failures", {}, failures.rows.size() > 12));
 }
 
 std::string hard_cases_html(const std::vector<ShownResults>& list, const std::string& method) {
@@ -97,7 +98,7 @@ std::string hard_cases_html(const std::vector<ShownResults>& list, const std::st
   };
   Table table = table_of("Verdicts", columns, cells);
   table.filters = {0, 1};
-  return site_table(table, "verdicts", "", cells.size() > 30);
+  return site_table(table, "verdicts", {}, cells.size() > 30);
 }
 
 std::string scheme_html(const std::string& method) {
@@ -106,6 +107,12 @@ std::string scheme_html(const std::string& method) {
   return site_heading("The scheme", "scheme") +
          fmt::format("<pre class=\"scheme\" tabindex=\"0\">{}</pre>\n<p class=\"links\">From {}</p>\n",
                      escape_html(scheme->text), escape_html(scheme->file));
+}
+
+std::string sources_html(const std::string& method) {
+  const std::string sources = sources_of(method);
+  if (sources.empty()) return "";
+  return site_heading("To cite", "cite") + fmt::format("<pre tabindex=\"0\">{}</pre>\n", escape_html(sources));
 }
 
 SitePage page_of(const MethodEntry& entry, const std::vector<ShownResults>& list,
@@ -118,11 +125,11 @@ SitePage page_of(const MethodEntry& entry, const std::vector<ShownResults>& list
                 .has_equations = true};
   page.html = fmt::format("<p class=\"links\"><code>{}</code></p>\n", escape_html(entry.usage));
   if (!entry.make) {
-    page.html +=
-        fmt::format("<p class=\"warning\">Not built: {}</p>\n", escape_html(entry.not_built)) + scheme_html(entry.name);
+    page.html += fmt::format("<p class=\"warning\">Not built: {}</p>\n", escape_html(entry.not_built)) +
+                 scheme_html(entry.name) + sources_html(entry.name);
     return page;
   }
-  page.html += examples_html(entry) + options_html(entry) + scheme_html(entry.name);
+  page.html += examples_html(entry) + options_html(entry) + scheme_html(entry.name) + sources_html(entry.name);
   page.html += site_heading("Limits", "limits") + limits_html(entry, problems);
   page.html += site_heading("Scorecard", "scorecard") + scorecard_html(list, entry.name);
   page.html += site_heading("Hard cases", "hard-cases") + hard_cases_html(list, entry.name);

@@ -70,8 +70,9 @@ std::string equations_html(const SymbolicModel& model) {
     html += tex_line(contact_tex(model.contacts[i]));
   if (model.contacts.size() > kMostContacts)
     html += fmt::format("<p>and {} contacts more.</p>\n", model.contacts.size() - kMostContacts);
+  const std::string end = expression_tex(model.end_time);
   html += tex_line("q(0) = " + column_tex(model.q0) + ", \\qquad v(0) = " + column_tex(model.v0) +
-                   ", \\qquad T = " + expression_tex(model.end_time));
+                   (end == "T" ? "" : ", \\qquad T = " + end));  // a parameter of that name has its value below
   return html;
 }
 
@@ -168,7 +169,7 @@ std::string events_html(const ProblemInfo& info, const std::optional<Solution>& 
       "<figure>{}<figcaption>Bars: impacts; diamonds: contacts that open, stick or slip.</figcaption>"
       "<p class=\"links\"><code class=\"command\">{}</code></p></figure>\n",
       timeline_svg(info, solution), escape_html(command));
-  return html + site_table(table, "event-list", "", shown.size() > 12);
+  return html + site_table(table, "event-list", {}, shown.size() > 12);
 }
 
 std::string contacts_html(const ProblemInfo& info) {

@@ -7,6 +7,7 @@
 
 #include "problems/input_error.h"
 #include "reports/assets.h"
+#include "reports/export.h"
 #include "reports/markup.h"
 #include "reports/text_file.h"
 
@@ -40,6 +41,11 @@ std::string still_html(const Figure& figure) {
                      escape_html(figure.title + ". " + figure.caption));
 }
 
+/// In the folder of results: "two_balls_order_orders.tex".
+std::string file_of(const Results& results, const std::string& table, const char* extension) {
+  return fmt::format("{}_{}.{}", results.experiment(), table, extension);
+}
+
 /// The page of one results file.
 class ResultsPage {
  public:
@@ -60,13 +66,19 @@ class ResultsPage {
   const SitePage& page() const { return page_; }
 
  private:
-  std::string csv_of(const std::string& table) const { return results_.experiment() + "_" + table + ".csv"; }
+  std::string csv_of(const std::string& table) const { return file_of(results_, table, "csv"); }
 
   void add(const Section::NamedTable& named) {
     if (named.role == Section::Role::summary) return;
     write_text("report file", folder_ / csv_of(named.name), named.table.csv());
     const bool is_long = named.role == Section::Role::details || named.table.rows.size() > kLong;
-    page_.html += site_table(named.table, site_id(named.name), csv_of(named.name), is_long);
+    SiteLinks links = {{"CSV", csv_of(named.name)}};
+    if (!is_long || named.role == Section::Role::choice) {
+      const std::string tex = file_of(results_, named.name, "tex");
+      write_text("report file", folder_ / tex, latex(named.table, "tab:" + site_id(tex.substr(0, tex.size() - 4))));
+      links.emplace_back("LaTeX", tex);
+    }
+    page_.html += site_table(named.table, site_id(named.name), links, is_long);
   }
   void add(const Section::Figures& drawn) {
     if (!draw_ && drawn.needs_gnuplot) return;
@@ -92,6 +104,11 @@ class ResultsPage {
         links += fmt::format("<a href=\"{}\">SVG</a> ", escape_html(figure.file));
       }
     }
+    if (has_pgfplots(chart)) {
+      const std::string tex = file_of(results_, chart.name + "_pgfplots", "tex");
+      write_text("report file", folder_ / tex, pgfplots_document(pgfplots(chart)));
+      links += fmt::format("<a href=\"{}\">PGFPlots</a> ", escape_html(tex));
+    }
     page_.html += site_heading(chart.title, chart.name);
     page_.html += fmt::format(
         "<figure class=\"chart\" data-chart=\"{}\" aria-label=\"{}\">{}<div class=\"drawing\"></div>"
@@ -105,8 +122,13 @@ class ResultsPage {
     page_.html += site_heading("Where it was measured, and how to repeat it", "environment");
     const fs::path file = fs::path(results_.path).filename();
     fs::copy_file(results_.path, folder_ / file, fs::copy_options::overwrite_existing);
-    page_.html += fmt::format("<p class=\"links\"><a href=\"{0}\">{0}</a>: every run, as JSON lines</p>",
-                              escape_html(file.string()));
+    SiteLinks links = {{"every run, as JSON lines", file.string()}};
+    if (!results_.rows.empty()) {
+      const std::string runs = file_of(results_, "all_digits", "csv");
+      write_text("report file", folder_ / runs, tidy_csv(results_, results_.rows.front().at("kind")));
+      links.emplace_back("every run, as CSV with all digits", runs);
+    }
+    page_.html += site_links(links);
     page_.html += "<pre tabindex=\"0\">" + escape_html(results_.header.value("command", "")) + "\n";
     const nlohmann::json environment = results_.header.value("environment", nlohmann::json::object());
     for (const auto& [key, value] : environment.items()) {
@@ -132,10 +154,14 @@ SitePage first_page(const std::vector<ShownResults>& list, const std::vector<Sit
     for (const auto* named : shown.section.tables()) {
       if (named->role != Section::Role::choice) continue;
       const std::string id = site_id(shown.results.experiment());
-      const std::string csv = fmt::format("{}/{}_{}.csv", kResultsFolder, shown.results.experiment(), named->name);
+      const auto file = [&](const char* extension) {
+        return fmt::format("{}/{}", kResultsFolder, file_of(shown.results, named->name, extension));
+      };
       page.html += site_heading(shown.results.title(), id);
-      page.html +=
-          "<div class=\"choice\">" + site_table(named->table, id + "_" + site_id(named->name), csv, false) + "</div>\n";
+      page.html += "<div class=\"choice\">" +
+                   site_table(named->table, id + "_" + site_id(named->name),
+                              {{"CSV", file("csv")}, {"LaTeX", file("tex")}}, false) +
+                   "</div>\n";
       page.html += fmt::format("<p class=\"links\"><a href=\"{}/{}.html\">All of this experiment</a> {}</p>\n",
                                kResultsFolder, id, command_html(shown.results));
     }
@@ -190,8 +216,14 @@ std::string write_site(const std::vector<ShownResults>& list, const std::vector<
   SiteGroup experiments{"Experiments", {}};
   for (const auto& shown : list) experiments.pages.push_back(ResultsPage(shown, figures, results, draw).page());
   std::vector<SiteGroup> groups = {experiments};
-  groups.insert(groups.end(), more.begin(), more.end());
-  SiteGroup top{"", {first_page(list, groups), environment_page(list)}};
+  SiteGroup top{"", {environment_page(list)}};
+  for (const auto& group : more) {
+    if (group.title.empty())
+      top.pages.insert(top.pages.end(), group.pages.begin(), group.pages.end());
+    else
+      groups.push_back(group);
+  }
+  top.pages.insert(top.pages.begin(), first_page(list, groups));
   groups.insert(groups.begin(), top);
   for (const auto& group : groups) {
     for (const auto& page : group.pages) {

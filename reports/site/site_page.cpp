@@ -62,10 +62,16 @@ std::string site_heading(const std::string& text, const std::string& id, int lev
       escape_html(text));
 }
 
-std::string site_table(const Table& table, const std::string& id, const std::string& csv, bool is_long) {
-  const std::string link =
-      csv.empty() ? "" : fmt::format("<p class=\"links\"><a href=\"{}\">CSV</a></p>\n", escape_html(csv));
-  const std::string html = fmt::format("<div id=\"{}\" class=\"block\">{}{}</div>\n", id, table.html(), link);
+std::string site_links(const SiteLinks& links) {
+  std::string html;
+  for (const auto& [text, address] : links)
+    html += fmt::format("<a href=\"{}\">{}</a> ", escape_html(address), escape_html(text));
+  return html.empty() ? "" : "<p class=\"links\">" + html + "</p>\n";
+}
+
+std::string site_table(const Table& table, const std::string& id, const SiteLinks& links, bool is_long) {
+  const std::string html =
+      fmt::format("<div id=\"{}\" class=\"block\">{}{}</div>\n", id, table.html(), site_links(links));
   if (!is_long) return html;
   return fmt::format("<details class=\"long\"><summary>{} ({} rows)</summary>{}</details>\n", escape_html(table.title),
                      table.rows.size(), html);

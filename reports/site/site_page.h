@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "reports/table.h"
@@ -34,8 +35,11 @@ std::string site_html(const SitePage& page, const std::vector<SiteGroup>& groups
 /// "<h2 id=...>" with a link to itself.
 std::string site_heading(const std::string& text, const std::string& id, int level = 2);
 
-/// A table with a link to its CSV. @param csv  from the page; empty for none
-std::string site_table(const Table& table, const std::string& id, const std::string& csv, bool is_long);
+/// A table with links below. @param links  (text, address from the page): its files
+using SiteLinks = std::vector<std::pair<std::string, std::string>>;
+std::string site_table(const Table& table, const std::string& id, const SiteLinks& links, bool is_long);
+/// "<p class=links>..." @return empty for none
+std::string site_links(const SiteLinks& links);
 
 /// For an anchor or a file: letters, digits, '-' and '_'.
 std::string site_id(const std::string& text);

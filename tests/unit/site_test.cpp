@@ -8,6 +8,7 @@
 #include "bench/site/expression_tex.h"
 #include "bench/site/report_site.h"
 #include "bench/site/scheme.h"
+#include "problems/input_error.h"
 #include "reports/text_file.h"
 
 namespace ricochet {
@@ -73,13 +74,20 @@ class Site : public testing::Test {
                          .table = "runs",
                          .title = "Work",
                          .caption = "c",
-                         .data = {{"text", "</script><b>"}},
+                         .data = nlohmann::json::parse(R"({"errors": [{"field": "error", "label": "</script><b>"}],
+                           "works": [{"field": "time", "label": "t"}], "methods": [{"id": "m", "label": "m"}],
+                           "runs": [{"method": 0, "error": 0.1, "time": 1}]})"),
                          .still = {[](const FigureFolder& figures) {
                                      figures.write("still.svg", "<svg xmlns=\"x\"></svg>");
                                      return std::vector<Figure>{{"still.svg", "t", "c"}};
                                    },
                                    false}});
-    root = fs::path(write_report_site({shown}, folder.string())).parent_path();
+    fs::create_directories(folder / "history");
+    write_text(
+        "history", folder / "history" / "history.json",
+        R"([{"commit": "abc1234", "date": "2026-01-02", "subject": "Faster <b>", "rows": 3, "verdicts": {"ok": 2},
+                    "changes": [{"text": "grid: moreau_jean: steps 5 to 4"}]}])");
+    root = fs::path(write_report_site({shown}, folder.string(), (folder / "history").string())).parent_path();
     for (const auto& entry : fs::recursive_directory_iterator(root)) {
       if (entry.path().extension() == ".html") pages[fs::relative(entry.path(), root)] = read_text(entry.path());
     }
@@ -98,8 +106,8 @@ class Site : public testing::Test {
 };
 
 TEST_F(Site, HasPagesWhoseLinksLeadSomewhere) {
-  for (const char* page :
-       {"index.html", "environment.html", "experiments/small.html", "methods/fesd.html", "problems/bouncing_ball.html"})
+  for (const char* page : {"index.html", "environment.html", "cite.html", "history.html", "experiments/small.html",
+                           "methods/fesd.html", "problems/bouncing_ball.html"})
     EXPECT_TRUE(pages.contains(page)) << page;
   std::size_t checked = 0;
   for (const auto& [path, text] : pages) {
@@ -127,6 +135,24 @@ TEST_F(Site, SaysOnItsFirstScreenWhatToChoose) {
   EXPECT_NE(first.find("A &lt;small&gt; one"), std::string::npos);
   const auto size = [&](const char* file) { return fs::file_size(root / file); };
   EXPECT_LT(size("index.html") + size("assets/site.css") + size("assets/site.js"), 2000000u) << "of the first view";
+}
+
+TEST_F(Site, GivesWhatAPaperNeeds) {
+  EXPECT_NE(read_text(root / "experiments/small_choice.tex").find("\\toprule"), std::string::npos);
+  EXPECT_NE(read_text(root / "experiments/small_chart_pgfplots.tex").find("0.1 1\n"), std::string::npos);
+  const std::string &sources = pages["methods/fesd.html"], &cite = pages["cite.html"];
+  EXPECT_NE(sources.find("@article{fesd_j,"), std::string::npos);
+  EXPECT_EQ(sources.find("@book{"), std::string::npos) << "sources of other methods";
+  EXPECT_NE(cite.find("@software{ricochet,"), std::string::npos);
+  EXPECT_NE(cite.find("id=\"moreau_jean\""), std::string::npos);
+}
+
+TEST_F(Site, TellsOfItsHistory) {
+  const std::string& history = pages["history.html"];
+  EXPECT_NE(history.find("2026-01-02 abc1234: Faster &lt;b&gt;"), std::string::npos);
+  EXPECT_NE(history.find("moreau_jean: steps 5 to 4"), std::string::npos);
+  EXPECT_NE(history.find("Hard cases: 2 ok."), std::string::npos);
+  EXPECT_THROW(write_report_site({}, folder.string(), folder.string()), InputError) << "no history is there";
 }
 
 TEST_F(Site, KeepsTheDataOfAChartInsideOfItsElement) {

@@ -13,6 +13,7 @@
 #include "bench/studies/control_seeds/seed_rows.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
+#include "reports/performance_profile.h"
 
 namespace ricochet {
 namespace {
@@ -85,11 +86,44 @@ void run_control_seeds(const json& experiment, ResultsFile& file) {
   }
 }
 
+/// Arguments against each other on the guesses of one problem, which all of them start from.
+void add_profiles(const std::vector<SeedRun>& runs, const std::string& prefix, Section& section) {
+  for (const auto& problem : different(runs, &SeedRun::problem)) {
+    std::vector<std::string> solvers;
+    std::vector<std::vector<double>> times;
+    unsigned n_seeds = 0;
+    for (const SeedRun& run : runs) n_seeds = run.problem == problem ? std::max(n_seeds, run.seed) : n_seeds;
+    for (const auto& group : seed_groups(runs)) {
+      if (group.front()->problem != problem) continue;
+      solvers.push_back(group.front()->arguments.empty() ? "as it is" : group.front()->arguments);
+      auto& of_group = times.emplace_back(n_seeds, HUGE_VAL);
+      for (const SeedRun* run : group) {
+        if (run->succeeded() && run->seed > 0) of_group[run->seed - 1] = run->cpu_seconds;
+      }
+    }
+    if (solvers.size() < 2) continue;
+    const PerformanceProfile profile(solvers, times);
+    const std::string name = "profile_" + problem, title = "Performance profiles over random guesses, " + problem;
+    section.chart(profile.chart(
+        {.name = name,
+         .table = name,
+         .title = title,
+         .caption =
+             fmt::format("Share of {} guesses that are solved in at most tau times the CPU time of the fastest; one "
+                         "without a solution takes infinitely long (Dolan, Moré 2002). It says nothing of the cost "
+                         "that was found.",
+                         n_seeds)},
+        prefix + "_" + name));
+    section.details(name, profile.table(title));
+  }
+}
+
 void show_control_seeds(const Results& results, Section& section) {
   const auto runs = results.all<SeedRun>();
   section.result("success", seed_table(runs));
   section.figures(
       [=, id = results.experiment()](const FigureFolder& folder) { return std::vector{draw_seeds(folder, runs, id)}; });
+  add_profiles(runs, results.experiment(), section);
   section.failures("failures", seed_failures(runs));
   section.details("runs", seed_details(runs));
 }

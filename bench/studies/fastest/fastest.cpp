@@ -225,19 +225,20 @@ void add_profile(const std::vector<FastestRun>& runs, double level, const std::s
     times[static_cast<std::size_t>(f)][static_cast<std::size_t>(s)] = run.microseconds;
   }
   const PerformanceProfile profile(families, times);
-  const std::string title = fmt::format("Performance profiles, error at most {:.0e}", level);
-  const std::string name = fmt::format("{}_profile_{:.0e}", prefix, level);
-  section.chart(
-      {.kind = "profile",
-       .name = fmt::format("profile_{}_{:.0e}", runs.front().solver, level),
-       .table = "choices",
+  const std::string& solver = runs.front().solver;
+  const std::string name = fmt::format("profile_{}_{:.0e}", solver, level),
+                    title = fmt::format("Performance profiles, error at most {:.0e}{}", level,
+                                        solver == "new" ? "" : ", " + solver + " solvers");
+  section.chart(profile.chart(
+      {.name = name,
+       .table = name,
        .title = title,
-       .caption = fmt::format("Share of {} scenes on which the fastest run of a family takes at most tau times "
-                              "that of the best family; one that does not reach the error takes infinitely "
-                              "long (Dolan, Moré 2002).",
-                              scenes.size()),
-       .data = profile.json(),
-       .still = {[=](const FigureFolder& folder) { return std::vector{profile.draw(folder, name, title)}; }}});
+       .caption = fmt::format("Share of {} scenes on which the fastest run of a family takes at most tau times that of "
+                              "the best family; one that does not reach the error takes infinitely long (Dolan, Moré "
+                              "2002).",
+                              scenes.size())},
+      fmt::format("{}_profile_{:.0e}", prefix, level)));
+  section.details(name, profile.table(title));
 }
 
 void show_fastest(const Results& results, Section& section) {

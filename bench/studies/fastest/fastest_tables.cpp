@@ -124,6 +124,7 @@ Table choice_table(const std::vector<FastestRun>& runs) {
       {"quartiles", [](const R& r) { return fmt::format("{:.3g} .. {:.3g}", r.lower_quartile, r.upper_quartile); }},
       {"runs tried", "", "{}", &R::tried},
       {"failed", "", "{}", &R::failed},
+      {"repeat with", &R::command},
   };
   std::vector<R> reached;
   std::ranges::copy_if(runs, std::back_inserter(reached), &R::is_reached);

@@ -29,6 +29,9 @@ struct HardCell {
 void to_json(nlohmann::json& j, const HardCell& cell);
 void from_json(const nlohmann::json& j, HardCell& cell);
 
+/// It has a verdict that is good.
+bool is_right(const HardCell& cell);
+
 /// The cells as a matrix, methods by cases, both in the order of their first cell.
 class HardMatrix {
  public:

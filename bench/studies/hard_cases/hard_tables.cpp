@@ -11,15 +11,15 @@ namespace {
 
 using nlohmann::json;
 
-bool is_right(const HardCell& cell) {
-  return text_of(cell.verdict()).grade == Grade::good;
-}
-
 std::string word_of(const HardCell& cell) {
   return text_of(cell.verdict()).word;
 }
 
 }  // namespace
+
+bool is_right(const HardCell& cell) {
+  return text_of(cell.verdict()).grade == Grade::good;
+}
 
 std::string HardCell::setting() const {
   return steps > 0 ? fmt::format("{} steps", steps) : fmt::format("tolerance {:.0e}", tolerance);

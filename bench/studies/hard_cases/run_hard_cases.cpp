@@ -6,24 +6,28 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
+#include <span>
 #include <stdexcept>
 
-#include "methods/isolated.h"
 #include "bench/penetration.h"
 #include "bench/progress.h"
 #include "bench/studies/hard_cases/verdict_matrix.h"
 #include "bench/studies/study.h"
+#include "methods/isolated.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/vector_json.h"
+#include "reports/performance_profile.h"
 
 namespace ricochet {
 namespace {
 
 using nlohmann::json;
 
-constexpr double kReferenceLimit = 120;  // wall time of the references of a case [s]
+constexpr double kReferenceLimit = 120;     // wall time of the references of a case [s]
+constexpr std::size_t kMethodsOfPiece = 24;  // on a case; another process computes its references again
 
 /// An energy may overflow though the state does not, and JSON has no infinity.
 double bounded(double x) {
@@ -182,15 +186,22 @@ void leave_times_out(CellOutcome& outcome) {
   outcome.message.clear();  // methods say in it how far they came
 }
 
-/// Every method on every case.
+/// Every method on every case. A piece is a case with some of the methods: one case takes most of the time.
 void run_matrix(const json& experiment, ResultsFile& file) {
   const HardCases cases = read_hard_cases(experiment);
+  const std::size_t per_case = (cases.methods.size() + kMethodsOfPiece - 1) / kMethodsOfPiece,
+                    n_pieces = cases.cases.size() * per_case;
   Progress progress(cases.id);
-  const auto run_case = [&](std::size_t k, const ResultsFile::NextRow<HardCell>& next) {
-    const HardCase& hard_case = cases.cases[k];
+  std::optional<std::vector<TrueMotion>> motions;  // of the case at hand, where a cell is missing
+  std::size_t at_hand = 0;
+  const auto run_piece = [&](std::size_t k, const ResultsFile::NextRow<HardCell>& next) {
+    const HardCase& hard_case = cases.cases[k / per_case];
+    if (k / per_case != at_hand) motions.reset();
+    at_hand = k / per_case;
     const auto problem = hard_case.make_problem();
-    std::optional<std::vector<TrueMotion>> motions;  // needed where a cell is missing
-    for (const auto& method : cases.methods) {
+    const std::size_t first = k % per_case * kMethodsOfPiece;
+    for (const auto& method :
+         std::span(cases.methods).subspan(first).first(std::min(kMethodsOfPiece, cases.methods.size() - first))) {
       next([&] {
         if (!motions) motions = isolated_motions(hard_case, *problem);
         HardCell cell = run_cell(hard_case, *problem, *motions, method, cases.time_limit);
@@ -199,9 +210,47 @@ void run_matrix(const json& experiment, ResultsFile& file) {
       });
     }
   };
-  file.pieces<HardCell>(cases.cases.size(), run_case, [&](std::size_t k) {
-    progress.update(static_cast<double>(k + 1) / static_cast<double>(cases.cases.size()), cases.cases[k].id);
+  file.pieces<HardCell>(n_pieces, run_piece, [&](std::size_t k) {
+    progress.update(static_cast<double>(k + 1) / static_cast<double>(n_pieces), cases.cases[k / per_case].id);
   });
+}
+
+/// Methods against each other on all cases, each with the fastest of its variants that is right, in one run; what is not
+/// right takes infinitely long. The methods that get most right come first.
+void add_profile(const std::vector<HardCell>& cells, const std::string& prefix, Section& section) {
+  const HardMatrix matrix(cells);
+  const std::size_t n_cases = matrix.cases().size();
+  std::map<std::string, std::vector<double>> times;
+  bool is_timed = false;
+  for (std::size_t m = 0; m < matrix.methods().size(); ++m) {
+    auto& of_method = times.try_emplace(MethodSpec(matrix.methods()[m]).name(), n_cases, HUGE_VAL).first->second;
+    for (std::size_t c = 0; c < n_cases; ++c) {
+      const HardCell* cell = matrix.cell(m, c);
+      if (!cell || !(cell->outcome.seconds > 0)) continue;
+      is_timed = true;
+      if (is_right(*cell)) of_method[c] = std::min(of_method[c], cell->outcome.seconds);
+    }
+  }
+  if (!is_timed) return;
+  const auto failures = [&](const std::string& name) { return std::ranges::count(times[name], HUGE_VAL); };
+  std::vector<std::string> names;
+  for (const auto& [name, _] : times) names.push_back(name);
+  std::ranges::stable_sort(names, {}, failures);
+  std::vector<std::vector<double>> costs;
+  for (const auto& name : names) costs.push_back(times[name]);
+  const PerformanceProfile profile(names, costs);
+  const std::string title = "Performance profiles over the hard cases";
+  section.chart(profile.chart(
+      {.name = "profile",
+       .table = "profiles",
+       .title = title,
+       .caption =
+           fmt::format("Share of {} cases that a method gets right in at most tau times the wall time of the "
+                       "fastest method that does; what is not right takes infinitely long (Dolan, Moré 2002). One "
+                       "run each, with the step length or tolerance that the case states for all.",
+                       n_cases)},
+      prefix + "_profile"));
+  section.details("profiles", profile.table(title));
 }
 
 void show_matrix(const Results& results, Section& section) {
@@ -211,6 +260,7 @@ void show_matrix(const Results& results, Section& section) {
   for (const Table& table : verdict_tables(cells)) section.summary(fmt::format("group_{}", ++group), table);
   section.result("verdicts", verdict_legend(cells));
   section.result("cases", case_table(cells));
+  add_profile(cells, results.experiment(), section);
   if (const Table drift = energy_table(cells); !drift.rows.empty()) section.result("energy", drift);
   Table failures = hard_failures(cells);
   failures.is_list = true;

@@ -327,8 +327,17 @@ Table precision_details(const GridResults& results) {
          const auto peak = results.peak_bytes.find(static_cast<std::size_t>(results.line_of(*l.run) - kFirstRowLine));
          return peak == results.peak_bytes.end() ? Metrics::kNone : peak->second / 1e3;
        }},
+      {"steps", "", "{}", counter(&Counters::steps)},
+      {"elements", "", "{}", counter(&Counters::elements)},
       {"force evals", "", "{}", counter(&Counters::force_evaluations)},
+      {"Newton its", "", "{}", counter(&Counters::inner_iterations)},
+      {"factorizations", "", "{}", counter(&Counters::matrix_factorizations)},
+      {"linear solves", "", "{}", counter(&Counters::linear_solves)},
+      {"LCPs", "", "{}", counter(&Counters::complementarity_solves)},
+      {"events", "", "{}", of_run(&Record::detected_events)},
       {"status", of_run(&Record::status)},
+      {"reason", of_run(&Record::message)},
+      {"command", of_run(&Record::command)},
   };
   std::vector<L> lines;
   for (const auto& method : results.methods()) {

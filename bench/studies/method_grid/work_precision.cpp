@@ -12,7 +12,11 @@ using nlohmann::json;
 json measures(const GridResults& results) {
   return {{"errors",
            {{{"field", "error"}, {"label", results.error_measure().axis}},
-            {{"field", "relative"}, {"label", "error over the size of the solution"}}}},
+            {{"field", "relative"}, {"label", "error over the size of the solution"}},
+            {{"field", "position"}, {"label", "largest error of a coordinate at any time"}},
+            {{"field", "velocity"}, {"label", "integral of the error of v over the time"}},
+            {{"field", "end_velocity"}, {"label", "error of v at the end, away from impacts"}},
+            {{"field", "event_time"}, {"label", "largest error of an event's time [s]"}}}},
           {"works",
            {{{"field", "time"}, {"label", "CPU time [ms]"}},
             {{"field", "force_evaluations"}, {"label", "force evaluations"}},
@@ -29,6 +33,10 @@ json run_of(const GridResults& results, const Record& record, std::size_t method
           {"setting", record.steps > 0 ? record.setting() + " steps" : "tolerance " + record.setting()},
           {"error", record.error},
           {"relative", record.error / size},
+          {"position", record.metrics.position_error},  // null where the motion was not looked at
+          {"velocity", record.metrics.velocity_error},
+          {"end_velocity", record.metrics.end_velocity_error},
+          {"event_time", record.metrics.event_time_error},
           {"time", 1e3 * timing.median},
           {"quartiles", {1e3 * timing.lower_quartile, 1e3 * timing.upper_quartile}},
           {"force_evaluations", work.force_evaluations},
@@ -44,6 +52,7 @@ json run_of(const GridResults& results, const Record& record, std::size_t method
 
 Section::Chart work_precision_chart(const GridResults& results) {
   json data = measures(results);
+  if (!results.has_metrics()) data["errors"].erase(data["errors"].begin() + 2, data["errors"].end());
   data["methods"] = data["runs"] = json::array();
   for (const auto& method : results.methods()) {
     const auto runs = results.of(method);

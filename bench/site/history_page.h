@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string>
+
+#include "reports/site/site_page.h"
+
+namespace ricochet {
+
+/// What changed in the program commit by commit, from the folder that ./run history writes (bench/history/make_history).
+/// @throws InputError where there is no history in it, or a damaged one
+SitePage history_page(const std::string& folder);
+
+}  // namespace ricochet
