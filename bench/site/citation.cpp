@@ -39,7 +39,7 @@ std::string sources_of(const std::string& method) {
       is_wanted = is_named_in(line.substr(line.find('{')), method);  // the last field, which BibTeX does not know
     else
       entry += line + "\n";
-    if (line == "}" && is_wanted) sources += entry + "\n";
+    if (line == "}" && is_wanted) sources += (sources.empty() ? "" : "\n") + entry;
   }
   return sources;
 }

@@ -26,7 +26,7 @@ export function drawProfile(place, data) {
   const largest = Math.max(10, ...data.solvers.flatMap((solver) => solver.ratios));
   const picture = element("div", { class: "picture" });
   const corners = data.solvers.map((solver, k) => cornersOf(solver.ratios, k));
-  const percent = (solved) => `${solved} of ${data.problems} scenes (${Math.round((100 * solved) / data.problems)} %)`;
+  const percent = (solved) => `${solved} of ${data.problems} problems (${Math.round((100 * solved) / data.problems)} %)`;
   const looked = lookedAt(({ curve, tau, solved }) => element("div", {},
     element("p", { class: "title" }, curves[curve].label),
     element("p", {}, `${percent(solved)} in at most ${Number(tau.toPrecision(3))} times the time of the best`),
@@ -38,8 +38,8 @@ export function drawProfile(place, data) {
   function draw() {
     const { svg, area, x, y } = axes({
       width, height: Math.round(Math.max(260, Math.min(400, 0.6 * width))), isLogY: false, yDomain: [0, 1.02],
-      xDomain: [1, 1.2 * largest], xLabel: "tau: time over that of the best", yLabel: `share of ${data.problems} scenes`,
-      label: `Share of ${data.problems} scenes over tau`,
+      xDomain: [1, 1.2 * largest], xLabel: "tau: time over that of the best", yLabel: `share of ${data.problems} problems`,
+      label: `Share of ${data.problems} problems over tau`,
     });
     const path = line().x(([tau]) => x(tau)).y(([, share]) => y(share)).curve(curveStepAfter);
     const drawn = new Map();
