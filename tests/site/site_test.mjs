@@ -217,7 +217,7 @@ async function profiles() {
   assert.equal(await curves.count(), all - 1);
   await chart.locator(".picture svg").focus();
   await page.keyboard.press("End");
-  assert.match(await chart.locator(".said").textContent(), /scenes .* times the time of the best/, "the keyboard goes along curves");
+  assert.match(await chart.locator(".said").textContent(), /problems .* times the time of the best/, "the keyboard goes along curves");
   const ring = await chart.locator(".ring").boundingBox();
   await page.mouse.move(ring.x + ring.width / 2, ring.y + ring.height / 2 + 1);
   assert.equal(await chart.locator("path.curve.near").count(), 1, "the curve beside the pointer stands out");
