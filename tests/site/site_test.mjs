@@ -59,7 +59,7 @@ const site = isProgram ? makeSite(resolve(process.argv[2]), folder) : resolve(pr
 const hard = readdirSync(join(site, "experiments")).find((name) => /^hard_cases.*\.html$/.test(name));
 const grid = existsSync(join(site, "experiments/grid.html")) ? "grid" : "two_balls_order";
 const fastest = existsSync(join(site, "experiments/fastest.html")) ? "fastest" : "opponents";
-const PAGES = ["index.html", "environment.html", `experiments/${grid}.html`, `experiments/${fastest}.html`, `experiments/${hard}`,
+const PAGES = ["index.html", "environment.html", "cite.html", `experiments/${grid}.html`, `experiments/${fastest}.html`, `experiments/${hard}`,
   "methods/moreau_jean.html", "methods/fesd.html", "problems/two_balls_spring.html", "problems/slider_crank_stop.html"];
 
 const browser = await chromium.launch({ executablePath: chromium_path, args: ["--no-sandbox"] });
@@ -229,12 +229,12 @@ async function verdicts() {
   const cells = page.locator("button.verdict"), all = await cells.count();
   assert.ok(all >= 4, `${all} verdicts`);
   await cells.first().click();
-  assert.match(await page.locator("figure .said").textContent(), /ricochet run/);
+  assert.match(await page.locator("figure[data-chart=verdicts] .said").textContent(), /ricochet run/);
   await page.setViewportSize({ width: 1400, height: 300 });
   const last = cells.last();
   await last.evaluate((cell) => cell.scrollIntoView({ block: "end" }));
   await last.click();
-  assert.ok(await isSeen(page.locator("figure .said .title")), "what decided a cell is seen where the cell is clicked");
+  assert.ok(await isSeen(page.locator("figure[data-chart=verdicts] .said .title")), "what decided a cell is seen where the cell is clicked");
   assert.ok(await isSeen(last), "and so is the cell");
   assert.equal(await last.getAttribute("aria-pressed"), "true");
   assert.equal(await page.locator("button.verdict[aria-pressed=true]").count(), 1, "one cell is chosen");
