@@ -109,13 +109,20 @@ Figure PerformanceProfile::draw(const FigureFolder& folder, const std::string& n
                                  is_whole ? "" : fmt::format(", the {} solvers that solve most", kMostCurves))};
 }
 
-Section::Chart PerformanceProfile::chart(Section::Chart text, const std::string& figure) const {
-  text.kind = "profile";
-  text.data = json();
-  text.still = {[profile = *this, figure, title = text.title](const FigureFolder& folder) {
+void PerformanceProfile::show(Section& section, const std::string& name, const std::string& title,
+                              const std::string& caption, const std::string& figure) const {
+  const auto still = [profile = *this, figure, title](const FigureFolder& folder) {
     return std::vector{profile.draw(folder, figure, title)};
-  }};
-  return text;
+  };
+  const std::string table_name = name + "_shares";
+  section.chart({.kind = "profile",
+                 .name = name,
+                 .table = table_name,
+                 .title = title,
+                 .caption = caption,
+                 .data = json(),
+                 .still = {still}});
+  section.details(table_name, table(title));
 }
 
 }  // namespace ricochet

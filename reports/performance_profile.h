@@ -35,8 +35,9 @@ class PerformanceProfile {
   nlohmann::json json() const;
   /// `name`.svg: rho over tau, logarithmic, of the kMostCurves solvers that solve most.
   Figure draw(const FigureFolder& folder, const std::string& name, const std::string& title) const;
-  /// The curves as a chart of a section, and `figure`.svg. @param text  its name, table, title and caption
-  Section::Chart chart(Section::Chart text, const std::string& figure) const;
+  /// The curves as a chart, and `figure`.svg; below it the table, as NAME_shares.
+  void show(Section& section, const std::string& name, const std::string& title, const std::string& caption,
+            const std::string& figure) const;
 
  private:
   static constexpr std::size_t kMostCurves = 12;

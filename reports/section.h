@@ -40,12 +40,12 @@ class Section {
   };
   /// A figure that a reader can ask: the site draws it from `data` (reports/site/src/, by `kind`), a page shows `still`.
   struct Chart {
-    std::string kind = {};  ///< "work_precision"
-    std::string name;       ///< of the figure, as its anchor
-    std::string table;      ///< name of the table with its numbers
+    std::string kind;   ///< "work_precision"
+    std::string name;   ///< of the figure, as its anchor
+    std::string table;  ///< name of the table with its numbers
     std::string title, caption;
-    nlohmann::json data = {};
-    Figures still = {};
+    nlohmann::json data;
+    Figures still;
   };
   using Part = std::variant<NamedTable, Figures, Heading, Animation, Chart>;
 

@@ -52,7 +52,7 @@ SitePage history_page(const std::string& folder) try {
       "the published hard cases. A commit that is not here changed none of them. No times: they are those of a machine, "
       "and lie, marked so, in the files of <code>./run history</code>.</p>\n";
   if (const std::string figure = read_text(root / "history.svg"); !figure.empty())
-    page.html += "<figure class=\"drawn\" role=\"img\" aria-label=\"Quantities that changed most, over the commits\">" +
+    page.html += "<figure class=\"history\" role=\"img\" aria-label=\"Quantities that changed most, over the commits\">" +
                  figure.substr(figure.find("<svg")) + "</figure>\n";
   for (auto entry = history.rbegin(); entry != history.rend(); ++entry) page.html += commit_html(*entry);
   return page;

@@ -75,7 +75,8 @@ class ResultsPage {
     SiteLinks links = {{"CSV", csv_of(named.name)}};
     if (!is_long || named.role == Section::Role::choice) {
       const std::string tex = file_of(results_, named.name, "tex");
-      write_text("report file", folder_ / tex, latex(named.table, "tab:" + site_id(tex.substr(0, tex.size() - 4))));
+      write_text("report file", folder_ / tex,
+                 latex(named.table, fmt::format("tab:{}_{}", results_.experiment(), named.name)));
       links.emplace_back("LaTeX", tex);
     }
     page_.html += site_table(named.table, site_id(named.name), links, is_long);

@@ -104,17 +104,13 @@ void add_profiles(const std::vector<SeedRun>& runs, const std::string& prefix, S
     if (solvers.size() < 2) continue;
     const PerformanceProfile profile(solvers, times);
     const std::string name = "profile_" + problem, title = "Performance profiles over random guesses, " + problem;
-    section.chart(profile.chart(
-        {.name = name,
-         .table = name,
-         .title = title,
-         .caption =
-             fmt::format("Share of {} guesses that are solved in at most tau times the CPU time of the fastest; one "
-                         "without a solution takes infinitely long (Dolan, Moré 2002). It says nothing of the cost "
-                         "that was found.",
-                         n_seeds)},
-        prefix + "_" + name));
-    section.details(name, profile.table(title));
+    profile.show(
+        section, name, title,
+        fmt::format(
+            "Share of {} guesses that are solved in at most tau times the CPU time of the fastest; one without a "
+            "solution takes infinitely long (Dolan, Moré 2002). It says nothing of the cost that was found.",
+            n_seeds),
+        prefix + "_" + name);
   }
 }
 

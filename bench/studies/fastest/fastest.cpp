@@ -229,16 +229,12 @@ void add_profile(const std::vector<FastestRun>& runs, double level, const std::s
   const std::string name = fmt::format("profile_{}_{:.0e}", solver, level),
                     title = fmt::format("Performance profiles, error at most {:.0e}{}", level,
                                         solver == "new" ? "" : ", " + solver + " solvers");
-  section.chart(profile.chart(
-      {.name = name,
-       .table = name,
-       .title = title,
-       .caption = fmt::format("Share of {} scenes on which the fastest run of a family takes at most tau times that of "
-                              "the best family; one that does not reach the error takes infinitely long (Dolan, Moré "
-                              "2002).",
-                              scenes.size())},
-      fmt::format("{}_profile_{:.0e}", prefix, level)));
-  section.details(name, profile.table(title));
+  profile.show(
+      section, name, title,
+      fmt::format("Share of {} scenes on which the fastest run of a family takes at most tau times that of the best "
+                  "family; one that does not reach the error takes infinitely long (Dolan, Moré 2002).",
+                  scenes.size()),
+      fmt::format("{}_profile_{:.0e}", prefix, level));
 }
 
 void show_fastest(const Results& results, Section& section) {

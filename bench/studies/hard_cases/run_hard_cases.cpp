@@ -26,7 +26,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kReferenceLimit = 120;     // wall time of the references of a case [s]
+constexpr double kReferenceLimit = 120;      // wall time of the references of a case [s]
 constexpr std::size_t kMethodsOfPiece = 24;  // on a case; another process computes its references again
 
 /// An energy may overflow though the state does not, and JSON has no infinity.
@@ -239,18 +239,13 @@ void add_profile(const std::vector<HardCell>& cells, const std::string& prefix, 
   std::vector<std::vector<double>> costs;
   for (const auto& name : names) costs.push_back(times[name]);
   const PerformanceProfile profile(names, costs);
-  const std::string title = "Performance profiles over the hard cases";
-  section.chart(profile.chart(
-      {.name = "profile",
-       .table = "profiles",
-       .title = title,
-       .caption =
-           fmt::format("Share of {} cases that a method gets right in at most tau times the wall time of the "
-                       "fastest method that does; what is not right takes infinitely long (Dolan, Moré 2002). One "
-                       "run each, with the step length or tolerance that the case states for all.",
-                       n_cases)},
-      prefix + "_profile"));
-  section.details("profiles", profile.table(title));
+  profile.show(
+      section, "profile", "Performance profiles over the hard cases",
+      fmt::format("Share of {} cases that a method gets right in at most tau times the wall time of the fastest method "
+                  "that does; what is not right takes infinitely long (Dolan, Moré 2002). One run each, with the step "
+                  "length or tolerance that the case states for all.",
+                  n_cases),
+      prefix + "_profile");
 }
 
 void show_matrix(const Results& results, Section& section) {
