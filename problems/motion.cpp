@@ -14,24 +14,43 @@ double Motion::point(int k, int degree) {
   return 0.5 - 0.5 * std::cos(k * std::numbers::pi / degree);
 }
 
-void Motion::within(std::size_t piece, double s, Vector& q, Vector& v) const {
-  const Matrix& x = pieces_[piece].x;
-  const Eigen::Index n = x.rows() / 2;
+double Motion::weight(int k, int degree) {
+  return (k % 2 ? -1 : 1) * (k == 0 || k == degree ? 0.5 : 1);
+}
+
+Vector Motion::interpolated(const Matrix& x, double s) {
   const auto degree = static_cast<int>(x.cols()) - 1;
-  const auto set = [&](const auto& state) {
-    q = state.head(n);
-    v = state.tail(n);
-  };
   Vector sum = Vector::Zero(x.rows());
   double weights = 0;
   for (int k = 0; k <= degree; ++k) {
     const double distance = s - point(k, degree);
-    if (distance == 0) return set(x.col(k));
-    const double weight = (k % 2 ? -1 : 1) * (k == 0 || k == degree ? 0.5 : 1) / distance;  // (2)
-    sum += weight * x.col(k);
-    weights += weight;
+    if (distance == 0) return x.col(k);
+    sum += weight(k, degree) / distance * x.col(k);
+    weights += weight(k, degree) / distance;
   }
-  set(sum / weights);
+  return sum / weights;
+}
+
+void Motion::within(std::size_t piece, double s, Vector& q, Vector& v) const {
+  const Vector x = interpolated(pieces_[piece].x, s);
+  const Eigen::Index n = x.size() / 2;
+  q = x.head(n);
+  v = x.tail(n);
+}
+
+void Motion::acceleration_within(std::size_t piece, double s, Vector& a) const {
+  const Piece& of = pieces_[piece];
+  const auto v = of.x.bottomRows(of.x.rows() / 2);
+  const auto degree = static_cast<int>(of.x.cols()) - 1;
+  Matrix slopes = Matrix::Zero(v.rows(), v.cols());
+  for (int i = 0; i <= degree; ++i) {
+    for (int k = 0; k <= degree; ++k) {
+      if (k == i) continue;
+      const double factor = weight(k, degree) / weight(i, degree) / (point(i, degree) - point(k, degree));
+      slopes.col(i) += factor * (v.col(k) - v.col(i));  // (3)
+    }
+  }
+  a = interpolated(slopes, s) / (of.end - of.begin);
 }
 
 void Motion::at(double t, Vector& q, Vector& v, Side side) const {

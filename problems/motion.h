@@ -21,7 +21,10 @@ namespace ricochet {
 ///
 ///     (-1)^k, the first and the last halved                                                                 (2)
 ///
-/// (Berrut, Trefethen, Barycentric Lagrange interpolation, SIAM Review 46 (2004), (4.2), (5.4)).
+/// (Berrut, Trefethen, Barycentric Lagrange interpolation, SIAM Review 46 (2004), (4.2), (5.4)). With these weights w_k
+/// derivatives at the points are those of (9.4) there, and between the points they are evaluated like values:
+///
+///     x'(s_i) = sum over k != i of (w_k / w_i) (x_k - x_i) / (s_i - s_k)                                    (3)
 class Motion {
  public:
   /// Which limit, where two pieces meet.
@@ -49,6 +52,9 @@ class Motion {
   void at(double t, Vector& q, Vector& v, Side side = Side::behind) const;
   /// The same within one `piece`, at `s` from 0, where it begins, to 1.
   void within(std::size_t piece, double s, Vector& q, Vector& v) const;
+  /// Sets `a`, n_q, to the derivative of v with respect to the time there: what moves bodies is in the pieces, and in the
+  /// jumps of v between them.
+  void acceleration_within(std::size_t piece, double s, Vector& a) const;
 
  private:
   struct Piece {
@@ -56,7 +62,10 @@ class Motion {
     Matrix x;  // 2 n_q x (degree + 1)
   };
 
-  static double point(int k, int degree);  // (1)
+  static double point(int k, int degree);   // (1)
+  static double weight(int k, int degree);  // (2)
+  /// @param x  values at the points, a column each
+  static Vector interpolated(const Matrix& x, double s);
 
   std::vector<Piece> pieces_;
 };

@@ -28,15 +28,22 @@ struct Metrics {
   double penetration = kNone;       ///< deepest, as bench/penetration.h [m]
   double constraint_drift = kNone;  ///< largest |g| of bilateral constraints [m]
 
-  // Residuals of the laws in the impacts that it tells.
+  // Residuals of the laws in the impacts that it tells (bench/metrics/law_residuals.h).
   double signorini = kNone;    ///< largest distance at which an impulse acts [m]
   double restitution = kNone;  ///< largest |min(v_n+ + e v_n-, W Lambda_n)| [m/s]
   double cone = kNone;         ///< largest W (|Lambda_t| - mu Lambda_n) [m/s]
   double dissipation = kNone;  ///< largest |v_t| + Lambda_t' v_t / (mu Lambda_n) [m/s]
+
+  // The same in contacts that last, where the reference has one, by the forces that the motion needs.
+  double contact_gap = kNone;          ///< largest distance of a closed contact [m]
+  double contact_pull = kNone;         ///< integral of W max(0, -lambda_n) over the time [m/s]
+  double contact_cone = kNone;         ///< integral of W max(0, |lambda_t| - mu lambda_n) [m/s]
+  double contact_dissipation = kNone;  ///< integral of |mu lambda_n |v_t| + lambda_t' v_t| [J]
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Metrics, are_known, position_error, velocity_error, end_velocity_error,
                                                 event_time_error, impulse_error, missed_events, spurious_events,
                                                 energy_error, momentum_error, angular_momentum_error, penetration,
-                                                constraint_drift, signorini, restitution, cone, dissipation)
+                                                constraint_drift, signorini, restitution, cone, dissipation,
+                                                contact_gap, contact_pull, contact_cone, contact_dissipation)
 
 }  // namespace ricochet

@@ -1,13 +1,14 @@
 #include "bench/metrics/metrics.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <utility>
 #include <vector>
 
+#include "bench/metrics/law_residuals.h"
 #include "bench/metrics/momentum.h"
+#include "bench/metrics/motion_integral.h"
 #include "bench/penetration.h"
 
 namespace ricochet {
@@ -18,32 +19,12 @@ constexpr double kMotionTolerance = 1e-13, kSameMotion = 1e-7;
 constexpr double kMotionLimit = 60;      // wall time [s]
 constexpr double kAwayFromJumps = 0.01;  // of the time
 
-// Three points of Gauss in [0, 1]: a step of a method moves by polynomials of a low degree.
-const double kGaussOffset = std::sqrt(0.15);
-const std::array<std::pair<double, double>, 3> kGauss = {
-    {{0.5 - kGaussOffset, 5. / 18}, {0.5, 8. / 18}, {0.5 + kGaussOffset, 5. / 18}}};
-
 double largest(const Vector& x) {
   return x.size() == 0 ? 0 : x.lpNorm<Eigen::Infinity>();
 }
 
-/// fmax() takes a NaN for nothing measured yet.
-void raise(double& most, double value) {
-  most = std::fmax(most, value);
-}
-
-/// Times at which the reference jumps, and the two ends.
-std::vector<double> jumps_of(const Solution& reference) {
-  std::vector<double> times;
-  for (const Event& event : reference.events) {
-    if (event.kind == EventKind::impact) times.push_back(event.t);
-  }
-  return times;
-}
-
 void compare_motions(const Problem& problem, const Motion& motion, const Solution& reference, Metrics& metrics) {
   const int n = problem.info().n_mechanical();
-  const std::vector<double> jumps = jumps_of(reference);
   const Motion& truth = reference.motion;
   Vector q, v, true_q, true_v;
   metrics.position_error = metrics.velocity_error = 0;
@@ -55,10 +36,8 @@ void compare_motions(const Problem& problem, const Motion& motion, const Solutio
     return largest((v - true_v).head(n));
   };
   for (std::size_t piece = 0; piece < motion.n_pieces(); ++piece) {
-    std::vector<double> cuts = {motion.begin_of(piece)};
-    const auto inside = std::ranges::upper_bound(jumps, cuts.front());
-    for (auto jump = inside; jump != jumps.end() && *jump < motion.end_of(piece); ++jump) cuts.push_back(*jump);
-    cuts.push_back(motion.end_of(piece));
+    const auto is_jump = [](const Event& event) { return event.kind == EventKind::impact; };
+    const std::vector<double> cuts = cuts_of(motion, piece, reference.events, is_jump);
     for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
       const double h = cuts[k + 1] - cuts[k];
       compare(piece, cuts[k + 1]);
@@ -133,27 +112,6 @@ void compare_events(const Solution& solution, const Solution& reference, Metrics
   metrics.spurious_events = static_cast<int>(solution.events.size() - pairs);
 }
 
-/// Residuals of the laws of an impact of contact i: W = J_n' M^-1 J_n makes velocities of impulses.
-void measure_impact(const Problem& problem, const Event& event, int i, Metrics& metrics) {
-  const ContactInfo& contact = problem.info().contacts[static_cast<std::size_t>(i)];
-  const Matrix J_n = problem.normal_jacobian(event.q);
-  const Vector force = problem.force_directions(J_n).col(i);
-  const double W = force.dot(problem.mass_matrix(event.q).llt().solve(force));
-  const double Lambda_n = event.Lambda_n[i];
-  if (Lambda_n > 0) raise(metrics.signorini, std::abs(problem.gap(event.q)[i]));
-  if (problem.info().impact_law.hypothesis == ImpactHypothesis::newton) {
-    const double u = J_n.col(i).dot(event.v_plus) + contact.eps_r * J_n.col(i).dot(event.v_minus);
-    raise(metrics.restitution, std::abs(std::min(u, W * Lambda_n)));
-  }
-  if (contact.n_t == 0 || event.Lambda_t.size() == 0) return;
-  const Vector Lambda_t = event.Lambda_t.segment(contact.tangent_index, contact.n_t);
-  const Vector v_t =
-      problem.tangent_jacobian(event.q).middleCols(contact.tangent_index, contact.n_t).transpose() * event.v_plus;
-  const double most = contact.mu * Lambda_n;
-  raise(metrics.cone, std::max(0.0, W * (Lambda_t.norm() - most)));
-  if (most > 0) raise(metrics.dissipation, std::abs(v_t.norm() + Lambda_t.dot(v_t) / most));
-}
-
 }  // namespace
 
 std::optional<Solution> reference_motion(const Problem& problem, const reference::Reference& reference) {
@@ -186,10 +144,8 @@ Metrics measure_metrics(const Problem& problem, const Solution& solution, const 
       for (const int i : info.bilateral) raise(metrics.constraint_drift, std::abs(gap[i]));
     }
   }
-  for (const Event& event : solution.events) {
-    if (event.kind == EventKind::impact && event.Lambda_n.size() > 0)
-      measure_impact(problem, event, event.contact, metrics);
-  }
+  measure_impacts(problem, solution, metrics);
+  if (reference != nullptr && !solution.motion.empty()) measure_contacts(problem, solution, *reference, metrics);
   return metrics;
 }
 

@@ -16,9 +16,9 @@ std::optional<Solution> reference_motion(const Problem& problem, const reference
 /// The metrics of a run with its motion (Recording::motion).
 ///
 /// Integrals over the time are sums over the pieces of the motion, cut where the reference has an impact, by three points
-/// of Gauss; largest values are those at their ends and at these points; of a method
-/// that tells no motion, those at its grid points, and there is no integral. Events are those of the same contact and kind
-/// that are nearest to each other in time, seen from both sides; the others are missed or spurious.
+/// of Gauss; largest values are those at their ends and at these points; of a method that tells no motion, those at its
+/// grid points, and there is no integral. Events are those of the same contact and kind that are nearest to each other in
+/// time, seen from both sides; the others are missed or spurious. Residuals of the laws: law_residuals.h.
 ///
 /// @param reference  null where there is none
 Metrics measure_metrics(const Problem& problem, const Solution& solution, const Solution* reference);

@@ -11,6 +11,7 @@
 #include "problems/geometry.h"
 #include "problems/registry.h"
 #include "reference/agreement.h"
+#include "tests/test_data.h"
 
 namespace ricochet {
 namespace {
@@ -100,6 +101,61 @@ TEST(Metrics, SeeLawsThatAreViolated) {
 
   s.events[0].Lambda_n[0] = -1;
   EXPECT_NEAR(measure_metrics(*problem, s, nullptr).restitution, W, 1e-12) << "it pulls";
+}
+
+/// A block that slides, sticks and slides again: one contact that stays closed.
+TEST(Metrics, OfAContactThatLastsAreThoseOfItsForces) {
+  const auto problem = ground_truth_problem("P4b_spring_driven_block");
+  const auto truth = reference_motion(*problem, reference::make_reference(*problem));
+  ASSERT_TRUE(truth);
+  const Metrics of_reference = measure_metrics(*problem, *truth, &*truth);
+  EXPECT_LT(of_reference.contact_gap, 1e-12);
+  EXPECT_LT(of_reference.contact_cone, 1e-8) << "its interpolant is differentiated";
+  EXPECT_LT(of_reference.contact_dissipation, 1e-8);
+  EXPECT_EQ(of_reference.contact_pull, 0);
+
+  // Time stepping has the laws in each step, but switches a part of a step late.
+  const Metrics coarse = measure_metrics(*problem, solved(*problem, "moreau_jean", 500, 0), &*truth);
+  const Metrics fine = measure_metrics(*problem, solved(*problem, "moreau_jean", 4000, 0), &*truth);
+  EXPECT_GT(coarse.contact_dissipation, 0);
+  EXPECT_LT(fine.contact_dissipation, coarse.contact_dissipation / 4) << "order 1";
+  const Metrics fesd = measure_metrics(*problem, solved(*problem, "fesd:radau-iia:3", 100, 0), &*truth);
+  EXPECT_LT(fesd.contact_dissipation, fine.contact_dissipation / 100);
+}
+
+TEST(Metrics, SeeForcesThatNoContactHas) {
+  const auto problem = ground_truth_problem("P4b_spring_driven_block");
+  const auto truth = reference_motion(*problem, reference::make_reference(*problem));
+  ASSERT_TRUE(truth);
+  // The block is moved as the motion says, but another force of friction would be needed for an acceleration more of a.
+  const ProblemInfo& info = problem->info();
+  constexpr double a = 30;
+  Solution pushed = *truth;
+  pushed.motion = {};
+  double t = 0;
+  for (std::size_t piece = 0; piece < truth->motion.n_pieces(); ++piece) {
+    const double h = truth->motion.end_of(piece) - truth->motion.begin_of(piece);
+    pushed.motion.add(truth->motion.begin_of(piece), truth->motion.end_of(piece), 12, [&](double s, Vector& q, Vector& v) {
+      truth->motion.within(piece, s, q, v);
+      v[0] += a * (t + s * h);
+    });
+    t += h;
+  }
+  const Matrix J_n = problem->normal_jacobian(info.q0), M = problem->mass_matrix(info.q0);
+  const double W = J_n.col(0).dot(M.inverse() * J_n.col(0));
+  const Metrics m = measure_metrics(*problem, pushed, &*truth);
+  EXPECT_GT(m.contact_cone, 0.5 * W * M(0, 0) * a * t) << "most of it is outside of the cone";
+  EXPECT_LT(m.contact_cone, W * M(0, 0) * a * t);
+  EXPECT_EQ(m.contact_pull, 0);
+}
+
+TEST(Metrics, OfRedundantContactsHaveNoForces) {
+  const auto problem = make_problem("block_on_feet");
+  const auto truth = reference_motion(*problem, reference::make_reference(*problem));
+  ASSERT_TRUE(truth);
+  const Metrics m = measure_metrics(*problem, *truth, &*truth);
+  EXPECT_LT(m.contact_gap, 1e-9);
+  EXPECT_TRUE(std::isnan(m.contact_cone));
 }
 
 TEST(Metrics, MomentumOfAFreeBodyIsKept) {

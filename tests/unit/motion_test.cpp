@@ -26,7 +26,7 @@ TEST(Motion, IsThePolynomialsThatItWasGiven) {
   ASSERT_EQ(motion.n_pieces(), 3u);
   EXPECT_EQ(motion.begin(), 0.5);
   EXPECT_EQ(motion.end(), 6.5);
-  Vector q, v;
+  Vector q, v, a;
   for (const double s : {0.0, 0.1, 0.25, 0.5, 0.77, 0.999, 1.0}) {
     for (const auto& [piece, degree] : {std::pair(0, 1), std::pair(1, 4), std::pair(2, 12)}) {
       motion.at(0.5 + 2 * (piece + s), q, v, s == 1 ? Motion::Side::before : Motion::Side::behind);
@@ -35,6 +35,10 @@ TEST(Motion, IsThePolynomialsThatItWasGiven) {
       EXPECT_NEAR(q[1], 1, 1e-14);
       EXPECT_NEAR(v[0], degree - s, 1e-13);
       EXPECT_NEAR(v[1], std::pow(1 - s, degree), 1e-14);
+      motion.acceleration_within(static_cast<std::size_t>(piece), s, a);  // a piece takes 2 s
+      // Differences of values of size one over distances down to a hundredth.
+      EXPECT_NEAR(a[0], -0.5, 1e-11);
+      EXPECT_NEAR(a[1], -0.5 * degree * std::pow(1 - s, degree - 1), 1e-11);
     }
   }
   motion.at(2.5, q, v, Motion::Side::before);

@@ -217,11 +217,31 @@ Table law_details(const GridResults& results) {
       {"maximum dissipation", "m/s", "{:.2e}", metric(&Metrics::dissipation)},
   };
   return table_of(
-      "Residuals by law", columns, lines_with_metrics(results),
+      "Residuals by law, impacts", columns, lines_with_metrics(results),
       "Largest over the motion, and over the impacts that the method tells: Signorini, the gap at which an "
       "impulse acts; restitution, |min(v_n+ + e v_n-, W Lambda_n)| with the Delassus entry W of the contact; "
       "Coulomb cone, W (|Lambda_t| - mu Lambda_n); maximum dissipation, |v_t| + Lambda_t' v_t / (mu Lambda_n). "
       "'-' where no impact, friction or constraint is.");
+}
+
+Table contact_details(const GridResults& results) {
+  using L = GridLine;
+  static const std::vector<Column<L>> columns = {
+      {"method", of_run(&Record::method)},
+      {"setting", "", "{}", of_run(&Record::setting)},
+      {"Signorini", "m", "{:.2e}", metric(&Metrics::contact_gap)},
+      {"pull", "m/s", "{:.2e}", metric(&Metrics::contact_pull)},
+      {"Coulomb cone", "m/s", "{:.2e}", metric(&Metrics::contact_cone)},
+      {"maximum dissipation", "J", "{:.2e}", metric(&Metrics::contact_dissipation)},
+  };
+  std::vector<L> lines = lines_with_metrics(results);
+  std::erase_if(lines, [](const L& line) { return std::isnan(line.run->metrics.contact_gap); });
+  return table_of(
+      "Residuals by law, lasting contact", columns, lines,
+      "Where the reference motion has a closed contact, with the forces lambda that the motion needs (least squares of "
+      "the equations of motion): Signorini, the largest gap; integrals over the time of W max(0, -lambda_n), of "
+      "W max(0, |lambda_t| - mu lambda_n) and of |mu lambda_n |v_t| + lambda_t' v_t|. '-' without friction, and where "
+      "contacts are redundant, so that the motion does not determine forces.");
 }
 
 Table failures(const GridResults& results) {

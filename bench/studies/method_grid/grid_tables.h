@@ -18,8 +18,11 @@ Table order_details(const GridResults& results);
 /// impulses, of momentum and of energy.
 Table motion_details(const GridResults& results);
 
-/// The same runs: how deep bodies are in each other, and residuals by law.
+/// The same runs: how deep bodies are in each other, and residuals by law in impacts.
 Table law_details(const GridResults& results);
+
+/// Those of them whose reference has contacts that last: residuals by law there.
+Table contact_details(const GridResults& results);
 
 /// Runs without a solution, with the reason, the answer to it if there was one, and the command that repeats the run.
 Table failures(const GridResults& results);

@@ -241,6 +241,7 @@ void show_method_grid(const Results& file, Section& section) {
   if (results.has_metrics()) {
     section.details("motions", motion_details(results));
     section.details("laws", law_details(results));
+    if (const Table contacts = contact_details(results); !contacts.rows.empty()) section.details("contacts", contacts);
   }
   if (!results.timings.empty()) section.details("times", precision_details(results));
 }
