@@ -76,7 +76,7 @@ class Site : public testing::Test {
                          .caption = "c",
                          .data = nlohmann::json::parse(R"({"errors": [{"field": "error", "label": "</script><b>"}],
                            "works": [{"field": "time", "label": "t"}], "methods": [{"id": "m", "label": "m"}],
-                           "runs": [{"method": 0, "error": 0.1, "time": 1}]})"),
+                           "runs": [{"method": 0, "error": 0.1, "time": 1}], "failures": []})"),
                          .still = {[](const FigureFolder& figures) {
                                      figures.write("still.svg", "<svg xmlns=\"x\"></svg>");
                                      return std::vector<Figure>{{"still.svg", "t", "c"}};

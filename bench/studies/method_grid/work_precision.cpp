@@ -16,7 +16,8 @@ json measures(const GridResults& results) {
             {{"field", "position"}, {"label", "largest error of a coordinate at any time"}},
             {{"field", "velocity"}, {"label", "integral of the error of v over the time"}},
             {{"field", "end_velocity"}, {"label", "error of v at the end, away from impacts"}},
-            {{"field", "event_time"}, {"label", "largest error of an event's time [s]"}}}},
+            {{"field", "event_time"}, {"label", "largest error of an event's time [s]"}},
+            {{"field", "penetration"}, {"label", "deepest penetration [m]"}}}},
           {"works",
            {{{"field", "time"}, {"label", "CPU time [ms]"}},
             {{"field", "force_evaluations"}, {"label", "force evaluations"}},
@@ -25,20 +26,11 @@ json measures(const GridResults& results) {
             {{"field", "steps"}, {"label", "steps"}}}}};
 }
 
-json run_of(const GridResults& results, const Record& record, std::size_t method) {
-  const Timing& timing = *results.timing_of(record);
+/// What is known of a run with or without a solution.
+json work_of(const GridResults& results, const Record& record, std::size_t method) {
   const Counters& work = record.counters;
-  const double size = record.solution_size > 0 ? record.solution_size : 1;
   return {{"method", method},
           {"setting", record.steps > 0 ? record.setting() + " steps" : "tolerance " + record.setting()},
-          {"error", record.error},
-          {"relative", record.error / size},
-          {"position", record.metrics.position_error},  // null where the motion was not looked at
-          {"velocity", record.metrics.velocity_error},
-          {"end_velocity", record.metrics.end_velocity_error},
-          {"event_time", record.metrics.event_time_error},
-          {"time", 1e3 * timing.median},
-          {"quartiles", {1e3 * timing.lower_quartile, 1e3 * timing.upper_quartile}},
           {"force_evaluations", work.force_evaluations},
           {"linear_solves", work.linear_solves},
           {"matrix_factorizations", work.matrix_factorizations},
@@ -48,12 +40,34 @@ json run_of(const GridResults& results, const Record& record, std::size_t method
           {"row", row_id(results, record)}};
 }
 
+json run_of(const GridResults& results, const Record& record, std::size_t method) {
+  const Timing& timing = *results.timing_of(record);
+  const double size = record.solution_size > 0 ? record.solution_size : 1;
+  json run = work_of(results, record, method);
+  run.update({{"error", record.error},
+              {"relative", record.error / size},
+              {"position", record.metrics.position_error},  // null where the motion was not looked at
+              {"velocity", record.metrics.velocity_error},
+              {"end_velocity", record.metrics.end_velocity_error},
+              {"event_time", record.metrics.event_time_error},
+              {"penetration", record.metrics.penetration},
+              {"time", 1e3 * timing.median},
+              {"quartiles", {1e3 * timing.lower_quartile, 1e3 * timing.upper_quartile}}});
+  return run;
+}
+
+json failure_of(const GridResults& results, const Record& record, std::size_t method) {
+  json run = work_of(results, record, method);
+  run.update({{"status", record.status}, {"reason", record.message}});
+  return run;
+}
+
 }  // namespace
 
 Section::Chart work_precision_chart(const GridResults& results) {
   json data = measures(results);
   if (!results.has_metrics()) data["errors"].erase(data["errors"].begin() + 2, data["errors"].end());
-  data["methods"] = data["runs"] = json::array();
+  data["methods"] = data["runs"] = data["failures"] = json::array();
   for (const auto& method : results.methods()) {
     const auto runs = results.of(method);
     const std::size_t index = data["methods"].size();
@@ -62,6 +76,7 @@ Section::Chart work_precision_chart(const GridResults& results) {
                                {"family", family_title(curve_family(method))}});
     for (const Record* run : runs) {
       if (run->has_error() && results.timing_of(*run)) data["runs"].push_back(run_of(results, *run, index));
+      if (!run->succeeded()) data["failures"].push_back(failure_of(results, *run, index));
     }
   }
   return {.kind = "work_precision",

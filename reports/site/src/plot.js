@@ -26,21 +26,22 @@ export const logDomain = (values) => {
   return [Math.min(...positive) / 1.6, Math.max(...positive) * 1.6];
 };
 
-// @returns { svg, area, x, y, width, height }
-export function axes({ width, height, label, xLabel, yLabel, xDomain, yDomain, isLogY = true }) {
-  const x = scaleLog(xDomain, [MARGIN.left, width - MARGIN.right]);
+/// @param beside  pixels left free on the right  @returns { svg, area, x, y }
+export function axes({ width, height, label, xLabel, yLabel, xDomain, yDomain, isLogY = true, beside = 0 }) {
+  const right = width - MARGIN.right - beside;
+  const x = scaleLog(xDomain, [MARGIN.left, right]);
   const y = (isLogY ? scaleLog : scaleLinear)(yDomain, [height - MARGIN.bottom, MARGIN.top]);
   const svg = create("svg:svg").attr("viewBox", `0 0 ${width} ${height}`).attr("role", "group").attr("aria-label", label)
     .style("width", "100%").style("height", "auto");
   const xAxis = axisBottom(x).tickValues(decades(xDomain)).tickFormat(power).tickSizeOuter(0)
     .tickSizeInner(-(height - MARGIN.top - MARGIN.bottom)).tickPadding(8);
-  const yAxis = axisLeft(y).tickSizeOuter(0).tickSizeInner(-(width - MARGIN.left - MARGIN.right)).tickPadding(8);
+  const yAxis = axisLeft(y).tickSizeOuter(0).tickSizeInner(-(right - MARGIN.left)).tickPadding(8);
   if (isLogY) yAxis.tickValues(decades(yDomain)).tickFormat(power);
   svg.append("g").attr("class", "axis").attr("aria-hidden", "true")
     .attr("transform", `translate(0,${height - MARGIN.bottom})`).call(xAxis);
   svg.append("g").attr("class", "axis").attr("aria-hidden", "true")
     .attr("transform", `translate(${MARGIN.left},0)`).call(yAxis);
-  svg.append("text").attr("class", "label").attr("x", (MARGIN.left + width - MARGIN.right) / 2).attr("y", height - 8)
+  svg.append("text").attr("class", "label").attr("x", (MARGIN.left + right) / 2).attr("y", height - 8)
     .attr("text-anchor", "middle").text(xLabel);
   svg.append("text").attr("class", "label").attr("transform", `translate(14,${(height - MARGIN.bottom) / 2}) rotate(-90)`)
     .attr("text-anchor", "middle").text(yLabel);
