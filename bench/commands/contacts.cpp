@@ -114,8 +114,12 @@ void solve_together(const SolveOptions& options, const std::vector<StoredContact
     solvers = {"lemke", "exact", "pgs", "newton", "interior_point", "admm", "staggered"};
     if (has_siconos_contact_solver()) solvers.push_back("siconos");
   }
-  if (!options.as_json) fmt::print("{}\n", conditioning_table(problems).text());
-  const ContactSetSolutions set = solve_set(problems, solvers, [](double) {});
+  if (!options.as_json) {
+    std::vector<Conditioning> conditioning;
+    for (const auto& stored : problems) conditioning.push_back(conditioning_of(stored));
+    fmt::print("{}\n", conditioning_table(conditioning).text());
+  }
+  const ContactSetSolutions set = solve_set(problems, solvers);
   if (options.as_json) {
     for (std::size_t p = 0; p < problems.size(); ++p) {
       for (const auto& of_solver : set.solutions)

@@ -19,29 +19,18 @@ constexpr int kMostContactsOfLemke = 100;
 // Velocities below this part of the largest are zero in a solution that fulfils the laws to 1e-8.
 constexpr double kZeroVelocity = 1e-7;
 
-struct Conditioning {
-  std::string scene;
-  double contacts, condition;
-  int rows, redundant;
-};
-
-std::string of_scene(const std::string& title) {
-  return title.substr(0, title.find(','));
-}
-
-bool is_solved(const ContactSolution& solution, double accuracy) {
-  return solution.status == ContactStatus::solved && solution.violation <= accuracy;
-}
-
 }  // namespace
 
-Table conditioning_table(const std::vector<StoredContactProblem>& problems) {
-  std::vector<Conditioning> all;
-  for (const auto& stored : problems) {
-    const RedundantContacts redundant(stored.problem);
-    all.push_back({of_scene(stored.title), static_cast<double>(stored.problem.G.n_contacts()), redundant.condition(),
-                   redundant.n_rows(), redundant.n_redundant()});
-  }
+Conditioning conditioning_of(const StoredContactProblem& stored) {
+  const RedundantContacts redundant(stored.problem);
+  return {.scene = stored.title.substr(0, stored.title.find(',')),
+          .contacts = static_cast<int>(stored.problem.G.n_contacts()),
+          .rows = redundant.n_rows(),
+          .redundant = redundant.n_redundant(),
+          .condition = redundant.condition()};
+}
+
+Table conditioning_table(const std::vector<Conditioning>& all) {
   Table table;
   table.title = "Conditioning of the Delassus operator";
   table.note = fmt::format(
@@ -76,23 +65,29 @@ Table conditioning_table(const std::vector<StoredContactProblem>& problems) {
   return table;
 }
 
+ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver) {
+  const bool is_too_large = solver.starts_with("lemke") && stored.problem.G.n_contacts() > kMostContactsOfLemke;
+  if (!is_too_large) {
+    try {
+      return solve_stored(stored, solver, false, Timer::a_few_runs);
+    } catch (const InputError&) {  // declined
+    }
+  }
+  ContactSolution none;
+  none.solver = solver;
+  return none;
+}
+
+bool is_solved(ContactStatus status, double violation, double accuracy) {
+  return status == ContactStatus::solved && violation <= accuracy;
+}
+
 ContactSetSolutions solve_set(const std::vector<StoredContactProblem>& problems,
-                              const std::vector<std::string>& solvers, const std::function<void(double)>& told) {
+                              const std::vector<std::string>& solvers) {
   ContactSetSolutions set{.solvers = solvers, .solutions = {}};
   set.solutions.resize(solvers.size());
-  for (std::size_t p = 0; p < problems.size(); ++p) {
-    for (std::size_t s = 0; s < solvers.size(); ++s) {
-      ContactSolution& solution = set.solutions[s].emplace_back();
-      solution.solver = solvers[s];
-      const bool is_too_large =
-          solvers[s].starts_with("lemke") && problems[p].problem.G.n_contacts() > kMostContactsOfLemke;
-      if (is_too_large) continue;
-      try {
-        solution = solve_stored(problems[p], solvers[s], false, Timer::a_few_runs);
-      } catch (const InputError&) {  // declined
-      }
-    }
-    told(static_cast<double>(p + 1) / static_cast<double>(problems.size()));
+  for (const auto& stored : problems) {
+    for (std::size_t s = 0; s < solvers.size(); ++s) set.solutions[s].push_back(solve_of_set(stored, solvers[s]));
   }
   return set;
 }
@@ -101,7 +96,10 @@ PerformanceProfile ContactSetSolutions::profile(double accuracy) const {
   std::vector<std::vector<double>> costs;
   for (const auto& of_solver : solutions) {
     auto& row = costs.emplace_back();
-    for (const auto& solution : of_solver) row.push_back(is_solved(solution, accuracy) ? solution.seconds : kNotSolved);
+    for (const auto& solution : of_solver) {
+      const bool counts = is_solved(solution.status, solution.violation, accuracy);
+      row.push_back(counts ? solution.seconds : kNotSolved);
+    }
   }
   return {solvers, costs};
 }
@@ -122,7 +120,7 @@ Table internal_force_table(const std::vector<StoredContactProblem>& problems, co
     double size = 0;
     for (std::size_t s = 0; s < set.solvers.size(); ++s) {
       const ContactSolution& solution = set.solutions[s][p];
-      if (!is_solved(solution, accuracy) || solution.r.norm() == 0) continue;
+      if (!is_solved(solution.status, solution.violation, accuracy) || solution.r.norm() == 0) continue;
       if (least.size() == 0) {
         least = redundant.least_norm(problem, solution.r, kZeroVelocity);
         size = least.norm();

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -9,25 +8,38 @@
 
 namespace ricochet {
 
-/// How hard the contact problems of each scene are: numbers of contacts, condition of the Delassus operator without its
-/// null space, and how many have a null space: redundant contacts. A line per scene, the text of titles up to the first
-/// comma, and one of all.
-Table conditioning_table(const std::vector<StoredContactProblem>& problems);
+/// How hard a contact problem is: its size, the condition of the Delassus operator without its null space, and how many
+/// rows are in that: redundant contacts.
+struct Conditioning {
+  std::string scene;  ///< the text of the title up to the first comma
+  int contacts = 0, rows = 0, redundant = 0;
+  double condition = 0;
+};
+Conditioning conditioning_of(const StoredContactProblem& stored);
+
+/// A line per scene, and one of all.
+Table conditioning_table(const std::vector<Conditioning>& problems);
+
+/// From zero, with the median time of a few runs. What a solver declines, and lemke above 100 contacts, is not solved, with
+/// the time zero.
+ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver);
+
+/// Whether a solution counts: the status is `solved`, and the violation of the laws with the disc at most `accuracy`,
+/// whatever the solver's own tolerance.
+bool is_solved(ContactStatus status, double violation, double accuracy);
 
 /// What solvers make of a set of contact problems.
 struct ContactSetSolutions {
   std::vector<std::string> solvers;
   std::vector<std::vector<ContactSolution>> solutions;  ///< [solver][problem]
 
-  /// CPU time; infinite where the status is not `solved` or the violation of the laws with the disc above `accuracy`,
-  /// whatever the solver's own tolerance
+  /// CPU time; infinite where it is not solved
   PerformanceProfile profile(double accuracy) const;
 };
 
-/// Each solver on each problem, from zero. What a solver declines, and lemke above 100 contacts, counts as not solved.
-/// @param told  is told each share of the work that is done
+/// Each solver on each problem, solve_of_set().
 ContactSetSolutions solve_set(const std::vector<StoredContactProblem>& problems,
-                              const std::vector<std::string>& solvers, const std::function<void(double)>& told);
+                              const std::vector<std::string>& solvers);
 
 /// Internal forces of the solvers on those problems that have redundant contacts (redundant_contacts.h).
 Table internal_force_table(const std::vector<StoredContactProblem>& problems, const ContactSetSolutions& set,

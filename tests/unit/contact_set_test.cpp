@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -11,6 +12,7 @@
 #include "bench/contacts/contact_sampler.h"
 #include "bench/contacts/contact_set_tables.h"
 #include "bench/contacts/merit_study.h"
+#include "bench/studies/contact_solvers/contact_solve.h"
 #include "problems/input_error.h"
 #include "reports/performance_profile.h"
 #include "tests/contact_problems.h"
@@ -114,16 +116,51 @@ TEST(ContactSetSolutions, CountsWhatIsDeclinedAsNotSolved) {
   for (unsigned seed = 1; seed <= 3; ++seed)
     problems.push_back({.problem = random_problem(FrictionLaw::associated, 3, 2, 12, seed), .title = "associated, x"});
   problems.push_back({.problem = random_problem(FrictionLaw::coulomb, 5, 0, 3, 1), .title = "redundant, x"});
-  const auto set = solve_set(problems, {"newton", "staggered"}, [](double) {});
+  const auto set = solve_set(problems, {"newton", "staggered"});
   const PerformanceProfile profile = set.profile(1e-8);
   EXPECT_EQ(profile.solved(0), 1);
   EXPECT_EQ(profile.solved(1), 0.25) << "it has no associated law";
-  const Table conditioning = conditioning_table(problems);
+  std::vector<Conditioning> how_hard;
+  for (const auto& stored : problems) how_hard.push_back(conditioning_of(stored));
+  const Table conditioning = conditioning_table(how_hard);
   ASSERT_EQ(conditioning.rows.size(), 3u) << "two scenes, and all";
   EXPECT_EQ(conditioning.rows[1][5], "100 %") << "five contacts of three coordinates";
   EXPECT_EQ(conditioning.rows[1][6], "40 %");
   EXPECT_EQ(conditioning.rows[2][5], "25 %");
   EXPECT_EQ(internal_force_table(problems, set, 1e-8).rows[0][1], "1");
+}
+
+TEST(ContactSolvers, ShowsSolversOnProblemsOfEachSize) {
+  std::vector<ContactSolve> solves;
+  const auto add = [&](const char* scene, int contacts, const char* solver, const char* status, double violation,
+                       double seconds) {
+    solves.push_back({.problem = std::string(scene) + ", step 1",
+                      .scene = scene,
+                      .contacts = contacts,
+                      .rows = contacts,
+                      .condition = 1,
+                      .solver = solver,
+                      .status = status,
+                      .violation = violation,
+                      .seconds = seconds});
+  };
+  add("ball", 1, "pgs", "solved", 0, 1e-6);
+  add("ball", 1, "lemke", "solved", 1e-12, 3e-6);
+  add("pile", 40, "pgs", "solved", 1e-5, 1e-3);
+  add("pile", 40, "lemke", "solved", 1e-9, 2e-3);
+  add("pile", 120, "pgs", "iteration limit", 1e-2, 1);
+  add("pile", 120, "lemke", "declined", std::nan(""), 0);
+  const PerformanceProfile all = contact_profile(solves, 1, 1e-8), many = contact_profile(solves, 10, 1e-8);
+  EXPECT_EQ(all.n_problems(), 3u);
+  EXPECT_NEAR(all.solved(0), 1. / 3, 1e-15) << "a solution that violates the laws is none";
+  EXPECT_NEAR(all.share(1, 1), 1. / 3, 1e-15);
+  EXPECT_EQ(many.n_problems(), 2u);
+  EXPECT_EQ(many.solved(0), 0);
+  const Table table = solver_table(solves, 1e-8);
+  EXPECT_EQ(table.rows[0], (std::vector<std::string>{"pgs", "3", "1", "1 (1)", "-", "-", "-", "-"}));
+  EXPECT_EQ(table.rows[1][3], "1.0e+03 (2e+03)") << "the median of 3 us and 2 ms";
+  EXPECT_EQ(recorded_conditioning(solves).rows.back()[1], "3");
+  EXPECT_EQ(solver_scene_table(solves, 1e-8).rows.size(), 4u);
 }
 
 /// What the study is to show, for few draws: ours stays within a factor, FCLib's follows the units.

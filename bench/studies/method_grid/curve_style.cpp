@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <map>
+#include <set>
 
 #include "methods/method_spec.h"
 
@@ -80,6 +81,9 @@ std::string family_title(const std::string& family) {
                                                            {"fesd:gauss", "FESD-J Gauss"},
                                                            {"fesd_adaptive:radau-iia", "FESD-J adaptive Radau IIA"},
                                                            {"fesd_adaptive:gauss", "FESD-J adaptive Gauss"},
+                                                           {"time_freezing:radau-iia", "Time freezing, Radau IIA"},
+                                                           {"time_freezing:gauss", "Time freezing, Gauss"},
+                                                           {"event-driven", "Event-driven"},
                                                            {"time stepping", "Time stepping"}};
   const auto known = names.find(family);
   return known != names.end() ? known->second : family;
@@ -93,7 +97,9 @@ std::string curve_label(const GridResults& results, const Record& record) {
 }
 
 std::string curve_family(const std::string& method) {
+  static const std::set<std::string> event_driven = {"event_driven", "cvode", "arkode", "ida", "siconos_event_driven"};
   const auto [family, member] = take_apart(method);
+  if (event_driven.contains(MethodSpec(method).name())) return "event-driven";
   return member.empty() ? "time stepping" : family;
 }
 

@@ -21,7 +21,7 @@ CurveStyle curve_style(const GridResults& results, const std::string& method);
 /// "FESD-J Gauss 4", or the title that the method gives itself.
 std::string curve_label(const GridResults& results, const Record& record);
 
-/// "fesd:gauss" of "fesd:gauss:4"; methods without a tableau are one family, "time stepping".
+/// "fesd:gauss" of "fesd:gauss:4"; "event-driven"; the others without a tableau are one family, "time stepping".
 std::string curve_family(const std::string& method);
 /// "FESD-J Gauss"
 std::string family_title(const std::string& family);

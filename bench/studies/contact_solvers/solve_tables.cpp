@@ -1,0 +1,106 @@
+#include <fmt/format.h>
+
+#include <functional>
+#include <limits>
+
+#include "bench/contacts/contact_set_tables.h"
+#include "bench/studies/contact_solvers/contact_solve.h"
+#include "reports/quantile.h"
+
+namespace ricochet {
+namespace {
+
+using C = ContactSolve;
+using Group = std::vector<const C*>;  // never empty
+
+/// Of those that are solved.
+std::vector<double> of_solved(const Group& group, double accuracy, const std::function<double(const C&)>& value) {
+  std::vector<double> values;
+  for (const C* solve : group) {
+    if (solve->is_solved(accuracy)) values.push_back(value(*solve));
+  }
+  return values;
+}
+
+/// Median, and the largest in brackets; of work that a solver does not have, nothing.
+std::string spread(const std::vector<double>& values) {
+  if (values.empty() || quantile(values, 1) == 0) return "-";
+  return fmt::format("{:.3g} ({:.3g})", median(values), quantile(values, 1));
+}
+
+std::vector<Column<Group>> columns_of(double accuracy) {
+  const auto of = [=](auto value) {
+    return [=](const Group& group) { return spread(of_solved(group, accuracy, value)); };
+  };
+  return {
+      {"solver", [](const Group& g) { return g.front()->solver; }},
+      {"problems", "", "{}", [](const Group& g) { return g.size(); }},
+      {"solved", "", "{}",
+       [=](const Group& g) { return of_solved(g, accuracy, [](const C&) { return 0; }).size(); }},
+      {"time", "us", "{}", of([](const C& c) { return 1e6 * c.seconds; })},
+      {"pivots", "", "{}", of([](const C& c) { return static_cast<double>(c.pivots); })},
+      {"iterations", "", "{}", of([](const C& c) { return static_cast<double>(c.iterations); })},
+      {"factorizations", "", "{}", of([](const C& c) { return static_cast<double>(c.factorizations); })},
+      {"violation", "", "{}", of([](const C& c) { return c.violation; })},
+  };
+}
+
+}  // namespace
+
+PerformanceProfile contact_profile(const std::vector<C>& solves, int least_contacts, double accuracy) {
+  const auto solvers = different(solves, &C::solver);
+  std::vector<std::vector<double>> costs;
+  for (const auto& solver : solvers) {
+    auto& row = costs.emplace_back();
+    for (const C& solve : solves) {
+      if (solve.solver == solver && solve.contacts >= least_contacts)
+        row.push_back(solve.is_solved(accuracy) ? solve.seconds : std::numeric_limits<double>::infinity());
+    }
+  }
+  return {solvers, costs};
+}
+
+Table recorded_conditioning(const std::vector<C>& solves) {
+  std::vector<Conditioning> problems;
+  for (const C& c : solves) {
+    if (c.solver == solves.front().solver)
+      problems.push_back({.scene = c.scene,
+                          .contacts = c.contacts,
+                          .rows = c.rows,
+                          .redundant = c.redundant,
+                          .condition = c.condition});
+  }
+  return conditioning_table(problems);
+}
+
+Table solver_table(const std::vector<C>& solves, double accuracy) {
+  std::vector<Group> groups;
+  for (const auto& solver : different(solves, &C::solver)) {
+    Group& group = groups.emplace_back();
+    for (const C& solve : solves) {
+      if (solve.solver == solver) group.push_back(&solve);
+    }
+  }
+  return table_of("Contact solvers", columns_of(accuracy), groups,
+                  fmt::format("From zero to a violation of the laws of at most {:g}, whatever the solver's own tolerance; "
+                              "of those that are solved the median, and the largest in brackets. lemke solves no problem "
+                              "of more than 100 contacts, and has a polygon in place of the friction disc in space.",
+                              accuracy));
+}
+
+Table solver_scene_table(const std::vector<C>& solves, double accuracy) {
+  std::vector<Group> groups;
+  for (const auto& scene : different(solves, &C::scene)) {
+    for (const auto& solver : different(solves, &C::solver)) {
+      Group& group = groups.emplace_back();
+      for (const C& solve : solves) {
+        if (solve.scene == scene && solve.solver == solver) group.push_back(&solve);
+      }
+    }
+  }
+  auto columns = columns_of(accuracy);
+  columns.insert(columns.begin(), {"scene", [](const Group& g) { return g.front()->scene; }});
+  return table_of("Contact solvers on each scene", columns, groups);
+}
+
+}  // namespace ricochet
