@@ -87,7 +87,7 @@ std::string Table::markdown(std::size_t most) const {
 
 std::string Table::html() const {
   std::string out = "<figure class=\"table\">\n";
-  if (!title.empty()) out += fmt::format("<figcaption>{}</figcaption>\n", escape_html(title));
+  if (!title.empty()) out += fmt::format("<figcaption><h3>{}</h3></figcaption>\n", escape_html(title));
   const std::string name = escape_html(title.empty() ? "table" : title);
   out += fmt::format("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{}\"><table{}>\n<thead><tr>",
                      name, filters.empty() ? "" : fmt::format(" data-filters=\"{}\"", fmt::join(filters, " ")));

@@ -9,6 +9,7 @@
 #include "bench/experiment_file.h"
 #include "bench/number_checks.h"
 #include "bench/show.h"
+#include "bench/site/history_page.h"
 #include "bench/site/report_site.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
@@ -59,6 +60,7 @@ int run_and_show(const ExperimentCommand& command) {
   if (command.prints_experiment) return 0;
   require_writable_folder("results folder", command.run.folder);
   if (!command.page.empty()) require_writable_folder("folder of the page", command.page);
+  if (!command.history.empty()) history_page(command.history);  // a damaged one before the runs, not behind them
   std::vector<std::string> paths;
   int failed = 0;
   for (const auto& part : parts) {

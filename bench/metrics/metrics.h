@@ -13,6 +13,9 @@ namespace ricochet {
 /// Empty where there is none, as behind an accumulation of impacts.
 std::optional<Solution> reference_motion(const Problem& problem, const reference::Reference& reference);
 
+/// Of a run with more steps studies do not ask for metrics: recording and looking at its motion takes minutes.
+inline constexpr int kMostMeasuredSteps = 20000;
+
 /// The metrics of a run with its motion (Recording::motion).
 ///
 /// Integrals over the time are sums over the pieces of the motion, cut where the reference has an impact, by three points

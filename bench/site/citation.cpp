@@ -1,47 +1,59 @@
 #include "bench/site/citation.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <regex>
 #include <sstream>
 
 #include "bench/data_folder.h"
 #include "bench/environment.h"
-#include "methods/registry.h"
 #include "reports/markup.h"
 #include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
 
-/// Whether a line of an entry, "ricochet = {fesd, fesd_adaptive}", names the method.
-bool is_named_in(const std::string& line, const std::string& method) {
+/// The names in a line of an entry, "ricochet = {fesd, fesd_adaptive}".
+std::vector<std::string> names_in(const std::string& line) {
   static const std::regex word("[a-z0-9_]+");
-  for (std::sregex_iterator found(line.begin(), line.end(), word), end; found != end; ++found) {
-    if (found->str() == method) return true;
+  std::vector<std::string> names;
+  for (std::sregex_iterator found(line.begin(), line.end(), word), end; found != end; ++found)
+    names.push_back(found->str());
+  return names;
+}
+
+std::vector<Source> read_sources() {
+  std::istringstream file(read_text(std::filesystem::path(data_folder()) / "methods/sources.bib"));
+  std::vector<Source> list;
+  Source source;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("@")) source = {};
+    if (line.starts_with("  ricochet = "))
+      source.methods = names_in(line.substr(line.find('{')));  // the last field, which BibTeX does not know
+    else
+      source.entry += line + "\n";
+    if (line == "}") list.push_back(source);
   }
-  return false;
+  return list;
 }
 
 }  // namespace
 
+const std::vector<Source>& sources() {
+  static const std::vector<Source> list = read_sources();
+  return list;
+}
+
 std::string sources_of(const std::string& method) {
-  std::istringstream file(read_text(std::filesystem::path(data_folder()) / "methods/sources.bib"));
-  std::string sources, entry;
-  bool is_wanted = false;
-  for (std::string line; std::getline(file, line);) {
-    if (line.starts_with("@")) {
-      entry.clear();
-      is_wanted = false;
-    }
-    if (line.starts_with("  ricochet = "))
-      is_wanted = is_named_in(line.substr(line.find('{')), method);  // the last field, which BibTeX does not know
-    else
-      entry += line + "\n";
-    if (line == "}" && is_wanted) sources += (sources.empty() ? "" : "\n") + entry;
+  std::string text;
+  for (const Source& source : sources()) {
+    if (std::ranges::find(source.methods, method) != source.methods.end())
+      text += (text.empty() ? "" : "\n") + source.entry;
   }
-  return sources;
+  return text;
 }
 
 SitePage citation_page() {
@@ -54,11 +66,12 @@ SitePage citation_page() {
       "<p class=\"lead\">Please cite the program, and the sources of the methods that you used. Below every table is the "
       "same table as LaTeX (booktabs), below a chart the same chart as PGFPlots.</p>\n<pre tabindex=\"0\">{}</pre>\n",
       escape_html(program));
-  for (const auto& entry : methods()) {
-    const std::string sources = sources_of(entry.name);
-    if (sources.empty()) continue;
-    page.html +=
-        site_heading(entry.name, entry.name) + fmt::format("<pre tabindex=\"0\">{}</pre>\n", escape_html(sources));
+  for (const Source& source : sources()) {
+    if (source.methods.empty()) continue;
+    const std::string names = fmt::format("{}", fmt::join(source.methods, ", "));
+    const auto key = source.entry.find('{') + 1;
+    page.html += site_heading(names, source.entry.substr(key, source.entry.find(',') - key));
+    page.html += fmt::format("<pre tabindex=\"0\">{}</pre>\n", escape_html(source.entry));
   }
   return page;
 }

@@ -51,9 +51,10 @@ SitePage history_page(const std::string& folder) try {
       "<p class=\"lead\">Deterministic counters, errors and orders that the gate holds every commit to, and verdicts of "
       "the published hard cases. A commit that is not here changed none of them. No times: they are those of a machine, "
       "and lie, marked so, in the files of <code>./run history</code>.</p>\n";
-  if (const std::string figure = read_text(root / "history.svg"); !figure.empty())
+  const std::string figure = read_text(root / "history.svg");
+  if (const auto svg = figure.find("<svg"); svg != std::string::npos)  // without gnuplot there is none
     page.html += "<figure class=\"history\" role=\"img\" aria-label=\"Quantities that changed most, over the commits\">" +
-                 figure.substr(figure.find("<svg")) + "</figure>\n";
+                 figure.substr(svg) + "</figure>\n";
   for (auto entry = history.rbegin(); entry != history.rend(); ++entry) page.html += commit_html(*entry);
   return page;
 } catch (const json::exception& error) {

@@ -6,7 +6,9 @@
 #include <optional>
 #include <set>
 
+#include "bench/site/drawn_scene.h"
 #include "bench/site/expression_tex.h"
+#include "bench/site/scheme.h"
 #include "bench/studies/fastest/fastest_rows.h"
 #include "methods/registry.h"
 #include "problems/derivatives/symbolic_problem.h"
@@ -76,6 +78,23 @@ std::string equations_html(const SymbolicModel& model) {
   return html;
 }
 
+/// What the file of the scene says of it.
+std::string statement_html(const std::string& scene) {
+  const auto statement = statement_of(scene);
+  if (!statement || statement->text.empty()) return "";
+  return fmt::format("<pre class=\"statement\" tabindex=\"0\">{}</pre>\n<p class=\"links\">From {}</p>\n",
+                     escape_html(statement->text), escape_html(statement->file));
+}
+
+/// Of a scene of any number of bodies (assembled_problem.h).
+std::string assembled_equations_html() {
+  return site_heading("Equations", "equations") +
+         tex_line("M\\,\\dot v = f + \\sum_i \\left( J_n^i \\lambda_n^i + J_t^i \\lambda_t^i \\right), \\qquad M = "
+                  "\\operatorname{diag}(m), \\qquad J_n^i = \\nabla f_c^i") +
+         "<p>Constant masses and forces, and contacts that are copies of a few: what they are stands above. The number of "
+         "bodies is a parameter, so no formulas of all coordinates are printed.</p>\n";
+}
+
 /// Events as marks over time, a line per contact.
 std::string timeline_svg(const ProblemInfo& info, const Solution& solution) {
   constexpr double kLeft = 130, kWidth = 760, kLine = 22;
@@ -120,7 +139,9 @@ std::string image_html(const std::string& svg, const std::string& description) {
 }
 
 /// The scene as it starts; its motion, which moves by itself, for those who open it.
-std::string sketch_html(const Problem& problem, const Solution& solution) {
+std::string sketch_html(const Problem& scene, const Solution& solution) {
+  const auto picture = scene.info().geometry ? nullptr : with_picture(scene);
+  const Problem& problem = picture ? *picture : scene;
   if (!problem.info().geometry) return "";
   std::string html = fmt::format("<figure>{}<figcaption>The scene as it starts.</figcaption></figure>\n",
                                  image_html(scene_svg(problem), problem.info().title + ", as it starts"));
@@ -202,8 +223,11 @@ std::string speed_html(const std::vector<ShownResults>& list, const std::string&
     }
     if (!runs.empty()) break;  // times of one session
   }
-  if (runs.empty()) return "";
-  return site_heading("Who solves it fastest", "fastest") + choice_table(runs).html();
+  const std::string heading = site_heading("Who solves it fastest", "fastest");
+  if (runs.empty())
+    return heading + "<p>No results of this site say: experiments <code>opponents</code> and <code>classes</code> do of "
+                     "their scenes.</p>\n";
+  return heading + choice_table(runs).html();
 }
 
 /// Experiments with a row of this problem.
@@ -236,8 +260,9 @@ SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list)
       scene.id, scene.id);
   const auto motion = shown_motion(*problem);
   page.html += sketch_html(*problem, motion ? *motion : Solution());
-  if (const auto* symbolic = dynamic_cast<const SymbolicProblem*>(problem.get()))
-    page.html += equations_html(symbolic->model());
+  page.html += statement_html(scene.id);
+  const auto* symbolic = dynamic_cast<const SymbolicProblem*>(problem.get());
+  page.html += symbolic != nullptr ? equations_html(symbolic->model()) : assembled_equations_html();
   page.html += contacts_html(info) + events_html(info, motion) + speed_html(list, scene.id);
   page.html += site_heading("Methods", "methods") + methods_html(info) + experiments_html(list, scene.id);
   return page;

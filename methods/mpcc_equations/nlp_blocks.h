@@ -110,16 +110,23 @@ class QuadratureBlock final : public NlpBlock {
     integrand_.jacobian(x + 1, J + 1);
     for (std::size_t k = 1; k < variables.size(); ++k) J[k] *= b_ * x[0];
   }
+  /// H is its own room: the curvature of f is written packed behind the column of h, and spread from its end on.
   void hessian(const double* x, const double* weights, double* H) const override {
-    const auto n = static_cast<Eigen::Index>(variables.size());
-    Vector slope = Vector::Zero(n - 1);
-    Matrix curvature = Matrix::Zero(n - 1, n - 1);
-    integrand_.jacobian(x + 1, slope.data());
-    integrand_.hessian(x + 1, weights, curvature.data());
-    Eigen::Map<Matrix> result(H, n, n);
-    result.block(1, 1, n - 1, n - 1) = b_ * x[0] * curvature;
-    result.col(0).tail(n - 1) = weights[0] * b_ * slope;
-    result.row(0).tail(n - 1) = result.col(0).tail(n - 1).transpose();
+    const std::size_t n = variables.size();
+    integrand_.hessian(x + 1, weights, H + n);
+    for (std::size_t c = n - 1; c > 0; --c) {
+      for (std::size_t r = n - 1; r > 0; --r) {
+        double& packed = H[n + (c - 1) * (n - 1) + r - 1];
+        const double value = b_ * x[0] * packed;
+        packed = 0;
+        H[c * n + r] = value;
+      }
+    }
+    integrand_.jacobian(x + 1, H + 1);
+    for (std::size_t k = 1; k < n; ++k) {
+      H[k] *= weights[0] * b_;
+      H[k * n] = H[k];
+    }
   }
 
  private:

@@ -11,17 +11,17 @@ namespace {
 struct Case {
   const char *id, *title;
   int certified_decimals;
-  const char* scene;
+  const char *method, *scene;
 };
 
-// id, title, certified decimals and scene of every case, taken from tests/data/ground_truth.json by CMake.
+// id, title, certified decimals, what they were computed by, and scene of every case, taken from tests/data/ground_truth.json by CMake.
 const Case cases[] = {
 #include "ground_truth_cases.inc"
 };
 
 bool register_cases() {
   for (const Case& known : cases) {
-    SceneEntry entry{known.id, known.title, "tests/data/ground_truth.json",
+    SceneEntry entry{known.id, known.title, fmt::format("tests/data/ground_truth.json, by {}", known.method),
                      fmt::format("the solution is known to {} decimals", known.certified_decimals), nullptr};
     const nlohmann::json document = {{"id", entry.id},
                                      {"title", entry.title},

@@ -41,6 +41,15 @@ std::string still_html(const Figure& figure) {
                      escape_html(figure.title + ". " + figure.caption));
 }
 
+/// Links to what a figure is drawn by: the picture, and the script of gnuplot with its numbers where there is one.
+std::string figure_links(const Figure& figure, const fs::path& folder) {
+  std::string links = fmt::format("<a href=\"{}\">SVG</a> ", escape_html(figure.file));
+  const std::string script = fs::path(figure.file).replace_extension(".gp");
+  if (fs::exists(folder / script))
+    links += fmt::format("<a href=\"{}\">gnuplot, with its data</a> ", escape_html(script));
+  return links;
+}
+
 /// In the folder of results: "two_balls_order_orders.tex".
 std::string file_of(const Results& results, const std::string& table, const char* extension) {
   return fmt::format("{}_{}.{}", results.experiment(), table, extension);
@@ -87,8 +96,8 @@ class ResultsPage {
     page_.html += list.size() > 1 ? "<div class=\"figures\">\n" : "<div>\n";
     for (const auto& figure : list) {
       page_.html += fmt::format(
-          "<figure>{}<figcaption>{}</figcaption><p class=\"links\"><a href=\"{}\">SVG</a> {}</p></figure>\n",
-          still_html(figure), escape_html(figure.caption), escape_html(figure.file), command_html(results_));
+          "<figure>{}<figcaption>{}</figcaption><p class=\"links\">{}{}</p></figure>\n", still_html(figure),
+          escape_html(figure.caption), figure_links(figure, folder_), command_html(results_));
     }
     page_.html += "</div>\n";
   }
@@ -102,7 +111,7 @@ class ResultsPage {
     if (draw_ || !chart.still.needs_gnuplot) {
       for (const auto& figure : chart.still.draw(figures_)) {
         stills += still_html(figure);
-        links += fmt::format("<a href=\"{}\">SVG</a> ", escape_html(figure.file));
+        links += figure_links(figure, folder_);
       }
     }
     if (has_pgfplots(chart)) {
@@ -159,8 +168,10 @@ SitePage first_page(const std::vector<ShownResults>& list, const std::vector<Sit
         return fmt::format("{}/{}", kResultsFolder, file_of(shown.results, named->name, extension));
       };
       page.html += site_heading(shown.results.title(), id);
+      Table table = named->table;  // of several experiments, whose tables have the same title
+      table.title += ": " + shown.results.experiment();
       page.html += "<div class=\"choice\">" +
-                   site_table(named->table, id + "_" + site_id(named->name),
+                   site_table(table, id + "_" + site_id(named->name),
                               {{"CSV", file("csv")}, {"LaTeX", file("tex")}}, false) +
                    "</div>\n";
       page.html += fmt::format("<p class=\"links\"><a href=\"{}/{}.html\">All of this experiment</a> {}</p>\n",

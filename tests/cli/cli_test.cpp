@@ -535,6 +535,15 @@ TEST_F(Cli, PrintsWhatLatexTakes) {
   }
 }
 
+TEST_F(Cli, LooksAtTheHistoryBeforeItRuns) {
+  const std::string experiment = write("small.json", kExperiment), out = (folder / "results").string();
+  const Outcome outcome = run("run-experiment " + experiment + " --quick -o " + out + " --page " +
+                              (folder / "page").string() + " --history " + (folder / "nothing").string());
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_HAS(outcome.text, "a folder of ./run history is required");
+  EXPECT_FALSE(fs::exists(fs::path(out) / "small.jsonl"));
+}
+
 TEST_F(Cli, WritesAReport) {
   const std::string experiment = write("small.json", kExperiment), out = (folder / "results").string(),
                     report = (folder / "report").string();

@@ -5,11 +5,16 @@
 #include <filesystem>
 #include <set>
 
+#include "bench/site/drawn_scene.h"
 #include "bench/site/expression_tex.h"
+#include "bench/site/history_page.h"
 #include "bench/site/report_site.h"
 #include "bench/site/scheme.h"
 #include "problems/input_error.h"
+#include "problems/registry.h"
+#include "reports/scene_drawing.h"
 #include "reports/text_file.h"
+#include "tests/test_data.h"
 
 namespace ricochet {
 namespace {
@@ -44,6 +49,31 @@ TEST(Scheme, IsTheCommentOfTheMethod) {
   ASSERT_TRUE(fesd);
   EXPECT_NE(fesd->text.find("v_j = v_0 + h sum_k a_jk w_k"), std::string::npos) << "of a header that its comment names";
   EXPECT_FALSE(scheme_of("no_such_method"));
+}
+
+TEST(Statement, IsTheCommentAboveAScene) {
+  for (const auto& scene : scenes()) {
+    if (scene.source.starts_with("tests/data")) continue;  // has no file
+    const auto statement = statement_of(scene.id);
+    ASSERT_TRUE(statement) << scene.id;
+    EXPECT_NE(statement->text.find('\n'), std::string::npos) << scene.id;
+    EXPECT_EQ(statement->text.find("//"), std::string::npos) << scene.id;
+  }
+  EXPECT_NE(statement_of("bead_row")->text.find("f_c^1 = x_1 - R"), std::string::npos);
+  EXPECT_EQ(statement_of("ball_row")->text, statement_of("ball_row_touching")->text) << "one file";
+  EXPECT_FALSE(statement_of("P3_sliding_block"));
+}
+
+TEST(DrawnScene, IsEachCaseOfTheGroundTruth) {
+  for (const auto& truth : ground_truth()) {
+    const auto problem = make_problem(truth.id);
+    const auto drawn = with_picture(*problem);
+    ASSERT_TRUE(drawn) << truth.id;
+    EXPECT_EQ(drawn->info().q0, problem->info().q0) << truth.id;
+    EXPECT_NE(scene_svg(*drawn).find("<svg"), std::string::npos) << truth.id;
+    EXPECT_FALSE(problem->info().geometry) << "for drawings alone";
+  }
+  EXPECT_FALSE(with_picture(*make_problem("bouncing_ball")));
 }
 
 class Site : public testing::Test {
@@ -144,7 +174,8 @@ TEST_F(Site, GivesWhatAPaperNeeds) {
   EXPECT_NE(sources.find("@article{fesd_j,"), std::string::npos);
   EXPECT_EQ(sources.find("@book{"), std::string::npos) << "sources of other methods";
   EXPECT_NE(cite.find("@software{ricochet,"), std::string::npos);
-  EXPECT_NE(cite.find("id=\"moreau_jean\""), std::string::npos);
+  EXPECT_NE(cite.find("id=\"fesd_j\""), std::string::npos);
+  EXPECT_EQ(cite.find("@article{fesd_j,"), cite.rfind("@article{fesd_j,")) << "once, whatever methods it is a source of";
 }
 
 TEST_F(Site, TellsOfItsHistory) {
@@ -153,6 +184,8 @@ TEST_F(Site, TellsOfItsHistory) {
   EXPECT_NE(history.find("moreau_jean: steps 5 to 4"), std::string::npos);
   EXPECT_NE(history.find("Hard cases: 2 ok."), std::string::npos);
   EXPECT_THROW(write_report_site({}, folder.string(), folder.string()), InputError) << "no history is there";
+  write_text("history", folder / "history" / "history.svg", "no picture");
+  EXPECT_EQ(history_page((folder / "history").string()).html.find("<figure"), std::string::npos);
 }
 
 TEST_F(Site, KeepsTheDataOfAChartInsideOfItsElement) {
@@ -171,6 +204,9 @@ TEST_F(Site, TellsOfMethodsAndProblems) {
   EXPECT_NE(ball.find("f_c^"), std::string::npos);
   EXPECT_NE(ball.find("title>impact of "), std::string::npos) << "on the line of time";
   EXPECT_NE(ball.find("Which methods can run it"), std::string::npos);
+  const std::string& row = pages["problems/bead_row.html"];
+  EXPECT_NE(row.find("<pre class=\"statement\""), std::string::npos);
+  EXPECT_NE(row.find("operatorname{diag}(m)"), std::string::npos) << "it has no formulas of all coordinates";
 }
 
 }  // namespace

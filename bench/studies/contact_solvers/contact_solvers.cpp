@@ -69,7 +69,7 @@ void run_contact_solvers(const nlohmann::json& experiment, ResultsFile& file) {
 }
 
 void show_contact_solvers(const Results& results, Section& section) {
-  constexpr int kMany = 10;
+  constexpr int kMany = 4;
   const auto solves = results.all<ContactSolve>();
   const double accuracy = results.header.value("accuracy", 1e-8);
   section.result("solvers", solver_table(solves, accuracy));
@@ -85,7 +85,7 @@ void show_contact_solvers(const Results& results, Section& section) {
                              profile.n_problems(), of, accuracy),
                  results.experiment() + "_" + name);
   }
-  section.result("conditioning", recorded_conditioning(solves));
+  section.details("conditioning", recorded_conditioning(solves));
   section.details("scenes", solver_scene_table(solves, accuracy));
 }
 

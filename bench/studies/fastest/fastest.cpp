@@ -5,9 +5,11 @@
 #include <list>
 #include <map>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
 #include "bench/experiment_file.h"
+#include "bench/metrics/metrics.h"
 #include "bench/problem_choice.h"
 #include "bench/progress.h"
 #include "bench/studies/fastest/choice.h"
@@ -186,10 +188,25 @@ std::vector<FastestRun> run_scene(const Plan& plan, const Scene& scene) {
     for (const Family& family : plan.families) compete(family, solver);
   }
   const auto timings = measure(timed, plan.quick, [](double) {});
+  std::map<const Attempt*, Metrics> looked_at;
+  const std::optional<Solution> truth = reference_motion(*problem, reference);
+  const auto metrics_of = [&](const Attempt* a) {
+    const auto [known, is_new] = looked_at.try_emplace(a);
+    if (is_new) {
+      Settings settings = a->settings;
+      settings.recording = Recording::motion;
+      known->second =
+          measure_metrics(*problem, a->contender->method->solve(*problem, settings), truth ? &*truth : nullptr);
+    }
+    return known->second;
+  };
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const auto median = [&](const Attempt* a) { return timings[measured.at(a)].median; };
     const auto fastest = std::ranges::min_element(contenders[k], {}, median);
-    if (fastest != contenders[k].end()) write(**fastest, timings[measured.at(*fastest)], scene.choice, rows[k]);
+    if (fastest == contenders[k].end()) continue;
+    write(**fastest, timings[measured.at(*fastest)], scene.choice, rows[k]);
+    if ((*fastest)->settings.steps <= kMostMeasuredSteps) rows[k].metrics = metrics_of(*fastest);
+    rows[k].solution_size = reference.size();
   }
   return rows;
 }
@@ -252,6 +269,7 @@ void show_fastest(const Results& results, Section& section) {
       add_profile(part, level, results.experiment() + suffix, section);
   }
   section.details("choices", choice_table(runs));
+  show_metrics(measured_runs(runs), section);
   section.failures("unreached", unreached_table(runs));
 }
 

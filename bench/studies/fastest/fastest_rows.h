@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "bench/metrics/metric_tables.h"
+#include "reports/metrics.h"
 #include "reports/results.h"
 #include "reports/table.h"
 
@@ -21,6 +23,8 @@ struct FastestRun {
   double error = 0;          ///< of the final (q, v), max-norm
   double microseconds = -1;  ///< CPU time of the whole run, median; -1: no run reaches the level
   double lower_quartile = -1, upper_quartile = -1;
+  double solution_size = 0;  ///< max-norm of the reference's final (q, v)
+  Metrics metrics;           ///< of the whole motion of this run
   int tried = 0, failed = 0;  ///< runs of the family on this scene
   std::string why;            ///< of the last failure
 
@@ -29,7 +33,7 @@ struct FastestRun {
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FastestRun, scene, group, family, solver, level, uncertainty, method,
                                                 setting, command, error, microseconds, lower_quartile, upper_quartile,
-                                                tried, failed, why)
+                                                solution_size, metrics, tried, failed, why)
 
 /// Those with this solver, for the tables below.
 std::vector<FastestRun> runs_of_solver(const std::vector<FastestRun>& runs, const std::string& solver);
@@ -42,5 +46,8 @@ Table ratio_table(const std::vector<FastestRun>& runs);
 Table choice_table(const std::vector<FastestRun>& runs);
 /// Levels that a family does not reach, and those that the reference cannot judge, with the reason.
 Table unreached_table(const std::vector<FastestRun>& runs);
+
+/// The runs that the table above names, each once.
+std::vector<MeasuredRun> measured_runs(const std::vector<FastestRun>& runs);
 
 }  // namespace ricochet

@@ -156,4 +156,16 @@ Table unreached_table(const std::vector<FastestRun>& runs) {
   return table;
 }
 
+std::vector<MeasuredRun> measured_runs(const std::vector<FastestRun>& runs) {
+  std::vector<MeasuredRun> list;
+  for (const FastestRun& run : runs) {
+    const auto is_this = [&](const MeasuredRun& other) {
+      return other.scene == run.scene && other.method == run.method && other.setting == run.setting;
+    };
+    if (run.metrics.are_known && std::ranges::none_of(list, is_this))
+      list.push_back({run.scene, run.method, run.setting, run.metrics, run.uncertainty, run.solution_size});
+  }
+  return list;
+}
+
 }  // namespace ricochet

@@ -44,21 +44,6 @@ auto time_of(double Timing::*part) {
   };
 }
 
-auto metric(auto member) {
-  return [=](const GridLine& line) { return line.run->metrics.*member; };
-}
-
-/// Of runs whose motion was looked at.
-std::vector<GridLine> lines_with_metrics(const GridResults& results) {
-  std::vector<GridLine> lines;
-  for (const auto& method : results.methods()) {
-    for (const Record* run : results.of(method)) {
-      if (run->metrics.are_known) lines.emplace_back(results, *run);
-    }
-  }
-  return lines;
-}
-
 /// A method with fixed steps: its order, and its runs together.
 struct OrderLine {
   std::string method;
@@ -174,74 +159,15 @@ Table order_details(const GridResults& results) {
                   "Runs above 20000 steps are not audited (residual '-'). " + results.error_measure().definition);
 }
 
-Table motion_details(const GridResults& results) {
-  using L = GridLine;
-  static const std::vector<Column<L>> columns = {
-      {"method", of_run(&Record::method)},
-      {"setting", "", "{}", of_run(&Record::setting)},
-      {"position, largest", "", "{:.2e}", metric(&Metrics::position_error)},
-      {"velocity, integral", "", "{:.2e}", metric(&Metrics::velocity_error)},
-      {"velocity at the end", "", "{:.2e}", metric(&Metrics::end_velocity_error)},
-      {"event times", "s", "{:.2e}", metric(&Metrics::event_time_error)},
-      {"missed", "", "{}", metric(&Metrics::missed_events)},
-      {"spurious", "", "{}", metric(&Metrics::spurious_events)},
-      {"impulses", "N s", "{:.2e}", metric(&Metrics::impulse_error)},
-      {"energy", "J", "{:+.2e}", metric(&Metrics::energy_error)},
-      {"linear momentum", "N s", "{:.2e}", metric(&Metrics::momentum_error)},
-      {"angular momentum", "N m s", "{:.2e}", metric(&Metrics::angular_momentum_error)},
-      {"digits of the reference", "", "{:.1f}",
-       [](const L& l) {
-         const Record& run = *l.run;
-         return when(run.reference_error > 0, std::log10(run.solution_size / run.reference_error));
-       }},
-  };
-  return table_of(
-      "Errors of the motion", columns, lines_with_metrics(results),
-      "Against an event-located motion: the largest error of a coordinate at any time, the integral of that "
-      "of v over the time, which an impact that is late by dt hurts by dt and not by its jump; velocity, "
-      "energy (with its sign) and momentum of the bodies about the origin at the end, none with an impact in "
-      "the last hundredth of the time. Events are those of one contact and kind that are nearest to each "
-      "other seen from both sides; the rest is missed, or spurious. Runs above 20000 steps are left out.");
-}
-
-Table law_details(const GridResults& results) {
-  using L = GridLine;
-  static const std::vector<Column<L>> columns = {
-      {"method", of_run(&Record::method)},
-      {"setting", "", "{}", of_run(&Record::setting)},
-      {"penetration", "m", "{:.2e}", metric(&Metrics::penetration)},
-      {"constraint drift", "m", "{:.2e}", metric(&Metrics::constraint_drift)},
-      {"Signorini", "m", "{:.2e}", metric(&Metrics::signorini)},
-      {"restitution", "m/s", "{:.2e}", metric(&Metrics::restitution)},
-      {"Coulomb cone", "m/s", "{:.2e}", metric(&Metrics::cone)},
-      {"maximum dissipation", "m/s", "{:.2e}", metric(&Metrics::dissipation)},
-  };
-  return table_of(
-      "Residuals by law, impacts", columns, lines_with_metrics(results),
-      "Largest over the motion, and over the impacts that the method tells: Signorini, the gap at which an "
-      "impulse acts; restitution, |min(v_n+ + e v_n-, W Lambda_n)| with the Delassus entry W of the contact; "
-      "Coulomb cone, W (|Lambda_t| - mu Lambda_n); maximum dissipation, |v_t| + Lambda_t' v_t / (mu Lambda_n). "
-      "'-' where no impact, friction or constraint is.");
-}
-
-Table contact_details(const GridResults& results) {
-  using L = GridLine;
-  static const std::vector<Column<L>> columns = {
-      {"method", of_run(&Record::method)},
-      {"setting", "", "{}", of_run(&Record::setting)},
-      {"Signorini", "m", "{:.2e}", metric(&Metrics::contact_gap)},
-      {"pull", "m/s", "{:.2e}", metric(&Metrics::contact_pull)},
-      {"Coulomb cone", "m/s", "{:.2e}", metric(&Metrics::contact_cone)},
-      {"maximum dissipation", "J", "{:.2e}", metric(&Metrics::contact_dissipation)},
-  };
-  std::vector<L> lines = lines_with_metrics(results);
-  std::erase_if(lines, [](const L& line) { return std::isnan(line.run->metrics.contact_gap); });
-  return table_of(
-      "Residuals by law, lasting contact", columns, lines,
-      "Where the reference motion has a closed contact, with the forces lambda that the motion needs (least squares of "
-      "the equations of motion): Signorini, the largest gap; integrals over the time of W max(0, -lambda_n), of "
-      "W max(0, |lambda_t| - mu lambda_n) and of |mu lambda_n |v_t| + lambda_t' v_t|. '-' without friction, and where "
-      "contacts are redundant, so that the motion does not determine forces.");
+std::vector<MeasuredRun> measured_runs(const GridResults& results) {
+  std::vector<MeasuredRun> runs;
+  for (const auto& method : results.methods()) {
+    for (const Record* run : results.of(method)) {
+      if (run->metrics.are_known)
+        runs.push_back({"", method, run->setting(), run->metrics, run->reference_error, run->solution_size});
+    }
+  }
+  return runs;
 }
 
 Table failures(const GridResults& results) {
@@ -262,7 +188,10 @@ Table failures(const GridResults& results) {
   }
   const auto attempted = std::count_if(results.records.begin(), results.records.end(),
                                        [](const Record& r) { return r.instead_of.empty(); });
-  return table_of("Runs without a solution", columns, lines, fmt::format("{} of {} runs.", lines.size(), attempted));
+  const auto answers = static_cast<std::ptrdiff_t>(results.records.size()) - attempted;
+  std::string note = fmt::format("{} of {} runs.", lines.size(), attempted);
+  if (answers > 0) note += fmt::format(" {} more were run to answer them.", answers);
+  return table_of("Runs without a solution", columns, lines, note);
 }
 
 Table time_to_reach(const GridResults& results, const std::vector<double>& levels) {

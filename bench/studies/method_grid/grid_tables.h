@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "bench/metrics/metric_tables.h"
 #include "bench/studies/method_grid/grid_results.h"
 #include "reports/figures.h"
 #include "reports/table.h"
@@ -14,15 +15,8 @@ Table order_summary(const GridResults& results);
 /// Every run: error, local slope, microseconds per step, counters, residual, or the reason of its failure.
 Table order_details(const GridResults& results);
 
-/// Every run whose motion was looked at: its errors against the reference motion at all times, those of events, of
-/// impulses, of momentum and of energy.
-Table motion_details(const GridResults& results);
-
-/// The same runs: how deep bodies are in each other, and residuals by law in impacts.
-Table law_details(const GridResults& results);
-
-/// Those of them whose reference has contacts that last: residuals by law there.
-Table contact_details(const GridResults& results);
+/// Every run whose motion was looked at, for the tables of metric_tables.h.
+std::vector<MeasuredRun> measured_runs(const GridResults& results);
 
 /// Runs without a solution, with the reason, the answer to it if there was one, and the command that repeats the run.
 Table failures(const GridResults& results);

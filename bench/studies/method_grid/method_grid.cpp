@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "bench/allocations.h"
+#include "bench/metrics/metric_tables.h"
 #include "bench/metrics/metrics.h"
 #include "bench/progress.h"
 #include "bench/sensitivities.h"
@@ -131,7 +132,7 @@ Record GridRun::run(const Job& job, const std::string& instead_of) const {
     record.solution_size = reference_->size();
     if (solution.succeeded()) record.error = reference_->error_of(solution);
   }
-  if (experiment_.with_metrics && settings.audit && solution.succeeded()) {
+  if (experiment_.with_metrics && job.steps <= kMostMeasuredSteps && solution.succeeded()) {
     settings.audit = false;
     settings.recording = Recording::motion;
     record.metrics = measure_metrics(*problem_, method->solve(*problem_, settings),
@@ -238,11 +239,7 @@ void show_method_grid(const Results& file, Section& section) {
   if (!results.overhead_of.empty()) section.result("overhead", overhead(results));
   section.failures("failures", failures(results));
   section.details("runs", order_details(results));
-  if (results.has_metrics()) {
-    section.details("motions", motion_details(results));
-    section.details("laws", law_details(results));
-    if (const Table contacts = contact_details(results); !contacts.rows.empty()) section.details("contacts", contacts);
-  }
+  show_metrics(measured_runs(results), section);
   if (!results.timings.empty()) section.details("times", precision_details(results));
 }
 

@@ -1,9 +1,28 @@
-// The contents are open where there is room beside the page.
+// The contents are open where there is room beside the page; the page that is shown lists what is on it.
+const SECTIONS = "main h2[id], main .block[id] > figure.table > figcaption";
+
+function sections() {
+  const list = document.createElement("ul");
+  list.className = "sections";
+  for (const heading of document.querySelectorAll(SECTIONS)) {
+    const link = document.createElement("a");
+    link.href = `#${heading.id || heading.closest(".block").id}`;
+    link.textContent = heading.id ? heading.firstChild.textContent.trim() : heading.textContent.trim();
+    const item = document.createElement("li");
+    item.append(link);
+    list.append(item);
+  }
+  return list;
+}
+
 export function openContents() {
   const contents = document.querySelector("details.contents");
   const wide = matchMedia("(min-width: 64rem)");
   const follow = () => { contents.open = wide.matches; };
   wide.addEventListener("change", follow);
   follow();
-  contents.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
+  const here = contents.querySelector("[aria-current]");
+  const list = sections();
+  if (list.childElementCount > 1) here?.after(list);
+  here?.scrollIntoView({ block: "nearest" });
 }
