@@ -74,8 +74,8 @@ Table contact_table(const std::vector<M>& runs) {
                            {"maximum dissipation", "J", "{:.2e}", metric(&Metrics::contact_dissipation)},
                        });
   return table_of("Residuals by law, lasting contact", columns, runs,
-      "Where the reference motion has a closed contact, with the forces lambda that the motion needs (least squares of "
-      "the equations of motion): Signorini, the largest gap; integrals over the time of W max(0, -lambda_n), of "
+      "Where the reference motion has a closed contact, with the forces lambda that the motion needs, as the method "
+      "interpolates it between its steps (least squares of the equations of motion): Signorini, the largest gap; integrals over the time of W max(0, -lambda_n), of "
       "W max(0, |lambda_t| - mu lambda_n) and of |mu lambda_n |v_t| + lambda_t' v_t|. '-' without friction, and where "
       "contacts are redundant, so that the motion does not determine forces.");
 }

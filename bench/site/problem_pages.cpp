@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <set>
 
@@ -120,8 +121,9 @@ std::string timeline_svg(const ProblemInfo& info, const Solution& solution) {
     y += kLine;
   }
   for (int k = 0; k <= 4; ++k)
-    body += fmt::format("<text class=\"label\" x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{:.3g}{}</text>",
-                        x(k * info.end_time / 4), y + 6, k * info.end_time / 4, k == 4 ? " s" : "");
+    body += fmt::format("<text class=\"label\" x=\"{:.1f}\" y=\"{}\" text-anchor=\"{}\">{:.3g}{}</text>",
+                        x(k * info.end_time / 4), y + 6, k == 4 ? "end" : "middle", k * info.end_time / 4,
+                        k == 4 ? " s" : "");
   return fmt::format(
       "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Events over time\"><svg "
       "class=\"timeline\" viewBox=\"0 0 {} {}\" role=\"img\" "
@@ -215,12 +217,23 @@ std::string methods_html(const ProblemInfo& info) {
   return table_of("Which methods can run it", columns, lines).html();
 }
 
+/// The scenes of `fastest` that are this problem, perhaps with other parameters: their own names, by their commands.
+std::set<std::string> names_in(const std::vector<FastestRun>& runs, const std::string& id) {
+  std::set<std::string> names = {id};
+  for (const FastestRun& run : runs) {
+    if (run.command.find(fmt::format("--problem {} ", id)) != std::string::npos) names.insert(run.scene);
+  }
+  return names;
+}
+
 std::string speed_html(const std::vector<ShownResults>& list, const std::string& id) {
   std::vector<FastestRun> runs;
   for (const auto& shown : list) {
-    for (auto& run : shown.results.all<FastestRun>()) {
-      if (run.scene == id && run.solver == "new") runs.push_back(std::move(run));
-    }
+    const auto all = shown.results.all<FastestRun>();
+    const auto names = names_in(all, id);
+    std::ranges::copy_if(all, std::back_inserter(runs), [&](const FastestRun& run) {
+      return run.solver == "new" && names.contains(run.scene);
+    });
     if (!runs.empty()) break;  // times of one session
   }
   const std::string heading = site_heading("Who solves it fastest", "fastest");
@@ -253,15 +266,17 @@ SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list)
                 .label = scene.id,
                 .html = "",
                 .has_equations = true};
+  const auto* symbolic = dynamic_cast<const SymbolicProblem*>(problem.get());
   page.html = fmt::format(
       "<dl><dt>what is hard</dt><dd>{}</dd><dt>source</dt><dd>{}</dd><dt>size</dt><dd>{} coordinates, {} contacts, until "
-      "{:g} s</dd><dt>as a file</dt><dd><code>ricochet export -p {} -o {}.json</code></dd></dl>\n",
-      escape_html(scene.hard_feature), escape_html(scene.source), info.n_mechanical(), info.n_c(), info.end_time,
-      scene.id, scene.id);
+      "{:g} s</dd>",
+      escape_html(scene.hard_feature), escape_html(scene.source), info.n_mechanical(), info.n_c(), info.end_time);
+  if (symbolic != nullptr)
+    page.html += fmt::format("<dt>as a file</dt><dd><code>ricochet export -p {0} -o {0}.json</code></dd>", scene.id);
+  page.html += "</dl>\n";
   const auto motion = shown_motion(*problem);
   page.html += sketch_html(*problem, motion ? *motion : Solution());
   page.html += statement_html(scene.id);
-  const auto* symbolic = dynamic_cast<const SymbolicProblem*>(problem.get());
   page.html += symbolic != nullptr ? equations_html(symbolic->model()) : assembled_equations_html();
   page.html += contacts_html(info) + events_html(info, motion) + speed_html(list, scene.id);
   page.html += site_heading("Methods", "methods") + methods_html(info) + experiments_html(list, scene.id);
