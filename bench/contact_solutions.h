@@ -33,7 +33,8 @@ ContactSolverOptions contact_solver_options(const std::string& solver);
 ContactStatus solve_afresh(const ContactProblem& problem, const ContactSolverOptions& options, Vector& r,
                            Counters& work);
 
-/// How well a time is to be known: by Google Benchmark, or as the median of three runs where there are many.
+/// How well a time is to be known: by Google Benchmark, or as the median of three samples of a millisecond, or of one solve
+/// from 10 ms on, where there are many problems. The making of the solver is part of it.
 enum class Timer { benchmark, a_few_runs };
 
 /// The same again and again, with its time.

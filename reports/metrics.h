@@ -30,11 +30,11 @@ struct Metrics {
 
   // Residuals of the laws in the impacts that it tells (bench/metrics/law_residuals.h).
   double signorini = kNone;    ///< largest distance at which an impulse acts [m]
-  double restitution = kNone;  ///< largest |min(v_n+ + e v_n-, W Lambda_n)| [m/s]
-  double cone = kNone;         ///< largest W (|Lambda_t| - mu Lambda_n) [m/s]
+  double restitution = kNone;  ///< largest |min(v_n+ + e v_n-, W Lambda_n)| under Newton's hypothesis [m/s]
+  double cone = kNone;         ///< largest W max(0, |Lambda_t| - mu Lambda_n) [m/s]
   double dissipation = kNone;  ///< largest |v_t| + Lambda_t' v_t / (mu Lambda_n) [m/s]
 
-  // The same in contacts that last, where the reference has one, by the forces that the motion needs.
+  // The same in persistent contact, where the reference has one, by the forces that the interpolated motion needs.
   double contact_gap = kNone;          ///< largest distance of a closed contact [m]
   double contact_pull = kNone;         ///< integral of W max(0, -lambda_n) over the time [m/s]
   double contact_cone = kNone;         ///< integral of W max(0, |lambda_t| - mu lambda_n) [m/s]

@@ -20,7 +20,7 @@ Conditioning conditioning_of(const StoredContactProblem& stored);
 /// A line per scene, and one of all.
 Table conditioning_table(const std::vector<Conditioning>& problems);
 
-/// From zero, with the median time of a few runs. What a solver declines, and lemke above 100 contacts, is not solved, with
+/// From zero, by a new solver, with its time (Timer::a_few_runs). What a solver declines, and lemke above 100 contacts, is not solved, with
 /// the time zero.
 ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver);
 

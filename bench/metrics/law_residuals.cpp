@@ -10,29 +10,28 @@
 namespace ricochet {
 namespace {
 
-/// J_n' M^-1 J_n of one contact [1/kg].
-double delassus_entry(const Problem& problem, const Matrix& J_n, const Eigen::LLT<Matrix>& mass, int i) {
-  const Vector force = problem.force_directions(J_n).col(i);
-  return force.dot(mass.solve(force));
+/// W = J_n' M^-1 J_n of one contact [1/kg]. @param normal  the direction of its force
+double delassus_entry(const Eigen::LLT<Matrix>& mass, const Vector& normal) {
+  return normal.dot(mass.solve(normal));
 }
 
 void measure_impact(const Problem& problem, const Event& event, int i, Metrics& metrics) {
   const ContactInfo& contact = problem.info().contacts[static_cast<std::size_t>(i)];
   const Matrix J_n = problem.normal_jacobian(event.q);
-  const double W = delassus_entry(problem, J_n, problem.mass_matrix(event.q).llt(), i);
+  const double W = delassus_entry(problem.mass_matrix(event.q).llt(), problem.force_directions(J_n).col(i));
   const double Lambda_n = event.Lambda_n[i];
-  if (Lambda_n > 0) raise(metrics.signorini, std::abs(problem.gap(event.q)[i]));  // (1)
+  if (Lambda_n > 0) raise_to(metrics.signorini, std::abs(problem.gap(event.q)[i]));  // (1)
   if (problem.info().impact_law.hypothesis == ImpactHypothesis::newton) {
     const double u = J_n.col(i).dot(event.v_plus) + contact.eps_r * J_n.col(i).dot(event.v_minus);
-    raise(metrics.restitution, std::abs(std::min(u, W * Lambda_n)));  // (2)
+    raise_to(metrics.restitution, std::abs(std::min(u, W * Lambda_n)));  // (2)
   }
   if (contact.n_t == 0 || event.Lambda_t.size() == 0) return;
   const Vector Lambda_t = event.Lambda_t.segment(contact.tangent_index, contact.n_t);
   const Vector v_t =
       problem.tangent_jacobian(event.q).middleCols(contact.tangent_index, contact.n_t).transpose() * event.v_plus;
   const double most = contact.mu * Lambda_n;
-  raise(metrics.cone, std::max(0.0, W * (Lambda_t.norm() - most)));                                 // (3)
-  if (most > 0) raise(metrics.dissipation, std::abs(v_t.norm() + Lambda_t.dot(v_t) / most));  // (4)
+  raise_to(metrics.cone, std::max(0.0, W * (Lambda_t.norm() - most)));                           // (3)
+  if (most > 0) raise_to(metrics.dissipation, std::abs(v_t.norm() + Lambda_t.dot(v_t) / most));  // (4)
 }
 
 std::vector<int> closed_contacts(const std::vector<ContactMode>& modes) {
@@ -43,19 +42,23 @@ std::vector<int> closed_contacts(const std::vector<ContactMode>& modes) {
   return closed;
 }
 
-/// What a motion does at one instant in contacts that are closed.
-class LastingContacts {
+/// What a motion does in contacts that are closed, instant by instant.
+class PersistentContacts {
  public:
-  LastingContacts(const Problem& problem, Metrics& metrics) : problem_(problem), metrics_(metrics) {}
+  PersistentContacts(const Problem& problem, Metrics& metrics) : problem_(problem), metrics_(metrics) {}
 
   /// @param weight  of the instant in integrals over the time [s]
   void measure(const std::vector<int>& closed, const Vector& q, const Vector& v, const Vector& a, double weight) {
     const ProblemInfo& info = problem_.info();
     const Vector gap = problem_.gap(q);
-    for (const int i : closed) raise(metrics_.contact_gap, std::abs(gap[i]));  // (7)
+    for (const int i : closed) {
+      const bool is_bilateral = info.contacts[static_cast<std::size_t>(i)].is_bilateral;
+      if (!is_bilateral) raise_to(metrics_.contact_gap, std::abs(gap[i]));  // (7)
+    }
+    if (is_redundant_) return;
 
-    const Matrix J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
-    const Matrix normals = problem_.force_directions(J_n), tangents = problem_.force_directions(J_t);
+    const Matrix J_t = problem_.tangent_jacobian(q), tangents = problem_.force_directions(J_t),
+                 normals = problem_.force_directions(problem_.normal_jacobian(q));
     Matrix J(q.size(), 0);
     const auto add = [&](const auto& columns) {
       J.conservativeResize(Eigen::NoChange, J.cols() + columns.cols());
@@ -69,7 +72,11 @@ class LastingContacts {
     const Matrix M = problem_.mass_matrix(q);
     const Eigen::LLT<Matrix> mass(M);
     const Eigen::ColPivHouseholderQR<Matrix> forces(mass.matrixL().solve(J));
-    if (forces.rank() < J.cols()) return;
+    is_redundant_ = forces.rank() < J.cols();
+    if (is_redundant_) {
+      metrics_.contact_pull = metrics_.contact_cone = metrics_.contact_dissipation = Metrics::kNone;
+      return;
+    }
     const Vector lambda = forces.solve(mass.matrixL().solve(M * a - problem_.force(q, v)));  // (5)
     Eigen::Index at = 0;
     for (const int i : closed) {
@@ -78,12 +85,12 @@ class LastingContacts {
       const Vector lambda_t = lambda.segment(at + 1, contact.n_t);
       at += 1 + contact.n_t;
       if (contact.is_bilateral) continue;
-      const double W = delassus_entry(problem_, J_n, mass, i);
+      const double W = delassus_entry(mass, normals.col(i));
       add_to(metrics_.contact_pull, weight * W * std::max(0.0, -lambda_n));  // (8)
       if (contact.n_t == 0) continue;
       const Vector v_t = J_t.middleCols(contact.tangent_index, contact.n_t).transpose() * v;
       const double most = contact.mu * lambda_n;
-      add_to(metrics_.contact_cone, weight * W * std::max(0.0, lambda_t.norm() - most));             // (9)
+      add_to(metrics_.contact_cone, weight * W * std::max(0.0, lambda_t.norm() - most));               // (9)
       add_to(metrics_.contact_dissipation, weight * std::abs(most * v_t.norm() + lambda_t.dot(v_t)));  // (10)
     }
   }
@@ -91,16 +98,32 @@ class LastingContacts {
  private:
   const Problem& problem_;
   Metrics& metrics_;
+  bool is_redundant_ = false;  // at some instant so far
 };
 
-/// Whether the solution tells an impact about the begin of a piece, up to its length away.
-bool has_impact(const Solution& solution, double begin, double length) {
+/// Where the forces of a piece are.
+enum class Jump {
+  is_force,   ///< v jumps by them where the piece begins, or not at all
+  is_impact,  ///< the jump there is an impact of its own
+  is_both     ///< the step of time stepping that tells an impact
+};
+
+/// @param before, behind  v on either side of its begin  @param is_constant  v is, in the piece
+Jump jump_of(const Solution& solution, double begin, double end, const Vector& before, const Vector& behind,
+             bool is_constant) {
+  const double rounding = 1e-12 * (1 + std::abs(begin));
   const auto& events = solution.events;
-  auto event = std::ranges::lower_bound(events, begin - length, {}, &Event::t);
-  for (; event != events.end() && event->t <= begin + length; ++event) {
-    if (event->kind == EventKind::impact) return true;
+  auto event = std::ranges::lower_bound(events, begin - rounding, {}, &Event::t);
+  for (; event != events.end() && event->t <= end + rounding; ++event) {
+    if (event->kind != EventKind::impact) continue;
+    const double to_behind = (event->v_plus - behind).norm();
+    if (event->t <= begin + rounding) {
+      if (to_behind < (event->v_plus - before).norm()) return Jump::is_impact;
+    } else if (is_constant && to_behind < (event->v_minus - behind).norm()) {
+      return Jump::is_both;  // it is told where the step ends
+    }
   }
-  return false;
+  return Jump::is_force;
 }
 
 }  // namespace
@@ -112,19 +135,19 @@ void measure_impacts(const Problem& problem, const Solution& solution, Metrics& 
   }
 }
 
-void measure_contacts(const Problem& problem, const Solution& solution, const Solution& reference, Metrics& metrics) {
+void measure_persistent_contact(const Problem& problem, const Solution& solution, const Solution& reference,
+                                Metrics& metrics) {
   const Motion& motion = solution.motion;
-  LastingContacts contacts(problem, metrics);
-  Vector q, v, a, v_before;
+  PersistentContacts contacts(problem, metrics);
+  Vector q, v, a, v_end, before = problem.info().v0;
   for (std::size_t piece = 0; piece < motion.n_pieces(); ++piece) {
-    const double begin = motion.begin_of(piece), length = motion.end_of(piece) - begin;
+    const double begin = motion.begin_of(piece), end = motion.end_of(piece), length = end - begin;
+    motion.within(piece, 1, q, v_end);
     motion.within(piece, 0, q, v);
-    Vector jump = v - (piece == 0 ? problem.info().v0 : v_before);
-    motion.within(piece, 1, q, v_before);
-    if (has_impact(solution, begin, length)) {
-      if (v == v_before) continue;  // the step of time stepping: its forces are in the impulse
-      jump.setZero();
-    }
+    const Jump kind = jump_of(solution, begin, end, before, v, v == v_end);
+    const Vector jump = kind == Jump::is_impact ? Vector(Vector::Zero(v.size())) : Vector(v - before);
+    before = v_end;
+    if (kind == Jump::is_both) continue;
     const auto cuts = cuts_of(motion, piece, reference.events, [](const Event&) { return true; });
     for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
       const double h = cuts[k + 1] - cuts[k];

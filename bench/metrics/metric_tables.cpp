@@ -1,8 +1,11 @@
 #include "bench/metrics/metric_tables.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "bench/metrics/metrics.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -12,6 +15,11 @@ using M = MeasuredRun;
 
 auto metric(auto member) {
   return [=](const M& run) { return run.metrics.*member; };
+}
+
+/// Nothing without a reference motion, which every run with one has a distance from.
+auto events(int Metrics::*member) {
+  return [=](const M& run) { return when(!std::isnan(run.metrics.position_error), run.metrics.*member); };
 }
 
 /// What run it is, then `quantities`.
@@ -32,8 +40,8 @@ Table motion_table(const std::vector<M>& runs) {
           {"velocity, integral", "", "{:.2e}", metric(&Metrics::velocity_error)},
           {"velocity at the end", "", "{:.2e}", metric(&Metrics::end_velocity_error)},
           {"event times", "s", "{:.2e}", metric(&Metrics::event_time_error)},
-          {"missed", "", "{}", metric(&Metrics::missed_events)},
-          {"spurious", "", "{}", metric(&Metrics::spurious_events)},
+          {"missed", "", "{}", events(&Metrics::missed_events)},
+          {"spurious", "", "{}", events(&Metrics::spurious_events)},
           {"impulses", "N s", "{:.2e}", metric(&Metrics::impulse_error)},
           {"energy", "J", "{:+.2e}", metric(&Metrics::energy_error)},
           {"linear momentum", "N s", "{:.2e}", metric(&Metrics::momentum_error)},
@@ -41,12 +49,15 @@ Table motion_table(const std::vector<M>& runs) {
           {"digits of the reference", "", "{:.1f}",
            [](const M& m) { return when(m.reference_error > 0, std::log10(m.solution_size / m.reference_error)); }},
       });
-  return table_of("Errors of the motion", columns, runs,
-      "Against an event-located motion: the largest error of a coordinate at any time, the integral of that "
-      "of v over the time, which an impact that is late by dt hurts by dt and not by its jump; velocity, "
-      "energy (with its sign) and momentum of the bodies about the origin at the end, none with an impact in "
-      "the last hundredth of the time. Events are those of one contact and kind that are nearest to each "
-      "other seen from both sides; the rest is missed, or spurious. Runs above 20000 steps are left out.");
+  return table_of(
+      "Errors of the motion", columns, runs,
+      fmt::format(
+          "Against an event-located motion: the largest error of a coordinate at any time, the integral of that "
+          "of v over the time, which an impact that is late by dt hurts by dt and not by its jump; velocity, "
+          "energy (with its sign) and momentum of the bodies about the origin at the end, none with an impact in "
+          "the last hundredth of the time. Events are those of one contact and kind that are nearest to each "
+          "other seen from both sides; the rest is missed, or spurious. Runs of more than {} steps are left out.",
+          kMostMeasuredSteps));
 }
 
 Table impact_table(const std::vector<M>& runs) {
@@ -58,10 +69,11 @@ Table impact_table(const std::vector<M>& runs) {
                                             {"Coulomb cone", "m/s", "{:.2e}", metric(&Metrics::cone)},
                                             {"maximum dissipation", "m/s", "{:.2e}", metric(&Metrics::dissipation)},
                                         });
-  return table_of("Residuals by law, impacts", columns, runs,
+  return table_of(
+      "Residuals by law, impacts", columns, runs,
       "Largest over the motion, and over the impacts that the method tells: Signorini, the gap at which an "
-      "impulse acts; restitution, |min(v_n+ + e v_n-, W Lambda_n)| with the Delassus entry W of the contact; "
-      "Coulomb cone, W (|Lambda_t| - mu Lambda_n); maximum dissipation, |v_t| + Lambda_t' v_t / (mu Lambda_n). "
+      "impulse acts; restitution, |min(v_n+ + e v_n-, W Lambda_n)| with the diagonal entry W of the Delassus operator, under Newton's hypothesis; "
+      "Coulomb cone, W max(0, |Lambda_t| - mu Lambda_n); maximum dissipation, |v_t| + Lambda_t' v_t / (mu Lambda_n). "
       "'-' where no impact, friction or constraint is.");
 }
 
@@ -73,11 +85,12 @@ Table contact_table(const std::vector<M>& runs) {
                            {"Coulomb cone", "m/s", "{:.2e}", metric(&Metrics::contact_cone)},
                            {"maximum dissipation", "J", "{:.2e}", metric(&Metrics::contact_dissipation)},
                        });
-  return table_of("Residuals by law, lasting contact", columns, runs,
+  return table_of(
+      "Residuals by law, persistent contact", columns, runs,
       "Where the reference motion has a closed contact, with the forces lambda that the motion needs, as the method "
       "interpolates it between its steps (least squares of the equations of motion): Signorini, the largest gap; integrals over the time of W max(0, -lambda_n), of "
       "W max(0, |lambda_t| - mu lambda_n) and of |mu lambda_n |v_t| + lambda_t' v_t|. '-' without friction, and where "
-      "contacts are redundant, so that the motion does not determine forces.");
+      "contacts are redundant at some time, so that the motion does not determine forces.");
 }
 
 }  // namespace
@@ -86,10 +99,10 @@ void show_metrics(const std::vector<MeasuredRun>& runs, Section& section) {
   if (runs.empty()) return;
   section.details("motions", motion_table(runs));
   section.details("laws", impact_table(runs));
-  std::vector<M> lasting;
-  std::ranges::copy_if(runs, std::back_inserter(lasting),
+  std::vector<M> persistent;
+  std::ranges::copy_if(runs, std::back_inserter(persistent),
                        [](const M& run) { return !std::isnan(run.metrics.contact_gap); });
-  if (!lasting.empty()) section.details("contacts", contact_table(lasting));
+  if (!persistent.empty()) section.details("contacts", contact_table(persistent));
 }
 
 }  // namespace ricochet

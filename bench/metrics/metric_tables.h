@@ -19,7 +19,7 @@ struct MeasuredRun {
 
 /// Adds three tables, a line per run each: "motions", errors against the reference motion at all times, of events,
 /// impulses, momentum and energy; "laws", how deep bodies are in each other, and residuals by law in impacts; "contacts",
-/// residuals by law in contacts that last. Of no run, or no such contact, none.
+/// residuals by law in persistent contact. Of no run, or no such contact, none.
 void show_metrics(const std::vector<MeasuredRun>& runs, Section& section);
 
 }  // namespace ricochet

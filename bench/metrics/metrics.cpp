@@ -32,7 +32,7 @@ void compare_motions(const Problem& problem, const Motion& motion, const Solutio
     const double begin = motion.begin_of(piece), end = motion.end_of(piece);
     motion.within(piece, std::clamp((t - begin) / (end - begin), 0.0, 1.0), q, v);
     truth.at(std::clamp(t, truth.begin(), truth.end()), true_q, true_v);
-    raise(metrics.position_error, largest((q - true_q).head(n)));
+    raise_to(metrics.position_error, largest((q - true_q).head(n)));
     return largest((v - true_v).head(n));
   };
   for (std::size_t piece = 0; piece < motion.n_pieces(); ++piece) {
@@ -53,7 +53,7 @@ void compare_samples(const Problem& problem, const Solution& solution, const Mot
   Vector q, v;
   for (const Sample& sample : solution.samples) {
     truth.at(std::clamp(sample.t, truth.begin(), truth.end()), q, v);
-    raise(metrics.position_error, largest((sample.q - q).head(n)));
+    raise_to(metrics.position_error, largest((sample.q - q).head(n)));
   }
 }
 
@@ -103,9 +103,9 @@ void compare_events(const Solution& solution, const Solution& reference, Metrics
       const std::size_t partner = nearest(events, truth[k]->t);
       if (nearest(truth, events[partner]->t) != k) continue;
       ++pairs;
-      raise(metrics.event_time_error, std::abs(events[partner]->t - truth[k]->t));
+      raise_to(metrics.event_time_error, std::abs(events[partner]->t - truth[k]->t));
       if (key.second == EventKind::impact && events[partner]->Lambda_n.size() > 0)
-        raise(metrics.impulse_error, std::abs(events[partner]->Lambda_n[key.first] - truth[k]->Lambda_n[key.first]));
+        raise_to(metrics.impulse_error, std::abs(events[partner]->Lambda_n[key.first] - truth[k]->Lambda_n[key.first]));
     }
   }
   metrics.missed_events = static_cast<int>(reference.events.size() - pairs);
@@ -141,11 +141,12 @@ Metrics measure_metrics(const Problem& problem, const Solution& solution, const 
     for (const double s : {0.5, 1.0}) {
       solution.motion.within(piece, s, q, v);
       const Vector gap = problem.gap(q);
-      for (const int i : info.bilateral) raise(metrics.constraint_drift, std::abs(gap[i]));
+      for (const int i : info.bilateral) raise_to(metrics.constraint_drift, std::abs(gap[i]));
     }
   }
   measure_impacts(problem, solution, metrics);
-  if (reference != nullptr && !solution.motion.empty()) measure_contacts(problem, solution, *reference, metrics);
+  if (reference != nullptr && !solution.motion.empty())
+    measure_persistent_contact(problem, solution, *reference, metrics);
   return metrics;
 }
 

@@ -18,8 +18,8 @@ inline constexpr int kMostMeasuredSteps = 20000;
 
 /// The metrics of a run with its motion (Recording::motion).
 ///
-/// Integrals over the time are sums over the pieces of the motion, cut where the reference has an impact, by three points
-/// of Gauss; largest values are those at their ends and at these points; of a method that tells no motion, those at its
+/// Integrals over the time are sums over the pieces of the motion, cut where the reference has an impact, by three Gauss
+/// points; largest values are those at their ends and at these points; of a method that tells no motion, those at its
 /// grid points, and there is no integral. Events are those of the same contact and kind that are nearest to each other in
 /// time, seen from both sides; the others are missed or spurious. Residuals of the laws: law_residuals.h.
 ///

@@ -90,10 +90,11 @@ std::string statement_html(const std::string& scene) {
 /// Of a scene of any number of bodies (assembled_problem.h).
 std::string assembled_equations_html() {
   return site_heading("Equations", "equations") +
-         tex_line("M\\,\\dot v = f + \\sum_i \\left( J_n^i \\lambda_n^i + J_t^i \\lambda_t^i \\right), \\qquad M = "
-                  "\\operatorname{diag}(m), \\qquad J_n^i = \\nabla f_c^i") +
-         "<p>Constant masses and forces, and contacts that are copies of a few: what they are stands above. The number of "
-         "bodies is a parameter, so no formulas of all coordinates are printed.</p>\n";
+         tex_line(
+             "M\\,\\dot v = f + \\sum_i \\left( J_n^i \\lambda_n^i + J_t^i \\lambda_t^i \\right), \\qquad M = "
+             "\\operatorname{diag}(m), \\qquad J_n^i = \\nabla f_c^i") +
+         "<p>Constant masses and forces, and contacts that are copies of a few, as the file of the scene states them. "
+         "How many there are is a parameter, so formulas of all coordinates are not printed.</p>\n";
 }
 
 /// Events as marks over time, a line per contact.
@@ -231,15 +232,15 @@ std::string speed_html(const std::vector<ShownResults>& list, const std::string&
   for (const auto& shown : list) {
     const auto all = shown.results.all<FastestRun>();
     const auto names = names_in(all, id);
-    std::ranges::copy_if(all, std::back_inserter(runs), [&](const FastestRun& run) {
-      return run.solver == "new" && names.contains(run.scene);
-    });
+    std::ranges::copy_if(all, std::back_inserter(runs),
+                         [&](const FastestRun& run) { return run.solver == "new" && names.contains(run.scene); });
     if (!runs.empty()) break;  // times of one session
   }
   const std::string heading = site_heading("Who solves it fastest", "fastest");
   if (runs.empty())
-    return heading + "<p>No results of this site say: experiments <code>opponents</code> and <code>classes</code> do of "
-                     "their scenes.</p>\n";
+    return heading +
+           "<p>No results of this site say: experiments <code>opponents</code> and <code>classes</code> do of "
+           "their scenes.</p>\n";
   return heading + choice_table(runs).html();
 }
 

@@ -118,13 +118,15 @@ std::optional<Scheme> statement_of(const std::string& scene) {
   if (!fs::is_directory(scenes)) return std::nullopt;
   for (const auto& entry : fs::directory_iterator(scenes)) {
     const std::string source = read_text(entry.path());
-    const auto text = source.find(fmt::format("\"{}\",", scene));
-    if (text == std::string::npos) continue;
+    const auto text = source.find(fmt::format("\"{}\",", scene));  // its SceneText, the id first
+    if (text == std::string::npos || source.substr(0, text).find("SceneText") == std::string::npos) continue;
     const auto lines = lines_of(source.substr(0, text));
     Scheme statement{fs::relative(entry.path(), root).string(), ""};
     for (std::size_t begin = 0, end = 0; begin < lines.size(); begin = end + 1) {
       for (end = begin; end < lines.size() && comment_line(lines[end], "//");) ++end;
-      if (end - begin >= kLeast) statement.text = head_comment({lines.begin() + static_cast<std::ptrdiff_t>(begin), lines.begin() + static_cast<std::ptrdiff_t>(end)});
+      if (end - begin >= kLeast)
+        statement.text = head_comment(
+            {lines.begin() + static_cast<std::ptrdiff_t>(begin), lines.begin() + static_cast<std::ptrdiff_t>(end)});
     }
     return statement;
   }

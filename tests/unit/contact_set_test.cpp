@@ -157,7 +157,7 @@ TEST(ContactSolvers, ShowsSolversOnProblemsOfEachSize) {
   EXPECT_EQ(many.n_problems(), 2u);
   EXPECT_EQ(many.solved(0), 0);
   const Table table = solver_table(solves, 1e-8);
-  EXPECT_EQ(table.rows[0], (std::vector<std::string>{"pgs", "3", "1", "1 (1)", "-", "-", "-", "-"}));
+  EXPECT_EQ(table.rows[0], (std::vector<std::string>{"pgs", "3", "1", "1 (1)", "-", "-", "-", "0 (0)"}));
   EXPECT_EQ(table.rows[1][3], "1e+03 (2e+03)") << "the median of 3 us and 2 ms";
   EXPECT_EQ(recorded_conditioning(solves).rows.back()[1], "3");
   EXPECT_EQ(solver_scene_table(solves, 1e-8).rows.size(), 4u);

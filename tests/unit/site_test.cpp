@@ -175,7 +175,8 @@ TEST_F(Site, GivesWhatAPaperNeeds) {
   EXPECT_EQ(sources.find("@book{"), std::string::npos) << "sources of other methods";
   EXPECT_NE(cite.find("@software{ricochet,"), std::string::npos);
   EXPECT_NE(cite.find("id=\"fesd_j\""), std::string::npos);
-  EXPECT_EQ(cite.find("@article{fesd_j,"), cite.rfind("@article{fesd_j,")) << "once, whatever methods it is a source of";
+  EXPECT_EQ(cite.find("@article{fesd_j,"), cite.rfind("@article{fesd_j,"))
+      << "once, whatever methods it is a source of";
 }
 
 TEST_F(Site, TellsOfItsHistory) {

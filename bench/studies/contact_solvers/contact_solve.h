@@ -21,7 +21,7 @@ struct ContactSolve {
   std::string solver;
   std::string status;    ///< "solved", or the reason why not; "declined"
   double violation = 0;  ///< of the laws with the disc, relative; NaN where there is no solution
-  double seconds = 0;    ///< CPU time from zero, median
+  double seconds = 0;    ///< CPU time from zero, median, with the making of the solver
   std::int64_t pivots = 0, iterations = 0, factorizations = 0;
 
   bool is_solved(double accuracy) const { return status == "solved" && violation <= accuracy; }

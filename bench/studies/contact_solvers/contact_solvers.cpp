@@ -24,9 +24,9 @@ ContactSolve row_of(const StoredContactProblem& stored, const Conditioning& how_
           .redundant = how_hard.redundant,
           .condition = how_hard.condition,
           .solver = solver,
-          .status = is_declined                                 ? "declined"
+          .status = is_declined                                ? "declined"
                     : solution.status == ContactStatus::solved ? "solved"
-                                                                : reason_of(solution.status),
+                                                               : reason_of(solution.status),
           .violation = is_declined ? std::numeric_limits<double>::quiet_NaN() : solution.violation,
           .seconds = solution.seconds,
           .pivots = solution.work.pivots,
@@ -72,18 +72,22 @@ void show_contact_solvers(const Results& results, Section& section) {
   constexpr int kMany = 4;
   const auto solves = results.all<ContactSolve>();
   const double accuracy = results.header.value("accuracy", 1e-8);
-  section.result("solvers", solver_table(solves, accuracy));
+  Table solvers = solver_table(solves, accuracy);
+  for (const std::string name : results.header.value("not_built", nlohmann::json::array()))
+    solvers.note += fmt::format(" {} was not built.", name);
+  section.result("solvers", solvers);
   for (const int least : {1, kMany}) {
     const std::string of = least == 1 ? "" : fmt::format(" with {} contacts or more", least);
     const std::string name = least == 1 ? "profile" : fmt::format("profile_{}_contacts", least);
     const PerformanceProfile profile = contact_profile(solves, least, accuracy);
     if (profile.n_problems() == 0) continue;
-    profile.show(section, name, "Performance profiles over recorded contact problems" + of,
-                 fmt::format("Share of {} contact problems{} that are solved from zero, to a violation of the laws of at "
-                             "most {:g}, in at most tau times the CPU time of the fastest; one that is not takes "
-                             "infinitely long (Dolan, Moré 2002).",
-                             profile.n_problems(), of, accuracy),
-                 results.experiment() + "_" + name);
+    profile.show(
+        section, name, "Performance profiles over recorded contact problems" + of,
+        fmt::format("Share of {} contact problems{} that are solved from zero, to a violation of the laws of at "
+                    "most {:g}, in at most tau times the CPU time of the fastest; one that is not takes "
+                    "infinitely long (Dolan, Moré 2002).",
+                    profile.n_problems(), of, accuracy),
+        results.experiment() + "_" + name);
   }
   section.details("conditioning", recorded_conditioning(solves));
   section.details("scenes", solver_scene_table(solves, accuracy));

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <list>
 #include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 #include "bench/experiment_file.h"
 #include "bench/metrics/metrics.h"
@@ -101,6 +104,7 @@ struct Attempt {
   Settings settings;
   std::function<Solution()> run;
   double error = 0, seconds = 0;
+  std::int64_t steps = 0;  ///< that it took
 };
 
 /// All runs of a family on a scene, with a first impression of their time.
@@ -129,7 +133,7 @@ std::vector<Attempt> attempts(const Family& family, const Problem& problem, cons
       }
       for (int k = 1; k < kFirstImpressions && seconds < 0.05; ++k)
         seconds = std::min(seconds, seconds_of(run, solution));
-      list.push_back({&contender, settings, run, reference.error_of(solution), seconds});
+      list.push_back({&contender, settings, run, reference.error_of(solution), seconds, solution.counters.steps});
     }
   }
   return list;
@@ -156,6 +160,42 @@ void write(const Attempt& attempt, const Timing& timing, const ProblemChoice& ch
   row.lower_quartile = 1e6 * timing.lower_quartile;
   row.upper_quartile = 1e6 * timing.upper_quartile;
 }
+
+/// Looks at the motions of runs, of each once.
+class Looker {
+ public:
+  Looker(const Problem& problem, const reference::Reference& reference) : problem_(problem), reference_(reference) {}
+
+  Metrics at(const Attempt& attempt) {
+    const Method& method = *attempt.contender->method;
+    const Settings& settings = attempt.settings;
+    const auto [known, is_new] =
+        known_.try_emplace({method.info().id, setting_text(settings.steps, settings.tolerance)});
+    if (is_new && attempt.steps <= kMostMeasuredSteps) known->second = metrics_of(method, settings);
+    return known->second;
+  }
+
+ private:
+  Metrics metrics_of(const Method& method, Settings settings) {
+    if (!truth_) truth_ = motion_of_reference();
+    settings.recording = Recording::motion;
+    settings.time_limit = 0;
+    const Solution solution = method.solve(problem_, settings);
+    return solution.succeeded() ? measure_metrics(problem_, solution, *truth_ ? &**truth_ : nullptr) : Metrics();
+  }
+
+  /// The times of a scene are not lost with the motion of its reference.
+  std::optional<Solution> motion_of_reference() const try {
+    return reference_motion(problem_, reference_);
+  } catch (const InputError&) {  // it has contacts that no event-located run can follow
+    return std::nullopt;
+  }
+
+  const Problem& problem_;
+  const reference::Reference& reference_;
+  std::optional<std::optional<Solution>> truth_;  // outside: whether it was asked for
+  std::map<std::pair<std::string, std::string>, Metrics> known_;
+};
 
 /// The runs of every family that may be the fastest at a level, measured together.
 std::vector<FastestRun> run_scene(const Plan& plan, const Scene& scene) {
@@ -188,24 +228,13 @@ std::vector<FastestRun> run_scene(const Plan& plan, const Scene& scene) {
     for (const Family& family : plan.families) compete(family, solver);
   }
   const auto timings = measure(timed, plan.quick, [](double) {});
-  std::map<const Attempt*, Metrics> looked_at;
-  const std::optional<Solution> truth = reference_motion(*problem, reference);
-  const auto metrics_of = [&](const Attempt* a) {
-    const auto [known, is_new] = looked_at.try_emplace(a);
-    if (is_new) {
-      Settings settings = a->settings;
-      settings.recording = Recording::motion;
-      known->second =
-          measure_metrics(*problem, a->contender->method->solve(*problem, settings), truth ? &*truth : nullptr);
-    }
-    return known->second;
-  };
+  Looker look(*problem, reference);
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const auto median = [&](const Attempt* a) { return timings[measured.at(a)].median; };
     const auto fastest = std::ranges::min_element(contenders[k], {}, median);
     if (fastest == contenders[k].end()) continue;
     write(**fastest, timings[measured.at(*fastest)], scene.choice, rows[k]);
-    if ((*fastest)->settings.steps <= kMostMeasuredSteps) rows[k].metrics = metrics_of(*fastest);
+    rows[k].metrics = look.at(**fastest);
     rows[k].solution_size = reference.size();
   }
   return rows;

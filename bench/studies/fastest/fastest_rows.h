@@ -47,7 +47,7 @@ Table choice_table(const std::vector<FastestRun>& runs);
 /// Levels that a family does not reach, and those that the reference cannot judge, with the reason.
 Table unreached_table(const std::vector<FastestRun>& runs);
 
-/// The runs that the table above names, each once.
+/// The runs of choice_table() whose motion was looked at, each once.
 std::vector<MeasuredRun> measured_runs(const std::vector<FastestRun>& runs);
 
 }  // namespace ricochet

@@ -132,11 +132,12 @@ Record GridRun::run(const Job& job, const std::string& instead_of) const {
     record.solution_size = reference_->size();
     if (solution.succeeded()) record.error = reference_->error_of(solution);
   }
-  if (experiment_.with_metrics && job.steps <= kMostMeasuredSteps && solution.succeeded()) {
+  if (experiment_.with_metrics && solution.succeeded() && solution.counters.steps <= kMostMeasuredSteps) {
     settings.audit = false;
     settings.recording = Recording::motion;
-    record.metrics = measure_metrics(*problem_, method->solve(*problem_, settings),
-                                     reference_motion_ ? &*reference_motion_ : nullptr);
+    const Solution recorded = method->solve(*problem_, settings);
+    if (recorded.succeeded())
+      record.metrics = measure_metrics(*problem_, recorded, reference_motion_ ? &*reference_motion_ : nullptr);
   }
   return record;
 }

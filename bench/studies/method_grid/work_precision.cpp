@@ -76,7 +76,7 @@ Section::Chart work_precision_chart(const GridResults& results) {
                                {"family", family_title(curve_family(method))}});
     for (const Record* run : runs) {
       if (run->has_error() && results.timing_of(*run)) data["runs"].push_back(run_of(results, *run, index));
-      if (!run->succeeded()) data["failures"].push_back(failure_of(results, *run, index));
+      if (!run->succeeded() && run->status != "not_built") data["failures"].push_back(failure_of(results, *run, index));
     }
   }
   return {.kind = "work_precision",

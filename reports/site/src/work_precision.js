@@ -1,5 +1,5 @@
 // Work over error: a curve per method, a mark per run. What a run is stands beside the pointer, or the keyboard's focus.
-// Runs without a solution have neither: they are crosses in a column beside the axes.
+// Runs without a solution have no error: they are crosses in a column beside the axes.
 import { Delaunay } from "d3-delaunay";
 import { line } from "d3-shape";
 import { element, menu } from "./dom.js";
@@ -74,7 +74,8 @@ export function drawWorkPrecision(place, data) {
     const [least, most] = logDomain(runs.map((r) => r[state.error]));
     const isOnEdge = most > 1.6 * LARGEST_ERROR && least < LARGEST_ERROR;
     const { svg, area, x, y } = axes({
-      width: state.width, height, xLabel, yLabel, label: `${yLabel} over ${xLabel}, ${runs.length} runs`, beside,
+      width: state.width, height, xLabel, yLabel, beside,
+      label: `${yLabel} over ${xLabel}, ${runs.length} runs${failures.length ? `, ${failures.length} without a solution` : ""}`,
       xDomain: [least, isOnEdge ? LARGEST_ERROR : most], yDomain: logDomain(runs.map((r) => r[state.work])),
     });
     x.clamp(true);
