@@ -14,7 +14,6 @@
 namespace ricochet {
 namespace {
 
-constexpr int kMaxContactsOfLemke = 100;  // where its dense pivoting takes about a second
 constexpr double kTooLongToRepeat = 1;    // [s]
 constexpr int kFewRuns = 3;
 constexpr double kLongEnough = 1e-3;       // [s]; shorter solves are timed many together
@@ -98,10 +97,10 @@ ContactSolution solve_stored(const StoredContactProblem& stored, const std::stri
 
 std::vector<std::string> usual_solvers(const ContactProblem& problem) {
   std::vector<std::string> solvers;
-  if (problem.G.n_contacts() <= kMaxContactsOfLemke) solvers.push_back("lemke");
+  if (problem.G.n_contacts() <= kMostContactsOfLemke) solvers.push_back("lemke");
   for (const char* solver : {"exact", "pgs", "newton", "interior_point", "admm", "staggered"})
     solvers.push_back(solver);
-  if (has_siconos_contact_solver() && problem.G.n_contacts() <= kMaxContactsOfLemke) solvers.push_back("siconos");
+  if (has_siconos_contact_solver() && problem.G.n_contacts() <= kMostContactsOfLemke) solvers.push_back("siconos");
   return solvers;
 }
 

@@ -42,6 +42,9 @@ enum class Timer { benchmark, a_few_runs };
 ContactSolution solve_stored(const StoredContactProblem& stored, const std::string& solver, bool from_guess,
                              Timer timer = Timer::benchmark);
 
+/// Above, the dense pivoting of lemke takes seconds.
+inline constexpr int kMostContactsOfLemke = 100;
+
 /// The solvers of this build, of those that end in reasonable time.
 std::vector<std::string> usual_solvers(const ContactProblem& problem);
 

@@ -15,7 +15,6 @@ namespace {
 
 constexpr double kNotSolved = std::numeric_limits<double>::infinity();
 constexpr double kHardCondition = 1e6;
-constexpr int kMostContactsOfLemke = 100;
 // Velocities below this part of the largest are zero in a solution that fulfils the laws to 1e-8.
 constexpr double kZeroVelocity = 1e-7;
 

@@ -1,6 +1,10 @@
 // The study of the fastest runs: only runs that reach an error compete, and what its tables say of them.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <set>
+#include <utility>
+
 #include "bench/studies/fastest/choice.h"
 #include "bench/studies/fastest/fastest_rows.h"
 #include "tests/small_experiment.h"
@@ -26,6 +30,10 @@ TEST(FastestStudy, OnlyRunsThatReachTheErrorCompete) {
     ++reached;
     EXPECT_LE(run.error, run.level) << run.family << " " << run.level;
     EXPECT_GE(run.error, 0.1 * run.uncertainty);
+    EXPECT_TRUE(run.metrics.are_known) << run.method;
+    EXPECT_LT(run.metrics.position_error, 1) << "a finite one";
+    EXPECT_FALSE(std::isnan(run.metrics.contact_dissipation)) << "the block stays on the belt";
+    EXPECT_GT(run.solution_size, 0);
   }
   EXPECT_GE(reached, 8) << "both reach the first two levels";
   const auto kept = runs_of_solver(runs, "kept");
@@ -36,6 +44,11 @@ TEST(FastestStudy, OnlyRunsThatReachTheErrorCompete) {
     EXPECT_EQ(kept[k].is_reached(), runs[k].is_reached()) << "to keep a solver changes no error";
   }
   EXPECT_FALSE(runs[2].is_reached()) << "no scheme of order one reaches 1e-10";
+  std::set<std::pair<std::string, std::string>> winners;
+  for (const FastestRun& run : runs) {
+    if (run.is_reached()) winners.emplace(run.method, run.setting);
+  }
+  EXPECT_EQ(measured_runs(runs).size(), winners.size()) << "each once, whatever levels and solvers it wins";
 }
 
 class FastestTables : public testing::Test {

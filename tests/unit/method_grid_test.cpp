@@ -1,7 +1,9 @@
 // The runs of a grid of methods and settings, as their rows say.
 #include <gtest/gtest.h>
 
+#include "bench/studies/method_grid/curve_style.h"
 #include "bench/studies/study.h"
+#include "methods/registry.h"
 #include "reports/record.h"
 #include "reports/text_file.h"
 #include "tests/small_experiment.h"
@@ -88,6 +90,16 @@ TEST(MethodGrid, AFailureIsASurpriseUntilItIsAnswered) {
   EXPECT_EQ(surprises_of({failed, answer}), 0);
   answer.steps = 20;
   EXPECT_EQ(surprises_of({failed, answer}), 1) << "the answer to another setting";
+}
+
+/// Charts show what locates events as one family, whatever a method is registered as.
+TEST(MethodGrid, EventDrivenMethodsAreAFamily) {
+  for (const auto& entry : methods()) {
+    const bool locates = entry.name.ends_with("event_driven") || entry.name == "cvode" || entry.name == "ida" ||
+                         entry.name == "arkode";
+    for (const auto& example : entry.examples) EXPECT_EQ(curve_family(example) == "event-driven", locates) << example;
+  }
+  EXPECT_EQ(family_title(curve_family("time_freezing:gauss:2")), "Time freezing, Gauss");
 }
 
 }  // namespace
