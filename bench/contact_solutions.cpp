@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <limits>
 
 #include "bench/timing.h"
@@ -14,18 +13,11 @@
 namespace ricochet {
 namespace {
 
-constexpr double kTooLongToRepeat = 1;    // [s]
+constexpr double kTooLongToRepeat = 1;  // [s]
 constexpr int kFewRuns = 3;
 constexpr double kLongEnough = 1e-3;       // [s]; shorter solves are timed many together
 constexpr double kLeast = 1e-7;            // [s]; of a solve that the clock takes for none
 constexpr int kMostRowsOfInternal = 1000;  // above, the eigenvalues take longer than the solvers
-
-/// CPU time of this thread [s].
-double now() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 Vector velocities(const ContactProblem& problem, const Vector& r) {
   Vector w(problem.G.n_rows());
@@ -63,9 +55,9 @@ ContactSolution solve_stored(const StoredContactProblem& stored, const std::stri
     solution.status = solve_afresh(problem, options, solution.r, solution.work);
   };
   const auto seconds_of = [&](int solves) {
-    const double begin = now();
+    const double begin = cpu_seconds();
     for (int k = 0; k < solves; ++k) solve();
-    return (now() - begin) / solves;
+    return (cpu_seconds() - begin) / solves;
   };
   solution.seconds = seconds_of(1);
   if (solution.seconds < kTooLongToRepeat && timer == Timer::benchmark) {

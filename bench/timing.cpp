@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 
 #include "reports/quantile.h"
 
@@ -37,6 +38,12 @@ class Collector final : public benchmark::BenchmarkReporter {
 };
 
 }  // namespace
+
+double cpu_seconds() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
 
 double seconds_of(const std::function<Solution()>& run, Solution& solution) {
   const auto begin = std::chrono::steady_clock::now();

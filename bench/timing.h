@@ -19,6 +19,9 @@ struct TimedRun {
 /// Wall time of a run, or what it says itself where it was in another process [s]. @param solution  out
 double seconds_of(const std::function<Solution()>& run, Solution& solution);
 
+/// CPU time of this process so far [s].
+double cpu_seconds();
+
 /// CPU times by Google Benchmark: after a warm-up, every run is repeated (9 times; 3 times when it takes over 0.2 s or
 /// `quick`), each repetition long enough for the clock, all repetitions of all runs in random order, so that a slow
 /// moment of the machine meets all alike. Runs in other processes are believed: Solution::own_seconds.

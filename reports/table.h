@@ -36,9 +36,9 @@ struct Table {
   std::string csv() const;
 };
 
-/// The different values of a field of some rows, in the order in which they come.
-template <class Row, class Value>
-std::vector<Value> different(const std::vector<Row>& rows, Value Row::*field) {
+/// The different values of a field of some rows, perhaps one of a base, in the order in which they come.
+template <class Row, class Value, class Base>
+std::vector<Value> different(const std::vector<Row>& rows, Value Base::*field) {
   std::vector<Value> values;
   for (const Row& row : rows) {
     if (std::find(values.begin(), values.end(), row.*field) == values.end()) values.push_back(row.*field);

@@ -53,10 +53,10 @@ void add_report_command(CLI::App& app, int& exit_code) {
     if (!command->get_subcommands().empty()) return;
     if (results.empty()) throw InputError("results", "''", "results files are required");
     require_writable_folder("folder of the page", folder);
-    if (!history.empty()) history_page(history);  // a damaged one before a page is written
+    const auto more = history_pages(history);  // a damaged one before a page is written
     const auto list = shown_list(results);
     fmt::print("report: {}\n", write_page(list, folder, with_pdf));
-    fmt::print("site: {}\n", write_report_site(list, folder, history));
+    fmt::print("site: {}\n", write_report_site(list, folder, more));
   });
 }
 

@@ -60,7 +60,7 @@ int run_and_show(const ExperimentCommand& command) {
   if (command.prints_experiment) return 0;
   require_writable_folder("results folder", command.run.folder);
   if (!command.page.empty()) require_writable_folder("folder of the page", command.page);
-  if (!command.history.empty()) history_page(command.history);  // a damaged one before the runs, not behind them
+  const auto history = history_pages(command.history);  // a damaged one before the runs, not behind them
   std::vector<std::string> paths;
   int failed = 0;
   for (const auto& part : parts) {
@@ -81,7 +81,7 @@ int run_and_show(const ExperimentCommand& command) {
     std::vector<ShownResults> list;
     for (const auto& path : paths) list.push_back(shown_results(path));
     fmt::print("page: {}\n", write_page(list, command.page));
-    fmt::print("site: {}\n", write_report_site(list, command.page, command.history));
+    fmt::print("site: {}\n", write_report_site(list, command.page, history));
   }
   return failed > 0 ? 1 : 0;
 }

@@ -18,6 +18,10 @@ constexpr double kHardCondition = 1e6;
 // Velocities below this part of the largest are zero in a solution that fulfils the laws to 1e-8.
 constexpr double kZeroVelocity = 1e-7;
 
+bool is_solved(const ContactSolution& solution, double accuracy) {
+  return solution.status == ContactStatus::solved && solution.violation <= accuracy;
+}
+
 }  // namespace
 
 Conditioning conditioning_of(const StoredContactProblem& stored) {
@@ -77,10 +81,6 @@ ContactSolution solve_of_set(const StoredContactProblem& stored, const std::stri
   return none;
 }
 
-bool is_solved(ContactStatus status, double violation, double accuracy) {
-  return status == ContactStatus::solved && violation <= accuracy;
-}
-
 ContactSetSolutions solve_set(const std::vector<StoredContactProblem>& problems,
                               const std::vector<std::string>& solvers) {
   ContactSetSolutions set{.solvers = solvers, .solutions = {}};
@@ -95,10 +95,7 @@ PerformanceProfile ContactSetSolutions::profile(double accuracy) const {
   std::vector<std::vector<double>> costs;
   for (const auto& of_solver : solutions) {
     auto& row = costs.emplace_back();
-    for (const auto& solution : of_solver) {
-      const bool counts = is_solved(solution.status, solution.violation, accuracy);
-      row.push_back(counts ? solution.seconds : kNotSolved);
-    }
+    for (const auto& solution : of_solver) row.push_back(is_solved(solution, accuracy) ? solution.seconds : kNotSolved);
   }
   return {solvers, costs};
 }
@@ -119,7 +116,7 @@ Table internal_force_table(const std::vector<StoredContactProblem>& problems, co
     double size = 0;
     for (std::size_t s = 0; s < set.solvers.size(); ++s) {
       const ContactSolution& solution = set.solutions[s][p];
-      if (!is_solved(solution.status, solution.violation, accuracy) || solution.r.norm() == 0) continue;
+      if (!is_solved(solution, accuracy) || solution.r.norm() == 0) continue;
       if (least.size() == 0) {
         least = redundant.least_norm(problem, solution.r, kZeroVelocity);
         size = least.norm();

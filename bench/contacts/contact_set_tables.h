@@ -20,13 +20,9 @@ Conditioning conditioning_of(const StoredContactProblem& stored);
 /// A line per scene, and one of all.
 Table conditioning_table(const std::vector<Conditioning>& problems);
 
-/// From zero, by a new solver, with its time (Timer::a_few_runs). What a solver declines, and lemke above 100 contacts, is not solved, with
-/// the time zero.
+/// From zero, by a new solver, with its time (Timer::a_few_runs). What a solver declines, and lemke above
+/// kMostContactsOfLemke, is not solved, with the time zero.
 ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver);
-
-/// Whether a solution counts: the status is `solved`, and the violation of the laws with the disc at most `accuracy`,
-/// whatever the solver's own tolerance.
-bool is_solved(ContactStatus status, double violation, double accuracy);
 
 /// What solvers make of a set of contact problems.
 struct ContactSetSolutions {

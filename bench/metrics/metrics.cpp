@@ -10,6 +10,7 @@
 #include "bench/metrics/momentum.h"
 #include "bench/metrics/motion_integral.h"
 #include "bench/penetration.h"
+#include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
@@ -114,13 +115,15 @@ void compare_events(const Solution& solution, const Solution& reference, Metrics
 
 }  // namespace
 
-std::optional<Solution> reference_motion(const Problem& problem, const reference::Reference& reference) {
+std::optional<Solution> reference_motion(const Problem& problem, const reference::Reference& reference) try {
   Solution motion = reference::integrate_event_located(
       problem, {.tolerance = kMotionTolerance, .time_limit = kMotionLimit, .records_motion = true});
   if (!motion.succeeded() || motion.motion.empty()) return std::nullopt;
   const double distance =
       reference::final_state_difference(motion.q, motion.v, reference.solution.q, reference.solution.v);
   return distance <= kSameMotion * reference.size() ? std::optional(std::move(motion)) : std::nullopt;
+} catch (const InputError&) {  // it has contacts that no event-located run can follow
+  return std::nullopt;
 }
 
 Metrics measure_metrics(const Problem& problem, const Solution& solution, const Solution* reference) {

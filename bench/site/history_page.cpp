@@ -53,12 +53,17 @@ SitePage history_page(const std::string& folder) try {
       "and lie, marked so, in the files of <code>./run history</code>.</p>\n";
   const std::string figure = read_text(root / "history.svg");
   if (const auto svg = figure.find("<svg"); svg != std::string::npos)  // without gnuplot there is none
-    page.html += "<figure class=\"history\" role=\"img\" aria-label=\"Quantities that changed most, over the commits\">" +
-                 figure.substr(svg) + "</figure>\n";
+    page.html +=
+        "<figure class=\"history\" role=\"img\" aria-label=\"Quantities that changed most, over the commits\">" +
+        figure.substr(svg) + "</figure>\n";
   for (auto entry = history.rbegin(); entry != history.rend(); ++entry) page.html += commit_html(*entry);
   return page;
 } catch (const json::exception& error) {
   throw InputError("history", folder, fmt::format("a folder of ./run history is required: {}", error.what()));
+}
+
+std::vector<SitePage> history_pages(const std::string& folder) {
+  return folder.empty() ? std::vector<SitePage>() : std::vector{history_page(folder)};
 }
 
 }  // namespace ricochet

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "reports/site/site_page.h"
 
@@ -9,5 +10,8 @@ namespace ricochet {
 /// What changed in the program commit by commit, from the folder that ./run history writes (bench/history/make_history).
 /// @throws InputError where there is no history in it, or a damaged one
 SitePage history_page(const std::string& folder);
+
+/// The same as a list: none for an empty name of a folder.
+std::vector<SitePage> history_pages(const std::string& folder);
 
 }  // namespace ricochet

@@ -227,10 +227,20 @@ std::set<std::string> names_in(const std::vector<FastestRun>& runs, const std::s
   return names;
 }
 
-std::string speed_html(const std::vector<ShownResults>& list, const std::string& id) {
-  std::vector<FastestRun> runs;
+/// The runs of each results file that has some.
+using Competitions = std::vector<std::vector<FastestRun>>;
+
+Competitions competitions_of(const std::vector<ShownResults>& list) {
+  Competitions competitions;
   for (const auto& shown : list) {
-    const auto all = shown.results.all<FastestRun>();
+    if (auto runs = shown.results.all<FastestRun>(); !runs.empty()) competitions.push_back(std::move(runs));
+  }
+  return competitions;
+}
+
+std::string speed_html(const Competitions& competitions, const std::string& id) {
+  std::vector<FastestRun> runs;
+  for (const auto& all : competitions) {
     const auto names = names_in(all, id);
     std::ranges::copy_if(all, std::back_inserter(runs),
                          [&](const FastestRun& run) { return run.solver == "new" && names.contains(run.scene); });
@@ -258,7 +268,7 @@ std::string experiments_html(const std::vector<ShownResults>& list, const std::s
   return html.empty() ? "" : site_heading("Experiments with it", "experiments") + "<ul>\n" + html + "</ul>\n";
 }
 
-SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list) {
+SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list, const Competitions& competitions) {
   const auto problem = make_problem(scene.id);
   const ProblemInfo& info = problem->info();
   SitePage page{.folder = kProblemFolder,
@@ -279,7 +289,7 @@ SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list)
   page.html += sketch_html(*problem, motion ? *motion : Solution());
   page.html += statement_html(scene.id);
   page.html += symbolic != nullptr ? equations_html(symbolic->model()) : assembled_equations_html();
-  page.html += contacts_html(info) + events_html(info, motion) + speed_html(list, scene.id);
+  page.html += contacts_html(info) + events_html(info, motion) + speed_html(competitions, scene.id);
   page.html += site_heading("Methods", "methods") + methods_html(info) + experiments_html(list, scene.id);
   return page;
 }
@@ -288,7 +298,8 @@ SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list)
 
 SiteGroup problem_pages(const std::vector<ShownResults>& list) {
   SiteGroup group{"Problems", {}};
-  for (const auto& scene : scenes()) group.pages.push_back(page_of(scene, list));
+  const Competitions competitions = competitions_of(list);
+  for (const auto& scene : scenes()) group.pages.push_back(page_of(scene, list, competitions));
   return group;
 }
 

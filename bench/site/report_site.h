@@ -4,13 +4,14 @@
 #include <vector>
 
 #include "reports/section.h"
+#include "reports/site/site_page.h"
 
 namespace ricochet {
 
 /// The site of results beside their page, in FOLDER/site: with a page for each method and each problem of this program.
-/// @param history  the folder of ./run history, for a page of it; empty for none
+/// @param more  pages beside that of citations: history_pages()
 /// @return the path of its index.html  @throws InputError when it cannot be written
 std::string write_report_site(const std::vector<ShownResults>& list, const std::string& folder,
-                              const std::string& history = "");
+                              const std::vector<SitePage>& more = {});
 
 }  // namespace ricochet

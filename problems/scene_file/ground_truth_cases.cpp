@@ -14,7 +14,8 @@ struct Case {
   const char *method, *scene;
 };
 
-// id, title, certified decimals, what they were computed by, and scene of every case, taken from tests/data/ground_truth.json by CMake.
+// id, title, certified decimals, what they were computed by, and scene of every case, taken from
+// tests/data/ground_truth.json by CMake.
 const Case cases[] = {
 #include "ground_truth_cases.inc"
 };

@@ -134,15 +134,13 @@ TEST(ContactSolvers, ShowsSolversOnProblemsOfEachSize) {
   std::vector<ContactSolve> solves;
   const auto add = [&](const char* scene, int contacts, const char* solver, const char* status, double violation,
                        double seconds) {
-    solves.push_back({.problem = std::string(scene) + ", step 1",
-                      .scene = scene,
-                      .contacts = contacts,
-                      .rows = contacts,
-                      .condition = 1,
-                      .solver = solver,
-                      .status = status,
-                      .violation = violation,
-                      .seconds = seconds});
+    ContactSolve solve{{.scene = scene, .contacts = contacts, .rows = contacts, .condition = 1}};
+    solve.problem = std::string(scene) + ", step 1";
+    solve.solver = solver;
+    solve.status = status;
+    solve.violation = violation;
+    solve.seconds = seconds;
+    solves.push_back(solve);
   };
   add("ball", 1, "pgs", "solved", 0, 1e-6);
   add("ball", 1, "lemke", "solved", 1e-12, 3e-6);

@@ -117,7 +117,8 @@ class Site : public testing::Test {
         "history", folder / "history" / "history.json",
         R"([{"commit": "abc1234", "date": "2026-01-02", "subject": "Faster <b>", "rows": 3, "verdicts": {"ok": 2},
                     "changes": [{"text": "grid: moreau_jean: steps 5 to 4"}]}])");
-    root = fs::path(write_report_site({shown}, folder.string(), (folder / "history").string())).parent_path();
+    root = fs::path(write_report_site({shown}, folder.string(), history_pages((folder / "history").string())))
+               .parent_path();
     for (const auto& entry : fs::recursive_directory_iterator(root)) {
       if (entry.path().extension() == ".html") pages[fs::relative(entry.path(), root)] = read_text(entry.path());
     }
@@ -184,7 +185,8 @@ TEST_F(Site, TellsOfItsHistory) {
   EXPECT_NE(history.find("2026-01-02 abc1234: Faster &lt;b&gt;"), std::string::npos);
   EXPECT_NE(history.find("moreau_jean: steps 5 to 4"), std::string::npos);
   EXPECT_NE(history.find("Hard cases: 2 ok."), std::string::npos);
-  EXPECT_THROW(write_report_site({}, folder.string(), folder.string()), InputError) << "no history is there";
+  EXPECT_THROW(write_report_site({}, folder.string(), history_pages(folder.string())), InputError)
+      << "no history is there";
   write_text("history", folder / "history" / "history.svg", "no picture");
   EXPECT_EQ(history_page((folder / "history").string()).html.find("<figure"), std::string::npos);
 }

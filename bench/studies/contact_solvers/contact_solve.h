@@ -5,19 +5,17 @@
 #include <string>
 #include <vector>
 
+#include "bench/contacts/contact_set_tables.h"
 #include "reports/performance_profile.h"
 #include "reports/table.h"
 
 namespace ricochet {
 
-/// What one solver makes of one recorded contact problem.
-struct ContactSolve {
+/// What one solver makes of one recorded contact problem, which is so hard.
+struct ContactSolve : Conditioning {
   static constexpr const char* kKind = "contact_solve";
 
   std::string problem;  ///< its title: scene, method, step
-  std::string scene;
-  int contacts = 0, rows = 0, redundant = 0;  ///< as Conditioning
-  double condition = 0;
   std::string solver;
   std::string status;    ///< "solved", or the reason why not; "declined"
   double violation = 0;  ///< of the laws with the disc, relative; NaN where there is no solution

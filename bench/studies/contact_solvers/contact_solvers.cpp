@@ -16,22 +16,21 @@ constexpr int kQuickPerScene = 2;
 
 ContactSolve row_of(const StoredContactProblem& stored, const Conditioning& how_hard, const std::string& solver) {
   const ContactSolution solution = solve_of_set(stored, solver);
-  const bool is_declined = solution.r.size() == 0;
-  return {.problem = stored.title,
-          .scene = how_hard.scene,
-          .contacts = how_hard.contacts,
-          .rows = how_hard.rows,
-          .redundant = how_hard.redundant,
-          .condition = how_hard.condition,
-          .solver = solver,
-          .status = is_declined                                ? "declined"
-                    : solution.status == ContactStatus::solved ? "solved"
-                                                               : reason_of(solution.status),
-          .violation = is_declined ? std::numeric_limits<double>::quiet_NaN() : solution.violation,
-          .seconds = solution.seconds,
-          .pivots = solution.work.pivots,
-          .iterations = solution.work.inner_iterations,
-          .factorizations = solution.work.matrix_factorizations};
+  ContactSolve row{how_hard};
+  row.problem = stored.title;
+  row.solver = solver;
+  if (solution.r.size() == 0) {
+    row.status = "declined";
+    row.violation = std::numeric_limits<double>::quiet_NaN();
+    return row;
+  }
+  row.status = solution.status == ContactStatus::solved ? "solved" : reason_of(solution.status);
+  row.violation = solution.violation;
+  row.seconds = solution.seconds;
+  row.pivots = solution.work.pivots;
+  row.iterations = solution.work.inner_iterations;
+  row.factorizations = solution.work.matrix_factorizations;
+  return row;
 }
 
 /// Solvers of this build; those that it lacks are said in the header.

@@ -3,7 +3,6 @@
 #include <functional>
 #include <limits>
 
-#include "bench/contacts/contact_set_tables.h"
 #include "bench/studies/contact_solvers/contact_solve.h"
 #include "reports/quantile.h"
 
@@ -12,6 +11,14 @@ namespace {
 
 using C = ContactSolve;
 using Group = std::vector<const C*>;  // never empty
+
+Group group_of(const std::vector<C>& solves, const std::function<bool(const C&)>& belongs) {
+  Group group;
+  for (const C& solve : solves) {
+    if (belongs(solve)) group.push_back(&solve);
+  }
+  return group;
+}
 
 /// Of those that are solved.
 std::vector<double> of_solved(const Group& group, double accuracy, const std::function<double(const C&)>& value) {
@@ -70,25 +77,15 @@ PerformanceProfile contact_profile(const std::vector<C>& solves, int least_conta
 
 Table recorded_conditioning(const std::vector<C>& solves) {
   std::vector<Conditioning> problems;
-  for (const C& c : solves) {
-    if (c.solver == solves.front().solver)
-      problems.push_back({.scene = c.scene,
-                          .contacts = c.contacts,
-                          .rows = c.rows,
-                          .redundant = c.redundant,
-                          .condition = c.condition});
-  }
+  for (const C* solve : group_of(solves, [&](const C& c) { return c.solver == solves.front().solver; }))
+    problems.push_back(*solve);
   return conditioning_table(problems);
 }
 
 Table solver_table(const std::vector<C>& solves, double accuracy) {
   std::vector<Group> groups;
-  for (const auto& solver : different(solves, &C::solver)) {
-    Group& group = groups.emplace_back();
-    for (const C& solve : solves) {
-      if (solve.solver == solver) group.push_back(&solve);
-    }
-  }
+  for (const auto& solver : different(solves, &C::solver))
+    groups.push_back(group_of(solves, [&](const C& c) { return c.solver == solver; }));
   return table_of(
       "Contact solvers", columns_of(accuracy), groups,
       fmt::format(
@@ -101,12 +98,8 @@ Table solver_table(const std::vector<C>& solves, double accuracy) {
 Table solver_scene_table(const std::vector<C>& solves, double accuracy) {
   std::vector<Group> groups;
   for (const auto& scene : different(solves, &C::scene)) {
-    for (const auto& solver : different(solves, &C::solver)) {
-      Group& group = groups.emplace_back();
-      for (const C& solve : solves) {
-        if (solve.scene == scene && solve.solver == solver) group.push_back(&solve);
-      }
-    }
+    for (const auto& solver : different(solves, &C::solver))
+      groups.push_back(group_of(solves, [&](const C& c) { return c.scene == scene && c.solver == solver; }));
   }
   auto columns = columns_of(accuracy);
   columns.insert(columns.begin(), {"scene", [](const Group& g) { return g.front()->scene; }});

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <limits>
 
 #include "bench/control_guess.h"
@@ -12,6 +11,7 @@
 #include "bench/replay.h"
 #include "bench/studies/control_seeds/seed_rows.h"
 #include "bench/studies/study.h"
+#include "bench/timing.h"
 #include "problems/input_error.h"
 #include "reports/performance_profile.h"
 
@@ -52,12 +52,12 @@ SeedRun solve_from_seed(SeedRun run) {
   const ControlOptions options =
       ControlOptions::parse(fmt::format("{} {} --seed {}", run.problem, run.arguments, run.seed));
   const auto begin = std::chrono::steady_clock::now();
-  const std::clock_t cpu_begin = std::clock();
+  const double cpu_begin = cpu_seconds();
   const auto problem = options.make_problem();
   const auto transcription = guessed_transcription(options, *problem).transcription;
   const MpccSolution solution = Homotopy(options.homotopy_options()).solve(transcription->mpcc());
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  run.cpu_seconds = static_cast<double>(std::clock() - cpu_begin) / CLOCKS_PER_SEC;
+  run.cpu_seconds = cpu_seconds() - cpu_begin;
   run.status = to_string(solution.status);
   run.message = solution.message;
   run.iterations = solution.iterations;

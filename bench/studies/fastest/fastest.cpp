@@ -164,7 +164,8 @@ void write(const Attempt& attempt, const Timing& timing, const ProblemChoice& ch
 /// Looks at the motions of runs, of each once.
 class Looker {
  public:
-  Looker(const Problem& problem, const reference::Reference& reference) : problem_(problem), reference_(reference) {}
+  Looker(const Problem& problem, const reference::Reference& reference)
+      : problem_(problem), truth_(reference_motion(problem, reference)) {}
 
   Metrics at(const Attempt& attempt) {
     const Method& method = *attempt.contender->method;
@@ -177,23 +178,14 @@ class Looker {
 
  private:
   Metrics metrics_of(const Method& method, Settings settings) {
-    if (!truth_) truth_ = motion_of_reference();
     settings.recording = Recording::motion;
     settings.time_limit = 0;
     const Solution solution = method.solve(problem_, settings);
-    return solution.succeeded() ? measure_metrics(problem_, solution, *truth_ ? &**truth_ : nullptr) : Metrics();
-  }
-
-  /// The times of a scene are not lost with the motion of its reference.
-  std::optional<Solution> motion_of_reference() const try {
-    return reference_motion(problem_, reference_);
-  } catch (const InputError&) {  // it has contacts that no event-located run can follow
-    return std::nullopt;
+    return solution.succeeded() ? measure_metrics(problem_, solution, truth_ ? &*truth_ : nullptr) : Metrics();
   }
 
   const Problem& problem_;
-  const reference::Reference& reference_;
-  std::optional<std::optional<Solution>> truth_;  // outside: whether it was asked for
+  const std::optional<Solution> truth_;
   std::map<std::pair<std::string, std::string>, Metrics> known_;
 };
 

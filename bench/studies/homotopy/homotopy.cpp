@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <ctime>
 
+#include "bench/timing.h"
 #include "methods/fesd/pivoting_solver.h"
 
 namespace ricochet {
@@ -12,10 +12,10 @@ namespace {
 
 class CpuClock {
  public:
-  double milliseconds() const { return 1e3 * static_cast<double>(std::clock() - begin_) / CLOCKS_PER_SEC; }
+  double milliseconds() const { return 1e3 * (cpu_seconds() - begin_); }
 
  private:
-  std::clock_t begin_ = std::clock();
+  double begin_ = cpu_seconds();
 };
 
 }  // namespace

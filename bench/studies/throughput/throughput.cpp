@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <functional>
 #include <map>
 #include <stdexcept>
@@ -18,6 +17,7 @@
 #include "bench/progress.h"
 #include "bench/setting_kind.h"
 #include "bench/studies/study.h"
+#include "bench/timing.h"
 #include "bench/studies/throughput/throughput_rows.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
@@ -115,10 +115,6 @@ Ensemble ensemble_of(const ThroughputPlan::Scene& scene, const ThroughputPlan::M
   else
     document["tolerance"] = value;
   return read_ensemble(document);
-}
-
-double cpu_seconds() {
-  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
 std::vector<EnsembleRun> first_runs(EnsembleWorker& worker, int n) {
