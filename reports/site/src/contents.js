@@ -5,9 +5,11 @@ function sections() {
   const list = document.createElement("ul");
   list.className = "sections";
   for (const heading of document.querySelectorAll(SECTIONS)) {
+    const text = heading.id ? heading.firstChild.textContent.trim() : heading.textContent.trim();
+    if (text === list.lastChild?.textContent) continue;  // the table of the chart above
     const link = document.createElement("a");
     link.href = `#${heading.id || heading.closest(".block").id}`;
-    link.textContent = heading.id ? heading.firstChild.textContent.trim() : heading.textContent.trim();
+    link.textContent = text;
     const item = document.createElement("li");
     item.append(link);
     list.append(item);

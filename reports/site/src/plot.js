@@ -8,14 +8,15 @@ import { symbol, symbolCircle, symbolDiamond, symbolSquare, symbolTriangle, symb
 export const SYMBOLS = [symbolCircle, symbolSquare, symbolTriangle, symbolDiamond, symbolCross, symbolStar];
 // Okabe and Ito's palette without its yellow, which is lost on white, and with a grey; the style sheet has both themes.
 export const COLOURS = 8;
+const ROOM = 48;  // pixels of a label
 const MARGIN = { top: 12, right: 14, bottom: 46, left: 62 };
 
 /// "1e-4", for a power of ten: short on a phone.
 const power = (x) => (Number.isInteger(Math.log10(x)) || Math.abs(Math.log10(x) - Math.round(Math.log10(x))) < 1e-9
   ? `1e${Math.round(Math.log10(x))}` : "");
-const decades = ([low, high]) => {
+const decades = ([low, high], length) => {
   const first = Math.ceil(Math.log10(low) - 1e-9), last = Math.floor(Math.log10(high) + 1e-9);
-  const by = Math.max(1, Math.ceil((last - first) / 8));
+  const by = Math.max(1, Math.ceil((last - first) / Math.min(8, Math.floor(length / ROOM))));
   const ticks = [];
   for (let k = first; k <= last; k += by) ticks.push(10 ** k);
   return ticks;
@@ -33,10 +34,10 @@ export function axes({ width, height, label, xLabel, yLabel, xDomain, yDomain, i
   const y = (isLogY ? scaleLog : scaleLinear)(yDomain, [height - MARGIN.bottom, MARGIN.top]);
   const svg = create("svg:svg").attr("viewBox", `0 0 ${width} ${height}`).attr("role", "group").attr("aria-label", label)
     .style("width", "100%").style("height", "auto");
-  const xAxis = axisBottom(x).tickValues(decades(xDomain)).tickFormat(power).tickSizeOuter(0)
+  const xAxis = axisBottom(x).tickValues(decades(xDomain, right - MARGIN.left)).tickFormat(power).tickSizeOuter(0)
     .tickSizeInner(-(height - MARGIN.top - MARGIN.bottom)).tickPadding(8);
   const yAxis = axisLeft(y).tickSizeOuter(0).tickSizeInner(-(right - MARGIN.left)).tickPadding(8);
-  if (isLogY) yAxis.tickValues(decades(yDomain)).tickFormat(power);
+  if (isLogY) yAxis.tickValues(decades(yDomain, height - MARGIN.top - MARGIN.bottom)).tickFormat(power);
   svg.append("g").attr("class", "axis").attr("aria-hidden", "true")
     .attr("transform", `translate(0,${height - MARGIN.bottom})`).call(xAxis);
   svg.append("g").attr("class", "axis").attr("aria-hidden", "true")
