@@ -101,29 +101,16 @@ class PersistentContacts {
   bool is_redundant_ = false;  // at some instant so far
 };
 
-/// Where the forces of a piece are.
-enum class Jump {
-  is_force,   ///< v jumps by them where the piece begins, or not at all
-  is_impact,  ///< the jump there is an impact of its own
-  is_both     ///< the step of time stepping that tells an impact
-};
-
-/// @param before, behind  v on either side of its begin  @param is_constant  v is, in the piece
-Jump jump_of(const Solution& solution, double begin, double end, const Vector& before, const Vector& behind,
-             bool is_constant) {
+/// The jump of v where a piece begins is an impact that the solution tells. @param before, behind  v on either side
+bool tells_impact(const Solution& solution, double begin, const Vector& before, const Vector& behind) {
   const double rounding = 1e-12 * (1 + std::abs(begin));
   const auto& events = solution.events;
   auto event = std::ranges::lower_bound(events, begin - rounding, {}, &Event::t);
-  for (; event != events.end() && event->t <= end + rounding; ++event) {
-    if (event->kind != EventKind::impact) continue;
-    const double to_behind = (event->v_plus - behind).norm();
-    if (event->t <= begin + rounding) {
-      if (to_behind < (event->v_plus - before).norm()) return Jump::is_impact;
-    } else if (is_constant && to_behind < (event->v_minus - behind).norm()) {
-      return Jump::is_both;  // it is told where the step ends
-    }
+  for (; event != events.end() && event->t <= begin + rounding; ++event) {
+    if (event->kind == EventKind::impact && (event->v_plus - behind).norm() < (event->v_plus - before).norm())
+      return true;
   }
-  return Jump::is_force;
+  return false;
 }
 
 }  // namespace
@@ -144,10 +131,10 @@ void measure_persistent_contact(const Problem& problem, const Solution& solution
     const double begin = motion.begin_of(piece), end = motion.end_of(piece), length = end - begin;
     motion.within(piece, 1, q, v_end);
     motion.within(piece, 0, q, v);
-    const Jump kind = jump_of(solution, begin, end, before, v, v == v_end);
-    const Vector jump = kind == Jump::is_impact ? Vector(Vector::Zero(v.size())) : Vector(v - before);
+    const bool is_impact = tells_impact(solution, begin, before, v);
+    const Vector jump = is_impact ? Vector(Vector::Zero(v.size())) : Vector(v - before);
     before = v_end;
-    if (kind == Jump::is_both) continue;
+    if (is_impact && v == v_end) continue;  // a step of time stepping, whose forces are in the impulse
     const auto cuts = cuts_of(motion, piece, reference.events, [](const Event&) { return true; });
     for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
       const double h = cuts[k + 1] - cuts[k];

@@ -148,7 +148,7 @@ class FixedStepRun {
       ++solution.counters.steps;
       ++solution.counters.elements;
       solution.t = k + 1 == settings.steps ? problem.info().end_time : (k + 1) * h;
-      record_closings(q_minus, v_minus);
+      record_closings(k * h, q_minus, v_minus);
       if (settings.recording >= Recording::grid) solution.samples.push_back({solution.t, q, v, v});
       if (settings.recording == Recording::motion) record_motion(k * h, q_minus);
     }
@@ -181,15 +181,15 @@ class FixedStepRun {
     });
   }
 
-  /// A contact that carries an impulse now and did not in the step before has closed, somewhere in this step.
-  void record_closings(const Vector& q_minus, const Vector& v_minus) {
+  /// A contact that carries an impulse now and did not in the step before has closed. Its impulse acts where the step
+  /// begins, at the time `t`: that is the instant of the impact.
+  void record_closings(double t, const Vector& q_minus, const Vector& v_minus) {
     for (const int i : unilateral_) {
       const bool is_pressed = Lambda_n[i] > 0;
       if (is_pressed && !was_pressed_[i]) {
         ++solution.counters.events;
         if (settings.recording != Recording::final_state)
-          solution.events.push_back(
-              {solution.t, EventKind::impact, i, q_minus, v_minus, v, Lambda_n, Lambda_t, {}, {}});
+          solution.events.push_back({t, EventKind::impact, i, q_minus, v_minus, v, Lambda_n, Lambda_t, {}, {}});
       }
       was_pressed_[i] = is_pressed;
       rest_speed_[i] = is_pressed ? contacts.velocity_rounding(i) : 0;

@@ -134,7 +134,7 @@ bool SwitchingRun::switch_modes(double end) {
     if (!table_.single_step(is_last ? end - t_ : single_, state_))
       return fail(Status::inner_solver_failed, table_.reason());
     advance(is_last ? end : t_ + single_);
-    record_closings();
+    record_closings(begin);
     record_piece(begin, 1);
     switches = table_.bounces() || state_.modes != before_.modes;
   }
@@ -171,13 +171,14 @@ void SwitchingRun::record_piece(double begin, int degree) {
   });
 }
 
-void SwitchingRun::record_closings() {
+/// @param begin  of the piece of a step, where its impulses act
+void SwitchingRun::record_closings(double begin) {
   for (const int i : problem_.info().unilateral) {
     if (!table_.strikes(i)) continue;
     ++solution_.counters.events;
     if (settings_.recording != Recording::final_state)
       solution_.events.push_back(
-          {t_, EventKind::impact, i, before_.q, before_.v, state_.v, table_.Lambda_n(), table_.Lambda_t(), {}, {}});
+          {begin, EventKind::impact, i, before_.q, before_.v, state_.v, table_.Lambda_n(), table_.Lambda_t(), {}, {}});
   }
 }
 

@@ -62,7 +62,7 @@ class SwitchingRun {
   void between_ends(double h, double s, Vector& q) const;
   void advance(double end);
   void record_piece(double begin, int degree);
-  void record_closings();
+  void record_closings(double begin);
 
   const Problem& problem_;
   const Settings& settings_;
