@@ -35,6 +35,11 @@ std::string ProblemChoice::arguments() const {
   return text;
 }
 
+std::string run_command(const std::string& scene, const std::string& method, int steps, double tolerance) {
+  const std::string setting = steps > 0 ? fmt::format("--steps {}", steps) : fmt::format("--tolerance {}", tolerance);
+  return fmt::format("ricochet run {} --method {} {}", scene, method, setting);
+}
+
 std::string setting_text(int steps, double tolerance) {
   return steps > 0 ? fmt::format("-N {}", steps) : fmt::format("--tolerance {:.2g}", tolerance);
 }

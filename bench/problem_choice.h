@@ -14,7 +14,7 @@ namespace ricochet {
 struct ProblemChoice {
   std::string problem;  ///< scene id, or "FILE#ID" of a scene file
   ParameterChanges parameters;
-  std::string ground_truth_file, ground_truth_case;  ///< empty: the reference is computed with SUNDIALS
+  std::string ground_truth_file = {}, ground_truth_case = {};  ///< empty: the reference is computed with SUNDIALS
 
   bool is_scene_file() const { return problem.find(".json") != std::string::npos; }
   std::unique_ptr<Problem> make_problem() const;
@@ -24,7 +24,11 @@ struct ProblemChoice {
   std::string arguments() const;
 };
 
-/// "-N 50", or "--tolerance 1e-06" where there are no steps, of `ricochet run`.
+/// The command that repeats a run, with all digits of its setting.
+/// @param scene  ProblemChoice::arguments(), or others of `ricochet run` @param steps  0 for a method with a tolerance
+std::string run_command(const std::string& scene, const std::string& method, int steps, double tolerance);
+
+/// A setting in a table: "-N 50", or "--tolerance 1e-06" where there are no steps.
 std::string setting_text(int steps, double tolerance);
 
 /// Of the fields "problem", "parameters" and "reference": {"ground_truth": file, "case": id}.

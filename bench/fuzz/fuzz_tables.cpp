@@ -7,6 +7,7 @@
 #include <regex>
 
 #include "bench/fuzz/fuzz_scene.h"
+#include "bench/problem_choice.h"
 #include "methods/method_spec.h"
 
 namespace ricochet {
@@ -66,8 +67,7 @@ std::string FuzzOpinion::reason_class() const {
 }
 
 std::string FuzzOpinion::command(const std::string& scene_file) const {
-  return fmt::format("ricochet run --scene {} --method {} {}", scene_file, method,
-                     steps > 0 ? fmt::format("--steps {}", steps) : fmt::format("--tolerance {:g}", tolerance));
+  return run_command("--scene " + scene_file, method, steps, tolerance);
 }
 
 namespace {

@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "bench/penetration.h"
+#include "bench/problem_choice.h"
 #include "bench/progress.h"
 #include "bench/studies/hard_cases/verdict_matrix.h"
 #include "bench/studies/study.h"
@@ -118,12 +119,9 @@ std::vector<TrueMotion> isolated_motions(const HardCase& hard_case, const Proble
 }
 
 std::string reproduce(const HardCase& hard_case, const HardCell& cell, double time_limit) {
-  std::string command = "ricochet run --problem " + hard_case.problem;
-  for (const auto& [name, value] : hard_case.parameters) command += fmt::format(" --set {}={}", name, value);
-  return command + fmt::format(" --method {} {} --time-limit {}", cell.method,
-                               cell.steps > 0 ? fmt::format("--steps {}", cell.steps)
-                                              : fmt::format("--tolerance {:g}", cell.tolerance),
-                               time_limit);
+  const ProblemChoice choice{.problem = hard_case.problem, .parameters = hard_case.parameters};
+  return fmt::format("{} --time-limit {}", run_command(choice.arguments(), cell.method, cell.steps, cell.tolerance),
+                     time_limit);
 }
 
 }  // namespace

@@ -75,7 +75,7 @@ void measure_height(const Method& method, Answer& answer) {
     return;
   }
   const auto ball = make_problem("bouncing_ball", {{"e", e}, {"duration", T}});
-  const std::string scene = fmt::format("-p bouncing_ball --set e={} --set duration={:.6g}", e, T);
+  const std::string scene = fmt::format("-p bouncing_ball --set e={} --set duration={}", e, T);
   const Solution s = run_for(method, *ball, Recording::grid, scene, answer);
   if (!s.succeeded()) return;
   const auto height = answer.h > 0 ? height_in(s.samples, bounces) : height_in(s.events, bounces);

@@ -56,8 +56,8 @@ void measure_gradient(const json& experiment, const Method& method, Answer& answ
     if (std::find(list.begin(), list.end(), entry.with_respect) == list.end()) list.push_back(entry.with_respect);
   }
   answer.command =
-      fmt::format("ricochet run {} -m {} {} --sensitivity {}", c.command, answer.method,
-                  setting_text(settings.steps, settings.tolerance), fmt::join(settings.sensitivities, " "));
+      fmt::format("{} --sensitivity {}", run_command(c.command, answer.method, settings.steps, settings.tolerance),
+                  fmt::join(settings.sensitivities, " "));
   const auto changes = experiment.at("changes").get<std::vector<double>>();
   const bool is_own = method.info().has_sensitivities && answer.condition("change") == changes.front();
   answer.found["own"] = is_own;

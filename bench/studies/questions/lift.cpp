@@ -44,7 +44,7 @@ void measure_lift(const json&, const Method& method, Answer& answer) {
   const double duration = 0.5 * v / (mu * kGravity);  // half of the time until it stops
   const auto block = make_problem("sliding_block", {{"mu", mu}, {"v_x0", v}, {"duration", duration}});
   const std::string scene =
-      fmt::format("-p sliding_block --set mu={} --set v_x0={} --set duration={:.17g}", mu, v, duration);
+      fmt::format("-p sliding_block --set mu={} --set v_x0={} --set duration={}", mu, v, duration);
   const Solution s = run_for(method, *block, Recording::grid, scene, answer);
   if (!s.succeeded()) return;
   double lift = std::max(0.0, block->gap(s.q)[0]);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bench/experiment_file.h"
+#include "bench/problem_choice.h"
 #include "bench/progress.h"
 #include "bench/setting_kind.h"
 #include "bench/studies/scale/scale_rows.h"
@@ -51,11 +52,10 @@ std::vector<Curve> read_curves(const json& document) {
         for (const auto& [name, value] : group.value("set_per_n", ParameterChanges()))
           next.changes[name] = value * size;
         next.changes["n"] = size;
-        std::string command = fmt::format("ricochet run --problem {} --method {} --steps {}", problem, method, steps);
-        for (const auto& [name, value] : next.changes) command += fmt::format(" --set {}={}", name, value);
+        const ProblemChoice choice{.problem = problem, .parameters = next.changes};
         next.run.scene = group.value("scene", problem);
         next.run.method = method;
-        next.run.command = command;
+        next.run.command = run_command(choice.arguments(), method, steps, 0);
         next.run.size = size;
         next.run.steps = steps;
         curve.push_back(std::move(next));

@@ -50,8 +50,7 @@ struct OrderCase {
 };
 
 std::string command_of(const OrderCase& c, const Subject& subject, int steps, double tolerance) {
-  std::string command = fmt::format("ricochet run {} --method {} {}", c.known.choice().arguments(), subject.spec,
-                                    setting_text(steps, tolerance));
+  std::string command = run_command(c.known.choice().arguments(), subject.spec, steps, tolerance);
   for (const auto& name : c.known.sensitivities()) command += " --sensitivity " + name;
   return command;
 }

@@ -31,8 +31,7 @@ Settings settings_of(const Subject& subject) {
 }
 
 std::string command_of(const ProblemChoice& choice, const Subject& subject, const Settings& settings) {
-  return fmt::format("ricochet run {} --method {} {}", choice.arguments(), subject.spec,
-                     setting_text(settings.steps, settings.tolerance));
+  return run_command(choice.arguments(), subject.spec, settings.steps, settings.tolerance);
 }
 
 CheckResult keeps_promises(const KnownProblem& known, const Subject& subject) {

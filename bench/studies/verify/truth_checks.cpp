@@ -37,8 +37,8 @@ CheckResult meets_truth(const TruthCase& c, const Subject& subject) {
   else
     settings.steps = subject.steps(subject.is_first_order() ? c.rule.first_order_steps : c.rule.steps);
   settings.time_limit = subject.time_limit * 0.9;
-  const std::string command = fmt::format("ricochet run {} --method {} {}", c.known.choice().arguments(), subject.spec,
-                                          setting_text(settings.steps, settings.tolerance));
+  const std::string command =
+      run_command(c.known.choice().arguments(), subject.spec, settings.steps, settings.tolerance);
   Solution solution;
   try {
     solution = method->solve(problem, settings);

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "bench/experiment_file.h"
+#include "bench/problem_choice.h"
 #include "bench/progress.h"
 #include "bench/setting_kind.h"
 #include "bench/studies/study.h"
@@ -146,8 +147,8 @@ ZenoRun measure_rest(const std::string& method, double e, double H, double toler
     settings.steps = static_cast<int>(std::ceil(T / H));
     T = settings.steps * H;
   }
-  run.command = fmt::format("ricochet run -p bouncing_ball -m {} --set e={} --set duration={:.17g} {}", method, e, T,
-                            H > 0 ? fmt::format("-N {}", settings.steps) : fmt::format("--tolerance {}", tolerance));
+  run.command = run_command(fmt::format("--problem bouncing_ball --set e={} --set duration={}", e, T), method,
+                            settings.steps, tolerance);
   const auto ball = make_problem("bouncing_ball", {{"e", e}, {"duration", T}});
   const double ground = ball->info().q0[0] - exact.h_0;
   set_bounds(tableau_argument(tableau_of(method)), T, exact, ground, run);
