@@ -87,16 +87,21 @@ ContactSolution solve_stored(const StoredContactProblem& stored, const std::stri
   return solution;
 }
 
-std::vector<std::string> usual_solvers(const ContactProblem& problem) {
+std::vector<std::string> usual_solvers(int contacts) {
   std::vector<std::string> solvers;
-  if (problem.G.n_contacts() <= kMostContactsOfLemke) solvers.push_back("lemke");
-  for (const char* solver : {"exact", "pgs", "newton", "interior_point", "admm", "staggered"})
-    solvers.push_back(solver);
-  if (has_siconos_contact_solver() && problem.G.n_contacts() <= kMostContactsOfLemke) solvers.push_back("siconos");
+  for (const auto& entry : contact_solvers()) {
+    if (contacts <= entry.most_contacts) solvers.emplace_back(entry.name);
+  }
   return solvers;
 }
 
 nlohmann::json contact_solution_json(const StoredContactProblem& stored, const ContactSolution& s) {
+  if (!s.declined.empty())
+    return {{"problem", stored.title},
+            {"contacts", stored.problem.G.n_contacts()},
+            {"solver", s.solver},
+            {"solved", false},
+            {"declined", s.declined}};
   return {{"problem", stored.title},
           {"contacts", stored.problem.G.n_contacts()},
           {"solver", s.solver},

@@ -14,6 +14,7 @@ namespace ricochet {
 /// What one solver makes of one contact problem.
 struct ContactSolution {
   std::string solver;
+  std::string declined;  ///< why it was not solved at all; what follows is then as it is here, without a meaning
   ContactStatus status = ContactStatus::iteration_limit;
   double violation = 0;        ///< of the laws with the exact cone, relative
   ContactResiduals residuals;  ///< the same law by law, in units
@@ -42,11 +43,8 @@ enum class Timer { benchmark, a_few_runs };
 ContactSolution solve_stored(const StoredContactProblem& stored, const std::string& solver, bool from_guess,
                              Timer timer = Timer::benchmark);
 
-/// Above, the dense pivoting of lemke takes seconds.
-inline constexpr int kMostContactsOfLemke = 100;
-
-/// The solvers of this build, of those that end in reasonable time.
-std::vector<std::string> usual_solvers(const ContactProblem& problem);
+/// The solvers of this build, of those that end in reasonable time with so many contacts; all of them without a number.
+std::vector<std::string> usual_solvers(int contacts = 0);
 
 nlohmann::json contact_solution_json(const StoredContactProblem& stored, const ContactSolution& solution);
 /// Law by law: how far each solution is from each of them.

@@ -86,7 +86,8 @@ void solve_each(const SolveOptions& options, std::vector<StoredContactProblem>& 
   for (auto& stored : problems) {
     stored.math_info = math_info(stored.problem);
     std::vector<ContactSolution> solutions;
-    for (const auto& solver : options.solvers.empty() ? usual_solvers(stored.problem) : options.solvers) {
+    for (const auto& solver :
+         options.solvers.empty() ? usual_solvers(static_cast<int>(stored.problem.G.n_contacts())) : options.solvers) {
       try {
         solutions.push_back(solve_stored(stored, solver, options.from_guess));
       } catch (const InputError&) {
@@ -108,18 +109,15 @@ void solve_each(const SolveOptions& options, std::vector<StoredContactProblem>& 
 }
 
 /// Problems as a set: how hard they are, performance profiles, internal forces.
-void solve_together(const SolveOptions& options, const std::vector<StoredContactProblem>& problems) {
-  std::vector<std::string> solvers = options.solvers;
-  if (solvers.empty()) {
-    solvers = {"lemke", "exact", "pgs", "newton", "interior_point", "admm", "staggered"};
-    if (has_siconos_contact_solver()) solvers.push_back("siconos");
-  }
+void solve_together(const SolveOptions& options, const std::vector<StoredContactProblem>& problems, int& exit_code) {
+  const auto solvers = options.solvers.empty() ? usual_solvers() : options.solvers;
   if (!options.as_json) {
     std::vector<Conditioning> conditioning;
     for (const auto& stored : problems) conditioning.push_back(conditioning_of(stored));
     fmt::print("{}\n", conditioning_table(conditioning).text());
   }
-  const ContactSetSolutions set = solve_set(problems, solvers);
+  const ContactSetSolutions set = solve_set(problems, solvers, options.from_guess);
+  if (!set.all_are_solved()) exit_code = 1;
   if (options.as_json) {
     for (std::size_t p = 0; p < problems.size(); ++p) {
       for (const auto& of_solver : set.solutions)
@@ -129,11 +127,12 @@ void solve_together(const SolveOptions& options, const std::vector<StoredContact
   }
   const PerformanceProfile profile = set.profile(options.accuracy);
   if (!options.as_json) {
-    fmt::print(
-        "{}\n{}\n",
-        profile.table(fmt::format("Performance profiles: CPU time from zero to a violation of {:g}", options.accuracy))
-            .text(),
-        internal_force_table(problems, set, options.accuracy).text());
+    fmt::print("{}\n{}\n",
+               profile
+                   .table(fmt::format("Performance profiles: CPU time from {} to a violation of {:g}",
+                                      options.from_guess ? "the guess" : "zero", options.accuracy))
+                   .text(),
+               internal_force_table(problems, set, options.accuracy).text());
   }
   if (options.svg.empty()) return;
   const std::filesystem::path file(options.svg);
@@ -183,7 +182,7 @@ void add_solve(CLI::App& contacts, int& exit_code) {
     if (each || (problems.size() <= kMostOneByOne && options.svg.empty()))
       solve_each(options, problems, exit_code);
     else
-      solve_together(options, problems);
+      solve_together(options, problems, exit_code);
   });
 }
 

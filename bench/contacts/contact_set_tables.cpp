@@ -19,7 +19,7 @@ constexpr double kHardCondition = 1e6;
 constexpr double kZeroVelocity = 1e-7;
 
 bool is_solved(const ContactSolution& solution, double accuracy) {
-  return solution.status == ContactStatus::solved && solution.violation <= accuracy;
+  return solution.declined.empty() && solution.status == ContactStatus::solved && solution.violation <= accuracy;
 }
 
 }  // namespace
@@ -68,27 +68,38 @@ Table conditioning_table(const std::vector<Conditioning>& all) {
   return table;
 }
 
-ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver) {
-  const bool is_too_large = solver.starts_with("lemke") && stored.problem.G.n_contacts() > kMostContactsOfLemke;
-  if (!is_too_large) {
-    try {
-      return solve_stored(stored, solver, false, Timer::a_few_runs);
-    } catch (const InputError&) {  // declined
-    }
+ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver, bool from_guess) {
+  const ContactSolverOptions options = contact_solver_options(solver);
+  ContactSolution declined;
+  declined.solver = solver;
+  if (const int most = contact_solver(options.kind).most_contacts; stored.problem.G.n_contacts() > most) {
+    declined.declined = fmt::format("more than {} contacts, which take it seconds", most);
+    return declined;
   }
-  ContactSolution none;
-  none.solver = solver;
-  return none;
+  try {
+    return solve_stored(stored, solver, from_guess, Timer::a_few_runs);
+  } catch (const InputError& error) {
+    declined.declined = error.what();
+    return declined;
+  }
 }
 
 ContactSetSolutions solve_set(const std::vector<StoredContactProblem>& problems,
-                              const std::vector<std::string>& solvers) {
+                              const std::vector<std::string>& solvers, bool from_guess) {
   ContactSetSolutions set{.solvers = solvers, .solutions = {}};
   set.solutions.resize(solvers.size());
   for (const auto& stored : problems) {
-    for (std::size_t s = 0; s < solvers.size(); ++s) set.solutions[s].push_back(solve_of_set(stored, solvers[s]));
+    for (std::size_t s = 0; s < solvers.size(); ++s)
+      set.solutions[s].push_back(solve_of_set(stored, solvers[s], from_guess));
   }
   return set;
+}
+
+bool ContactSetSolutions::all_are_solved() const {
+  return std::ranges::all_of(solutions, [](const auto& of_solver) {
+    return std::ranges::all_of(of_solver,
+                               [](const auto& s) { return !s.declined.empty() || s.status == ContactStatus::solved; });
+  });
 }
 
 PerformanceProfile ContactSetSolutions::profile(double accuracy) const {
@@ -133,18 +144,18 @@ Table internal_force_table(const std::vector<StoredContactProblem>& problems, co
     }
     if (internal.size() > 1) spread.push_back(widest);
   }
+  const auto text = [](const std::vector<double>& x) {
+    return x.empty() ? "-" : fmt::format("{:.2g} ({:.2g})", median(x), quantile(x, 1));
+  };
   Table table;
   table.title = "Internal forces of redundant contacts";
   table.note = fmt::format(
       "||r_0|| / ||r||, r_0 the part of the impulses that moves nothing; and how far r_0 is from that of the least-norm "
-      "solution r*, over ||r*||: median, and largest in brackets. Of r* itself: {:.2g} ({:.2g}). Largest difference "
-      "between two solvers of a problem: {:.2g} ({:.2g})",
-      median(least_internal), quantile(least_internal, 1), median(spread), quantile(spread, 1));
+      "solution r*, over ||r*||: median, and largest in brackets. Of r* itself: {}. Largest difference between two "
+      "solvers of a problem: {}",
+      text(least_internal), text(spread));
   table.columns = {{"solver", true}, {"problems"}, {"internal force"}, {"from the least norm"}};
   for (std::size_t s = 0; s < set.solvers.size(); ++s) {
-    const auto text = [](const std::vector<double>& x) {
-      return x.empty() ? "-" : fmt::format("{:.2g} ({:.2g})", median(x), quantile(x, 1));
-    };
     table.rows.push_back({set.solvers[s], std::to_string(shares[s].internal.size()), text(shares[s].internal),
                           text(shares[s].above_least)});
   }

@@ -20,9 +20,9 @@ Conditioning conditioning_of(const StoredContactProblem& stored);
 /// A line per scene, and one of all.
 Table conditioning_table(const std::vector<Conditioning>& problems);
 
-/// From zero, by a new solver, with its time (Timer::a_few_runs). What a solver declines, and lemke above
-/// kMostContactsOfLemke, is not solved, with the time zero.
-ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver);
+/// By a new solver, with its time (Timer::a_few_runs). What the solver declines, and problems with more contacts than it
+/// is compared on, are not solved: the solution says why. @throws InputError for a name that is no contact solver
+ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver, bool from_guess = false);
 
 /// What solvers make of a set of contact problems.
 struct ContactSetSolutions {
@@ -31,11 +31,12 @@ struct ContactSetSolutions {
 
   /// CPU time; infinite where it is not solved
   PerformanceProfile profile(double accuracy) const;
+  bool all_are_solved() const;  ///< but for those that were declined
 };
 
 /// Each solver on each problem, solve_of_set().
 ContactSetSolutions solve_set(const std::vector<StoredContactProblem>& problems,
-                              const std::vector<std::string>& solvers);
+                              const std::vector<std::string>& solvers, bool from_guess = false);
 
 /// Internal forces of the solvers on those problems that have redundant contacts (redundant_contacts.h).
 Table internal_force_table(const std::vector<StoredContactProblem>& problems, const ContactSetSolutions& set,

@@ -120,6 +120,9 @@ TEST(ContactSetSolutions, CountsWhatIsDeclinedAsNotSolved) {
   const PerformanceProfile profile = set.profile(1e-8);
   EXPECT_EQ(profile.solved(0), 1);
   EXPECT_EQ(profile.solved(1), 0.25) << "it has no associated law";
+  EXPECT_NE(set.solutions[1][0].declined, "");
+  EXPECT_TRUE(set.all_are_solved()) << "but for what was declined";
+  EXPECT_THROW(solve_set(problems, {"pgss"}), InputError) << "no solver, which is not the same as one that declines";
   std::vector<Conditioning> how_hard;
   for (const auto& stored : problems) how_hard.push_back(conditioning_of(stored));
   const Table conditioning = conditioning_table(how_hard);

@@ -19,7 +19,7 @@ ContactSolve row_of(const StoredContactProblem& stored, const Conditioning& how_
   ContactSolve row{how_hard};
   row.problem = stored.title;
   row.solver = solver;
-  if (solution.r.size() == 0) {
+  if (!solution.declined.empty()) {
     row.status = "declined";
     row.violation = std::numeric_limits<double>::quiet_NaN();
     return row;

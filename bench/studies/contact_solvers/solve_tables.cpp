@@ -92,7 +92,7 @@ Table solver_table(const std::vector<C>& solves, double accuracy) {
           "From zero to a violation of the laws of at most {:g}, whatever the solver's own tolerance; "
           "of those that are solved the median, and the largest in brackets. The time is CPU time, with the making of a "
           "new solver. lemke has a polygon in place of the friction disc in space, and is not tried above {} contacts.",
-          accuracy, kMostContactsOfLemke));
+          accuracy, contact_solver(ContactSolverKind::lemke).most_contacts));
 }
 
 Table solver_scene_table(const std::vector<C>& solves, double accuracy) {

@@ -8,38 +8,45 @@
 namespace ricochet {
 namespace {
 
-const Names<ContactSolverKind>& kinds() {
-  static const Names<ContactSolverKind> names = {
-      {"automatic", ContactSolverKind::automatic}, {"lemke", ContactSolverKind::lemke},
-      {"exact", ContactSolverKind::exact},         {"pgs", ContactSolverKind::pgs},
-      {"newton", ContactSolverKind::newton},       {"interior_point", ContactSolverKind::interior_point},
-      {"admm", ContactSolverKind::admm},           {"staggered", ContactSolverKind::staggered},
-      {"siconos", ContactSolverKind::siconos}};
+using Kind = ContactSolverKind;
+
+constexpr int kMostContactsOfPivoting = 100;  // of Lemke's method, on dense matrices
+
+const std::vector<ContactSolverEntry>& all_solvers() {
+  static const std::vector<ContactSolverEntry> entries = {{"lemke", Kind::lemke, 0, kMostContactsOfPivoting},
+                                                          {"exact", Kind::exact, 200},
+                                                          {"pgs", Kind::pgs, 20000},
+                                                          {"newton", Kind::newton, 200},
+                                                          {"interior_point", Kind::interior_point, 100},
+                                                          {"admm", Kind::admm, 20000},
+                                                          {"staggered", Kind::staggered, 1000},
+                                                          {"siconos", Kind::siconos, 20000}};
+  return entries;
+}
+
+const Names<Kind>& kinds() {
+  static const Names<Kind> names = [] {
+    Names<Kind> all = {{"automatic", Kind::automatic}};
+    for (const auto& entry : all_solvers()) all.emplace_back(entry.name, entry.kind);
+    return all;
+  }();
   return names;
 }
 
-/// Usual contact_iterations=.
-int usual_iterations(ContactSolverKind kind) {
-  switch (kind) {
-    case ContactSolverKind::pgs:
-    case ContactSolverKind::admm:
-    case ContactSolverKind::siconos:
-      return 20000;
-    case ContactSolverKind::staggered:
-      return 1000;
-    case ContactSolverKind::newton:
-    case ContactSolverKind::exact:
-      return 200;
-    case ContactSolverKind::interior_point:
-      return 100;
-    case ContactSolverKind::lemke:
-    case ContactSolverKind::automatic:
-      return 0;
-  }
-  return 0;
+}  // namespace
+
+const std::vector<ContactSolverEntry>& contact_solvers() {
+  static const std::vector<ContactSolverEntry> built = [] {
+    std::vector<ContactSolverEntry> entries = all_solvers();
+    if (!has_siconos_contact_solver()) std::erase_if(entries, [](const auto& e) { return e.kind == Kind::siconos; });
+    return entries;
+  }();
+  return built;
 }
 
-}  // namespace
+const ContactSolverEntry& contact_solver(ContactSolverKind kind) {
+  return *std::ranges::find(all_solvers(), kind, &ContactSolverEntry::kind);
+}
 
 const char* reason_of(ContactStatus status) {
   switch (status) {
@@ -68,7 +75,8 @@ ContactSolverOptions contact_solver_argument(const MethodSpec& spec, double tole
     throw InputError("solver=siconos is not built: libsiconos-kernel-dev not found");
   options.facets = 0;
   options.tolerance = spec.number("contact_tolerance", options.tolerance, 1e-15, 1);
-  options.iterations = spec.whole_number("contact_iterations", usual_iterations(options.kind), 1, 100'000'000);
+  options.iterations =
+      spec.whole_number("contact_iterations", contact_solver(options.kind).usual_iterations, 1, 100'000'000);
   return options;
 }
 
@@ -76,7 +84,7 @@ ContactSolverOptions options_for(const ProblemInfo& problem, ContactSolverOption
   if (options.kind != ContactSolverKind::automatic) return options;
   const bool in_space = std::ranges::any_of(problem.contacts, [](const auto& contact) { return contact.n_t == 2; });
   options.kind = in_space ? ContactSolverKind::exact : ContactSolverKind::lemke;
-  options.iterations = usual_iterations(options.kind);
+  options.iterations = contact_solver(options.kind).usual_iterations;
   return options;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <limits>
 #include <memory>
+#include <vector>
 
 #include "methods/contact_laws/contact_problem.h"
 #include "methods/method_spec.h"
@@ -34,6 +36,18 @@ class ContactSolver {
 /// automatic: lemke for problems without friction in space, where it is exact; exact with it.
 /// exact: newton, and where that fails interior_point.
 enum class ContactSolverKind { automatic, lemke, exact, pgs, newton, interior_point, admm, staggered, siconos };
+
+/// What is known of a kind of contact solver before it runs.
+struct ContactSolverEntry {
+  const char* name;  ///< behind solver=
+  ContactSolverKind kind;
+  int usual_iterations;  ///< contact_iterations= where it is not given; 0: pivoting has no such limit
+  int most_contacts = std::numeric_limits<int>::max();  ///< above, comparisons of all leave it out: it takes seconds
+};
+
+/// Those of this build, in the order of tables; without automatic, which is one of them.
+const std::vector<ContactSolverEntry>& contact_solvers();
+const ContactSolverEntry& contact_solver(ContactSolverKind kind);
 
 constexpr double kContactTolerance = 1e-9;
 
