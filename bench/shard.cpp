@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <filesystem>
+#include <fstream>
 #include <regex>
 #include <set>
 
@@ -15,10 +16,28 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// By their number how many shards of an experiment there are in a folder, complete or not.
-std::map<int, std::set<int>> shards_in(const std::string& folder, const std::string& experiment) {
-  static const std::regex tail(R"(\.shard-([1-9][0-9]{0,8})-of-([1-9][0-9]{0,8})\.jsonl(\.partial)?)");
-  std::map<int, std::set<int>> complete;
+/// The shards of an experiment in a folder that divide it by the same number.
+struct Division {
+  std::set<int> of_key;  ///< complete ones of the results that are made
+  std::set<int> others;  ///< complete ones of another experiment, other files or another program
+};
+
+std::string shard_path(const std::string& folder, const std::string& experiment, const Shard& shard) {
+  return (fs::path(folder) / (shard.name(experiment) + ".jsonl")).string();
+}
+
+bool has_key(const std::string& path, const std::string& key) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  const nlohmann::json header = nlohmann::json::parse(line, nullptr, false);
+  return header.is_object() && header.contains("key") && header["key"] == key;
+}
+
+/// By the number of their shards. A folder keeps what was made by an earlier program, with another number of them even.
+std::map<int, Division> divisions_in(const std::string& folder, const std::string& experiment, const std::string& key) {
+  static const std::regex tail(R"(\.shard-([1-9][0-9]{0,5})-of-([1-9][0-9]{0,5})\.jsonl(\.partial)?)");
+  std::map<int, Division> divisions;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string name = entry.path().filename().string();
@@ -26,28 +45,60 @@ std::map<int, std::set<int>> shards_in(const std::string& folder, const std::str
     if (!name.starts_with(experiment)) continue;
     const std::string rest = name.substr(experiment.size());
     if (!std::regex_match(rest, match, tail)) continue;
-    auto& numbers = complete[std::stoi(match[2])];
-    if (!match[3].matched) numbers.insert(std::stoi(match[1]));
+    const Shard shard{std::stoi(match[1]), std::stoi(match[2])};
+    if (shard.number > shard.of || shard.is_all()) continue;
+    Division& division = divisions[shard.of];
+    if (match[3].matched) continue;  // without a shard that is complete, the division is named nevertheless
+    (has_key(entry.path().string(), key) ? division.of_key : division.others).insert(shard.number);
   }
   if (error) throw InputError("folder of shards", folder, error.message());
-  return complete;
+  return divisions;
 }
 
-/// The division that is complete. @throws InputError where none is, with what is missing of the first
-int complete_division(const std::map<int, std::set<int>>& shards, const std::string& folder,
-                      const std::string& experiment) {
-  if (shards.empty()) throw InputError("folder of shards", folder, fmt::format("it has no shard of {}", experiment));
-  for (const auto& [of, numbers] : shards) {
-    if (static_cast<int>(numbers.size()) == of) return of;
-  }
-  const auto& [of, numbers] = *shards.begin();
+/// What keeps a division from being merged.
+std::string lacks_of(const Division& division, int of) {
   std::vector<int> missing;
   for (int number = 1; number <= of; ++number) {
-    if (!numbers.contains(number)) missing.push_back(number);
+    if (!division.of_key.contains(number) && !division.others.contains(number)) missing.push_back(number);
   }
-  throw InputError("folder of shards", folder,
-                   fmt::format("of the {} shards of {} these are missing or not complete: {}", of, experiment,
-                               fmt::join(missing, ", ")));
+  std::vector<std::string> lacks;
+  if (!missing.empty()) lacks.push_back(fmt::format("these are missing or not complete: {}", fmt::join(missing, ", ")));
+  if (!division.others.empty())
+    lacks.push_back(fmt::format("these are of another experiment, other files or another program: {}",
+                                fmt::join(division.others, ", ")));
+  return fmt::format("{}", fmt::join(lacks, ", and "));
+}
+
+/// The division that is complete. Rows of two are not the same where a run ends by its limit of wall time, so none of
+/// them is chosen here.
+/// @throws InputError where none is, with what each of them lacks, or where several are
+int complete_division(const std::map<int, Division>& divisions, const std::string& folder,
+                      const std::string& experiment) {
+  if (divisions.empty()) throw InputError("folder of shards", folder, fmt::format("it has no shard of {}", experiment));
+  std::vector<int> complete;
+  std::vector<std::string> lacks;
+  for (const auto& [of, division] : divisions) {
+    if (static_cast<int>(division.of_key.size()) == of) {
+      complete.push_back(of);
+    } else {
+      lacks.push_back(fmt::format("of the {} shards of {} {}", of, experiment, lacks_of(division, of)));
+    }
+  }
+  if (complete.empty()) throw InputError("folder of shards", folder, fmt::format("{}", fmt::join(lacks, "; ")));
+  if (complete.size() > 1)
+    throw InputError("folder of shards", folder,
+                     fmt::format("{} is complete in it more than once, in {} shards; a folder with one of these "
+                                 "divisions is required",
+                                 experiment, fmt::join(complete, " and in ")));
+  return complete.front();
+}
+
+/// @throws InputError for a row that no shard has made
+std::size_t piece_of(const nlohmann::json& row, const std::string& path) {
+  const auto piece = row.find("piece");
+  if (piece == row.end() || !piece->is_number_unsigned())
+    throw InputError("shard", path, "a row does not say of which piece it is");
+  return piece->get<std::size_t>();
 }
 
 }  // namespace
@@ -67,15 +118,13 @@ Shard read_shard(const std::string& text) {
 }
 
 ShardRows read_shards(const std::string& folder, const std::string& experiment, const std::string& key) {
-  const int of = complete_division(shards_in(folder, experiment), folder, experiment);
+  const int of = complete_division(divisions_in(folder, experiment, key), folder, experiment);
   ShardRows rows;
   for (int number = 1; number <= of; ++number) {
-    const std::string path = (fs::path(folder) / (Shard{number, of}.name(experiment) + ".jsonl")).string();
+    const std::string path = shard_path(folder, experiment, {number, of});
     const Results shard = read_results(path);
     if (!shard.is_complete) throw InputError("shard", path, "it is not complete");
-    if (shard.header.value("key", "") != key)
-      throw InputError("shard", path, "it is of another experiment, other files or another program");
-    for (const auto& row : shard.rows) rows[row.at("piece").get<std::size_t>()].push_back(row);
+    for (const auto& row : shard.rows) rows[piece_of(row, path)].push_back(row);
   }
   return rows;
 }

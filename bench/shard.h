@@ -28,9 +28,9 @@ Shard read_shard(const std::string& text);
 /// Rows that shards have made, as lines, by piece.
 using ShardRows = std::map<std::size_t, std::vector<nlohmann::json>>;
 
-/// All rows of the shards of an experiment in a folder.
+/// All rows of the shards of an experiment in a folder. Shards of another key may be there, too.
 /// @param key  of the header: of the same experiment, files and program
-/// @throws InputError when there are none, when one is missing, not complete, damaged or has another key
+/// @throws InputError when no division into shards of this key is complete, or several are, or one of them is damaged
 ShardRows read_shards(const std::string& folder, const std::string& experiment, const std::string& key);
 
 }  // namespace ricochet

@@ -111,7 +111,42 @@ TEST_F(Cli, ShardsThatDoNotFitAreRefused) {
   const Outcome other = run(run_it + " --no-times --time-limit 7 --from-shards " + folder.string() + " -o " +
                             (folder / "merged").string());
   EXPECT_EQ(other.code, 2);
-  EXPECT_HAS(other.text, "it is of another experiment");
+  EXPECT_HAS(other.text,
+             "of the 2 shards of small these are of another experiment, other files or another program: 1, 2");
+  const std::string text = read(folder / "small.shard-1-of-2.jsonl");
+  std::ofstream(folder / "small.shard-1-of-2.jsonl") << std::regex_replace(text, std::regex(R"("piece":\d+,)"), "");
+  const Outcome without =
+      run(run_it + " --no-times --from-shards " + folder.string() + " -o " + (folder / "merged").string());
+  EXPECT_EQ(without.code, 2);
+  EXPECT_HAS(without.text, "a row does not say of which piece it is");
+}
+
+/// A folder may have shards of before: of another number, and made by what was another program or experiment then.
+TEST_F(Cli, ShardsOfBeforeAreNotMistaken) {
+  const std::string run_it = "run-experiment " + write("small.json", kThreeMethods) + " --no-times ";
+  const std::string before = run_it + "--time-limit 7 ", out = " -o " + folder.string();
+  const auto merge = [&](const char* merged) {
+    return run(run_it + "--from-shards " + folder.string() + " -o " + (folder / merged).string());
+  };
+  ASSERT_EQ(run(run_it + out).code, 0);
+  const std::string whole = undated(read(folder / "small.jsonl"));
+  for (const char* shard : {"1/2", "2/2"}) ASSERT_EQ(run(before + "--shard " + shard + out).code, 0);
+  for (const char* shard : {"1/3", "2/3"}) ASSERT_EQ(run(run_it + "--shard " + shard + out).code, 0);
+  const Outcome early = merge("early");
+  EXPECT_EQ(early.code, 2);
+  EXPECT_HAS(early.text, "of the 2 shards of small these are of another experiment");
+  EXPECT_HAS(early.text, "of the 3 shards of small these are missing or not complete: 3");
+
+  ASSERT_EQ(run(run_it + "--shard 3/3" + out).code, 0);
+  write("small.shard-5-of-4.jsonl", "");  // a number that no shard has
+  const Outcome merged = merge("merged");
+  ASSERT_EQ(merged.code, 0) << merged.text;
+  EXPECT_EQ(undated(read(folder / "merged" / "small.jsonl")), whole);
+
+  for (const char* shard : {"1/2", "2/2"}) ASSERT_EQ(run(run_it + "--shard " + shard + out).code, 0);
+  const Outcome twice = merge("twice");
+  EXPECT_EQ(twice.code, 2);
+  EXPECT_HAS(twice.text, "small is complete in it more than once, in 2 and in 3 shards");
 }
 
 /// The motion that an experiment records is drawn by its scene, too, and the page plays it.
