@@ -66,13 +66,14 @@ const PAGES = ["index.html", "environment.html", "cite.html", `experiments/${gri
 const browser = await chromium.launch({ executablePath: chromium_path, args: ["--no-sandbox"] });
 const complaints = [];
 
-async function open(name, width, colorScheme = "light") {
+async function open(name, width, colorScheme = "light", prepare = () => {}) {
   const page = await browser.newPage({ viewport: { width, height: 900 }, colorScheme, reducedMotion: "reduce" });
   page.on("console", (message) => { if (message.type() === "error") complaints.push(`${name}: console: ${message.text()}`); });
   page.on("pageerror", (error) => complaints.push(`${name}: ${error.message}`));
   page.on("request", (request) => {
     if (!/^(file|data|blob):/.test(request.url())) complaints.push(`${name}: asks for ${request.url()}`);
   });
+  await prepare(page);
   await page.goto(`file://${site}/${name}`);
   return page;
 }
@@ -209,6 +210,135 @@ async function workPrecision() {
   await page.close();
 }
 
+/// Changes the data of the chart before it is drawn: a penetration of which the test knows where it is zero, tiny or missing, and
+/// measures that no run has. The second method is at zero in each run, with no linear solve.
+function plantZeros() {
+  document.addEventListener("readystatechange", () => {
+    if (document.readyState !== "interactive") return;
+    const script = document.querySelector("figure[data-chart=work_precision] script"), data = JSON.parse(script.textContent);
+    const label = "deepest penetration [m]", fields = ["error", "relative"];
+    data.errors = data.errors.filter((e) => fields.includes(e.field));
+    data.errors.push({ field: "penetration", label }, { field: "nobody", label: "of nobody" });
+    data.works.push({ field: "idle", label: "counted by nobody" });
+    let first = 0;
+    data.runs.forEach((run, k) => {
+      run.nobody = null;
+      run.idle = 0;
+      run.penetration = 1e-4 * (k + 1);
+      if (run.method === 0 && first < 4) run.penetration = [0, 1e-3, 0, null][first++];
+      if (run.method === 1) Object.assign(run, { penetration: 0, linear_solves: 0 });
+      else run.linear_solves += 1;
+    });
+    data.runs.at(-1).penetration = 1e-20;
+    script.textContent = JSON.stringify(data);
+    window.planted = { runs: data.runs.length, idle: data.runs.filter((run) => run.method === 1).length };
+  });
+}
+
+/// Of the chart's drawing, in its own units: bands, marks and the pieces of lines.
+const drawnOf = () => {
+  const svg = document.querySelector("figure[data-chart=work_precision] .picture svg");
+  const frame = (e) => ({ x: Number(e.getAttribute("x")), y: Number(e.getAttribute("y")),
+    width: Number(e.getAttribute("width")), height: Number(e.getAttribute("height")) });
+  const points = (d) => [...d.matchAll(/(-?[\d.]+),(-?[\d.]+)/g)].map((m) => [Number(m[1]), Number(m[2])]);
+  return {
+    name: svg.getAttribute("aria-label"),
+    bands: [...svg.querySelectorAll(".zeros")].map(frame),
+    labels: [...svg.querySelectorAll(".axis text")].map((text) => text.textContent),
+    powers: [...svg.querySelectorAll(".axis[transform^='translate(0,'] text")].map((text) => text.textContent),
+    marks: [...svg.querySelectorAll(".mark")].map((mark) => points(mark.getAttribute("transform"))[0]),
+    pieces: [...svg.querySelectorAll(".curve")].flatMap((curve) => (curve.getAttribute("d") ?? "").split("M").filter(Boolean).map(points)),
+  };
+};
+
+async function zeros() {
+  const page = await open(`experiments/${grid}.html`, 1400, "light", (p) => p.addInitScript(plantZeros));
+  const chart = page.locator("figure.chart[data-chart=work_precision]"), notes = chart.locator(".drawn > .hint");
+  const choose = (menu, value) => chart.locator("select").nth(menu).selectOption(value);
+  const offered = (menu) => chart.locator("select").nth(menu).locator("option").evaluateAll((all) => all.map((o) => o.value));
+  const { runs, idle } = await page.evaluate(() => window.planted);
+  assert.deepEqual(await offered(0), ["error", "relative", "penetration"], "an error that no run has is not offered");
+  assert.ok(!(await offered(1)).includes("idle"), "nor is a work that nobody counts");
+  assert.equal((await page.evaluate(drawnOf)).bands.length, 0, "without zeros there is no band");
+
+  await choose(0, "penetration");
+  const told = `${idle + 2} runs at zero, 1 below 1e-16, 1 without this number`;
+  assert.ok((await notes.textContent()).includes(`deepest penetration [m]: ${told}`), await notes.textContent());
+  let drawn = await page.evaluate(drawnOf);
+  assert.ok(drawn.name.includes(told), drawn.name);
+  assert.equal(drawn.marks.length, runs - 1, "a run at zero is drawn, one without the number is not");
+  assert.equal(drawn.bands.length, 1);
+  const rim = drawn.bands[0].x + drawn.bands[0].width, isInside = ([x]) => x > drawn.bands[0].x && x < rim;
+  assert.equal(drawn.marks.filter(isInside).length, idle + 3, "zeros, and what is rounding, lie in the band");
+  assert.equal(new Set(drawn.marks.filter(isInside).map(([x]) => x)).size, 3, "in a column for each of three methods");
+  assert.ok(drawn.labels.includes("<1e-16"), "the band is marked");
+  for (const piece of drawn.pieces) assert.ok(piece.every(isInside) || !piece.some(isInside), `a line leads into the band: ${piece}`);
+  assert.ok(drawn.pieces.some((piece) => piece.every(isInside)), "lines go on inside of the band");
+
+  const zero = chart.locator(".picture .mark").first();
+  await chart.locator(".picture svg").scrollIntoViewIfNeeded();
+  const box = await zero.boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  const said = chart.locator(".said");
+  assert.match(await said.textContent(), /deepest penetration \[m\]: 0(?!\.)/, "the pointer finds a run at zero");
+  await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+  assert.equal(await chart.locator(".said.pinned").count(), 1, "a click pins it");
+  const one = await said.textContent();
+  await chart.locator(".picture svg").focus();
+  await page.keyboard.press("End");
+  await page.keyboard.press("Home");
+  assert.equal(await said.textContent(), one, "keys lead to it");
+
+  await choose(1, "linear_solves");
+  assert.ok((await notes.textContent()).includes(`linear solves: ${idle} runs at zero`), await notes.textContent());
+  drawn = await page.evaluate(drawnOf);
+  const [left, below] = drawn.bands;
+  const corner = drawn.marks.filter(([x, y]) => x < left.x + left.width && y > below.y);
+  assert.equal(corner.length, idle, "runs at zero in both lie in the corner");
+  assert.equal(new Set(corner.map(String)).size, idle, "beside each other");
+  assert.ok(drawn.marks.every(([x, y]) => x >= left.x && y <= below.y + below.height), "nothing lies outside of the axes");
+  for (const piece of drawn.pieces) {
+    const isBelow = ([, y]) => y > below.y;
+    assert.ok(piece.every(isBelow) || !piece.some(isBelow), "no line leads into the band below");
+  }
+  await page.setViewportSize({ width: 390, height: 844 });
+  await page.waitForTimeout(200);
+  for (const what of await page.evaluate(cutOff)) complaints.push(`a chart with zeros at 390: ${what}`);
+
+  await page.setViewportSize({ width: 1400, height: 900 });
+  await choose(1, "time");
+  await chart.locator(".legend .curves button:not(.group)").nth(1).dblclick();
+  drawn = await page.evaluate(drawnOf);
+  assert.equal(drawn.marks.length, idle, "a method that is at zero alone is drawn alone");
+  assert.ok(drawn.labels.includes("0") && drawn.powers.includes("1e-3"), "and the axis says what zero is left of");
+  await page.close();
+}
+
+async function stillsFit() {
+  const page = await open(`experiments/${grid}.html`, 390);
+  const still = page.locator("figure.fits > img.still").first();
+  if (await still.count()) {  // there is none without gnuplot
+    const button = page.locator("button.enlarge").first();
+    await still.scrollIntoViewIfNeeded();
+    await page.waitForFunction((image) => image.complete && image.naturalWidth, await still.elementHandle());
+    assert.ok((await still.boundingBox()).width <= 390, "a still figure fits a phone");
+    await button.click();
+    assert.ok((await still.boundingBox()).width > 390, "the button enlarges it");
+    assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "inside of its own box");
+    await button.click();
+    assert.ok((await still.boundingBox()).width <= 390);
+    await still.scrollIntoViewIfNeeded();
+    const box = await still.boundingBox(), at = { x: box.x + 0.6 * box.width, y: box.y + 0.5 * box.height };
+    await page.mouse.click(at.x, at.y);
+    const large = await still.boundingBox();
+    assert.ok(Math.abs(large.x + 0.6 * large.width - at.x) < 4 && Math.abs(large.y + 0.5 * large.height - at.y) < 4,
+      "what was tapped stays under the finger");
+    await page.setViewportSize({ width: 768, height: 900 });
+    assert.ok(!(await button.isVisible()), "a wide window needs no button");
+  }
+  await page.close();
+}
+
 async function namesLeadToPages() {
   const page = await open(`experiments/${grid}.html`, 1400);
   await page.locator('td a[href$="methods/moreau_jean.html"]').first().click();
@@ -234,6 +364,7 @@ async function profiles() {
 
 async function verdicts() {
   const page = await open(`experiments/${hard}`, 1400);
+  assert.equal(await page.locator("h2#matrix + figure[data-chart=verdicts]").count(), 1, "a link to the heading leads to the matrix");
   const cells = page.locator("button.verdict"), all = await cells.count();
   assert.ok(all >= 4, `${all} verdicts`);
   await cells.first().click();
@@ -296,7 +427,7 @@ async function printsEverything() {
 const bytes = ["index.html", "assets/site.css", "assets/site.js"].reduce((sum, name) => sum + statSync(join(site, name)).size, 0);
 assert.ok(bytes < FIRST_VIEW, `the first view has ${bytes} bytes`);
 try {
-  for (const test of [answers, workPrecision, namesLeadToPages, profiles, verdicts, equations, printsEverything]) {
+  for (const test of [answers, workPrecision, zeros, stillsFit, namesLeadToPages, profiles, verdicts, equations, printsEverything]) {
     await test().catch((error) => complaints.push(`${test.name}: ${error.message}`));
   }
   for (const name of PAGES) await looksRight(name);

@@ -5,11 +5,13 @@ import { scaleLinear, scaleLog } from "d3-scale";
 import { create } from "d3-selection";
 import { symbol, symbolCircle, symbolDiamond, symbolSquare, symbolTriangle, symbolCross, symbolStar } from "d3-shape";
 
-export const SYMBOLS = [symbolCircle, symbolSquare, symbolTriangle, symbolDiamond, symbolCross, symbolStar];
+const SYMBOLS = [symbolCircle, symbolSquare, symbolTriangle, symbolDiamond, symbolCross, symbolStar];
 // Okabe and Ito's palette without its yellow, which is lost on white, and with a grey; the style sheet has both themes.
 export const COLOURS = 8;
 const ROOM = 48;  // pixels of a label
 const MARGIN = { top: 12, right: 14, bottom: 46, left: 62 };
+const LANE = 7;  // pixels of one of many lanes in a band of zeros
+const GAP = 8;  // pixels between a band of zeros and its axis, and from its rim to its first lane
 
 /// "1e-4", for a power of ten: short on a phone.
 const power = (x) => (Number.isInteger(Math.log10(x)) || Math.abs(Math.log10(x) - Math.round(Math.log10(x))) < 1e-9
@@ -27,26 +29,44 @@ export const logDomain = (values) => {
   return [Math.min(...positive) / 1.6, Math.max(...positive) * 1.6];
 };
 
-/// @param beside  pixels left free on the right  @returns { svg, area, x, y }
-export function axes({ width, height, label, xLabel, yLabel, xDomain, yDomain, isLogY = true, beside = 0 }) {
-  const right = width - MARGIN.right - beside;
-  const x = scaleLog(xDomain, [MARGIN.left, right]);
-  const y = (isLogY ? scaleLog : scaleLinear)(yDomain, [height - MARGIN.bottom, MARGIN.top]);
+/// Pixels of the band of zeros before a logarithmic axis, on which zero has no place. Many lanes share what there is.
+const bandOf = (zeros, length) => (zeros ? Math.min(length / 5, Math.max(28, LANE * zeros.lanes + 2 * GAP)) : 0);
+
+/// @param beside  pixels left free on the right
+/// @param zerosX, zerosY  { lanes, label } of the bands of zeros left and below, if any
+/// @returns { svg, area, x, y, zeroX, zeroY }; the last two take a share, from 0 to 1, of the breadth of a band
+export function axes({ width, height, label, xLabel, yLabel, xDomain, yDomain, isLogY = true, beside = 0, zerosX, zerosY }) {
+  const left = MARGIN.left, right = width - MARGIN.right - beside, top = MARGIN.top, bottom = height - MARGIN.bottom;
+  const rimX = left + bandOf(zerosX, right - left), rimY = bottom - bandOf(zerosY, bottom - top);
+  const x = scaleLog(xDomain, [zerosX ? rimX + GAP : left, right]);
+  const y = (isLogY ? scaleLog : scaleLinear)(yDomain, [zerosY ? rimY - GAP : bottom, top]);
   const svg = create("svg:svg").attr("viewBox", `0 0 ${width} ${height}`).attr("role", "group").attr("aria-label", label)
     .style("width", "100%").style("height", "auto");
-  const xAxis = axisBottom(x).tickValues(decades(xDomain, right - MARGIN.left)).tickFormat(power).tickSizeOuter(0)
-    .tickSizeInner(-(height - MARGIN.top - MARGIN.bottom)).tickPadding(8);
-  const yAxis = axisLeft(y).tickSizeOuter(0).tickSizeInner(-(right - MARGIN.left)).tickPadding(8);
-  if (isLogY) yAxis.tickValues(decades(yDomain, height - MARGIN.top - MARGIN.bottom)).tickFormat(power);
-  svg.append("g").attr("class", "axis").attr("aria-hidden", "true")
-    .attr("transform", `translate(0,${height - MARGIN.bottom})`).call(xAxis);
-  svg.append("g").attr("class", "axis").attr("aria-hidden", "true")
-    .attr("transform", `translate(${MARGIN.left},0)`).call(yAxis);
-  svg.append("text").attr("class", "label").attr("x", (MARGIN.left + right) / 2).attr("y", height - 8)
+  const zeroX = scaleLinear([0, 1], [left + GAP, rimX - GAP]), zeroY = scaleLinear([0, 1], [rimY + GAP, bottom - GAP]);
+  const zeros = svg.append("g").attr("class", "axis").attr("aria-hidden", "true");
+  const band = (x0, y0, x1, y1, rim) => {
+    zeros.append("rect").attr("class", "zeros").attr("x", x0).attr("y", y0).attr("width", x1 - x0).attr("height", y1 - y0);
+    zeros.append("path").attr("class", "rim").attr("d", rim);
+  };
+  if (zerosX) band(left, top, rimX, bottom, `M${rimX},${top}V${bottom}`);
+  if (zerosY) band(left, rimY, right, bottom, `M${left},${rimY}H${right}`);
+  const zero = (text, at, anchor) => zeros.append("text").attr("transform", `translate(${at})`).attr("dy", "0.32em")
+    .attr("text-anchor", anchor).text(text);
+  if (zerosX) zero(zerosX.label, [zeroX(0.5), bottom + 13], "middle");
+  if (zerosY) zero(zerosY.label, [left - 8, zeroY(0.5)], "end");
+  // A power whose label would touch that of the band beside it is left out.
+  const isClear = (tick) => !zerosX || x(tick) - zeroX(0.5) >= ROOM / 2 + 4 * zerosX.label.length;
+  const xTicks = decades(xDomain, x.range()[1] - x.range()[0]).filter(isClear);
+  const xAxis = axisBottom(x).tickValues(xTicks).tickFormat(power).tickSizeOuter(0).tickSizeInner(top - bottom).tickPadding(8);
+  const yAxis = axisLeft(y).tickSizeOuter(0).tickSizeInner(left - right).tickPadding(8);
+  if (isLogY) yAxis.tickValues(decades(yDomain, y.range()[0] - top)).tickFormat(power);
+  svg.append("g").attr("class", "axis").attr("aria-hidden", "true").attr("transform", `translate(0,${bottom})`).call(xAxis);
+  svg.append("g").attr("class", "axis").attr("aria-hidden", "true").attr("transform", `translate(${left},0)`).call(yAxis);
+  svg.append("text").attr("class", "label").attr("x", (left + right) / 2).attr("y", height - 8)
     .attr("text-anchor", "middle").text(xLabel);
-  svg.append("text").attr("class", "label").attr("transform", `translate(14,${(height - MARGIN.bottom) / 2}) rotate(-90)`)
+  svg.append("text").attr("class", "label").attr("transform", `translate(14,${bottom / 2}) rotate(-90)`)
     .attr("text-anchor", "middle").text(yLabel);
-  return { svg, area: svg.append("g"), x, y };
+  return { svg, area: svg.append("g"), x, y, zeroX, zeroY };
 }
 
 export const symbolPath = (k, size = 36) => symbol(SYMBOLS[k % SYMBOLS.length], size)();

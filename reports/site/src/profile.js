@@ -6,7 +6,7 @@ import { lookedAt } from "./looked_at.js";
 import { axes, COLOURS, drawAtWidth } from "./plot.js";
 
 /// Points of (tau, share); failures, which `ratios` leaves out, keep the curve below 1.
-export function stepsOf(ratios, problems, last) {
+function stepsOf(ratios, problems, last) {
   const points = [[1, 0]];
   ratios.forEach((ratio, k) => points.push([ratio, (k + 1) / problems]));
   points.push([last, ratios.length / problems]);

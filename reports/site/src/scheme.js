@@ -24,7 +24,7 @@ function nameToTex(name, before, behind) {
   return name;
 }
 
-export function toTex(text) {
+function toTex(text) {
   let rest = [...text].map((c) => UNICODE.get(c) ?? c).join("");
   let tex = "";
   const take = (length) => { rest = rest.slice(length); };

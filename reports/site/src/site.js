@@ -3,6 +3,7 @@
 import "./site.css";
 import { addAnswer } from "./choice.js";
 import { openContents } from "./contents.js";
+import { enlargeStills } from "./enlarge.js";
 import { addFilters } from "./filter.js";
 import { linkNames } from "./links.js";
 import { openForPrint } from "./print.js";
@@ -20,8 +21,9 @@ for (const table of document.querySelectorAll("table[data-filters]")) addFilters
 for (const figure of document.querySelectorAll("figure.chart")) {
   const draw = CHARTS[figure.dataset.chart];
   if (!draw) continue;
-  draw(figure.querySelector(".drawing"), JSON.parse(figure.querySelector("script").textContent), figure.id);
+  draw(figure.querySelector(".drawing"), JSON.parse(figure.querySelector("script").textContent));
   for (const still of figure.querySelectorAll("img.still")) still.remove();
 }
+enlargeStills();
 openTarget();
 openForPrint();

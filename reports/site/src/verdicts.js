@@ -7,7 +7,7 @@ const PAPER_COLUMNS = 8;  // as many as A4 takes with words that can be read
 /// A name that goes on in another line behind a comma, rather than anywhere.
 const breakable = (name) => name.split(/(?<=,)/).flatMap((part) => [part, element("wbr")]);
 
-export function drawVerdicts(place, data, id) {
+export function drawVerdicts(place, data) {
   const state = { group: ALL, verdict: ALL, name: "", chosen: null };
   const groups = [...new Set(data.cases.map((c) => c.group))];
   const words = Object.keys(data.meanings);
