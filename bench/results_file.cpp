@@ -45,7 +45,7 @@ void keep_aside(const fs::path& path) {
 }
 
 /// The complete lines of an interrupted run behind its header.
-std::vector<std::pair<std::string, json>> lines_of(const std::string& partial) {
+std::vector<std::pair<std::string, json>> taken_lines(const std::string& partial) {
   std::vector<std::pair<std::string, json>> lines;
   std::ifstream file(partial);
   std::string text;
@@ -74,7 +74,7 @@ ResultsFile::ResultsFile(const std::string& folder, const std::string& name, jso
     said_ = fmt::format("{}: results of the same experiment, files and program are there; --force computes them again",
                         path_);
   } else if (!force && fs::exists(partial_) && key_of(partial_) == key) {
-    taken_ = lines_of(partial_);
+    taken_ = taken_lines(partial_);
     said_ = fmt::format("{}: {} rows of an interrupted run are taken over", path_, taken_.size());
   } else if (is_there && !is_same) {
     said_ = fmt::format("{}: results of another experiment, other files or another program are kept under a dated name",
@@ -88,15 +88,19 @@ ResultsFile::~ResultsFile() {
 
 /// @throws InputError when another process has it
 void ResultsFile::lock() {
-  if (lock_ >= 0) return;
-  lock_ = ::open(partial_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (lock_ < 0) throw InputError("results file", partial_, "cannot be written");
-  struct stat locked {
+  if (lock_ < 0) lock_ = locked(partial_);
+}
+
+int ResultsFile::locked(const std::string& file) const {
+  const int lock = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (lock < 0) throw InputError("results file", file, "cannot be written");
+  struct stat opened {
   }, there{};
-  const bool is_ours = ::flock(lock_, LOCK_EX | LOCK_NB) == 0 && ::fstat(lock_, &locked) == 0 &&
-                       ::stat(partial_.c_str(), &there) == 0 && locked.st_ino == there.st_ino;
-  if (!is_ours)
-    throw InputError("results file", path_, "another process is writing it; another folder is required (-o)");
+  const bool is_ours = ::flock(lock, LOCK_EX | LOCK_NB) == 0 && ::fstat(lock, &opened) == 0 &&
+                       ::stat(file.c_str(), &there) == 0 && opened.st_ino == there.st_ino;
+  if (is_ours) return lock;
+  ::close(lock);
+  throw InputError("results file", path_, "another process is writing it; another folder is required (-o)");
 }
 
 bool ResultsFile::can_take(const std::string& kind, std::size_t n) {
@@ -113,10 +117,20 @@ void ResultsFile::open() {
   if (error) throw InputError("results folder", folder.string(), error.message());
   lock();
   if (fs::exists(path_)) keep_aside(path_);
-  file_.open(partial_, std::ios::trunc);  // an unfinished run of another program is no more
-  if (!file_) throw InputError("results file", partial_, "cannot be written");
+  // What is taken over is whole in a file of its own before the old one goes: an interruption here loses no row. An
+  // unfinished run of another program is no more.
+  const std::string fresh = partial_ + ".new";
+  const int fresh_lock = locked(fresh);
+  file_.open(fresh, std::ios::trunc);
   file_ << header_.dump() << "\n";
   for (const auto& [text, line] : taken_) file_ << text << "\n";
+  if (!file_.flush()) {
+    ::close(fresh_lock);
+    throw InputError("results file", fresh, "cannot be written");
+  }
+  fs::rename(fresh, partial_);
+  ::close(lock_);
+  lock_ = fresh_lock;
 }
 
 void ResultsFile::append(const json& line) {

@@ -157,6 +157,8 @@ class ResultsFile {
                       const std::function<void(std::size_t piece)>& done);
   void open();
   void lock();
+  /// @return a descriptor that holds the lock of `file`, which is made. @throws InputError when another process has it
+  int locked(const std::string& file) const;
 
   std::string path_, partial_;
   nlohmann::json header_;

@@ -167,6 +167,22 @@ std::string profile(const json& data) {
                    body);
 }
 
+/// A row that adds to the run of this number.
+bool is_part_of_a_run(const nlohmann::json& row) {
+  const auto number = row.find("row");
+  return number != row.end() && number->is_number_unsigned();
+}
+
+/// The kind that most rows have, of those that stand for themselves.
+std::string kind_of_runs(const Results& results) {
+  std::map<std::string, int> counts;
+  for (const auto& row : results.rows) {
+    if (!is_part_of_a_run(row)) ++counts[row.at("kind")];
+  }
+  if (counts.empty()) throw InputError("results", results.path, "at least one run is required");
+  return std::ranges::max_element(counts, {}, [](const auto& count) { return count.second; })->first;
+}
+
 }  // namespace
 
 std::string latex(const Table& table, const std::string& label) {
@@ -187,17 +203,15 @@ std::string latex(const Table& table, const std::string& label) {
   return text + "\\end{table}\n";
 }
 
-std::string tidy_csv(const Results& results, const std::string& kind) {
+std::string tidy_csv(const Results& results) {
+  const std::string kind = kind_of_runs(results);
   std::vector<Fields> runs;
   for (const auto& row : results.rows) {
     if (row.at("kind") == kind) runs.push_back(fields_of(row, ""));
   }
-  if (runs.empty()) throw InputError("results", results.path, fmt::format("rows of kind {} are required", kind));
   for (const auto& row : results.rows) {
-    const auto number = row.find("row");
-    if (row.at("kind") == kind || number == row.end() || !number->is_number_unsigned() || *number >= runs.size())
-      continue;
-    for (auto& field : fields_of(row, "row")) runs[number->get<std::size_t>()].push_back(std::move(field));
+    if (row.at("kind") == kind || !is_part_of_a_run(row) || row["row"] >= runs.size()) continue;
+    for (auto& field : fields_of(row, "row")) runs[row["row"].get<std::size_t>()].push_back(std::move(field));
   }
   std::vector<std::string> names;
   for (const auto& run : runs) {

@@ -12,10 +12,10 @@ namespace ricochet {
 std::string latex(const Table& table, const std::string& label);
 
 /// One line per run, as CSV: every number with all its digits and NaN where there is none, nested fields joined by '_',
-/// names in snake_case. Rows of `kind`; rows that name one of them by its number ("row", as times do) add their fields
-/// to it. Lists of strings are joined by ';', other lists are left out.
-/// @throws InputError where the results have no such row
-std::string tidy_csv(const Results& results, const std::string& kind);
+/// names in snake_case. Rows of the kind that most rows have; rows that name one of them by its number ("row", as times do)
+/// add their fields to it. Lists of strings are joined by ';', other lists are left out.
+/// @throws InputError where the results have no row
+std::string tidy_csv(const Results& results);
 
 /// Whether pgfplots() knows this kind of chart.
 bool has_pgfplots(const Section::Chart& chart);

@@ -63,7 +63,7 @@ std::string text_of_results(const std::string& path, const TableOptions& options
   const ShownResults shown = shown_results(path);
   if (options.latex) return latex_of(shown, options);
   if (options.pgfplots) return pgfplots_of(shown, options);
-  return tidy_csv(shown.results, study_of(shown.results).rows.front());
+  return tidy_csv(shown.results);
 }
 
 }  // namespace

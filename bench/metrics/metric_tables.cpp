@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "bench/metrics/metrics.h"
 #include "reports/table.h"
@@ -51,13 +52,11 @@ Table motion_table(const std::vector<M>& runs) {
       });
   return table_of(
       "Errors of the motion", columns, runs,
-      fmt::format(
-          "Against an event-located motion: the largest error of a coordinate at any time, the integral of that "
-          "of v over the time, which an impact that is late by dt hurts by dt and not by its jump; velocity, "
-          "energy (with its sign) and momentum of the bodies about the origin at the end, none with an impact in "
-          "the last hundredth of the time. Events are those of one contact and kind that are nearest to each "
-          "other seen from both sides; the rest is missed, or spurious. Runs of more than {} steps are left out.",
-          kMostMeasuredSteps));
+      "Against an event-located motion: the largest error of a coordinate at any time, the integral of that "
+      "of v over the time, which an impact that is late by dt hurts by dt and not by its jump; velocity, "
+      "energy (with its sign) and momentum of the bodies about the origin at the end, none with an impact in "
+      "the last hundredth of the time. Events are those of one contact and kind that are nearest to each "
+      "other seen from both sides; the rest is missed, or spurious.");
 }
 
 Table impact_table(const std::vector<M>& runs) {
@@ -93,11 +92,30 @@ Table contact_table(const std::vector<M>& runs) {
       "contacts are redundant at some time, so that the motion does not determine forces.");
 }
 
+/// Why runs have no metrics, or none against a reference motion, and how many.
+std::string reasons(const std::vector<M>& runs) {
+  std::map<std::pair<bool, std::string>, int> counts;
+  for (const M& run : runs) {
+    const std::string& why = run.metrics.why_not;
+    if (!run.metrics.are_known || !why.empty())
+      ++counts[{run.metrics.are_known, why.empty() ? "the results do not say why" : why}];
+  }
+  std::string text;
+  for (const auto& [reason, n] : counts)
+    text +=
+        fmt::format(" {}: {} ({}).", reason.first ? "Without a reference motion" : "Not looked at", n, reason.second);
+  return text;
+}
+
 }  // namespace
 
-void show_metrics(const std::vector<MeasuredRun>& runs, Section& section) {
+void show_metrics(const std::vector<MeasuredRun>& all, Section& section) {
+  std::vector<M> runs;
+  std::ranges::copy_if(all, std::back_inserter(runs), [](const M& run) { return run.metrics.are_known; });
   if (runs.empty()) return;
-  section.details("motions", motion_table(runs));
+  Table motions = motion_table(runs);
+  motions.note += reasons(all);
+  section.details("motions", motions);
   section.details("laws", impact_table(runs));
   std::vector<M> persistent;
   std::ranges::copy_if(runs, std::back_inserter(persistent),

@@ -1,5 +1,7 @@
 #include "bench/metrics/metrics.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -115,15 +117,34 @@ void compare_events(const Solution& solution, const Solution& reference, Metrics
 
 }  // namespace
 
-std::optional<Solution> reference_motion(const Problem& problem, const reference::Reference& reference) try {
+ReferenceMotion reference_motion(const Problem& problem, const reference::Reference& reference) try {
   Solution motion = reference::integrate_event_located(
       problem, {.tolerance = kMotionTolerance, .time_limit = kMotionLimit, .records_motion = true});
-  if (!motion.succeeded() || motion.motion.empty()) return std::nullopt;
+  if (!motion.succeeded()) return {{}, "no event-located motion: " + motion.message};
   const double distance =
       reference::final_state_difference(motion.q, motion.v, reference.solution.q, reference.solution.v);
-  return distance <= kSameMotion * reference.size() ? std::optional(std::move(motion)) : std::nullopt;
-} catch (const InputError&) {  // it has contacts that no event-located run can follow
-  return std::nullopt;
+  if (!(distance <= kSameMotion * reference.size()))
+    return {{}, fmt::format("the event-located motion ends {:.2g} from the reference", distance)};
+  return {std::move(motion), ""};
+} catch (const InputError& error) {  // it has contacts that no event-located run can follow
+  return {{}, error.what()};
+}
+
+Metrics metrics_of_run(const Method& method, const Problem& problem, Settings settings, std::int64_t steps,
+                       const ReferenceMotion& reference) {
+  Metrics metrics;
+  if (steps > kMostMeasuredSteps) {
+    metrics.why_not = fmt::format("more than {} steps", kMostMeasuredSteps);
+    return metrics;
+  }
+  settings.recording = Recording::motion;
+  const Solution solution = method.solve(problem, settings);
+  if (solution.succeeded())
+    metrics = measure_metrics(problem, solution, reference.get());
+  else
+    metrics.why_not = "the run that records its motion fails: " + solution.message;
+  if (metrics.are_known) metrics.why_not = reference.why_not;
+  return metrics;
 }
 
 Metrics measure_metrics(const Problem& problem, const Solution& solution, const Solution* reference) {

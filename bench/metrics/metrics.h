@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <string>
 
+#include "methods/method.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
 #include "reference/agreement.h"
@@ -10,8 +13,13 @@
 namespace ricochet {
 
 /// What a motion is held against at all times: an event-located run whose end agrees with the reference of the end.
-/// Empty where there is none, as behind an accumulation of impacts.
-std::optional<Solution> reference_motion(const Problem& problem, const reference::Reference& reference);
+struct ReferenceMotion {
+  std::optional<Solution> motion;
+  std::string why_not;  ///< why there is none, as behind an accumulation of impacts
+
+  const Solution* get() const { return motion ? &*motion : nullptr; }
+};
+ReferenceMotion reference_motion(const Problem& problem, const reference::Reference& reference);
 
 /// Of a run with more steps studies do not ask for metrics: recording and looking at its motion takes minutes.
 inline constexpr int kMostMeasuredSteps = 20000;
@@ -25,5 +33,10 @@ inline constexpr int kMostMeasuredSteps = 20000;
 ///
 /// @param reference  null where there is none
 Metrics measure_metrics(const Problem& problem, const Solution& solution, const Solution* reference);
+
+/// The same of a run that is repeated with its motion, which says why where it cannot be had.
+/// @param steps  that the run took: above kMostMeasuredSteps it is not looked at
+Metrics metrics_of_run(const Method& method, const Problem& problem, Settings settings, std::int64_t steps,
+                       const ReferenceMotion& reference);
 
 }  // namespace ricochet

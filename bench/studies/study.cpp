@@ -1,6 +1,7 @@
 #include "bench/studies/study.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "problems/input_error.h"
 #include "problems/input_text.h"
@@ -17,6 +18,7 @@ std::vector<Study>& registered() {
 }  // namespace
 
 bool register_study(Study study) {
+  if (study.rows.empty()) throw std::logic_error("study " + study.kind + " has no kind of row");
   const auto place = std::ranges::upper_bound(registered(), study.kind, {}, &Study::kind);
   registered().insert(place, std::move(study));
   return true;

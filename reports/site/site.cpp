@@ -135,7 +135,7 @@ class ResultsPage {
     SiteLinks links = {{"every run, as JSON lines", file.string()}};
     if (!results_.rows.empty()) {
       const std::string runs = file_of(results_, "all_digits", "csv");
-      write_text("report file", folder_ / runs, tidy_csv(results_, results_.rows.front().at("kind")));
+      write_text("report file", folder_ / runs, tidy_csv(results_));
       links.emplace_back("every run, as CSV with all digits", runs);
     }
     page_.html += site_links(links);

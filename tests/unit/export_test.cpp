@@ -29,11 +29,12 @@ TEST(Export, TidyHasALinePerRunWithAllDigits) {
 {"kind": "time", "row": 1, "timing": {"median": 1e-7}}
 {"kind": "end"}
 )~");
-  EXPECT_EQ(tidy_csv(results, "run"),
+  EXPECT_EQ(tidy_csv(results),
             "error,method,names,work_linear_solves,timing_median\n"
             "0.1234567890123456,\"a,b\",x;y,3,NaN\n"
             "NaN,c,,4,1e-07\n");
-  EXPECT_THROW(tidy_csv(results, "walk"), InputError);
+  EXPECT_THROW(tidy_csv(parse_results("f", "{\"kind\": \"header\", \"schema\": 1}\n{\"kind\": \"end\"}\n")),
+               InputError);
 }
 
 TEST(Export, PgfplotsHasTheDataOfTheChart) {

@@ -28,7 +28,7 @@ Solution solved(const Problem& problem, const std::string& method, int steps, do
 
 TEST(Metrics, OfTheReferenceItselfAreRounding) {
   const auto problem = make_problem("two_balls_spring");
-  const auto truth = reference_motion(*problem, reference::make_reference(*problem));
+  const auto truth = reference_motion(*problem, reference::make_reference(*problem)).motion;
   ASSERT_TRUE(truth);
   const Metrics m = measure_metrics(*problem, *truth, &*truth);
   EXPECT_LT(m.position_error, 1e-12) << "interpolation";
@@ -45,7 +45,7 @@ TEST(Metrics, OfTheReferenceItselfAreRounding) {
 
 TEST(Metrics, SayHowFarAMotionIsOff) {
   const auto problem = make_problem("two_balls_spring");
-  const auto truth = reference_motion(*problem, reference::make_reference(*problem));
+  const auto truth = reference_motion(*problem, reference::make_reference(*problem)).motion;
   ASSERT_TRUE(truth);
   // Later by dt: events by dt, q by |v| dt, the integral of v by dt times the sum of what v does, jumps among it.
   constexpr double dt = 1e-4;
@@ -71,7 +71,7 @@ TEST(Metrics, SayHowFarAMotionIsOff) {
 
 TEST(Metrics, OfTimeSteppingAreOfFirstOrderInEveryNorm) {
   const auto problem = make_problem("two_balls_spring");
-  const auto truth = reference_motion(*problem, reference::make_reference(*problem));
+  const auto truth = reference_motion(*problem, reference::make_reference(*problem)).motion;
   ASSERT_TRUE(truth);
   const Metrics coarse = measure_metrics(*problem, solved(*problem, "moreau_jean", 1000, 0), &*truth);
   const Metrics fine = measure_metrics(*problem, solved(*problem, "moreau_jean", 8000, 0), &*truth);
@@ -106,7 +106,7 @@ TEST(Metrics, SeeLawsThatAreViolated) {
 /// A block that slides, sticks and slides again: one contact that stays closed.
 TEST(Metrics, OfPersistentContactAreThoseOfItsForces) {
   const auto problem = ground_truth_problem("P4b_spring_driven_block");
-  const auto truth = reference_motion(*problem, reference::make_reference(*problem));
+  const auto truth = reference_motion(*problem, reference::make_reference(*problem)).motion;
   ASSERT_TRUE(truth);
   const Metrics of_reference = measure_metrics(*problem, *truth, &*truth);
   EXPECT_LT(of_reference.contact_gap, 1e-12);
@@ -140,7 +140,7 @@ Solution pushed(const Solution& truth, Eigen::Index coordinate, double a, double
 
 TEST(Metrics, SeeForcesThatNoContactHas) {
   const auto problem = ground_truth_problem("P4b_spring_driven_block");
-  const auto truth = reference_motion(*problem, reference::make_reference(*problem));
+  const auto truth = reference_motion(*problem, reference::make_reference(*problem)).motion;
   ASSERT_TRUE(truth);
   const double T = problem->info().end_time, g = 9.81;  // of masses of 1 kg: W m = 1
   const Metrics slid = measure_metrics(*problem, pushed(*truth, 0, 30, 0), &*truth);
@@ -156,7 +156,7 @@ TEST(Metrics, SeeForcesThatNoContactHas) {
 /// A ball that rests behind its impact, by methods whose forces are in accelerations and by one with forces in impulses.
 TEST(Metrics, OfAContactThatAnImpactCloses) {
   const auto problem = ground_truth_problem("P1c_ball_e0");
-  const auto truth = reference_motion(*problem, reference::make_reference(*problem));
+  const auto truth = reference_motion(*problem, reference::make_reference(*problem)).motion;
   ASSERT_TRUE(truth);
   for (const auto& [method, steps, tolerance] :
        {std::tuple("event_driven", 0, 1e-9), std::tuple("fesd:gauss:2", 40, 0.0),
@@ -169,7 +169,7 @@ TEST(Metrics, OfAContactThatAnImpactCloses) {
 
 TEST(Metrics, OfJointsAreTheirDriftAlone) {
   const auto problem = make_problem("pendulum_wall_cartesian");
-  const auto truth = reference_motion(*problem, reference::make_reference(*problem));
+  const auto truth = reference_motion(*problem, reference::make_reference(*problem)).motion;
   ASSERT_TRUE(truth);
   const Metrics m = measure_metrics(*problem, solved(*problem, "event_driven", 0, 1e-6), &*truth);
   EXPECT_FALSE(std::isnan(m.constraint_drift));
@@ -178,7 +178,7 @@ TEST(Metrics, OfJointsAreTheirDriftAlone) {
 
 TEST(Metrics, OfRedundantContactsHaveNoForces) {
   const auto problem = make_problem("block_on_feet");
-  const auto truth = reference_motion(*problem, reference::make_reference(*problem));
+  const auto truth = reference_motion(*problem, reference::make_reference(*problem)).motion;
   ASSERT_TRUE(truth);
   const Metrics m = measure_metrics(*problem, *truth, &*truth);
   EXPECT_LT(m.contact_gap, 1e-9);

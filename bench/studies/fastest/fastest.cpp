@@ -154,7 +154,7 @@ void write(const Attempt& attempt, const Timing& timing, const ProblemChoice& ch
   const Settings& settings = attempt.settings;
   row.method = attempt.contender->method->info().id;
   row.setting = setting_text(settings.steps, settings.tolerance);
-  row.command = fmt::format("ricochet run {} --method {} {}", choice.arguments(), row.method, row.setting);
+  row.command = run_command(choice.arguments(), row.method, settings.steps, settings.tolerance);
   row.error = attempt.error;
   row.microseconds = 1e6 * timing.median;
   row.lower_quartile = 1e6 * timing.lower_quartile;
@@ -172,20 +172,17 @@ class Looker {
     const Settings& settings = attempt.settings;
     const auto [known, is_new] =
         known_.try_emplace({method.info().id, setting_text(settings.steps, settings.tolerance)});
-    if (is_new && attempt.steps <= kMostMeasuredSteps) known->second = metrics_of(method, settings);
+    if (is_new) {
+      Settings repeated = settings;
+      repeated.time_limit = 0;
+      known->second = metrics_of_run(method, problem_, repeated, attempt.steps, truth_);
+    }
     return known->second;
   }
 
  private:
-  Metrics metrics_of(const Method& method, Settings settings) {
-    settings.recording = Recording::motion;
-    settings.time_limit = 0;
-    const Solution solution = method.solve(problem_, settings);
-    return solution.succeeded() ? measure_metrics(problem_, solution, truth_ ? &*truth_ : nullptr) : Metrics();
-  }
-
   const Problem& problem_;
-  const std::optional<Solution> truth_;
+  const ReferenceMotion truth_;
   std::map<std::pair<std::string, std::string>, Metrics> known_;
 };
 

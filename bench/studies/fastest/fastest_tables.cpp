@@ -162,7 +162,7 @@ std::vector<MeasuredRun> measured_runs(const std::vector<FastestRun>& runs) {
     const auto is_this = [&](const MeasuredRun& other) {
       return other.scene == run.scene && other.method == run.method && other.setting == run.setting;
     };
-    if (run.metrics.are_known && std::ranges::none_of(list, is_this))
+    if (run.is_reached() && std::ranges::none_of(list, is_this))
       list.push_back({run.scene, run.method, run.setting, run.metrics, run.uncertainty, run.solution_size});
   }
   return list;

@@ -163,7 +163,7 @@ std::vector<MeasuredRun> measured_runs(const GridResults& results) {
   std::vector<MeasuredRun> runs;
   for (const auto& method : results.methods()) {
     for (const Record* run : results.of(method)) {
-      if (run->metrics.are_known)
+      if (run->succeeded())
         runs.push_back({"", method, run->setting(), run->metrics, run->reference_error, run->solution_size});
     }
   }

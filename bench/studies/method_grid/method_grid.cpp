@@ -69,7 +69,7 @@ class GridRun {
   const GridExperiment& experiment_;
   std::unique_ptr<Problem> problem_;
   std::optional<reference::Reference> reference_;
-  std::optional<Solution> reference_motion_;
+  ReferenceMotion reference_motion_;
 };
 
 /// What a row says before its run: of a method that is not built there is no more to say.
@@ -86,9 +86,7 @@ Record GridRun::row_of(const Job& job, const std::string& instead_of) const {
   record.sensitivities = experiment_.sensitivities;
   record.instead_of = instead_of;
   record.expected = job.grid->may_fail;
-  const std::string setting =
-      job.steps > 0 ? fmt::format("--steps {}", job.steps) : fmt::format("--tolerance {:g}", job.tolerance);
-  record.command = fmt::format("ricochet run {} --method {} {}", experiment_.problem.arguments(), job.method, setting);
+  record.command = run_command(experiment_.problem.arguments(), job.method, job.steps, job.tolerance);
   for (const auto& name : experiment_.sensitivities) record.command += " --sensitivity " + name;
   return record;
 }
@@ -132,12 +130,9 @@ Record GridRun::run(const Job& job, const std::string& instead_of) const {
     record.solution_size = reference_->size();
     if (solution.succeeded()) record.error = reference_->error_of(solution);
   }
-  if (experiment_.with_metrics && solution.succeeded() && solution.counters.steps <= kMostMeasuredSteps) {
+  if (experiment_.with_metrics && solution.succeeded()) {
     settings.audit = false;
-    settings.recording = Recording::motion;
-    const Solution recorded = method->solve(*problem_, settings);
-    if (recorded.succeeded())
-      record.metrics = measure_metrics(*problem_, recorded, reference_motion_ ? &*reference_motion_ : nullptr);
+    record.metrics = metrics_of_run(*method, *problem_, settings, solution.counters.steps, reference_motion_);
   }
   return record;
 }

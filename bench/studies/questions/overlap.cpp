@@ -157,7 +157,8 @@ std::string words_of(const Verdict& verdict, const std::vector<Answer>& list) {
   for (const auto& [ending, what] : words) {
     std::vector<std::string> scenes;
     for (const Scene& scene : kScenes) {
-      if (worst.at(scene.name) == ending) scenes.push_back(scene.name);
+      const auto known = worst.find(scene.name);  // none in results that are not complete
+      if (known != worst.end() && known->second == ending) scenes.push_back(scene.name);
     }
     if (scenes.size() == std::size(kScenes)) return what;
     if (!scenes.empty()) parts.push_back(fmt::format("{} ({})", what, fmt::join(scenes, ", ")));
