@@ -31,7 +31,7 @@ void copy_results(const Results& results, const std::string& folder) {
   std::error_code error;
   if (fs::equivalent(results.path, to, error)) return;
   fs::copy_file(results.path, to, fs::copy_options::overwrite_existing, error);
-  if (error) throw InputError("report file", to, error.message());
+  if (error) throw InputError("report file", to.string(), error.message());
 }
 
 }  // namespace ricochet

@@ -9,6 +9,7 @@
 
 #include "bench/site/drawn_scene.h"
 #include "methods/registry.h"
+#include "problems/geometry.h"
 #include "problems/input_error.h"
 #include "tests/test_data.h"
 
