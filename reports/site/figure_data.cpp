@@ -107,6 +107,10 @@ std::string gnuplot_csv(const std::string& script) {
       panel = quoted_behind(line, "set title");
     } else if (line.starts_with("unset title")) {
       panel.clear();
+    } else if (line.starts_with("set label 1 ")) {  // columns and rows of panels have labels for all of them
+      panel = quoted_behind(line, "set label 1");
+    } else if (line.starts_with("set label 2 ")) {
+      y_label = quoted_behind(line, "set label 2");
     } else if (line.starts_with("set xlabel")) {
       x_label = quoted_behind(line, "set xlabel");
     } else if (line.starts_with("set ylabel")) {
@@ -134,6 +138,7 @@ std::string gnuplot_csv(const std::string& script) {
     for (const Use& other : uses) {
       if (curve.empty() && same_block(other) && key.contains(other.style)) curve = key.at(other.style);
     }
+    if (curve.empty()) curve = use.block;
     const DataBlock& block = blocks.at(use.block);
     for (std::size_t k = 0; k < block.rows.size(); ++k) {
       csv += fmt::format("{},{},{},{},{}", csv_cell(use.panel), csv_cell(use.x_label), csv_cell(use.y_label),

@@ -9,7 +9,7 @@
 namespace ricochet {
 
 /// The points of a gnuplot script's data blocks as CSV: the title of their panel, the labels of its axes, the name of
-/// their curve, the number of the piece of it, as gaps part it, and the columns of the block. Empty for a script without
+/// their curve or of their block, the number of the piece of it, as gaps part it, and the columns of the block. Empty for a script without
 /// blocks.
 std::string gnuplot_csv(const std::string& script);
 
