@@ -24,8 +24,10 @@ struct MethodEntry {
   std::vector<std::string> examples;  ///< specs that the conformance tests run on every scene
   int conformance_steps = 400;        ///< that they take: fewer for methods whose steps are long
   std::string not_built{};            ///< of NotBuilt: why, for example "Siconos was not found"
+  std::string scheme{};               ///< file with its equations, beside that which registers it; empty: that one
   /// Makes the method of a spec: set by register_method(); empty: not built.
   std::function<std::unique_ptr<Method>(const MethodSpec&)> make{};
+  std::string file{};  ///< that registers it, as the compiler was given it: set by register_method()
 };
 
 /// In place of a method whose library was not found: it is listed, and cannot run.
@@ -39,11 +41,13 @@ bool add_method(MethodEntry entry);
 /// else.
 /// @tparam T  a Method that a MethodSpec makes, or NotBuilt. It asks the spec for its options; options that it does not
 /// know, and arguments beyond `max_arguments`, are refused for it.
+/// @param file  of the caller: std::source_location, which Clang has from 16 on only
 template <class T>
-bool register_method(MethodEntry entry) {
+bool register_method(MethodEntry entry, const char* file = __builtin_FILE()) {
   if constexpr (!std::is_same_v<T, NotBuilt>) {
     entry.make = [](const MethodSpec& spec) -> std::unique_ptr<Method> { return std::make_unique<T>(spec); };
   }
+  entry.file = file;
   return add_method(std::move(entry));
 }
 

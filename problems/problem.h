@@ -98,7 +98,7 @@ struct ProblemInfo {
 /// Complementarity Lagrangian system, equation (1) of [1], in SI units, angles in radians:
 ///
 ///     q' = v                                                                             (1)
-///     M(q) v' = f_v(q,v) + B_u(q) u + sum_i J_n^i lambda_n^i + J_t^i lambda_t^i          (2)
+///     M(q) v' = f_v(q,v) + B_u(q) u + sum_i (J_n^i lambda_n^i + J_t^i lambda_t^i)        (2)
 ///     0 <= lambda_n^i  _|_  f_c^i(q) >= 0,   J_n^i = grad f_c^i                          (3)
 ///     J_n^i' v+ = -eps_r^i J_n^i' v-   at an impact of contact i                         (4)
 ///     ||lambda_t^i|| <= mu^i lambda_n^i, opposite to the slip velocity v_t^i = J_t^i' v  (5)

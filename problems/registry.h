@@ -26,6 +26,9 @@ struct SceneEntry {
   /// Makes it with changed parameters, not validated; throws InputError for names that it does not have.
   std::function<std::unique_ptr<Problem>(const ParameterChanges&)> make;
   std::vector<ParameterInfo> parameters{};  ///< of an assembled scene, whose problem does not know them
+  std::string file{};                       ///< that states it, as the compiler was given it: set by register_scene()
+  std::string literature{};                 ///< where the scene is from, if `source` is the file of its solution
+  std::string solution{};                   ///< what is known of its solution, if `source` is the file of that
 };
 
 /// Puts `entry` into the list; called by register_scene() in each scene's own file; no list of scenes exists anywhere

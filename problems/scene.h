@@ -342,11 +342,13 @@ Scene<double> scene_with(const ParameterChanges& changes) {
 }
 
 /// Makes the scene known under its id. Call once, in the scene's own file.
+/// @param file  of the caller: std::source_location, which Clang has from 16 on only
 /// @returns true, so that a constant of that file can be initialised by it
 template <template <class> class Scene>
-bool register_scene() {
+bool register_scene(const char* file = __builtin_FILE()) {
   const auto text = Scene<double>::text;
   SceneEntry entry{text.id, text.title, text.source, text.hard_feature, nullptr};
+  entry.file = file;
   entry.make = [](const ParameterChanges& changes) -> std::unique_ptr<Problem> {
     return std::make_unique<CompiledProblem<Scene>>(scene_with<Scene>(changes));
   };

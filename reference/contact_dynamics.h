@@ -15,7 +15,7 @@ class ForceEquations;
 /// The equations of motion while every contact keeps its mode. Index 1: the closed gaps are differentiated twice, the
 /// slip velocities of sticking contacts once,
 ///
-///   M v' = f_v + B_u u + sum_i J_n^i lambda_n^i + J_t^i lambda_t^i                       (1)
+///   M v' = f_v + B_u u + sum_i (J_n^i lambda_n^i + J_t^i lambda_t^i)                     (1)
 ///   0 = J_n^i' v' + v' (grad^2 f_c^i) v          closed, sticking, slipping              (2)
 ///   0 = J_t^i' v' + T^i v                        sticking                                (3)
 ///   lambda_t^i = -mu^i lambda_n^i d^i            slipping, d the direction of slip       (4)

@@ -8,6 +8,7 @@
 #include "problems/input_error.h"
 #include "reports/assets.h"
 #include "reports/markup.h"
+#include "reports/results_list.h"
 #include "reports/text_file.h"
 
 namespace ricochet {
@@ -129,16 +130,16 @@ void add_results(const ShownResults& shown, const FigureFolder& figures, bool dr
 }  // namespace
 
 std::string write_page(const std::vector<ShownResults>& list, const std::string& folder, bool with_pdf) {
+  require_different(list);
   const FigureFolder figures(folder, with_pdf);
   Document document(folder);
   const bool draw = can_draw();
   if (!draw) document.paragraph("The figures are missing: gnuplot was not found.", "warning");
   std::string title;
   for (const auto& shown : list) {
-    const fs::path path = shown.results.path;
     title += (title.empty() ? "" : ", ") + shown.results.experiment();
     add_results(shown, figures, draw, document);
-    fs::copy_file(path, fs::path(folder) / path.filename(), fs::copy_options::overwrite_existing);
+    copy_results(shown.results, folder);
   }
   const fs::path index = fs::path(folder) / "index.html";
   write_text("report file", fs::path(folder) / "report.md", "# Ricochet: " + title + "\n" + document.markdown());

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "problems/input_error.h"
+#include "reports/results_list.h"
 #include "reports/text_file.h"
 
 namespace ricochet {
@@ -61,6 +62,7 @@ std::string markdown_of(const ShownResults& shown, const fs::path& page, const f
 }  // namespace
 
 void write_results_page(const std::vector<ShownResults>& list, const std::string& path, const std::string& tables) {
+  require_different(list);
   require_writable("results page", path);
   std::error_code error;
   fs::create_directories(tables, error);

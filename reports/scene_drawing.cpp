@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kWidth = 720, kHeight = 460;   // at most, without the time line [pixels]
 constexpr double kTimeLine = 34;                // its height [pixels]
-constexpr double kSceneMargin = 0.06;                // of the larger side of what is drawn
+constexpr double kSceneMargin = 0.06;           // of the larger side of what is drawn
 constexpr double kTextWidth = 330;              // room for the words below the time line [pixels]
 constexpr double kNarrowest = 0.5;              // of the height
 constexpr double kDot = 4;                      // radius of a body without size, half width of a thin one [pixels]
@@ -147,6 +147,9 @@ class SceneMarks {
       const ShapeContact<double> contact = contact_of<double>(geometry_, pair, x);
       box.add(project_(difference(contact.point, scaled(contact.gap, contact.normal))));
     }
+    for (int i = 0; i < static_cast<int>(geometry_.shapes.size()); ++i) {
+      if (is_surface(i) && !is_paired(i)) add_nearest_to(i, x, box);
+    }
   }
 
   /// Where the centres of the bodies are.
@@ -158,6 +161,28 @@ class SceneMarks {
   }
 
  private:
+  bool is_surface(int shape) const {
+    const BodyShape& s = geometry_.shapes[static_cast<std::size_t>(shape)];
+    return s.kind == ShapeKind::half_space && s.body < 0;
+  }
+  bool is_paired(int shape) const {
+    return std::ranges::any_of(geometry_.pairs,
+                               [&](const ShapePair& pair) { return pair.first == shape || pair.second == shape; });
+  }
+  /// A geometry for drawings alone has no pairs: of a surface, the point that a body is nearest to.
+  void add_nearest_to(int surface, const std::vector<double>& x, PaperBox& box) const {
+    double least = std::numeric_limits<double>::infinity();
+    Point nearest{};
+    for (int i = 0; i < static_cast<int>(geometry_.shapes.size()); ++i) {
+      if (const BodyShape& shape = geometry_.shapes[static_cast<std::size_t>(i)]; shape.body < 0) continue;
+      const ShapeContact<double> contact = contact_of<double>(geometry_, {.first = surface, .second = i}, x);
+      if (!(contact.gap < least)) continue;
+      least = contact.gap;
+      nearest = project_(difference(contact.point, scaled(contact.gap, contact.normal)));
+    }
+    if (std::isfinite(least)) box.add(nearest);
+  }
+
   std::string color_of(const BodyShape& shape) const {
     return shape.body < 0 ? "#808080" : curve_color(static_cast<std::size_t>(shape.body));
   }

@@ -18,17 +18,33 @@ namespace {
 
 const char* const kMethodFolder = "methods";
 
-/// Rows of one kind in all results whose "method" is a spec of this method.
+/// Rows of one kind in all results, by the name of their method.
 template <class Row>
-std::vector<Row> rows_of(const std::vector<ShownResults>& list, const std::string& method) {
-  std::vector<Row> rows;
-  for (const auto& shown : list) {
-    for (auto& row : shown.results.all<Row>()) {
-      if (MethodSpec(row.method).name() == method) rows.push_back(std::move(row));
+class RowsByMethod {
+ public:
+  explicit RowsByMethod(const std::vector<ShownResults>& list) {
+    for (const auto& shown : list) {
+      for (auto& row : shown.results.all<Row>()) {
+        const std::string method = MethodSpec(row.method).name();
+        rows_[method].push_back(std::move(row));
+      }
     }
   }
-  return rows;
-}
+  const std::vector<Row>& of(const std::string& method) const {
+    static const std::vector<Row> none;
+    const auto found = rows_.find(method);
+    return found == rows_.end() ? none : found->second;
+  }
+
+ private:
+  std::map<std::string, std::vector<Row>> rows_;
+};
+
+/// What pages of methods show of the results of a site.
+struct MethodResults {
+  RowsByMethod<CheckRow> checks;
+  RowsByMethod<HardCell> hard_cases;
+};
 
 std::string yes(bool is_so) {
   return is_so ? "yes" : "no";
@@ -79,16 +95,14 @@ std::string limits_html(const MethodEntry& entry, const std::vector<ProblemInfo>
   return site_table(table_of("Scenes that it declines", columns, limits), "declined", {}, limits.size() > 20);
 }
 
-std::string scorecard_html(const std::vector<ShownResults>& list, const std::string& method) {
-  const auto rows = rows_of<CheckRow>(list, method);
+std::string scorecard_html(const std::vector<CheckRow>& rows) {
   if (rows.empty()) return "<p>No results of <code>ricochet run-experiment verify</code> are on this site.</p>\n";
   const Table failures = check_table(rows, true);
   return scorecard_table(rows).html() +
          (failures.rows.empty() ? "" : site_table(failures, "failures", {}, failures.rows.size() > 12));
 }
 
-std::string hard_cases_html(const std::vector<ShownResults>& list, const std::string& method) {
-  const auto cells = rows_of<HardCell>(list, method);
+std::string hard_cases_html(const std::vector<HardCell>& cells) {
   if (cells.empty()) return "<p>No results of <code>ricochet run-experiment hard_cases</code> are on this site.</p>\n";
   using C = HardCell;
   static const std::vector<Column<C>> columns = {
@@ -101,7 +115,7 @@ std::string hard_cases_html(const std::vector<ShownResults>& list, const std::st
   return site_table(table, "verdicts", {}, cells.size() > 30);
 }
 
-std::string scheme_html(const std::string& method) {
+std::string scheme_html(const MethodEntry& method) {
   const auto scheme = scheme_of(method);
   if (!scheme || scheme->text.empty()) return "";
   return site_heading("The scheme", "scheme") +
@@ -115,8 +129,7 @@ std::string sources_html(const std::string& method) {
   return site_heading("To cite", "cite") + fmt::format("<pre tabindex=\"0\">{}</pre>\n", escape_html(sources));
 }
 
-SitePage page_of(const MethodEntry& entry, const std::vector<ShownResults>& list,
-                 const std::vector<ProblemInfo>& problems) {
+SitePage page_of(const MethodEntry& entry, const MethodResults& results, const std::vector<ProblemInfo>& problems) {
   SitePage page{.folder = kMethodFolder,
                 .id = entry.name,
                 .title = entry.summary,
@@ -126,13 +139,13 @@ SitePage page_of(const MethodEntry& entry, const std::vector<ShownResults>& list
   page.html = fmt::format("<p class=\"links\"><code>{}</code></p>\n", escape_html(entry.usage));
   if (!entry.make) {
     page.html += fmt::format("<p class=\"warning\">Not built: {}</p>\n", escape_html(entry.not_built)) +
-                 scheme_html(entry.name) + sources_html(entry.name);
+                 scheme_html(entry) + sources_html(entry.name);
     return page;
   }
-  page.html += examples_html(entry) + options_html(entry) + scheme_html(entry.name) + sources_html(entry.name);
+  page.html += examples_html(entry) + options_html(entry) + scheme_html(entry) + sources_html(entry.name);
   page.html += site_heading("Limits", "limits") + limits_html(entry, problems);
-  page.html += site_heading("Scorecard", "scorecard") + scorecard_html(list, entry.name);
-  page.html += site_heading("Hard cases", "hard-cases") + hard_cases_html(list, entry.name);
+  page.html += site_heading("Scorecard", "scorecard") + scorecard_html(results.checks.of(entry.name));
+  page.html += site_heading("Hard cases", "hard-cases") + hard_cases_html(results.hard_cases.of(entry.name));
   return page;
 }
 
@@ -141,8 +154,9 @@ SitePage page_of(const MethodEntry& entry, const std::vector<ShownResults>& list
 SiteGroup method_pages(const std::vector<ShownResults>& list) {
   std::vector<ProblemInfo> problems;
   for (const auto& scene : scenes()) problems.push_back(make_problem(scene.id)->info());
+  const MethodResults results{RowsByMethod<CheckRow>(list), RowsByMethod<HardCell>(list)};
   SiteGroup group{"Methods", {}};
-  for (const auto& entry : methods()) group.pages.push_back(page_of(entry, list, problems));
+  for (const auto& entry : methods()) group.pages.push_back(page_of(entry, results, problems));
   return group;
 }
 

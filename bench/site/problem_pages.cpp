@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
+#include <filesystem>
+#include <map>
 #include <optional>
+#include <regex>
 #include <set>
 
 #include "bench/site/drawn_scene.h"
@@ -79,12 +81,18 @@ std::string equations_html(const SymbolicModel& model) {
   return html;
 }
 
-/// What the file of the scene says of it.
-std::string statement_html(const std::string& scene) {
+/// What the file of the scene says of it. Where the page has its formulas, with the indices of scene files, the words
+/// alone: the sketch and the equations of the file have names of their own.
+std::string statement_html(const SceneEntry& scene, bool has_formulas) {
   const auto statement = statement_of(scene);
   if (!statement || statement->text.empty()) return "";
-  return fmt::format("<pre class=\"statement\" tabindex=\"0\">{}</pre>\n<p class=\"links\">From {}</p>\n",
-                     escape_html(statement->text), escape_html(statement->file));
+  std::string html;
+  if (has_formulas) {
+    for (const auto& paragraph : paragraphs_of(*statement)) html += fmt::format("<p>{}</p>\n", escape_html(paragraph));
+  } else {
+    html = fmt::format("<pre class=\"statement\" tabindex=\"0\">{}</pre>\n", escape_html(statement->text));
+  }
+  return html + fmt::format("<p class=\"links\">From {}</p>\n", escape_html(statement->file));
 }
 
 /// Of a scene of any number of bodies (assembled_problem.h).
@@ -218,33 +226,68 @@ std::string methods_html(const ProblemInfo& info) {
   return table_of("Which methods can run it", columns, lines).html();
 }
 
-/// The scenes of `fastest` that are this problem, perhaps with other parameters: their own names, by their commands.
-std::set<std::string> names_in(const std::vector<FastestRun>& runs, const std::string& id) {
-  std::set<std::string> names = {id};
+/// The problem that a command runs: what follows --problem, or the case or the name of the file that follows --scene.
+/// Empty where there is neither.
+std::string problem_in(const std::string& command) {
+  static const std::regex option("(?:^| )(?:--problem|-p|--scene)[ =]('[^']*'|[^ ]+)");
+  std::smatch found;
+  if (!std::regex_search(command, found, option)) return "";
+  std::string problem = found[1];
+  std::erase(problem, '\'');
+  if (const auto hash = problem.rfind('#'); hash != std::string::npos) return problem.substr(hash + 1);
+  return problem.ends_with(".json") ? std::filesystem::path(problem).stem().string() : problem;
+}
+
+/// What the results of a site say of problems, read once.
+struct ProblemResults {
+  /// The runs of each results file that has some, by problem; scenes of `fastest` have names of their own.
+  std::vector<std::map<std::string, std::vector<FastestRun>>> competitions;
+  std::vector<std::set<std::string>> problems;  ///< of each results file
+};
+
+/// The problem of each scene: that of a command of any of its runs, since those that reach no level have none; else the
+/// scene's own name.
+std::map<std::string, std::string> problems_of_scenes(const std::vector<FastestRun>& runs) {
+  std::map<std::string, std::string> problems;
   for (const FastestRun& run : runs) {
-    if (run.command.find(fmt::format("--problem {} ", id)) != std::string::npos) names.insert(run.scene);
+    std::string& problem = problems[run.scene];
+    if (problem.empty()) problem = problem_in(run.command);
   }
-  return names;
+  for (auto& [scene, problem] : problems) {
+    if (problem.empty()) problem = scene;
+  }
+  return problems;
 }
 
-/// The runs of each results file that has some.
-using Competitions = std::vector<std::vector<FastestRun>>;
-
-Competitions competitions_of(const std::vector<ShownResults>& list) {
-  Competitions competitions;
+ProblemResults problem_results(const std::vector<ShownResults>& list) {
+  ProblemResults results;
   for (const auto& shown : list) {
-    if (auto runs = shown.results.all<FastestRun>(); !runs.empty()) competitions.push_back(std::move(runs));
+    auto& problems = results.problems.emplace_back();
+    for (const auto& row : shown.results.rows) {
+      for (const char* field : {"problem", "scene"}) {
+        if (const auto name = row.find(field); name != row.end() && name->is_string()) problems.insert(*name);
+      }
+    }
+    const auto runs = shown.results.all<FastestRun>();
+    if (runs.empty()) continue;
+    const auto of_scenes = problems_of_scenes(runs);
+    auto& competition = results.competitions.emplace_back();
+    for (const FastestRun& run : runs) {
+      const std::string& problem = of_scenes.at(run.scene);
+      problems.insert(problem);
+      if (run.solver == "new") competition[problem].push_back(run);
+    }
   }
-  return competitions;
+  return results;
 }
 
-std::string speed_html(const Competitions& competitions, const std::string& id) {
+std::string speed_html(const ProblemResults& results, const std::string& id) {
   std::vector<FastestRun> runs;
-  for (const auto& all : competitions) {
-    const auto names = names_in(all, id);
-    std::ranges::copy_if(all, std::back_inserter(runs),
-                         [&](const FastestRun& run) { return run.solver == "new" && names.contains(run.scene); });
-    if (!runs.empty()) break;  // times of one session
+  for (const auto& competition : results.competitions) {
+    const auto found = competition.find(id);
+    if (found == competition.end()) continue;
+    runs = found->second;
+    break;  // times of one session
   }
   const std::string heading = site_heading("Who solves it fastest", "fastest");
   if (runs.empty())
@@ -255,20 +298,18 @@ std::string speed_html(const Competitions& competitions, const std::string& id) 
 }
 
 /// Experiments with a row of this problem.
-std::string experiments_html(const std::vector<ShownResults>& list, const std::string& id) {
+std::string experiments_html(const std::vector<ShownResults>& list, const ProblemResults& results,
+                             const std::string& id) {
   std::string html;
-  for (const auto& shown : list) {
-    const bool is_there = std::ranges::any_of(shown.results.rows, [&](const nlohmann::json& row) {
-      return row.value("problem", "") == id || row.value("scene", "") == id;
-    });
-    if (is_there)
-      html += fmt::format("<li><a href=\"../experiments/{}.html\">{}</a></li>\n", site_id(shown.results.experiment()),
-                          escape_html(shown.results.title()));
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    if (!results.problems[k].contains(id)) continue;
+    html += fmt::format("<li><a href=\"../experiments/{}.html\">{}</a></li>\n", site_id(list[k].results.experiment()),
+                        escape_html(list[k].results.title()));
   }
   return html.empty() ? "" : site_heading("Experiments with it", "experiments") + "<ul>\n" + html + "</ul>\n";
 }
 
-SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list, const Competitions& competitions) {
+SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list, const ProblemResults& results) {
   const auto problem = make_problem(scene.id);
   const ProblemInfo& info = problem->info();
   SitePage page{.folder = kProblemFolder,
@@ -281,16 +322,20 @@ SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list,
   page.html = fmt::format(
       "<dl><dt>what is hard</dt><dd>{}</dd><dt>source</dt><dd>{}</dd><dt>size</dt><dd>{} coordinates, {} contacts, until "
       "{:g} s</dd>",
-      escape_html(scene.hard_feature), escape_html(scene.source), info.n_mechanical(), info.n_c(), info.end_time);
+      escape_html(scene.hard_feature), escape_html(scene.literature.empty() ? scene.source : scene.literature),
+      info.n_mechanical(), info.n_c(), info.end_time);
+  if (!scene.solution.empty())
+    page.html += fmt::format("<dt>solution</dt><dd>{}: <code>{}</code></dd>", escape_html(scene.solution),
+                             escape_html(scene.source));
   if (symbolic != nullptr)
     page.html += fmt::format("<dt>as a file</dt><dd><code>ricochet export -p {0} -o {0}.json</code></dd>", scene.id);
   page.html += "</dl>\n";
   const auto motion = shown_motion(*problem);
   page.html += sketch_html(*problem, motion ? *motion : Solution());
-  page.html += statement_html(scene.id);
+  page.html += statement_html(scene, symbolic != nullptr);
   page.html += symbolic != nullptr ? equations_html(symbolic->model()) : assembled_equations_html();
-  page.html += contacts_html(info) + events_html(info, motion) + speed_html(competitions, scene.id);
-  page.html += site_heading("Methods", "methods") + methods_html(info) + experiments_html(list, scene.id);
+  page.html += contacts_html(info) + events_html(info, motion) + speed_html(results, scene.id);
+  page.html += site_heading("Methods", "methods") + methods_html(info) + experiments_html(list, results, scene.id);
   return page;
 }
 
@@ -298,8 +343,8 @@ SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list,
 
 SiteGroup problem_pages(const std::vector<ShownResults>& list) {
   SiteGroup group{"Problems", {}};
-  const Competitions competitions = competitions_of(list);
-  for (const auto& scene : scenes()) group.pages.push_back(page_of(scene, list, competitions));
+  const ProblemResults results = problem_results(list);
+  for (const auto& scene : scenes()) group.pages.push_back(page_of(scene, list, results));
   return group;
 }
 

@@ -85,52 +85,97 @@ std::vector<std::string> headers_named_in(const std::string& text) {
   return names;
 }
 
-bool registers(const std::string& text, const std::string& method) {
-  return text.find("register_method<") != std::string::npos &&
-         text.find(fmt::format(".name = \"{}\"", method)) != std::string::npos;
+/// Those whose numbered equations a text counts on: "moreau_extrapolation.h, (1)-(5)".
+std::vector<std::string> headers_counted_on_in(const std::string& text) {
+  static const std::regex header("([a-z0-9_/]+\\.h), \\(\\d");
+  std::vector<std::string> names;
+  for (std::sregex_iterator found(text.begin(), text.end(), header), end; found != end; ++found)
+    names.push_back((*found)[1]);
+  return names;
+}
+
+/// A file of the source tree, wherever the compiler saw it: the longest end of its path that is there. Else the file
+/// itself, which a plugin of the user's may be from; empty where neither is there.
+fs::path source_file(const fs::path& compiled) {
+  const fs::path root = data_folder();
+  std::error_code error;
+  if (const fs::path relative = fs::relative(compiled, root, error);
+      !error && !relative.empty() && *relative.begin() == ".." && fs::exists(compiled, error))
+    return compiled;
+  for (auto begin = compiled.begin(); begin != compiled.end(); ++begin) {
+    fs::path end;
+    for (auto part = begin; part != compiled.end(); ++part) end /= part->relative_path();
+    if (!end.empty() && fs::is_regular_file(root / end, error)) return root / end;
+  }
+  return {};
+}
+
+/// As a reader finds it: from the root of the source tree, or the name of a file that is not in it.
+std::string shown_name(const fs::path& file) {
+  const fs::path relative = fs::relative(file, data_folder());
+  return relative.empty() || *relative.begin() == ".." ? file.filename().string() : relative.string();
+}
+
+/// A header that a file names: beside it, in a folder beside it, or from the root.
+fs::path header_of(const fs::path& file, const std::string& name) {
+  std::error_code error;
+  const fs::path folder = file.parent_path();
+  if (fs::exists(folder / name, error)) return folder / name;
+  if (fs::exists(data_folder() / fs::path(name), error)) return data_folder() / fs::path(name);
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (fs::exists(entry.path() / name, error)) return entry.path() / name;
+  }
+  return {};
 }
 
 }  // namespace
 
-std::optional<Scheme> scheme_of(const std::string& method) {
-  const fs::path root = data_folder(), methods = root / "methods";
-  if (!fs::is_directory(methods)) return std::nullopt;
-  for (const auto& entry : fs::recursive_directory_iterator(methods)) {
-    if (entry.path().extension() != ".cpp") continue;
-    const std::string source = read_text(entry.path());
-    if (!registers(source, method)) continue;
-    const auto lines = lines_of(source);
-    Scheme scheme{fs::relative(entry.path(), root).string(), head_comment(lines)};
-    if (!scheme.text.empty()) return scheme;
-    scheme.text = class_comment(lines);
-    for (const auto& header : headers_named_in(scheme.text)) {
-      const fs::path beside = entry.path().parent_path() / header, path = fs::exists(beside) ? beside : root / header;
-      if (fs::exists(path)) scheme.text += "\n" + main_comment(path);
-    }
-    return scheme;
+std::optional<Scheme> scheme_of(const MethodEntry& method) {
+  if (method.file.empty()) return std::nullopt;
+  const fs::path registered = method.file;
+  const fs::path file =
+      source_file(method.scheme.empty() ? registered : registered.parent_path() / fs::path(method.scheme));
+  if (file.empty()) return std::nullopt;
+  const auto lines = lines_of(read_text(file));
+  Scheme scheme{shown_name(file), head_comment(lines)};
+  const bool has_head = !scheme.text.empty();
+  if (!has_head) scheme.text = class_comment(lines);
+  for (const auto& name : has_head ? headers_counted_on_in(scheme.text) : headers_named_in(scheme.text)) {
+    if (const fs::path header = header_of(file, name); !header.empty())
+      scheme.text += fmt::format("\n{}:\n\n{}", shown_name(header), main_comment(header));
   }
-  return std::nullopt;
+  return scheme;
 }
 
-std::optional<Scheme> statement_of(const std::string& scene) {
+std::optional<Scheme> statement_of(const SceneEntry& scene) {
   constexpr std::size_t kLeast = 3;  // lines; shorter comments explain a line of code
-  const fs::path root = data_folder(), scenes = root / "problems/scenes";
-  if (!fs::is_directory(scenes)) return std::nullopt;
-  for (const auto& entry : fs::directory_iterator(scenes)) {
-    const std::string source = read_text(entry.path());
-    const auto text = source.find(fmt::format("\"{}\",", scene));  // its SceneText, the id first
-    if (text == std::string::npos || source.substr(0, text).find("SceneText") == std::string::npos) continue;
-    const auto lines = lines_of(source.substr(0, text));
-    Scheme statement{fs::relative(entry.path(), root).string(), ""};
-    for (std::size_t begin = 0, end = 0; begin < lines.size(); begin = end + 1) {
-      for (end = begin; end < lines.size() && comment_line(lines[end], "//");) ++end;
-      if (end - begin >= kLeast)
-        statement.text = head_comment(
-            {lines.begin() + static_cast<std::ptrdiff_t>(begin), lines.begin() + static_cast<std::ptrdiff_t>(end)});
-    }
-    return statement;
+  if (scene.file.empty()) return std::nullopt;
+  const fs::path file = source_file(scene.file);
+  if (file.empty()) return std::nullopt;
+  const std::string source = read_text(file);
+  const auto text = source.find(fmt::format("\"{}\",", scene.id));  // its SceneText, the id first
+  if (text == std::string::npos || source.substr(0, text).find("SceneText") == std::string::npos) return std::nullopt;
+  const auto lines = lines_of(source.substr(0, text));
+  Scheme statement{shown_name(file), ""};
+  for (std::size_t begin = 0, end = 0; begin < lines.size(); begin = end + 1) {
+    for (end = begin; end < lines.size() && comment_line(lines[end], "//");) ++end;
+    if (end - begin >= kLeast)
+      statement.text = head_comment(
+          {lines.begin() + static_cast<std::ptrdiff_t>(begin), lines.begin() + static_cast<std::ptrdiff_t>(end)});
   }
-  return std::nullopt;
+  return statement;
+}
+
+std::vector<std::string> paragraphs_of(const Scheme& statement) {
+  std::vector<std::string> paragraphs;
+  bool is_open = false;
+  for (const auto& line : lines_of(statement.text)) {
+    const bool is_prose = !line.empty() && line.front() != ' ';
+    if (is_prose && is_open) paragraphs.back() += " " + line;
+    if (is_prose && !is_open) paragraphs.push_back(line);
+    is_open = is_prose;
+  }
+  return paragraphs;
 }
 
 }  // namespace ricochet

@@ -2,6 +2,10 @@
 
 #include <optional>
 #include <string>
+#include <vector>
+
+#include "methods/registry.h"
+#include "problems/registry.h"
 
 namespace ricochet {
 
@@ -12,11 +16,17 @@ struct Scheme {
   std::string text;
 };
 
-/// Of the file that registers `method`: the comment at its head, or that of its class with those of the headers that
-/// it names. Read from the source tree when it is asked for; empty where there is none, as beside an installed program.
-std::optional<Scheme> scheme_of(const std::string& method);
+/// Of the file that registers a method, or of the one that it names as its scheme: the comment at its head, with those of
+/// the headers whose equations it counts on, or that of its class with those of all headers that it names. Read when it
+/// is asked for; empty where the file is not there, as beside an installed program.
+std::optional<Scheme> scheme_of(const MethodEntry& method);
 
-/// Of the file of a scene: the comment above its text, a sketch with the equations. Empty for a scene without a file of its own.
-std::optional<Scheme> statement_of(const std::string& scene);
+/// Of the file of a scene: the comment above its text, a sketch with the equations. Empty for a scene without a file of
+/// its own.
+std::optional<Scheme> statement_of(const SceneEntry& scene);
+
+/// What is neither sketch nor equation in a statement: the lines that begin at the margin, joined where they follow each
+/// other.
+std::vector<std::string> paragraphs_of(const Scheme& statement);
 
 }  // namespace ricochet

@@ -17,7 +17,7 @@ namespace ricochet {
 
 /// What happens at one instant to the contacts that touch, where the scene states no other law of impacts than Newton's:
 ///
-///   M(q) (v+ - v-) = sum_i J_n^i Lambda_n^i + J_t^i Lambda_t^i                          (1)
+///   M(q) (v+ - v-) = sum_i (J_n^i Lambda_n^i + J_t^i Lambda_t^i)                        (1)
 ///   0 <= Lambda_n^i  _|_  J_n^i' (v+ + eps_r^i v-) >= 0,   f_c^i(q) = 0                 (2)
 ///   Coulomb's law for Lambda_t^i and the slip velocity J_t^i' v+                        (3)
 ///
@@ -25,7 +25,7 @@ namespace ricochet {
 /// (correction 9 in fesd/DIFFERENCES.md); another law of the scene, impact_laws/stated_impact.h, stands in place of (2),
 /// (3). And which of them stay closed afterwards, and whether they slip:
 ///
-///   M(q) w = f_v + B_u u + sum_i J_n^i lambda_n^i + J_t^i lambda_t^i                    (4)
+///   M(q) w = f_v + B_u u + sum_i (J_n^i lambda_n^i + J_t^i lambda_t^i)                  (4)
 ///   0 <= lambda_n^i  _|_  J_n^i' w + v+' (grad^2 f_c^i) v+ >= 0                         (5)
 ///   lambda_t^i: opposite to J_t^i' v+ where that is not zero, else Coulomb's law with J_t^i' w + (J_t^i)^. ' v+   (6)
 ///

@@ -43,7 +43,7 @@ struct StageWorkspace {
 ///
 ///   v_j = v_0 + h sum_k a_jk w_k                                                                            (1)
 ///   q_j = q_0 + h (sum_k a_jk) v_0 + h^2 sum_k (A^2)_jk w_k                                                 (2)
-///   0   = M(q_j) w_j - f_v(q_j,v_j) - B_u u - sum_{i closed} J_n^i lambda_n,j^i + J_t^i lambda_t,j^i        (3)
+///   0   = M(q_j) w_j - f_v(q_j,v_j) - B_u u - sum_{i closed} (J_n^i lambda_n,j^i + J_t^i lambda_t,j^i)      (3)
 ///   0   = f_c^i(q_j),  i closed                                                                             (4)
 ///   v_1 = P (v_0 + h sum_k b_k w_k),   q_1 = q_0 + h v_0 + h^2 sum_k (b'A)_k w_k                            (5)
 ///

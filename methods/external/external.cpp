@@ -17,7 +17,7 @@ std::string command_of(const MethodSpec& spec) {
   return command;
 }
 
-/// Somebody else's program as a method, by the line protocol of README.md.
+/// Somebody else's program as a method, by the line protocol of README.md. No equations: they are those of its program.
 class External final : public Method {
  public:
   explicit External(const MethodSpec& spec)

@@ -205,7 +205,7 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
   const int count = elements_for(element, remaining, elements_left);
   if (count == 0) return false;
   buffers_.make_room(std::min(element + count + 1, capacity_));
-  if (!begin_element(element)) return false;  // (1)
+  if (!begin_element(element)) return false;  // (a)
   const unsigned n_combinations = combinations(buffers_.start_of(element).alternatives);
   bool is_right = false;  // the prediction of the modes: where elements can be added, only bounces may still be closed
   unsigned trial = 0, n_counted = 0;
@@ -220,12 +220,12 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
     // A flight that cannot be seen is closed before other sets are counted.
     const auto k = static_cast<std::size_t>(attempt.alternative);
     const bool closes = attempt.outcome == Outcome::flight_unresolved && k < kMaxAlternatives && !takes(trial, k);
-    trial = closes ? trial | 1U << k : ++n_counted;  // (6)
+    trial = closes ? trial | 1U << k : ++n_counted;  // (f)
   }
   return false;
 }
 
-/// (2)-(5) with `count` equal elements and a set of alternatives.
+/// (b)-(e) with `count` equal elements and a set of alternatives.
 PivotingSolver::Attempt PivotingSolver::try_modes(int element, unsigned trial, int count, double remaining) {
   if (!propose_modes(element, trial)) return {Outcome::refuted};
   const StepFailure failure = runs_.equal_elements(element, count, remaining / count);
@@ -238,7 +238,7 @@ PivotingSolver::Attempt PivotingSolver::try_modes(int element, unsigned trial, i
   return split_at_switch(element, count, failure.violation, remaining);
 }
 
-/// (4), (5): lets a switch follow some of the `count` elements, and solves what remains.
+/// (d), (e): lets a switch follow some of the `count` elements, and solves what remains.
 PivotingSolver::Attempt PivotingSolver::split_at_switch(int element, int count, const Violation& violation,
                                                         double remaining) {
   // A switch may be preceded by all but one of the elements; by all of them when there may be more.
@@ -267,7 +267,7 @@ PivotingSolver::Attempt PivotingSolver::split_at_switch(int element, int count, 
   return attempt;
 }
 
-/// (4), (5) with m elements before the switch.
+/// (d), (e) with m elements before the switch.
 PivotingSolver::Attempt PivotingSolver::run_and_continue(int element, int m, int count, const Violation& violation,
                                                          double remaining) {
   if (!runs_.run_to_switch(element, m, violation, remaining, budget_)) return {Outcome::refuted};
@@ -277,7 +277,7 @@ PivotingSolver::Attempt PivotingSolver::run_and_continue(int element, int m, int
   return {continue_after(element, m, remaining, count) ? Outcome::solved : Outcome::reached_the_switch};
 }
 
-/// (4), (5) with a switch at some time that the published equations admit: the latest, which is nearest to the truth,
+/// (d), (e) with a switch at some time that the published equations admit: the latest, which is nearest to the truth,
 /// or the earliest.
 bool PivotingSolver::split_unpinned(int element, int m, int count, const Violation& violation, double remaining) {
   const auto is_feasible = [&](double h) {
@@ -303,7 +303,7 @@ bool PivotingSolver::split_unpinned(int element, int m, int count, const Violati
   return is_feasible(feasible);
 }
 
-/// (5): searches the rest of the step behind m elements that are solved.
+/// (e): searches the rest of the step behind m elements that are solved.
 bool PivotingSolver::continue_after(int element, int m, double remaining, int elements_left) {
   FesdStep& step = buffers_.step();
   const double rest = remaining - m * step.elements[element].h;
@@ -314,7 +314,7 @@ bool PivotingSolver::continue_after(int element, int m, double remaining, int el
   return search(next, rest, elements_left - m);
 }
 
-/// (1): impulse, modes and alternatives.
+/// (a): impulse, modes and alternatives.
 bool PivotingSolver::begin_element(int element) {
   const Switch end = buffers_.switch_before(element);
   ElementStart& start = buffers_.start_of(element);

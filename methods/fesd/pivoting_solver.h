@@ -14,16 +14,16 @@ namespace ricochet {
 
 /// Solves the FESD-J equations of a step exactly, by pivoting on the active set instead of a homotopy:
 ///
-/// (1) Start. At the left end of an element the laws of one instant give the impulse and the modes, and alternatives
+/// (a) Start. At the left end of an element the laws of one instant give the impulse and the modes, and alternatives
 ///     where other modes are possible (element_start.h).
-/// (2) Prediction. No switch happens in the rest of the step. Step equilibration then makes all remaining elements
+/// (b) Prediction. No switch happens in the rest of the step. Step equilibration then makes all remaining elements
 ///     equally long, and their stage equations determine everything (element_run.h).
-/// (3) Check. When the sign conditions hold (sign_conditions.h), the step is solved.
-/// (4) Switch. Else a switch lies inside, which the broken condition announces. Some number m of the equal elements
+/// (c) Check. When the sign conditions hold (sign_conditions.h), the step is solved.
+/// (d) Switch. Else a switch lies inside, which the broken condition announces. Some number m of the equal elements
 ///     leads up to it, first the m that changes their length least. The square system of their stage equations, the
-///     switch equation at the right end of the m-th, and their common length is solved, and checked like (3).
-/// (5) Rest. The elements and the time that remain are searched from (1) on.
-/// (6) Pivot. Where (4) or (5) fail, another m is tried, and then another set of alternatives of (1).
+///     switch equation at the right end of the m-th, and their common length is solved, and checked like (c).
+/// (e) Rest. The elements and the time that remain are searched from (a) on.
+/// (f) Pivot. Where (d) or (e) fail, another m is tried, and then another set of alternatives of (a).
 ///
 /// So a step is either solved to rounding, or it is infeasible for this number of elements as far as the search
 /// reaches, and says why. With Options::as_needed an infeasible step is searched again with as many elements as it

@@ -1,3 +1,32 @@
+// FESD-J as published: the equations of a step are a program with complementarity constraints, solved by homotopy.
+//
+// The unknowns x of a step of length H are those of its finite elements: each has its length h_n, the impulse Lambda_n,
+// Lambda_t and the velocity v_0 behind it at its left end, and at its stages j positions, velocities, accelerations and
+// forces, with
+//
+//   q_j = q_0 + h_n sum_k a_jk v_k,   v_j = v_0 + h_n sum_k a_jk w_k                                        (1)
+//   0 = M(q_j) w_j - f_v(q_j,v_j) - B_u u - sum_i (J_n^i lambda_n,j^i + J_t^i lambda_t,j^i)                 (2)
+//   0 = M(q_0) (v_0 - v^-) - sum_i (J_n^i Lambda_n^i + J_t^i Lambda_t^i),   sum_n h_n = H                   (3)
+//
+// F(x) = 0 are (1) to (3) with the rows that define slack variables, and 0 <= G_i _|_ K_i >= 0 all pairs: a force with
+// the gap at every stage of its element, an impulse with the gap and with either part of its impact law, friction
+// forces with parts of the slip. methods/mpcc_equations/fesd_equations.h has each. A step is then
+//
+//   min over x of rho sum_n (h_n - h_{n-1})^2   where   F(x) = 0,   0 <= G_i(x)  _|_  K_i(x) >= 0           (4)
+//
+// whose objective, the equilibration of the lengths, is there to fix what switches leave open. (4) has no interior.
+// Its relaxation with sigma > 0 does, by Scholtes unless the option `relaxation` says another,
+//
+//   min over x of rho sum_n (h_n - h_{n-1})^2   where   F(x) = 0,   G_i, K_i >= 0,   G_i K_i <= sigma       (5)
+//   sigma_{k+1} = min(factor sigma_k, sigma_k^{3/2}),   from sigma_0 down to sigma_n                        (6)
+//
+// Ipopt solves (5) for each sigma of (6) from the solution before; `update=linear` leaves the power out. Then the
+// crossover fixes in each pair the one that is zero, and solves what remains: with `crossover=off` the last (5) stands.
+// The guess and what a step does that fails are in step_homotopy.h.
+//
+// Source: Nurkanovic, Frey, Pozharskiy, Diehl, FESD-J, sections 3 and 5.1, appendix; corrections in
+// methods/fesd/DIFFERENCES.md.
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,7 +40,6 @@
 namespace ricochet {
 namespace {
 
-/// FESD-J, the discrete equations of each simulation step solved by homotopy (step_homotopy.h).
 class FesdHomotopy final : public Method {
  public:
   explicit FesdHomotopy(const MethodSpec& spec) : id_(spec.text()), tableau_(tableau_argument(spec)) {

@@ -7,7 +7,13 @@
 namespace ricochet {
 namespace {
 
-/// CVODE, the integrator of the reference, on the equations of motion between events (reference/contact_dynamics.h).
+/// CVODE, the integrator of the reference, on the equations of motion between events (reference/contact_dynamics.h),
+/// y' = f(y) with y = (q, v). Its linear multistep formulas of variable order and step are, for BDF with k1 = k <= 5 and
+/// k2 = 0, for Adams with k1 = 1 and k2 = k - 1 <= 11,
+///
+///   sum_{i=0}^k1 alpha_{n,i} y_{n-i} + h_n sum_{i=0}^k2 beta_{n,i} y_{n-i}' = 0          (6)
+///
+/// At events, which its root finding locates, the laws of an instant give what is behind, and CVODE starts anew.
 class CvodeWithEvents final : public EventLocatedMethod {
  public:
   explicit CvodeWithEvents(const MethodSpec& spec) : CvodeWithEvents(spec, uses_adams(spec)) {}

@@ -13,11 +13,17 @@ using reference::StepEnd;
 
 /// IDA: backward differences of variable order up to 5 in fixed-leading-coefficient form, for
 ///
-///   0 = y' - f(y)                                                                        (1)
+///   0 = F(y, y') = y' - f(y)                                                             (6)
 ///
-/// with the contact forces eliminated as everywhere in reference/. The DAE itself, with the forces among the unknowns,
-/// would change its size with every event, and its forces, of index 2 in the stabilised form, would have to be left out
-/// of the error control that locates the events of friction.
+/// with the contact forces eliminated by (5) of reference/contact_dynamics.h. At t_n, with k steps behind it, y' is the
+/// derivative of a polynomial through them,
+///
+///   sum_{i=0}^k alpha_{n,i} y_{n-i} = h_n y_n'                                           (7)
+///   (dF/dy + alpha_{n,0} / h_n dF/dy') (y_n^+ - y_n) = -F                                (8)
+///
+/// (7) in (6) is solved by Newton's method, whose step from y_n to y_n^+ is (8). The DAE itself, with the forces among
+/// the unknowns, would change its size with every event, and its forces, of index 2 in the stabilised form, would have
+/// to be left out of the error control that locates the events of friction. At events IDA starts anew.
 class Ida final : public reference::SundialsIntegrator {
  public:
   explicit Ida(SmoothSystem& system) : SundialsIntegrator(system), y_dot_(N_VClone(y_)) {

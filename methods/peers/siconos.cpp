@@ -160,6 +160,7 @@ const bool registered =
         .summary = "Siconos: its Moreau-Jean time stepping",
         .examples = {"siconos_moreau_jean", "siconos_moreau_jean,theta=1"},
         .not_built = kNotBuilt,
+        .scheme = "siconos/moreau_jean.cpp",
     }) &&
     register_method<SiconosProjection>({
         .name = "siconos_projection",
@@ -167,6 +168,7 @@ const bool registered =
         .summary = "Siconos: Moreau-Jean, positions projected onto the surfaces of all contacts that close",
         .examples = {"siconos_projection"},
         .not_built = kNotBuilt,
+        .scheme = "siconos/moreau_jean.cpp",
     }) &&
     register_method<SiconosDirectProjection>({
         .name = "siconos_direct_projection",
@@ -174,6 +176,7 @@ const bool registered =
         .summary = "Siconos: Moreau-Jean, active contacts that penetrate are projected out after the step",
         .examples = {"siconos_direct_projection"},
         .not_built = kNotBuilt,
+        .scheme = "siconos/moreau_jean.cpp",
     }) &&
     register_method<SiconosSchatzmanPaoli>({
         .name = "siconos_schatzman_paoli",
@@ -181,6 +184,7 @@ const bool registered =
         .summary = "Siconos: its Schatzman-Paoli scheme for positions, linear motion without friction",
         .examples = {"siconos_schatzman_paoli", "siconos_schatzman_paoli,theta=0"},
         .not_built = kNotBuilt,
+        .scheme = "siconos/schatzman_paoli.cpp",
     }) &&
     register_method<SiconosD1Minus>({
         .name = "siconos_d1_minus",
@@ -188,6 +192,7 @@ const bool registered =
         .summary = "Siconos: its half-explicit time-discontinuous Galerkin method, without friction",
         .examples = {"siconos_d1_minus"},
         .not_built = kNotBuilt,
+        .scheme = "siconos/d1_minus.cpp",
     }) &&
     register_method<SiconosEventDriven>({
         .name = "siconos_event_driven",
@@ -195,6 +200,7 @@ const bool registered =
         .summary = "Siconos: LSODAR with located events, without friction",
         .examples = {"siconos_event_driven"},
         .not_built = kNotBuilt,
+        .scheme = "siconos/event_driven.cpp",
     });
 
 }  // namespace

@@ -32,9 +32,9 @@ struct RegionSwitch {
 /// Which regions are active behind a switch, by pivoting, and the derivatives there. At a state (q, v), for the contacts
 /// that touch, with w = v' for the time or for the pseudo time:
 ///
-///   time runs    M w = f_v + B_u u + sum J_n lambda_n + J_t lambda_t                                       (1)
+///   time runs    M w = f_v + B_u u + sum_i (J_n^i lambda_n^i + J_t^i lambda_t^i)                           (1)
 ///                0 <= lambda_n  _|_  J_n' w + v' (grad^2 f_c) v >= 0,   Coulomb's law with (J_t' v)'       (2)
-///   frozen       M w = sum J_n r_n + J_t r_t                                                               (3)
+///   frozen       M w = sum_i (J_n^i r_n^i + J_t^i r_t^i)                                                   (3)
 ///                pushed, bouncing: r_n = push;   J_n' v = 0: 0 <= r_n  _|_  J_n' w >= 0;   Coulomb's law   (4)
 ///
 /// (2) is the choice of a convex combination of f_ODE and of the auxiliary dynamics that keeps J_n' v = 0, divided by the

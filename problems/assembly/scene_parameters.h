@@ -54,12 +54,14 @@ class SceneParameters {
 };
 
 /// Makes an assembled scene known under its id, with the parameters it takes. Call once, in the scene's own file.
+/// @param file  of the caller: std::source_location, which Clang has from 16 on only
 inline bool register_assembled_scene(const SceneText& text, const std::vector<ParameterInfo>& parameters,
-                                     std::unique_ptr<Problem> (*make)(const SceneParameters&)) {
+                                     std::unique_ptr<Problem> (*make)(const SceneParameters&),
+                                     const char* file = __builtin_FILE()) {
   const auto make_changed = [text, parameters, make](const ParameterChanges& changes) {
     return make(SceneParameters(text.id, parameters, changes));
   };
-  return add_scene({text.id, text.title, text.source, text.hard_feature, make_changed, parameters});
+  return add_scene({text.id, text.title, text.source, text.hard_feature, make_changed, parameters, file});
 }
 
 }  // namespace ricochet

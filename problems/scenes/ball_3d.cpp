@@ -10,9 +10,10 @@ namespace {
 //        -           f_c = z - R
 //   ___________      v_t = (x' - R omega_y, y' + R omega_x)
 //
-// q = (x, y, z) and the integrals of omega = (omega_x, omega_y, omega_z). These three are no orientation of the ball,
-// but none is needed: a homogeneous ball has no gyroscopic force, and its contact does not depend on orientation. A
-// ball that starts on the plane with slip v_0 and without spin ends rolling with 5/7 v_0.
+// q[0] to q[2] are the centre (x, y, z), q[3] to q[5] the integrals of the angular velocity. These three are no
+// orientation of the ball, but none is needed: a homogeneous ball has no gyroscopic force, and its contact does not
+// depend on orientation. A ball that starts on the plane with slip and without spin ends rolling with 5/7 of that
+// speed.
 template <class T>
 struct Ball3d {
   static constexpr SceneText text{

@@ -12,6 +12,7 @@ namespace {
 //   |___________|      floor  f_c = y - R        v_t = x' + R phi'
 //         W            roof   f_c = H - y - R    v_t = x' - R phi'
 //
+// q[0] and q[1] are the centre (x, y), q[2] is the angle phi.
 template <class T>
 struct BallInBox {
   static constexpr SceneText text{"ball_in_box", "disc with spin in a box with four rough walls",

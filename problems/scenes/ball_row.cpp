@@ -7,8 +7,9 @@ namespace {
 //
 //    o ->      o  o  o        m q_i'' = lambda_n^{i-1,i} - lambda_n^{i,i+1},   f_c = q_{i+1} - q_i - 2 R
 //
-// With a spacing the impacts follow one another: for e = 1 each ball hands its velocity on and the last one carries it
-// all. Without spacing all of them happen at one instant, and Newton's law is imposed at every contact at once.
+// q[0] to q[3] are the centres from left to right. With a spacing the impacts follow one another: for e = 1 each ball
+// hands its velocity on and the last one carries it all. Without spacing all of them happen at one instant, and
+// Newton's law is imposed at every contact at once.
 template <class T>
 struct BallRow {
   static constexpr SceneText text{"ball_row", "row of four balls, hit one after the other",

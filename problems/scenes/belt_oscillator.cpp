@@ -10,8 +10,8 @@ namespace {
 //    |   ->_____
 //         ( o  -> v_belt
 //
-// The belt is a surface that moves by itself: no friction force slows it down. In stick the mass moves with x' = v_belt
-// until the spring and the load exceed mu m g.
+// q[0] is x, along the belt, and q[1] is y, above it. The belt is a surface that moves by itself: no friction force
+// slows it down. In stick the mass moves with v_belt until the spring and the load exceed mu m g.
 template <class T>
 struct BeltOscillator {
   static constexpr SceneText text{"belt_oscillator", "slip-stick oscillator on a moving belt",

@@ -3,7 +3,7 @@
 namespace ricochet {
 namespace {
 
-// A block on a rough ramp, q = (x down the ramp, y across it), with initial speed v_x0.
+// A block on a rough ramp, q[0] = x down the ramp, q[1] = y across it, with initial speed v_x0.
 //
 //      [ ]/
 //      / /        m x'' = m g sin(slope) + lambda_t

@@ -3,13 +3,14 @@
 namespace ricochet {
 namespace {
 
-// A block at rest on a rough ramp in space, q = (x, y in the plane of the ramp, z across it).
+// A block at rest on a rough ramp in space: q[0] = x and q[1] = y in the plane of the ramp, q[2] = z across it.
 //
 //   m (x, y)'' = m g sin(slope) d + lambda_t,   d = (cos(direction), sin(direction)) the way down
 //   m z''      = -m g cos(slope) + lambda_n,    f_c = z,   v_t = (x', y')
 //
-// With the friction disc it sticks exactly when tan(slope) <= mu, and else moves along d. A polygon in place of the
-// disc has its vertices at fixed angles from x, and then `direction` matters.
+// With the friction disc it sticks exactly when tan(slope) <= mu, and else moves the way down, which is at the angle
+// `direction` from the first axis. A polygon in place of the disc has its vertices at fixed angles, and then it
+// matters.
 template <class T>
 struct BlockOnRamp3d {
   static constexpr SceneText text{"block_on_ramp_3d", "block on a rough ramp in space", "Coulomb friction, closed form",

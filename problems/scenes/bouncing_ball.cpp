@@ -8,7 +8,7 @@ namespace {
 //      o  q      m q'' = -m g + lambda_n,   f_c = q - r
 //   _______
 //
-// With 0 < e < 1 the impacts accumulate at t = sqrt(2(q0-r)/g) (1+e)/(1-e): the simplest Zeno point.
+// With 0 < e < 1 the impacts accumulate at t = sqrt(2 (height - r) / g) (1 + e) / (1 - e): the simplest Zeno point.
 template <class T>
 struct BouncingBall {
   static constexpr SceneText text{

@@ -15,9 +15,11 @@ namespace {
 //
 //   corner p = (x, y, z) + R (+-a, +-b, +-c):   f_c = p_z,   v_t = (p_x', p_y')
 //
-// (3) is Euler's equation times E'. The angles are singular at beta = +-pi/2, where M is; the default motion tumbles
-// with |beta| below 1. The box lands on a corner at 0.21 s, then on edges; from 0.34 s on it slides and turns on four
-// corners, whose forces are not unique, and at 0.39 s all four come to rest at once.
+// q[0] to q[2] are the centre, q[3] to q[5] the Cardan angles alpha, beta, gamma. The forces of the angles are Euler's
+// equation times the transposed map from their derivatives to the angular velocity in body axes. The angles are
+// singular at beta = +-pi/2, where M is; the default motion tumbles with |beta| below 1. The box lands on a corner at
+// 0.21 s, then on edges; from 0.34 s on it slides and turns on four corners, whose forces are not unique, and at 0.39 s
+// all four come to rest at once.
 template <class T>
 struct Box3d {
   static constexpr SceneText text{

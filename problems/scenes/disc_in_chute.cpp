@@ -11,9 +11,9 @@ namespace {
 //  beta_l | / beta_r   v_t = n_y x' - n_x y' + R phi'
 //       \|/
 //
-// beta_l, beta_r are the angles of the walls from the vertical. When both contacts are closed the centre is fixed, the
-// disc spins on between the walls, and friction stops it. In steep chutes with mu > tan(beta) the forces of a disc at
-// rest are not unique: it jams.
+// q[0] and q[1] are the centre (x, y), q[2] is the angle phi; beta_l, beta_r are the angles of the walls from the
+// vertical. When both contacts are closed the centre is fixed, the disc spins on between the walls, and friction stops
+// it. In steep chutes with mu > tan(beta) the forces of a disc at rest are not unique: it jams.
 template <class T>
 struct DiscInChute {
   static constexpr SceneText text{"disc_in_chute", "spinning disc between two inclined walls",

@@ -12,6 +12,7 @@ namespace {
 //   |     o m_2    |            m_2 l_1 l_2 sin(D) theta_1'^2 - m_2 g l_2 sin(theta_2)) + (1, -1/2) u
 //         <-- w -->       x_2 = l_1 sin(theta_1) + l_2 sin(theta_2),   f_c = w -+ x_2
 //
+// q[0] and q[1] are the angles theta_1, theta_2 from the vertical.
 template <class T>
 struct DoublePendulumWall {
   static constexpr SceneText text{"double_pendulum_wall", "driven double pendulum between two walls",

@@ -12,14 +12,12 @@ namespace {
 //  theta (\ ->
 //   _______        (x, y) is the centre, theta the angle between the rod and the ground
 //
-// While the tip slips forward, lambda_t = -mu lambda_n and the gap acceleration is  b + p lambda_n  with
-//
-//   p = 1/m + l^2/(4 J) cos(theta) (cos(theta) - mu sin(theta)).
-//
-// p < 0 is Painleve's region: no force, or two, or only an impulse continues the slip. For a uniform rod it exists when
-// mu > 4/3, first at tan(theta) = 2. Default parameters stay outside; mu = 2 and theta0 = 1.1 start inside. There
-// b = l/2 sin(theta) theta'^2 - g decides: b < 0 is inconsistent, b > 0 (omega0 = 6) indeterminate. The run ends before
-// the upper end lands, which is no contact of this scene.
+// q[0] and q[1] are the centre (x, y), q[2] is the angle theta between the rod and the ground. While the tip slips
+// forward, lambda_t = -mu lambda_n, and the gap acceleration is b + p lambda_n with p = 1/m + l^2/(4 J) cos(theta)
+// (cos(theta) - mu sin(theta)). p < 0 is Painleve's region: no force, or two, or only an impulse continues the slip.
+// For a uniform rod it exists when mu > 4/3, first at tan(theta) = 2. Default parameters stay outside; mu = 2 and
+// theta0 = 1.1 start inside. There b = l/2 sin(theta) theta'^2 - g decides: b < 0 is inconsistent, b > 0 (omega0 = 6)
+// indeterminate. The run ends before the upper end lands, which is no contact of this scene.
 template <class T>
 struct FallingRod {
   static constexpr SceneText text{

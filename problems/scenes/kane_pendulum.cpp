@@ -16,7 +16,7 @@ namespace {
 // Kane's puzzle: the normal impulse alone reverses the slip, and the friction impulse then points along the slip that
 // was there before. With Newton's law its work over both velocities, Lambda_t (v_t+ + v_t-) / 2, is positive: for
 // e = mu = 0.5 the kinetic energy grows by 59 % (without gravity). Default parameters lose energy; mu = 0.5 gains it.
-// H is such that the tip starts `clearance` above the ground.
+// q[0] and q[1] are the angles theta_1, theta_2 from the vertical; the tip starts `clearance` above the ground.
 template <class T>
 struct KanePendulum {
   static constexpr SceneText text{

@@ -8,7 +8,8 @@ namespace {
 //    o ->        m x'' = lambda_t
 //   _______      m y'' = -m g + lambda_n,   f_c = y,   v_t = x'
 //
-// The first impacts slip (|Lambda_t| = mu Lambda_n), the last one sticks (v_t+ = 0).
+// q[0] is x, along the floor, and q[1] is y, above it. The first impacts slip (|Lambda_t| = mu Lambda_n), the last one
+// sticks (v_t+ = 0).
 template <class T>
 struct ObliqueImpact {
   static constexpr SceneText text{"oblique_impact", "point mass bouncing obliquely on a rough floor",

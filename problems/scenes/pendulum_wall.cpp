@@ -10,6 +10,7 @@ namespace {
 //   |    \ theta
 //   |     o
 //
+// q[0] is the angle theta from the vertical.
 template <class T>
 struct PendulumWall {
   static constexpr SceneText text{"pendulum_wall", "pendulum that hits a vertical wall",

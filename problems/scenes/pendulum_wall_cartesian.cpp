@@ -10,7 +10,8 @@ namespace {
 //   |    \ l      m y'' = -m g + (y / l) lambda_rod
 //   |     o       f_rod = (x^2 + y^2 - l^2) / (2 l) = 0,   f_wall = x + w
 //
-// The rod pulls with -lambda_rod. theta = atan2(x, -y) moves as in pendulum_wall.
+// q[0] and q[1] are the place (x, y) of the mass from the pivot. The rod pulls with -lambda_rod, and the angle
+// atan2(x, -y) moves as in pendulum_wall.
 template <class T>
 struct PendulumWallCartesian {
   static constexpr SceneText text{"pendulum_wall_cartesian",

@@ -12,11 +12,9 @@ namespace {
 //   ____________       left: upper sign, right: lower sign; phi counterclockwise, so phi > 0 stands on the left corner
 //       2 b
 //
-// With e = 0 and enough friction the block pivots about the new corner, and angular momentum about that corner gives
-//
-//   phi'+ = (1 - 3/2 sin(alpha)^2) phi'-,   tan(alpha) = b / h                          (Housner)
-//
-// It goes on rocking for b/h < sqrt(2) and stops in one impact for a flatter block.
+// q[0] and q[1] are the centre (x, y), q[2] is the tilt phi. With e = 0 and enough friction the block pivots about the
+// new corner, and angular momentum about that corner leaves it 1 - 3/2 sin(alpha)^2 of its angular velocity, with
+// tan(alpha) = b / h (Housner). It goes on rocking for b/h < sqrt(2) and stops in one impact for a flatter block.
 template <class T>
 struct RockingBlock {
   static constexpr SceneText text{"rocking_block", "block that rocks between two corners",

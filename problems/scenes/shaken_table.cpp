@@ -9,8 +9,9 @@ namespace {
 //      |
 //   =======  ^ A sin(omega t)
 //
-// The table is a surface that moves by itself, so df_c/dt = -A omega cos(omega t) is part of the impact law. The ball
-// gains and loses energy with the phase of the table; neighbouring motions part from each other.
+// q[0] is y, the height of the ball. The table is a surface that moves by itself, so df_c/dt = -A omega cos(omega t) is
+// part of the impact law. The ball gains and loses energy with the phase of the table; neighbouring motions part from
+// each other.
 template <class T>
 struct ShakenTable {
   static constexpr SceneText text{"shaken_table", "ball that bounces on a shaken table",

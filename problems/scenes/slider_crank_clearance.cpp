@@ -14,10 +14,10 @@ namespace {
 //   f_1 =  C sin(theta_2 - theta_1) theta_2'^2 - (m_1/2 + m_2 + m_3) g l_1 cos(theta_1)
 //   f_2 = -C sin(theta_2 - theta_1) theta_1'^2 - (m_2/2 + m_3) g l_2 cos(theta_2)
 //
-// The centre of the slider is (x_3, y_3) = sum of l_i (cos(theta_i), sin(theta_i)), i = 1, 2, its corners are
-// (x_3, y_3) + R(theta_3) (+-a, +-b), and a corner touches the upper or lower guide at y = +-(b + c): f_c is the
-// distance, v_t = x_corner'. No drive: the crank starts with omega_1, the rod such that the slider does not move
-// sideways.
+// q[0], q[1], q[2] are the angles theta_1, theta_2, theta_3 of crank, rod and slider. The centre of the slider is the
+// end of the rod, and each of its four corners touches the upper or lower guide, b + c above and below the middle: f_c
+// is the distance, v_t the velocity of the corner along the guide. No drive: the crank starts with omega_1, the rod
+// such that the slider does not move sideways.
 template <class T>
 struct SliderCrankClearance {
   static constexpr SceneText text{

@@ -15,6 +15,8 @@ namespace {
 //
 //   with r_i = l_i / 2 (cos(theta_i), sin(theta_i)) and p_i = (x_i, y_i):
 //     O   p_1 - r_1 = 0,   B   p_1 + r_1 - (p_2 - r_2) = 0,   C   p_2 + r_2 - (x_3, 0) = 0
+//
+// q[0] to q[2] are centre and angle of the crank, q[3] to q[5] those of the rod, q[6] is the place of the slider.
 template <class T>
 struct SliderCrankStop {
   static constexpr SceneText text{

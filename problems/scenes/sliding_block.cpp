@@ -8,7 +8,7 @@ namespace {
 //      [ ] ->    m x'' = lambda_t
 //   _______      m y'' = -m g + lambda_n,   f_c = y,   v_t = x'
 //
-// It stops at t = v_x0 / (mu g), x = v_x0^2 / (2 mu g).
+// q[0] is x, along the plane, and q[1] is y, above it. It stops at t = v_x0 / (mu g), x = v_x0^2 / (2 mu g).
 template <class T>
 struct SlidingBlock {
   static constexpr SceneText text{"sliding_block", "block sliding on a rough plane", "Coulomb friction, closed form",

@@ -10,8 +10,9 @@ namespace {
 //     [ 1 ] ->      f_c^1 = y_1,                 v_t^1 = x_1'
 //   _________       f_c^i = y_i - y_{i-1} - h,   v_t^i = x_i' - x_{i-1}',   i = 2, 3
 //
-// q = (x_1, y_1, x_2, y_2, x_3, y_3), y_i the lower face. In slip every acceleration is a constant, so the motion has a
-// closed form: block 1 brakes, 2 and 3 are dragged along, contacts pass from slip to stick one after the other.
+// q[0] and q[1] are x_1, y_1 of the lowest block, with y_1 its lower face, q[2] to q[5] those of the others. In slip
+// every acceleration is a constant, so the motion has a closed form: block 1 brakes, 2 and 3 are dragged along,
+// contacts pass from slip to stick one after the other.
 template <class T>
 struct StackedBlocks {
   static constexpr SceneText text{"stacked_blocks", "three stacked blocks, the lowest one pushed away",

@@ -5,10 +5,10 @@ namespace {
 
 // Two balls on a vertical line, joined by a stiff spring; the lower one hits the ground.
 //
-//      o  q2     m1 q1'' = -m1 g + k (q2 - q1 - l) + lambda_n
-//      <         m2 q2'' = -m2 g - k (q2 - q1 - l)
-//      >         f_c = q1 - R
-//      o  q1
+//      o  q[1]   m1 q[0]'' = -m1 g + k (q[1] - q[0] - l) + lambda_n
+//      <         m2 q[1]'' = -m2 g - k (q[1] - q[0] - l)
+//      >         f_c = q[0] - R
+//      o  q[0]
 //   _______
 //
 // Between impacts the motion is a fall plus an oscillation of omega = sqrt(k/m1 + k/m2) = 141 rad/s.

@@ -15,10 +15,10 @@ namespace {
 //   lower sleeve   f_c = r_M - r_0 + h_M phi_M                 v_t = y' + r_M phi_M'
 //   upper sleeve   f_c = r_M - r_0 - h_M phi_M                 v_t = y' + r_M phi_M'
 //
-// Angles are small and the kinematics linear, as in the source. A tilted sleeve jams by friction and holds the toy. The
-// initial state is the source's point of the limit cycle, with phi_M rounded to the open side of the lower sleeve
-// contact: a gap of 0.3 um closes at once, a gap of zero would leave the first step to rounding. A period takes
-// 0.146 s.
+// q[0] is the height y of the sleeve, q[1] and q[2] are the angles phi_M, phi_S of sleeve and woodpecker. Angles are
+// small and the kinematics linear, as in the source. A tilted sleeve jams by friction and holds the toy. The initial
+// state is the source's point of the limit cycle, with phi_M rounded to the open side of the lower sleeve contact: a
+// gap of 0.3 um closes at once, a gap of zero would leave the first step to rounding. A period takes 0.146 s.
 template <class T>
 struct WoodpeckerToy {
   static constexpr SceneText text{

@@ -9,6 +9,8 @@
 #include "reports/assets.h"
 #include "reports/export.h"
 #include "reports/markup.h"
+#include "reports/results_list.h"
+#include "reports/site/figure_data.h"
 #include "reports/text_file.h"
 
 namespace ricochet {
@@ -77,6 +79,21 @@ class ResultsPage {
  private:
   std::string csv_of(const std::string& table) const { return file_of(results_, table, "csv"); }
 
+  /// A file with what a figure draws: the points of its script, the motion of its row; else every run.
+  std::string csv_link(const Figure& figure) const {
+    const fs::path script = fs::path(figure.file).replace_extension(".gp");
+    std::string csv;
+    if (fs::exists(folder_ / script))
+      csv = gnuplot_csv(read_text(folder_ / script));
+    else if (const auto* row = row_of_figure(results_, figure))
+      csv = motion_csv(*row);
+    if (csv.empty() && results_.rows.empty()) return "";
+    const std::string file =
+        csv.empty() ? csv_of("all_digits") : fs::path(figure.file).stem().string() + "_drawn.csv";
+    if (!csv.empty()) write_text("report file", folder_ / file, csv);
+    return fmt::format("<a href=\"{}\">CSV</a> ", escape_html(file));
+  }
+
   void add(const Section::NamedTable& named) {
     if (named.role == Section::Role::summary) return;
     write_text("report file", folder_ / csv_of(named.name), named.table.csv());
@@ -95,15 +112,23 @@ class ResultsPage {
     const auto list = drawn.draw(figures_);
     page_.html += list.size() > 1 ? "<div class=\"figures\">\n" : "<div>\n";
     for (const auto& figure : list) {
-      page_.html += fmt::format(
-          "<figure>{}<figcaption>{}</figcaption><p class=\"links\">{}{}</p></figure>\n", still_html(figure),
-          escape_html(figure.caption), figure_links(figure, folder_), command_html(results_));
+      page_.html += fmt::format("<figure>{}<figcaption>{}</figcaption><p class=\"links\">{}{}{}</p></figure>\n",
+                                still_html(figure), escape_html(figure.caption), csv_link(figure),
+                                figure_links(figure, folder_), command_html(results_));
     }
     page_.html += "</div>\n";
   }
   void add(const Section::Heading& heading) { page_.html += site_heading(heading.text, site_id(heading.text)); }
+  /// With a link to its data behind its caption.
   void add(const Section::Animation& animation) {
-    page_.html += animation.html;
+    std::string html = animation.html;
+    if (const auto* row = row_of_animation(results_, html)) {
+      const std::string file = fmt::format("{}_{}_motion.csv", results_.experiment(), row->value("problem", ""));
+      write_text("report file", folder_ / file, motion_csv(*row));
+      if (const auto end = html.find("</figcaption>"); end != std::string::npos)
+        html.insert(end + std::string("</figcaption>").size(), site_links({{"CSV", file}}));
+    }
+    page_.html += html;
     page_.has_animations = true;
   }
   void add(const Section::Chart& chart) {
@@ -130,9 +155,8 @@ class ResultsPage {
 
   void add_provenance() {
     page_.html += site_heading("Where it was measured, and how to repeat it", "environment");
-    const fs::path file = fs::path(results_.path).filename();
-    fs::copy_file(results_.path, folder_ / file, fs::copy_options::overwrite_existing);
-    SiteLinks links = {{"every run, as JSON lines", file.string()}};
+    copy_results(results_, folder_);
+    SiteLinks links = {{"every run, as JSON lines", fs::path(results_.path).filename().string()}};
     if (!results_.rows.empty()) {
       const std::string runs = file_of(results_, "all_digits", "csv");
       write_text("report file", folder_ / runs, tidy_csv(results_));
@@ -222,6 +246,7 @@ SitePage environment_page(const std::vector<ShownResults>& list) {
 
 std::string write_site(const std::vector<ShownResults>& list, const std::vector<SiteGroup>& more,
                        const std::string& folder) {
+  require_different(list);
   const fs::path root = folder, results = root / kResultsFolder;
   const FigureFolder figures(results.string());
   const bool draw = can_draw();

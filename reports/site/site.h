@@ -12,7 +12,8 @@ namespace ricochet {
 /// with the CSV of each table and each figure as SVG, the pages of `more`, and what they share (assets/). Pages of a group
 /// without a title stand beside the first. It works from a disk, without a server and without a network; every page is
 /// loaded when it is asked for.
-/// @return the path of index.html  @throws InputError when the folder cannot be written
+/// @return the path of index.html
+/// @throws InputError when the folder cannot be written, or two results are of one experiment (results_list.h)
 std::string write_site(const std::vector<ShownResults>& list, const std::vector<SiteGroup>& more,
                        const std::string& folder);
 

@@ -396,6 +396,13 @@ async function equations() {
   }
 }
 
+async function figuresLinkToTheirNumbers() {
+  for (const name of readdirSync(join(site, "experiments")).filter((file) => file.endsWith(".html"))) {
+    for (const figure of readFileSync(join(site, "experiments", name), "utf8").split("<figure").slice(1))
+      assert.ok(/href="[^"]+\.csv"/.test(figure.split("</figure>")[0]), `${name}: a figure without its CSV: ${figure.slice(0, 200)}`);
+  }
+}
+
 async function printsEverything() {
   const page = await open(`experiments/${grid}.html`, 1400);
   await page.emulateMedia({ media: "print" });
@@ -427,7 +434,7 @@ async function printsEverything() {
 const bytes = ["index.html", "assets/site.css", "assets/site.js"].reduce((sum, name) => sum + statSync(join(site, name)).size, 0);
 assert.ok(bytes < FIRST_VIEW, `the first view has ${bytes} bytes`);
 try {
-  for (const test of [answers, workPrecision, zeros, stillsFit, namesLeadToPages, profiles, verdicts, equations, printsEverything]) {
+  for (const test of [answers, workPrecision, zeros, stillsFit, namesLeadToPages, profiles, verdicts, equations, figuresLinkToTheirNumbers, printsEverything]) {
     await test().catch((error) => complaints.push(`${test.name}: ${error.message}`));
   }
   for (const name of PAGES) await looksRight(name);

@@ -7,7 +7,9 @@
 #include <cmath>
 #include <regex>
 
+#include "bench/site/drawn_scene.h"
 #include "methods/registry.h"
+#include "problems/geometry.h"
 #include "problems/input_error.h"
 #include "tests/test_data.h"
 
@@ -48,6 +50,21 @@ TEST(SceneDrawing, ABallStandsOnTheGround) {
   ASSERT_TRUE(std::regex_search(svg, ground, std::regex("<polygon [^>]*points=\"[-0-9.]+,([-0-9.]+) ")));
   EXPECT_NEAR(attribute(svg, "circle", "cy") + attribute(svg, "circle", "r"), std::stod(ground[1]), kPixels);
   EXPECT_EQ(svg.find("<animate"), std::string::npos) << "nothing moves";
+}
+
+// A geometry for drawings alone has no pairs of shapes, which say where a surface is touched.
+TEST(SceneDrawing, TheGroundIsInThePictureOfEveryCaseOfTheGroundTruth) {
+  for (const auto& truth : ground_truth()) {
+    const auto problem = with_picture(*make_problem(truth.id));
+    const auto& shapes = problem->info().geometry->shapes;
+    if (std::ranges::find(shapes, ShapeKind::half_space, &BodyShape::kind) == shapes.end()) continue;
+    if (problem->info().geometry->in_space) continue;  // a patch below the bodies
+    const std::string svg = scene_svg(*problem);
+    std::smatch ground, size;
+    ASSERT_TRUE(std::regex_search(svg, ground, std::regex("<polygon [^>]*points=\"[-0-9.]+,([-0-9.]+) "))) << truth.id;
+    ASSERT_TRUE(std::regex_search(svg, size, std::regex("viewBox=\"0 0 [0-9.]+ ([0-9.]+)\""))) << truth.id;
+    EXPECT_LT(std::stod(ground[1]), std::stod(size[1]) - 5) << truth.id;
+  }
 }
 
 TEST(SceneDrawing, ABallFallsAsItsMotionSays) {

@@ -1,17 +1,23 @@
 // The site: what it says of methods and problems, and that every link of it leads somewhere.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
+#include <regex>
 #include <set>
 
 #include "bench/site/drawn_scene.h"
 #include "bench/site/expression_tex.h"
 #include "bench/site/history_page.h"
+#include "bench/site/problem_pages.h"
 #include "bench/site/report_site.h"
 #include "bench/site/scheme.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"
+#include "reports/page.h"
 #include "reports/scene_drawing.h"
 #include "reports/text_file.h"
 #include "tests/test_data.h"
@@ -38,30 +44,82 @@ TEST(ExpressionTex, IsTheFormula) {
   EXPECT_EQ(expression_tex(GiNaC::ex(GiNaC::numeric(-3, 4)) * k), "-\\frac{3 \\, k}{4}");
 }
 
+const MethodEntry& method_named(const std::string& name) {
+  static const std::vector<MethodEntry> list = methods();
+  return *std::ranges::find(list, name, &MethodEntry::name);
+}
+
+const SceneEntry& scene_named(const std::string& id) {
+  static const std::vector<SceneEntry> list = scenes();
+  return *std::ranges::find(list, id, &SceneEntry::id);
+}
+
 TEST(Scheme, IsTheCommentOfTheMethod) {
-  const auto stepping = scheme_of("moreau_jean");
+  const auto stepping = scheme_of(method_named("moreau_jean"));
   ASSERT_TRUE(stepping);
   EXPECT_EQ(stepping->file, "methods/time_stepping/moreau_jean.cpp");
   EXPECT_TRUE(stepping->text.starts_with("Moreau-Jean time stepping"));
   EXPECT_NE(stepping->text.find("q_{k+1} = q_k + h (theta v_{k+1} + (1 - theta) v_k)"), std::string::npos);
   EXPECT_EQ(stepping->text.find("#include"), std::string::npos);
-  const auto fesd = scheme_of("fesd");
+  const auto fesd = scheme_of(method_named("fesd"));
   ASSERT_TRUE(fesd);
   EXPECT_NE(fesd->text.find("v_j = v_0 + h sum_k a_jk w_k"), std::string::npos) << "of a header that its comment names";
-  EXPECT_FALSE(scheme_of("no_such_method"));
+  const auto siconos = scheme_of(method_named("siconos_projection"));
+  ASSERT_TRUE(siconos) << "whether or not it is built";
+  EXPECT_EQ(siconos->file, "methods/peers/siconos/moreau_jean.cpp");
+  MethodEntry elsewhere = method_named("fesd");
+  elsewhere.file = "no/such/file.cpp";
+  EXPECT_FALSE(scheme_of(elsewhere));
+  elsewhere.file.clear();
+  EXPECT_FALSE(scheme_of(elsewhere)) << "a plugin that could not be loaded";
+}
+
+// As src/scheme.js finds them: lines that end in a number in brackets, behind space.
+std::ptrdiff_t count_equations(const std::string& text) {
+  static const std::regex equation("(^|\\n) {2,}[^ \\n][^\\n]* \\([0-9]+[a-z']?\\)(?=\\n)");
+  return std::distance(std::sregex_iterator(text.begin(), text.end(), equation), std::sregex_iterator());
+}
+
+TEST(Scheme, HasEquationsOrSaysWhyNot) {
+  for (const auto& method : methods()) {
+    if (method.file.empty()) continue;                               // a plugin that could not be loaded
+    if (method.file.find("/tests/") != std::string::npos) continue;  // methods of other tests in this program
+    const auto scheme = scheme_of(method);
+    ASSERT_TRUE(scheme) << method.name;
+    if (scheme->text.find("No equations: ") != std::string::npos) continue;
+    EXPECT_GE(count_equations(scheme->text), 2) << method.name << ", " << scheme->file;
+  }
 }
 
 TEST(Statement, IsTheCommentAboveAScene) {
   for (const auto& scene : scenes()) {
     if (scene.source.starts_with("tests/data")) continue;  // has no file
-    const auto statement = statement_of(scene.id);
+    const auto statement = statement_of(scene);
     ASSERT_TRUE(statement) << scene.id;
     EXPECT_NE(statement->text.find('\n'), std::string::npos) << scene.id;
     EXPECT_EQ(statement->text.find("//"), std::string::npos) << scene.id;
   }
-  EXPECT_NE(statement_of("bead_row")->text.find("f_c^1 = x_1 - R"), std::string::npos);
-  EXPECT_EQ(statement_of("ball_row")->text, statement_of("ball_row_touching")->text) << "one file";
-  EXPECT_FALSE(statement_of("P3_sliding_block"));
+  EXPECT_NE(statement_of(scene_named("bead_row"))->text.find("f_c^1 = x_1 - R"), std::string::npos);
+  EXPECT_EQ(statement_of(scene_named("ball_row"))->text, statement_of(scene_named("ball_row_touching"))->text)
+      << "one file";
+  EXPECT_FALSE(statement_of(scene_named("P3_sliding_block")));
+}
+
+TEST(Statement, HasWordsBesideSketchAndEquations) {
+  const auto words = paragraphs_of({"", "A ball.\n\n   o   m z'' = -m g\n\nIt falls,\nand lands.\n"});
+  EXPECT_EQ(words, (std::vector<std::string>{"A ball.", "It falls, and lands."}));
+}
+
+TEST(CaseOfTheGroundTruth, SaysWhatIsHardAndWhereItIsFrom) {
+  std::set<std::string> hard;
+  for (const auto& truth : ground_truth()) {
+    const SceneEntry& scene = scene_named(truth.id);
+    EXPECT_TRUE(hard.insert(scene.hard_feature).second) << "another case is hard for the same reason: " << truth.id;
+    EXPECT_EQ(scene.hard_feature.find("decimals"), std::string::npos) << truth.id;
+    EXPECT_NE(scene.solution.find("decimals"), std::string::npos) << truth.id;
+    EXPECT_FALSE(scene.literature.empty()) << truth.id;
+    EXPECT_EQ(scene.source, "tests/data/ground_truth.json") << "the solution is found by it";
+  }
 }
 
 TEST(DrawnScene, IsEachCaseOfTheGroundTruth) {
@@ -88,6 +146,7 @@ class Site : public testing::Test {
     write_text(
         "results", path,
         R"~({"kind": "header", "schema": 1, "experiment": "small", "title": "A <small> one", "command": "ricochet x"}
+{"kind": "run", "problem": "cart", "title": "A & B", "discretisation": "FESD", "picture": {"shapes": [{"kind": "box"}], "arrows": [{"contact": 0}], "frames": [{"t": 0.5, "shapes": [[1, 2, 3, 4]], "arrows": [[1, 2, 0, -9.5]]}]}}
 {"kind": "end"}
 )~");
     ShownResults shown{read_results(path), {}};
@@ -99,6 +158,19 @@ class Site : public testing::Test {
     choice.row_ids = {"the-row"};
     shown.section.choice("choice", choice);
     shown.section.details("runs", choice);
+    shown.section.svg_figures([](const FigureFolder& figures) {
+      figures.write("points.svg", "<svg xmlns=\"x\"></svg>");
+      figures.write("points.gp",
+                    "$a << EOD\n1 2\n\n3 4\nEOD\nset title 'A, panel'\nset xlabel 'x [m]'\nset ylabel 'it''s'\n"
+                    "plot $a with lines lc rgb '#000000' title 'the curve'\n");
+      figures.write("frames.svg", "<svg xmlns=\"x\"></svg>");
+      figures.write("other.svg", "<svg xmlns=\"x\"></svg>");
+      return std::vector<Figure>{
+          {"points.svg", "p", "c"}, {"frames.svg", "cart: frames", "c"}, {"other.svg", "o", "drawn by hand"}};
+    });
+    shown.section.animation(
+        "<figure class=\"motion\" hidden><figcaption>A &amp; B: the motion that FESD claims. Marks</figcaption>"
+        "<script type=\"application/json\">{}</script></figure>");
     shown.section.chart({.kind = "work_precision",
                          .name = "chart",
                          .table = "runs",
@@ -198,6 +270,69 @@ TEST_F(Site, KeepsTheDataOfAChartInsideOfItsElement) {
   EXPECT_NE(page.find("still.svg"), std::string::npos) << "for those without scripts";
 }
 
+TEST_F(Site, LinksEveryFigureToItsNumbers) {
+  const std::string& page = pages["experiments/small.html"];
+  std::size_t n = 0;
+  for (auto at = page.find("<figure"); at != std::string::npos; at = page.find("<figure", at + 1)) {
+    ++n;
+    const std::string figure = page.substr(at, page.find("</figure>", at) - at);
+    EXPECT_NE(figure.find(".csv\">CSV</a>"), std::string::npos) << figure;
+  }
+  EXPECT_EQ(n, 5u);
+  EXPECT_EQ(read_text(root / "experiments/points_drawn.csv"),
+            "panel,x axis,y axis,curve,piece,x,y\n"
+            "\"A, panel\",x [m],it's,the curve,1,1,2\n\"A, panel\",x [m],it's,the curve,2,3,4\n");
+  const std::string motion = read_text(root / "experiments/frames_drawn.csv");
+  EXPECT_NE(motion.find("\n0.5,box,1,1,2,3,4,,\n0.5,force,1,1,2,,,0,-9.5\n"), std::string::npos) << motion;
+  EXPECT_EQ(motion, read_text(root / "experiments/small_cart_motion.csv")) << "of its player";
+}
+
+TEST_F(Site, TakesEachExperimentAndEachNameOnce) {
+  const auto shown_as = [&](const char* file, const char* experiment) {
+    const std::string path = folder / file;
+    fs::create_directories(fs::path(path).parent_path());
+    write_text("results", path,
+               fmt::format("{{\"kind\": \"header\", \"schema\": 1, \"experiment\": \"{}\"}}\n{{\"kind\": \"end\"}}\n",
+                           experiment));
+    return ShownResults{read_results(path), {}};
+  };
+  const std::string page = folder / "page";
+  const ShownResults first = shown_as("a/one.jsonl", "one"), same = shown_as("a/again.jsonl", "one"),
+                     named_alike = shown_as("b/one.jsonl", "two");
+  EXPECT_THROW(write_page({first, same}, page), InputError);
+  EXPECT_THROW(write_report_site({first, named_alike}, page, {}), InputError);
+  EXPECT_FALSE(fs::exists(page)) << "nothing is written";
+  EXPECT_NO_THROW(write_page({first}, folder / "a")) << "the folder that the results are in";
+  EXPECT_EQ(read_results(folder / "a/one.jsonl").experiment(), "one");
+}
+
+TEST(Competitions, AreThoseOfTheProblemThatACommandRuns) {
+  const fs::path folder = fs::temp_directory_path() / ("ricochet_competition_" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  const std::string path = folder / "fast.jsonl";
+  const auto row = [](const char* scene, const char* family, const char* command, double microseconds) {
+    return fmt::format(
+        "{{\"kind\": \"fastest_run\", \"scene\": \"{}\", \"group\": \"g\", \"family\": \"{}\", \"level\": 0.1, "
+        "\"method\": \"m\", \"command\": \"{}\", \"microseconds\": {}}}\n",
+        scene, family, command, microseconds);
+  };
+  write_text("results", path,
+             "{\"kind\": \"header\", \"schema\": 1, \"experiment\": \"fast\", \"title\": \"Fast\"}\n" +
+                 row("stiff", "a", "ricochet run --problem bouncing_ball --set e=1 --method m", 2) +
+                 row("stiff", "slow family", "", -1) +
+                 row("case", "a", "ricochet run --scene tests/data/ground_truth.json#P3_sliding_block --method m", 2) +
+                 "{\"kind\": \"end\"}\n");
+  const SiteGroup group = problem_pages({ShownResults{read_results(path), {}}});
+  const auto page = [&](const char* id) {
+    return std::ranges::find(group.pages, std::string(id), &SitePage::id)->html;
+  };
+  for (const char* id : {"bouncing_ball", "P3_sliding_block"})
+    EXPECT_NE(page(id).find("../experiments/fast.html"), std::string::npos) << id;
+  EXPECT_NE(page("bouncing_ball").find("stiff"), std::string::npos);
+  EXPECT_EQ(page("block_on_ramp").find("../experiments/fast.html"), std::string::npos);
+  fs::remove_all(folder);
+}
+
 TEST_F(Site, TellsOfMethodsAndProblems) {
   EXPECT_NE(pages["methods/moreau_jean.html"].find("<pre class=\"scheme\""), std::string::npos);
   const std::string& symplectic = pages["methods/symplectic.html"];
@@ -207,6 +342,11 @@ TEST_F(Site, TellsOfMethodsAndProblems) {
   EXPECT_NE(ball.find("f_c^"), std::string::npos);
   EXPECT_NE(ball.find("title>impact of "), std::string::npos) << "on the line of time";
   EXPECT_NE(ball.find("Which methods can run it"), std::string::npos);
+  EXPECT_EQ(ball.find("<pre class=\"statement\""), std::string::npos) << "its equations stand once, typeset";
+  EXPECT_NE(ball.find("the simplest Zeno point"), std::string::npos);
+  const std::string& case_page = pages["problems/P2_two_balls_spring.html"];
+  EXPECT_NE(case_page.find("FESD-J, section 5.1"), std::string::npos);
+  EXPECT_NE(case_page.find("known to 42 decimals"), std::string::npos);
   const std::string& row = pages["problems/bead_row.html"];
   EXPECT_NE(row.find("<pre class=\"statement\""), std::string::npos);
   EXPECT_NE(row.find("operatorname{diag}(m)"), std::string::npos) << "it has no formulas of all coordinates";

@@ -1,3 +1,25 @@
+// Box2D, in the plane and in single precision: semi-implicit Euler steps, contacts by sequential impulses, then
+// positions.
+//
+//   v* = v_k + h M^-1 f                                                                                        (1)
+//   Lambda_t^i <- max(-mu^i Lambda_n^i, min(mu^i Lambda_n^i, Lambda_t^i - J_t^i' v / (J_t^i' M^-1 J_t^i)))     (2)
+//   Lambda_n^i <- max(0, Lambda_n^i - (J_n^i' v - b^i) / (J_n^i' M^-1 J_n^i)),   b^i = -eps_r^i J_n^i' v*      (3)
+//   x* = x_k + h v_{k+1}                                                                                       (4)
+//   x <- x + M^-1 J_n^i P^i,   P^i = -max(-0.2, min(0, 0.2 (d^i + s))) / (J_n^i' M^-1 J_n^i)                   (5)
+//
+// (2), then (3) for every contact is one of velocity_iterations; v starts as v* and has every change of an impulse at
+// once, and Lambda starts as that of the step before. The two points of an edge are solved together. b = 0 in (3) where
+// the approach is slower than restitution_threshold. (5) for every contact is one of position_iterations, from x = x*
+// on, with the distance d of the shapes at x and s = 0.005 m (b2_linearSlop), so that what is no deeper than s stays;
+// 0.2 are b2_baumgarte and b2_maxLinearCorrection [m]. Velocities do not notice it. Friction acts at what (3) of the
+// last iteration has left.
+//
+// With continuous_physics a body that would pass a surface is stopped there, and the rest of its step is lost. Boxes
+// and planes have a skin of b2_polygonRadius outside their edges.
+//
+// Source: E. Catto, Iterative dynamics with temporal coherence, GDC 2005; constants are those of its header
+// b2_common.h.
+
 #include <box2d/box2d.h>
 
 #include <algorithm>
@@ -7,12 +29,6 @@
 #include "bench/plugin/plugin.h"
 #include "methods/peers/engines/box2d_settings.h"
 #include "methods/peers/engines/engine_method.h"
-
-/// @file
-/// Box2D, in the plane and in single precision: semi-implicit Euler steps, contacts by sequential impulses
-/// (E. Catto, Iterative dynamics with temporal coherence, GDC 2005).
-///
-/// Boxes and planes have a skin of b2_polygonRadius outside their edges.
 
 namespace ricochet {
 namespace {

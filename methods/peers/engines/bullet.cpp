@@ -1,3 +1,30 @@
+// Bullet in double precision: semi-implicit Euler steps, a contact problem of velocities by projected Gauss-Seidel.
+//
+//   v* = v_k + h M^-1 f,   x_{k+1} = x_k + h v_{k+1}                                                           (1)
+//   v_{k+1} = v* + M^-1 sum_i (J_n^i Lambda_n^i + J_t^i Lambda_t^i)                                            (2)
+//   0 <= Lambda_n^i  _|_  J_n^i' v_{k+1} + (cfm / h) Lambda_n^i - b^i >= 0                                     (3)
+//   b^i = max(0, -eps_r^i J_n^i' v_k) + erp_2 max(0, -d^i) / h - max(0, d^i) / h                               (4)
+//   |Lambda_t^i| <= mu^i Lambda_n^i,   J_t^i' v_{k+1} = 0 where it is less                                     (5)
+//
+// d is the distance of the shapes that Bullet has found, plus linear_slop; contacts are those with d below
+// contact_breaking_threshold. So a contact may come before its bodies touch: the last term of (4) lets them approach by
+// d in the step. There is no restitution where J_n' v_k is slower than restitution_velocity_threshold. With
+// split_impulse the second term of (4), erp2's, is left out where d is below split_impulse_penetration_threshold, and a
+// problem of pseudo-velocities like (3) has it instead, which moves x_{k+1} and is forgotten.
+//
+// Each iteration goes through the rows once, friction behind the normal ones, with the bounds of (5) by the Lambda_n of
+// that moment,
+//
+//   Lambda <- max(lower, min(upper, Lambda + (b - J' v - (cfm / h) Lambda) / (J' M^-1 J + cfm / h)))           (6)
+//
+// and there are as many as the setting iterations says, or fewer where the residual is small. As it comes friction has
+// one direction, that of slip; with two_friction_directions it has two, each with bounds of its own: a box, no disc.
+//
+// Planar scenes are in its x-y plane, by factors on the bodies. It makes contacts itself.
+//
+// Source: E. Coumans, Bullet 2.83 Physics SDK Manual; E. Catto, Iterative dynamics with temporal coherence, GDC 2005.
+// (3) to (6) are as its class btSequentialImpulseConstraintSolver has them.
+
 #include <btBulletDynamicsCommon.h>
 
 #include <vector>
@@ -5,12 +32,6 @@
 #include "bench/plugin/plugin.h"
 #include "methods/peers/engines/bullet_settings.h"
 #include "methods/peers/engines/engine_method.h"
-
-/// @file
-/// Bullet in double precision: semi-implicit Euler steps, contacts by projected Gauss-Seidel (E. Coumans, Bullet 2.83
-/// Physics SDK Manual; E. Catto, Iterative dynamics with temporal coherence, GDC 2005).
-///
-/// Planar scenes are in its x-y plane, by factors on the bodies. It makes contacts itself.
 
 namespace ricochet {
 namespace {

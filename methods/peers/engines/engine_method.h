@@ -71,8 +71,8 @@ class EngineMethod : public Method {
   EngineSettings settings_;
 };
 
-/// Puts an engine into the list of methods; what its plugin calls.
-inline void register_engine(const EngineEntry& engine) {
+/// Puts an engine into the list of methods; what its plugin calls. @param file  of the caller
+inline void register_engine(const EngineEntry& engine, const char* file = __builtin_FILE()) {
   const std::string name = engine.name;
   add_method({.name = name,
               .usage = name + "[:defaults|tuned|@FILE.json]",
@@ -81,7 +81,8 @@ inline void register_engine(const EngineEntry& engine) {
               .examples = {name, name + ":tuned"},
               .make = [engine](const MethodSpec& spec) -> std::unique_ptr<Method> {
                 return std::make_unique<EngineMethod>(engine, spec);
-              }});
+              },
+              .file = file});
 }
 
 }  // namespace ricochet

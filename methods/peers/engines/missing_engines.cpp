@@ -10,7 +10,8 @@ namespace {
                                     .max_arguments = 1,
                                     .summary = "a physics engine, as it comes, as tuned by us, or with your settings",
                                     .examples = {name, std::string(name) + ":tuned"},
-                                    .not_built = std::string(package) + " not found"});
+                                    .not_built = std::string(package) + " not found",
+                                    .scheme = std::string(name) + ".cpp"});
 }
 
 #ifndef RICOCHET_HAS_bullet

@@ -1,3 +1,34 @@
+// MuJoCo: soft contacts by a convex problem in each step.
+//
+// With w = J' a + (J')^. v the accelerations along the rows of all contacts, w_0 those without contact forces, and A =
+// J' M^-1 J:
+//
+//   M a = f + J lambda,   v_{k+1} = v_k + h a,   q_{k+1} = q_k + h v_{k+1}                                     (1)
+//   lambda = arg min over K of lambda' (A + R) lambda / 2 + lambda' (w_0 - w_ref)                              (2)
+//   w_ref = -b J' v - k r,   R_ii = A_ii (1 - d) / d                                                           (3)
+//   b = 2 / (d_max tau),   k = d / (d_max tau zeta)^2                                                          (4)
+//
+// r is the gap of a normal row and zero for friction; K has lambda_n >= 0 and the friction cone, or a pyramid as it
+// comes. solref is (tau, zeta), a time constant and a damping ratio; the impedance d grows with depth between the first
+// two numbers of solimp, and d_max is the second. So a row that is pressed and alone has the acceleration
+//
+//   w = d w_ref + (1 - d) w_0                                                                                  (5)
+//
+// For d near 1 a contact is a spring and a damper whatever the masses, for less it gives way. R of friction is that of
+// its normal row over impratio, and friction has no spring: it creeps. (1) is the semi-implicit integrator; RK4
+// evaluates (2) at each stage. refsafe keeps tau above 2 h.
+//
+// It has no coefficient of restitution. A contact by (5) with d = 1 is x'' = -b x' - k x, and lets go where the force
+// would pull. With b = 2 zeta sqrt(k) and s = sqrt(|1 - zeta^2|) a body leaves it with
+//
+//   e = exp(-(2 zeta / s) atan(s / zeta)),   zeta < 1                                                          (6)
+//   e = exp(-(2 zeta / s) artanh(s / zeta)),   zeta > 1                                                        (7)
+//
+// times its velocity of approach, whatever k; the contact takes the time pi / sqrt(k) at zeta = 0.
+//
+// Source: E. Todorov, Convex and analytically-invertible dynamics with contacts and constraints, ICRA 2014; MuJoCo
+// documentation, Computation.
+
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
@@ -11,22 +42,10 @@
 #include "methods/peers/engines/engine_method.h"
 #include "methods/peers/engines/mujoco_settings.h"
 
-/// @file
-/// MuJoCo: soft contacts by a convex problem in each step (E. Todorov, Convex and analytically-invertible dynamics with
-/// contacts and constraints, ICRA 2014; MuJoCo documentation, Computation).
-///
-/// It has no coefficient of restitution. A contact is a spring and a damper, x'' = -b x' - k x per unit of mass, which
-/// lets go where the force would pull. With b = 2 zeta sqrt(k) and s = sqrt(|1 - zeta^2|) a body leaves it with
-///
-///     e = exp(-(2 zeta / s) atan(s / zeta)),   zeta < 1                                                           (1)
-///     e = exp(-(2 zeta / s) artanh(s / zeta)), zeta > 1                                                           (2)
-///
-/// times its velocity of approach, whatever k; the contact takes the time pi / sqrt(k) at zeta = 0.
-
 namespace ricochet {
 namespace {
 
-/// e of (1) and (2).
+/// e of (6) and (7).
 double restitution_of(double zeta) {
   const double s = std::sqrt(std::abs(1 - zeta * zeta));
   if (zeta == 0) return 1;

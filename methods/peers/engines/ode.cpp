@@ -1,3 +1,26 @@
+// The Open Dynamics Engine in double precision: semi-implicit Euler steps, a soft contact problem of forces in each.
+//
+//   v_{k+1} = v_k + h M^-1 (f + sum_i (J_n^i lambda_n^i + J_t^i lambda_t^i)),   x_{k+1} = x_k + h v_{k+1}      (1)
+//   0 <= lambda_n^i  _|_  J_n^i' v_{k+1} + cfm lambda_n^i - c^i >= 0                                           (2)
+//   c^i = max(erp d^i / h, -eps_r^i J_n^i' v_k)                                                                (3)
+//   |lambda_t^i| <= mu^i lambda_n^i,   J_t^i' v_{k+1} + cfm lambda_t^i = 0 where it is less                    (4)
+//
+// for points that are d >= 0 deep. The second entry of (3) counts where the approach is faster than bounce_velocity,
+// and the first one where d is more than contact_surface_layer. (4) holds in each of two directions by itself, a
+// pyramid (dContactApprox1): without that ODE's mu is a force. With K = J' M^-1 J of all rows, (1) to (4) are the
+// problem
+//
+//   (K + cfm / h) lambda = c / h - J' (v_k / h + M^-1 f) + slack                                               (5)
+//
+// in which a row's slack vanishes between its bounds. dWorldStep solves it by Dantzig's algorithm, dWorldQuickStep by
+// projected Gauss-Seidel with a fixed number of iterations.
+//
+// It gets each touching point by hand, as its guide recommends for shapes that its collision library has not. Rotations
+// that are no coordinates get an inertia that nothing turns.
+//
+// Source: R. Smith, Open Dynamics Engine User Guide, sections on ERP, CFM and contact joints; D. Baraff, Fast contact
+// force computation for nonpenetrating rigid bodies, SIGGRAPH 1994.
+
 #include <ode/ode.h>
 
 #include <cstdarg>
@@ -8,14 +31,6 @@
 #include "bench/plugin/plugin.h"
 #include "methods/peers/engines/engine_method.h"
 #include "methods/peers/engines/ode_settings.h"
-
-/// @file
-/// The Open Dynamics Engine in double precision: semi-implicit Euler steps; a step's contacts by Dantzig's algorithm
-/// (dWorldStep) or by projected Gauss-Seidel (dWorldQuickStep) (R. Smith, Open Dynamics Engine User Guide; D. Baraff,
-/// Fast contact force computation for nonpenetrating rigid bodies, SIGGRAPH 1994).
-///
-/// It gets each touching point by hand, as its guide recommends for shapes that its collision library has not.
-/// Rotations that are no coordinates get an inertia that nothing turns.
 
 namespace ricochet {
 namespace {
