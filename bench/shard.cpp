@@ -66,7 +66,8 @@ Shard read_shard(const std::string& text) {
   return shard;
 }
 
-ShardRows read_shards(const std::string& folder, const std::string& experiment, const std::string& key) {
+ShardRows read_shards(const std::string& folder, const std::string& experiment, const std::string& key,
+                      std::vector<nlohmann::json>& headers) {
   const int of = complete_division(shards_in(folder, experiment), folder, experiment);
   ShardRows rows;
   for (int number = 1; number <= of; ++number) {
@@ -75,6 +76,7 @@ ShardRows read_shards(const std::string& folder, const std::string& experiment, 
     if (!shard.is_complete) throw InputError("shard", path, "it is not complete");
     if (shard.header.value("key", "") != key)
       throw InputError("shard", path, "it is of another experiment, other files or another program");
+    headers.push_back(shard.header);
     for (const auto& row : shard.rows) rows[row.at("piece").get<std::size_t>()].push_back(row);
   }
   return rows;
