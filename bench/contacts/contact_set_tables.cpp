@@ -68,11 +68,11 @@ Table conditioning_table(const std::vector<Conditioning>& all) {
   return table;
 }
 
-ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver) {
+ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver, Timer timer) {
   const bool is_too_large = solver.starts_with("lemke") && stored.problem.G.n_contacts() > kMostContactsOfLemke;
   if (!is_too_large) {
     try {
-      return solve_stored(stored, solver, false, Timer::a_few_runs);
+      return solve_stored(stored, solver, false, timer);
     } catch (const InputError&) {  // declined
     }
   }

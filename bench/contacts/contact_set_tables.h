@@ -20,9 +20,10 @@ Conditioning conditioning_of(const StoredContactProblem& stored);
 /// A line per scene, and one of all.
 Table conditioning_table(const std::vector<Conditioning>& problems);
 
-/// From zero, by a new solver, with its time (Timer::a_few_runs). What a solver declines, and lemke above
+/// From zero, by a new solver, with its time. What a solver declines, and lemke above
 /// kMostContactsOfLemke, is not solved, with the time zero.
-ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver);
+ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver,
+                             Timer timer = Timer::a_few_runs);
 
 /// What solvers make of a set of contact problems.
 struct ContactSetSolutions {
