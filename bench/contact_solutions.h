@@ -35,8 +35,9 @@ ContactStatus solve_afresh(const ContactProblem& problem, const ContactSolverOpt
                            Counters& work);
 
 /// How well a time is to be known: by Google Benchmark, or as the median of three samples of a millisecond, or of one solve
-/// from 10 ms on, where there are many problems. The making of the solver is part of it.
-enum class Timer { benchmark, a_few_runs };
+/// from 10 ms on, where there are many problems; or of one solve, where nobody asks. The making of the solver is part of
+/// it.
+enum class Timer { benchmark, a_few_runs, one_run };
 
 /// The same again and again, with its time.
 /// @param from_guess  start from the stored guess, instead of zero

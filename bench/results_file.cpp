@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <ctime>
 #include <filesystem>
@@ -22,12 +23,19 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-std::string key_of(const std::string& path) {
+/// An empty object of a file that is not there, or has none.
+json header_of(const std::string& path) {
   std::ifstream file(path);
   std::string line;
   std::getline(file, line);
   const json header = json::parse(line, nullptr, false);
-  return header.is_object() ? header.value("key", "") : "";
+  return header.is_object() ? header : json::object();
+}
+
+/// Whether rows with this header are as good as those that are asked for: exclusive times are those of exclusive runs.
+bool is_as_good(const json& header, const json& asked) {
+  const bool has_times = times_mark(asked) != TimesMark::exclusive || times_mark(header) == TimesMark::exclusive;
+  return header.value("key", "") == asked.at("key") && has_times;
 }
 
 /// Moves a file aside under a name that tells its date and is not taken yet.
@@ -66,19 +74,21 @@ std::vector<std::pair<std::string, json>> taken_lines(const std::string& partial
 
 ResultsFile::ResultsFile(const std::string& folder, const std::string& name, json header, bool force)
     : path_((fs::path(folder) / (name + ".jsonl")).string()), partial_(path_ + ".partial"), header_(std::move(header)) {
-  const std::string key = header_.at("key");
   if (fs::exists(partial_)) lock();
-  const bool is_there = fs::exists(path_), is_same = is_there && key_of(path_) == key;
+  const bool is_there = fs::exists(path_), is_same = is_there && is_as_good(header_of(path_), header_);
   is_complete_ = is_same && !force;
   if (is_complete_) {
     said_ = fmt::format("{}: results of the same experiment, files and program are there; --force computes them again",
                         path_);
-  } else if (!force && fs::exists(partial_) && key_of(partial_) == key) {
+  } else if (const json begun = header_of(partial_); !force && is_as_good(begun, header_)) {
     taken_ = taken_lines(partial_);
+    set_times_mark(header_, std::min(times_mark(header_), times_mark(begun)));
     said_ = fmt::format("{}: {} rows of an interrupted run are taken over", path_, taken_.size());
   } else if (is_there && !is_same) {
-    said_ = fmt::format("{}: results of another experiment, other files or another program are kept under a dated name",
-                        path_);
+    said_ = fmt::format(
+        "{}: results of another experiment, other files or another program, or without the exclusive times that are asked "
+        "for, are kept under a dated name",
+        path_);
   }
 }
 
@@ -140,10 +150,9 @@ void ResultsFile::append(const json& line) {
   if (!file_.flush()) throw InputError("results file", partial_, "cannot be written");
 }
 
-const std::vector<json>& ResultsFile::lines_in_shards(std::size_t piece) const {
-  const auto lines = shards_.find(piece);
-  if (lines == shards_.end()) throw InputError("shards", piece, "no shard has this piece of the experiment");
-  return lines->second;
+std::vector<json> ResultsFile::lines_in_shards(std::size_t piece) const {
+  const auto lines = shards_->find(first_piece_ + piece);
+  return lines == shards_->end() ? std::vector<json>() : lines->second;  // a piece may have no rows
 }
 
 void ResultsFile::make_elsewhere(const std::vector<std::size_t>& todo,

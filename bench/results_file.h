@@ -3,6 +3,7 @@
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -44,9 +45,12 @@ class ResultsFile {
   nlohmann::json& header() { return header_; }
 
   /// The next row, taken over or made. @param make  returns it
+  /// A shard makes one in front of its pieces, which they may need, and leaves it to the merge to write it.
   /// @throws InputError when the file cannot be written
+  /// @throws ShardIsMade behind the pieces of a shard
   template <class Row, class Make>
   Row row(const Make& make) {
+    if (!is_written_here()) return make();
     if (can_take(Row::kKind, 1)) return taken_[next_++].second.get<Row>();
     Row made = make();
     append(line_of(made));
@@ -57,6 +61,7 @@ class ResultsFile {
   /// over, or all made. @param make  returns n of them
   template <class Row, class Make>
   std::vector<Row> rows(std::size_t n, const Make& make) {
+    if (!is_written_here()) return make();
     std::vector<Row> list;
     if (can_take(Row::kKind, n)) {
       for (std::size_t k = 0; k < n; ++k) list.push_back(taken_[next_++].second.get<Row>());
@@ -67,16 +72,16 @@ class ResultsFile {
     return list;
   }
 
-  /// Thrown by pieces() of a shard, which has no more rows: its file is complete.
+  /// Thrown by row() and rows() behind the pieces of a shard, which has no more rows.
   struct ShardIsMade {};
 
   /// Rows in pieces 0, ..., n - 1 that know nothing of each other, so that several processes may make them: the file is
-  /// the same, to the last digit. What is taken over is read by this one.
-  /// @param make  make(piece, next): one or more rows, each by next(how), which returns it; in another process it leaves
-  ///              nothing behind but these rows
+  /// the same, to the last digit. What is taken over is read by this one. May be called again for rows that need none
+  /// of the first: their pieces are those behind them.
+  /// @param make  make(piece, next): any number of rows, each by next(how), which returns it; in another process it
+  ///              leaves nothing behind but these rows
   /// @param done  done(piece), in their order
-  /// @throws ShardIsMade with those of the shard, where one is set
-  /// @throws InputError for a piece that none of set_shards() has
+  /// @returns the rows, of a shard its own
   /// @throws std::runtime_error when another process crashes, or its work throws
   template <class Row>
   std::vector<Row> pieces(std::size_t n, const std::function<void(std::size_t piece, const NextRow<Row>& next)>& make,
@@ -84,20 +89,19 @@ class ResultsFile {
     std::vector<Row> list;
     std::vector<std::size_t> todo;
     for (std::size_t piece = 0; piece < n; ++piece) {
-      if (shard_.has(piece)) todo.push_back(piece);
+      if (shard_.has(first_piece_ + piece)) todo.push_back(piece);
     }
     std::size_t k = 0;
-    for (; k < todo.size() && (processes_ == 1 || next_ < taken_.size() || !shards_.empty()); ++k) {
+    for (; k < todo.size() && (processes_ == 1 || next_ < taken_.size() || shards_); ++k) {
       const std::size_t piece = todo[k];
       const NextRow<Row> here = [&](const auto& how) { return list.emplace_back(row_of<Row>(piece, how)); };
-      if (shards_.empty()) {
+      if (!shards_) {
         make(piece, here);
       } else {
         for (const nlohmann::json& line : lines_in_shards(piece)) here([&] { return line.get<Row>(); });
       }
       done(piece);
     }
-    shards_.clear();  // rows of later pieces are made here
     const auto lines_of_piece = [&](std::size_t piece) {
       std::string lines;
       make(piece, [&](const auto& how) {
@@ -110,9 +114,22 @@ class ResultsFile {
     make_elsewhere(
         {todo.begin() + static_cast<std::ptrdiff_t>(k), todo.end()}, lines_of_piece,
         [&](const nlohmann::json& line) { list.push_back(line.get<Row>()); }, done);
-    if (shard_.is_all()) return list;
-    finish();
-    throw ShardIsMade();
+    first_piece_ += n;
+    return list;
+  }
+
+  /// The same of pieces whose rows belong to one session, as those of rows() do.
+  /// @param n_rows  n_rows(piece)  @param make  make(piece) returns so many
+  template <class Row>
+  std::vector<Row> sessions(std::size_t n, const std::function<std::size_t(std::size_t piece)>& n_rows,
+                            const std::function<std::vector<Row>(std::size_t piece)>& make,
+                            const std::function<void(std::size_t piece)>& done) {
+    const auto make_piece = [&](std::size_t piece, const NextRow<Row>& next) {
+      const std::size_t rows = n_rows(piece);
+      const std::vector<Row> made = can_take(Row::kKind, rows) ? std::vector<Row>(rows) : make(piece);
+      for (const Row& row : made) next([&] { return row; });
+    };
+    return pieces<Row>(n, make_piece, done);
   }
 
   /// Of pieces(), which are made one after the other here without it. @param n  >= 1
@@ -121,7 +138,7 @@ class ResultsFile {
   /// Of pieces(), of which only those of the shard are made; each row then says of which piece it is.
   void set_shard(Shard shard) { shard_ = shard; }
 
-  /// Of the first pieces(), which are not made but taken from here.
+  /// Of all pieces(), which are not made but taken from here.
   void set_shards(ShardRows rows) { shards_ = std::move(rows); }
 
   /// Called with each row that was made, before it is written.
@@ -134,12 +151,18 @@ class ResultsFile {
   /// Whether the next n lines of the interrupted run are of this kind. What is left of it otherwise is given up.
   bool can_take(const std::string& kind, std::size_t n);
   void append(const nlohmann::json& line);
-  /// @throws InputError when there are none
-  const std::vector<nlohmann::json>& lines_in_shards(std::size_t piece) const;
+  /// Whether a row that is of no piece is in this file. @throws ShardIsMade
+  bool is_written_here() const {
+    if (shard_.is_all()) return true;
+    if (first_piece_ > 0) throw ShardIsMade();
+    return false;
+  }
+  /// @param piece  of this call of pieces()
+  std::vector<nlohmann::json> lines_in_shards(std::size_t piece) const;
   template <class Row>
   nlohmann::json line_in_piece(std::size_t piece, const Row& made) const {
     nlohmann::json line = line_of(made);
-    if (!shard_.is_all()) line["piece"] = piece;
+    if (!shard_.is_all()) line["piece"] = first_piece_ + piece;
     return line;
   }
   template <class Row, class Make>
@@ -165,7 +188,8 @@ class ResultsFile {
   bool is_complete_ = false;
   int processes_ = 1;
   Shard shard_;
-  ShardRows shards_;  ///< empty: pieces are made
+  std::optional<ShardRows> shards_;  ///< nothing: pieces are made
+  std::size_t first_piece_ = 0;      ///< of the next call of pieces(): so many were in those before
   std::function<void(const nlohmann::json& line)> observer_;
   std::vector<std::pair<std::string, nlohmann::json>> taken_;  ///< lines of an interrupted run, as text and parsed
   std::size_t next_ = 0;                                       ///< the first of them that is not asked for yet

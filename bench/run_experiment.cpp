@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <optional>
+#include <set>
 
 #include "bench/environment.h"
 #include "bench/experiment_file.h"
@@ -36,10 +39,15 @@ std::string quoted(const std::string& text) {
   return text.find_first_of("*'\" []{}") == std::string::npos ? text : fmt::format("'{}'", text);
 }
 
+std::string word_of(TimesMark mark) {
+  return mark == TimesMark::shared ? "shared" : "exclusive";
+}
+
 std::string command_of(const std::string& name, const RunOptions& options) {
   std::string command = "ricochet run-experiment " + name;
   if (options.quick) command += " --quick";
   if (!options.with_times) command += " --no-times";
+  if (options.times != TimesMark::unsaid) command += " --times " + word_of(options.times);
   if (options.time_limit > 0) command += fmt::format(" --time-limit {:g}", options.time_limit);
   if (!options.data.empty()) command += " --data " + options.data;
   for (const auto& method : options.selection.methods) command += " --method " + quoted(method);
@@ -56,26 +64,72 @@ std::string command_of(const std::string& name, const RunOptions& options) {
   throw InputError("--method, --problem", experiment.name, "it has no run that fits both");
 }
 
-/// @param option  by which rows are shared, with its value
-/// @param alone  value that shares nothing
-/// @throws InputError for several processes, or machines, where times are measured
-void require_no_times(const Study& study, const json& document, const std::string& option, const std::string& value,
-                      const std::string& alone) {
-  if (study.times == Times::none) return;
-  if (study.times == Times::always)
-    throw InputError(option, value,
-                     fmt::format("{} is required: experiments of kind {} measure times, which runs beside each other "
-                                 "would spoil",
-                                 alone, study.kind));
-  if (document.value("times", true))
-    throw InputError(option, value, "--no-times is required, since runs beside each other would spoil the times");
+bool measures_times(const Study& study, const json& document) {
+  return study.times != Times::none && document.value("times", true);
 }
 
-void require_no_times(const Study& study, const json& document, const RunOptions& options) {
-  if (options.jobs > 1) require_no_times(study, document, "--jobs", std::to_string(options.jobs), "1");
+/// What keeps rows from being shared as the options say; empty where nothing does.
+/// @param alone  value of the option that shares nothing
+/// @param marks  by which times are allowed
+std::string why_not_shared(const Study& study, const json& document, TimesMark mark, const std::string& alone,
+                           const std::string& marks) {
+  const bool is_marked = mark != TimesMark::unsaid;
+  switch (study.times) {
+    case Times::none:
+      return "";
+    case Times::session:
+      return fmt::format(
+          "{} is required: experiments of kind {} measure all times in one session, which alone can "
+          "compare them",
+          alone, study.kind);
+    case Times::always:
+      if (is_marked) return "";
+      return fmt::format("{}{} is required: experiments of kind {} say nothing without times", marks,
+                         document.value("times", true) ? "" : ", and not --no-times,", study.kind);
+    case Times::in_rows:
+    case Times::behind:
+      if (is_marked || !document.value("times", true)) return "";
+      return fmt::format("--no-times is required, or {}, since runs beside each other would spoil the times", marks);
+  }
+  return "";
+}
+
+/// @throws InputError for several processes, or machines, where times are measured and nothing is said of them
+void require_shareable(const Study& study, const json& document, const RunOptions& options) {
+  const auto require = [&](const std::string& option, const std::string& value, const std::string& alone,
+                           const std::string& marks) {
+    const std::string reason = why_not_shared(study, document, options.times, alone, marks);
+    if (!reason.empty()) throw InputError(option, value, reason);
+  };
+  const std::string any = "--times exclusive or --times shared";
+  if (options.jobs > 1) {
+    const bool is_beside = study.times == Times::in_rows || study.times == Times::always;
+    require("--jobs", std::to_string(options.jobs), "1", is_beside ? "--times shared" : any);
+    if (is_beside && measures_times(study, document) && options.times == TimesMark::exclusive)
+      throw InputError(
+          "--times", "exclusive",
+          fmt::format("shared is required with --jobs {}, whose processes run beside each other", options.jobs));
+  }
   if (!options.shard.is_all())
-    require_no_times(study, document, "--shard", fmt::format("{}/{}", options.shard.number, options.shard.of), "1/1");
-  if (!options.shards.empty()) require_no_times(study, document, "--from-shards", options.shards, "one process");
+    require("--shard", fmt::format("{}/{}", options.shard.number, options.shard.of), "1/1", any);
+  if (!options.shards.empty() && (study.times == Times::session || study.times == Times::behind))
+    require("--from-shards", options.shards, "one process", any);
+}
+
+/// Rows of shards, and what their headers say of their times: the merge has measured none but those behind the pieces.
+ShardRows take_shards(const RunOptions& options, const Study& study, const json& document, json& header) {
+  std::vector<json> headers;
+  ShardRows rows = read_shards(options.shards, header.at("experiment"), header.at("key"), headers);
+  if (!measures_times(study, document) || study.times == Times::behind) return rows;
+  TimesMark mark = options.times == TimesMark::shared ? TimesMark::shared : TimesMark::exclusive;
+  std::set<std::string> processors;
+  for (const json& of_shard : headers) {
+    mark = std::min(mark, times_mark(of_shard));
+    processors.insert(of_shard.at("environment").value("processor", "unknown"));
+  }
+  set_times_mark(header, mark);
+  header["processors"] = processors;
+  return rows;
 }
 
 /// What a row says of a run that failed unexpectedly, as soon as it is made.
@@ -86,6 +140,12 @@ void tell_failure(const Study& study, const std::string& id, const json& line) {
 }
 
 }  // namespace
+
+TimesMark read_times_mark(const std::string& text) {
+  if (text == "exclusive") return TimesMark::exclusive;
+  if (text == "shared") return TimesMark::shared;
+  throw InputError("--times", text, "exclusive or shared is required");
+}
 
 json experiment_document(const ExperimentFile& experiment, const RunOptions& options) try {
   bool has_quick_part = false;
@@ -98,7 +158,7 @@ json experiment_document(const ExperimentFile& experiment, const RunOptions& opt
   if (!options.with_times) document["times"] = false;
   if (options.time_limit > 0) document["time_limit"] = options.time_limit;
   if (!options.data.empty()) document["data"] = std::filesystem::absolute(options.data).lexically_normal().string();
-  require_no_times(find_study(experiment.kind()), document, options);
+  require_shareable(find_study(experiment.kind()), document, options);
   return document;
 } catch (const json::exception& error) {
   throw_no_experiment(experiment, error);
@@ -130,30 +190,32 @@ std::string run_experiment(const ExperimentFile& experiment, const RunOptions& o
     const std::string id = document.at("id");
     const json files = file_hashes(document, experiment_schema(study));
     const std::string key = hash_of(document.dump() + files.dump() + program_hash());
-    ResultsFile file(options.folder, options.shard.name(id),
-                     {{"kind", "header"},
-                      {"schema", kResultsSchema},
-                      {"study", study.kind},
-                      {"experiment", id},
-                      {"title", document.value("title", id)},
-                      {"description", document.value("description", "")},
-                      {"quick", document.value("quick", false)},
-                      {"command", command_of(experiment.name, options)},
-                      {"environment", environment()},
-                      {"files", files},
-                      {"key", key}},
-                     options.force);
+    json header = {{"kind", "header"},
+                   {"schema", kResultsSchema},
+                   {"study", study.kind},
+                   {"experiment", id},
+                   {"title", document.value("title", id)},
+                   {"description", document.value("description", "")},
+                   {"quick", document.value("quick", false)},
+                   {"command", command_of(experiment.name, options)},
+                   {"environment", environment()},
+                   {"files", files},
+                   {"key", key}};
+    if (measures_times(study, document)) set_times_mark(header, options.times);
+    std::optional<ShardRows> shards;
+    if (!options.shards.empty()) shards = take_shards(options, study, document, header);
+    ResultsFile file(options.folder, options.shard.name(id), header, options.force);
     if (!file.said().empty()) fmt::print(stderr, "{}\n", file.said());
     if (file.is_complete()) return file.path();
     file.set_processes(options.jobs);
     file.set_shard(options.shard);
-    if (!options.shards.empty()) file.set_shards(read_shards(options.shards, id, key));
+    if (shards) file.set_shards(std::move(*shards));
     file.set_observer([&](const json& line) { tell_failure(study, id, line); });
     try {
       study.run(document, file);
-      file.finish();
     } catch (const ResultsFile::ShardIsMade&) {
     }
+    file.finish();
     return file.path();
   } catch (const json::exception& error) {
     throw_no_experiment(experiment, error);

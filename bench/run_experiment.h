@@ -6,6 +6,7 @@
 #include "bench/experiment_file.h"
 #include "bench/selection.h"
 #include "bench/shard.h"
+#include "reports/results.h"
 
 namespace ricochet {
 
@@ -13,6 +14,7 @@ struct RunOptions {
   std::string folder = "out/results";
   bool quick = false;                ///< sets "quick" of the experiment: a part of its runs, times measured less often
   bool with_times = true;            ///< false: sets "times" to false
+  TimesMark times = TimesMark::unsaid;  ///< what is promised of the times
   bool force = false;                ///< results that are there already are computed again
   double time_limit = 0;             ///< sets "time_limit", wall time per run [s]; 0: the experiment's own
   std::string data{};                ///< sets "data", a folder of measured data; empty: the experiment's own
@@ -22,6 +24,9 @@ struct RunOptions {
   Shard shard{};                     ///< of the rows only this part, into a file of its own
   std::string shards{};              ///< folder of shards that have made the rows; empty: they are made here
 };
+
+/// @param text  of --times: exclusive or shared  @throws InputError for another one
+TimesMark read_times_mark(const std::string& text);
 
 /// An experiment that has no parts, as it is run: with its quick part or without, changes and selection; files that it
 /// names have been found.

@@ -117,13 +117,15 @@ Shard read_shard(const std::string& text) {
   return shard;
 }
 
-ShardRows read_shards(const std::string& folder, const std::string& experiment, const std::string& key) {
+ShardRows read_shards(const std::string& folder, const std::string& experiment, const std::string& key,
+                      std::vector<nlohmann::json>& headers) {
   const int of = complete_division(divisions_in(folder, experiment, key), folder, experiment);
   ShardRows rows;
   for (int number = 1; number <= of; ++number) {
     const std::string path = shard_path(folder, experiment, {number, of});
     const Results shard = read_results(path);
     if (!shard.is_complete) throw InputError("shard", path, "it is not complete");
+    headers.push_back(shard.header);
     for (const auto& row : shard.rows) rows[piece_of(row, path)].push_back(row);
   }
   return rows;

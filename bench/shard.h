@@ -30,7 +30,9 @@ using ShardRows = std::map<std::size_t, std::vector<nlohmann::json>>;
 
 /// All rows of the shards of an experiment in a folder. Shards of another key may be there, too.
 /// @param key  of the header: of the same experiment, files and program
+/// @param headers  out, of the shards
 /// @throws InputError when no division into shards of this key is complete, or several are, or one of them is damaged
-ShardRows read_shards(const std::string& folder, const std::string& experiment, const std::string& key);
+ShardRows read_shards(const std::string& folder, const std::string& experiment, const std::string& key,
+                      std::vector<nlohmann::json>& headers);
 
 }  // namespace ricochet

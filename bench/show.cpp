@@ -25,6 +25,7 @@ void print_results(const ShownResults& shown, const PrintOptions& options) {
       throw_unknown_name("view of " + shown.results.path, view, names);  // which is kept
   }
   fmt::print("{}\nresults: {}\n\n", shown.results.title(), shown.results.path);
+  for (const auto& sentence : warnings(shown.results)) fmt::print("{}\n\n", sentence);
   for (const auto* table : tables) {
     const bool is_chosen = options.views.empty() ? options.all || table->role != Section::Role::details
                                                  : std::ranges::find(options.views, table->name) != options.views.end();

@@ -118,7 +118,7 @@ void add_results(const ShownResults& shown, const FigureFolder& figures, bool dr
   const Results& results = shown.results;
   document.heading(results.title());
   document.paragraph(results.header.value("description", ""));
-  if (!results.is_complete) document.paragraph("These results are not complete: the run was interrupted.", "warning");
+  for (const auto& sentence : warnings(results)) document.paragraph(sentence, "warning");
   if (results.header.value("quick", false)) {
     document.paragraph("Quick run: long runs are left out and times are measured three times only.", "warning");
   }

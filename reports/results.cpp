@@ -1,5 +1,8 @@
 #include "reports/results.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <limits>
 #include <sstream>
 
@@ -54,6 +57,37 @@ void require_integers(const json& example, const json& row) {
     if (value.is_number_integer() && given->is_number_float())
       throw InputError(field, given->dump(), "an integer is required");
   }
+}
+
+TimesMark times_mark(const nlohmann::json& header) {
+  const std::string text = header.value("times", "");
+  return text == "shared" ? TimesMark::shared : text == "exclusive" ? TimesMark::exclusive : TimesMark::unsaid;
+}
+
+void set_times_mark(nlohmann::json& header, TimesMark mark) {
+  switch (mark) {
+    case TimesMark::shared:
+      header["times"] = "shared";
+      return;
+    case TimesMark::exclusive:
+      header["times"] = "exclusive";
+      return;
+    case TimesMark::unsaid:
+      header.erase("times");
+  }
+}
+
+std::vector<std::string> warnings(const Results& results) {
+  std::vector<std::string> list;
+  if (!results.is_complete) list.push_back("These results are not complete: the run was interrupted.");
+  if (times_mark(results.header) == TimesMark::shared)
+    list.push_back(
+        "Times of these results were taken while other work ran on the machine, which may have spoiled any.");
+  const auto processors = results.header.value("processors", std::vector<std::string>());
+  if (processors.size() > 1)
+    list.push_back(
+        fmt::format("Times of these results were taken on different processors: {}.", fmt::join(processors, "; ")));
+  return list;
 }
 
 Results read_results(const std::string& path) {

@@ -25,6 +25,16 @@ nlohmann::json line_of(const Row& row) {
   return line;
 }
 
+/// What is promised of the times of results, by "times" of their header; the first is worth least.
+enum class TimesMark {
+  shared,    ///< taken while other work ran on the machine
+  unsaid,    ///< nothing
+  exclusive  ///< taken while nothing else ran there
+};
+
+TimesMark times_mark(const nlohmann::json& header);
+void set_times_mark(nlohmann::json& header, TimesMark mark);
+
 /// Integers of `example` are integers in `row`, where it has them: the library would turn 1e120, or NaN, into an int,
 /// which has no meaning. @throws InputError with the field
 void require_integers(const nlohmann::json& example, const nlohmann::json& row);
@@ -56,6 +66,10 @@ struct Results {
     return list;
   }
 };
+
+/// What a reader has to know before the numbers, a sentence each: that the run was interrupted, that its times were taken
+/// beside other work, or on different processors. Whatever shows results says it.
+std::vector<std::string> warnings(const Results& results);
 
 /// Reads a results file (JSON lines: header, rows, end).
 /// @throws InputError when it cannot be read, is damaged, or has another schema

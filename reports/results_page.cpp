@@ -41,7 +41,7 @@ std::string markdown_of(const ShownResults& shown, const fs::path& page, const f
   std::string text = fmt::format("## {}\n\n", results.title());
   if (const auto sentence = first_sentence(results.header.value("description", "")); !sentence.empty())
     text += sentence + "\n\n";
-  if (!results.is_complete) text += "**These results are not complete: the run was interrupted.**\n\n";
+  for (const auto& sentence : warnings(results)) text += fmt::format("**{}**\n\n", sentence);
   std::string rest;
   for (const Section::NamedTable* table : shown.section.tables()) {
     const fs::path csv = tables / fmt::format("{}_{}.csv", results.experiment(), table->name);

@@ -24,6 +24,18 @@ std::string pad(const std::string& text, std::size_t to, bool left_aligned) {
 
 }  // namespace
 
+Table without_empty(Table table, const std::vector<std::string>& headers) {
+  for (std::size_t c = table.columns.size(); c-- > 0;) {
+    const bool is_empty = std::ranges::all_of(table.rows, [&](const auto& row) { return row[c] == "-"; });
+    if (table.rows.empty() || !is_empty || std::ranges::find(headers, table.columns[c].header) == headers.end())
+      continue;
+    const auto at = static_cast<std::ptrdiff_t>(c);
+    table.columns.erase(table.columns.begin() + at);
+    for (auto& row : table.rows) row.erase(row.begin() + at);
+  }
+  return table;
+}
+
 std::string scientific(double x, int digits) {
   return std::isfinite(x) ? fmt::format("{:.{}e}", x, digits) : "-";
 }

@@ -98,6 +98,9 @@ Table table_of(std::string title, const std::vector<Column<Row>>& columns, const
   return table;
 }
 
+/// Leaves out those columns, by their headers, of which every cell is "-", as of times where none were measured.
+Table without_empty(Table table, const std::vector<std::string>& headers);
+
 /// Of a cell: "1.2e-05"; "-" where there is no finite number.
 std::string scientific(double x, int digits = 1);
 

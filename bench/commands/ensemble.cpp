@@ -20,7 +20,7 @@ namespace {
 using nlohmann::json;
 
 struct EnsembleArguments {
-  std::string file, out;
+  std::string file, out, shard, shards;
   std::vector<std::string> vary, set;
   std::string problem, method;
   std::int64_t runs = 0;
@@ -61,8 +61,8 @@ Ensemble read(const json& document) {
 }
 
 /// @returns how many runs failed
-std::int64_t print_endings(const EnsembleFile& file, std::int64_t n_runs) {
-  std::int64_t failed = n_runs;
+std::int64_t print_endings(const EnsembleFile& file) {
+  std::int64_t failed = file.end() - file.begin();
   for (const auto& [status, count] : file.endings()) {
     fmt::print("{:<10} {}\n", status, count);
     if (status == "success") failed -= count;
@@ -74,21 +74,26 @@ void run(const CLI::App& command, const EnsembleArguments& options, int& exit_co
   const Ensemble ensemble = read(document_of(command, options));
   const int threads =
       options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  auto workers = make_workers(ensemble, threads);
-  EnsembleFile file(options.out, ensemble, workers.front()->base());
-  if (file.n_done() > 0) fmt::print("{} of {} runs are there already\n", file.n_done(), ensemble.n_runs());
+  const Shard shard = options.shard.empty() ? Shard() : read_shard(options.shard);
+  const std::string path = shard.is_all() ? options.out : shard_path(options.out, shard);
+  auto workers = make_workers(ensemble, options.shards.empty() ? threads : 1);
+  EnsembleFile file(path, ensemble, workers.front()->base(), shard);
+  const std::int64_t n_runs = file.end() - file.begin();
+  if (file.n_done() > file.begin())
+    fmt::print("{} of {} runs are there already\n", file.n_done() - file.begin(), n_runs);
+  if (!options.shards.empty()) merge_shards(file, ensemble, workers.front()->base(), options.out, options.shards);
   Progress progress("ensemble");
   const auto begin = std::chrono::steady_clock::now();
-  const std::int64_t made = run_ensemble(file, ensemble, workers, [&](std::int64_t done) {
-    progress.update(static_cast<double>(done) / static_cast<double>(ensemble.n_runs()), "");
+  const std::int64_t made = run_ensemble(file, workers, [&](std::int64_t done) {
+    progress.update(static_cast<double>(done - file.begin()) / static_cast<double>(n_runs), "");
   });
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   progress.finish();
   if (made > 0)
     fmt::print("{} runs in {:.3g} s by {} threads: {:.4g} runs per second\n", made, seconds, threads,
                static_cast<double>(made) / seconds);
-  if (print_endings(file, ensemble.n_runs()) > 0) exit_code = 1;
-  fmt::print("{}\n", options.out);
+  if (print_endings(file) > 0) exit_code = 1;
+  fmt::print("{}\n", path);
 }
 
 }  // namespace
@@ -118,6 +123,13 @@ void add_ensemble_command(CLI::App& app, int& exit_code) {
       ->check(non_negative_number());
   command->add_option("--threads", options.threads, "as many as the machine has by default; the file is the same")
       ->check(positive_number());
+  auto* shard = command->add_option("--shard", options.shard,
+                                    "K/N, only the K-th of N equal parts of the runs, into NAME.shard-K-of-N.csv for "
+                                    "--out NAME.csv: of a campaign on several machines");
+  command
+      ->add_option("--from-shards", options.shards,
+                   "FOLDER of the N shards, of which the CSV is made: the same as that of one process")
+      ->excludes(shard);
   command->add_option("-o,--out", options.out, "the CSV; an interrupted one is continued")->required();
   command->footer(
       "Examples:\n"

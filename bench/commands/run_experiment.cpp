@@ -90,7 +90,7 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
   static ExperimentCommand options;
   static std::vector<std::string> methods, problems;
   static bool without_times = false;
-  static std::string shard_text;
+  static std::string shard_text, times_text;
   auto* command = app.add_subcommand(
       "run-experiment",
       "run an experiment where its results are missing, and print them; exit code 1 when a row fails that the "
@@ -126,16 +126,25 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
                     "print the experiment as a file would state it, and run nothing");
   command->add_option("-o,--out", options.run.folder, "folder for the results file")->capture_default_str();
   command->add_flag("--quick", options.run.quick, "the short part of the experiment; times are measured three times");
-  command->add_flag("--no-times", without_times, "do not measure times where they are not what is asked for");
+  auto* no_times =
+      command->add_flag("--no-times", without_times, "do not measure times where they are not what is asked for");
   command
-      ->add_option("--jobs,-j", options.run.jobs,
-                   "processes that share the work where no times are measured; the results are the same")
+      ->add_option(
+          "--times", times_text,
+          "exclusive: the promise that nothing else runs on the machine; shared: other work does, and whatever "
+          "shows the results says so. Of shards, or of --jobs, that measure times")
+      ->excludes(no_times);
+  command
+      ->add_option(
+          "--jobs,-j", options.run.jobs,
+          "processes that share the work, with --no-times where it has some: the results are the same; or with "
+          "--times shared")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   auto* shard =
       command->add_option("--shard", shard_text,
                           "K/N, only every N-th piece of the work, into ID.shard-K-of-N.jsonl: of a campaign on "
-                          "several machines, where no times are measured");
+                          "several machines; with --no-times or --times, where it has some");
   command
       ->add_option("--from-shards", options.run.shards,
                    "FOLDER of the N shards, of which the results are made; they are those of one process")
@@ -157,6 +166,7 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
       "  ricochet run-experiment two_balls_order --method 'fesd:gauss:*' --no-times --jobs 4\n"
       "  ricochet run-experiment hard_cases --no-times --shard 3/8 -o out/shards\n"
       "  ricochet run-experiment hard_cases --no-times --from-shards out/shards\n"
+      "  ricochet run-experiment opponents --times exclusive --shard 3/8 -o out/shards\n"
       "  ricochet run-experiment --problem bouncing_ball,e=0.9 --method moreau_jean --method fesd:gauss:2 --steps "
       "20..400\n"
       "  ricochet run-experiment --scene block.json --print-experiment\n"
@@ -164,6 +174,7 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
       "  ricochet run-experiment hard_cases --problem disc_in_chute --method moreau_jean --view failures");
   command->callback([&exit_code] {
     options.run.with_times = !without_times;
+    if (!times_text.empty()) options.run.times = read_times_mark(times_text);
     if (!shard_text.empty()) options.run.shard = read_shard(shard_text);
     if (options.experiment.empty()) {
       if (problems.size() > 1) throw InputError("--problem", problems[1], "without an experiment one is required");

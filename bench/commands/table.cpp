@@ -61,8 +61,13 @@ std::string pgfplots_of(const ShownResults& shown, const TableOptions& options) 
 
 std::string text_of_results(const std::string& path, const TableOptions& options) {
   const ShownResults shown = shown_results(path);
-  if (options.latex) return latex_of(shown, options);
-  if (options.pgfplots) return pgfplots_of(shown, options);
+  std::string comments;  // of TeX; CSV has none
+  for (const auto& sentence : warnings(shown.results)) {
+    comments += fmt::format("% {}\n", sentence);
+    fmt::print(stderr, "{}: {}\n", path, sentence);
+  }
+  if (options.latex) return comments + latex_of(shown, options);
+  if (options.pgfplots) return comments + pgfplots_of(shown, options);
   return tidy_csv(shown.results);
 }
 

@@ -6,7 +6,6 @@
 #include "methods/registry.h"
 #include "methods/time_stepping/common/time_stepping_method.h"
 #include "problems/input_error.h"
-#include "problems/registry.h"
 
 namespace ricochet {
 
@@ -38,35 +37,49 @@ std::vector<StoredContactProblem> ContactSampler::take() const {
   return problems;
 }
 
-std::vector<std::vector<StoredContactProblem>> sample_scenes(
-    const std::string& method, int steps, int most, const std::function<void(const std::string&, std::size_t)>& told) {
-  std::vector<std::pair<std::string, ParameterChanges>> wanted;
-  for (const auto& scene : scenes()) wanted.emplace_back(scene.id, ParameterChanges());
+std::string SampledScene::name() const {
+  std::string text = id;
+  for (const auto& [parameter, value] : changes) text += fmt::format(" {}={}", parameter, value);
+  return text;
+}
+
+std::vector<SampledScene> sampled_scenes() {
+  std::vector<SampledScene> list;
+  for (const auto& scene : scenes()) list.push_back({scene.id, {}});
   // Those that are made to grow, in a size whose contact problems are no longer small.
   for (const auto& [id, n] : {std::pair{"sphere_pile", 30},
                               {"block_column", 16},
                               {"bead_row", 32},
                               {"block_on_feet", 16},
                               {"balls_in_box", 20}})
-    wanted.emplace_back(id, ParameterChanges{{"n", n}});
+    list.push_back({id, {{"n", n}}});
+  return list;
+}
+
+std::vector<StoredContactProblem> sample_scene(const SampledScene& scene, const std::string& method, int steps,
+                                               int most) {
+  const auto problem = make_problem(scene.id, scene.changes);
+  const auto stepping = make_method(method);
+  auto* observed = dynamic_cast<TimeSteppingMethod*>(stepping.get());
+  if (observed == nullptr) throw InputError("--method", method, "a time-stepping method is required");
+  if (problem->info().n_c() == 0 || !stepping->can_run(problem->info()).ok) return {};
+  ContactSampler sampler(fmt::format("{}, {}, {} steps", scene.name(), method, steps), most);
+  observed->set_contact_observer(&sampler);
+  Settings settings;
+  settings.steps = steps;
+  settings.recording = Recording::final_state;
+  stepping->solve(*problem, settings);  // a run that ends early has shown its problems until then
+  return sampler.take();
+}
+
+std::vector<std::vector<StoredContactProblem>> sample_scenes(
+    const std::string& method, int steps, int most, const std::function<void(const std::string&, std::size_t)>& told) {
   std::vector<std::vector<StoredContactProblem>> sets;
-  for (const auto& [id, changes] : wanted) {
-    std::string name = id;
-    for (const auto& [parameter, value] : changes) name += fmt::format(" {}={}", parameter, value);
-    const auto problem = make_problem(id, changes);
-    const auto stepping = make_method(method);
-    auto* observed = dynamic_cast<TimeSteppingMethod*>(stepping.get());
-    if (observed == nullptr) throw InputError("--method", method, "a time-stepping method is required");
-    if (problem->info().n_c() == 0 || !stepping->can_run(problem->info()).ok) continue;
-    ContactSampler sampler(fmt::format("{}, {}, {} steps", name, method, steps), most);
-    observed->set_contact_observer(&sampler);
-    Settings settings;
-    settings.steps = steps;
-    settings.recording = Recording::final_state;
-    stepping->solve(*problem, settings);  // a run that ends early has shown its problems until then
-    sets.push_back(sampler.take());
-    told(name, sets.back().size());
-    if (sets.back().empty()) sets.pop_back();
+  for (const SampledScene& scene : sampled_scenes()) {
+    auto problems = sample_scene(scene, method, steps, most);
+    if (problems.empty()) continue;
+    told(scene.name(), problems.size());
+    sets.push_back(std::move(problems));
   }
   return sets;
 }

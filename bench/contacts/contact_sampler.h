@@ -6,6 +6,7 @@
 
 #include "methods/contact_laws/contact_file.h"
 #include "methods/contact_laws/contact_observer.h"
+#include "problems/registry.h"
 
 namespace ricochet {
 
@@ -30,8 +31,24 @@ class ContactSampler final : public ContactObserver {
   std::vector<StoredContactProblem> kept_;
 };
 
-/// Contact problems of the compiled scenes: all that a method steps, in their usual size, and some with more bodies.
-/// @param method  of time stepping, `steps` of it; @param most  problems per scene
+/// A compiled scene, in its usual size or with more bodies.
+struct SampledScene {
+  std::string id;
+  ParameterChanges changes;
+
+  std::string name() const;  ///< "bead_row n=32"
+};
+
+/// All of them, in a fixed order.
+std::vector<SampledScene> sampled_scenes();
+
+/// Contact problems of one of them; none where the method does not step it.
+/// @param method  of time stepping, `steps` of it; @param most  problems
+/// @throws InputError for another method
+std::vector<StoredContactProblem> sample_scene(const SampledScene& scene, const std::string& method, int steps,
+                                               int most);
+
+/// Of all scenes that have some. @param most  problems per scene
 /// @param told  is told each scene, and how many problems of it there are
 std::vector<std::vector<StoredContactProblem>> sample_scenes(
     const std::string& method, int steps, int most, const std::function<void(const std::string&, std::size_t)>& told);

@@ -68,7 +68,7 @@ Table conditioning_table(const std::vector<Conditioning>& all) {
   return table;
 }
 
-ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver, bool from_guess) {
+ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver, bool from_guess, Timer timer) {
   const ContactSolverOptions options = contact_solver_options(solver);
   ContactSolution declined;
   declined.solver = solver;
@@ -77,7 +77,7 @@ ContactSolution solve_of_set(const StoredContactProblem& stored, const std::stri
     return declined;
   }
   try {
-    return solve_stored(stored, solver, from_guess, Timer::a_few_runs);
+    return solve_stored(stored, solver, from_guess, timer);
   } catch (const InputError& error) {
     declined.declined = error.what();
     return declined;

@@ -20,9 +20,10 @@ Conditioning conditioning_of(const StoredContactProblem& stored);
 /// A line per scene, and one of all.
 Table conditioning_table(const std::vector<Conditioning>& problems);
 
-/// By a new solver, with its time (Timer::a_few_runs). What the solver declines, and problems with more contacts than it
-/// is compared on, are not solved: the solution says why. @throws InputError for a name that is no contact solver
-ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver, bool from_guess = false);
+/// By a new solver, with its time. What the solver declines, and problems with more contacts than it is compared on, are
+/// not solved: the solution says why. @throws InputError for a name that is no contact solver
+ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver, bool from_guess = false,
+                             Timer timer = Timer::a_few_runs);
 
 /// What solvers make of a set of contact problems.
 struct ContactSetSolutions {

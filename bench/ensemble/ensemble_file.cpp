@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <regex>
+#include <set>
 #include <sstream>
 
 #include "bench/environment.h"
@@ -28,13 +30,46 @@ std::string key_of(const Ensemble& ensemble) {
 
 }  // namespace
 
-EnsembleFile::EnsembleFile(std::string path, const Ensemble& ensemble, const ProblemInfo& problem)
+namespace {
+
+constexpr std::size_t kMostBuffered = 1 << 20;
+
+/// N of the shards of a file that are there; where they are of several, the first of which all are.
+int number_of_shards(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  std::set<int> numbers;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, error)) {
+    const std::string name = entry.path().filename().string();
+    static const std::regex form(R"(.*\.shard-[1-9][0-9]{0,5}-of-([1-9][0-9]{0,5})\..*)");
+    std::smatch match;
+    if (std::regex_match(name, match, form) && name.starts_with(fs::path(path).stem().string() + ".shard-"))
+      numbers.insert(std::stoi(match[1]));
+  }
+  if (error) throw InputError("--from-shards", folder.string(), error.message());
+  if (numbers.empty())
+    throw InputError("--from-shards", folder.string(),
+                     fmt::format("it has no shard of {}", fs::path(path).filename().string()));
+  for (const int of : numbers) {
+    int number = 1;
+    while (number <= of && fs::exists(shard_path(path, {number, of}))) ++number;
+    if (number > of) return of;
+  }
+  return *numbers.begin();
+}
+
+}  // namespace
+
+EnsembleFile::EnsembleFile(std::string path, const Ensemble& ensemble, const ProblemInfo& problem, Shard shard)
     : path_(std::move(path)),
       partial_(path_ + ".partial"),
       status_column_(1 + ensemble.varied.size()),
-      n_runs_(ensemble.n_runs()) {
-  const json description = {
-      {"ensemble", ensemble.document()}, {"environment", environment()}, {"key", key_of(ensemble)}};
+      begin_(ensemble.n_runs() / shard.of * (shard.number - 1) +
+             std::min<std::int64_t>(shard.number - 1, ensemble.n_runs() % shard.of)),
+      end_(begin_ + ensemble.n_runs() / shard.of + (shard.number <= ensemble.n_runs() % shard.of ? 1 : 0)),
+      n_done_(begin_) {
+  json description = {{"ensemble", ensemble.document()}, {"environment", environment()}, {"key", key_of(ensemble)}};
+  if (!shard.is_all()) description["shard"] = fmt::format("{}/{}", shard.number, shard.of);
   const std::string header = csv_header(ensemble, problem);
   const bool is_there = fs::exists(path_), is_begun = fs::exists(partial_);
   if (is_there || is_begun) {
@@ -47,15 +82,15 @@ EnsembleFile::EnsembleFile(std::string path, const Ensemble& ensemble, const Pro
   }
   if (is_there) {
     is_complete_ = true;
-    n_done_ = n_runs_;
+    n_done_ = end_;
   } else if (is_begun) {
     take_lines(header);
   } else {
-    begin(header, description);
+    write_header(header, description);
   }
 }
 
-void EnsembleFile::begin(const std::string& header, const json& description) {
+void EnsembleFile::write_header(const std::string& header, const json& description) {
   std::error_code error;
   if (const fs::path folder = fs::path(path_).parent_path(); !folder.empty()) fs::create_directories(folder, error);
   std::ofstream beside(path_ + ".json");
@@ -74,7 +109,7 @@ void EnsembleFile::take_lines(const std::string& header) {
     std::string line;
     if (std::getline(file, line) && !file.eof() && line + "\n" == header) {
       size = header.size();
-      while (n_done_ < n_runs_ && std::getline(file, line) && !file.eof() &&
+      while (n_done_ < end_ && std::getline(file, line) && !file.eof() &&
              line.starts_with(fmt::format("{},", n_done_))) {
         size += line.size() + 1;
         ++n_done_;
@@ -114,11 +149,45 @@ std::map<std::string, std::int64_t> EnsembleFile::endings() const {
   return counts;
 }
 
-std::int64_t run_ensemble(EnsembleFile& file, const Ensemble& ensemble,
-                          std::vector<std::unique_ptr<EnsembleWorker>>& workers,
+std::string shard_path(const std::string& path, Shard shard) {
+  const fs::path file = path;
+  return (file.parent_path() / (shard.name(file.stem().string()) + file.extension().string())).string();
+}
+
+void merge_shards(EnsembleFile& file, const Ensemble& ensemble, const ProblemInfo& problem, const std::string& path,
+                  const std::string& folder) {
+  if (file.is_complete()) return;
+  const std::string here = (fs::path(folder) / fs::path(path).filename()).string();
+  const int of = number_of_shards(here);
+  std::int64_t next = 0;
+  for (int number = 1; number <= of; ++number) {
+    const std::string name = shard_path(here, {number, of});
+    const auto refuse = [&](const std::string& why) { throw InputError("shard", name, why); };
+    if (!fs::exists(name)) refuse(fmt::format("it is missing, or not complete, of {} shards", of));
+    const json known = json::parse(read_text(name + ".json"), nullptr, false);
+    if (!known.is_object() || known.value("key", "") != key_of(ensemble))
+      refuse("it is of another ensemble or another program");
+    std::ifstream lines(name, std::ios::binary);
+    std::string line, buffer;
+    if (!std::getline(lines, line) || line + "\n" != csv_header(ensemble, problem)) refuse("its header is another one");
+    for (; std::getline(lines, line); ++next) {
+      if (lines.eof() || !line.starts_with(fmt::format("{},", next))) refuse(fmt::format("run {} is not whole", next));
+      if (next < file.n_done()) continue;
+      buffer += line + "\n";
+      if (buffer.size() < kMostBuffered) continue;
+      file.append(next + 1, buffer);
+      buffer.clear();
+    }
+    if (!buffer.empty()) file.append(next, buffer);
+  }
+  if (next != file.end()) throw InputError("shards", folder, fmt::format("they have {} of {} runs", next, file.end()));
+  file.finish();
+}
+
+std::int64_t run_ensemble(EnsembleFile& file, std::vector<std::unique_ptr<EnsembleWorker>>& workers,
                           const std::function<void(std::int64_t)>& progress) {
   if (file.is_complete()) return 0;
-  const std::int64_t first = file.n_done(), last = ensemble.n_runs();
+  const std::int64_t first = file.n_done(), last = file.end();
   in_order(
       static_cast<int>(workers.size()), first, last,
       [&](int thread, std::int64_t begin, std::int64_t end) {

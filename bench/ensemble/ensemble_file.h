@@ -6,6 +6,7 @@
 #include <string>
 
 #include "bench/ensemble/ensemble.h"
+#include "bench/shard.h"
 
 namespace ricochet {
 
@@ -16,11 +17,17 @@ namespace ricochet {
 /// An interrupted ensemble is continued behind the last line that is whole; the result is the same, byte by byte.
 class EnsembleFile {
  public:
+  /// @param shard  of the runs, which are divided in their order: the files of all shards are, one behind the other and
+  ///               without the headers of all but the first, that of the ensemble
   /// @throws InputError when the file cannot be written, or holds another ensemble or one of another program
-  EnsembleFile(std::string path, const Ensemble& ensemble, const ProblemInfo& problem);
+  EnsembleFile(std::string path, const Ensemble& ensemble, const ProblemInfo& problem, Shard shard = {});
 
   bool is_complete() const { return is_complete_; }
-  /// Runs that are in the file: the first that is missing.
+  /// The runs that belong into the file: from this one
+  std::int64_t begin() const { return begin_; }
+  /// to before this one.
+  std::int64_t end() const { return end_; }
+  /// The first that is missing.
   std::int64_t n_done() const { return n_done_; }
   /// @param lines  of the runs up to `end`
   void append(std::int64_t end, const std::string& lines);
@@ -31,21 +38,28 @@ class EnsembleFile {
   std::map<std::string, std::int64_t> endings() const;
 
  private:
-  void begin(const std::string& header, const nlohmann::json& description);
+  void write_header(const std::string& header, const nlohmann::json& description);
   void take_lines(const std::string& header);
 
   std::string path_, partial_;
   std::size_t status_column_;
-  std::int64_t n_runs_, n_done_ = 0;
+  std::int64_t begin_, end_, n_done_;
   bool is_complete_ = false;
   std::ofstream file_;
 };
 
-/// Runs what is missing of an ensemble. @param file  the CSV  @param workers  one per thread
+/// "out/spring.shard-3-of-8.csv", of the file of an ensemble.
+std::string shard_path(const std::string& path, Shard shard);
+
+/// Makes the file of an ensemble from those of its shards, which have its name.
+/// @throws InputError when one is missing, damaged, or of another ensemble or program
+void merge_shards(EnsembleFile& file, const Ensemble& ensemble, const ProblemInfo& problem, const std::string& path,
+                  const std::string& folder);
+
+/// Runs what is missing of the runs of a file. @param file  the CSV  @param workers  one per thread
 /// @param progress  called with the number of runs in the file
 /// @returns how many runs were made here
-std::int64_t run_ensemble(EnsembleFile& file, const Ensemble& ensemble,
-                          std::vector<std::unique_ptr<EnsembleWorker>>& workers,
+std::int64_t run_ensemble(EnsembleFile& file, std::vector<std::unique_ptr<EnsembleWorker>>& workers,
                           const std::function<void(std::int64_t)>& progress);
 
 }  // namespace ricochet

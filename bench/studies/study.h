@@ -11,11 +11,14 @@
 
 namespace ricochet {
 
-/// How far the rows of a study are times, which runs beside each other would spoil.
+/// Where a study has times, which runs beside each other would spoil. But for the last, its rows are made by
+/// ResultsFile::pieces() or sessions().
 enum class Times {
-  none,      ///< none is, and all rows are made by ResultsFile::pieces()
-  optional,  ///< the same where "times" of the experiment is false
-  always
+  none,     ///< nowhere
+  in_rows,  ///< in rows that say something else, too: where "times" of the experiment is false, they are NaN
+  behind,   ///< in rows behind the pieces, of one session, which are left out where "times" is false
+  always,   ///< in rows that say nothing without them
+  session   ///< in all rows, which are made in one session, since that alone can compare them
 };
 
 /// A kind of experiment: how it is run, and what its results say. Everything of a kind is in its folder in
@@ -28,7 +31,7 @@ struct Study {
 
   bool reads_quick = false;  ///< it reads "quick"; elsewhere --quick is the "quick_part" of the experiment
 
-  Times times = Times::always;  ///< whether several processes may share the work
+  Times times = Times::session;  ///< whether several processes may share the work
 
   /// Writes into an experiment that fits its fields the names of all methods that it runs, so that some can be selected
   /// (bench/selection.h). Empty where experiments name them all.
@@ -37,7 +40,7 @@ struct Study {
   /// Reads a file that another program has written. Empty where there is none; @return empty for what is no such file
   std::function<std::optional<Results>(const std::string& path, const std::string& text)> read_foreign = {};
 
-  /// Makes the rows in a fixed order, each by ResultsFile::row(), rows() or pieces().
+  /// Makes the rows in a fixed order, each by ResultsFile::row(), rows(), pieces() or sessions().
   /// @param experiment  the file, with the changes of the command line: "quick", "times", "time_limit" and any field
   /// @throws InputError with the field, before the first row; nlohmann::json::exception for one that is missing
   std::function<void(const nlohmann::json& experiment, ResultsFile& file)> run;

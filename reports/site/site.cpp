@@ -67,7 +67,7 @@ class ResultsPage {
     page_.title = results_.title();
     page_.label = results_.experiment();
     page_.html = fmt::format("<p class=\"lead\">{}</p>\n", escape_html(results_.header.value("description", "")));
-    if (!results_.is_complete) page_.html += warning("These results are not complete: the run was interrupted.");
+    for (const auto& sentence : warnings(results_)) page_.html += warning(sentence);
     if (results_.header.value("quick", false))
       page_.html += warning("Quick run: long runs are left out and times are measured three times only.");
     for (const auto& part : shown.section.parts()) std::visit([&](const auto& p) { add(p); }, part);

@@ -221,7 +221,7 @@ TEST_F(Cli, SharesTheWorkOfWhatIsNotTimed) {
   EXPECT_EQ(file_of("5"), one);
   const Outcome timed = run("run-experiment " + experiment + " --jobs 2 -o " + (folder / "timed").string());
   EXPECT_EQ(timed.code, 2);
-  EXPECT_HAS(timed.text, "--jobs = 2: --no-times is required, since runs beside each other would spoil the times");
+  EXPECT_HAS(timed.text, "--jobs = 2: --no-times is required, or --times exclusive or --times shared");
   EXPECT_EQ(run("run-experiment scale --quick --jobs 2 -o " + (folder / "timed").string()).code, 2);
   EXPECT_EQ(run("run-experiment report --quick --no-times --jobs 2 -o " + (folder / "timed").string()).code, 2)
       << "a part of it is timed, which is said before the others are run";

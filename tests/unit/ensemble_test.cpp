@@ -136,7 +136,7 @@ class EnsembleOutput : public testing::Test {
     const Ensemble ensemble = read_ensemble(document);
     auto workers = make_workers(ensemble, threads);
     EnsembleFile file((folder / name).string(), ensemble, workers.front()->base());
-    return run_ensemble(file, ensemble, workers, [](std::int64_t) {});
+    return run_ensemble(file, workers, [](std::int64_t) {});
   }
 };
 

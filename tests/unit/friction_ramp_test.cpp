@@ -8,6 +8,7 @@
 
 #include "bench/studies/friction_ramp/ramp_rows.h"
 #include "methods/registry.h"
+#include "problems/input_error.h"
 #include "problems/registry.h"
 #include "tests/round_trip.h"
 
@@ -78,6 +79,24 @@ TEST(FrictionRamp, CountsWrongDecisions) {
   EXPECT_EQ(grid.largest_error(), 0.5);
   EXPECT_EQ(grid.largest_error_on_boundary(), 0.25);
   EXPECT_SURVIVES(grid);
+
+  // In parts, as a run makes it, of two methods in turn.
+  RampGrid first = grid, second = grid, other = grid;
+  first.error.resize(1);
+  first.cells.resize(1);
+  first.message.clear();
+  second.first_row = 1;
+  second.error.erase(second.error.begin());
+  second.cells.erase(second.cells.begin());
+  other.method = "another";
+  const auto whole = whole_grids({first, other, second});
+  ASSERT_EQ(whole.size(), 2u);
+  EXPECT_EQ(whole[0].cells, grid.cells);
+  EXPECT_EQ(whole[0].error[1], grid.error[1]);
+  EXPECT_EQ(whole[0].message, "why");
+  EXPECT_EQ(whole[1].method, "another");
+  EXPECT_EQ(whole_grids({first, other}).size(), 1u) << "a run that was interrupted";
+  EXPECT_THROW(whole_grids({second}), InputError);
   const RampFacets facets{"m", 4, 1.1, {0, 1}, {1, 1}, {1, 0.9}, {0, 0.1}, {0, 0.1}};
   EXPECT_SURVIVES(facets);
 }

@@ -180,10 +180,11 @@ TEST(Processes, AreRefusedWhereTimesAreMeasured) {
   };
   EXPECT_EQ(
       error_of(R"({"id": "grid", "problem": "bouncing_ball", "methods": [{"method": "moreau_jean", "steps": [5]}]})"),
-      "--jobs = 2: --no-times is required, since runs beside each other would spoil the times");
+      "--jobs = 2: --no-times is required, or --times exclusive or --times shared, since runs beside each other would "
+      "spoil the times");
   EXPECT_EQ(error_of(R"({"id": "cost", "kind": "contact_cost", "methods": ["moreau_jean"]})"),
-            "--jobs = 2: 1 is required: experiments of kind contact_cost measure times, which runs beside each other "
-            "would spoil");
+            "--jobs = 2: 1 is required: experiments of kind contact_cost measure all times in one session, which alone "
+            "can compare them");
 }
 
 }  // namespace

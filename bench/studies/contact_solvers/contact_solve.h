@@ -19,9 +19,10 @@ struct ContactSolve : Conditioning {
   std::string solver;
   std::string status;    ///< "solved", or the reason why not; "declined"
   double violation = 0;  ///< of the laws with the disc, relative; NaN where there is no solution
-  double seconds = 0;    ///< CPU time from zero, median, with the making of the solver
+  double seconds = 0;    ///< CPU time from zero, median, with the making of the solver; NaN where it is not measured
   std::int64_t pivots = 0, iterations = 0, factorizations = 0;
 
+  bool is_timed() const { return seconds > 0; }
   bool is_solved(double accuracy) const { return status == "solved" && violation <= accuracy; }
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ContactSolve, problem, scene, contacts, rows, redundant, condition,

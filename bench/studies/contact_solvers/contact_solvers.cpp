@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "bench/contacts/contact_sampler.h"
@@ -14,11 +15,13 @@ namespace {
 
 constexpr int kQuickPerScene = 2;
 
-ContactSolve row_of(const StoredContactProblem& stored, const Conditioning& how_hard, const std::string& solver) {
-  const ContactSolution solution = solve_of_set(stored, solver);
+ContactSolve row_of(const StoredContactProblem& stored, const Conditioning& how_hard, const std::string& solver,
+                    bool with_times) {
+  const ContactSolution solution = solve_of_set(stored, solver, false, with_times ? Timer::a_few_runs : Timer::one_run);
   ContactSolve row{how_hard};
   row.problem = stored.title;
   row.solver = solver;
+  if (!with_times) row.seconds = std::numeric_limits<double>::quiet_NaN();
   if (!solution.declined.empty()) {
     row.status = "declined";
     row.violation = std::numeric_limits<double>::quiet_NaN();
@@ -26,7 +29,7 @@ ContactSolve row_of(const StoredContactProblem& stored, const Conditioning& how_
   }
   row.status = solution.status == ContactStatus::solved ? "solved" : reason_of(solution.status);
   row.violation = solution.violation;
-  row.seconds = solution.seconds;
+  if (with_times) row.seconds = solution.seconds;
   row.pivots = solution.work.pivots;
   row.iterations = solution.work.inner_iterations;
   row.factorizations = solution.work.matrix_factorizations;
@@ -48,23 +51,54 @@ std::vector<std::string> solvers_of(const nlohmann::json& experiment, ResultsFil
   return solvers;
 }
 
+/// The contact problems of the scene that was asked for last.
+class RecordedProblems {
+ public:
+  RecordedProblems(std::string method, int steps, int per_scene)
+      : scenes_(sampled_scenes()), method_(std::move(method)), steps_(steps), per_scene_(per_scene) {}
+
+  std::size_t n_scenes() const { return scenes_.size(); }
+  std::string name(std::size_t scene) const { return scenes_[scene].name(); }
+  const std::vector<StoredContactProblem>& of(std::size_t scene) {
+    if (scene != at_hand_) problems_ = sample_scene(scenes_[scene], method_, steps_, per_scene_);
+    at_hand_ = scene;
+    return problems_;
+  }
+
+ private:
+  std::vector<SampledScene> scenes_;
+  std::string method_;
+  int steps_, per_scene_;
+  std::size_t at_hand_ = std::numeric_limits<std::size_t>::max();
+  std::vector<StoredContactProblem> problems_;
+};
+
+/// A piece is one contact problem, by all solvers side by side. A scene has fewer than "per_scene" where its run is
+/// short: the pieces of those that are not there have no rows, so that nobody has to record all of them to count.
 void run_contact_solvers(const nlohmann::json& experiment, ResultsFile& file) {
   const auto solvers = solvers_of(experiment, file);
   file.header()["accuracy"] = experiment.at("accuracy");
   const int most = experiment.value("quick", false) ? kQuickPerScene : experiment.at("per_scene").get<int>();
-  const auto sets = sample_scenes(experiment.at("method"), experiment.at("steps"), most, [](const auto&, auto) {});
+  const bool with_times = experiment.value("times", true);
+  RecordedProblems recorded(experiment.at("method"), experiment.at("steps"), most);
+  recorded.of(0);  // a method that steps nothing throws here
+  const auto per_scene = static_cast<std::size_t>(most), n = recorded.n_scenes() * per_scene;
   Progress progress(experiment.at("id").get<std::string>());
-  for (std::size_t k = 0; k < sets.size(); ++k) {
-    for (const auto& stored : sets[k]) {
-      file.rows<ContactSolve>(solvers.size(), [&] {
-        const Conditioning how_hard = conditioning_of(stored);
-        std::vector<ContactSolve> rows;
-        for (const auto& solver : solvers) rows.push_back(row_of(stored, how_hard, solver));
-        return rows;
-      });
-    }
-    progress.update(static_cast<double>(k + 1) / static_cast<double>(sets.size()), sets[k].front().title);
-  }
+  const auto n_rows = [&](std::size_t k) {
+    return k % per_scene < recorded.of(k / per_scene).size() ? solvers.size() : 0;
+  };
+  const auto solve = [&](std::size_t k) {
+    std::vector<ContactSolve> rows;
+    const auto& problems = recorded.of(k / per_scene);
+    if (k % per_scene >= problems.size()) return rows;
+    const StoredContactProblem& stored = problems[k % per_scene];
+    const Conditioning how_hard = conditioning_of(stored);
+    for (const auto& solver : solvers) rows.push_back(row_of(stored, how_hard, solver, with_times));
+    return rows;
+  };
+  file.sessions<ContactSolve>(n, n_rows, solve, [&](std::size_t k) {
+    progress.update(static_cast<double>(k + 1) / static_cast<double>(n), recorded.name(k / per_scene));
+  });
 }
 
 void show_contact_solvers(const Results& results, Section& section) {
@@ -75,7 +109,9 @@ void show_contact_solvers(const Results& results, Section& section) {
   for (const std::string name : results.header.value("not_built", nlohmann::json::array()))
     solvers.note += fmt::format(" {} was not built.", name);
   section.result("solvers", solvers);
+  const bool is_timed = std::ranges::any_of(solves, &ContactSolve::is_timed);
   for (const int least : {1, kMany}) {
+    if (!is_timed) break;
     const std::string of = least == 1 ? "" : fmt::format(" with {} contacts or more", least);
     const std::string name = least == 1 ? "profile" : fmt::format("profile_{}_contacts", least);
     const PerformanceProfile profile = contact_profile(solves, least, accuracy);
@@ -110,6 +146,7 @@ const bool contact_solvers_is_registered =
                     .fields = kContactSolversFields,
                     .rows = {ContactSolve::kKind},
                     .reads_quick = true,
+                    .times = Times::in_rows,
                     .run = run_contact_solvers,
                     .show = show_contact_solvers,
                     .surprises = {}});

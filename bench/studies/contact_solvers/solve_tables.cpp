@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <functional>
 #include <limits>
 
@@ -31,7 +32,9 @@ std::vector<double> of_solved(const Group& group, double accuracy, const std::fu
 
 /// Median, and the largest in brackets.
 std::string spread(const std::vector<double>& values) {
-  return values.empty() ? "-" : fmt::format("{:.3g} ({:.3g})", median(values), quantile(values, 1));
+  return values.empty() || std::isnan(values.front())
+             ? "-"
+             : fmt::format("{:.3g} ({:.3g})", median(values), quantile(values, 1));
 }
 
 /// The same of work, where a solver has some.
@@ -86,13 +89,14 @@ Table solver_table(const std::vector<C>& solves, double accuracy) {
   std::vector<Group> groups;
   for (const auto& solver : different(solves, &C::solver))
     groups.push_back(group_of(solves, [&](const C& c) { return c.solver == solver; }));
-  return table_of(
+  Table table = table_of(
       "Contact solvers", columns_of(accuracy), groups,
       fmt::format(
           "From zero to a violation of the laws of at most {:g}, whatever the solver's own tolerance; "
           "of those that are solved the median, and the largest in brackets. The time is CPU time, with the making of a "
           "new solver. lemke has a polygon in place of the friction disc in space, and is not tried above {} contacts.",
           accuracy, contact_solver(ContactSolverKind::lemke).most_contacts));
+  return without_empty(table, {"time [us]"});
 }
 
 Table solver_scene_table(const std::vector<C>& solves, double accuracy) {
@@ -103,7 +107,7 @@ Table solver_scene_table(const std::vector<C>& solves, double accuracy) {
   }
   auto columns = columns_of(accuracy);
   columns.insert(columns.begin(), {"scene", [](const Group& g) { return g.front()->scene; }});
-  return table_of("Contact solvers on each scene", columns, groups);
+  return without_empty(table_of("Contact solvers on each scene", columns, groups), {"time [us]"});
 }
 
 }  // namespace ricochet

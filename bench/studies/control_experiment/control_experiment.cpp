@@ -70,38 +70,59 @@ ControlRun solve_and_replay(const ControlOptions& options, const std::string& ar
   return run;
 }
 
-/// Steps per interval with which time stepping has as many variables as the FESD-J run, as nearly as possible.
-int steps_of_equal_size(const ControlRun& fesd, ControlOptions options) {
+int variables_of(const ControlOptions& options) {
+  const auto problem = options.make_problem();
+  return options.make_transcription(*problem)->mpcc().nlp.n_variables();
+}
+
+/// Steps per interval with which time stepping has so many variables, as nearly as possible.
+int steps_of_equal_size(int variables, ControlOptions options) {
   const auto problem = options.make_problem();
   const auto size = [&](int steps) {
     options.steps = steps;
     return options.make_transcription(*problem)->mpcc().nlp.n_variables();
   };
   const int one = size(1), two = size(2);
-  return std::max(1, static_cast<int>(std::lround(1 + static_cast<double>(fesd.variables - one) / (two - one))));
+  return std::max(1, static_cast<int>(std::lround(1 + static_cast<double>(variables - one) / (two - one))));
+}
+
+/// What depends on how fast the machine is, and on what runs beside.
+void leave_times_out(ControlRun& run) {
+  run.seconds = std::numeric_limits<double>::quiet_NaN();
+  if (run.status != to_string(Status::time_limit)) return;
+  run.iterations = 0;
+  run.message.clear();
 }
 
 /// Problems with FESD-J, and with time stepping with the same number of variables; the controls are replayed. "runs":
-/// [{"problem", "fesd", "time_stepping"}], "fesd" and "time_stepping"
-/// with the arguments of `ricochet control`
+/// [{"problem", "fesd", "time_stepping"}], "fesd" and "time_stepping" with the arguments of `ricochet control`. A piece is
+/// one of the two.
 void run_control_experiment(const json& experiment, ResultsFile& file) {
-  Progress progress(experiment.at("id").get<std::string>());
+  const bool with_times = experiment.value("times", true);
   const json& runs = experiment.at("runs");
-  double done = 0;
-  for (const auto& entry : runs) {
+  const auto run_of = [&](std::size_t k) {
+    const json& entry = runs[k / 2];
     const std::string problem = entry.at("problem");
     const std::string fesd = fmt::format("{} {}", problem, entry.at("fesd").get<std::string>());
+    if (k % 2 == 0) return solve_and_replay(ControlOptions::parse(fesd), fesd);
     const std::string other =
         fmt::format("{} --discretisation time_stepping {}", problem, entry.at("time_stepping").get<std::string>());
-    const ControlRun run = file.row<ControlRun>([&] { return solve_and_replay(ControlOptions::parse(fesd), fesd); });
-    progress.update((done += 0.5) / static_cast<double>(runs.size()), problem);
-    file.row<ControlRun>([&] {
-      ControlOptions options = ControlOptions::parse(other);
-      options.steps = steps_of_equal_size(run, options);
-      return solve_and_replay(options, fmt::format("{} --steps {}", other, options.steps));
+    ControlOptions options = ControlOptions::parse(other);
+    options.steps = steps_of_equal_size(variables_of(ControlOptions::parse(fesd)), options);
+    return solve_and_replay(options, fmt::format("{} --steps {}", other, options.steps));
+  };
+  const auto solve = [&](std::size_t k, const ResultsFile::NextRow<ControlRun>& next) {
+    next([&] {
+      ControlRun run = run_of(k);
+      if (!with_times) leave_times_out(run);
+      return run;
     });
-    progress.update((done += 0.5) / static_cast<double>(runs.size()), problem);
-  }
+  };
+  Progress progress(experiment.at("id").get<std::string>());
+  const std::size_t n = 2 * runs.size();
+  file.pieces<ControlRun>(n, solve, [&](std::size_t k) {
+    progress.update(static_cast<double>(k + 1) / static_cast<double>(n), runs[k / 2].at("problem"));
+  });
 }
 
 /// Frames, animation and curves of the runs of one problem.
@@ -155,6 +176,7 @@ const bool control_experiment_is_registered =
                     .summary = "optimal control with FESD-J and with time stepping: what they claim and what is true",
                     .fields = kControlExperimentFields,
                     .rows = {ControlRun::kKind},
+                    .times = Times::in_rows,
                     .run = run_control_experiment,
                     .show = show_control_experiment,
                     .surprises = control_experiment_surprises});

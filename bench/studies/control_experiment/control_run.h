@@ -26,7 +26,7 @@ struct ControlRun {
   int variables = 0, pairs = 0;
   std::string status, message;
   int iterations = 0;
-  double seconds = 0;  ///< with those for the guess
+  double seconds = 0;  ///< with those for the guess; NaN where times are not measured
 
   // Of a run that was solved.
   double claimed_cost = 0;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <random>
 
 #include "bench/control_guess.h"
@@ -49,6 +50,12 @@ ControlGrowth measure_growth(const std::string& arguments, double disturbance) {
   return result;
 }
 
+/// What depends on how fast the machine is, and on what runs beside.
+void leave_times_out(ControlGrowth& run) {
+  run.seconds = run.derivative_seconds = run.again_seconds = std::numeric_limits<double>::quiet_NaN();
+  for (auto& step : run.steps) step.seconds = run.seconds;
+}
+
 /// How the work of an optimal control solve grows with the number of control intervals, step by step of its homotopy,
 /// and what a second solve takes after the plant has run one interval and its positions were moved by up to
 /// "disturbance". "runs": [{"problem", "arguments" of `ricochet control`, "intervals": a list; without it the problem's
@@ -64,18 +71,27 @@ void run_control_growth(const json& experiment, ResultsFile& file) {
   }
   const double disturbance = experiment.at("disturbance");
   Progress progress(experiment.at("id").get<std::string>());
-  for (std::size_t i = 0; i < commands.size(); ++i) {
-    file.row<ControlGrowth>([&] { return measure_growth(commands[i], disturbance); });
-    progress.update(static_cast<double>(i + 1) / static_cast<double>(commands.size()), commands[i]);
-  }
+  const bool with_times = experiment.value("times", true);
+  const auto solve = [&](std::size_t k, const ResultsFile::NextRow<ControlGrowth>& next) {
+    next([&] {
+      ControlGrowth run = measure_growth(commands[k], disturbance);
+      if (!with_times) leave_times_out(run);
+      return run;
+    });
+  };
+  file.pieces<ControlGrowth>(commands.size(), solve, [&](std::size_t k) {
+    progress.update(static_cast<double>(k + 1) / static_cast<double>(commands.size()), commands[k]);
+  });
 }
 
 void show_control_growth(const Results& results, Section& section) {
   const auto runs = results.all<ControlGrowth>();
   section.result("work", growth_table(runs));
-  section.figures([=, id = results.experiment()](const FigureFolder& folder) {
-    return std::vector{draw_growth(folder, growth_curves(runs), id, "Time", "intervals N", "seconds")};
-  });
+  const bool is_timed = std::ranges::any_of(runs, [](const ControlGrowth& run) { return run.seconds > 0; });
+  if (is_timed)
+    section.figures([=, id = results.experiment()](const FigureFolder& folder) {
+      return std::vector{draw_growth(folder, growth_curves(runs), id, "Time", "intervals N", "seconds")};
+    });
   section.details("steps", homotopy_steps(runs));
 }
 
@@ -101,6 +117,7 @@ const bool control_growth_is_registered =
                     .summary = "the work of an optimal control solve over the number of control intervals",
                     .fields = kControlGrowthFields,
                     .rows = {ControlGrowth::kKind},
+                    .times = Times::in_rows,
                     .run = run_control_growth,
                     .show = show_control_growth,
                     .surprises = control_growth_surprises});

@@ -74,16 +74,31 @@ SeedRun solve_from_seed(SeedRun run) {
   return run;
 }
 
+/// What depends on how fast the machine is, and on what runs beside.
+void leave_times_out(SeedRun& run) {
+  run.seconds = run.cpu_seconds = std::numeric_limits<double>::quiet_NaN();
+  if (run.status != to_string(Status::time_limit)) return;
+  run.iterations = 0;
+  run.message.clear();
+}
+
 /// From random initial guesses, the seeds 1 to n of each problem, one run after the other. "runs": [{"problem",
 /// "arguments": of `ricochet control`, without --seed and --time-limit, "seeds": n, "time_limit": wall time of a run
 /// [s]}]
 void run_control_seeds(const json& experiment, ResultsFile& file) {
   const std::vector<SeedRun> runs = runs_of(experiment);
+  const bool with_times = experiment.value("times", true);
   Progress progress(experiment.at("id").get<std::string>());
-  for (std::size_t k = 0; k < runs.size(); ++k) {
-    file.row<SeedRun>([&] { return solve_from_seed(runs[k]); });
+  const auto solve = [&](std::size_t k, const ResultsFile::NextRow<SeedRun>& next) {
+    next([&] {
+      SeedRun run = solve_from_seed(runs[k]);
+      if (!with_times) leave_times_out(run);
+      return run;
+    });
+  };
+  file.pieces<SeedRun>(runs.size(), solve, [&](std::size_t k) {
     progress.update(static_cast<double>(k + 1) / static_cast<double>(runs.size()), runs[k].problem);
-  }
+  });
 }
 
 /// Arguments against each other on the guesses of one problem, which all of them start from.
@@ -119,7 +134,7 @@ void show_control_seeds(const Results& results, Section& section) {
   section.result("success", seed_table(runs));
   section.figures(
       [=, id = results.experiment()](const FigureFolder& folder) { return std::vector{draw_seeds(folder, runs, id)}; });
-  add_profiles(runs, results.experiment(), section);
+  if (std::ranges::any_of(runs, &SeedRun::is_timed)) add_profiles(runs, results.experiment(), section);
   section.failures("failures", seed_failures(runs));
   section.details("runs", seed_details(runs));
 }
@@ -142,6 +157,7 @@ const bool control_seeds_is_registered =
                     .summary = "optimal control from random initial guesses: success, cost, time",
                     .fields = kControlSeedsFields,
                     .rows = {SeedRun::kKind},
+                    .times = Times::in_rows,
                     .run = run_control_seeds,
                     .show = show_control_seeds,
                     .surprises = {}});

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "bench/studies/control_seeds/seed_rows.h"
 #include "reports/gnuplot.h"
 
@@ -7,14 +9,16 @@ namespace ricochet {
 
 Figure draw_seeds(const FigureFolder& folder, const std::vector<SeedRun>& runs, const std::string& name) {
   const auto groups = seed_groups(runs);
+  const bool is_timed = std::ranges::any_of(runs, &SeedRun::is_timed);
+  const auto work = [=](const SeedRun* run) { return is_timed ? run->cpu_seconds : run->iterations; };
   std::string data, panels;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     Points stationary, others, failed;
     for (const SeedRun* run : groups[g]) {
       if (!run->succeeded())
-        failed.emplace_back(run->cpu_seconds, 1);
+        failed.emplace_back(work(run), 1);
       else
-        (run->is_b_stationary ? stationary : others).emplace_back(run->cpu_seconds, run->cost);
+        (run->is_b_stationary ? stationary : others).emplace_back(work(run), run->cost);
     }
     Panel panel(fmt::format("g{}", g));
     panel.add(stationary, 0, "with points pt 7 ps 0.6", "B-stationary");
@@ -28,14 +32,16 @@ Figure draw_seeds(const FigureFolder& folder, const std::vector<SeedRun>& runs, 
   const std::string script = gnuplot_head(460 * static_cast<int>(groups.size()), 460) + data +
                              fmt::format("set output '{}.svg'\n", name) +
                              fmt::format("set multiplot layout 1,{}\n", groups.size()) +
-                             "set xlabel 'CPU time [s]'\nset ylabel 'cost'\nset xrange [0:*]\nset y2range [0:1]\n"
+                             fmt::format("set xlabel '{}'\n", is_timed ? "CPU time [s]" : "iterations") +
+                             "set ylabel 'cost'\nset xrange [0:*]\nset y2range [0:1]\n"
                              "set offsets graph 0.05,graph 0.05,graph 0.08,graph 0.05\nset bmargin 6\nset key at graph "
                              "0.5, -0.23 center horizontal samplen 1 font ',11'\n" +
                              panels + "unset multiplot\n";
   folder.draw(name, script);
   return {name + ".svg", "Random initial guesses",
-          "Cost over CPU time, one point per guess: the lower and the further left the better. Crosses on the upper "
-          "frame: guesses without a solution."};
+          fmt::format("Cost over {}, one point per guess: the lower and the further left the better. Crosses on the "
+                      "upper frame: guesses without a solution.",
+                      is_timed ? "CPU time" : "iterations")};
 }
 
 }  // namespace ricochet

@@ -18,7 +18,7 @@ struct SeedRun {
   unsigned seed = 0;
   std::string status, message;
   int iterations = 0;
-  double seconds = 0;      ///< wall time, with that for the guess
+  double seconds = 0;      ///< wall time, with that for the guess; NaN where times are not measured
   double cpu_seconds = 0;  ///< the same of the processor: other work on the machine disturbs it less
 
   // Of a run that was solved.
@@ -30,6 +30,7 @@ struct SeedRun {
 
   bool succeeded() const { return status == "success"; }
   bool is_replayed() const { return replay_status == "success"; }
+  bool is_timed() const { return cpu_seconds > 0; }
   std::string command() const;  ///< reproduces the run
 };
 
@@ -47,7 +48,7 @@ Table seed_table(const std::vector<SeedRun>& runs);
 Table seed_failures(const std::vector<SeedRun>& runs);
 /// Every run.
 Table seed_details(const std::vector<SeedRun>& runs);
-/// Cost over CPU time of every random guess, one panel per group. Those without a solution are crosses on the upper
+/// Cost over CPU time of every random guess, or over iterations where times are not measured, one panel per group. Those without a solution are crosses on the upper
 /// frame.
 Figure draw_seeds(const FigureFolder& folder, const std::vector<SeedRun>& runs, const std::string& name);
 

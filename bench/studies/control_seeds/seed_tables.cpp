@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "bench/studies/control_seeds/seed_rows.h"
@@ -16,8 +17,9 @@ std::vector<double> values_of(const SeedGroup& runs, auto member) {
   return values;
 }
 
-/// "12.1 | 13.4 | 20": the quartiles, '-' of nothing.
-std::string quartiles(const std::vector<double>& values) {
+/// "12.1 | 13.4 | 20": the quartiles, '-' of nothing, or of times that were not measured.
+std::string quartiles(std::vector<double> values) {
+  std::erase_if(values, [](double value) { return std::isnan(value); });
   if (values.empty()) return "-";
   return fmt::format("{:.3g} | {:.3g} | {:.3g}", quantile(values, 0.25), median(values), quantile(values, 0.75));
 }
@@ -96,7 +98,7 @@ Table seed_table(const std::vector<SeedRun>& runs) {
       "plant could be run under the controls with adaptive FESD-J; off by: median of the max-norm of claim minus "
       "replay in (q, v) at T.");
   table.is_list = true;
-  return table;
+  return without_empty(table, {"CPU s"});
 }
 
 Table seed_failures(const std::vector<SeedRun>& runs) {
@@ -142,7 +144,7 @@ Table seed_details(const std::vector<SeedRun>& runs) {
       {"reason", &R::message},
       {"command", &R::command},
   };
-  return table_of("All guesses", columns, runs);
+  return without_empty(table_of("All guesses", columns, runs), {"CPU s", "wall s"});
 }
 
 }  // namespace ricochet

@@ -231,16 +231,17 @@ std::vector<FastestRun> run_scene(const Plan& plan, const Scene& scene) {
 
 /// "levels": errors; "solvers": "new", "kept" (FastestRun::solver), ["new"] without it; "time_limit" of a run [s]; "families": [{"name", "methods", "steps" and "tolerances", the settings
 /// of every method: {"from", "to", "per_decade"}}], the first is what the others are compared with; "scenes": [{"name",
-/// "group", and the fields of problem_choice.h}].
+/// "group", and the fields of problem_choice.h}]. A piece is a scene, on which all families compete in one session.
 void run_fastest(const json& experiment, ResultsFile& file) {
   const Plan plan = read_plan(experiment);
   Progress progress(experiment.at("id").get<std::string>());
-  double done = 0;
-  for (const Scene& scene : plan.scenes) {
-    progress.update(done++ / static_cast<double>(plan.scenes.size()), scene.name);
-    file.rows<FastestRun>(plan.solvers.size() * plan.families.size() * plan.levels.size(),
-                          [&] { return run_scene(plan, scene); });
-  }
+  const std::size_t n = plan.scenes.size();
+  file.sessions<FastestRun>(
+      n, [&](std::size_t) { return plan.solvers.size() * plan.families.size() * plan.levels.size(); },
+      [&](std::size_t k) { return run_scene(plan, plan.scenes[k]); },
+      [&](std::size_t k) {
+        progress.update(static_cast<double>(k + 1) / static_cast<double>(n), plan.scenes[k].name);
+      });
 }
 
 /// Families against each other on all scenes whose reference can judge the level.
@@ -319,6 +320,7 @@ const bool fastest_is_registered =
                     .fields = kFastestFields,
                     .rows = {FastestRun::kKind},
                     .reads_quick = true,
+                    .times = Times::always,
                     .run = run_fastest,
                     .show = show_fastest,
                     .surprises = {}});

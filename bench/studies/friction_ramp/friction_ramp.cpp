@@ -4,7 +4,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numbers>
 
@@ -77,22 +76,21 @@ std::vector<Entry> entries_of(json document) {
   return entries;
 }
 
-RampGrid empty_grid(const Entry& entry, double v_0, int size) {
+/// @param row  of the grid of the experiment, which the entry's stride has
+RampGrid empty_row(const Entry& entry, double v_0, int size, int row) {
   RampGrid grid;
   grid.method = entry.name;
   grid.setting = entry.text;
   grid.v_0 = v_0;
-  if ((size - 1) % entry.stride != 0)
-    throw InputError("stride", entry.stride, fmt::format("a divisor of grid - 1 = {} is required", size - 1));
   for (int k = 0; k < size; k += entry.stride) grid.values.push_back(static_cast<double>(k) / (size - 1));
-  const std::size_t n = grid.values.size();
-  grid.error.assign(n, std::vector<double>(n, kNaN));
-  grid.cells.assign(n, std::vector<int>(n, RampGrid::failed));
+  grid.first_row = row / entry.stride;
+  grid.error = {std::vector<double>(grid.values.size(), kNaN)};
+  grid.cells = {std::vector<int>(grid.values.size(), RampGrid::failed)};
   return grid;
 }
 
-void run_ramp(const Entry& entry, const Problem& ramp, const ExactRamp::State& exact, std::size_t row,
-              std::size_t column, RampGrid& grid) {
+void run_ramp(const Entry& entry, const Problem& ramp, const ExactRamp::State& exact, std::size_t column,
+              RampGrid& grid) {
   const auto begin = std::chrono::steady_clock::now();
   const Solution s = entry.method->solve(ramp, entry.settings);
   grid.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -100,37 +98,46 @@ void run_ramp(const Entry& entry, const Problem& ramp, const ExactRamp::State& e
     if (grid.message.empty()) grid.message = fmt::format("{}: {}", to_string(s.status), s.message);
     return;
   }
-  grid.error[row][column] = std::abs(s.q[0] - exact.x);
+  grid.error[0][column] = std::abs(s.q[0] - exact.x);
   const bool moves = std::abs(s.v[0]) > kMoves, should = std::abs(exact.v) > kMoves;
-  grid.cells[row][column] = moves == should ? RampGrid::right
-                            : moves         ? RampGrid::moves_but_should_rest
-                                            : RampGrid::rests_but_should_move;
+  grid.cells[0][column] = moves == should ? RampGrid::right
+                          : moves         ? RampGrid::moves_but_should_rest
+                                          : RampGrid::rests_but_should_move;
 }
 
-/// All ramps with one initial speed. A problem is made once for all methods: that takes longer than most runs.
-std::vector<RampGrid> run_grids(const std::vector<Entry>& entries, double v_0, int size, double T,
-                                const std::function<void()>& progress) {
+/// The entries that have ramps in a row of the grid.
+std::vector<const Entry*> entries_in_row(const std::vector<Entry>& entries, int row) {
+  std::vector<const Entry*> list;
+  for (const Entry& entry : entries) {
+    if (row % entry.stride == 0) list.push_back(&entry);
+  }
+  return list;
+}
+
+/// The ramps of one friction coefficient with one initial speed, by each of the entries. A problem is made once for all
+/// methods: that takes longer than most runs.
+std::vector<RampGrid> run_row(const std::vector<const Entry*>& entries, double v_0, int size, int row, double T,
+                              bool with_times) {
   std::vector<RampGrid> grids;
-  for (const auto& entry : entries) grids.push_back(empty_grid(entry, v_0, size));
-  for (int row = 0; row < size; ++row) {
-    for (int column = 0; column < size; ++column) {
-      const ExactRamp exact{
-          .mu = static_cast<double>(row) / (size - 1), .tangent = static_cast<double>(column) / (size - 1), .v_0 = v_0};
-      std::unique_ptr<Problem> ramp;
-      for (std::size_t k = 0; k < entries.size(); ++k) {
-        const int stride = entries[k].stride;
-        if (row % stride != 0 || column % stride != 0) continue;
-        if (!ramp)
-          ramp = make_problem("block_on_ramp",
-                              {{"mu", exact.mu}, {"slope", std::atan(exact.tangent)}, {"v_x0", v_0}, {"duration", T}});
-        const auto r = static_cast<std::size_t>(row / stride), c = static_cast<std::size_t>(column / stride);
-        if (const Support support = entries[k].method->can_run(ramp->info()); support.ok)
-          run_ramp(entries[k], *ramp, exact.at(T), r, c, grids[k]);
-        else if (grids[k].message.empty())
-          grids[k].message = "declined: " + support.reason;
-      }
+  for (const Entry* entry : entries) grids.push_back(empty_row(*entry, v_0, size, row));
+  for (int column = 0; column < size; ++column) {
+    const ExactRamp exact{
+        .mu = static_cast<double>(row) / (size - 1), .tangent = static_cast<double>(column) / (size - 1), .v_0 = v_0};
+    std::unique_ptr<Problem> ramp;
+    for (std::size_t k = 0; k < entries.size(); ++k) {
+      const Entry& entry = *entries[k];
+      if (column % entry.stride != 0) continue;
+      if (!ramp)
+        ramp = make_problem("block_on_ramp",
+                            {{"mu", exact.mu}, {"slope", std::atan(exact.tangent)}, {"v_x0", v_0}, {"duration", T}});
+      if (const Support support = entry.method->can_run(ramp->info()); support.ok)
+        run_ramp(entry, *ramp, exact.at(T), static_cast<std::size_t>(column / entry.stride), grids[k]);
+      else if (grids[k].message.empty())
+        grids[k].message = "declined: " + support.reason;
     }
-    progress();
+  }
+  for (RampGrid& grid : grids) {
+    if (!with_times) grid.seconds = kNaN;
   }
   return grids;
 }
@@ -173,31 +180,42 @@ RampFacets run_facets(const json& entry_json, int n, double load, double T) {
   return line;
 }
 
+/// A piece is a row of the grid with one initial speed, and behind all of them a method with its polygon.
 void run_friction_ramp(const json& experiment, ResultsFile& file) {
   const int size = experiment.at("grid");
   if (size < 2) throw InputError("grid", size, "at least 2 is required");
   const double T = experiment.at("duration");
+  const bool with_times = experiment.value("times", true);
   const std::vector<Entry> entries = entries_of(experiment);
-  const auto speeds = experiment.at("v_0").get<std::vector<double>>();
-  Progress progress(experiment.at("id").get<std::string>());
-  double done = 0;
-  for (const double v_0 : speeds) {
-    file.rows<RampGrid>(entries.size(), [&] {
-      return run_grids(entries, v_0, size, T, [&] {
-        progress.update(++done / static_cast<double>(speeds.size()) / size, fmt::format("v_0 = {}", v_0));
-      });
-    });
+  for (const Entry& entry : entries) {
+    if ((size - 1) % entry.stride != 0)
+      throw InputError("stride", entry.stride, fmt::format("a divisor of grid - 1 = {} is required", size - 1));
   }
+  const auto speeds = experiment.at("v_0").get<std::vector<double>>();
+  const auto per_speed = static_cast<std::size_t>(size), n = speeds.size() * per_speed;
+  const auto row_of = [&](std::size_t k) { return static_cast<int>(k % per_speed); };
+  Progress progress(experiment.at("id").get<std::string>());
+  file.sessions<RampGrid>(
+      n, [&](std::size_t k) { return entries_in_row(entries, row_of(k)).size(); },
+      [&](std::size_t k) {
+        return run_row(entries_in_row(entries, row_of(k)), speeds[k / per_speed], size, row_of(k), T, with_times);
+      },
+      [&](std::size_t k) {
+        progress.update(static_cast<double>(k + 1) / static_cast<double>(n),
+                        fmt::format("v_0 = {}", speeds[k / per_speed]));
+      });
   if (!experiment.contains("facets")) return;
   const json& facets = experiment["facets"];
-  for (const auto& entry : facets.at("methods")) {
-    file.row<RampFacets>([&] { return run_facets(entry, facets.at("directions"), facets.at("load"), T); });
-    progress.update(1, entry.at("method"));
-  }
+  const json& with_polygon = facets.at("methods");
+  const auto run_polygon = [&](std::size_t k, const ResultsFile::NextRow<RampFacets>& next) {
+    next([&] { return run_facets(with_polygon[k], facets.at("directions"), facets.at("load"), T); });
+  };
+  file.pieces<RampFacets>(with_polygon.size(), run_polygon,
+                          [&](std::size_t k) { progress.update(1, with_polygon[k].at("method")); });
 }
 
 void show_friction_ramp(const Results& results, Section& section) {
-  const auto grids = results.all<RampGrid>();
+  const auto grids = whole_grids(results.all<RampGrid>());
   const auto facets = results.all<RampFacets>();
   const std::string id = results.experiment();
   if (!grids.empty()) {
@@ -246,6 +264,7 @@ const bool friction_ramp_is_registered =
                     .summary = "does a block on a ramp stick, and where does it slip with a polygon as friction cone",
                     .fields = kFrictionRampFields,
                     .rows = {RampGrid::kKind, RampFacets::kKind},
+                    .times = Times::in_rows,
                     .name_methods = name_methods,
                     .run = run_friction_ramp,
                     .show = show_friction_ramp,

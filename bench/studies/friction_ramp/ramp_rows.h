@@ -9,7 +9,8 @@
 
 namespace ricochet {
 
-/// One method with one setting on all ramps of a grid: mu by rows, tan(slope) by columns, both `values`.
+/// One method with one setting on all ramps of a grid: mu by rows, tan(slope) by columns, both `values`; or on some rows
+/// of it, as they are made.
 struct RampGrid {
   static constexpr const char* kKind = "ramp_grid";
   enum Cell { right, moves_but_should_rest, rests_but_should_move, failed };
@@ -17,9 +18,10 @@ struct RampGrid {
   std::string method, setting;  ///< "-N 20" or "--tolerance 1e-08"
   double v_0 = 0;               ///< initial speed down the ramp [m/s]
   std::vector<double> values;
+  int first_row = 0;                       ///< of `values`, of those that `error` and `cells` have
   std::vector<std::vector<double>> error;  ///< of the position at the end [m]; NaN where the run failed
   std::vector<std::vector<int>> cells;     ///< Cell
-  double seconds = 0;                      ///< of all runs together
+  double seconds = 0;                      ///< of all runs together; NaN where it is not measured
   std::string message;                     ///< of the first run that failed, or why the method declines
 
   int count(Cell cell) const;
@@ -29,7 +31,8 @@ struct RampGrid {
   double largest_error() const;              ///< of the runs that succeeded
   double largest_error_on_boundary() const;  ///< the same, where tan(slope) = mu
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(RampGrid, method, setting, v_0, values, error, cells, seconds, message)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(RampGrid, method, setting, v_0, values, first_row, error, cells,
+                                                seconds, message)
 
 /// A block at rest on a ramp in space, over the direction of the way down, by one method.
 struct RampFacets {
@@ -44,6 +47,10 @@ struct RampFacets {
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(RampFacets, method, facets, load, direction, limit, limit_exact, drift,
                                                 drift_exact)
+
+/// Those grids of which all rows are there, in the order of their first parts: of an interrupted run some are not.
+/// @throws InputError for rows that follow none
+std::vector<RampGrid> whole_grids(const std::vector<RampGrid>& parts);
 
 /// One line per method and initial speed.
 Table ramp_table(const std::vector<RampGrid>& grids);

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "bench/studies/friction_ramp/ramp_rows.h"
+#include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
@@ -50,6 +51,30 @@ double RampGrid::largest_error_on_boundary() const {
   return worst;
 }
 
+std::vector<RampGrid> whole_grids(const std::vector<RampGrid>& parts) {
+  std::vector<RampGrid> grids;
+  for (const RampGrid& part : parts) {
+    const auto first_row = static_cast<std::size_t>(part.first_row);
+    const auto begun = std::ranges::find_if(grids, [&](const RampGrid& grid) {
+      return grid.method == part.method && grid.setting == part.setting && grid.v_0 == part.v_0 &&
+             grid.values == part.values && grid.cells.size() == first_row && first_row > 0;
+    });
+    if (begun != grids.end()) {
+      begun->error.insert(begun->error.end(), part.error.begin(), part.error.end());
+      begun->cells.insert(begun->cells.end(), part.cells.begin(), part.cells.end());
+      begun->seconds += part.seconds;
+      if (begun->message.empty()) begun->message = part.message;
+    } else if (first_row == 0) {
+      grids.push_back(part);
+    } else {
+      throw InputError("first_row", part.first_row, fmt::format("no row of {} ends in front of it", part.method));
+    }
+  }
+  std::erase_if(grids,
+                [](const RampGrid& grid) { return !grid.cells.empty() && grid.cells.size() < grid.values.size(); });
+  return grids;
+}
+
 Table ramp_table(const std::vector<RampGrid>& grids) {
   using G = RampGrid;
   // A method that declines has no cells.
@@ -68,10 +93,12 @@ Table ramp_table(const std::vector<RampGrid>& grids) {
        of_cells([](const G& g) { return 1e6 * g.seconds / static_cast<double>(g.cells.size() * g.cells.size()); })},
       {"why failed", &G::message},
   };
-  return table_of("A block on a ramp: does it stick?", columns, grids,
-                  "At rest the block sticks exactly when tan(slope) <= mu. v_0 = 0: it starts at rest; v_0 < 0: it is "
-                  "thrown up the ramp, stops, and has to decide then. Wrong: it moves at the end with more than 1e-3 "
-                  "m/s and should rest, or the other way round. Error: of the position at the end.");
+  Table table =
+      table_of("A block on a ramp: does it stick?", columns, grids,
+               "At rest the block sticks exactly when tan(slope) <= mu. v_0 = 0: it starts at rest; v_0 < 0: it is "
+               "thrown up the ramp, stops, and has to decide then. Wrong: it moves at the end with more than 1e-3 "
+               "m/s and should rest, or the other way round. Error: of the position at the end.");
+  return without_empty(std::move(table), {"a run [us]"});
 }
 
 Table ramp_facets_table(const std::vector<RampFacets>& facets) {

@@ -312,7 +312,7 @@ const bool hard_cases_are_registered =
                     .summary = "every method on every problem that methods stumble over: a matrix of verdicts",
                     .fields = kHardCasesFields,
                     .rows = {HardCell::kKind},
-                    .times = Times::optional,
+                    .times = Times::in_rows,
                     .name_methods = [](json& j) { j["only_method"] = read_hard_cases(j).methods; },
                     .run = run_matrix,
                     .show = show_matrix,

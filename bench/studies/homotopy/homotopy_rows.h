@@ -17,7 +17,8 @@ struct HomotopyRow {
   int stages = 0;
   int run_steps = 0;  ///< N_sim
   int steps = 0, failed = 0, retried = 0;
-  std::vector<double> free_milliseconds, impact_milliseconds;  ///< CPU time of the steps that were solved
+  std::vector<double> free_milliseconds,
+      impact_milliseconds;            ///< CPU time of the steps that were solved; empty where it is not measured
   std::vector<double> distances;      ///< to the pivoting solver, (q, v) at the end of every stretch of steps
   std::vector<std::string> failures;  ///< what and why
   bool solves_infeasible = false;     ///< the step that the pivoting solver found none for

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include "bench/experiment_file.h"
 #include "bench/problem_choice.h"
@@ -140,24 +141,51 @@ class ComparedRun {
   std::optional<PivotingRun> pivoting_;
 };
 
+/// A tableau with a number of steps.
+struct PlannedRun {
+  std::string family;
+  int stages = 0, N = 0;
+
+  bool operator==(const PlannedRun&) const = default;
+};
+
+std::vector<PlannedRun> planned_runs(const HomotopyExperiment& experiment) {
+  std::vector<PlannedRun> runs;
+  for (const auto& family : experiment.families) {
+    for (int stages = 1; stages <= experiment.stages; ++stages) {
+      for (const int N : experiment.steps) runs.push_back({family, stages, N});
+    }
+  }
+  return runs;
+}
+
+/// A piece is one run by one solver. Each needs the run by pivoting, which is quick, and kept while pieces of it follow.
 void run_homotopy_study(const json& document, ResultsFile& file) {
   const HomotopyExperiment experiment = read_homotopy_experiment(document);
   const auto problem = experiment.problem.make_problem();
   const auto reference = experiment.problem.make_reference(*problem);
-  const double runs = static_cast<double>(experiment.families.size() * experiment.steps.size()) * experiment.stages;
+  const bool with_times = document.value("times", true);
+  const auto runs = planned_runs(experiment);
+  const std::size_t n_solvers = 1 + experiment.solvers.size(), n = runs.size() * n_solvers;
+  std::optional<ComparedRun> run;
+  std::optional<PlannedRun> at_hand;
+  const auto solve = [&](std::size_t k, const ResultsFile::NextRow<HomotopyRow>& next) {
+    const PlannedRun& planned = runs[k / n_solvers];
+    if (at_hand != planned) run.emplace(*problem, reference, planned.family, planned.stages, planned.N);
+    at_hand = planned;
+    next([&] {
+      HomotopyRow row = k % n_solvers == 0 ? run->by_pivoting()
+                                           : run->by_homotopy(experiment.solvers[k % n_solvers - 1], experiment.margin);
+      if (!with_times) row.free_milliseconds = row.impact_milliseconds = {};
+      return row;
+    });
+  };
   Progress progress(document.at("id").get<std::string>());
-  double done = 0;
-  for (const auto& family : experiment.families) {
-    for (int stages = 1; stages <= experiment.stages; ++stages) {
-      for (const int N : experiment.steps) {
-        ComparedRun run(*problem, reference, family, stages, N);
-        file.row<HomotopyRow>([&] { return run.by_pivoting(); });
-        for (const auto& options : experiment.solvers)
-          file.row<HomotopyRow>([&] { return run.by_homotopy(options, experiment.margin); });
-        progress.update(++done / runs, fmt::format("{}:{} N = {}", family, stages, N));
-      }
-    }
-  }
+  file.pieces<HomotopyRow>(n, solve, [&](std::size_t k) {
+    const PlannedRun& planned = runs[k / n_solvers];
+    progress.update(static_cast<double>(k + 1) / static_cast<double>(n),
+                    fmt::format("{}:{} N = {}", planned.family, planned.stages, planned.N));
+  });
 }
 
 void show_homotopy(const Results& results, Section& section) {
@@ -191,6 +219,7 @@ const bool homotopy_is_registered =
                     .fields = kHomotopyFields,
                     .rows = {HomotopyRow::kKind},
                     .reads_quick = true,
+                    .times = Times::in_rows,
                     .run = run_homotopy_study,
                     .show = show_homotopy,
                     .surprises = {}});

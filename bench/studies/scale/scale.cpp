@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "bench/experiment_file.h"
 #include "bench/problem_choice.h"
@@ -68,7 +69,7 @@ std::vector<Curve> read_curves(const json& document) {
   return curves;
 }
 
-void solve_once(const Settings& settings, Planned& planned) {
+void solve_once(const Settings& settings, bool with_times, Planned& planned) {
   ScaleRun& run = planned.run;
   const std::shared_ptr<const Problem> problem = make_problem(planned.problem, planned.changes);
   const std::shared_ptr<const Method> method = make_method(run.method);
@@ -81,7 +82,7 @@ void solve_once(const Settings& settings, Planned& planned) {
   Solution solution;
   planned.seconds = seconds_of([&] { return method->solve(*problem, settings); }, solution);
   run.status = to_string(solution.status);
-  run.message = solution.message;
+  if (with_times || solution.status != Status::time_limit) run.message = solution.message;  // it says how far it came
   if (!solution.succeeded()) return;
   const double steps = static_cast<double>(solution.counters.steps);
   run.step_seconds = planned.seconds / run.steps;
@@ -89,17 +90,19 @@ void solve_once(const Settings& settings, Planned& planned) {
   run.solves = static_cast<double>(solution.counters.complementarity_solves) / steps;
   run.iterations = static_cast<double>(solution.counters.inner_iterations + solution.counters.pivots) / steps;
   run.events = static_cast<int>(solution.counters.events);
-  if (planned.seconds <= kRepeated)
+  if (!with_times)
+    run.step_seconds = std::numeric_limits<double>::quiet_NaN();
+  else if (planned.seconds <= kRepeated)
     planned.again = [problem, method, settings] { return method->solve(*problem, settings).own_seconds; };
 }
 
 /// Behind a size that the method does not finish, larger ones say so; the times of the others are those of one session.
-std::vector<ScaleRun> run_curve(Curve& curve, const Settings& settings, bool quick) {
+std::vector<ScaleRun> run_curve(Curve& curve, const Settings& settings, bool quick, bool with_times) {
   bool ended = true;
   std::vector<TimedRun> timed;
   for (Planned& planned : curve) {
     if (ended) {
-      solve_once(settings, planned);
+      solve_once(settings, with_times, planned);
     } else {
       planned.run.status = "not run";
       planned.run.message = "a smaller one did not end";
@@ -118,8 +121,8 @@ std::vector<ScaleRun> run_curve(Curve& curve, const Settings& settings, bool qui
 }
 
 /// "steps"; "time_limit" of a run [s]; "runs": [{"problem", "scene": its name in the report, "set": {parameter: value},
-/// "set_per_n": {parameter: value for n = 1}, "sizes": values of the parameter n, "methods"}]. A curve that was
-/// interrupted is measured again.
+/// "set_per_n": {parameter: value for n = 1}, "sizes": values of the parameter n, "methods"}]. A piece is a
+/// curve: one that was interrupted is measured again.
 void run_scale(const json& experiment, ResultsFile& file) {
   std::vector<Curve> curves = read_curves(experiment);
   Settings settings;
@@ -127,19 +130,23 @@ void run_scale(const json& experiment, ResultsFile& file) {
   settings.time_limit = experiment.at("time_limit");
   settings.recording = Recording::final_state;  // n contacts that close at once would be n^2 numbers
   Progress progress(experiment.at("id").get<std::string>());
-  double done = 0;
-  for (Curve& curve : curves) {
-    progress.update(done++ / static_cast<double>(curves.size()), curve.front().run.command);
-    file.rows<ScaleRun>(curve.size(), [&] { return run_curve(curve, settings, experiment.value("quick", false)); });
-  }
+  const bool quick = experiment.value("quick", false), with_times = experiment.value("times", true);
+  file.sessions<ScaleRun>(
+      curves.size(), [&](std::size_t k) { return curves[k].size(); },
+      [&](std::size_t k) { return run_curve(curves[k], settings, quick, with_times); },
+      [&](std::size_t k) {
+        progress.update(static_cast<double>(k + 1) / static_cast<double>(curves.size()), curves[k].front().run.command);
+      });
 }
 
 void show_scale(const Results& results, Section& section) {
   const auto runs = results.all<ScaleRun>();
-  section.figures([=, id = results.experiment()](const FigureFolder& folder) {
-    return std::vector{
-        draw_growth(folder, scale_curves(runs), id, "Time of a step", "active contacts", "microseconds per step")};
-  });
+  const bool is_timed = std::ranges::any_of(runs, [](const ScaleRun& run) { return run.step_seconds > 0; });
+  if (is_timed)
+    section.figures([=, id = results.experiment()](const FigureFolder& folder) {
+      return std::vector{
+          draw_growth(folder, scale_curves(runs), id, "Time of a step", "active contacts", "microseconds per step")};
+    });
   section.result("steps", scale_table(runs));
   section.failures("failures", scale_failures(runs));
 }
@@ -165,6 +172,7 @@ const bool scale_is_registered = register_study({.kind = "scale",
                                                  .fields = kScaleFields,
                                                  .rows = {ScaleRun::kKind},
                                                  .reads_quick = true,
+                                                 .times = Times::in_rows,
                                                  .run = run_scale,
                                                  .show = show_scale,
                                                  .surprises = {}});

@@ -23,7 +23,7 @@ struct ScaleRun {
   std::string status, message;
 
   // Of a run that succeeded.
-  double step_seconds = 0;  ///< CPU time of a step, median
+  double step_seconds = 0;  ///< CPU time of a step, median; NaN where it is not measured
   double solves = 0;        ///< contact problems, or systems of a stage solver, per step
   double iterations = 0;    ///< inner iterations and pivots per step
   int events = 0;           ///< of the whole run
