@@ -136,10 +136,8 @@ void run_scale(const json& experiment, ResultsFile& file) {
 
 void show_scale(const Results& results, Section& section) {
   const auto runs = results.all<ScaleRun>();
-  section.figures([=, id = results.experiment()](const FigureFolder& folder) {
-    return std::vector{
-        draw_growth(folder, scale_curves(runs), id, "Time of a step", "active contacts", "microseconds per step")};
-  });
+  section.chart(growth_chart(scale_curves(runs), results.experiment(), "Time of a step", "active contacts",
+                             "microseconds per step", "steps"));
   section.result("steps", scale_table(runs));
   section.failures("failures", scale_failures(runs));
 }
