@@ -6,6 +6,8 @@
 #include <cmath>
 #include <regex>
 
+#include "reports/curve_look.h"
+
 namespace ricochet {
 
 std::string gnuplot_head(int width, int height) {
@@ -92,8 +94,11 @@ std::pair<double, double> decades(const std::vector<double>& values) {
 }
 
 const std::string& curve_color(std::size_t k) {
-  static const std::vector<std::string> colors = {"#2171b5", "#d94801", "#238b45", "#6a51a3",
-                                                  "#525252", "#ae017e", "#8c510a", "#01939a"};
+  static const auto colors = [] {
+    std::vector<std::string> list;
+    for (std::size_t c = 0; c < CurveLook::kColours; ++c) list.push_back("#" + palette_colour(CurveLook::of(c).colour));
+    return list;
+  }();
   return colors[k % colors.size()];
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "reports/curve_look.h"
 #include "reports/gnuplot.h"
 
 namespace ricochet {
@@ -37,7 +38,7 @@ Figure draw_growth(const FigureFolder& folder, const std::vector<GrowthCurve>& c
   figure.columns = panels.size() > 4 ? 3 : 2;
   const auto style = [&](const std::string& name) {  // the same in all panels
     const auto k = static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
-    return fmt::format("with linespoints lc rgb '{}' lw 1.8 pt {} ps 0.7", curve_color(k), 4 + k);
+    return fmt::format("with linespoints {} lw 1.8 ps 0.7", CurveLook::of(k).gnuplot());
   };
   for (std::size_t p = 0; p < panels.size(); ++p) {
     std::string script = fmt::format("set title {} noenhanced\nset logscale xy\nset xlabel '{}'\nset ylabel '{}'\n",
@@ -65,6 +66,32 @@ Figure draw_growth(const FigureFolder& folder, const std::vector<GrowthCurve>& c
   figure.key.push_back({"with lines lc rgb '#999999' dt 2", "slope 1"});
   folder.draw(file_name, figure.script(file_name));
   return {file_name + ".svg", title, fmt::format("{} over {}.", title, x_label)};
+}
+
+Section::Chart growth_chart(const std::vector<GrowthCurve>& curves, const std::string& file_name,
+                            const std::string& title, const std::string& x_label, const std::string& y_label,
+                            const std::string& table) {
+  std::vector<CurvePanel> panels;
+  std::vector<std::string> names;
+  for (const auto& curve : curves) {
+    auto panel = std::ranges::find(panels, curve.panel, &CurvePanel::title);
+    if (panel == panels.end())
+      panel = panels.insert(panels.end(), {.title = curve.panel, .x_label = x_label, .y_label = y_label});
+    auto name = std::ranges::find(names, curve.name);
+    if (name == names.end()) name = names.insert(names.end(), curve.name);
+    panel->curves.push_back({.label = curve.name,
+                             .look = CurveLook::of(static_cast<std::size_t>(name - names.begin())),
+                             .points = curve.points});
+  }
+  return {.kind = "curves",
+          .name = "growth",
+          .table = table,
+          .title = title,
+          .caption = fmt::format("{} over {}.", title, x_label),
+          .data = curves_data(panels),
+          .still = {[=](const FigureFolder& folder) {
+            return std::vector{draw_growth(folder, curves, file_name, title, x_label, y_label)};
+          }}};
 }
 
 }  // namespace ricochet

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "reports/figures.h"
+#include "reports/section.h"
 
 namespace ricochet {
 
@@ -23,5 +24,10 @@ struct GrowthCurve {
 /// One panel per name of a panel, each with a line of slope 1 to compare with, and one key below them: FILE_NAME.svg.
 Figure draw_growth(const FigureFolder& folder, const std::vector<GrowthCurve>& curves, const std::string& file_name,
                    const std::string& title, const std::string& x_label, const std::string& y_label);
+
+/// The same as a chart with its data. @param table  name of the table with its numbers
+Section::Chart growth_chart(const std::vector<GrowthCurve>& curves, const std::string& file_name,
+                            const std::string& title, const std::string& x_label, const std::string& y_label,
+                            const std::string& table);
 
 }  // namespace ricochet

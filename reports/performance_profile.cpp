@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "reports/curve_look.h"
 #include "reports/gnuplot.h"
 
 namespace ricochet {
@@ -64,8 +65,10 @@ std::vector<std::size_t> PerformanceProfile::drawn() const {
 
 nlohmann::json PerformanceProfile::json() const {
   nlohmann::json solvers = nlohmann::json::array();
-  for (std::size_t s = 0; s < solvers_.size(); ++s)
+  for (std::size_t s = 0; s < solvers_.size(); ++s) {
     solvers.push_back({{"name", solvers_[s]}, {"ratios", finite_ratios(s)}});
+    CurveLook::of(s).put_into(solvers.back());
+  }
   return {{"problems", n_problems()}, {"solvers", solvers}};
 }
 
@@ -94,7 +97,7 @@ Figure PerformanceProfile::draw(const FigureFolder& folder, const std::string& n
       if (ratio > steps.back().first) steps.emplace_back(ratio, share(s, ratio));
     }
     steps.emplace_back(end, solved(s));
-    panel.add(steps, s, "with steps lw 2", solvers_[s]);
+    panel.add(steps, s, fmt::format("with steps lw 2 dt {}", 1 + CurveLook::of(s).dash), solvers_[s]);
   }
   std::string script = gnuplot_head(760, 460) + fmt::format("set output '{}.svg'\n", name) + panel.data();
   script += "set logscale x\nset key outside right\n";

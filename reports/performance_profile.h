@@ -31,7 +31,7 @@ class PerformanceProfile {
 
   /// A line per solver: what it solves, and rho at 1, 2, 5, 10, 100.
   Table table(const std::string& title) const;
-  /// Of a chart of the site: {"problems": n, "solvers": [{"name", "ratios": ascending, finite}, ...]}.
+  /// Of a chart of the site: {"problems": n, "solvers": [{"name", "ratios": ascending, finite}, ...]}, with looks (CurveLook).
   nlohmann::json json() const;
   /// `name`.svg: rho over tau, logarithmic, of the kMostCurves solvers that solve most.
   Figure draw(const FigureFolder& folder, const std::string& name, const std::string& title) const;

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 
 #include "bench/commands.h"
 #include "bench/studies/study.h"
@@ -17,6 +18,8 @@ namespace {
 struct TableOptions {
   std::vector<std::string> results, views;
   bool latex = false, tidy = false, pgfplots = false;
+  std::string columns;
+  double width = 17;  // [cm]
   std::string file;
 };
 
@@ -32,31 +35,59 @@ void require_views(const TableOptions& options, const std::string& path, const s
 }
 
 std::string latex_of(const ShownResults& shown, const TableOptions& options) {
-  std::vector<std::string> known;
-  std::string text;
+  std::vector<std::string> known, headers;
+  std::vector<const Section::NamedTable*> tables;
   for (const auto* table : shown.section.tables()) {
     known.push_back(table->name);
     const bool is_result = table->role == Section::Role::choice || table->role == Section::Role::result;
-    if (is_wanted(options, table->name, is_result))
-      text += latex(table->table, fmt::format("tab:{}_{}", shown.results.experiment(), table->name)) + "\n";
+    if (!is_wanted(options, table->name, is_result) || table->table.rows.empty()) continue;
+    tables.push_back(table);
+    for (const auto& column : table->table.columns) {
+      if (std::ranges::find(headers, column.header) == headers.end()) headers.push_back(column.header);
+    }
   }
   require_views(options, shown.results.path, known);
+  constexpr double kPointsPerCm = 72.27 / 2.54;
+  LatexPage page;
+  page.width = kPointsPerCm * options.width;
+  std::string text;
+  const auto names = options.columns.empty() ? headers : headers_in(options.columns, headers);
+  for (const auto* table : tables) {
+    const Table chosen = options.columns.empty() ? table->table : with_columns(table->table, names);
+    if (!chosen.columns.empty())
+      text += latex(chosen, fmt::format("tab:{}_{}", shown.results.experiment(), table->name), page) + "\n";
+  }
   return text;
 }
 
+/// Beside a file the numbers are in files of their own, fig.dat of fig.tex, or fig_two_balls_order_work_precision.dat of
+/// one chart of several.
+std::string stem_of(const ShownResults& shown, const TableOptions& options, const std::string& chart, bool is_only) {
+  const std::string stem = std::filesystem::path(options.file).stem().string();
+  return is_only ? stem : fmt::format("{}_{}_{}", stem, shown.results.experiment(), chart);
+}
+
 std::string pgfplots_of(const ShownResults& shown, const TableOptions& options) {
+  std::vector<const Section::Chart*> wanted;
+  std::vector<PgfplotsData> data;
   std::vector<std::string> known;
   std::string text;
   for (const auto& part : shown.section.parts()) {
     const auto* chart = std::get_if<Section::Chart>(&part);
     if (!chart || !has_pgfplots(*chart)) continue;
     known.push_back(chart->name);
-    if (is_wanted(options, chart->name, true)) text += pgfplots(*chart) + "\n";
+    if (is_wanted(options, chart->name, true)) wanted.push_back(chart);
   }
+  const bool is_only = wanted.size() == 1 && options.results.size() == 1, is_file = !options.file.empty();
+  for (const auto* chart : wanted)
+    text += pgfplots(*chart, is_file ? &data : nullptr, stem_of(shown, options, chart->name, is_only)) + "\n";
   if (known.empty())
-    throw InputError("results", shown.results.path, "results with a chart are required: work over error, profiles");
+    throw InputError("results", shown.results.path,
+                     "results with a chart are required: work over error, error over step length, growth, profiles");
   require_views(options, shown.results.path, known);
-  return pgfplots_document(text);
+  for (const auto& numbers : data)
+    write_text("table", std::filesystem::path(options.file).parent_path() / numbers.file, numbers.text);
+  return text;
 }
 
 std::string text_of_results(const std::string& path, const TableOptions& options) {
@@ -79,19 +110,25 @@ void add_table_command(CLI::App& app, int&) {
   command->add_option("results", options.results, "results files; one, for --tidy")->required();
   auto* tables = command->add_flag("--latex", options.latex, "tables, with booktabs");
   auto* runs = command->add_flag("--tidy", options.tidy, "one line per run, all digits, NaN where there is no number");
-  auto* charts = command->add_flag("--pgfplots", options.pgfplots,
-                                   "charts with their data: work over error, performance profiles");
+  auto* charts = command->add_flag(
+      "--pgfplots", options.pgfplots,
+      "charts with their data: work over error, error over step length, growth, profiles; with -o the numbers are in "
+      "a .dat beside the file");
   tables->excludes(runs)->excludes(charts);
   runs->excludes(charts);
   command->add_option("--view", options.views, "only this table, or chart; may be repeated")
       ->delimiter(',')
       ->allow_extra_args(false);
+  command->add_option("--columns", options.columns,
+                      "of --latex, only these, in this order: headers, with commas between");
+  command->add_option("--width", options.width, "of --latex, of a line of the paper, in cm")->capture_default_str();
   command->add_option("-o,--out", options.file, "file; without it the terminal");
   command->footer(
       "Examples:\n"
       "  ricochet table out/results/two_balls_order.jsonl --latex --view orders -o out/orders.tex\n"
+      "  ricochet table out/results/two_balls_order.jsonl --latex --view orders --columns \"method,nominal,fitted slope\"\n"
       "  ricochet table out/results/two_balls_order.jsonl --tidy -o out/two_balls_order.csv\n"
-      "  ricochet table out/results/two_balls_order.jsonl --pgfplots");
+      "  ricochet table out/results/two_balls_order.jsonl --pgfplots -o out/figure.tex");
   command->callback([] {
     if (!options.latex && !options.tidy && !options.pgfplots)
       throw InputError("table", "no form", "--latex, --tidy or --pgfplots is required");
@@ -99,9 +136,14 @@ void add_table_command(CLI::App& app, int&) {
       throw InputError("results", options.results[1], "--tidy takes one results file: others have other columns");
     if (options.tidy && !options.views.empty())
       throw InputError("--view", options.views.front(), "--tidy has every run");
+    if (!options.columns.empty() && !options.latex)
+      throw InputError("--columns", options.columns, "--latex is required: it has tables");
+    if (!(options.width >= 2 && options.width <= 200))
+      throw InputError("--width", fmt::format("{}", options.width), "2 to 200 [cm] is required");
     if (!options.file.empty()) require_writable("table", options.file);
     std::string text;
     for (const auto& path : options.results) text += text_of_results(path, options);
+    if (options.pgfplots) text = pgfplots_document(text);
     if (options.file.empty()) {
       fmt::print("{}", text);
       return;

@@ -25,6 +25,17 @@ std::vector<std::string> names_in(const std::string& line) {
   return names;
 }
 
+/// The value of a line "name: value" of CITATION.cff, the first one.
+std::string field_of(const std::string& file, const std::string& name) {
+  std::istringstream lines(file);
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with(name + ": ")) continue;
+    const std::string value = line.substr(name.size() + 2);
+    return value.starts_with('"') ? value.substr(1, value.size() - 2) : value;
+  }
+  return "";
+}
+
 std::vector<Source> read_sources() {
   std::istringstream file(read_text(std::filesystem::path(data_folder()) / "methods/sources.bib"));
   std::vector<Source> list;
@@ -56,16 +67,27 @@ std::string sources_of(const std::string& method) {
   return text;
 }
 
+std::string program_entry() {
+  const std::string file = read_text(std::filesystem::path(data_folder()) / "CITATION.cff");
+  const std::string title = field_of(file, "title"), author = field_of(file, "  - name"),
+                    released = field_of(file, "date-released");
+  std::string entry = "@software{ricochet,\n";
+  const auto add = [&](const std::string& name, const std::string& value) {
+    if (!value.empty()) entry += fmt::format("  {} = {{{}}},\n", name, value);
+  };
+  add("author", author.empty() ? "" : "{" + author + "}");
+  add("title", title.empty() ? "Ricochet" : title);
+  add("version", field_of(file, "version"));
+  add("year", released.substr(0, released.find('-')));
+  return entry + fmt::format("  note = {{{}}}\n}}\n", version_text());
+}
+
 SitePage citation_page() {
-  const std::string program = fmt::format(
-      "@software{{ricochet,\n  author = {{{{The Ricochet authors}}}},\n  title = {{Ricochet: a benchmark suite for "
-      "rigid-body motion with impacts and friction}},\n  note = {{{}}}\n}}\n",
-      version_text());
   SitePage page{.folder = "", .id = "cite", .title = "To cite", .label = "To cite", .html = ""};
   page.html = fmt::format(
       "<p class=\"lead\">Please cite the program, and the sources of the methods that you used. Below every table is the "
       "same table as LaTeX (booktabs), below a chart the same chart as PGFPlots.</p>\n<pre tabindex=\"0\">{}</pre>\n",
-      escape_html(program));
+      escape_html(program_entry()));
   for (const Source& source : sources()) {
     if (source.methods.empty()) continue;
     const std::string names = fmt::format("{}", fmt::join(source.methods, ", "));

@@ -19,6 +19,9 @@ const std::vector<Source>& sources();
 /// BibTeX of the sources of a method.
 std::string sources_of(const std::string& method);
 
+/// BibTeX of this program, by CITATION.cff, and with the revision that runs.
+std::string program_entry();
+
 /// How to cite: this program, and what each method is from.
 SitePage citation_page();
 

@@ -512,27 +512,71 @@ TEST_F(Cli, PrintsResultsForPapersAndPrograms) {
   EXPECT_EQ(run(table).code, 2) << "no form";
   EXPECT_EQ(run(table + "--latex --tidy").code, 2) << "two of them";
   EXPECT_EQ(run(table + "--latex --view order").code, 2);
+  EXPECT_HAS(run(table + "--latex --view orders --columns \"fitted slope,method\"").text,
+             "\\toprule\n    fitted slope & method \\\\\n");
+  const Outcome unknown = run(table + "--latex --view orders --columns method,speed");
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_HAS(unknown.text, "column = 'speed': unknown. Known: method, nominal, ");
+  EXPECT_EQ(run(table + "--tidy --columns method").code, 2) << "its columns are all";
+  ASSERT_EQ(run(table + "--pgfplots --view work_precision -o " + out + "/fig.tex").code, 0);
+  EXPECT_HAS(read(out + "/fig.tex"), "{fig.dat}");
+  EXPECT_HAS(read(out + "/fig.dat"), "# columns 0 and 1: ");
 }
 
-/// LaTeX is no package that the project needs: where it is, what is made for it compiles.
-TEST_F(Cli, PrintsWhatLatexTakes) {
-  if (std::system("command -v pdflatex >/dev/null && kpsewhich pgfplots.sty standalone.cls booktabs.sty >/dev/null") !=
-      0)
-    GTEST_SKIP() << "pdflatex, pgfplots, standalone, booktabs";
-  const std::string experiment = write("small.json", kExperiment), out = (folder / "results").string();
-  ASSERT_EQ(run("run-experiment " + experiment + " --quick -o " + out).code, 0);
-  const std::string table = "table " + out + "/small.jsonl ";
-  ASSERT_EQ(run(table + "--latex -o " + out + "/tables.tex").code, 0);
-  ASSERT_EQ(run(table + "--pgfplots -o " + out + "/charts.tex").code, 0);
-  write(
-      "results/document.tex",
-      "\\documentclass{article}\\usepackage[utf8]{inputenc}\\usepackage{booktabs}\\begin{document}\\input{tables}\\end{document}");
-  for (const std::string name : {"document", "charts"}) {
-    const std::string command = "cd " + out + " && timeout 60 pdflatex -interaction=nonstopmode -halt-on-error " +
-                                name + ".tex >" + name + ".out 2>&1";
-    EXPECT_EQ(std::system(command.c_str()), 0) << read(out + "/" + name + ".out");
-    EXPECT_TRUE(fs::exists(out + "/" + name + ".pdf"));
+/// LaTeX is no package that the project needs: where it is, what is made for it compiles, and fits the page.
+class Latex : public Cli {
+ protected:
+  void SetUp() override {
+    Cli::SetUp();
+    if (std::system(
+            "command -v pdflatex xz >/dev/null && kpsewhich pgfplots.sty standalone.cls booktabs.sty >/dev/null") != 0)
+      GTEST_SKIP() << "pdflatex, pgfplots, standalone, booktabs, xz";
   }
+  std::string archived(const std::string& id) {
+    const std::string file = (folder / (id + ".jsonl")).string();
+    run_command("xz -dc " + test_data("../../reports/published/archive/" + id + ".jsonl.xz") + " >" + file);
+    return file;
+  }
+  /// @param name  of a document in the folder
+  void compile(const std::string& name) {
+    const std::string command = "cd " + folder.string() +
+                                " && timeout 200 pdflatex -interaction=nonstopmode -halt-on-error " + name + ".tex >" +
+                                name + ".out 2>&1";
+    EXPECT_EQ(std::system(command.c_str()), 0) << read(folder / (name + ".out"));
+    EXPECT_TRUE(fs::exists(folder / (name + ".pdf")));
+    constexpr double kVisible = 2;  // [pt]
+    const std::regex overfull(R"(Overfull \\hbox \(([0-9.]+)pt[^\n]*)");
+    std::string file;
+    for (const auto& line : lines_of(read(folder / (name + ".log")))) {
+      std::smatch found;
+      EXPECT_EQ(line.find("Float too large"), std::string::npos) << line;
+      if (std::regex_search(line, found, overfull)) EXPECT_LE(std::stod(found[1]), kVisible) << found[0];
+    }
+  }
+};
+
+TEST_F(Latex, TakesTablesOfAllThatIsArchived) {
+  std::string all;
+  for (const auto& entry : fs::directory_iterator(test_data("../../reports/published/archive")))
+    all += archived(entry.path().stem().stem().string()) + " ";
+  const Outcome made = run("table " + all + "--latex -o " + (folder / "tables.tex").string());
+  ASSERT_EQ(made.code, 0) << made.text;
+  write("document.tex",
+        "\\documentclass{article}\\usepackage[utf8]{inputenc}\\usepackage[T1]{fontenc}\\usepackage{lmodern}\n"
+        "\\usepackage{booktabs,array,longtable,rotating,pdflscape}\\usepackage[a4paper,margin=2cm]{geometry}\n"
+        "\\extrafloats{100}\\begin{document}\\input{tables}\\end{document}\n");
+  compile("document");
+}
+
+TEST_F(Latex, TakesCharts) {
+  for (const std::string id : {"two_balls_order", "scale", "contact_solvers", "zeno"}) {
+    const std::string results = archived(id);
+    const Outcome made = run("table " + results + " --pgfplots -o " + (folder / (id + ".tex")).string());
+    ASSERT_EQ(made.code, 0) << made.text;
+    compile(id);
+  }
+  write("inside.tex", run("table " + archived("two_balls_order") + " --pgfplots").text);
+  compile("inside");
 }
 
 TEST_F(Cli, LooksAtTheHistoryBeforeItRuns) {

@@ -1,9 +1,15 @@
 // Results for papers and other programs.
 #include "reports/export.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <set>
+
+#include "bench/experiment_file.h"
 #include "problems/input_error.h"
+#include "problems/input_text.h"
+#include "reports/curve_look.h"
 
 namespace ricochet {
 namespace {
@@ -14,12 +20,64 @@ TEST(Export, LatexHasRulesOfBooktabsAndNoCharacterOfItsOwn) {
                     .columns = {{"method", true}, {"error"}},
                     .rows = {{"a_b", "1e-3"}}};
   const std::string text = latex(table, "tab:x");
-  EXPECT_NE(text.find("\\begin{tabular}{lr}\n    \\toprule\n    method & error \\\\\n    \\midrule\n    a\\_b & 1e-3 "
-                      "\\\\\n    \\bottomrule"),
+  EXPECT_NE(text.find("\\begin{tabular}{lr}\n    \\toprule\n    method & error \\\\\n    \\midrule\n    a\\_b & "
+                      "1e\\mbox{-}3 \\\\\n    \\bottomrule"),
             std::string::npos)
       << text;
   EXPECT_NE(text.find("\\caption{Cost \\& error\\_x}"), std::string::npos);
   EXPECT_NE(text.find("50 \\% of all"), std::string::npos);
+}
+
+TEST(Export, LatexLeavesOutWhatSaysNothingAndPutsRemarksBelow) {
+  Table table{.title = "T",
+              .note = "",
+              .columns = {{"method", true}, {"95 % interval"}, {"window"}, {"floor"}, {"empty"}, {"why", true}},
+              .rows = {}};
+  for (int k = 0; k < 5; ++k)
+    table.rows.push_back({"m" + std::to_string(k), "1.00 .. 1.02", "3 .. 70", "1e-12", "-",
+                          k == 3 ? "all of its errors are below the floor" : ""});
+  const std::string text = latex(table, "tab:x");
+  EXPECT_NE(text.find("method & 95 \\% interval & window \\\\"), std::string::npos) << text;
+  EXPECT_NE(text.find("m0 & $[1.00, 1.02]$ & 3\\mbox{--}70 \\\\"), std::string::npos) << text;
+  EXPECT_NE(text.find("floor: 1e\\mbox{-}12 throughout."), std::string::npos) << text;
+  EXPECT_NE(text.find("m3\\textsuperscript{a} &"), std::string::npos) << text;
+  EXPECT_NE(text.find("\\textsuperscript{a}\\,why: all of its errors"), std::string::npos) << text;
+}
+
+TEST(Export, LatexFitsThePage) {
+  Table table{.title = "T", .note = "", .columns = {{"method", true}}, .rows = {}};
+  const auto widen = [&](const std::string& header, const std::string& cell) {
+    table.columns.push_back({header, !cell.empty() && cell.back() == '.'});
+    if (table.rows.empty()) table.rows = {{"first"}, {"second"}};
+    for (auto& row : table.rows) row.push_back(cell + (cell.back() == '.' ? " " + row[0] : row[0]));
+  };
+  widen("x", "1.234");
+  EXPECT_NE(latex(table, "t").find("\\begin{tabular}{lr}"), std::string::npos) << "as wide as it is";
+  widen("why", std::string(60, 'a') + " " + std::string(60, 'b') + " " + std::string(40, 'c') + ".");
+  EXPECT_NE(latex(table, "t").find("\\raggedright\\arraybackslash}p{"), std::string::npos) << "sentences wrap";
+  for (int k = 0; k < 8; ++k) widen("n" + std::to_string(k), "123456789");
+  EXPECT_NE(latex(table, "t").find("\\begin{sidewaystable}"), std::string::npos);
+  for (int k = 0; k < 16; ++k) widen("m" + std::to_string(k), "1234567890");
+  const std::string parts = latex(table, "t");
+  EXPECT_NE(parts.find("\\label{t_2}"), std::string::npos) << "it needs several";
+  EXPECT_NE(parts.find("\\caption{T, continued}"), std::string::npos);
+  table.columns.resize(2);
+  table.rows.assign(41, {"m", "1"});
+  table.rows[0][1] = "2";
+  EXPECT_NE(latex(table, "t").find("\\begin{longtable}{lr}"), std::string::npos);
+}
+
+TEST(Export, TakesChosenColumns) {
+  const std::vector<std::string> known = {"method", "drift, worst [deg]", "time [us]"};
+  EXPECT_EQ(headers_in("time,drift, worst [deg],method", known),
+            (std::vector<std::string>{"time", "drift, worst [deg]", "method"}));
+  EXPECT_THROW(headers_in("method,speed", known), InputError);
+  EXPECT_THROW(headers_in("method,", known), InputError);
+  const Table table{
+      .title = "T", .note = "", .columns = {{"method", true}, {"time [us]"}}, .rows = {{"a", "1"}, {"b", "2"}}};
+  const Table chosen = with_columns(table, {"time", "method", "order"});
+  EXPECT_EQ(chosen.columns.size(), 2u);
+  EXPECT_EQ(chosen.rows[1], (std::vector<std::string>{"2", "b"}));
 }
 
 TEST(Export, TidyHasALinePerRunWithAllDigits) {
@@ -51,8 +109,61 @@ TEST(Export, PgfplotsHasTheDataOfTheChart) {
                 {"runs", {{{"method", 1}, {"error", 1e-3}, {"time", 2.5}}}}};
   EXPECT_NE(pgfplots(chart).find("0.001 2.5\n};\n\\addlegendentry{second}"), std::string::npos) << pgfplots(chart);
   EXPECT_EQ(pgfplots(chart).find("first"), std::string::npos) << "it has no run";
+  chart.data["largest_error"] = 1e-4;
+  chart.data["methods"][1].update({{"colour", 3}, {"symbol", 2}, {"dash", 1}});
+  EXPECT_NE(pgfplots(chart).find("0.0001 2.5\n"), std::string::npos) << "on the edge that the chart states";
+  EXPECT_NE(pgfplots(chart).find("color=ricochet3, mark=triangle*, mark options={solid}, dashed"), std::string::npos);
+  std::vector<PgfplotsData> data;
+  EXPECT_NE(pgfplots(chart, &data, "fig").find("table[header=false, x index=0, y index=1] {fig.dat}"),
+            std::string::npos);
+  ASSERT_EQ(data.size(), 1u);
+  EXPECT_EQ(data[0].text, "# columns 0 and 1: second\n0.0001 2.5\n");
   chart.kind = "verdicts";
   EXPECT_THROW(pgfplots(chart), InputError);
+}
+
+TEST(Export, PgfplotsHasAPicturePerPanel) {
+  const Section::Chart chart{
+      .kind = "curves",
+      .name = "n",
+      .table = "t",
+      .title = "T",
+      .caption = "c",
+      .data = curves_data({{.title = "left",
+                            .x_label = "h̄",
+                            .y_label = "E",
+                            .curves = {{.label = "a", .look = {}, .points = {{1, 2}, {2, 4}, {3, 0}}},
+                                       {.label = "", .look = {}, .drawn = "lines", .points = {{1, 1}}}}},
+                           {.title = "none", .x_label = "", .y_label = "", .curves = {}}}),
+      .still = {}};
+  std::vector<PgfplotsData> data;
+  const std::string text = pgfplots(chart, &data, "fig");
+  EXPECT_NE(text.find("title={left}, xlabel={$\\bar h$}"), std::string::npos) << text;
+  EXPECT_NE(text.find("mark=none, mark size=1.2pt, forget plot]"), std::string::npos) << text;
+  ASSERT_EQ(data.size(), 1u) << "an empty panel has no picture";
+  EXPECT_EQ(data[0].text, "# columns 0 and 1: a\n# columns 2 and 3: \n1 2 1 1\n2 4 nan nan\n")
+      << "what has no logarithm is left out";
+}
+
+TEST(CurveLook, DiffersInMoreThanItsColour) {
+  std::set<std::pair<int, int>> colour_and_symbol, colour_and_dash;
+  for (std::size_t k = 0; k < 24; ++k) {
+    const CurveLook look = CurveLook::of(k);
+    colour_and_symbol.emplace(look.colour, look.symbol);
+    colour_and_dash.emplace(look.colour, look.dash);
+  }
+  EXPECT_EQ(colour_and_symbol.size(), 24u);
+  EXPECT_EQ(colour_and_dash.size(), 24u) << "profiles have no symbols on the site";
+  nlohmann::json curve;
+  CurveLook::of(9).put_into(curve);
+  EXPECT_EQ(CurveLook::of(curve, {}), CurveLook::of(9));
+  EXPECT_TRUE(curve.at("dashed").is_boolean());
+}
+
+TEST(CurveLook, HasThePaletteOfTheSite) {
+  const std::string css = read_input_text(find_project_file("reports/site/src/site.css"), "style sheet");
+  for (int k = 0; k < CurveLook::kColours; ++k)
+    EXPECT_NE(css.find(fmt::format("--c{}: #{};", k, palette_colour(k))), std::string::npos) << k;
 }
 
 }  // namespace

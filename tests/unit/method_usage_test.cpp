@@ -6,6 +6,7 @@
 #include <map>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -91,6 +92,33 @@ TEST(MethodSources, AreInTheBibliography) {
   }
   for (const auto& name : cited)
     EXPECT_TRUE(known.contains(name) || optional.contains(name)) << name << " is no method";
+}
+
+TEST(MethodSources, CanBeFound) {
+  std::istringstream lines(read_input_text(find_project_file("methods/sources.bib"), "bibliography"));
+  std::string entry;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("%")) continue;
+    entry += line + "\n";
+    if (line != "}") continue;
+    EXPECT_TRUE(std::regex_search(entry, std::regex(R"(\byear = \{(1[89]|20)\d\d\})"))) << entry;
+    EXPECT_TRUE(std::regex_search(entry, std::regex(R"(\b(doi = \{10\.|eprint = \{\d|url = \{https?://))"))) << entry;
+    entry.clear();
+  }
+}
+
+/// One version in all three, and the date and the preprint that a citation needs.
+TEST(Citation, AgreesWithTheProgram) {
+  const auto text = [](const char* file) { return read_input_text(find_project_file(file), "text"); };
+  const std::string citation = text("CITATION.cff"), build = text("CMakeLists.txt"), meta = text("codemeta.json");
+  std::smatch version;
+  ASSERT_TRUE(std::regex_search(build, version, std::regex(R"(project\(ricochet VERSION ([0-9.]+))")));
+  EXPECT_NE(citation.find("\nversion: " + version[1].str() + "\n"), std::string::npos);
+  EXPECT_NE(meta.find("\"version\": \"" + version[1].str() + "\""), std::string::npos);
+  std::smatch date;
+  ASSERT_TRUE(std::regex_search(citation, date, std::regex(R"(\ndate-released: (\d{4}-\d\d-\d\d)\n)")));
+  EXPECT_NE(meta.find("\"datePublished\": \"" + date[1].str() + "\""), std::string::npos);
+  for (const auto& file : {citation, meta}) EXPECT_NE(file.find("10.48550/arXiv.2305.17003"), std::string::npos);
 }
 
 TEST(MethodUsage, NamesOptionsThatAreAcceptedTogether) {

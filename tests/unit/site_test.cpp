@@ -247,6 +247,9 @@ TEST_F(Site, GivesWhatAPaperNeeds) {
   EXPECT_NE(sources.find("@article{fesd_j,"), std::string::npos);
   EXPECT_EQ(sources.find("@book{"), std::string::npos) << "sources of other methods";
   EXPECT_NE(cite.find("@software{ricochet,"), std::string::npos);
+  EXPECT_TRUE(
+      std::regex_search(cite, std::regex("@software[^@]*\n  version = [{][0-9.]+[}],\n  year = [{]\\d{4}[}],\n")))
+      << "by CITATION.cff";
   EXPECT_NE(cite.find("id=\"fesd_j\""), std::string::npos);
   EXPECT_EQ(cite.find("@article{fesd_j,"), cite.rfind("@article{fesd_j,"))
       << "once, whatever methods it is a source of";

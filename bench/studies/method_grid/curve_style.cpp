@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <map>
 #include <set>
 
@@ -31,18 +30,6 @@ std::string options_of(const std::string& method) {
   return comma == std::string::npos ? "" : method.substr(comma + 1);
 }
 
-// Steps of one hue per family, dark for many stages, so that a family reads as one; colours after ColorBrewer
-// (Blues, Oranges), which keep their order in print and for colour-blind readers.
-const std::map<std::string, std::vector<std::string>>& ramps() {
-  static const std::map<std::string, std::vector<std::string>> colors = {
-      {"fesd:radau-iia", {"#9ecae1", "#6baed6", "#2171b5", "#08306b"}},
-      {"fesd:gauss", {"#fdae6b", "#fd8d3c", "#d94801", "#7f2704"}},
-      {"fesd_adaptive:radau-iia", {"#dadaeb", "#bcbddc", "#9e9ac8", "#807dba", "#6a51a3", "#3f007d"}},
-      {"fesd_adaptive:gauss", {"#c7e9c0", "#a1d99b", "#74c476", "#41ab5d", "#238b45", "#00441b"}},
-  };
-  return colors;
-}
-
 /// Options behind the tableau, when another method of the results differs in nothing else.
 std::string distinguishing_options(const GridResults& results, const std::string& method) {
   const auto own = take_apart(method);
@@ -56,24 +43,36 @@ std::string distinguishing_options(const GridResults& results, const std::string
 
 }  // namespace
 
-CurveStyle curve_style(const GridResults& results, const std::string& method) {
-  static const std::vector<std::string> others = {"#525252", "#969696", "#ae017e", "#8c6d31", "#c994c7",
-                                                  "#02818a", "#000000", "#e6ab02", "#66c2a4"};
-  static const std::vector<int> points = {7, 5, 9, 13};
-  const auto [family, member] = take_apart(method);
-  const int dash = distinguishing_options(results, method).empty() ? 1 : 3;
-  if (const auto ramp = ramps().find(family); ramp != ramps().end() && !member.empty()) {
-    const auto k =
-        std::clamp<std::size_t>(static_cast<std::size_t>(std::atoi(member.c_str())), 1, ramp->second.size()) - 1;
-    return {ramp->second[k], points[k % points.size()], dash};
+std::vector<CurveLook> curve_looks(const GridResults& results) {
+  std::map<std::string, int> members, taken;  // by family: how many it has, how many have a look
+  std::vector<std::string> families;          // of several members
+  const auto methods = results.methods();
+  for (const auto& method : methods) {
+    const auto [family, member] = take_apart(method);
+    if (!member.empty() && ++members[family] == 2) families.push_back(family);
   }
-  std::size_t index = 0;  // among the methods without a hue of their family
-  for (const auto& other : results.methods()) {
-    if (other == method) break;
-    index += !ramps().contains(take_apart(other).family);
+  std::vector<CurveLook> looks;
+  std::size_t others = 0;
+  for (const auto& method : methods) {
+    const std::string family = take_apart(method).family;
+    const auto at = std::ranges::find(families, family);
+    const bool is_variant = !distinguishing_options(results, method).empty();
+    if (at != families.end()) {
+      const int colour = CurveLook::of(static_cast<std::size_t>(at - families.begin())).colour, k = taken[family]++;
+      looks.push_back({colour, k % CurveLook::kSymbols, is_variant ? 2 : k / CurveLook::kSymbols});
+    } else {
+      CurveLook look = CurveLook::of(families.size() + others++);
+      look.dash = 1 + look.dash % (CurveLook::kDashes - 1);
+      looks.push_back(look);
+    }
   }
-  // Nine colours and four points differ up to 36 methods.
-  return {others[index % others.size()], points[index % points.size()], dash};
+  return looks;
+}
+
+CurveLook curve_look(const GridResults& results, const std::string& method) {
+  const auto methods = results.methods();
+  const auto at = std::ranges::find(methods, method);
+  return at == methods.end() ? CurveLook{} : curve_looks(results)[static_cast<std::size_t>(at - methods.begin())];
 }
 
 std::string family_title(const std::string& family) {
@@ -91,7 +90,7 @@ std::string family_title(const std::string& family) {
 
 std::string curve_label(const GridResults& results, const Record& record) {
   const auto [family, member] = take_apart(record.method);
-  if (member.empty() || !ramps().contains(family)) return record.title;
+  if (member.empty() || family_title(family) == family) return record.title;
   const std::string options = distinguishing_options(results, record.method);
   return family_title(family) + " " + member + (options.empty() ? "" : ", " + options);
 }

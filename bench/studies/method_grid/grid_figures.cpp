@@ -16,7 +16,6 @@ namespace ricochet {
 namespace {
 
 constexpr double kLeastDrawn = 1e-16;  // that is drawn
-constexpr double kMostDrawn = 100;     // of work-precision figures: what is larger is nowhere near a solution
 
 struct Family {
   std::string name;
@@ -76,41 +75,74 @@ Points nominal_slope(const std::vector<const Record*>& runs, const OrderFit& fit
   return line;
 }
 
+constexpr const char* kStepAxis = "step length h̄ = T / (N_sim N_FE)  [s]";
+
 /// The curves of one method: runs, nominal order, what failed and what was run instead.
+struct OrderCurves {
+  CurveLook look;
+  std::string label;
+  Points solved, nominal, failed, replaced;
+
+  OrderCurves(const GridResults& results, const std::string& method, const OrderAxes& axes)
+      : look(curve_look(results, method)) {
+    const auto runs = results.of(method);
+    for (const Record* run : runs) {
+      if (run->succeeded())
+        solved.emplace_back(run->h_bar, std::max(run->error, kLeastDrawn));
+      else
+        failed.emplace_back(run->h_bar, axes.high);
+    }
+    for (const auto& other : results.records) {
+      if (other.instead_of == method && other.has_error()) replaced.emplace_back(other.h_bar, other.error);
+    }
+    const ObservedOrder order = observe_order(runs);
+    if (order.fit) nominal = nominal_slope(runs, *order.fit);
+    label = curve_label(results, *runs.front()) +
+            (order.fit ? fmt::format(", slope {:.2f} ± {:.2f}", order.fit->slope, order.fit->half_width)
+                       : ", no order: " + order.no_fit);
+  }
+};
+
 void add_order_curves(const GridResults& results, const std::string& method, const std::string& name,
                       const OrderAxes& axes, std::string& data, PlotCommand& plot) {
-  const CurveStyle style = curve_style(results, method);
-  const auto runs = results.of(method);
-  Points solved, failed, replaced;
-  for (const Record* run : runs) {
-    if (run->succeeded())
-      solved.emplace_back(run->h_bar, std::max(run->error, kLeastDrawn));
-    else
-      failed.emplace_back(run->h_bar, axes.high);
+  const OrderCurves curves(results, method, axes);
+  const std::string color = palette_colour(curves.look.colour);
+  data += data_block(name, curves.solved);
+  if (!curves.nominal.empty()) {
+    data += data_block(name + "_slope", curves.nominal);
+    plot.add(fmt::format("${}_slope with lines lc rgb '#{}' lw 1 dt 2 notitle", name, color));
   }
-  for (const auto& other : results.records) {
-    if (other.instead_of == method && other.has_error()) replaced.emplace_back(other.h_bar, other.error);
+  plot.add(fmt::format("${} with linespoints {} lw 1.6 ps 0.55 title {}", name, curves.look.gnuplot(),
+                       gnuplot_text(curves.label)));
+  if (!curves.failed.empty()) {
+    data += data_block(name + "_failed", curves.failed);
+    plot.add(fmt::format("${}_failed with points lc rgb '#{}' pt 2 ps 1 lw 2 notitle", name, color));
   }
-  data += data_block(name, solved);
-  const ObservedOrder order = observe_order(runs);
-  const auto& fit = order.fit;
-  if (fit) {
-    data += data_block(name + "_slope", nominal_slope(runs, *fit));
-    plot.add(fmt::format("${}_slope with lines lc rgb '{}' lw 1 dt 2 notitle", name, style.color));
-  }
-  const std::string fitted =
-      fit ? fmt::format(", slope {:.2f} ± {:.2f}", fit->slope, fit->half_width) : ", no order: " + order.no_fit;
-  plot.add(fmt::format("${} with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.55 title {}", name, style.color,
-                       style.dash, style.point, gnuplot_text(curve_label(results, *runs.front()) + fitted)));
-  if (!failed.empty()) {
-    data += data_block(name + "_failed", failed);
-    plot.add(fmt::format("${}_failed with points lc rgb '{}' pt 2 ps 1 lw 2 notitle", name, style.color));
-  }
-  if (!replaced.empty()) {
-    data += data_block(name + "_replaced", replaced);
-    plot.add(fmt::format("${}_replaced with points lc rgb '{}' pt 6 ps 1 lw 1.6 notitle", name, style.color));
+  if (!curves.replaced.empty()) {
+    data += data_block(name + "_replaced", curves.replaced);
+    plot.add(fmt::format("${}_replaced with points lc rgb '#{}' pt 6 ps 1 lw 1.6 notitle", name, color));
   }
 }
+
+/// The same as data: the label of a curve has its order, of what else belongs to it there is none.
+CurvePanel order_panel(const GridResults& results, const Family& family, const OrderAxes& axes) {
+  CurvePanel panel{.title = family_title(family.name), .x_label = kStepAxis, .y_label = results.error_measure().axis};
+  for (const auto& method : family.methods) {
+    const OrderCurves curves(results, method, axes);
+    CurveLook dashed = curves.look;
+    dashed.dash = 1;
+    panel.curves.push_back({.label = curves.label, .look = curves.look, .points = curves.solved});
+    panel.curves.push_back({.label = "", .look = dashed, .drawn = "lines", .points = curves.nominal});
+    CurveLook cross = curves.look;
+    cross.symbol = 4;
+    panel.curves.push_back({.label = "", .look = cross, .drawn = "marks", .points = curves.failed});
+  }
+  return panel;
+}
+
+const std::string kOrderCaption =
+    "Error over the mean length of a Runge-Kutta step. Dashed: the nominal order. Crosses on the upper frame: runs "
+    "without a solution; open circles: the same runs with elements added as needed. ";
 
 Figure draw_family(const FigureFolder& folder, const GridResults& results, const Family& family,
                    const OrderAxes& axes) {
@@ -128,14 +160,10 @@ Figure draw_family(const FigureFolder& folder, const GridResults& results, const
   script += "set logscale xy\nset format x '10^{%L}'\nset format y '10^{%L}'\n";
   script += fmt::format("set xrange [{:.3g}:{:.3g}]\nset yrange [{:.3g}:{:.3g}]\n", axes.finest / 1.6,
                         axes.coarsest * 1.6, axes.low, axes.high);
-  script += fmt::format("set xlabel 'step length h̄ = T / (N_sim N_FE)  [s]'\nset ylabel '{}'\n",
-                        results.error_measure().axis);
+  script += fmt::format("set xlabel '{}'\nset ylabel '{}'\n", kStepAxis, results.error_measure().axis);
   script += "set key outside below left vertical maxcols 1 reverse Left samplen 2 spacing 1.15\n";
   folder.draw(file, script + plot.text());
-  return {file + ".svg", "Order: " + family.name,
-          "Error over the mean length of a Runge-Kutta step. Dashed: the nominal order. Crosses on the upper frame: "
-          "runs without a solution; open circles: the same runs with elements added as needed. " +
-              results.error_measure().definition};
+  return {file + ".svg", "Order: " + family.name, kOrderCaption + results.error_measure().definition};
 }
 
 }  // namespace
@@ -149,12 +177,27 @@ std::vector<Figure> draw_orders(const FigureFolder& folder, const GridResults& r
   return figures;
 }
 
+Section::Chart order_chart(const GridResults& results) {
+  std::vector<CurvePanel> panels;
+  for (const auto& family : families_of(results)) {
+    const OrderAxes axes(results, family);
+    if (axes.has_errors) panels.push_back(order_panel(results, family, axes));
+  }
+  return {.kind = "curves",
+          .name = "error_over_step",
+          .table = "orders",
+          .title = "Error over step length",
+          .caption = kOrderCaption + results.error_measure().definition,
+          .data = curves_data(panels),
+          .still = {[=](const FigureFolder& folder) { return draw_orders(folder, results); }}};
+}
+
 Figure draw_work_precision(const FigureFolder& folder, const GridResults& results) {
   std::vector<double> errors;
   for (const auto& record : results.records) {
     const Timing* timing = results.timing_of(record);
     if (!record.has_error() || !timing || !record.instead_of.empty()) continue;
-    errors.push_back(std::clamp(record.error, kLeastDrawn, kMostDrawn));
+    errors.push_back(std::clamp(record.error, kLeastDrawn, kLargestError));
   }
   if (errors.empty()) throw InputError("work-precision figure", results.id, "no run of these results was timed");
   const auto [low, high] = decades(errors);
@@ -164,17 +207,16 @@ Figure draw_work_precision(const FigureFolder& folder, const GridResults& result
   std::string data;
   PlotCommand plot;
   for (const auto& method : results.methods()) {
-    const CurveStyle style = curve_style(results, method);
+    const CurveLook look = curve_look(results, method);
     Points points;
     for (const Record* run : results.of(method)) {
       const Timing* timing = results.timing_of(*run);
       if (run->has_error() && timing)
-        points.emplace_back(std::clamp(run->error, kLeastDrawn, kMostDrawn), timing->median * 1e3);
+        points.emplace_back(std::clamp(run->error, kLeastDrawn, kLargestError), timing->median * 1e3);
     }
     if (points.empty()) continue;
     const std::string name = fmt::format("w{}", figure.key.size());
-    const std::string drawn =
-        fmt::format("with linespoints lc rgb '{}' lw 1.6 dt {} pt {} ps 0.5", style.color, style.dash, style.point);
+    const std::string drawn = fmt::format("with linespoints {} lw 1.6 ps 0.5", look.gnuplot());
     data += data_block(name, points);
     plot.add(fmt::format("${} {} notitle", name, drawn));
     figure.key.push_back({drawn, curve_label(results, *results.of(method).front())});
@@ -188,7 +230,7 @@ Figure draw_work_precision(const FigureFolder& folder, const GridResults& result
   folder.draw(file, figure.script(file));
   return {file + ".svg", "Speed against error",
           "Median CPU time of a whole run over its error: down and left is better. Every point is one run with another "
-          "step length or tolerance; errors above 100 are drawn there. " +
+          "step length or tolerance; errors above 10 are drawn there. " +
               results.error_measure().definition};
 }
 

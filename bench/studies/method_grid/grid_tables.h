@@ -5,6 +5,7 @@
 #include "bench/metrics/metric_tables.h"
 #include "bench/studies/method_grid/grid_results.h"
 #include "reports/figures.h"
+#include "reports/section.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -37,6 +38,9 @@ Table precision_details(const GridResults& results);
 /// Error over step length, one figure per family of methods, with lines of the nominal order. Failed runs are crosses on
 /// the upper frame, runs that replace them open circles.
 std::vector<Figure> draw_orders(const FigureFolder& folder, const GridResults& results);
+
+/// The same figures with their data.
+Section::Chart order_chart(const GridResults& results);
 
 /// CPU time over error, all methods. @throws InputError when no run was timed
 Figure draw_work_precision(const FigureFolder& folder, const GridResults& results);

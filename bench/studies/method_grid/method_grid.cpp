@@ -225,7 +225,7 @@ void show_method_grid(const Results& file, Section& section) {
     });
   }
   if (results.has_errors()) {
-    section.figures([=](const FigureFolder& folder) { return draw_orders(folder, results); });
+    section.chart(order_chart(results));
     section.result("orders", order_summary(results));
   }
   if (results.has_errors() && !results.timings.empty()) {

@@ -67,6 +67,8 @@ json failure_of(const GridResults& results, const Record& record, std::size_t me
 Section::Chart work_precision_chart(const GridResults& results) {
   json data = measures(results);
   if (!results.has_metrics()) data["errors"].erase(data["errors"].begin() + 2, data["errors"].end());
+  data["largest_error"] = kLargestError;
+  const auto looks = curve_looks(results);
   data["methods"] = data["runs"] = data["failures"] = json::array();
   for (const auto& method : results.methods()) {
     const auto runs = results.of(method);
@@ -74,6 +76,7 @@ Section::Chart work_precision_chart(const GridResults& results) {
     data["methods"].push_back({{"id", method},
                                {"label", curve_label(results, *runs.front())},
                                {"family", family_title(curve_family(method))}});
+    looks[index].put_into(data["methods"].back());
     for (const Record* run : runs) {
       if (run->has_error() && results.timing_of(*run)) data["runs"].push_back(run_of(results, *run, index));
       if (!run->succeeded() && run->status != "not_built") data["failures"].push_back(failure_of(results, *run, index));

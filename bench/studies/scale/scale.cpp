@@ -141,12 +141,9 @@ void run_scale(const json& experiment, ResultsFile& file) {
 
 void show_scale(const Results& results, Section& section) {
   const auto runs = results.all<ScaleRun>();
-  const bool is_timed = std::ranges::any_of(runs, [](const ScaleRun& run) { return run.step_seconds > 0; });
-  if (is_timed)
-    section.figures([=, id = results.experiment()](const FigureFolder& folder) {
-      return std::vector{
-          draw_growth(folder, scale_curves(runs), id, "Time of a step", "active contacts", "microseconds per step")};
-    });
+  if (std::ranges::any_of(runs, [](const ScaleRun& run) { return run.step_seconds > 0; }))
+    section.chart(growth_chart(scale_curves(runs), results.experiment(), "Time of a step", "active contacts",
+                               "microseconds per step", "steps"));
   section.result("steps", scale_table(runs));
   section.failures("failures", scale_failures(runs));
 }

@@ -238,8 +238,7 @@ void run_zeno(const json& experiment, ResultsFile& file) {
 void show_zeno(const Results& results, Section& section) {
   const auto captures = results.all<ZenoCapture>();
   const auto runs = results.all<ZenoRun>();
-  section.figures(
-      [=, id = results.experiment()](const FigureFolder& folder) { return zeno_figures(folder, captures, runs, id); });
+  section.chart(zeno_chart(captures, runs, results.experiment()));
   section.result("captures", zeno_capture_table(captures));
   section.result("methods", zeno_table(runs));
   section.details("runs", zeno_details(runs));

@@ -7,6 +7,7 @@
 
 #include "bench/studies/zeno/zeno_rows.h"
 #include "methods/method_spec.h"
+#include "reports/curve_look.h"
 #include "reports/gnuplot.h"
 
 namespace ricochet {
@@ -218,6 +219,39 @@ std::vector<Figure> zeno_figures(const FigureFolder& folder, const std::vector<Z
   if (by_tableau.tableaus.empty()) return {};
   return {draw_rest_time(folder, captures, runs, by_tableau, name + "_rest_time"),
           draw_velocity_left(folder, runs, by_tableau, name + "_gauss")};
+}
+
+Section::Chart zeno_chart(const std::vector<ZenoCapture>& captures, const std::vector<ZenoRun>& runs,
+                          const std::string& name) {
+  ByTableau by_tableau(runs);
+  std::vector<CurvePanel> panels;
+  for (const auto& tableau : by_tableau.tableaus) {
+    const bool is_gauss = family_and_stages(tableau).first == "gauss";
+    CurvePanel panel{.title = tableau,
+                     .x_label = "step H [s]",
+                     .y_label = is_gauss ? "|v(T)| [m/s]" : "(1 - e) times what t_rest is too early [s]"};
+    std::map<double, Points> by_e;
+    Points bound;
+    for (const ZenoRun* run : by_tableau.fixed[tableau]) {
+      if (run->succeeded() && run->rests)
+        by_e[run->e].emplace_back(run->H, std::max(is_gauss ? velocity_left(*run) : scaled_rest_error(*run), 1e-19));
+      if (!is_gauss && run->has_bound()) bound.emplace_back(run->H, run->rest_bound * (1 - run->e));
+    }
+    std::size_t k = 0;
+    for (const auto& [e, points] : by_e)
+      panel.curves.push_back(
+          {.label = fmt::format("e = {}", e), .look = CurveLook::of(k++), .drawn = "marks", .points = points});
+    std::ranges::sort(bound);
+    panel.curves.push_back({.label = "bound", .look = CurveLook::of(k), .drawn = "lines", .points = bound});
+    panels.push_back(panel);
+  }
+  return {.kind = "curves",
+          .name = "rest",
+          .table = "methods",
+          .title = "How early a ball is called at rest, and what Gauss tableaus leave of its velocity",
+          .caption = "Of steps with two elements, for all coefficients of restitution e together.",
+          .data = curves_data(panels),
+          .still = {[=](const FigureFolder& folder) { return zeno_figures(folder, captures, runs, name); }}};
 }
 
 }  // namespace ricochet

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "reports/figures.h"
+#include "reports/section.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -64,5 +65,9 @@ Table zeno_details(const std::vector<ZenoRun>& runs);
 /// velocity that Gauss tableaus leave in a ball at rest.
 std::vector<Figure> zeno_figures(const FigureFolder& folder, const std::vector<ZenoCapture>& captures,
                                  const std::vector<ZenoRun>& runs, const std::string& name);
+
+/// The same figures with their data.
+Section::Chart zeno_chart(const std::vector<ZenoCapture>& captures, const std::vector<ZenoRun>& runs,
+                          const std::string& name);
 
 }  // namespace ricochet
