@@ -153,7 +153,9 @@ std::string picture_text(const Picture& picture, const std::string& file) {
   }
   std::size_t longest = 0;
   for (const auto& curve : picture.curves) longest = std::max(longest, curve.label.size());
-  const std::size_t columns = std::clamp<std::size_t>(90 / (longest + 8), 1, 3);
+  constexpr std::size_t kMany = 24, kLetters = 130;  // in a line of the key
+  const std::size_t columns =
+      picture.curves.size() > kMany ? 3 : std::clamp<std::size_t>(kLetters / (longest + 8), 1, 3);
   return latex_palette() +
          fmt::format(
              "\\begin{{tikzpicture}}\n\\begin{{{0}}}[width=13cm, height=9cm, {1}, grid=major, legend columns={2}, "

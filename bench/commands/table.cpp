@@ -60,11 +60,12 @@ std::string latex_of(const ShownResults& shown, const TableOptions& options) {
   return text;
 }
 
-/// Beside a file the numbers are in files of their own, fig.dat of fig.tex, or fig_two_balls_order_work_precision.dat of
-/// one chart of several.
+/// Beside a file the numbers are in files of their own, fig.dat of fig.tex, or fig_work_precision.dat of one chart of
+/// several.
 std::string stem_of(const ShownResults& shown, const TableOptions& options, const std::string& chart, bool is_only) {
-  const std::string stem = std::filesystem::path(options.file).stem().string();
-  return is_only ? stem : fmt::format("{}_{}_{}", stem, shown.results.experiment(), chart);
+  std::string stem = std::filesystem::path(options.file).stem().string();
+  if (options.results.size() > 1) stem += "_" + shown.results.experiment();
+  return is_only ? stem : stem + "_" + chart;
 }
 
 std::string pgfplots_of(const ShownResults& shown, const TableOptions& options) {

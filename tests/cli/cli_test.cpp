@@ -546,7 +546,6 @@ class Latex : public Cli {
     EXPECT_TRUE(fs::exists(folder / (name + ".pdf")));
     constexpr double kVisible = 2;  // [pt]
     const std::regex overfull(R"(Overfull \\hbox \(([0-9.]+)pt[^\n]*)");
-    std::string file;
     for (const auto& line : lines_of(read(folder / (name + ".log")))) {
       std::smatch found;
       EXPECT_EQ(line.find("Float too large"), std::string::npos) << line;

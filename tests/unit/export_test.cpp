@@ -34,11 +34,11 @@ TEST(Export, LatexLeavesOutWhatSaysNothingAndPutsRemarksBelow) {
               .columns = {{"method", true}, {"95 % interval"}, {"window"}, {"floor"}, {"empty"}, {"why", true}},
               .rows = {}};
   for (int k = 0; k < 5; ++k)
-    table.rows.push_back({"m" + std::to_string(k), "1.00 .. 1.02", "3 .. 70", "1e-12", "-",
-                          k == 3 ? "all of its errors are below the floor" : ""});
+    table.rows.push_back({"m" + std::to_string(k), "1.00 .. 1.0" + std::to_string(k), std::to_string(k) + " .. 70",
+                          "1e-12", "-", k == 3 ? "all of its errors are below the floor" : ""});
   const std::string text = latex(table, "tab:x");
   EXPECT_NE(text.find("method & 95 \\% interval & window \\\\"), std::string::npos) << text;
-  EXPECT_NE(text.find("m0 & $[1.00, 1.02]$ & 3\\mbox{--}70 \\\\"), std::string::npos) << text;
+  EXPECT_NE(text.find("m0 & $[1.00, 1.00]$ & 0\\mbox{--}70 \\\\"), std::string::npos) << text;
   EXPECT_NE(text.find("floor: 1e\\mbox{-}12 throughout."), std::string::npos) << text;
   EXPECT_NE(text.find("m3\\textsuperscript{a} &"), std::string::npos) << text;
   EXPECT_NE(text.find("\\textsuperscript{a}\\,why: all of its errors"), std::string::npos) << text;
