@@ -86,13 +86,16 @@ INSTANTIATE_TEST_SUITE_P(EveryStudy, ShardsOf, testing::ValuesIn(kSmallExperimen
 
 class TimedShards : public Cli {
  protected:
-  const std::string run_it = "run-experiment " + write("small.json", R"({"id": "small", "title": "t", "kind": "scale",
-    "steps": 10, "time_limit": 100, "runs": [{"problem": "bead_row", "sizes": [2, 4],
-    "methods": ["moreau_jean", "soft_step"]}]})") +
-                             " --quick";
   const fs::path shards = folder / "shards", merged = folder / "merged";
-  const std::string merge = run_it + " --from-shards " + shards.string() + " -o " + merged.string();
+  std::string run_it, merge;
 
+  void SetUp() override {
+    Cli::SetUp();
+    run_it = "run-experiment " + write("small.json", R"({"id": "small", "title": "t", "kind": "scale", "steps": 10,
+      "time_limit": 100, "runs": [{"problem": "bead_row", "sizes": [2, 4], "methods": ["moreau_jean", "soft_step"]}]})") +
+             " --quick";
+    merge = run_it + " --from-shards " + shards.string() + " -o " + merged.string();
+  }
   Outcome shard(const std::string& options) { return run(run_it + " --shard " + options + " -o " + shards.string()); }
   json header() { return json::parse(lines_of(read(merged / "small.jsonl")).front()); }
 };
@@ -194,11 +197,11 @@ TEST_F(Cli, ShardsOfTheFastestRunsHaveTimes) {
 /// An ensemble's shards are its runs, one part behind the other; so is what an interrupted one goes on with.
 TEST_F(Cli, ShardsOfAnEnsembleAreItsRuns) {
   const std::string run_it =
-      "ensemble -p two_balls_spring --vary k=log-uniform:1e3:1e5 --vary e=values:0.5:0.7:0.9 --runs 7 --seed 3 "
+      "ensemble -p two_balls_spring --vary k=log-uniform:1e3:1e5 --vary e=values:0.5:0.7:0.9 --runs 7 "
       "-m event_driven --tolerance 1e-8 ";
   const fs::path whole = folder / "whole" / "spring.csv", merged = folder / "merged" / "spring.csv";
   ASSERT_EQ(run(run_it + "-o " + whole.string()).code, 0);
-  for (const int n : {2, 4, 25}) {  // of 21 runs
+  for (const int n : {2, 4}) {  // of 21 runs
     const fs::path shards = folder / std::to_string(n);
     std::string joined;
     for (int k = 1; k <= n; ++k) {
@@ -234,6 +237,8 @@ TEST_F(Cli, ShardsOfAnEnsembleAreItsRuns) {
   EXPECT_EQ(other.code, 2);
   EXPECT_HAS(other.text, "it is of another ensemble or another program");
   EXPECT_EQ(run(run_it + "--shard 3/2 -o " + whole.string()).code, 2);
+  EXPECT_EQ(run(run_it + "--shard 25/25 -o " + whole.string()).code, 0);
+  EXPECT_EQ(lines_of(read(folder / "whole" / "spring.shard-25-of-25.csv")).size(), 1u) << "no run is left for it";
 }
 
 }  // namespace
