@@ -77,11 +77,13 @@ void run(const CLI::App& command, const EnsembleArguments& options, int& exit_co
   const Shard shard = options.shard.empty() ? Shard() : read_shard(options.shard);
   const std::string path = shard.is_all() ? options.out : shard_path(options.out, shard);
   auto workers = make_workers(ensemble, options.shards.empty() ? threads : 1);
+  std::vector<std::string> shards;  // before the file is begun
+  if (!options.shards.empty()) shards = complete_shards(options.out, options.shards, ensemble);
   EnsembleFile file(path, ensemble, workers.front()->base(), shard);
   const std::int64_t n_runs = file.end() - file.begin();
   if (file.n_done() > file.begin())
     fmt::print("{} of {} runs are there already\n", file.n_done() - file.begin(), n_runs);
-  if (!options.shards.empty()) merge_shards(file, ensemble, workers.front()->base(), options.out, options.shards);
+  if (!shards.empty()) merge_shards(file, shards, csv_header(ensemble, workers.front()->base()));
   Progress progress("ensemble");
   const auto begin = std::chrono::steady_clock::now();
   const std::int64_t made = run_ensemble(file, workers, [&](std::int64_t done) {

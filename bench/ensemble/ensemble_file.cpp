@@ -34,8 +34,8 @@ namespace {
 
 constexpr std::size_t kMostBuffered = 1 << 20;
 
-/// N of the shards of a file that are there; where they are of several, the first of which all are.
-int number_of_shards(const std::string& path) {
+/// N of the shards of a file of which any are there.
+std::set<int> numbers_of_shards(const std::string& path) {
   const fs::path folder = fs::path(path).parent_path();
   std::set<int> numbers;
   std::error_code error;
@@ -50,12 +50,14 @@ int number_of_shards(const std::string& path) {
   if (numbers.empty())
     throw InputError("--from-shards", folder.string(),
                      fmt::format("it has no shard of {}", fs::path(path).filename().string()));
-  for (const int of : numbers) {
-    int number = 1;
-    while (number <= of && fs::exists(shard_path(path, {number, of}))) ++number;
-    if (number > of) return of;
-  }
-  return *numbers.begin();
+  return numbers;
+}
+
+/// Why a shard cannot be taken; empty where it can.
+std::string why_not_taken(const std::string& path, const std::string& key) {
+  if (!fs::exists(path)) return "it is missing, or not complete";
+  const json known = json::parse(read_text(path + ".json"), nullptr, false);
+  return known.is_object() && known.value("key", "") == key ? "" : "it is of another ensemble or another program";
 }
 
 }  // namespace
@@ -154,24 +156,36 @@ std::string shard_path(const std::string& path, Shard shard) {
   return (file.parent_path() / (shard.name(file.stem().string()) + file.extension().string())).string();
 }
 
-void merge_shards(EnsembleFile& file, const Ensemble& ensemble, const ProblemInfo& problem, const std::string& path,
-                  const std::string& folder) {
+std::vector<std::string> complete_shards(const std::string& path, const std::string& folder, const Ensemble& ensemble) {
+  const std::string here = (fs::path(folder) / fs::path(path).filename()).string(), key = key_of(ensemble);
+  std::string first_missing, why;
+  for (const int of : numbers_of_shards(here)) {
+    std::vector<std::string> paths;
+    for (int number = 1; number <= of; ++number) {
+      paths.push_back(shard_path(here, {number, of}));
+      const std::string reason = why_not_taken(paths.back(), key);
+      if (reason.empty()) continue;
+      if (why.empty()) first_missing = paths.back();
+      if (why.empty()) why = reason;
+      paths.clear();
+      break;
+    }
+    if (!paths.empty()) return paths;
+  }
+  throw InputError("shard", first_missing, why);
+}
+
+void merge_shards(EnsembleFile& file, const std::vector<std::string>& shards, const std::string& header) {
   if (file.is_complete()) return;
-  const std::string here = (fs::path(folder) / fs::path(path).filename()).string();
-  const int of = number_of_shards(here);
   std::int64_t next = 0;
-  for (int number = 1; number <= of; ++number) {
-    const std::string name = shard_path(here, {number, of});
-    const auto refuse = [&](const std::string& why) { throw InputError("shard", name, why); };
-    if (!fs::exists(name)) refuse(fmt::format("it is missing, or not complete, of {} shards", of));
-    const json known = json::parse(read_text(name + ".json"), nullptr, false);
-    if (!known.is_object() || known.value("key", "") != key_of(ensemble))
-      refuse("it is of another ensemble or another program");
-    std::ifstream lines(name, std::ios::binary);
+  for (const auto& shard : shards) {
+    std::ifstream lines(shard, std::ios::binary);
     std::string line, buffer;
-    if (!std::getline(lines, line) || line + "\n" != csv_header(ensemble, problem)) refuse("its header is another one");
+    if (!std::getline(lines, line) || line + "\n" != header)
+      throw InputError("shard", shard, "its header is another one");
     for (; std::getline(lines, line); ++next) {
-      if (lines.eof() || !line.starts_with(fmt::format("{},", next))) refuse(fmt::format("run {} is not whole", next));
+      if (lines.eof() || !line.starts_with(fmt::format("{},", next)))
+        throw InputError("shard", shard, fmt::format("run {} is not whole", next));
       if (next < file.n_done()) continue;
       buffer += line + "\n";
       if (buffer.size() < kMostBuffered) continue;
@@ -180,7 +194,8 @@ void merge_shards(EnsembleFile& file, const Ensemble& ensemble, const ProblemInf
     }
     if (!buffer.empty()) file.append(next, buffer);
   }
-  if (next != file.end()) throw InputError("shards", folder, fmt::format("they have {} of {} runs", next, file.end()));
+  if (next != file.end())
+    throw InputError("shard", shards.back(), fmt::format("with the others it has {} of {} runs", next, file.end()));
   file.finish();
 }
 

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "bench/ensemble/ensemble.h"
 #include "bench/shard.h"
@@ -51,10 +52,13 @@ class EnsembleFile {
 /// "out/spring.shard-3-of-8.csv", of the file of an ensemble.
 std::string shard_path(const std::string& path, Shard shard);
 
-/// Makes the file of an ensemble from those of its shards, which have its name.
-/// @throws InputError when one is missing, damaged, or of another ensemble or program
-void merge_shards(EnsembleFile& file, const Ensemble& ensemble, const ProblemInfo& problem, const std::string& path,
-                  const std::string& folder);
+/// Those of the shards of an ensemble in a folder, with the name of its file, of which all are there, in their order.
+/// @throws InputError for the first that is missing, or of another ensemble or program
+std::vector<std::string> complete_shards(const std::string& path, const std::string& folder, const Ensemble& ensemble);
+
+/// Makes the file of an ensemble from those of its shards. @param header  csv_header()
+/// @throws InputError for one that is damaged
+void merge_shards(EnsembleFile& file, const std::vector<std::string>& shards, const std::string& header);
 
 /// Runs what is missing of the runs of a file. @param file  the CSV  @param workers  one per thread
 /// @param progress  called with the number of runs in the file
