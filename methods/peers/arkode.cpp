@@ -212,18 +212,18 @@ class ArkStep final : public reference::SundialsIntegrator {
 /// ARKODE, Runge-Kutta pairs with error control, on the equations of motion between events, y' = f(y) with y = (q, v).
 /// Their forces are (5) of reference/contact_dynamics.h. A step of length h from y_n has the stages
 ///
-///   z_i = y_n + h sum_j A_ij f(z_j),   j < i of an explicit pair, j <= i of an implicit one           (6)
+///   z_i = y_n + h sum_j A_ij f(z_j)                                                                     (6)
 ///   y_{n+1} = y_n + h sum_i b_i f(z_i),   e = h sum_i (b_i - b^_i) f(z_i)                               (7)
 ///
-/// with Newton's method and difference quotients for (6) of an implicit pair. It is accepted, with the error of an
-/// unknown measured by its tolerance, where the root mean square over the n unknowns is
+/// with j < i of an explicit pair, and j <= i of an implicit one, for which Newton's method with difference quotients
+/// solves (6). The step is accepted where the root mean square over the n unknowns, s_i their tolerances, is
 ///
-///   sqrt(1/n sum_i (e_i / tol_i)^2) <= 1                                                              (8)
+///   sqrt(1/n sum_i (e_i / s_i)^2) <= 1                                                                  (8)
 ///
 /// An event is a root of a function g(y), a gap, a force, a slip velocity. Where its dense output has passed one, the
 /// step is taken again to the root instead of past it, and Newton's method corrects where that is,
 ///
-///   t <- t - g / g'                                                                                   (9)
+///   t <- t - g / g'                                                                                     (9)
 ///
 /// then the laws of an instant give the velocities and modes behind it, and ARKODE starts anew.
 class ArkodeWithEvents final : public EventLocatedMethod {

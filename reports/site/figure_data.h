@@ -9,8 +9,8 @@
 namespace ricochet {
 
 /// The points of a gnuplot script's data blocks as CSV: the title of their panel, the labels of its axes, the name of
-/// their curve or of their block, the number of the piece of it, as gaps part it, and the columns of the block. Empty for a script without
-/// blocks.
+/// their curve or of their block, the number of the piece of it, as gaps part it, and the columns of the block. Empty for
+/// a script without blocks.
 std::string gnuplot_csv(const std::string& script);
 
 /// What moves in a row's motion, as CSV: places of shapes [m] and forces of arrows [N] of its picture

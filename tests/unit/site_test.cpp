@@ -277,8 +277,9 @@ TEST_F(Site, LinksEveryFigureToItsNumbers) {
   const std::string& page = pages["experiments/small.html"];
   std::size_t n = 0;
   for (auto at = page.find("<figure"); at != std::string::npos; at = page.find("<figure", at + 1)) {
-    ++n;
     const std::string figure = page.substr(at, page.find("</figure>", at) - at);
+    if (figure.starts_with("<figure class=\"table\"")) continue;  // its links stand below
+    ++n;
     EXPECT_NE(figure.find(".csv\">CSV</a>"), std::string::npos) << figure;
   }
   EXPECT_EQ(n, 5u);
