@@ -26,6 +26,7 @@ class Section {
     std::string name;  ///< "orders": of the view, and of its CSV
     Table table;
     Role role;
+    nlohmann::json data = {};  ///< of a choice: from what the site answers a reader (reports/site/src/choice.js)
   };
   using Draw = std::function<std::vector<Figure>(const FigureFolder&)>;
   struct Figures {
@@ -49,7 +50,9 @@ class Section {
   };
   using Part = std::variant<NamedTable, Figures, Heading, Animation, Chart>;
 
-  void choice(std::string name, Table table) { add(std::move(name), std::move(table), Role::choice); }
+  void choice(std::string name, Table table, nlohmann::json data) {
+    parts_.push_back(NamedTable{std::move(name), std::move(table), Role::choice, std::move(data)});
+  }
   void result(std::string name, Table table) { add(std::move(name), std::move(table), Role::result); }
   void summary(std::string name, Table table) { add(std::move(name), std::move(table), Role::summary); }
   void details(std::string name, Table table) { add(std::move(name), std::move(table), Role::details); }

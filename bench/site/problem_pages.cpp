@@ -251,7 +251,7 @@ std::map<std::string, std::string> problems_of_scenes(const std::vector<FastestR
   std::map<std::string, std::string> problems;
   for (const FastestRun& run : runs) {
     std::string& problem = problems[run.scene];
-    if (problem.empty()) problem = problem_in(run.command);
+    if (problem.empty()) problem = problem_in(run.problem.empty() ? run.command : " --problem " + run.problem);
   }
   for (auto& [scene, problem] : problems) {
     if (problem.empty()) problem = scene;

@@ -184,23 +184,27 @@ class ResultsPage {
 /// What to choose, from every study that says so; what there is, below.
 SitePage first_page(const std::vector<ShownResults>& list, const std::vector<SiteGroup>& groups) {
   SitePage page{.folder = "", .id = "index", .title = "Which method to take", .label = "What to choose", .html = ""};
+  std::vector<std::pair<const ShownResults*, const Section::NamedTable*>> choices;
   for (const auto& shown : list) {
     for (const auto* named : shown.section.tables()) {
-      if (named->role != Section::Role::choice) continue;
-      const std::string id = site_id(shown.results.experiment());
-      const auto file = [&](const char* extension) {
-        return fmt::format("{}/{}", kResultsFolder, file_of(shown.results, named->name, extension));
-      };
-      page.html += site_heading(shown.results.title(), id);
-      Table table = named->table;  // of several experiments, whose tables have the same title
-      table.title += ": " + shown.results.experiment();
-      page.html += "<div class=\"choice\">" +
-                   site_table(table, id + "_" + site_id(named->name),
-                              {{"CSV", file("csv")}, {"LaTeX", file("tex")}}, false) +
-                   "</div>\n";
-      page.html += fmt::format("<p class=\"links\"><a href=\"{}/{}.html\">All of this experiment</a> {}</p>\n",
-                               kResultsFolder, id, command_html(shown.results));
+      if (named->role == Section::Role::choice) choices.emplace_back(&shown, named);
     }
+  }
+  // What tells more classes of scenes apart comes first.
+  std::ranges::stable_sort(choices, std::greater(), [](const auto& c) { return c.second->table.rows.size(); });
+  for (const auto& [shown, named] : choices) {
+    const std::string id = site_id(shown->results.experiment());
+    const auto file = [&, shown = shown, named = named](const char* extension) {
+      return fmt::format("{}/{}", kResultsFolder, file_of(shown->results, named->name, extension));
+    };
+    page.html += site_heading(shown->results.title(), id);
+    Table table = named->table;  // of several experiments, whose tables have the same title
+    table.title += ": " + shown->results.experiment();
+    page.html += fmt::format(
+        "<div class=\"choice\">{}<script type=\"application/json\">{}</script></div>\n"
+        "<p class=\"links\"><a href=\"{}/{}.html\">All of this experiment</a> {}</p>\n",
+        site_table(table, id + "_" + site_id(named->name), {{"CSV", file("csv")}, {"LaTeX", file("tex")}}, false),
+        script_json(named->data), kResultsFolder, id, command_html(shown->results));
   }
   if (page.html.empty())
     page.html = "<p class=\"lead\">No results say which method to take: opponents and classes do.</p>\n";

@@ -280,7 +280,7 @@ TEST_F(ResultsOnDisk, EveryFieldKeepsItsPlace) {
   r.max_residual = 8e-3;
   r.detected_events = 9;
   r.counters = {10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20};
-  r.metrics = {true, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 32, 33, 34, 35, 36, 37, 38, 39, 40};
+  r.metrics = {true, "why", 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 32, 33, 34, 35, 36, 37, 38, 39, 40};
   r.instead_of = "o";
   r.command = "c";
   {

@@ -156,7 +156,7 @@ class Site : public testing::Test {
                  .rows = {{"a", "1"}}};
     choice.filters = {0, 1};
     choice.row_ids = {"the-row"};
-    shown.section.choice("choice", choice);
+    shown.section.choice("choice", choice, {});
     shown.section.details("runs", choice);
     shown.section.svg_figures([](const FigureFolder& figures) {
       figures.write("points.svg", "<svg xmlns=\"x\"></svg>");

@@ -100,6 +100,32 @@ std::vector<Choice> choices(const std::vector<FastestRun>& runs) {
   return list;
 }
 
+nlohmann::json choice_data(const std::vector<FastestRun>& runs) {
+  using nlohmann::json;
+  const auto groups = different(runs, &FastestRun::group);
+  const auto levels = different(runs, &FastestRun::level);
+  const auto place = [](const auto& list, const auto& value) { return std::ranges::find(list, value) - list.begin(); };
+  json data = {{"groups", groups}, {"levels", levels}, {"choices", json::array()}};
+  for (const Choice& choice : choices(runs)) {
+    json families = json::array(), run;
+    for (const auto& [name, reached, slower] : choice.families)
+      families.push_back({{"name", name}, {"reached", reached}, {"slower", slower}});
+    if (!choice.families.empty())
+      run = {{"method", choice.run.method},
+             {"microseconds", choice.run.microseconds},
+             {"scene", choice.run.scene},
+             {"command", choice.run.command}};
+    data["choices"].push_back({{"group", place(groups, choice.group)},
+                               {"level", place(levels, choice.level)},
+                               {"scenes", choice.scenes},
+                               {"families", families},
+                               {"never", choice.never},
+                               {"run", run},
+                               {"factor", choice.families.size() > 1 ? json(choice.factor) : json()}});
+  }
+  return data;
+}
+
 Table which_to_take(const std::vector<FastestRun>& runs) {
   using C = Choice;
   const std::vector<Column<C>> columns = {

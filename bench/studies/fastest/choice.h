@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,11 @@ struct Choice {
 
 /// Groups and levels in the order of the runs. @param runs  of one solver
 std::vector<Choice> choices(const std::vector<FastestRun>& runs);
+
+/// The same for the site: {"groups", "levels", "choices": [{"group" and "level", places in these lists, "scenes",
+/// "families": [{"name", "reached", "slower"}], "never", "run": {"method", "microseconds", "scene", "command"} or null,
+/// "factor"}]}.
+nlohmann::json choice_data(const std::vector<FastestRun>& runs);
 
 /// A line per choice, with the reason in words.
 Table which_to_take(const std::vector<FastestRun>& runs);

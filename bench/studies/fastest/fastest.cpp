@@ -198,6 +198,7 @@ std::vector<FastestRun> run_scene(const Plan& plan, const Scene& scene) {
   const auto compete = [&](const Family& family, const std::string& solver) {
     FastestRun row;
     row.scene = scene.name;
+    row.problem = scene.choice.problem;
     row.group = scene.group;
     row.family = family.name;
     row.solver = solver;
@@ -279,7 +280,7 @@ void show_fastest(const Results& results, Section& section) {
     const auto part = runs_of_solver(runs, solver);
     const std::string suffix = solver == "new" ? "" : "_" + solver;
     if (solver == "new")
-      section.choice("choice", which_to_take(part));
+      section.choice("choice", which_to_take(part), choice_data(part));
     else
       section.result("choice" + suffix, which_to_take(part));
     section.result("ratios" + suffix, ratio_table(part));

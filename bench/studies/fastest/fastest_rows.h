@@ -16,6 +16,7 @@ struct FastestRun {
   static constexpr const char* kKind = "fastest_run";
 
   std::string scene, group, family;
+  std::string problem;          ///< of the scene, as `ricochet run` is told: an id, or "FILE#ID"
   std::string solver = "new";  ///< made for each run, or "kept" between runs (Method::prepare)
   double level = 0;
   double uncertainty = 0;  ///< of the reference; a level that is not above it cannot be judged
@@ -31,7 +32,7 @@ struct FastestRun {
   bool is_reached() const { return microseconds > 0; }
   bool is_judged() const { return level > uncertainty; }
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FastestRun, scene, group, family, solver, level, uncertainty, method,
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FastestRun, scene, group, family, problem, solver, level, uncertainty, method,
                                                 setting, command, error, microseconds, lower_quartile, upper_quartile,
                                                 solution_size, metrics, tried, failed, why)
 
