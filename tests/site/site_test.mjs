@@ -1,5 +1,6 @@
 // The site in a browser: draws, toggles, filters; no error on the console, no request beyond the disk, nothing that is
 // cut off at three widths, no serious finding of axe.   node site_test.mjs RICOCHET   or   node site_test.mjs --site FOLDER
+// With --only NAME behind either, one of the tests alone, by the name of its function.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdtempSync, readdirSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
@@ -66,8 +67,8 @@ const PAGES = ["index.html", "environment.html", "cite.html", `experiments/${gri
 const browser = await chromium.launch({ executablePath: chromium_path, args: ["--no-sandbox"] });
 const complaints = [];
 
-async function open(name, width, colorScheme = "light", prepare = () => {}) {
-  const page = await browser.newPage({ viewport: { width, height: 900 }, colorScheme, reducedMotion: "reduce" });
+async function open(name, width, colorScheme = "light", prepare = () => {}, reducedMotion = "reduce") {
+  const page = await browser.newPage({ viewport: { width, height: 900 }, colorScheme, reducedMotion });
   page.on("console", (message) => { if (message.type() === "error") complaints.push(`${name}: console: ${message.text()}`); });
   page.on("pageerror", (error) => complaints.push(`${name}: ${error.message}`));
   page.on("request", (request) => {
@@ -78,14 +79,31 @@ async function open(name, width, colorScheme = "light", prepare = () => {}) {
   return page;
 }
 
-/// What sticks out of the page, or of a box that cuts it off.
+/// What sticks out of the page, or of a box that cuts it off without an ellipsis, or of one that scrolls and does not say so.
 const cutOff = () => {
   const found = [];
   if (document.documentElement.scrollWidth > innerWidth) found.push(`the page is ${document.documentElement.scrollWidth} wide`);
   for (const e of document.querySelectorAll("main *")) {
     const style = getComputedStyle(e);
     if (!["hidden", "clip"].includes(style.overflowX) || !e.textContent.trim() || e.closest(".katex, svg") || !e.clientWidth) continue;
+    if (style.textOverflow === "ellipsis") continue;
     if (e.scrollWidth > e.clientWidth + 1) found.push(`${e.tagName}.${e.className}: ${e.textContent.slice(0, 40)}`);
+  }
+  for (const box of document.querySelectorAll("main .scroll")) {
+    if (box.closest("details:not([open])") || box.scrollWidth <= box.clientWidth + 1) continue;
+    const edge = box.closest(".edge"), button = edge?.previousElementSibling?.querySelector("button");
+    const isMarked = edge?.classList.contains("more-right") && getComputedStyle(edge, "::after").visibility === "visible";
+    if (!isMarked || !button?.offsetHeight) found.push(`no shadow or button at the edge of ${box.getAttribute("aria-label")}`);
+    const first = box.querySelector("th"), before = first?.getBoundingClientRect().left;
+    box.scrollLeft = box.scrollWidth;
+    if (first && Math.abs(first.getBoundingClientRect().left - before) > 1 && innerWidth < 800)
+      found.push(`the first column of ${box.getAttribute("aria-label")} scrolls away`);
+    box.scrollLeft = 0;
+  }
+  for (const button of document.querySelectorAll("td.command button.copy")) {
+    if (button.closest("details:not([open])")) continue;
+    const box = button.getBoundingClientRect();
+    if (box.left < 0 || box.right > innerWidth) found.push(`a button that copies a command is out of sight: ${button.title}`);
   }
   for (const text of document.querySelectorAll(".picture svg text")) {
     const box = text.getBoundingClientRect(), frame = text.ownerSVGElement.getBoundingClientRect();
@@ -145,7 +163,9 @@ async function workPrecision() {
   const page = await open(`experiments/${grid}.html`, 1400);
   const chart = page.locator("figure.chart[data-chart=work_precision]");
   assert.equal(await chart.locator("img.still").count(), 0, "the chart stands in place of its image");
-  const marks = chart.locator(".picture .mark"), all = await marks.count();
+  const marks = chart.locator(".picture .mark"), allMethods = chart.getByRole("button", { name: "all methods", exact: true });
+  await allMethods.click();
+  const all = await marks.count();
   assert.ok(all >= 12, `${all} marks`);
   const first = chart.locator(".legend .curves button:not(.group)").first();
   await first.click();
@@ -153,7 +173,7 @@ async function workPrecision() {
   assert.ok(without < all, "a curve is switched off");
   await first.dblclick();
   assert.ok((await marks.count()) < all && (await chart.locator(".legend [aria-pressed=true]").count()) === 1, "one stays alone");
-  await chart.getByRole("button", { name: "all", exact: true }).click();
+  await allMethods.click();
   assert.equal(await marks.count(), all);
 
   const label = () => chart.locator(".picture text.label:not(.beside)").last().textContent();
@@ -200,8 +220,11 @@ async function workPrecision() {
   await page.mouse.move(0, 0);
   await chart.locator(".picture .mark").first().hover({ force: true });
   assert.equal(await chart.locator(".said").textContent(), end, "the pointer passes over a pinned run");
+  const isFocused = (target) => target.evaluate((e) => e === document.activeElement);
   await page.keyboard.press("Tab");
-  assert.ok(await chart.locator(".said a").evaluate((link) => link === document.activeElement), "one Tab leads to the link");
+  assert.ok(await isFocused(chart.locator(".said button.copy")), "one Tab leads to what copies the command");
+  await page.keyboard.press("Tab");
+  assert.ok(await isFocused(chart.locator(".said a")), "and another to the link");
 
   await page.setViewportSize({ width: 390, height: 844 });
   await chart.locator(".picture svg").focus();
@@ -255,6 +278,7 @@ async function zeros() {
   const page = await open(`experiments/${grid}.html`, 1400, "light", (p) => p.addInitScript(plantZeros));
   const chart = page.locator("figure.chart[data-chart=work_precision]"), notes = chart.locator(".drawn > .hint");
   const choose = (menu, value) => chart.locator("select").nth(menu).selectOption(value);
+  await chart.getByRole("button", { name: "all methods", exact: true }).click();
   const offered = (menu) => chart.locator("select").nth(menu).locator("option").evaluateAll((all) => all.map((o) => o.value));
   const { runs, idle } = await page.evaluate(() => window.planted);
   assert.deepEqual(await offered(0), ["error", "relative", "penetration"], "an error that no run has is not offered");
@@ -314,6 +338,189 @@ async function zeros() {
   await page.close();
 }
 
+/// More methods than can be told from each other: each family gets ten more, slower at every error, and runs of their own.
+function plantMethods() {
+  document.addEventListener("readystatechange", () => {
+    if (document.readyState !== "interactive") return;
+    const script = document.querySelector("figure[data-chart=work_precision] script"), data = JSON.parse(script.textContent);
+    const { methods, runs } = data, n = methods.length, m = runs.length;
+    for (let k = 1; k <= 10; ++k) {
+      for (let i = 0; i < n; ++i) methods.push({ ...methods[i], id: `${methods[i].id}-${k}`, label: `${methods[i].label}, slow ${k}` });
+      for (const run of runs.slice(0, m)) runs.push({ ...run, time: 10 * run.time, method: run.method + k * n, row: `planted-${k}-${run.row}` });
+    }
+    script.textContent = JSON.stringify(data);
+    window.planted = { families: new Set(methods.map((one) => one.family)).size, methods: methods.length, id: methods[n].id,
+      row: runs.find((run) => run.method === n).row };
+  });
+}
+
+async function fewCurvesFirst() {
+  const page = await open(`experiments/${grid}.html`, 1400, "light", (p) => p.addInitScript(plantMethods));
+  const chart = page.locator("figure.chart[data-chart=work_precision]"), count = chart.locator(".legend .count");
+  const { families, methods, id, row } = await page.evaluate(() => window.planted);
+  const shown = () => chart.locator(".legend .curves [aria-pressed=true]").allTextContents();
+  assert.equal(await count.textContent(), `${families} of ${methods} methods shown`);
+  for (const name of await shown()) assert.doesNotMatch(name, /slow/, "the best of a family is its fastest");
+  await page.evaluate((hash) => { location.hash = hash; }, row);
+  await page.waitForFunction((n) => document.querySelector("[data-chart=work_precision] .legend .count").textContent.startsWith(`${n} `), families + 1);
+  assert.equal((await shown()).filter((name) => /slow 1$/.test(name)).length, 1, "a link to a row shows its curve");
+  await chart.getByRole("button", { name: "best of each family" }).click();
+  assert.equal((await shown()).length, families);
+  await page.evaluate((hash) => { location.hash = hash; }, `curve=${id}`);
+  await page.waitForFunction((n) => document.querySelector("[data-chart=work_precision] .legend .count").textContent.startsWith(`${n} `), families + 1);
+  await chart.getByRole("button", { name: "all methods", exact: true }).click();
+  assert.equal((await shown()).length, methods);
+  await page.close();
+
+  const phone = await open(`experiments/${grid}.html`, 390, "light", (p) => p.addInitScript(plantMethods));
+  const phoneChart = phone.locator("figure.chart[data-chart=work_precision]"), names = phoneChart.locator(".legend .curves button:not(.group)");
+  assert.equal(await names.filter({ visible: true }).count(), families, "on a phone the legend has what is shown");
+  await phoneChart.getByRole("button", { name: "names of all methods" }).click();
+  assert.equal(await names.filter({ visible: true }).count(), methods, "and all names when they are asked for");
+  for (const what of await phone.evaluate(cutOff)) complaints.push(`a chart with many methods at 390: ${what}`);
+  await phone.close();
+}
+
+async function copies() {
+  // A page from a disk has no clipboard in some browsers.
+  const withoutClipboard = (p) => p.addInitScript(() => Object.defineProperty(navigator, "clipboard", { value: undefined }));
+  const page = await open("index.html", 1400, "light", withoutClipboard);
+  const line = page.locator("main .command-line").first(), button = line.locator("button.copy");
+  const command = await line.locator("code").textContent();
+  assert.match(command, /^ricochet run-experiment \S+$/);
+  await button.focus();
+  await page.keyboard.press("Enter");
+  const told = page.locator("[role=status]");
+  await page.waitForFunction(() => document.querySelector("[role=status]").textContent !== "");
+  assert.equal(await told.textContent(), `Copied: ${command}`, "what a click did is said");
+  assert.ok(await button.evaluate((e) => e === document.activeElement), "the focus stays");
+  await page.locator(".search input").focus();
+  await page.keyboard.press("Control+V");
+  assert.equal(await page.locator(".search input").inputValue(), command, "the command is in the clipboard");
+  await page.close();
+
+  const refusing = (p) => p.addInitScript(() => {
+    Object.defineProperty(navigator, "clipboard", { value: { writeText: () => Promise.reject(new Error("no")) } });
+    document.execCommand = () => false;
+  });
+  const other = await open("index.html", 1400, "light", refusing);
+  await other.locator("main .command-line button.copy").first().click();
+  await other.waitForFunction(() => document.querySelector("[role=status]").textContent !== "");
+  assert.equal(await other.evaluate(() => getSelection().toString().trim()), command, "where nothing copies, the command is selected");
+  await other.close();
+
+  for (const name of [`experiments/${grid}.html`, `experiments/${fastest}.html`, `experiments/${hard}`, "methods/moreau_jean.html", "cite.html"]) {
+    const one = await open(name, 1400);
+    await one.evaluate(() => { for (const details of document.querySelectorAll("main details")) details.open = true; });
+    await one.waitForFunction(() => [...document.querySelectorAll(".scroll > table:not(.verdicts, .choices)")].every((t) => t.classList.contains("sized")));
+    const bare = await one.evaluate(() => [...document.querySelectorAll("main code, main td, main pre")]
+      .filter((e) => /^(ricochet (run|export|show)|@\w+\{)/.test(e.textContent) && e.matches(":not(:has(code))"))
+      .filter((e) => !e.parentElement.querySelector("button.copy")).map((e) => e.textContent));
+    assert.deepEqual(bare, [], `${name}: commands without a button`);
+    await one.close();
+  }
+}
+
+async function tables() {
+  const name = "methods/fesd.html";
+  const page = await open(name, 768);
+  const table = page.locator("figure.table table").first(), box = page.locator(".edge").first();
+  assert.ok(await table.evaluate((t) => t.parentElement.scrollWidth > t.parentElement.clientWidth), "the table of examples is wider than the page");
+  const button = page.locator(".table-tools button").first();
+  assert.match(await button.textContent(), /^\d+ more columns? →$/);
+  const left = (locator) => locator.evaluate((e) => e.getBoundingClientRect().left);
+  const first = table.locator("tbody td").first(), second = table.locator("tbody td").nth(1);
+  const stays = await left(first), moves = await left(second);
+  await button.click();
+  await page.waitForFunction(() => document.querySelector(".edge").classList.contains("more-left"));
+  assert.ok(Math.abs((await left(first)) - stays) < 1, "the first column stays");
+  assert.ok((await left(second)) < moves - 50, "the others move");
+  await box.locator(".scroll").evaluate((e) => { e.scrollLeft = e.scrollWidth; });
+  await page.waitForFunction(() => !document.querySelector(".edge").classList.contains("more-right"));
+  assert.match(await button.textContent(), /back to the first/);
+  await page.close();
+
+  // A reason of many words beside many numbers: its end is left out until it is asked for, and no row is high and empty.
+  const many = await open(name, 768, "light", (p) => p.addInitScript(() => {
+    document.addEventListener("readystatechange", () => {
+      if (document.readyState !== "interactive") return;
+      const table = document.querySelector("figure.table table");
+      const add = (row, tag, text, name) => { row.append(Object.assign(document.createElement(tag), { textContent: text, className: name })); };
+      const command = "ricochet run --problem two_balls_spring --method fesd:radau-iia:3 --steps 100";
+      for (let k = 0; k < 8; ++k) add(table.tHead.rows[0], "th", `number ${k}`, "");
+      add(table.tHead.rows[0], "th", "reason", "text");
+      add(table.tHead.rows[0], "th", "repeat with", "text");
+      for (const row of table.tBodies[0].rows) {
+        for (let k = 0; k < 8; ++k) add(row, "td", "1.2345e+00", "");
+        add(row, "td", "no solution was found in this step. ".repeat(6), "text long");
+        add(row, "td", command, "text");
+      }
+    });
+  }));
+  const row = many.locator("figure.table table").first().locator("tbody tr").first(), height = () => row.evaluate((e) => e.offsetHeight);
+  assert.ok((await height()) < 40, `a row is ${await height()} pixels high`);
+  const copy = await row.locator("button.copy").boundingBox();
+  assert.ok(copy && copy.x + copy.width <= 768, "the button of the command beyond the edge is seen");
+  const whole = many.locator(".table-tools").first().getByRole("button", { name: "Whole texts" });
+  await whole.click();
+  assert.ok((await height()) > 60, "whole texts when they are asked for");
+  await whole.click();
+  await row.locator("td.long").evaluate((cell) => cell.click());
+  assert.ok((await height()) > 60, "a tap opens a row");
+  assert.equal(await many.locator("tr.whole").count(), 1);
+  await many.close();
+}
+
+async function motion() {
+  const names = ["problems/two_balls_spring.html", `experiments/${grid}.html`];
+  for (const name of names) {
+    for (const reduced of ["reduce", "no-preference"]) {
+      const page = await open(name, 1400, "light", () => {}, reduced);
+      if (await page.locator("details:has(img.scene)").count()) await page.locator("details:has(img.scene) > summary").click();
+      const button = page.locator("button.motion").first();
+      if (!(await button.count()) && name !== names[0]) {  // the experiment has no scene
+        await page.close();
+        continue;
+      }
+      const figure = page.locator("figure:has(button.motion)").first(), scene = figure.locator(".moves:not([hidden])");
+      await figure.scrollIntoViewIfNeeded();
+      await page.evaluate(() => document.fonts.ready);
+      // A scene holds its last picture for a while, and a page may move by parts of a pixel when it has just come.
+      const still = async () => {
+        const seen = new Set();
+        for (let k = 0; k < 8; ++k) {
+          await page.waitForTimeout(200);
+          seen.add((await scene.screenshot()).toString("base64"));
+        }
+        return seen.size <= 2;
+      };
+      const isCalm = reduced === "reduce", says = isCalm ? ["Play", "Pause"] : ["Pause", "Play"];
+      assert.equal(await button.textContent(), says[0], `${name}, ${reduced}`);
+      assert.equal(await still(), isCalm, `${name} starts ${isCalm ? "still" : "in motion"}`);
+      await button.click();
+      assert.equal(await button.textContent(), says[1]);
+      assert.equal(await still(), !isCalm, `${name}: ${says[0]} does what it says`);
+      assert.ok((await scene.boundingBox()).height <= 321, "a scene leaves room on the screen");
+      await page.close();
+    }
+  }
+}
+
+async function search() {
+  const page = await open("index.html", 1400);
+  const cards = page.locator("ul.cards li").filter({ visible: true }), all = await cards.count();
+  await page.keyboard.press("/");
+  await page.keyboard.type("moreau jean");
+  const found = await cards.count();
+  assert.ok(found > 0 && found < all, `${found} of ${all} are found`);
+  assert.equal(await page.locator(".search .count").textContent(), `${found} of ${all}`);
+  assert.equal(await page.locator("h2#Problems").isVisible(), false, "a list without hits is hidden with its heading");
+  await page.locator(".search input").fill("two_balls_spring");
+  await page.keyboard.press("Enter");
+  await page.waitForURL(/problems\/two_balls_spring\.html$/);
+  await page.close();
+}
+
 async function stillsFit() {
   const page = await open(`experiments/${grid}.html`, 390);
   const still = page.locator("figure.fits > img.still").first();
@@ -351,6 +558,10 @@ async function profiles() {
   const chart = page.locator("figure.chart[data-chart=profile]").first();
   const curves = chart.locator(".picture path.curve"), all = await curves.count();
   assert.ok(all >= 2, `${all} profiles`);
+  const looks = await chart.locator(".legend .curves button").evaluateAll((buttons) =>
+    buttons.map((b) => b.querySelector(".curve").style.strokeDasharray + b.querySelector(".mark").getAttribute("d")));
+  assert.equal(new Set(looks).size, looks.length, "no two curves have the same dashes and marks");
+  assert.equal(await chart.locator(".picture text.end").count(), all, "names stand at the ends of the curves");
   await chart.locator(".legend .curves button").first().click();
   assert.equal(await curves.count(), all - 1);
   await chart.locator(".picture svg").focus();
@@ -360,6 +571,26 @@ async function profiles() {
   await page.mouse.move(ring.x + ring.width / 2, ring.y + ring.height / 2 + 1);
   assert.equal(await chart.locator("path.curve.near").count(), 1, "the curve beside the pointer stands out");
   await page.close();
+
+  const twins = await open(`experiments/${fastest}.html`, 768, "light", (p) => p.addInitScript(() => {
+    document.addEventListener("readystatechange", () => {
+      if (document.readyState !== "interactive") return;
+      const script = document.querySelector("figure[data-chart=profile] script"), data = JSON.parse(script.textContent);
+      const look = { colour: 5, symbol: 3, dashed: true };
+      data.solvers = [data.solvers[0], { ...data.solvers[0], name: "twin" }, { ...data.solvers[1], ...look },
+        ...Array.from({ length: 20 }, (_, k) => ({ name: `slow ${k}`, ratios: [] }))];
+      script.textContent = JSON.stringify(data);
+    });
+  }));
+  const figure = twins.locator("figure.chart[data-chart=profile]").first();
+  const [one, two, three] = await figure.locator(".picture path.curve").evaluateAll((paths) => paths
+    .filter((path) => path.getAttribute("d").length > 60).map((path) => ({ d: path.getAttribute("d"), colour: path.classList[1],
+      dash: path.style.strokeDasharray, offset: path.style.strokeDashoffset })).sort((a, b) => a.colour < b.colour ? -1 : 1));
+  assert.equal(one.d, two.d);
+  assert.ok(one.dash === two.dash && one.dash !== "" && one.offset !== two.offset, "curves that are the same take turns");
+  assert.ok(three.colour === "c5" && three.dash !== "", "a look that the data state is taken");
+  assert.equal(await figure.locator(".legend .count").textContent(), "8 of 23 solvers shown");
+  await twins.close();
 }
 
 async function verdicts() {
@@ -385,6 +616,40 @@ async function verdicts() {
   await page.locator("input[type=search]").fill("no such method");
   assert.equal(await cells.count(), 0);
   await page.close();
+  await filteredVerdicts();
+}
+
+/// A verdict that one cell has.
+function plantVerdict() {
+  document.addEventListener("readystatechange", () => {
+    if (document.readyState !== "interactive") return;
+    const script = document.querySelector("figure[data-chart=verdicts] script"), data = JSON.parse(script.textContent);
+    data.meanings.planted = "by the test";
+    data.methods[0].cells.find((cell) => cell !== null).verdict = "planted";
+    script.textContent = JSON.stringify(data);
+  });
+}
+
+async function filteredVerdicts() {
+  const page = await open(`experiments/${hard}`, 1400, "light", (p) => p.addInitScript(plantVerdict));
+  const chart = page.locator("figure[data-chart=verdicts]"), cells = page.locator("button.verdict");
+  const columns = () => chart.locator("th.turned").count(), before = await columns();
+  const links = await chart.locator("th.turned a").evaluateAll((list) => list.map((link) => link.href));
+  assert.ok(links.length > 0, "cases lead to their problems");
+  for (const link of links) assert.ok(existsSync(new URL(link)), link);
+  await chart.locator("select").nth(1).selectOption("planted");
+  assert.equal(await columns(), 1, "a case without such a cell has no column");
+  assert.equal(await cells.count(), 1);
+  assert.match(await chart.locator(".count").textContent(), new RegExp(`; ${before - 1} cases? without such a cell (is|are) hidden$`));
+  const method = await chart.locator("tbody th").textContent(), hardCase = await chart.locator("th.turned").textContent();
+  await cells.first().click();
+  await chart.locator(".said a", { hasText: "its row" }).click();
+  const row = page.locator("tr:target");
+  assert.equal(await row.count(), 1);
+  assert.ok(await row.isVisible(), "a cell leads to its row");
+  const [first, second] = await row.locator("td").allTextContents();
+  assert.deepEqual([first, second], [hardCase, method], "which is of the same case and method");
+  await page.close();
 }
 
 async function equations() {
@@ -404,7 +669,7 @@ async function figuresLinkToTheirNumbers() {
   }
 }
 
-async function printsEverything() {
+async function printsWhatIsOpen() {
   const page = await open(`experiments/${grid}.html`, 1400);
   await page.emulateMedia({ media: "print" });
   assert.ok(!(await page.locator("nav").isVisible()), "contents are not printed");
@@ -412,13 +677,20 @@ async function printsEverything() {
   const style = (of, property) => of.evaluate((e, name) => getComputedStyle(e)[name], property);
   assert.equal(await style(page.locator("figure.chart").first(), "breakInside"), "auto", "a long chart goes over pages");
   const fire = (target, name) => target.evaluate((event) => { dispatchEvent(new Event(event)); }, name);
-  const details = page.locator("main details"), closed = page.locator("main details:not([open])");
+  const closed = page.locator("main details:not([open])");
   const before = await closed.count();
   assert.ok(before > 0, "something is closed on the screen");
   await fire(page, "beforeprint");
-  assert.equal(await closed.count(), 0, `all ${await details.count()} are open on paper`);
+  assert.equal(await closed.count(), before, "what is closed on the screen is closed on paper");
   await fire(page, "afterprint");
-  assert.equal(await closed.count(), before, "and as they were on the screen");
+  const notes = page.locator(".paper"), long = page.locator("details.long:has(table):not([open])");
+  const told = await notes.filter({ visible: true }).allTextContents();
+  assert.ok(told.length > 0 && told.length === (await long.count()), "and a line says what is not printed");
+  for (const text of told) assert.match(text, /^\d+ rows: see \w+\.csv/);
+  await long.first().evaluate((e) => { e.open = true; });
+  assert.equal(await notes.filter({ visible: true }).count(), told.length - 1, "but not of what is open");
+  await page.emulateMedia({ media: "screen" });
+  assert.equal(await notes.filter({ visible: true }).count(), 0, "nor on the screen");
   await page.close();
 
   const paper = await open(`experiments/${hard}`, 718);  // A4 with Chromium's margins
@@ -434,11 +706,13 @@ async function printsEverything() {
 
 const bytes = ["index.html", "assets/site.css", "assets/site.js"].reduce((sum, name) => sum + statSync(join(site, name)).size, 0);
 assert.ok(bytes < FIRST_VIEW, `the first view has ${bytes} bytes`);
+const TESTS = [answers, workPrecision, fewCurvesFirst, zeros, copies, tables, motion, search, stillsFit, namesLeadToPages, profiles, verdicts,
+  equations, figuresLinkToTheirNumbers, printsWhatIsOpen, async function looks() { for (const name of PAGES) await looksRight(name); }];
+const only = process.argv.includes("--only") ? process.argv.at(-1) : "";
 try {
-  for (const test of [answers, workPrecision, zeros, stillsFit, namesLeadToPages, profiles, verdicts, equations, figuresLinkToTheirNumbers, printsEverything]) {
+  for (const test of TESTS.filter(({ name }) => !only || name === only)) {
     await test().catch((error) => complaints.push(`${test.name}: ${error.message}`));
   }
-  for (const name of PAGES) await looksRight(name);
 } finally {
   await browser.close();
   if (folder) rmSync(folder, { recursive: true });

@@ -1,4 +1,6 @@
 // The contents are open where there is room beside the page; the page that is shown lists what is on it.
+import { breakable } from "./dom.js";
+
 const SECTIONS = "main h2[id], main .block[id] > figure.table > figcaption";
 
 function sections() {
@@ -19,6 +21,7 @@ function sections() {
 
 export function openContents() {
   const contents = document.querySelector("details.contents");
+  for (const link of contents.querySelectorAll("a")) link.replaceChildren(...breakable(link.textContent, true));
   const wide = matchMedia("(min-width: 64rem)");
   const follow = () => { contents.open = wide.matches; };
   wide.addEventListener("change", follow);

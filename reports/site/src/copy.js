@@ -10,7 +10,9 @@ export function addCopyButtons() {
   }
   for (const pre of document.querySelectorAll("main pre")) {
     const text = pre.textContent, first = text.split("\n", 1)[0];
-    if (isCommand(first)) pre.before(element("p", { class: "links" }, commandLine(first)));
-    else if (text.startsWith("@")) pre.before(element("p", { class: "links" }, "BibTeX", copyButton(text, "BibTeX", pre)));
+    if (isCommand(first)) {
+      pre.before(element("p", { class: "links" }, commandLine(first)));
+      pre.textContent = text.slice(first.length + 1);
+    } else if (text.startsWith("@")) pre.before(element("p", { class: "links" }, "BibTeX", copyButton(text, "BibTeX", pre)));
   }
 }

@@ -16,8 +16,8 @@ export function menu(label, choices, onchange) {
   return element("label", { class: "menu" }, element("span", {}, label), select);
 }
 
-// A name that goes on in another line behind a comma, rather than anywhere.
-export const breakable = (name) => name.split(/(?<=,)/).flatMap((part, k) => (k ? [element("wbr"), part] : [part]));
+// A name that goes on in another line behind a comma, or in narrow places between its words, rather than anywhere.
+export const breakable = (name, isNarrow) => name.split(isNarrow ? /(?<=[,_])/ : /(?<=,)/).flatMap((part, k) => (k ? [element("wbr"), part] : [part]));
 
 const TOLD = 4000;  // milliseconds
 // A region that is there before its text changes is read aloud, one that comes with its text is not.

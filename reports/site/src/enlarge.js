@@ -5,7 +5,7 @@ import { element } from "./dom.js";
 const NARROW = matchMedia("(max-width: 44rem)");  // as wide as an enlarged figure is at least, as in the style sheet
 
 export function enlargeStills() {
-  for (const image of document.querySelectorAll("figure > img.still")) {
+  for (const image of document.querySelectorAll("figure > img.still:not(.moves)")) {
     const figure = image.parentElement;
     const button = element("button", { type: "button", class: "enlarge", "aria-pressed": "false" }, "Enlarge");
     /// @param x, y  shares of the image that stay where they are

@@ -7,14 +7,20 @@ const DATA = "data:image/svg+xml,";
 
 /// A drawing whose text is at hand stands in a tree of its own: its names and styles are not those of the page.
 function inlined(image, text) {
-  const svg = document.adoptNode(new DOMParser().parseFromString(text, "image/svg+xml").documentElement);
-  const { width, height } = svg.viewBox.baseVal;
-  for (const name of ["width", "height", "style"]) svg.removeAttribute(name);
-  svg.setAttribute("style", "display: block; width: 100%; height: 100%");
-  const host = element("div", { class: "scene moves", role: "img", "aria-label": image.alt, style: `aspect-ratio: ${width} / ${height}` });
-  host.attachShadow({ mode: "open" }).append(svg);
+  const host = element("div", { class: "scene moves", role: "img", "aria-label": image.alt });
   image.replaceWith(host);
-  return { place: host, pause: () => svg.pauseAnimations(), play: () => svg.unpauseAnimations() };
+  const root = host.attachShadow({ mode: "open" });
+  root.innerHTML = text;
+  const [svg, ...inner] = root.querySelectorAll("svg"), { width, height } = svg.viewBox.baseVal;
+  for (const name of ["width", "height"]) svg.removeAttribute(name);
+  svg.setAttribute("style", "display: block; width: 100%; height: 100%");
+  host.style.aspectRatio = `${width} / ${height}`;
+  // Drawings inside of a drawing have a time of their own in Chromium; what has no layout yet waits until it is told again.
+  const pause = () => { for (const each of [svg, ...inner]) each.pauseAnimations(); };
+  const play = () => { for (const each of [svg, ...inner]) each.unpauseAnimations(); };
+  host.getBoundingClientRect();
+  pause();
+  return { place: host, pause, play };
 }
 
 /// Of a file, which a page from a disk cannot read, the picture that is shown now is drawn over it.
@@ -35,21 +41,28 @@ function covered(image) {
   return { place: canvas, pause, play: () => { image.hidden = false; canvas.hidden = true; } };
 }
 
+/// The image becomes one that can be stopped, by a button below it.
+function hold(image, text) {
+  const { place, pause, play } = text ? inlined(image, text) : covered(image);
+  const button = element("button", { type: "button", class: "motion", onclick: () => set(!moves) });
+  let moves;
+  const set = (isMoving) => {
+    moves = isMoving;
+    button.textContent = moves ? "Pause" : "Play";
+    (moves ? play : pause)();
+  };
+  place.after(button);
+  set(!CALM.matches);
+  CALM.addEventListener("change", () => { if (CALM.matches) set(false); });
+}
+
 export function holdMotions() {
   for (const image of document.querySelectorAll("main figure > img")) {
     const source = image.getAttribute("src"), text = source.startsWith(DATA) ? decodeURIComponent(source.slice(DATA.length)) : "";
     if (!text.includes("<animate") && !/_scene\.svg$/.test(source)) continue;
-    const { place, pause, play } = text ? inlined(image, text) : covered(image);
-    let moves = true;
-    const button = element("button", { type: "button", class: "motion", onclick: () => toggle() });
-    const toggle = () => {
-      moves = !moves;
-      button.textContent = moves ? "Pause" : "Play";
-      (moves ? play : pause)();
-    };
-    button.textContent = "Pause";
-    place.after(button);
-    if (CALM.matches) toggle();
-    CALM.addEventListener("change", () => { if (CALM.matches && moves) toggle(); });
+    const closed = image.closest("details:not([open])");
+    // What is closed has no layout: its drawing comes when it is opened.
+    if (closed) closed.addEventListener("toggle", () => hold(image, text), { once: true });
+    else hold(image, text);
   }
 }

@@ -19,8 +19,9 @@ export function addSearch() {
   };
   const box = element("input", { type: "search", oninput: show, "aria-keyshortcuts": "/" });
   box.addEventListener("keydown", (event) => {
-    const found = items.find((item) => !item.hidden);
-    if (event.key === "Enter" && box.value && found) found.querySelector("a").click();
+    if (event.key !== "Enter" || !box.value) return;
+    const found = items.filter((item) => !item.hidden).map((item) => item.querySelector("a"));
+    (found.find((link) => link.textContent === box.value.trim()) ?? found[0])?.click();
   });
   const first = heading(lists[0]) ?? lists[0];
   first.before(element("div", { class: "menus search", role: "search" },

@@ -1,6 +1,6 @@
 // Tables that are wider than the page: what is beyond an edge is announced by a shadow and a button, the first column stays,
-// and so do the buttons that copy commands. A table first gives up the words of its commands, then the ends of long texts;
-// columns of text wrap no further than it takes to read them, so that no row is high for a cell that nobody sees.
+// and so do the buttons that copy commands. A table first gives up the words of its commands, then breadth of its texts,
+// then the ends of long ones, so that no row is high for a cell that nobody sees.
 import { breakable, commandLine, element } from "./dom.js";
 import { isCommand } from "./copy.js";
 
@@ -8,11 +8,12 @@ const SHORT = 18, LONG = 60;  // letters: such a text stays in one line; from th
 const NARROW = matchMedia("(max-width: 48rem)");
 const OWN_LAYOUT = ".choices, .verdicts";
 
-/// Letters that a column of text has room for at least; three lines are read at a glance.
-function lettersOf(longest) {
+/// Letters that a column of text has room for at least: three lines are read at a glance, and six where all then fits.
+function lettersOf(longest, isTight) {
   if (longest <= SHORT) return longest;
-  if (longest <= LONG) return Math.max(SHORT, Math.ceil(longest / 2));
-  return NARROW.matches ? 24 : Math.min(60, Math.max(32, Math.ceil(longest / 3)));
+  if (longest <= LONG) return Math.max(SHORT, Math.ceil(longest / (isTight ? 3 : 2)));
+  if (NARROW.matches) return 24;
+  return isTight ? Math.min(40, Math.max(28, Math.ceil(longest / 6))) : Math.min(60, Math.max(32, Math.ceil(longest / 3)));
 }
 
 /// Columns of commands get their buttons, columns of text their widths. Tables have thousands of cells: it is done when one is seen.
@@ -31,18 +32,24 @@ function prepare(table) {
     }
     const longest = Math.max(0, ...texts.map((text) => text.length));
     head.dataset.letters = longest;
-    if (k === 0) cells.forEach((cell, r) => { if (!cell.firstElementChild) cell.replaceChildren(...breakable(texts[r])); });
+    head.classList.toggle("holds-long", longest > LONG);
+    if (longest <= SHORT || longest > 2 * LONG) return;
+    cells.forEach((cell, r) => {
+      const place = cell.querySelector("a") ?? cell;
+      if (!texts[r].includes(" ") && place.textContent === texts[r]) place.replaceChildren(...breakable(texts[r], true));
+    });
   });
   table.classList.add("sized");
 }
 
 function setWidths(table) {
+  const isTight = table.classList.contains("tight");
   for (const head of table.tHead.rows[0].cells) {
-    if (head.dataset.letters) head.style.setProperty("--letters", lettersOf(Number(head.dataset.letters)));
+    if (head.dataset.letters) head.style.setProperty("--letters", lettersOf(Number(head.dataset.letters), isTight));
   }
 }
 
-/// A box that scrolls, what says so, and, around a table of the program, how much the table gives up to fit.
+/// A box that scrolls, what says so, and, around a table of the program, what the table gives up to fit.
 class Edge {
   constructor(scroll) {
     this.scroll = scroll;
@@ -71,9 +78,13 @@ class Edge {
     if (width !== this.width && this.isSized) {
       if (!this.table.classList.contains("sized")) prepare(this.table);
       this.width = width;
+      this.table.classList.remove("compact", "tight", "crowded");
       setWidths(this.table);
-      this.table.classList.remove("compact", "crowded");
-      for (const step of ["compact", "crowded"]) if (this.overflows()) this.table.classList.add(step);
+      for (const step of ["compact", "tight", "crowded"]) {
+        if (!this.overflows()) break;
+        this.table.classList.add(step);
+        setWidths(this.table);
+      }
       this.whole.hidden = !this.table.matches(".crowded:has(td.long)");
     } else if (!this.isSized) this.whole.hidden = true;
     this.update();
@@ -81,7 +92,8 @@ class Edge {
 
   update() {
     const { scroll, box } = this, isWide = this.overflows();
-    this.tools.hidden = !isWide;
+    this.more.hidden = !isWide;
+    this.tools.hidden = !isWide && this.whole.hidden;
     box.classList.toggle("more-left", isWide && scroll.scrollLeft > 1);
     box.classList.toggle("more-right", isWide && scroll.scrollLeft < scroll.scrollWidth - scroll.clientWidth - 1);
     if (!isWide) return;

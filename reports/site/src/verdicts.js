@@ -1,16 +1,36 @@
 // The matrix of hard cases, for a reader who chooses cases, methods and verdicts. A cell says what decided it.
-import { element, menu } from "./dom.js";
+import { breakable, commandLine, element, menu } from "./dom.js";
+import { pagesByName } from "./links.js";
 
 const ALL = "all";
 const PAPER_COLUMNS = 8;  // as many as A4 takes with words that can be read
 
-/// A name that goes on in another line behind a comma, rather than anywhere.
-const breakable = (name) => name.split(/(?<=,)/).flatMap((part) => [part, element("wbr")]);
+/// The page of the problem that a case runs, as a command of the case names it; undefined where the site has none.
+function problemPages(data) {
+  const pages = pagesByName();
+  return data.cases.map((_, k) => {
+    const command = data.methods.find((row) => row.cells[k])?.cells[k].command ?? "";
+    const [, name] = /--problem (\S+)/.exec(command) ?? /--scene (?:\S*\/)?(\S+?)\.json/.exec(command) ?? [];
+    return pages.get(name);
+  });
+}
+
+/// Rows of the table of all cells, by case, method and setting; they get names that a link can lead to.
+function rowsOfCells() {
+  const rows = [...document.querySelectorAll("#cells table tbody tr")];
+  rows.forEach((row, k) => { row.id ||= `cells-row-${k + 1}`; });
+  const at = new Map();
+  return (...names) => {
+    if (!at.size) for (const row of rows) at.set([...row.cells].slice(0, 3).map((cell) => cell.textContent).join("|"), row.id);
+    return at.get(names.join("|"));
+  };
+}
 
 export function drawVerdicts(place, data) {
   const state = { group: ALL, verdict: ALL, name: "", chosen: null };
   const groups = [...new Set(data.cases.map((c) => c.group))];
   const words = Object.keys(data.meanings);
+  const pages = problemPages(data), rowOf = rowsOfCells();
   const hint = element("p", { class: "hint" }, "Choose a cell for what decided it, and the command that repeats it.");
   const said = element("div", { class: "said", "aria-live": "polite" }, hint);
   const scroll = element("div", { class: "scroll matrix", tabindex: "0", role: "region", "aria-label": "Verdicts, methods by cases" });
@@ -34,30 +54,38 @@ export function drawVerdicts(place, data) {
       said.replaceChildren(hint);
       return;
     }
+    const row = rowOf(hardCase.id, method, cell.setting), page = pages[data.cases.indexOf(hardCase)];
+    const links = [row && element("a", { href: `#${row}` }, "its row in the table"), page && element("a", { href: page }, "the problem")];
     said.replaceChildren(element("div", {},
       element("p", { class: "title" }, `${method} on ${hardCase.id}, ${cell.setting}: ${cell.verdict}`),
       element("p", {}, `${hardCase.title}. ${data.meanings[cell.verdict]}: ${cell.number}`),
-      element("p", {}, element("code", {}, cell.command))));
+      element("p", {}, commandLine(cell.command)),
+      element("p", { class: "links" }, ...links.filter(Boolean))));
     const covered = button.getBoundingClientRect().bottom + 8 - said.getBoundingClientRect().top;
     if (covered > 0) scrollBy({ top: covered });
   }
 
   /// @param most  columns of a table: on paper nobody scrolls, so that the matrix becomes several
   function draw(most = data.cases.length) {
-    const columns = data.cases.flatMap((c, k) => (state.group === ALL || c.group === state.group ? [k] : []));
     const fits = (cell) => cell && (state.verdict === ALL || cell.verdict === state.verdict);
-    const rows = data.methods.filter((row) => row.method.includes(state.name) && columns.some((k) => fits(row.cells[k])));
+    const ofGroup = data.cases.flatMap((c, k) => (state.group === ALL || c.group === state.group ? [k] : []));
+    const rows = data.methods.filter((row) => row.method.includes(state.name) && ofGroup.some((k) => fits(row.cells[k])));
+    const columns = ofGroup.filter((k) => rows.some((row) => fits(row.cells[k])));
     const tables = [];
     for (let k = 0; k === 0 || k < columns.length; k += most) tables.push(tableOf(columns.slice(k, k + most), rows, fits));
     scroll.replaceChildren(...tables);
     const shown = rows.reduce((sum, row) => sum + columns.filter((k) => fits(row.cells[k])).length, 0);
-    count.textContent = `${shown} cells, ${rows.length} methods`;
+    const hidden = ofGroup.length - columns.length;
+    count.textContent = `${shown} cells, ${rows.length} methods` +
+      (hidden ? `; ${hidden} ${hidden > 1 ? "cases without such a cell are" : "case without such a cell is"} hidden` : "");
   }
 
   function tableOf(columns, rows, fits) {
     const head = element("tr", {}, element("th", { scope: "col", class: "text" }, "method"));
-    for (const k of columns)
-      head.append(element("th", { scope: "col", class: "turned", title: data.cases[k].title }, element("span", {}, data.cases[k].id)));
+    for (const k of columns) {
+      const name = pages[k] ? element("a", { href: pages[k] }, data.cases[k].id) : data.cases[k].id;
+      head.append(element("th", { scope: "col", class: "turned", title: data.cases[k].title }, element("span", {}, name)));
+    }
     const body = element("tbody");
     for (const row of rows) {
       const line = element("tr", {}, element("th", { scope: "row", class: "text" }, ...breakable(row.method)));

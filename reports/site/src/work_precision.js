@@ -3,10 +3,10 @@
 // and is the best of errors: it has a band before the axis. A line below says how many runs lack what is asked for.
 import { Delaunay } from "d3-delaunay";
 import { line } from "d3-shape";
-import { element, menu } from "./dom.js";
+import { commandLine, element, menu } from "./dom.js";
 import { legend } from "./legend.js";
 import { lookedAt } from "./looked_at.js";
-import { axes, COLOURS, drawAtWidth, logDomain, symbolPath } from "./plot.js";
+import { axes, COLOURS, DASHES, drawAtWidth, logDomain, symbolPath } from "./plot.js";
 
 const number = (x) => (x === 0 || (x >= 0.01 && x < 1e5) ? String(Number(x.toPrecision(3))) : x.toExponential(2));
 const NEAR = 40;  // pixels
@@ -19,7 +19,7 @@ const ROUNDING = 1e-16;  // below it an error is rounding, which stands with the
 const has = (run, field) => Number.isFinite(run[field]) && run[field] >= 0;
 const counted = (n) => `${n} ${n === 1 ? "run" : "runs"}`;
 
-/// Families have a colour, their members a symbol; from the second round of symbols on curves are dashed.
+/// Looks as the data state them; else families have a colour, their members a symbol, and those that are a family of one dashes.
 function styled(methods) {
   const families = [...new Set(methods.map((m) => m.family))];
   const members = new Map();
@@ -32,9 +32,9 @@ function styled(methods) {
     const k = isOdd ? loners++ : member;
     return {
       label: m.label, id: m.id, group: m.family,
-      colour: isOdd ? k % COLOURS : families.indexOf(m.family) % COLOURS,
-      symbol: isOdd ? Math.floor(k / COLOURS) + 1 : k,
-      dashed: isOdd,
+      colour: m.colour ?? (isOdd ? k % COLOURS : families.indexOf(m.family) % COLOURS),
+      symbol: m.symbol ?? (isOdd ? Math.floor(k / COLOURS) + 1 : k),
+      dash: DASHES[m.dash ?? Number(m.dashed ?? isOdd)],
     };
   });
 }
@@ -58,7 +58,7 @@ function describe(run, curve, data, error) {
     element("p", {}, outcome(run)),
     chosenError(run, error),
     element("p", {}, `${counters.join(", ")}, events ${run.events}`),
-    element("p", {}, element("code", {}, run.command)),
+    element("p", {}, commandLine(run.command)),
     element("p", {}, element("a", { href: `#${run.row}` }, "its row in the table")));
 }
 
@@ -110,6 +110,36 @@ function measured(list, isMeasured) {
   return found.length ? found : list.slice(0, 1);
 }
 
+const FEW = 8;  // curves that can be told from each other without a choice
+
+/// Of each family the method that is first at the smallest error that the family reaches, to a power of ten; of a family without
+/// a solution its first one, so that its failures are seen.
+function bestOfFamilies({ methods, runs }) {
+  if (methods.length <= FEW) return [...methods.keys()];
+  const solved = runs.filter((run) => has(run, "error") && has(run, "time"));
+  const decade = (run) => Math.ceil(Math.log10(Math.max(run.error, ROUNDING)) - 1e-9);
+  return [...new Set(methods.map((m) => m.family))].map((family) => {
+    const own = solved.filter((run) => methods[run.method].family === family);
+    const least = Math.min(...own.map(decade));
+    const [best] = own.filter((run) => decade(run) === least).sort((a, b) => a.time - b.time);
+    return best?.method ?? methods.findIndex((m) => m.family === family);
+  });
+}
+
+/// A link to a row of a run, or "#curve=METHOD", shows the curve.
+function followLinks(data, place, key) {
+  const follow = () => {
+    const hash = decodeURIComponent(location.hash.slice(1));
+    const run = [...data.runs, ...data.failures].find(({ row }) => row === hash);
+    const k = run ? run.method : data.methods.findIndex((m) => `curve=${m.id}` === hash);
+    if (k < 0) return;
+    key.add(k);
+    if (!run) place.scrollIntoView({ block: "start" });
+  };
+  addEventListener("hashchange", follow);
+  follow();
+}
+
 export function drawWorkPrecision(place, data) {
   const curves = styled(data.methods);
   // An error of zero in every run is a result, a work of zero in every run is one that nobody counts.
@@ -122,7 +152,8 @@ export function drawWorkPrecision(place, data) {
     "Point at a run, or move with the arrow keys, for what it is; a click, or Enter, keeps it.");
   const notes = element("p", { class: "hint" });
   const choices = (list) => list.map(({ field, label }) => [field, label]);
-  const key = legend(curves, () => draw());
+  const first = bestOfFamilies(data);
+  const key = legend(curves, () => draw(), { noun: "methods", first, why: first.length < curves.length ? "best of each family" : "" });
   place.append(
     element("div", { class: "menus" },
       menu("error", choices(errors), (field) => { state.error = field; draw(); }),
@@ -176,7 +207,7 @@ export function drawWorkPrecision(place, data) {
       if (!own.some(hasPlace)) continue;
       const group = area.append("g").attr("class", `c${curves[k].colour}`).attr("data-method", curves[k].id);
       const d = pieces(own, hasPlace, isLeft, isBelow).map((piece) => path(piece.map((run) => at.get(run)))).join("");
-      group.append("path").attr("class", curves[k].dashed ? "curve dashed" : "curve").attr("d", d);
+      group.append("path").attr("class", "curve").style("stroke-dasharray", curves[k].dash || null).attr("d", d);
       for (const run of own.filter(hasPlace)) {
         group.append("path").attr("class", "mark").attr("d", symbolPath(curves[k].symbol))
           .attr("transform", `translate(${at.get(run)})`);
@@ -203,4 +234,5 @@ export function drawWorkPrecision(place, data) {
     picture.replaceChildren(svg.node());
   }
   drawAtWidth(picture, (width) => { state.width = width; draw(); });
+  followLinks(data, place, key);
 }
