@@ -12,17 +12,17 @@ namespace ricochet {
 
 struct RunOptions {
   std::string folder = "out/results";
-  bool quick = false;                ///< sets "quick" of the experiment: a part of its runs, times measured less often
-  bool with_times = true;            ///< false: sets "times" to false
+  bool quick = false;      ///< sets "quick" of the experiment: a part of its runs, times measured less often
+  bool with_times = true;  ///< false: sets "times" to false
   TimesMark times = TimesMark::unsaid;  ///< what is promised of the times
-  bool force = false;                ///< results that are there already are computed again
-  double time_limit = 0;             ///< sets "time_limit", wall time per run [s]; 0: the experiment's own
-  std::string data{};                ///< sets "data", a folder of measured data; empty: the experiment's own
-  std::vector<std::string> changes;  ///< "FIELD=VALUE" of the experiment; its results are then those of ID_part
-  Selection selection;               ///< part of its rows; the results are then those of ID_part, too
-  int jobs = 1;                      ///< processes that make rows; results are the same
-  Shard shard{};                     ///< of the rows only this part, into a file of its own
-  std::string shards{};              ///< folder of shards that have made the rows; empty: they are made here
+  bool force = false;                   ///< results that are there already are computed again
+  double time_limit = 0;                ///< sets "time_limit", wall time per run [s]; 0: the experiment's own
+  std::string data{};                   ///< sets "data", a folder of measured data; empty: the experiment's own
+  std::vector<std::string> changes;     ///< "FIELD=VALUE" of the experiment; its results are then those of ID_part
+  Selection selection;                  ///< part of its rows; the results are then those of ID_part, too
+  int jobs = 1;                         ///< processes that make rows; results are the same
+  Shard shard{};                        ///< of the rows only this part, into a file of its own
+  std::string shards{};                 ///< folder of shards that have made the rows; empty: they are made here
 };
 
 /// @param text  of --times: exclusive or shared  @throws InputError for another one

@@ -12,7 +12,7 @@ struct Metrics {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   bool are_known = false;  ///< false: the run was not looked at
-  std::string why_not;     ///< why it was not; of a known one, why there is no reference motion; empty where all is there
+  std::string why_not;  ///< why it was not; of a known one, why there is no reference motion; empty where all is there
 
   // Against the reference motion.
   double position_error = kNone;      ///< max-norm over the time of q
@@ -42,10 +42,11 @@ struct Metrics {
   double contact_cone = kNone;         ///< integral of W max(0, |lambda_t| - mu lambda_n) [m/s]
   double contact_dissipation = kNone;  ///< integral of |mu lambda_n |v_t| + lambda_t' v_t| [J]
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Metrics, are_known, why_not, position_error, velocity_error, end_velocity_error,
-                                                event_time_error, impulse_error, missed_events, spurious_events,
-                                                energy_error, momentum_error, angular_momentum_error, penetration,
-                                                constraint_drift, signorini, restitution, cone, dissipation,
-                                                contact_gap, contact_pull, contact_cone, contact_dissipation)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Metrics, are_known, why_not, position_error, velocity_error,
+                                                end_velocity_error, event_time_error, impulse_error, missed_events,
+                                                spurious_events, energy_error, momentum_error, angular_momentum_error,
+                                                penetration, constraint_drift, signorini, restitution, cone,
+                                                dissipation, contact_gap, contact_pull, contact_cone,
+                                                contact_dissipation)
 
 }  // namespace ricochet

@@ -68,7 +68,8 @@ Table conditioning_table(const std::vector<Conditioning>& all) {
   return table;
 }
 
-ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver, bool from_guess, Timer timer) {
+ContactSolution solve_of_set(const StoredContactProblem& stored, const std::string& solver, bool from_guess,
+                             Timer timer) {
   const ContactSolverOptions options = contact_solver_options(solver);
   ContactSolution declined;
   declined.solver = solver;

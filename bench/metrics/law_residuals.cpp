@@ -101,16 +101,30 @@ class PersistentContacts {
   bool is_redundant_ = false;  // at some instant so far
 };
 
-/// The jump of v where a piece begins is an impact that the solution tells. @param before, behind  v on either side
-bool tells_impact(const Solution& solution, double begin, const Vector& before, const Vector& behind) {
-  const double rounding = 1e-12 * (1 + std::abs(begin));
+/// The solution tells an impact at the time `t` that `is_it` holds for.
+template <class IsIt>
+bool tells_impact(const Solution& solution, double t, IsIt is_it) {
+  const double rounding = 1e-12 * (1 + std::abs(t));
   const auto& events = solution.events;
-  auto event = std::ranges::lower_bound(events, begin - rounding, {}, &Event::t);
-  for (; event != events.end() && event->t <= begin + rounding; ++event) {
-    if (event->kind == EventKind::impact && (event->v_plus - behind).norm() < (event->v_plus - before).norm())
-      return true;
+  auto event = std::ranges::lower_bound(events, t - rounding, {}, &Event::t);
+  for (; event != events.end() && event->t <= t + rounding; ++event) {
+    if (event->kind == EventKind::impact && is_it(*event)) return true;
   }
   return false;
+}
+
+/// The jump of v where a piece begins is an impact. @param before, behind  v on either side
+bool begins_with_impact(const Solution& solution, double begin, const Vector& before, const Vector& behind) {
+  return tells_impact(solution, begin, [&](const Event& event) {
+    return (event.v_plus - behind).norm() < (event.v_plus - before).norm();
+  });
+}
+
+/// Where a piece with constant v ends, an impact takes it away. @param v_end  at its end
+bool ends_with_impact(const Solution& solution, double end, const Vector& v_end) {
+  return tells_impact(solution, end, [&](const Event& event) {
+    return (event.v_minus - v_end).norm() < (event.v_plus - v_end).norm();
+  });
 }
 
 }  // namespace
@@ -131,10 +145,11 @@ void measure_persistent_contact(const Problem& problem, const Solution& solution
     const double begin = motion.begin_of(piece), end = motion.end_of(piece), length = end - begin;
     motion.within(piece, 1, q, v_end);
     motion.within(piece, 0, q, v);
-    const bool is_impact = tells_impact(solution, begin, before, v);
+    const bool is_impact = begins_with_impact(solution, begin, before, v);
     const Vector jump = is_impact ? Vector(Vector::Zero(v.size())) : Vector(v - before);
     before = v_end;
-    if (is_impact && v == v_end) continue;  // a step of time stepping, whose forces are in the impulse
+    // Of a step of time stepping with an impact, whose forces are in the impulse, v is constant on either side of it.
+    if (v == v_end && (is_impact || ends_with_impact(solution, end, v_end))) continue;
     const auto cuts = cuts_of(motion, piece, reference.events, [](const Event&) { return true; });
     for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
       const double h = cuts[k + 1] - cuts[k];

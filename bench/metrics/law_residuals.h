@@ -28,8 +28,8 @@ void measure_impacts(const Problem& problem, const Solution& solution, Metrics& 
 ///     a = v' + (jump of v where the piece of the motion begins) / (length of the piece)                     (6)
 ///
 /// since time stepping has its forces in jumps and others in v'. A jump that is an impact which the solution tells is no
-/// part of (6). A step of time stepping that tells an impact is left out: its impulse has the forces in it. So are the
-/// bilateral constraints of (5), whose drift is a metric of its own.
+/// part of (6). A step of time stepping that tells an impact is left out, on either side of it: its impulse has the forces
+/// in it. So are the bilateral constraints of (5), whose drift is a metric of its own.
 ///
 ///     Signorini              |f_c|, the largest                                                             (7)
 ///     pull                   integral of W max(0, -lambda_n)                                                (8)

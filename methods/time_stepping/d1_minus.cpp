@@ -88,6 +88,7 @@ Solution D1Minus::do_solve(const Problem& problem, const Settings& settings) con
     return run.solve_contacts(v_tilde, shift, {}, slip_shift);
   };
 
+  run.impact_place = 1;  // (6)
   return run.take_steps([&](Vector& v_plus) {
     if (!keeps_force) change = free.change_without_mass(q, v);
     v_tilde = v + change;  // (1)

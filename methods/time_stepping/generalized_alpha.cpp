@@ -190,6 +190,7 @@ Solution GeneralizedAlpha::do_solve(const Problem& problem, const Settings& sett
     run.q += h * v + (h * h * (0.5 - alpha.beta)) * a_last + (h * h * alpha.beta) * a + (0.5 * h) * w;
     return true;
   };
+  run.impact_place = 0.5;  // (4)
   return run.take_steps(step);
 }
 

@@ -132,6 +132,7 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
     return run.fail("Newton's method for the implicit forces did not converge");
   };
 
+  run.impact_place = 1 - theta_;  // (6)
   return run.take_steps([&](Vector& v_plus) {
     q_m = q + (0.5 * h) * v;  // (1)
     if (!constant_matrix) factorize(q, v);

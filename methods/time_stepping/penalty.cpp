@@ -257,6 +257,7 @@ bool PenaltyRun::set_impulses() {
 }
 
 Solution PenaltyRun::take_steps() {
+  run_.impact_place = 0.5;  // (7)
   return run_.take_steps([&](Vector& v_plus) {
     set_free_motion();
     if (info_.n_c() > 0 && find_contacts()) {

@@ -215,6 +215,7 @@ class RattleStep {
 Solution Rattle::do_solve(const Problem& problem, const Settings& settings) const {
   FixedStepRun run(problem, settings, solver_, observer_);
   RattleStep step(run);
+  run.impact_place = 1;  // (5)
   return run.take_steps([&](Vector& v_plus) { return step(v_plus); });
 }
 

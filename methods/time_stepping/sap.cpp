@@ -322,6 +322,7 @@ bool SapRun::minimize(Vector& v) {
 }
 
 Solution SapRun::take_steps() {
+  run_.impact_place = 1 - options_.theta;  // (7)
   return run_.take_steps([&](Vector& v) {
     q_m_ = run_.q + (0.5 * h_) * run_.v;
     if (!constant_matrix_) linearize();

@@ -58,6 +58,7 @@ class Symplectic final : public TimeSteppingMethod {
     FixedStepRun run(problem, settings, solver_, observer_);
     ExplicitStep free(run);
     Vector kick = free.change(run.q, run.v), shift = Vector::Zero(problem.n_c());
+    run.impact_place = 1;  // (4)
     return run.take_steps([&](Vector& v_plus) {
       v_plus = run.v + 0.5 * kick;        // (1)
       run.q += run.h * v_plus;            // (2)

@@ -88,8 +88,7 @@ class ResultsPage {
     else if (const auto* row = row_of_figure(results_, figure))
       csv = motion_csv(*row);
     if (csv.empty() && results_.rows.empty()) return "";
-    const std::string file =
-        csv.empty() ? csv_of("all_digits") : fs::path(figure.file).stem().string() + "_drawn.csv";
+    const std::string file = csv.empty() ? csv_of("all_digits") : fs::path(figure.file).stem().string() + "_drawn.csv";
     if (!csv.empty()) write_text("report file", folder_ / file, csv);
     return fmt::format("<a href=\"{}\">CSV</a> ", escape_html(file));
   }

@@ -231,7 +231,8 @@ TEST_F(Cli, SharesTheWorkOfWhatIsNotTimed) {
 
 /// Cells without times do not depend on what ran beside them.
 TEST_F(Cli, HardCasesAreTheSameHoweverTheirWorkIsShared) {
-  const std::string command = "run-experiment hard_cases --problem disc_in_chute --method moreau_jean --method fesd:gauss:3";
+  const std::string command =
+      "run-experiment hard_cases --problem disc_in_chute --method moreau_jean --method fesd:gauss:3";
   const auto file_of = [&](const std::string& options) {
     const fs::path results = folder / ("results" + options);
     const Outcome outcome = run(command + " --no-times" + options + " -o '" + results.string() + "'");

@@ -140,6 +140,8 @@ async function answers() {
   const before = await take.textContent();
   await page.locator("table.choices").first().locator("button").last().click();
   assert.notEqual(await take.textContent(), before, "another cell, another answer");
+  assert.ok(await take.locator("a[href^=methods]").count(), "the method leads to its page");
+  assert.match(await take.locator("code").last().textContent(), /^ricochet run --/, "a command repeats the run");
   const level = page.locator(".question select").nth(1);
   await level.selectOption({ index: 0 });
   assert.equal(await page.locator("table.choices").first().locator("button[aria-pressed=true]").count(), 1);
@@ -156,6 +158,21 @@ async function answers() {
   const all = await rows.filter({ visible: true }).count();
   await page.locator("details.long .menus select").first().selectOption({ index: 1 });
   assert.ok((await rows.filter({ visible: true }).count()) < all, "a menu hides rows");
+  await page.close();
+}
+
+async function curves() {
+  const page = await open(`experiments/${grid}.html`, 1400);
+  const chart = page.locator("figure.chart[data-chart=curves]"), marks = chart.locator(".picture .mark");
+  assert.equal(await chart.locator("img.still").count(), 0, "the panels stand in place of their images");
+  const all = await marks.count();
+  assert.ok(all > 10, `${all} marks`);
+  await chart.locator(".legend .curves button:not(.group)").first().click();
+  assert.ok((await marks.count()) < all, "a curve is switched off");
+  const panel = chart.locator(".panel").last();
+  await panel.locator("svg").focus();
+  await page.keyboard.press("End");
+  assert.match(await panel.locator(".said").textContent(), /step length/, "a key says the numbers of a mark");
   await page.close();
 }
 
@@ -387,7 +404,7 @@ async function copies() {
   const page = await open("index.html", 1400, "light", withoutClipboard);
   const line = page.locator("main .command-line").first(), button = line.locator("button.copy");
   const command = await line.locator("code").textContent();
-  assert.match(command, /^ricochet run-experiment \S+$/);
+  assert.match(command, /^ricochet run(-experiment)? \S+/);
   await button.focus();
   await page.keyboard.press("Enter");
   const told = page.locator("[role=status]");
@@ -706,7 +723,7 @@ async function printsWhatIsOpen() {
 
 const bytes = ["index.html", "assets/site.css", "assets/site.js"].reduce((sum, name) => sum + statSync(join(site, name)).size, 0);
 assert.ok(bytes < FIRST_VIEW, `the first view has ${bytes} bytes`);
-const TESTS = [answers, workPrecision, fewCurvesFirst, zeros, copies, tables, motion, search, stillsFit, namesLeadToPages, profiles, verdicts,
+const TESTS = [answers, curves, workPrecision, fewCurvesFirst, zeros, copies, tables, motion, search, stillsFit, namesLeadToPages, profiles, verdicts,
   equations, figuresLinkToTheirNumbers, printsWhatIsOpen, async function looks() { for (const name of PAGES) await looksRight(name); }];
 const only = process.argv.includes("--only") ? process.argv.at(-1) : "";
 try {

@@ -16,7 +16,7 @@ struct FastestRun {
   static constexpr const char* kKind = "fastest_run";
 
   std::string scene, group, family;
-  std::string problem;          ///< of the scene, as `ricochet run` is told: an id, or "FILE#ID"
+  std::string problem;         ///< of the scene, as `ricochet run` is told: an id, or "FILE#ID"
   std::string solver = "new";  ///< made for each run, or "kept" between runs (Method::prepare)
   double level = 0;
   double uncertainty = 0;  ///< of the reference; a level that is not above it cannot be judged
@@ -24,17 +24,17 @@ struct FastestRun {
   double error = 0;          ///< of the final (q, v), max-norm
   double microseconds = -1;  ///< CPU time of the whole run, median; -1: no run reaches the level
   double lower_quartile = -1, upper_quartile = -1;
-  double solution_size = 0;  ///< max-norm of the reference's final (q, v)
-  Metrics metrics;           ///< of the whole motion of this run
+  double solution_size = 0;   ///< max-norm of the reference's final (q, v)
+  Metrics metrics;            ///< of the whole motion of this run
   int tried = 0, failed = 0;  ///< runs of the family on this scene
   std::string why;            ///< of the last failure
 
   bool is_reached() const { return microseconds > 0; }
   bool is_judged() const { return level > uncertainty; }
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FastestRun, scene, group, family, problem, solver, level, uncertainty, method,
-                                                setting, command, error, microseconds, lower_quartile, upper_quartile,
-                                                solution_size, metrics, tried, failed, why)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FastestRun, scene, group, family, problem, solver, level, uncertainty,
+                                                method, setting, command, error, microseconds, lower_quartile,
+                                                upper_quartile, solution_size, metrics, tried, failed, why)
 
 /// Those with this solver, for the tables below.
 std::vector<FastestRun> runs_of_solver(const std::vector<FastestRun>& runs, const std::string& solver);

@@ -176,12 +176,20 @@ Solution integrate_moreau_jean(const Problem& problem, const Settings& settings,
           combined ? combined->cumulatedNewtonNbIterations() : simulation->getNewtonNbIterations();
       model.count(counters);
       solution.t = k + 1 == settings.steps ? info.end_time : (k + 1) * h;
-      // A contact that carries an impulse and did not before has closed; the impulse acts where the step begins.
+      // A contact that carries an impulse and did not before has closed; by (2) the impulse acts 1 - theta of a step behind t_k.
       for (int i = 0; i < info.n_c(); ++i) {
         const bool is_pressed = Lambda_n[i] > 0;
         if (is_pressed && !was_pressed[i]) {
-          solution.events.push_back(
-              {k * h, EventKind::impact, i, q_minus, v_minus, solution.v, Lambda_n, Lambda_t, {}, {}});
+          solution.events.push_back({(k + 1 - theta) * h,
+                                     EventKind::impact,
+                                     i,
+                                     q_minus + (1 - theta) * h * v_minus,
+                                     v_minus,
+                                     solution.v,
+                                     Lambda_n,
+                                     Lambda_t,
+                                     {},
+                                     {}});
           ++counters.events;
         }
         was_pressed[i] = is_pressed;

@@ -148,9 +148,14 @@ class FixedStepRun {
       ++solution.counters.steps;
       ++solution.counters.elements;
       solution.t = k + 1 == settings.steps ? problem.info().end_time : (k + 1) * h;
-      record_closings(k * h, q_minus, v_minus);
+      const double t_impact = impact_place < 1 ? (k + impact_place) * h : solution.t;
+      const bool has_impact = record_closings(t_impact, q_minus, v_minus);
       if (settings.recording >= Recording::grid) solution.samples.push_back({solution.t, q, v, v});
-      if (settings.recording == Recording::motion) record_motion(k * h, q_minus);
+      if (settings.recording != Recording::motion) continue;
+      if (has_impact)
+        record_impact(k * h, t_impact, q_minus, v_minus);
+      else
+        record_motion(k * h, q_minus, v_minus);
     }
     return std::move(solution);
   }
@@ -163,6 +168,9 @@ class FixedStepRun {
   Vector &q, &v;
   std::vector<int> active;
   Vector Lambda_n, Lambda_t;  ///< impulses of the step so far
+  /// sigma in [0, 1]: where in a step the impulses act that close contacts. Without forces
+  ///     q_{k+1} = q_k + sigma h v_k + (1 - sigma) h v_{k+1}                                           (1)
+  double impact_place = 0;
 
  private:
   bool note(ContactStatus status) { return status == ContactStatus::solved || fail(reason_of(status)); }
@@ -173,28 +181,51 @@ class FixedStepRun {
     return std::move(solution);
   }
 
-  /// Impulses act where the step begins: behind it v is that of the right end, and q goes there along a straight line.
-  void record_motion(double t, const Vector& q_minus) {
+  /// Without an impact q and v go along straight lines.
+  void record_motion(double t, const Vector& q_minus, const Vector& v_minus) {
     solution.motion.add(t, solution.t, 1, [&](double s, Vector& at_q, Vector& at_v) {
       at_q = (1 - s) * q_minus + s * q;
+      at_v = (1 - s) * v_minus + s * v;
+    });
+  }
+
+  /// q where the impulses act, (1).
+  Vector at_impact(const Vector& q_minus, const Vector& v_minus) const {
+    return impact_place < 1 ? Vector(q_minus + impact_place * h * v_minus) : q;
+  }
+
+  /// v is that of the left end before the impact, that of the right end behind it.
+  void record_impact(double t, double t_impact, const Vector& q_minus, const Vector& v_minus) {
+    const Vector q_impact = at_impact(q_minus, v_minus);
+    solution.motion.add(t, t_impact, 1, [&](double s, Vector& at_q, Vector& at_v) {
+      at_q = (1 - s) * q_minus + s * q_impact;
+      at_v = v_minus;
+    });
+    solution.motion.add(t_impact, solution.t, 1, [&](double s, Vector& at_q, Vector& at_v) {
+      at_q = (1 - s) * q_impact + s * q;
       at_v = v;
     });
   }
 
-  /// A contact that carries an impulse now and did not in the step before has closed. Its impulse acts where the step
-  /// begins, at the time `t`: that is the instant of the impact.
-  void record_closings(double t, const Vector& q_minus, const Vector& v_minus) {
+  /// A contact that carries an impulse now and did not in the step before has closed, at the time `t`.
+  /// @return whether one has
+  bool record_closings(double t, const Vector& q_minus, const Vector& v_minus) {
+    bool has_impact = false;
     for (const int i : unilateral_) {
       const bool is_pressed = Lambda_n[i] > 0;
       if (is_pressed && !was_pressed_[i]) {
+        has_impact = true;
         ++solution.counters.events;
-        if (settings.recording != Recording::final_state)
-          solution.events.push_back({t, EventKind::impact, i, q_minus, v_minus, v, Lambda_n, Lambda_t, {}, {}});
+        if (settings.recording != Recording::final_state) {
+          const Vector q_impact = at_impact(q_minus, v_minus);
+          solution.events.push_back({t, EventKind::impact, i, q_impact, v_minus, v, Lambda_n, Lambda_t, {}, {}});
+        }
       }
       was_pressed_[i] = is_pressed;
       rest_speed_[i] = is_pressed ? contacts.velocity_rounding(i) : 0;
       drift_[i] = is_pressed ? drift_[i] + h * rest_speed_[i] : 0;
     }
+    return has_impact;
   }
 
   const bool has_bilateral_ = problem.info().has_bilateral();
