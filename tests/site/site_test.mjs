@@ -113,9 +113,14 @@ const cutOff = () => {
   return found;
 };
 
+/// Observers of sizes have been told of the first layout when a second frame is drawn.
+const framesDrawn = (page) =>
+  page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+
 async function looksRight(name) {
   for (const width of WIDTHS) {
     const page = await open(name, width);
+    await framesDrawn(page);
     for (const what of await page.evaluate(cutOff)) complaints.push(`${name} at ${width}: ${what}`);
     await page.close();
   }
