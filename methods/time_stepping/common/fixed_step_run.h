@@ -216,10 +216,9 @@ class FixedStepRun {
       if (is_pressed && !was_pressed_[i]) {
         has_impact = true;
         ++solution.counters.events;
-        if (settings.recording != Recording::final_state) {
-          const Vector q_impact = at_impact(q_minus, v_minus);
-          solution.events.push_back({t, EventKind::impact, i, q_impact, v_minus, v, Lambda_n, Lambda_t, {}, {}});
-        }
+        if (settings.recording != Recording::final_state)
+          solution.events.push_back(
+              {t, EventKind::impact, i, at_impact(q_minus, v_minus), v_minus, v, Lambda_n, Lambda_t, {}, {}});
       }
       was_pressed_[i] = is_pressed;
       rest_speed_[i] = is_pressed ? contacts.velocity_rounding(i) : 0;
