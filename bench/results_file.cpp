@@ -23,15 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// An empty object of a file that is not there, or has none.
-json header_of(const std::string& path) {
-  std::ifstream file(path);
-  std::string line;
-  std::getline(file, line);
-  const json header = json::parse(line, nullptr, false);
-  return header.is_object() ? header : json::object();
-}
-
 /// Whether rows with this header are as good as those that are asked for: exclusive times are those of exclusive runs.
 bool is_as_good(const json& header, const json& asked) {
   const bool has_times = times_mark(asked) != TimesMark::exclusive || times_mark(header) == TimesMark::exclusive;
@@ -75,12 +66,12 @@ std::vector<std::pair<std::string, json>> taken_lines(const std::string& partial
 ResultsFile::ResultsFile(const std::string& folder, const std::string& name, json header, bool force)
     : path_((fs::path(folder) / (name + ".jsonl")).string()), partial_(path_ + ".partial"), header_(std::move(header)) {
   if (fs::exists(partial_)) lock();
-  const bool is_there = fs::exists(path_), is_same = is_there && is_as_good(header_of(path_), header_);
+  const bool is_there = fs::exists(path_), is_same = is_there && is_as_good(read_header(path_), header_);
   is_complete_ = is_same && !force;
   if (is_complete_) {
     said_ = fmt::format("{}: results of the same experiment, files and program are there; --force computes them again",
                         path_);
-  } else if (const json begun = header_of(partial_); !force && is_as_good(begun, header_)) {
+  } else if (const json begun = read_header(partial_); !force && is_as_good(begun, header_)) {
     taken_ = taken_lines(partial_);
     set_times_mark(header_, std::min(times_mark(header_), times_mark(begun)));
     said_ = fmt::format("{}: {} rows of an interrupted run are taken over", path_, taken_.size());

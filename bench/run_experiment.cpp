@@ -39,15 +39,11 @@ std::string quoted(const std::string& text) {
   return text.find_first_of("*'\" []{}") == std::string::npos ? text : fmt::format("'{}'", text);
 }
 
-std::string word_of(TimesMark mark) {
-  return mark == TimesMark::shared ? "shared" : "exclusive";
-}
-
 std::string command_of(const std::string& name, const RunOptions& options) {
   std::string command = "ricochet run-experiment " + name;
   if (options.quick) command += " --quick";
   if (!options.with_times) command += " --no-times";
-  if (options.times != TimesMark::unsaid) command += " --times " + word_of(options.times);
+  if (options.times != TimesMark::unsaid) command += " --times " + to_string(options.times);
   if (options.time_limit > 0) command += fmt::format(" --time-limit {:g}", options.time_limit);
   if (!options.data.empty()) command += " --data " + options.data;
   for (const auto& method : options.selection.methods) command += " --method " + quoted(method);
@@ -142,9 +138,9 @@ void tell_failure(const Study& study, const std::string& id, const json& line) {
 }  // namespace
 
 TimesMark read_times_mark(const std::string& text) {
-  if (text == "exclusive") return TimesMark::exclusive;
-  if (text == "shared") return TimesMark::shared;
-  throw InputError("--times", text, "exclusive or shared is required");
+  const TimesMark mark = times_mark_of(text);
+  if (mark == TimesMark::unsaid) throw InputError("--times", text, "exclusive or shared is required");
+  return mark;
 }
 
 json experiment_document(const ExperimentFile& experiment, const RunOptions& options) try {

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <filesystem>
-#include <fstream>
 #include <regex>
 #include <set>
 
@@ -22,18 +21,6 @@ struct Division {
   std::set<int> others;  ///< complete ones of another experiment, other files or another program
 };
 
-std::string shard_path(const std::string& folder, const std::string& experiment, const Shard& shard) {
-  return (fs::path(folder) / (shard.name(experiment) + ".jsonl")).string();
-}
-
-bool has_key(const std::string& path, const std::string& key) {
-  std::ifstream file(path);
-  std::string line;
-  std::getline(file, line);
-  const nlohmann::json header = nlohmann::json::parse(line, nullptr, false);
-  return header.is_object() && header.contains("key") && header["key"] == key;
-}
-
 /// By the number of their shards. A folder keeps what was made by an earlier program, with another number of them even.
 std::map<int, Division> divisions_in(const std::string& folder, const std::string& experiment, const std::string& key) {
   static const std::regex tail(R"(\.shard-([1-9][0-9]{0,5})-of-([1-9][0-9]{0,5})\.jsonl(\.partial)?)");
@@ -49,7 +36,8 @@ std::map<int, Division> divisions_in(const std::string& folder, const std::strin
     if (shard.number > shard.of || shard.is_all()) continue;
     Division& division = divisions[shard.of];
     if (match[3].matched) continue;  // without a shard that is complete, the division is named nevertheless
-    (has_key(entry.path().string(), key) ? division.of_key : division.others).insert(shard.number);
+    const bool is_of_key = read_header(entry.path().string()).value("key", "") == key;
+    (is_of_key ? division.of_key : division.others).insert(shard.number);
   }
   if (error) throw InputError("folder of shards", folder, error.message());
   return divisions;
@@ -107,6 +95,11 @@ std::string Shard::name(const std::string& experiment) const {
   return is_all() ? experiment : fmt::format("{}.shard-{}-of-{}", experiment, number, of);
 }
 
+std::string shard_path(const std::string& path, const Shard& shard) {
+  const fs::path file = path;
+  return (file.parent_path() / (shard.name(file.stem().string()) + file.extension().string())).string();
+}
+
 Shard read_shard(const std::string& text) {
   static const std::regex form("([1-9][0-9]{0,5})/([1-9][0-9]{0,5})");
   std::smatch match;
@@ -122,7 +115,7 @@ ShardRows read_shards(const std::string& folder, const std::string& experiment, 
   const int of = complete_division(divisions_in(folder, experiment, key), folder, experiment);
   ShardRows rows;
   for (int number = 1; number <= of; ++number) {
-    const std::string path = shard_path(folder, experiment, {number, of});
+    const std::string path = shard_path((fs::path(folder) / (experiment + ".jsonl")).string(), {number, of});
     const Results shard = read_results(path);
     if (!shard.is_complete) throw InputError("shard", path, "it is not complete");
     headers.push_back(shard.header);

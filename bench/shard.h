@@ -22,6 +22,9 @@ struct Shard {
   std::string name(const std::string& experiment) const;
 };
 
+/// "out/spring.shard-3-of-8.csv", of the file "out/spring.csv" of the whole.
+std::string shard_path(const std::string& path, const Shard& shard);
+
 /// @param text  "3/8"  @throws InputError for another text, or a number that is not from 1 to 8
 Shard read_shard(const std::string& text);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <fstream>
 #include <limits>
 #include <sstream>
 
@@ -59,22 +60,26 @@ void require_integers(const json& example, const json& row) {
   }
 }
 
+std::string to_string(TimesMark mark) {
+  return mark == TimesMark::shared ? "shared" : mark == TimesMark::exclusive ? "exclusive" : "";
+}
+
+TimesMark times_mark_of(const std::string& word) {
+  for (const TimesMark mark : {TimesMark::shared, TimesMark::exclusive}) {
+    if (word == to_string(mark)) return mark;
+  }
+  return TimesMark::unsaid;
+}
+
 TimesMark times_mark(const nlohmann::json& header) {
-  const std::string text = header.value("times", "");
-  return text == "shared" ? TimesMark::shared : text == "exclusive" ? TimesMark::exclusive : TimesMark::unsaid;
+  return times_mark_of(header.value("times", ""));
 }
 
 void set_times_mark(nlohmann::json& header, TimesMark mark) {
-  switch (mark) {
-    case TimesMark::shared:
-      header["times"] = "shared";
-      return;
-    case TimesMark::exclusive:
-      header["times"] = "exclusive";
-      return;
-    case TimesMark::unsaid:
-      header.erase("times");
-  }
+  if (mark == TimesMark::unsaid)
+    header.erase("times");
+  else
+    header["times"] = to_string(mark);
 }
 
 std::vector<std::string> warnings(const Results& results) {
@@ -88,6 +93,14 @@ std::vector<std::string> warnings(const Results& results) {
     list.push_back(
         fmt::format("Times of these results were taken on different processors: {}.", fmt::join(processors, "; ")));
   return list;
+}
+
+json read_header(const std::string& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  json header = json::parse(line, nullptr, false);
+  return header.is_object() ? header : json::object();
 }
 
 Results read_results(const std::string& path) {

@@ -32,6 +32,8 @@ enum class TimesMark {
   exclusive  ///< taken while nothing else ran there
 };
 
+std::string to_string(TimesMark mark);             ///< "shared", "exclusive", or nothing
+TimesMark times_mark_of(const std::string& word);  ///< unsaid for another word
 TimesMark times_mark(const nlohmann::json& header);
 void set_times_mark(nlohmann::json& header, TimesMark mark);
 
@@ -70,6 +72,9 @@ struct Results {
 /// What a reader has to know before the numbers, a sentence each: that the run was interrupted, that its times were taken
 /// beside other work, or on different processors. Whatever shows results says it.
 std::vector<std::string> warnings(const Results& results);
+
+/// The header of a results file, complete or not; an empty object of a file that is not there, or has none.
+nlohmann::json read_header(const std::string& path);
 
 /// Reads a results file (JSON lines: header, rows, end).
 /// @throws InputError when it cannot be read, is damaged, or has another schema

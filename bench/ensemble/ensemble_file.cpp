@@ -28,10 +28,6 @@ std::string key_of(const Ensemble& ensemble) {
   return hash_of(ensemble.document().dump() + scene + program_hash());
 }
 
-}  // namespace
-
-namespace {
-
 constexpr std::size_t kMostBuffered = 1 << 20;
 
 /// N of the shards of a file of which any are there.
@@ -149,11 +145,6 @@ std::map<std::string, std::int64_t> EnsembleFile::endings() const {
     ++counts[cell];
   }
   return counts;
-}
-
-std::string shard_path(const std::string& path, Shard shard) {
-  const fs::path file = path;
-  return (file.parent_path() / (shard.name(file.stem().string()) + file.extension().string())).string();
 }
 
 std::vector<std::string> complete_shards(const std::string& path, const std::string& folder, const Ensemble& ensemble) {

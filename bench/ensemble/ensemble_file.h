@@ -49,9 +49,6 @@ class EnsembleFile {
   std::ofstream file_;
 };
 
-/// "out/spring.shard-3-of-8.csv", of the file of an ensemble.
-std::string shard_path(const std::string& path, Shard shard);
-
 /// Those of the shards of an ensemble in a folder, with the name of its file, of which all are there, in their order.
 /// @throws InputError for the first that is missing, or of another ensemble or program
 std::vector<std::string> complete_shards(const std::string& path, const std::string& folder, const Ensemble& ensemble);
