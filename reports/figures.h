@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 namespace ricochet {
@@ -8,6 +9,7 @@ namespace ricochet {
 struct Figure {
   std::string file;  ///< SVG, relative to the report folder
   std::string title, caption;
+  nlohmann::json motion = {};  ///< the row whose motion it shows, where it is one that is not drawn with gnuplot
 };
 
 /// Where figures are drawn, with gnuplot (Debian: gnuplot-nox), which writes SVG for log-log plots without further ado.

@@ -38,6 +38,7 @@ class Section {
   };
   struct Animation {
     std::string html;
+    nlohmann::json motion;  ///< the row that it shows
   };
   /// A figure that a reader can ask: the site draws it from `data` (reports/site/src/, by `kind`), a page shows `still`.
   struct Chart {
@@ -62,7 +63,9 @@ class Section {
   void svg_figures(Draw draw) { parts_.push_back(Figures{std::move(draw), false}); }  ///< drawn without gnuplot
   void chart(Chart chart) { parts_.push_back(std::move(chart)); }
   void heading(std::string text) { parts_.push_back(Heading{std::move(text)}); }
-  void animation(std::string html) { parts_.push_back(Animation{std::move(html)}); }
+  void animation(std::string html, nlohmann::json motion) {
+    parts_.push_back(Animation{std::move(html), std::move(motion)});
+  }
 
   const std::vector<Part>& parts() const { return parts_; }
   std::vector<const NamedTable*> tables() const;

@@ -9,7 +9,6 @@
 #include <sstream>
 #include <vector>
 
-#include "reports/markup.h"
 #include "reports/motion_picture.h"
 #include "reports/table.h"
 
@@ -187,30 +186,6 @@ std::string motion_csv(const json& row) {
     csv += "\n";
   }
   return csv;
-}
-
-const json* row_of_figure(const Results& results, const Figure& figure) {
-  const auto is_drawn = [&](const json& row) {
-    const auto picture = row.find("picture");
-    if (picture == row.end()) return false;
-    const std::string problem = row.value("problem", "");
-    if (picture->is_object()) return !picture->at("frames").empty() && figure.title == problem + ": frames";
-    return picture->is_string() && !picture->get<std::string>().empty() && figure.title == problem;
-  };
-  const auto found = std::ranges::find_if(results.rows, is_drawn);
-  return found == results.rows.end() ? nullptr : &*found;
-}
-
-const json* row_of_animation(const Results& results, const std::string& html) {
-  const auto is_animated = [&](const json& row) {
-    const auto picture = row.find("picture");
-    if (picture == row.end() || !picture->is_object()) return false;
-    const std::string caption = fmt::format("{}: the motion that {} claims", escape_html(row.value("title", "")),
-                                            escape_html(row.value("discretisation", "")));
-    return html.find(caption) != std::string::npos;
-  };
-  const auto found = std::ranges::find_if(results.rows, is_animated);
-  return found == results.rows.end() ? nullptr : &*found;
 }
 
 }  // namespace ricochet

@@ -3,9 +3,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "reports/figures.h"
-#include "reports/results.h"
-
 namespace ricochet {
 
 /// The points of a gnuplot script's data blocks as CSV: the title of their panel, the labels of its axes, the name of
@@ -16,10 +13,5 @@ std::string gnuplot_csv(const std::string& script);
 /// What moves in a row's motion, as CSV: places of shapes [m] and forces of arrows [N] of its picture
 /// (motion_picture.h), or without one q and v over t. Empty for a row without a motion.
 std::string motion_csv(const nlohmann::json& row);
-
-/// The row that a figure of frames, or of a scene in motion, is drawn from; null for another figure.
-const nlohmann::json* row_of_figure(const Results& results, const Figure& figure);
-/// The same of an animation, by what its caption says.
-const nlohmann::json* row_of_animation(const Results& results, const std::string& html);
 
 }  // namespace ricochet

@@ -85,8 +85,8 @@ class ResultsPage {
     std::string csv;
     if (fs::exists(folder_ / script))
       csv = gnuplot_csv(read_text(folder_ / script));
-    else if (const auto* row = row_of_figure(results_, figure))
-      csv = motion_csv(*row);
+    else if (!figure.motion.is_null())
+      csv = motion_csv(figure.motion);
     if (csv.empty() && results_.rows.empty()) return "";
     const std::string file = csv.empty() ? csv_of("all_digits") : fs::path(figure.file).stem().string() + "_drawn.csv";
     if (!csv.empty()) write_text("report file", folder_ / file, csv);
@@ -121,12 +121,11 @@ class ResultsPage {
   /// With a link to its data behind its caption.
   void add(const Section::Animation& animation) {
     std::string html = animation.html;
-    if (const auto* row = row_of_animation(results_, html)) {
-      const std::string file = fmt::format("{}_{}_motion.csv", results_.experiment(), row->value("problem", ""));
-      write_text("report file", folder_ / file, motion_csv(*row));
-      if (const auto end = html.find("</figcaption>"); end != std::string::npos)
-        html.insert(end + std::string("</figcaption>").size(), site_links({{"CSV", file}}));
-    }
+    const std::string file =
+        fmt::format("{}_{}_motion.csv", results_.experiment(), animation.motion.value("problem", ""));
+    write_text("report file", folder_ / file, motion_csv(animation.motion));
+    if (const auto end = html.find("</figcaption>"); end != std::string::npos)
+      html.insert(end + std::string("</figcaption>").size(), site_links({{"CSV", file}}));
     page_.html += html;
     page_.has_animations = true;
   }

@@ -158,7 +158,8 @@ class Site : public testing::Test {
     choice.row_ids = {"the-row"};
     shown.section.choice("choice", choice, {});
     shown.section.details("runs", choice);
-    shown.section.svg_figures([](const FigureFolder& figures) {
+    const nlohmann::json row = shown.results.rows.front();
+    shown.section.svg_figures([row](const FigureFolder& figures) {
       figures.write("points.svg", "<svg xmlns=\"x\"></svg>");
       figures.write("points.gp",
                     "$a << EOD\n1 2\n\n3 4\nEOD\nset title 'A, panel'\nset xlabel 'x [m]'\nset ylabel 'it''s'\n"
@@ -166,11 +167,12 @@ class Site : public testing::Test {
       figures.write("frames.svg", "<svg xmlns=\"x\"></svg>");
       figures.write("other.svg", "<svg xmlns=\"x\"></svg>");
       return std::vector<Figure>{
-          {"points.svg", "p", "c"}, {"frames.svg", "cart: frames", "c"}, {"other.svg", "o", "drawn by hand"}};
+          {"points.svg", "p", "c"}, {"frames.svg", "cart: frames", "c", row}, {"other.svg", "o", "drawn by hand"}};
     });
     shown.section.animation(
         "<figure class=\"motion\" hidden><figcaption>A &amp; B: the motion that FESD claims. Marks</figcaption>"
-        "<script type=\"application/json\">{}</script></figure>");
+        "<script type=\"application/json\">{}</script></figure>",
+        row);
     shown.section.chart({.kind = "work_precision",
                          .name = "chart",
                          .table = "runs",

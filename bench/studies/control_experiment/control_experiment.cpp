@@ -111,16 +111,14 @@ void run_control_experiment(const json& experiment, ResultsFile& file) {
     options.steps = steps_of_equal_size(variables_of(ControlOptions::parse(fesd)), options);
     return solve_and_replay(options, fmt::format("{} --steps {}", other, options.steps));
   };
-  const auto solve = [&](std::size_t k, const ResultsFile::NextRow<ControlRun>& next) {
-    next([&] {
-      ControlRun run = run_of(k);
-      if (!with_times) leave_times_out(run);
-      return run;
-    });
+  const auto solve = [&](std::size_t k) {
+    ControlRun run = run_of(k);
+    if (!with_times) leave_times_out(run);
+    return run;
   };
   Progress progress(experiment.at("id").get<std::string>());
   const std::size_t n = 2 * runs.size();
-  file.pieces<ControlRun>(n, solve, [&](std::size_t k) {
+  file.each<ControlRun>(n, solve, [&](std::size_t k) {
     progress.update(static_cast<double>(k + 1) / static_cast<double>(n), runs[k / 2].at("problem"));
   });
 }
@@ -133,7 +131,7 @@ void show_problem(const std::vector<ControlRun>& runs, const std::string& name, 
     section.svg_figures([run = *pictured, name](const FigureFolder& folder) {
       return std::vector{draw_frames(folder, run, name + "_frames")};
     });
-    section.animation(animation_html(*pictured));
+    section.animation(animation_html(*pictured), *pictured);
   }
   section.figures([runs, name](const FigureFolder& folder) {
     std::vector<const ControlRun*> pointers;

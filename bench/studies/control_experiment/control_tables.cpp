@@ -35,13 +35,13 @@ Table control_table(const std::vector<ControlRun>& runs) {
       {"penetration", "", "{:.1e}", [](const R& r) { return when(r.succeeded(), r.penetration); }},
       {"replayed by", [](const R& r) { return r.is_replayed() ? r.replayed_by : "-"; }},
   };
-  Table table =
+  return without_empty(
       table_of("Claimed and true optimal control", columns, runs,
                "True: the controls, open loop, on the plant with the event-located reference, or with adaptive "
                "FESD-J where that calls the forces indeterminate. Terminal: max-norm of the difference of (q, v) "
                "at T; impacts: the largest difference of their times, \"other\" when they are not the same; "
-               "penetration: the deepest in the claimed motion. Seconds contain those for the guess.");
-  return without_empty(std::move(table), {"seconds"});
+               "penetration: the deepest in the claimed motion. Seconds contain those for the guess."),
+      {"seconds"});
 }
 
 Table control_failures(const std::vector<ControlRun>& runs) {

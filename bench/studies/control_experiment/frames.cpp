@@ -73,7 +73,8 @@ Figure draw_frames(const FigureFolder& folder, const ControlRun& run, const std:
       name + ".svg", run.problem + ": frames",
       fmt::format("{}, as {} claims it. Shaded: where the bodies have to go. Black arrows: controls; purple: forces "
                   "of contacts, on one scale, the longest {:.3g} N. Rings: impacts.",
-                  run.title, run.discretisation, view.largest_force)};
+                  run.title, run.discretisation, view.largest_force),
+      run};
 }
 
 }  // namespace ricochet

@@ -215,7 +215,8 @@ void show_method_grid(const Results& file, Section& section) {
   for (const auto& trajectory : results.trajectories) {
     if (!trajectory.picture.empty()) {
       section.svg_figures([=, id = results.id](const FigureFolder& folder) {
-        const Figure figure{id + "_scene.svg", trajectory.problem, "The scene in motion, " + trajectory.method + "."};
+        const Figure figure{id + "_scene.svg", trajectory.problem, "The scene in motion, " + trajectory.method + ".",
+                            trajectory};
         folder.write(figure.file, trajectory.picture);
         return std::vector{figure};
       });
