@@ -87,7 +87,7 @@ ContactSolution solve_stored(const StoredContactProblem& stored, const std::stri
   return solution;
 }
 
-std::vector<std::string> usual_solvers(int contacts) {
+std::vector<std::string> usual_solvers(Eigen::Index contacts) {
   std::vector<std::string> solvers;
   for (const auto& entry : contact_solvers()) {
     if (contacts <= entry.most_contacts) solvers.emplace_back(entry.name);

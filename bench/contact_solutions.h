@@ -45,7 +45,7 @@ ContactSolution solve_stored(const StoredContactProblem& stored, const std::stri
                              Timer timer = Timer::benchmark);
 
 /// The solvers of this build, of those that end in reasonable time with so many contacts; all of them without a number.
-std::vector<std::string> usual_solvers(int contacts = 0);
+std::vector<std::string> usual_solvers(Eigen::Index contacts = 0);
 
 nlohmann::json contact_solution_json(const StoredContactProblem& stored, const ContactSolution& solution);
 /// Law by law: how far each solution is from each of them.

@@ -118,6 +118,14 @@ class ResultsFile {
     return list;
   }
 
+  /// The same with one row in each piece. @param make  make(piece) returns it
+  template <class Row>
+  std::vector<Row> each(std::size_t n, const std::function<Row(std::size_t piece)>& make,
+                        const std::function<void(std::size_t piece)>& done) {
+    return pieces<Row>(
+        n, [&](std::size_t piece, const NextRow<Row>& next) { next([&] { return make(piece); }); }, done);
+  }
+
   /// The same of pieces whose rows belong to one session, as those of rows() do.
   /// @param n_rows  n_rows(piece)  @param make  make(piece) returns so many
   template <class Row>

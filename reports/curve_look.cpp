@@ -38,9 +38,7 @@ void CurveLook::put_into(nlohmann::json& curve) const {
 
 std::string CurveLook::gnuplot() const {
   static constexpr std::array<int, kSymbols> kPoints = {7, 5, 9, 13, 1, 3};
-  static constexpr std::array<int, kDashes> kTypes = {1, 2, 3, 4};
-  return fmt::format("lc rgb '#{}' dt {} pt {}", palette_colour(colour),
-                     kTypes[static_cast<std::size_t>(dash) % kDashes],
+  return fmt::format("lc rgb '#{}' dt {} pt {}", palette_colour(colour), 1 + dash % kDashes,
                      kPoints[static_cast<std::size_t>(symbol) % kSymbols]);
 }
 

@@ -72,7 +72,7 @@ void run(const Stored& stored, const ContactSolverOptions& options, benchmark::S
 
 void register_scene(const RecordedScene& scene, const ParameterChanges& changes) {
   const Stored stored = record(scene, changes);
-  for (const auto& solver : usual_solvers(static_cast<int>(stored->problem.G.n_contacts()))) {
+  for (const auto& solver : usual_solvers(stored->problem.G.n_contacts())) {
     const std::string name = fmt::format("{}/{}/{}", solver, scene.id, stored->problem.G.n_contacts());
     const ContactSolverOptions options = contact_solver_options(solver);
     benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) {

@@ -87,7 +87,7 @@ void solve_each(const SolveOptions& options, std::vector<StoredContactProblem>& 
     stored.math_info = math_info(stored.problem);
     std::vector<ContactSolution> solutions;
     for (const auto& solver :
-         options.solvers.empty() ? usual_solvers(static_cast<int>(stored.problem.G.n_contacts())) : options.solvers) {
+         options.solvers.empty() ? usual_solvers(stored.problem.G.n_contacts()) : options.solvers) {
       try {
         solutions.push_back(solve_stored(stored, solver, options.from_guess));
       } catch (const InputError&) {

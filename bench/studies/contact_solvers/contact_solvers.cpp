@@ -18,9 +18,7 @@ constexpr int kQuickPerScene = 2;
 ContactSolve row_of(const StoredContactProblem& stored, const Conditioning& how_hard, const std::string& solver,
                     bool with_times) {
   const ContactSolution solution = solve_of_set(stored, solver, false, with_times ? Timer::a_few_runs : Timer::one_run);
-  ContactSolve row{how_hard};
-  row.problem = stored.title;
-  row.solver = solver;
+  ContactSolve row{how_hard, stored.title, solver, ""};
   if (!with_times) row.seconds = std::numeric_limits<double>::quiet_NaN();
   if (!solution.declined.empty()) {
     row.status = "declined";

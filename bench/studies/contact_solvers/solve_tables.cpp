@@ -89,14 +89,15 @@ Table solver_table(const std::vector<C>& solves, double accuracy) {
   std::vector<Group> groups;
   for (const auto& solver : different(solves, &C::solver))
     groups.push_back(group_of(solves, [&](const C& c) { return c.solver == solver; }));
-  Table table = table_of(
-      "Contact solvers", columns_of(accuracy), groups,
-      fmt::format(
-          "From zero to a violation of the laws of at most {:g}, whatever the solver's own tolerance; "
-          "of those that are solved the median, and the largest in brackets. The time is CPU time, with the making of a "
-          "new solver. lemke has a polygon in place of the friction disc in space, and is not tried above {} contacts.",
-          accuracy, contact_solver(ContactSolverKind::lemke).most_contacts));
-  return without_empty(table, {"time [us]"});
+  return without_empty(
+      table_of(
+          "Contact solvers", columns_of(accuracy), groups,
+          fmt::format(
+              "From zero to a violation of the laws of at most {:g}, whatever the solver's own tolerance; "
+              "of those that are solved the median, and the largest in brackets. The time is CPU time, with the making of a "
+              "new solver. lemke has a polygon in place of the friction disc in space, and is not tried above {} contacts.",
+              accuracy, contact_solver(ContactSolverKind::lemke).most_contacts)),
+      {"time [us]"});
 }
 
 Table solver_scene_table(const std::vector<C>& solves, double accuracy) {

@@ -98,19 +98,18 @@ void run_control_gradient(const json& experiment, ResultsFile& file) {
   for (const auto& entry : experiment.at("methods")) {
     for (const int steps : entry.at("steps").get<std::vector<int>>()) runs.emplace_back(entry.at("method"), steps);
   }
-  const auto run = [&](std::size_t k, const ResultsFile::NextRow<ControlGradient>& next) {
-    next([&, &method = runs[k].first, steps = runs[k].second] {
-      const Matrix gradient =
-          make_method(method)->info().has_sensitivities
-              ? gradient_by_sensitivities(*problem, trajectory, method, steps)
-              : gradient_by_differences(*problem, trajectory, fixed_step_solver(method, steps), kSchemeChange);
-      ControlGradient row = row_of_gradient(*problem, method, steps, gradient);
-      row.error = largest_error(gradient, reference, gradient.cols());
-      row.error_after_impact = largest_error(gradient, reference, n_behind);
-      return row;
-    });
+  const auto run = [&](std::size_t k) {
+    const auto& [method, steps] = runs[k];
+    const Matrix gradient =
+        make_method(method)->info().has_sensitivities
+            ? gradient_by_sensitivities(*problem, trajectory, method, steps)
+            : gradient_by_differences(*problem, trajectory, fixed_step_solver(method, steps), kSchemeChange);
+    ControlGradient row = row_of_gradient(*problem, method, steps, gradient);
+    row.error = largest_error(gradient, reference, gradient.cols());
+    row.error_after_impact = largest_error(gradient, reference, n_behind);
+    return row;
   };
-  file.pieces<ControlGradient>(runs.size(), run, [&](std::size_t k) {
+  file.each<ControlGradient>(runs.size(), run, [&](std::size_t k) {
     progress.update(static_cast<double>(k + 1) / static_cast<double>(runs.size()), runs[k].first);
   });
 }

@@ -72,14 +72,12 @@ void run_control_growth(const json& experiment, ResultsFile& file) {
   const double disturbance = experiment.at("disturbance");
   Progress progress(experiment.at("id").get<std::string>());
   const bool with_times = experiment.value("times", true);
-  const auto solve = [&](std::size_t k, const ResultsFile::NextRow<ControlGrowth>& next) {
-    next([&] {
-      ControlGrowth run = measure_growth(commands[k], disturbance);
-      if (!with_times) leave_times_out(run);
-      return run;
-    });
+  const auto solve = [&](std::size_t k) {
+    ControlGrowth run = measure_growth(commands[k], disturbance);
+    if (!with_times) leave_times_out(run);
+    return run;
   };
-  file.pieces<ControlGrowth>(commands.size(), solve, [&](std::size_t k) {
+  file.each<ControlGrowth>(commands.size(), solve, [&](std::size_t k) {
     progress.update(static_cast<double>(k + 1) / static_cast<double>(commands.size()), commands[k]);
   });
 }

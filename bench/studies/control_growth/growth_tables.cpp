@@ -104,14 +104,13 @@ Table growth_table(const std::vector<ControlGrowth>& runs) {
       {"again, iterations", "", "{}",
        [](const L& l) { return l.is_fit() ? "" : cell_text("{}", when(l.came_again(), l.run.again_iterations)); }},
   };
-  Table table =
+  return without_empty(
       table_of("Growth of the work with the number of control intervals", columns, lines_of(runs),
                "Seconds: homotopy and crossover, wall time, without the guess. Again: the plant has run one "
                "interval, was moved, and the rest is planned from there; by the same branch, or by a homotopy "
                "where that has no solution. The lines of exponents are fits over the solved runs, those of "
-               "\"again\" over the ones that kept the branch.");
-  return without_empty(std::move(table),
-                       {"derivatives [ms/it.]", "linear solver and rest [ms/it.]", "seconds", "again [s]"});
+               "\"again\" over the ones that kept the branch."),
+      {"derivatives [ms/it.]", "linear solver and rest [ms/it.]", "seconds", "again [s]"});
 }
 
 std::vector<GrowthCurve> growth_curves(const std::vector<ControlGrowth>& runs) {

@@ -89,14 +89,12 @@ void run_control_seeds(const json& experiment, ResultsFile& file) {
   const std::vector<SeedRun> runs = runs_of(experiment);
   const bool with_times = experiment.value("times", true);
   Progress progress(experiment.at("id").get<std::string>());
-  const auto solve = [&](std::size_t k, const ResultsFile::NextRow<SeedRun>& next) {
-    next([&] {
-      SeedRun run = solve_from_seed(runs[k]);
-      if (!with_times) leave_times_out(run);
-      return run;
-    });
+  const auto solve = [&](std::size_t k) {
+    SeedRun run = solve_from_seed(runs[k]);
+    if (!with_times) leave_times_out(run);
+    return run;
   };
-  file.pieces<SeedRun>(runs.size(), solve, [&](std::size_t k) {
+  file.each<SeedRun>(runs.size(), solve, [&](std::size_t k) {
     progress.update(static_cast<double>(k + 1) / static_cast<double>(runs.size()), runs[k].problem);
   });
 }

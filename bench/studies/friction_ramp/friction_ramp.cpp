@@ -207,11 +207,11 @@ void run_friction_ramp(const json& experiment, ResultsFile& file) {
   if (!experiment.contains("facets")) return;
   const json& facets = experiment["facets"];
   const json& with_polygon = facets.at("methods");
-  const auto run_polygon = [&](std::size_t k, const ResultsFile::NextRow<RampFacets>& next) {
-    next([&] { return run_facets(with_polygon[k], facets.at("directions"), facets.at("load"), T); });
+  const auto run_polygon = [&](std::size_t k) {
+    return run_facets(with_polygon[k], facets.at("directions"), facets.at("load"), T);
   };
-  file.pieces<RampFacets>(with_polygon.size(), run_polygon,
-                          [&](std::size_t k) { progress.update(1, with_polygon[k].at("method")); });
+  file.each<RampFacets>(with_polygon.size(), run_polygon,
+                        [&](std::size_t k) { progress.update(1, with_polygon[k].at("method")); });
 }
 
 void show_friction_ramp(const Results& results, Section& section) {

@@ -93,12 +93,12 @@ Table ramp_table(const std::vector<RampGrid>& grids) {
        of_cells([](const G& g) { return 1e6 * g.seconds / static_cast<double>(g.cells.size() * g.cells.size()); })},
       {"why failed", &G::message},
   };
-  Table table =
+  return without_empty(
       table_of("A block on a ramp: does it stick?", columns, grids,
                "At rest the block sticks exactly when tan(slope) <= mu. v_0 = 0: it starts at rest; v_0 < 0: it is "
                "thrown up the ramp, stops, and has to decide then. Wrong: it moves at the end with more than 1e-3 "
-               "m/s and should rest, or the other way round. Error: of the position at the end.");
-  return without_empty(std::move(table), {"a run [us]"});
+               "m/s and should rest, or the other way round. Error: of the position at the end."),
+      {"a run [us]"});
 }
 
 Table ramp_facets_table(const std::vector<RampFacets>& facets) {

@@ -169,19 +169,17 @@ void run_homotopy_study(const json& document, ResultsFile& file) {
   const std::size_t n_solvers = 1 + experiment.solvers.size(), n = runs.size() * n_solvers;
   std::optional<ComparedRun> run;
   std::optional<PlannedRun> at_hand;
-  const auto solve = [&](std::size_t k, const ResultsFile::NextRow<HomotopyRow>& next) {
+  const auto solve = [&](std::size_t k) {
     const PlannedRun& planned = runs[k / n_solvers];
     if (at_hand != planned) run.emplace(*problem, reference, planned.family, planned.stages, planned.N);
     at_hand = planned;
-    next([&] {
-      HomotopyRow row = k % n_solvers == 0 ? run->by_pivoting()
-                                           : run->by_homotopy(experiment.solvers[k % n_solvers - 1], experiment.margin);
-      if (!with_times) row.free_milliseconds = row.impact_milliseconds = {};
-      return row;
-    });
+    HomotopyRow row = k % n_solvers == 0 ? run->by_pivoting()
+                                         : run->by_homotopy(experiment.solvers[k % n_solvers - 1], experiment.margin);
+    if (!with_times) row.free_milliseconds = row.impact_milliseconds = {};
+    return row;
   };
   Progress progress(document.at("id").get<std::string>());
-  file.pieces<HomotopyRow>(n, solve, [&](std::size_t k) {
+  file.each<HomotopyRow>(n, solve, [&](std::size_t k) {
     const PlannedRun& planned = runs[k / n_solvers];
     progress.update(static_cast<double>(k + 1) / static_cast<double>(n),
                     fmt::format("{}:{} N = {}", planned.family, planned.stages, planned.N));

@@ -66,10 +66,11 @@ Table homotopy_table(const std::vector<HomotopyRow>& rows) {
        [](const L& l) { return std::ranges::count_if(l.all.distances, [](double d) { return d > kOther; }); }},
       {"error", "", "{:.1e}", [](const L& l) { return median(l.errors); }},
   };
-  Table table = table_of("FESD-J by homotopy and by pivoting", columns, lines_of(rows),
-                         "Times: CPU, medians. Distance: of (q, v) to the pivoting solver, at the end of every stretch "
-                         "of steps. Error: of the final state, median of complete runs.");
-  return without_empty(std::move(table), {"free step [ms]", "impact step [ms]"});
+  return without_empty(
+      table_of("FESD-J by homotopy and by pivoting", columns, lines_of(rows),
+               "Times: CPU, medians. Distance: of (q, v) to the pivoting solver, at the end of every stretch "
+               "of steps. Error: of the final state, median of complete runs."),
+      {"free step [ms]", "impact step [ms]"});
 }
 
 Table homotopy_failures(const std::vector<HomotopyRow>& rows) {

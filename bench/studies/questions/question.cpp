@@ -67,15 +67,12 @@ void run_question(const Question& question, const json& experiment, ResultsFile&
   const std::vector<Answer> plan = plan_of(question, experiment);
   file.header()["asked_in"] = experiment.value("threads", json::array());
   Progress progress(experiment.at("id").get<std::string>());
-  const auto make = [&](std::size_t k, const ResultsFile::NextRow<Answer>& next) {
-    next([&] {
-      Answer answer = plan[k];
-      if (!answer.status.empty()) return answer;
-      question.measure(experiment, *make_method(answer.method), answer);
-      return answer;
-    });
+  const auto make = [&](std::size_t k) {
+    Answer answer = plan[k];
+    if (answer.status.empty()) question.measure(experiment, *make_method(answer.method), answer);
+    return answer;
   };
-  file.pieces<Answer>(plan.size(), make, [&](std::size_t k) {
+  file.each<Answer>(plan.size(), make, [&](std::size_t k) {
     progress.update(static_cast<double>(k + 1) / static_cast<double>(plan.size()), plan[k].method);
   });
 }

@@ -64,12 +64,12 @@ Table scale_table(const std::vector<ScaleRun>& runs) {
     if (ScaleLine growth = growth_of(runs, first, i + 1); growth.fitted > 0) lines.push_back(std::move(growth));
     first = i + 1;
   }
-  Table table =
+  return without_empty(
       table_of("Time of a step over the number of active contacts", columns, lines,
                "CPU time, median; of runs of over 2 s, one. Active: contacts that touch at the end. Solves: contact "
                "problems, or systems of Newton's method; iterations: inner ones and pivots. The lines of exponents "
-               "are fits over the runs that succeeded.");
-  return without_empty(std::move(table), {"us per step"});
+               "are fits over the runs that succeeded."),
+      {"us per step"});
 }
 
 Table scale_failures(const std::vector<ScaleRun>& runs) {

@@ -221,16 +221,14 @@ struct ZenoPlan {
 
 void run_zeno(const json& experiment, ResultsFile& file) {
   const ZenoPlan plan(experiment);
-  const auto capture = [&](std::size_t k, const ResultsFile::NextRow<ZenoCapture>& next) {
-    next([&] { return measure_capture(plan.tableaus[k]); });
-  };
-  file.pieces<ZenoCapture>(plan.tableaus.size(), capture, [](std::size_t) {});
+  const auto capture = [&](std::size_t k) { return measure_capture(plan.tableaus[k]); };
+  file.each<ZenoCapture>(plan.tableaus.size(), capture, [](std::size_t) {});
   Progress progress(experiment.at("id").get<std::string>());
-  const auto bounce = [&](std::size_t k, const ResultsFile::NextRow<ZenoRun>& next) {
+  const auto bounce = [&](std::size_t k) {
     const ZenoPlan::Entry& run = plan.runs[k];
-    next([&] { return measure_rest(run.method, run.e, run.H, run.tolerance); });
+    return measure_rest(run.method, run.e, run.H, run.tolerance);
   };
-  file.pieces<ZenoRun>(plan.runs.size(), bounce, [&](std::size_t k) {
+  file.each<ZenoRun>(plan.runs.size(), bounce, [&](std::size_t k) {
     progress.update(static_cast<double>(k + 1) / static_cast<double>(plan.runs.size()), plan.runs[k].method);
   });
 }
