@@ -1,8 +1,8 @@
 // Siconos' Schatzman-Paoli time stepping, its class SchatzmanPaoliOSI, for M v' + C v + K q = F and affine gaps:
 //
 //   q_1 = q_0 + h v_0                                                                                             (1)
-//   (M + h theta C / 2 + h^2 theta^2 K) (q_{k+1} - q_k) = M (q_k - q_{k-1}) + sum_i H_i' P_i
-//                               + h^2 (F - K q_k - C (theta (q_k - q_{k-1}) / (2 h) + (1 - theta) v_{k-1}))       (2)
+//   A (q_{k+1} - q_k) = M (q_k - q_{k-1}) + h^2 F_k + sum_i H_i' P_i,   A = M + h theta C / 2 + h^2 theta^2 K     (2)
+//   F_k = F - K q_k - C (theta (q_k - q_{k-1}) / (2 h) + (1 - theta) v_{k-1})                                    (2b)
 //   0 <= P_i  _|_  y_i(q_{k+1}) + eps_r^i y_i(q_{k-1}) >= 0   for all contacts                                    (3)
 //   v_k = (q_{k+1} - q_{k-1}) / (2 h)                                                                             (4)
 //
