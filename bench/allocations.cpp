@@ -1,5 +1,6 @@
 #include "bench/allocations.h"
 
+#include <limits>
 #include <stdexcept>
 
 namespace ricochet {
@@ -36,6 +37,13 @@ Allocations allocations_of(const std::function<void()>& work) {
     throw;
   }
   return counter().end();
+}
+
+double peak_bytes_of(const std::function<double()>& run) {
+  double own_seconds = 0;
+  if (!counts_allocations()) return std::numeric_limits<double>::quiet_NaN();
+  const Allocations allocations = allocations_of([&] { own_seconds = run(); });
+  return own_seconds > 0 ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(allocations.peak);
 }
 
 }  // namespace ricochet

@@ -17,6 +17,10 @@ bool counts_allocations();
 /// Of one call in this thread. @throws std::logic_error in a program that does not count them
 Allocations allocations_of(const std::function<void()>& work);
 
+/// Heap that lives at the same time in a run, at most, above what was taken before [bytes]. NaN for a run in another process,
+/// and in a program that does not count allocations. @param run  TimedRun::run, returns what it says of its time
+double peak_bytes_of(const std::function<double()>& run);
+
 /// Called by the malloc that counts.
 /// @param begin, end  of counting in the calling thread; end returns what was counted
 bool register_allocation_counter(void (*begin)(), Allocations (*end)());

@@ -33,7 +33,6 @@ void CurveLook::put_into(nlohmann::json& curve) const {
   curve["colour"] = colour;
   curve["symbol"] = symbol;
   curve["dash"] = dash;
-  curve["dashed"] = dash > 0;
 }
 
 std::string CurveLook::gnuplot() const {

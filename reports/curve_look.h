@@ -18,7 +18,7 @@ struct CurveLook {
 
   /// Of the k-th of some curves that have nothing in common; 24 of them differ.
   static CurveLook of(std::size_t k);
-  /// Of a chart's data: {"colour", "symbol", "dash", "dashed"}, `otherwise` where it has none.
+  /// Of a chart's data: {"colour", "symbol", "dash"}, `otherwise` where it has none.
   static CurveLook of(const nlohmann::json& curve, const CurveLook& otherwise);
 
   /// Adds its fields to those of a curve.

@@ -13,7 +13,7 @@ CaseVerdict verdict(const CaseLimits& limits, const CellOutcome& o) {
   if (o.ending == Ending::declined) return CaseVerdict::declined;  // (3)
   if (o.status == "time_limit") return CaseVerdict::time_limit;    // (4)
   const bool is_paradox = !limits.paradox.empty();
-  if (o.status != "success") {
+  if (!o.succeeded()) {
     const bool names_contact = is_paradox && o.message.find("'" + limits.paradox + "'") != std::string::npos;
     return names_contact ? CaseVerdict::refuses : CaseVerdict::fails;  // (6), (7)
   }

@@ -49,6 +49,8 @@ struct CellOutcome {
   double momentum = kNoNumber;
   double cone = kNoNumber;
   double seconds = kNoNumber;  ///< wall time
+
+  bool succeeded() const { return ending == Ending::returned && status == "success"; }
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(CellOutcome, ending, status, message, t, is_finite, error, energy_gain,
                                                 energy_change, penetration, momentum, cone, seconds)

@@ -21,6 +21,7 @@ namespace {
 constexpr double kMotionTolerance = 1e-13, kSameMotion = 1e-7;
 constexpr double kMotionLimit = 60;      // wall time [s]
 constexpr double kAwayFromJumps = 0.01;  // of the time
+const std::string kTooManySteps = fmt::format("more than {} steps", kMostMeasuredSteps);
 
 double largest(const Vector& x) {
   return x.size() == 0 ? 0 : x.lpNorm<Eigen::Infinity>();
@@ -130,21 +131,26 @@ ReferenceMotion reference_motion(const Problem& problem, const reference::Refere
   return {{}, error.what()};
 }
 
+Metrics metrics_of(const Problem& problem, const Solution& solution, const ReferenceMotion& reference) {
+  Metrics metrics;
+  if (!solution.succeeded()) {
+    metrics.why_not = "the run that records its motion fails: " + solution.message;
+  } else if (solution.counters.steps > kMostMeasuredSteps) {
+    metrics.why_not = kTooManySteps;
+  } else {
+    metrics = measure_metrics(problem, solution, reference.get());
+    metrics.why_not = reference.why_not;
+  }
+  return metrics;
+}
+
 Metrics metrics_of_run(const Method& method, const Problem& problem, Settings settings, std::int64_t steps,
                        const ReferenceMotion& reference) {
   Metrics metrics;
-  if (steps > kMostMeasuredSteps) {
-    metrics.why_not = fmt::format("more than {} steps", kMostMeasuredSteps);
-    return metrics;
-  }
+  metrics.why_not = kTooManySteps;
+  if (steps > kMostMeasuredSteps) return metrics;
   settings.recording = Recording::motion;
-  const Solution solution = method.solve(problem, settings);
-  if (solution.succeeded())
-    metrics = measure_metrics(problem, solution, reference.get());
-  else
-    metrics.why_not = "the run that records its motion fails: " + solution.message;
-  if (metrics.are_known) metrics.why_not = reference.why_not;
-  return metrics;
+  return metrics_of(problem, method.solve(problem, settings), reference);
 }
 
 Metrics measure_metrics(const Problem& problem, const Solution& solution, const Solution* reference) {

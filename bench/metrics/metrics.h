@@ -21,7 +21,7 @@ struct ReferenceMotion {
 };
 ReferenceMotion reference_motion(const Problem& problem, const reference::Reference& reference);
 
-/// Of a run with more steps studies do not ask for metrics: recording and looking at its motion takes minutes.
+/// A run with more steps is not looked at: recording its motion and measuring it takes minutes.
 inline constexpr int kMostMeasuredSteps = 20000;
 
 /// The metrics of a run with its motion (Recording::motion).
@@ -34,7 +34,10 @@ inline constexpr int kMostMeasuredSteps = 20000;
 /// @param reference  null where there is none
 Metrics measure_metrics(const Problem& problem, const Solution& solution, const Solution* reference);
 
-/// The same of a run that is repeated with its motion, which says why where it cannot be had.
+/// The same of a run with its motion, which says why where it cannot be had, or not against a reference motion.
+Metrics metrics_of(const Problem& problem, const Solution& solution, const ReferenceMotion& reference);
+
+/// The same of a run that is repeated with its motion.
 /// @param steps  that the run took: above kMostMeasuredSteps it is not looked at
 Metrics metrics_of_run(const Method& method, const Problem& problem, Settings settings, std::int64_t steps,
                        const ReferenceMotion& reference);

@@ -598,9 +598,9 @@ async function profiles() {
     document.addEventListener("readystatechange", () => {
       if (document.readyState !== "interactive") return;
       const script = document.querySelector("figure[data-chart=profile] script"), data = JSON.parse(script.textContent);
-      const look = { colour: 5, symbol: 3, dashed: true };
+      const look = { colour: 5, symbol: 3, dash: 1 };
       data.solvers = [data.solvers[0], { ...data.solvers[0], name: "twin" }, { ...data.solvers[1], ...look },
-        ...Array.from({ length: 20 }, (_, k) => ({ name: `slow ${k}`, ratios: [] }))];
+        ...Array.from({ length: 20 }, (_, k) => ({ ...look, name: `slow ${k}`, ratios: [] }))];
       script.textContent = JSON.stringify(data);
     });
   }));

@@ -11,6 +11,7 @@
 #include "bench/results_file.h"
 #include "bench/studies/control_growth/growth_rows.h"
 #include "bench/studies/method_grid/grid_tables.h"
+#include "bench/studies/method_grid/work_precision.h"
 #include "bench/studies/scale/scale_rows.h"
 #include "problems/input_error.h"
 #include "reports/gnuplot.h"
@@ -300,7 +301,41 @@ TEST_F(ResultsOnDisk, EveryFieldKeepsItsPlace) {
   EXPECT_EQ(line_of(results.records[0]), line);
   ASSERT_NE(results.timing_of(results.records[0]), nullptr);
   EXPECT_EQ(nlohmann::json(*results.timing_of(results.records[0])), nlohmann::json(Timing{1, 2, 3, 4, 5}));
-  EXPECT_EQ(results.peak_bytes.at(0), 6);
+  EXPECT_EQ(results.peak_bytes_of(results.records[0]), 6);
+}
+
+TEST_F(ResultsOnDisk, WorkThatIsNotCountedHasNoNumberInTheChart) {
+  auto records = runs_of_order(2);
+  records.resize(3);
+  records[0].counters = {.steps = 5, .force_evaluations = 7, .linear_solves = 9};
+  records[1].counters = {.steps = 5};  // as an engine
+  records[1].metrics.energy_error = -0.5;
+  records[2].status = "infeasible";
+  Record answer = records[0];
+  answer.method = "other";
+  answer.instead_of = records[2].method;
+  answer.steps = records[2].steps;
+  records.push_back(answer);
+  {
+    ResultsFile file(folder, "e", header("k"));
+    write_rows(file, records);
+    file.rows<TimingRow>(2, [] {
+      return std::vector{TimingRow{0, {1, 2, 3, 4, 5}, 6000}, TimingRow{1, {1, 2, 3, 4, 5}}};
+    });
+    file.finish();
+  }
+  const nlohmann::json data = work_precision_chart(GridResults(read_results(folder + "/e.jsonl"))).data;
+  ASSERT_EQ(data.at("runs").size(), 2u);
+  const nlohmann::json &counts = data["runs"][0], &engine = data["runs"][1];
+  EXPECT_EQ(counts.at("force_evaluations"), 7);
+  EXPECT_EQ(counts.at("matrix_factorizations"), 0) << "it needs none";
+  EXPECT_EQ(counts.at("peak"), 6);
+  EXPECT_EQ(engine.at("steps"), 5);
+  for (const char* field : {"force_evaluations", "linear_solves", "matrix_factorizations"})
+    EXPECT_TRUE(engine.at(field).is_null()) << field;
+  EXPECT_EQ(engine.at("energy"), 0.5) << "an axis has no sign";
+  ASSERT_EQ(data.at("failures").size(), 1u);
+  EXPECT_NE(data["failures"][0].value("answer", "").find("other has error"), std::string::npos);
 }
 
 TEST_F(ResultsOnDisk, AnInterruptedRunLooksIncompleteAndIsContinued) {

@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "bench/allocations.h"
 #include "bench/experiment_file.h"
 #include "bench/metrics/metrics.h"
 #include "bench/problem_choice.h"
@@ -225,6 +226,7 @@ std::vector<FastestRun> run_scene(const Plan& plan, const Scene& scene) {
     if (fastest == contenders[k].end()) continue;
     write(**fastest, timings[measured.at(*fastest)], scene.choice, rows[k]);
     rows[k].metrics = look.at(**fastest);
+    rows[k].peak_bytes = peak_bytes_of(timed[measured.at(*fastest)].run);
     rows[k].solution_size = reference.size();
   }
   return rows;

@@ -24,17 +24,18 @@ struct FastestRun {
   double error = 0;          ///< of the final (q, v), max-norm
   double microseconds = -1;  ///< CPU time of the whole run, median; -1: no run reaches the level
   double lower_quartile = -1, upper_quartile = -1;
-  double solution_size = 0;   ///< max-norm of the reference's final (q, v)
-  Metrics metrics;            ///< of the whole motion of this run
-  int tried = 0, failed = 0;  ///< runs of the family on this scene
-  std::string why;            ///< of the last failure
+  double solution_size = 0;            ///< max-norm of the reference's final (q, v)
+  Metrics metrics;                     ///< of the whole motion of this run
+  double peak_bytes = Metrics::kNone;  ///< of the heap, above what was taken before; none of a run in another process
+  int tried = 0, failed = 0;           ///< runs of the family on this scene
+  std::string why;                     ///< of the last failure
 
   bool is_reached() const { return microseconds > 0; }
   bool is_judged() const { return level > uncertainty; }
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FastestRun, scene, group, family, problem, solver, level, uncertainty,
                                                 method, setting, command, error, microseconds, lower_quartile,
-                                                upper_quartile, solution_size, metrics, tried, failed, why)
+                                                upper_quartile, solution_size, metrics, peak_bytes, tried, failed, why)
 
 /// Those with this solver, for the tables below.
 std::vector<FastestRun> runs_of_solver(const std::vector<FastestRun>& runs, const std::string& solver);

@@ -122,6 +122,7 @@ Table choice_table(const std::vector<FastestRun>& runs) {
       {"error", "", "{:.1e}", &R::error},
       {"time", "us", "{:.3g}", &R::microseconds},
       {"quartiles", [](const R& r) { return fmt::format("{:.3g} .. {:.3g}", r.lower_quartile, r.upper_quartile); }},
+      {"peak heap", "kB", "{:.1f}", [](const R& r) { return r.peak_bytes / 1e3; }},
       {"runs tried", "", "{}", &R::tried},
       {"failed", "", "{}", &R::failed},
       {"repeat with", &R::command},

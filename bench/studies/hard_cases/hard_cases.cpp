@@ -11,7 +11,6 @@
 #include "problems/input_error.h"
 #include "problems/names.h"
 #include "problems/scene_file/expression.h"
-#include "reference/agreement.h"
 
 namespace ricochet {
 namespace {

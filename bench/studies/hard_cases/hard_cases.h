@@ -8,6 +8,7 @@
 #include "methods/method.h"
 #include "problems/problem.h"
 #include "problems/registry.h"
+#include "reference/agreement.h"
 #include "reports/verdict.h"
 
 namespace ricochet {
@@ -19,6 +20,10 @@ struct TrueMotion {
 
   /// Max-norm of the difference of (q, v).
   double error_of(const Solution& solution) const;
+  /// Max-norm of (q, v), what an error is small against.
+  double size() const {
+    return reference::final_state_difference(q, v, Vector::Zero(q.size()), Vector::Zero(v.size()));
+  }
 };
 
 /// A problem that methods stumble over, what is known of its solution, and what a run must keep.

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "bench/metrics/metric_tables.h"
+#include "reports/metrics.h"
 #include "reports/table.h"
 #include "reports/verdict.h"
 
@@ -20,6 +22,10 @@ struct HardCell {
   std::string command;                       ///< reproduces the run
   CaseLimits limits;
   CellOutcome outcome;
+  Metrics metrics;                        ///< of a success; verdicts do not ask for them
+  double peak_bytes = Metrics::kNone;     ///< of the heap, of a success that does not record its motion
+  double reference_error = 0;             ///< bound for the error of the true motion; 0 of one by a formula
+  double solution_size = Metrics::kNone;  ///< max-norm of its end
 
   CaseVerdict verdict() const { return ricochet::verdict(limits, outcome); }
   /// "1000 steps" or "tolerance 1e-09".
@@ -63,6 +69,8 @@ Table case_table(const std::vector<HardCell>& cells);
 Table energy_table(const std::vector<HardCell>& cells);
 /// Every cell that is neither right nor declined: what decided, and the command that repeats it.
 Table hard_failures(const std::vector<HardCell>& cells);
+/// Successes, with their metrics.
+std::vector<MeasuredRun> measured_runs(const std::vector<HardCell>& cells);
 /// Every cell with every number.
 Table hard_details(const std::vector<HardCell>& cells);
 

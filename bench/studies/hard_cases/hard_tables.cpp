@@ -30,6 +30,11 @@ void to_json(json& j, const HardCell& c) {
        {"method", c.method},   {"steps", c.steps},      {"tolerance", c.tolerance},
        {"command", c.command}, {"verdict", word_of(c)},  // for readers of the file; the rule is applied again
        {"limits", c.limits},   {"outcome", c.outcome}};
+  if (!c.outcome.succeeded()) return;
+  j["metrics"] = c.metrics;
+  j["peak_bytes"] = c.peak_bytes;
+  j["reference_error"] = c.reference_error;
+  j["solution_size"] = c.solution_size;
 }
 
 void from_json(const json& j, HardCell& c) {
@@ -43,6 +48,10 @@ void from_json(const json& j, HardCell& c) {
   c.command = j.value("command", none.command);
   c.limits = j.value("limits", none.limits);
   c.outcome = j.value("outcome", none.outcome);
+  c.metrics = j.value("metrics", none.metrics);
+  c.peak_bytes = j.value("peak_bytes", none.peak_bytes);
+  c.reference_error = j.value("reference_error", none.reference_error);
+  c.solution_size = j.value("solution_size", none.solution_size);
 }
 
 HardMatrix::HardMatrix(const std::vector<HardCell>& cells) {
@@ -143,7 +152,7 @@ Table energy_table(const std::vector<HardCell>& cells) {
   };
   std::vector<C> conserving;
   std::ranges::copy_if(cells, std::back_inserter(conserving),
-                       [](const C& c) { return c.limits.conserves_energy && c.outcome.status == "success"; });
+                       [](const C& c) { return c.limits.conserves_energy && c.outcome.succeeded(); });
   return table_of("Energy drift where energy is conserved", columns, conserving);
 }
 
@@ -158,6 +167,16 @@ Table hard_failures(const std::vector<HardCell>& cells) {
   std::ranges::copy_if(cells, std::back_inserter(failed),
                        [](const C& c) { return !is_right(c) && c.verdict() != CaseVerdict::declined; });
   return table_of("Cells that are not right", columns, failed);
+}
+
+std::vector<MeasuredRun> measured_runs(const std::vector<HardCell>& cells) {
+  std::vector<MeasuredRun> runs;
+  for (const HardCell& cell : cells) {
+    if (cell.outcome.succeeded())
+      runs.push_back(
+          {cell.hard_case, cell.method, cell.setting(), cell.metrics, cell.reference_error, cell.solution_size});
+  }
+  return runs;
 }
 
 Table hard_details(const std::vector<HardCell>& cells) {
@@ -175,6 +194,7 @@ Table hard_details(const std::vector<HardCell>& cells) {
       {"momentum", "", "{:.2e}", measured(&CellOutcome::momentum)},
       {"cone", "", "{:.2e}", measured(&CellOutcome::cone)},
       {"seconds", "", "{:.2e}", measured(&CellOutcome::seconds)},
+      {"peak heap", "kB", "{:.1f}", [](const C& c) { return c.peak_bytes / 1e3; }},
       {"status", [](const C& c) { return c.outcome.status; }},
       {"message", [](const C& c) { return c.outcome.message; }},
   };

@@ -11,6 +11,8 @@
 #include <span>
 #include <stdexcept>
 
+#include "bench/allocations.h"
+#include "bench/metrics/metrics.h"
 #include "bench/penetration.h"
 #include "bench/problem_choice.h"
 #include "bench/progress.h"
@@ -68,13 +70,17 @@ void measure_invariants(const Problem& problem, const Solution& s, CellOutcome& 
   }
 }
 
-/// In the child process: solves and measures. The cell goes to the parent as the line of the results file.
-std::string solve_and_measure(const Problem& problem, const std::vector<TrueMotion>& motions, double time_limit,
-                              HardCell cell) {
+Settings settings_of(const HardCell& cell, double time_limit) {
   Settings settings;
   settings.steps = cell.steps;
   settings.tolerance = cell.tolerance;
   settings.time_limit = time_limit;
+  return settings;
+}
+
+/// In the child process: solves and measures. The cell goes to the parent as the line of the results file.
+std::string solve_and_measure(const Problem& problem, const CaseTruth& truth, double time_limit, HardCell cell) {
+  Settings settings = settings_of(cell, time_limit);
   settings.recording = Recording::motion;
   const auto begin = std::chrono::steady_clock::now();
   CellOutcome& outcome = cell.outcome;
@@ -92,7 +98,9 @@ std::string solve_and_measure(const Problem& problem, const std::vector<TrueMoti
   outcome.t = solution.t;
   if (solution.succeeded()) {
     measure_invariants(problem, solution, outcome);
-    for (const auto& motion : motions) outcome.error = std::fmin(outcome.error, bounded(motion.error_of(solution)));
+    for (const auto& motion : truth.motions)
+      outcome.error = std::fmin(outcome.error, bounded(motion.error_of(solution)));
+    if (outcome.is_finite) cell.metrics = metrics_of(problem, solution, truth.motion);
   }
   return json(cell).dump();
 }
@@ -118,6 +126,27 @@ std::vector<TrueMotion> isolated_motions(const HardCase& hard_case, const Proble
   return motions;
 }
 
+/// Tried in a process of its own, for the same reason; the motion itself stays in memory.
+ReferenceMotion isolated_reference_motion(const Problem& problem, const std::vector<TrueMotion>& motions) {
+  if (motions.size() != 1)
+    return {{}, motions.empty() ? "no motion is known to be the true one" : "more than one motion is a true one"};
+  reference::Reference end;
+  end.solution.q = motions[0].q;
+  end.solution.v = motions[0].v;
+  end.uncertainty = motions[0].uncertainty;
+  const IsolatedResult trial = run_isolated([&] { return reference_motion(problem, end).why_not; }, kReferenceLimit);
+  switch (trial.ending) {
+    case IsolatedResult::Ending::killed:
+      return {{}, fmt::format("no event-located motion: it has no end within {} s", kReferenceLimit)};
+    case IsolatedResult::Ending::crashed:
+      return {{}, "no event-located motion: " + trial.text};
+    case IsolatedResult::Ending::returned:
+      break;
+  }
+  if (!trial.text.empty()) return {{}, trial.text};
+  return reference_motion(problem, end);
+}
+
 std::string reproduce(const HardCase& hard_case, const HardCell& cell, double time_limit) {
   const ProblemChoice choice{.problem = hard_case.problem, .parameters = hard_case.parameters};
   return fmt::format("{} --time-limit {}", run_command(choice.arguments(), cell.method, cell.steps, cell.tolerance),
@@ -134,7 +163,7 @@ double step_factor(const std::string& method) {
   return 1;
 }
 
-HardCell run_cell(const HardCase& hard_case, const Problem& problem, const std::vector<TrueMotion>& motions,
+HardCell run_cell(const HardCase& hard_case, const Problem& problem, const CaseTruth& truth,
                   const std::string& method_spec, double time_limit) {
   const auto method = make_method(method_spec);
   const MethodInfo info = method->info();
@@ -156,9 +185,13 @@ HardCell run_cell(const HardCase& hard_case, const Problem& problem, const std::
     cell.outcome.message = support.reason;
     return cell;
   }
+  if (truth.motions.size() == 1) {
+    cell.reference_error = truth.motions[0].uncertainty;
+    cell.solution_size = truth.motions[0].size();
+  }
   const double kill_after = 2 * time_limit;
   const IsolatedResult result =
-      run_isolated([&] { return solve_and_measure(problem, motions, time_limit, cell); }, kill_after);
+      run_isolated([&] { return solve_and_measure(problem, truth, time_limit, cell); }, kill_after);
   switch (result.ending) {
     case IsolatedResult::Ending::returned:
       return parse_line(result.text).get<HardCell>();
@@ -184,25 +217,46 @@ void leave_times_out(CellOutcome& outcome) {
   outcome.message.clear();  // methods say in it how far they came
 }
 
+/// Heap of the run of a cell when it does not record its motion, in a process of its own like the first; of the second run
+/// there, so that tables which are made once are not counted. NaN for a method that runs in another process.
+double isolated_peak_bytes(const Problem& problem, const HardCell& cell, double time_limit) {
+  if (!counts_allocations()) return Metrics::kNone;
+  const auto measure = [&] {
+    const auto method = make_method(cell.method);
+    Settings settings = settings_of(cell, time_limit);
+    settings.recording = Recording::final_state;
+    const auto run = [&] { return method->solve(problem, settings).own_seconds; };
+    run();
+    return json(peak_bytes_of(run)).dump();
+  };
+  const IsolatedResult result = run_isolated(measure, 2 * time_limit);
+  const bool is_measured = result.ending == IsolatedResult::Ending::returned && result.text != "null";
+  return is_measured ? json::parse(result.text).get<double>() : Metrics::kNone;
+}
+
 /// Every method on every case. A piece is a case with some of the methods: one case takes most of the time.
 void run_matrix(const json& experiment, ResultsFile& file) {
   const HardCases cases = read_hard_cases(experiment);
   const std::size_t per_case = (cases.methods.size() + kMethodsOfPiece - 1) / kMethodsOfPiece,
                     n_pieces = cases.cases.size() * per_case;
   Progress progress(cases.id);
-  std::optional<std::vector<TrueMotion>> motions;  // of the case at hand, where a cell is missing
+  std::optional<CaseTruth> truth;  // of the case at hand, where a cell is missing
   std::size_t at_hand = 0;
   const auto run_piece = [&](std::size_t k, const ResultsFile::NextRow<HardCell>& next) {
     const HardCase& hard_case = cases.cases[k / per_case];
-    if (k / per_case != at_hand) motions.reset();
+    if (k / per_case != at_hand) truth.reset();
     at_hand = k / per_case;
     const auto problem = hard_case.make_problem();
     const std::size_t first = k % per_case * kMethodsOfPiece;
     for (const auto& method :
          std::span(cases.methods).subspan(first).first(std::min(kMethodsOfPiece, cases.methods.size() - first))) {
       next([&] {
-        if (!motions) motions = isolated_motions(hard_case, *problem);
-        HardCell cell = run_cell(hard_case, *problem, *motions, method, cases.time_limit);
+        if (!truth) {
+          truth = {isolated_motions(hard_case, *problem), {}};
+          truth->motion = isolated_reference_motion(*problem, truth->motions);
+        }
+        HardCell cell = run_cell(hard_case, *problem, *truth, method, cases.time_limit);
+        if (cell.outcome.succeeded()) cell.peak_bytes = isolated_peak_bytes(*problem, cell, cases.time_limit);
         if (!cases.with_times) leave_times_out(cell.outcome);
         return cell;
       });
@@ -259,6 +313,7 @@ void show_matrix(const Results& results, Section& section) {
   failures.is_list = true;
   section.details("failures", failures);
   section.details("cells", hard_details(cells));
+  show_metrics(measured_runs(cells), section);
 }
 
 /// A method may fail on a hard case; it must not hang, crash, or call a number that is not finite a success.

@@ -67,4 +67,9 @@ const Timing* GridResults::timing_of(const Record& record) const {
   return found == timings.end() ? nullptr : &found->second;
 }
 
+double GridResults::peak_bytes_of(const Record& record) const {
+  const auto found = peak_bytes.find(static_cast<std::size_t>(&record - records.data()));
+  return found == peak_bytes.end() ? Metrics::kNone : found->second;
+}
+
 }  // namespace ricochet

@@ -66,6 +66,8 @@ struct GridResults {
   std::vector<const Record*> of(const std::string& method) const { return runs_of(records, method); }
   /// Null for a run that was not timed. @param record  one of `records`
   const Timing* timing_of(const Record& record) const;
+  /// NaN where it was not measured. @param record  one of `records`
+  double peak_bytes_of(const Record& record) const;
   /// Its line in the file, in which records are the first rows. @param record  one of `records`
   int line_of(const Record& record) const { return static_cast<int>(&record - records.data()) + kFirstRowLine; }
 };

@@ -271,11 +271,7 @@ Table precision_details(const GridResults& results) {
       {"upper quartile", "ms", "{:.4f}", time_of(&Timing::upper_quartile)},
       {"repetitions", "", "{}",
        [](const L& l) { return l.timing ? std::optional(l.timing->repetitions) : std::nullopt; }},
-      {"peak heap", "kB", "{:.1f}",
-       [&results](const L& l) {
-         const auto peak = results.peak_bytes.find(static_cast<std::size_t>(results.line_of(*l.run) - kFirstRowLine));
-         return peak == results.peak_bytes.end() ? Metrics::kNone : peak->second / 1e3;
-       }},
+      {"peak heap", "kB", "{:.1f}", [&results](const L& l) { return results.peak_bytes_of(*l.run) / 1e3; }},
       {"steps", "", "{}", counter(&Counters::steps)},
       {"elements", "", "{}", counter(&Counters::elements)},
       {"force evals", "", "{}", counter(&Counters::force_evaluations)},

@@ -190,10 +190,7 @@ std::vector<TimingRow> measure_times(const GridExperiment& experiment, const Gri
   const auto timings = measure(runs, experiment.quick, [&](double share) { progress.update(share, "random order"); });
   for (std::size_t k = 0; k < rows.size(); ++k) {
     rows[k].timing = timings[k];
-    double own_seconds = 0;
-    if (!counts_allocations()) continue;
-    const Allocations allocations = allocations_of([&] { own_seconds = runs[k].run(); });
-    if (own_seconds == 0) rows[k].peak_bytes = static_cast<double>(allocations.peak);
+    rows[k].peak_bytes = peak_bytes_of(runs[k].run);
   }
   return rows;
 }

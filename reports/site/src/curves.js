@@ -4,7 +4,7 @@ import { line } from "d3-shape";
 import { element } from "./dom.js";
 import { legend } from "./legend.js";
 import { lookedAt } from "./looked_at.js";
-import { axes, DASHES, drawAtWidth, logDomain, symbolPath } from "./plot.js";
+import { axes, drawAtWidth, logDomain, lookOf, symbolPath } from "./plot.js";
 
 const NEAR = 24;  // pixels around the pointer
 const TWO = 760, GAP = 16;  // pixels from which two panels stand side by side, and between them
@@ -18,7 +18,7 @@ function named(panels) {
     for (const curve of curves) {
       if (curve.label) owner = curve.label;
       isShared ||= curve.label && names.has(owner);
-      if (!names.has(owner)) names.set(owner, { label: owner, group: title, ...curve, dash: DASHES[curve.dash ?? 0] });
+      if (!names.has(owner)) names.set(owner, { label: owner, group: title, ...curve, ...lookOf(curve) });
       curve.name = [...names.keys()].indexOf(owner);
     }
   }
@@ -52,7 +52,7 @@ function addPanel(panel, names) {
       const points = drawnPoints(curve);
       if (curve.drawn !== "marks") {
         area.append("path").attr("class", `curve c${curve.colour}`).attr("d", path(points))
-          .style("stroke-dasharray", DASHES[curve.dash ?? 0] || null);
+          .style("stroke-dasharray", lookOf(curve).dash || null);
       }
       if (curve.drawn === "lines") continue;
       for (const [px, py] of points) {

@@ -6,10 +6,11 @@ import { create } from "d3-selection";
 import { symbol, symbolCircle, symbolDiamond, symbolSquare, symbolTriangle, symbolCross, symbolStar } from "d3-shape";
 
 const SYMBOLS = [symbolCircle, symbolSquare, symbolTriangle, symbolDiamond, symbolCross, symbolStar];
-// Okabe and Ito's palette without its yellow, which is lost on white, and with a grey; the style sheet has both themes.
-export const COLOURS = 8;
-/// Solid, dashed, dotted, dashes and dots: as CurveLook has them (reports/curve_look.h); the others are for charts without looks.
-export const DASHES = ["", "6 3", "2 3", "9 3 2 3", "12 4", "5 3 1 3", "14 3 5 3"];
+/// Solid, dashed, dotted, dashes and dots.
+export const DASHES = ["", "6 3", "2 3", "9 3 2 3"];
+/// How a curve looks, as CurveLook has it (reports/curve_look.h): a number of the style sheet's palette, which is Okabe and Ito's
+/// without its yellow, lost on white, and with a grey; one of a mark; dashes.
+export const lookOf = ({ colour, symbol, dash }) => ({ colour, symbol, dash: DASHES[dash] });
 const ROOM = 48;  // pixels of a label
 const MARGIN = { top: 12, right: 14, bottom: 46, left: 62 };
 const LANE = 7;  // pixels of one of many lanes in a band of zeros

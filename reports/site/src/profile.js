@@ -4,7 +4,7 @@ import { curveStepAfter, line } from "d3-shape";
 import { element } from "./dom.js";
 import { legend } from "./legend.js";
 import { lookedAt } from "./looked_at.js";
-import { axes, COLOURS, DASHES, drawAtWidth, symbolPath } from "./plot.js";
+import { axes, DASHES, drawAtWidth, lookOf, symbolPath } from "./plot.js";
 
 /// Points of (tau, share); failures, which `ratios` leaves out, keep the curve below 1.
 function stepsOf(ratios, problems, last) {
@@ -25,16 +25,6 @@ const MOST = 10, FEW = 8;  // curves that can be told from each other; more star
 const MARKS = 72;  // pixels between the marks of a curve; those of the others stand between them
 const SAMPLES = 8, TOUCH = 2;  // pixels between places where curves are compared, and within which they hide each other
 const LETTER = 6.6, LINE = 14, ROOM = 620;  // pixels of names, and of a chart that has room for them
-
-/// Looks as the data state them, or by number: sixty curves, no two of them with the same dashes and mark.
-function styled(solvers) {
-  let dashes = 0;
-  return solvers.map(({ name, colour, symbol, dash, dashed }, k) => {
-    const turn = Math.floor(k / COLOURS);
-    if (dash === undefined && dashed !== undefined) dash = dashed ? 1 + (dashes++ % (DASHES.length - 1)) : 0;
-    return { label: name, colour: colour ?? k % COLOURS, symbol: symbol ?? k, dash: DASHES[(dash ?? k + turn) % DASHES.length] };
-  });
-}
 
 /// Curves that are the same, or nearly, hide each other: they take turns, each with a dash where the others have gaps.
 /// @param heights  of a curve, at the same places for all
@@ -71,7 +61,7 @@ function spread(heights, top, bottom) {
 }
 
 export function drawProfile(place, data) {
-  const curves = styled(data.solvers), first = mostSolved(data.solvers);
+  const curves = data.solvers.map((solver) => ({ label: solver.name, ...lookOf(solver) })), first = mostSolved(data.solvers);
   const largest = Math.max(10, ...data.solvers.flatMap((solver) => solver.ratios));
   const picture = element("div", { class: "picture" });
   const corners = data.solvers.map((solver, k) => cornersOf(solver.ratios, k));

@@ -6,7 +6,7 @@ import { line } from "d3-shape";
 import { commandLine, element, menu } from "./dom.js";
 import { legend } from "./legend.js";
 import { lookedAt } from "./looked_at.js";
-import { axes, COLOURS, DASHES, drawAtWidth, logDomain, symbolPath } from "./plot.js";
+import { axes, drawAtWidth, logDomain, lookOf, symbolPath } from "./plot.js";
 
 const number = (x) => (x === 0 || (x >= 0.01 && x < 1e5) ? String(Number(x.toPrecision(3))) : x.toExponential(2));
 const NEAR = 40;  // pixels
@@ -19,28 +19,8 @@ const ROUNDING = 1e-16;  // below it an error is rounding, which stands with the
 const has = (run, field) => Number.isFinite(run[field]) && run[field] >= 0;
 const counted = (n) => `${n} ${n === 1 ? "run" : "runs"}`;
 
-/// Looks as the data state them; else families have a colour, their members a symbol, and those that are a family of one dashes.
-function styled(methods) {
-  const families = [...new Set(methods.map((m) => m.family))];
-  const members = new Map();
-  let loners = 0;  // of families of one
-  const sizes = new Map(families.map((f) => [f, methods.filter((m) => m.family === f).length]));
-  return methods.map((m) => {
-    const member = members.get(m.family) ?? 0;
-    members.set(m.family, member + 1);
-    const isOdd = m.family === "Time stepping" || sizes.get(m.family) === 1;
-    const k = isOdd ? loners++ : member;
-    return {
-      label: m.label, id: m.id, group: m.family,
-      colour: m.colour ?? (isOdd ? k % COLOURS : families.indexOf(m.family) % COLOURS),
-      symbol: m.symbol ?? (isOdd ? Math.floor(k / COLOURS) + 1 : k),
-      dash: DASHES[m.dash ?? Number(m.dashed ?? isOdd)],
-    };
-  });
-}
-
 function outcome(run) {
-  if (run.status !== undefined) return `no solution: ${run.status}${run.reason ? `: ${run.reason}` : ""}`;
+  if (run.status !== undefined) return ["no solution", run.status, run.reason, run.answer].filter(Boolean).join(": ");
   return `error ${number(run.error)} (relative ${number(run.relative)}); CPU time ${number(run.time)} ms, ` +
     `quartiles ${number(run.quartiles[0])} to ${number(run.quartiles[1])}`;
 }
@@ -141,7 +121,7 @@ function followLinks(data, place, key) {
 }
 
 export function drawWorkPrecision(place, data) {
-  const curves = styled(data.methods);
+  const curves = data.methods.map((m) => ({ label: m.label, id: m.id, group: m.family, ...lookOf(m) }));
   // An error of zero in every run is a result, a work of zero in every run is one that nobody counts.
   const errors = measured(data.errors, (field) => data.runs.some((run) => has(run, field)));
   const works = measured(data.works, (field) => data.runs.some((run) => run[field] > 0));
