@@ -137,7 +137,10 @@ TEST(ContactSolvers, ShowsSolversOnProblemsOfEachSize) {
   std::vector<ContactSolve> solves;
   const auto add = [&](const char* scene, int contacts, const char* solver, const char* status, double violation,
                        double seconds) {
-    ContactSolve solve{{.scene = scene, .contacts = contacts, .rows = contacts, .condition = 1}};
+    ContactSolve solve;
+    solve.scene = scene;
+    solve.contacts = solve.rows = contacts;
+    solve.condition = 1;
     solve.problem = std::string(scene) + ", step 1";
     solve.solver = solver;
     solve.status = status;
