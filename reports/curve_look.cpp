@@ -71,15 +71,19 @@ nlohmann::json curves_data(const std::vector<CurvePanel>& panels) {
     for (const auto& curve : panel.curves) {
       nlohmann::json points = nlohmann::json::array();
       for (const auto& [x, y] : curve.points) {
-        if (x > 0 && y > 0) points.push_back({x, y});
+        if ((x > 0 || !panel.x_names.empty()) && (y > 0 || !panel.is_log_y)) points.push_back({x, y});
       }
       if (points.empty()) continue;
       nlohmann::json entry = {{"label", curve.label}, {"drawn", curve.drawn}, {"points", points}};
       curve.look.put_into(entry);
       curves.push_back(entry);
     }
-    data["panels"].push_back(
-        {{"title", panel.title}, {"x_label", panel.x_label}, {"y_label", panel.y_label}, {"curves", curves}});
+    nlohmann::json entry = {
+        {"title", panel.title}, {"x_label", panel.x_label}, {"y_label", panel.y_label}, {"curves", curves}};
+    if (!panel.x_names.empty()) entry["x_names"] = panel.x_names;
+    if (!panel.x_links.empty()) entry["x_links"] = panel.x_links;
+    if (!panel.is_log_y) entry["is_log_y"] = false;
+    data["panels"].push_back(entry);
   }
   return data;
 }

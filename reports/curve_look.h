@@ -34,7 +34,8 @@ const std::string& palette_colour(int colour);
 /// \definecolor of ricochet0 and so on.
 std::string latex_palette();
 
-/// Data of a chart of kind "curves": panels with logarithmic axes, as what has no chart of its own on the site.
+/// Data of a chart of kind "curves", as what has no chart of its own on the site has: panels, whose axes are logarithmic where
+/// they are not said to be others.
 struct CurvePanel {
   struct Curve {
     std::string label;
@@ -44,6 +45,10 @@ struct CurvePanel {
   };
   std::string title, x_label, y_label;
   std::vector<Curve> curves = {};
+  std::vector<std::string> x_names =
+      {};  ///< of the places 0, 1, ... of a linear axis; a curve ends where it has no point
+  std::vector<std::string> x_links = {};  ///< addresses of the same
+  bool is_log_y = true;
 };
 nlohmann::json curves_data(const std::vector<CurvePanel>& panels);
 

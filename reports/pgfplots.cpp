@@ -167,7 +167,9 @@ std::string picture_text(const Picture& picture, const std::string& file) {
 }  // namespace
 
 bool has_pgfplots(const Section::Chart& chart) {
-  return chart.kind == "work_precision" || chart.kind == "profile" || chart.kind == "curves";
+  const auto is_other = [](const auto& panel) { return panel.contains("x_names") || panel.contains("is_log_y"); };
+  if (chart.kind == "curves") return std::ranges::none_of(chart.data.at("panels"), is_other);  // of logarithmic axes
+  return chart.kind == "work_precision" || chart.kind == "profile";
 }
 
 std::string pgfplots(const Section::Chart& chart, std::vector<PgfplotsData>* data, const std::string& stem) {

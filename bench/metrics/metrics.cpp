@@ -146,9 +146,11 @@ Metrics metrics_of(const Problem& problem, const Solution& solution, const Refer
 
 Metrics metrics_of_run(const Method& method, const Problem& problem, Settings settings, std::int64_t steps,
                        const ReferenceMotion& reference) {
-  Metrics metrics;
-  metrics.why_not = kTooManySteps;
-  if (steps > kMostMeasuredSteps) return metrics;
+  if (steps > kMostMeasuredSteps) {
+    Metrics metrics;
+    metrics.why_not = kTooManySteps;
+    return metrics;
+  }
   settings.recording = Recording::motion;
   return metrics_of(problem, method.solve(problem, settings), reference);
 }

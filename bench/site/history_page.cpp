@@ -6,7 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "problems/input_error.h"
+#include "reports/curve_look.h"
 #include "reports/markup.h"
+#include "reports/section.h"
 #include "reports/text_file.h"
 
 namespace ricochet {
@@ -40,6 +42,39 @@ std::string commit_html(const json& entry) {
   return verdicts.empty() ? html : html + fmt::format("<p>Hard cases: {}.</p>\n", verdicts);
 }
 
+/// @param panels  of the file curves.json  @param picture  SVG of them, or nothing, for a reader without a script
+std::string chart_html(const json& history, const json& panels, const std::string& picture) {
+  std::vector<CurvePanel> list;
+  std::vector<std::string> commits, links;
+  for (const auto& entry : history) {
+    commits.push_back(entry.at("commit"));
+    links.push_back("#commit-" + site_id(commits.back()));
+  }
+  for (const auto& drawn : panels) {
+    CurvePanel panel{.title = drawn.at("title"), .x_label = "commit", .y_label = drawn.at("label")};
+    panel.is_log_y = drawn.at("is_log");
+    panel.x_names = commits;
+    panel.x_links = links;
+    for (const auto& curve : drawn.at("curves"))
+      panel.curves.push_back(
+          {.label = curve.at("label"), .look = CurveLook::of(panel.curves.size()), .points = curve.at("points")});
+    list.push_back(panel);
+  }
+  if (list.empty()) return "";
+  const Section::Chart chart{.kind = "curves",
+                             .name = "",
+                             .table = "",
+                             .title = "What changed most, over the commits",
+                             .caption =
+                                 "Of each method the quantity that moved most, of the methods those that moved "
+                                 "most. Rows that a commit added are no change.",
+                             .data = curves_data(list),
+                             .still = {}};
+  const auto svg = picture.find("<svg");
+  const std::string still = svg == std::string::npos ? "" : "<noscript>" + picture.substr(svg) + "</noscript>";
+  return site_heading(chart.title, "curves") + site_chart(chart, still, "<code class=\"command\">./run history</code>");
+}
+
 }  // namespace
 
 SitePage history_page(const std::string& folder) try {
@@ -51,11 +86,7 @@ SitePage history_page(const std::string& folder) try {
       "<p class=\"lead\">Deterministic counters, errors and orders that the gate holds every commit to, and verdicts of "
       "the published hard cases. A commit that is not here changed none of them. No times: they are those of a machine, "
       "and lie, marked so, in the files of <code>./run history</code>.</p>\n";
-  const std::string figure = read_text(root / "history.svg");
-  if (const auto svg = figure.find("<svg"); svg != std::string::npos)  // without gnuplot there is none
-    page.html +=
-        "<figure class=\"history\" role=\"img\" aria-label=\"Quantities that changed most, over the commits\">" +
-        figure.substr(svg) + "</figure>\n";
+  page.html += chart_html(history, json::parse(read_text(root / "curves.json")), read_text(root / "history.svg"));
   for (auto entry = history.rbegin(); entry != history.rend(); ++entry) page.html += commit_html(*entry);
   return page;
 } catch (const json::exception& error) {

@@ -20,13 +20,6 @@ namespace fs = std::filesystem;
 
 const char* const kResultsFolder = "experiments";
 
-/// JSON inside of a script element, which the first "</" would end.
-std::string script_json(const nlohmann::json& data) {
-  std::string text = data.dump();
-  for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos; at += 3) text.insert(at + 1, "\\");
-  return text;
-}
-
 std::string warning(const std::string& text) {
   return fmt::format("<p class=\"warning\">{}</p>\n", escape_html(text));
 }
@@ -143,12 +136,7 @@ class ResultsPage {
       links += fmt::format("<a href=\"{}\">PGFPlots</a> ", escape_html(tex));
     }
     page_.html += site_heading(chart.title, chart.name);
-    page_.html += fmt::format(
-        "<figure class=\"chart\" data-chart=\"{}\" aria-label=\"{}\">{}<div class=\"drawing\"></div>"
-        "<figcaption>{}</figcaption><p class=\"links\">{}{}</p>"
-        "<script type=\"application/json\">{}</script></figure>\n",
-        chart.kind, escape_html(chart.title), stills, escape_html(chart.caption), links, command_html(results_),
-        script_json(chart.data));
+    page_.html += site_chart(chart, stills, links + command_html(results_));
   }
 
   void add_provenance() {

@@ -62,6 +62,20 @@ std::string site_heading(const std::string& text, const std::string& id, int lev
       escape_html(text));
 }
 
+std::string script_json(const nlohmann::json& data) {
+  std::string text = data.dump();
+  for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos; at += 3) text.insert(at + 1, "\\");
+  return text;
+}
+
+std::string site_chart(const Section::Chart& chart, const std::string& stills, const std::string& links) {
+  return fmt::format(
+      "<figure class=\"chart\" data-chart=\"{}\" aria-label=\"{}\">{}<div class=\"drawing\"></div>"
+      "<figcaption>{}</figcaption><p class=\"links\">{}</p>"
+      "<script type=\"application/json\">{}</script></figure>\n",
+      chart.kind, escape_html(chart.title), stills, escape_html(chart.caption), links, script_json(chart.data));
+}
+
 std::string site_links(const SiteLinks& links) {
   std::string html;
   for (const auto& [text, address] : links)

@@ -108,6 +108,15 @@ class History(unittest.TestCase):
             self.assertIn(text, figure)
         self.assertNotIn("turning, elements", figure)
 
+    def test_writes_the_curves_for_the_site(self):
+        ratios, orders = json.loads((self.folder / "curves.json").read_text())
+        self.assertEqual((ratios["is_log"], orders["is_log"]), (True, False))
+        points = {curve["label"]: curve["points"] for curve in ratios["curves"] + orders["curves"]}
+        self.assertEqual([at for at, _ in points["grid: steady, mean error"]], [0, 1, 2])
+        self.assertAlmostEqual(points["grid: steady, mean error"][2][1], 0.5)
+        self.assertEqual(points["grid: turning, order"], [[0, 1], [1, 0], [2, -1]])
+        self.assertEqual(points["grid: lost, order"], [[0, 2], [1, 2]])
+
     @unittest.skipUnless(shutil.which("gnuplot"), "without gnuplot there is no figure")
     def test_draws_an_order_that_was_lost(self):
         folder = self.repository / "lost"
@@ -147,6 +156,7 @@ class History(unittest.TestCase):
         self.assertEqual(made.returncode, 0, made.stderr)
         page = html.unescape((self.repository / "page/site/history.html").read_text())
         self.assertIn("grid: lost: order 2.00 (2.00 .. 2.00) to not asymptotic", page)
+        self.assertIn("grid: turning, order", page)
 
     def test_without_the_program_there_are_no_orders(self):
         script = self.repository / "elsewhere/bench/history/make_history"  # beside which nothing is built

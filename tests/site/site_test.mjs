@@ -43,6 +43,13 @@ const EXPERIMENTS = {
   },
 };
 
+const HISTORY = [0, 1, 2].map((k) => ({ commit: `abc000${k}`, date: `2026-01-0${k + 1}`, subject: `change ${k}`, rows: 3,
+  verdicts: { ok: 1 }, changes: [{ text: `grid: moreau_jean: order 1 to ${k}` }] }));
+const CHANGED = [
+  { title: "Counters and errors", label: "over the first value", is_log: true,
+    curves: [{ label: "grid: moreau_jean, steps", points: [[0, 1], [1, 1.05], [2, 1.1]] }] },
+  { title: "Orders", label: "order", is_log: false, curves: [{ label: "grid: moreau_jean, order", points: [[0, 1], [2, -0.5]] }] }];
+
 function makeSite(program, folder) {
   const run = (...args) => execFileSync(program, args, { stdio: ["ignore", "ignore", "inherit"] });
   for (const [name, experiment] of Object.entries(EXPERIMENTS)) {
@@ -50,8 +57,10 @@ function makeSite(program, folder) {
     run("run-experiment", join(folder, `${name}.json`), "-o", join(folder, "results"));
   }
   run("run-experiment", "hard_cases", "-p", "disc_in_chute", "-p", "ball_row*", "-m", "moreau_jean", "-m", "fesd:gauss:3", "-o", join(folder, "results"));
+  writeFileSync(join(folder, "history.json"), JSON.stringify(HISTORY));
+  writeFileSync(join(folder, "curves.json"), JSON.stringify(CHANGED));
   const results = readdirSync(join(folder, "results")).filter((name) => name.endsWith(".jsonl")).sort();
-  run("report", ...results.map((name) => join(folder, "results", name)), "-o", join(folder, "report"));
+  run("report", ...results.map((name) => join(folder, "results", name)), "--history", folder, "-o", join(folder, "report"));
   return join(folder, "report", "site");
 }
 
@@ -62,7 +71,8 @@ const hard = readdirSync(join(site, "experiments")).find((name) => /^hard_cases.
 const grid = existsSync(join(site, "experiments/grid.html")) ? "grid" : "two_balls_order";
 const fastest = existsSync(join(site, "experiments/fastest.html")) ? "fastest" : "opponents";
 const PAGES = ["index.html", "environment.html", "cite.html", `experiments/${grid}.html`, `experiments/${fastest}.html`, `experiments/${hard}`,
-  "methods/moreau_jean.html", "methods/fesd.html", "problems/two_balls_spring.html", "problems/slider_crank_stop.html"];
+  "methods/moreau_jean.html", "methods/fesd.html", "problems/two_balls_spring.html", "problems/slider_crank_stop.html",
+  ...(existsSync(join(site, "history.html")) ? ["history.html"] : [])];
 
 const browser = await chromium.launch({ executablePath: chromium_path, args: ["--no-sandbox"] });
 const complaints = [];
@@ -615,6 +625,26 @@ async function profiles() {
   await twins.close();
 }
 
+/// Commits have names and no logarithm, an order may be negative, and a curve ends where a commit has none.
+async function history() {
+  if (!isProgram) return;
+  const page = await open("history.html", 1400);
+  const [ratios, orders] = await page.locator("figure[data-chart=curves] .panel svg").all();
+  assert.deepEqual((await orders.locator(".axis text").allTextContents()).filter((text) => text.startsWith("abc")), HISTORY.map((h) => h.commit));
+  const values = (await ratios.locator(".axis text").allTextContents()).filter((text) => /^1(\.|$)/.test(text));
+  assert.ok(values.length >= 3 && new Set(values).size === values.length, `an axis of less than a decade has numbers: ${values}`);
+  assert.equal(await ratios.locator("path.mark").count(), 3);
+  assert.match(await ratios.locator("path.curve").getAttribute("d"), /^M[^ML]*L[^ML]*L[^ML]*$/);
+  assert.equal(await orders.locator("path.mark").count(), 2);
+  assert.match(await orders.locator("path.curve").getAttribute("d"), /^M[^ML]*M[^ML]*$/, "no line over a commit without an order");
+  await orders.focus();
+  await page.keyboard.press("End");
+  const link = page.locator("figure[data-chart=curves] .said a");
+  assert.equal(await link.textContent(), "abc0002");
+  assert.equal(await page.locator(await link.getAttribute("href")).count(), 1, "what a commit changed is one click away");
+  await page.close();
+}
+
 async function verdicts() {
   const page = await open(`experiments/${hard}`, 1400);
   assert.equal(await page.locator("h2#matrix + figure[data-chart=verdicts]").count(), 1, "a link to the heading leads to the matrix");
@@ -729,7 +759,7 @@ async function printsWhatIsOpen() {
 const bytes = ["index.html", "assets/site.css", "assets/site.js"].reduce((sum, name) => sum + statSync(join(site, name)).size, 0);
 assert.ok(bytes < FIRST_VIEW, `the first view has ${bytes} bytes`);
 const TESTS = [answers, curves, workPrecision, fewCurvesFirst, zeros, copies, tables, motion, search, stillsFit, namesLeadToPages, profiles, verdicts,
-  equations, figuresLinkToTheirNumbers, printsWhatIsOpen, async function looks() { for (const name of PAGES) await looksRight(name); }];
+  equations, history, figuresLinkToTheirNumbers, printsWhatIsOpen, async function looks() { for (const name of PAGES) await looksRight(name); }];
 const only = process.argv.includes("--only") ? process.argv.at(-1) : "";
 try {
   for (const test of TESTS.filter(({ name }) => !only || name === only)) {

@@ -32,6 +32,17 @@ TEST(Allocations, AreCounted) {
   EXPECT_EQ(allocations_of([] { EXPECT_EQ(Eigen::VectorXd(100).size(), 100); }).count, 1);
 }
 
+TEST(Allocations, HaveAPeak) {
+  constexpr std::int64_t n = 100'000, bytes = n * sizeof(double);
+  const auto twice = [&] {  // one after the other
+    for (int k = 0; k < 2; ++k) EXPECT_EQ(Eigen::VectorXd::Zero(n).eval().size(), n);
+    return 0.0;
+  };
+  EXPECT_GE(peak_bytes_of(twice), bytes);
+  EXPECT_LT(peak_bytes_of(twice), 1.5 * bytes);
+  EXPECT_TRUE(std::isnan(peak_bytes_of([] { return 1.0; }))) << "of a run in another process nothing is seen";
+}
+
 struct Case {
   const char *problem, *method;
 };

@@ -335,7 +335,7 @@ TEST_F(ResultsOnDisk, WorkThatIsNotCountedHasNoNumberInTheChart) {
     EXPECT_TRUE(engine.at(field).is_null()) << field;
   EXPECT_EQ(engine.at("energy"), 0.5) << "an axis has no sign";
   ASSERT_EQ(data.at("failures").size(), 1u);
-  EXPECT_NE(data["failures"][0].value("answer", "").find("other has error"), std::string::npos);
+  EXPECT_NE(data["failures"][0].value("answer", "").find("instead other: error"), std::string::npos);
 }
 
 TEST_F(ResultsOnDisk, AnInterruptedRunLooksIncompleteAndIsContinued) {

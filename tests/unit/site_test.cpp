@@ -191,6 +191,9 @@ class Site : public testing::Test {
         "history", folder / "history" / "history.json",
         R"([{"commit": "abc1234", "date": "2026-01-02", "subject": "Faster <b>", "rows": 3, "verdicts": {"ok": 2},
                     "changes": [{"text": "grid: moreau_jean: steps 5 to 4"}]}])");
+    write_text("history", folder / "history" / "curves.json",
+               R"([{"title": "Orders", "label": "order", "is_log": false,
+                    "curves": [{"label": "grid: moreau_jean, order", "points": [[0, -0.5]]}]}])");
     root = fs::path(write_report_site({shown}, folder.string(), history_pages((folder / "history").string())))
                .parent_path();
     for (const auto& entry : fs::recursive_directory_iterator(root)) {
@@ -262,9 +265,12 @@ TEST_F(Site, TellsOfItsHistory) {
   EXPECT_NE(history.find("2026-01-02 abc1234: Faster &lt;b&gt;"), std::string::npos);
   EXPECT_NE(history.find("moreau_jean: steps 5 to 4"), std::string::npos);
   EXPECT_NE(history.find("Hard cases: 2 ok."), std::string::npos);
+  EXPECT_NE(history.find("[[0.0,-0.5]]"), std::string::npos)
+      << "an order may be negative, and commits are named, not positive";
+  EXPECT_NE(history.find("\"x_links\":[\"#commit-abc1234\"]"), std::string::npos);
   EXPECT_THROW(write_report_site({}, folder.string(), history_pages(folder.string())), InputError)
       << "no history is there";
-  write_text("history", folder / "history" / "history.svg", "no picture");
+  write_text("history", folder / "history" / "curves.json", "[]");  // nothing has changed
   EXPECT_EQ(history_page((folder / "history").string()).html.find("<figure"), std::string::npos);
 }
 

@@ -59,7 +59,7 @@ struct HardCase {
 struct HardCases {
   std::string id;
   double time_limit = 0;
-  bool with_times = true;  ///< false: no cell says a wall time, nor how far its run came until the limit
+  bool with_times = true;  ///< false: no cell says a wall time, how far its run came until the limit, or its memory
   std::vector<HardCase> cases;
   std::vector<std::string> methods;  ///< examples of the registered ones, and "also"
 };

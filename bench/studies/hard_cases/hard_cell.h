@@ -23,13 +23,15 @@ struct HardCell {
   CaseLimits limits;
   CellOutcome outcome;
   Metrics metrics;                        ///< of a success; verdicts do not ask for them
-  double peak_bytes = Metrics::kNone;     ///< of the heap, of a success that does not record its motion
+  double peak_bytes = Metrics::kNone;     ///< of the heap, of a run that does not record its motion
   double reference_error = 0;             ///< bound for the error of the true motion; 0 of one by a formula
   double solution_size = Metrics::kNone;  ///< max-norm of its end
 
   CaseVerdict verdict() const { return ricochet::verdict(limits, outcome); }
   /// "1000 steps" or "tolerance 1e-09".
   std::string setting() const;
+  /// Of its row in the table of an experiment, which links lead to.
+  std::string row_id(const std::string& experiment) const { return experiment + "-" + hard_case + "-" + method; }
 };
 
 void to_json(nlohmann::json& j, const HardCell& cell);
@@ -72,6 +74,6 @@ Table hard_failures(const std::vector<HardCell>& cells);
 /// Successes, with their metrics.
 std::vector<MeasuredRun> measured_runs(const std::vector<HardCell>& cells);
 /// Every cell with every number.
-Table hard_details(const std::vector<HardCell>& cells);
+Table hard_details(const std::vector<HardCell>& cells, const std::string& experiment);
 
 }  // namespace ricochet

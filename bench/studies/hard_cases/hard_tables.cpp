@@ -179,7 +179,7 @@ std::vector<MeasuredRun> measured_runs(const std::vector<HardCell>& cells) {
   return runs;
 }
 
-Table hard_details(const std::vector<HardCell>& cells) {
+Table hard_details(const std::vector<HardCell>& cells, const std::string& experiment) {
   using C = HardCell;
   const auto measured = [](double CellOutcome::*number) { return [=](const C& c) { return c.outcome.*number; }; };
   static const std::vector<Column<C>> columns = {
@@ -198,7 +198,9 @@ Table hard_details(const std::vector<HardCell>& cells) {
       {"status", [](const C& c) { return c.outcome.status; }},
       {"message", [](const C& c) { return c.outcome.message; }},
   };
-  return table_of("All cells", columns, cells);
+  Table table = table_of("All cells", columns, cells);
+  for (const C& cell : cells) table.row_ids.push_back(cell.row_id(experiment));
+  return table;
 }
 
 }  // namespace ricochet

@@ -30,6 +30,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double kReferenceLimit = 120;      // wall time of the references of a case [s]
+constexpr double kLookLimit = 60;            // and of looking at the motion of a run
 constexpr std::size_t kMethodsOfPiece = 24;  // on a case; another process computes its references again
 
 /// An energy may overflow though the state does not, and JSON has no infinity.
@@ -79,7 +80,8 @@ Settings settings_of(const HardCell& cell, double time_limit) {
 }
 
 /// In the child process: solves and measures. The cell goes to the parent as the line of the results file.
-std::string solve_and_measure(const Problem& problem, const CaseTruth& truth, double time_limit, HardCell cell) {
+std::string solve_and_measure(const Problem& problem, const std::vector<TrueMotion>& motions, double time_limit,
+                              HardCell cell) {
   Settings settings = settings_of(cell, time_limit);
   settings.recording = Recording::motion;
   const auto begin = std::chrono::steady_clock::now();
@@ -98,9 +100,7 @@ std::string solve_and_measure(const Problem& problem, const CaseTruth& truth, do
   outcome.t = solution.t;
   if (solution.succeeded()) {
     measure_invariants(problem, solution, outcome);
-    for (const auto& motion : truth.motions)
-      outcome.error = std::fmin(outcome.error, bounded(motion.error_of(solution)));
-    if (outcome.is_finite) cell.metrics = metrics_of(problem, solution, truth.motion);
+    for (const auto& motion : motions) outcome.error = std::fmin(outcome.error, bounded(motion.error_of(solution)));
   }
   return json(cell).dump();
 }
@@ -163,7 +163,7 @@ double step_factor(const std::string& method) {
   return 1;
 }
 
-HardCell run_cell(const HardCase& hard_case, const Problem& problem, const CaseTruth& truth,
+HardCell run_cell(const HardCase& hard_case, const Problem& problem, const std::vector<TrueMotion>& motions,
                   const std::string& method_spec, double time_limit) {
   const auto method = make_method(method_spec);
   const MethodInfo info = method->info();
@@ -185,13 +185,13 @@ HardCell run_cell(const HardCase& hard_case, const Problem& problem, const CaseT
     cell.outcome.message = support.reason;
     return cell;
   }
-  if (truth.motions.size() == 1) {
-    cell.reference_error = truth.motions[0].uncertainty;
-    cell.solution_size = truth.motions[0].size();
+  if (motions.size() == 1) {
+    cell.reference_error = motions[0].uncertainty;
+    cell.solution_size = motions[0].size();
   }
   const double kill_after = 2 * time_limit;
   const IsolatedResult result =
-      run_isolated([&] { return solve_and_measure(problem, truth, time_limit, cell); }, kill_after);
+      run_isolated([&] { return solve_and_measure(problem, motions, time_limit, cell); }, kill_after);
   switch (result.ending) {
     case IsolatedResult::Ending::returned:
       return parse_line(result.text).get<HardCell>();
@@ -207,6 +207,46 @@ HardCell run_cell(const HardCase& hard_case, const Problem& problem, const CaseT
   return cell;
 }
 
+void look_at(const Problem& problem, const ReferenceMotion& reference, bool with_memory, double time_limit,
+             HardCell& cell) {
+  if (!cell.outcome.succeeded()) return;
+  if (!cell.outcome.is_finite) {
+    cell.metrics.why_not = "it has numbers that are not finite";
+    return;
+  }
+  const auto look = [&] {
+    const auto method = make_method(cell.method);
+    Settings settings = settings_of(cell, time_limit);
+    json found = {{"metrics", metrics_of_run(*method, problem, settings, cell.steps, reference)}, {"peak_bytes", {}}};
+    if (with_memory) {
+      settings.recording = Recording::final_state;
+      Solution solution = method->solve(problem, settings);  // makes tables that are made once
+      const double peak = peak_bytes_of([&] {
+        solution = method->solve(problem, settings);
+        return solution.own_seconds;
+      });
+      if (solution.succeeded()) found["peak_bytes"] = peak;
+    }
+    return found.dump();
+  };
+  const double limit = 3 * time_limit + kLookLimit;
+  const IsolatedResult result = run_isolated(look, limit);
+  switch (result.ending) {
+    case IsolatedResult::Ending::returned: {
+      const json found = parse_line(result.text);
+      found.at("metrics").get_to(cell.metrics);
+      found.at("peak_bytes").get_to(cell.peak_bytes);
+      break;
+    }
+    case IsolatedResult::Ending::killed:
+      cell.metrics.why_not = fmt::format("measuring has no end within {} s", limit);
+      break;
+    case IsolatedResult::Ending::crashed:
+      cell.metrics.why_not = "measuring it fails: " + result.text;
+      break;
+  }
+}
+
 namespace {
 
 /// What depends on how fast the machine is, and on what runs beside.
@@ -217,46 +257,30 @@ void leave_times_out(CellOutcome& outcome) {
   outcome.message.clear();  // methods say in it how far they came
 }
 
-/// Heap of the run of a cell when it does not record its motion, in a process of its own like the first; of the second run
-/// there, so that tables which are made once are not counted. NaN for a method that runs in another process.
-double isolated_peak_bytes(const Problem& problem, const HardCell& cell, double time_limit) {
-  if (!counts_allocations()) return Metrics::kNone;
-  const auto measure = [&] {
-    const auto method = make_method(cell.method);
-    Settings settings = settings_of(cell, time_limit);
-    settings.recording = Recording::final_state;
-    const auto run = [&] { return method->solve(problem, settings).own_seconds; };
-    run();
-    return json(peak_bytes_of(run)).dump();
-  };
-  const IsolatedResult result = run_isolated(measure, 2 * time_limit);
-  const bool is_measured = result.ending == IsolatedResult::Ending::returned && result.text != "null";
-  return is_measured ? json::parse(result.text).get<double>() : Metrics::kNone;
-}
-
 /// Every method on every case. A piece is a case with some of the methods: one case takes most of the time.
 void run_matrix(const json& experiment, ResultsFile& file) {
   const HardCases cases = read_hard_cases(experiment);
   const std::size_t per_case = (cases.methods.size() + kMethodsOfPiece - 1) / kMethodsOfPiece,
                     n_pieces = cases.cases.size() * per_case;
   Progress progress(cases.id);
-  std::optional<CaseTruth> truth;  // of the case at hand, where a cell is missing
+  std::optional<std::vector<TrueMotion>> motions;  // of the case at hand, where a cell is missing
+  ReferenceMotion reference;                       // to the end of the only one of them
   std::size_t at_hand = 0;
   const auto run_piece = [&](std::size_t k, const ResultsFile::NextRow<HardCell>& next) {
     const HardCase& hard_case = cases.cases[k / per_case];
-    if (k / per_case != at_hand) truth.reset();
+    if (k / per_case != at_hand) motions.reset();
     at_hand = k / per_case;
     const auto problem = hard_case.make_problem();
     const std::size_t first = k % per_case * kMethodsOfPiece;
     for (const auto& method :
          std::span(cases.methods).subspan(first).first(std::min(kMethodsOfPiece, cases.methods.size() - first))) {
       next([&] {
-        if (!truth) {
-          truth = {isolated_motions(hard_case, *problem), {}};
-          truth->motion = isolated_reference_motion(*problem, truth->motions);
+        if (!motions) {
+          motions = isolated_motions(hard_case, *problem);
+          reference = isolated_reference_motion(*problem, *motions);
         }
-        HardCell cell = run_cell(hard_case, *problem, *truth, method, cases.time_limit);
-        if (cell.outcome.succeeded()) cell.peak_bytes = isolated_peak_bytes(*problem, cell, cases.time_limit);
+        HardCell cell = run_cell(hard_case, *problem, *motions, method, cases.time_limit);
+        look_at(*problem, reference, cases.with_times, cases.time_limit, cell);
         if (!cases.with_times) leave_times_out(cell.outcome);
         return cell;
       });
@@ -302,7 +326,7 @@ void add_profile(const std::vector<HardCell>& cells, const std::string& prefix, 
 
 void show_matrix(const Results& results, Section& section) {
   const auto cells = results.all<HardCell>();
-  section.chart(verdict_matrix_chart(cells, results.experiment() + "_matrix"));
+  section.chart(verdict_matrix_chart(cells, results.experiment()));
   int group = 0;
   for (const Table& table : verdict_tables(cells)) section.summary(fmt::format("group_{}", ++group), table);
   section.result("verdicts", verdict_legend(cells));
@@ -312,7 +336,7 @@ void show_matrix(const Results& results, Section& section) {
   Table failures = hard_failures(cells);
   failures.is_list = true;
   section.details("failures", failures);
-  section.details("cells", hard_details(cells));
+  section.details("cells", hard_details(cells, results.experiment()));
   show_metrics(measured_runs(cells), section);
 }
 

@@ -122,7 +122,7 @@ Figure draw_verdict_matrix(const FigureFolder& folder, const std::vector<HardCel
           "repeats the run, appear where the pointer rests."};
 }
 
-Section::Chart verdict_matrix_chart(const std::vector<HardCell>& cells, const std::string& name) {
+Section::Chart verdict_matrix_chart(const std::vector<HardCell>& cells, const std::string& experiment) {
   using nlohmann::json;
   const HardMatrix matrix(cells);
   json cases = json::array(), rows = json::array();
@@ -143,6 +143,7 @@ Section::Chart verdict_matrix_chart(const std::vector<HardCell>& cells, const st
                      {"grade", text.grade},
                      {"number", decisive_number(cell->verdict(), cell->outcome)},
                      {"setting", cell->setting()},
+                     {"row", cell->row_id(experiment)},
                      {"command", cell->command}});
     }
     rows.push_back({{"method", matrix.methods()[m]}, {"cells", row}});
@@ -153,7 +154,9 @@ Section::Chart verdict_matrix_chart(const std::vector<HardCell>& cells, const st
           .title = "Verdicts on the hard cases",
           .caption = "Methods by cases; colour and word say the same.",
           .data = {{"cases", cases}, {"methods", rows}, {"meanings", meanings}},
-          .still = {[=](const FigureFolder& folder) { return std::vector{draw_verdict_matrix(folder, cells, name)}; },
+          .still = {[=](const FigureFolder& folder) {
+                      return std::vector{draw_verdict_matrix(folder, cells, experiment + "_matrix")};
+                    },
                     false}};
 }
 

@@ -17,6 +17,6 @@ std::string verdict_matrix_svg(const std::vector<HardCell>& cells);
 Figure draw_verdict_matrix(const FigureFolder& folder, const std::vector<HardCell>& cells, const std::string& name);
 
 /// The same for a reader who chooses methods, groups of cases and verdicts.
-Section::Chart verdict_matrix_chart(const std::vector<HardCell>& cells, const std::string& name);
+Section::Chart verdict_matrix_chart(const std::vector<HardCell>& cells, const std::string& experiment);
 
 }  // namespace ricochet

@@ -13,8 +13,6 @@
 namespace ricochet {
 namespace {
 
-using R = GateRules;
-
 struct Counter {
   const char* name;
   std::int64_t Counters::*member;
@@ -38,7 +36,8 @@ static_assert(sizeof(Counters) == std::size(kCounters) * sizeof(std::int64_t), "
 
 /// a of equation (1).
 double allowance(const Record& then, bool is_of_derivatives) {
-  return (is_of_derivatives ? R::kRoundingOfDerivatives : R::kRounding) * then.solution_size + 2 * then.reference_error;
+  return (is_of_derivatives ? GateRules::kRoundingOfDerivatives : GateRules::kRounding) * then.solution_size +
+         2 * then.reference_error;
 }
 
 bool is_error_controlled(const Record& run) {
@@ -58,7 +57,7 @@ struct Pair {
 void hold_error(const Pair& pair, double then_at_coarser_tolerance, GateLine& line) {
   const double then = pair.then->error, now = pair.now->error, a = pair.allowance();
   const bool is_loose = is_error_controlled(*pair.then) || then >= kAsymptoticError * pair.then->solution_size;
-  const double factor = is_loose ? R::kCoarseErrorFactor : R::kErrorFactor;  // (2), (1)
+  const double factor = is_loose ? GateRules::kCoarseErrorFactor : GateRules::kErrorFactor;  // (2), (1)
   const double limit = std::max(factor * then, then_at_coarser_tolerance) + a;
   const std::string finding = fmt::format("error {:.3e} in the baseline, now {:.3e}", then, now);
   if (!(now <= limit))
@@ -70,8 +69,8 @@ void hold_error(const Pair& pair, double then_at_coarser_tolerance, GateLine& li
 void hold_counters(const Pair& pair, GateLine& line) {
   const auto hold = [&](const char* name, std::int64_t c_then, std::int64_t c_now, bool is_of_matrices) {
     const auto then = static_cast<double>(c_then), now = static_cast<double>(c_now);
-    const double share = is_of_matrices ? R::kMatrixCounterShare : R::kCounterShare;  // (4), (3)
-    const double least = is_of_matrices ? R::kMatrixCounterLeast : R::kCounterLeast;
+    const double share = is_of_matrices ? GateRules::kMatrixCounterShare : GateRules::kCounterShare;  // (4), (3)
+    const double least = is_of_matrices ? GateRules::kMatrixCounterLeast : GateRules::kCounterLeast;
     const std::string finding = fmt::format("{} {} in the baseline, now {}", name, c_then, c_now);
     if (is_more_work(then, now, share, least)) line.add(GateVerdict::worse, finding);
   };
@@ -101,10 +100,10 @@ std::string why_not_whole(const Record& now) {
 /// Whether both were measured with the same reference.
 std::string why_other_reference(const Pair& pair) {
   const double size = pair.now->solution_size, size_then = pair.then->solution_size;
-  if (!(std::abs(size - size_then) <= R::kSizeTolerance * size_then))
+  if (!(std::abs(size - size_then) <= GateRules::kSizeTolerance * size_then))
     return fmt::format("size of the solution {:g} in the baseline, now {:g}: another reference", size_then, size);
   const double u = pair.now->reference_error, u_then = pair.then->reference_error;
-  if (!(u >= 0 && u <= R::kReferenceErrorFactor * u_then + R::kRounding * size_then))
+  if (!(u >= 0 && u <= GateRules::kReferenceErrorFactor * u_then + GateRules::kRounding * size_then))
     return fmt::format("uncertainty of the reference {:.1e} in the baseline, now {:.1e}", u_then, u);
   return {};
 }
@@ -170,7 +169,7 @@ GateLine MethodGate::residual() const {  // (5)
       where = pair.now;
     }
   }
-  const double limit = R::kResidualFactor * then + a;
+  const double limit = GateRules::kResidualFactor * then + a;
   if (where && now > limit)
     line.add(GateVerdict::worse, fmt::format("{:.1e} in the baseline, now {:.1e} at {}, at most {:.1e} holds", then,
                                              now, where->setting(), limit));
@@ -187,9 +186,9 @@ GateLine MethodGate::work() const {  // (6)
     }
     const std::string finding =
         fmt::format("{} {:.0f} in the baseline, now {:.0f}, in {} runs", counter.name, then, now, pairs_.size());
-    if (is_more_work(then, now, R::kCounterShare, R::kCounterLeast))
+    if (is_more_work(then, now, GateRules::kCounterShare, GateRules::kCounterLeast))
       line.add(GateVerdict::worse, finding);
-    else if (is_more_work(now, then, R::kCounterShare, R::kCounterLeast))
+    else if (is_more_work(now, then, GateRules::kCounterShare, GateRules::kCounterLeast))
       line.add(GateVerdict::better, finding);
   }
   return line;
@@ -216,7 +215,7 @@ GateLine MethodGate::order(const ObservedOrder& then, const ObservedOrder& now) 
     return line;
   }
   const double p_then = fit_line(step_lengths, errors_then).slope, p = fit_line(step_lengths, errors_held).slope;
-  if (p < p_then - R::kOrderSlack) {
+  if (p < p_then - GateRules::kOrderSlack) {
     line.add(GateVerdict::worse, fmt::format("{:.2f} in the baseline, now {:.2f}, over N_sim = {} .. {}", p_then, p,
                                              then.fit->first_steps, then.fit->last_steps));
   }

@@ -74,8 +74,10 @@ auto of_fit(auto value) {
   return [=](const OrderLine& line) { return line.order.fit ? std::optional(value(*line.order.fit)) : std::nullopt; };
 }
 
-std::string replacement_of(const GridResults& results, const Record& record) {
-  std::string answer = "-";
+}  // namespace
+
+std::optional<std::string> replacement_of(const GridResults& results, const Record& record) {
+  std::optional<std::string> answer;
   for (const auto& other : results.records) {
     if (other.instead_of != record.method || other.setting() != record.setting()) continue;
     answer = other.succeeded() ? fmt::format("{}: error {:.2e}", other.method, other.error)
@@ -83,8 +85,6 @@ std::string replacement_of(const GridResults& results, const Record& record) {
   }
   return answer;
 }
-
-}  // namespace
 
 std::string row_id(const GridResults& results, const Record& record) {
   return fmt::format("{}-line-{}", results.id, results.line_of(record));
@@ -184,7 +184,7 @@ Table failures(const GridResults& results) {
   std::vector<GridLine> lines;
   for (const auto& record : results.records) {
     if (record.succeeded() || !record.instead_of.empty()) continue;
-    lines.emplace_back(results, record).answer = replacement_of(results, record);
+    lines.emplace_back(results, record).answer = replacement_of(results, record).value_or("-");
   }
   const auto attempted = std::count_if(results.records.begin(), results.records.end(),
                                        [](const Record& r) { return r.instead_of.empty(); });

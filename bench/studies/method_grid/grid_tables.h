@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "bench/metrics/metric_tables.h"
@@ -28,6 +30,9 @@ Table time_to_reach(const GridResults& results, const std::vector<double>& level
 /// Time of each method over that of the method it is compared with ("overhead_of") at the same number of
 /// elements.
 Table overhead(const GridResults& results);
+
+/// "METHOD: error 1.2e-03", of the run that answers the failure of `record`; nothing without one.
+std::optional<std::string> replacement_of(const GridResults& results, const Record& record);
 
 /// Anchor of a run in precision_details(). @param record  one of `results`
 std::string row_id(const GridResults& results, const Record& record);

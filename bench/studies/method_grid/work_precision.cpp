@@ -1,7 +1,5 @@
 #include "bench/studies/method_grid/work_precision.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "bench/studies/method_grid/curve_style.h"
@@ -48,7 +46,8 @@ json work_of(const GridResults& results, const Record& record, std::size_t metho
           {"setting", record.steps > 0 ? record.setting() + " steps" : "tolerance " + record.setting()},
           {"force_evaluations", counted(work.force_evaluations, work.force_evaluations > 0)},
           {"linear_solves", counted(work.linear_solves, work.linear_solves > 0)},
-          {"matrix_factorizations", counted(work.matrix_factorizations, work.force_evaluations > 0)},
+          {"matrix_factorizations",
+           counted(work.matrix_factorizations, work.matrix_factorizations > 0 || work.linear_solves > 0)},
           {"steps", work.steps},
           {"events", record.detected_events},
           {"command", record.command},
@@ -80,10 +79,7 @@ json run_of(const GridResults& results, const Record& record, std::size_t method
 json failure_of(const GridResults& results, const Record& record, std::size_t method) {
   json run = work_of(results, record, method);
   run.update({{"status", record.status}, {"reason", record.message}});
-  for (const Record& other : results.records) {
-    if (other.instead_of == record.method && other.setting() == record.setting() && other.has_error())
-      run["answer"] = fmt::format("{} has error {:.2e}", other.method, other.error);
-  }
+  if (const auto answer = replacement_of(results, record)) run["answer"] = "instead " + *answer;
   return run;
 }
 

@@ -15,17 +15,17 @@ struct KnownCase {
   HardCase hard_case;
   double time_limit;
   std::unique_ptr<Problem> problem;
-  std::optional<CaseTruth> truth;
+  std::optional<std::vector<TrueMotion>> motions;
 
   void prepare() {
     if (!problem) problem = hard_case.make_problem();
-    if (!truth) truth = {hard_case.true_motions(*problem), {}};
+    if (!motions) motions = hard_case.true_motions(*problem);
   }
 };
 
 CheckResult survives(const KnownCase& known, const Subject& subject) {
   const double limit = std::min(known.time_limit, subject.time_limit / 3);  // it is killed after twice that
-  const HardCell cell = run_cell(known.hard_case, *known.problem, *known.truth, subject.spec, limit);
+  const HardCell cell = run_cell(known.hard_case, *known.problem, *known.motions, subject.spec, limit);
   const CaseVerdict verdict = cell.verdict();
   const VerdictText& text = text_of(verdict);
   if (verdict == CaseVerdict::declined) return CheckResult::not_applicable(cell.outcome.message);

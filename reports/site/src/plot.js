@@ -11,7 +11,7 @@ export const DASHES = ["", "6 3", "2 3", "9 3 2 3"];
 /// How a curve looks, as CurveLook has it (reports/curve_look.h): a number of the style sheet's palette, which is Okabe and Ito's
 /// without its yellow, lost on white, and with a grey; one of a mark; dashes.
 export const lookOf = ({ colour, symbol, dash }) => ({ colour, symbol, dash: DASHES[dash] });
-const ROOM = 48;  // pixels of a label
+const ROOM = 48, NAME_ROOM = 66;  // pixels of a power, and of a name
 const MARGIN = { top: 12, right: 14, bottom: 46, left: 62 };
 const LANE = 7;  // pixels of one of many lanes in a band of zeros
 const GAP = 8;  // pixels between a band of zeros and its axis, and from its rim to its first lane
@@ -26,6 +26,14 @@ const decades = ([low, high], length) => {
   for (let k = first; k <= last; k += by) ticks.push(10 ** k);
   return ticks;
 };
+/// All digits of a decade have no room.
+const fewOf = (ticks) => (ticks.length <= 8 ? ticks : ticks.filter((tick) => [1, 2, 5].includes(Number(tick.toExponential()[0]))));
+/// Of those between the ends, as many as have room for a name.
+const places = ([low, high], length) => {
+  const first = Math.ceil(low), last = Math.floor(high);
+  const by = Math.ceil(((last - first + 1) * NAME_ROOM) / length);
+  return Array.from({ length: Math.floor((last - first) / by) + 1 }, (_, k) => last - k * by).reverse();
+};
 export const logDomain = (values) => {
   const positive = values.filter((x) => x > 0);
   if (!positive.length) return [0.1, 10];
@@ -35,13 +43,14 @@ export const logDomain = (values) => {
 /// Pixels of the band of zeros before a logarithmic axis, on which zero has no place. Many lanes share what there is.
 const bandOf = (zeros, length) => (zeros ? Math.min(length / 5, Math.max(28, LANE * zeros.lanes + 2 * GAP)) : 0);
 
+/// @param xNames  of the places 0, 1, ... of a linear axis
 /// @param beside  pixels left free on the right
 /// @param zerosX, zerosY  { lanes, label } of the bands of zeros left and below, if any
 /// @returns { svg, area, x, y, zeroX, zeroY }; the last two take a share, from 0 to 1, of the breadth of a band
-export function axes({ width, height, label, xLabel, yLabel, xDomain, yDomain, isLogY = true, beside = 0, zerosX, zerosY }) {
+export function axes({ width, height, label, xLabel, yLabel, xDomain, yDomain, isLogY = true, xNames, beside = 0, zerosX, zerosY }) {
   const left = MARGIN.left, right = width - MARGIN.right - beside, top = MARGIN.top, bottom = height - MARGIN.bottom;
   const rimX = left + bandOf(zerosX, right - left), rimY = bottom - bandOf(zerosY, bottom - top);
-  const x = scaleLog(xDomain, [zerosX ? rimX + GAP : left, right]);
+  const x = (xNames ? scaleLinear : scaleLog)(xDomain, [zerosX ? rimX + GAP : left, right]);
   const y = (isLogY ? scaleLog : scaleLinear)(yDomain, [zerosY ? rimY - GAP : bottom, top]);
   const svg = create("svg:svg").attr("viewBox", `0 0 ${width} ${height}`).attr("role", "group").attr("aria-label", label)
     .style("width", "100%").style("height", "auto");
@@ -59,10 +68,15 @@ export function axes({ width, height, label, xLabel, yLabel, xDomain, yDomain, i
   if (zerosY) zero(zerosY.label, [left - 8, zeroY(0.5)], "end");
   // A power whose label would touch that of the band beside it is left out.
   const isClear = (tick) => !zerosX || x(tick) - zeroX(0.5) >= ROOM / 2 + 4 * zerosX.label.length;
-  const xTicks = decades(xDomain, x.range()[1] - x.range()[0]).filter(isClear);
-  const xAxis = axisBottom(x).tickValues(xTicks).tickFormat(power).tickSizeOuter(0).tickSizeInner(top - bottom).tickPadding(8);
+  const length = x.range()[1] - x.range()[0];
+  const xTicks = xNames ? places(xDomain, length) : decades(xDomain, length).filter(isClear);
+  const xAxis = axisBottom(x).tickValues(xTicks).tickFormat(xNames ? (k) => xNames[k] : power).tickSizeOuter(0).tickSizeInner(top - bottom).tickPadding(8);
   const yAxis = axisLeft(y).tickSizeOuter(0).tickSizeInner(left - right).tickPadding(8);
-  if (isLogY) yAxis.tickValues(decades(yDomain, y.range()[0] - top)).tickFormat(power);
+  if (isLogY) {
+    const powers = decades(yDomain, y.range()[0] - top);
+    if (powers.length > 1) yAxis.tickValues(powers).tickFormat(power);
+    else yAxis.tickValues(fewOf(y.ticks(6))).tickFormat((value) => String(Number(value.toPrecision(4))));
+  }
   svg.append("g").attr("class", "axis").attr("aria-hidden", "true").attr("transform", `translate(0,${bottom})`).call(xAxis);
   svg.append("g").attr("class", "axis").attr("aria-hidden", "true").attr("transform", `translate(${left},0)`).call(yAxis);
   svg.append("text").attr("class", "label").attr("x", (left + right) / 2).attr("y", height - 8)

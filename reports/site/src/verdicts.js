@@ -15,22 +15,11 @@ function problemPages(data) {
   });
 }
 
-/// Rows of the table of all cells, by case, method and setting; they get names that a link can lead to.
-function rowsOfCells() {
-  const rows = [...document.querySelectorAll("#cells table tbody tr")];
-  rows.forEach((row, k) => { row.id ||= `cells-row-${k + 1}`; });
-  const at = new Map();
-  return (...names) => {
-    if (!at.size) for (const row of rows) at.set([...row.cells].slice(0, 3).map((cell) => cell.textContent).join("|"), row.id);
-    return at.get(names.join("|"));
-  };
-}
-
 export function drawVerdicts(place, data) {
   const state = { group: ALL, verdict: ALL, name: "", chosen: null };
   const groups = [...new Set(data.cases.map((c) => c.group))];
   const words = Object.keys(data.meanings);
-  const pages = problemPages(data), rowOf = rowsOfCells();
+  const pages = problemPages(data);
   const hint = element("p", { class: "hint" }, "Choose a cell for what decided it, and the command that repeats it.");
   const said = element("div", { class: "said", "aria-live": "polite" }, hint);
   const scroll = element("div", { class: "scroll matrix", tabindex: "0", role: "region", "aria-label": "Verdicts, methods by cases" });
@@ -54,8 +43,8 @@ export function drawVerdicts(place, data) {
       said.replaceChildren(hint);
       return;
     }
-    const row = rowOf(hardCase.id, method, cell.setting), page = pages[data.cases.indexOf(hardCase)];
-    const links = [row && element("a", { href: `#${row}` }, "its row in the table"), page && element("a", { href: page }, "the problem")];
+    const page = pages[data.cases.indexOf(hardCase)];
+    const links = [element("a", { href: `#${cell.row}` }, "its row in the table"), page && element("a", { href: page }, "the problem")];
     said.replaceChildren(element("div", {},
       element("p", { class: "title" }, `${method} on ${hardCase.id}, ${cell.setting}: ${cell.verdict}`),
       element("p", {}, `${hardCase.title}. ${data.meanings[cell.verdict]}: ${cell.number}`),

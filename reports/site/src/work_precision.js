@@ -122,9 +122,8 @@ function followLinks(data, place, key) {
 
 export function drawWorkPrecision(place, data) {
   const curves = data.methods.map((m) => ({ label: m.label, id: m.id, group: m.family, ...lookOf(m) }));
-  // An error of zero in every run is a result, a work of zero in every run is one that nobody counts.
   const errors = measured(data.errors, (field) => data.runs.some((run) => has(run, field)));
-  const works = measured(data.works, (field) => data.runs.some((run) => run[field] > 0));
+  const works = measured(data.works, (field) => data.runs.some((run) => has(run, field)));
   const state = { error: errors[0].field, work: works[0].field, width: 0 };
   const of = (list, field) => list.find((measure) => measure.field === field);
   const picture = element("div", { class: "picture" });
