@@ -278,7 +278,7 @@ function plantZeros() {
     let first = 0;
     data.runs.forEach((run, k) => {
       run.nobody = null;
-      run.idle = 0;
+      run.idle = null;
       run.penetration = 1e-4 * (k + 1);
       if (run.method === 0 && first < 4) run.penetration = [0, 1e-3, 0, null][first++];
       if (run.method === 1) Object.assign(run, { penetration: 0, linear_solves: 0 });
