@@ -28,9 +28,9 @@ std::string list_of(const json& changes, std::size_t from, std::size_t to) {
 std::string commit_html(const json& entry) {
   const std::string commit = entry.at("commit");
   const json& changes = entry.at("changes");
-  std::string html = site_heading(
-      fmt::format("{} {}: {}", entry.at("date").get<std::string>(), commit, entry.at("subject").get<std::string>()),
-      "commit-" + site_id(commit));
+  std::string html =
+      site_heading(fmt::format("{} {}", entry.at("date").get<std::string>(), commit), "commit-" + site_id(commit));
+  html += fmt::format("<p>{}</p>\n", escape_html(entry.at("subject")));
   html += fmt::format("<p>{} rows, {} quantities changed.</p>\n", entry.at("rows").get<int>(), changes.size());
   html += list_of(changes, 0, kShown);
   if (changes.size() > kShown)

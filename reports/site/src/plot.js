@@ -48,7 +48,8 @@ const bandOf = (zeros, length) => (zeros ? Math.min(length / 5, Math.max(28, LAN
 /// @param zerosX, zerosY  { lanes, label } of the bands of zeros left and below, if any
 /// @returns { svg, area, x, y, zeroX, zeroY }; the last two take a share, from 0 to 1, of the breadth of a band
 export function axes({ width, height, label, xLabel, yLabel, xDomain, yDomain, isLogY = true, xNames, beside = 0, zerosX, zerosY }) {
-  const left = MARGIN.left, right = width - MARGIN.right - beside, top = MARGIN.top, bottom = height - MARGIN.bottom;
+  const left = MARGIN.left, right = width - (xNames ? NAME_ROOM / 2 : MARGIN.right) - beside;
+  const top = MARGIN.top, bottom = height - MARGIN.bottom;
   const rimX = left + bandOf(zerosX, right - left), rimY = bottom - bandOf(zerosY, bottom - top);
   const x = (xNames ? scaleLinear : scaleLog)(xDomain, [zerosX ? rimX + GAP : left, right]);
   const y = (isLogY ? scaleLog : scaleLinear)(yDomain, [zerosY ? rimY - GAP : bottom, top]);
