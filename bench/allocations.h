@@ -17,7 +17,8 @@ bool counts_allocations();
 /// Of one call in this thread. @throws std::logic_error in a program that does not count them
 Allocations allocations_of(const std::function<void()>& work);
 
-/// Heap that lives at the same time in a run, at most, above what was taken before [bytes]. NaN for a run in another process,
+/// Heap that lives at the same time in a run, at most, above what was taken before [bytes]. It differs a little from process
+/// to process, since malloc hands out free pieces that are larger than what was asked for. NaN for a run in another process,
 /// and in a program that does not count allocations. @param run  TimedRun::run, returns what it says of its time
 double peak_bytes_of(const std::function<double()>& run);
 

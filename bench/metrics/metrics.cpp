@@ -21,7 +21,6 @@ namespace {
 constexpr double kMotionTolerance = 1e-13, kSameMotion = 1e-7;
 constexpr double kMotionLimit = 60;      // wall time [s]
 constexpr double kAwayFromJumps = 0.01;  // of the time
-const std::string kTooManySteps = fmt::format("more than {} steps", kMostMeasuredSteps);
 
 double largest(const Vector& x) {
   return x.size() == 0 ? 0 : x.lpNorm<Eigen::Infinity>();
@@ -131,28 +130,23 @@ ReferenceMotion reference_motion(const Problem& problem, const reference::Refere
   return {{}, error.what()};
 }
 
-Metrics metrics_of(const Problem& problem, const Solution& solution, const ReferenceMotion& reference) {
+Metrics metrics_of_run(const Method& method, const Problem& problem, Settings settings, std::int64_t steps,
+                       const ReferenceMotion& reference) {
   Metrics metrics;
+  const auto is_too_long = [&metrics](std::int64_t n) {
+    if (n > kMostMeasuredSteps) metrics.why_not = fmt::format("more than {} steps", kMostMeasuredSteps);
+    return n > kMostMeasuredSteps;
+  };
+  if (is_too_long(steps)) return metrics;
+  settings.recording = Recording::motion;
+  const Solution solution = method.solve(problem, settings);
   if (!solution.succeeded()) {
     metrics.why_not = "the run that records its motion fails: " + solution.message;
-  } else if (solution.counters.steps > kMostMeasuredSteps) {
-    metrics.why_not = kTooManySteps;
-  } else {
+  } else if (!is_too_long(solution.counters.steps)) {
     metrics = measure_metrics(problem, solution, reference.get());
     metrics.why_not = reference.why_not;
   }
   return metrics;
-}
-
-Metrics metrics_of_run(const Method& method, const Problem& problem, Settings settings, std::int64_t steps,
-                       const ReferenceMotion& reference) {
-  if (steps > kMostMeasuredSteps) {
-    Metrics metrics;
-    metrics.why_not = kTooManySteps;
-    return metrics;
-  }
-  settings.recording = Recording::motion;
-  return metrics_of(problem, method.solve(problem, settings), reference);
 }
 
 Metrics measure_metrics(const Problem& problem, const Solution& solution, const Solution* reference) {

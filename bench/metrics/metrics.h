@@ -34,11 +34,9 @@ inline constexpr int kMostMeasuredSteps = 20000;
 /// @param reference  null where there is none
 Metrics measure_metrics(const Problem& problem, const Solution& solution, const Solution* reference);
 
-/// The same of a run with its motion, which says why where it cannot be had, or not against a reference motion.
-Metrics metrics_of(const Problem& problem, const Solution& solution, const ReferenceMotion& reference);
-
-/// The same of a run that is repeated with its motion.
-/// @param steps  that the run took: above kMostMeasuredSteps it is not looked at
+/// The same of a run that is repeated with its motion, which says why where it cannot be had, or not against a reference
+/// motion.
+/// @param steps  that the run took, 0 where that is not known: above kMostMeasuredSteps it is not looked at
 Metrics metrics_of_run(const Method& method, const Problem& problem, Settings settings, std::int64_t steps,
                        const ReferenceMotion& reference);
 

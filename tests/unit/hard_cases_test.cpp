@@ -247,10 +247,7 @@ TEST(HardCases, ASuccessHasMetrics) {
   const HardCase hard_case = hard_cases({"only_case=wedge"}).cases.at(0);
   const auto problem = hard_case.make_problem();
   const auto motions = hard_case.true_motions(*problem);
-  reference::Reference end;
-  end.solution.q = motions.at(0).q;
-  end.solution.v = motions.at(0).v;
-  const ReferenceMotion motion = reference_motion(*problem, end);
+  const ReferenceMotion motion = reference_motion(*problem, motions.at(0).reference());
   ASSERT_NE(motion.get(), nullptr) << motion.why_not;
   const auto looked_at = [&](const std::string& method, const ReferenceMotion& reference) {
     HardCell cell = run_cell(hard_case, *problem, motions, method, 10);

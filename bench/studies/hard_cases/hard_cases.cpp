@@ -90,6 +90,14 @@ double TrueMotion::error_of(const Solution& solution) const {
   return reference::final_state_difference(solution.q, solution.v, q, v);
 }
 
+reference::Reference TrueMotion::reference() const {
+  reference::Reference end;
+  end.solution.q = q;
+  end.solution.v = v;
+  end.uncertainty = uncertainty;
+  return end;
+}
+
 std::unique_ptr<Problem> HardCase::make_problem() const {
   return ricochet::make_problem(problem, parameters);
 }

@@ -20,10 +20,8 @@ struct TrueMotion {
 
   /// Max-norm of the difference of (q, v).
   double error_of(const Solution& solution) const;
-  /// Max-norm of (q, v), what an error is small against.
-  double size() const {
-    return reference::final_state_difference(q, v, Vector::Zero(q.size()), Vector::Zero(v.size()));
-  }
+  /// The same for what compares with references; it has an end, and no motion.
+  reference::Reference reference() const;
 };
 
 /// A problem that methods stumble over, what is known of its solution, and what a run must keep.

@@ -130,10 +130,7 @@ std::vector<TrueMotion> isolated_motions(const HardCase& hard_case, const Proble
 ReferenceMotion isolated_reference_motion(const Problem& problem, const std::vector<TrueMotion>& motions) {
   if (motions.size() != 1)
     return {{}, motions.empty() ? "no motion is known to be the true one" : "more than one motion is a true one"};
-  reference::Reference end;
-  end.solution.q = motions[0].q;
-  end.solution.v = motions[0].v;
-  end.uncertainty = motions[0].uncertainty;
+  const reference::Reference end = motions[0].reference();
   const IsolatedResult trial = run_isolated([&] { return reference_motion(problem, end).why_not; }, kReferenceLimit);
   switch (trial.ending) {
     case IsolatedResult::Ending::killed:
@@ -187,7 +184,7 @@ HardCell run_cell(const HardCase& hard_case, const Problem& problem, const std::
   }
   if (motions.size() == 1) {
     cell.reference_error = motions[0].uncertainty;
-    cell.solution_size = motions[0].size();
+    cell.solution_size = motions[0].reference().size();
   }
   const double kill_after = 2 * time_limit;
   const IsolatedResult result =

@@ -71,7 +71,8 @@ export function axes({ width, height, label, xLabel, yLabel, xDomain, yDomain, i
   const isClear = (tick) => !zerosX || x(tick) - zeroX(0.5) >= ROOM / 2 + 4 * zerosX.label.length;
   const length = x.range()[1] - x.range()[0];
   const xTicks = xNames ? places(xDomain, length) : decades(xDomain, length).filter(isClear);
-  const xAxis = axisBottom(x).tickValues(xTicks).tickFormat(xNames ? (k) => xNames[k] : power).tickSizeOuter(0).tickSizeInner(top - bottom).tickPadding(8);
+  const xAxis = axisBottom(x).tickValues(xTicks).tickFormat(xNames ? (k) => xNames[k] : power)
+    .tickSizeOuter(0).tickSizeInner(top - bottom).tickPadding(8);
   const yAxis = axisLeft(y).tickSizeOuter(0).tickSizeInner(left - right).tickPadding(8);
   if (isLogY) {
     const powers = decades(yDomain, y.range()[0] - top);
