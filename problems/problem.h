@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "problems/impact_hypothesis.h"
+#include "problems/interval.h"
 
 /// @file
 /// What a scene is: Problem, its equations, and what is known of it before a run.
@@ -79,6 +80,8 @@ struct ProblemInfo {
     bool constant_force_jacobian = false;  ///< f_v + B_u u is affine in (q, v)
     bool has_potential = false;            ///< potential_energy() is defined
     bool has_formulas = false;             ///< a SymbolicProblem: a transcription can state its equations
+    bool has_bounds = false;               ///< the functions named *_bounds are defined, see Problem
+    bool force_jumps = false;              ///< f_v + B_u u contains `if` or `sign`, which may jump
     /// Pairs k < l of coordinates that an entry (k, l) of M, or of a derivative of M a, f_v or B_u u, couples, without
     /// the clock, which nothing moves. Contacts couple those of their supports that they push.
     std::vector<std::pair<int, int>> couplings;
@@ -157,6 +160,26 @@ class Problem {
     tangent_jacobian(q, J_t);
   }
   virtual double potential_energy(const double* q) const = 0;  ///< [J]; 0 unless structure.has_potential
+
+  // Bounds over boxes, for proofs that nothing happens within a step: each result contains the value of the function of
+  // the same name for all arguments in the boxes q and v. Sizes are those of that function; time is a coordinate as any
+  // other. Defined where structure.has_bounds; they cost about ten times as much as the values. Of contacts with
+  // `chosen` (n_c, zero or not; null for all) only: other entries are undefined.
+  virtual void mass_bounds([[maybe_unused]] const Interval* q, [[maybe_unused]] Interval* M) const {}
+  virtual void force_bounds([[maybe_unused]] const Interval* q, [[maybe_unused]] const Interval* v,
+                            [[maybe_unused]] const double* u, [[maybe_unused]] Interval* f) const {}
+  virtual void gap_bounds([[maybe_unused]] const char* chosen, [[maybe_unused]] const Interval* q,
+                          [[maybe_unused]] Interval* f_c) const {}
+  virtual void normal_bounds([[maybe_unused]] const char* chosen, [[maybe_unused]] const Interval* q,
+                             [[maybe_unused]] Interval* J_n) const {}
+  virtual void tangent_bounds([[maybe_unused]] const char* chosen, [[maybe_unused]] const Interval* q,
+                              [[maybe_unused]] Interval* J_t) const {}
+  /// Of gap_acceleration_bias().
+  virtual void gap_bias_bounds([[maybe_unused]] const char* chosen, [[maybe_unused]] const Interval* q,
+                               [[maybe_unused]] const Interval* v, [[maybe_unused]] Interval* b) const {}
+  /// Of slip_velocity_derivative().
+  virtual void slip_derivative_bounds([[maybe_unused]] const char* chosen, [[maybe_unused]] const Interval* q,
+                                      [[maybe_unused]] const Interval* v, [[maybe_unused]] Interval* T) const {}
 
   // First derivatives of the dynamics.
   /// f_q, f_v: n_q x n_q, derivatives of force() with respect to q and v.

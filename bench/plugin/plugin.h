@@ -23,7 +23,7 @@ struct PluginInterface {
 };
 
 /// 1: Method, Solver, Settings, Solution, Problem, MethodEntry and SceneEntry of Ricochet 1.0
-inline constexpr int kPluginVersion = 1;
+inline constexpr int kPluginVersion = 2;
 /// That of these headers, as the compiler of whoever includes them sees it.
 inline constexpr PluginInterface kPluginInterface = {
     kPluginVersion,

@@ -15,6 +15,7 @@ AssembledProblem::AssembledProblem(const SceneText& text, double end_time) {
   info_.structure.diagonal_mass = true;
   info_.structure.constant_force_jacobian = true;
   info_.structure.has_potential = true;
+  info_.structure.has_bounds = true;
 }
 
 int AssembledProblem::add_coordinate(double m, double f, double q0, double v0) {
@@ -55,6 +56,37 @@ void AssembledProblem::mass_matrix(const double*, double* M) const {
 
 void AssembledProblem::force(const double*, const double*, const double*, double* f) const {
   std::ranges::copy(forces_, f);
+}
+
+void AssembledProblem::mass_bounds(const Interval*, Interval* M) const {
+  std::fill_n(M, info_.n_q * info_.n_q, Interval(0.0));
+  for (int k = 0; k < info_.n_q; ++k) M[k * (info_.n_q + 1)] = masses_[k];
+}
+
+void AssembledProblem::force_bounds(const Interval*, const Interval*, const double*, Interval* f) const {
+  std::ranges::copy(forces_, f);
+}
+
+void AssembledProblem::gap_bounds(const char* chosen, const Interval* q, Interval* f_c) const {
+  for (const auto& kind : kinds_) kind->gap_bounds(chosen, q, f_c);
+}
+
+void AssembledProblem::normal_bounds(const char* chosen, const Interval* q, Interval* J_n) const {
+  for (const auto& kind : kinds_) kind->normal_bounds(chosen, q, J_n);
+}
+
+void AssembledProblem::tangent_bounds(const char* chosen, const Interval* q, Interval* J_t) const {
+  for (const auto& kind : kinds_) kind->tangent_bounds(chosen, q, J_t);
+}
+
+void AssembledProblem::gap_bias_bounds(const char* chosen, const Interval* q, const Interval* v, Interval* b) const {
+  for (const auto& kind : kinds_) kind->gap_bias_bounds(chosen, q, v, b);
+}
+
+void AssembledProblem::slip_derivative_bounds(const char* chosen, const Interval* q, const Interval* v,
+                                              Interval* T) const {
+  std::fill_n(T, info_.n_lambda_t * info_.n_q, Interval(0.0));
+  for (const auto& kind : kinds_) kind->slip_derivative_bounds(chosen, q, v, info_.n_lambda_t, T);
 }
 
 double AssembledProblem::potential_energy(const double* q) const {

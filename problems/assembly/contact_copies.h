@@ -31,6 +31,14 @@ class ContactCopies {
   virtual void normal_jacobian_of(const char* chosen, const double* q, double* J_n) const = 0;
   virtual void tangent_jacobian_of(const char* chosen, const double* q, double* J_t) const = 0;
   virtual void gap_acceleration_bias(const double* q, const double* v, double* b) const = 0;
+  // Bounds over boxes, as in Problem.
+  virtual void gap_bounds(const char* chosen, const Interval* q, Interval* f_c) const = 0;
+  virtual void normal_bounds(const char* chosen, const Interval* q, Interval* J_n) const = 0;
+  virtual void tangent_bounds(const char* chosen, const Interval* q, Interval* J_t) const = 0;
+  virtual void gap_bias_bounds(const char* chosen, const Interval* q, const Interval* v, Interval* b) const = 0;
+  /// Writes entries of these contacts only.
+  virtual void slip_derivative_bounds(const char* chosen, const Interval* q, const Interval* v, int n_lambda_t,
+                                      Interval* T) const = 0;
   // These add to what is there. n_q: of the large scene
   virtual void contact_force_derivative(const double* q, const double* lambda_n, const double* lambda_t, int n_q,
                                         double* Jl_q) const = 0;
@@ -101,6 +109,45 @@ class CopiesOf final : public ContactCopies {
     for (const auto& place : places_)
       local_.gap_acceleration_bias(gather(place, q).data(), gather(place, v).data(), b + place.contact);
   }
+  void gap_bounds(const char* chosen, const Interval* q, Interval* f_c) const override {
+    for (const auto& place : places_) {
+      if (chosen && !chosen[place.contact]) continue;
+      local_.gap_bounds(nullptr, gather(place, q).data(), f_c + place.contact);
+    }
+  }
+  void normal_bounds(const char* chosen, const Interval* q, Interval* J_n) const override {
+    for (const auto& place : places_) {
+      if (chosen && !chosen[place.contact]) continue;
+      local_.normal_bounds(nullptr, gather(place, q).data(), J_n + place.normal_begin);
+    }
+  }
+  void tangent_bounds(const char* chosen, const Interval* q, Interval* J_t) const override {
+    if (contact().n_t == 0) return;
+    for (const auto& place : places_) {
+      if (chosen && !chosen[place.contact]) continue;
+      local_.tangent_bounds(nullptr, gather(place, q).data(), J_t + place.tangent_begin);
+    }
+  }
+  void gap_bias_bounds(const char* chosen, const Interval* q, const Interval* v, Interval* b) const override {
+    for (const auto& place : places_) {
+      if (chosen && !chosen[place.contact]) continue;
+      local_.gap_bias_bounds(nullptr, gather(place, q).data(), gather(place, v).data(), b + place.contact);
+    }
+  }
+  void slip_derivative_bounds(const char* chosen, const Interval* q, const Interval* v, int n_lambda_t,
+                              Interval* T) const override {
+    const int n_t = contact().n_t;
+    if (contact().is_affine || n_t == 0) return;
+    std::array<Interval, 2 * n> block;
+    for (const auto& place : places_) {
+      if (chosen && !chosen[place.contact]) continue;
+      local_.slip_derivative_bounds(nullptr, gather(place, q).data(), gather(place, v).data(), block.data());
+      for (int k = 0; k < n; ++k) {
+        for (int d = 0; d < n_t; ++d)
+          T[place.coordinates[k] * n_lambda_t + place.tangent_index + d] = block[k * n_t + d];
+      }
+    }
+  }
   void contact_force_derivative(const double* q, const double* lambda_n, const double* lambda_t, int n_q,
                                 double* Jl_q) const override {
     if (contact().is_affine) return;
@@ -151,8 +198,9 @@ class CopiesOf final : public ContactCopies {
  private:
   static constexpr int n = static_cast<int>(scene_detail::n_q<Scene<double>>);
 
-  static std::array<double, n> gather(const ContactPlace& place, const double* x) {
-    std::array<double, n> local;
+  template <class Number>
+  static std::array<Number, n> gather(const ContactPlace& place, const Number* x) {
+    std::array<Number, n> local;
     for (int k = 0; k < n; ++k) local[k] = x[place.coordinates[k]];
     return local;
   }

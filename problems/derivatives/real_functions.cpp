@@ -1,5 +1,6 @@
 #include "problems/derivatives/real_functions.h"
 
+#include <exception>
 #include <map>
 #include <string>
 
@@ -73,6 +74,34 @@ ex choose(const ex& c, const ex& a, const ex& b) {
 
 ex magnitude(const ex& x) {
   return real_abs(x);
+}
+
+namespace {
+
+/// Whether c divides the difference of the branches, as polynomials.
+bool is_continuous_across(const ex& c, const ex& difference) {
+  if (difference.normal().is_zero()) return true;
+  try {
+    ex quotient;
+    return GiNaC::divide(difference.expand(), c.expand(), quotient);
+  } catch (const std::exception&) {  // no polynomials
+    return false;
+  }
+}
+
+}  // namespace
+
+bool may_jump(const ex& expression) {
+  for (auto part = expression.preorder_begin(); part != expression.preorder_end(); ++part) {
+    if (!GiNaC::is_a<GiNaC::function>(*part)) continue;
+    const std::string name = GiNaC::ex_to<GiNaC::function>(*part).get_name();
+    if (name != "sign" && name != "choose") continue;
+    const bool is_sign = name == "sign";
+    const ex above = is_sign ? ex(1) : part->op(1), below = is_sign ? ex(-1) : part->op(2);
+    const ex difference = expression.subs(*part == above) - expression.subs(*part == below);
+    if (!is_continuous_across(part->op(0), difference)) return true;
+  }
+  return false;
 }
 
 ex with_real_symbols(const ex& expression) {

@@ -41,4 +41,8 @@ inline double magnitude(double x) {
 /// parts.
 GiNaC::ex with_real_symbols(const GiNaC::ex& expression);
 
+/// Whether the `expression` may jump: it contains a `sign` or a `choose` at whose switching point c = 0 its two branches
+/// differ. They agree where c divides their difference as a polynomial of its symbols, as in max(a, b) and x sign(x).
+bool may_jump(const GiNaC::ex& expression);
+
 }  // namespace ricochet

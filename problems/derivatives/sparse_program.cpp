@@ -24,17 +24,19 @@ void SparseProgram::set_constants(std::span<const double> values) {
   if (program_.is_constant()) program_.constant_outputs(constants_.data());
 }
 
-void SparseProgram::evaluate(std::initializer_list<const double*> inputs, double* dense) const {
+template <class Number>
+void SparseProgram::evaluate_in(std::initializer_list<const Number*> inputs, Number* dense) const {
   const int n = static_cast<int>(positions_.size());
+  if (n < size_) std::fill_n(dense, size_, Number(0.0));
   if (program_.is_constant()) {
-    if (n < size_) std::fill_n(dense, size_, 0.0);
     for (int k = 0; k < n; ++k) dense[positions_[k]] = constants_[k];
-  } else if (n == size_) {
-    program_.evaluate({inputs.begin(), inputs.size()}, dense);
-  } else {
-    std::fill_n(dense, size_, 0.0);
-    program_.evaluate({inputs.begin(), inputs.size()}, dense, positions_.data());
+    return;
   }
+  const std::span<const Number* const> groups(inputs.begin(), inputs.size());
+  program_.evaluate(groups, dense, n < size_ ? positions_.data() : nullptr);
 }
+
+template void SparseProgram::evaluate_in(std::initializer_list<const double*>, double*) const;
+template void SparseProgram::evaluate_in(std::initializer_list<const Interval*>, Interval*) const;
 
 }  // namespace ricochet

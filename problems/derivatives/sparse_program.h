@@ -23,7 +23,9 @@ class SparseProgram {
                 const std::vector<StraightLineProgram::Constant>& constants);
 
   /// Writes the whole array to `dense`, zeros too; `inputs` as of StraightLineProgram::evaluate().
-  void evaluate(std::initializer_list<const double*> inputs, double* dense) const;
+  void evaluate(std::initializer_list<const double*> inputs, double* dense) const { evaluate_in(inputs, dense); }
+  /// Bounds of the array over a box of inputs.
+  void evaluate(std::initializer_list<const Interval*> inputs, Interval* dense) const { evaluate_in(inputs, dense); }
 
   /// As StraightLineProgram::set_constants(), with those `values`.
   void set_constants(std::span<const double> values);
@@ -35,6 +37,9 @@ class SparseProgram {
   const std::vector<int>& positions() const { return positions_; }
 
  private:
+  template <class Number>
+  void evaluate_in(std::initializer_list<const Number*> inputs, Number* dense) const;
+
   StraightLineProgram program_;
   std::vector<int> positions_;
   std::vector<double> constants_;  // the entries, when they never change

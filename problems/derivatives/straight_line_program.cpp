@@ -345,57 +345,73 @@ StraightLineProgram::StraightLineProgram(const std::vector<GiNaC::ex>& outputs, 
   builder.finish();
 }
 
-double StraightLineProgram::apply(Op op, double x, double y) {
+namespace {
+
+/// x x of one register: bounds of a square are closer than those of a product.
+inline double square_of(double x) {
+  return x * x;
+}
+inline Interval square_of(const Interval& x) {
+  return square(x);
+}
+
+}  // namespace
+
+template <class Number>
+Number StraightLineProgram::apply(Op op, const Number& x, const Number& y) {
+  using std::abs, std::acos, std::asin, std::atan, std::atan2, std::cos, std::cosh, std::exp, std::log, std::pow,
+      std::sin, std::sinh, std::sqrt, std::tan, std::tanh;
   switch (op) {
     case Op::add:
       return x + y;
     case Op::sub:
       return x - y;
     case Op::mul:
-      return x * y;
+      return &x == &y ? square_of(x) : x * y;
     case Op::div:
       return x / y;
     case Op::neg:
       return -x;
     case Op::sqrt:
-      return std::sqrt(x);
+      return sqrt(x);
     case Op::pow:
-      return std::pow(x, y);
+      return pow(x, y);
     case Op::sin:
-      return std::sin(x);
+      return sin(x);
     case Op::cos:
-      return std::cos(x);
+      return cos(x);
     case Op::tan:
-      return std::tan(x);
+      return tan(x);
     case Op::asin:
-      return std::asin(x);
+      return asin(x);
     case Op::acos:
-      return std::acos(x);
+      return acos(x);
     case Op::atan:
-      return std::atan(x);
+      return atan(x);
     case Op::atan2:
-      return std::atan2(x, y);
+      return atan2(x, y);
     case Op::exp:
-      return std::exp(x);
+      return exp(x);
     case Op::log:
-      return std::log(x);
+      return log(x);
     case Op::sinh:
-      return std::sinh(x);
+      return sinh(x);
     case Op::cosh:
-      return std::cosh(x);
+      return cosh(x);
     case Op::tanh:
-      return std::tanh(x);
+      return tanh(x);
     case Op::abs:
-      return std::abs(x);
+      return abs(x);
     case Op::sign:
       return sign(x);
     case Op::choose:
-      break;  // of three operands: evaluate()
+      break;  // of three operands: run()
   }
-  return std::nan("");
+  return Number(std::nan(""));
 }
 
-void StraightLineProgram::run(const std::vector<Instruction>& code, const double* r, double* next) {
+template <class Number>
+void StraightLineProgram::run(const std::vector<Instruction>& code, const Number* r, Number* next) {
   for (const auto& i : code)
     *next++ = i.op == Op::choose ? choose(r[i.left], r[i.right], r[i.third]) : apply(i.op, r[i.left], r[i.right]);
 }
@@ -403,29 +419,34 @@ void StraightLineProgram::run(const std::vector<Instruction>& code, const double
 void StraightLineProgram::set_constants(std::span<const double> values) {
   if (n_changing_ == 0) return;
   double* next = std::copy_n(values.begin(), n_changing_, constants_.data());
-  run(preparation_, constants_.data(), next);
+  run(preparation_, static_cast<const double*>(constants_.data()), next);
 }
 
 void StraightLineProgram::constant_outputs(double* outputs) const {
   for (const auto k : outputs_) *outputs++ = constants_[k];
 }
 
-void StraightLineProgram::evaluate(std::span<const double* const> inputs, double* outputs, const int* positions) const {
+template <class Number>
+void StraightLineProgram::evaluate(std::span<const std::type_identity_t<Number>* const> inputs, Number* outputs,
+                                   const int* positions) const {
   const std::size_t n_registers = constants_.size() + static_cast<std::size_t>(n_inputs_) + code_.size();
-  double small[256];  // a stack buffer keeps the time step free of allocation and the program shareable between threads
-  thread_local std::vector<double> large;
+  Number small[256];  // a stack buffer keeps the time step free of allocation and the program shareable between threads
+  thread_local std::vector<Number> large;
   if (n_registers > std::size(small) && large.size() < n_registers) large.resize(n_registers);
-  double* r = n_registers > std::size(small) ? large.data() : small;
+  Number* r = n_registers > std::size(small) ? large.data() : small;
 
-  double* next = std::copy(constants_.begin(), constants_.end(), r);
+  Number* next = std::copy(constants_.begin(), constants_.end(), r);
   auto size = group_sizes_.begin();
-  for (const double* group : inputs) next = std::copy_n(group, *size++, next);
-  run(code_, r, next);
+  for (const Number* group : inputs) next = std::copy_n(group, *size++, next);
+  run(code_, static_cast<const Number*>(r), next);
   if (positions) {
     for (std::size_t k = 0; k < outputs_.size(); ++k) outputs[positions[k]] = r[outputs_[k]];
   } else {
     for (std::size_t k = 0; k < outputs_.size(); ++k) outputs[k] = r[outputs_[k]];
   }
 }
+
+template void StraightLineProgram::evaluate<double>(std::span<const double* const>, double*, const int*) const;
+template void StraightLineProgram::evaluate<Interval>(std::span<const Interval* const>, Interval*, const int*) const;
 
 }  // namespace ricochet

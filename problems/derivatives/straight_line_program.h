@@ -4,14 +4,18 @@
 
 #include <cstdint>
 #include <span>
+#include <type_traits>
 #include <vector>
 
+#include "problems/interval.h"
+
 /// @file
-/// Formulas made fast: symbolic expressions as programs in doubles.
+/// Formulas made fast: symbolic expressions as programs over a number type.
 
 namespace ricochet {
 
-/// Straight-line program in doubles for a list of symbolic expressions.
+/// Straight-line program for a list of symbolic expressions. It is made once and runs over a number type: in doubles for
+/// values, in intervals for bounds over a box of inputs. Its constants are doubles in either case.
 ///
 /// GiNaC differentiates; a StraightLineProgram makes the result fast and repeatable. Equal subexpressions are computed
 /// once, numbers are folded, and operands are put into an order that depends on their structure only: GiNaC's own order
@@ -37,10 +41,13 @@ class StraightLineProgram {
                       const std::vector<Constant>& constants);
 
   /// Computes all outputs. No allocation.
+  /// @tparam Number    double, or Interval
   /// @param inputs     one pointer per input group; the pointer of an empty group is not read
   /// @param outputs    where output k goes: outputs[k], or outputs[positions[k]]; may not overlap the inputs
   /// @param positions  n_outputs() of them, or null
-  void evaluate(std::span<const double* const> inputs, double* outputs, const int* positions = nullptr) const;
+  template <class Number>
+  void evaluate(std::span<const std::type_identity_t<Number>* const> inputs, Number* outputs,
+                const int* positions = nullptr) const;
 
   /// Other values of the constants that may change. What depends on nothing else is computed here, once, so that
   /// evaluate() takes the steps of a program into which they are folded: its outputs are those of one, but for the sign
@@ -88,9 +95,11 @@ class StraightLineProgram {
     Op op;
     std::int32_t left, right, third;
   };
-  static double apply(Op op, double x, double y);
-  /// One result behind the other, from `next` on. @param r  registers
-  static void run(const std::vector<Instruction>& code, const double* r, double* next);
+  template <class Number>
+  static Number apply(Op op, const Number& x, const Number& y);
+  /// Results one after the other, from `next` on. @param r  registers
+  template <class Number>
+  static void run(const std::vector<Instruction>& code, const Number* r, Number* next);
 
   // Registers: constants first, then inputs, then one per instruction of `code_`. Of the constants the first may change,
   // the next are results of `preparation_`, and the others are numbers.

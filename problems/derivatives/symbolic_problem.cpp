@@ -192,7 +192,8 @@ void SymbolicProblem::describe_structure() {
   }
   structure.couplings.assign(couplings.begin(), couplings.end());
   structure.has_potential = model_.potential_energy.has_value();
-  structure.has_formulas = true;
+  structure.has_formulas = structure.has_bounds = true;
+  structure.force_jumps = std::ranges::any_of(total_force_, may_jump);
 }
 
 void SymbolicProblem::make_programs(const std::vector<StraightLineProgram::Constant>& constants) {
@@ -367,6 +368,38 @@ void SymbolicProblem::normal_jacobian(const double* q, double* J_n) const {
 
 void SymbolicProblem::tangent_jacobian(const double* q, double* J_t) const {
   tangent_.evaluate({q}, J_t);
+}
+
+void SymbolicProblem::mass_bounds(const Interval* q, Interval* M) const {
+  mass_.evaluate({q}, M);
+}
+
+void SymbolicProblem::force_bounds(const Interval* q, const Interval* v, const double* u, Interval* f) const {
+  thread_local std::vector<Interval> control;
+  control.assign(u, u + info_.n_u);
+  force_.evaluate({q, v, static_cast<const Interval*>(control.data())}, f);
+}
+
+// The contacts of a scene share subexpressions in one program, which computes all of them.
+
+void SymbolicProblem::gap_bounds(const char*, const Interval* q, Interval* f_c) const {
+  gap_.evaluate({q}, f_c);
+}
+
+void SymbolicProblem::normal_bounds(const char*, const Interval* q, Interval* J_n) const {
+  normal_.evaluate({q}, J_n);
+}
+
+void SymbolicProblem::tangent_bounds(const char*, const Interval* q, Interval* J_t) const {
+  tangent_.evaluate({q}, J_t);
+}
+
+void SymbolicProblem::gap_bias_bounds(const char*, const Interval* q, const Interval* v, Interval* b) const {
+  gap_bias_.evaluate({q, v}, b);
+}
+
+void SymbolicProblem::slip_derivative_bounds(const char*, const Interval* q, const Interval* v, Interval* T) const {
+  slip_q_.evaluate({q, v}, T);
 }
 
 double SymbolicProblem::potential_energy(const double* q) const {

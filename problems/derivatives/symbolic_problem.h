@@ -86,6 +86,14 @@ class SymbolicProblem : public Problem {
   void tangent_jacobian(const double* q, double* J_t) const override;
   double potential_energy(const double* q) const override;
 
+  void mass_bounds(const Interval* q, Interval* M) const override;
+  void force_bounds(const Interval* q, const Interval* v, const double* u, Interval* f) const override;
+  void gap_bounds(const char* chosen, const Interval* q, Interval* f_c) const override;
+  void normal_bounds(const char* chosen, const Interval* q, Interval* J_n) const override;
+  void tangent_bounds(const char* chosen, const Interval* q, Interval* J_t) const override;
+  void gap_bias_bounds(const char* chosen, const Interval* q, const Interval* v, Interval* b) const override;
+  void slip_derivative_bounds(const char* chosen, const Interval* q, const Interval* v, Interval* T) const override;
+
   void force_jacobians(const double* q, const double* v, const double* u, double* f_q, double* f_v) const override;
   void mass_derivative(const double* q, const double* a, double* Ma_q) const override;
   void contact_force_derivative(const double* q, const double* lambda_n, const double* lambda_t,
