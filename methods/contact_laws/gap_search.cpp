@@ -99,6 +99,7 @@ GapSearch::GapSearch(const Problem& problem, int degree)
   J_n_.assign(static_cast<std::size_t>(info_.n_normal_entries), Interval(0.0));
   for (auto* flags : {&chosen_, &is_far_, &is_clear_}) flags->assign(n_c, 0);
   q_.setZero(info_.n_q);
+  path_error_ = q_;
   gap_.setZero(info_.n_c());
   left_gap_ = gap_;
   packed_.setZero(info_.n_normal_entries);
@@ -142,7 +143,10 @@ void GapSearch::begin(std::span<const ContactMode> modes) {
   const auto is_open = [&](int i) { return !is_closed(modes[static_cast<std::size_t>(i)]); };
   if (std::ranges::none_of(curved_, is_open)) return;
   for (const int i : curved_) is_clear_[i] = 0;
-  for (const int k : watched_) path_box_[k] = range(path_.data() + k, degree_ + 1, info_.n_q);
+  for (const int k : watched_) {
+    const Interval polynomial = range(path_.data() + k, degree_ + 1, info_.n_q);
+    path_box_[k] = {polynomial.lower - path_error_[k], polynomial.upper + path_error_[k]};
+  }
   if (!has_bounds_) return;
   if (!has_wide_box_ || leaves_wide_box()) renew_wide_box();
   bool is_near = false;
@@ -220,12 +224,17 @@ GapSearch::Closing GapSearch::first_piece(int rows, const Judge& judge) {
   return {};
 }
 
-GapSearch::Verdict GapSearch::judge_affine(double allowed, const Piece& piece, const double* g) const {
-  const double* end = g + degree_;
-  if (*std::min_element(g, end + 1) >= -allowed || std::is_sorted(g, end + 1)) return Verdict::clear;  // (3), (6)
-  const bool falls = std::is_sorted(g, end + 1, std::greater<>());
+GapSearch::Verdict GapSearch::judge_affine(const Allowance& allowance, const Piece& piece, const double* g) const {
+  const double allowed = allowance.on(piece.to);
+  bool is_positive = g[0] >= -allowed, rises = true, falls = true;
+  for (int k = 1; k <= degree_; ++k) {
+    is_positive = is_positive && g[k] >= -allowed;
+    rises = rises && g[k] - g[k - 1] >= -allowance.rounding / degree_;
+    falls = falls && g[k] <= g[k - 1];
+  }
+  if (is_positive || rises) return Verdict::clear;  // (3), (6)
   if (!falls && piece.depth < kMaxDepth) return Verdict::halve;
-  return *end >= -allowed ? Verdict::clear : Verdict::closes;
+  return g[degree_] >= -allowed ? Verdict::clear : Verdict::closes;
 }
 
 /// J_n at s joins the estimate of its bounds.
@@ -251,7 +260,8 @@ void GapSearch::bound_normal(const ContactInfo& contact, const Piece& piece) {
   }
 }
 
-GapSearch::Verdict GapSearch::judge_curved(int i, double allowed, const Piece& piece, const double* b) {
+GapSearch::Verdict GapSearch::judge_curved(int i, const Allowance& allowance, const Piece& piece, const double* b) {
+  const double allowed = allowance.on(piece.to);
   const auto& contact = info_.contacts[static_cast<std::size_t>(i)];
   if (has_bounds_) {
     for (std::size_t k = 0; k < contact.support.size(); ++k)
@@ -265,7 +275,8 @@ GapSearch::Verdict GapSearch::judge_curved(int i, double allowed, const Piece& p
   for (std::size_t k = 0; k < contact.support.size(); ++k)
     rate += J_n_[static_cast<std::size_t>(contact.normal_begin) + k] *
             slope_range(b + k * static_cast<std::size_t>(degree_ + 1), degree_);
-  if (rate.lower >= 0) return Verdict::clear;  // (6): the piece before ended with a gap that is allowed
+  if (rate.lower >= -allowance.rounding)
+    return Verdict::clear;  // (6): the piece before ended with a gap that is allowed
   const bool falls = rate.upper <= 0;
   if (!falls && gap(i, 0.5 * (piece.from + piece.to)) - 0.5 * rate.magnitude() >= -allowed)
     return Verdict::clear;  // (5)
@@ -277,8 +288,7 @@ GapSearch::Closing GapSearch::first_closing(int contact, const Allowance& allowe
   const auto& info = info_.contacts[contact];
   if (info.is_affine) {
     set_gap_coefficients(contact, coefficients(0));
-    return first_piece(
-        1, [&](const Piece& piece, const double* g) { return judge_affine(allowed.on(piece.to), piece, g); });
+    return first_piece(1, [&](const Piece& piece, const double* g) { return judge_affine(allowed, piece, g); });
   }
   if (is_clear_[contact]) return {};
   double* b = coefficients(0);
@@ -288,10 +298,26 @@ GapSearch::Closing GapSearch::first_closing(int contact, const Allowance& allowe
   std::copy(path_box_.begin(), path_box_.end(), box_.begin());
   chosen_[contact] = 1;
   const Closing closing = first_piece(static_cast<int>(info.support.size()), [&](const Piece& piece, const double* at) {
-    return judge_curved(contact, allowed.on(piece.to), piece, at);
+    return judge_curved(contact, allowed, piece, at);
   });
   chosen_[contact] = 0;
   return closing;
+}
+
+/// A piece that falls to the right end of the path ends with a gap that is known.
+bool GapSearch::comes_near(int contact, double rounding) {
+  const auto& info = info_.contacts[contact];
+  if (!info.is_affine) {
+    if (is_clear_[contact]) return false;
+    move_to(0);
+    problem_.normal_jacobian(q_.data(), packed_.data());
+  }
+  const double* J_n = (info.is_affine ? affine_J_n_ : packed_).data() + info.normal_begin;
+  double error = 0;
+  for (const int k : info.support) error += std::abs(*J_n++) * path_error_[k];
+  if (error <= rounding) return false;
+  const Closing closing = first_closing(contact, {.gap = -error, .rounding = rounding});
+  return closing && closing.to < 1;
 }
 
 double GapSearch::zero(int contact, const Closing& closing) {

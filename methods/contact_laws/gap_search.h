@@ -20,7 +20,7 @@ namespace ricochet {
 ///   affine     the coefficients f_c(b_k) of the gap, which is a polynomial of s, too               (3)
 ///   curved     f_c(Q),  Q the box (1)                                                              (4)
 ///              f_c(q(m)) + [-1/2, 1/2] J_n(Q)' Q',  Q' the box of q' (b - a) (2), m the middle     (5)
-///   both       the gap at one end, where its rate, J_n(Q)' Q', has one sign                        (6)
+///   both       the gap at one end, where its rate, J_n(Q)' Q', has one sign up to rounding         (6)
 ///
 /// with bounds over boxes from the problem (problems/interval.h). A piece that is not clear but falls throughout, by (2)
 /// or (6), to a gap below -allowed contains the closing, and any other is halved, the left half first. Pieces shorter
@@ -29,6 +29,9 @@ namespace ricochet {
 ///
 /// Most contacts are far away most of the time. So (4) is evaluated for a box that extends the one of the path by
 /// several times its width; as long as later paths stay inside, contacts that are clear there cost nothing.
+///
+/// Where the path is known up to an error e_k of its coordinates that vanishes at both ends, comes_near() says whether the
+/// gap may be less than |J_n|' e in between, so that the path does not decide whether it closes.
 ///
 /// A problem without bounds has estimates in their place: J_n at the ends and in the middle of a piece, and as much again
 /// as they differ, in (5) and (6). That is no proof, but no path is long compared with the gaps it passes.
@@ -42,6 +45,8 @@ class GapSearch {
   int degree() const { return degree_; }
   /// n_q x (degree + 1): b_k of the next path.
   Matrix& path() { return path_; }
+  /// n_q: e_k of the next path; zero at first.
+  Vector& path_error() { return path_error_; }
   /// After path() has been filled. Contacts that are open in these `modes` can be looked at.
   void begin(std::span<const ContactMode> modes);
 
@@ -49,6 +54,7 @@ class GapSearch {
   struct Allowance {
     double gap = 0;
     double until = 0, gap_until = 0;
+    double rounding = 0;  ///< of gaps, in (6)
     double on(double to) const { return to <= until ? gap_until : gap; }
   };
   /// A piece of a path on which a gap falls from at least -allowed to less.
@@ -59,6 +65,8 @@ class GapSearch {
   };
   /// The first closing of a contact, whose gap is not below what is allowed where the path begins.
   Closing first_closing(int contact, const Allowance& allowed);
+  /// Whether the path of a contact without a closing is too near to its surface for its error. @param rounding  of gaps [m]
+  bool comes_near(int contact, double rounding);
   /// Where the gap of a closing vanishes, to 1e-9 of the piece; the left end of the piece where it is not positive.
   double zero(int contact, const Closing& closing);
 
@@ -79,8 +87,8 @@ class GapSearch {
 
   template <class Judge>
   Closing first_piece(int rows, const Judge& judge);
-  Verdict judge_affine(double allowed, const Piece& piece, const double* g) const;
-  Verdict judge_curved(int contact, double allowed, const Piece& piece, const double* b);
+  Verdict judge_affine(const Allowance& allowance, const Piece& piece, const double* g) const;
+  Verdict judge_curved(int contact, const Allowance& allowance, const Piece& piece, const double* b);
   void halve(int rows, double* b, double* left) const;
   double* coefficients(std::size_t piece) { return data_.data() + piece * static_cast<std::size_t>(piece_size_); }
   void set_gap_coefficients(int contact, double* g) const;
@@ -107,7 +115,7 @@ class GapSearch {
   std::vector<char> is_far_, is_clear_;              // per contact: clear in the wide box, or along this path
   bool has_wide_box_ = false;
   double growth_ = 0;  // of the wide box on either side, in widths of the path's
-  Vector q_, gap_, left_gap_;
+  Vector path_error_, q_, gap_, left_gap_;
   Vector affine_J_n_, packed_;  // packed: of affine contacts; at a place
 };
 

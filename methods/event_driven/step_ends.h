@@ -49,6 +49,10 @@ struct StepEnds {
   int degree() const { return collocation ? collocation->degree() : 5; }
   /// State at theta h from the left end, theta in [0, 1].
   void interpolate(double theta, Vector& q, Vector& v) const;
+  /// Bernstein coefficients of q, n_q x (degree() + 1), and an estimate of its error. (1) has the remainder
+  /// x^(6) (s (1 - s))^3 / 720, at most 1/64 in the middle of what a further coefficient would be; it is taken for no
+  /// larger than c_5 + c_4 / 4. A collocation polynomial has the error of the step.
+  void bernstein(Matrix& path, Vector& error) const;
 };
 
 }  // namespace ricochet

@@ -72,7 +72,7 @@ Violation ElementGaps::check(const Element& stages) {
   for (const int i : info.unilateral) {
     if (!is_open(i)) continue;
     const double touching = std::max(scales_.touching(i), -2 * search_.left_gap(i));
-    GapSearch::Allowance allowed{.gap = touching};
+    GapSearch::Allowance allowed{.gap = touching, .rounding = touching};
     if (search_.left_gap(i) <= scales_.nearly_touching(i)) {
       allowed.until = points_[1].s;
       allowed.gap_until = std::max(touching, kOfFirstStage * search_.gap(i, points_[1].s));
