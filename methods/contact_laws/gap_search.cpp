@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kMaxDegree = 23;
 constexpr double kFirstGrowth = 4, kLeastGrowth = 0.25, kMostGrowth = 64;
+constexpr int kMostPause = 15;
 constexpr double kLocated = 1e-9;  // of a piece
 constexpr int kMaxIterations = 60;
 
@@ -110,6 +111,7 @@ GapSearch::GapSearch(const Problem& problem, int degree)
 void GapSearch::restart() {
   has_wide_box_ = false;
   growth_ = kFirstGrowth;
+  pause_ = last_pause_ = 0;
   problem_.normal_jacobian(info_.q0.data(), affine_J_n_.data());
 }
 
@@ -136,6 +138,7 @@ void GapSearch::renew_wide_box() {
   }
   if (all_are) growth_ = std::min(2 * growth_, kMostGrowth);
   if (!one_is) growth_ = std::max(0.5 * growth_, kLeastGrowth);
+  pause_ = last_pause_ = one_is ? 0 : std::min(2 * last_pause_ + 1, kMostPause);
 }
 
 void GapSearch::begin(std::span<const ContactMode> modes) {
@@ -148,11 +151,16 @@ void GapSearch::begin(std::span<const ContactMode> modes) {
     path_box_[k] = {polynomial.lower - path_error_[k], polynomial.upper + path_error_[k]};
   }
   if (!has_bounds_) return;
-  if (!has_wide_box_ || leaves_wide_box()) renew_wide_box();
+  if (!has_wide_box_ || leaves_wide_box()) {
+    if (pause_ == 0)
+      renew_wide_box();
+    else
+      --pause_, has_wide_box_ = false;
+  }
   bool is_near = false;
   for (const int i : curved_) {
-    is_clear_[i] = is_far_[i];
-    chosen_[i] = !is_far_[i] && is_open(i);
+    is_clear_[i] = has_wide_box_ && is_far_[i];
+    chosen_[i] = !is_clear_[i] && is_open(i);
     is_near = is_near || chosen_[i];
   }
   if (!is_near) return;

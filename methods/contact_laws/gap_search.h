@@ -28,7 +28,8 @@ namespace ricochet {
 /// what the error control of a method bounds.
 ///
 /// Most contacts are far away most of the time. So (4) is evaluated for a box that extends the one of the path by
-/// several times its width; as long as later paths stay inside, contacts that are clear there cost nothing.
+/// several times its width; as long as later paths stay inside, contacts that are clear there cost nothing. Where none is,
+/// the next few paths try no such box.
 ///
 /// Where the path is known up to an error e_k of its coordinates that vanishes at both ends, comes_near() says whether the
 /// gap may be less than |J_n|' e in between, so that the path does not decide whether it closes.
@@ -114,7 +115,8 @@ class GapSearch {
   std::vector<char> chosen_;                         // per contact
   std::vector<char> is_far_, is_clear_;              // per contact: clear in the wide box, or along this path
   bool has_wide_box_ = false;
-  double growth_ = 0;  // of the wide box on either side, in widths of the path's
+  double growth_ = 0;               // of the wide box on either side, in widths of the path's
+  int pause_ = 0, last_pause_ = 0;  // paths for which no wide box is tried, since none was clear in the last one
   Vector path_error_, q_, gap_, left_gap_;
   Vector affine_J_n_, packed_;  // packed: of affine contacts; at a place
 };

@@ -271,23 +271,37 @@ void EventFunctions::find_closing(const Function& f, const StepEnds& ends, Happe
     first = {f.kind, f.contact, from, (at_to - at_from) / ((to - from) * ends.h)};
 }
 
+/// The cheap test: the gap of an affine contact is (1) of step_ends.h, too.
+bool EventFunctions::stays_open(const Function& f, const StepEnds& ends) const {
+  if (!info_.contacts[f.contact].is_affine || ends.collocation) return false;
+  const double h = ends.h;
+  const int i = f.contact;
+  const QuinticBernstein gap(f.left, h * gap_rate(i, ends.v0), h * h * gap_rate(i, ends.a0), f.right,
+                             h * gap_rate(i, ends.v1), h * h * gap_rate(i, ends.a1));
+  return gap.smallest() >= gap.error();
+}
+
 /// Whether the path comes so near to a surface that its own error decides.
 bool EventFunctions::passes_nearby() {
-  return std::ranges::any_of(functions_, [&](const Function& f) {
-    return f.kind == Kind::gap_closes && gaps_.comes_near(f.contact, rounding(f));
-  });
+  return std::ranges::any_of(functions_,
+                             [&](const Function& f) { return f.is_near && gaps_.comes_near(f.contact, rounding(f)); });
 }
 
 Happening EventFunctions::find(const StepEnds& ends) {
   evaluate(ends.q1.data(), ends.v1.data());
-  if (has_gaps_) {
+  bool is_near = false;
+  for (Function& f : functions_) {
+    f.is_near = f.kind == Kind::gap_closes && !stays_open(f, ends);
+    is_near = is_near || f.is_near;
+  }
+  if (is_near) {
     ends.bernstein(gaps_.path(), gaps_.path_error());
     gaps_.begin(dynamics_.modes());
   }
   Happening first;
   for (const Function& f : functions_) {
     if (f.kind == Kind::gap_closes) {
-      find_closing(f, ends, first);
+      if (f.is_near) find_closing(f, ends, first);
       continue;
     }
     if (f.right >= 0 || (f.from_zero && f.right >= -rounding(f))) continue;

@@ -84,6 +84,7 @@ class EventFunctions {
     int contact = -1;
     double left = 0, right = 0;
     bool from_zero = false;  ///< at the left end it is zero up to rounding
+    bool is_near = false;    ///< a gap that the ends of the step do not show to stay open
   };
 
   void evaluate(const double* q, const double* v);
@@ -95,6 +96,7 @@ class EventFunctions {
   void search(const Function& f, double from, double value_from, double to, double value_to, const StepEnds& ends,
               Happening& first);
   void find_closing(const Function& f, const StepEnds& ends, Happening& first);
+  bool stays_open(const Function& f, const StepEnds& ends) const;
   bool passes_nearby();
   double at(const Function& f, double theta, const StepEnds& ends);
   double gap_rate(int contact, const Vector& v) const;
