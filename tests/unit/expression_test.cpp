@@ -172,7 +172,7 @@ TEST_F(Expression, OperatorsOfOtherLanguagesAreNamedWithWhatToWrite) {
   EXPECT_EQ(error("m < 1"),
             "field, column 3: '<' is not possible here; comparisons stand in if alone: if(a < b, x, y)");
   EXPECT_EQ(error("m ? 1 : 2"), "field, column 3: '?' is not possible here; write if(condition, a, b)");
-  EXPECT_EQ(error("if(m, 1, 2)"), "field, column 4: a condition is expected, two expressions with <, <=, > or >=");
+  EXPECT_EQ(error("if(m, 1, 2)"), "field, column 5: a condition is expected, two expressions with <, <=, > or >=");
 }
 
 TEST_F(Expression, ANameOfAnotherFieldIsRefusedWithTheReason) {
