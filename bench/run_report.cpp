@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <set>
 
 #include "bench/environment.h"
 #include "problems/vector_json.h"
@@ -35,13 +36,34 @@ void print_events(const RunReport& report, std::size_t shown) {
   const ProblemInfo& info = report.problem.info();
   if (solution.events.empty()) return;
   fmt::print("events     {}\n", solution.events.size());
-  for (std::size_t k = 0; k < shown; ++k) {
+  // Events that repeat at one instant, where impacts accumulate, are printed once and counted.
+  std::string instant;
+  std::set<std::string> at_instant;
+  std::size_t repeated = 0, lines = 0, k = 0;
+  const auto print_repeated = [&] {
+    if (repeated > 0) fmt::print("  these again, {} events at t = {}\n", repeated, instant);
+    repeated = 0;
+  };
+  for (; k < solution.events.size(); ++k) {
     const Event& e = solution.events[k];
-    fmt::print("  {:<8} t = {:.15g}  {}{}\n", to_string(e.kind), e.t, info.contacts[e.contact].name,
+    const std::string t = fmt::format("{:.12g}", e.t);
+    if (t != instant) {
+      print_repeated();
+      at_instant.clear();
+      instant = t;
+    }
+    const std::string& name = info.contacts[e.contact].name;
+    if (!at_instant.insert(fmt::format("{} {}", to_string(e.kind), name)).second && !solution.succeeded()) {
+      ++repeated;
+      continue;
+    }
+    if (lines == shown) break;
+    ++lines;
+    fmt::print("  {:<8} t = {:.15g}  {}{}\n", to_string(e.kind), e.t, name,
                e.kind == EventKind::impact ? fmt::format("  Lambda_n = {:.6g} N s", e.Lambda_n[e.contact]) : "");
   }
-  if (shown < solution.events.size())
-    fmt::print("  and {} more, which --events shows\n", solution.events.size() - shown);
+  print_repeated();
+  if (k < solution.events.size()) fmt::print("  and {} more, which --events shows\n", solution.events.size() - k);
 }
 
 void print_sensitivities(const RunReport& report, std::size_t shown) {

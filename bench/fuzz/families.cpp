@@ -16,6 +16,12 @@ const std::vector<SceneFamily>& scene_families() {
       {"pendula", "single and double pendula between walls, above a floor", draw_pendulum},
       {"columns", "balls on a vertical line between floor and ceiling", draw_column},
       {"moving", "masses on shaken tables and belts, with driven anchors and pivots", draw_moving_surfaces},
+      {"fast", "fast discs, round posts and a washboard", draw_fast_bodies},
+      {"loads", "resting blocks under loads that change with time", draw_changing_loads},
+      {"turning", "a block in space under a load whose direction turns", draw_turning_loads},
+      {"unloaded", "contacts that touch without a load, and rows that touch", draw_unloaded_contacts},
+      {"ratios", "masses from 1e-4 to 1e4 kg on a vertical line", draw_mass_ratios},
+      {"units", "scenes in other units of length, mass and time", draw_other_units},
   };
   return families;
 }

@@ -32,5 +32,11 @@ void draw_rod_chain(SceneDraw& draw);
 void draw_pendulum(SceneDraw& draw);
 void draw_column(SceneDraw& draw);
 void draw_moving_surfaces(SceneDraw& draw);
+void draw_fast_bodies(SceneDraw& draw);
+void draw_changing_loads(SceneDraw& draw);
+void draw_turning_loads(SceneDraw& draw);
+void draw_unloaded_contacts(SceneDraw& draw);
+void draw_mass_ratios(SceneDraw& draw);
+void draw_other_units(SceneDraw& draw);
 
 }  // namespace ricochet

@@ -32,6 +32,7 @@ constexpr double kChanged = 3;  // (4), (6): errors by what another tolerance or
 constexpr const char* kAdaptive = "fesd_adaptive:radau-iia:4";
 constexpr const char* kFixed = "fesd:radau-iia:3,elements=as_needed";
 constexpr const char* kCvode = "cvode:adams";
+constexpr const char* kEventDriven = "event_driven";
 
 constexpr int kFixedSteps = 400, kMoreauJeanSteps = 5000, kMoreFixed = 2, kMoreMoreauJean = 10;
 constexpr int kFiner = 4;           // N' / N
@@ -68,11 +69,20 @@ bool says_not_unique(const FuzzOpinion& opinion) {
          opinion.message.find("not unique") != std::string::npos;
 }
 
+/// A parameter of the scene, 1 where it has none of that name.
+double unit(const ordered_json& scene, const char* name) {
+  const auto params = scene.find("params");
+  if (params == scene.end() || !params->contains(name)) return 1;
+  const auto& value = (*params)[name];
+  return value.is_string() ? std::stod(value.get<std::string>()) : value.get<double>();
+}
+
 /// A constant force on every coordinate with an irregular sequence of factors between -1 and 1.
 ordered_json disturbed(ordered_json scene, double size) {
   auto& f = scene["f"];
+  const double acceleration = unit(scene, "unit_length") / std::pow(unit(scene, "unit_time"), 2);
   for (std::size_t k = 0; k < f.size(); ++k) {
-    const double factor = (static_cast<double>((7 * k + 3) % 19) - 9) / 9;
+    const double factor = acceleration * (static_cast<double>((7 * k + 3) % 19) - 9) / 9;
     const std::string sum = f[k].is_string() ? f[k].get<std::string>() : f[k].dump();
     f[k] = fmt::format("{}+({:.17e})*({})", sum, 9.81 * size * factor,
                        scene["M"][k][k].is_string() ? scene["M"][k][k].get<std::string>() : scene["M"][k][k].dump());
@@ -83,7 +93,11 @@ ordered_json disturbed(ordered_json scene, double size) {
 class Hearing {
  public:
   Hearing(const ordered_json& scene, const JudgeOptions& options)
-      : scene_(scene), options_(options), problem_(read_scene_text(scene.dump(), "scene")) {}
+      : scene_(scene),
+        options_(options),
+        problem_(read_scene_text(scene.dump(), "scene")),
+        length_(unit(scene, "unit_length")),
+        velocity_(length_ / unit(scene, "unit_time")) {}
 
   FuzzScene verdict() {
     hear();
@@ -103,7 +117,10 @@ class Hearing {
 
  private:
   FuzzOpinion run(const Problem& problem, const std::string& method, int steps, double tolerance) const {
-    return options_.asker(problem, method, steps, tolerance, options_.time_limit);
+    FuzzOpinion opinion = options_.asker(problem, method, steps, tolerance, options_.time_limit);
+    for (double& q : opinion.q) q /= length_;
+    for (double& v : opinion.v) v /= velocity_;
+    return opinion;
   }
 
   /// With N' steps, and the error that N and N' leave, (1), (5) and (6).
@@ -123,16 +140,18 @@ class Hearing {
   void hear() {
     opinions_ = {with_error(run(*problem_, kAdaptive, 0, kTolerance)),
                  with_error(run(*problem_, kFixed, kFixedSteps, 0)), with_error(run(*problem_, kCvode, 0, kTolerance)),
-                 run_twice(moreau_jean_for(problem_->info()), kMoreauJeanSteps)};
+                 run_twice(moreau_jean_for(problem_->info()), kMoreauJeanSteps),
+                 with_error(run(*problem_, kEventDriven, 0, kTolerance))};
   }
 
   void hear_more() {
-    auto& [a, f, c, m] = opinions_;
-    const FuzzOpinion a_before = a, c_before = c;
-    double spread_a = 0, spread_c = 0;
-    if (a.succeeded()) {
-      spread_a = change(a, run(*problem_, kAdaptive, 0, kTighter));
-      a.error += std::min(spread_a, kImprecise * size_of(a));  // (3)
+    auto& [a, f, c, m, e] = opinions_;
+    const FuzzOpinion a_before = a, c_before = c, e_before = e;
+    double spread_a = 0, spread_c = 0, spread_e = 0;
+    for (auto [opinion, spread] : {std::pair(&a, &spread_a), std::pair(&e, &spread_e)}) {
+      if (!opinion->succeeded()) continue;
+      *spread = change(*opinion, run(*problem_, opinion->method, 0, kTighter));
+      opinion->error += std::min(*spread, kImprecise * size_of(*opinion));  // (3)
     }
     if (c.succeeded()) {
       double error = kConfirming * size_of(c);  // of a method that cannot be asked again nothing better is known
@@ -151,7 +170,7 @@ class Hearing {
       ask_again(kMoreMoreauJean * kMoreauJeanSteps, m);
       m.error = std::max(m.error, kAllowed * size_of(m) + kChanged * distance(before, m));  // (6)
     }
-    measure_sensitivity({{a_before, spread_a}, {c_before, spread_c}});
+    measure_sensitivity({{a_before, spread_a}, {c_before, spread_c}, {e_before, spread_e}});
   }
 
   /// The answer with more steps; the old one, of which little is known, where that fails.
@@ -218,7 +237,7 @@ class Hearing {
     for (std::size_t i = 0; i < opinions_.size(); ++i) {
       for (std::size_t j = i + 1; j < opinions_.size(); ++j) {
         if (!both(i, j) || agree(i, j)) continue;
-        is_of_time_stepping = is_of_time_stepping && j == 3;
+        is_of_time_stepping = is_of_time_stepping && (i == 3 || j == 3);
         const double difference = distance(opinions_[i], opinions_[j]);
         const double allowed = opinions_[i].error + opinions_[j].error;
         const std::string parties = fmt::format("{} and {}", opinions_[i].method, opinions_[j].method);
@@ -247,7 +266,8 @@ class Hearing {
   const ordered_json& scene_;
   JudgeOptions options_;
   std::unique_ptr<Problem> problem_;
-  std::array<FuzzOpinion, 4> opinions_;  ///< a, f, c, m
+  double length_, velocity_;             ///< units of the answers, see SceneDraw::change_units()
+  std::array<FuzzOpinion, 5> opinions_;  ///< a, f, c, m, e
   double sensitivity_ = 0;
 };
 

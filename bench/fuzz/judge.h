@@ -17,17 +17,20 @@ struct JudgeOptions {
   decltype(&ask) asker = &ask;  ///< for tests of the rule
 };
 
-/// The judge of random scenes: four methods that share little of their numerics are asked for the final state x = (q,
+/// The judge of random scenes: five methods that share little of their numerics are asked for the final state x = (q,
 /// v), each in a process of its own that is killed after twice the time limit.
 ///
 ///   a  fesd_adaptive:radau-iia:4               tolerance 1e-10
 ///   f  fesd:radau-iia:3,elements=as_needed     a few hundred steps
 ///   c  cvode:adams                             tolerance 1e-10
 ///   m  moreau_jean                             thousands of steps
+///   e  event_driven                            tolerance 1e-10
+///
+/// x is in metres and seconds: answers of a scene with parameters unit_length and unit_time are divided by these units.
 ///
 /// First each is allowed an error d, max-norm; s is the largest number in x, at least 1:
 ///
-///   d_a = d_c = d_f = 1e-6 s,     d_m = 1e-6 s + 10 |x_N - x_N'|                                              (1)
+///   d_a = d_c = d_e = d_f = 1e-6 s,     d_m = 1e-6 s + 10 |x_N - x_N'|                                              (1)
 ///
 /// with N and N' = 4 N steps of Moreau-Jean, whose error falls like 1/N, but not evenly, and behind impacts that
 /// accumulate more slowly, like N^-0.35 in what was seen. Two methods agree when
@@ -37,10 +40,10 @@ struct JudgeOptions {
 /// If all that succeed do and some pair confirms each other within 1e-2 s, the verdict is "agree". Otherwise they are
 /// heard once more.
 ///
-/// a  keeps its answer. A tolerance is of a step, and errors add up over hundreds of impacts; more than 1e-5 s is not
+/// a  and e keep their answers. A tolerance is of a step, and errors add up over hundreds of impacts; more than 1e-5 s is not
 ///    imprecise but wrong:
 ///
-///   d_a = 1e-6 s + min(|x_1e-10 - x_1e-12|, 1e-5 s)                                                           (3)
+///   d_i = 1e-6 s + min(|x_1e-10 - x_1e-12|, 1e-5 s),  i = a, e                                                           (3)
 ///
 /// c  answers with 1e-12, or 1e-11 where that fails: flights lower than its errors, of impacts that accumulate, leave
 /// it
@@ -56,8 +59,8 @@ struct JudgeOptions {
 ///
 /// One of them that fails then keeps its answer with d = 1e-2 s.
 ///
-/// What the motion makes of small changes is measured, too: a and c run with forces disturbed by +-1e-9 of g, and K is
-/// the largest change of x, by a disturbance or by the tolerance 1e-12 in place of 1e-10. Of the two K the smaller one
+/// What the motion makes of small changes is measured, too: a, c and e run with forces disturbed by +-1e-9 of g, and K is
+/// the largest change of x, by a disturbance or by the tolerance 1e-12 in place of 1e-10. Of the three K the smallest
 /// counts, since a method that is wrong may be so in one run and not in the next, and must not be its own excuse:
 ///
 ///   d_i := d_i + 30 K                                                                                         (7)

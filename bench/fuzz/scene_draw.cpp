@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <regex>
 
 #include "bench/environment.h"
 
@@ -134,12 +135,53 @@ void SceneDraw::joint(const std::string& name, const std::string& gap) {
   contacts_.push_back({{"name", name}, {"gap", gap}, {"bilateral", true}});
 }
 
+void SceneDraw::change_units(int mass_unit, int length, int time) {
+  has_units_ = true;
+  constant("unit_mass", fmt::format("1e{}", mass_unit));
+  constant("unit_length", fmt::format("1e{}", length));
+  constant("unit_time", fmt::format("1e{}", time));
+}
+
+namespace {
+
+/// A formula in the old units, of quantities in the new ones, times the unit of its value.
+std::string in_new_units(const std::string& formula, const std::string& unit) {
+  if (formula.empty() || formula == "0") return "0";
+  static const std::regex position(R"((q\[\d+\]))"), velocity(R"((v\[\d+\]))"), time(R"(\bt\b)");
+  std::string text = std::regex_replace(formula, position, "($1/unit_length)");
+  text = std::regex_replace(text, velocity, "($1*unit_time/unit_length)");
+  text = std::regex_replace(text, time, "(t/unit_time)");
+  return fmt::format("{}*({})", unit, text);
+}
+
+void change_units_of(nlohmann::ordered_json& texts, const std::string& unit) {
+  if (texts.is_array()) {
+    for (auto& text : texts) change_units_of(text, unit);
+  } else {
+    texts = in_new_units(texts.get<std::string>(), unit);
+  }
+}
+
+}  // namespace
+
 nlohmann::ordered_json SceneDraw::scene(const std::string& id, const std::string& title) const {
   nlohmann::ordered_json scene = {{"id", id}, {"title", title}, {"params", parameters_}, {"q0", q0_}, {"v0", v0_},
                                   {"T", "T"}, {"M", mass_}};
   for (const auto& sum : force_) scene["f"].push_back(sum.empty() ? "0" : sum);
   scene["contacts"] = contacts_;
   if (!potential_.empty()) scene["potential_energy"] = potential_;
+  if (!has_units_) return scene;
+  change_units_of(scene["q0"], "unit_length");
+  change_units_of(scene["v0"], "unit_length/unit_time");
+  change_units_of(scene["T"], "unit_time");
+  change_units_of(scene["M"], "unit_mass");
+  change_units_of(scene["f"], "unit_mass*unit_length/unit_time**2");
+  for (auto& contact : scene["contacts"]) {
+    change_units_of(contact["gap"], "unit_length");
+    if (contact.contains("Jt")) change_units_of(contact["Jt"], "1");
+    if (contact.contains("vt_drive")) change_units_of(contact["vt_drive"], "unit_length/unit_time");
+  }
+  if (!potential_.empty()) change_units_of(scene["potential_energy"], "unit_mass*unit_length**2/unit_time**2");
   return scene;
 }
 

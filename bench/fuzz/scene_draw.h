@@ -61,6 +61,14 @@ class SceneDraw {
 
   void end_time(double low, double high) { number("T", low, high); }
 
+  /// Units in which numbers are larger by a power of ten. For a scene whose coordinates are all lengths: with
+  /// L = 10^length, and so on,
+  ///
+  ///   q' = L q,   t' = T t,   M' = (mass unit) M,   f' = (mass unit) L / T^2 f,   gap' = L gap,   drive' = L / T drive
+  ///
+  /// The parameters unit_length and unit_time are L and T, by which the judge takes the answers back.
+  void change_units(int mass, int length, int time);
+
   /// What was said so far, as a scene file.
   nlohmann::ordered_json scene(const std::string& id, const std::string& title) const;
 
@@ -71,6 +79,7 @@ class SceneDraw {
   std::vector<std::string> q0_, v0_, force_;
   std::vector<std::vector<std::string>> mass_;
   std::string potential_;
+  bool has_units_ = false;
 };
 
 /// "+c", the chain of terms of a sum.

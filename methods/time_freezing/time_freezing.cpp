@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 
 #include "methods/elements/bilateral_support.h"
+#include "methods/elements/smooth_forces.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "methods/time_freezing/time_freezing_run.h"
@@ -33,6 +34,7 @@ class TimeFreezing final : public Method {
   }
 
   Support supports(const ProblemInfo& problem) const override {
+    if (const Support forces = can_follow_forces(problem); !forces.ok) return forces;
     if (!problem.unilateral.empty() && !tableau_.A.fullPivLu().isInvertible()) {
       return Support::no(
           fmt::format("the matrix A of tableau {} is singular and does not determine the weights of a sliding motion",

@@ -78,15 +78,30 @@ ex magnitude(const ex& x) {
 
 namespace {
 
-/// Whether c divides the difference of the branches, as polynomials.
-bool is_continuous_across(const ex& c, const ex& difference) {
-  if (difference.normal().is_zero()) return true;
+/// Whether a difference of branches vanishes where c = 0. Two proofs are tried: c divides the numerator of the
+/// difference as a polynomial in symbols and functions; or the difference is 0 where c = 0 was solved for a symbol or function x in
+/// which it is linear, c = A x + B, at x = -B / A.
+bool vanishes_where(const ex& c, const ex& difference) {
   try {
+    GiNaC::exmap kernels;
+    const ex fraction = difference.to_rational(kernels).normal();
     ex quotient;
-    return GiNaC::divide(difference.expand(), c.expand(), quotient);
+    if (fraction.is_zero() || GiNaC::divide(fraction.numer().expand(), c.to_rational(kernels).expand(), quotient))
+      return true;
   } catch (const std::exception&) {  // no polynomials
-    return false;
   }
+  for (auto part = c.preorder_begin(); part != c.preorder_end(); ++part) {
+    if (!GiNaC::is_a<symbol>(*part) && !GiNaC::is_a<GiNaC::function>(*part)) continue;
+    try {
+      const symbol x;
+      const ex of_x = c.subs(*part == x).expand();
+      if (!of_x.is_polynomial(x) || of_x.degree(x) != 1) continue;
+      const ex zero = -of_x.coeff(x, 0) / of_x.coeff(x, 1);
+      if (difference.subs(*part == x).subs(x == zero).normal().is_zero()) return true;
+    } catch (const std::exception&) {  // a pole at the zero, or no polynomial
+    }
+  }
+  return false;
 }
 
 }  // namespace
@@ -99,7 +114,7 @@ bool may_jump(const ex& expression) {
     const bool is_sign = name == "sign";
     const ex above = is_sign ? ex(1) : part->op(1), below = is_sign ? ex(-1) : part->op(2);
     const ex difference = expression.subs(*part == above) - expression.subs(*part == below);
-    if (!is_continuous_across(part->op(0), difference)) return true;
+    if (!vanishes_where(part->op(0), difference)) return true;
   }
   return false;
 }

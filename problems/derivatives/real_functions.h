@@ -42,7 +42,8 @@ inline double magnitude(double x) {
 GiNaC::ex with_real_symbols(const GiNaC::ex& expression);
 
 /// Whether the `expression` may jump: it contains a `sign` or a `choose` at whose switching point c = 0 its two branches
-/// differ. They agree where c divides their difference as a polynomial of its symbols, as in max(a, b) and x sign(x).
+/// differ. They are proven to agree where c divides their difference as a polynomial of its symbols and functions, as in
+/// max(a, b) and x sign(x), or where the difference vanishes when c = 0 is solved for one of them, as in max(-x, 0)**1.5.
 bool may_jump(const GiNaC::ex& expression);
 
 }  // namespace ricochet

@@ -4,9 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <set>
 #include <stdexcept>
+#include <string_view>
 #include <tao/pegtl.hpp>
 #include <tao/pegtl/contrib/limit_depth.hpp>
 
@@ -51,6 +53,68 @@ void require_short(const ex& value) {
   const GiNaC::numeric size = GiNaC::abs(GiNaC::ex_to<GiNaC::numeric>(last));
   if (!size.is_zero() && (size > largest || size < largest.inverse()))
     throw std::range_error("a number is beyond the range of double precision");
+}
+
+/// "m, t, q[i], pi and the functions"
+std::string allowed_names(const ExpressionNames& names) {
+  std::vector<std::string> list = keys_of(names.scalars);
+  for (const auto& vector : keys_of(names.vectors)) list.push_back(vector + "[i]");
+  list.emplace_back("pi");
+  return fmt::format("{} and the functions", fmt::join(list, ", "));
+}
+
+/// The message for a name that this field does not know. For t, q, v and u it says what the field may depend on.
+std::string unknown_name(const std::string& name, const ExpressionNames& names) {
+  if (const auto vector = names.vectors.find(name); vector != names.vectors.end())
+    return fmt::format("'{0}' has {1} entries; write {0}[0] for the first", name, vector->second.size());
+  const std::string allowed = allowed_names(names);
+  if (name != "t" && name != "q" && name != "v" && name != "u")
+    return fmt::format("unknown name '{}'; known are {}", name, allowed);
+  std::vector<std::string> may = keys_of(names.vectors);
+  if (names.scalars.contains("t")) may.emplace_back("t");
+  const std::string why = may.empty() ? "this field is a constant of the motion, a formula of parameters"
+                                      : fmt::format("this field may depend on {} only", fmt::join(may, " and "));
+  return fmt::format("'{}' is not allowed here: {}; allowed are {}", name, why, allowed);
+}
+
+/// An operator of other languages, and what to write instead.
+struct ForeignOperator {
+  std::string_view sign, advice;
+};
+constexpr std::string_view kBoth = "nest if: if(c, if(d, x, y), y) is x where c and d hold";
+constexpr std::string_view kEither = "nest if: if(c, x, if(d, x, y)) is x where c or d holds";
+constexpr std::string_view kNegation = "exchange the branches of if: if(c, y, x) is x where c does not hold";
+constexpr std::string_view kComparison = "conditions compare with <, <=, > or >=";
+constexpr ForeignOperator kForeign[] = {{"&&", kBoth},
+                                        {"||", kEither},
+                                        {"==", kComparison},
+                                        {"!=", kComparison},
+                                        {"<>", kComparison},
+                                        {"//", "'/' divides"},
+                                        {"&", kBoth},
+                                        {"|", kEither},
+                                        {"!", kNegation},
+                                        {"=", kComparison},
+                                        {"and", kBoth},
+                                        {"or", kEither},
+                                        {"not", kNegation},
+                                        {"^", "write a**b for a power"},
+                                        {"?", "write if(condition, a, b)"},
+                                        {"<", "comparisons stand in if alone: if(a < b, x, y)"},
+                                        {">", "comparisons stand in if alone: if(a > b, x, y)"}};
+
+/// The foreign operator at the beginning of a text; null where there is none.
+const ForeignOperator* foreign_operator(std::string_view text) {
+  const auto is_letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
+  const auto found = std::ranges::find_if(kForeign, [&](const ForeignOperator& op) {
+    if (!text.starts_with(op.sign)) return false;
+    return !is_letter(op.sign.front()) || text.size() == op.sign.size() || !is_letter(text[op.sign.size()]);
+  });
+  return found == std::end(kForeign) ? nullptr : found;
+}
+
+std::string message_of(const ForeignOperator& op) {
+  return fmt::format("'{}' is not possible here; {}", op.sign, op.advice);
 }
 
 struct Reader {
@@ -196,9 +260,8 @@ struct Action<grammar::scalar> {
     } else if (in.string() == "pi") {
       reader.push(GiNaC::Pi, 1, 0);
     } else {
-      throw pegtl::parse_error(fmt::format("unknown name '{}'; known are {}, pi and the functions", in.string(),
-                                           fmt::join(keys_of(reader.names.scalars), ", ")),
-                               in);
+      const ForeignOperator* const op = foreign_operator(in.string());
+      throw pegtl::parse_error(op ? message_of(*op) : unknown_name(in.string(), reader.names), in);
     }
   }
 };
@@ -211,8 +274,9 @@ struct Action<grammar::vector_entry> {
     const std::string name = text.substr(0, text.find_first_of(" \t[", 0));
     const auto known = reader.names.vectors.find(name);
     if (known == reader.names.vectors.end()) {
+      const bool is_scalar = reader.names.scalars.contains(name) || name == "pi";
       throw pegtl::parse_error(
-          fmt::format("'{}' has no entries; {} have", name, fmt::join(keys_of(reader.names.vectors), ", ")), in);
+          is_scalar ? fmt::format("'{}' is a number and has no entries", name) : unknown_name(name, reader.names), in);
     }
     const auto size = known->second.size();
     const std::string digits = text.substr(text.find_first_of("0123456789", bracket));
@@ -296,6 +360,7 @@ struct Action<grammar::call> {
     const auto of_one = unary.find(name);
     const auto of_two = binary.find(name);
     if (of_one == unary.end() && of_two == binary.end()) {
+      if (const ForeignOperator* const op = foreign_operator(name)) throw pegtl::parse_error(message_of(*op), in);
       throw pegtl::parse_error(fmt::format("unknown function '{}'; known are {}, {}, if", name,
                                            fmt::join(keys_of(unary), ", "), fmt::join(keys_of(binary), ", ")),
                                in);
@@ -392,6 +457,23 @@ GiNaC::ex parse_expression(const std::string& text, const ExpressionNames& names
   try {
     pegtl::parse<grammar::whole, Action, Control>(input, reader);
   } catch (const pegtl::parse_error& error) {
+    // A sign of another language stands where the text cannot go on, or within a condition that cannot be read.
+    std::size_t column = error.positions().front().column;
+    const bool in_condition = error.message() == Messages::message<grammar::condition>;
+    const auto foreign_at = [&](std::size_t c) {
+      const bool is_in_a_name = c > 1 && std::isalnum(static_cast<unsigned char>(text[c - 2]));
+      const auto* const op = c <= text.size() ? foreign_operator(std::string_view(text).substr(c - 1)) : nullptr;
+      return op && is_in_a_name && std::isalpha(static_cast<unsigned char>(op->sign.front())) ? nullptr : op;
+    };
+    const auto is_expected = error.message().find(" expected") != std::string::npos;
+    if (in_condition) {
+      std::size_t c = column;
+      while (c <= text.size() && text[c - 1] != ',' && !(foreign_at(c) && text[c - 1] != '<' && text[c - 1] != '>'))
+        ++c;
+      if (c <= text.size() && text[c - 1] != ',') column = c;
+    }
+    if (const ForeignOperator* const op = is_expected ? foreign_at(column) : nullptr)
+      if (!in_condition || (op->sign != "<" && op->sign != ">")) throw complain(column, message_of(*op));
     throw complain(error.positions().front().column, error.message());
   }
   return reader.values.back().value;

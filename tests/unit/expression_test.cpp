@@ -134,20 +134,59 @@ TEST_F(Expression, IsWrittenAsItIsRead) {
 }
 
 TEST_F(Expression, ErrorsNameTheColumn) {
-  EXPECT_EQ(error("m+kk"), "field, column 3: unknown name 'kk'; known are m, pi and the functions");
+  EXPECT_EQ(error("m+kk"), "field, column 3: unknown name 'kk'; known are m, q[i], pi and the functions");
   EXPECT_EQ(error("m+"), "field, column 3: a number, a name or '(' is expected");
   EXPECT_EQ(error(""), "field, column 1: a number, a name or '(' is expected");
   EXPECT_EQ(error("q[2]"), "field, column 1: index out of range, q has 2 entries");
   EXPECT_EQ(error("q[-1]"), "field, column 3: a whole number is expected as index");
-  EXPECT_EQ(error("w[0]"), "field, column 1: 'w' has no entries; q have");
+  EXPECT_EQ(error("w[0]"), "field, column 1: unknown name 'w'; known are m, q[i], pi and the functions");
+  EXPECT_EQ(error("m[0]"), "field, column 1: 'm' is a number and has no entries");
+  EXPECT_EQ(error("2*q"), "field, column 3: 'q' has 2 entries; write q[0] for the first");
   EXPECT_EQ(error("2*(q[0]"), "field, column 8: ')' is expected");
   EXPECT_EQ(error("sin(q[0],m)"), "field, column 1: sin takes 1 argument(s), not 2");
   EXPECT_EQ(error("m q[0]"), "field, column 3: an operator or the end of the expression is expected");
-  EXPECT_EQ(error("m^2"), "field, column 2: an operator or the end of the expression is expected");
   EXPECT_TRUE(error("sinn(m)").starts_with("field, column 1: unknown function 'sinn'; known are abs"));
   for (const char* power : {"0**m", "(0*q[0])**q[1]", "1+(-2)**m"})
     EXPECT_TRUE(error(power).ends_with("a base above zero is required where the exponent is no number")) << power;
   EXPECT_TRUE(error("1/0").starts_with("field, column 2: ")) << error("1/0");
+}
+
+TEST_F(Expression, OperatorsOfOtherLanguagesAreNamedWithWhatToWrite) {
+  const std::string both = "' is not possible here; nest if: if(c, if(d, x, y), y) is x where c and d hold";
+  const std::string either = "' is not possible here; nest if: if(c, x, if(d, x, y)) is x where c or d holds";
+  const std::string comparison = "' is not possible here; conditions compare with <, <=, > or >=";
+  const std::string negation =
+      "' is not possible here; exchange the branches of if: if(c, y, x) is x where c does not hold";
+  EXPECT_EQ(error("m^2"), "field, column 2: '^' is not possible here; write a**b for a power");
+  EXPECT_EQ(error("if(m^2 < 1, 1, 2)"), "field, column 5: '^' is not possible here; write a**b for a power");
+  EXPECT_EQ(error("if(m < 1 and m > 0, 1, 2)"), "field, column 10: 'and" + both);
+  EXPECT_EQ(error("if(m < 1 && m > 0, 1, 2)"), "field, column 10: '&&" + both);
+  EXPECT_EQ(error("if(m < 1 or m > 2, 1, 2)"), "field, column 10: 'or" + either);
+  EXPECT_EQ(error("if(m < 1 || m > 2, 1, 2)"), "field, column 10: '||" + either);
+  EXPECT_EQ(error("if(m == 1, 1, 2)"), "field, column 6: '==" + comparison);
+  EXPECT_EQ(error("if(m != 1, 1, 2)"), "field, column 6: '!=" + comparison);
+  EXPECT_EQ(error("if(m = 1, 1, 2)"), "field, column 6: '=" + comparison);
+  EXPECT_EQ(error("if(!m, 1, 2)"), "field, column 4: '!" + negation);
+  EXPECT_EQ(error("if(not m < 1, 1, 2)"), "field, column 4: 'not" + negation);
+  EXPECT_EQ(error("if(not(m), 1, 2)"), "field, column 4: 'not" + negation);
+  EXPECT_EQ(error("m < 1"),
+            "field, column 3: '<' is not possible here; comparisons stand in if alone: if(a < b, x, y)");
+  EXPECT_EQ(error("m ? 1 : 2"), "field, column 3: '?' is not possible here; write if(condition, a, b)");
+  EXPECT_EQ(error("if(m, 1, 2)"), "field, column 5: a condition is expected, two expressions with <, <=, > or >=");
+}
+
+TEST_F(Expression, ANameOfAnotherFieldIsRefusedWithTheReason) {
+  EXPECT_EQ(
+      error("1+t"),
+      "field, column 3: 't' is not allowed here: this field may depend on q only; allowed are m, q[i], pi and the "
+      "functions");
+  names = {{{"g", m}}, {}};
+  EXPECT_EQ(
+      error("if(q[0]<1, 1, 2)"),
+      "field, column 4: 'q' is not allowed here: this field is a constant of the motion, a formula of parameters; "
+      "allowed are g, pi and the functions");
+  names = {};
+  EXPECT_EQ(error("x"), "field, column 1: unknown name 'x'; known are pi and the functions");
 }
 
 TEST_F(Expression, DeepNestingIsAnErrorNotACrash) {
@@ -162,6 +201,41 @@ TEST_F(Expression, ErrorShowsThePlace) {
   } catch (const InputError& e) {
     EXPECT_NE(std::string(e.what()).find("\n  m+kk*2\n    ^"), std::string::npos) << e.what();
   }
+}
+
+TEST_F(Expression, TellsJumpsFromBends) {
+  names.scalars["t"] = GiNaC::symbol("t");
+  for (const char* continuous : {"m",
+                                 "max(q[0], m)",
+                                 "min(q[0], q[1])",
+                                 "abs(q[0])",
+                                 "q[0]*sign(q[0])",
+                                 "q[0]*abs(q[0])",
+                                 "q[0]**2*sign(q[0])+3",
+                                 "sign(q[0])**2",
+                                 "sign(q[0])*abs(q[0])",
+                                 "sign(q[0])*sin(q[0])",
+                                 "max(-q[0], 0)**1.5",
+                                 "-m*max(m-q[0]*q[1], 0)**(3/2)",
+                                 "max(sin(m*t), 0)",
+                                 "max(sin(t), 0)**1.5",
+                                 "max(q[0], max(q[1], m))",
+                                 "min(max(q[0], -m), m)",
+                                 "abs(abs(q[0])-m)",
+                                 "if(q[0] < m, q[0], m)",
+                                 "if(q[0] < 0, m*q[0], 2*q[0])",
+                                 "if(t < 1, t, 2-t)",
+                                 "if(t < 1, sin(pi*t), 0)",
+                                 "if(t < m, q[0]*t, q[0]*m)",
+                                 "if(t < 1, m, m)",
+                                 "if(t < 1, t, if(t < 2, 1, 3-t))",
+                                 "if(q[0] < 1, if(q[1] < 0, q[1], 2*q[1])*(q[0]-1), 0)"})
+    EXPECT_FALSE(may_jump(parse_expression(continuous, names, "field"))) << continuous;
+  for (const char* jump : {"sign(q[0])", "-m*sign(q[0]-q[1])", "q[1]*sign(q[0])", "cos(q[0])*sign(q[0])",
+                           "if(t < 1, 1, -1)", "if(t < 1, t, 3-t)", "if(q[0] < 0, 0, m)",
+                           "if(q[0]+q[0]**2 > 0, q[0]/(q[0]+q[0]**2), 0)", "max(q[0], if(t < 1, 0, 1))",
+                           "if(t < 1, t, if(t < 2, 1, 2-t))", "if(q[0] < 1, if(q[1] < 0, 1, 2)*(q[0]-1), 0)"})
+    EXPECT_TRUE(may_jump(parse_expression(jump, names, "field"))) << jump;
 }
 
 TEST(StraightLineProgram, ComputesEqualSubexpressionsOnce) {

@@ -72,7 +72,7 @@ std::string next_of(const Choice& choice) {
 }
 
 /// "on 3 of 3 scenes, 1.1 times the fastest; then CVODE on 2, 30 times; never time stepping"
-std::string reason_of(const Choice& choice) {
+std::string why_taken(const Choice& choice) {
   if (choice.families.empty()) return "no setting that was tried reaches it";
   const auto speed = [](const Choice::Family& f) {
     return f.slower < 1.005 ? std::string("always the fastest") : times(f.slower) + " times the fastest";
@@ -136,7 +136,7 @@ Table which_to_take(const std::vector<FastestRun>& runs) {
       {"time", "us", "{:.3g}", [](const C& c) { return when(!c.families.empty(), c.run.microseconds); }},
       {"next", next_of},
       {"next takes", "times", "{}", [](const C& c) { return std::isfinite(c.factor) ? times(c.factor) : "-"; }},
-      {"why", reason_of},
+      {"why", why_taken},
   };
   const bool is_kept = !runs.empty() && runs.front().solver == "kept";
   Table table = table_of(std::string("Which method to take") + (is_kept ? ", solvers kept between runs" : ""), columns,

@@ -68,5 +68,7 @@ void add_truth_checks(const nlohmann::json& experiment, std::vector<Check>& batt
 void add_promise_checks(const nlohmann::json& experiment, std::vector<Check>& battery);
 /// "hard_cases": the cells of the study of that name.
 void add_hard_case_checks(const nlohmann::json& experiment, std::vector<Check>& battery);
+/// "public_reports": scenes made from public reports, each with its right answer.
+void add_public_report_checks(const nlohmann::json& experiment, std::vector<Check>& battery);
 
 }  // namespace ricochet

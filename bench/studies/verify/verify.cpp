@@ -3,6 +3,7 @@
 #include "bench/progress.h"
 #include "bench/studies/hard_cases/run_hard_cases.h"
 #include "bench/studies/study.h"
+#include "bench/studies/verify/public_report_checks.h"
 #include "bench/studies/verify/scorecard.h"
 #include "methods/registry.h"
 
@@ -12,10 +13,11 @@ using nlohmann::json;
 
 std::vector<Check> battery_of(const json& experiment) {
   std::vector<Check> battery;
-  add_order_checks(experiment, battery);
-  add_truth_checks(experiment, battery);
-  add_promise_checks(experiment, battery);
-  add_hard_case_checks(experiment, battery);
+  if (experiment.contains("orders")) add_order_checks(experiment, battery);
+  if (experiment.contains("truth")) add_truth_checks(experiment, battery);
+  if (experiment.contains("promises")) add_promise_checks(experiment, battery);
+  if (experiment.contains("hard_cases")) add_hard_case_checks(experiment, battery);
+  if (experiment.contains("public_reports")) add_public_report_checks(experiment, battery);
   return battery;
 }
 
@@ -51,6 +53,7 @@ void run_verify(const json& experiment, ResultsFile& file) {
 
 void show_verify(const Results& results, Section& section) {
   const auto rows = results.all<CheckRow>();
+  if (const Table reports = public_report_table(rows); !reports.rows.empty()) section.result("public_reports", reports);
   section.result("scorecards", scorecard_table(rows));
   Table failures = check_table(rows, true);
   failures.is_list = true;
@@ -59,7 +62,7 @@ void show_verify(const Results& results, Section& section) {
 }
 
 constexpr const char* kVerifyFields = R"~({
-  "required": ["orders", "truth", "promises", "allocation", "hard_cases", "first_order_steps", "high_order_steps", "tolerances", "time_limit"],
+  "required": ["first_order_steps", "high_order_steps", "tolerances", "time_limit"],
   "properties": {
     "orders": {"type": "array", "items": {"type": "object", "additionalProperties": false, "required": ["check", "problem"], "properties": {
         "check": {"type": "string", "minLength": 1, "description": "Its name on the scorecard.", "examples": ["impacts"]},
@@ -81,6 +84,16 @@ constexpr const char* kVerifyFields = R"~({
     "promises": {"type": "array", "items": {"$ref": "#/$defs/problem"}, "description": "Scenes on which a method keeps what every method promises.", "examples": [["bouncing_ball"]]},
     "allocation": {"type": "array", "items": {"$ref": "#/$defs/problem"}, "description": "Scenes on which a step allocates nothing, where a method claims that.", "examples": [["bouncing_ball"]]},
     "hard_cases": {"type": "array", "items": {"type": "string"}, "description": "Cases of the experiment hard_cases.", "examples": [["zeno"]]},
+    "public_reports": {"type": "object", "additionalProperties": false, "required": ["cases", "first_order_steps", "steps", "tolerance", "error", "factor", "multistep_factor"], "properties": {
+        "cases": {"type": "string", "format": "path", "description": "File of scenes with their right answers beside the experiment.", "examples": ["../../tests/data/public_reports/cases.json"]},
+        "only": {"type": "array", "items": {"type": "string"}, "description": "Names of the scenes; without it all.", "examples": [["post"]]},
+        "first_order_steps": {"type": "integer", "minimum": 1, "description": "Of methods of first order.", "examples": [2000]},
+        "steps": {"type": "integer", "minimum": 1, "description": "Of other fixed-step methods.", "examples": [100]},
+        "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Of error-controlled methods.", "examples": [1e-10]},
+        "error": {"type": "number", "exclusiveMinimum": 0, "description": "Allowed to fixed steps, relative to the answer where that is larger than 1.", "examples": [0.01]},
+        "factor": {"type": "number", "minimum": 1, "description": "Error allowed to error-controlled methods, times the tolerance to which the answer is known, relative to the answer where that is larger than 1.", "examples": [100]},
+        "multistep_factor": {"type": "number", "minimum": 1, "description": "The same for CVODE and IDA, whose tolerance is of one step of thousands.", "examples": [10000]}},
+      "description": "Scenes made from public reports, each with its right answer.", "examples": [{"cases": "../../tests/data/public_reports/cases.json", "first_order_steps": 2000, "steps": 100, "tolerance": 1e-10, "error": 0.01, "factor": 100, "multistep_factor": 10000}]},
     "first_order_steps": {"$ref": "#/$defs/range", "description": "Steps for the order of methods of first order.", "examples": [{"from": 100, "to": 10000, "per_decade": 5}]},
     "high_order_steps": {"$ref": "#/$defs/range", "description": "Steps for the order of the others.", "examples": [{"from": 10, "to": 640, "per_decade": 6}]},
     "tolerances": {"$ref": "#/$defs/range", "description": "Of error-controlled methods.", "examples": [{"from": 1e-3, "to": 1e-10, "per_decade": 1}]},
@@ -90,7 +103,7 @@ constexpr const char* kVerifyFields = R"~({
 
 const bool verify_is_registered =
     register_study({.kind = "verify",
-                    .summary = "a scorecard for each method: orders, truth, promises, hard cases",
+                    .summary = "a scorecard for each method: orders, truth, promises, hard cases, public reports",
                     .fields = kVerifyFields,
                     .rows = {CheckRow::kKind},
                     .times = Times::none,

@@ -1,0 +1,143 @@
+#include "bench/studies/verify/public_report_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "bench/experiment_file.h"
+#include "methods/method_spec.h"
+#include "methods/registry.h"
+#include "problems/input_error.h"
+#include "problems/input_text.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+std::vector<double> numbers(const json& texts) {
+  std::vector<double> list;
+  if (!texts.is_array()) return list;
+  for (const auto& text : texts) list.push_back(std::stod(text.get<std::string>()));
+  return list;
+}
+
+/// Largest error of (q, v) without the clock.
+double error_of(const PublicReport& report, const Solution& solution) {
+  double largest = 0;
+  for (std::size_t k = 0; k < report.q.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    largest = std::max({largest, std::abs(solution.q[i] - report.q[k]), std::abs(solution.v[i] - report.v[k])});
+  }
+  return largest;
+}
+
+PublicReportRule rule_of(const json& field) {
+  return {
+      field.at("first_order_steps"), field.at("steps"), field.at("tolerance"), field.at("error"), field.at("factor"),
+      field.at("multistep_factor")};
+}
+
+}  // namespace
+
+double PublicReport::size() const {
+  double largest = 1;
+  for (const double x : q) largest = std::max(largest, std::abs(x));
+  for (const double x : v) largest = std::max(largest, std::abs(x));
+  return largest;
+}
+
+std::vector<PublicReport> read_public_reports(const std::string& file) {
+  std::vector<PublicReport> reports;
+  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  for (const auto& entry : read_input_json(find_project_file(file), "public reports")) {
+    reports.push_back({entry.at("name"), (folder / entry.at("scene").get<std::string>()).string(),
+                       numbers(entry.at("q")), numbers(entry.at("v")), entry.at("tolerance"),
+                       entry.value("corners", false), entry.at("must_succeed")});
+  }
+  return reports;
+}
+
+CheckResult answer_of(const PublicReport& report, const PublicReportRule& rule, const Subject& subject) {
+  const auto declined = [](const std::string& why) { return CheckResult::not_applicable(kDeclined + why); };
+  const ProblemChoice choice{report.scene, {}};
+  const auto method = make_method(subject.spec);
+  Settings settings;
+  if (subject.info.is_adaptive)
+    settings.tolerance = rule.tolerance;
+  else
+    settings.steps = subject.steps(subject.is_first_order() ? rule.first_order_steps : rule.steps);
+  settings.time_limit = subject.time_limit * 0.9;
+  settings.recording = Recording::final_state;
+  const std::string command = run_command(choice.arguments(), subject.spec, settings.steps, settings.tolerance);
+  Solution solution;
+  try {
+    const auto problem = choice.make_problem();
+    if (const Support support = method->can_run(problem->info()); !support.ok) return declined(support.reason);
+    solution = method->solve(*problem, settings);
+  } catch (const InputError& error) {  // the scene, or a method that cannot tell before it runs
+    return declined(error.what());
+  }
+  if (solution.status == Status::time_limit)
+    return CheckResult::fail(fmt::format("no end within {:g} s", settings.time_limit), command);
+  if (!solution.succeeded()) return declined(fmt::format("{}: {}", to_string(solution.status), solution.message));
+  if (!report.has_motion()) return CheckResult::fail("success, where no motion exists until the end time", command);
+
+  const std::string name = MethodSpec(subject.spec).name();
+  const double factor = name == "cvode" || name == "ida" ? rule.multistep_factor : rule.factor;
+  const double allowed = (subject.info.is_adaptive ? factor * report.tolerance : rule.error) * report.size();
+  const double error = error_of(report, solution);
+  const std::string text = fmt::format("error {:.1e}, {:.0e} allowed", error, allowed);
+  if (error <= allowed) return CheckResult::pass(text, command);
+  if (report.has_corners)
+    return CheckResult::not_applicable(kNotJudged + text + "; corners are judged by a later version");
+  if (subject.is_first_order())
+    return CheckResult::not_applicable(
+        fmt::format("{}{} with {} steps of first order", kNotJudged, text, settings.steps));
+  return CheckResult::fail(text, command);
+}
+
+void add_public_report_checks(const json& experiment, std::vector<Check>& battery) {
+  const json& field = experiment.at("public_reports");
+  const PublicReportRule rule = rule_of(field);
+  const json only = field.value("only", json::array());
+  for (const auto& report : read_public_reports(field.at("cases"))) {
+    if (!only.empty() && std::ranges::find(only, json(report.name)) == only.end()) continue;
+    battery.push_back({kPublicReportGroup, report.name, {}, [report, rule](const Subject& subject) {
+                         return answer_of(report, rule, subject);
+                       }});
+  }
+}
+
+Table public_report_table(const std::vector<CheckRow>& rows) {
+  Table table{.title = "Scenes made from public reports",
+              .note =
+                  "Answers by method: correct; declined with a reason; wrong, that is a success with a wrong answer or "
+                  "no end; and shown only, which are wrong answers on scenes with corners, and those of methods of "
+                  "first order whose steps are too long for the 1 % that fixed steps are allowed.",
+              .columns = {{"method", true}, {"correct"}, {"declined"}, {"wrong"}, {"not judged"}},
+              .rows = {},
+              .is_whole = true};
+  std::vector<std::string> known;
+  for (const auto& row : rows) {
+    if (row.group == kPublicReportGroup && std::ranges::find(known, row.method) == known.end())
+      known.push_back(row.method);
+  }
+  for (const auto& method : known) {
+    int correct = 0, declined = 0, wrong = 0, shown = 0;
+    for (const auto& row : rows) {
+      if (row.method != method || row.group != kPublicReportGroup) continue;
+      ++(row.verdict == CheckVerdict::pass   ? correct
+         : row.verdict == CheckVerdict::fail ? wrong
+         : row.reason.starts_with(kDeclined) ? declined
+                                             : shown);
+    }
+    table.rows.push_back(
+        {method, std::to_string(correct), std::to_string(declined), std::to_string(wrong), std::to_string(shown)});
+  }
+  return table;
+}
+
+}  // namespace ricochet
