@@ -262,9 +262,18 @@ void EventFunctions::find_closing(const Function& f, const StepEnds& ends, Happe
   const double allowed = std::max(rounding(f), -2 * f.left);
   const auto closing = gaps_.first_closing(f.contact, {.gap = allowed, .rounding = rounding(f)});
   if (!closing && (f.right >= 0 || f.from_zero)) return;
-  const double from = closing ? closing.from : 0,
-               to = closing ? closing.to : 1;  // or by less than rounding, at the end
-  const double at_from = at(f, from, ends), at_to = at(f, to, ends);
+  double from = closing ? closing.from : 0;
+  const double to = closing ? closing.to : 1, at_to = at(f, to, ends);  // or by less than rounding, at the end
+  if (f.from_zero) {                                                    // a flight no higher than rounding is none
+    double theta = to, height = at_to;
+    for (int k = 0; k < kMaxHalvings && height <= rounding(f); ++k) height = at(f, theta *= 0.5, ends);
+    if (height <= rounding(f)) {
+      first = {f.kind, f.contact, 0, at_to / (to * ends.h)};
+      return;
+    }
+    from = std::max(from, theta);
+  }
+  const double at_from = at(f, from, ends);
   if (at_from > 0)
     search(f, from, at_from, to, at_to, ends, first);
   else if (!first || from < first.theta)
