@@ -209,16 +209,19 @@ void validate(const Problem& problem, double depth) {
 
   const Matrix M = problem.mass_matrix(info.q0);
   if (!M.allFinite()) throw InputError("M(q0)", "not finite", "finite entries are required");
-  const double asymmetry = (M - M.transpose()).cwiseAbs().maxCoeff();
-  if (asymmetry > 1e-14 * M.cwiseAbs().maxCoeff()) {  // a few roundings of entries that are equal on paper
-    throw InputError("M(q0)", "not symmetric",
-                     fmt::format("a symmetric matrix is required, largest difference {:.3g}", asymmetry));
+  // Entries have units of their own, kg and kg m^2; with a diagonal of one they can be compared.
+  const Vector scale = M.diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
+  const Matrix scaled = scale.allFinite() ? Matrix(scale.asDiagonal() * M * scale.asDiagonal()) : M;
+  const double asymmetry = (scaled - scaled.transpose()).cwiseAbs().maxCoeff();
+  if (asymmetry > 1e-14 * scaled.cwiseAbs().maxCoeff()) {  // a few roundings of entries that are equal on paper
+    throw InputError(
+        "M(q0)", "not symmetric",
+        fmt::format("a symmetric matrix is required, largest difference {:.3g} relative to the diagonal", asymmetry));
   }
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> ldlt(M.sparseView());
-  const double largest = M.diagonal().cwiseAbs().maxCoeff();
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> ldlt(scaled.sparseView());
   const double smallest = ldlt.info() == Eigen::Success ? ldlt.vectorD().minCoeff() : 0;
-  if (!(smallest > 1e-14 * largest)) {  // below, M^-1 has no correct digit in double precision
-    throw InputError("M(q0)", fmt::format("pivots from {:.3g} to {:.3g}", smallest, largest),
+  if (!scale.allFinite() || !(smallest > 1e-14)) {  // below, M^-1 has no correct digit in double precision
+    throw InputError("M(q0)", fmt::format("smallest pivot {:.3g} relative to the diagonal", smallest),
                      "a positive definite, non-singular mass matrix is required");
   }
   if (!problem.force(info.q0, info.v0).allFinite())

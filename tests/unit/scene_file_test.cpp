@@ -81,16 +81,16 @@ TEST_F(SceneFile, ErrorsNameTheFieldAndWhatIsAllowed) {
   };
   EXPECT_EQ(spoiled([](json& s) { s.erase("f"); }), "FILE: f: this field is missing");
   EXPECT_EQ(spoiled([](json& s) { s["f"][1] = "-m*gg"; }),
-            "FILE: f[1], column 4: unknown name 'gg'; known are e, g, m, mu, t, pi and the functions");
+            "FILE: f[1], column 4: unknown name 'gg'; known are e, g, m, mu, t, q[i], v[i], pi and the functions");
   EXPECT_EQ(spoiled([](json& s) { s["f"] = {"0"}; }), "FILE: f, number of entries = 1: 2 are required");
   EXPECT_EQ(spoiled([](json& s) {
               s["M"][1] = {"0", "0"};
             }),
-            "FILE: M(q0) = pivots from 0 to 1: a positive definite, non-singular mass matrix is required");
+            "FILE: M(q0) = smallest pivot 0 relative to the diagonal: a positive definite, non-singular mass matrix is required");
   EXPECT_EQ(spoiled([](json& s) {
               s["M"][0] = {"m", "1"};
             }),
-            "FILE: M(q0) = not symmetric: a symmetric matrix is required, largest difference 1");
+            "FILE: M(q0) = not symmetric: a symmetric matrix is required, largest difference 1 relative to the diagonal");
   EXPECT_EQ(spoiled([](json& s) { s["q0"][1] = "-0.1"; }),
             "FILE: contacts[0].gap (floor) = -0.1: gap(q0) >= 0 is required, the scene starts in penetration; "
             "--allow-penetration DEPTH starts from the nearest position that respects all gaps");
@@ -295,8 +295,9 @@ TEST_F(SceneFile, TimeHasItsPlaces) {
             }),
             "FILE: contacts[0].vt_drive, number of entries = 2: 1 are required");
   EXPECT_EQ(spoiled([](json& s) { s["q0"][0] = "t"; }),
-            "FILE: q0[0], column 1: unknown name 't'; known are e, g, m, mu, pi and the functions");
-  EXPECT_NE(spoiled([](json& s) { s["M"][0][0] = "m*t"; }).find("unknown name 't'"), std::string::npos);
+            "FILE: q0[0], column 1: 't' is not allowed here: this field is a constant of the motion, a formula of "
+            "parameters; allowed are e, g, m, mu, pi and the functions");
+  EXPECT_NE(spoiled([](json& s) { s["M"][0][0] = "m*t"; }).find("'t' is not allowed here"), std::string::npos);
   EXPECT_EQ(spoiled([](json& s) {
               s["contacts"][0] = {{"name", "nothing"}, {"gap", "1+t"}};
             }),
