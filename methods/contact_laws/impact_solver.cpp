@@ -11,6 +11,8 @@ namespace {
 // Contacts up to which an island does not predict their modes: where friction admits several solutions, Lemke's method
 // chooses.
 constexpr std::size_t kMaxUnpredicted = 8;
+// The next moment of a contact without a load, as part of the end time.
+constexpr double kNextMoment = 1e-8;
 
 }  // namespace
 
@@ -254,6 +256,33 @@ LcpStatus ImpactSolver::contact_forces(const Vector& q, const Vector& v, std::sp
     push(w_, lambda_n);
   }
   return LcpStatus::solved;
+}
+
+void ImpactSolver::decide_unloaded(const Vector& q, const Vector& v, std::span<ClosedContact> closed,
+                                   Eigen::Ref<Vector> lambda_n, Eigen::Ref<Vector> lambda_t) {
+  const auto is_unloaded = [&](const ClosedContact& c) {
+    return c.mode == ContactMode::open && !is_pulled_apart(c.contact);
+  };
+  if (std::ranges::none_of(closed, is_unloaded)) return;
+  std::vector<char> unloaded;
+  for (const ClosedContact& c : closed) unloaded.push_back(is_unloaded(c));
+  const Vector w = w_, bias = bias_, load_size = load_size_;
+  const double dt = kNextMoment * problem_.info().end_time;
+  std::vector<ClosedContact> next(closed.begin(), closed.end());
+  Vector next_n = lambda_n, next_t = lambda_t;
+  const LcpStatus status = contact_forces(q + dt * v, v + dt * w, next, next_n, next_t);
+  for (std::size_t k = 0; k < closed.size() && status == LcpStatus::solved; ++k) {
+    const int i = closed[k].contact;
+    if (!unloaded[k] || !is_closed(next[k].mode)) continue;
+    closed[k].mode = next[k].mode;
+    closed[k].facet = next[k].facet;
+    lambda_n[i] = next_n[i];
+    const auto& contact = problem_.info().contacts[i];
+    lambda_t.segment(contact.tangent_index, contact.n_t) = next_t.segment(contact.tangent_index, contact.n_t);
+  }
+  w_ = w;
+  bias_ = bias;
+  load_size_ = load_size;
 }
 
 }  // namespace ricochet

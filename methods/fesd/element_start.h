@@ -23,6 +23,7 @@ struct ElementStart {
     double v_n = 0;  ///< of a contact that bounced, behind the impact [m/s]
     int facet = 0, predicted_facet = 0;
     ImpactSolver::ClosedContact closed{};  ///< of a contact that bounced: how it would be closed
+    bool is_struck = false;                ///< it bounced by an impulse of its own
     bool bounced() const { return predicted == ContactMode::open; }
   };
   /// A contact on a polygon that slips normal to an edge, whatever its mode.

@@ -51,6 +51,7 @@ class SignConditions {
 
  private:
   bool is_clear(const Element& stages);
+  double gap_rounding(const Element& stages, int contact);
   void check_gaps(const Element& stages, int just_broken, Violation& first);
   void check_forces(const Element& stages, Violation& first);
   double left_impulse(const Element& stages);
@@ -75,9 +76,10 @@ class SignConditions {
   const int n_s_, n_points_;  // points: the stages, and the right end when it is none of them
   Vector mobility_;           // J_t' M^-1 J_t at q0: what a friction force does to a slip velocity
   Vector gap_, left_gap_, allowed_gap_;
-  double absorption_ = 1;  // max_j |(A^-1 1)_j|
-  Vector J_n_;             // packed
-  Matrix J_t_;             // packed; of the left end, then of every point
+  double absorption_ = 1;      // max_j |(A^-1 1)_j|
+  double gap_absorption_ = 1;  // max_j |(A^-2 1)_j|, over absorption_
+  Vector J_n_;                 // packed
+  Matrix J_t_;                 // packed; of the left end, then of every point
 };
 
 }  // namespace ricochet
