@@ -76,10 +76,9 @@ class SignConditions {
   const int n_s_, n_points_;  // points: the stages, and the right end when it is none of them
   Vector mobility_;           // J_t' M^-1 J_t at q0: what a friction force does to a slip velocity
   Vector gap_, left_gap_, allowed_gap_;
-  double absorption_ = 1;      // max_j |(A^-1 1)_j|
-  double gap_absorption_ = 1;  // max_j |(A^-2 1)_j|, over absorption_
-  Vector J_n_;                 // packed
-  Matrix J_t_;                 // packed; of the left end, then of every point
+  double absorption_ = 1;  // max_j |(A^-1 1)_j|
+  Vector J_n_;             // packed
+  Matrix J_t_;             // packed; of the left end, then of every point
 };
 
 }  // namespace ricochet
