@@ -264,25 +264,31 @@ void ImpactSolver::decide_unloaded(const Vector& q, const Vector& v, std::span<C
     return c.mode == ContactMode::open && !is_pulled_apart(c.contact);
   };
   if (std::ranges::none_of(closed, is_unloaded)) return;
-  std::vector<char> unloaded;
-  for (const ClosedContact& c : closed) unloaded.push_back(is_unloaded(c));
-  const Vector w = w_, bias = bias_, load_size = load_size_;
+  NextMoment& next = next_moment_;
+  next.is_unloaded.clear();
+  for (const ClosedContact& c : closed) next.is_unloaded.push_back(is_unloaded(c));
+  next.closed.assign(closed.begin(), closed.end());
+  next.w = w_;
+  next.bias = bias_;
+  next.load_size = load_size_;
+  next.lambda_n = lambda_n;
+  next.lambda_t = lambda_t;
   const double dt = kNextMoment * problem_.info().end_time;
-  std::vector<ClosedContact> next(closed.begin(), closed.end());
-  Vector next_n = lambda_n, next_t = lambda_t;
-  const LcpStatus status = contact_forces(q + dt * v, v + dt * w, next, next_n, next_t);
+  next.q = q + dt * v;
+  next.v = v + dt * w_;
+  const LcpStatus status = contact_forces(next.q, next.v, next.closed, next.lambda_n, next.lambda_t);
   for (std::size_t k = 0; k < closed.size() && status == LcpStatus::solved; ++k) {
     const int i = closed[k].contact;
-    if (!unloaded[k] || !is_closed(next[k].mode)) continue;
-    closed[k].mode = next[k].mode;
-    closed[k].facet = next[k].facet;
-    lambda_n[i] = next_n[i];
+    if (!next.is_unloaded[k] || !is_closed(next.closed[k].mode)) continue;
+    closed[k].mode = next.closed[k].mode;
+    closed[k].facet = next.closed[k].facet;
+    lambda_n[i] = next.lambda_n[i];
     const auto& contact = problem_.info().contacts[i];
-    lambda_t.segment(contact.tangent_index, contact.n_t) = next_t.segment(contact.tangent_index, contact.n_t);
+    for (int d = contact.tangent_index; d < contact.tangent_index + contact.n_t; ++d) lambda_t[d] = next.lambda_t[d];
   }
-  w_ = w;
-  bias_ = bias;
-  load_size_ = load_size;
+  w_ = next.w;
+  bias_ = next.bias;
+  load_size_ = next.load_size;
 }
 
 }  // namespace ricochet

@@ -134,6 +134,14 @@ class ImpactSolver {
   Matrix T_;
   bool has_turning_friction_ = false;  // some tangents depend on q
 
+  /// Scratch of decide_unloaded().
+  struct NextMoment {
+    std::vector<char> is_unloaded;
+    std::vector<ClosedContact> closed;
+    Vector q, v, lambda_n, lambda_t;
+    Vector w, bias, load_size;  // of the moment before
+  } next_moment_;
+
   std::vector<int> contacts_;            // of the problem at hand
   Islands islands_;                      // of their numbers
   std::vector<int> contacts_of_island_;  // of the island at hand
