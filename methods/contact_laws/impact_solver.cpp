@@ -11,6 +11,8 @@ namespace {
 // Contacts up to which an island does not predict their modes: where friction admits several solutions, Lemke's method
 // chooses.
 constexpr std::size_t kMaxUnpredicted = 8;
+// The next moment of a contact without a load, as part of the end time.
+constexpr double kNextMoment = 1e-8;
 
 }  // namespace
 
@@ -254,6 +256,39 @@ LcpStatus ImpactSolver::contact_forces(const Vector& q, const Vector& v, std::sp
     push(w_, lambda_n);
   }
   return LcpStatus::solved;
+}
+
+void ImpactSolver::decide_unloaded(const Vector& q, const Vector& v, std::span<ClosedContact> closed,
+                                   Eigen::Ref<Vector> lambda_n, Eigen::Ref<Vector> lambda_t) {
+  const auto is_unloaded = [&](const ClosedContact& c) {
+    return c.mode == ContactMode::open && !is_pulled_apart(c.contact);
+  };
+  if (std::ranges::none_of(closed, is_unloaded)) return;
+  NextMoment& next = next_moment_;
+  next.is_unloaded.clear();
+  for (const ClosedContact& c : closed) next.is_unloaded.push_back(is_unloaded(c));
+  next.closed.assign(closed.begin(), closed.end());
+  next.w = w_;
+  next.bias = bias_;
+  next.load_size = load_size_;
+  next.lambda_n = lambda_n;
+  next.lambda_t = lambda_t;
+  const double dt = kNextMoment * problem_.info().end_time;
+  next.q = q + dt * v;
+  next.v = v + dt * w_;
+  const LcpStatus status = contact_forces(next.q, next.v, next.closed, next.lambda_n, next.lambda_t);
+  for (std::size_t k = 0; k < closed.size() && status == LcpStatus::solved; ++k) {
+    const int i = closed[k].contact;
+    if (!next.is_unloaded[k] || !is_closed(next.closed[k].mode)) continue;
+    closed[k].mode = next.closed[k].mode;
+    closed[k].facet = next.closed[k].facet;
+    lambda_n[i] = next.lambda_n[i];
+    const auto& contact = problem_.info().contacts[i];
+    for (int d = contact.tangent_index; d < contact.tangent_index + contact.n_t; ++d) lambda_t[d] = next.lambda_t[d];
+  }
+  w_ = next.w;
+  bias_ = next.bias;
+  load_size_ = next.load_size;
 }
 
 }  // namespace ricochet

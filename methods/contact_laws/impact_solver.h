@@ -73,6 +73,11 @@ class ImpactSolver {
   LcpStatus contact_forces(const Vector& q, const Vector& v, std::span<ClosedContact> closed,
                            Eigen::Ref<Vector> lambda_n, Eigen::Ref<Vector> lambda_t);
   const Vector& acceleration() const { return w_; }
+  /// Contacts that neither press nor are pulled apart by the load at (q, v), as contact_forces() has just found them: the
+  /// load of the next moment, (q + dt v, v + dt w), decides about them, whatever the order of its first derivative that
+  /// is not zero. Sets their modes, and their forces to those of the next moment; those of the other contacts stay.
+  void decide_unloaded(const Vector& q, const Vector& v, std::span<ClosedContact> closed, Eigen::Ref<Vector> lambda_n,
+                       Eigen::Ref<Vector> lambda_t);
   /// |J_n|' |w| of a closed contact with w of the load alone, and what the curvature of the gap adds [m/s^2]; behind
   /// contact_forces().
   double load_size(int contact) const { return load_size_[contact]; }
@@ -128,6 +133,14 @@ class ImpactSolver {
   Vector f_, w_, size_, bias_, load_size_, b_, r_;
   Matrix T_;
   bool has_turning_friction_ = false;  // some tangents depend on q
+
+  /// Scratch of decide_unloaded().
+  struct NextMoment {
+    std::vector<char> is_unloaded;
+    std::vector<ClosedContact> closed;
+    Vector q, v, lambda_n, lambda_t;
+    Vector w, bias, load_size;  // of the moment before
+  } next_moment_;
 
   std::vector<int> contacts_;            // of the problem at hand
   Islands islands_;                      // of their numbers

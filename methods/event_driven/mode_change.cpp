@@ -144,6 +144,7 @@ ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector
     }
     if (!closed_.empty() && law_.contact_forces(q, v, closed_, lambda_n_, lambda_t_) != LcpStatus::solved)
       return failed(Status::infeasible, "the contact law has no solution", closed_.front().contact);
+    law_.decide_unloaded(q, v, closed_, lambda_n_, lambda_t_);
   }
   for (auto& closed : closed_) {
     if (closed.mode == ContactMode::open && info_.contacts[closed.contact].n_t == 0 &&

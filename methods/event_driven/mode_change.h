@@ -20,8 +20,10 @@ namespace ricochet {
 ///
 ///   0 < eps_r < 1,   (eps_r r)^2 <= 2 |a| (rounding of the gap)                          (1)
 ///
-/// ends an accumulation of impacts. And a contact without friction whose load is zero up to rounding, but presses in the
-/// next moment, stays closed: with the acceleration a and the jerk j of its gap without a force,
+/// ends an accumulation of impacts; its rebound is taken away with the friction impulse that belongs to it
+/// (ModeDynamics::project). The load of the next moment decides about a contact without one
+/// (ImpactSolver::decide_unloaded). A contact without friction that separates, but is pressed in the next moment, stays
+/// closed: with the acceleration a and the jerk j of its gap without a force,
 ///
 ///   j < 0,   a <= 0 or 2 a^3 <= 3 j^2 (rounding of the gap)                               (2)
 ///

@@ -330,15 +330,7 @@ bool ModeDynamics::project(double* q, double* v) {
   if (!constant_mass_ && !factorize_mass(q)) return false;
   Vector gap(info_.n_c());
   problem_.gap(q, gap.data());
-  // Columns of R in place of those of C.
   set_columns(q, v);
-  for (Eigen::Index r = 0; r < n; ++r) {
-    const Row& row = rows_[static_cast<std::size_t>(r)];
-    if (row.tangent >= 0 || !is_slipping(modes_[row.contact])) continue;
-    MC_.col(r).setZero();
-    add_row(row, MC_.col(r).data());
-    mass_.solve(MC_.col(r).data());
-  }
   const Vector zero = Vector::Zero(info_.n_q), forces = law_;
   law_.setZero();
   const auto correct = [&](double* x) {
@@ -347,10 +339,18 @@ bool ModeDynamics::project(double* q, double* v) {
       for (Eigen::Index k = 0; k < MC_.rows(); ++k) x[k] += MC_(k, r) * lambda_[r];
     }
   };
-  for (Eigen::Index r = 0; r < n; ++r) rates_[r] = rows_[r].tangent < 0 ? gap[rows_[r].contact] : 0;
-  correct(q);
   for (Eigen::Index r = 0; r < n; ++r) rates_[r] = row_dot(rows_[r], v);
   correct(v);
+  // Columns of R in place of those of C.
+  for (Eigen::Index r = 0; r < n; ++r) {
+    const Row& row = rows_[static_cast<std::size_t>(r)];
+    if (row.tangent >= 0 || !is_slipping(modes_[row.contact])) continue;
+    MC_.col(r).setZero();
+    add_row(row, MC_.col(r).data());
+    mass_.solve(MC_.col(r).data());
+  }
+  for (Eigen::Index r = 0; r < n; ++r) rates_[r] = rows_[r].tangent < 0 ? gap[rows_[r].contact] : 0;
+  correct(q);
   law_ = forces;
   return std::isfinite(std::accumulate(v, v + info_.n_q, std::accumulate(q, q + info_.n_q, 0.0)));
 }

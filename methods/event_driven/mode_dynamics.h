@@ -85,7 +85,8 @@ class ModeDynamics {
   /// mu lambda_n - ||lambda_t|| of a contact that sticks [N].
   double cone_margin(int contact) const;
 
-  /// Moves q to where the closed gaps vanish, and v to where the rates of (2) do, least in the metric of M.
+  /// Moves q to where the closed gaps vanish, least in the metric of M, and v to where the rates of (2) do, by impulses
+  /// along the forces C of the closed contacts: a bounce that is closed loses the friction impulse of the rebound, too.
   /// @return false when that fails
   bool project(double* q, double* v);
 

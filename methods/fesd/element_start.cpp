@@ -209,7 +209,8 @@ void ElementStartSolver::divide_touching(const Place& at) {
       start.closed.push_back(closed);
     } else if (!at.left || at.was_closed(i) || Lambda_n[i] > 0) {
       start.alternatives.push_back({i, continued_mode(closed), ContactMode::open,
-                                    impact_law_.normal_velocity(i, stages.v0), closed.facet, 0, closed});
+                                    impact_law_.normal_velocity(i, stages.v0), closed.facet, 0, closed,
+                                    Lambda_n[i] > 0});
     }
   }
 }
@@ -270,6 +271,7 @@ ElementStartSolver::Result ElementStartSolver::find_forces(const Place& at) {
   if (!closed_.empty()) start.culprit = in_paradox != closed_.end() ? in_paradox->contact : closed_.front().contact;
   if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, start.lambda_n, start.lambda_t) != LcpStatus::solved)
     return Result::no_forces;
+  impact_law_.decide_unloaded(stages.q0, stages.v0, closed_, start.lambda_n, start.lambda_t);
   // Where sliding pulls the contact into itself, a load that leaves it open lets it press as well.
   if (in_paradox != closed_.end()) return Result::indeterminate;
   for (const auto& closed : closed_)
@@ -285,11 +287,16 @@ void ElementStartSolver::set_mode(const Place& at, const ImpactSolver::ClosedCon
   const int i = closed.contact, n_t = problem_.info().contacts[i].n_t;
   ContactMode mode = closed.mode;
   const bool rested = at.was_closed(i) && !force_jumps(i);
-  if (mode == ContactMode::open && at.within_step && rested) mode = continued_mode(closed);
+  // Bodies that move side by side without a force go on to touch.
+  const bool is_unloaded = mode == ContactMode::open && !impact_law_.is_pulled_apart(i);
+  if (mode == ContactMode::open && rested && (at.within_step || is_unloaded)) mode = continued_mode(closed);
   at.stages().modes[i] = mode;
   if (polygon_.applies(n_t)) at.stages().facets[i] = closed.facet;
   if (!is_closed(mode)) return;
-  offer_break(at, closed, mode, rested);
+  if (is_unloaded)
+    at.start.alternatives.push_back({i, ContactMode::open, mode, 0, 0, closed.facet});
+  else
+    offer_break(at, closed, mode, rested);
   if (n_t > 0) offer_slip_or_stick(at, closed, mode);
 }
 

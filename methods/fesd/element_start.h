@@ -23,6 +23,7 @@ struct ElementStart {
     double v_n = 0;  ///< of a contact that bounced, behind the impact [m/s]
     int facet = 0, predicted_facet = 0;
     ImpactSolver::ClosedContact closed{};  ///< of a contact that bounced: how it would be closed
+    bool is_struck = false;                ///< it bounced by an impulse of its own
     bool bounced() const { return predicted == ContactMode::open; }
   };
   /// A contact on a polygon that slips normal to an edge, whatever its mode.
@@ -59,7 +60,8 @@ struct ElementStart {
 /// Alternatives: a contact that bounced may be closed instead (that is how a ball comes to rest, open question 2 of
 /// DIFFERENCES.md), and what the load does to the others then follows from close_instead(); stick and slip at the
 /// boundary of the cone may be either; where one contact breaks, others that the load leaves without a force may break
-/// at the same instant.
+/// at the same instant. The load of the next moment decides about a contact without one
+/// (ImpactSolver::decide_unloaded); where it does not press either, a contact that rested stays closed, and may break.
 class ElementStartSolver {
  public:
   /// @param scales  what rounding is relative to; read at every call, and told of velocities and loads

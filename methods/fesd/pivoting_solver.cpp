@@ -33,6 +33,16 @@ bool only_closes(const Alternatives& alternatives, unsigned set) {
   return true;
 }
 
+/// The bounces without loss, which are not closed: the error of a capture has no bound there ((4) of capture.h).
+unsigned elastic_bounces(const Alternatives& alternatives, const ProblemInfo& info) {
+  unsigned set = 0;
+  for (std::size_t k = 0; k < std::min(alternatives.size(), kMaxAlternatives); ++k) {
+    const auto& alternative = alternatives[k];
+    if (alternative.bounced() && alternative.is_struck && info.contacts[alternative.contact].eps_r >= 1) set |= 1U << k;
+  }
+  return set;
+}
+
 /// The largest normal velocity behind a bounce that the set closes, among those that are combined.
 double fastest_closed(const Alternatives& alternatives, unsigned set) {
   double speed = 0;
@@ -208,10 +218,13 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
   if (!begin_element(element)) return false;  // (a)
   const unsigned n_combinations = combinations(buffers_.start_of(element).alternatives);
   bool is_right = false;  // the prediction of the modes: where elements can be added, only bounces may still be closed
-  unsigned trial = 0, n_counted = 0;
+  unsigned trial = 0, n_counted = 0,
+           not_closed = elastic_bounces(buffers_.start_of(element).alternatives, problem_.info());
   while (n_counted < n_combinations) {
     Attempt attempt;
-    if (!is_right || !options_.as_needed || only_closes(buffers_.start_of(element).alternatives, trial)) {
+    if ((trial & not_closed) != 0) {
+      attempt.outcome = Outcome::refuted;
+    } else if (!is_right || !options_.as_needed || only_closes(buffers_.start_of(element).alternatives, trial)) {
       if (!budget_.spend()) return false;
       attempt = try_modes(element, trial, count, remaining);
     }
@@ -219,6 +232,7 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
     if (trial == 0 && attempt.outcome == Outcome::reached_the_switch) is_right = true;
     // A flight that cannot be seen is closed before other sets are counted.
     const auto k = static_cast<std::size_t>(attempt.alternative);
+    if (attempt.outcome == Outcome::flight_unresolved && k < kMaxAlternatives) not_closed &= ~(1U << k);
     const bool closes = attempt.outcome == Outcome::flight_unresolved && k < kMaxAlternatives && !takes(trial, k);
     trial = closes ? trial | 1U << k : ++n_counted;  // (f)
   }

@@ -83,6 +83,20 @@ Violation SignConditions::check(const Element& stages, int just_broken) {
   return first;
 }
 
+/// Rounding of a gap that starts at zero: of the ways that velocity, acceleration and force make along the normal, which
+/// cancel in it.
+double SignConditions::gap_rounding(const Element& stages, int i) {
+  problem_.normal_jacobian(stages.q0.data(), J_n_.data());
+  const auto& contact = problem_.info().contacts[i];
+  const double* J = J_n_.data() + contact.normal_begin;
+  double way = 0;
+  for (const int k : contact.support)
+    way += std::abs(*J++) * stages.h * (std::abs(stages.v0[k]) + stages.h * stages.a.row(k).cwiseAbs().maxCoeff());
+  if (is_closed(stages.modes[i]) && !contact.is_bilateral)
+    way += stages.h * stages.h * stages.lambda_n.row(i).cwiseAbs().maxCoeff() * scales_.normal_delassus(i);
+  return ContactScales::kGapRounding * way;
+}
+
 void SignConditions::check_gaps(const Element& stages, int just_broken, Violation& first) {
   problem_.gap(stages.q0.data(), left_gap_.data());
   for (int i = 0; i < problem_.n_c(); ++i) {
@@ -97,8 +111,9 @@ void SignConditions::check_gaps(const Element& stages, int just_broken, Violatio
     problem_.gap(is_stage ? stages.q.col(j).data() : stages.q1.data(), gap_.data());
     for (int i = 0; i < problem_.n_c(); ++i) {
       if (is_closed(stages.modes[i])) {
-        if (!is_stage && std::abs(gap_[i]) > scales_.nearly_touching(i)) report(first, drift(i, time, gap_[i]));
-      } else if (gap_[i] < allowed_gap_[i]) {
+        if (!is_stage && std::abs(gap_[i]) > scales_.nearly_touching(i) && std::abs(gap_[i]) > gap_rounding(stages, i))
+          report(first, drift(i, time, gap_[i]));
+      } else if (gap_[i] < allowed_gap_[i] && gap_[i] < -gap_rounding(stages, i)) {
         const double left = std::max(left_gap_[i], 0.0);
         report(first,
                past(Switch::Kind::gap_closes, i, left_time + (time - left_time) * left / (left - gap_[i]), gap_[i]));

@@ -51,6 +51,7 @@ class SignConditions {
 
  private:
   bool is_clear(const Element& stages);
+  double gap_rounding(const Element& stages, int contact);
   void check_gaps(const Element& stages, int just_broken, Violation& first);
   void check_forces(const Element& stages, Violation& first);
   double left_impulse(const Element& stages);
