@@ -17,21 +17,27 @@ namespace ricochet {
 /// All real numbers from `lower` to `upper`. A bound may be infinite. Never NaN: an operation without a value, such as
 /// the root of a negative number, has the whole line as its result.
 struct Interval {
-  double lower, upper;
+  double lower;  ///< The least of them.
+  double upper;  ///< The greatest of them.
 
   Interval() = default;                                                   ///< Not initialised, as a double.
   constexpr Interval(double x) : lower(x), upper(x) {}                    // NOLINT: numbers are intervals
   constexpr Interval(double from, double to) : lower(from), upper(to) {}  ///< from <= to
 
+  /// The whole line.
   static constexpr Interval whole() {
     return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   }
+  /// Whether x is one of them.
   bool contains(double x) const { return lower <= x && x <= upper; }
+  /// Whether all of x are.
   bool contains(const Interval& x) const { return lower <= x.lower && x.upper <= upper; }
   double width() const { return upper - lower; }                                   ///< Rounded.
   double middle() const { return 0.5 * lower + 0.5 * upper; }                      ///< Rounded.
   double magnitude() const { return std::max(std::abs(lower), std::abs(upper)); }  ///< The largest |x|.
 };
+
+/// @cond  elementary operations and functions, as of doubles
 
 namespace interval_detail {
 
@@ -199,5 +205,7 @@ inline Interval sign(const Interval& x) {
 inline Interval choose(const Interval& c, const Interval& a, const Interval& b) {
   return c.lower > 0 ? a : c.upper <= 0 ? b : hull(a, b);
 }
+
+/// @endcond
 
 }  // namespace ricochet
