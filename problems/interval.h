@@ -20,8 +20,8 @@ struct Interval {
   double lower;  ///< The least of them.
   double upper;  ///< The greatest of them.
 
-  Interval() = default;                                                   ///< Not initialised, as a double.
-  constexpr Interval(double x) : lower(x), upper(x) {}                    // NOLINT: numbers are intervals
+  Interval() = default;                                 ///< Not initialised, as a double.
+  constexpr Interval(double x) : lower(x), upper(x) {}  ///< x alone; NOLINT: implicit, since numbers are intervals
   constexpr Interval(double from, double to) : lower(from), upper(to) {}  ///< from <= to
 
   /// The whole line.

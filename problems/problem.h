@@ -165,19 +165,24 @@ class Problem {
   // the same name for all arguments in the boxes q and v. Sizes are those of that function; time is a coordinate as any
   // other. Defined where structure.has_bounds; they cost about ten times as much as the values. Of contacts with
   // `chosen` (n_c, zero or not; null for all) only: other entries are undefined.
+  /// M: bounds of mass_matrix() over q.
   virtual void mass_bounds([[maybe_unused]] const Interval* q, [[maybe_unused]] Interval* M) const {}
+  /// f: bounds of force() over q and v, at u.
   virtual void force_bounds([[maybe_unused]] const Interval* q, [[maybe_unused]] const Interval* v,
                             [[maybe_unused]] const double* u, [[maybe_unused]] Interval* f) const {}
+  /// f_c: bounds of gap() over q, of contacts with `chosen`.
   virtual void gap_bounds([[maybe_unused]] const char* chosen, [[maybe_unused]] const Interval* q,
                           [[maybe_unused]] Interval* f_c) const {}
+  /// J_n: bounds of normal_jacobian() over q, of contacts with `chosen`.
   virtual void normal_bounds([[maybe_unused]] const char* chosen, [[maybe_unused]] const Interval* q,
                              [[maybe_unused]] Interval* J_n) const {}
+  /// J_t: bounds of tangent_jacobian() over q, of contacts with `chosen`.
   virtual void tangent_bounds([[maybe_unused]] const char* chosen, [[maybe_unused]] const Interval* q,
                               [[maybe_unused]] Interval* J_t) const {}
-  /// Of gap_acceleration_bias().
+  /// b: bounds of gap_acceleration_bias() over q and v, of contacts with `chosen`.
   virtual void gap_bias_bounds([[maybe_unused]] const char* chosen, [[maybe_unused]] const Interval* q,
                                [[maybe_unused]] const Interval* v, [[maybe_unused]] Interval* b) const {}
-  /// Of slip_velocity_derivative().
+  /// T: bounds of slip_velocity_derivative() over q and v, of contacts with `chosen`.
   virtual void slip_derivative_bounds([[maybe_unused]] const char* chosen, [[maybe_unused]] const Interval* q,
                                       [[maybe_unused]] const Interval* v, [[maybe_unused]] Interval* T) const {}
 
