@@ -49,7 +49,7 @@ ElementRunSolver::ElementRunSolver(const Problem& problem, const ButcherTableau&
   for (Vector* state : {&x_, &group_start_, &largest_}) state->setZero(2 * problem.n_q());
   J_n_.resize(problem.info().n_normal_entries);
   J_t_.resize(problem.info().n_tangent_entries);
-  if (options.between_stages) gap_minima_.emplace(problem, tableau, scales);
+  if (options.between_stages) gaps_between_.emplace(problem, tableau, scales);
 }
 
 std::span<Element> ElementRunSolver::run(int first, int count) {
@@ -128,7 +128,7 @@ Violation ElementRunSolver::check_element(int element, bool is_first) {
   // Of redundant contacts these were the smallest forces; others may be allowed.
   if (is_of_forces && elements_.is_redundant() && force_division_.into_cones(stages))
     violation = sign_conditions_.check(stages, broken);
-  return !violation && gap_minima_ ? gap_minima_->check(stages) : violation;
+  return !violation && gaps_between_ ? gaps_between_->check(stages) : violation;
 }
 
 /// Slip in space that would have to turn back leaves Newton's method without a solution: the contact comes to rest

@@ -6,9 +6,9 @@
 
 #include "methods/elements/element_solver.h"
 #include "methods/elements/switch_solver.h"
+#include "methods/fesd/element_gaps.h"
 #include "methods/fesd/element_map.h"
 #include "methods/fesd/force_division.h"
-#include "methods/fesd/gap_minima.h"
 #include "methods/fesd/search_budget.h"
 #include "methods/fesd/sign_conditions.h"
 #include "methods/fesd/step_buffers.h"
@@ -36,7 +36,10 @@ class ElementRunSolver {
     switch_solver_.set_tolerance(tolerance);
   }
   /// A new run of the method.
-  void restart() { element_solver_.restart(); }
+  void restart() {
+    element_solver_.restart();
+    if (gaps_between_) gaps_between_->restart();
+  }
 
   /// `count` elements of length h. The first failure in time; its violation counts time from the start of the run.
   StepFailure equal_elements(int first, int count, double h);
@@ -84,7 +87,7 @@ class ElementRunSolver {
   SwitchSolver switch_solver_;
   SignConditions sign_conditions_;
   ForceDivision force_division_;
-  std::optional<GapMinima> gap_minima_;  // with Options::between_stages
+  std::optional<ElementGaps> gaps_between_;  // with Options::between_stages
   const bool regular_A_;
   Vector gap_;
   Element scratch_;  // of one function at a time

@@ -1,0 +1,318 @@
+#include "methods/contact_laws/gap_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "problems/packed_column.h"
+
+namespace ricochet {
+namespace {
+
+constexpr int kMaxDegree = 23;
+constexpr double kFirstGrowth = 4, kLeastGrowth = 0.25, kMostGrowth = 64;
+constexpr int kMostPause = 15;
+constexpr double kLocated = 1e-9;  // of a piece
+constexpr int kMaxIterations = 60;
+
+/// (1), with room for the rounding of the coefficients.
+Interval range(const double* b, int n, std::ptrdiff_t stride = 1) {
+  double lower = b[0], upper = b[0];
+  for (int k = 1; k < n; ++k) {
+    lower = std::min(lower, b[k * stride]);
+    upper = std::max(upper, b[k * stride]);
+  }
+  return {lower - 4 * std::numeric_limits<double>::epsilon() * std::abs(lower),
+          upper + 4 * std::numeric_limits<double>::epsilon() * std::abs(upper)};
+}
+
+/// (2), for a piece of length 1.
+Interval slope_range(const double* b, int degree) {
+  double lower = b[1] - b[0], upper = lower, size = std::abs(b[0]);
+  for (int k = 1; k <= degree; ++k) {
+    lower = std::min(lower, b[k] - b[k - 1]);
+    upper = std::max(upper, b[k] - b[k - 1]);
+    size = std::max(size, std::abs(b[k]));
+  }
+  const double rounding = 2 * std::numeric_limits<double>::epsilon() * size;
+  return {degree * (lower - rounding), degree * (upper + rounding)};
+}
+
+double de_casteljau(const double* b, std::ptrdiff_t stride, int degree, double s) {
+  double t[kMaxDegree + 1];
+  for (int k = 0; k <= degree; ++k) t[k] = b[k * stride];
+  for (int level = degree; level > 0; --level) {
+    for (int k = 0; k < level; ++k) t[k] += s * (t[k + 1] - t[k]);
+  }
+  return t[0];
+}
+
+/// The zero of a function that is positive at `from` and not at `to`, by the Illinois method.
+template <class Function>
+double falling_zero(double from, double to, const Function& f) {
+  const double width = kLocated * (to - from);
+  double at_from = f(from), at_to = f(to);
+  if (!(at_from > 0)) return from;
+  int last = 0;
+  for (int k = 0; k < kMaxIterations && to - from > width; ++k) {
+    double s = to - at_to * (to - from) / (at_to - at_from);
+    if (!(s > from && s < to)) s = 0.5 * (from + to);
+    const double value = f(s);
+    if (value > 0) {
+      from = s;
+      at_from = value;
+      if (last == 1) at_to *= 0.5;
+      last = 1;
+    } else {
+      to = s;
+      at_to = value;
+      if (value == 0) break;
+      if (last == -1) at_from *= 0.5;
+      last = -1;
+    }
+  }
+  return to;
+}
+
+}  // namespace
+
+GapSearch::GapSearch(const Problem& problem, int degree)
+    : problem_(problem), info_(problem.info()), degree_(degree), has_bounds_(problem.info().structure.has_bounds) {
+  const auto n_q = static_cast<std::size_t>(info_.n_q), n_c = info_.contacts.size();
+  std::vector<char> is_watched(n_q, 0);
+  std::size_t rows = 1;
+  for (const int i : info_.unilateral) {
+    const auto& contact = info_.contacts[i];
+    if (contact.is_affine) continue;
+    curved_.push_back(i);
+    rows = std::max(rows, contact.support.size());
+    for (const int k : contact.support) is_watched[static_cast<std::size_t>(k)] = 1;
+  }
+  for (int k = 0; k < info_.n_q; ++k) {
+    if (is_watched[static_cast<std::size_t>(k)]) watched_.push_back(k);
+  }
+  piece_size_ = static_cast<int>(rows) * (degree + 1);
+  data_.resize(static_cast<std::size_t>(piece_size_) * (kMaxDepth + 2));
+  pieces_.reserve(kMaxDepth + 2);
+  path_.setZero(info_.n_q, degree + 1);
+  for (auto* box : {&box_, &path_box_, &wide_box_}) box->assign(n_q, Interval(0.0));
+  gaps_.assign(n_c, Interval(0.0));
+  J_n_.assign(static_cast<std::size_t>(info_.n_normal_entries), Interval(0.0));
+  for (auto* flags : {&chosen_, &is_far_, &is_clear_}) flags->assign(n_c, 0);
+  q_.setZero(info_.n_q);
+  gap_.setZero(info_.n_c());
+  left_gap_ = gap_;
+  packed_.setZero(info_.n_normal_entries);
+  affine_J_n_ = packed_;
+  restart();
+}
+
+void GapSearch::restart() {
+  has_wide_box_ = false;
+  growth_ = kFirstGrowth;
+  pause_ = last_pause_ = 0;
+  problem_.normal_jacobian(info_.q0.data(), affine_J_n_.data());
+}
+
+bool GapSearch::leaves_wide_box() const {
+  return std::ranges::any_of(watched_, [&](int k) { return !wide_box_[k].contains(path_box_[k]); });
+}
+
+/// A box around that of the path, and the contacts that are clear in it.
+void GapSearch::renew_wide_box() {
+  has_wide_box_ = true;
+  for (const int k : watched_) {
+    const Interval& range_k = path_box_[k];
+    const double more = growth_ * range_k.width();
+    wide_box_[k] = {range_k.lower - more, range_k.upper + more};
+  }
+  for (const int i : curved_) chosen_[i] = 1;
+  problem_.gap_bounds(chosen_.data(), wide_box_.data(), gaps_.data());
+  bool one_is = false, all_are = true;
+  for (const int i : curved_) {
+    chosen_[i] = 0;
+    is_far_[i] = gaps_[i].lower > 0;
+    one_is = one_is || is_far_[i];
+    all_are = all_are && is_far_[i];
+  }
+  if (all_are) growth_ = std::min(2 * growth_, kMostGrowth);
+  if (!one_is) growth_ = std::max(0.5 * growth_, kLeastGrowth);
+  pause_ = last_pause_ = one_is ? 0 : std::min(2 * last_pause_ + 1, kMostPause);
+}
+
+void GapSearch::begin(std::span<const ContactMode> modes) {
+  problem_.gap(path_.data(), left_gap_.data());
+  const auto is_open = [&](int i) { return !is_closed(modes[static_cast<std::size_t>(i)]); };
+  if (std::ranges::none_of(curved_, is_open)) return;
+  for (const int i : curved_) is_clear_[i] = 0;
+  for (const int k : watched_) path_box_[k] = range(path_.data() + k, degree_ + 1, info_.n_q);
+  if (!has_bounds_) return;
+  if (!has_wide_box_ || leaves_wide_box()) {
+    if (pause_ == 0)
+      renew_wide_box();
+    else
+      --pause_, has_wide_box_ = false;
+  }
+  bool is_near = false;
+  for (const int i : curved_) {
+    is_clear_[i] = has_wide_box_ && is_far_[i];
+    chosen_[i] = !is_clear_[i] && is_open(i);
+    is_near = is_near || chosen_[i];
+  }
+  if (!is_near) return;
+  problem_.gap_bounds(chosen_.data(), path_box_.data(), gaps_.data());  // (4)
+  for (const int i : curved_) {
+    if (chosen_[i]) is_clear_[i] = gaps_[i].lower >= 0;
+    chosen_[i] = 0;
+  }
+}
+
+/// (3)
+void GapSearch::set_gap_coefficients(int contact, double* g) const {
+  const auto& info = info_.contacts[contact];
+  const double* J_n = affine_J_n_.data() + info.normal_begin;
+  for (int j = 0; j <= degree_; ++j) {
+    g[j] = left_gap_[contact];
+    for (std::size_t k = 0; k < info.support.size(); ++k)
+      g[j] += J_n[k] * (path_(info.support[k], j) - path_(info.support[k], 0));
+  }
+}
+
+void GapSearch::move_to(double s) {
+  for (const int k : watched_) q_[k] = de_casteljau(path_.data() + k, info_.n_q, degree_, s);
+}
+
+double GapSearch::gap(int contact, double s) {
+  if (info_.contacts[contact].is_affine) {
+    double g[kMaxDegree + 1];
+    set_gap_coefficients(contact, g);
+    return de_casteljau(g, 1, degree_, s);
+  }
+  move_to(s);
+  problem_.gap(q_.data(), gap_.data());
+  return gap_[contact];
+}
+
+/// De Casteljau: `left` becomes the left half of the piece b, and b its right half.
+void GapSearch::halve(int rows, double* b, double* left) const {
+  for (int row = 0; row < rows; ++row, b += degree_ + 1, left += degree_ + 1) {
+    left[0] = b[0];
+    for (int level = 1; level <= degree_; ++level) {
+      for (int k = 0; k <= degree_ - level; ++k) b[k] = 0.5 * (b[k] + b[k + 1]);
+      left[level] = b[0];
+    }
+  }
+}
+
+/// Pieces in the order of s, from the whole path in the first place on.
+template <class Judge>
+GapSearch::Closing GapSearch::first_piece(int rows, const Judge& judge) {
+  pieces_.assign(1, {0, 1, 0});
+  for (int n = 0; !pieces_.empty(); ++n) {
+    Piece piece = pieces_.back();
+    piece.may_be_halved = piece.depth < (n < kMaxPieces ? kMaxDepth : kSampledDepth);
+    double* b = coefficients(pieces_.size() - 1);
+    switch (judge(piece, static_cast<const double*>(b))) {
+      case Verdict::clear:
+        pieces_.pop_back();
+        break;
+      case Verdict::closes:
+        return {piece.from, piece.to, true};
+      case Verdict::halve: {
+        const double middle = 0.5 * (piece.from + piece.to);
+        halve(rows, b, coefficients(pieces_.size()));
+        pieces_.back() = {middle, piece.to, piece.depth + 1};
+        pieces_.push_back({piece.from, middle, piece.depth + 1});
+      }
+    }
+  }
+  return {};
+}
+
+GapSearch::Verdict GapSearch::judge_affine(const Allowance& allowance, const Piece& piece, const double* g) const {
+  const double allowed = allowance.on(piece.to);
+  bool is_positive = g[0] >= -allowed, rises = true, falls = true;
+  for (int k = 1; k <= degree_; ++k) {
+    is_positive = is_positive && g[k] >= -allowed;
+    rises = rises && g[k] - g[k - 1] >= -allowance.rounding / degree_;
+    falls = falls && g[k] <= g[k - 1];
+  }
+  if (is_positive || rises) return Verdict::clear;  // (3), (6)
+  if (!falls && piece.may_be_halved) return Verdict::halve;
+  return g[degree_] >= -allowed ? Verdict::clear : Verdict::closes;
+}
+
+/// J_n at s joins the estimate of its bounds.
+void GapSearch::estimate_normal(const ContactInfo& contact, double s, bool is_first) {
+  move_to(s);
+  problem_.normal_jacobian(q_.data(), packed_.data());
+  for (std::size_t k = 0; k < contact.support.size(); ++k) {
+    const auto at = static_cast<std::size_t>(contact.normal_begin) + k;
+    const double entry = packed_[static_cast<Eigen::Index>(at)];
+    J_n_[at] = is_first ? Interval(entry) : hull(J_n_[at], entry);
+  }
+}
+
+/// J_n(Q)
+void GapSearch::bound_normal(const ContactInfo& contact, const Piece& piece) {
+  if (has_bounds_) return problem_.normal_bounds(chosen_.data(), box_.data(), J_n_.data());
+  estimate_normal(contact, piece.from, true);
+  estimate_normal(contact, 0.5 * (piece.from + piece.to), false);
+  estimate_normal(contact, piece.to, false);
+  for (std::size_t k = 0; k < contact.support.size(); ++k) {
+    Interval& entry = J_n_[static_cast<std::size_t>(contact.normal_begin) + k];
+    entry = {entry.lower - entry.width(), entry.upper + entry.width()};
+  }
+}
+
+GapSearch::Verdict GapSearch::judge_curved(int i, const Allowance& allowance, const Piece& piece, const double* b) {
+  const double allowed = allowance.on(piece.to);
+  const auto& contact = info_.contacts[static_cast<std::size_t>(i)];
+  if (has_bounds_) {
+    for (std::size_t k = 0; k < contact.support.size(); ++k)
+      box_[static_cast<std::size_t>(contact.support[k])] =
+          range(b + k * static_cast<std::size_t>(degree_ + 1), degree_ + 1);
+    problem_.gap_bounds(chosen_.data(), box_.data(), gaps_.data());
+    if (gaps_[static_cast<std::size_t>(i)].lower >= -allowed) return Verdict::clear;  // (4)
+  }
+  bound_normal(contact, piece);
+  Interval rate = 0.0;
+  for (std::size_t k = 0; k < contact.support.size(); ++k)
+    rate += J_n_[static_cast<std::size_t>(contact.normal_begin) + k] *
+            slope_range(b + k * static_cast<std::size_t>(degree_ + 1), degree_);
+  if (rate.lower >= -allowance.rounding)
+    return Verdict::clear;  // (6): the piece before ended with a gap that is allowed
+  const bool falls = rate.upper <= 0;
+  if (!falls) {
+    const double middle = gap(i, 0.5 * (piece.from + piece.to));
+    if (middle - 0.5 * rate.magnitude() >= -allowed) return Verdict::clear;  // (5)
+    if (piece.may_be_halved || (middle < -allowed && piece.depth < kMaxDepth)) return Verdict::halve;
+  }
+  return gap(i, piece.to) >= -allowed ? Verdict::clear : Verdict::closes;
+}
+
+GapSearch::Closing GapSearch::first_closing(int contact, const Allowance& allowed) {
+  const auto& info = info_.contacts[contact];
+  if (info.is_affine) {
+    set_gap_coefficients(contact, coefficients(0));
+    return first_piece(1, [&](const Piece& piece, const double* g) { return judge_affine(allowed, piece, g); });
+  }
+  if (is_clear_[contact]) return {};
+  double* b = coefficients(0);
+  for (const int k : info.support) {
+    for (int j = 0; j <= degree_; ++j) *b++ = path_(k, j);
+  }
+  std::copy(path_box_.begin(), path_box_.end(), box_.begin());
+  chosen_[contact] = 1;
+  const Closing closing = first_piece(static_cast<int>(info.support.size()), [&](const Piece& piece, const double* at) {
+    return judge_curved(contact, allowed, piece, at);
+  });
+  chosen_[contact] = 0;
+  return closing;
+}
+
+double GapSearch::zero(int contact, const Closing& closing) {
+  return falling_zero(closing.from, closing.to, [&](double s) { return gap(contact, s); });
+}
+
+}  // namespace ricochet

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "problems/problem.h"
+#include "problems/solution.h"
+
+namespace ricochet {
+
+/// Looks for the first place on a polynomial path q(s), 0 <= s <= 1, at which the gap of a contact has closed, and proves
+/// that there is none where it finds none. With the Bernstein coefficients b_k of degree d,
+///
+///   q(s) = sum_k b_k B_k(s),  min_k b_k <= q(s) <= max_k b_k                                       (1)
+///   q'(s) = d sum_k (b_k+1 - b_k) B_k(s)                                                           (2)
+///
+/// hold on [0, 1], and after de Casteljau's algorithm on each half of it. A piece [a, b] of the path is clear when one of
+/// these bounds of the gap is at least -allowed:
+///
+///   affine     the coefficients f_c(b_k) of the gap, which is a polynomial of s, too               (3)
+///   curved     f_c(Q),  Q the box (1)                                                              (4)
+///              f_c(q(m)) + [-1/2, 1/2] J_n(Q)' Q',  Q' the box of q' (b - a) (2), m the middle     (5)
+///   both       the gap at one end, where its rate, J_n(Q)' Q', has one sign up to rounding         (6)
+///
+/// with bounds over boxes from the problem (problems/interval.h). A piece that is not clear but falls throughout, by (2)
+/// or (6), to a gap below -allowed contains the closing, and any other is halved, the left half first. Pieces shorter
+/// than 2^-40 are decided by the gap at their end. What is proven holds for the path, whose distance from the motion is
+/// what the error control of a method bounds.
+///
+/// Most contacts are far away most of the time. So (4) is evaluated for a box that extends the one of the path by
+/// several times its width; as long as later paths stay inside, contacts that are clear there cost nothing. Where none is,
+/// the next few paths try no such box.
+///
+/// The gap of a contact that touches and moves along is zero throughout, and no bound shows it. After 256 pieces of a path,
+/// those of 1/64 of it are not halved any more but decided by the gap in their middle and at their end.
+///
+/// A problem without bounds has estimates in their place: J_n at the ends and in the middle of a piece, and as much again
+/// as they differ, in (5) and (6). That is no proof, but no path is long compared with the gaps it passes.
+class GapSearch {
+ public:
+  /// @param degree  of the paths
+  GapSearch(const Problem& problem, int degree);
+  /// Forgets what was proven: a new run.
+  void restart();
+
+  int degree() const { return degree_; }
+  /// n_q x (degree + 1): b_k of the next path.
+  Matrix& path() { return path_; }
+  /// After path() has been filled. Contacts that are open in these `modes` can be looked at.
+  void begin(std::span<const ContactMode> modes);
+
+  /// By how much the gap may be below zero, `gap` in (3)-(6), and another number before s = `until` [m].
+  struct Allowance {
+    double gap = 0;
+    double until = 0, gap_until = 0;
+    double rounding = 0;  ///< of gaps, in (6)
+    double on(double to) const { return to <= until ? gap_until : gap; }
+  };
+  /// A piece of a path on which a gap falls from at least -allowed to less.
+  struct Closing {
+    double from = 0, to = 1;
+    bool found = false;
+    explicit operator bool() const { return found; }
+  };
+  /// The first closing of a contact, whose gap is not below what is allowed where the path begins.
+  Closing first_closing(int contact, const Allowance& allowed);
+  /// Where the gap of a closing vanishes, to 1e-9 of the piece; the left end of the piece where it is not positive.
+  double zero(int contact, const Closing& closing);
+
+  /// At the left end of the path.
+  double left_gap(int contact) const { return left_gap_[contact]; }
+  /// At s. Evaluates all gaps where the contact is curved.
+  double gap(int contact, double s);
+
+ private:
+  static constexpr int kMaxDepth = 40, kMaxPieces = 256, kSampledDepth = 6;
+
+  enum class Verdict : std::uint8_t { clear, closes, halve };
+  /// One piece of a path, and whether it may be halved: rows of degree + 1 coefficients, of the coordinates of a contact or of its gap.
+  struct Piece {
+    double from, to;
+    int depth;
+    bool may_be_halved = true;
+  };
+
+  template <class Judge>
+  Closing first_piece(int rows, const Judge& judge);
+  Verdict judge_affine(const Allowance& allowance, const Piece& piece, const double* g) const;
+  Verdict judge_curved(int contact, const Allowance& allowance, const Piece& piece, const double* b);
+  void halve(int rows, double* b, double* left) const;
+  double* coefficients(std::size_t piece) { return data_.data() + piece * static_cast<std::size_t>(piece_size_); }
+  void set_gap_coefficients(int contact, double* g) const;
+  void bound_normal(const ContactInfo& contact, const Piece& piece);
+  void estimate_normal(const ContactInfo& contact, double s, bool is_first);
+  void move_to(double s);
+  bool leaves_wide_box() const;
+  void renew_wide_box();
+
+  const Problem& problem_;
+  const ProblemInfo& info_;
+  const int degree_;
+  const bool has_bounds_;
+  std::vector<int> curved_;   // unilateral contacts
+  std::vector<int> watched_;  // coordinates that their gaps depend on
+  int piece_size_ = 0;        // coefficients of a piece
+
+  Matrix path_;
+  std::vector<double> data_;                         // coefficients of the pieces that wait
+  std::vector<Piece> pieces_;                        // the next one last
+  std::vector<Interval> box_, path_box_, wide_box_;  // n_q
+  std::vector<Interval> gaps_, J_n_;                 // n_c, packed
+  std::vector<char> chosen_;                         // per contact
+  std::vector<char> is_far_, is_clear_;              // per contact: clear in the wide box, or along this path
+  bool has_wide_box_ = false;
+  double growth_ = 0;               // of the wide box on either side, in widths of the path's
+  int pause_ = 0, last_pause_ = 0;  // paths for which no wide box is tried, since none was clear in the last one
+  Vector q_, gap_, left_gap_;
+  Vector affine_J_n_, packed_;  // packed: of affine contacts; at a place
+};
+
+}  // namespace ricochet

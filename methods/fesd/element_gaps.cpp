@@ -1,0 +1,93 @@
+#include "methods/fesd/element_gaps.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace ricochet {
+namespace {
+
+constexpr double kOfFirstStage = 0.01;  // of the gap there, that q(s) may be wrong by before it
+constexpr double kDistinct = 1e-10;     // abscissae
+
+}  // namespace
+
+/// Those with abscissae of their own.
+std::vector<ElementGaps::Point> ElementGaps::points_of(const ButcherTableau& tableau) {
+  std::vector<Point> points{{-1, 0}, {tableau.n_s, 1}};
+  for (int j = 0; j < tableau.n_s; ++j) {
+    const double c = tableau.c[j];
+    if (std::ranges::none_of(points, [&](const Point& p) { return std::abs(p.s - c) < kDistinct; }))
+      points.push_back({j, c});
+  }
+  std::ranges::sort(points, {}, &Point::s);
+  return points;
+}
+
+/// The inverse of (2) for the Bernstein coefficients: B_k(s) at the points, and the slopes d (b_1 - b_0), d (b_d -
+/// b_d-1) at the ends.
+Matrix ElementGaps::bernstein_from(const std::vector<Point>& points) {
+  const int d = static_cast<int>(points.size()) + 1;
+  Matrix B = Matrix::Zero(d + 1, d + 1);
+  for (int row = 0; row < d - 1; ++row) {
+    const double s = points[static_cast<std::size_t>(row)].s;
+    double binomial = 1;
+    for (int k = 0; k <= d; ++k) {
+      B(row, k) = binomial * std::pow(s, k) * std::pow(1 - s, d - k);
+      binomial = binomial * (d - k) / (k + 1);
+    }
+  }
+  B(d - 1, 0) = B(d, d - 1) = -d;
+  B(d - 1, 1) = B(d, d) = d;
+  return B.inverse();
+}
+
+ElementGaps::ElementGaps(const Problem& problem, const ButcherTableau& tableau, const ContactScales& scales)
+    : problem_(problem),
+      scales_(scales),
+      n_s_(tableau.n_s),
+      points_(points_of(tableau)),
+      to_bernstein_(bernstein_from(points_)),
+      search_(problem, static_cast<int>(points_.size()) + 1),
+      values_(Matrix::Zero(problem.n_q(), to_bernstein_.cols())) {}
+
+Violation ElementGaps::check(const Element& stages) {
+  Violation first;
+  const auto& info = problem_.info();
+  const auto is_open = [&](int i) { return !is_closed(stages.modes[static_cast<std::size_t>(i)]); };
+  if (std::ranges::none_of(info.unilateral, is_open)) return first;
+  Eigen::Index column = 0;
+  for (const Point& point : points_) {
+    if (point.stage < 0)
+      values_.col(column++) = stages.q0;
+    else if (point.stage < n_s_)
+      values_.col(column++) = stages.q.col(point.stage);
+    else
+      values_.col(column++) = stages.q1;
+  }
+  values_.col(column++) = stages.h * stages.v0;
+  values_.col(column++) = stages.h * stages.v1;
+  search_.path().noalias() = values_.lazyProduct(to_bernstein_.transpose());
+  search_.begin(stages.modes);
+  for (const int i : info.unilateral) {
+    if (!is_open(i)) continue;
+    const double touching = std::max(scales_.touching(i), -2 * search_.left_gap(i));
+    GapSearch::Allowance allowed{.gap = touching, .rounding = touching};
+    if (search_.left_gap(i) <= scales_.nearly_touching(i)) {
+      allowed.until = points_[1].s;
+      allowed.gap_until = std::max(touching, kOfFirstStage * search_.gap(i, points_[1].s));
+    }
+    const auto closing = search_.first_closing(i, allowed);
+    if (!closing) continue;
+    const double time = search_.zero(i, closing) * stages.h;
+    if (first && time >= first.time) continue;
+    first = {.kind = Violation::Kind::past_switch,
+             .passed = Switch::Kind::gap_closes,
+             .contact = i,
+             .time = time,
+             .value = search_.gap(i, closing.to)};
+  }
+  return first;
+}
+
+}  // namespace ricochet

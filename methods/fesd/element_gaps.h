@@ -1,0 +1,51 @@
+#pragma once
+
+#include <optional>
+
+#include "methods/contact_laws/gap_search.h"
+#include "methods/fesd/sign_conditions.h"
+#include "methods/runge_kutta/butcher_tableau.h"
+
+namespace ricochet {
+
+/// The gaps of open contacts between the points of an element: left end, stages, right end. FESD-J requires
+///
+///   f_c^i(q(s)) >= 0                                                                      (1)
+///
+/// at the points alone, so that an impact between two of them is no impact. A method that chooses its steps by a
+/// tolerance has to see it however long they are. Here (1) holds for 0 <= s <= 1, with the polynomial that has the
+/// positions of all points, and the velocities at both ends:
+///
+///   q(s_k) = q_k,   q'(0) = h v_0,   q'(1) = h v_1                                        (2)
+///
+/// GapSearch proves (1) or finds the first closing. Where a contact has touched at the left end, q(s) has an error before
+/// the first stage that is a part of the gap there, however small both are; so up to the first stage (1) may be broken by
+/// a hundredth of the gap at that stage.
+class ElementGaps {
+ public:
+  /// @param scales  what rounding of the gaps is relative to; read at every call
+  ElementGaps(const Problem& problem, const ButcherTableau& tableau, const ContactScales& scales);
+  void restart() { search_.restart(); }
+
+  /// The first closing in an element whose points fulfil the sign conditions.
+  Violation check(const Element& stages);
+
+ private:
+  /// A point of an element: the stage, -1 for the left and n_s for the right end.
+  struct Point {
+    int stage;
+    double s;
+  };
+  static std::vector<Point> points_of(const ButcherTableau& tableau);
+  static Matrix bernstein_from(const std::vector<Point>& points);
+
+  const Problem& problem_;
+  const ContactScales& scales_;
+  const int n_s_;
+  const std::vector<Point> points_;  // ascending
+  const Matrix to_bernstein_;        // of the values of (2), one below the other
+  GapSearch search_;
+  Matrix values_;  // n_q x values of (2)
+};
+
+}  // namespace ricochet
