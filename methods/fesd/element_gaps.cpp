@@ -47,27 +47,42 @@ ElementGaps::ElementGaps(const Problem& problem, const ButcherTableau& tableau, 
       scales_(scales),
       n_s_(tableau.n_s),
       points_(points_of(tableau)),
-      to_bernstein_(bernstein_from(points_)),
+      from_values_(bernstein_from(points_).transpose()),
       search_(problem, static_cast<int>(points_.size()) + 1),
-      values_(Matrix::Zero(problem.n_q(), to_bernstein_.cols())) {}
+      values_(Vector::Zero(from_values_.cols())),
+      is_set_(static_cast<std::size_t>(problem.n_q()), 0) {}
+
+/// (2), of the coordinates that gaps of open contacts depend on.
+void ElementGaps::set_path(const Element& stages) {
+  const auto& info = problem_.info();
+  std::ranges::fill(is_set_, 0);
+  const Eigen::Index n = from_values_.cols();
+  for (const int i : info.unilateral) {
+    if (is_closed(stages.modes[static_cast<std::size_t>(i)])) continue;
+    for (const int k : info.contacts[static_cast<std::size_t>(i)].support) {
+      if (is_set_[static_cast<std::size_t>(k)]) continue;
+      is_set_[static_cast<std::size_t>(k)] = 1;
+      double* value = values_.data();
+      for (const Point& point : points_)
+        *value++ = point.stage < 0 ? stages.q0[k] : point.stage < n_s_ ? stages.q(k, point.stage) : stages.q1[k];
+      *value++ = stages.h * stages.v0[k];
+      *value = stages.h * stages.v1[k];
+      for (Eigen::Index row = 0; row < n; ++row) {
+        const double* weight = from_values_.col(row).data();
+        double sum = 0;
+        for (Eigen::Index c = 0; c < n; ++c) sum += weight[c] * values_[c];
+        search_.path()(k, row) = sum;
+      }
+    }
+  }
+}
 
 Violation ElementGaps::check(const Element& stages) {
   Violation first;
   const auto& info = problem_.info();
   const auto is_open = [&](int i) { return !is_closed(stages.modes[static_cast<std::size_t>(i)]); };
   if (std::ranges::none_of(info.unilateral, is_open)) return first;
-  Eigen::Index column = 0;
-  for (const Point& point : points_) {
-    if (point.stage < 0)
-      values_.col(column++) = stages.q0;
-    else if (point.stage < n_s_)
-      values_.col(column++) = stages.q.col(point.stage);
-    else
-      values_.col(column++) = stages.q1;
-  }
-  values_.col(column++) = stages.h * stages.v0;
-  values_.col(column++) = stages.h * stages.v1;
-  search_.path().noalias() = values_.lazyProduct(to_bernstein_.transpose());
+  set_path(stages);
   search_.begin(stages.modes);
   for (const int i : info.unilateral) {
     if (!is_open(i)) continue;

@@ -37,15 +37,17 @@ class ElementGaps {
     double s;
   };
   static std::vector<Point> points_of(const ButcherTableau& tableau);
+  void set_path(const Element& stages);
   static Matrix bernstein_from(const std::vector<Point>& points);
 
   const Problem& problem_;
   const ContactScales& scales_;
   const int n_s_;
   const std::vector<Point> points_;  // ascending
-  const Matrix to_bernstein_;        // of the values of (2), one below the other
+  const Matrix from_values_;         // column k: weights of the values of (2) in b_k
   GapSearch search_;
-  Matrix values_;  // n_q x values of (2)
+  Vector values_;             // of (2), of one coordinate
+  std::vector<char> is_set_;  // per coordinate: the path has it
 };
 
 }  // namespace ricochet
