@@ -100,6 +100,7 @@ GapSearch::GapSearch(const Problem& problem, int degree)
   J_n_.assign(static_cast<std::size_t>(info_.n_normal_entries), Interval(0.0));
   for (auto* flags : {&chosen_, &is_far_, &is_clear_}) flags->assign(n_c, 0);
   q_.setZero(info_.n_q);
+  path_error_ = q_;
   gap_.setZero(info_.n_c());
   left_gap_ = gap_;
   packed_.setZero(info_.n_normal_entries);
@@ -145,7 +146,10 @@ void GapSearch::begin(std::span<const ContactMode> modes) {
   const auto is_open = [&](int i) { return !is_closed(modes[static_cast<std::size_t>(i)]); };
   if (std::ranges::none_of(curved_, is_open)) return;
   for (const int i : curved_) is_clear_[i] = 0;
-  for (const int k : watched_) path_box_[k] = range(path_.data() + k, degree_ + 1, info_.n_q);
+  for (const int k : watched_) {
+    const Interval polynomial = range(path_.data() + k, degree_ + 1, info_.n_q);
+    path_box_[k] = {polynomial.lower - path_error_[k], polynomial.upper + path_error_[k]};
+  }
   if (!has_bounds_) return;
   if (!has_wide_box_ || leaves_wide_box()) {
     if (pause_ == 0)
@@ -204,11 +208,11 @@ void GapSearch::halve(int rows, double* b, double* left) const {
   }
 }
 
-/// Pieces in the order of s, from the whole path in the first place on.
+/// Pieces in the order of s, from the whole path in the first place on. @param n_before  pieces that count as done
 template <class Judge>
-GapSearch::Closing GapSearch::first_piece(int rows, const Judge& judge) {
+GapSearch::Closing GapSearch::first_piece(int rows, int n_before, const Judge& judge) {
   pieces_.assign(1, {0, 1, 0});
-  for (int n = 0; !pieces_.empty(); ++n) {
+  for (int n = n_before; !pieces_.empty(); ++n) {
     Piece piece = pieces_.back();
     piece.may_be_halved = piece.depth < (n < kMaxPieces ? kMaxDepth : kSampledDepth);
     double* b = coefficients(pieces_.size() - 1);
@@ -268,7 +272,7 @@ void GapSearch::bound_normal(const ContactInfo& contact, const Piece& piece) {
 GapSearch::Verdict GapSearch::judge_curved(int i, const Allowance& allowance, const Piece& piece, const double* b) {
   const double allowed = allowance.on(piece.to);
   const auto& contact = info_.contacts[static_cast<std::size_t>(i)];
-  if (has_bounds_) {
+  if (has_bounds_ && piece.depth > 0) {  // begin() has looked at the whole path
     for (std::size_t k = 0; k < contact.support.size(); ++k)
       box_[static_cast<std::size_t>(contact.support[k])] =
           range(b + k * static_cast<std::size_t>(degree_ + 1), degree_ + 1);
@@ -295,20 +299,35 @@ GapSearch::Closing GapSearch::first_closing(int contact, const Allowance& allowe
   const auto& info = info_.contacts[contact];
   if (info.is_affine) {
     set_gap_coefficients(contact, coefficients(0));
-    return first_piece(1, [&](const Piece& piece, const double* g) { return judge_affine(allowed, piece, g); });
+    return first_piece(1, 0, [&](const Piece& piece, const double* g) { return judge_affine(allowed, piece, g); });
   }
   if (is_clear_[contact]) return {};
+  const bool moves_along = std::abs(left_gap_[contact]) <= allowed.rounding &&
+                           std::abs(gap(contact, 0.5)) <= allowed.rounding &&
+                           std::abs(gap(contact, 1)) <= allowed.rounding;
   double* b = coefficients(0);
   for (const int k : info.support) {
     for (int j = 0; j <= degree_; ++j) *b++ = path_(k, j);
   }
   std::copy(path_box_.begin(), path_box_.end(), box_.begin());
   chosen_[contact] = 1;
-  const Closing closing = first_piece(static_cast<int>(info.support.size()), [&](const Piece& piece, const double* at) {
-    return judge_curved(contact, allowed, piece, at);
-  });
+  const Closing closing =
+      first_piece(static_cast<int>(info.support.size()), moves_along ? kMaxPieces : 0,
+                  [&](const Piece& piece, const double* at) { return judge_curved(contact, allowed, piece, at); });
   chosen_[contact] = 0;
   return closing;
+}
+
+double GapSearch::gap_error(int contact) {
+  const auto& info = info_.contacts[contact];
+  if (!info.is_affine) {
+    if (is_clear_[contact]) return 0;
+    problem_.normal_jacobian(path_.data(), packed_.data());
+  }
+  const double* J_n = (info.is_affine ? affine_J_n_ : packed_).data() + info.normal_begin;
+  double error = 0;
+  for (const int k : info.support) error += std::abs(*J_n++) * path_error_[k];
+  return error;
 }
 
 double GapSearch::zero(int contact, const Closing& closing) {

@@ -31,8 +31,12 @@ namespace ricochet {
 /// several times its width; as long as later paths stay inside, contacts that are clear there cost nothing. Where none is,
 /// the next few paths try no such box.
 ///
-/// The gap of a contact that touches and moves along is zero throughout, and no bound shows it. After 256 pieces of a path,
-/// those of 1/64 of it are not halved any more but decided by the gap in their middle and at their end.
+/// The gap of a contact that touches and moves along is zero throughout, and no bound shows it. Where it is zero up to
+/// rounding at both ends and in the middle of a path, and after 256 pieces of any path, pieces of 1/64 are not halved any
+/// more but decided by the gap in their middle and at their end.
+///
+/// A path that is known up to an error e_k of its coordinates, zero at both ends, decides whether a gap closes where the
+/// gap is no smaller than |J_n|' e: that number is gap_error(), a negative allowance.
 ///
 /// A problem without bounds has estimates in their place: J_n at the ends and in the middle of a piece, and as much again
 /// as they differ, in (5) and (6). That is no proof, but no path is long compared with the gaps it passes.
@@ -46,10 +50,13 @@ class GapSearch {
   int degree() const { return degree_; }
   /// n_q x (degree + 1): b_k of the next path.
   Matrix& path() { return path_; }
+  /// n_q: e_k of the next path; zero at first.
+  Vector& path_error() { return path_error_; }
   /// After path() has been filled. Contacts that are open in these `modes` can be looked at.
   void begin(std::span<const ContactMode> modes);
 
-  /// By how much the gap may be below zero, `gap` in (3)-(6), and another number before s = `until` [m].
+  /// By how much the gap may be below zero, `gap` in (3)-(6), and another number before s = `until` [m]; negative where
+  /// it has to stay above.
   struct Allowance {
     double gap = 0;
     double until = 0, gap_until = 0;
@@ -64,6 +71,8 @@ class GapSearch {
   };
   /// The first closing of a contact, whose gap is not below what is allowed where the path begins.
   Closing first_closing(int contact, const Allowance& allowed);
+  /// |J_n|' e of a contact, with J_n where the path begins [m].
+  double gap_error(int contact);
   /// Where the gap of a closing vanishes, to 1e-9 of the piece; the left end of the piece where it is not positive.
   double zero(int contact, const Closing& closing);
 
@@ -84,7 +93,7 @@ class GapSearch {
   };
 
   template <class Judge>
-  Closing first_piece(int rows, const Judge& judge);
+  Closing first_piece(int rows, int n_before, const Judge& judge);
   Verdict judge_affine(const Allowance& allowance, const Piece& piece, const double* g) const;
   Verdict judge_curved(int contact, const Allowance& allowance, const Piece& piece, const double* b);
   void halve(int rows, double* b, double* left) const;
@@ -114,7 +123,7 @@ class GapSearch {
   bool has_wide_box_ = false;
   double growth_ = 0;               // of the wide box on either side, in widths of the path's
   int pause_ = 0, last_pause_ = 0;  // paths for which no wide box is tried, since none was clear in the last one
-  Vector q_, gap_, left_gap_;
+  Vector path_error_, q_, gap_, left_gap_;
   Vector affine_J_n_, packed_;  // packed: of affine contacts; at a place
 };
 

@@ -30,6 +30,28 @@ void CollocationPolynomial::interpolate(double theta, const StepEnds& ends, Vect
   }
 }
 
+/// b_k = sum_i (k over i) / (d over i) m_i, with the coefficients m_i of s^i
+void CollocationPolynomial::bernstein(const StepEnds& ends, Matrix& path) const {
+  const int d = degree();
+  const double h = ends.h;
+  const auto monomial = [&](int i, Eigen::Index row) {
+    if (i == 0) return ends.q0[row];
+    if (i == 1) return h * ends.v0[row];
+    return h * b_(i - 2, row) / i;
+  };
+  for (Eigen::Index row = 0; row < path.rows(); ++row) {
+    for (int k = 0; k < d; ++k) {
+      double sum = 0, ratio = 1;
+      for (int i = 0; i <= k; ++i) {
+        sum += ratio * monomial(i, row);
+        ratio *= static_cast<double>(k - i) / (d - i);
+      }
+      path(row, k) = sum;
+    }
+    path(row, d) = ends.q1[row];
+  }
+}
+
 /// (1)
 double CollocationPolynomial::velocity(Eigen::Index k, double s) const {
   double sum = 0;

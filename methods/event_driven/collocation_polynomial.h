@@ -21,6 +21,8 @@ class CollocationPolynomial {
   void set(double h, const Matrix& w);
   /// State at theta h from the left end; h is that of the ends, which may have been moved a little along the polynomial.
   void interpolate(double theta, const StepEnds& ends, Vector& q, Vector& v) const;
+  /// Bernstein coefficients of (2) over the whole step: n_q x (degree() + 1).
+  void bernstein(const StepEnds& ends, Matrix& path) const;
   /// v(s) - v_0, of one coordinate.
   double velocity(Eigen::Index k, double s) const;
   /// (q(s) - q_0) / h - s v_0, of one coordinate.

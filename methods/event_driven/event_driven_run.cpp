@@ -12,10 +12,11 @@ using Kind = Happening::Kind;
 
 constexpr float kSafety = 0.8F, kBeta = 0.04F;  // of (1)
 constexpr double kMinFactor = 1.0 / 3, kMaxFactor = 6;
-constexpr float kLeastLogError = -13;  // of e_before, 1e-4
-constexpr double kLanding = 0.01;      // of the tolerance, (2)
-constexpr double kShortest = 1e-14;    // of the end time: what time can resolve
-constexpr int kMaxStandstills = 100;   // a few events may coincide
+constexpr float kLeastLogError = -13;      // of e_before, 1e-4
+constexpr double kLanding = 0.01;          // of the tolerance, (2)
+constexpr double kShortest = 1e-14;        // of the end time: what time can resolve
+constexpr double kShortestRefined = 1e-6;  // of the end time: step that becomes shorter for a gap that it nearly closes
+constexpr int kMaxStandstills = 100;       // a few events may coincide
 constexpr int kMaxLandings = 8;
 constexpr long kMaxSteps = 10'000'000;
 constexpr double kSlipStart = 0.05;  // of end_time and the cube root of the tolerance: first length of slip from rest
@@ -146,6 +147,11 @@ bool EventDrivenRun::take_step() {
     }
     ++counters_.steps;
     return land(until) && (settle_slip(event) || change_modes(event));
+  }
+  if (info_.n_c() > 0 && h > kShortestRefined * T_ && !functions_.is_exact()) {
+    h_ = 0.5 * h;
+    was_rejected_ = true;
+    return true;
   }
   ++counters_.steps;
   const double end = is_last ? T_ : t_ + h;

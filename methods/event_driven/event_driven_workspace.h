@@ -16,7 +16,7 @@ struct EventDrivenWorkspace {
   EventDrivenWorkspace(const Problem& problem, const StepFormula& formula)
       : scales(problem),
         dynamics(problem, counters),
-        functions(problem, scales, dynamics),
+        functions(problem, scales, dynamics, degree_between_ends(formula)),
         mode_change(problem, scales, dynamics, counters),
         step(make_step(formula, problem.n_q(), dynamics)) {}
   EventDrivenWorkspace(const EventDrivenWorkspace&) = delete;
@@ -27,7 +27,7 @@ struct EventDrivenWorkspace {
     if (has_run) counters = {};
     has_run = true;
     scales.restart();
-    functions.set_tolerance(tolerance);
+    functions.start(tolerance);
     step->start(tolerance);
     mode_change.keep_impacts(nullptr);
   }

@@ -12,6 +12,8 @@ using Kind = Happening::Kind;
 
 constexpr double kLocated = 1e-9;  // of the step: the root of the interpolation, from where the step is taken again
 constexpr int kMaxIterations = 60;
+// Up to this part of a step that begins at the surface, the interpolation may be wrong by this part of the gap there.
+constexpr double kBegin = 0.125, kOfBegin = 0.01;
 constexpr int kMaxHalvings = 50;  // in search of a point behind a zero at the left end
 // Speed of slip in space that is left to the run, over the root of the tolerance and the size of slip.
 constexpr double kStop = 0.03;
@@ -42,12 +44,12 @@ struct Bracket {
 
 }  // namespace
 
-EventFunctions::EventFunctions(const Problem& problem, const ContactScales& scales, ModeDynamics& dynamics)
-    : problem_(problem), info_(problem.info()), scales_(scales), dynamics_(dynamics) {
+EventFunctions::EventFunctions(const Problem& problem, const ContactScales& scales, ModeDynamics& dynamics, int degree)
+    : problem_(problem), info_(problem.info()), scales_(scales), dynamics_(dynamics), gaps_(problem, degree) {
   const auto n_c = info_.contacts.size();
   functions_.reserve(2 * n_c);
   gap_.setZero(info_.n_c());
-  rate0_ = rate1_ = v_stop_ = gap_;
+  v_stop_ = gap_;
   packed_n_.setZero(info_.n_normal_entries);
   packed_t_.setZero(info_.n_tangent_entries);
   direction_.setZero(info_.n_lambda_t);
@@ -167,12 +169,10 @@ void EventFunctions::begin(const double* q, const double* v) {
 void EventFunctions::pass(const double* q, const double* v) {
   evaluate(q, v);
   v_ = Eigen::Map<const Vector>(v, info_.n_q);
-  for (const int i : info_.unilateral) rate1_[i] = gap_rate(i, v_);
   advance(v_);
 }
 
 void EventFunctions::advance(const Vector& v) {
-  rate0_.swap(rate1_);
   for (Function& f : functions_) {
     const auto& info = info_.contacts[f.contact];
     if (f.kind == Kind::slip_stops && info.n_t == 2) {
@@ -205,20 +205,8 @@ double EventFunctions::gap_rate(int contact, const Vector& v) const {
   return packed_dot(info, packed_n_.data() + info.normal_begin, v);
 }
 
-/// The gap of an affine contact along (1) of step_ends.h, by its values and two derivatives at the ends.
-void EventFunctions::set_gap_polynomial(const Function& f, const StepEnds& ends) {
-  const int i = f.contact;
-  const double h = ends.h;
-  gap_polynomial_ = {f.left,  h * gap_rate(i, ends.v0), h * h * gap_rate(i, ends.a0),
-                     f.right, h * gap_rate(i, ends.v1), h * h * gap_rate(i, ends.a1)};
-  polynomial_of_ = i;
-}
-
 double EventFunctions::at(const Function& f, double theta, const StepEnds& ends) {
-  if (f.kind == Kind::gap_closes && info_.contacts[f.contact].is_affine && !ends.collocation) {
-    if (polynomial_of_ != f.contact) set_gap_polynomial(f, ends);
-    return gap_polynomial_.value(theta);
-  }
+  if (f.kind == Kind::gap_closes) return gaps_.gap(f.contact, theta);
   ends.interpolate(theta, q_, v_);
   return value({f.kind, f.contact}, q_.data(), v_.data());
 }
@@ -271,41 +259,71 @@ void EventFunctions::search(const Function& f, double from, double value_from, d
   first = {f.kind, f.contact, theta, slope / ends.h};
 }
 
-/// Gaps that close and open again within the step.
-void EventFunctions::find_dips(const StepEnds& ends, Happening& first) {
-  for (const Function& f : functions_) {
-    if (f.kind != Kind::gap_closes || f.right < 0) continue;
-    const int i = f.contact;
-    if (!(rate0_[i] < 0 && rate1_[i] > 0)) continue;
-    // The minimum, where the rate vanishes.
-    Bracket bracket{0, rate0_[i], 1, rate1_[i]};
-    double theta = 0, gap = 0;
-    for (int k = 0; k < 8; ++k) {
-      theta = bracket.next();
-      gap = at(f, theta, ends);
-      if (gap < 0) break;
-      ends.interpolate(theta, q_, v_);
-      if (curved_normals_) problem_.normal_jacobian(q_.data(), packed_n_.data());
-      const double rate = gap_rate(i, v_);
-      if (std::abs(rate) * ends.h * (bracket.to - bracket.from) < 1e-3 * std::abs(gap)) break;
-      bracket.narrow(theta, rate);
-    }
-    if (gap < -rounding(f)) search(f, 0, std::max(f.left, 0.0), theta, gap, ends, first);
+/// The first closing of a gap along the step.
+void EventFunctions::find_closing(const Function& f, const StepEnds& ends, Happening& first) {
+  const double rounding_f = rounding(f);
+  bool is_near = false;  // within the error of the interpolation, before the right end
+  if (const double error = f.from_zero ? 0 : gaps_.gap_error(f.contact); error > rounding_f) {
+    const auto nearest = gaps_.first_closing(f.contact, {.gap = -error, .rounding = rounding_f});
+    if (!nearest) return;
+    is_near = nearest.to < 1;
   }
-  if (curved_normals_) problem_.normal_jacobian(ends.q1.data(), packed_n_.data());
+  GapSearch::Allowance allowed{.gap = std::max(rounding_f, -2 * f.left), .rounding = rounding_f};
+  if (f.from_zero) {
+    allowed.until = kBegin;
+    allowed.gap_until = std::max(allowed.gap, kOfBegin * gaps_.gap(f.contact, kBegin));
+  }
+  const auto closing = gaps_.first_closing(f.contact, allowed);
+  if (!closing && (f.right >= 0 || f.from_zero)) {
+    is_exact_ = is_exact_ && !is_near;
+    return;
+  }
+  double from = closing ? closing.from : 0;
+  const double to = closing ? closing.to : 1, at_to = at(f, to, ends);  // or by less than rounding, at the end
+  if (f.from_zero) {                                                    // a flight no higher than rounding is none
+    double theta = to, height = at_to;
+    for (int k = 0; k < kMaxHalvings && height <= rounding_f; ++k) height = at(f, theta *= 0.5, ends);
+    if (height <= rounding_f) {
+      first = {f.kind, f.contact, 0, at_to / (to * ends.h)};
+      return;
+    }
+    from = std::max(from, theta);
+  }
+  const double at_from = at(f, from, ends);
+  if (at_from > 0)
+    search(f, from, at_from, to, at_to, ends, first);
+  else if (!first || from < first.theta)
+    first = {f.kind, f.contact, from, (at_to - at_from) / ((to - from) * ends.h)};
+}
+
+/// The cheap test: the gap of an affine contact is (1) of step_ends.h, too.
+bool EventFunctions::stays_open(const Function& f, const StepEnds& ends) const {
+  if (!info_.contacts[f.contact].is_affine || ends.collocation) return false;
+  const double h = ends.h;
+  const int i = f.contact;
+  const QuinticBernstein gap(f.left, h * gap_rate(i, ends.v0), h * h * gap_rate(i, ends.a0), f.right,
+                             h * gap_rate(i, ends.v1), h * h * gap_rate(i, ends.a1));
+  return gap.smallest() >= gap.error();
 }
 
 Happening EventFunctions::find(const StepEnds& ends) {
-  polynomial_of_ = -1;
   evaluate(ends.q1.data(), ends.v1.data());
-  bool dips = false;
-  for (const Function& f : functions_) {
-    if (f.kind != Kind::gap_closes) continue;
-    rate1_[f.contact] = gap_rate(f.contact, ends.v1);
-    dips = dips || (rate0_[f.contact] < 0 && rate1_[f.contact] > 0 && f.right >= 0);
+  is_exact_ = true;
+  bool is_near = false;
+  for (Function& f : functions_) {
+    f.is_near = f.kind == Kind::gap_closes && !stays_open(f, ends);
+    is_near = is_near || f.is_near;
+  }
+  if (is_near) {
+    ends.bernstein(gaps_.path(), gaps_.path_error());
+    gaps_.begin(dynamics_.modes());
   }
   Happening first;
   for (const Function& f : functions_) {
+    if (f.kind == Kind::gap_closes) {
+      if (f.is_near) find_closing(f, ends, first);
+      continue;
+    }
     if (f.right >= 0 || (f.from_zero && f.right >= -rounding(f))) continue;
     if (!f.from_zero) {
       search(f, 0, f.left, 1, f.right, ends, first);
@@ -325,7 +343,6 @@ Happening EventFunctions::find(const StepEnds& ends) {
       if (value < -rounding(f)) search(f, 0, f.left, lowest_stage_, value, ends, first);
     }
   }
-  if (dips) find_dips(ends, first);
   return first;
 }
 

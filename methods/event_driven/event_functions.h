@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "methods/contact_laws/contact_scales.h"
+#include "methods/contact_laws/gap_search.h"
 #include "methods/event_driven/mode_dynamics.h"
 #include "methods/event_driven/step_ends.h"
 #include "problems/problem.h"
@@ -32,15 +33,19 @@ struct Happening {
 /// d is the direction of slip: in the plane that of the mode, in space that at the left end of the step. There the
 /// direction has no limit at v_t = 0 that a step could cross, so the last v_stop of slip is left to the run.
 ///
-/// A step that has been taken is searched for the first zero: of functions negative at its right end; of gaps that fall
-/// at the left and rise at the right end, in their minimum; and of forces negative at a stage, if the interpolation
-/// says so, too. Where a function is zero at the left end, since a contact has just closed or begun to slip, the zero
-/// that counts is the next one.
+/// A step that has been taken is searched for the first zero: of functions negative at its right end; of gaps, along the
+/// whole of it (GapSearch); and of forces negative at a stage, if the interpolation says so, too. Where a function is zero
+/// at the left end, since a contact has just closed or begun to slip, the zero that counts is the next one. A step whose
+/// interpolation passes a surface more closely than it is exact is too long, and is_exact() says so.
 class EventFunctions {
  public:
-  EventFunctions(const Problem& problem, const ContactScales& scales, ModeDynamics& dynamics);
-  /// Of the integration, before begin().
-  void set_tolerance(double tolerance) { tolerance_ = tolerance; }
+  /// @param degree  of what lies between the ends of a step
+  EventFunctions(const Problem& problem, const ContactScales& scales, ModeDynamics& dynamics, int degree);
+  /// Before a run. @param tolerance  of the integration
+  void start(double tolerance) {
+    tolerance_ = tolerance;
+    gaps_.restart();
+  }
 
   /// Behind an instant: the functions of the modes of the dynamics, with their values at (q, v), whose forces the
   /// dynamics has.
@@ -56,6 +61,8 @@ class EventFunctions {
 
   /// The first zero in the step; the dynamics has the forces of the right end.
   Happening find(const StepEnds& ends);
+  /// Whether the interpolation of the step that find() has seen is exact enough to tell that no gap closes.
+  bool is_exact() const { return is_exact_; }
   /// The right end of the last step, which find() has seen, becomes the left end. @param v  there
   void advance(const Vector& v);
 
@@ -77,6 +84,7 @@ class EventFunctions {
     int contact = -1;
     double left = 0, right = 0;
     bool from_zero = false;  ///< at the left end it is zero up to rounding
+    bool is_near = false;    ///< a gap that the ends of the step do not show to stay open
   };
 
   void evaluate(const double* q, const double* v);
@@ -87,9 +95,9 @@ class EventFunctions {
   void set_positions(const double* q);
   void search(const Function& f, double from, double value_from, double to, double value_to, const StepEnds& ends,
               Happening& first);
-  void find_dips(const StepEnds& ends, Happening& first);
+  void find_closing(const Function& f, const StepEnds& ends, Happening& first);
+  bool stays_open(const Function& f, const StepEnds& ends) const;
   double at(const Function& f, double theta, const StepEnds& ends);
-  void set_gap_polynomial(const Function& f, const StepEnds& ends);
   double gap_rate(int contact, const Vector& v) const;
 
   const Problem& problem_;
@@ -100,13 +108,12 @@ class EventFunctions {
   std::vector<Function> functions_;
   bool slips_ = false, has_gaps_ = false;
   bool curved_normals_ = false, curved_tangents_ = false;
-  QuinticHermite gap_polynomial_;  // of an affine contact, in theta
-  int polynomial_of_ = -1;         // that contact, in the step at hand
-  double lowest_stage_ = 2;        // c of the first stage with a negative force, above 1: none
+  GapSearch gaps_;
+  bool is_exact_ = true;
+  double lowest_stage_ = 2;  // c of the first stage with a negative force, above 1: none
   Vector gap_, packed_n_, packed_t_;
   Vector direction_, v_stop_;   // n_lambda_t, n_c
   std::vector<char> is_armed_;  // per contact in space: it has been faster than its v_stop
-  Vector rate0_, rate1_;        // n_c, of open gaps at the ends of the step
   Vector q_, v_, a_;
 };
 

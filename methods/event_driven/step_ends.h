@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "methods/event_driven/collocation_polynomial.h"
 #include "problems/problem.h"
 
@@ -27,6 +30,27 @@ struct QuinticHermite {
   double slope(double s) const { return c[1] + s * (2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * 5 * c[5]))); }
 };
 
+/// (1) in Bernstein's form, with an estimate of its distance from a function of these values: the remainder
+///
+///   x^(6) (s (1 - s))^3 / 720                                                            (2)
+///
+/// is at most 1/64, in the middle, of what a further coefficient would be, and that is taken for no larger than
+/// |c_5| + |c_4| / 4.
+struct QuinticBernstein {
+  double b[6];
+
+  QuinticBernstein(double x0, double slope0, double bend0, double x1, double slope1, double bend1)
+      : b{x0, x0 + 0.2 * slope0, x0 + 0.4 * slope0 + 0.05 * bend0, x1 - 0.4 * slope1 + 0.05 * bend1, x1 - 0.2 * slope1,
+          x1} {}
+
+  double smallest() const { return std::min({b[0], b[1], b[2], b[3], b[4], b[5]}); }
+  double error() const {
+    const double c4 = 5 * (b[0] - 4 * b[1] + 6 * b[2] - 4 * b[3] + b[4]);
+    const double c5 = (b[5] - b[0]) - 5 * (b[4] - b[1]) + 10 * (b[3] - b[2]);
+    return (std::abs(c5) + 0.25 * std::abs(c4)) / 64;
+  }
+};
+
 /// The two ends of a step, with the accelerations there. What lies between them is (1) of each coordinate, of order 6 in
 /// q and 5 in v, or the polynomial of a step that has its own.
 struct StepEnds {
@@ -49,6 +73,9 @@ struct StepEnds {
   int degree() const { return collocation ? collocation->degree() : 5; }
   /// State at theta h from the left end, theta in [0, 1].
   void interpolate(double theta, Vector& q, Vector& v) const;
+  /// Bernstein coefficients of q, n_q x (degree() + 1), and the estimates of (2); a collocation polynomial has the error
+  /// of the step.
+  void bernstein(Matrix& path, Vector& error) const;
 };
 
 }  // namespace ricochet

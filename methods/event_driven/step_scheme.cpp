@@ -5,6 +5,11 @@
 
 namespace ricochet {
 
+int degree_between_ends(const StepFormula& formula) {
+  const auto* implicit = std::get_if<ButcherTableau>(&formula);
+  return implicit ? implicit->n_s + 1 : 5;
+}
+
 std::unique_ptr<StepScheme> make_step(const StepFormula& formula, int n_q, ModeDynamics& dynamics) {
   if (const auto* pair = std::get_if<EmbeddedTableau>(&formula)) return make_explicit_step(*pair, n_q, dynamics);
   return std::make_unique<RadauStep>(std::get<ButcherTableau>(formula), n_q, dynamics);
