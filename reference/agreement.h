@@ -12,7 +12,8 @@ namespace ricochet::reference {
 /// A reference solution and what it is good for.
 struct Reference {
   Solution solution;       ///< of the tighter Adams run, or a ground truth, which may have sensitivities
-  double uncertainty = 0;  ///< bound claimed for the max-norm error of the final (q, v) and of every event time
+  double uncertainty = 0;  ///< bound claimed for the max-norm error of the final (q, v) and of the event times,
+                           ///< but for those of an accumulation
   std::string how;         ///< one line: where it comes from
 
   /// Decimal places that the uncertainty leaves.
@@ -23,11 +24,14 @@ struct Reference {
   double size() const;
 };
 
-/// Four event-located runs, Adams and BDF at two tolerances each. They must agree on the sequence of events. The claim
+/// Four event-located runs, Adams and BDF at two tolerances each. They must agree on the sequence of events, but for the
+/// last ones of an accumulation: how many impacts are resolved before one is taken for plastic is rounding. So events
+/// that follow each other within 1e-6 of the end time, with two impacts of one contact among them, are compared by
+/// their limit: the time of the last one, to 1e-6 of the end time, and the modes after it. The claim
 /// is three times the largest difference between the tighter Adams run and the looser Adams run or the tighter BDF run:
 /// the two integrators share no formula, and a tolerance ten times looser has a larger error, so an error that all
 /// three share would have to be an error of the event logic itself. The looser BDF run has to follow the same motion.
-/// @throws std::runtime_error when a run fails or the events differ, with the reason
+/// @throws std::runtime_error when a run fails or the events differ, with the reason and the contacts
 Reference make_reference(const Problem& problem, double tolerance = 1e-14);
 
 /// Max-norm of the difference of the final states (q, v), the error measure E(T) of the paper.

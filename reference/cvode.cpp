@@ -46,6 +46,16 @@ class Cvode final : public SundialsIntegrator {
     CVodeSetMaxStep(memory_, longest);
     return ended_with(CVode(memory_, end_, y_, &t, CV_ONE_STEP));
   }
+  double planned_step() const override {
+    double h = 0;
+    CVodeGetCurrentStep(memory_, &h);
+    return h;
+  }
+  int degree() const override {
+    int order = 1;
+    CVodeGetLastOrder(memory_, &order);
+    return order;
+  }
   void roots_found(int* found) const override { CVodeGetRootInfo(memory_, found); }
   Work work() const override {
     Work work;
@@ -57,7 +67,7 @@ class Cvode final : public SundialsIntegrator {
   std::string name() const override { return "CVODE"; }
 
  private:
-  void interpolate(double t, N_Vector y) override { CVodeGetDky(memory_, t, 0, y); }
+  void interpolate(double t, int order, N_Vector y) override { CVodeGetDky(memory_, t, order, y); }
   char* flag_name(int flag) const override { return CVodeGetReturnFlagName(flag); }
 
   void* memory_ = nullptr;

@@ -8,11 +8,11 @@
 
 #include "reference/contact_dynamics.h"
 #include "reference/contact_laws.h"
-#include "reference/dipping_gaps.h"
 #include "reference/flights.h"
 #include "reference/mode_changes.h"
 #include "reference/slips.h"
 #include "reference/smooth_motion.h"
+#include "reference/step_watch.h"
 #include "reference/stop.h"
 
 namespace ricochet::reference {
@@ -29,7 +29,7 @@ class EventLocatedRun {
         slips_(problem, scales_, dynamics_, settings.tolerance),
         flights_(problem, scales_, settings.tolerance, settings.zeno_interval * problem.info().end_time),
         motion_(problem, scales_, settings, dynamics_, slips_, flights_),
-        dipping_gaps_(problem, scales_, motion_.integrator(), settings.tolerance),
+        watch_(problem, scales_, settings.tolerance, dynamics_, slips_, flights_, motion_),
         mode_changes_(problem, scales_, settings.tolerance, dynamics_, slips_, flights_, motion_),
         begin_(Clock::now()) {}
 
@@ -43,6 +43,7 @@ class EventLocatedRun {
   bool check_limits(double t, Solution& solution) const;
   void record(double from, double t, Solution& solution);
   void restart(double t, Solution& solution);
+  double longest_step(double t, const Solution& solution);
   const std::string& name(int i) const { return problem_.info().contacts[i].name; }
 
   const Problem& problem_;
@@ -52,7 +53,7 @@ class EventLocatedRun {
   Slips slips_;
   Flights flights_;
   SmoothMotion motion_;
-  DippingGaps dipping_gaps_;
+  StepWatch watch_;
   ModeChanges mode_changes_;
   const Clock::time_point begin_;
 };
@@ -124,6 +125,14 @@ void EventLocatedRun::record(double from, double t, Solution& solution) {
 void EventLocatedRun::restart(double t, Solution& solution) {
   motion_.count(solution.counters);
   motion_.restart(t, solution.q, solution.v);
+  watch_.restart();
+}
+
+/// Of the next step [s]; 0 is no limit.
+double EventLocatedRun::longest_step(double t, const Solution& solution) {
+  const double flight = flights_.longest_step(t);
+  const double watched = watch_.longest_step(t, motion_.integrator().planned_step(), solution.q, solution.v);
+  return flight > 0 && watched > 0 ? std::min(flight, watched) : std::max(flight, watched);
 }
 
 Solution EventLocatedRun::run() {
@@ -138,7 +147,7 @@ Solution EventLocatedRun::run() {
     bool passed_root = false;  // that SmoothMotion::roots() does not take for one
     while (t < T && check_limits(t, solution)) {
       const double from = t;
-      const StepEnd end = motion_.step(t);
+      const StepEnd end = motion_.step(t, longest_step(t, solution));
       if (end == StepEnd::stuck_at_root && passed_root) {  // a gap that opens again
         passed_root = false;
         restart(t, solution);
@@ -152,14 +161,8 @@ Solution EventLocatedRun::run() {
         break;
       }
       Roots found = motion_.roots_at_end(end, solution.q, solution.v);
-      if (const auto closing = dipping_gaps_.closing(from, t, dynamics_.modes())) {
-        found = motion_.no_roots();
-        found.normal[closing->contact] = true;
-        solution.t = t = closing->t;
-        motion_.load(t, solution.q, solution.v);
-      }
-      if (const auto passed = motion_.passed_root(from, t, found)) {
-        solution.t = t = *passed;
+      if (const auto root = watch_.first_root(from, t, found)) {
+        solution.t = t = *root;
         motion_.load(t, solution.q, solution.v);
       }
       record(from, t, solution);

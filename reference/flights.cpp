@@ -14,8 +14,9 @@ constexpr double kShortFlight = 1e-3;
 // Local errors of a gap that an offset is large against.
 constexpr double kErrors = 10;
 
-/// First t > 0 of (1) with a gap that is open, or zero and opening; infinite where it never closes.
-double closing_time(double gap, double rate, double a) {
+}  // namespace
+
+double Flights::closing_time(double gap, double rate, double a) {
   if (a == 0) return rate < 0 ? -gap / rate : INFINITY;
   const double discriminant = rate * rate - 2 * a * gap;
   if (discriminant < 0 || (a > 0 && rate >= 0)) return INFINITY;
@@ -23,8 +24,6 @@ double closing_time(double gap, double rate, double a) {
   const double root = std::sqrt(discriminant);
   return rate > 0 ? -(rate + root) / a : 2 * gap / (root - rate);
 }
-
-}  // namespace
 
 void Flights::start(double t, const Vector& q, const Vector& v, const Vector& a,
                     const std::vector<ContactMode>& modes) {

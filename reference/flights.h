@@ -46,6 +46,9 @@ class Flights {
         moves_along_(problem.info().contacts.size(), false),
         last_impact_(problem.info().contacts.size(), -1) {}
 
+  /// First t > 0 of (1) with a gap that is open, or zero and opening; infinite where it never closes [s].
+  static double closing_time(double gap, double rate, double a);
+
   /// Behind an event at t. @param a  n_q, accelerations; read where a contact is open
   void start(double t, const Vector& q, const Vector& v, const Vector& a, const std::vector<ContactMode>& modes);
 

@@ -41,11 +41,14 @@ class Integrator {
   virtual void restart(double t, double end, double first_step) = 0;
   /// @param t  in: begin of the step, out: its end or that of the root [s]; @param longest  0 is no limit [s]
   virtual StepEnd step(double& t, double longest) = 0;
-  /// Parts of a step between which root functions are looked at once more: more than one where a step may be so long
-  /// that a root function falls and rises again within it.
-  virtual int pieces() const { return 1; }
+  /// Length of the step that it would take next [s]; 0 where it is not decided.
+  virtual double planned_step() const = 0;
+  /// Degree of the polynomials by which it interpolates within the last step.
+  virtual int degree() const = 0;
+  /// Derivative of those polynomials of this order, at most degree(), at t within the last step, n; until the next call.
+  virtual const double* derivative(double t, int order) = 0;
   /// State at t within the last step, n; until the next call.
-  virtual const double* at(double t) = 0;
+  const double* at(double t) { return derivative(t, 0); }
   /// Which root functions the last step found. @param found  n_roots, not zero where one is
   virtual void roots_found(int* found) const = 0;
 

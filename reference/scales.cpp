@@ -8,7 +8,7 @@
 
 namespace ricochet::reference {
 
-Scales::Scales(const Problem& problem) : tau_(problem.info().end_time / 10) {
+Scales::Scales(const Problem& problem, double tau) : tau_(tau) {
   const auto& info = problem.info();
   DisjointSets groups(info.n_q);
   groups.join(info.structure.couplings);

@@ -30,7 +30,9 @@ constexpr double kTouching = 1e-13, kResting = 1e-12;
 /// moved by itself: it takes the sizes of the whole problem, and 1 m/s where that is at rest for good.
 class Scales {
  public:
-  explicit Scales(const Problem& problem);
+  /// @param tau  of (1), where it is another one [s]
+  Scales(const Problem& problem, double tau);
+  explicit Scales(const Problem& problem) : Scales(problem, problem.info().end_time / 10) {}
 
   double time() const { return tau_; }
   const Vector& position() const { return Q_; }  ///< n_q

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "problems/dense_solve.h"
 #include "problems/packed_column.h"
-#include "reference/bracketed_root.h"
 
 namespace ricochet::reference {
 namespace {
@@ -22,6 +22,10 @@ std::vector<int> curved(const ProblemInfo& info) {
   return curved;
 }
 
+bool has_impulses(const ProblemInfo& info) {
+  return info.has_friction() || (info.clock >= 0 && info.n_c() > 0);
+}
+
 /// Sizes of the unknowns: q, v, the curved gaps, the normal and the tangential impulses.
 Vector sizes(const Problem& problem, const Scales& scales) {
   const auto& info = problem.info();
@@ -29,11 +33,28 @@ Vector sizes(const Problem& problem, const Scales& scales) {
   sizes.insert(sizes.end(), scales.velocity().begin(), scales.velocity().end());
   const Vector gaps = scales.gap(problem.normal_jacobian(info.q0), info.q0);
   for (const int i : curved(info)) sizes.push_back(gaps[i]);
-  if (info.has_friction()) {
+  if (has_impulses(info)) {
     sizes.insert(sizes.end(), scales.impulse().begin(), scales.impulse().end());
     for (int i = 0; i < info.n_c(); ++i) sizes.insert(sizes.end(), info.contacts[i].n_t, scales.impulse()[i]);
   }
   return Eigen::Map<const Vector>(sizes.data(), std::ssize(sizes));
+}
+
+/// How long the motion goes on until the first open gap closes with the free accelerations of the start, within 1e-4 to
+/// 1e-1 of the run: a body between surfaces attains the sizes of a flight, however long the run is [s].
+double first_flight(const Problem& problem) {
+  const auto& info = problem.info();
+  const double T = info.end_time;
+  const Matrix J = problem.normal_jacobian(info.q0);
+  const Vector gap = problem.gap(info.q0), rate = J.transpose() * info.v0;
+  const Vector free = CholeskyFactors(problem.mass_matrix(info.q0)).solve(problem.force(info.q0, info.v0));
+  const Vector a = J.transpose() * free + problem.gap_acceleration_bias(info.q0, info.v0);
+  double first = T / 10;
+  for (const int i : info.unilateral) {
+    const double flight = gap[i] > 0 ? Flights::closing_time(gap[i], rate[i], a[i]) : T;
+    first = std::min(first, std::max(flight, T / 1e4));
+  }
+  return first;
 }
 
 }  // namespace
@@ -50,7 +71,8 @@ SmoothMotion::SmoothMotion(const Problem& problem, const Scales& scales, const E
       n_c_(problem.n_c()),
       n_roots_(number_of_roots(problem)),
       curved_(curved(problem.info())),
-      floor_(sizes(problem, scales)),
+      has_impulses_(has_impulses(problem.info())),
+      floor_(sizes(problem, Scales(problem, first_flight(problem)))),
       integrator_(settings.integrator(*this)),
       friction_root_(static_cast<std::size_t>(n_c_), -1),
       force_size_(scales.force()) {
@@ -80,7 +102,7 @@ bool SmoothMotion::rates(const double* y, double* y_dot) {
     const double* J_n = packed_n_.data() + contact.normal_begin;
     *gap_rate++ = is_closed_now(i) ? 0 : packed_dot(contact, J_n, y + n_q_);
   }
-  if (!info.has_friction()) return true;
+  if (!has_impulses_) return true;
   double* lambda = gap_rate;
   for (const int i : dynamics_.closed()) {
     const auto& contact = info.contacts[i];
@@ -137,38 +159,6 @@ Roots SmoothMotion::roots_at_end(StepEnd end, const Vector& q, const Vector& v) 
     roots.friction[i] = friction_root_[i] >= 0 && found[friction_root_[i]] != 0;
   }
   return roots;
-}
-
-std::optional<double> SmoothMotion::passed_root(double from, double to, Roots& found) {
-  const int pieces = integrator_->pieces();
-  if (pieces == 1 || dynamics_.closed().empty()) return std::nullopt;
-  Matrix values(n_roots_, pieces + 1);
-  const auto time = [&](int piece) { return piece == pieces ? to : from + (to - from) / pieces * piece; };
-  for (int piece = 0; piece <= pieces; ++piece) {
-    if (!roots(integrator_->at(time(piece)), values.col(piece).data())) return std::nullopt;
-  }
-  const double part = std::max(kSame, 100 * settings_.tolerance);  // as for roots that were missed
-  Vector within(n_roots_);
-  std::optional<double> first;
-  for (const int i : dynamics_.closed()) {
-    for (const int k : {i, friction_root_[i]}) {
-      if (k < 0) continue;
-      const double size = values.row(k).cwiseAbs().maxCoeff();
-      int piece = 1;
-      while (piece <= pieces && !(values(k, piece - 1) > 0 && values(k, piece) < -part * size)) ++piece;
-      if (piece > pieces) continue;
-      const auto value = [&](double t) {
-        roots(integrator_->at(t), within.data());
-        return within[k];
-      };
-      const double t = bracketed_root(value, time(piece - 1), time(piece));
-      if (first && *first <= t) continue;
-      first = t;
-      found = no_roots();
-      (k == i ? found.normal : found.friction)[i] = true;
-    }
-  }
-  return first;
 }
 
 void SmoothMotion::note_forces() {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "reference/contact_dynamics.h"
@@ -29,12 +28,12 @@ struct Roots {
 ///   with friction      stick  mu lambda_n - |lambda_t|                                   (2)
 ///                      slip   Slips::root                                                (3)
 ///
-/// More than q and v is integrated. Nothing reads the rest, but its error control does:
+/// Roots within a step are found by StepWatch. More than q and v is integrated. Nothing reads the rest, but its error control does:
 ///
 ///   the gaps of open contacts that are curved    bodies in free fall are exact in steps of any length, that would pass
 ///                                                over the waves of a moving surface
-///   with friction, impulses of the contacts      a body that sticks does not move, however its friction force varies,
-///                                                and longer steps would pass a root of (2) twice
+///   with friction, or where the scene depends    a body that sticks or rests does not move, however its forces vary,
+///   on time, impulses of the contacts            and longer steps would not resolve them
 class SmoothMotion final : public SmoothSystem {
  public:
   /// @param settings  integrator and tolerance; the others have to outlive this, and their modes are those of `dynamics`
@@ -46,16 +45,14 @@ class SmoothMotion final : public SmoothSystem {
   /// Begins behind an event.
   void restart(double t, const Vector& q, const Vector& v);
   /// One step. @param t  in: its begin, out: its end or that of the root [s]
-  StepEnd step(double& t) { return integrator_->step(t, flights_.longest_step(t)); }
+  /// @param longest  0 is no limit [s]
+  StepEnd step(double& t, double longest) { return integrator_->step(t, longest); }
   Integrator& integrator() { return *integrator_; }
   const Integrator& integrator() const { return *integrator_; }
   /// State at the end of the step, or within it.
   void load(Vector& q, Vector& v) const;
   void load(double t, Vector& q, Vector& v);
 
-  /// The first root of a closed contact that fell and rose again within the last step, see Integrator::pieces(), and
-  /// where. @param found  set to it
-  std::optional<double> passed_root(double from, double to, Roots& found);
   /// Roots that were found at the end of the step, and those that were lost.
   Roots roots_at_end(StepEnd end, const Vector& q, const Vector& v) const;
   Roots no_roots() const { return Roots(static_cast<std::size_t>(n_c_)); }
@@ -77,6 +74,8 @@ class SmoothMotion final : public SmoothSystem {
   }
   /// (2)
   double cone_slack(int i) const { return problem_.info().contacts[i].mu * lambda_n_[i] - tangential_force(i).norm(); }
+  /// Index of (2), (3) among the root functions; -1 without friction.
+  int friction_root(int i) const { return friction_root_[i]; }
   /// The largest normal force of a contact that note_forces() has seen [N].
   double force_size(int i) const { return force_size_[i]; }
   void note_forces();
@@ -103,6 +102,7 @@ class SmoothMotion final : public SmoothSystem {
   const Flights& flights_;
   const int n_q_, n_c_, n_roots_;
   const std::vector<int> curved_;  // contacts
+  const bool has_impulses_;        // among the unknowns
   const Vector floor_;             // of the absolute tolerances, by unknown
   const std::unique_ptr<Integrator> integrator_;
   std::vector<int> friction_root_;  // index of (2), (3) among the root functions, by contact; -1 without friction

@@ -30,8 +30,8 @@ class SundialsIntegrator : public Integrator {
 
   using Integrator::state;
   double* state() final { return N_VGetArrayPointer(y_); }
-  const double* at(double t) final {
-    interpolate(t, within_);
+  const double* derivative(double t, int order) final {
+    interpolate(t, order, within_);
     return N_VGetArrayPointer(within_);
   }
   std::string failure() const final {
@@ -50,7 +50,7 @@ class SundialsIntegrator : public Integrator {
     within_ = N_VClone(y_);
   }
 
-  virtual void interpolate(double t, N_Vector y) = 0;
+  virtual void interpolate(double t, int order, N_Vector y) = 0;
   virtual char* flag_name(int flag) const = 0;
 
   void make_linear_solver() {

@@ -25,9 +25,6 @@ using reference::StepEnd;
 // Hermite polynomials through the ends of a step, the highest degree of ARKODE: its dense output and root finding.
 constexpr int kInterpolantDegree = ARK_INTERP_MAX_DEGREE;
 
-// Between which root functions are looked at: a step of high order may hold the whole time that a block slips.
-constexpr int kPieces = 4;
-
 /// Tables by order: ARKODE's defaults, but for order 5 the pair of Dormand and Prince, and the newest of Kennedy and
 /// Carpenter, whose error is a hundredth of that of the default, ARK5(4)8L[2]SA, at twice the work.
 template <class Table>
@@ -85,6 +82,7 @@ class ArkStep final : public reference::SundialsIntegrator {
   ArkStep(const ARKodeButcherTableMem& table, bool is_explicit, SmoothSystem& system)
       : SundialsIntegrator(system),
         is_explicit_(is_explicit),
+        degree_(std::min(kInterpolantDegree, std::max(1, table.q))),
         before_(N_VClone(y_)),
         y_dot_(N_VClone(y_)),
         found_(falling_.size(), 0),
@@ -132,7 +130,12 @@ class ArkStep final : public reference::SundialsIntegrator {
     const StepEnd end = ended_with(ARKStepEvolve(memory_, end_, y_, &t, ARK_ONE_STEP));
     return end == StepEnd::root ? step_to_root(t) : end;
   }
-  int pieces() const override { return kPieces; }
+  double planned_step() const override {
+    double h = 0;
+    ARKStepGetCurrentStep(memory_, &h);
+    return h;
+  }
+  int degree() const override { return degree_; }
   void roots_found(int* found) const override { std::ranges::copy(found_, found); }
   Work work() const override {
     Work work;
@@ -193,7 +196,7 @@ class ArkStep final : public reference::SundialsIntegrator {
 
   ARKRhsFn explicit_rates() const { return is_explicit_ ? rates : nullptr; }
   ARKRhsFn implicit_rates() const { return is_explicit_ ? nullptr : rates; }
-  void interpolate(double t, N_Vector y) override { ARKStepGetDky(memory_, t, 0, y); }
+  void interpolate(double t, int order, N_Vector y) override { ARKStepGetDky(memory_, t, order, y); }
   char* flag_name(int flag) const override { return ARKStepGetReturnFlagName(flag); }
 
   // Of a step: how often it is taken to its root, what of it is rounding, and how far dense output may be wrong.
@@ -201,6 +204,7 @@ class ArkStep final : public reference::SundialsIntegrator {
   static constexpr double kRounding = 1e-14, kNear = 0.1;
 
   const bool is_explicit_;
+  const int degree_;  // of its dense output
   void* memory_ = nullptr;
   N_Vector before_, y_dot_;  // state at the begin of the step
   double begin_ = 0, end_ = 0;

@@ -57,6 +57,16 @@ class Ida final : public reference::SundialsIntegrator {
     IDASetMaxStep(memory_, longest);
     return ended_with(IDASolve(memory_, end_, &t, y_, y_dot_, IDA_ONE_STEP));
   }
+  double planned_step() const override {
+    double h = 0;
+    IDAGetCurrentStep(memory_, &h);
+    return h;
+  }
+  int degree() const override {
+    int order = 1;
+    IDAGetLastOrder(memory_, &order);
+    return order;
+  }
   void roots_found(int* found) const override { IDAGetRootInfo(memory_, found); }
   Work work() const override {
     Work work;
@@ -77,7 +87,7 @@ class Ida final : public reference::SundialsIntegrator {
     return roots(t, y, values, self);
   }
 
-  void interpolate(double t, N_Vector y) override { IDAGetDky(memory_, t, 0, y); }
+  void interpolate(double t, int order, N_Vector y) override { IDAGetDky(memory_, t, order, y); }
   char* flag_name(int flag) const override { return IDAGetReturnFlagName(flag); }
 
   void* memory_ = nullptr;
