@@ -156,7 +156,7 @@ constexpr const char* kRunSchema = R"~({
   "title": "A run of Ricochet",
   "description": "What `ricochet run --json` prints. Units are those of the SI; contacts and components count from 0; numbers have all digits, and null stands for one that does not exist. Vectors q and v have an entry per coordinate, without a clock.",
   "type": "object", "additionalProperties": false,
-  "required": ["program", "problem", "method", "settings", "status", "message", "t", "q", "v", "energy", "error", "reference", "events", "initial_modes", "counters", "seconds", "solutions", "sensitivities"],
+  "required": ["program", "problem", "method", "settings", "status", "message", "t", "q", "v", "energy", "error", "disagreement", "reference", "events", "initial_modes", "counters", "seconds", "solutions", "sensitivities"],
   "properties": {
     "program": {"type": "string", "description": "Version and revision of the program.", "examples": ["ricochet 0.1.0, revision ab12cd3"]},
     "problem": {"type": "object", "additionalProperties": false, "required": ["id", "title", "parameters", "contacts", "q0", "v0", "T"], "description": "What was run.", "examples": [{"id": "bouncing_ball"}], "properties": {
@@ -187,7 +187,11 @@ constexpr const char* kRunSchema = R"~({
     "energy": {"type": ["object", "null"], "additionalProperties": false, "required": ["start", "end"], "description": "null where the scene has no potential energy.", "examples": [{"start": 9.81, "end": 9.5}], "properties": {
       "start": {"type": "number", "description": "At t = 0 [J].", "examples": [9.81]},
       "end": {"type": ["number", "null"], "description": "At t [J].", "examples": [9.5]}}},
-    "error": {"type": ["number", "null"], "description": "Largest component of the difference of (q, v) at the end time to the reference; null without one, or where the run failed.", "examples": [2.5e-11]},
+    "error": {"type": ["number", "null"], "description": "Largest component of the difference of (q, v) at the end time to the reference; null without one, where the run failed, or where they disagree.", "examples": [2.5e-11]},
+    "disagreement": {"type": ["object", "null"], "additionalProperties": false, "required": ["difference", "method_claims", "reference_claims"], "description": "The method and the reference differ by more than both claim: one of them is wrong, and it is not known which. null where they agree, or where the method claims nothing.", "examples": [null], "properties": {
+      "difference": {"type": "number", "description": "Largest component of the difference of (q, v) at the end time.", "examples": [0.85]},
+      "method_claims": {"type": "number", "description": "1e4 tolerances of the size of the solution.", "examples": [1e-5]},
+      "reference_claims": {"type": "number", "description": "Bound for the error of the reference, as it states.", "examples": [1e-13]}}},
     "reference": {"type": "object", "additionalProperties": false, "required": ["how", "uncertainty"], "description": "What the error is measured against.", "examples": [{"how": "CVODE", "uncertainty": 1e-13}], "properties": {
       "how": {"type": "string", "description": "Where it comes from, or why there is none.", "examples": ["CVODE with event location"]},
       "uncertainty": {"type": ["number", "null"], "description": "Bound for its own error; null where there is none.", "examples": [1e-13]}}},
@@ -232,8 +236,30 @@ void print_run(const RunReport& report, std::size_t most_events) {
   std::fflush(stdout);
 }
 
+std::optional<double> RunReport::claim() const {
+  constexpr double kClaimed = 1e4;  // tolerances are of a step; global errors in the suite are up to 1e3 of them
+  if (!method_info.is_adaptive || !(settings.tolerance > 0) || !reference) return std::nullopt;
+  const ProblemInfo& info = problem.info();
+  const double start = std::max(info.q0.cwiseAbs().maxCoeff(), info.v0.cwiseAbs().maxCoeff());
+  const double end = std::max(solution.q.cwiseAbs().maxCoeff(), solution.v.cwiseAbs().maxCoeff());
+  return kClaimed * settings.tolerance * std::max({start, end, reference->size()});
+}
+
+bool RunReport::disagrees() const {
+  const auto claimed = claim();
+  return claimed && !is_certified && settings.sensitivities.empty() && solution.succeeded() &&
+         reference->error_of(solution) > *claimed + reference->uncertainty;
+}
+
 void print_error(const RunReport& report) {
-  if (report.reference)
+  if (report.disagrees())
+    fmt::print(
+        "disagree   method and reference differ by {:.3g} in (q, v) at the end time, more than both claim: one of them "
+        "is wrong\n  method     claims {:.1g}\n  reference  {}; claims {:.1g}\n    q          {}\n    v          {}\n",
+        report.reference->error_of(report.solution), *report.claim(), report.reference->how,
+        report.reference->uncertainty, numbers(report.reference->solution.q.head(report.problem.info().n_mechanical())),
+        numbers(report.reference->solution.v.head(report.problem.info().n_mechanical())));
+  else if (report.reference)
     fmt::print("error      {:.3g} in (q, v) at the end time\nreference  {}; its own error is below {:.1g}\n",
                report.reference->error_of(report.solution), report.reference->how, report.reference->uncertainty);
   else if (!report.without_reference.empty())
@@ -267,7 +293,11 @@ ordered_json run_json(const RunReport& report) {
           {"q", Vector(solution.q.head(info.n_mechanical()))},
           {"v", Vector(solution.v.head(info.n_mechanical()))},
           {"energy", before ? ordered_json{{"start", *before}, {"end", or_null(after)}} : ordered_json()},
-          {"error", reference ? ordered_json(reference->error_of(solution)) : ordered_json()},
+          {"error", reference && !report.disagrees() ? ordered_json(reference->error_of(solution)) : ordered_json()},
+          {"disagreement", report.disagrees() ? ordered_json{{"difference", reference->error_of(solution)},
+                                                             {"method_claims", *report.claim()},
+                                                             {"reference_claims", reference->uncertainty}}
+                                              : ordered_json()},
           {"reference",
            {{"how", reference ? reference->how : report.without_reference},
             {"uncertainty", reference ? ordered_json(reference->uncertainty) : ordered_json()}}},

@@ -22,6 +22,15 @@ struct RunReport {
   std::optional<reference::Reference> reference;
   std::string without_reference;  ///< why there is none
 
+  bool is_certified = false;  ///< the reference is a solution of 42 digits
+
+  /// Error of the final state that a method with error control claims: kClaimed tolerances of the size of the solution,
+  /// as its size is that of the reference or of the start. Nothing of fixed steps, which claim none.
+  std::optional<double> claim() const;
+  /// The difference of the final states is more than the method and a computed reference claim together: one of them is
+  /// wrong, and it is not known which.
+  bool disagrees() const;
+
   /// Of which all but one are for differences.
   std::size_t n_solutions() const { return by_differences ? 1 + 4 * settings.sensitivities.size() : 1; }
 };

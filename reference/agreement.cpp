@@ -62,7 +62,7 @@ struct Step {
   bool is_limit() const { return contact < 0; }
 };
 
-constexpr double kLimit = 1e-6;  // of the end time: intervals of an accumulation whose impacts are not told apart
+constexpr double kLimit = 1e-5;  // of the end time: intervals of an accumulation whose impacts are not told apart
 
 /// Events that follow each other at once, with two impacts of a contact among them, as one step.
 std::vector<Step> steps_of(const std::vector<Event>& events, double end_time) {
@@ -135,8 +135,8 @@ Reference make_reference(const Problem& problem, double tolerance) {
     const bool same_events = std::equal(best_steps.begin(), best_steps.end(), other_steps.begin(), other_steps.end(),
                                         [&](const Step& a, const Step& b) { return agree(a, b, end_time); });
     if (!same_events) {
-      throw std::runtime_error(fmt::format("reference of {}: {}", problem.info().id,
-                                           disagreement(best_steps, other_steps, problem.info())));
+      throw std::runtime_error(
+          fmt::format("reference of {}: {}", problem.info().id, disagreement(best_steps, other_steps, problem.info())));
     }
     const double distance = final_state_difference(best.q, best.v, other.q, other.v);
     if (&other == &others[2]) {

@@ -26,8 +26,8 @@ struct Reference {
 
 /// Four event-located runs, Adams and BDF at two tolerances each. They must agree on the sequence of events, but for the
 /// last ones of an accumulation: how many impacts are resolved before one is taken for plastic is rounding. So events
-/// that follow each other within 1e-6 of the end time, with two impacts of one contact among them, are compared by
-/// their limit: the time of the last one, to 1e-6 of the end time, and the modes after it. The claim
+/// that follow each other within 1e-5 of the end time, with two impacts of one contact among them, are compared by
+/// their limit: the time of the last one, to 1e-5 of the end time, and the modes after it. The claim
 /// is three times the largest difference between the tighter Adams run and the looser Adams run or the tighter BDF run:
 /// the two integrators share no formula, and a tolerance ten times looser has a larger error, so an error that all
 /// three share would have to be an error of the event logic itself. The looser BDF run has to follow the same motion.

@@ -1,6 +1,7 @@
 #include "reference/event_located.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -17,6 +18,10 @@
 
 namespace ricochet::reference {
 namespace {
+
+// No run without an end: so many steps have to move the time by this part of end_time.
+constexpr long kStepsPerMark = 20'000;
+constexpr double kLeastProgress = 1e-6;
 
 /// Smooth motion from event to event, and what ends a run: limits, and roots that were missed.
 class EventLocatedRun {
@@ -40,7 +45,8 @@ class EventLocatedRun {
 
   bool check_gaps(double t, Solution& solution);
   bool check_friction(double t, const Roots& found, Solution& solution);
-  bool check_limits(double t, Solution& solution) const;
+  bool check_limits(double t, Solution& solution);
+  std::string holding_up(const Solution& solution) const;
   void record(double from, double t, Solution& solution);
   void restart(double t, Solution& solution);
   double longest_step(double t, const Solution& solution);
@@ -56,6 +62,8 @@ class EventLocatedRun {
   StepWatch watch_;
   ModeChanges mode_changes_;
   const Clock::time_point begin_;
+  double mark_ = 0;                 // time where progress was measured last [s]
+  long next_mark_ = kStepsPerMark;  // number of steps at which it is measured again
 };
 
 /// A root that root finding missed shows as penetration.
@@ -102,11 +110,39 @@ bool EventLocatedRun::check_friction(double t, const Roots& found, Solution& sol
   return true;
 }
 
-bool EventLocatedRun::check_limits(double t, Solution& solution) const {
+/// The contacts that hold the time up: of the last events, or those that slip, or that are closed.
+std::string EventLocatedRun::holding_up(const Solution& solution) const {
+  std::vector<char> held(problem_.info().contacts.size(), false);
+  for (const Event& event : solution.events) {
+    if (event.t > mark_) held[event.contact] = true;
+  }
+  const auto& modes = dynamics_.modes();
+  const bool any_slips = std::ranges::any_of(modes, is_slipping);
+  if (std::ranges::count(held, true) == 0) {
+    for (const int i : dynamics_.closed()) held[i] = !any_slips || is_slipping(modes[i]);
+  }
+  std::vector<std::string> names;
+  for (int i = 0; i < problem_.n_c(); ++i) {
+    if (held[i]) names.push_back(fmt::format("'{}' ({})", name(i), to_string(modes[i])));
+  }
+  if (names.empty()) return "the smooth motion";
+  return fmt::format("contact{} {}", names.size() > 1 ? "s" : "", fmt::join(names, ", "));
+}
+
+bool EventLocatedRun::check_limits(double t, Solution& solution) {
+  const long steps = solution.counters.steps + motion_.integrator().work().steps;
+  if (steps >= next_mark_) {
+    if (t - mark_ < kLeastProgress * problem_.info().end_time)
+      return stop(solution, Status::step_limit, t,
+                  fmt::format("{} steps of {} move the time by {:.3g} s: the time is held up by {}", kStepsPerMark,
+                              motion_.integrator().name(), t - mark_, holding_up(solution)));
+    mark_ = t;
+    next_mark_ = steps + kStepsPerMark;
+  }
   if (settings_.time_limit > 0 && std::chrono::duration<double>(Clock::now() - begin_).count() > settings_.time_limit)
     return stop(solution, Status::time_limit, t,
                 fmt::format("the time limit of {:.6g} s is over", settings_.time_limit));
-  if (solution.counters.steps + motion_.integrator().work().steps >= settings_.max_steps)
+  if (steps >= settings_.max_steps)
     return stop(solution, Status::step_limit, t,
                 fmt::format("{} steps of {}", settings_.max_steps, motion_.integrator().name()));
   if (std::ssize(solution.events) >= settings_.max_events)

@@ -22,8 +22,16 @@ namespace ricochet::reference {
 ///
 /// is its last one, and plastic. The impacts that it stands for would end 2 eps_r |r| / (|a| (1 - eps_r)) later, with
 /// the same sum of normal impulses as the force of a closed contact has in that time; so what the state misses behind
-/// them is of second order in r, which (3) makes 1e-7 of the velocities. Where several contacts accumulate, their
-/// velocities may be large when their gaps vanish, (3) does not hold, and the run ends.
+/// them is of second order in r, which (3) makes 1e-7 of the velocities.
+///
+/// Several contacts that touch and bounce, or leave and come back, in turn end their accumulation together, where each
+/// of them would be pressed on by the loads, a < 0 without all of their forces, and neither its rate before the impact
+/// nor that after a plastic one lifts it higher than rounding,
+///
+///   r^2 / (2 |a|) <= rounding                                                            (4)
+///
+/// Then all of them close, with the rates of none. Where the velocities are large when the gaps vanish, (4) does not
+/// hold, and the run ends.
 ///
 /// A contact that opens without a rate, because its force vanishes, or whose bodies fall together, has a gap that is
 /// rounding and integration error at first, of either sign. Its root function is
@@ -73,6 +81,9 @@ class Flights {
     const double eps_r = problem_.info().contacts[i].eps_r, rebound = eps_r * rate;
     return eps_r > 0 && eps_r < 1 && a < 0 && rebound * rebound <= -2 * a * flat_[i];
   }
+
+  /// (4)
+  bool stays_low(int i, double rate, double a) const { return a < 0 && rate * rate <= -2 * a * flat_[i]; }
 
   /// Whether contact i bounced, and lower than errors of the integration.
   bool is_low(int i) const { return height_[i] > 0 && height_[i] < low_[i]; }

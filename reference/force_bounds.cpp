@@ -8,7 +8,7 @@ namespace ricochet::reference {
 namespace {
 
 constexpr Eigen::Index kMostUnknowns = 60;  // unknowns; dense intervals of more cost more than short steps
-constexpr double kInverseRounding = 1e-12;    // of Y K - I and of x_0, where K is constant
+constexpr double kInverseRounding = 1e-12;  // of Y K - I and of x_0, where K is constant
 constexpr int kTestIterations = 8;
 
 }  // namespace

@@ -43,6 +43,8 @@ class Integrator {
   virtual StepEnd step(double& t, double longest) = 0;
   /// Length of the step that it would take next [s]; 0 where it is not decided.
   virtual double planned_step() const = 0;
+  /// Steps of high order that know nothing of those before may hold a whole mode of a contact.
+  virtual bool takes_long_steps() const { return false; }
   /// Degree of the polynomials by which it interpolates within the last step.
   virtual int degree() const = 0;
   /// Derivative of those polynomials of this order, at most degree(), at t within the last step, n; until the next call.

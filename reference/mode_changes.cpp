@@ -107,8 +107,34 @@ void ModeChanges::find_touching(double t, const Roots& found, Instant& instant, 
   }
 }
 
-/// By contact, whether its impact ends an accumulation, see (3) of Flights.
+/// (4) of Flights, of all contacts that touch.
+bool ModeChanges::end_together(const Instant& instant, const Solution& solution) {
+  if (instant.touching.size() < 2) return false;
+  const auto modes = dynamics_.modes();
+  auto without = modes;
+  std::vector<char> all(modes.size(), false);
+  for (const int i : instant.touching) {
+    without[i] = ContactMode::open;
+    all[i] = true;
+  }
+  dynamics_.set_modes(without);
+  const bool is_known = motion_.accelerate(solution.q, instant.v_minus);
+  dynamics_.set_modes(modes);
+  if (!is_known) return false;
+  const Matrix J = problem_.normal_jacobian(solution.q);
+  const Vector a = J.transpose() * motion_.acceleration() + problem_.gap_acceleration_bias(solution.q, instant.v_minus);
+  const Vector before = J.transpose() * instant.v_minus;
+  const auto stay_low = [&](const Vector& rate) {
+    return std::ranges::all_of(instant.touching, [&](int i) { return flights_.stays_low(i, rate[i], a[i]); });
+  };
+  if (!stay_low(before)) return false;
+  const auto plastic = laws_.impact(solution.q, instant.v_minus, instant.touching, all);
+  return plastic.failure.empty() && stay_low(J.transpose() * plastic.motion);
+}
+
+/// By contact, whether its impact ends an accumulation, see (3) and (4) of Flights.
 std::vector<char> ModeChanges::last_impacts(const Instant& instant, const Solution& solution) {
+  if (instant.ends_together) return std::vector<char>(modes_.size(), true);
   motion_.accelerate(solution.q, solution.v);
   const Matrix J = problem_.normal_jacobian(solution.q);
   const Vector rate = J.transpose() * instant.v_minus,
@@ -155,7 +181,9 @@ bool ModeChanges::follow_impacts(double t, Instant& instant, Solution& solution)
 /// The impacts, where a contact approaches; candidates for closed contacts and those that part; contacts without slip.
 bool ModeChanges::collide(double t, Instant& instant, Solution& solution) {
   if (instant.approaches) {
-    if (instant.is_ambiguous) return stop(solution, Status::step_limit, t, flights_.accumulating(t));
+    instant.ends_together = end_together(instant, solution);
+    if (instant.is_ambiguous && !instant.ends_together)
+      return stop(solution, Status::step_limit, t, flights_.accumulating(t));
     if (!follow_impacts(t, instant, solution)) return false;
   }
   const Matrix J = problem_.normal_jacobian(solution.q), J_t = problem_.tangent_jacobian(solution.q);
@@ -164,7 +192,7 @@ bool ModeChanges::collide(double t, Instant& instant, Solution& solution) {
   for (std::size_t k = 0; k < instant.touching.size(); ++k) {
     const int i = instant.touching[k];
     const bool was_closed = is_closed(instant.before[i]);
-    if (rate[i] > kSame * rate_size[i] &&
+    if (rate[i] > kSame * rate_size[i] && !instant.ends_together &&
         !(was_closed && (!instant.approaches || rate[i] <= kResting * rate_size[i]))) {
       modes_[i] = ContactMode::open;
       continue;

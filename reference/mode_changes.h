@@ -39,7 +39,8 @@ class ModeChanges {
     std::vector<char> rests;                          ///< no slip velocity behind the impact
     std::vector<int> touching, released, candidates;  ///< gap zero; force became zero; touching and may stay
     bool approaches = false,
-         is_ambiguous = false;  ///< an impact happens; its contacts close in an order that is rounding
+         is_ambiguous = false,  ///< an impact happens; its contacts close in an order that is rounding
+        ends_together = false;  ///< (4) of Flights: it is the last one of all that touch
     ContactLaws::Decision impact;
   };
 
@@ -47,6 +48,7 @@ class ModeChanges {
   void finish_slip(double& t, const Roots& found, Instant& instant, Solution& solution);
   void find_touching(double t, const Roots& found, Instant& instant, const Solution& solution);
   std::vector<char> last_impacts(const Instant& instant, const Solution& solution);
+  bool end_together(const Instant& instant, const Solution& solution);
   bool follow_impacts(double t, Instant& instant, Solution& solution);
   bool collide(double t, Instant& instant, Solution& solution);
   bool decide_candidates(double t, Instant& instant, Solution& solution);

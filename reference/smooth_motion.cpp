@@ -40,7 +40,7 @@ Vector sizes(const Problem& problem, const Scales& scales) {
   return Eigen::Map<const Vector>(sizes.data(), std::ssize(sizes));
 }
 
-/// How long the motion goes on until the first open gap closes with the free accelerations of the start, within 1e-4 to
+/// How long the motion goes on until the first open gap closes with the free accelerations of the start, within 1e-3 to
 /// 1e-1 of the run: a body between surfaces attains the sizes of a flight, however long the run is [s].
 double first_flight(const Problem& problem) {
   const auto& info = problem.info();
@@ -52,7 +52,7 @@ double first_flight(const Problem& problem) {
   double first = T / 10;
   for (const int i : info.unilateral) {
     const double flight = gap[i] > 0 ? Flights::closing_time(gap[i], rate[i], a[i]) : T;
-    first = std::min(first, std::max(flight, T / 1e4));
+    first = std::min(first, std::max(flight, T / 1e3));
   }
   return first;
 }
@@ -118,11 +118,24 @@ bool SmoothMotion::roots(const double* y, double* values) {
   const bool has_friction = problem_.info().has_friction();
   if (has_friction) std::fill_n(values + n_c_, n_roots_ - n_c_, 1);
   if (dynamics_.closed().empty()) return true;
-  if (!accelerate(y, y + n_q_, a_.data())) return false;
+  if (!accelerate_for_roots(y)) return false;
   for (const int i : dynamics_.closed()) values[i] = lambda_n_[i];  // (1)
   for (const int i : problem_.info().bilateral) values[i] = 1;
   if (has_friction) set_friction_roots(y, values);
   return true;
+}
+
+/// accelerate(). Integrators look at the roots where a step ends, and StepWatch looks there once more.
+bool SmoothMotion::accelerate_for_roots(const double* y) {
+  if (known_.has && std::equal(known_.y.begin(), known_.y.end(), y)) {
+    a_ = known_.a;
+    lambda_n_ = known_.lambda_n;
+    lambda_t_ = known_.lambda_t;
+    return true;
+  }
+  known_.has = accelerate(y, y + n_q_, a_.data());
+  if (known_.has) known_ = {true, Eigen::Map<const Vector>(y, 2 * n_q_), a_, lambda_n_, lambda_t_};
+  return known_.has;
 }
 
 /// (2) and (3), with the forces of the last accelerate().
@@ -166,6 +179,7 @@ void SmoothMotion::note_forces() {
 }
 
 void SmoothMotion::restart(double t, const Vector& q, const Vector& v) {
+  known_.has = false;
   double* y = integrator_->state();
   std::copy_n(q.data(), n_q_, y);
   std::copy_n(v.data(), n_q_, y + n_q_);

@@ -28,7 +28,8 @@ struct Roots {
 ///   with friction      stick  mu lambda_n - |lambda_t|                                   (2)
 ///                      slip   Slips::root                                                (3)
 ///
-/// Roots within a step are found by StepWatch. More than q and v is integrated. Nothing reads the rest, but its error control does:
+/// Roots within a step are found by StepWatch. More than q and v is integrated. Nothing reads the rest, but its error
+/// control does:
 ///
 ///   the gaps of open contacts that are curved    bodies in free fall are exact in steps of any length, that would pass
 ///                                                over the waves of a moving surface
@@ -87,6 +88,7 @@ class SmoothMotion final : public SmoothSystem {
   bool accelerate(const double* q, const double* v, double* a) {
     return dynamics_.acceleration(q, v, a, lambda_n_.data(), lambda_t_.data());
   }
+  bool accelerate_for_roots(const double* y);
   void set_friction_roots(const double* y, double* values);
   void load_from(const double* y, Vector& q, Vector& v) const {
     q = Eigen::Map<const Vector>(y, n_q_);
@@ -108,6 +110,10 @@ class SmoothMotion final : public SmoothSystem {
   std::vector<int> friction_root_;  // index of (2), (3) among the root functions, by contact; -1 without friction
   Vector force_size_;
   Vector packed_n_, packed_t_, lambda_n_, lambda_t_, a_;
+  struct {
+    bool has = false;
+    Vector y, a, lambda_n, lambda_t;
+  } known_;  // accelerations and forces of the last roots()
 };
 
 }  // namespace ricochet::reference

@@ -10,13 +10,13 @@ namespace ricochet::reference {
 namespace {
 
 constexpr int kMaxPieces = 400;
-constexpr int kDeepest = 20;      // halvings of a step
-constexpr int kSampleDepth = 4;   // halvings where nothing but values is known
-constexpr double kNearZero = 4;       // changes over a step that a force without time is to be away from zero
-constexpr double kTermRounding = 1e-14;   // rounding of a polynomial's terms
-constexpr double kUnexplained = 1e-3;   // part of a force that its bounds may exceed its values by
-constexpr int kFinest = 24;       // halvings of the time that is looked at ahead
-constexpr double kSpansPerStep = 2;    // spans of the time that a step may be long
+constexpr int kDeepest = 20;             // halvings of a step
+constexpr int kSampleDepth = 4;          // halvings where nothing but values is known
+constexpr double kNearZero = 4;          // changes over a step that a force without time is to be away from zero
+constexpr double kTermRounding = 1e-14;  // rounding of a polynomial's terms
+constexpr double kUnexplained = 1e-3;    // part of a force that its bounds may exceed its values by
+constexpr int kFinest = 24;              // halvings of the time that is looked at ahead
+constexpr double kSpansPerStep = 2;      // spans of the time that a step may be long
 
 }  // namespace
 
@@ -90,7 +90,9 @@ void StepWatch::list_functions() {
     if (is_force) {
       if (!has_forces) return;
       const double low = std::min(start_[f.index], stop_[f.index]), change = std::abs(stop_[f.index] - start_[f.index]);
-      if (info.clock < 0 && low > kNearZero * change && low > part * motion_.force_size(f.contact)) return;
+      if (info.clock < 0 && !motion_.integrator().takes_long_steps() && low > kNearZero * change &&
+          low > part * motion_.force_size(f.contact))
+        return;
     }
     functions_.push_back(f);
   };
@@ -100,17 +102,19 @@ void StepWatch::list_functions() {
     is_curved_open_[i] = !is_closed(mode) && !contact.is_affine;
     is_curved_closed_[i] = is_closed(mode) && !contact.is_affine;
     if (!is_closed(mode)) {
-      const double slack =
-          tolerance_ * size(contact, packed_n_.data() + contact.normal_begin, 0, scales_.position());
+      const double slack = tolerance_ * size(contact, packed_n_.data() + contact.normal_begin, 0, scales_.position());
       add({Kind::gap, i, i, slack, 0});
       continue;
     }
-    const double slack = part * motion_.force_size(i);
-    add({Kind::force, i, i, slack, 0});
+    const auto slack_of = [&](int index) {
+      const double there = std::max(std::abs(start_[index]), std::abs(stop_[index]));
+      return std::max(kSame * motion_.force_size(i), part * std::min(motion_.force_size(i), there));
+    };
+    add({Kind::force, i, i, slack_of(i), 0});
     if (contact.n_t == 0) continue;
     const int index = motion_.friction_root(i);
     if (mode == ContactMode::stick) {
-      add({Kind::cone, i, index, slack, 0});
+      add({Kind::cone, i, index, slack_of(index), 0});
     } else {
       double largest = 0;
       for (int k = 0; k < contact.n_t; ++k) {
@@ -360,8 +364,7 @@ double StepWatch::longest_step(double t, double planned, const Vector& q, const 
     const Vector gap = problem_.gap(q), rate = problem_.normal_jacobian(q).transpose() * v;
     double longest = T;
     for (const int i : info.unilateral) {
-      if (!is_closed(dynamics_.modes()[i]) && rate[i] != 0)
-        longest = std::min(longest, std::abs(gap[i] / rate[i]));
+      if (!is_closed(dynamics_.modes()[i]) && rate[i] != 0) longest = std::min(longest, std::abs(gap[i] / rate[i]));
     }
     return std::max(longest, 1e-3 * T);
   }

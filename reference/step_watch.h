@@ -30,15 +30,15 @@ namespace ricochet::reference {
 /// Pieces are halved in the order of time. A function is done with in a piece where its bounds are above -slack; where
 /// its rate, known for (3) and (4), has one sign and it is above -slack at the ends; and, if the rate is negative and it
 /// ends below -slack, its root is located there. The slack is what the integration leaves open: of gaps the
-/// tolerance, of the other functions what check_friction() allows, as parts of their sizes. The guarantee is about the
-/// polynomials, whose distance from the motion the tolerance controls.
+/// tolerance, of slip 100 tolerances, as parts of their sizes, of forces 100 tolerances of what they are at the ends of
+/// the step. The guarantee is about the polynomials, whose distance from the motion the tolerance controls.
 ///
 /// What is left when pieces are shorter than 2^-20 of the step, or when kMaxPieces of them were looked at, is decided by
 /// the values at the ends of the pieces: functions that are below -slack at neither end count as clear.
 ///
-/// Forces are searched where the scene depends on time, and elsewhere where their values at the ends of the step are
-/// not large against their change: without time they vary with q and v alone, which the error control resolves. A
-/// problem without bounds (has_bounds) has (3) alone; its other functions are compared at kSamples points, and its steps
+/// Forces are searched where the scene depends on time or the integrator takes long steps, and elsewhere where their
+/// values at the ends of the step are not large against their change: without time they vary with q and v alone, which the error control resolves. A
+/// problem without bounds (has_bounds) has (3) alone; its other functions are compared at 32 points, and its steps
 /// end before a gap can close at its rate (longest_step()). Redundant forces, which have no bounds, are sampled, too.
 class StepWatch {
  public:

@@ -83,6 +83,7 @@ void add_reference(const RunArguments& options, RunReport& report) {
   choice.parameters = parameter_changes(options.problem.changes);
   // A state that was moved, or another law of impacts, is none of a file.
   if (options.problem.depth == 0 && options.problem.impact_law.empty()) find_ground_truth(choice);
+  report.is_certified = !choice.ground_truth_file.empty();
   try {
     report.reference = isolated_reference(choice, report.problem, kReferenceLimit);
   } catch (const std::runtime_error& error) {

@@ -135,6 +135,7 @@ class ArkStep final : public reference::SundialsIntegrator {
     ARKStepGetCurrentStep(memory_, &h);
     return h;
   }
+  bool takes_long_steps() const override { return true; }
   int degree() const override { return degree_; }
   void roots_found(int* found) const override { std::ranges::copy(found_, found); }
   Work work() const override {
