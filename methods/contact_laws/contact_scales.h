@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "problems/problem.h"
@@ -50,6 +51,13 @@ class ContactScales {
   /// A gap that its equation holds at zero may have gathered rounding over many steps (StageEquations removes it from
   /// 1e-13 on), and a flight that is no higher cannot be followed.
   double nearly_touching(int contact) const { return kClosedGapRounding * gap_[contact]; }
+  /// The gap that rounding of positions of size 1 + |q| makes, the size that tolerances are relative to. @param J_n  packed
+  static double of_positions(const ContactInfo& contact, const double* J_n, const Vector& q) {
+    double size = 0;
+    J_n += contact.normal_begin;
+    for (const int k : contact.support) size += std::abs(*J_n++) * (1 + std::abs(q[k]));
+    return kGapRounding * size;
+  }
   /// A normal velocity at the left end of an element up to this is none.
   double no_approach(int contact) const { return kVelocityRounding * approach_[contact]; }
   /// Behind an element, velocities carry the rounding of its stage equations: across a contact, and along it.

@@ -50,7 +50,8 @@ ElementGaps::ElementGaps(const Problem& problem, const ButcherTableau& tableau, 
       from_values_(bernstein_from(points_).transpose()),
       search_(problem, static_cast<int>(points_.size()) + 1),
       values_(Vector::Zero(from_values_.cols())),
-      is_set_(static_cast<std::size_t>(problem.n_q()), 0) {}
+      is_set_(static_cast<std::size_t>(problem.n_q()), 0),
+      J_n_(Vector::Zero(problem.info().n_normal_entries)) {}
 
 /// (2), of the coordinates that gaps of open contacts depend on.
 void ElementGaps::set_path(const Element& stages) {
@@ -77,16 +78,19 @@ void ElementGaps::set_path(const Element& stages) {
   }
 }
 
-Violation ElementGaps::check(const Element& stages) {
+Violation ElementGaps::check(const Element& stages, std::span<const int> unloaded) {
   Violation first;
   const auto& info = problem_.info();
   const auto is_open = [&](int i) { return !is_closed(stages.modes[static_cast<std::size_t>(i)]); };
   if (std::ranges::none_of(info.unilateral, is_open)) return first;
   set_path(stages);
   search_.begin(stages.modes);
+  if (!unloaded.empty()) problem_.normal_jacobian(stages.q0.data(), J_n_.data());
   for (const int i : info.unilateral) {
     if (!is_open(i)) continue;
-    const double touching = std::max(scales_.touching(i), -2 * search_.left_gap(i));
+    double touching = std::max(scales_.touching(i), -2 * search_.left_gap(i));
+    if (std::ranges::find(unloaded, i) != unloaded.end())
+      touching += ContactScales::of_positions(info.contacts[static_cast<std::size_t>(i)], J_n_.data(), stages.q0);
     GapSearch::Allowance allowed{.gap = touching, .rounding = touching};
     if (search_.left_gap(i) <= scales_.nearly_touching(i)) {
       allowed.until = points_[1].s;

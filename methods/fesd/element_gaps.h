@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include <span>
 
 #include "methods/contact_laws/gap_search.h"
 #include "methods/fesd/sign_conditions.h"
@@ -20,7 +20,8 @@ namespace ricochet {
 ///
 /// GapSearch proves (1) or finds the first closing. Where a contact has touched at the left end, q(s) has an error before
 /// the first stage that is a part of the gap there, however small both are; so up to the first stage (1) may be broken by
-/// a hundredth of the gap at that stage.
+/// a hundredth of the gap at that stage. A contact that opens without a load may have a negative gap there, as in
+/// SignConditions::check().
 class ElementGaps {
  public:
   /// @param scales  what rounding of the gaps is relative to; read at every call
@@ -28,7 +29,8 @@ class ElementGaps {
   void restart() { search_.restart(); }
 
   /// The first closing in an element whose points fulfil the sign conditions.
-  Violation check(const Element& stages);
+  /// @param unloaded  contacts that the load of the next moment opens
+  Violation check(const Element& stages, std::span<const int> unloaded = {});
 
  private:
   /// A point of an element: the stage, -1 for the left and n_s for the right end.
@@ -48,6 +50,7 @@ class ElementGaps {
   GapSearch search_;
   Vector values_;             // of (2), of one coordinate
   std::vector<char> is_set_;  // per coordinate: the path has it
+  Vector J_n_;                // packed, at q0
 };
 
 }  // namespace ricochet

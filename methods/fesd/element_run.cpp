@@ -122,13 +122,14 @@ int ElementRunSolver::just_broken(int element) const {
 Violation ElementRunSolver::check_element(int element, bool is_first) {
   Element& stages = buffers_.element(element);
   const int broken = is_first ? just_broken(element) : -1;
-  Violation violation = sign_conditions_.check(stages, broken);
+  const std::span<const int> unloaded = is_first ? buffers_.start_of(element).unloaded : std::span<const int>();
+  Violation violation = sign_conditions_.check(stages, broken, unloaded);
   const bool is_of_forces =
       violation.is_past(Switch::Kind::force_vanishes) || violation.is_past(Switch::Kind::cone_reached);
   // Of redundant contacts these were the smallest forces; others may be allowed.
   if (is_of_forces && elements_.is_redundant() && force_division_.into_cones(stages))
-    violation = sign_conditions_.check(stages, broken);
-  return !violation && gaps_between_ ? gaps_between_->check(stages) : violation;
+    violation = sign_conditions_.check(stages, broken, unloaded);
+  return !violation && gaps_between_ ? gaps_between_->check(stages, unloaded) : violation;
 }
 
 /// Slip in space that would have to turn back leaves Newton's method without a solution: the contact comes to rest

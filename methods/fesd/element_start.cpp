@@ -14,6 +14,7 @@ constexpr double kClear = 1e-6;
 /// Every contact open but bilateral ones, and nothing known of forces.
 void clear_modes(const ProblemInfo& info, Element& stages, ElementStart& start) {
   start.from_rest.clear();
+  start.unloaded.clear();
   start.on_edge.clear();
   start.has_forces = false;
   std::fill(stages.modes.begin(), stages.modes.end(), ContactMode::open);
@@ -30,6 +31,7 @@ void ElementStart::reserve(const ProblemInfo& info) {
   closed.reserve(info.contacts.size());
   alternatives.reserve(2 * info.contacts.size());
   from_rest.reserve(info.contacts.size());
+  unloaded.reserve(info.contacts.size());
   on_edge.reserve(info.contacts.size());
   acceleration.setZero(info.n_q);
   lambda_n.setZero(info.n_c());
@@ -290,6 +292,7 @@ void ElementStartSolver::set_mode(const Place& at, const ImpactSolver::ClosedCon
   // Bodies that move side by side without a force go on to touch.
   const bool is_unloaded = mode == ContactMode::open && !impact_law_.is_pulled_apart(i);
   if (mode == ContactMode::open && rested && (at.within_step || is_unloaded)) mode = continued_mode(closed);
+  if (is_unloaded) at.start.unloaded.push_back(i);
   at.stages().modes[i] = mode;
   if (polygon_.applies(n_t)) at.stages().facets[i] = closed.facet;
   if (!is_closed(mode)) return;
@@ -378,6 +381,7 @@ bool ElementStartSolver::carry_on(FesdStep& step, int element, ElementStart& sta
   step.n_impacts[static_cast<std::size_t>(element)] = 0;
   start.touching.clear();
   start.from_rest.clear();
+  start.unloaded.clear();
   start.on_edge.clear();
   start.has_forces = false;
   const int n_c = problem_.n_c();

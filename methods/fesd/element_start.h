@@ -37,6 +37,7 @@ struct ElementStart {
   std::vector<Alternative> alternatives;
   unsigned closed_instead = 0;  ///< set of alternatives: the bounces that modes and forces have closed instead
   std::vector<int> from_rest;   ///< contacts that start to slip with zero slip velocity
+  std::vector<int> unloaded;    ///< contacts without a load that the load of the next moment opens
   std::vector<OnEdge> on_edge;
   int culprit = -1;         ///< contact to blame for a Result that is not done
   bool has_forces = false;  ///< acceleration and forces right behind the start are known:

@@ -74,10 +74,10 @@ bool SignConditions::is_clear(const Element& stages) {
   return true;
 }
 
-Violation SignConditions::check(const Element& stages, int just_broken) {
+Violation SignConditions::check(const Element& stages, int just_broken, std::span<const int> unloaded) {
   Violation first;
   if (is_clear(stages)) return first;
-  check_gaps(stages, just_broken, first);
+  check_gaps(stages, just_broken, unloaded, first);
   check_forces(stages, first);
   if (problem_.info().has_friction()) check_slip(stages, first);
   return first;
@@ -97,13 +97,17 @@ double SignConditions::gap_rounding(const Element& stages, int i) {
   return ContactScales::kGapRounding * way;
 }
 
-void SignConditions::check_gaps(const Element& stages, int just_broken, Violation& first) {
+void SignConditions::check_gaps(const Element& stages, int just_broken, std::span<const int> unloaded,
+                                Violation& first) {
   problem_.gap(stages.q0.data(), left_gap_.data());
   for (int i = 0; i < problem_.n_c(); ++i) {
     // A contact that opens starts from the rounding it gathered while it was closed.
     const double start = std::clamp(-left_gap_[i], scales_.touching(i), scales_.nearly_touching(i));
     allowed_gap_[i] = -start - (i == just_broken ? gap_tolerance_ : 0);
   }
+  if (!unloaded.empty()) problem_.normal_jacobian(stages.q0.data(), J_n_.data());
+  for (const int i : unloaded)
+    allowed_gap_[i] -= ContactScales::of_positions(problem_.info().contacts[i], J_n_.data(), stages.q0);
   double left_time = 0;
   for (int j = 0; j < n_points_; ++j) {
     const bool is_stage = j < n_s_;

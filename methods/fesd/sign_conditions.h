@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "methods/contact_laws/contact_scales.h"
 #include "methods/contact_laws/friction_polygon.h"
@@ -47,12 +48,15 @@ class SignConditions {
 
   /// The condition that fails first in time; Violation::time from the left end of the element.
   /// @param just_broken  contact that broke at the left end, or -1
-  Violation check(const Element& stages, int just_broken);
+  /// @param unloaded  contacts that the load of the next moment opens: gap, velocity and acceleration start at zero, so
+  /// the error of the first stages is a part of the gap there, however short the element. It may be negative by
+  /// ContactScales::of_positions().
+  Violation check(const Element& stages, int just_broken, std::span<const int> unloaded = {});
 
  private:
   bool is_clear(const Element& stages);
   double gap_rounding(const Element& stages, int contact);
-  void check_gaps(const Element& stages, int just_broken, Violation& first);
+  void check_gaps(const Element& stages, int just_broken, std::span<const int> unloaded, Violation& first);
   void check_forces(const Element& stages, Violation& first);
   double left_impulse(const Element& stages);
   double slip_rounding(const Element& stages, int contact) const;

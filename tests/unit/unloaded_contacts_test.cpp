@@ -42,12 +42,12 @@ TEST(UnloadedContacts, AreClosedByALoadOfAnyOrder) {
 
 /// Lifted by t^p: q = t^(p+2) / ((p+1) (p+2)).
 TEST(UnloadedContacts, AreOpenedByALoadOfAnyOrder) {
-  for (int p = 1; p <= 3; ++p) {
+  for (int p = 1; p <= 7; ++p) {
     const std::string scene = fmt::format(
         R"({{"q0": [0], "v0": [0], "T": 2, "M": [[1]], "f": ["t**{}"], "contacts": [{{"name": "floor", "gap": "q[0]"}}]}})",
         p);
-    for (const char* method :
-         {"event_driven", "fesd:radau-iia:3,elements=as_needed", "fesd:gauss:3,elements=as_needed"}) {
+    for (const char* method : {"event_driven", "fesd:radau-iia:3,elements=as_needed", "fesd:gauss:3,elements=as_needed",
+                               "fesd_adaptive:radau-iia:3", "fesd_adaptive:radau-iia:4", "fesd_adaptive:gauss:4"}) {
       const Solution s = run(scene, method);
       ASSERT_TRUE(s.succeeded()) << method << " " << p << ": " << s.message;
       EXPECT_NEAR(s.q[0], std::pow(2, p + 2) / ((p + 1) * (p + 2)), 1e-8) << method << " " << p << ": 100 tolerances";
