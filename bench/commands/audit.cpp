@@ -1,12 +1,15 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "bench/commands.h"
 #include "bench/problem_options.h"
 #include "bench/trajectory_of.h"
+#include "methods/contact_laws/gap_search.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "reports/table.h"
@@ -46,6 +49,53 @@ Table residual_table(const Problem& problem, const Solution& solution) {
   return table;
 }
 
+/// The gap of a contact at its lowest, and when [m, s].
+struct LowestGap {
+  double gap = 0, t = 0;
+};
+
+/// Per contact, the lowest gap within a step at whose ends it is not negative: bodies have gone through each other, and
+/// the method has not seen it. Found by GapSearch along the motion, however short the dip.
+std::vector<LowestGap> passed_gaps(const Problem& problem, const Motion& motion) {
+  constexpr int kDegree = 12;  // the highest of a piece
+  constexpr int kSamples = 256;
+  constexpr double kNoticed = 1e-9;  // of 1 + |q|: less is the drift of closed contacts
+  const ProblemInfo& info = problem.info();
+  Matrix bernstein(kDegree + 1, kDegree + 1), values(info.n_q, kDegree + 1);
+  Vector s(kDegree + 1), q(info.n_q), v(info.n_q);
+  for (int row = 0; row <= kDegree; ++row) {
+    s[row] = 0.5 * (1 - std::cos(row * std::numbers::pi / kDegree));
+    double binomial = 1;
+    for (int k = 0; k <= kDegree; ++k) {
+      bernstein(row, k) = binomial * std::pow(s[row], k) * std::pow(1 - s[row], kDegree - k);
+      binomial = binomial * (kDegree - k) / (k + 1);
+    }
+  }
+  const Matrix from_values = bernstein.inverse().transpose();
+  const std::vector<ContactMode> open(info.contacts.size(), ContactMode::open);
+  std::vector<LowestGap> lowest(info.contacts.size());
+  GapSearch search(problem, kDegree);
+  for (std::size_t piece = 0; piece < motion.n_pieces(); ++piece) {
+    for (int k = 0; k <= kDegree; ++k) {
+      motion.within(piece, s[k], q, v);
+      values.col(k) = q;
+    }
+    search.path() = values * from_values;
+    search.begin(open);
+    const double noticed = kNoticed * (1 + values.cwiseAbs().maxCoeff());
+    for (const int i : info.unilateral) {
+      if (search.left_gap(i) < -noticed || search.gap(i, 1) < -noticed) continue;
+      const auto closing = search.first_closing(i, {.gap = noticed, .rounding = noticed});
+      for (int k = 0; closing && k <= kSamples; ++k) {
+        const double at = closing.to + (1 - closing.to) * k / kSamples, gap = search.gap(i, at);
+        if (gap >= lowest[i].gap) continue;
+        lowest[i] = {gap, motion.begin_of(piece) + at * (motion.end_of(piece) - motion.begin_of(piece))};
+      }
+    }
+  }
+  return lowest;
+}
+
 /// What every motion must respect, measured at points of the motion between the steps, too.
 Table invariant_table(const Problem& problem, const Solution& solution) {
   Table table;
@@ -82,6 +132,12 @@ Table invariant_table(const Problem& problem, const Solution& solution) {
         info.contacts[i].is_bilateral ? "largest gap of bilateral constraint" : "deepest penetration of contact";
     table.rows.push_back({fmt::format("{} '{}' [m]", what, info.contacts[i].name),
                           fmt::format("{:.3g}", std::abs(lowest[i])), fmt::format("{:.6g}", lowest_time[i])});
+  }
+  const auto passed = passed_gaps(problem, solution.motion);
+  for (const int i : info.unilateral) {
+    if (passed[i].gap == 0) continue;
+    table.rows.push_back({fmt::format("passed over within a step: contact '{}' [m]", info.contacts[i].name),
+                          fmt::format("{:.3g}", -passed[i].gap), fmt::format("{:.6g}", passed[i].t)});
   }
   if (first) {
     table.rows.push_back(

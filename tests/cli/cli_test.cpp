@@ -253,6 +253,9 @@ TEST_F(Cli, AuditsEveryCondition) {
   EXPECT_EQ(run("audit pendulum_wall moreau_jean").code, 0);
   EXPECT_EQ(run("audit --scene " + test_data("press.json") + " moreau_jean --steps 20").code, 0);
   EXPECT_EQ(run("audit -p pendulum_wall -m moreau_jean").code, 0);
+  // Two bullets meet inside the fourth step, in which each goes 14 m.
+  EXPECT_HAS(run("audit --scene " + test_data("public_reports/scenes/bullets.json") + " moreau_jean --steps 7").text,
+             "passed over within a step: contact 'bullets' [m]");
   EXPECT_HAS(run("audit pendulum_wall moreau_jean -p sliding_block").text, "problem_id = pendulum_wall: no --problem");
   EXPECT_HAS(run("audit").text, "--method = '': a method is required");
   EXPECT_EQ(run("audit moreau_jean").code, 2);
