@@ -16,6 +16,7 @@ struct Element {
   Matrix lambda_t;              ///< n_lambda_t x n_s
   Vector slip_start;            ///< n_lambda_t; in: unit slip direction where slip in space starts from rest, else 0
   Vector q1, v1;                ///< right end
+  bool closes_bounce = false;   ///< in: a contact that bounced is closed; its velocity has to end here
   bool is_projected = false;    ///< end_projection.h: (10) made v1
   bool has_end_forces = false;  ///< (11) gave the forces at the right end, not the stages:
   Vector end_lambda_n, end_lambda_t;  ///< n_c, n_lambda_t; zero if the tableau says nothing about the right end

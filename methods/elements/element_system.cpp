@@ -57,7 +57,7 @@ bool ElementSystem::solve_affine(const StageCoefficients& k, Element& e) {
 
 void ElementSystem::set_right_end(const StageCoefficients& k, Element& e) {
   equations.set_right_end(k, e);
-  e.is_projected = end.applies();
+  e.is_projected = end.applies_to(e);
   if (e.is_projected) end.project(e, end_work);
 }
 

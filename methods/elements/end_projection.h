@@ -27,7 +27,7 @@ struct EndSystem {
 };
 
 /// Velocity and forces at the right end of an element. P of (5) in stage_equations.h is the identity, unless a closed
-/// contact is curved. (4) alone leaves a velocity of O(h^n_s) across it, which errors of the forces made. So P, at q_1,
+/// contact is curved, or a bounce is closed (below). (4) alone leaves a velocity of O(h^n_s) across it, which errors of the forces made. So P, at q_1,
 /// takes it away by impulses of all closed contacts, along the directions of their forces:
 ///
 ///   P = I - M^-1 C (R' M^-1 C)^-1 R',   R = [J_n closed, J_t held],   C = [J_n - mu J_t d slipping, else as R]    (10)
@@ -44,14 +44,17 @@ struct EndSystem {
 /// one system of all closed contacts; where more than 64 coordinates have no closed form these forces are extrapolated,
 /// too.
 /// Where a contact moves by itself R has the clock, and C has not.
+///
+/// An element that closes a bounce (methods/fesd/capture.h) starts with a velocity across its contact. A stage at the right
+/// end takes it away; Gauss leaves R(inf) v = +-v there, which would open the contact again. So P acts there, too.
 class EndProjection {
  public:
   EndProjection(const Problem& problem, const StageTableau& tableau, const ActiveSet& active, Counters& counters);
 
   /// P of (5) is not the identity.
-  bool applies() const { return tableau_.ends_with_stage && active_.has_curved(); }
+  bool applies_to(const Element& e) const { return moves_along_curves() || (e.closes_bounce && keeps_contacts()); }
   /// (11) gives the forces at the right end.
-  bool gives_forces() const { return applies() || (keeps_affine_ && !active_.empty() && !active_.has_curved()); }
+  bool gives_forces() const { return moves_along_curves() || keeps_contacts(); }
 
   /// Makes room in a new system, and for another active set.
   void prepare(EndSystem& s) const;
@@ -72,6 +75,8 @@ class EndProjection {
   void set_stage_end_forces(Element& e) const;
 
  private:
+  bool moves_along_curves() const { return tableau_.ends_with_stage && active_.has_curved(); }
+  bool keeps_contacts() const { return keeps_affine_ && !active_.empty() && !active_.has_curved(); }
   static void take_away_rates(EndSystem& s, Eigen::Ref<Vector> x);
 
   const Problem& problem_;

@@ -102,7 +102,7 @@ bool SwitchSolver::iterate(std::span<Element> run, const Switch& end, double h, 
     linearize(run[m], responses_[m]);
     is_contradictory = system_.is_redundant() && !system_.is_consistent(run[m], h);
     system_.set_right_end(k_, run[m]);
-    if (system_.end.applies()) system_.end.project_variations(run[m], dq_, dv_, system_.end_work);
+    if (run[m].is_projected) system_.end.project_variations(run[m], dq_, dv_, system_.end_work);
     if (m + 1 == run.size()) system_.set_end_forces(run[m]);
   }
   ++system_.counters.inner_iterations;

@@ -195,6 +195,7 @@ void ElementRunSolver::prepare(int first, int count) {
     Element& element = buffers_.element(first + k);
     element.modes = front.modes;
     element.facets = front.facets;
+    element.closes_bounce = false;
     element.slip_start.setZero();
   }
 }

@@ -181,6 +181,7 @@ void ElementStartSolver::clear(const Place& at) const {
   at.start.alternatives.clear();
   at.start.closed_instead = 0;
   at.stages().v0 = at.step.v_minus.col(at.element);
+  at.stages().closes_bounce = false;
   clear_modes(problem_.info(), at.stages(), at.start);
   at.step.n_impacts[static_cast<std::size_t>(at.element)] = 0;
   if (problem_.n_c() > 0) at.step.Lambda_n.col(at.element).setZero();
@@ -227,6 +228,7 @@ ElementStartSolver::Result ElementStartSolver::close_instead(FesdStep& step, int
   const Result result = set_modes(at, closed_instead);
   start.alternatives.resize(n_alternatives);
   start.closed_instead = closed_instead;
+  at.stages().closes_bounce = closed_instead != 0;
   return result;
 }
 
@@ -377,6 +379,7 @@ bool ElementStartSolver::carry_on(FesdStep& step, int element, ElementStart& sta
   Element& stages = step.elements[element];
   stages.q0 = before.q1;
   stages.v0 = before.v1;
+  stages.closes_bounce = false;
   step.v_minus.col(element) = before.v1;
   step.n_impacts[static_cast<std::size_t>(element)] = 0;
   start.touching.clear();

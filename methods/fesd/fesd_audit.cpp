@@ -259,7 +259,8 @@ void FesdAudit::add_friction(const View& at, int i) {
     stages.push_back(
         {contact.mu * e.lambda_n(i, j), tangents(e.lambda_t.col(j)), slip(i, e.q.col(j), stage_velocity(e, j, n_t))});
     slips.push_back(stages.back().v_t);
-    if (!e.is_projected || j + 1 < n_s) add_cone(FesdCondition::stage_cone, stages.back(), i, force);
+    if (!(e.is_projected && stiffly_accurate_) || j + 1 < n_s)
+      add_cone(FesdCondition::stage_cone, stages.back(), i, force);
     add_slip(FesdCondition::stage_slip, stages.back(), i, force);
   }
   if (e.has_end_forces) {
@@ -525,7 +526,7 @@ void FesdAudit::add_gaps_and_forces(const View& at, int i) {
   double largest_gap = left_gap;
   for (int j = 0; j < n_s; ++j) {
     report(FesdCondition::stage_gap, std::min(at.gaps(i, j) + allowed, 0.0), L, i);
-    const bool is_replaced = e.is_projected && j + 1 == n_s;
+    const bool is_replaced = e.is_projected && stiffly_accurate_ && j + 1 == n_s;
     report(FesdCondition::stage_force, std::min(is_replaced ? e.end_lambda_n[i] : lambda[j], 0.0), force, i);
     largest_gap = std::max(largest_gap, std::abs(at.gaps(i, j)));
   }

@@ -54,6 +54,7 @@ class SignConditions {
   Violation check(const Element& stages, int just_broken, std::span<const int> unloaded = {});
 
  private:
+  bool is_end_stage(int j) const { return j == n_s_ - 1 && n_points_ == n_s_; }
   bool is_clear(const Element& stages);
   double gap_rounding(const Element& stages, int contact);
   void check_gaps(const Element& stages, int just_broken, std::span<const int> unloaded, Violation& first);

@@ -73,7 +73,7 @@ class MadeUpElement {
     }
     system.set_active(e);
     k.set(system.tableau, kLength);
-    if (system.end.applies()) move_along_contacts();
+    if (system.end.applies_to(e)) move_along_contacts();
     evaluate(e);
     system.equations.derivatives(k, e, system.work);
   }
@@ -250,7 +250,7 @@ TEST_P(ElementDerivatives, SwitchSlopesAreThoseOfTheSwitchFunctions) {
         dq.col(0) += made.k.h2bA[l] * direction.segment(l * made.n_x(), n);
         dv.col(0) += made.k.hb[l] * direction.segment(l * made.n_x(), n);
       }
-      if (made.system.end.applies()) made.system.end.project_variations(e, dq, dv, made.system.end_work);
+      if (made.system.end.applies_to(e)) made.system.end.project_variations(e, dq, dv, made.system.end_work);
       made.system.set_end_forces(e);
       Eigen::RowVector2d slope;
       made.function.slope(e, end, {dq, dv, x}, slope);
