@@ -6,6 +6,7 @@
 #include <cmath>
 #include <new>
 
+#include "methods/step_check.h"
 #include "problems/input_error.h"
 
 namespace ricochet {
@@ -57,13 +58,17 @@ Solution guarded(const Problem& problem, const Run& run) {
   }
 }
 
-/// Drops the events that nobody wanted, and notices a state that is none.
-void complete(const Settings& settings, Solution& solution) {
+constexpr double kNoAccuracy = 1e300;
+constexpr double kLastCheck = 1000;  // tolerances that the gaps at the end of an error-controlled run may be wrong by
+
+/// Drops the events that nobody wanted, and checks the final state of whatever method it is. A fixed-step method has no
+/// accuracy that its gaps could be compared with.
+void complete(const MethodInfo& method, const Problem& problem, const Settings& settings, Solution& solution) {
   if (settings.recording == Recording::final_state) solution.events.clear();
-  if (solution.succeeded() && !(solution.q.allFinite() && solution.v.allFinite())) {
-    solution.status = Status::non_finite;
-    solution.message = "the final state is not finite";
-  }
+  if (!solution.succeeded()) return;
+  StepCheck check(problem, method.is_adaptive ? kLastCheck * settings.tolerance : kNoAccuracy);
+  solution.status = check(solution.q, solution.v, {});
+  if (!solution.succeeded()) solution.message = fmt::format("at t = {:.6g} s: {}", solution.t, check.message());
 }
 
 }  // namespace
@@ -84,7 +89,7 @@ Solution Method::solve(const Problem& problem, const Settings& settings) const {
   require_support(problem.info());
   check(info(), problem.info(), settings);
   Solution solution = guarded(problem, [&] { return do_solve(problem, settings); });
-  complete(settings, solution);
+  complete(info(), problem, settings, solution);
   return solution;
 }
 
@@ -98,7 +103,7 @@ class Method::CheckedSolver final : public Solver {
     check(info_, problem_.info(), settings);
     Solution solution =
         guarded(problem_, [&] { return solver_ ? solver_->solve(settings) : method_.do_solve(problem_, settings); });
-    complete(settings, solution);
+    complete(info_, problem_, settings, solution);
     return solution;
   }
 

@@ -78,6 +78,9 @@ bool EventLocatedRun::check_gaps(double t, Solution& solution) {
                   fmt::format("bilateral constraint '{}' has drifted to {:.3g} m", name(i), gap[i]));
     if (gap[i] < -part * size[i] && flights_.bounced(i, t))  // too low for its next impact to be seen
       return stop(solution, Status::step_limit, t, flights_.accumulating(t));
+    if (is_closed(dynamics_.modes()[i]) && gap[i] > part * size[i])
+      return stop(solution, Status::inner_solver_failed, t,
+                  fmt::format("closed contact '{}' has left its surface, its gap is {:.3g} m", name(i), gap[i]));
     if (gap[i] < -part * size[i])
       return stop(solution, Status::inner_solver_failed, t,
                   fmt::format("contact '{}' was passed unnoticed, its gap is {:.3g} m", name(i), gap[i]));

@@ -16,6 +16,7 @@ constexpr float kLeastLogError = -13;      // of e_before, 1e-4
 constexpr double kLanding = 0.01;          // of the tolerance, (2)
 constexpr double kShortest = 1e-14;        // of the end time: what time can resolve
 constexpr double kShortestRefined = 1e-6;  // of the end time: step that becomes shorter for a gap that it nearly closes
+constexpr double kLastCheck = 1000;        // tolerances that a gap may have gathered when a step is accepted
 constexpr int kMaxStandstills = 100;       // a few events may coincide
 constexpr int kMaxLandings = 8;
 constexpr long kMaxSteps = 10'000'000;
@@ -41,7 +42,8 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
       step_(*workspace.step),
       ends_(step_.ends),
       before_(info_.contacts.size(), ContactMode::open),
-      v_minus_(info_.v0) {
+      v_minus_(info_.v0),
+      check_(problem, kLastCheck * tolerance_) {
   workspace.start(tolerance_);
   if (settings.sensitivities.empty()) return;
   sensitivity_.emplace(problem, std::get<EmbeddedTableau>(formula), scales_, dynamics_, settings);
@@ -160,6 +162,8 @@ bool EventDrivenRun::take_step() {
   t_ = end;
   if (sensitivity_) sensitivity_->accept();
   ends_.advance();
+  if (const Status status = check_(ends_.q0, ends_.v0, dynamics_.modes()); status != Status::success)
+    return stop(status, check_.message());
   if (info_.n_c() > 0) functions_.advance(ends_.v0);
   if (settings_.recording >= Recording::grid && n_samples_ == 0)
     solution_.samples.push_back({t_, ends_.q0, ends_.v0, ends_.v0});

@@ -7,6 +7,7 @@
 #include "methods/event_driven/event_sensitivity.h"
 #include "methods/method.h"
 #include "methods/runge_kutta/embedded_tableau.h"
+#include "methods/step_check.h"
 #include "methods/time_limit.h"
 
 namespace ricochet {
@@ -75,6 +76,7 @@ class EventDrivenRun {
   std::vector<ImpactSequence::Impact> impacts_;  // of the instant, where derivatives are asked for
   std::vector<ContactMode> before_;
   Vector v_minus_;
+  StepCheck check_;
   double t_ = 0, h_ = 0;        // [s]; the length of the next step
   float last_log_error_ = -13;  // e_before of (1), binary logarithm
   double last_event_ = -1;      // [s]

@@ -66,7 +66,7 @@ class Fesd final : public Method {
   Solution run(const Problem& problem, const Settings& settings, KeptSolver& kept) const {
     const bool pinned = options_.switches == PivotingSolver::Switches::pinned;
     if (!settings.sensitivities.empty()) require_sensitivities(problem.info());
-    FesdRun steps(problem, tableau_, settings,
+    FesdRun steps(problem, tableau_, settings, options_.gap_tolerance,
                   FesdAudit::Claims{.pinned = pinned, .gap_tolerance = options_.gap_tolerance, .cone = cone_},
                   kept.counters());
     PivotingSolver& solver = kept.start(settings.inner_tolerance);

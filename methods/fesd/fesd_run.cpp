@@ -4,15 +4,26 @@
 
 namespace ricochet {
 
-FesdRun::FesdRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
+FesdRun::FesdRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings, double accuracy,
                  const std::optional<FesdAudit::Claims>& claims, Counters& counters)
-    : problem_(problem), settings_(settings), counters_(counters), time_limit_(settings.time_limit) {
+    : problem_(problem),
+      settings_(settings),
+      counters_(counters),
+      time_limit_(settings.time_limit),
+      check_(problem, accuracy) {
   if (settings.audit && claims) audit_.emplace(problem, tableau, *claims);
   if (settings.recording == Recording::motion) motion_.emplace(tableau);
   if (!settings.sensitivities.empty()) sensitivity_.emplace(problem, tableau, settings.sensitivities);
 }
 
-void FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, double t_end) {
+bool FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, double t_end) {
+  for (int n = 0; n < step.n_elements; ++n) {
+    const Element& element = step.elements[n];
+    const Status status = check_(element.q1, element.v1, element.modes);
+    if (status == Status::success) continue;
+    fail(status, fmt::format("from t = {:.12g} s: ", t), check_.message());
+    return false;
+  }
   record_step(problem_, settings_.recording, step, previous, t, sensitivity(), solution_);
   if (audit_) audit_->add(step, previous, t);
   double begin = t;
@@ -23,6 +34,7 @@ void FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, d
   }
   reached_ = &step.last();
   solution_.t = t_end;
+  return true;
 }
 
 void FesdRun::fail(Status status, const std::string& where, const std::string& message) {

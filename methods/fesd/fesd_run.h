@@ -10,17 +10,19 @@
 #include "methods/fesd/fesd_audit.h"
 #include "methods/fesd/sensitivity.h"
 #include "methods/method.h"
+#include "methods/step_check.h"
 #include "methods/time_limit.h"
 
 namespace ricochet {
 
-/// What all FESD methods do with the steps that they accept: events and grid points, audit, derivatives, the state
-/// reached; and when they have to stop.
+/// What all FESD methods do with the steps that they accept: last check, events and grid points, audit, derivatives, the
+/// state reached; and when they have to stop.
 class FesdRun {
  public:
-  /// Problem and settings have to outlive the run. @param claims  what the audit is to know; without, there is none
+  /// Problem and settings have to outlive the run. @param accuracy  of the gaps at the ends of elements, see StepCheck
+  /// @param claims  what the audit is to know; without, there is none
   /// @param counters  of what solves the steps
-  FesdRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
+  FesdRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings, double accuracy,
           const std::optional<FesdAudit::Claims>& claims, Counters& counters);
 
   bool time_is_over() const { return time_limit_.is_over(); }
@@ -30,8 +32,9 @@ class FesdRun {
   bool has_no_derivative(const FesdStep& step) const { return sensitivity_ && step.has_impact_sequence(); }
 
   /// The next step, which has been added to sensitivity(); it has to stay where it is until the next one is accepted.
+  /// Where it fails the last check, fail() has its reason.
   /// @param previous  the one before it, or null; @param t, t_end  from and to [s]
-  void accept(const FesdStep& step, const FesdStep* previous, double t, double t_end);
+  bool accept(const FesdStep& step, const FesdStep* previous, double t, double t_end);
   /// The run ends here. @param message  why; behind a time limit that is what it says
   void fail(Status status, const std::string& where, const std::string& message);
 
@@ -56,6 +59,7 @@ class FesdRun {
   Counters& counters_;
   const TimeLimit time_limit_;
   Solution solution_;
+  StepCheck check_;
   std::optional<FesdAudit> audit_;
   std::optional<Sensitivity> sensitivity_;
   std::optional<ElementMotion> motion_;  // of Recording::motion
@@ -79,7 +83,7 @@ void FesdRun::take_equal_steps(const Solver& solver, const Advance& advance, con
     if (status != Status::success) return fail(status, where(), message());
     if (has_no_derivative(solver.step())) return fail(Status::infeasible, where(), VariedProblem::kNoDerivative);
     if (sensitivity_) sensitivity_->add(solver.step(), (k + 1.0) / n * sensitivity_->dt_final());
-    accept(solver.step(), solver.previous_step(), k * H, k + 1 == n ? T : (k + 1) * H);
+    if (!accept(solver.step(), solver.previous_step(), k * H, k + 1 == n ? T : (k + 1) * H)) return;
   }
 }
 

@@ -41,6 +41,8 @@
 namespace ricochet {
 namespace {
 
+constexpr double kGapAccuracy = 1e-6;  // of the relaxed complementarity at the end of a homotopy
+
 class FesdHomotopy final : public Method {
  public:
   explicit FesdHomotopy(const MethodSpec& spec) : id_(spec.text()), tableau_(tableau_argument(spec)) {
@@ -70,7 +72,7 @@ class FesdHomotopy final : public Method {
       return settings.time_limit - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     };
     Counters counters;
-    FesdRun run(problem, tableau_, settings, std::nullopt, counters);
+    FesdRun run(problem, tableau_, settings, kGapAccuracy, std::nullopt, counters);
     solver.start(problem.info().q0, problem.info().v0);
     run.take_equal_steps(
         solver,

@@ -306,11 +306,12 @@ void SymbolicProblem::describe_contacts() {
                        "friction needs tangent directions Jt");
     }
     std::set<int> support;
-    bool is_affine = true;
+    const bool jumps = may_jump(contact.gap);  // where its derivative is zero
+    bool is_affine = !jumps;
     for (int k = 0; k < info_.n_q; ++k) {
       const auto& x = model_.q[k];
       const ex slope = contact.gap.diff(x);
-      const bool in_gap = !slope.is_zero();
+      const bool in_gap = !slope.is_zero() || (jumps && contact.gap.has(x));
       bool in_tangents = false;
       for (const auto& direction : contact.tangents) {
         in_tangents = in_tangents || !direction[k].is_zero() ||

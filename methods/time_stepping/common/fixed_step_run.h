@@ -147,6 +147,7 @@ class FixedStepRun {
       v.swap(v_plus);
       ++solution.counters.steps;
       ++solution.counters.elements;
+      if (!q.allFinite() || !v.allFinite()) return stop(Status::non_finite, k, "the state is not finite");
       solution.t = k + 1 == settings.steps ? problem.info().end_time : (k + 1) * h;
       const double t_impact = impact_place < 1 ? (k + impact_place) * h : solution.t;
       const bool has_impact = record_closings(t_impact, q_minus, v_minus);

@@ -1,0 +1,103 @@
+// The last check of a step, and runs that it ends: a gap with a jump under a closed contact, and forces that are no numbers.
+#include "methods/step_check.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "methods/registry.h"
+#include "problems/input_error.h"
+#include "problems/scene_file/scene_file.h"
+
+namespace ricochet {
+namespace {
+
+/// Two balls over a floor; T |v| is zero, so that allowed gaps are 1e-6 (1 + |q|).
+class LastCheck : public testing::Test {
+ protected:
+  std::unique_ptr<Problem> problem = read_scene_text(
+      R"({"q0": [0, 1], "v0": [0, 0], "T": 1, "M": [[1, 0], [0, 1]], "f": [0, 0],
+          "contacts": [{"name": "first", "gap": "q[0]"}, {"name": "second", "gap": "q[1]"}]})",
+      "balls");
+  StepCheck check{*problem, 1e-6};
+  Vector v = Vector::Zero(2);
+
+  Status of(double q_0, double q_1, ContactMode first) {
+    const Vector q{{q_0, q_1}};
+    const std::vector<ContactMode> modes{first, ContactMode::open};
+    return check(q, v, modes);
+  }
+};
+
+TEST_F(LastCheck, WantsOpenGapsThatAreNotNegative) {
+  EXPECT_EQ(of(5, 7, ContactMode::open), Status::success);
+  EXPECT_EQ(of(-0.9e-6, 7, ContactMode::open), Status::success);
+  EXPECT_EQ(of(-1.1e-6, 7, ContactMode::open), Status::infeasible);
+  EXPECT_NE(check.message().find("contact 'first' has a gap of -1.1e-06 m"), std::string::npos) << check.message();
+  EXPECT_EQ(of(0, -1, ContactMode::closed), Status::infeasible);
+  EXPECT_NE(check.message().find("'second'"), std::string::npos) << check.message();
+}
+
+TEST_F(LastCheck, WantsClosedGapsOfZero) {
+  EXPECT_EQ(of(0.9e-6, 7, ContactMode::closed), Status::success);
+  EXPECT_EQ(of(1.1e-6, 7, ContactMode::closed), Status::infeasible);
+  EXPECT_NE(check.message().find("closed contact 'first'"), std::string::npos) << check.message();
+  EXPECT_EQ(of(-1.1e-6, 7, ContactMode::closed), Status::infeasible);
+}
+
+TEST_F(LastCheck, WantsNumbers) {
+  EXPECT_EQ(of(std::numeric_limits<double>::quiet_NaN(), 7, ContactMode::open), Status::non_finite);
+  v[1] = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(of(0, 7, ContactMode::open), Status::non_finite);
+}
+
+Solution run(const Problem& problem, const std::string& method) {
+  Settings settings;
+  settings.steps = 90;
+  settings.tolerance = 1e-8;
+  return make_method(method)->solve(problem, settings);
+}
+
+/// Methods that locate events end where a closed contact loses its surface. From the table, or up a step.
+TEST(JumpingGaps, AreNotSlidOver) {
+  for (const char* step : {"-0.5", "0.2"}) {
+    const auto problem = read_scene_text(
+        fmt::format(R"({{"q0": [0, 0], "v0": [2, 0], "T": 0.9, "M": [[1, 0], [0, 1]], "f": [0, "-9.81"],
+            "contacts": [{{"name": "table and floor", "gap": "q[1]-if(q[0]<1,0,{})", "e": 0
+  }
+}]
+}
+})",
+                    step),
+        "table");
+for (const char* method :
+     {"event_driven", "event_driven:radau-iia:3", "fesd_adaptive:radau-iia:3", "fesd_adaptive:gauss:3",
+      "fesd:radau-iia:3,elements=as_needed", "fesd:gauss:3,elements=as_needed", "cvode:adams"}) {
+  const Solution s = run(*problem, method);
+  EXPECT_FALSE(s.succeeded()) << method << " over a step of " << step;
+  EXPECT_NE(s.message.find("table and floor"), std::string::npos) << method << ": " << s.message;
+}
+}
+}
+
+/// The force is a number up to t = 1 only.
+TEST(ForcesThatAreNoNumbers, AreNoSuccessOfAnyMethod) {
+  const auto problem = read_scene_text(
+      R"({"q0": [5], "v0": [0], "T": 2, "M": [[1]], "f": ["sqrt(1-t)"], "contacts": [{"name": "floor", "gap": "q[0]"}]})",
+      "ends");
+for (const MethodEntry& entry : methods()) {
+  if (!entry.make) continue;
+  for (const std::string& method : entry.examples) {
+    try {
+      const Solution s = run(*problem, method);
+      EXPECT_FALSE(s.succeeded()) << method;
+      EXPECT_FALSE(s.message.empty()) << method;
+    } catch (const InputError&) {  // declined
+    }
+  }
+}
+}
+
+}  // namespace
+}  // namespace ricochet
