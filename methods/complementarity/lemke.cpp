@@ -15,10 +15,17 @@ namespace {
 constexpr double kTie = 1e-13;
 // delta, relative to the largest diagonal entry: above rounding, and below what distinguishes contacts.
 constexpr double kRegularizations[] = {1e-8, 1e-10, 1e-6};
+// Some ties, one after another, relative to q.
+constexpr double kTies = 10 * kTie;
 constexpr int kMaxCorrections = 10;
-// What (1) may be left with there, relative: below the error of any time step, and nothing that a problem without a
-// solution comes near.
+// What (1) may be left with there, relative to the terms of a row, but to no more than q: below the error of any time
+// step, and nothing that a problem without a solution comes near.
 constexpr double kInconsistency = 1e-9;
+// More than pivots leave of (1), unless their bases are nearly singular.
+constexpr double kPivoted = 1e-11;
+// Rounding of M z + q, relative to the sum of its terms; and how much of q it may be where z is large.
+constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
+constexpr double kMostRounding = 1e-5;
 
 /// x / x_divisor - y / y_divisor, cross-multiplied; zero for a tie. `size` is that of the column x and y come from.
 double compare_ratios(double x, double x_divisor, double y, double y_divisor, double size) {
@@ -35,7 +42,8 @@ void LemkeSolver::resize(int max_size) {
   tableau_.resize(max_size, 2 * max_size + 2);
   basis_.resize(static_cast<std::size_t>(max_size));
   active_matrix_.resize(max_size, max_size);
-  active_rhs_.resize(max_size);
+  scaled_.resize(max_size, max_size);
+  for (Vector* x : {&active_rhs_, &scaled_q_, &R_, &C_, &path_z_}) x->resize(max_size);
   active_.reserve(static_cast<std::size_t>(max_size));
 }
 
@@ -71,42 +79,124 @@ int LemkeSolver::leaving_row(int n, int column) const {
   return best;
 }
 
+/// R, C of a problem, and R M C, R q.
+void LemkeSolver::set_scales(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q) {
+  const auto n = q.size();
+  resize(static_cast<int>(n));
+  const double largest = n > 0 ? M.diagonal().maxCoeff() : 0;
+  const int e_max = largest > 0 ? std::ilogb(largest) : 0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (!(M(i, i) > 0)) continue;
+    const int half = (std::ilogb(M(i, i)) - e_max) / 2;
+    R_[i] = std::ldexp(1.0, -half - e_max);
+    C_[i] = std::ldexp(1.0, -half);
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (M(i, i) > 0) continue;
+    double in_row = 0, in_column = 0;
+    for (Eigen::Index j = 0; j < n; ++j) {
+      if (!(M(j, j) > 0)) continue;
+      in_row = std::max(in_row, std::abs(M(i, j)) * C_[j]);
+      in_column = std::max(in_column, R_[j] * std::abs(M(j, i)));
+    }
+    R_[i] = in_row > 0 ? std::ldexp(1.0, -std::ilogb(in_row)) : 1;
+    C_[i] = in_column > 0 ? std::ldexp(1.0, -std::ilogb(in_column)) : 1;
+  }
+  scaled_.topLeftCorner(n, n) = R_.head(n).asDiagonal() * M * C_.head(n).asDiagonal();
+  scaled_q_.head(n) = R_.head(n).cwiseProduct(q);
+}
+
+LcpStatus LemkeSolver::unscale(LcpStatus status, Eigen::Ref<Vector> z) const {
+  z.array() *= C_.head(z.size()).array();
+  return status;
+}
+
 LcpStatus LemkeSolver::solve(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
                              Eigen::Ref<Vector> z) {
-  resize(static_cast<int>(q.size()));
+  set_scales(M, q);
   pivots_ = 0;
-  const LcpStatus path = follow_path(M, q, z);
-  if (path == LcpStatus::solved && is_solution(M, q, z)) return LcpStatus::solved;
-  const LcpStatus redundant = solve_redundant(M, q, z);
-  return path == LcpStatus::iteration_limit && redundant == LcpStatus::ray ? path : redundant;
+  const auto n = q.size();
+  return unscale(solve_cold(scaled_.topLeftCorner(n, n), scaled_q_.head(n), z), z);
 }
 
 LcpStatus LemkeSolver::solve_smallest(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
                                       Eigen::Ref<Vector> z) {
-  resize(static_cast<int>(q.size()));
+  set_scales(M, q);
   pivots_ = 0;
-  const LcpStatus status = solve_redundant(M, q, z);
-  return status == LcpStatus::solved ? status : solve(M, q, z);
+  const auto n = q.size();
+  const auto scaled = scaled_.topLeftCorner(n, n);
+  LcpStatus status = solve_redundant(scaled, scaled_q_.head(n), z);
+  if (status != LcpStatus::solved) {
+    pivots_ = 0;
+    status = solve_cold(scaled, scaled_q_.head(n), z);
+  }
+  return unscale(status, z);
+}
+
+LcpStatus LemkeSolver::solve_warm(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
+                                  Eigen::Ref<Vector> z) {
+  set_scales(M, q);
+  pivots_ = 0;
+  const auto n = q.size();
+  const auto scaled = scaled_.topLeftCorner(n, n);
+  const bool is_warm = try_active_set(scaled, scaled_q_.head(n), z);
+  return unscale(is_warm ? LcpStatus::solved : solve_cold(scaled, scaled_q_.head(n), z), z);
+}
+
+LcpStatus LemkeSolver::solve_cold(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
+                                  Eigen::Ref<Vector> z) {
+  const LcpStatus path = follow_path(M, q, z);
+  if (path == LcpStatus::solved && is_solution(M, q, z, Accuracy::exact)) return LcpStatus::solved;
+  path_z_ = z;
+  const LcpStatus redundant = solve_redundant(M, q, z);
+  if (redundant == LcpStatus::solved && (path != LcpStatus::solved || is_solution(M, q, z, Accuracy::exact)))
+    return LcpStatus::solved;
+  if (path == LcpStatus::ray) return path;
+  if (path == LcpStatus::solved) {
+    z = path_z_;
+    if (is_solution(M, q, z, Accuracy::consistent)) return LcpStatus::solved;
+    correct(M, q, z);
+    if (is_solution(M, q, z, Accuracy::consistent)) return LcpStatus::solved;
+    return LcpStatus::ray;
+  }
+  return path;
 }
 
 /// (1) holds: bases that rounding alone makes regular may end far from it.
 bool LemkeSolver::is_solution(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
-                              const Eigen::Ref<const Vector>& z) const {
-  const double allowed = std::max(kInconsistency * q_size_, rounding_);
+                              const Eigen::Ref<const Vector>& z, Accuracy accuracy) const {
+  if (!z.allFinite()) return false;
   for (Eigen::Index i = 0; i < q.size(); ++i) {
-    const double w = M.row(i).dot(z) + q[i];
+    double w = q[i], terms = std::abs(q[i]);
+    for (Eigen::Index j = 0; j < z.size(); ++j) {
+      const double term = M(i, j) * z[j];
+      w += term;
+      terms += std::abs(term);
+    }
+    const bool is_exact = accuracy == Accuracy::exact;
+    const double size = std::min(terms, q_size_),
+                 rounding = (is_exact ? 0 : std::min(kRounding * terms, kMostRounding * size)) + kTies * q_size_;
+    if (std::numeric_limits<double>::epsilon() * terms > kMostRounding * size + kTies * q_size_) return false;
+    const double stated = M(i, i) > 0 ? rounding_ * R_[i] : 0;
+    const double allowed = std::max((is_exact ? kPivoted : kInconsistency) * size + rounding, stated);
     if (w < -allowed || (z[i] > 0 && w > allowed)) return false;
   }
-  return z.allFinite();
+  return true;
 }
 
 LcpStatus LemkeSolver::solve_redundant(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
                                        Eigen::Ref<Vector> z) {
   const double size = q.size() > 0 ? M.diagonal().maxCoeff() : 0;
+  bool is_solved = false;  // to the consistency of redundant equations at least
   for (const double regularization : kRegularizations) {
-    if (size > 0 && solve_regularized(M, q, regularization, z) == LcpStatus::solved) return LcpStatus::solved;
+    if (!(size > 0) || solve_regularized(M, q, regularization, z) != LcpStatus::solved) continue;
+    if (is_solution(M, q, z, Accuracy::exact)) return LcpStatus::solved;
+    if (!is_solved) consistent_z_ = z;
+    is_solved = true;
   }
-  return LcpStatus::ray;
+  if (!is_solved) return LcpStatus::ray;
+  z = consistent_z_;
+  return LcpStatus::solved;
 }
 
 /// M + delta I instead of M, q without ties, then the active equations of M and q themselves.
@@ -123,7 +213,14 @@ LcpStatus LemkeSolver::solve_regularized(const Eigen::Ref<const Matrix>& M, cons
   q_size_ = q.cwiseAbs().maxCoeff();
   if (status != LcpStatus::solved) return status;
 
-  // As exactly as the active equations are consistent: forces that rounding alone tells apart stay as they are.
+  correct(M, q, z);
+  return is_solution(M, q, z, Accuracy::consistent) ? LcpStatus::solved : LcpStatus::ray;  // else M itself has none
+}
+
+/// Least corrections of the active variables, as exactly as their equations are consistent: forces that rounding alone
+/// tells apart stay as they are.
+void LemkeSolver::correct(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z) {
+  const auto n = q.size();
   const double rounding = kTie * n * (M.cwiseAbs().maxCoeff() * z.maxCoeff() + q_size_);
   Vector w = M * z + q;
   double error = std::numeric_limits<double>::infinity();
@@ -138,7 +235,6 @@ LcpStatus LemkeSolver::solve_regularized(const Eigen::Ref<const Matrix>& M, cons
     w = M * z + q;
     error = std::max(-w.minCoeff(), w(active_).cwiseAbs().maxCoeff());
   }
-  return is_solution(M, q, z) ? LcpStatus::solved : LcpStatus::ray;  // else M itself has none
 }
 
 LcpStatus LemkeSolver::follow_path(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
@@ -182,11 +278,10 @@ LcpStatus LemkeSolver::follow_path(const Eigen::Ref<const Matrix>& M, const Eige
   return LcpStatus::solved;
 }
 
-LcpStatus LemkeSolver::solve_warm(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
-                                  Eigen::Ref<Vector> z) {
+/// The complementary basis that `z` brings along. @return whether it is a solution, z then
+bool LemkeSolver::try_active_set(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
+                                 Eigen::Ref<Vector> z) {
   const int n = static_cast<int>(q.size());
-  resize(n);
-  pivots_ = 0;
   active_.clear();
   for (int i = 0; i < n; ++i) {
     if (z[i] > 0) active_.push_back(i);
@@ -233,11 +328,11 @@ LcpStatus LemkeSolver::solve_warm(const Eigen::Ref<const Matrix>& M, const Eigen
     }
     regular = w >= -kTie * size;
   }
-  if (!regular) return solve(M, q, z);
+  if (!regular) return false;
   z.setZero();
   for (int r = 0; r < n_a; ++r) z[active_[r]] = x[r];
   q_size_ = n > 0 ? q.cwiseAbs().maxCoeff() : 0;
-  return is_solution(M, q, z) ? LcpStatus::solved : solve(M, q, z);
+  return is_solution(M, q, z, Accuracy::exact);
 }
 
 }  // namespace ricochet

@@ -30,6 +30,13 @@ enum class LcpStatus {
 /// When the pivots end there without a solution, they start again on M + delta I, whose forces are unique (and near the
 /// smallest ones), and the smallest correction of the active variables takes delta out of (1) again.
 ///
+/// Units: the solver works on (R M C, R q) with diagonal matrices R and C of powers of two, which round nothing. Rows with
+/// M_ii > 0 have R_i M_ii C_i near one and R_i / R_j = C_i / C_j; the others, the multipliers of friction, have largest
+/// entries near one. So thresholds and pivots do not depend on the units of masses, lengths and times.
+///
+/// A solution is one where (1) holds relative to q and, as far as M z is known, to the rounding of its terms. Impulses
+/// that grow without bound, for which rounding is all that is left, solve nothing.
+///
 /// A warm start tries the complementary basis of the last solution first: when the active set did not change, one
 /// factorisation answers, without a pivot.
 ///
@@ -50,18 +57,26 @@ class LemkeSolver {
   /// Like solve(), but among the solutions of a redundant problem one with the smallest z, up to how delta rounds it.
   LcpStatus solve_smallest(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
 
-  /// @param size  what q may be wrong by: redundant equations need not agree any better
+  /// @param size  what q may be wrong by in rows with M_ii > 0: redundant equations need not agree any better
   void set_rounding(double size) { rounding_ = size; }
 
   int pivots() const { return pivots_; }  ///< of the last call
 
  private:
+  enum class Accuracy { exact, consistent };  // what pivots leave; or what redundant equations and large z may leave
+
+  // On the scaled problem.
+  void set_scales(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q);
+  LcpStatus unscale(LcpStatus status, Eigen::Ref<Vector> z) const;
+  LcpStatus solve_cold(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
+  bool try_active_set(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
   LcpStatus follow_path(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
   LcpStatus solve_redundant(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
   LcpStatus solve_regularized(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, double delta,
                               Eigen::Ref<Vector> z);
   bool is_solution(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
-                   const Eigen::Ref<const Vector>& z) const;
+                   const Eigen::Ref<const Vector>& z, Accuracy accuracy) const;
+  void correct(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
   void pivot(int n, int row, int column);
   int leaving_row(int n, int column) const;
 
@@ -72,8 +87,8 @@ class LemkeSolver {
   // Columns of (2): w_1..w_n | z_1..z_n | z_0 | q. The first n columns hold B^-1.
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> tableau_;
   std::vector<int> basis_;  // variable of each row: 0..n-1 w, n..2n-1 z, 2n z_0
-  Matrix active_matrix_;
-  Vector active_rhs_;
+  Matrix active_matrix_, scaled_;
+  Vector active_rhs_, scaled_q_, R_, C_, path_z_, consistent_z_;
   std::vector<int> active_;
 };
 

@@ -147,6 +147,7 @@ ContactStatus LemkeContactSolver::solve(const ContactProblem& problem, Vector& r
       for (int d = 0; d < contact.n_t; ++d) r_i[1 + d] += e[d] * z_[column];
     }
   }
+  clear_open_contacts(problem, r);
   mark_basis_of_open_contacts(problem, r);
   return ContactStatus::solved;
 }
