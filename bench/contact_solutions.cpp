@@ -75,7 +75,7 @@ ContactSolution solve_stored(const StoredContactProblem& stored, const std::stri
 
   const Vector w = velocities(problem, solution.r);
   const ContactScale scale = scale_of(problem, solution.r);
-  solution.violation = violation(problem, solution.r, w, scale, FrictionPolygon());
+  solution.violation = violation(problem, solution.r, w, FrictionPolygon());
   solution.residuals = residuals_of(problem, solution.r, w);
   solution.fclib_merit = fclib_merit(problem, solution.r, w);
   solution.internal = std::numeric_limits<double>::quiet_NaN();

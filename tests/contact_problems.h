@@ -35,19 +35,19 @@ inline ContactProblem random_problem(FrictionLaw law, int n_c, int n_t, int n_q,
   return problem;
 }
 
-struct Answer {
+struct SolverAnswer {
   ContactStatus status = ContactStatus::iteration_limit;
   Vector r, w;
   double violation = 0;
 };
 
 /// From r = 0.
-inline Answer solve(ContactSolver& solver, const ContactProblem& problem) {
-  Answer answer;
+inline SolverAnswer solve(ContactSolver& solver, const ContactProblem& problem) {
+  SolverAnswer answer;
   answer.r = answer.w = Vector::Zero(problem.G.n_rows());
   answer.status = solver.solve(problem, answer.r);
   problem.G.times(answer.r, problem.b, answer.w);
-  answer.violation = violation(problem, answer.r, answer.w, scale_of(problem, answer.r), solver.polygon());
+  answer.violation = violation(problem, answer.r, answer.w, solver.polygon());
   return answer;
 }
 

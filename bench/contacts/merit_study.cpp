@@ -88,7 +88,7 @@ Measured measure_disturbed(const Exact& exact, const Vector& direction, double d
   const double product = scale.velocity * scale.impulse;
   return {.velocity = (w - exact.w).cwiseAbs().maxCoeff() / scale.velocity,
           .impulse = delta,
-          .merits = {violation(problem, r, w, scale, FrictionPolygon()),
+          .merits = {violation(problem, r, w, FrictionPolygon()),
                      std::max({laws.signorini / product, laws.pull / scale.impulse, laws.approach / scale.velocity,
                                laws.cone / scale.impulse, laws.dissipation / product}),
                      fclib_merit(problem, r, w)}};

@@ -1,6 +1,7 @@
 #include "methods/contact_laws/contact_problem.h"
 
 #include <cmath>
+#include <limits>
 
 namespace ricochet {
 namespace {
@@ -44,6 +45,64 @@ void project_on_cone(ContactMap& map, double mu, int n_t, double rho, const doub
       map.F_w[d][e] = rho * P_y[d][e];
     }
   }
+}
+
+double largest_diagonal(const Delassus& G, int i) {
+  double largest = 0;
+  for (int d = 0; d < G.size(i); ++d) largest = std::max(largest, G.diagonal(i, d));
+  return largest;
+}
+
+double largest_free_velocity(const ContactProblem& problem, int i) {
+  const double* b = problem.b.data() + problem.G.row(i);
+  double largest = 0;
+  for (int d = 0; d < problem.G.size(i); ++d) largest = std::max(largest, std::abs(b[d]));
+  return largest;
+}
+
+// Rounding of velocities, relative to the sum of their terms: that of a sum, and of a linear solve before it.
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon(), kRounding = 16 * kEpsilon;
+// Part of V_i that rounding may have where impulses are large: masses of 1 and 1e8 need 1e-6.
+constexpr double kMostRounding = 1e-5;
+// Smaller parts of E sqrt(g_i) are zero: rounding of the velocities that b is made of.
+constexpr double kLeastPart = 1e-5;
+
+/// (7). @param E  velocity_scale()
+double contact_violation(const ContactProblem& problem, int i, double E, const Vector& r, const Vector& w,
+                         const FrictionPolygon& polygon, const Vector& known) {
+  const auto& G = problem.G;
+  const auto& contact = problem.contacts[i];
+  const int row = G.row(i), n_t = contact.n_t;
+  const double *r_i = r.data() + row, *w_i = w.data() + row;
+  const double g = largest_diagonal(G, i), most = E * std::sqrt(g);
+  double impulse = 0;
+  for (int d = 0; d <= n_t; ++d) {
+    if (!std::isfinite(r_i[d]) || !std::isfinite(w_i[d])) return std::numeric_limits<double>::infinity();
+    impulse = std::max(impulse, std::abs(r_i[d]));
+  }
+  double V = std::max(largest_free_velocity(problem, i), kLeastPart * most), worst = 0;  // as a velocity
+  const bool is_polygon = polygon.applies(n_t);
+  if (!is_polygon) {
+    ContactMap map;
+    map.evaluate(problem.law, contact, 1 / g, 1 / g, r_i, w_i);
+    for (int d = 0; d <= n_t; ++d) worst = std::max(worst, g * std::abs(map.F[d]));
+    // Nothing is left. What other impulses would swallow, they swallow at their own contacts.
+    if (worst <= kRounding * most && kEpsilon * g * impulse <= kMostRounding * V) return 0;
+  }
+  const double R = G.row_terms(i, r.data(), problem.b.data());
+  V = std::max(V, std::min(R, most));
+  const double rounding = std::min(kRounding * R, kMostRounding * V) + kRounding * most;
+  if (known.size() > 0) V = std::max(V, known.segment(row, 1 + n_t).maxCoeff());
+  if (is_polygon) {
+    const double speed = polygon.speed(w_i + 1), pressed = contact.mu * (r_i[0] + contact.present);
+    const double opening = w_i[0] - (problem.law == FrictionLaw::associated ? contact.mu * speed : 0);
+    const double friction = std::abs(r_i[1] * w_i[1] + r_i[2] * w_i[2] + pressed * speed), size = std::max(V, R) / g;
+    worst = std::max(std::abs(std::min(g * r_i[0], opening)), -g * polygon.margin(pressed, r_i + 1));
+    if (size > 0) worst = std::max(worst, friction / size);
+  }
+  // Impulses of such a size swallow b, and w says nothing.
+  if (kEpsilon * R > kMostRounding * V) return R / V;
+  return worst > rounding ? (worst - rounding) / V : 0;
 }
 
 }  // namespace
@@ -108,35 +167,40 @@ ContactScale scale_of(const ContactProblem& problem, const Vector& r) {
   return scale;
 }
 
-double violation(const ContactProblem& problem, const Vector& r, const Vector& w, const ContactScale& scale,
-                 const FrictionPolygon& polygon) {
-  if (scale.velocity == 0 || scale.impulse == 0) return 0;
-  double worst = 0;
-  ContactMap map;
+double velocity_scale(const ContactProblem& problem) {
+  double square = 0;
   for (int i = 0; i < problem.G.n_contacts(); ++i) {
-    const auto& contact = problem.contacts[i];
-    const double *r_i = r.data() + problem.G.row(i), *w_i = w.data() + problem.G.row(i);
-    if (polygon.applies(contact.n_t)) {
-      const double speed = polygon.speed(w_i + 1), pressed = contact.mu * (r_i[0] + contact.present);
-      const double opening = w_i[0] - (problem.law == FrictionLaw::associated ? contact.mu * speed : 0);
-      const double friction = r_i[1] * w_i[1] + r_i[2] * w_i[2];
-      worst = std::max({worst, -r_i[0] / scale.impulse, -opening / scale.velocity,
-                        std::abs(r_i[0] * opening) / (scale.impulse * scale.velocity),
-                        -polygon.margin(pressed, r_i + 1) / scale.impulse,
-                        std::abs(friction + pressed * speed) / (scale.impulse * scale.velocity)});
-      continue;
-    }
-    double stiffest = 0;
-    for (int d = 0; d <= contact.n_t; ++d) stiffest = std::max(stiffest, problem.G.diagonal(i, d));
-    map.evaluate(problem.law, contact, 1 / stiffest, 1 / stiffest, r_i, w_i);
-    for (int d = 0; d <= contact.n_t; ++d) worst = std::max(worst, std::abs(map.F[d]) * stiffest / scale.velocity);
+    const double velocity = largest_free_velocity(problem, i), g = largest_diagonal(problem.G, i);
+    if (g > 0) square = std::max(square, velocity * velocity / g);
   }
+  return std::sqrt(square);
+}
+
+double violation(const ContactProblem& problem, const Vector& r, const Vector& w, const FrictionPolygon& polygon,
+                 const Vector& known) {
+  const double E = velocity_scale(problem);
+  double worst = 0;
+  for (int i = 0; i < problem.G.n_contacts(); ++i)
+    worst = std::max(worst, contact_violation(problem, i, E, r, w, polygon, known));
   return worst;
 }
 
 double violation(const ContactProblem& problem, const Vector& r, const FrictionPolygon& polygon, Vector& w) {
   problem.G.times(r, problem.b, w);
-  return violation(problem, r, w, scale_of(problem, r), polygon);
+  return violation(problem, r, w, polygon);
+}
+
+int worst_contact(const ContactProblem& problem, const Vector& r, const Vector& w, const FrictionPolygon& polygon) {
+  const double E = velocity_scale(problem);
+  int contact = -1;
+  double worst = 0;
+  for (int i = 0; i < problem.G.n_contacts(); ++i) {
+    const double value = contact_violation(problem, i, E, r, w, polygon, {});
+    if (value <= worst) continue;
+    worst = value;
+    contact = i;
+  }
+  return contact;
 }
 
 }  // namespace ricochet

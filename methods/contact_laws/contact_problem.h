@@ -68,7 +68,7 @@ struct ContactMap {
 /// Takes what rounding leaves of the impulses of open contacts, which is at most the tolerance of a solver, out of r.
 void clear_open_contacts(const ContactProblem& problem, Vector& r);
 
-/// What contacts are measured in.
+/// What residuals of whole problems are reported in.
 struct ContactScale {
   double velocity = 0, impulse = 0;
 };
@@ -76,12 +76,25 @@ struct ContactScale {
 /// The largest |b| and |G_kk r_k|, and the impulse behind it.
 ContactScale scale_of(const ContactProblem& problem, const Vector& r);
 
-/// Largest violation of (2)-(4) relative to the scale: of (5), (6) as velocities; or, where friction in space has a
-/// polygon in place of the disc, of the complementarity pairs. @param w  velocities that belong to r
-double violation(const ContactProblem& problem, const Vector& r, const Vector& w, const ContactScale& scale,
-                 const FrictionPolygon& polygon);
+/// E = max_j |b_j| / sqrt(g_j), g_j the largest G_kk of a contact: the root of an energy, which all units share.
+double velocity_scale(const ContactProblem& problem);
 
-/// The same with the scale of r. @param w  (1), written; at least G.n_rows()
+/// Largest violation of (2)-(4): of (5), (6) as velocities; or, where friction in space has a polygon in place of the
+/// disc, of the complementarity pairs. Each contact is measured by
+///
+///   V_i = max(|b_i|, min(R_i, E sqrt(g_i)), 1e-5 E sqrt(g_i)),   R_i = |b_i| + sum_j |G_ij| |r_j|     (7)
+///
+/// R_i are the terms that cancel at the contact, so that the unit of a gap and contacts elsewhere change nothing. The
+/// scale stays absolute, in b: impulses that grow where the laws have no solution must not make the rest of b small.
+/// Rounding of the terms is no violation, up to a small part of V_i.
+/// @param w  velocities that belong to r; @param known  per row, a size that V_i has at least; empty: none
+double violation(const ContactProblem& problem, const Vector& r, const Vector& w, const FrictionPolygon& polygon,
+                 const Vector& known = {});
+
+/// The same. @param w  (1), written; at least G.n_rows()
 double violation(const ContactProblem& problem, const Vector& r, const FrictionPolygon& polygon, Vector& w);
+
+/// The contact with the largest violation; -1 when there is none.
+int worst_contact(const ContactProblem& problem, const Vector& r, const Vector& w, const FrictionPolygon& polygon);
 
 }  // namespace ricochet

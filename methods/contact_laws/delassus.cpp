@@ -1,6 +1,7 @@
 #include "methods/contact_laws/delassus.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace ricochet {
 
@@ -47,6 +48,21 @@ void Delassus::row_times(int i, const double* r, const double* b, double* w) con
       for (int d = 0; d < n; ++d) w[d] += *entry++ * impulse;
     }
   }
+}
+
+double Delassus::row_terms(int i, const double* r, const double* b) const {
+  const int n = sizes_[i];
+  double terms[3];
+  for (int d = 0; d < n; ++d) terms[d] = std::abs(b[row_[i] + d]);
+  for (int k = 0; k < n_neighbours(i); ++k) {
+    const Block G_ij = block(i, k);
+    const double* entry = G_ij.values;
+    for (int c = 0; c < G_ij.size; ++c) {
+      const double impulse = std::abs(r[G_ij.row + c]);
+      for (int d = 0; d < n; ++d) terms[d] += std::abs(*entry++) * impulse;
+    }
+  }
+  return *std::max_element(terms, terms + n);
 }
 
 void Delassus::times(const Vector& r, const Vector& b, Vector& w) const {

@@ -54,6 +54,8 @@ class Delassus {
   void row_times(int i, const double* r, const double* b, double* w) const;
   /// w = G r + b
   void times(const Vector& r, const Vector& b, Vector& w) const;
+  /// |b_i| + sum_j |G_ij| |r_j|, the largest of its rows: the terms that cancel in w_i.
+  double row_terms(int i, const double* r, const double* b) const;
   /// @param G  at least n_rows x n_rows
   void to_dense(Matrix& G) const;
 

@@ -88,7 +88,7 @@ TEST_F(ContactFile, KeepsContactsOfDifferentKinds) {
   EXPECT_EQ(read.contacts[0].n_t, 0);
   EXPECT_EQ(read.contacts[1].n_t, 2) << "in space, with a tangent that nothing moves";
   const auto solver = make_newton_contact_solver(1e-13, 100);
-  const Answer ours = solve(*solver, problem), theirs = solve(*solver, read);
+  const SolverAnswer ours = solve(*solver, problem), theirs = solve(*solver, read);
   ASSERT_EQ(theirs.status, ContactStatus::solved);
   EXPECT_NEAR(theirs.r[3], 0, 1e-15);
   for (const auto& [a, b] : {std::pair{0, 0}, {1, 1}, {2, 2}, {3, 4}, {4, 5}, {5, 6}})

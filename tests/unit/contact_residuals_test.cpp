@@ -103,7 +103,7 @@ TEST(RedundantContacts, HaveALeastNormSolutionThatNoSolverBeats) {
   int redundant_problems = 0, internal = 0;
   for (unsigned seed = 1; seed <= 30; ++seed) {
     const ContactProblem problem = random_problem(FrictionLaw::coulomb, 8, 2, 5, seed);
-    const Answer answer = solve(*make_exact_contact_solver(1e-12, 200), problem);
+    const SolverAnswer answer = solve(*make_exact_contact_solver(1e-12, 200), problem);
     ASSERT_EQ(answer.status, ContactStatus::solved) << seed;
     if (answer.r.norm() == 0) continue;
     const RedundantContacts redundant(problem);

@@ -45,7 +45,7 @@ TEST_P(RandomContactProblems, AreSolved) {
   int open = 0, stick = 0, slip = 0;
   for (unsigned seed = 1; seed <= 100; ++seed) {
     const ContactProblem problem = random_problem(law, n_c, n_t, n_q, seed);
-    const Answer answer = solve(*solver, problem);
+    const SolverAnswer answer = solve(*solver, problem);
     ASSERT_EQ(answer.status, ContactStatus::solved) << "seed " << seed;
     // 1e-12 is what the iterative solvers are asked for; pivoting has the rounding of a few dozen pivots.
     EXPECT_LE(answer.violation, kind == SolverKind::lemke ? 1e-11 : 1e-12) << "seed " << seed;
@@ -92,11 +92,11 @@ TEST(ContactSolvers, AgreeWhereTheVelocitiesAreUnique) {
        {std::tuple{FrictionLaw::coulomb, 0, 3}, {FrictionLaw::associated, 1, 14}, {FrictionLaw::associated, 2, 20}}) {
     for (unsigned seed = 1; seed <= 10; ++seed) {
       const ContactProblem problem = random_problem(law, 4, n_t, n_q, seed);
-      const Answer newton = solve(*solver_of(SolverKind::newton), problem),
-                   pgs = solve(*solver_of(SolverKind::pgs), problem),
-                   interior = solve(*solver_of(SolverKind::interior_point), problem),
-                   admm = solve(*solver_of(SolverKind::admm), problem),
-                   lemke = solve(*solver_of(SolverKind::lemke, 64), problem);
+      const SolverAnswer newton = solve(*solver_of(SolverKind::newton), problem),
+                         pgs = solve(*solver_of(SolverKind::pgs), problem),
+                         interior = solve(*solver_of(SolverKind::interior_point), problem),
+                         admm = solve(*solver_of(SolverKind::admm), problem),
+                         lemke = solve(*solver_of(SolverKind::lemke, 64), problem);
       // 1e-12 of the natural map, times the condition of G, up to 1e4 for these seeds
       EXPECT_LE((newton.w - pgs.w).norm(), 1e-8) << "seed " << seed;
       EXPECT_LE((newton.w - interior.w).norm(), 1e-8) << "seed " << seed;
@@ -175,7 +175,7 @@ TEST_P(EverySolver, PutsABoxOnFourCorners) {
   Vector v(6);
   v << 0.2, 0.1, -1, 0, 0, 0;
   problem.b = J.transpose() * v;
-  const Answer answer = solve(*solver_of(GetParam()), problem);
+  const SolverAnswer answer = solve(*solver_of(GetParam()), problem);
   ASSERT_EQ(answer.status, ContactStatus::solved);
   EXPECT_LE(answer.w.cwiseAbs().maxCoeff(), 1e-11) << "it stops";
   EXPECT_LE(answer.violation, 1e-11);
@@ -231,7 +231,7 @@ TEST(ContactSolvers, SolveALongColumn) {
   EXPECT_EQ(problem.G.n_blocks(), 3 * n - 2);
   for (const SolverKind kind :
        {SolverKind::exact, SolverKind::newton, SolverKind::interior_point, SolverKind::admm, SolverKind::staggered}) {
-    const Answer answer = solve(*solver_of(kind), problem);
+    const SolverAnswer answer = solve(*solver_of(kind), problem);
     ASSERT_EQ(answer.status, ContactStatus::solved) << name_of(kind);
     // G^-1 has norm 4 n^2 / pi^2 = 16000; tolerance 1e-12 of the largest velocity term, 2 n
     for (int i = 0; i < n; ++i) EXPECT_NEAR(answer.r[i], n - i, 1e-5) << name_of(kind) << " " << i;
@@ -245,7 +245,7 @@ TEST(ContactSolvers, PutAHeavyBlockOnALightOne) {
   const ContactProblem problem = column(vector({1, ratio}));
   for (const SolverKind kind : {SolverKind::lemke, SolverKind::exact, SolverKind::newton, SolverKind::interior_point,
                                 SolverKind::admm, SolverKind::staggered}) {
-    const Answer answer = solve(*solver_of(kind), problem);
+    const SolverAnswer answer = solve(*solver_of(kind), problem);
     ASSERT_EQ(answer.status, ContactStatus::solved) << name_of(kind);
     // 1e-12 of the largest velocity term, `ratio`, is 1e-6 at each contact: the speed of the upper block may be off by
     // that of both, and so r
@@ -277,7 +277,8 @@ TEST(ContactSolvers, AdmmSolvesWithAnOperatorThatIsNotSymmetric) {
   G << 2, 0.3, -0.2, -0.1, 3, 0.5, 0.4, -0.5, 2.5;
   set_operator(problem, G, {{.n_t = 2, .mu = 0.4}});
   problem.b = vector({-1, 2, -0.5});
-  const Answer admm = solve(*solver_of(SolverKind::admm), problem), pgs = solve(*solver_of(SolverKind::pgs), problem);
+  const SolverAnswer admm = solve(*solver_of(SolverKind::admm), problem),
+                     pgs = solve(*solver_of(SolverKind::pgs), problem);
   ASSERT_EQ(admm.status, ContactStatus::solved);
   EXPECT_LE((admm.r - pgs.r).norm(), kIterated);
 }

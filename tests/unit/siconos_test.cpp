@@ -170,11 +170,11 @@ TEST(Siconos, SolvesContactProblemsAsOursDo) {
       ContactProblem problem = random_problem(FrictionLaw::coulomb, n_c, n_t, n_q, seed);
       for (auto& contact : problem.contacts) contact.mu *= 0.3;
       const auto theirs_from = make_siconos_contact_solver(1e-10, 100000);
-      const Answer theirs = solve(*theirs_from, problem);
+      const SolverAnswer theirs = solve(*theirs_from, problem);
       ASSERT_EQ(theirs.status, ContactStatus::solved)
           << n_c << " " << n_t << " seed " << seed << " " << theirs.violation;
       for (const auto kind : {ContactSolverKind::pgs, ContactSolverKind::newton, ContactSolverKind::interior_point}) {
-        const Answer ours =
+        const SolverAnswer ours =
             solve(*make_contact_solver({.kind = kind, .facets = 0, .tolerance = 1e-11, .iterations = 100000}), problem);
         ASSERT_EQ(ours.status, ContactStatus::solved) << n_c << " " << n_t << " seed " << seed << " " << ours.violation;
         // 1e-10 of the natural map times the condition of G, up to 1e4 for these seeds

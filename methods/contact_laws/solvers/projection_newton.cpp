@@ -9,13 +9,13 @@ namespace {
 constexpr double kRegularization = 1e-10, kLeastRegularization = 1e-13;
 constexpr double kSlow = 0.1;
 constexpr int kMaxHalvings = 12;
-// What rounding may leave of a velocity of zero, as a part of the largest velocity.
+// What rounding may leave of a velocity of zero, as a part of the largest one; both over sqrt(G_kk).
 constexpr double kTie = 1e-12;
 
 }  // namespace
 
-/// F, its derivative where asked for, w; returns ||F||, contacts weighted to velocities. @param tie  [m/s], normal
-/// velocities up to which contacts without impulse count as closed
+/// F, its derivative where asked for, w; returns ||F||, contacts weighted to roots of energies, which all share.
+/// @param tie  normal velocities over sqrt(G_nn) up to which contacts without impulse count as closed
 double ProjectionNewton::evaluate(const ContactProblem& problem, const Vector& r, bool jacobian, double tie) {
   problem.G.times(r, problem.b, w_);
   double sum = 0;
@@ -26,10 +26,10 @@ double ProjectionNewton::evaluate(const ContactProblem& problem, const Vector& r
     for (int d = 1; d < n; ++d) softest_t = std::max(softest_t, problem.G.diagonal(i, d));
     const double rho_n = problem.law == FrictionLaw::associated ? 1 / stiffest : 1 / problem.G.diagonal(i, 0);
     map_.evaluate(problem.law, problem.contacts[i], rho_n, n > 1 ? 1 / softest_t : 0, r.data() + row, w_.data() + row,
-                  rho_n * tie);
+                  tie * std::sqrt(rho_n));
     for (int d = 0; d < n; ++d) {
       F_[row + d] = map_.F[d];
-      sum += std::pow(stiffest * map_.F[d], 2);
+      sum += stiffest * map_.F[d] * map_.F[d];
     }
     if (!jacobian) continue;
     for (int d = 0; d < n; ++d) {
@@ -66,8 +66,8 @@ bool ProjectionNewton::iterate(const ContactProblem& problem, double tolerance, 
   }
   alpha_ = kRegularization;
   bool closes_ties = r.head(n).isZero(0);
-  double error = linearize(problem, r, closes_ties ? kTie * scale_of(problem, r).velocity : 0);
-  while (violation(problem, r, w_, scale_of(problem, r), disc_) > tolerance) {
+  double error = linearize(problem, r, closes_ties ? kTie * velocity_scale(problem) : 0);
+  while (violation(problem, r, w_, disc_) > tolerance) {
     if (left <= 0) return false;
     --left;
     ++iterations_;

@@ -112,12 +112,12 @@ void StaggeredContactSolver::project_friction(const ContactProblem& problem, dou
   part_.head(n).setZero();
   for (int i = 0; i < G.n_contacts(); ++i) part_[G.row(i)] = r[G.row(i)];
   G.times(part_, problem.b, w_);
-  const double open = problem.b.head(n).cwiseAbs().maxCoeff();  // a velocity that changes no scale
   for (int i = 0; i < G.n_contacts(); ++i) {
     const int row = G.row(i);
     friction_.contacts[i].present = r[row] + problem.contacts[i].present;
     friction_.b.segment(row, G.size(i)) = w_.segment(row, G.size(i));
-    friction_.b[row] = open;
+    friction_.b[row] = 0;
+    friction_.b[row] = friction_.b.segment(row, G.size(i)).cwiseAbs().maxCoeff();  // changes no scale
     r_t_.segment(row, G.size(i)) = r.segment(row, G.size(i));
     r_t_[row] = 0;
   }

@@ -1,8 +1,12 @@
 #include "methods/time_stepping/common/contact_step.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "methods/contact_laws/conflicting_contacts.h"
 
 namespace ricochet {
 
@@ -22,7 +26,7 @@ ContactStep::ContactStep(const Problem& problem, const ContactSolverOptions& opt
   problem_.b.setZero(rows);
   problem_.contacts.reserve(n_c);
   active_.reserve(n_c);
-  for (auto* x : {&r_, &w_}) x->setZero(rows);
+  for (auto* x : {&r_, &w_, &terms_}) x->setZero(rows);
   last_n_.setZero(n_c);
   velocity_rounding_.setZero(n_c);
   last_t_.setZero(info_.n_lambda_t);
@@ -128,21 +132,32 @@ ContactStatus ContactStep::solve(Vector& v, const Vector& shift, const Vector& p
   return status;
 }
 
+std::string ContactStep::reason(ContactStatus status) {
+  if (status == ContactStatus::solved || status == ContactStatus::dependent) return reason_of(status);
+  const auto quoted = [&](std::vector<int> contacts) {
+    for (int& contact : contacts) contact = active_[contact];
+    return quoted_contacts(info_, contacts);
+  };
+  if (const auto conflict = conflicting_contacts(problem_); !conflict.empty())
+    return fmt::format("no impulses keep {} from closing: the contact problem has no solution", quoted(conflict));
+  problem_.G.times(r_, problem_.b, w_);
+  const int worst = worst_contact(problem_, r_, w_, solver_->polygon());
+  return worst < 0 ? reason_of(status) : fmt::format("{}, {}", reason_of(status), quoted({worst}));
+}
+
 double ContactStep::residual(const Vector& v_plus, const Vector& shift, const Vector& slip_shift) {
   const double bilateral = has_bilateral_ ? operator_.bilateral().residual(v_plus, shift.data(), Lambda_n_) : 0;
   if (active_.empty()) return bilateral;
   // Velocities are known to the rounding of their terms, |J|' |v+|.
-  ContactScale scale = scale_of(problem_, r_);
-  const double before = scale.velocity;
   for (int k = 0; k < static_cast<int>(active_.size()); ++k) {
     const int i = active_[k];
     for (int d = 0; d <= n_t(k); ++d) {
-      w_[problem_.G.row(k) + d] = operator_.dot(i, d, v_plus) + shift_of(i, d, shift, slip_shift);
-      scale.velocity = std::max(scale.velocity, operator_.terms(i, d, v_plus));
+      const int row = problem_.G.row(k) + d;
+      w_[row] = operator_.dot(i, d, v_plus) + shift_of(i, d, shift, slip_shift);
+      terms_[row] = operator_.terms(i, d, v_plus);
     }
   }
-  if (before > 0) scale.impulse *= scale.velocity / before;
-  return std::max(bilateral, violation(problem_, r_, w_, scale, solver_->polygon()));
+  return std::max(bilateral, violation(problem_, r_, w_, solver_->polygon(), terms_));
 }
 
 }  // namespace ricochet

@@ -74,6 +74,9 @@ class ContactStep {
   /// tolerance is relative to; and the rounding of J_n' v+ itself. Zero of a contact without impulse.
   double velocity_rounding(int contact) const { return velocity_rounding_[contact]; }
 
+  /// Why the last problem was not solved, with the names of its contacts.
+  std::string reason(ContactStatus status);
+
   const Vector& Lambda_n() const { return Lambda_n_; }  ///< n_c, of the last solve(), m included; zero where not active
   const Vector& Lambda_t() const { return Lambda_t_; }  ///< n_lambda_t
 
@@ -100,7 +103,7 @@ class ContactStep {
   std::unique_ptr<ContactSolver> solver_;
   ContactProblem problem_;
   std::vector<int> active_;
-  Vector r_, w_, last_n_, last_t_, velocity_rounding_;
+  Vector r_, w_, terms_, last_n_, last_t_, velocity_rounding_;
   Vector Lambda_n_, Lambda_t_;
 };
 

@@ -174,7 +174,7 @@ class FixedStepRun {
   double impact_place = 0;
 
  private:
-  bool note(ContactStatus status) { return status == ContactStatus::solved || fail(reason_of(status)); }
+  bool note(ContactStatus status) { return status == ContactStatus::solved || fail(contacts.reason(status)); }
 
   Solution stop(Status status, int k, const std::string& reason) {
     solution.status = status;

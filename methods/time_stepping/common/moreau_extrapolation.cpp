@@ -149,8 +149,10 @@ bool MoreauExtrapolation::solve_contacts(double h, Rates rates, const State& fro
   }
   ContactStatus status = contacts_.set_inverse_mass(W_);
   if (status == ContactStatus::solved) status = contacts_.solve(to.v, shift_, {}, slip_turn_);
-  reason_ = reason_of(status);
-  if (status != ContactStatus::solved) return false;
+  if (status != ContactStatus::solved) {
+    reason_ = contacts_.reason(status);
+    return false;
+  }
   if (settings_.audit) tried_residual_ = std::max(tried_residual_, contacts_.residual(to.v, shift_, slip_turn_));
   contacts_.slip_velocities(to.v, slip_);
   slip_ += slip_turn_;

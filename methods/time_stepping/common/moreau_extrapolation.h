@@ -82,7 +82,7 @@ class MoreauExtrapolation {
   bool bounces() const { return bounces_; }                        ///< A contact did, in the last substep.
   const Vector& Lambda_n() const { return contacts_.Lambda_n(); }  ///< n_c, of the last substep
   const Vector& Lambda_t() const { return contacts_.Lambda_t(); }  ///< n_lambda_t
-  const char* reason() const { return reason_; }
+  const std::string& reason() const { return reason_; }
   /// Largest residual of (3) in steps that were taken, with Settings::audit.
   double residual() const { return residual_; }
 
@@ -117,7 +117,7 @@ class MoreauExtrapolation {
   std::array<double, kMaxRows + 1> errors_{};
   int rows_used_ = 0;
   double residual_ = 0, tried_residual_ = 0;
-  const char* reason_ = "";
+  std::string reason_;
 };
 
 }  // namespace ricochet

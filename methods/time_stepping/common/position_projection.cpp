@@ -49,7 +49,7 @@ bool PositionProjection::apply(Vector& q) {
     ContactStatus status = contacts_.set_inverse_mass(W_);
     if (status == ContactStatus::solved) status = contacts_.solve(dq_, gap_, none_);  // (1)
     if (status != ContactStatus::solved) {
-      reason_ = reason_of(status);
+      reason_ = contacts_.reason(status);
       return false;
     }
     q += dq_;

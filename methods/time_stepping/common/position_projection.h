@@ -17,7 +17,7 @@ class PositionProjection {
 
   /// @return false when (1) failed, with a reason
   bool apply(Vector& q);
-  const char* reason() const { return reason_; }
+  const std::string& reason() const { return reason_; }
 
  private:
   const Problem& problem_;
@@ -28,7 +28,7 @@ class PositionProjection {
   Matrix M_;
   BlockInverse W_;
   Vector gap_, rounding_, dq_, none_;
-  const char* reason_ = "";
+  std::string reason_;
 };
 
 }  // namespace ricochet
