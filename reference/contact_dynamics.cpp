@@ -6,6 +6,12 @@
 #include "reference/force_equations.h"
 
 namespace ricochet::reference {
+namespace {
+
+// Accelerations that forces miss, relative to those without them, from which on the forces are corrected.
+constexpr double kRefined = 1e-11;
+
+}  // namespace
 
 ContactDynamics::ContactDynamics(const Problem& problem)
     : problem_(problem),
@@ -168,7 +174,26 @@ bool ContactDynamics::solve_for_forces(double* a) {
     for (Eigen::Index l = 0; l < n_q; ++l) push[l] += forces_[row] * MC[l];
   }
   for (Eigen::Index l = 0; l < n_q; ++l) a[l] += push[l];
+  if (is_regular_ && !is_redundant_ && n > 1) refine_forces(a);
   return true;
+}
+
+/// Forces carry rounding times the ratio of the masses, and the accelerations that they make tell how much.
+void ContactDynamics::refine_forces(double* a) {
+  const Eigen::Index n = std::ssize(unknowns_), n_q = problem_.n_q();
+  const double allowed = kRefined * right_.cwiseAbs().maxCoeff();
+  double largest = 0;
+  for (Eigen::Index row = 0; row < n; ++row) {
+    right_[row] = scale_[row] * (-unknowns_[row].dot(a) - bias_[row]);
+    largest = std::max(largest, std::abs(right_[row]) / scale_[row]);
+  }
+  if (!(largest > allowed)) return;
+  factors_.solve(right_.data());
+  for (Eigen::Index row = 0; row < n; ++row) {
+    const double correction = scale_[row] * right_[row], *MC = MC_.col(row).data();
+    forces_[row] += correction;
+    for (Eigen::Index l = 0; l < n_q; ++l) a[l] += correction * MC[l];
+  }
 }
 
 /// (5) where it is singular or was at the last call.

@@ -75,6 +75,7 @@ class ContactDynamics {
   void assemble(const double* v);
   void evaluate_bias(const double* q, const double* v);
   bool solve_for_forces(double* a);
+  void refine_forces(double* a);
   bool divide_forces(const double* a);
   std::vector<ForceCone> force_cones() const;
   void note_redundancy(const ForceEquations& equations);

@@ -53,6 +53,7 @@ class ContactLaws {
                const std::vector<char>& resting) const;
 
  private:
+  std::string names(const std::vector<int>& contacts) const;
   Matrix jacobian(const Vector& q, const std::vector<int>& contacts) const;
   /// Solves (2). @return columns (v+ or v', m)
   Matrix under_constraints(const Vector& q, const Matrix& right_hand_side) const;
@@ -60,6 +61,8 @@ class ContactLaws {
   Matrix response(const Vector& q, const Matrix& p) const;
   Decision stated_law(const Matrix& J, const Matrix& MJ, const Vector& v_minus, const std::vector<int>& touching,
                       const std::vector<char>& last) const;
+  void refine_impact(const Matrix& J, const Matrix& MJ, const Vector& v_minus, const Vector& b,
+                     const std::vector<int>& touching, Decision& decision) const;
   void add_bilateral_impulses(const Vector& q, const Vector& v_minus, Decision& decision) const;
   /// Completes the question with the laws of the contacts. @param directions  by contact, or empty
   Decision coulomb_law(ContactQuestion question, const std::vector<int>& contacts,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "methods/contact_laws/impact_laws/stated_impact.h"
+#include "problems/dense_solve.h"
 
 namespace ricochet {
 namespace {
@@ -11,6 +12,8 @@ namespace {
 // Contacts up to which an island does not predict their modes: where friction admits several solutions, Lemke's method
 // chooses.
 constexpr std::size_t kMaxUnpredicted = 8;
+// What an impact may leave of the velocities that it makes zero, relative to those before it.
+constexpr double kResidual = 1e-11;
 // The next moment of a contact without a load, as part of the end time.
 constexpr double kNextMoment = 1e-8;
 
@@ -146,6 +149,51 @@ void ImpactSolver::push(Eigen::Ref<Vector> motion, Eigen::Ref<Vector> normal) co
   }
 }
 
+/// What an impact leaves of the velocity that it should make zero: of the k-th contact of the island, its row `row`.
+double ImpactSolver::residual(int k, int row, int d, const Eigen::Ref<const Vector>& v) const {
+  const int i = contacts_of_island_[k];
+  const double e = problem_.info().contacts[i].eps_r;
+  return operator_.dot(i, d, v) + (d == 0 ? e / (1 + e) * b_[row] : 0);  // b_n = (1 + e) J_n' v-
+}
+
+bool ImpactSolver::has_residual(const Eigen::Ref<const Vector>& v) const {
+  const double allowed = kResidual * b_.head(delassus_.n_rows()).cwiseAbs().maxCoeff();
+  for (std::size_t k = 0, row = 0; k < laws_.size(); row += 1 + laws_[k++].n_t) {
+    if (is_closed(laws_[k].mode) && std::abs(residual(k, row, 0, v)) > allowed) return true;
+  }
+  return false;
+}
+
+/// Impulses of very different masses are known to rounding times the ratio of masses, and b - G r no better than they
+/// are. The velocities J' v that they make are exact, so that an equation for a correction has an exact right side: a
+/// step of iterative refinement, which keeps the modes. It allocates.
+void ImpactSolver::refine(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n) {
+  const Eigen::Index n = delassus_.n_rows();
+  if (G_.rows() < n) G_.resize(n, n);
+  delassus_.to_dense(G_);
+  std::vector<int> rows;
+  Matrix directions = Matrix::Zero(n, n);  // of the unknowns
+  Vector left(n);
+  for (std::size_t k = 0, row = 0; k < laws_.size(); row += 1 + laws_[k++].n_t) {
+    if (!is_closed(laws_[k].mode)) continue;
+    const auto r_k = r_.segment(row, 1 + laws_[k].n_t);
+    for (int d = 0; d <= (laws_[k].mode == ContactMode::stick ? laws_[k].n_t : 0); ++d) {
+      const auto column = static_cast<Eigen::Index>(rows.size());
+      rows.push_back(static_cast<int>(row) + d);
+      directions(row + d, column) = 1;
+      left[column] = residual(k, row, d, v);
+      if (is_slipping(laws_[k].mode)) directions.col(column).segment(row, r_k.size()) = r_k / r_k[0];
+    }
+  }
+  const auto count = static_cast<Eigen::Index>(rows.size());
+  const auto D = directions.leftCols(count);
+  const Matrix A = (G_.topLeftCorner(n, n) * D)(rows, Eigen::all);
+  const Vector r = r_.head(n), correction = -(D * least_squares(A, left.head(count)));
+  r_.head(n) = correction;
+  push(v, Lambda_n);
+  r_.head(n) += r;
+}
+
 const Vector& ImpactSolver::impulse_size(std::span<const int> together, const Eigen::Ref<const Vector>& Lambda_n,
                                          const Eigen::Ref<const Vector>& Lambda_t) {
   size_.setZero();
@@ -184,6 +232,7 @@ LcpStatus ImpactSolver::impact(std::span<const int> together, std::span<const in
     if (status != LcpStatus::solved) return status;
     if (has_bilateral_) operator_.bilateral().impose(v, nullptr, Lambda_n);
     push(v, Lambda_n);
+    if (is_newton && laws_.size() > 1 && has_residual(v)) refine(v, Lambda_n);
     const double* r = r_.data();
     for (const int i : contacts_of_island_) {
       const auto& contact = problem_.info().contacts[i];

@@ -122,6 +122,9 @@ class ImpactSolver {
   LcpStatus solve_island(double rounding);
   LcpStatus solve_stated(const Eigen::Ref<const Vector>& v);
   void push(Eigen::Ref<Vector> motion, Eigen::Ref<Vector> normal) const;
+  bool has_residual(const Eigen::Ref<const Vector>& v) const;
+  void refine(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n);
+  double residual(int k, int row, int d, const Eigen::Ref<const Vector>& v) const;
 
   const Problem& problem_;
   const FrictionPolygon polygon_;

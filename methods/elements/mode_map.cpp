@@ -14,6 +14,8 @@ constexpr int kMaxCoordinates = 8;
 constexpr std::size_t kMaxMaps = 64;
 // Rounding of terms that cancel, relative to them.
 constexpr double kSumRounding = 8 * std::numeric_limits<double>::epsilon();
+// Accelerations across closed contacts, relative to those without forces, that are taken out of the forces once more.
+constexpr double kLeft = 1e-11;
 
 bool is_affine(const ProblemInfo& info, const ActiveSet& active) {
   return info.structure.constant_mass && info.structure.constant_force_jacobian && !active.has_curved() &&
@@ -78,12 +80,20 @@ void ModeMap::set(const Problem& problem, const ActiveSet& active) {
     B = MC * Ls;
     // (1) for s = 0: C lambda = -C (R' M^-1 C)^-1 R' M^-1 f
     const Matrix to_forces = -Ls * R.transpose();
-    L0 = to_forces * A0;
-    Lq = to_forces * Aq;
-    Lv = to_forces * Av;
-    A0 = cancelled(A0, MC, L0);
-    Aq = cancelled(Aq, MC, Lq);
-    Av = cancelled(Av, MC, Lv);
+    const auto constrain = [&](auto& A, auto& L) {
+      const Matrix free = A;
+      L = to_forces * free;
+      A = cancelled(free, MC, L);
+      // Where a light body carries a heavy one, forces are known to rounding times the ratio of the masses; what they
+      // leave of R' w tells the rest.
+      const Matrix left = R.transpose() * A, size = R.cwiseAbs().transpose() * free.cwiseAbs();
+      if (!(left.array().abs() > kLeft * size.array()).any()) return;
+      L -= Ls * left;
+      A = cancelled(free, MC, L);
+    };
+    constrain(A0, L0);
+    constrain(Aq, Lq);
+    constrain(Av, Lv);
   } else {
     Lq.resize(0, n);
     Lv.resize(0, n);

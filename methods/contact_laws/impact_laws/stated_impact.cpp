@@ -44,7 +44,7 @@ LcpStatus stated_impact(const ProblemInfo& info, std::span<const int> contacts, 
 std::string why_no_impulse(const ProblemInfo& info) {
   const auto law = info.impact_law.hypothesis;
   if (law == ImpactHypothesis::newton || law == ImpactHypothesis::lzb)
-    return "M(q) is not positive definite or the contact problem is degenerate";
+    return "no impulses keep all contacts that touch from closing, or they are so large that rounding hides them";
   return fmt::format("it is that of one contact, {}, and several strike at once, or M(q) is not positive definite",
                      name_of(law));
 }
