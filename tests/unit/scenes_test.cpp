@@ -38,6 +38,8 @@ std::pair<Vector, Vector> state_near_start(const Problem& problem, unsigned seed
 
 /// Files and compiled scenes after 200 steps. Largest measured 7e-14 (woodpecker_toy): rounding, grown by the impacts.
 constexpr double kRun = 1e-12;
+/// Friction in space is solved to 1e-9; by how much more is rounding's to say.
+constexpr double kRunInSpace = 1e-9;
 
 double relative(const Vector& a, const Vector& b) {
   return (a - b).cwiseAbs().maxCoeff() / (1 + b.cwiseAbs().maxCoeff());
@@ -100,8 +102,9 @@ TEST_P(EverySymbolicScene, IsTheSameAsItsFile) {
 
   const Solution s = run_scene(*problem, "moreau_jean", 200), t = run_scene(*file, "moreau_jean", 200);
   ASSERT_TRUE(s.succeeded() && t.succeeded()) << s.message << t.message;
-  EXPECT_LE(relative(s.q, t.q), kRun);
-  EXPECT_LE(relative(s.v, t.v), kRun);
+  const bool in_space = std::ranges::any_of(a.contacts, [](const auto& contact) { return contact.n_t == 2; });
+  EXPECT_LE(relative(s.q, t.q), in_space ? kRunInSpace : kRun);
+  EXPECT_LE(relative(s.v, t.v), in_space ? kRunInSpace : kRun);
 }
 
 /// The order of operations follows the formulas, not the memory addresses of their symbols.
