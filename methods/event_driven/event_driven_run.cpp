@@ -20,8 +20,15 @@ constexpr double kLastCheck = 1000;        // tolerances that a gap may have gat
 constexpr int kMaxStandstills = 100;       // a few events may coincide
 constexpr int kMaxLandings = 8;
 constexpr long kMaxSteps = 10'000'000;
-constexpr double kSlipStart = 0.05;  // of end_time and the cube root of the tolerance: first length of slip from rest
-constexpr int kMaxTurns = 30;        // iterations for its direction
+constexpr long kStepsPerMark = 100'000;   // steps between two looks at the progress
+constexpr double kLeastProgress = 1e-5;   // of the end time, between these
+constexpr double kSlipStart = 0.01;       // of the end time: first length of slip from rest in space
+constexpr double kShortestStart = 1e-12;  // the same, least
+constexpr int kMaxSlipStarts = 200;       // tries and steps, until explicit ones go on
+constexpr double kExplicit = 2;           // part of the slip velocity that friction may change in a step of theirs
+constexpr double kHeldStart = 0.05;       // of end_time and the cube root of the tolerance: step with held directions
+constexpr int kMaxTurns = 30;             // iterations for these
+constexpr double kOfTolerance = 0.1;      // error that ends a slip in space early
 
 }  // namespace
 
@@ -115,6 +122,13 @@ void EventDrivenRun::choose_first_length() {
 bool EventDrivenRun::take_step() {
   if (time_limit_.is_over()) return stop(Status::time_limit, time_limit_.message());
   if (counters_.steps >= kMaxSteps) return stop(Status::step_limit, fmt::format("{} steps", kMaxSteps));
+  if (counters_.steps >= next_mark_) {
+    if (t_ - mark_ < kLeastProgress * T_)
+      return stop(Status::step_limit, fmt::format("{} steps move the time by {:.3g} s: it is held up by {}",
+                                                  kStepsPerMark, t_ - mark_, holding_up()));
+    mark_ = t_;
+    next_mark_ = counters_.steps + kStepsPerMark;
+  }
   const double rest = T_ - t_;
   const bool is_last = 1.01 * h_ >= rest;
   const double h = is_last ? rest : h_;
@@ -148,7 +162,9 @@ bool EventDrivenRun::take_step() {
       return true;
     }
     ++counters_.steps;
-    return land(until) && (settle_slip(event) || change_modes(event));
+    if (!land(until)) return false;
+    if (settle_slip(event)) return true;
+    return solution_.succeeded() && change_modes(event);
   }
   if (info_.n_c() > 0 && h > kShortestRefined * T_ && !functions_.is_exact()) {
     h_ = 0.5 * h;
@@ -217,22 +233,61 @@ bool EventDrivenRun::land(double h) {
   return (dynamics_.closed().empty() && !sensitivity_) || accelerate();
 }
 
-/// The last v_stop of slip in space: up to where it stops, with the acceleration held. True where it only passes by, and
-/// the step goes on.
-bool EventDrivenRun::settle_slip(const Happening& event) {
-  if (event.kind != Kind::slip_stops || info_.contacts[event.contact].n_t != 2) return false;
-  double dt = 0;
-  if (!functions_.stops(event.contact, ends_.q0, ends_.v0, ends_.a0, dt)) {
-    functions_.pass(ends_.q0.data(), ends_.v0.data());
-    return true;
+/// The slipping contacts, or else the closed ones, by name.
+std::string EventDrivenRun::holding_up() const {
+  std::string names;
+  const auto& modes = dynamics_.modes();
+  const bool any_slips = std::ranges::any_of(modes, is_slipping);
+  for (const int i : dynamics_.closed()) {
+    if (any_slips && !is_slipping(modes[i])) continue;
+    names += fmt::format("{}'{}' ({})", names.empty() ? "contact " : ", ", info_.contacts[i].name, to_string(modes[i]));
   }
-  dt = std::min(dt, T_ - t_);
-  if (sensitivity_) sensitivity_->glide(ends_.q0, ends_.v0, ends_.a0, dt);
+  return names.empty() ? "the smooth motion" : names;
+}
+
+/// The last v_stop of slip in space. It ends
+///
+///   on a straight line, with the acceleration held, where that passes zero within the tolerance       (3)
+///   or where the contact law lets it stick, with all contacts that are as slow: their slip then decreases to zero
+///   in the norm of W^-1 whatever its direction, since friction outweighs the load, u' W^-1 u' <= -(mu lambda_n - |lambda_t|) |u|,
+///   and what it still turns moves the state by less than the tolerance.
+///
+/// True where it does neither, and the step goes on: with half of the speed for the next v_stop.
+bool EventDrivenRun::settle_slip(const Happening& event) {
+  stopped_.clear();
+  if (event.kind != Kind::slip_stops || info_.contacts[event.contact].n_t != 2) return false;
+  const auto rest = functions_.rest(event.contact, ends_.q0, ends_.v0, ends_.a0);
+  const double of_q = kOfTolerance * tolerance_ * (1 + ends_.q0.lpNorm<Eigen::Infinity>()),
+               of_v = kOfTolerance * tolerance_ * (1 + ends_.v0.lpNorm<Eigen::Infinity>());
+  const double dt = std::clamp(rest.duration, 0.0, T_ - t_);
   const auto glide = [&](double h) {
     ends_.q1 = ends_.q0 + h * ends_.v0 + 0.5 * h * h * ends_.a0;
     ends_.v1 = ends_.v0 + h * ends_.a0;
     return true;
   };
+  const bool is_straight = rest.duration > 0 && rest.distance <= of_v;
+  if (!is_straight) functions_.find_slow(event.contact, ends_.q0, ends_.v0, stopped_);
+  if (!is_straight && rest.speed > scales_.no_slip(event.contact)) {
+    bool stops = rest.speed * rest.turning_time <= of_q;
+    if (stops) {
+      glide(dt);
+      before_ = dynamics_.modes();
+      const Vector law = dynamics_.law_forces();
+      scales_.begin_step(ends_.q0.data(), ends_.v0.data(), T_ / 10, false);
+      const auto outcome = mode_change_.decide(event, &before_, ends_.q1, ends_.v1, stopped_);
+      stops = outcome.status == Status::success &&
+              std::ranges::all_of(stopped_, [&](int i) { return dynamics_.modes()[i] == ContactMode::stick; });
+      dynamics_.set_modes(before_, ends_.q0.data(), ends_.v0.data());
+      dynamics_.set_law_forces(law);
+      if (!accelerate()) return false;
+    }
+    if (!stops) {
+      functions_.pass_slip(event.contact, ends_.q0, ends_.v0);
+      return true;
+    }
+  }
+  if (!(dt > 0)) return false;
+  if (sensitivity_) sensitivity_->glide(ends_.q0, ends_.v0, ends_.a0, dt);
   sample_until(t_ + dt, glide);
   glide(dt);
   ends_.h = dt;
@@ -255,7 +310,8 @@ bool EventDrivenRun::change_modes(const Happening& cause) {
     if (const auto reason = sensitivity_->reach(cause, ends_.q0, ends_.v0, ends_.a0))
       return stop(Status::infeasible, *reason);
   }
-  const auto outcome = mode_change_.decide(cause, is_first ? nullptr : &before_, ends_.q0, ends_.v0);
+  const auto outcome = mode_change_.decide(cause, is_first ? nullptr : &before_, ends_.q0, ends_.v0, stopped_);
+  stopped_.clear();
   if (outcome.status != Status::success) return stop(outcome.status, outcome.message);
   if (is_first) {
     for (auto& mode : before_) mode = ContactMode::open;
@@ -282,34 +338,143 @@ bool EventDrivenRun::vary_event() {
   return !reason || stop(Status::infeasible, *reason);
 }
 
-/// The first moments of slip in space from rest. Its direction d = v_t / |v_t| has a limit there, but returns to it at a
-/// rate without bound, which no explicit step follows. With the direction that slip has in the middle of a short step,
-/// held over the whole of it, the error is of second order where the direction turns from the start on.
+/// The first moments of slip in space from rest, by SlipStart: steps of which two halves agree with the whole within the
+/// tolerance, until explicit steps are no shorter.
 bool EventDrivenRun::start_slip() {
   const auto& contacts = mode_change_.beginning();
-  double h = std::min(kSlipStart * std::cbrt(tolerance_) * T_, T_ - t_);
+  const auto& name = info_.contacts[contacts.front()].name;
+  if (sensitivity_) return start_slip_at_held_directions();
+  if (!slip_start_) slip_start_.emplace(problem_, dynamics_, functions_);
+  Vector angles(static_cast<Eigen::Index>(contacts.size()));
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    double d[2];
+    dynamics_.direction(contacts[k], d);
+    angles[static_cast<Eigen::Index>(k)] = std::atan2(d[1], d[0]);
+  }
+  double h = std::min(kSlipStart * T_, T_ - t_);
+  const auto finish = [&] {
+    for (const int i : contacts) dynamics_.hold_direction(i, nullptr);
+    h_ = std::min(h_, h);
+    return true;
+  };
+  functions_.begin(ends_.q0.data(), ends_.v0.data());
+  for (int k = 0; k < kMaxSlipStarts; ++k) {
+    const double left = T_ - t_;
+    const bool is_last = h >= left;
+    if (is_last) h = left;
+    if (h < kShortestStart * T_ && !is_last)
+      return stop(Status::inner_solver_failed,
+                  fmt::format("no motion follows the begin of slip at contact '{}'", name));
+    ++counters_.steps;
+    Vector q_once = ends_.q0, v_once = ends_.v0, angles_once = angles;
+    ends_.q1 = ends_.q0;
+    ends_.v1 = ends_.v0;
+    Vector angles_twice = angles;
+    bool solved = slip_start_->take(h, contacts, q_once, v_once, angles_once) &&
+                  slip_start_->take(0.5 * h, contacts, ends_.q1, ends_.v1, angles_twice);
+    const Vector first_angles = slip_start_->first_angles();
+    solved = solved && slip_start_->take(0.5 * h, contacts, ends_.q1, ends_.v1, angles_twice);
+    double error = std::numeric_limits<double>::infinity();
+    if (solved) {
+      error = 0;
+      for (Eigen::Index c = 0; c < info_.n_q; ++c) {
+        error = std::max({error, std::abs(q_once[c] - ends_.q1[c]) / (1 + std::abs(ends_.q0[c])),
+                          std::abs(v_once[c] - ends_.v1[c]) / (1 + std::abs(ends_.v0[c]))});
+      }
+      error /= tolerance_;
+    }
+    bool accepted = error <= 1;
+    if (accepted) {
+      // The polynomial between the ends, and whether another contact changes its mode there.
+      ends_.h = h;
+      ends_.collocation = nullptr;
+      slip_start_->hold(contacts, first_angles);
+      if (!accelerate()) return false;
+      slip_start_->hold(contacts, angles_twice);
+      if (!dynamics_.accelerate(ends_.q1.data(), ends_.v1.data(), ends_.a1.data())) return stop_undetermined();
+      const Happening event = functions_.find(ends_);
+      accepted = !event || event.theta * h < kShortestStart * T_ || event.theta > 1 - 1e-9;
+      if (!accepted && t_ + h > t_ && event.theta > 0.1)
+        h *= std::min(0.9, 0.99 * event.theta);
+      else if (!accepted)
+        h *= 0.1;
+      if (!accepted && has_started(contacts)) return finish();
+      if (!accepted) continue;
+    }
+    if (!accepted) {
+      h *= std::isfinite(error) ? std::clamp(0.8 * std::pow(error, -1.0 / 7), 0.1, 0.8) : 0.25;
+      continue;
+    }
+    record_motion(t_ + h);
+    if (!sample_start(h, angles, contacts)) return false;
+    t_ = is_last ? T_ : t_ + h;
+    ends_.advance();
+    angles = angles_twice;
+    functions_.advance(ends_.v0);
+    if (is_last || slip_start_->stiffness(h, contacts, ends_.q0, ends_.v0, angles) < kExplicit) return finish();
+    h *= std::clamp(0.8 * std::pow(error + 1e-30, -1.0 / 7), 0.5, 4.0);
+  }
+  return finish();
+}
+
+/// Whether all of these contacts slip already.
+bool EventDrivenRun::has_started(const std::vector<int>& contacts) {
+  return std::ranges::all_of(contacts, [&](int i) {
+    double v_t[2];
+    functions_.slip_velocity(i, ends_.q0.data(), ends_.v0.data(), v_t);
+    return std::hypot(v_t[0], v_t[1]) > scales_.no_slip(i);
+  });
+}
+
+/// Dense samples within a step of SlipStart.
+bool EventDrivenRun::sample_start(double h, const Vector& angles, const std::vector<int>& contacts) {
+  const auto reach = [&](double until) {
+    Vector at = angles;
+    ends_.q1 = ends_.q0;
+    ends_.v1 = ends_.v0;
+    return slip_start_->take(until, contacts, ends_.q1, ends_.v1, at);
+  };
+  return sample_until(t_ + h, reach);
+}
+
+/// The same with derivatives, which explicit steps alone have: with the direction that slip has in the middle of a short
+/// step, held over the whole of it, the error is of third order in the velocity.
+bool EventDrivenRun::start_slip_at_held_directions() {
+  const auto& contacts = mode_change_.beginning();
+  const double h = std::min(kHeldStart * std::cbrt(tolerance_) * T_, T_ - t_);
   if (!accelerate()) return false;
-  for (const int i : contacts) {
-    double angle = 0, last_angle = 0, last_sine = 0;
-    for (int k = 0; k < kMaxTurns; ++k) {
-      double d[2], v_t[2];
-      dynamics_.direction(i, d);
-      if (k == 0) angle = std::atan2(d[1], d[0]);
-      if (!step_.take(0.5 * h, nullptr))
-        return stop(Status::inner_solver_failed, "no motion follows the begin of slip");
-      functions_.slip_velocity(i, ends_.q1.data(), ends_.v1.data(), v_t);
-      const double sine = (d[0] * v_t[1] - d[1] * v_t[0]) / std::hypot(v_t[0], v_t[1]);
-      const double turn = k == 0 || sine == last_sine ? sine : -sine * (angle - last_angle) / (sine - last_sine);
-      last_angle = angle;
-      last_sine = sine;
-      angle += std::clamp(turn, -0.5, 0.5);
-      const double turned[2]{std::cos(angle), std::sin(angle)};
-      dynamics_.hold_direction(i, turned);
-      if (std::abs(sine) < 1e-12 || std::abs(turn) < 1e-12) break;
+  bool converged = false;
+  for (int sweep = 0; sweep < kMaxTurns && !converged; ++sweep) {
+    converged = true;
+    for (const int i : contacts) {
+      double angle = 0, last_angle = 0, last_across = 0;
+      for (int k = 0; k < kMaxTurns; ++k) {
+        double d[2], v_t[2];
+        dynamics_.direction(i, d);
+        if (k == 0) angle = std::atan2(d[1], d[0]);
+        if (!step_.take(0.5 * h, nullptr)) break;
+        functions_.slip_velocity(i, ends_.q1.data(), ends_.v1.data(), v_t);
+        // Nearly linear in the angle of d, which the angle between d and v_t is not where v_t is tiny.
+        const double across = (d[0] * v_t[1] - d[1] * v_t[0]) / std::hypot(v_t[0], v_t[1]);
+        const double speed = d[0] * v_t[1] - d[1] * v_t[0];
+        const double turn = k == 0                 ? std::clamp(across, -1e-3, 1e-3)
+                            : speed == last_across ? 0
+                                                   : -speed * (angle - last_angle) / (speed - last_across);
+        if (k == 0 && std::abs(across) < 1e-9) break;
+        converged = false;
+        last_angle = angle;
+        last_across = speed;
+        angle += std::clamp(turn, -0.5, 0.5);
+        const double turned[2]{std::cos(angle), std::sin(angle)};
+        dynamics_.hold_direction(i, turned);
+        if (k > 0 && std::abs(turn) < 1e-15) break;
+      }
     }
   }
-  if (!step_.take(h, nullptr)) return stop(Status::inner_solver_failed, "no motion follows the begin of slip");
-  if (sensitivity_ && !sensitivity_->take_slip_start(ends_, h, contacts)) return stop_undetermined();
+  if (!converged || !step_.take(h, nullptr))
+    return stop(Status::inner_solver_failed, fmt::format("no motion follows the begin of slip at contact '{}'",
+                                                         info_.contacts[contacts.front()].name));
+  if (!sensitivity_->take_slip_start(ends_, h, contacts)) return stop_undetermined();
   if (!sample_until(t_ + h)) return false;
   ends_.q0 = ends_.q1;
   ends_.v0 = ends_.v1;

@@ -5,6 +5,7 @@
 
 #include "methods/event_driven/event_driven_workspace.h"
 #include "methods/event_driven/event_sensitivity.h"
+#include "methods/event_driven/slip_start.h"
 #include "methods/method.h"
 #include "methods/runge_kutta/embedded_tableau.h"
 #include "methods/step_check.h"
@@ -49,6 +50,10 @@ class EventDrivenRun {
   bool change_modes(const Happening& cause);
   bool vary_event();
   bool start_slip();
+  bool start_slip_at_held_directions();
+  bool has_started(const std::vector<int>& contacts);
+  bool sample_start(double h, const Vector& angles, const std::vector<int>& contacts);
+  std::string holding_up() const;
   bool settle_slip(const Happening& event);
   void record_motion(double end);
   void record(const Happening& cause, const Vector& v_minus);
@@ -74,12 +79,16 @@ class EventDrivenRun {
   Solution solution_;
   std::optional<EventSensitivity> sensitivity_;
   std::vector<ImpactSequence::Impact> impacts_;  // of the instant, where derivatives are asked for
+  std::optional<SlipStart> slip_start_;
   std::vector<ContactMode> before_;
+  std::vector<int> stopped_;  // contacts in space that stop at this instant
   Vector v_minus_;
   StepCheck check_;
   double t_ = 0, h_ = 0;        // [s]; the length of the next step
   float last_log_error_ = -13;  // e_before of (1), binary logarithm
   double last_event_ = -1;      // [s]
+  double mark_ = 0;             // [s]; where progress was looked at
+  long next_mark_ = 100'000;    // number of steps at which it is looked at again
   int next_sample_ = 1;
   int standstills_ = 0;  // events in a row that time cannot tell apart
   bool was_rejected_ = false;

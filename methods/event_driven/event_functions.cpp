@@ -17,7 +17,6 @@ constexpr double kBegin = 0.125, kOfBegin = 0.01;
 constexpr int kMaxHalvings = 50;  // in search of a point behind a zero at the left end
 // Speed of slip in space that is left to the run, over the root of the tolerance and the size of slip.
 constexpr double kStop = 0.03;
-constexpr double kPassing = 0.3;  // of its speed: slip that would not come nearer to zero goes on
 
 /// Where a function falls, or rises, through zero between two points, by the Illinois method.
 struct Bracket {
@@ -53,12 +52,12 @@ EventFunctions::EventFunctions(const Problem& problem, const ContactScales& scal
   packed_n_.setZero(info_.n_normal_entries);
   packed_t_.setZero(info_.n_tangent_entries);
   direction_.setZero(info_.n_lambda_t);
-  is_armed_.assign(n_c, 0);
   for (auto* x : {&q_, &v_, &a_}) x->setZero(info_.n_q);
   for (const auto& contact : info_.contacts) {
     curved_normals_ = curved_normals_ || (!contact.is_bilateral && !contact.is_affine);
     curved_tangents_ = curved_tangents_ || (contact.n_t > 0 && !contact.is_affine);
   }
+  if (curved_tangents_) T_.setZero(info_.n_lambda_t, info_.n_q);
   problem.normal_jacobian(info_.q0.data(), packed_n_.data());
   if (info_.has_friction()) problem.tangent_jacobian(info_.q0.data(), packed_t_.data());
 }
@@ -89,16 +88,41 @@ void EventFunctions::slip_velocity(int contact, const double* q, const double* v
   tangent_dots(info_.contacts[contact], v, v_t);
 }
 
-bool EventFunctions::stops(int contact, const Vector& q, const Vector& v, const Vector& a, double& duration) {
+double EventFunctions::first_v_stop(int contact) const {
+  return kStop * std::sqrt(tolerance_) * scales_.slip(contact);
+}
+
+EventFunctions::Rest EventFunctions::rest(int contact, const Vector& q, const Vector& v, const Vector& a) {
   double v_t[2], w_t[2];
   slip_velocity(contact, q.data(), a.data(), w_t);
   slip_velocity(contact, q.data(), v.data(), v_t);
-  const double w = w_t[0] * w_t[0] + w_t[1] * w_t[1];
-  duration = -(v_t[0] * w_t[0] + v_t[1] * w_t[1]) / w;
-  const double passes = std::abs(v_t[0] * w_t[1] - v_t[1] * w_t[0]) / std::sqrt(w), speed = std::hypot(v_t[0], v_t[1]);
-  const bool comes_to_rest = duration > 0 && passes < kPassing * speed;
-  if (!comes_to_rest) v_stop_[contact] = 0.5 * speed;
-  return comes_to_rest;
+  const auto& info = info_.contacts[contact];
+  if (!info.is_affine) {
+    problem_.slip_velocity_derivative(q.data(), v.data(), T_.data());
+    for (int d = 0; d < 2; ++d) {
+      for (const int k : info.support) w_t[d] += T_(info.tangent_index + d, k) * v[k];
+    }
+  }
+  const double w = std::hypot(w_t[0], w_t[1]);
+  const double distance = std::abs(v_t[0] * w_t[1] - v_t[1] * w_t[0]) / w;
+  return {std::hypot(v_t[0], v_t[1]), -(v_t[0] * w_t[0] + v_t[1] * w_t[1]) / (w * w), distance, distance / w};
+}
+
+void EventFunctions::find_slow(int contact, const Vector& q, const Vector& v, std::vector<int>& slow) {
+  slow.clear();
+  for (const Function& f : functions_) {
+    if (f.kind != Kind::slip_stops || info_.contacts[f.contact].n_t != 2) continue;
+    double v_t[2];
+    slip_velocity(f.contact, q.data(), v.data(), v_t);
+    if (f.contact == contact || std::hypot(v_t[0], v_t[1]) <= first_v_stop(f.contact)) slow.push_back(f.contact);
+  }
+}
+
+void EventFunctions::pass_slip(int contact, const Vector& q, const Vector& v) {
+  double v_t[2];
+  slip_velocity(contact, q.data(), v.data(), v_t);
+  v_stop_[contact] = 0.5 * std::hypot(v_t[0], v_t[1]);
+  pass(q.data(), v.data());
 }
 
 /// (1)-(4), at the positions that were set.
@@ -116,9 +140,7 @@ double EventFunctions::function(const Function& f, const double* v) {
     case Kind::slip_stops:
       break;
   }
-  const double speed = slip_speed(i, v);
-  if (info_.contacts[i].n_t == 1) return speed;
-  return is_armed_[i] ? speed - v_stop_[i] : speed + v_stop_[i];
+  return slip_speed(i, v) - (info_.contacts[i].n_t == 1 ? 0 : v_stop_[i]);
 }
 
 double EventFunctions::rounding(const Function& f) const {
@@ -159,8 +181,7 @@ void EventFunctions::begin(const double* q, const double* v) {
     if (info.n_t == 1) {
       direction_[info.tangent_index] = slip_sign(mode);
     } else {
-      v_stop_[i] = kStop * std::sqrt(tolerance_) * scales_.slip(i);
-      is_armed_[i] = false;
+      v_stop_[i] = 0;
     }
   }
   pass(q, v);
@@ -183,8 +204,9 @@ void EventFunctions::advance(const Vector& v) {
         d[0] /= speed;
         d[1] /= speed;
       }
-      is_armed_[f.contact] = is_armed_[f.contact] || speed > 2 * v_stop_[f.contact];
-      f.right = is_armed_[f.contact] ? speed - v_stop_[f.contact] : speed + v_stop_[f.contact];
+      double& v_stop = v_stop_[f.contact];
+      v_stop = std::max(v_stop, std::min(first_v_stop(f.contact), 0.5 * speed));
+      f.right = speed - v_stop;
     }
     f.left = f.right;
     f.from_zero = f.left <= rounding(f);

@@ -31,7 +31,8 @@ struct Happening {
 ///   slips     d' J_t' v,  in space d' J_t' v - v_stop                                    (4)
 ///
 /// d is the direction of slip: in the plane that of the mode, in space that at the left end of the step. There the
-/// direction has no limit at v_t = 0 that a step could cross, so the last v_stop of slip is left to the run.
+/// direction has no limit at v_t = 0 that a step could cross, so the last v_stop of slip is left to the run. Slip slower than
+/// twice that has half of its speed for v_stop.
 ///
 /// A step that has been taken is searched for the first zero: of functions negative at its right end; of gaps, along the
 /// whole of it (GapSearch); and of forces negative at a stage, if the interpolation says so, too. Where a function is zero
@@ -50,8 +51,6 @@ class EventFunctions {
   /// Behind an instant: the functions of the modes of the dynamics, with their values at (q, v), whose forces the
   /// dynamics has.
   void begin(const double* q, const double* v);
-  /// The same for a step that ended at (q, v), before any zero.
-  void pass(const double* q, const double* v);
   bool has_forces() const { return !dynamics_.closed().empty(); }
 
   /// Before the stages of a step.
@@ -74,9 +73,18 @@ class EventFunctions {
 
   /// J_t' v at (q, v), n_t components.
   void slip_velocity(int contact, const double* q, const double* v, double* v_t);
-  /// Whether a contact in space that has slowed down to v_stop comes to rest, and when. One that only passes by gets a
-  /// v_stop of half of its speed. @param duration  out [s]
-  bool stops(int contact, const Vector& q, const Vector& v, const Vector& a, double& duration);
+  /// How a contact in space that has slowed down to v_stop would pass zero with its acceleration held.
+  struct Rest {
+    double speed = 0;         ///< [m/s]
+    double duration = 0;      ///< until it is nearest [s]; negative: it was
+    double distance = 0;      ///< from zero there [m/s]
+    double turning_time = 0;  ///< distance over acceleration [s]: how wrong the duration may be
+  };
+  Rest rest(int contact, const Vector& q, const Vector& v, const Vector& a);
+  /// The contacts in space that slip no faster than their v_stop at first, and this one.
+  void find_slow(int contact, const Vector& q, const Vector& v, std::vector<int>& slow);
+  /// Slip that has slowed down to v_stop goes on: half of its speed is the next one.
+  void pass_slip(int contact, const Vector& q, const Vector& v);
 
  private:
   struct Function {
@@ -87,10 +95,12 @@ class EventFunctions {
     bool is_near = false;    ///< a gap that the ends of the step do not show to stay open
   };
 
+  void pass(const double* q, const double* v);
   void evaluate(const double* q, const double* v);
   double function(const Function& f, const double* v);
   void tangent_dots(const ContactInfo& contact, const double* v, double* v_t) const;
   double slip_speed(int contact, const double* v) const;
+  double first_v_stop(int contact) const;
   double rounding(const Function& f) const;
   void set_positions(const double* q);
   void search(const Function& f, double from, double value_from, double to, double value_to, const StepEnds& ends,
@@ -112,9 +122,9 @@ class EventFunctions {
   bool is_exact_ = true;
   double lowest_stage_ = 2;  // c of the first stage with a negative force, above 1: none
   Vector gap_, packed_n_, packed_t_;
-  Vector direction_, v_stop_;   // n_lambda_t, n_c
-  std::vector<char> is_armed_;  // per contact in space: it has been faster than its v_stop
+  Vector direction_, v_stop_;  // n_lambda_t, n_c
   Vector q_, v_, a_;
+  Matrix T_;  // of curved tangents
 };
 
 }  // namespace ricochet

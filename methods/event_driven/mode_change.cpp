@@ -71,7 +71,7 @@ bool ModeChange::is_pressed_at_once(int contact, const Vector& q, const Vector& 
 
 /// The touching contacts that do not separate, with what is known of their slip.
 void ModeChange::set_closed(const Happening& cause, const std::vector<ContactMode>* modes, const Vector& q,
-                            const Vector& v, const Vector& v_minus) {
+                            const Vector& v, const Vector& v_minus, const std::vector<int>& stopped) {
   closed_.clear();
   const bool is_impact = std::ranges::any_of(touching_, [&](int i) { return Lambda_n_[i] > 0; });
   for (const int i : touching_) {
@@ -91,7 +91,7 @@ void ModeChange::set_closed(const Happening& cause, const std::vector<ContactMod
       closed.slides = size > 0;
       for (int d = 0; d < contact.n_t && size > 0; ++d) closed.direction[d] = -force[d] / size;
     } else if (contact.n_t > 0 && !(before == ContactMode::stick && !is_struck) &&
-               !(cause.is(Kind::slip_stops, i) && !is_struck)) {
+               !((cause.is(Kind::slip_stops, i) || std::ranges::count(stopped, i) > 0) && !is_struck)) {
       law_.set_slide(closed, v, scales_.no_slip(i));
     }
     closed_.push_back(closed);
@@ -99,7 +99,7 @@ void ModeChange::set_closed(const Happening& cause, const std::vector<ContactMod
 }
 
 ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector<ContactMode>* modes, Vector& q,
-                                       Vector& v) {
+                                       Vector& v, const std::vector<int>& stopped) {
   const auto failed = [&](Status status, const std::string& what, int contact) {
     return Outcome{status, fmt::format("{} at contact '{}'", what, info_.contacts[contact].name), false};
   };
@@ -137,7 +137,7 @@ ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector
         return failed(Status::step_limit, "impacts accumulate", struck.culprit);
     }
     outcome.has_impact = struck.n_impacts > 0;
-    set_closed(cause, before, q, v, v_minus_);
+    set_closed(cause, before, q, v, v_minus_, stopped);
     for (const auto& closed : closed_) {
       if (!closed.slides || law_.sliding_delassus(closed.contact, closed.direction) > 0) continue;
       return failed(Status::infeasible, "Painleve's paradox: slip pulls the bodies together", closed.contact);

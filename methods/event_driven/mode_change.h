@@ -39,7 +39,9 @@ class ModeChange {
   };
 
   /// Behind: dynamics with the new modes, (q, v) with v+. @param modes  before; null at the start of a run
-  Outcome decide(const Happening& cause, const std::vector<ContactMode>* modes, Vector& q, Vector& v);
+  /// @param stopped  contacts whose slip ends besides that of the cause
+  Outcome decide(const Happening& cause, const std::vector<ContactMode>* modes, Vector& q, Vector& v,
+                 const std::vector<int>& stopped);
 
   /// As of ImpactSequence.
   void keep_impacts(std::vector<ImpactSequence::Impact>* impacts) { impacts_.keep_impacts(impacts); }
@@ -51,7 +53,7 @@ class ModeChange {
 
  private:
   void set_closed(const Happening& cause, const std::vector<ContactMode>* modes, const Vector& q, const Vector& v,
-                  const Vector& v_minus);
+                  const Vector& v_minus, const std::vector<int>& stopped);
   bool is_low(int contact, const Vector& q, const Vector& v_minus);
   double free_gap_acceleration(int contact, const Vector& q, const Vector& v);
   bool is_pressed_at_once(int contact, const Vector& q, const Vector& v);

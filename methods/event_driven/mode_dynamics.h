@@ -42,6 +42,10 @@ class ModeDynamics {
   /// The forces of the contact law for these modes. @param lambda_n  n_c, @param lambda_t  n_lambda_t
   void set_forces(const Vector& lambda_n, const Vector& lambda_t);
 
+  /// The same by rows, for later: set_modes() forgets them.
+  const Vector& law_forces() const { return law_; }
+  void set_law_forces(const Vector& law) { law_ = law; }
+
   /// The direction of slip in space while it is zero or held. @param d  2, a unit vector; null to follow the velocity
   void hold_direction(int contact, const double* d);
   bool holds_direction(int contact) const { return is_held_[contact] != 0; }
