@@ -66,6 +66,12 @@ class ActiveSet {
   static double tangential_scale(const ActiveContact& active, double h) {
     return active.mode == ContactMode::slip ? 1 : h;
   }
+  /// Whether slip in space starts from rest in this element: (7d) of stage_equations.h.
+  bool starts_slip(const ActiveContact& active, const Element& element) const {
+    if (active.mode != ContactMode::slip) return false;
+    const double* start = element.slip_start.data() + info_.contacts[active.contact].tangent_index;
+    return start[0] != 0 || start[1] != 0;
+  }
   /// Direction d of slip in lambda_t = -mu lambda_n d + ..., a unit vector of (7b), (7c) at velocity v.
   /// @param J_t  tangent Jacobians of all contacts there, packed
   /// @return ||v_t||, 0 when the direction does not depend on it
@@ -82,10 +88,8 @@ class ActiveSet {
       for (const int row : contact.support) direction[d] += *J_t++ * v[row];
     }
     const double speed = std::hypot(direction[0], direction[1]);
-    const double* start = element.slip_start.data() + contact.tangent_index;
-    const bool has_start = start[0] != 0 || start[1] != 0;
-    if (has_start && (element.has_frozen_slip || speed == 0)) {
-      std::copy_n(start, 2, direction);
+    if (speed == 0 && starts_slip(active, element)) {
+      std::copy_n(element.slip_start.data() + contact.tangent_index, 2, direction);
       return 0;
     }
     for (int d = 0; d < 2; ++d) direction[d] /= speed;

@@ -54,7 +54,6 @@ ElementSolver::Result ElementSolver::solve(Element& e) {
 }
 
 ElementSolver::Result ElementSolver::solve_affine(const StageCoefficients& k, Element& e) {
-  e.has_frozen_slip = false;
   if (!system_.solve_affine(k, e)) return Result::singular;
   return finish(k, e);
 }
@@ -75,11 +74,11 @@ ElementSolver::Result ElementSolver::solve_by_newton(const StageCoefficients& k,
   StageWorkspace& work = system_.work;
   const ProblemInfo& info = system_.problem.info();
   const ActiveSet& active = system_.active;
-  const bool is_known = newton.recall(k.h) && (keeps_factors_ || newton.is_constant());
+  const bool starts_slip = active.has_friction() && equations.start_slip(e);
+  const bool is_known = newton.recall(k.h) && !starts_slip && (keeps_factors_ || newton.is_constant());
   equations.set_initial_values(e, k.h, work);
   equations.set_stages(k, e, work);
   bool is_fresh = false;
-  e.has_frozen_slip = active.has_friction() && !e.slip_start.isZero(0);
   if (!is_known) {
     if (!refresh(k, e)) return Result::singular;
     is_fresh = true;
@@ -120,18 +119,13 @@ ElementSolver::Result ElementSolver::solve_by_newton(const StageCoefficients& k,
         is_fresh = true;
       }
     }
-    if (e.has_frozen_slip && size <= 1e-3 * scale) {  // close enough for the direction to follow the velocity
-      e.has_frozen_slip = false;
-      previous = size;
-      if (!refresh(k, e)) return Result::singular;
-      continue;
-    }
     if (is_converged) {
       if (newton.is_redundant()) {
         equations.residual(k, e, work);
         if (!system_.is_consistent(e, k.h)) return Result::no_convergence;
       }
-      equations.set_slip_in_space(e);
+      if (starts_slip) keeps_factors_ = false;  // those of (7d)
+      if (!equations.set_slip_in_space(e)) return Result::no_convergence;
       return finish(k, e);
     }
     previous = size;

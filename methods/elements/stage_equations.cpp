@@ -252,6 +252,35 @@ void StageEquations::residual(const StageCoefficients& k, const Element& e, Stag
   }
 }
 
+/// l, its size and v_t of (7d) at stage j
+StageEquations::SlipForce StageEquations::slip_force(const ActiveContact& active, int j, const Element& e,
+                                                     const double* packed_J_t) const {
+  const auto& contact = problem_.info().contacts[active.contact];
+  const double *J_t = packed_J_t + contact.tangent_begin, *v = e.v.data() + j * n_q_;
+  const double* lambda_t = e.lambda_t.col(j).data() + contact.tangent_index;
+  SlipForce force{.l = {0, 0}, .size = std::hypot(lambda_t[0], lambda_t[1]), .v_t = {0, 0}};
+  for (int d = 0; d < 2; ++d) {
+    for (const int row : contact.support) force.v_t[d] += *J_t++ * v[row];
+    force.l[d] = force.size > 0 ? lambda_t[d] / force.size : -e.slip_start[contact.tangent_index + d];
+  }
+  return force;
+}
+
+bool StageEquations::start_slip(Element& e) const {
+  bool any = false;
+  for (const ActiveContact& active : active_.closed()) {
+    if (!active_.starts_slip(active, e)) continue;
+    any = true;
+    const auto& contact = problem_.info().contacts[active.contact];
+    const auto start = e.slip_start.segment(contact.tangent_index, 2);
+    for (int j = 0; j < n_s_; ++j) {
+      e.lambda_t.col(j).segment(contact.tangent_index, 2) =
+          -contact.mu * std::max(0.0, e.lambda_n(active.contact, j)) * start;
+    }
+  }
+  return any;
+}
+
 /// J_t lambda_t in (3), and (7)
 void StageEquations::friction_residual(const StageCoefficients& k, const ActiveContact& active, int j, const Element& e,
                                        const Vector& packed_J_t, const Vector& kept_slip, double* r) const {
@@ -280,6 +309,12 @@ void StageEquations::friction_residual(const StageCoefficients& k, const ActiveC
     law[m] = (kept + direction[0] * slip[0] + direction[1] * slip[1]) / ActiveSet::tangential_scale(active, k.h);
   }
   if (active.mode != ContactMode::slip || held > 0) return;
+  if (active_.starts_slip(active, e)) {  // (7d)
+    const auto [l, size, v_t] = slip_force(active, j, e, packed_J_t.data());
+    law[0] = size - contact.mu * e.lambda_n(active.contact, j);
+    law[1] = (l[0] * v_t[1] - l[1] * v_t[0]) / k.h;
+    return;
+  }
   double direction[2];
   active_.slip_direction(active, packed_J_t.data(), v, e, direction);
   const double cone = contact.mu * e.lambda_n(active.contact, j);
@@ -359,6 +394,22 @@ void StageEquations::friction_derivatives(const StageCoefficients& k, const Acti
     }
   }
   if (active.mode != ContactMode::slip || held > 0) return;
+  if (active_.starts_slip(active, e)) {  // (7d)
+    const auto [l, size, v_t] = slip_force(active, j, e, at.J_t.data());
+    const double across[2]{-l[1], l[0]}, along = l[0] * v_t[0] + l[1] * v_t[1];
+    Rl[3] = -contact.mu;
+    for (int d = 0; d < 2; ++d) {
+      Rl[3 + 1 + d] = l[d];
+      Rl[6 + 1 + d] = size > 0 ? -across[d] * along / (size * k.h) : 0;
+      for (int s = 0; s < entries; ++s) {
+        K.Rv[j][active.entry + 2 * entries + s] += across[d] / k.h * J_t[d * entries + s];
+        if (!contact.is_affine)
+          K.Rq[j][active.entry + 2 * entries + s] +=
+              across[d] / k.h * at.T(contact.tangent_index + d, contact.support[static_cast<std::size_t>(s)]);
+      }
+    }
+    return;
+  }
   double direction[2];
   const double speed = active_.slip_direction(active, at.J_t.data(), e.v.col(j).data(), e, direction);
   const double cone = contact.mu * e.lambda_n(active.contact, j);
@@ -377,20 +428,26 @@ void StageEquations::friction_derivatives(const StageCoefficients& k, const Acti
   }
 }
 
-void StageEquations::set_slip_in_space(Element& e) {
-  if (!active_.turns()) return;
+bool StageEquations::set_slip_in_space(Element& e) {
+  if (!active_.turns()) return true;
   for (const ActiveContact& active : active_.closed()) {
     if (active.mode != ContactMode::slip) continue;
     const auto& contact = problem_.info().contacts[active.contact];
     for (int j = 0; j < n_s_; ++j) {
       if (active_.rests(active, j, e)) continue;
       problem_.tangent_jacobian(e.q.col(j).data(), at_.J_t.data());
+      if (active_.starts_slip(active, e)) {
+        const auto [l, size, v_t] = slip_force(active, j, e, at_.J_t.data());
+        if (l[0] * v_t[0] + l[1] * v_t[1] > 0) return false;
+        continue;
+      }
       double direction[2];
       active_.slip_direction(active, at_.J_t.data(), e.v.col(j).data(), e, direction);
       for (int d = 0; d < contact.n_t; ++d)
         e.lambda_t(contact.tangent_index + d, j) = -contact.mu * e.lambda_n(active.contact, j) * direction[d];
     }
   }
+  return true;
 }
 
 }  // namespace ricochet

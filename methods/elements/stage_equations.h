@@ -53,7 +53,16 @@ struct StageWorkspace {
 ///   slip+, slip-     lambda_t,j = -+mu lambda_n,j                                                           (7b)
 ///   slip in space    0 = lambda_t,j + mu lambda_n,j v_t,j / ||v_t,j||,   v_t = J_t' v                       (7c)
 ///
-/// or with a polygon in place of the disc, instead of (7c), lambda_t = -mu lambda_n along + x held and held' v_t = 0
+/// Where slip in space starts from rest, the direction of v_t in (7c) has no limit that Newton's method could linearise;
+/// the motion has, and in
+///
+///   0 = ||lambda_t,j|| - mu lambda_n,j,   0 = l_perp' v_t,j / h,   l = lambda_t,j / ||lambda_t,j||            (7d)
+///
+/// the direction belongs to the force. The solutions with lambda_t' v_t <= 0 are those of (7c). As v_t -> 0 the second row
+/// becomes A W times the turning of the forces, which is regular: of all directions that friction could turn from, it is
+/// the smooth one (W = J_t' M^-1 J_t).
+///
+/// Or with a polygon in place of the disc, instead of (7c), lambda_t = -mu lambda_n along + x held and held' v_t = 0
 /// (friction_polygon.h): at a vertex like (7b), on an edge like (7b) across it and like (7a) along it. (7a), (7b) have
 /// that form, too: TangentialLaw. Slip in space that comes to rest at the right end has (7a) at the last stage instead,
 /// see (8), (9) of switch_function.h.
@@ -95,7 +104,10 @@ class StageEquations {
   void derivatives(const StageCoefficients& k, const Element& e, StageWorkspace& work);
   /// lambda_t of slip in space by (7c) from the velocities: they are known to the tolerance, the forces in the Newton
   /// correction only to the tolerance divided by h.
-  void set_slip_in_space(Element& e);
+  /// @return false where a force of (7d) does not resist its slip
+  bool set_slip_in_space(Element& e);
+  /// First guess of the forces of (7d). @return whether there are any
+  bool start_slip(Element& e) const;
 
  private:
   /// Contacts at one stage: packed Jacobians of the closed ones, gaps, and d(J_t' v)/dq.
@@ -108,6 +120,12 @@ class StageEquations {
   static double variation(const ContactInfo& contact, const Vector& J_n, const Vector& other);
   void gap_changes(int stage, const Element& e, const StageContacts& at, const StageWorkspace& work);
   void integrate_chords(int stage, const Element& e, const StageContacts& at, const StageWorkspace& work);
+  struct SlipForce {
+    double l[2];  // direction of lambda_t
+    double size;  // of lambda_t [N]
+    double v_t[2];
+  };
+  SlipForce slip_force(const ActiveContact& active, int j, const Element& e, const double* packed_J_t) const;
   void friction_residual(const StageCoefficients& k, const ActiveContact& active, int stage, const Element& e,
                          const Vector& J_t, const Vector& kept_slip, double* r) const;
   void friction_derivatives(const StageCoefficients& k, const ActiveContact& active, int stage, const Element& e,

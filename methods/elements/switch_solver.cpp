@@ -148,7 +148,7 @@ SwitchSolver::Result SwitchSolver::solve(std::span<Element> run, const Switch& e
   for (Element& e : run) {
     system_.set_active(e);
     e.resting = -1;
-    e.rest_together = e.has_frozen_slip = false;
+    e.rest_together = false;
   }
   if (comes_to_rest) {  // (8), (9)
     run.back().resting = end.contact;
