@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace ricochet::reference {
 namespace {
@@ -130,11 +131,18 @@ class Collocation {
   bool forward_ = true;
 };
 
-bool are_fast(const Problem& problem, const Vector& q, const Vector& v, const std::vector<BeginningSlip>& beginning) {
-  const Matrix J_t = problem.tangent_jacobian(q);
-  return std::ranges::all_of(beginning, [&](const BeginningSlip& slip) {
+/// Whether a multistep method can go on from the state `now`: every contact is fast, or its slip is on its way to an end
+/// that this speed is far from.
+bool can_go_on(const Problem& problem, const SlipStart& before, const SlipStart& now,
+               const std::vector<BeginningSlip>& beginning) {
+  constexpr double kFarFromEnd = 0.01;  // of the fast speed, ten v_stop of Slips at least
+  const auto speed = [&](const SlipStart& at, const BeginningSlip& slip) {
     const int column = problem.info().contacts[slip.contact].tangent_index;
-    return (J_t.middleCols(column, 2).transpose() * v).norm() >= slip.fast;
+    return (problem.tangent_jacobian(at.q).middleCols(column, 2).transpose() * at.v).norm();
+  };
+  return std::ranges::all_of(beginning, [&](const BeginningSlip& slip) {
+    const double fast = speed(now, slip);
+    return fast >= slip.fast || (fast >= kFarFromEnd * slip.fast && fast < speed(before, slip));
   });
 }
 
@@ -169,9 +177,9 @@ std::optional<SlipStart> start_slip(const Problem& problem, const Scales& scales
       ++halvings;
       continue;
     }
-    start = {start.duration + h, q_twice, v_twice};
+    const SlipStart before = std::exchange(start, {start.duration + h, q_twice, v_twice});
     angles = angles_twice;
-    if (are_fast(problem, start.q, start.v, beginning) || start.duration >= settings.end) break;
+    if (can_go_on(problem, before, start, beginning) || start.duration >= settings.end) break;
   }
   if (start.duration == 0) return std::nullopt;
   return start;

@@ -42,7 +42,7 @@ struct SlipStartSettings {
 ///
 /// (2) is a fixed point for small h; (3) is solved for the angles by Newton's method with divided differences. A step h
 /// is accepted when two halves of it agree with it within the tolerance, and the halves are kept. Steps follow until
-/// every contact is as fast as it has to be, or another mode would change.
+/// every contact is as fast as it has to be, or slows down again before it is, or another mode would change.
 /// @return nothing when no first step is accepted
 std::optional<SlipStart> start_slip(const Problem& problem, const Scales& scales, ContactDynamics& dynamics,
                                     const Vector& q, const Vector& v, const std::vector<BeginningSlip>& beginning,

@@ -10,13 +10,14 @@ namespace ricochet::reference {
 namespace {
 
 constexpr int kMaxPieces = 400;
-constexpr int kDeepest = 20;             // halvings of a step
-constexpr int kSampleDepth = 4;          // halvings where nothing but values is known
-constexpr double kNearZero = 4;          // changes over a step that a force without time is to be away from zero
-constexpr double kTermRounding = 1e-14;  // rounding of a polynomial's terms
-constexpr double kUnexplained = 1e-3;    // part of a force that its bounds may exceed its values by
-constexpr int kFinest = 24;              // halvings of the time that is looked at ahead
-constexpr double kSpansPerStep = 2;      // spans of the time that a step may be long
+constexpr int kDeepest = 20;                // halvings of a step
+constexpr int kSampleDepth = 4;             // halvings where nothing but values is known
+constexpr double kNearZero = 4;             // changes over a step that a force without time is to be away from zero
+constexpr double kTermRounding = 1e-14;     // rounding of a polynomial's terms
+constexpr double kUnexplained = 1e-3;       // part of a force that its bounds may exceed its values by
+constexpr int kFinest = 24;                 // halvings of the time that is looked at ahead
+constexpr std::size_t kMostSpans = 100000;  // of a run; later ones are not halved
+constexpr double kSpansPerStep = 2;         // spans of the time that a step may be long
 
 }  // namespace
 
@@ -348,7 +349,8 @@ void StepWatch::look_ahead(double until, const Vector& q, const Vector& v) {
         const double more = std::max(high[k] - low[k], kUnexplained * std::max(std::abs(low[k]), std::abs(high[k])));
         is_explained = bounds[k].upper <= high[k] + more && bounds[k].lower >= low[k] - more;
       }
-      if (is_explained || halvings == kFinest) break;
+      const bool is_number = low.allFinite() && high.allFinite();  // where it is none, the integrator ends
+      if (is_explained || !is_number || halvings == kFinest || spans_.size() > kMostSpans) break;
     }
     const double end = ahead_ + length;
     if (!(end > ahead_)) return;
