@@ -18,6 +18,9 @@ constexpr double kRegularizations[] = {1e-8, 1e-10, 1e-6};
 // Some ties, one after another, relative to q.
 constexpr double kTies = 10 * kTie;
 constexpr int kMaxCorrections = 10;
+// Powers of two that the scales of two rows differ by where pivots leave less of small terms than their rounding, as in
+// the friction cone of a direction in which hardly anything moves: the equations of the last basis are solved again.
+constexpr int kUneven = 8;
 // What (1) may be left with there, relative to the terms of a row, but to no more than q: below the error of any time
 // step, and nothing that a problem without a solution comes near.
 constexpr double kInconsistency = 1e-9;
@@ -85,9 +88,11 @@ void LemkeSolver::set_scales(const Eigen::Ref<const Matrix>& M, const Eigen::Ref
   resize(static_cast<int>(n));
   const double largest = n > 0 ? M.diagonal().maxCoeff() : 0;
   const int e_max = largest > 0 ? std::ilogb(largest) : 0;
+  is_uneven_ = false;
   for (Eigen::Index i = 0; i < n; ++i) {
     if (!(M(i, i) > 0)) continue;
     const int half = (std::ilogb(M(i, i)) - e_max) / 2;
+    is_uneven_ = is_uneven_ || half < -kUneven;
     R_[i] = std::ldexp(1.0, -half - e_max);
     C_[i] = std::ldexp(1.0, -half);
   }
@@ -116,7 +121,8 @@ LcpStatus LemkeSolver::solve(const Eigen::Ref<const Matrix>& M, const Eigen::Ref
   set_scales(M, q);
   pivots_ = 0;
   const auto n = q.size();
-  return unscale(solve_cold(scaled_.topLeftCorner(n, n), scaled_q_.head(n), z), z);
+  const auto scaled = scaled_.topLeftCorner(n, n);
+  return unscale(solve_cold(scaled, scaled_q_.head(n), z), z);
 }
 
 LcpStatus LemkeSolver::solve_smallest(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
@@ -146,8 +152,11 @@ LcpStatus LemkeSolver::solve_warm(const Eigen::Ref<const Matrix>& M, const Eigen
 LcpStatus LemkeSolver::solve_cold(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
                                   Eigen::Ref<Vector> z) {
   const LcpStatus path = follow_path(M, q, z);
-  if (path == LcpStatus::solved && is_solution(M, q, z, Accuracy::exact)) return LcpStatus::solved;
   path_z_ = z;
+  if (path == LcpStatus::solved && is_solution(M, q, z, Accuracy::exact)) {
+    if (is_uneven_ && !try_active_set(M, q, z)) z = path_z_;
+    return LcpStatus::solved;
+  }
   const LcpStatus redundant = solve_redundant(M, q, z);
   if (redundant == LcpStatus::solved && (path != LcpStatus::solved || is_solution(M, q, z, Accuracy::exact)))
     return LcpStatus::solved;

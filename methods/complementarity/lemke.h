@@ -90,6 +90,7 @@ class LemkeSolver {
   Matrix active_matrix_, scaled_;
   Vector active_rhs_, scaled_q_, R_, C_, path_z_, consistent_z_;
   std::vector<int> active_;
+  bool is_uneven_ = false;  // some scales differ by more than pivots can follow
 };
 
 }  // namespace ricochet

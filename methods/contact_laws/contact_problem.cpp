@@ -47,9 +47,9 @@ void project_on_cone(ContactMap& map, double mu, int n_t, double rho, const doub
   }
 }
 
-double largest_diagonal(const Delassus& G, int i) {
+double largest_diagonal(const Delassus& G, int i, int from = 0) {
   double largest = 0;
-  for (int d = 0; d < G.size(i); ++d) largest = std::max(largest, G.diagonal(i, d));
+  for (int d = from; d < G.size(i); ++d) largest = std::max(largest, G.diagonal(i, d));
   return largest;
 }
 
@@ -75,6 +75,10 @@ double contact_violation(const ContactProblem& problem, int i, double E, const V
   const int row = G.row(i), n_t = contact.n_t;
   const double *r_i = r.data() + row, *w_i = w.data() + row;
   const double g = largest_diagonal(G, i), most = E * std::sqrt(g);
+  // A friction impulse is worth the slip that it makes: none at the dead centre of a crank. The projection of the
+  // associated law is onto a cone of both directions, which needs one unit.
+  const double slip = n_t > 0 ? largest_diagonal(G, i, 1) : 0;
+  const double g_t = slip > 0 && problem.law == FrictionLaw::coulomb ? slip : g;
   double impulse = 0;
   for (int d = 0; d <= n_t; ++d) {
     if (!std::isfinite(r_i[d]) || !std::isfinite(w_i[d])) return std::numeric_limits<double>::infinity();
@@ -84,8 +88,8 @@ double contact_violation(const ContactProblem& problem, int i, double E, const V
   const bool is_polygon = polygon.applies(n_t);
   if (!is_polygon) {
     ContactMap map;
-    map.evaluate(problem.law, contact, 1 / g, 1 / g, r_i, w_i);
-    for (int d = 0; d <= n_t; ++d) worst = std::max(worst, g * std::abs(map.F[d]));
+    map.evaluate(problem.law, contact, 1 / g, 1 / g_t, r_i, w_i);
+    for (int d = 0; d <= n_t; ++d) worst = std::max(worst, (d == 0 ? g : g_t) * std::abs(map.F[d]));
     // Nothing is left. What other impulses would swallow, they swallow at their own contacts.
     if (worst <= kRounding * most && kEpsilon * g * impulse <= kMostRounding * V) return 0;
   }
@@ -97,7 +101,7 @@ double contact_violation(const ContactProblem& problem, int i, double E, const V
     const double speed = polygon.speed(w_i + 1), pressed = contact.mu * (r_i[0] + contact.present);
     const double opening = w_i[0] - (problem.law == FrictionLaw::associated ? contact.mu * speed : 0);
     const double friction = std::abs(r_i[1] * w_i[1] + r_i[2] * w_i[2] + pressed * speed), size = std::max(V, R) / g;
-    worst = std::max(std::abs(std::min(g * r_i[0], opening)), -g * polygon.margin(pressed, r_i + 1));
+    worst = std::max(std::abs(std::min(g * r_i[0], opening)), -g_t * polygon.margin(pressed, r_i + 1));
     if (size > 0) worst = std::max(worst, friction / size);
   }
   // Impulses of such a size swallow b, and w says nothing.

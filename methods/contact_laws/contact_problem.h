@@ -87,6 +87,7 @@ double velocity_scale(const ContactProblem& problem);
 /// R_i are the terms that cancel at the contact, so that the unit of a gap and contacts elsewhere change nothing. The
 /// scale stays absolute, in b: impulses that grow where the laws have no solution must not make the rest of b small.
 /// Rounding of the terms is no violation, up to a small part of V_i.
+/// Under Coulomb's law a friction impulse is measured by the slip that it makes, with the largest G_kk of the tangents.
 /// @param w  velocities that belong to r; @param known  per row, a size that V_i has at least; empty: none
 double violation(const ContactProblem& problem, const Vector& r, const Vector& w, const FrictionPolygon& polygon,
                  const Vector& known = {});
