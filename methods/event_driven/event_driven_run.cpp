@@ -90,6 +90,7 @@ Solution EventDrivenRun::solve() {
 bool EventDrivenRun::begin() {
   ends_.q0 = info_.q0;
   ends_.v0 = info_.v0;
+  next_mark_ = kStepsPerMark;
   scales_.begin_step(ends_.q0.data(), ends_.v0.data(), T_ / 10, true);
   if (!change_modes({})) return false;
   choose_first_length();

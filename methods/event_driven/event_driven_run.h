@@ -88,7 +88,7 @@ class EventDrivenRun {
   float last_log_error_ = -13;  // e_before of (1), binary logarithm
   double last_event_ = -1;      // [s]
   double mark_ = 0;             // [s]; where progress was looked at
-  long next_mark_ = 100'000;    // number of steps at which it is looked at again
+  long next_mark_ = 0;          // number of steps at which it is looked at again
   int next_sample_ = 1;
   int standstills_ = 0;  // events in a row that time cannot tell apart
   bool was_rejected_ = false;

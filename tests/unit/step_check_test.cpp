@@ -63,40 +63,37 @@ Solution run(const Problem& problem, const std::string& method) {
 TEST(JumpingGaps, AreNotSlidOver) {
   for (const char* step : {"-0.5", "0.2"}) {
     const auto problem = read_scene_text(
-        fmt::format(R"({{"q0": [0, 0], "v0": [2, 0], "T": 0.9, "M": [[1, 0], [0, 1]], "f": [0, "-9.81"],
-            "contacts": [{{"name": "table and floor", "gap": "q[1]-if(q[0]<1,0,{})", "e": 0
-  }
-}]
-}
-})",
+        fmt::format(R"json({{"q0": [0, 0], "v0": [2, 0], "T": 0.9, "M": [[1, 0], [0, 1]], "f": [0, "-9.81"],
+            "contacts": [{{"name": "table and floor", "gap": "q[1]-if(q[0]<1,0,{})", "e": 0}}]}})json",
                     step),
         "table");
-for (const char* method :
-     {"event_driven", "event_driven:radau-iia:3", "fesd_adaptive:radau-iia:3", "fesd_adaptive:gauss:3",
-      "fesd:radau-iia:3,elements=as_needed", "fesd:gauss:3,elements=as_needed", "cvode:adams"}) {
-  const Solution s = run(*problem, method);
-  EXPECT_FALSE(s.succeeded()) << method << " over a step of " << step;
-  EXPECT_NE(s.message.find("table and floor"), std::string::npos) << method << ": " << s.message;
-}
-}
+    for (const char* method :
+         {"event_driven", "event_driven:radau-iia:3", "fesd_adaptive:radau-iia:3", "fesd_adaptive:gauss:3",
+          "fesd:radau-iia:3,elements=as_needed", "fesd:gauss:3,elements=as_needed", "cvode:adams"}) {
+      const Solution s = run(*problem, method);
+      EXPECT_FALSE(s.succeeded()) << method << " over a step of " << step;
+      EXPECT_NE(s.message.find("table and floor"), std::string::npos) << method << ": " << s.message;
+    }
+  }
 }
 
 /// The force is a number up to t = 1 only.
 TEST(ForcesThatAreNoNumbers, AreNoSuccessOfAnyMethod) {
   const auto problem = read_scene_text(
-      R"({"q0": [5], "v0": [0], "T": 2, "M": [[1]], "f": ["sqrt(1-t)"], "contacts": [{"name": "floor", "gap": "q[0]"}]})",
+      R"json({"q0": [5], "v0": [0], "T": 2, "M": [[1]], "f": ["sqrt(1-t)"],
+              "contacts": [{"name": "floor", "gap": "q[0]"}]})json",
       "ends");
-for (const MethodEntry& entry : methods()) {
-  if (!entry.make) continue;
-  for (const std::string& method : entry.examples) {
-    try {
-      const Solution s = run(*problem, method);
-      EXPECT_FALSE(s.succeeded()) << method;
-      EXPECT_FALSE(s.message.empty()) << method;
-    } catch (const InputError&) {  // declined
+  for (const MethodEntry& entry : methods()) {
+    if (!entry.make) continue;
+    for (const std::string& method : entry.examples) {
+      try {
+        const Solution s = run(*problem, method);
+        EXPECT_FALSE(s.succeeded()) << method;
+        EXPECT_FALSE(s.message.empty()) << method;
+      } catch (const InputError&) {  // declined
+      }
     }
   }
-}
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "methods/registry.h"
+#include "problems/registry.h"
 #include "problems/scene_file/scene_file.h"
 
 namespace ricochet {
@@ -92,6 +93,28 @@ TEST(ClosedBounces, AreNotThoseWithoutLoss) {
     const Solution s = run(scene, method);
     ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
     EXPECT_NEAR(s.q[0], h - g / 2 * t * t, 1e-8) << method << ": rounding of 363 bounces";
+  }
+}
+
+/// Gauss closes the last bounces of an accumulation. What is left of their velocity must not open the contact again.
+TEST(ClosedBounces, EndInGauss) {
+  struct Start {
+    double q_0, q_1, v_0, v_1;
+    int n_steps;
+  };
+  for (const Start& at :
+       {Start{1.03, 1.98, 0.09, 0.44, 50}, Start{1.02, 1.98, -0.06, -0.24, 50}, Start{0.94, 2, 0, 0.3, 256}}) {
+    const auto problem = make_problem("two_balls_spring");
+    problem->set_initial_state(Vector{{at.q_0, at.q_1}}, Vector{{at.v_0, at.v_1}});
+    Settings settings;
+    settings.steps = at.n_steps;
+    settings.tolerance = 1e-10;
+    const Solution s = make_method("fesd:gauss:4,elements=as_needed")->solve(*problem, settings);
+    ASSERT_TRUE(s.succeeded()) << at.q_0 << ": " << s.message;
+    const Solution exact = make_method("event_driven")->solve(*problem, settings);
+    ASSERT_TRUE(exact.succeeded()) << exact.message;
+    // The flights that are left out take 2 h v+ / (g kappa), and both balls are as far from where they were.
+    EXPECT_LE((s.q - exact.q).cwiseAbs().maxCoeff(), 0.05 * problem->info().end_time / at.n_steps) << at.q_0;
   }
 }
 
