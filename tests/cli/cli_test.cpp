@@ -971,9 +971,9 @@ TEST_F(Cli, RecordsAndSolvesContactProblems) {
   for (const char* part : {"Conditioning", "Performance profiles", "Internal forces", "newton", "admm", "box_3d"})
     EXPECT_HAS(solved.text, part);
   const std::string scene = (folder / "set/box_3d.jsonl").string();
-  const Outcome one = run("contacts solve " + scene + " --solver newton --solver staggered");
+  const Outcome one = run("contacts solve " + scene + " --solver newton --solver interior_point");
   EXPECT_EQ(one.code, 0) << one.text;
-  for (const char* part : {"Residuals law by law", "FCLib's merit", "dissipation", "staggered"})
+  for (const char* part : {"Residuals law by law", "FCLib's merit", "dissipation", "interior_point"})
     EXPECT_HAS(one.text, part);
   const Outcome lines = run("contacts solve " + scene + " --solver newton --json");
   const auto first = nlohmann::json::parse(lines.text.substr(0, lines.text.find('\n')));
