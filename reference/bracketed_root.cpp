@@ -3,6 +3,7 @@
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_roots.h>
 
+#include <cmath>
 #include <memory>
 
 namespace ricochet::reference {
@@ -13,6 +14,8 @@ constexpr int kMaxIterations = 100;  // of Brent's method, whose worst case is b
 }  // namespace
 
 double bracketed_root(const std::function<double(double)>& f, double from, double to) {
+  const double at_from = f(from), at_to = f(to);
+  if (!(at_from * at_to < 0)) return std::abs(at_from) < std::abs(at_to) ? from : to;  // GSL ends the program there
   const std::unique_ptr<gsl_root_fsolver, decltype(&gsl_root_fsolver_free)> solver(
       gsl_root_fsolver_alloc(gsl_root_fsolver_brent), &gsl_root_fsolver_free);
   gsl_function function{

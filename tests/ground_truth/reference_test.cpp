@@ -8,6 +8,7 @@
 
 #include "methods/registry.h"
 #include "reference/agreement.h"
+#include "reference/bracketed_root.h"
 #include "reference/contact_dynamics.h"
 #include "reference/flights.h"
 #include "reference/force_division.h"
@@ -295,6 +296,33 @@ TEST(SlipStart, HasOrderNine) {
   };
   const double coarse = error(0.2), fine = error(0.1);
   EXPECT_NEAR(std::log2(coarse / fine), 10, 0.5) << coarse << ", " << fine;
+}
+
+/// Both ends may have one sign where a root is an end of the bracket up to rounding.
+TEST(BracketedRoot, IsTheNearerEndWhereNoSignChanges) {
+  EXPECT_NEAR(reference::bracketed_root([](double x) { return 2 - x * x; }, 0, 2), std::numbers::sqrt2, 1e-14);
+  EXPECT_EQ(reference::bracketed_root([](double x) { return -1e-18 - x; }, 0, 2), 0);
+  EXPECT_EQ(reference::bracketed_root([](double x) { return 2 - x + 1e-15; }, 0, 2), 2);
+  EXPECT_EQ(reference::bracketed_root([](double x) { return x; }, 0, 2), 0);
+}
+
+/// Balls of 1 g, 1000 kg and 10 kg on a vertical line: the light one is squeezed between floor and the others. GSL ended
+/// the program, since a polynomial was below zero where the state of the same time was not.
+TEST(Reference, FollowsALightBallBetweenHeavyOnes) {
+  const auto problem = read_scene_text(R"({"q0": [0.0277, 0.2404, 0.2645], "v0": [0, -0.0582, 0], "T": 0.5613,
+    "M": [[1e-3, 0, 0], [0, 1e3, 0], [0, 0, 10]], "f": ["-1e-3*9.81", "-1e3*9.81", "-10*9.81"],
+    "contacts": [{"name": "floor", "gap": "q[0]", "e": 1}, {"name": "lower", "gap": "q[1]-q[0]", "e": 1},
+                 {"name": "upper", "gap": "q[2]-q[1]", "e": 0}]})",
+                                       "light");
+  Settings settings;
+  settings.tolerance = 1e-10;
+  const Solution other = make_method("event_driven")->solve(*problem, settings);
+  ASSERT_TRUE(other.succeeded()) << other.message;
+  for (const double tolerance : {1e-8, 1e-9, 1e-10, 1e-11, 1e-12}) {
+    const Solution s = reference_of(*problem, tolerance);
+    ASSERT_TRUE(s.succeeded()) << tolerance << ": " << s.message;
+    EXPECT_NEAR(s.q[1], other.q[1], 100 * tolerance + 1e-8) << "the tolerance of either, times the bounces";
+  }
 }
 
 }  // namespace
