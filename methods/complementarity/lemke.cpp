@@ -111,51 +111,49 @@ void LemkeSolver::set_scales(const Eigen::Ref<const Matrix>& M, const Eigen::Ref
   scaled_q_.head(n) = R_.head(n).cwiseProduct(q);
 }
 
-LcpStatus LemkeSolver::unscale(LcpStatus status, Eigen::Ref<Vector> z) const {
-  z.array() *= C_.head(z.size()).array();
+/// What solve(R M C, R q) finds, in the units of the problem.
+template <class Solve>
+LcpStatus LemkeSolver::in_scales(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
+                                 Eigen::Ref<Vector> z, const Solve& solve) {
+  set_scales(M, q);
+  pivots_ = 0;
+  const auto n = q.size();
+  const LcpStatus status = solve(scaled_.topLeftCorner(n, n), scaled_q_.head(n));
+  z.array() *= C_.head(n).array();
   return status;
 }
 
 LcpStatus LemkeSolver::solve(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
                              Eigen::Ref<Vector> z) {
-  set_scales(M, q);
-  pivots_ = 0;
-  const auto n = q.size();
-  const auto scaled = scaled_.topLeftCorner(n, n);
-  return unscale(solve_cold(scaled, scaled_q_.head(n), z), z);
+  return in_scales(M, q, z, [&](const auto& scaled, const auto& scaled_q) { return solve_cold(scaled, scaled_q, z); });
 }
 
 LcpStatus LemkeSolver::solve_smallest(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
                                       Eigen::Ref<Vector> z) {
-  set_scales(M, q);
-  pivots_ = 0;
-  const auto n = q.size();
-  const auto scaled = scaled_.topLeftCorner(n, n);
-  LcpStatus status = solve_redundant(scaled, scaled_q_.head(n), z);
-  if (status != LcpStatus::solved) {
+  return in_scales(M, q, z, [&](const auto& scaled, const auto& scaled_q) {
+    const LcpStatus status = solve_redundant(scaled, scaled_q, z);
+    if (status == LcpStatus::solved) return status;
     pivots_ = 0;
-    status = solve_cold(scaled, scaled_q_.head(n), z);
-  }
-  return unscale(status, z);
+    return solve_cold(scaled, scaled_q, z);
+  });
 }
 
 LcpStatus LemkeSolver::solve_warm(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
                                   Eigen::Ref<Vector> z) {
-  set_scales(M, q);
-  pivots_ = 0;
-  const auto n = q.size();
-  const auto scaled = scaled_.topLeftCorner(n, n);
-  const bool is_warm = try_active_set(scaled, scaled_q_.head(n), z);
-  return unscale(is_warm ? LcpStatus::solved : solve_cold(scaled, scaled_q_.head(n), z), z);
+  return in_scales(M, q, z, [&](const auto& scaled, const auto& scaled_q) {
+    return try_active_set(scaled, scaled_q, z) ? LcpStatus::solved : solve_cold(scaled, scaled_q, z);
+  });
 }
 
 LcpStatus LemkeSolver::solve_cold(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
                                   Eigen::Ref<Vector> z) {
   const LcpStatus path = follow_path(M, q, z);
+  const bool is_exact = path == LcpStatus::solved && is_solution(M, q, z, Accuracy::exact);
+  if (is_exact && !is_uneven_) return path;
   path_z_ = z;
-  if (path == LcpStatus::solved && is_solution(M, q, z, Accuracy::exact)) {
-    if (is_uneven_ && !try_active_set(M, q, z)) z = path_z_;
-    return LcpStatus::solved;
+  if (is_exact) {
+    if (!try_active_set(M, q, z)) z = path_z_;
+    return path;
   }
   const LcpStatus redundant = solve_redundant(M, q, z);
   if (redundant == LcpStatus::solved && (path != LcpStatus::solved || is_solution(M, q, z, Accuracy::exact)))

@@ -67,7 +67,9 @@ class LemkeSolver {
 
   // On the scaled problem.
   void set_scales(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q);
-  LcpStatus unscale(LcpStatus status, Eigen::Ref<Vector> z) const;
+  template <class Solve>
+  LcpStatus in_scales(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z,
+                      const Solve& solve);
   LcpStatus solve_cold(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
   bool try_active_set(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
   LcpStatus follow_path(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
