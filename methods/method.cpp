@@ -59,14 +59,13 @@ Solution guarded(const Problem& problem, const Run& run) {
 }
 
 constexpr double kNoAccuracy = 1e300;
-constexpr double kLastCheck = 1000;  // tolerances that the gaps at the end of an error-controlled run may be wrong by
 
 /// Drops the events that nobody wanted, and checks the final state of whatever method it is. A fixed-step method has no
 /// accuracy that its gaps could be compared with.
 void complete(const MethodInfo& method, const Problem& problem, const Settings& settings, Solution& solution) {
   if (settings.recording == Recording::final_state) solution.events.clear();
   if (!solution.succeeded()) return;
-  StepCheck check(problem, method.is_adaptive ? kLastCheck * settings.tolerance : kNoAccuracy);
+  StepCheck check(problem, method.is_adaptive ? StepCheck::kTolerances * settings.tolerance : kNoAccuracy);
   solution.status = check(solution.q, solution.v, {});
   if (!solution.succeeded()) solution.message = fmt::format("at t = {:.6g} s: {}", solution.t, check.message());
 }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/packed_column.h"
+
 namespace ricochet {
 namespace {
 
@@ -22,11 +24,8 @@ StepCheck::StepCheck(const Problem& problem, double accuracy)
 double StepCheck::allowed(int contact, const Vector& q, const Vector& v) {
   problem_.normal_jacobian(q.data(), J_n_.data());
   const auto& info = problem_.info().contacts[static_cast<std::size_t>(contact)];
-  const double* J = J_n_.data() + info.normal_begin;
-  double size = 0;
-  for (const int k : info.support)
-    size += std::abs(*J++) * (1 + std::abs(q[k]) + problem_.info().end_time * std::abs(v[k]));
-  return accuracy_ * size;
+  const auto sizes = 1 + q.array().abs() + problem_.info().end_time * v.array().abs();
+  return accuracy_ * packed_terms(info, J_n_.data() + info.normal_begin, sizes);
 }
 
 Status StepCheck::operator()(const Vector& q, const Vector& v, std::span<const ContactMode> modes) {
@@ -48,7 +47,7 @@ Status StepCheck::operator()(const Vector& q, const Vector& v, std::span<const C
 
 std::string StepCheck::message() const {
   if (culprit_ < 0) return "the state is not finite";
-  return fmt::format("{}contact '{}' has a gap of {:.3g} m behind the step", is_closed_ ? "closed " : "",
+  return fmt::format("{}contact '{}' has a gap of {:.3g} m after the step", is_closed_ ? "closed " : "",
                      problem_.info().contacts[static_cast<std::size_t>(culprit_)].name, gap_[culprit_]);
 }
 

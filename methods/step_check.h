@@ -19,10 +19,13 @@ namespace ricochet {
 /// the stage equations of a closed contact cannot see.
 class StepCheck {
  public:
+  /// Of an error-controlled method: what its gaps may have gathered when a step is accepted, in tolerances.
+  static constexpr double kTolerances = 1000;
+
   /// @param accuracy  of the method, relative to states of size 1 + |q|; rounding of a long run at least
   StepCheck(const Problem& problem, double accuracy);
 
-  /// Status::success, or what a run that took this step ends with. @param modes  behind the step; without any, (2)
+  /// Status::success, or what a run that took this step ends with. @param modes  after the step; without any, (2)
   /// holds for all unilateral contacts
   Status operator()(const Vector& q, const Vector& v, std::span<const ContactMode> modes);
   /// Why the last call returned no success.

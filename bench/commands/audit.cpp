@@ -65,11 +65,7 @@ std::vector<LowestGap> passed_gaps(const Problem& problem, const Motion& motion)
   Vector s(kDegree + 1), q(info.n_q), v(info.n_q);
   for (int row = 0; row <= kDegree; ++row) {
     s[row] = 0.5 * (1 - std::cos(row * std::numbers::pi / kDegree));
-    double binomial = 1;
-    for (int k = 0; k <= kDegree; ++k) {
-      bernstein(row, k) = binomial * std::pow(s[row], k) * std::pow(1 - s[row], kDegree - k);
-      binomial = binomial * (kDegree - k) / (k + 1);
-    }
+    bernstein.row(row) = GapSearch::basis(s[row], kDegree);
   }
   const Matrix from_values = bernstein.inverse().transpose();
   const std::vector<ContactMode> open(info.contacts.size(), ContactMode::open);

@@ -38,8 +38,6 @@ class BilateralConstraints {
   void velocities(const Vector& x, Vector& rates) const;
   /// Largest violation of G' x + b = 0, relative to its terms and to what m contributes to them.
   double residual(const Vector& x, const double* b, const Vector& m) const;
-  /// max_k |G_k|' |x|: what the rounding of velocities that obey the constraints is relative to.
-  double terms(const Vector& x) const { return (G_.cwiseAbs().transpose() * x.cwiseAbs()).maxCoeff(); }
 
  private:
   void set_jacobian(const double* packed_J_n);

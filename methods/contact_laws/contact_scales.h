@@ -1,9 +1,9 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
+#include "problems/packed_column.h"
 #include "problems/problem.h"
 
 namespace ricochet {
@@ -53,10 +53,7 @@ class ContactScales {
   double nearly_touching(int contact) const { return kClosedGapRounding * gap_[contact]; }
   /// The gap that rounding of positions of size 1 + |q| makes, the size that tolerances are relative to. @param J_n  packed
   static double of_positions(const ContactInfo& contact, const double* J_n, const Vector& q) {
-    double size = 0;
-    J_n += contact.normal_begin;
-    for (const int k : contact.support) size += std::abs(*J_n++) * (1 + std::abs(q[k]));
-    return kGapRounding * size;
+    return kGapRounding * packed_terms(contact, J_n + contact.normal_begin, 1 + q.array().abs());
   }
   /// A normal velocity at the left end of an element up to this is none.
   double no_approach(int contact) const { return kVelocityRounding * approach_[contact]; }

@@ -76,6 +76,16 @@ double falling_zero(double from, double to, const Function& f) {
 
 }  // namespace
 
+Vector GapSearch::basis(double s, int degree) {
+  Vector B(degree + 1);
+  double binomial = 1;
+  for (int k = 0; k <= degree; ++k) {
+    B[k] = binomial * std::pow(s, k) * std::pow(1 - s, degree - k);
+    binomial = binomial * (degree - k) / (k + 1);
+  }
+  return B;
+}
+
 GapSearch::GapSearch(const Problem& problem, int degree)
     : problem_(problem), info_(problem.info()), degree_(degree), has_bounds_(problem.info().structure.has_bounds) {
   const auto n_q = static_cast<std::size_t>(info_.n_q), n_c = info_.contacts.size();

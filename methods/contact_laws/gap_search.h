@@ -47,6 +47,9 @@ class GapSearch {
   /// Forgets what was proven: a new run.
   void restart();
 
+  /// B_k(s) of (1), k = 0 .. degree.
+  static Vector basis(double s, int degree);
+
   int degree() const { return degree_; }
   /// n_q x (degree + 1): b_k of the next path.
   Matrix& path() { return path_; }
@@ -55,8 +58,8 @@ class GapSearch {
   /// After path() has been filled. Contacts that are open in these `modes` can be looked at.
   void begin(std::span<const ContactMode> modes);
 
-  /// By how much the gap may be below zero, `gap` in (3)-(6), and another number before s = `until` [m]; negative where
-  /// it has to stay above.
+  /// How far below zero the gap may be [m]: `gap`, which (3)-(6) call allowed, and `gap_until` in place of it up to
+  /// s = `until`. A negative number requires a gap above zero.
   struct Allowance {
     double gap = 0;
     double until = 0, gap_until = 0;

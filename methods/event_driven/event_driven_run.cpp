@@ -16,7 +16,6 @@ constexpr float kLeastLogError = -13;      // of e_before, 1e-4
 constexpr double kLanding = 0.01;          // of the tolerance, (2)
 constexpr double kShortest = 1e-14;        // of the end time: what time can resolve
 constexpr double kShortestRefined = 1e-6;  // of the end time: step that becomes shorter for a gap that it nearly closes
-constexpr double kLastCheck = 1000;        // tolerances that a gap may have gathered when a step is accepted
 constexpr int kMaxStandstills = 100;       // a few events may coincide
 constexpr int kMaxLandings = 8;
 constexpr long kMaxSteps = 10'000'000;
@@ -50,7 +49,7 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
       ends_(step_.ends),
       before_(info_.contacts.size(), ContactMode::open),
       v_minus_(info_.v0),
-      check_(problem, kLastCheck * tolerance_) {
+      check_(problem, StepCheck::kTolerances * tolerance_) {
   workspace.start(tolerance_);
   if (settings.sensitivities.empty()) return;
   sensitivity_.emplace(problem, std::get<EmbeddedTableau>(formula), scales_, dynamics_, settings);

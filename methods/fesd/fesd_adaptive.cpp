@@ -25,7 +25,6 @@ constexpr double kShortest = 1e-13;        // of end_time; what time can resolve
 constexpr double kShortestOnCurve = 1e-6;  // of end_time, where shorter steps would only drift a little less
 constexpr int kMaxRefusals = 6;            // of a closed bounce: by then its step is a ten thousandth
 constexpr double kClosingErrors = 2;       // errors of an element that a closed bounce explains, by its velocity
-constexpr double kLastCheck = 1000;        // tolerances that a gap may have gathered when a step is accepted
 constexpr int kMaxStandstills = 100;       // steps in a row too short to move t; a few switches may coincide
 
 /// A run of FesdAdaptive.
@@ -77,7 +76,7 @@ AdaptiveRun::AdaptiveRun(const Problem& problem, const ButcherTableau& tableau, 
       exponent_(-1.0 / (tableau.order + 1)),
       rest_speed_(rest_speed),
       T_(problem.info().end_time),
-      run_(problem, tableau, settings, kLastCheck * settings.tolerance, FesdAudit::Claims{.cone = cone},
+      run_(problem, tableau, settings, StepCheck::kTolerances * settings.tolerance, FesdAudit::Claims{.cone = cone},
            kept.counters()),
       solver_(kept.start(settings.inner_tolerance)),
       moving_(problem),

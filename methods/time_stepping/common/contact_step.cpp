@@ -157,8 +157,6 @@ double ContactStep::residual(const Vector& v_plus, const Vector& shift, const Ve
       terms_[row] = operator_.terms(i, d, v_plus);
     }
   }
-  // Constraints pass the rounding of their own velocities on to the contacts.
-  if (has_bilateral_) terms_ = terms_.cwiseMax(operator_.bilateral().terms(v_plus));
   return std::max(bilateral, violation(problem_, r_, w_, solver_->polygon(), terms_));
 }
 
