@@ -68,7 +68,7 @@ struct ContactMap {
 /// Takes what rounding leaves of the impulses of open contacts, which is at most the tolerance of a solver, out of r.
 void clear_open_contacts(const ContactProblem& problem, Vector& r);
 
-/// What residuals of whole problems are reported in.
+/// The units in which a report measures the residuals of a whole problem [m/s, N s].
 struct ContactScale {
   double velocity = 0, impulse = 0;
 };

@@ -149,7 +149,8 @@ void ImpactSolver::push(Eigen::Ref<Vector> motion, Eigen::Ref<Vector> normal) co
   }
 }
 
-/// What an impact leaves of the velocity that it should make zero: of the k-th contact of the island, its row `row`.
+/// The velocity that an impact should make zero and does not, in direction d of the k-th contact of the island [m/s].
+/// @param row  of that contact in b_
 double ImpactSolver::residual(int k, int row, int d, const Eigen::Ref<const Vector>& v) const {
   const int i = contacts_of_island_[k];
   const double e = problem_.info().contacts[i].eps_r;

@@ -27,8 +27,8 @@ struct EndSystem {
 };
 
 /// Velocity and forces at the right end of an element. P of (5) in stage_equations.h is the identity, unless a closed
-/// contact is curved, or a bounce is closed (below). (4) alone leaves a velocity of O(h^n_s) across it, which errors of the forces made. So P, at q_1,
-/// takes it away by impulses of all closed contacts, along the directions of their forces:
+/// contact is curved, or a bounce is closed (below). (4) alone leaves a velocity of O(h^n_s) across it, which errors of
+/// the forces made. So P, at q_1, takes it away by impulses of all closed contacts, along the directions of their forces:
 ///
 ///   P = I - M^-1 C (R' M^-1 C)^-1 R',   R = [J_n closed, J_t held],   C = [J_n - mu J_t d slipping, else as R]    (10)
 ///

@@ -37,7 +37,7 @@ class SlipStart {
   /// @param q, v  in: left end, out: right end @param angles  by contact, at the left end (or a guess), out: at the right
   /// @return false where the iteration does not converge or a contact slips against its direction
   bool take(double h, const std::vector<int>& contacts, Vector& q, Vector& v, Vector& angles);
-  /// Of the last step that converged, at its left end: the angles by extrapolation of those of the stages.
+  /// The angles at the left end of the last step that converged, extrapolated from those of its stages.
   const Vector& first_angles() const { return first_angles_; }
   /// Holds the directions of these angles.
   void hold(const std::vector<int>& contacts, const Vector& angles);

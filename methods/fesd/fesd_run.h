@@ -15,8 +15,8 @@
 
 namespace ricochet {
 
-/// What all FESD methods do with the steps that they accept: last check, events and grid points, audit, derivatives, the
-/// state reached; and when they have to stop.
+/// What all FESD methods do with the steps that they accept. It checks a step for the last time, records its events and
+/// grid points, audits and differentiates it, keeps the state reached, and ends the run.
 class FesdRun {
  public:
   /// Problem and settings have to outlive the run. @param accuracy  of the gaps at the ends of elements, see StepCheck
@@ -32,7 +32,7 @@ class FesdRun {
   bool has_no_derivative(const FesdStep& step) const { return sensitivity_ && step.has_impact_sequence(); }
 
   /// The next step, which has been added to sensitivity(); it has to stay where it is until the next one is accepted.
-  /// Where it fails the last check, fail() has its reason.
+  /// @return false where the step fails the last check: the run has ended with the reason
   /// @param previous  the one before it, or null; @param t, t_end  from and to [s]
   bool accept(const FesdStep& step, const FesdStep* previous, double t, double t_end);
   /// The run ends here. @param message  why; behind a time limit that is what it says
