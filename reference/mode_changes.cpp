@@ -16,6 +16,8 @@ constexpr double kSlipStart = 1e-2;
 // Impacts that follow each other at one instant: a few, unless they accumulate.
 constexpr int kMaxImpacts = 1000;
 
+constexpr const char* kNoProjection = "the state cannot be projected onto its contacts";
+
 }  // namespace
 
 ModeChanges::ModeChanges(const Problem& problem, const Scales& scales, double tolerance, ContactDynamics& dynamics,
@@ -145,6 +147,21 @@ std::vector<char> ModeChanges::last_impacts(const Instant& instant, const Soluti
   return last;
 }
 
+/// The integration has left a rate of the contacts that were closed, and a slip of those that stuck. It is no motion, and
+/// an impact that took it for one would leave such a contact out.
+bool ModeChanges::remove_drift(double t, Instant& instant, Solution& solution) const {
+  auto closed = problem_.info().bilateral;
+  std::vector<char> sticks(modes_.size(), false);
+  for (const int i : instant.touching) {
+    if (is_closed(instant.before[i])) closed.push_back(i);
+    sticks[i] = instant.before[i] == ContactMode::stick;
+  }
+  if (!laws_.project(solution.q, solution.v, {}, closed, sticks))
+    return stop(solution, Status::inner_solver_failed, t, kNoProjection);
+  instant.v_minus = solution.v;
+  return true;
+}
+
 /// Newton's law at the contacts that touch and do not part; and again, as long as an impact sends contacts that parted
 /// back against each other. With those that part in the law, their restitution would send them into their surfaces.
 bool ModeChanges::follow_impacts(double t, Instant& instant, Solution& solution) {
@@ -181,6 +198,7 @@ bool ModeChanges::follow_impacts(double t, Instant& instant, Solution& solution)
 /// The impacts, where a contact approaches; candidates for closed contacts and those that part; contacts without slip.
 bool ModeChanges::collide(double t, Instant& instant, Solution& solution) {
   if (instant.approaches) {
+    if (!remove_drift(t, instant, solution)) return false;
     instant.ends_together = end_together(instant, solution);
     if (instant.is_ambiguous && !instant.ends_together)
       return stop(solution, Status::step_limit, t, flights_.accumulating(t));
@@ -219,7 +237,7 @@ bool ModeChanges::decide_candidates(double t, Instant& instant, Solution& soluti
   auto closed = join({problem_.info().bilateral, instant.candidates});
   if (!instant.approaches) closed.insert(closed.end(), instant.released.begin(), instant.released.end());
   if (!laws_.project(solution.q, solution.v, touching, closed, instant.rests))
-    return stop(solution, Status::inner_solver_failed, t, "the state cannot be projected onto its contacts");
+    return stop(solution, Status::inner_solver_failed, t, kNoProjection);
   if (instant.candidates.empty()) {
     dynamics_.set_modes(modes_);
     return true;

@@ -49,6 +49,7 @@ class ModeChanges {
   void find_touching(double t, const Roots& found, Instant& instant, const Solution& solution);
   std::vector<char> last_impacts(const Instant& instant, const Solution& solution);
   bool end_together(const Instant& instant, const Solution& solution);
+  bool remove_drift(double t, Instant& instant, Solution& solution) const;
   bool follow_impacts(double t, Instant& instant, Solution& solution);
   bool collide(double t, Instant& instant, Solution& solution);
   bool decide_candidates(double t, Instant& instant, Solution& solution);

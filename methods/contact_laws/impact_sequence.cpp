@@ -27,9 +27,10 @@ void ImpactSequence::find_touching(const Vector& q, const std::vector<ContactMod
   problem_.gap(q.data(), gap_.data());
   candidates_.clear();
   for (const int i : problem_.info().unilateral) {
-    if (gap_[i] > scales_.nearly_touching(i)) continue;
+    const bool was_closed = before && is_closed((*before)[i]);
+    if (!was_closed && gap_[i] > scales_.nearly_touching(i)) continue;
     candidates_.push_back(i);
-    if ((before && is_closed((*before)[i])) || gap_[i] <= scales_.touching(i)) touching.push_back(i);
+    if (was_closed || gap_[i] <= scales_.touching(i)) touching.push_back(i);
   }
 }
 
