@@ -27,7 +27,8 @@ constexpr double kImprecise = 1e-5;    // (3), relative to s
 constexpr double kAmplified = 30;      // (7)
 constexpr double kDisturbance = 1e-9;  // of the forces, relative to g
 constexpr double kTolerance = 1e-10, kTight = 1e-11, kTighter = 1e-12;
-constexpr double kChanged = 3;  // (4), (6): errors by what another tolerance or ten times the steps change
+constexpr double kLeastTolerance = 1e-15;  // that methods take
+constexpr double kChanged = 3;             // (4), (6): errors by what another tolerance or ten times the steps change
 
 constexpr const char* kAdaptive = "fesd_adaptive:radau-iia:4";
 constexpr const char* kFixed = "fesd:radau-iia:3,elements=as_needed";
@@ -97,7 +98,8 @@ class Hearing {
         options_(options),
         problem_(read_scene_text(scene.dump(), "scene")),
         length_(unit(scene, "unit_length")),
-        velocity_(length_ / unit(scene, "unit_time")) {}
+        velocity_(length_ / unit(scene, "unit_time")),
+        size_(std::min({1.0, length_, velocity_})) {}
 
   FuzzScene verdict() {
     hear();
@@ -116,8 +118,10 @@ class Hearing {
   }
 
  private:
+  /// @param tolerance  of the numbers that the judge compares
   FuzzOpinion run(const Problem& problem, const std::string& method, int steps, double tolerance) const {
-    FuzzOpinion opinion = options_.asker(problem, method, steps, tolerance, options_.time_limit);
+    FuzzOpinion opinion = options_.asker(
+        problem, method, steps, tolerance > 0 ? std::max(kLeastTolerance, size_ * tolerance) : 0, options_.time_limit);
     for (double& q : opinion.q) q /= length_;
     for (double& v : opinion.v) v /= velocity_;
     return opinion;
@@ -132,9 +136,14 @@ class Hearing {
     return second;
   }
 
-  static FuzzOpinion with_error(FuzzOpinion opinion) {
-    if (opinion.succeeded()) opinion.error = kAllowed * size_of(opinion);
+  FuzzOpinion with_error(FuzzOpinion opinion) const {
+    if (opinion.succeeded()) opinion.error = kAllowed * coarseness(opinion) * size_of(opinion);
     return opinion;
+  }
+
+  /// r of (1)
+  double coarseness(const FuzzOpinion& opinion) const {
+    return opinion.tolerance > 0 ? std::max(1.0, kLeastTolerance / (kTolerance * size_)) : 1;
   }
 
   void hear() {
@@ -151,7 +160,7 @@ class Hearing {
     for (auto [opinion, spread] : {std::pair(&a, &spread_a), std::pair(&e, &spread_e)}) {
       if (!opinion->succeeded()) continue;
       *spread = change(*opinion, run(*problem_, opinion->method, 0, kTighter));
-      opinion->error += std::min(*spread, kImprecise * size_of(*opinion));  // (3)
+      opinion->error += std::min(*spread, kImprecise * coarseness(*opinion) * size_of(*opinion));  // (3)
     }
     if (c.succeeded()) {
       double error = kConfirming * size_of(c);  // of a method that cannot be asked again nothing better is known
@@ -267,6 +276,7 @@ class Hearing {
   JudgeOptions options_;
   std::unique_ptr<Problem> problem_;
   double length_, velocity_;             ///< units of the answers, see SceneDraw::change_units()
+  double size_;                          ///< the smallest of 1 and these: of what an absolute tolerance has to resolve
   std::array<FuzzOpinion, 5> opinions_;  ///< a, f, c, m, e
   double sensitivity_ = 0;
 };

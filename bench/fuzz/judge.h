@@ -27,23 +27,26 @@ struct JudgeOptions {
 ///   e  event_driven                            tolerance 1e-10
 ///
 /// x is in metres and seconds: answers of a scene with parameters unit_length and unit_time are divided by these units.
+/// The tolerance of a method is absolute for numbers below 1. So it is multiplied by the smallest of 1 and the units of
+/// length and velocity, down to 1e-15, which is the least that methods take.
 ///
 /// First each is allowed an error d, max-norm; s is the largest number in x, at least 1:
 ///
-///   d_a = d_c = d_e = d_f = 1e-6 s,     d_m = 1e-6 s + 10 |x_N - x_N'|                                              (1)
+///   d_a = d_c = d_e = 1e-6 s r,   d_f = 1e-6 s,   d_m = 1e-6 s + 10 |x_N - x_N'|                              (1)
 ///
-/// with N and N' = 4 N steps of Moreau-Jean, whose error falls like 1/N, but not evenly, and behind impacts that
-/// accumulate more slowly, like N^-0.35 in what was seen. Two methods agree when
+/// with N and N' = 4 N steps of Moreau-Jean, whose error falls like 1/N, but not evenly, and after impacts that
+/// accumulate more slowly, like N^-0.35 in what was seen. r is 1, or 1e-15 over the tolerance wanted where that is
+/// smaller. Two methods agree when
 ///
 ///   |x_i - x_j| <= d_i + d_j                                                                                  (2)
 ///
 /// If all that succeed do and some pair confirms each other within 1e-2 s, the verdict is "agree". Otherwise they are
 /// heard once more.
 ///
-/// a  and e keep their answers. A tolerance is of a step, and errors add up over hundreds of impacts; more than 1e-5 s is not
-///    imprecise but wrong:
+/// a  and e keep their answers. A tolerance is of a step, and errors add up over hundreds of impacts; more than 1e-5 s
+///    is not imprecise but wrong:
 ///
-///   d_i = 1e-6 s + min(|x_1e-10 - x_1e-12|, 1e-5 s),  i = a, e                                                           (3)
+///   d_i = 1e-6 s r + min(|x_1e-10 - x_1e-12|, 1e-5 s r),  i = a, e                                              (3)
 ///
 /// c  answers with 1e-12, or 1e-11 where that fails: flights lower than its errors, of impacts that accumulate, leave
 /// it
