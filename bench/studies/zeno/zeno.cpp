@@ -50,7 +50,7 @@ double excursion(const ButcherTableau& tableau) {
   return farthest;
 }
 
-/// Where the closed element absorbs. Gauss tableaus give v+ back: whatever they call rest is none.
+/// Where the closed element absorbs. The stages of Gauss tableaus give v+ back, and have no bound.
 void set_bounds(const ButcherTableau& tableau, double T, const ExactBall& ball, double radius, ZenoRun& run) {
   run.rest_bound = run.position_bound = kNoBound;
   const Capture closed = capture(tableau);

@@ -103,10 +103,10 @@ Table zeno_table(const std::vector<ZenoRun>& runs) {
       {"position error / bound", "", "{:.3f}", [](const S& s) { return when(s.has_bound, s.position_ratio); }},
   };
   return table_of("A ball comes to rest", columns, summaries(runs),
-                  "t_rest: the last impact, behind which the contact stays closed. Order: exponent of |t_Z - t_rest| "
+                  "t_rest: the last impact, after which the contact stays closed. Order: exponent of |t_Z - t_rest| "
                   "(1 - e) over the step H, or the tolerance, all e together. Bounds: methods/fesd/capture.h, plus "
                   "rounding of 1e-13 t_Z and 1e-13 m; none for one stage, whose flights are not exact, and for Gauss, "
-                  "which gives v+ back. v+, |v(T)|: the largest of all runs.");
+                  "where a projection absorbs v+. v+, |v(T)|: the largest of all runs.");
 }
 
 Table zeno_details(const std::vector<ZenoRun>& runs) {
