@@ -66,7 +66,7 @@ void complete(const MethodInfo& method, const Problem& problem, const Settings& 
   if (settings.recording == Recording::final_state) solution.events.clear();
   if (!solution.succeeded()) return;
   StepCheck check(problem, method.is_adaptive ? StepCheck::kTolerances * settings.tolerance : kNoAccuracy);
-  solution.status = check(solution.q, solution.v, {});
+  solution.status = check(solution.q, solution.q, solution.v, {});
   if (!solution.succeeded()) solution.message = fmt::format("at t = {:.6g} s: {}", solution.t, check.message());
 }
 

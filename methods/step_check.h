@@ -14,9 +14,13 @@ namespace ricochet {
 ///   f_c^i(q) >= -allowed_i           of open contacts                                        (2)
 ///   |f_c^i(q)| <= allowed_i          of closed contacts                                      (3)
 ///   allowed_i = accuracy sum_k |J_n,k| (1 + |q_k| + T |v_k|)                                  (4)
+///   J_n^i does not jump on the line from q_0 to q of closed contacts                          (5)
 ///
-/// A step that breaks one ends the run: what it computed is no motion of the scene. (3) finds gaps with a jump, which
-/// the stage equations of a closed contact cannot see.
+/// with q_0 at its left end. A step that breaks one ends the run: what it computed is no motion of the scene. (3) finds
+/// gaps with a jump, and (5) gaps with a corner that a closed contact has passed without an event; the stage equations
+/// of a closed contact see neither. (5) is for contacts that may have corners: the half of the line is halved again on
+/// which J_n changes more, and what then is left of the change belongs to one place. It misses a corner that a step
+/// passes to and fro.
 class StepCheck {
  public:
   /// Of an error-controlled method: what its gaps may have gathered when a step is accepted, in tolerances.
@@ -25,20 +29,22 @@ class StepCheck {
   /// @param accuracy  of the method, relative to states of size 1 + |q|; rounding of a long run at least
   StepCheck(const Problem& problem, double accuracy);
 
-  /// Status::success, or what a run that took this step ends with. @param modes  after the step; without any, (2)
+  /// Status::success, or what a run that took this step ends with. @param modes  within the step; without any, (2)
   /// holds for all unilateral contacts
-  Status operator()(const Vector& q, const Vector& v, std::span<const ContactMode> modes);
+  Status operator()(const Vector& q0, const Vector& q, const Vector& v, std::span<const ContactMode> modes);
   /// Why the last call returned no success.
   std::string message() const;
 
  private:
   double allowed(int contact, const Vector& q, const Vector& v);
+  bool passes_corner(int contact, const Vector& q0, const Vector& q);
+  Vector normal(int contact, const Vector& q);
 
   const Problem& problem_;
   const double accuracy_;
   Vector gap_, J_n_;  // n_c; packed
   int culprit_ = -1;
-  bool is_closed_ = false;
+  bool is_closed_ = false, is_corner_ = false;
 };
 
 }  // namespace ricochet

@@ -32,6 +32,7 @@ struct ContactInfo {
   std::vector<int> support;   ///< coordinates q_k that occur in the gap or the tangents, ascending
   bool is_moving = false;     ///< it depends on time: the last entry of `support` is the clock
   bool is_affine = false;     ///< J_n and J_t do not depend on q
+  bool has_corners = false;   ///< J_n may jump along a motion, as of a gap with max(); not where it is stated in code
   int normal_begin = 0;       ///< first entry of this contact in a packed J_n
   int tangent_begin = 0;      ///< first entry of this contact in a packed J_t, direction after direction
   int tangent_index = 0;      ///< first component of this contact in lambda_t and v_t

@@ -176,14 +176,19 @@ bool EventDrivenRun::take_step() {
   record_motion(end);
   if (!sample_until(end)) return false;
   t_ = end;
+  if (!check_step()) return false;
   if (sensitivity_) sensitivity_->accept();
   ends_.advance();
-  if (const Status status = check_(ends_.q0, ends_.v0, dynamics_.modes()); status != Status::success)
-    return stop(status, check_.message());
   if (info_.n_c() > 0) functions_.advance(ends_.v0);
   if (settings_.recording >= Recording::grid && n_samples_ == 0)
     solution_.samples.push_back({t_, ends_.q0, ends_.v0, ends_.v0});
   return solution_.succeeded();
+}
+
+/// The last check of the step at hand.
+bool EventDrivenRun::check_step() {
+  const Status status = check_(ends_.q0, ends_.q1, ends_.v1, dynamics_.modes());
+  return status == Status::success || stop(status, check_.message());
 }
 
 /// A step of length h [s] to the event. @return false where (2) does not come to hold
@@ -225,6 +230,7 @@ bool EventDrivenRun::land(double h) {
     record_motion(t_ + h);
     if (!sample_until(t_ + h)) return false;
     t_ += h;
+    if (!check_step()) return false;
     ends_.q0 = ends_.q1;
     ends_.v0 = ends_.v1;
   }

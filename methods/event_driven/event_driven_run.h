@@ -45,6 +45,7 @@ class EventDrivenRun {
   bool begin();
   void choose_first_length();
   bool take_step();
+  bool check_step();
   bool reach(Happening& event, double& h);
   bool land(double h);
   bool change_modes(const Happening& cause);

@@ -19,7 +19,7 @@ FesdRun::FesdRun(const Problem& problem, const ButcherTableau& tableau, const Se
 bool FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, double t_end) {
   for (int n = 0; n < step.n_elements; ++n) {
     const Element& element = step.elements[n];
-    const Status status = check_(element.q1, element.v1, element.modes);
+    const Status status = check_(element.q0, element.q1, element.v1, element.modes);
     if (status == Status::success) continue;
     fail(status, fmt::format("from t = {:.12g} s: ", t), check_.message());
     return false;

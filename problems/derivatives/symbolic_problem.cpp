@@ -308,9 +308,11 @@ void SymbolicProblem::describe_contacts() {
     std::set<int> support;
     const bool jumps = may_jump(contact.gap);  // where its derivative is zero
     bool is_affine = !jumps;
+    bool has_corners = false;
     for (int k = 0; k < info_.n_q; ++k) {
       const auto& x = model_.q[k];
       const ex slope = contact.gap.diff(x);
+      has_corners = has_corners || may_jump(slope);
       const bool in_gap = !slope.is_zero() || (jumps && contact.gap.has(x));
       bool in_tangents = false;
       for (const auto& direction : contact.tangents) {
@@ -324,6 +326,7 @@ void SymbolicProblem::describe_contacts() {
     described.support.assign(support.begin(), support.end());
     described.is_moving = support.contains(info_.clock);
     described.is_affine = is_affine;
+    described.has_corners = has_corners;
     described.normal_begin = info_.n_normal_entries;
     described.tangent_begin = info_.n_tangent_entries;
     described.tangent_index = info_.n_lambda_t;

@@ -1,4 +1,5 @@
-// The last check of a step, and runs that it ends: a gap with a jump under a closed contact, and forces that are no numbers.
+// The last check of a step, and runs that it ends: a gap with a jump or a corner under a closed contact, and forces that
+// are no numbers.
 #include "methods/step_check.h"
 
 #include <fmt/format.h>
@@ -26,7 +27,7 @@ class LastCheck : public testing::Test {
   Status of(double q_0, double q_1, ContactMode first) {
     const Vector q{{q_0, q_1}};
     const std::vector<ContactMode> modes{first, ContactMode::open};
-    return check(q, v, modes);
+    return check(q, q, v, modes);
   }
 };
 
@@ -73,6 +74,29 @@ TEST(JumpingGaps, AreNotSlidOver) {
       const Solution s = run(*problem, method);
       EXPECT_FALSE(s.succeeded()) << method << " over a step of " << step;
       EXPECT_NE(s.message.find("table and floor"), std::string::npos) << method << ": " << s.message;
+    }
+  }
+}
+
+/// A block slides to a corner of the ground that stops a part of its velocity.
+TEST(Corners, AreNotSlidOver) {
+  struct Ground {
+    const char* height;
+    double y0, vy0;  ///< at x = 0, with v_x = 1
+  };
+  for (const Ground& ground : {Ground{"max(0,0.3*(q[0]-0.5))", 0, 0}, Ground{"0.2*abs(q[0]-0.5)", 0.1, -0.2},
+                               Ground{"if(q[0]<0.5,0,0.4*(q[0]-0.5))", 0, 0}}) {
+    const auto problem = read_scene_text(
+        fmt::format(R"json({{"q0": [0, {}], "v0": [1, {}], "T": 0.9, "M": [[1, 0], [0, 1]], "f": [0, -9.81],
+            "contacts": [{{"name": "ground", "gap": "q[1]-{}", "e": 0}}]}})json",
+                    ground.y0, ground.vy0, ground.height),
+        "corner");
+    for (const char* method :
+         {"event_driven", "fesd_adaptive:radau-iia:3", "fesd:radau-iia:3", "fesd:radau-iia:3,elements=as_needed",
+          "fesd:gauss:3", "fesd:gauss:3,elements=as_needed"}) {
+      const Solution s = run(*problem, method);
+      EXPECT_FALSE(s.succeeded()) << method << ", " << ground.height;
+      EXPECT_NE(s.message.find("ground"), std::string::npos) << method << ": " << s.message;
     }
   }
 }
