@@ -60,7 +60,10 @@ std::vector<PublicReport> read_public_reports(const std::string& file) {
   return reports;
 }
 
-CheckResult answer_of(const PublicReport& report, const PublicReportRule& rule, const Subject& subject) {
+namespace {
+
+/// @param steps  of a fixed-step method
+CheckResult answer_with(int steps, const PublicReport& report, const PublicReportRule& rule, const Subject& subject) {
   const auto declined = [](const std::string& why) { return CheckResult::not_applicable(kDeclined + why); };
   const ProblemChoice choice{report.scene, {}};
   const auto method = make_method(subject.spec);
@@ -68,7 +71,7 @@ CheckResult answer_of(const PublicReport& report, const PublicReportRule& rule, 
   if (subject.info.is_adaptive)
     settings.tolerance = rule.tolerance;
   else
-    settings.steps = subject.steps(subject.is_first_order() ? rule.first_order_steps : rule.steps);
+    settings.steps = subject.steps(steps);
   settings.time_limit = subject.time_limit * 0.9;
   settings.recording = Recording::final_state;
   const std::string command = run_command(choice.arguments(), subject.spec, settings.steps, settings.tolerance);
@@ -97,6 +100,15 @@ CheckResult answer_of(const PublicReport& report, const PublicReportRule& rule, 
     return CheckResult::not_applicable(
         fmt::format("{}{} with {} steps of first order", kNotJudged, text, settings.steps));
   return CheckResult::fail(text, command);
+}
+
+}  // namespace
+
+CheckResult answer_of(const PublicReport& report, const PublicReportRule& rule, const Subject& subject) {
+  if (subject.info.is_adaptive || subject.is_first_order())
+    return answer_with(rule.first_order_steps, report, rule, subject);
+  const CheckResult answer = answer_with(rule.steps, report, rule, subject);
+  return answer.verdict == CheckVerdict::fail ? answer_with(rule.first_order_steps, report, rule, subject) : answer;
 }
 
 void add_public_report_checks(const json& experiment, std::vector<Check>& battery) {
