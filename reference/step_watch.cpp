@@ -9,7 +9,7 @@
 namespace ricochet::reference {
 namespace {
 
-constexpr int kMaxPieces = 400;
+constexpr int kMostPieces = 400;
 constexpr int kDeepest = 20;                // halvings of a step
 constexpr int kSampleDepth = 4;             // halvings where nothing but values is known
 constexpr double kNearZero = 4;             // changes over a step that a force without time is to be away from zero
@@ -30,7 +30,7 @@ StepWatch::StepWatch(const Problem& problem, const Scales& scales, double tolera
       slips_(slips),
       flights_(flights),
       motion_(motion),
-      force_bounds_(problem, dynamics, slips),
+      force_bounds_(problem),
       packed_n_(problem.info().n_normal_entries),
       packed_t_(problem.info().n_tangent_entries),
       start_(motion.n_roots()),
@@ -85,6 +85,7 @@ void StepWatch::list_functions() {
     for (const int k : contact.support) sum += std::abs(*J++) * (std::abs(stop[first + k]) + scale[k]);
     return sum;
   };
+  force_bounds_.set_modes(dynamics_.modes());
   functions_.clear();
   const auto add = [&](const Function& f) {
     const bool is_force = f.kind == Kind::force || f.kind == Kind::cone;
@@ -114,6 +115,7 @@ void StepWatch::list_functions() {
     add({Kind::force, i, i, slack_of(i), 0});
     if (contact.n_t == 0) continue;
     const int index = motion_.friction_root(i);
+    if (mode == ContactMode::slip && slips_.is_new(i)) force_bounds_.hold_direction(i, slips_.direction(i).data());
     if (mode == ContactMode::stick) {
       add({Kind::cone, i, index, slack_of(index), 0});
     } else {
@@ -147,7 +149,7 @@ std::optional<double> StepWatch::first_root(double from, double to, Roots& found
   if (!functions_.empty()) {
     Functions all;
     for (const Function& f : functions_) all.push_back(&f);
-    int budget = kMaxPieces;
+    int budget = kMostPieces;
     const Function* first = nullptr;
     root = search({-length_, 0, 0, start_, stop_}, all, budget, first);
     if (root) {

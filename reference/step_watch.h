@@ -3,11 +3,11 @@
 #include <optional>
 #include <vector>
 
+#include "problems/force_bounds.h"
 #include "problems/interval.h"
 #include "problems/problem.h"
 #include "reference/contact_dynamics.h"
 #include "reference/flights.h"
-#include "reference/force_bounds.h"
 #include "reference/slips.h"
 #include "reference/smooth_motion.h"
 
@@ -33,7 +33,7 @@ namespace ricochet::reference {
 /// tolerance, of slip 100 tolerances, as parts of their sizes, of forces 100 tolerances of what they are at the ends of
 /// the step. The guarantee is about the polynomials, whose distance from the motion the tolerance controls.
 ///
-/// What is left when pieces are shorter than 2^-20 of the step, or when kMaxPieces of them were looked at, is decided by
+/// What is left when pieces are shorter than 2^-20 of the step, or when kMostPieces of them were looked at, is decided by
 /// the values at the ends of the pieces: functions that are below -slack at neither end count as clear.
 ///
 /// Forces are searched where the scene depends on time or the integrator takes long steps, and elsewhere where their
