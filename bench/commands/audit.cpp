@@ -9,6 +9,7 @@
 #include "bench/commands.h"
 #include "bench/problem_options.h"
 #include "bench/trajectory_of.h"
+#include "methods/contact_laws/bernstein.h"
 #include "methods/contact_laws/gap_search.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
@@ -65,7 +66,7 @@ std::vector<LowestGap> passed_gaps(const Problem& problem, const Motion& motion)
   Vector s(kDegree + 1), q(info.n_q), v(info.n_q);
   for (int row = 0; row <= kDegree; ++row) {
     s[row] = 0.5 * (1 - std::cos(row * std::numbers::pi / kDegree));
-    bernstein.row(row) = GapSearch::basis(s[row], kDegree);
+    bernstein.row(row) = bernstein::basis(s[row], kDegree);
   }
   const Matrix from_values = bernstein.inverse().transpose();
   const std::vector<ContactMode> open(info.contacts.size(), ContactMode::open);

@@ -2,50 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "methods/contact_laws/bernstein.h"
 #include "problems/packed_column.h"
 
 namespace ricochet {
 namespace {
 
-constexpr int kMaxDegree = 23;
 constexpr double kFirstGrowth = 4, kLeastGrowth = 0.25, kMostGrowth = 64;
 constexpr int kMostPause = 15;
 constexpr double kLocated = 1e-9;  // of a piece
 constexpr int kMaxIterations = 60;
-
-/// (1), with room for the rounding of the coefficients.
-Interval range(const double* b, int n, std::ptrdiff_t stride = 1) {
-  double lower = b[0], upper = b[0];
-  for (int k = 1; k < n; ++k) {
-    lower = std::min(lower, b[k * stride]);
-    upper = std::max(upper, b[k * stride]);
-  }
-  return {lower - 4 * std::numeric_limits<double>::epsilon() * std::abs(lower),
-          upper + 4 * std::numeric_limits<double>::epsilon() * std::abs(upper)};
-}
-
-/// (2), for a piece of length 1.
-Interval slope_range(const double* b, int degree) {
-  double lower = b[1] - b[0], upper = lower, size = std::abs(b[0]);
-  for (int k = 1; k <= degree; ++k) {
-    lower = std::min(lower, b[k] - b[k - 1]);
-    upper = std::max(upper, b[k] - b[k - 1]);
-    size = std::max(size, std::abs(b[k]));
-  }
-  const double rounding = 2 * std::numeric_limits<double>::epsilon() * size;
-  return {degree * (lower - rounding), degree * (upper + rounding)};
-}
-
-double de_casteljau(const double* b, std::ptrdiff_t stride, int degree, double s) {
-  double t[kMaxDegree + 1];
-  for (int k = 0; k <= degree; ++k) t[k] = b[k * stride];
-  for (int level = degree; level > 0; --level) {
-    for (int k = 0; k < level; ++k) t[k] += s * (t[k + 1] - t[k]);
-  }
-  return t[0];
-}
 
 /// The zero of a function that is positive at `from` and not at `to`, by the Illinois method.
 template <class Function>
@@ -75,16 +42,6 @@ double falling_zero(double from, double to, const Function& f) {
 }
 
 }  // namespace
-
-Vector GapSearch::basis(double s, int degree) {
-  Vector B(degree + 1);
-  double binomial = 1;
-  for (int k = 0; k <= degree; ++k) {
-    B[k] = binomial * std::pow(s, k) * std::pow(1 - s, degree - k);
-    binomial = binomial * (degree - k) / (k + 1);
-  }
-  return B;
-}
 
 GapSearch::GapSearch(const Problem& problem, int degree)
     : problem_(problem), info_(problem.info()), degree_(degree), has_bounds_(problem.info().structure.has_bounds) {
@@ -157,7 +114,7 @@ void GapSearch::begin(std::span<const ContactMode> modes) {
   if (std::ranges::none_of(curved_, is_open)) return;
   for (const int i : curved_) is_clear_[i] = 0;
   for (const int k : watched_) {
-    const Interval polynomial = range(path_.data() + k, degree_ + 1, info_.n_q);
+    const Interval polynomial = bernstein::range(path_.data() + k, degree_, info_.n_q);
     path_box_[k] = {polynomial.lower - path_error_[k], polynomial.upper + path_error_[k]};
   }
   if (!has_bounds_) return;
@@ -193,29 +150,18 @@ void GapSearch::set_gap_coefficients(int contact, double* g) const {
 }
 
 void GapSearch::move_to(double s) {
-  for (const int k : watched_) q_[k] = de_casteljau(path_.data() + k, info_.n_q, degree_, s);
+  for (const int k : watched_) q_[k] = bernstein::value(path_.data() + k, info_.n_q, degree_, s);
 }
 
 double GapSearch::gap(int contact, double s) {
   if (info_.contacts[contact].is_affine) {
-    double g[kMaxDegree + 1];
+    double g[bernstein::kMaxDegree + 1];
     set_gap_coefficients(contact, g);
-    return de_casteljau(g, 1, degree_, s);
+    return bernstein::value(g, 1, degree_, s);
   }
   move_to(s);
   problem_.gap(q_.data(), gap_.data());
   return gap_[contact];
-}
-
-/// De Casteljau: `left` becomes the left half of the piece b, and b its right half.
-void GapSearch::halve(int rows, double* b, double* left) const {
-  for (int row = 0; row < rows; ++row, b += degree_ + 1, left += degree_ + 1) {
-    left[0] = b[0];
-    for (int level = 1; level <= degree_; ++level) {
-      for (int k = 0; k <= degree_ - level; ++k) b[k] = 0.5 * (b[k] + b[k + 1]);
-      left[level] = b[0];
-    }
-  }
 }
 
 /// Pieces in the order of s, from the whole path in the first place on. @param n_before  pieces that count as done
@@ -234,7 +180,7 @@ GapSearch::Closing GapSearch::first_piece(int rows, int n_before, const Judge& j
         return {piece.from, piece.to, true};
       case Verdict::halve: {
         const double middle = 0.5 * (piece.from + piece.to);
-        halve(rows, b, coefficients(pieces_.size()));
+        bernstein::halve(rows, degree_, b, coefficients(pieces_.size()));
         pieces_.back() = {middle, piece.to, piece.depth + 1};
         pieces_.push_back({piece.from, middle, piece.depth + 1});
       }
@@ -285,7 +231,7 @@ GapSearch::Verdict GapSearch::judge_curved(int i, const Allowance& allowance, co
   if (has_bounds_ && piece.depth > 0) {  // begin() has looked at the whole path
     for (std::size_t k = 0; k < contact.support.size(); ++k)
       box_[static_cast<std::size_t>(contact.support[k])] =
-          range(b + k * static_cast<std::size_t>(degree_ + 1), degree_ + 1);
+          bernstein::range(b + k * static_cast<std::size_t>(degree_ + 1), degree_);
     problem_.gap_bounds(chosen_.data(), box_.data(), gaps_.data());
     if (gaps_[static_cast<std::size_t>(i)].lower >= -allowed) return Verdict::clear;  // (4)
   }
@@ -293,7 +239,7 @@ GapSearch::Verdict GapSearch::judge_curved(int i, const Allowance& allowance, co
   Interval rate = 0.0;
   for (std::size_t k = 0; k < contact.support.size(); ++k)
     rate += J_n_[static_cast<std::size_t>(contact.normal_begin) + k] *
-            slope_range(b + k * static_cast<std::size_t>(degree_ + 1), degree_);
+            bernstein::slope_range(b + k * static_cast<std::size_t>(degree_ + 1), degree_);
   if (rate.lower >= -allowance.rounding)
     return Verdict::clear;  // (6): the piece before ended with a gap that is allowed
   const bool falls = rate.upper <= 0;

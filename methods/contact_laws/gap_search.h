@@ -47,9 +47,6 @@ class GapSearch {
   /// Forgets what was proven: a new run.
   void restart();
 
-  /// B_k(s) of (1), k = 0 .. degree.
-  static Vector basis(double s, int degree);
-
   int degree() const { return degree_; }
   /// n_q x (degree + 1): b_k of the next path.
   Matrix& path() { return path_; }
@@ -99,7 +96,6 @@ class GapSearch {
   Closing first_piece(int rows, int n_before, const Judge& judge);
   Verdict judge_affine(const Allowance& allowance, const Piece& piece, const double* g) const;
   Verdict judge_curved(int contact, const Allowance& allowance, const Piece& piece, const double* b);
-  void halve(int rows, double* b, double* left) const;
   double* coefficients(std::size_t piece) { return data_.data() + piece * static_cast<std::size_t>(piece_size_); }
   void set_gap_coefficients(int contact, double* g) const;
   void bound_normal(const ContactInfo& contact, const Piece& piece);

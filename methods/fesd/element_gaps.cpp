@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "methods/contact_laws/bernstein.h"
+
 namespace ricochet {
 namespace {
 
@@ -29,7 +31,7 @@ std::vector<ElementGaps::Point> ElementGaps::points_of(const ButcherTableau& tab
 Matrix ElementGaps::bernstein_from(const std::vector<Point>& points) {
   const int d = static_cast<int>(points.size()) + 1;
   Matrix B = Matrix::Zero(d + 1, d + 1);
-  for (int row = 0; row < d - 1; ++row) B.row(row) = GapSearch::basis(points[static_cast<std::size_t>(row)].s, d);
+  for (int row = 0; row < d - 1; ++row) B.row(row) = bernstein::basis(points[static_cast<std::size_t>(row)].s, d);
   B(d - 1, 0) = B(d, d - 1) = -d;
   B(d - 1, 1) = B(d, d) = d;
   return B.inverse();
