@@ -4,47 +4,16 @@
 #include <cmath>
 
 #include "methods/contact_laws/bernstein.h"
+#include "methods/contact_laws/falling_zero.h"
 #include "problems/packed_column.h"
 
 namespace ricochet {
-namespace {
-
-constexpr double kFirstGrowth = 4, kLeastGrowth = 0.25, kMostGrowth = 64;
-constexpr int kMostPause = 15;
-constexpr double kLocated = 1e-9;  // of a piece
-constexpr int kMaxIterations = 60;
-
-/// The zero of a function that is positive at `from` and not at `to`, by the Illinois method.
-template <class Function>
-double falling_zero(double from, double to, const Function& f) {
-  const double width = kLocated * (to - from);
-  double at_from = f(from), at_to = f(to);
-  if (!(at_from > 0)) return from;
-  int last = 0;
-  for (int k = 0; k < kMaxIterations && to - from > width; ++k) {
-    double s = to - at_to * (to - from) / (at_to - at_from);
-    if (!(s > from && s < to)) s = 0.5 * (from + to);
-    const double value = f(s);
-    if (value > 0) {
-      from = s;
-      at_from = value;
-      if (last == 1) at_to *= 0.5;
-      last = 1;
-    } else {
-      to = s;
-      at_to = value;
-      if (value == 0) break;
-      if (last == -1) at_from *= 0.5;
-      last = -1;
-    }
-  }
-  return to;
-}
-
-}  // namespace
-
 GapSearch::GapSearch(const Problem& problem, int degree)
-    : problem_(problem), info_(problem.info()), degree_(degree), has_bounds_(problem.info().structure.has_bounds) {
+    : problem_(problem),
+      info_(problem.info()),
+      degree_(degree),
+      has_bounds_(problem.info().structure.has_bounds),
+      wide_box_(static_cast<std::size_t>(problem.n_q())) {
   const auto n_q = static_cast<std::size_t>(info_.n_q), n_c = info_.contacts.size();
   std::vector<char> is_watched(n_q, 0);
   std::size_t rows = 1;
@@ -62,7 +31,7 @@ GapSearch::GapSearch(const Problem& problem, int degree)
   data_.resize(static_cast<std::size_t>(piece_size_) * (kMaxDepth + 2));
   pieces_.reserve(kMaxDepth + 2);
   path_.setZero(info_.n_q, degree + 1);
-  for (auto* box : {&box_, &path_box_, &wide_box_}) box->assign(n_q, Interval(0.0));
+  for (auto* box : {&box_, &path_box_}) box->assign(n_q, Interval(0.0));
   gaps_.assign(n_c, Interval(0.0));
   J_n_.assign(static_cast<std::size_t>(info_.n_normal_entries), Interval(0.0));
   for (auto* flags : {&chosen_, &is_far_, &is_clear_}) flags->assign(n_c, 0);
@@ -76,26 +45,14 @@ GapSearch::GapSearch(const Problem& problem, int degree)
 }
 
 void GapSearch::restart() {
-  has_wide_box_ = false;
-  growth_ = kFirstGrowth;
-  pause_ = last_pause_ = 0;
+  wide_box_.restart();
   problem_.normal_jacobian(info_.q0.data(), affine_J_n_.data());
 }
 
-bool GapSearch::leaves_wide_box() const {
-  return std::ranges::any_of(watched_, [&](int k) { return !wide_box_[k].contains(path_box_[k]); });
-}
-
-/// A box around that of the path, and the contacts that are clear in it.
-void GapSearch::renew_wide_box() {
-  has_wide_box_ = true;
-  for (const int k : watched_) {
-    const Interval& range_k = path_box_[k];
-    const double more = growth_ * range_k.width();
-    wide_box_[k] = {range_k.lower - more, range_k.upper + more};
-  }
+/// The contacts that are clear in a new wide box.
+void GapSearch::prove_wide_box() {
   for (const int i : curved_) chosen_[i] = 1;
-  problem_.gap_bounds(chosen_.data(), wide_box_.data(), gaps_.data());
+  problem_.gap_bounds(chosen_.data(), wide_box_.box().data(), gaps_.data());
   bool one_is = false, all_are = true;
   for (const int i : curved_) {
     chosen_[i] = 0;
@@ -103,9 +60,7 @@ void GapSearch::renew_wide_box() {
     one_is = one_is || is_far_[i];
     all_are = all_are && is_far_[i];
   }
-  if (all_are) growth_ = std::min(2 * growth_, kMostGrowth);
-  if (!one_is) growth_ = std::max(0.5 * growth_, kLeastGrowth);
-  pause_ = last_pause_ = one_is ? 0 : std::min(2 * last_pause_ + 1, kMostPause);
+  wide_box_.learn(one_is, all_are);
 }
 
 void GapSearch::begin(std::span<const ContactMode> modes) {
@@ -118,15 +73,13 @@ void GapSearch::begin(std::span<const ContactMode> modes) {
     path_box_[k] = {polynomial.lower - path_error_[k], polynomial.upper + path_error_[k]};
   }
   if (!has_bounds_) return;
-  if (!has_wide_box_ || leaves_wide_box()) {
-    if (pause_ == 0)
-      renew_wide_box();
-    else
-      --pause_, has_wide_box_ = false;
-  }
+  const auto extend = [](int, const Interval& range, double more) {
+    return Interval(range.lower - more, range.upper + more);
+  };
+  if (wide_box_.follow(path_box_, watched_, extend)) prove_wide_box();
   bool is_near = false;
   for (const int i : curved_) {
-    is_clear_[i] = has_wide_box_ && is_far_[i];
+    is_clear_[i] = wide_box_.exists() && is_far_[i];
     chosen_[i] = !is_clear_[i] && is_open(i);
     is_near = is_near || chosen_[i];
   }

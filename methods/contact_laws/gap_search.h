@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "methods/contact_laws/wide_box.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
 
@@ -27,9 +28,8 @@ namespace ricochet {
 /// than 2^-40 are decided by the gap at their end. What is proven holds for the path, whose distance from the motion is
 /// what the error control of a method bounds.
 ///
-/// Most contacts are far away most of the time. So (4) is evaluated for a box that extends the one of the path by
-/// several times its width; as long as later paths stay inside, contacts that are clear there cost nothing. Where none is,
-/// the next few paths try no such box.
+/// Most contacts are far away most of the time. So (4) is evaluated for a WideBox around the path; as long as later paths
+/// stay inside, contacts that are clear there cost nothing.
 ///
 /// The gap of a contact that touches and moves along is zero throughout, and no bound shows it. Where it is zero up to
 /// rounding at both ends and in the middle of a path, and after 256 pieces of any path, pieces of 1/64 are not halved any
@@ -101,8 +101,7 @@ class GapSearch {
   void bound_normal(const ContactInfo& contact, const Piece& piece);
   void estimate_normal(const ContactInfo& contact, double s, bool is_first);
   void move_to(double s);
-  bool leaves_wide_box() const;
-  void renew_wide_box();
+  void prove_wide_box();
 
   const Problem& problem_;
   const ProblemInfo& info_;
@@ -113,15 +112,13 @@ class GapSearch {
   int piece_size_ = 0;        // coefficients of a piece
 
   Matrix path_;
-  std::vector<double> data_;                         // coefficients of the pieces that wait
-  std::vector<Piece> pieces_;                        // the next one last
-  std::vector<Interval> box_, path_box_, wide_box_;  // n_q
-  std::vector<Interval> gaps_, J_n_;                 // n_c, packed
-  std::vector<char> chosen_;                         // per contact
-  std::vector<char> is_far_, is_clear_;              // per contact: clear in the wide box, or along this path
-  bool has_wide_box_ = false;
-  double growth_ = 0;               // of the wide box on either side, in widths of the path's
-  int pause_ = 0, last_pause_ = 0;  // paths for which no wide box is tried, since none was clear in the last one
+  std::vector<double> data_;              // coefficients of the pieces that wait
+  std::vector<Piece> pieces_;             // the next one last
+  std::vector<Interval> box_, path_box_;  // n_q
+  std::vector<Interval> gaps_, J_n_;      // n_c, packed
+  std::vector<char> chosen_;              // per contact
+  std::vector<char> is_far_, is_clear_;   // per contact: clear in the wide box, or along this path
+  WideBox wide_box_;
   Vector path_error_, q_, gap_, left_gap_;
   Vector affine_J_n_, packed_;  // packed: of affine contacts; at a place
 };
