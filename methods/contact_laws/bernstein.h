@@ -79,4 +79,11 @@ inline void keep_left(int rows, int degree, double until, double* b) {
   }
 }
 
+/// The same polynomial with one more coefficient, b[(degree + 1) stride].
+inline void raise(double* b, std::ptrdiff_t stride, int degree) {
+  b[(degree + 1) * stride] = b[degree * stride];
+  for (int k = degree; k > 0; --k)
+    b[k * stride] = (k * b[(k - 1) * stride] + (degree + 1 - k) * b[k * stride]) / (degree + 1);
+}
+
 }  // namespace ricochet::bernstein

@@ -31,24 +31,36 @@ void CollocationPolynomial::interpolate(double theta, const StepEnds& ends, Vect
 }
 
 /// b_k = sum_i (k over i) / (d over i) m_i, with the coefficients m_i of s^i
+double CollocationPolynomial::bernstein_coefficient(int k, int d, const auto& monomial) {
+  double sum = 0, ratio = 1;
+  for (int i = 0; i <= k; ++i) {
+    sum += ratio * monomial(i);
+    ratio *= static_cast<double>(k - i) / (d - i);
+  }
+  return sum;
+}
+
 void CollocationPolynomial::bernstein(const StepEnds& ends, Matrix& path) const {
   const int d = degree();
   const double h = ends.h;
-  const auto monomial = [&](int i, Eigen::Index row) {
-    if (i == 0) return ends.q0[row];
-    if (i == 1) return h * ends.v0[row];
-    return h * b_(i - 2, row) / i;
-  };
-  for (Eigen::Index row = 0; row < path.rows(); ++row) {
-    for (int k = 0; k < d; ++k) {
-      double sum = 0, ratio = 1;
-      for (int i = 0; i <= k; ++i) {
-        sum += ratio * monomial(i, row);
-        ratio *= static_cast<double>(k - i) / (d - i);
-      }
-      path(row, k) = sum;
-    }
+  for (Eigen::Index row = 0; row < b_.cols(); ++row) {
+    const auto monomial = [&](int i) {
+      if (i == 0) return ends.q0[row];
+      if (i == 1) return h * ends.v0[row];
+      return h * b_(i - 2, row) / i;
+    };
+    for (int k = 0; k < d; ++k) path(row, k) = bernstein_coefficient(k, d, monomial);
     path(row, d) = ends.q1[row];
+  }
+}
+
+void CollocationPolynomial::bernstein_of_velocity(const StepEnds& ends, Matrix& path) const {
+  const int d = degree() - 1;
+  const Eigen::Index n = b_.cols();
+  for (Eigen::Index row = 0; row < n; ++row) {
+    const auto monomial = [&](int i) { return i == 0 ? ends.v0[row] : b_(i - 1, row); };
+    for (int k = 0; k < d; ++k) path(n + row, k) = bernstein_coefficient(k, d, monomial);
+    path(n + row, d) = ends.v1[row];
   }
 }
 

@@ -21,8 +21,10 @@ class CollocationPolynomial {
   void set(double h, const Matrix& w);
   /// State at theta h from the left end; h is that of the ends, which may have been moved a little along the polynomial.
   void interpolate(double theta, const StepEnds& ends, Vector& q, Vector& v) const;
-  /// Bernstein coefficients of (2) over the whole step: n_q x (degree() + 1).
+  /// Bernstein coefficients of (2) over the whole step, in the first n_q rows of `path` with degree() + 1 columns.
   void bernstein(const StepEnds& ends, Matrix& path) const;
+  /// The same of (1), in the rows below, in degree() columns.
+  void bernstein_of_velocity(const StepEnds& ends, Matrix& path) const;
   /// v(s) - v_0, of one coordinate.
   double velocity(Eigen::Index k, double s) const;
   /// (q(s) - q_0) / h - s v_0, of one coordinate.
@@ -30,6 +32,8 @@ class CollocationPolynomial {
   int degree() const { return static_cast<int>(b_.rows()) + 1; }  ///< of q(s)
 
  private:
+  static double bernstein_coefficient(int k, int d, const auto& monomial);
+
   double h_ = 0;
   Matrix powers_inverse_;  // of w in (1)
   Matrix b_;               // n_s x n_q

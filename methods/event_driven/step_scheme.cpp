@@ -1,5 +1,7 @@
 #include "methods/event_driven/step_scheme.h"
 
+#include <algorithm>
+
 #include "methods/event_driven/explicit_steps.h"
 #include "methods/event_driven/radau_step.h"
 
@@ -7,7 +9,7 @@ namespace ricochet {
 
 int degree_between_ends(const StepFormula& formula) {
   const auto* implicit = std::get_if<ButcherTableau>(&formula);
-  return implicit ? implicit->n_s + 1 : 5;
+  return implicit ? std::max(implicit->n_s + 1, 5) : 5;
 }
 
 std::unique_ptr<StepScheme> make_step(const StepFormula& formula, int n_q, ModeDynamics& dynamics) {

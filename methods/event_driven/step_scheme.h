@@ -35,7 +35,8 @@ class StepScheme {
   double kept_growth = 1;  ///< up to which a longer step would cost more than it saves: the length is kept
 };
 
-/// StepEnds::degree() of the steps of a formula.
+/// The largest StepEnds::degree() in a run with a formula, in which slip in space starts with the polynomial of explicit
+/// steps.
 int degree_between_ends(const StepFormula& formula);
 /// @param formula  has to outlive the step; of implicit ones Radau IIA with an odd number of stages
 std::unique_ptr<StepScheme> make_step(const StepFormula& formula, int n_q, ModeDynamics& dynamics);
