@@ -162,6 +162,7 @@ bool EventDrivenRun::take_step() {
       return true;
     }
     ++counters_.steps;
+    if (event.duration > 0) h_ = std::min(h_, event.duration);
     if (!land(until)) return false;
     if (settle_slip(event)) return true;
     return solution_.succeeded() && change_modes(event);

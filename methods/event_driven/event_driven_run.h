@@ -28,6 +28,9 @@ namespace ricochet {
 /// it is taken again with h + dt; the last dt is one of Taylor's polynomial. Where (2) does not come to hold, the steps
 /// to one point after the other do not belong to one motion: the step is rejected, and half as long.
 ///
+/// An event that neither the ends nor the stages of a step show is made by something shorter than the step, such as a
+/// short pulse of a load: the next step is no longer than that.
+///
 /// Samples are the ends of the steps, or dense: at k T / n_samples, each by a step of its own from the left end of the
 /// step at hand. So they have the order of the pair, which the interpolation (step_ends.h, order 5 in v) has not, and
 /// change no step.

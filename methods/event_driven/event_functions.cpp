@@ -14,7 +14,9 @@ constexpr double kLocated = 1e-9;  // of the step: the root of the interpolation
 constexpr int kMaxIterations = 60;
 // Up to this part of a step that begins at the surface, the interpolation may be wrong by this part of the gap there.
 constexpr double kBegin = 0.125, kOfBegin = 0.01;
-constexpr int kMaxHalvings = 50;  // in search of a point behind a zero at the left end
+constexpr double kNoForce = 1e-8;  // of a force that is as good as none where the cone is reached
+constexpr int kSamples = 16;        // of functions without bounds, in a step
+constexpr int kMaxHalvings = 50;    // in search of a point behind a zero at the left end
 // Speed of slip in space that is left to the run, over the root of the tolerance and the size of slip.
 constexpr double kStop = 0.03;
 
@@ -58,6 +60,9 @@ EventFunctions::EventFunctions(const Problem& problem, const ContactScales& scal
     curved_tangents_ = curved_tangents_ || (contact.n_t > 0 && !contact.is_affine);
   }
   if (curved_tangents_) T_.setZero(info_.n_lambda_t, info_.n_q);
+  path_error_ = q_;
+  load_function_.reserve(2 * n_c);
+  if ((info_.clock >= 0 || info_.has_friction()) && info_.structure.has_bounds) loads_.emplace(problem, degree);
   problem.normal_jacobian(info_.q0.data(), packed_n_.data());
   if (info_.has_friction()) problem.tangent_jacobian(info_.q0.data(), packed_t_.data());
 }
@@ -184,7 +189,33 @@ void EventFunctions::begin(const double* q, const double* v) {
       v_stop_[i] = 0;
     }
   }
+  list_loads(q, v);
   pass(q, v);
+}
+
+/// The functions that are searched within steps, and how.
+void EventFunctions::list_loads(const double* q, const double* v) {
+  watch_ = LoadWatch::none;
+  if (dynamics_.closed().empty()) return;
+  if (!loads_) {
+    if (info_.clock >= 0) watch_ = LoadWatch::samples;
+    return;
+  }
+  if (info_.clock < 0 && !slips_) return;
+  loads_->set_modes(dynamics_.modes());
+  load_function_.clear();
+  const bool has_forces = info_.clock >= 0 && !loads_->has_constant_forces();
+  for (std::size_t k = 0; k < functions_.size(); ++k) {
+    const Function& f = functions_[k];
+    if (f.kind == Kind::gap_closes || (f.kind != Kind::slip_stops && !has_forces)) continue;
+    load_function_.push_back(k);
+    loads_->functions().push_back({.kind = f.kind == Kind::force_vanishes ? LoadSearch::Kind::force
+                                           : f.kind == Kind::cone_reached ? LoadSearch::Kind::cone
+                                                                          : LoadSearch::Kind::slip,
+                                   .contact = f.contact});
+  }
+  if (load_function_.empty()) return;
+  watch_ = !has_forces || loads_->is_known_at(q, v) ? LoadWatch::bounds : LoadWatch::samples;
 }
 
 void EventFunctions::pass(const double* q, const double* v) {
@@ -365,7 +396,92 @@ Happening EventFunctions::find(const StepEnds& ends) {
       if (value < -rounding(f)) search(f, 0, f.left, lowest_stage_, value, ends, first);
     }
   }
+  if (watch_ == LoadWatch::bounds) find_hidden(ends, first);
+  if (watch_ == LoadWatch::samples) find_sampled(ends, first);
+  if (first.kind == Kind::cone_reached) tell_opening(ends, first);
   return first;
+}
+
+/// A cone that is reached where the normal force vanishes, too, up to what zeros are located to: the contact opens.
+void EventFunctions::tell_opening(const StepEnds& ends, Happening& first) {
+  const double located = 4 * kLocated * std::abs(first.slope) * ends.h / info_.contacts[first.contact].mu;
+  const Function force{Kind::force_vanishes, first.contact};
+  if (at(force, first.theta, ends) <= kNoForce * scales_.force(first.contact) + located)
+    first.kind = Kind::force_vanishes;
+}
+
+/// How far a function may fall within a step, for the tolerance.
+double EventFunctions::hidden_slack(const Function& f) const {
+  const double size = f.kind == Kind::slip_stops     ? scales_.slip(f.contact)
+                      : f.kind == Kind::cone_reached ? info_.contacts[f.contact].mu * scales_.force(f.contact)
+                                                     : scales_.force(f.contact);
+  return std::max(rounding(f), tolerance_ * size);
+}
+
+/// Of a slip velocity within a step, from the estimate (2) of step_ends.h for positions: the slope of that remainder is
+/// at most 3.5 times its largest value.
+double EventFunctions::slip_error(int contact, double h) const {
+  const auto& info = info_.contacts[contact];
+  double error = 0;
+  for (int d = 0; d < info.n_t; ++d) {
+    const double* column = packed_t_.data() + info.tangent_begin + d * static_cast<int>(info.support.size());
+    error = std::max(error, packed_terms(info, column, path_error_));
+  }
+  return 3.5 * error / h;
+}
+
+/// A fall before the first zero so far that neither the right end nor a stage shows.
+void EventFunctions::find_hidden(const StepEnds& ends, Happening& first) {
+  ends.bernstein(loads_->path(), path_error_);
+  ends.bernstein_of_velocity(loads_->path());
+  for (std::size_t k = 0; k < load_function_.size(); ++k) {
+    const Function& f = functions_[load_function_[k]];
+    LoadSearch::Function& load = loads_->functions()[k];
+    load.slack = hidden_slack(f);
+    if (f.kind != Kind::slip_stops) continue;
+    const auto& info = info_.contacts[f.contact];
+    for (int d = 0; d < info.n_t; ++d) load.direction[d] = direction_[info.tangent_index + d];
+    if (info.n_t == 2) load.v_stop = v_stop_[f.contact];
+    load.error = f.from_zero ? 0 : slip_error(f.contact, ends.h);
+    if (!dynamics_.holds_direction(f.contact)) continue;
+    double held[2];
+    dynamics_.direction(f.contact, held);
+    loads_->hold_direction(f.contact, held);
+  }
+  const auto fall = loads_->first_fall(first ? first.theta : 1);
+  if (!first && !fall && loads_->is_near_zero()) is_exact_ = false;
+  const double before = first ? first.theta : 2;
+  for (std::size_t k = 0; fall && k < load_function_.size(); ++k) {
+    if (!loads_->has_fallen(k)) continue;
+    const Function& f = functions_[load_function_[k]];
+    const double at_from = at(f, fall.from, ends), at_to = at(f, fall.to, ends);
+    if (at_from > 0)
+      search(f, fall.from, at_from, fall.to, at_to, ends, first);
+    else if (!first || fall.from < first.theta)
+      first = {f.kind, f.contact, fall.from, (at_to - at_from) / ((fall.to - fall.from) * ends.h)};
+  }
+  if (first && first.theta < before) first.duration = fall.duration * ends.h;
+}
+
+/// The same of values at points.
+void EventFunctions::find_sampled(const StepEnds& ends, Happening& first) {
+  for (int n = 1; n < kSamples; ++n) {
+    const double theta = static_cast<double>(n) / kSamples;
+    if (first && theta >= first.theta) return;
+    ends.interpolate(theta, q_, v_);
+    if (!dynamics_.accelerate(q_.data(), v_.data(), a_.data())) return;
+    set_positions(q_.data());
+    for (const Function& f : functions_) {
+      if (f.kind == Kind::gap_closes || f.from_zero) continue;
+      const double value = function(f, v_.data());
+      if (value >= -hidden_slack(f)) continue;
+      const double from = theta - 1.0 / kSamples, at_from = at(f, from, ends);
+      if (!(at_from > 0)) continue;
+      search(f, from, at_from, theta, value, ends, first);
+      first.duration = ends.h / kSamples;
+      return;
+    }
+  }
 }
 
 }  // namespace ricochet

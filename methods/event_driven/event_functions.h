@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "methods/contact_laws/contact_scales.h"
 #include "methods/contact_laws/gap_search.h"
+#include "methods/contact_laws/load_search.h"
 #include "methods/event_driven/mode_dynamics.h"
 #include "methods/event_driven/step_ends.h"
 #include "problems/problem.h"
@@ -18,6 +20,8 @@ struct Happening {
   int contact = -1;
   double theta = 1;  ///< part of the step at which it does
   double slope = 0;  ///< of the function there [1/s]
+  /// How long the function stays below zero, where neither the ends of the step nor its stages show that it does; else 0
+  double duration = 0;  ///< [s]
 
   explicit operator bool() const { return kind != Kind::none; }
   bool is(Kind k, int i) const { return kind == k && contact == i; }
@@ -37,7 +41,12 @@ struct Happening {
 /// A step that has been taken is searched for the first zero: of functions negative at its right end; of gaps, along the
 /// whole of it (GapSearch); and of forces negative at a stage, if the interpolation says so, too. Where a function is zero
 /// at the left end, since a contact has just closed or begun to slip, the zero that counts is the next one. A step whose
-/// interpolation passes a surface more closely than it is exact is too long, and is_exact() says so.
+/// interpolation passes a surface, or zero slip, more closely than it is exact is too long, and is_exact() says so.
+///
+/// Slip is searched along the whole of a step, too, and so are (2) and (3) where the scene depends on time (LoadSearch),
+/// for falls by more than the tolerance: a load may rise and fall within a step that nothing else makes short. Without
+/// time forces vary with q and v alone, which the error control resolves, and the stages are enough. Where forces have no
+/// bounds, as those of redundant contacts have not, all is compared at 16 points.
 class EventFunctions {
  public:
   /// @param degree  of what lies between the ends of a step
@@ -107,6 +116,12 @@ class EventFunctions {
               Happening& first);
   void find_closing(const Function& f, const StepEnds& ends, Happening& first);
   bool stays_open(const Function& f, const StepEnds& ends) const;
+  void list_loads(const double* q, const double* v);
+  void find_hidden(const StepEnds& ends, Happening& first);
+  void find_sampled(const StepEnds& ends, Happening& first);
+  void tell_opening(const StepEnds& ends, Happening& first);
+  double hidden_slack(const Function& f) const;
+  double slip_error(int contact, double h) const;
   double at(const Function& f, double theta, const StepEnds& ends);
   double gap_rate(int contact, const Vector& v) const;
 
@@ -119,6 +134,12 @@ class EventFunctions {
   bool slips_ = false, has_gaps_ = false;
   bool curved_normals_ = false, curved_tangents_ = false;
   GapSearch gaps_;
+  /// How (2)-(4) are searched within a step.
+  enum class LoadWatch : std::uint8_t { none, bounds, samples };
+  LoadWatch watch_ = LoadWatch::none;
+  std::optional<LoadSearch> loads_;         // of a scene that depends on time
+  std::vector<std::size_t> load_function_;  // of functions_, by function of loads_
+  Vector path_error_;
   bool is_exact_ = true;
   double lowest_stage_ = 2;  // c of the first stage with a negative force, above 1: none
   Vector gap_, packed_n_, packed_t_;
