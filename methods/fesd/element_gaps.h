@@ -3,6 +3,7 @@
 #include <span>
 
 #include "methods/contact_laws/gap_search.h"
+#include "methods/fesd/element_path.h"
 #include "methods/fesd/sign_conditions.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 
@@ -13,10 +14,8 @@ namespace ricochet {
 ///   f_c^i(q(s)) >= 0                                                                      (1)
 ///
 /// at the points alone, so that an impact between two of them is no impact. A method that chooses its steps by a
-/// tolerance has to see it however long they are. Here (1) holds for 0 <= s <= 1, with the polynomial that has the
-/// positions of all points, and the velocities at both ends:
-///
-///   q(s_k) = q_k,   q'(0) = h v_0,   q'(1) = h v_1                                        (2)
+/// tolerance has to see it however long they are. Here (1) holds for 0 <= s <= 1, with the polynomial (1) of
+/// element_path.h.
 ///
 /// GapSearch proves (1) or finds the first closing. Where a contact has touched at the left end, q(s) has an error before
 /// the first stage that is a part of the gap there, however small both are; so up to the first stage (1) may be broken by
@@ -33,22 +32,12 @@ class ElementGaps {
   Violation check(const Element& stages, std::span<const int> unloaded = {});
 
  private:
-  /// A point of an element: the stage, -1 for the left and n_s for the right end.
-  struct Point {
-    int stage;
-    double s;
-  };
-  static std::vector<Point> points_of(const ButcherTableau& tableau);
   void set_path(const Element& stages);
-  static Matrix bernstein_from(const std::vector<Point>& points);
 
   const Problem& problem_;
   const ContactScales& scales_;
-  const int n_s_;
-  const std::vector<Point> points_;  // ascending
-  const Matrix from_values_;         // column k: weights of the values of (2) in b_k
+  ElementPath path_;
   GapSearch search_;
-  Vector values_;             // of (2), of one coordinate
   std::vector<char> is_set_;  // per coordinate: the path has it
   Vector J_n_;                // packed, at q0
 };
