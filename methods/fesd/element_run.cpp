@@ -49,7 +49,9 @@ ElementRunSolver::ElementRunSolver(const Problem& problem, const ButcherTableau&
   for (Vector* state : {&x_, &group_start_, &largest_}) state->setZero(2 * problem.n_q());
   J_n_.resize(problem.info().n_normal_entries);
   J_t_.resize(problem.info().n_tangent_entries);
-  if (options.between_stages) gaps_between_.emplace(problem, tableau, scales);
+  if (!options.between_stages) return;
+  gaps_between_.emplace(problem, tableau, scales);
+  loads_between_.emplace(problem, tableau, scales);
 }
 
 std::span<Element> ElementRunSolver::run(int first, int count) {
@@ -129,7 +131,10 @@ Violation ElementRunSolver::check_element(int element, bool is_first) {
   // Of redundant contacts these were the smallest forces; others may be allowed.
   if (is_of_forces && elements_.is_redundant() && force_division_.into_cones(stages))
     violation = sign_conditions_.check(stages, broken, unloaded);
-  return !violation && gaps_between_ ? gaps_between_->check(stages, unloaded) : violation;
+  if (violation || !gaps_between_) return violation;
+  violation = gaps_between_->check(stages, unloaded);
+  const Violation of_load = loads_between_->check(stages);
+  return of_load && (!violation || of_load.time < violation.time) ? of_load : violation;
 }
 
 /// Slip in space that would have to turn back leaves Newton's method without a solution: the contact comes to rest

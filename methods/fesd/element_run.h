@@ -7,6 +7,7 @@
 #include "methods/elements/element_solver.h"
 #include "methods/elements/switch_solver.h"
 #include "methods/fesd/element_gaps.h"
+#include "methods/fesd/element_loads.h"
 #include "methods/fesd/element_map.h"
 #include "methods/fesd/force_division.h"
 #include "methods/fesd/search_budget.h"
@@ -24,7 +25,7 @@ class ElementRunSolver {
     double tolerance;  ///< of Newton's method
     FrictionPolygon polygon;
     double gap_tolerance;  ///< of SignConditions [m]
-    bool between_stages;   ///< gaps have to be positive between the stages, too
+    bool between_stages;   ///< sign conditions have to hold between the stages, too
   };
 
   /// All but the options are kept and have to outlive this.
@@ -35,11 +36,21 @@ class ElementRunSolver {
     element_solver_.set_tolerance(tolerance);
     switch_solver_.set_tolerance(tolerance);
   }
+  /// Of the motion: what signs between the stages may be wrong by, where Options::between_stages looks at them.
+  void set_motion_tolerance(double tolerance) {
+    if (loads_between_) loads_between_->set_tolerance(tolerance);
+  }
   /// A new run of the method.
   void restart() {
     element_solver_.restart();
     if (gaps_between_) gaps_between_->restart();
+    if (loads_between_) loads_between_->restart();
   }
+  void begin_step() {
+    if (loads_between_) loads_between_->begin_step();
+  }
+  /// Of this step, ElementLoads::shortest().
+  double shortest_load() const { return loads_between_ ? loads_between_->shortest() : 0; }
 
   /// `count` elements of length h. The first failure in time; its violation counts time from the start of the run.
   StepFailure equal_elements(int first, int count, double h);
@@ -88,6 +99,7 @@ class ElementRunSolver {
   SignConditions sign_conditions_;
   ForceDivision force_division_;
   std::optional<ElementGaps> gaps_between_;  // with Options::between_stages
+  std::optional<ElementLoads> loads_between_;
   const bool regular_A_;
   Vector gap_;
   Element scratch_;  // of one function at a time

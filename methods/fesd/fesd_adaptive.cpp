@@ -80,7 +80,9 @@ AdaptiveRun::AdaptiveRun(const Problem& problem, const ButcherTableau& tableau, 
            kept.counters()),
       solver_(kept.start(settings.inner_tolerance)),
       moving_(problem),
-      h_(kFirstStep * T_) {}
+      h_(kFirstStep * T_) {
+  solver_.set_motion_tolerance(settings.tolerance);
+}
 
 Solution AdaptiveRun::solve() {
   const std::function<bool(const Element&)> is_accurate = [&](const Element& element) {
@@ -140,13 +142,14 @@ AdaptiveRun::Next AdaptiveRun::judge(const Attempt& attempt, const PivotingSolve
 }
 
 /// An element that a switch has cut short says what its own length may become; if it is too short for that, the length
-/// before it was good enough.
+/// before it was good enough. Where a short pulse of a load has made the switch, the next element is no longer than that.
 void AdaptiveRun::choose_length(double H, double wanted) {
   const double length = solver_.step().H;
   if (length < H)
     h_ = std::min(wanted < kMaxGrowth ? length * wanted : std::max(h_, length * wanted), T_);
   else if (wanted < kKeepFrom || wanted > kKeepTo)
     h_ = std::min(std::max(H, h_) * wanted, T_);
+  if (const double load = solver_.shortest_load(); load > 0) h_ = std::min(h_, load);
 }
 
 /// Forgets the step, which has a solution.

@@ -101,6 +101,7 @@ void PivotingSolver::start(const Vector& q, const Vector& v) {
 
 void PivotingSolver::begin_step(double H) {
   buffers_.begin_step(H, options_.n_fe);
+  runs_.begin_step();
   const FesdStep& step = buffers_.step();
   scales_.begin_step(step.elements[0].q0.data(), &step.v_minus(0, 0), H, !buffers_.previous());
   budget_ = SearchBudget(kMaxPredictions * options_.n_fe);

@@ -46,7 +46,7 @@ class PivotingSolver {
     Switches switches = Switches::pinned;
     int facets = 0;               ///< of the polygon in place of the friction disc in space; 0: the disc itself
     double gap_tolerance = 0;     ///< [m] by which a gap may be negative in the element behind a pinned break
-    bool between_stages = false;  ///< gaps have to be positive between the stages, too
+    bool between_stages = false;  ///< sign conditions have to hold between the stages, too
     double tolerance = 1e-13;
   };
 
@@ -56,6 +56,8 @@ class PivotingSolver {
 
   /// Of Newton's method from now on, in place of Options::tolerance.
   void set_tolerance(double tolerance) { runs_.set_tolerance(tolerance); }
+  /// Of the motion, for Options::between_stages.
+  void set_motion_tolerance(double tolerance) { runs_.set_motion_tolerance(tolerance); }
   /// Starts a run at (q, v), v before an impact at this instant. It knows nothing of the runs before it.
   void start(const Vector& q, const Vector& v);
 
@@ -83,6 +85,9 @@ class PivotingSolver {
   ElementStep advance_to_switch(double H, double rest_speed, const std::function<bool(const Element&)>& is_accurate);
   /// Forgets the last step, which succeeded; the next one starts where it started.
   void reject();
+
+  /// ElementLoads::shortest() of the last step.
+  double shortest_load() const { return runs_.shortest_load(); }
 
   const FesdStep& step() const { return buffers_.step(); }
   const FesdStep* previous_step() const { return buffers_.previous(); }  ///< null in the first
