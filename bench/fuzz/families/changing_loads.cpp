@@ -5,22 +5,26 @@
 namespace ricochet {
 
 // Blocks that rest on the ground, q = (x, y) each, under loads that change with time: the weight and a pull upwards
-// that swings, grows or acts late, so that a contact opens, and a pull sideways, so that one with friction slips. The
-// second block may stand on the first.
+// that swings, grows, acts late or is a short pulse, so that a contact opens, and a pull sideways, so that one with
+// friction slips. The second block may stand on the first.
 void draw_changing_loads(SceneDraw& draw) {
   const int n = draw.integer(1, 2);
   const bool is_stacked = n == 2 && draw.chance(50);
   const auto course = [&](const std::string& name, double largest) {
     const std::string a = draw.number("A" + name, 0.2 * largest, largest), w = draw.number("w" + name, 1, 8);
-    switch (draw.integer(0, 3)) {
+    switch (draw.integer(0, 4)) {
       case 0:
         return fmt::format("{}*sin({}*t)", a, w);
       case 1:
         return fmt::format("{}*(1-cos({}*t))/2", a, w);
       case 2:
         return fmt::format("{}*t**{}", a, draw.integer(1, 3));
-      default:  // late and short
+      case 3:  // late and short
         return fmt::format("{}*exp(-({}*(t-1))**2*9)", a, w);
+      default: {  // shorter than the steps of what rests
+        const std::string duration = draw.number("d" + name, 0.001, 0.03), at = draw.number("t" + name, 0.2, 1);
+        return fmt::format("{}*exp(-((t-{})/{})**2)", a, at, duration);
+      }
     }
   };
   for (int i = 0; i < n; ++i) {

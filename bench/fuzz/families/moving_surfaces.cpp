@@ -17,7 +17,7 @@ std::string oscillation(SceneDraw& draw, const std::string& name, double largest
 }  // namespace
 
 // Masses in the plane, q = (x, y) each, or in space, q = (x, y, z) each, on a table that shakes up and down or rests,
-// with a surface that is a belt of varying speed or shakes along x; beside a wall that shakes. The first mass may hang
+// with a surface that is a belt of varying speed, perhaps with a jerk, or shakes along x; beside a wall that shakes. The first mass may hang
 // on a spring with a driven anchor or, in the plane, on a rod with a driven pivot.
 void draw_moving_surfaces(SceneDraw& draw) {
   const int dimensions = draw.chance(70) ? 2 : 3, n = draw.integer(1, 3);
@@ -73,7 +73,14 @@ void draw_moving_surfaces(SceneDraw& draw) {
       const std::string belt = draw.velocity(fmt::format("B{}", i), 1);
       const std::string shake = draw.number(fmt::format("C{}", i), 0, 0.8),
                         w = draw.number(fmt::format("w{}", i), 2, 25);
-      friction.drives.push_back(fmt::format("{}-{}*cos({}*t)", belt, shake, w));
+      std::string drive = fmt::format("{}-{}*cos({}*t)", belt, shake, w);
+      if (draw.chance(25)) {  // overtakes what slides on it for a moment
+        const std::string jerk = draw.number(fmt::format("J{}", i), 0.5, 4),
+                          d = draw.number(fmt::format("d{}", i), 0.001, 0.03),
+                          t = draw.number(fmt::format("t{}", i), 0.1, 0.8);
+        drive += fmt::format("-{}*exp(-((t-{})/{})**2)", jerk, t, d);
+      }
+      friction.drives.push_back(drive);
       if (dimensions == 3) friction.drives.emplace_back("0");
     }
     draw.contact(name, gap, e, friction);
