@@ -15,6 +15,7 @@ constexpr int kSampleDepth = 4;             // halvings where nothing but values
 constexpr double kNearZero = 4;             // changes over a step that a force without time is to be away from zero
 constexpr double kTermRounding = 1e-14;     // rounding of a polynomial's terms
 constexpr double kUnexplained = 1e-3;       // part of a force that its bounds may exceed its values by
+constexpr double kRoundingOfZero = 1e-280;  // more than interval.h widens the bounds of a zero by
 constexpr int kFinest = 24;                 // halvings of the time that is looked at ahead
 constexpr std::size_t kMostSpans = 100000;  // of a run; later ones are not halved
 constexpr double kSpansPerStep = 2;         // spans of the time that a step may be long
@@ -348,7 +349,8 @@ void StepWatch::look_ahead(double until, const Vector& q, const Vector& v) {
       }
       bool is_explained = true;
       for (Eigen::Index k = 0; k < n && is_explained; ++k) {
-        const double more = std::max(high[k] - low[k], kUnexplained * std::max(std::abs(low[k]), std::abs(high[k])));
+        const double more =
+            std::max({high[k] - low[k], kUnexplained * std::max(std::abs(low[k]), std::abs(high[k])), kRoundingOfZero});
         is_explained = bounds[k].upper <= high[k] + more && bounds[k].lower >= low[k] - more;
       }
       const bool is_number = low.allFinite() && high.allFinite();  // where it is none, the integrator ends

@@ -143,6 +143,19 @@ TEST(MovingSurface, IsNotPassedInFreeFallWhoseStepsHaveNoError) {
   }
 }
 
+/// Bounds of a force of zero are not zero, but a rounding outward. They do not bound the steps.
+TEST(ForcesInTime, OfZeroTakeFewSteps) {
+  const auto problem = read_scene_text(
+      R"json({"q0": [0, 0], "v0": [0.8, 0], "T": 0.6, "M": [[1, 0], [0, 1]], "f": [0, "-5*max(t-0.2,0)**2"],
+              "contacts": [{"name": "jaw", "gap": "q[1]", "e": 0, "mu": 0.5, "Jt": [[1, 0]]}]})json",
+      "late press");
+  const Solution s = reference_of(*problem, 1e-10);
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  EXPECT_LE(s.counters.steps, 2000);  // some 50 000 at the finest that is looked ahead
+  // From the press on, v' = -0.5 * 5 (t - 0.2)^2.
+  EXPECT_NEAR(s.v[0], 0.8 - 2.5 * std::pow(0.4, 3) / 3, 1e-8);
+}
+
 TEST(Rest, IsKeptByRedundantContacts) {
   // Two normal and two tangential forces too many, and nothing moves, so that every size comes from the weight.
   const Solution s = reference_of(*reference_scene("three_legs"));
