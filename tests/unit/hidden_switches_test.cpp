@@ -44,7 +44,7 @@ std::string block(const std::string& f_x, const std::string& f_y, double v_x, co
       v_x, T, f_x, f_y, contact);
 }
 
-constexpr const char* kFriction = R"(, "mu": 0.3, "Jt": [["1", "0"]])";
+constexpr const char* kRough = R"(, "mu": 0.3, "Jt": [["1", "0"]])";
 
 class Method : public testing::TestWithParam<std::tuple<const char*, double>> {
  protected:
@@ -67,7 +67,7 @@ TEST_P(Method, SeesAPushThatMovesWhatRests) {
   for (const double A : {3.2, 6.0, 30.0}) {
     for (const double w : {0.3, 0.1, 0.03, 0.01, 0.003}) {
       const Pulse push{A, w};
-      const Solution s = run(block(push.text(), "0", 0, kFriction, 3));
+      const Solution s = run(block(push.text(), "0", 0, kRough, 3));
       ASSERT_TRUE(s.succeeded()) << s.message;
       const double start = 1 - push.width(kMu * kG);
       const auto v = [&](double t) { return push.once(t) - push.once(start) - kMu * kG * (t - start); };
@@ -80,7 +80,7 @@ TEST_P(Method, SeesAPushThatMovesWhatRests) {
 }
 
 TEST_P(Method, SeesAPulseThatLiftsWhatRests) {
-  for (const char* contact : {"", kFriction}) {
+  for (const char* contact : {"", kRough}) {
     for (const double A : {10.5, 30.0}) {
       for (const double w : {0.3, 0.1, 0.03, 0.01, 0.003}) {
         const Pulse lift{A, w};
@@ -106,7 +106,7 @@ TEST_P(Method, SeesABeltThatOvertakesWhatSlides) {
   for (const double A : {7.5, 12.0}) {
     for (const double w : {0.3, 0.1, 0.03, 0.01, 0.003}) {
       const Pulse belt{A, w};
-      const std::string contact = fmt::format(R"-({}, "vt_drive": ["-({})"])-", kFriction, belt.text());
+      const std::string contact = fmt::format(R"-({}, "vt_drive": ["-({})"])-", kRough, belt.text());
       const std::string scene = block("0", "0", 10, contact, 2);
       if (!make_method(std::get<0>(GetParam()))->supports(read_scene_text(scene, "belt")->info()).ok)
         GTEST_SKIP() << "tableau without a stage at the right end";
