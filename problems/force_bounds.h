@@ -40,8 +40,7 @@ class ForceBounds {
   void set_modes(std::span<const ContactMode> modes);
   /// The direction of slip in space where it does not follow v. @param d  2, a unit vector
   void hold_direction(int contact, const double* d);
-  /// Whether (1) depends on the modes alone, but for f and bias.
-  bool has_constant_matrix() const { return is_constant_; }
+  const std::vector<int>& closed() const { return closed_; }  ///< contacts that are not open
 
   /// Boxes and their middle. False where there are no bounds.
   bool evaluate(const Interval* q, const Interval* v, const double* q_middle, const double* v_middle);

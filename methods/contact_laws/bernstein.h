@@ -82,8 +82,8 @@ inline void keep_left(int rows, int degree, double until, double* b) {
 /// The same polynomial with one more coefficient, b[(degree + 1) stride].
 inline void raise(double* b, std::ptrdiff_t stride, int degree) {
   b[(degree + 1) * stride] = b[degree * stride];
-  for (int k = degree; k > 0; --k)
-    b[k * stride] = (k * b[(k - 1) * stride] + (degree + 1 - k) * b[k * stride]) / (degree + 1);
+  const double part = 1.0 / (degree + 1);
+  for (int k = degree; k > 0; --k) b[k * stride] += k * part * (b[(k - 1) * stride] - b[k * stride]);
 }
 
 }  // namespace ricochet::bernstein

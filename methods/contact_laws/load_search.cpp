@@ -35,9 +35,10 @@ LoadSearch::LoadSearch(const Problem& problem, int degree)
   J_t_.assign(static_cast<std::size_t>(info_.n_tangent_entries), Interval(0.0));
   affine_J_t_.setZero(info_.n_tangent_entries);
   if (info_.has_friction()) problem.tangent_jacobian(info_.q0.data(), affine_J_t_.data());
+  force_uses_time_ = find_force_uses_time();
   functions_.reserve(2 * n_c);
   for (auto* flags : {&has_fallen_, &is_far_, &is_skipped_}) flags->reserve(2 * n_c);
-  for (auto* numbers : {&clear_until_, &slack_, &begin_slack_}) numbers->reserve(2 * n_c);
+  for (auto* numbers : {&clear_until_, &lower_, &slack_, &begin_slack_}) numbers->reserve(2 * n_c);
 }
 
 void LoadSearch::set_modes(std::span<const ContactMode> modes) {
@@ -53,9 +54,19 @@ void LoadSearch::hold_direction(int contact, const double* d) {
   wide_box_.forget();
 }
 
-bool LoadSearch::has_constant_forces() const {
+/// Whether the force depends on the clock, or may.
+bool LoadSearch::find_force_uses_time() const {
   const auto& structure = info_.structure;
-  return forces_.has_constant_matrix() && !structure.force_uses_position && !structure.force_uses_velocity;
+  if (info_.clock < 0 || !structure.force_uses_position) return false;
+  if (!structure.constant_force_jacobian) return true;
+  Matrix f_q(info_.n_q, info_.n_q), f_v(info_.n_q, info_.n_q);
+  problem_.force_jacobians(info_.q0.data(), info_.v0.data(), info_.u.data(), f_q.data(), f_v.data());
+  return !f_q.col(info_.clock).isZero(0);
+}
+
+bool LoadSearch::depends_on_time() const {
+  const auto moves = [&](int i) { return info_.contacts[i].is_moving && !info_.contacts[i].is_affine; };
+  return force_uses_time_ || std::ranges::any_of(forces_.closed(), moves);
 }
 
 bool LoadSearch::is_known_at(const double* q, const double* v) {
@@ -75,16 +86,17 @@ bool LoadSearch::needs_boxes() const {
 }
 
 /// (3) of an affine contact, over a piece.
-Interval LoadSearch::slip_polynomial(const Function& f, const double* b) const {
+Interval LoadSearch::slip_polynomial(const Function& f, const double* b, Layout layout) const {
   const auto& contact = info_.contacts[f.contact];
-  const double* b_v = b + info_.n_q * (degree_ + 1);
+  const double* b_v = b + info_.n_q * layout.of_coordinate;
   double g[bernstein::kMaxDegree + 1];
   std::fill(g, g + degree_ + 1, -f.v_stop);
   const double* J = affine_J_t_.data() + contact.tangent_begin;
   for (int d = 0; d < contact.n_t; ++d) {
     for (const int k : contact.support) {
       const double entry = f.direction[d] * *J++;
-      for (int j = 0; j <= degree_; ++j) g[j] += entry * b_v[k * (degree_ + 1) + j];
+      const double* of_k = b_v + k * layout.of_coordinate;
+      for (int j = 0; j <= degree_; ++j) g[j] += entry * of_k[j * layout.of_degree];
     }
   }
   return bernstein::range(g, degree_);
@@ -135,7 +147,7 @@ bool LoadSearch::is_clear(const double* b, double to) {
   for (std::size_t k = 0; k < functions_.size(); ++k) {
     const Function& f = functions_[k];
     if (is_skipped_[k] || clear_until_[k] >= to) continue;
-    bool is_clear = is_polynomial(f) && slip_polynomial(f, b).lower >= -allowed(k, to);
+    bool is_clear = is_polynomial(f) && slip_polynomial(f, b, {degree_ + 1, 1}).lower >= -allowed(k, to);
     if (!is_clear && !is_polynomial(f)) {
       if (!has_boxes) set_boxes(b);
       has_boxes = true;
@@ -178,7 +190,7 @@ void LoadSearch::begin_path() {
   is_far_.resize(functions_.size(), 0);
   has_fallen_.assign(functions_.size(), 0);
   clear_until_.assign(functions_.size(), -1);
-  slack_.resize(functions_.size());
+  for (auto* numbers : {&lower_, &slack_}) numbers->resize(functions_.size());
   begin_slack_.assign(functions_.size(), 0);
   for (std::size_t k = 0; k < functions_.size(); ++k) slack_[k] = functions_[k].slack;
   if (!needs_boxes()) return;
@@ -221,18 +233,34 @@ double LoadSearch::value(std::size_t function, double s) {
   return bounds(functions_[function]).middle();
 }
 
+/// The cheap test, along the whole path: functions that are far, and polynomials.
+bool LoadSearch::is_clear_at_once() {
+  bool all_are = true;
+  for (std::size_t k = 0; k < functions_.size(); ++k) {
+    if (is_far_[k]) continue;
+    const Function& f = functions_[k];
+    if (is_polynomial(f)) lower_[k] = slip_polynomial(f, path_.data(), {1, path_.rows()}).lower;
+    const bool is_clear = is_polynomial(f) && lower_[k] >= -f.slack;
+    if (is_clear) clear_until_[k] = 1;
+    all_are = all_are && is_clear;
+  }
+  return all_are;
+}
+
 LoadSearch::Fall LoadSearch::first_fall(double end) {
   begin_path();
   is_skipped_ = is_far_;
+  if (is_clear_at_once()) return {};
   return search(end);
 }
 
 bool LoadSearch::is_near_zero() {
   bool one_may_be = false;
   for (std::size_t k = 0; k < functions_.size(); ++k) {
-    const bool is_asked = is_polynomial(functions_[k]) && functions_[k].error > functions_[k].slack;
+    const Function& f = functions_[k];
+    const bool is_asked = is_polynomial(f) && f.error > f.slack && lower_[k] < f.error;
     is_skipped_[k] = !is_asked;
-    slack_[k] = -functions_[k].error;
+    slack_[k] = -f.error;
     begin_slack_[k] = 0;
     clear_until_[k] = -1;
     one_may_be = one_may_be || is_asked;

@@ -52,8 +52,9 @@ class LoadSearch {
   /// The modes of the next paths, whose functions are listed next. Releases directions, forgets what was proven.
   void set_modes(std::span<const ContactMode> modes);
   void hold_direction(int contact, const double* d);
-  /// Whether (1) and (2) depend on the modes alone.
-  bool has_constant_forces() const;
+  /// Whether (1) and (2) depend on the time, and not on q and v of the bodies alone. Of a force that is affine in q and v
+  /// that is known; others do if the scene has a clock.
+  bool depends_on_time() const;
   /// Whether there are bounds of the forces in these modes, as of redundant contacts there are not.
   bool is_known_at(const double* q, const double* v);
   /// Whether a function of the list needs the whole path. Slip that is a polynomial needs v of its contact alone.
@@ -91,6 +92,7 @@ class LoadSearch {
     bool falls;  ///< a function is below -slack at its end
   };
 
+  bool find_force_uses_time() const;
   Fall search(double end);
   bool is_polynomial(const Function& f) const;
   double allowed(std::size_t function, double to) const;
@@ -101,7 +103,12 @@ class LoadSearch {
   void set_point(const double* b, double s);
   void begin_path();
   Interval bounds(const Function& f);
-  Interval slip_polynomial(const Function& f, const double* b) const;
+  /// Coefficients of a piece or of path(): of coordinate k at k * of_coordinate, of each degree at j * of_degree.
+  struct Layout {
+    std::ptrdiff_t of_coordinate, of_degree;
+  };
+  Interval slip_polynomial(const Function& f, const double* b, Layout layout) const;
+  bool is_clear_at_once();
   bool falls_at(const double* b, double s, double to);
   void prove_wide_box();
   double duration(double from);
@@ -112,10 +119,11 @@ class LoadSearch {
   ForceBounds forces_;
   std::vector<Function> functions_;
   std::vector<char> has_fallen_, is_far_, is_skipped_;  // by function; far: positive in the wide box
-  std::vector<double> clear_until_;                     // by function
+  std::vector<double> clear_until_, lower_;             // by function; lower bound of a polynomial along the path
   std::vector<double> slack_, begin_slack_;             // by function: of the path, and up to s = 1/8
-  std::vector<char> chosen_;                            // per contact: closed and curved, with friction
-  Vector affine_J_t_;                                   // packed
+  bool force_uses_time_ = false;
+  std::vector<char> chosen_;  // per contact: closed and curved, with friction
+  Vector affine_J_t_;         // packed
 
   Matrix path_;
   std::size_t piece_size_ = 0;

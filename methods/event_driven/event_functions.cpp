@@ -15,8 +15,8 @@ constexpr int kMaxIterations = 60;
 // Up to this part of a step that begins at the surface, the interpolation may be wrong by this part of the gap there.
 constexpr double kBegin = 0.125, kOfBegin = 0.01;
 constexpr double kNoForce = 1e-8;  // of a force that is as good as none where the cone is reached
-constexpr int kSamples = 16;        // of functions without bounds, in a step
-constexpr int kMaxHalvings = 50;    // in search of a point behind a zero at the left end
+constexpr int kSamples = 16;       // of functions without bounds, in a step
+constexpr int kMaxHalvings = 50;   // in search of a point behind a zero at the left end
 // Speed of slip in space that is left to the run, over the root of the tolerance and the size of slip.
 constexpr double kStop = 0.03;
 
@@ -46,7 +46,12 @@ struct Bracket {
 }  // namespace
 
 EventFunctions::EventFunctions(const Problem& problem, const ContactScales& scales, ModeDynamics& dynamics, int degree)
-    : problem_(problem), info_(problem.info()), scales_(scales), dynamics_(dynamics), gaps_(problem, degree) {
+    : problem_(problem),
+      info_(problem.info()),
+      scales_(scales),
+      dynamics_(dynamics),
+      degree_(degree),
+      gaps_(problem, degree) {
   const auto n_c = info_.contacts.size();
   functions_.reserve(2 * n_c);
   gap_.setZero(info_.n_c());
@@ -62,7 +67,6 @@ EventFunctions::EventFunctions(const Problem& problem, const ContactScales& scal
   if (curved_tangents_) T_.setZero(info_.n_lambda_t, info_.n_q);
   path_error_ = q_;
   load_function_.reserve(2 * n_c);
-  if ((info_.clock >= 0 || info_.has_friction()) && info_.structure.has_bounds) loads_.emplace(problem, degree);
   problem.normal_jacobian(info_.q0.data(), packed_n_.data());
   if (info_.has_friction()) problem.tangent_jacobian(info_.q0.data(), packed_t_.data());
 }
@@ -196,15 +200,15 @@ void EventFunctions::begin(const double* q, const double* v) {
 /// The functions that are searched within steps, and how.
 void EventFunctions::list_loads(const double* q, const double* v) {
   watch_ = LoadWatch::none;
-  if (dynamics_.closed().empty()) return;
-  if (!loads_) {
+  if (dynamics_.closed().empty() || (info_.clock < 0 && !slips_)) return;
+  if (!info_.structure.has_bounds) {
     if (info_.clock >= 0) watch_ = LoadWatch::samples;
     return;
   }
-  if (info_.clock < 0 && !slips_) return;
+  if (!loads_) loads_.emplace(problem_, degree_);  // most scenes need none
   loads_->set_modes(dynamics_.modes());
   load_function_.clear();
-  const bool has_forces = info_.clock >= 0 && !loads_->has_constant_forces();
+  const bool has_forces = loads_->depends_on_time();
   for (std::size_t k = 0; k < functions_.size(); ++k) {
     const Function& f = functions_[k];
     if (f.kind == Kind::gap_closes || (f.kind != Kind::slip_stops && !has_forces)) continue;
@@ -398,7 +402,6 @@ Happening EventFunctions::find(const StepEnds& ends) {
   }
   if (watch_ == LoadWatch::bounds) find_hidden(ends, first);
   if (watch_ == LoadWatch::samples) find_sampled(ends, first);
-  if (first.kind == Kind::cone_reached) tell_opening(ends, first);
   return first;
 }
 
@@ -460,7 +463,9 @@ void EventFunctions::find_hidden(const StepEnds& ends, Happening& first) {
     else if (!first || fall.from < first.theta)
       first = {f.kind, f.contact, fall.from, (at_to - at_from) / ((fall.to - fall.from) * ends.h)};
   }
-  if (first && first.theta < before) first.duration = fall.duration * ends.h;
+  if (!first || first.theta >= before) return;
+  first.duration = fall.duration * ends.h;
+  if (first.kind == Kind::cone_reached) tell_opening(ends, first);
 }
 
 /// The same of values at points.

@@ -43,7 +43,7 @@ struct Happening {
 /// at the left end, since a contact has just closed or begun to slip, the zero that counts is the next one. A step whose
 /// interpolation passes a surface, or zero slip, more closely than it is exact is too long, and is_exact() says so.
 ///
-/// Slip is searched along the whole of a step, too, and so are (2) and (3) where the scene depends on time (LoadSearch),
+/// Slip is searched along the whole of a step, too, and so are (2) and (3) where forces depend on time (LoadSearch),
 /// for falls by more than the tolerance: a load may rise and fall within a step that nothing else makes short. Without
 /// time forces vary with q and v alone, which the error control resolves, and the stages are enough. Where forces have no
 /// bounds, as those of redundant contacts have not, all is compared at 16 points.
@@ -129,6 +129,7 @@ class EventFunctions {
   const ProblemInfo& info_;
   const ContactScales& scales_;
   ModeDynamics& dynamics_;
+  const int degree_;
   double tolerance_ = 0;
   std::vector<Function> functions_;
   bool slips_ = false, has_gaps_ = false;
@@ -137,7 +138,7 @@ class EventFunctions {
   /// How (2)-(4) are searched within a step.
   enum class LoadWatch : std::uint8_t { none, bounds, samples };
   LoadWatch watch_ = LoadWatch::none;
-  std::optional<LoadSearch> loads_;         // of a scene that depends on time
+  std::optional<LoadSearch> loads_;         // where slip or the time has called for it
   std::vector<std::size_t> load_function_;  // of functions_, by function of loads_
   Vector path_error_;
   bool is_exact_ = true;

@@ -36,8 +36,8 @@ void ElementLoads::list(const Element& stages) {
   auto& functions = search_->functions();
   const bool is_on_polygon = std::ranges::any_of(
       modes_, [](ContactMode m) { return m == ContactMode::vertex_slip || m == ContactMode::edge_slip; });
-  const bool has_forces = info.clock >= 0 && !is_on_polygon && !search_->has_constant_forces() &&
-                          search_->is_known_at(stages.q0.data(), stages.v0.data());
+  const bool has_forces =
+      !is_on_polygon && search_->depends_on_time() && search_->is_known_at(stages.q0.data(), stages.v0.data());
   for (const int i : info.unilateral) {
     const ContactMode mode = modes_[i];
     if (!is_closed(mode)) continue;
@@ -89,12 +89,15 @@ void ElementLoads::set_path(const Element& stages) {
 }
 
 Violation ElementLoads::check(const Element& stages) {
-  if (!search_ || std::ranges::none_of(stages.modes, is_closed)) return {};
+  const ProblemInfo& info = problem_.info();
+  const auto may_switch = [&](ContactMode mode) { return info.clock >= 0 ? is_closed(mode) : is_slipping(mode); };
+  if (!info.structure.has_bounds || std::ranges::none_of(stages.modes, may_switch)) return {};
+  if (!search_) search_.emplace(problem_, path_.degree());  // most scenes need none
   if (modes_ != stages.modes) list(stages);
   auto& functions = search_->functions();
   if (functions.empty()) return {};
   set_path(stages);
-  if (problem_.info().has_friction()) problem_.tangent_jacobian(stages.q0.data(), J_t_.data());
+  if (info.has_friction()) problem_.tangent_jacobian(stages.q0.data(), J_t_.data());
   for (auto& f : functions) {
     f.slack = slack(f);
     if (f.kind == Kind::slip) set_slip(stages, f);

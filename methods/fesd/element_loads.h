@@ -10,8 +10,8 @@
 
 namespace ricochet {
 
-/// The closed contacts between the points of an element, as ElementGaps has the open ones: slip velocities and, where the
-/// scene depends on time, forces and cone margins along the polynomials of element_path.h. FESD-J requires their signs
+/// The closed contacts between the points of an element, as ElementGaps has the open ones: slip velocities and, where
+/// forces depend on time, forces and cone margins along the polynomials of element_path.h. FESD-J requires their signs
 /// at the points alone, so that a short pulse of a load between two of them is none. LoadSearch proves the signs, up to
 /// the tolerance of the motion, or finds the first fall. Without time forces vary with q and v alone, which the error
 /// control resolves. Forces of redundant contacts and those on a polygon in place of the friction disc have no bounds,
