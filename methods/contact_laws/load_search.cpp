@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "methods/contact_laws/bernstein.h"
+#include "methods/contact_laws/force_spans.h"
 
 namespace ricochet {
 namespace {
@@ -35,7 +36,7 @@ LoadSearch::LoadSearch(const Problem& problem, int degree)
   J_t_.assign(static_cast<std::size_t>(info_.n_tangent_entries), Interval(0.0));
   affine_J_t_.setZero(info_.n_tangent_entries);
   if (info_.has_friction()) problem.tangent_jacobian(info_.q0.data(), affine_J_t_.data());
-  force_uses_time_ = find_force_uses_time();
+  force_uses_time_ = ForceSpans::uses_time(problem);
   functions_.reserve(2 * n_c);
   for (auto* flags : {&has_fallen_, &is_far_, &is_skipped_}) flags->reserve(2 * n_c);
   for (auto* numbers : {&clear_until_, &lower_, &slack_, &begin_slack_}) numbers->reserve(2 * n_c);
@@ -52,16 +53,6 @@ void LoadSearch::set_modes(std::span<const ContactMode> modes) {
 void LoadSearch::hold_direction(int contact, const double* d) {
   forces_.hold_direction(contact, d);
   wide_box_.forget();
-}
-
-/// Whether the force depends on the clock, or may.
-bool LoadSearch::find_force_uses_time() const {
-  const auto& structure = info_.structure;
-  if (info_.clock < 0 || !structure.force_uses_position) return false;
-  if (!structure.constant_force_jacobian) return true;
-  Matrix f_q(info_.n_q, info_.n_q), f_v(info_.n_q, info_.n_q);
-  problem_.force_jacobians(info_.q0.data(), info_.v0.data(), info_.u.data(), f_q.data(), f_v.data());
-  return !f_q.col(info_.clock).isZero(0);
 }
 
 bool LoadSearch::depends_on_time() const {

@@ -92,7 +92,6 @@ class LoadSearch {
     bool falls;  ///< a function is below -slack at its end
   };
 
-  bool find_force_uses_time() const;
   Fall search(double end);
   bool is_polynomial(const Function& f) const;
   double allowed(std::size_t function, double to) const;

@@ -49,7 +49,8 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
       ends_(step_.ends),
       before_(info_.contacts.size(), ContactMode::open),
       v_minus_(info_.v0),
-      check_(problem, StepCheck::kTolerances * tolerance_) {
+      check_(problem, StepCheck::kTolerances * tolerance_),
+      spans_(problem) {
   workspace.start(tolerance_);
   if (settings.sensitivities.empty()) return;
   sensitivity_.emplace(problem, std::get<EmbeddedTableau>(formula), scales_, dynamics_, settings);
@@ -129,9 +130,9 @@ bool EventDrivenRun::take_step() {
     mark_ = t_;
     next_mark_ = counters_.steps + kStepsPerMark;
   }
-  const double rest = T_ - t_;
-  const bool is_last = 1.01 * h_ >= rest;
-  const double h = is_last ? rest : h_;
+  const double rest = T_ - t_, allowed = std::min(h_, spans_.longest_step(t_, h_, ends_.q0, ends_.v0));
+  const bool is_last = 1.01 * allowed >= rest;
+  const double h = is_last ? rest : allowed;
   if (h < kShortest * T_ && !is_last) return stop(Status::inner_solver_failed, "the steps become too short");
   functions_.begin_step();
   EventFunctions* const watched = functions_.has_forces() ? &functions_ : nullptr;

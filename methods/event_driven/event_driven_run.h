@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "methods/contact_laws/force_spans.h"
 #include "methods/event_driven/event_driven_workspace.h"
 #include "methods/event_driven/event_sensitivity.h"
 #include "methods/event_driven/slip_start.h"
@@ -88,6 +89,7 @@ class EventDrivenRun {
   std::vector<int> stopped_;  // contacts in space that stop at this instant
   Vector v_minus_;
   StepCheck check_;
+  ForceSpans spans_;
   double t_ = 0, h_ = 0;        // [s]; the length of the next step
   float last_log_error_ = -13;  // e_before of (1), binary logarithm
   double last_event_ = -1;      // [s]

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "methods/contact_laws/force_spans.h"
 #include "methods/elements/bilateral_support.h"
 #include "methods/elements/smooth_forces.h"
 #include "methods/fesd/capture.h"
@@ -45,7 +46,7 @@ class AdaptiveRun {
     bool is_last;
   };
 
-  Attempt next_attempt() const;
+  Attempt next_attempt();
   double rest_speed() const { return may_close_ ? rest_speed_ : 0; }
   Next judge(const Attempt& attempt, const PivotingSolver::ClosedBounces& closed);
   Next after_failure(const Attempt& attempt, Status status);
@@ -62,6 +63,7 @@ class AdaptiveRun {
   FesdRun run_;
   PivotingSolver& solver_;
   MovingContacts moving_;
+  ForceSpans spans_;
   double t_ = 0, h_;  // where the next step begins, and how long it may be [s]
   int standstills_ = 0;
   bool may_close_ = true;  // bounces of the next step
@@ -80,6 +82,7 @@ AdaptiveRun::AdaptiveRun(const Problem& problem, const ButcherTableau& tableau, 
            kept.counters()),
       solver_(kept.start(settings.inner_tolerance)),
       moving_(problem),
+      spans_(problem),
       h_(kFirstStep * T_) {
   solver_.set_motion_tolerance(settings.tolerance);
 }
@@ -100,10 +103,10 @@ Solution AdaptiveRun::solve() {
 }
 
 /// The last two steps share what is left, so that none is tiny.
-AdaptiveRun::Attempt AdaptiveRun::next_attempt() const {
-  const double rest = T_ - t_;
-  const bool is_last = h_ >= rest * (1 - 1e-12);
-  return {is_last ? rest : (2 * h_ > rest ? 0.5 * rest : h_), is_last};
+AdaptiveRun::Attempt AdaptiveRun::next_attempt() {
+  const double rest = T_ - t_, h = std::min(h_, spans_.longest_step(t_, h_, run_.q(), run_.v()));
+  const bool is_last = h >= rest * (1 - 1e-12);
+  return {is_last ? rest : (2 * h > rest ? 0.5 * rest : h), is_last};
 }
 
 /// Whether the error of a step that has a solution is accepted, and how long the next one may be.

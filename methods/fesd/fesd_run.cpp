@@ -43,8 +43,8 @@ void FesdRun::fail(Status status, const std::string& where, const std::string& m
 }
 
 Solution FesdRun::finish() {
-  solution_.q = reached_ ? reached_->q1 : problem_.info().q0;
-  solution_.v = reached_ ? reached_->v1 : problem_.info().v0;
+  solution_.q = q();
+  solution_.v = v();
   counters_.events = solution_.counters.events;
   solution_.counters = counters_;
   if (audit_) solution_.residuals = audit_->residuals();

@@ -31,6 +31,9 @@ class FesdRun {
   /// Whether derivatives are asked for and this step has none: VariedProblem::kNoDerivative.
   bool has_no_derivative(const FesdStep& step) const { return sensitivity_ && step.has_impact_sequence(); }
 
+  /// State at the end of what has been accepted.
+  const Vector& q() const { return reached_ ? reached_->q1 : problem_.info().q0; }
+  const Vector& v() const { return reached_ ? reached_->v1 : problem_.info().v0; }
   /// The next step, which has been added to sensitivity(); it has to stay where it is until the next one is accepted.
   /// @return false where the step fails the last check: the run has ended with the reason
   /// @param previous  the one before it, or null; @param t, t_end  from and to [s]

@@ -1,5 +1,5 @@
-// Switches of closed contacts within one step: short pulses of a load on what rests, belts that overtake what slides on
-// them for a moment, slip that stops and starts again. The ends of a step and its stages show none of them.
+// What neither the ends of a step nor its stages show: short pulses of a load on what rests or slides freely, belts that
+// overtake what slides on them for a moment, slip that stops and starts again.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -74,6 +74,21 @@ TEST_P(Method, SeesAPushThatMovesWhatRests) {
       const double stop = std::min(3.0, zero_of(v, 1 + push.width(kMu * kG), 20));
       const double dt = stop - start;
       const double x = push.twice(stop) - push.twice(start) - push.once(start) * dt - 0.5 * kMu * kG * dt * dt;
+      EXPECT_NEAR(s.q[0], x, allowed(x)) << "A = " << A << ", w = " << w;
+    }
+  }
+}
+
+/// No switch, but an error estimate that compares stages on either side of the pulse sees nothing.
+TEST_P(Method, SeesAPushOnWhatSlidesFreely) {
+  for (const double A : {6.0, 100.0}) {
+    for (const double w : {0.3, 0.03, 0.003, 0.0003}) {
+      const Pulse push{A, w};
+      const double v_0 = 0.5, T = 3;
+      const Solution s = run(block(push.text(), "0", v_0, "", T));
+      ASSERT_TRUE(s.succeeded()) << s.message;
+      const double v = v_0 + push.once(T) - push.once(0), x = (v_0 - push.once(0)) * T + push.twice(T) - push.twice(0);
+      EXPECT_NEAR(s.v[0], v, allowed(v)) << "A = " << A << ", w = " << w;
       EXPECT_NEAR(s.q[0], x, allowed(x)) << "A = " << A << ", w = " << w;
     }
   }

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <vector>
+
+#include "problems/interval.h"
+#include "problems/problem.h"
+
+namespace ricochet {
+
+/// How long a step may be for a force that depends on time. An error estimate compares the stages of a step, and a short
+/// pulse of a load between two of them is in none. So the force is looked at ahead of the steps, with q and v held, over
+/// spans of the time that are halved from T/16 on until the bounds of f over a span are what its values f_1, f_2, f_3 at
+/// the ends and in the middle make of it,
+///
+///   bounds within [min f_k - r, max f_k + r],   r = max(max f_k - min f_k, 1e-3 max |f_k|)           (1)
+///
+/// in every component, or 2^-24 of T/16 are left. A step ends where a span begins, or is no longer than two of the span:
+///
+///   h <= max(begin of the span - t, 2 length of the span)   of all spans that begin before t + h     (2)
+///
+/// Nothing limits scenes whose force does not depend on time or has no bounds.
+class ForceSpans {
+ public:
+  explicit ForceSpans(const Problem& problem);
+
+  /// Whether the force of a scene depends on time, or may: of one that is affine in q and v that is known.
+  static bool uses_time(const Problem& problem);
+
+  /// (2) [s], for a step from t that is planned to last h. @param q, v  n_q, at t
+  double longest_step(double t, double h, const Vector& q, const Vector& v);
+
+ private:
+  struct Span {
+    double from, to;
+  };
+  bool is_explained(double from, double to, const Vector& v);
+
+  const Problem& problem_;
+  const double T_;
+  const bool is_limited_;
+  std::vector<Span> spans_;  // of which the first passed_ lie behind
+  std::size_t passed_ = 0;
+  double known_until_ = 0;           // [s]
+  std::vector<Interval> q_, v_, f_;  // n_q, over a span
+  Vector place_, low_, high_, value_;
+};
+
+}  // namespace ricochet
