@@ -44,6 +44,7 @@ class Cvode final : public SundialsIntegrator {
   }
   StepEnd step(double& t, double longest) override {
     CVodeSetMaxStep(memory_, longest);
+    CVodeSetStopTime(memory_, stop_time(t, longest, end_));
     return ended_with(CVode(memory_, end_, y_, &t, CV_ONE_STEP));
   }
   double planned_step() const override {

@@ -5,6 +5,7 @@
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <memory>
 #include <string>
@@ -58,6 +59,11 @@ class SundialsIntegrator : public Integrator {
     linear_ = SUNLinSol_Dense(y_, matrix_, context_);
   }
 
+  /// Where the next step has to stop. Its length has been chosen already, and a package applies a limit to those that
+  /// follow. @param longest  of the next step [s]; 0 is no limit
+  double stop_time(double t, double longest, double end) const {
+    return longest > 0 && planned_step() > longest ? std::min(end, t + longest) : end;
+  }
   /// Flags that mean the same in all packages.
   StepEnd ended_with(int flag) {
     constexpr int kRootReturn = 2, kIllInput = -22;

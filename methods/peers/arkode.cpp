@@ -124,6 +124,7 @@ class ArkStep final : public reference::SundialsIntegrator {
   StepEnd step(double& t, double longest) override {
     ARKStepSetMaxStep(memory_, longest);
     if (is_repeated_) begin_at(t, end_);  // its root functions were not watched
+    ARKStepSetStopTime(memory_, stop_time(t, longest, end_));
     is_repeated_ = false;
     begin_ = t;
     N_VScale(1, y_, before_);

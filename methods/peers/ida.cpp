@@ -55,6 +55,7 @@ class Ida final : public reference::SundialsIntegrator {
   }
   StepEnd step(double& t, double longest) override {
     IDASetMaxStep(memory_, longest);
+    IDASetStopTime(memory_, stop_time(t, longest, end_));
     return ended_with(IDASolve(memory_, end_, &t, y_, y_dot_, IDA_ONE_STEP));
   }
   double planned_step() const override {
