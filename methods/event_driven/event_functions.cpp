@@ -402,6 +402,7 @@ Happening EventFunctions::find(const StepEnds& ends) {
   }
   if (watch_ == LoadWatch::bounds) find_hidden(ends, first);
   if (watch_ == LoadWatch::samples) find_sampled(ends, first);
+  if (first.kind == Kind::cone_reached && info_.clock >= 0) tell_opening(ends, first);
   return first;
 }
 
@@ -463,9 +464,7 @@ void EventFunctions::find_hidden(const StepEnds& ends, Happening& first) {
     else if (!first || fall.from < first.theta)
       first = {f.kind, f.contact, fall.from, (at_to - at_from) / ((fall.to - fall.from) * ends.h)};
   }
-  if (!first || first.theta >= before) return;
-  first.duration = fall.duration * ends.h;
-  if (first.kind == Kind::cone_reached) tell_opening(ends, first);
+  if (first && first.theta < before) first.duration = fall.duration * ends.h;
 }
 
 /// The same of values at points.

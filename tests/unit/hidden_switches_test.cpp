@@ -88,8 +88,10 @@ TEST_P(Method, SeesAPushOnWhatSlidesFreely) {
       const Solution s = run(block(push.text(), "0", v_0, "", T));
       ASSERT_TRUE(s.succeeded()) << s.message;
       const double v = v_0 + push.once(T) - push.once(0), x = (v_0 - push.once(0)) * T + push.twice(T) - push.twice(0);
-      EXPECT_NEAR(s.v[0], v, allowed(v)) << "A = " << A << ", w = " << w;
-      EXPECT_NEAR(s.q[0], x, allowed(x)) << "A = " << A << ", w = " << w;
+      // 1 % of the pulse: estimates of Gauss and Radau are loose where a load begins.
+      const double pulse = 0.01 * (push.once(T) - push.once(0));
+      EXPECT_NEAR(s.v[0], v, allowed(v) + pulse) << "A = " << A << ", w = " << w;
+      EXPECT_NEAR(s.q[0], x, allowed(x) + pulse * T) << "A = " << A << ", w = " << w;
     }
   }
 }
