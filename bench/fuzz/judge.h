@@ -48,11 +48,10 @@ struct JudgeOptions {
 ///
 ///   d_i = 1e-6 s r + min(|x_1e-10 - x_1e-12|, 1e-5 s r),  i = a, e                                              (3)
 ///
-/// c  answers with 1e-12, or 1e-11 where that fails: flights lower than its errors, of impacts that accumulate, leave
-/// it
-///    1e-3 at 1e-10. With the tolerance 10 times as large in x',
+/// c  answers with 1e-12, or 1e-11 where that fails: it ends 1e-3 off at 1e-10 where impacts accumulate, whose flights
+///    become lower than its errors. With the tolerance 10 times as large in x',
 ///
-///   d_c = 1e-6 s + 3 |x - x'|                                                                                 (4)
+///   d_c = 1e-6 s r + 3 |x - x'|                                                                                (4)
 ///
 /// f  and m get two and ten times as many steps. A bounce that falls into a step of f, or of m, is closed or not as the
 ///    step has it, so that answers may jump:

@@ -111,7 +111,7 @@ void LemkeSolver::set_scales(const Eigen::Ref<const Matrix>& M, const Eigen::Ref
   scaled_q_.head(n) = R_.head(n).cwiseProduct(q);
 }
 
-/// What solve(R M C, R q) finds, in the units of the problem.
+/// The answer of solve(R M C, R q), in the units of the problem.
 template <class Solve>
 LcpStatus LemkeSolver::in_scales(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
                                  Eigen::Ref<Vector> z, const Solve& solve) {

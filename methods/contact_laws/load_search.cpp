@@ -93,7 +93,7 @@ Interval LoadSearch::slip_polynomial(const Function& f, const double* b, Layout 
   return bernstein::range(g, degree_);
 }
 
-/// Of a function over the box that set_boxes() or set_point() has made.
+/// Bounds of a function over the box that set_boxes() or set_point() has made.
 Interval LoadSearch::bounds(const Function& f) {
   const Interval* q = box_.data();
   const Interval* v = q + info_.n_q;

@@ -59,10 +59,9 @@ class LoadSearch {
   bool is_known_at(const double* q, const double* v);
   /// Whether a function of the list needs the whole path. Slip that is a polynomial needs v of its contact alone.
   bool needs_boxes() const;
-  /// Of the closed contacts; all but kind and contact may change from path to path.
+  /// The functions of the closed contacts. Before a path all of their fields but kind and contact may be set anew.
   std::vector<Function>& functions() { return functions_; }
 
-  int degree() const { return degree_; }
   /// 2 n_q x (degree + 1): Bernstein coefficients of q, and below them of v, of the next path.
   Matrix& path() { return path_; }
 

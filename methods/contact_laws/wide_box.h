@@ -36,11 +36,11 @@ class WideBox {
     for (const int k : watched) box_[k] = extend(k, path[k], growth_ * path[k].width());
     return true;
   }
-  /// What could be proven in a new box: something, everything.
-  void learn(bool something, bool everything) {
-    if (everything) growth_ = std::min(2 * growth_, kMostGrowth);
-    if (!something) growth_ = std::max(0.5 * growth_, kLeastGrowth);
-    pause_ = last_pause_ = something ? 0 : std::min(2 * last_pause_ + 1, kMostPause);
+  /// After the proofs in a new box: whether any, and whether all of them, succeeded.
+  void learn(bool any, bool all) {
+    if (all) growth_ = std::min(2 * growth_, kMostGrowth);
+    if (!any) growth_ = std::max(0.5 * growth_, kLeastGrowth);
+    pause_ = last_pause_ = any ? 0 : std::min(2 * last_pause_ + 1, kMostPause);
   }
 
  private:

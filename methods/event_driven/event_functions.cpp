@@ -16,7 +16,7 @@ constexpr int kMaxIterations = 60;
 constexpr double kBegin = 0.125, kOfBegin = 0.01;
 constexpr double kNoForce = 1e-8;  // of a force that is as good as none where the cone is reached
 constexpr int kSamples = 16;       // of functions without bounds, in a step
-constexpr int kMaxHalvings = 50;   // in search of a point behind a zero at the left end
+constexpr int kMaxHalvings = 50;   // in search of a point after a zero at the left end
 // Speed of slip in space that is left to the run, over the root of the tolerance and the size of slip.
 constexpr double kStop = 0.03;
 

@@ -73,8 +73,8 @@ struct StepEnds {
   int degree() const { return collocation ? collocation->degree() : 5; }
   /// State at theta h from the left end, theta in [0, 1].
   void interpolate(double theta, Vector& q, Vector& v) const;
-  /// Bernstein coefficients of q, in the first n_q rows of `path` with at least degree() + 1 columns, and the estimates of (2); a collocation polynomial has the error
-  /// of the step.
+  /// Bernstein coefficients of q, in the first n_q rows of `path` with at least degree() + 1 columns, and the estimates
+  /// of (2); a collocation polynomial has the error of the step.
   void bernstein(Matrix& path, Vector& error) const;
   /// The same of v, in the rows of `path` below those of q.
   void bernstein_of_velocity(Matrix& path) const;

@@ -17,8 +17,8 @@ std::string oscillation(SceneDraw& draw, const std::string& name, double largest
 }  // namespace
 
 // Masses in the plane, q = (x, y) each, or in space, q = (x, y, z) each, on a table that shakes up and down or rests,
-// with a surface that is a belt of varying speed, perhaps with a jerk, or shakes along x; beside a wall that shakes. The first mass may hang
-// on a spring with a driven anchor or, in the plane, on a rod with a driven pivot.
+// with a surface that is a belt of varying speed, perhaps with a jerk, or shakes along x; beside a wall that shakes. The
+// first mass may hang on a spring with a driven anchor or, in the plane, on a rod with a driven pivot.
 void draw_moving_surfaces(SceneDraw& draw) {
   const int dimensions = draw.chance(70) ? 2 : 3, n = draw.integer(1, 3);
   const auto at = [&](int i, int d) { return dimensions * i + d; };

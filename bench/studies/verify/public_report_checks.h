@@ -35,10 +35,10 @@ struct PublicReportRule {
 /// The start of the reason of a run that found no answer, and of an answer that is shown only.
 inline constexpr const char *kDeclined = "declined: ", *kNotJudged = "not judged: ";
 
-/// Of fixed steps of first order, `first_order_steps`; of higher order, `steps`, and where that answer is wrong as many as
-/// those of first order. pass: the answer is right. fail: a success with a wrong answer, or no end. not applicable: the method declined, with
-/// its reason; or a wrong answer that is not judged: of a scene with corners, or of a method of first order, whose
-/// steps are too long for 1 %.
+/// A method of fixed steps takes `first_order_steps` if it is of first order. Of higher order it takes `steps`, and
+/// `first_order_steps` where that answer is wrong. pass: the answer is right. fail: a success with a wrong answer, or no
+/// end. not applicable: the method declined, with its reason; or a wrong answer that is not judged: of a scene with
+/// corners, or of a method of first order, whose steps are too long for 1 %.
 CheckResult answer_of(const PublicReport& report, const PublicReportRule& rule, const Subject& subject);
 
 /// Methods by how many of their answers are correct, declined, wrong, and not judged.
