@@ -19,6 +19,8 @@ constexpr int kRestarts = 5;
 constexpr int kSweeps = 200;
 // A pivot of dependent contact normals, relative to the diagonal: rounding, and not bodies of different weight.
 constexpr double kDependentPivot = 1e-11;
+// Normal velocity that sticking may leave, as a part of that before: more than rounding of two equations.
+constexpr double kLeftBySticking = 1e-9;
 
 }  // namespace
 
@@ -113,7 +115,9 @@ bool FrictionProblem::solve_alone(const Eigen::Ref<const Matrix>& G, const Eigen
     const double determinant = G(0, 0) * G(1, 1) - G(0, 1) * G(1, 0);
     const double stick_n = (G(0, 1) * b[1] - G(1, 1) * b[0]) / determinant;
     const double stick_t = (G(1, 0) * b[0] - G(0, 0) * b[1]) / determinant;
-    if (determinant > 0 && stick_n > 0 && std::abs(stick_t) <= contact.mu * stick_n) {
+    // Where the normal and the tangent push the same coordinate, the determinant is rounding, and so is what it gives.
+    const bool is_left = std::abs(G(0, 0) * stick_n + G(0, 1) * stick_t + b[0]) > kLeftBySticking * std::abs(b[0]);
+    if (determinant > 0 && !is_left && stick_n > 0 && std::abs(stick_t) <= contact.mu * stick_n) {
       r[0] = stick_n;
       r[1] = stick_t;
       contact.mode = ContactMode::stick;

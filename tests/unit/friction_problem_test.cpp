@@ -94,6 +94,23 @@ INSTANTIATE_TEST_SUITE_P(Shapes, RandomProblems,
                                   std::to_string(test.param.n_t) + "_coordinates_" + std::to_string(test.param.n_q);
                          });
 
+/// A contact of a pendulum: normal and tangent push one coordinate, the determinant of G is rounding of zero, and sticking
+/// has many impulses. All stop the coordinate.
+TEST(FrictionProblem, OfOneCoordinateStopsIt) {
+  FrictionProblem solver;
+  solver.resize(1, 1);
+  for (unsigned seed = 1; seed <= 2000; ++seed) {
+    Instance instance = random_instance(1, 1, 1, seed);
+    instance.b[0] = -std::abs(instance.b[0]);  // it approaches
+    instance.b[1] = instance.b[0] * instance.G(1, 0) / instance.G(0, 0);
+    // No slip that pulls the bodies together.
+    instance.contacts.front().mu = 0.9 * std::min(1.0, std::abs(instance.G(0, 0) / instance.G(0, 1)));
+    Vector r(2);
+    ASSERT_EQ(solver.solve(instance.G, instance.b, 0, instance.contacts, r), LcpStatus::solved) << "seed " << seed;
+    EXPECT_LE(violation(instance, r), 1e-9) << "seed " << seed;  // what sticking may leave
+  }
+}
+
 /// A unit point mass: G is the identity, so r is what stops b, cut off by the cone.
 TEST(FrictionProblem, OfAPointMassIsTheProjectionOntoTheCone) {
   FrictionProblem solver;
