@@ -15,7 +15,9 @@ constexpr int kSampleDepth = 4;             // halvings where nothing but values
 constexpr double kNearZero = 4;             // changes over a step that a force without time is to be away from zero
 constexpr double kTermRounding = 1e-14;     // rounding of a polynomial's terms
 constexpr double kUnexplained = 1e-3;       // part of a force that its bounds may exceed its values by
+constexpr int kTimes = 5;                   // within a span, at which a force is compared with its bounds
 constexpr double kRoundingOfZero = 1e-280;  // more than interval.h widens the bounds of a zero by
+constexpr double kNegligible = 1e-12;       // of the largest force
 constexpr int kFinest = 24;                 // halvings of the time that is looked at ahead
 constexpr std::size_t kMostSpans = 100000;  // of a run; later ones are not halved
 constexpr double kSpansPerStep = 2;         // spans of the time that a step may be long
@@ -329,31 +331,43 @@ double StepWatch::locate(const Function& function, const Piece& piece) {
   return bracketed_root(value, end_ + piece.from, end_ + piece.to);
 }
 
-/// Spans of the time up to `until` within which a force at (q, v) is between its values at three instants, or nearly.
+/// Spans of the time up to `until` within which a force at (q, v) is between its values at five times, or nearly, and
+/// these are near a parabola: the third differences of a pulse that one of them meets are as large as the pulse.
 void StepWatch::look_ahead(double until, const Vector& q, const Vector& v) {
   const auto& info = problem_.info();
   const double T = info.end_time;
   const Eigen::Index n = info.n_q;
   std::vector<Interval> at(q.data(), q.data() + n), moving(v.data(), v.data() + n), bounds(static_cast<std::size_t>(n));
-  Vector place = q, f(n), low(n), high(n);
+  Vector place = q, f(n);
+  Matrix values(n, kTimes);
+  if (negligible_.size() == 0) {
+    at[info.clock] = {0, T};
+    problem_.force_bounds(at.data(), moving.data(), info.u.data(), bounds.data());
+    negligible_.setConstant(n, kRoundingOfZero);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      if (std::isfinite(bounds[k].magnitude())) negligible_[k] += kNegligible * bounds[k].magnitude();
+    }
+  }
   while (ahead_ < until) {
     double length = std::min(T / 16, T - ahead_);
     for (int halvings = 0;; ++halvings, length /= 2) {
       at[info.clock] = {ahead_, ahead_ + length};
       problem_.force_bounds(at.data(), moving.data(), info.u.data(), bounds.data());
-      for (int k = 0; k < 3; ++k) {
-        place[info.clock] = ahead_ + 0.5 * k * length;
+      for (int k = 0; k < kTimes; ++k) {
+        place[info.clock] = ahead_ + k * length / (kTimes - 1);
         problem_.force(place.data(), v.data(), info.u.data(), f.data());
-        low = k == 0 ? f : Vector(low.cwiseMin(f));
-        high = k == 0 ? f : Vector(high.cwiseMax(f));
+        values.col(k) = f;
       }
       bool is_explained = true;
       for (Eigen::Index k = 0; k < n && is_explained; ++k) {
-        const double more =
-            std::max({high[k] - low[k], kUnexplained * std::max(std::abs(low[k]), std::abs(high[k])), kRoundingOfZero});
-        is_explained = bounds[k].upper <= high[k] + more && bounds[k].lower >= low[k] - more;
+        const auto x = values.row(k);
+        const double low = x.minCoeff(), high = x.maxCoeff(), size = x.cwiseAbs().maxCoeff();
+        const double more = std::max({0.5 * (high - low), kUnexplained * size, negligible_[k]});
+        const double bends =
+            std::max(std::abs(x[3] - 3 * x[2] + 3 * x[1] - x[0]), std::abs(x[4] - 3 * x[3] + 3 * x[2] - x[1]));
+        is_explained = bounds[k].upper <= high + more && bounds[k].lower >= low - more && bends <= 0.5 * more;
       }
-      const bool is_number = low.allFinite() && high.allFinite();  // where it is none, the integrator ends
+      const bool is_number = values.allFinite();  // where it is none, the integrator ends
       if (is_explained || !is_number || halvings == kFinest || spans_.size() > kMostSpans) break;
     }
     const double end = ahead_ + length;

@@ -51,8 +51,8 @@ class StepWatch {
   /// The time of the first root within the last step, which began at `from` and ended at `to`. @param found  set to it
   std::optional<double> first_root(double from, double to, Roots& found);
   /// For the next step from (t, q, v) [s]; 0 is no limit. A force that depends on time is looked at ahead: with q and v
-  /// held, steps end before a part of the time in which its bounds are not explained by its values, as a short pulse,
-  /// and are no longer than its pieces within. @param planned  length of the step that the integrator would take [s]
+  /// held, steps end before a part of the time in which five values do not explain its bounds or are not smooth, as in a
+  /// short pulse, and are no longer than its pieces within. @param planned  length of the step that the integrator would take [s]
   double longest_step(double t, double planned, const Vector& q, const Vector& v);
 
  private:
@@ -115,7 +115,8 @@ class StepWatch {
     double from, to;
   };
   std::vector<Span> spans_;
-  double ahead_ = 0;  // [s]
+  Vector negligible_;  // force that is none [N], by coordinate
+  double ahead_ = 0;   // [s]
   std::size_t passed_ = 0;
 };
 

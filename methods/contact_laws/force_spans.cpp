@@ -10,7 +10,10 @@ constexpr double kFirstSpan = 1.0 / 16;  // of the end time: span that is tried 
 constexpr int kSpanHalvings = 24;
 constexpr std::size_t kMaxSpans = 20'000;  // of a run; later ones are not halved
 constexpr double kOfForce = 1e-3;          // (1), of a force
-constexpr double kWidthOfZero = 1e-280;    // (1): bounds of a zero have a width that is less
+constexpr double kOfRange = 0.5;           // (1), of the range of its values
+constexpr double kOfParabola = 0.25;       // (1b)
+constexpr double kOfLargest = 1e-12;       // (1), of the largest force
+constexpr double kWidthOfZero = 1e-280;    // bounds of a zero have a width that is less
 constexpr double kSpansPerStep = 2;        // (2), spans
 constexpr double kStepsAhead = 8;          // planned steps that are looked at ahead
 
@@ -31,27 +34,47 @@ ForceSpans::ForceSpans(const Problem& problem)
       is_limited_(problem.info().structure.has_bounds && uses_time(problem)) {
   if (!is_limited_) return;
   for (auto* box : {&q_, &v_, &f_}) box->assign(static_cast<std::size_t>(problem.n_q()), Interval(0.0));
-  for (auto* x : {&place_, &low_, &high_, &value_}) x->setZero(problem.n_q());
+  for (auto* x : {&place_, &low_, &high_}) x->setZero(problem.n_q());
+  for (Vector& f : value_) f.setZero(problem.n_q());
+  const ProblemInfo& info = problem.info();
+  hold(info.q0, info.v0);
+  q_[static_cast<std::size_t>(info.clock)] = {0, T_};
+  problem.force_bounds(q_.data(), v_.data(), info.u.data(), f_.data());
+  negligible_.setConstant(info.n_q, kWidthOfZero);
+  for (Eigen::Index i = 0; i < negligible_.size(); ++i) {
+    const double largest = f_[static_cast<std::size_t>(i)].magnitude();
+    if (std::isfinite(largest)) negligible_[i] += kOfLargest * largest;
+  }
 }
 
-/// (1)
+void ForceSpans::hold(const Vector& q, const Vector& v) {
+  place_ = q;
+  for (Eigen::Index k = 0; k < q.size(); ++k) {
+    q_[static_cast<std::size_t>(k)] = q[k];
+    v_[static_cast<std::size_t>(k)] = v[k];
+  }
+}
+
+/// (1), (1b)
 bool ForceSpans::is_explained(double from, double to, const Vector& v) {
   const ProblemInfo& info = problem_.info();
   q_[static_cast<std::size_t>(info.clock)] = {from, to};
   problem_.force_bounds(q_.data(), v_.data(), info.u.data(), f_.data());
-  for (int k = 0; k < 3; ++k) {
-    place_[info.clock] = from + 0.5 * k * (to - from);
-    problem_.force(place_.data(), v.data(), info.u.data(), value_.data());
-    if (k == 0) low_ = high_ = value_;
-    low_ = low_.cwiseMin(value_);
-    high_ = high_.cwiseMax(value_);
+  for (int k = 0; k < 5; ++k) {
+    place_[info.clock] = from + 0.25 * k * (to - from);
+    problem_.force(place_.data(), v.data(), info.u.data(), value_[k].data());
+    low_ = k == 0 ? value_[k] : low_.cwiseMin(value_[k]);
+    high_ = k == 0 ? value_[k] : high_.cwiseMax(value_[k]);
   }
-  for (Eigen::Index k = 0; k < low_.size(); ++k) {
-    const double size = std::max(std::abs(low_[k]), std::abs(high_[k]));
+  for (Eigen::Index i = 0; i < low_.size(); ++i) {
+    const double size = std::max(std::abs(low_[i]), std::abs(high_[i]));
     if (!std::isfinite(size)) return true;  // no number: the step there ends the run
-    const double r = std::max({high_[k] - low_[k], kOfForce * size, kWidthOfZero});
-    const Interval& bounds = f_[static_cast<std::size_t>(k)];
-    if (!(bounds.lower >= low_[k] - r && bounds.upper <= high_[k] + r)) return false;
+    const double r = std::max({kOfRange * (high_[i] - low_[i]), kOfForce * size, negligible_[i]});
+    const Interval& bounds = f_[static_cast<std::size_t>(i)];
+    if (!(bounds.lower >= low_[i] - r && bounds.upper <= high_[i] + r)) return false;
+    const auto f = [&](int k) { return value_[k][i]; };
+    if (std::abs(f(1) - (3 * f(0) + 6 * f(2) - f(4)) / 8) > kOfParabola * r) return false;
+    if (std::abs(f(3) - (-f(0) + 6 * f(2) + 3 * f(4)) / 8) > kOfParabola * r) return false;
   }
   return true;
 }
@@ -61,11 +84,7 @@ double ForceSpans::longest_step(double t, double h, const Vector& q, const Vecto
   if (!is_limited_) return longest;
   const double until = std::min(T_, t + h);
   if (known_until_ < until) {
-    place_ = q;
-    for (Eigen::Index k = 0; k < q.size(); ++k) {
-      q_[static_cast<std::size_t>(k)] = q[k];
-      v_[static_cast<std::size_t>(k)] = v[k];
-    }
+    hold(q, v);
     const double end = std::min(T_, t + kStepsAhead * h);
     while (known_until_ < end) {
       const double from = known_until_;

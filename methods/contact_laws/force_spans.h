@@ -9,12 +9,14 @@ namespace ricochet {
 
 /// How long a step may be for a force that depends on time. An error estimate compares the stages of a step, and a short
 /// pulse of a load between two of them is in none. So the force is looked at ahead of the steps, with q and v held, over
-/// spans of the time that are halved from T/16 on until the bounds of f over a span are what its values f_1, f_2, f_3 at
-/// the ends and in the middle make of it,
+/// spans of the time that are halved from T/16 on until the values f_0 .. f_4 at five equidistant times make of the span
+/// what the bounds of f allow, and f_1, f_3 are near the parabola through the others,
 ///
-///   bounds within [min f_k - r, max f_k + r],   r = max(max f_k - min f_k, 1e-3 max |f_k|)           (1)
+///   bounds within [min f_k - r, max f_k + r],   r = max((max f_k - min f_k)/2, 1e-3 max |f_k|, 1e-12 F) (1)
+///   |f_1 - (3 f_0 + 6 f_2 - f_4)/8|, |f_3 - (-f_0 + 6 f_2 + 3 f_4)/8| <= r/4                           (1b)
 ///
-/// in every component, or 2^-24 of T/16 are left. A step ends where a span begins, or is no longer than two of the span:
+/// in every component, or 2^-24 of T/16 are left. F is the largest force that the bounds allow in all of the time, with q
+/// and v at the start. A step ends where a span begins, or is no longer than two of the span:
 ///
 ///   h <= max(begin of the span - t, 2 length of the span)   of all spans that begin before t + h     (2)
 ///
@@ -33,6 +35,7 @@ class ForceSpans {
   struct Span {
     double from, to;
   };
+  void hold(const Vector& q, const Vector& v);
   bool is_explained(double from, double to, const Vector& v);
 
   const Problem& problem_;
@@ -42,7 +45,9 @@ class ForceSpans {
   std::size_t passed_ = 0;
   double known_until_ = 0;           // [s]
   std::vector<Interval> q_, v_, f_;  // n_q, over a span
-  Vector place_, low_, high_, value_;
+  Vector negligible_;                // 1e-12 F [N]
+  Vector place_, low_, high_;
+  Vector value_[5];
 };
 
 }  // namespace ricochet
