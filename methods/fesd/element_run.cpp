@@ -266,12 +266,21 @@ bool ElementRunSolver::run_to_switch(int first, int count, Violation violation, 
     if (!solve_run(first, count, end, remaining)) return false;
     violation = check_run(first, count);
     if (!violation) {
+      if (ends_at_tip(first + count - 1, end)) end.kind = Switch::Kind::force_vanishes;
       buffers_.step().ends[first + count - 1] = end;
       return true;
     }
     if (violation.kind != Violation::Kind::past_switch) return false;
   }
   return false;
+}
+
+/// Whether a cone is reached at its tip: without a tangential force, the cone and a force of zero are the same switch,
+/// and rounding says which of them a violation names. The contact opens.
+bool ElementRunSolver::ends_at_tip(int element, const Switch& end) const {
+  if (end.kind != Switch::Kind::cone_reached || end.on_polygon() || elements_.tableau.right_end.size() == 0)
+    return false;
+  return buffers_.element(element).end_lambda_n[end.contact] <= scales_.no_force(end.contact);
 }
 
 /// SwitchSolver::solve, from other guesses when it fails.

@@ -82,6 +82,7 @@ class ElementRunSolver {
   void prepare(int first, int count);
   Violation check_run(int first, int count);
   Switch switch_for(int first, const Violation& violation);
+  bool ends_at_tip(int element, const Switch& end) const;
   bool solve_run(int first, int count, Switch& end, double remaining);
   bool bracket_switch(int first, int count, const Switch& end, double remaining);
   double switch_value(int first, int count, const Switch& end, double h);
