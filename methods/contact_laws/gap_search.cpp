@@ -227,7 +227,7 @@ GapSearch::Closing GapSearch::first_closing(int contact, const Allowance& allowe
   return closing;
 }
 
-double GapSearch::gap_error(int contact) {
+double GapSearch::error_of(int contact, const auto& of_coordinate) {
   const auto& info = info_.contacts[contact];
   if (!info.is_affine) {
     if (is_clear_[contact]) return 0;
@@ -235,8 +235,26 @@ double GapSearch::gap_error(int contact) {
   }
   const double* J_n = (info.is_affine ? affine_J_n_ : packed_).data() + info.normal_begin;
   double error = 0;
-  for (const int k : info.support) error += std::abs(*J_n++) * path_error_[k];
+  for (const int k : info.support) error += std::abs(*J_n++) * of_coordinate(k);
   return error;
+}
+
+double GapSearch::gap_error(int contact) {
+  return error_of(contact, [&](int k) { return path_error_[k]; });
+}
+
+/// (7): m_d and m_d-1 / d are the last differences of the Bernstein coefficients.
+double GapSearch::begin_error(int contact) {
+  return error_of(contact, [&](int k) {
+    double b[bernstein::kMaxDegree + 1];
+    for (int j = 0; j <= degree_; ++j) b[j] = path_(k, j);
+    double last = 0;  // of order d - 1
+    for (int order = 1; order <= degree_; ++order) {
+      last = b[0];
+      for (int j = 0; j <= degree_ - order; ++j) b[j] = b[j + 1] - b[j];
+    }
+    return std::abs(b[0]) + (degree_ > 3 ? 0.25 * degree_ * std::abs(last) : 0);
+  });
 }
 
 double GapSearch::zero(int contact, const Closing& closing) {

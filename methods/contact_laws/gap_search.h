@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -38,6 +39,14 @@ namespace ricochet {
 /// A path that is known up to an error e_k of its coordinates, zero at both ends, decides whether a gap closes where the
 /// gap is no smaller than |J_n|' e: that number is gap_error(), a negative allowance.
 ///
+/// A gap that is zero where the path begins may be wrong next to there by more than rounding. The next coefficient of
+/// each coordinate is taken for no larger than (7), with the coefficients m_k of s^k, and multiplies a polynomial that is
+/// zero at the nodes, at most w s^p next to the beginning:
+///
+///   |m_d| + |m_d-1| / 4,   the second term for d > 3 alone                                         (7)
+///
+/// Of a body in free flight they are rounding: however small its bounce, the next impact is not within the error.
+///
 /// A problem without bounds has estimates in their place: J_n at the ends and in the middle of a piece, and as much again
 /// as they differ, in (5) and (6). That is no proof, but no path is long compared with the gaps it passes.
 class GapSearch {
@@ -55,13 +64,15 @@ class GapSearch {
   /// After path() has been filled. Contacts that are open in these `modes` can be looked at.
   void begin(std::span<const ContactMode> modes);
 
-  /// How far below zero the gap may be [m]: `gap`, which (3)-(6) call allowed, and `gap_until` in place of it up to
-  /// s = `until`. A negative number requires a gap above zero.
+  /// How far below zero the gap may be [m]: `gap`, which (3)-(6) call allowed. Up to s = `until` it may be lower, by
+  /// s^2 (square + s cube), but not by more than `most`. A negative number requires a gap above zero.
   struct Allowance {
     double gap = 0;
-    double until = 0, gap_until = 0;
+    double until = 0, square = 0, cube = 0, most = 0;
     double rounding = 0;  ///< of gaps, in (6)
-    double on(double to) const { return to <= until ? gap_until : gap; }
+    double on(double to) const {
+      return to <= until ? std::max(gap, std::min(most, to * to * (square + to * cube))) : gap;
+    }
   };
   /// A piece of a path on which a gap falls from at least -allowed to less.
   struct Closing {
@@ -73,6 +84,8 @@ class GapSearch {
   Closing first_closing(int contact, const Allowance& allowed);
   /// |J_n|' e of a contact, with J_n where the path begins [m].
   double gap_error(int contact);
+  /// The same of (7) [m], to be multiplied by w s^p.
+  double begin_error(int contact);
   /// Where the gap of a closing vanishes, to 1e-9 of the piece; the left end of the piece where it is not positive.
   double zero(int contact, const Closing& closing);
 
@@ -100,6 +113,7 @@ class GapSearch {
   void set_gap_coefficients(int contact, double* g) const;
   void bound_normal(const ContactInfo& contact, const Piece& piece);
   void estimate_normal(const ContactInfo& contact, double s, bool is_first);
+  double error_of(int contact, const auto& of_coordinate);
   void move_to(double s);
   void prove_wide_box();
 

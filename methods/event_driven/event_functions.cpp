@@ -328,7 +328,13 @@ void EventFunctions::find_closing(const Function& f, const StepEnds& ends, Happe
   GapSearch::Allowance allowed{.gap = std::max(rounding_f, -2 * f.left), .rounding = rounding_f};
   if (f.from_zero) {
     allowed.until = kBegin;
-    allowed.gap_until = std::max(allowed.gap, kOfBegin * gaps_.gap(f.contact, kBegin));
+    // (2) of step_ends.h; and a collocation polynomial is an integral of s times factors below one.
+    const double error = gaps_.begin_error(f.contact);
+    if (ends.collocation)
+      allowed.square = 0.5 * (degree_ + 1) * error;
+    else
+      allowed.cube = error;
+    allowed.most = kOfBegin * gaps_.gap(f.contact, kBegin);
   }
   const auto closing = gaps_.first_closing(f.contact, allowed);
   if (!closing && (f.right >= 0 || f.from_zero)) {

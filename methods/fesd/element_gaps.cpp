@@ -48,7 +48,8 @@ Violation ElementGaps::check(const Element& stages, std::span<const int> unloade
     GapSearch::Allowance allowed{.gap = touching, .rounding = touching};
     if (search_.left_gap(i) <= scales_.nearly_touching(i)) {
       allowed.until = path_.first_point();
-      allowed.gap_until = std::max(touching, kOfFirstStage * search_.gap(i, path_.first_point()));
+      allowed.square = path_.nodes() * search_.begin_error(i);
+      allowed.most = kOfFirstStage * search_.gap(i, path_.first_point());
     }
     const auto closing = search_.first_closing(i, allowed);
     if (!closing) continue;

@@ -32,6 +32,13 @@ std::vector<ElementPath::Point> ElementPath::points_of(const ButcherTableau& tab
   return points;
 }
 
+/// s^2 (1 - s)^2 prod (s_k - s) <= s^2 prod s_k up to the first of them
+double ElementPath::nodes_of(const std::vector<Point>& points) {
+  double product = 1;
+  for (const Point& point : points) product *= point.s > 0 && point.s < 1 ? point.s : 1;
+  return product;
+}
+
 /// The inverse of (1) for the Bernstein coefficients: B_k(s) at the points, and the slopes d (b_1 - b_0), d (b_d -
 /// b_d-1) at the ends.
 Matrix ElementPath::from_positions(const std::vector<Point>& points) {
@@ -65,6 +72,7 @@ Matrix ElementPath::from_velocities(const std::vector<Point>& points) {
 ElementPath::ElementPath(const ButcherTableau& tableau)
     : n_s_(tableau.n_s),
       points_(points_of(tableau)),
+      nodes_(nodes_of(points_)),
       from_positions_(from_positions(points_).transpose()),
       from_velocities_(from_velocities(points_).transpose()),
       values_(Vector::Zero(from_positions_.rows())) {}

@@ -19,6 +19,8 @@ class ElementPath {
   int degree() const { return static_cast<int>(from_positions_.cols()) - 1; }
   /// Abscissa of the first point after the left end.
   double first_point() const { return points_[1].s; }
+  /// w of gap_search.h, the product of the abscissae inside.
+  double nodes() const { return nodes_; }
 
   /// (1) of one coordinate, into the row k of `path`, n_q x (degree() + 1).
   void set_position(const Element& stages, int k, Matrix& path);
@@ -33,14 +35,16 @@ class ElementPath {
   };
   static std::vector<Point> points_of(const ButcherTableau& tableau);
   static Matrix from_positions(const std::vector<Point>& points);
+  static double nodes_of(const std::vector<Point>& points);
   static Matrix from_velocities(const std::vector<Point>& points);
   double* set_points(const Vector& left, const Matrix& stages, const Vector& right, int k);
 
   const int n_s_;
   const std::vector<Point> points_;  // ascending
-  const Matrix from_positions_;      // column k: weights of the values of (1) in coefficient k
-  const Matrix from_velocities_;     // the same of (2)
-  Vector values_;                    // of one coordinate
+  const double nodes_;
+  const Matrix from_positions_;   // column k: weights of the values of (1) in coefficient k
+  const Matrix from_velocities_;  // the same of (2)
+  Vector values_;                 // of one coordinate
 };
 
 }  // namespace ricochet

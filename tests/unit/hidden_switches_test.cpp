@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "methods/contact_laws/load_search.h"
 #include "methods/registry.h"
@@ -79,23 +81,6 @@ TEST_P(Method, SeesAPushThatMovesWhatRests) {
   }
 }
 
-/// No switch, but an error estimate that compares stages on either side of the pulse sees nothing.
-TEST_P(Method, SeesAPushOnWhatSlidesFreely) {
-  for (const double A : {6.0, 100.0}) {
-    for (const double w : {0.3, 0.03, 0.003, 0.0003}) {
-      const Pulse push{A, w};
-      const double v_0 = 0.5, T = 3;
-      const Solution s = run(block(push.text(), "0", v_0, "", T));
-      ASSERT_TRUE(s.succeeded()) << s.message;
-      const double v = v_0 + push.once(T) - push.once(0), x = (v_0 - push.once(0)) * T + push.twice(T) - push.twice(0);
-      // 1 % of the pulse: estimates of Gauss and Radau are loose where a load begins.
-      const double pulse = 0.01 * (push.once(T) - push.once(0));
-      EXPECT_NEAR(s.v[0], v, allowed(v) + pulse) << "A = " << A << ", w = " << w;
-      EXPECT_NEAR(s.q[0], x, allowed(x) + pulse * T) << "A = " << A << ", w = " << w;
-    }
-  }
-}
-
 TEST_P(Method, SeesAPulseThatLiftsWhatRests) {
   for (const char* contact : {"", kRough}) {
     for (const double A : {10.5, 30.0}) {
@@ -108,7 +93,7 @@ TEST_P(Method, SeesAPulseThatLiftsWhatRests) {
         };
         const double T = 1 + 0.9 * lift.width(kG);  // it rises
         const Solution s = run(block("0", lift.text(), 0, contact, T));
-        ASSERT_TRUE(s.succeeded()) << s.message;
+        ASSERT_TRUE(s.succeeded()) << s.message << ", A = " << A << ", w = " << w;
         EXPECT_NEAR(s.q[1], y(T), allowed(0)) << "A = " << A << ", w = " << w;
         ASSERT_FALSE(s.events.empty()) << "A = " << A << ", w = " << w;
         EXPECT_EQ(s.events.front().kind, EventKind::detach);
@@ -169,18 +154,68 @@ TEST_P(Method, SeesSlipThatTurnsForAMoment) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Method,
-                         testing::Combine(testing::Values("event_driven:prince-dormand-8-7", "event_driven:dopri5",
-                                                          "event_driven:dop853", "event_driven:verner-9-8",
-                                                          "event_driven:radau-iia:3", "event_driven:radau-iia:5",
-                                                          "fesd_adaptive:radau-iia:3", "fesd_adaptive:radau-iia:4",
-                                                          "fesd_adaptive:gauss:3", "fesd_adaptive:gauss:4"),
-                                          testing::Values(1e-4, 1e-7, 1e-10)),
-                         [](const auto& test) {
-                           std::string name = fmt::format("{}_{}", std::get<0>(test.param), std::get<1>(test.param));
-                           for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
-                           return name;
-                         });
+/// What adapters of SUNDIALS see, too.
+class AnyMethod : public Method {};
+
+/// No switch, but an error estimate that compares stages on either side of the pulse sees nothing.
+TEST_P(AnyMethod, SeesAPushOnWhatSlidesFreely) {
+  const double v_0 = 0.5, T = 3, middle = 5.5 / 16 * T;  // of a span that the force is looked at in
+  for (const double A : {6.0, 100.0}) {
+    for (const auto& [w, t_0] : std::vector<std::pair<double, double>>{{0.3, 1},
+                                                                       {0.03, 1},
+                                                                       {0.003, 1},
+                                                                       {0.0003, 1},
+                                                                       {0.03, middle},
+                                                                       {0.003, middle},
+                                                                       {0.003, middle + 0.002},
+                                                                       {0.0003, middle + 0.0002}}) {
+      const Pulse push{A, w, t_0};
+      const Solution s = run(block(push.text(), "0", v_0, "", T));
+      ASSERT_TRUE(s.succeeded()) << s.message;
+      const double v = v_0 + push.once(T) - push.once(0), x = (v_0 - push.once(0)) * T + push.twice(T) - push.twice(0);
+      // 1 % of the pulse: estimates of Gauss and Radau are loose where a load begins.
+      const double pulse = 0.01 * (push.once(T) - push.once(0));
+      EXPECT_NEAR(s.v[0], v, allowed(v) + pulse) << "A = " << A << ", w = " << w;
+      EXPECT_NEAR(s.q[0], x, allowed(x) + pulse * T) << "A = " << A << ", w = " << w;
+    }
+  }
+}
+
+/// A ball leaves a wave at a small angle and is back a hundredth of a wave later, in a step that would be long.
+TEST_P(AnyMethod, SeesALowBounceOnAWave) {
+  for (const double x_0 : {3.5, 4.0}) {
+    for (const double rise : {0.1, 0.01, 0.001}) {
+      const double slope = 0.1 * std::cos(x_0) + rise;
+      const auto gap = [&](double t) { return 0.1 * std::sin(x_0) + slope * t - 0.1 * std::sin(x_0 + t); };
+      const Solution s = run(fmt::format(
+          R"json({{"q0": [{0}, "0.1*sin({0})"], "v0": [1, "0.1*cos({0})+{1}"], "T": 20, "M": [[1, 0], [0, 1]],
+                   "f": [0, 0], "contacts": [{{"name": "wave", "gap": "q[1]-0.1*sin(q[0])", "e": 0.5}}]}})json",
+          x_0, rise));
+      ASSERT_FALSE(s.events.empty()) << "x_0 = " << x_0 << ", rise = " << rise;
+      // It begins as a parabola of curvature 0.1 |sin x_0|, and up to the next crest there is one more zero.
+      const double crest = 2.5 * std::numbers::pi - x_0;
+      EXPECT_NEAR(s.events.front().t, zero_of(gap, -5 * rise / std::sin(x_0), crest), 1e-5)  // small bounces: 1e-6 high
+          << "x_0 = " << x_0 << ", rise = " << rise;
+    }
+  }
+}
+
+std::string test_of_method(const testing::TestParamInfo<std::tuple<const char*, double>>& test) {
+  std::string name = fmt::format("{}_{}", std::get<0>(test.param), std::get<1>(test.param));
+  for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  return name;
+}
+
+const auto kPulseTolerances = testing::Values(1e-4, 1e-7, 1e-10);
+const auto kPulseMethods = testing::Values(
+    "event_driven:prince-dormand-8-7", "event_driven:dopri5", "event_driven:dop853", "event_driven:verner-9-8",
+    "event_driven:radau-iia:3", "event_driven:radau-iia:5", "fesd_adaptive:radau-iia:3", "fesd_adaptive:radau-iia:4",
+    "fesd_adaptive:gauss:3", "fesd_adaptive:gauss:4");
+const auto kPulseAdapters = testing::Values("cvode:adams", "cvode:bdf", "ida", "arkode");
+
+INSTANTIATE_TEST_SUITE_P(All, Method, testing::Combine(kPulseMethods, kPulseTolerances), test_of_method);
+INSTANTIATE_TEST_SUITE_P(All, AnyMethod, testing::Combine(kPulseMethods, kPulseTolerances), test_of_method);
+INSTANTIATE_TEST_SUITE_P(Sundials, AnyMethod, testing::Combine(kPulseAdapters, kPulseTolerances), test_of_method);
 
 }  // namespace
 }  // namespace ricochet
