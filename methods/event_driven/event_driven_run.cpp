@@ -50,6 +50,7 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
       before_(info_.contacts.size(), ContactMode::open),
       v_minus_(info_.v0),
       check_(problem, StepCheck::kTolerances * tolerance_),
+      progress_(info_, kStepsPerMark, kLeastProgress),
       spans_(problem) {
   workspace.start(tolerance_);
   if (settings.sensitivities.empty()) return;
@@ -90,7 +91,6 @@ Solution EventDrivenRun::solve() {
 bool EventDrivenRun::begin() {
   ends_.q0 = info_.q0;
   ends_.v0 = info_.v0;
-  next_mark_ = kStepsPerMark;
   scales_.begin_step(ends_.q0.data(), ends_.v0.data(), T_ / 10, true);
   if (!change_modes({})) return false;
   choose_first_length();
@@ -123,13 +123,7 @@ void EventDrivenRun::choose_first_length() {
 bool EventDrivenRun::take_step() {
   if (time_limit_.is_over()) return stop(Status::time_limit, time_limit_.message());
   if (counters_.steps >= kMaxSteps) return stop(Status::step_limit, fmt::format("{} steps", kMaxSteps));
-  if (counters_.steps >= next_mark_) {
-    if (t_ - mark_ < kLeastProgress * T_)
-      return stop(Status::step_limit, fmt::format("{} steps move the time by {:.3g} s: it is held up by {}",
-                                                  kStepsPerMark, t_ - mark_, holding_up()));
-    mark_ = t_;
-    next_mark_ = counters_.steps + kStepsPerMark;
-  }
+  if (progress_.is_passed(counters_.steps, t_)) return stop(Status::step_limit, progress_.message(dynamics_.modes()));
   const double rest = T_ - t_, allowed = std::min(h_, spans_.longest_step(t_, h_, ends_.q0, ends_.v0));
   const bool is_last = 1.01 * allowed >= rest;
   const double h = is_last ? rest : allowed;
@@ -239,18 +233,6 @@ bool EventDrivenRun::land(double h) {
   if (info_.clock >= 0) ends_.q0[info_.clock] = t_;
   // Forces at the event, for the decision.
   return (dynamics_.closed().empty() && !sensitivity_) || accelerate();
-}
-
-/// The slipping contacts, or else the closed ones, by name.
-std::string EventDrivenRun::holding_up() const {
-  std::string names;
-  const auto& modes = dynamics_.modes();
-  const bool any_slips = std::ranges::any_of(modes, is_slipping);
-  for (const int i : dynamics_.closed()) {
-    if (any_slips && !is_slipping(modes[i])) continue;
-    names += fmt::format("{}'{}' ({})", names.empty() ? "contact " : ", ", info_.contacts[i].name, to_string(modes[i]));
-  }
-  return names.empty() ? "the smooth motion" : names;
 }
 
 /// The last v_stop of slip in space. It ends

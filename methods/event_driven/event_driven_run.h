@@ -8,6 +8,7 @@
 #include "methods/event_driven/event_sensitivity.h"
 #include "methods/event_driven/slip_start.h"
 #include "methods/method.h"
+#include "methods/progress_limit.h"
 #include "methods/runge_kutta/embedded_tableau.h"
 #include "methods/step_check.h"
 #include "methods/time_limit.h"
@@ -58,7 +59,6 @@ class EventDrivenRun {
   bool start_slip_at_held_directions();
   bool has_started(const std::vector<int>& contacts);
   bool sample_start(double h, const Vector& angles, const std::vector<int>& contacts);
-  std::string holding_up() const;
   bool settle_slip(const Happening& event);
   void record_motion(double end);
   void record(const Happening& cause, const Vector& v_minus);
@@ -89,12 +89,11 @@ class EventDrivenRun {
   std::vector<int> stopped_;  // contacts in space that stop at this instant
   Vector v_minus_;
   StepCheck check_;
+  ProgressLimit progress_;
   ForceSpans spans_;
   double t_ = 0, h_ = 0;        // [s]; the length of the next step
   float last_log_error_ = -13;  // e_before of (1), binary logarithm
   double last_event_ = -1;      // [s]
-  double mark_ = 0;             // [s]; where progress was looked at
-  long next_mark_ = 0;          // number of steps at which it is looked at again
   int next_sample_ = 1;
   int standstills_ = 0;  // events in a row that time cannot tell apart
   bool was_rejected_ = false;

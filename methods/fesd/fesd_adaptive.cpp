@@ -12,6 +12,7 @@
 #include "methods/fesd/fesd_run.h"
 #include "methods/fesd/kept_solver.h"
 #include "methods/fesd/moving_contacts.h"
+#include "methods/progress_limit.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
 
@@ -27,6 +28,8 @@ constexpr double kShortestOnCurve = 1e-6;  // of end_time, where shorter steps w
 constexpr int kMaxRefusals = 6;            // of a closed bounce: by then its step is a ten thousandth
 constexpr double kClosingErrors = 2;       // errors of an element that a closed bounce explains, by its velocity
 constexpr int kMaxStandstills = 100;       // steps in a row too short to move t; a few switches may coincide
+constexpr long kTriesPerMark = 20'000;     // steps tried between two looks at the progress
+constexpr double kLeastOfTries = 1e-4;     // of end_time, the progress that they have to make
 
 /// A run of FesdAdaptive.
 class AdaptiveRun {
@@ -64,6 +67,8 @@ class AdaptiveRun {
   PivotingSolver& solver_;
   MovingContacts moving_;
   ForceSpans spans_;
+  ProgressLimit progress_;
+  long tries_ = 0;
   double t_ = 0, h_;  // where the next step begins, and how long it may be [s]
   int standstills_ = 0;
   bool may_close_ = true;  // bounces of the next step
@@ -83,6 +88,7 @@ AdaptiveRun::AdaptiveRun(const Problem& problem, const ButcherTableau& tableau, 
       solver_(kept.start(settings.inner_tolerance)),
       moving_(problem),
       spans_(problem),
+      progress_(problem.info(), kTriesPerMark, kLeastOfTries),
       h_(kFirstStep * T_) {
   solver_.set_motion_tolerance(settings.tolerance);
 }
@@ -94,6 +100,10 @@ Solution AdaptiveRun::solve() {
   while (t_ < T_) {
     const Attempt attempt = next_attempt();
     PivotingSolver::ElementStep step{.status = Status::time_limit, .closed = {}};
+    if (progress_.is_passed(tries_++, t_)) {
+      stop(Status::step_limit, fmt::format("t = {:.12g} s: ", t_), progress_.message(run_.modes()));
+      break;
+    }
     if (!run_.time_is_over()) step = solver_.advance_to_switch(attempt.H, rest_speed(), is_accurate);
     const Next next =
         step.status == Status::success ? judge(attempt, step.closed) : after_failure(attempt, step.status);

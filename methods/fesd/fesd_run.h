@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "methods/elements/element_motion.h"
@@ -34,6 +35,10 @@ class FesdRun {
   /// State at the end of what has been accepted.
   const Vector& q() const { return reached_ ? reached_->q1 : problem_.info().q0; }
   const Vector& v() const { return reached_ ? reached_->v1 : problem_.info().v0; }
+  /// Of the last element; none before the first one.
+  std::span<const ContactMode> modes() const {
+    return reached_ ? std::span<const ContactMode>(reached_->modes) : std::span<const ContactMode>();
+  }
   /// The next step, which has been added to sensitivity(); it has to stay where it is until the next one is accepted.
   /// @return false where the step fails the last check: the run has ended with the reason
   /// @param previous  the one before it, or null; @param t, t_end  from and to [s]
