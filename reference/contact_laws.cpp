@@ -230,6 +230,9 @@ ContactLaws::Decision ContactLaws::decide(const Vector& q, const Vector& v, cons
     return decision;
   }
   for (const double force : *z) decision.modes.push_back(force > 0 ? ContactMode::closed : ContactMode::open);
+  decision.motion = free + MJ * *z;
+  decision.normal = Vector::Zero(problem_.n_c());
+  decision.normal(candidates) = *z;
   return decision;
 }
 

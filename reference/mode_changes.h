@@ -16,7 +16,8 @@ namespace ricochet::reference {
 ///
 ///   slip whose root was found ends (Slips)
 ///   contacts that touch are found, and closed ones without force open
-///   Newton's law with Coulomb's, where one of them approaches; once more, as long as that sends others together
+///   Newton's law with Coulomb's, where one of them approaches; once more, as long as that sends others together. Those
+///   at rest take no part that the load opens, unless they have been closed
 ///   the laws for accelerations decide which of the others stay closed, and stick or slip
 ///   events are recorded, and the first moments of slip in space passed (slip_start.h)
 class ModeChanges {
@@ -51,6 +52,8 @@ class ModeChanges {
   bool end_together(const Instant& instant, const Solution& solution);
   bool remove_drift(double t, Instant& instant, Solution& solution) const;
   bool follow_impacts(double t, Instant& instant, Solution& solution);
+  bool leave_out_opening(double t, const Instant& instant, const Vector& rate, const Vector& rate_size,
+                         std::vector<int>& meeting, Solution& solution) const;
   bool collide(double t, Instant& instant, Solution& solution);
   bool decide_candidates(double t, Instant& instant, Solution& solution);
   void find_stopped_along(Instant& instant, const Solution& solution) const;

@@ -14,7 +14,7 @@ constexpr int kMaxImpacts = 10000;
 ImpactSequence::ImpactSequence(const Problem& problem, ContactScales& scales, ImpactSolver& law)
     : problem_(problem), scales_(scales), law_(law) {
   const ProblemInfo& info = problem.info();
-  for (auto* list : {&approaching_, &candidates_, &together_}) list->reserve(info.contacts.size());
+  for (auto* list : {&approaching_, &candidates_, &together_, &may_open_}) list->reserve(info.contacts.size());
   resting_.reserve(info.contacts.size());
   struck_n_.setZero(info.n_c());
   struck_t_.setZero(info.n_lambda_t);
@@ -31,6 +31,13 @@ void ImpactSequence::find_touching(const Vector& q, const std::vector<ContactMod
     if (!was_closed && gap_[i] > scales_.nearly_touching(i)) continue;
     candidates_.push_back(i);
     if (was_closed || gap_[i] <= scales_.touching(i)) touching.push_back(i);
+  }
+}
+
+void ImpactSequence::add_touching(int contact, std::vector<int>& touching) {
+  for (auto* list : {&candidates_, &touching}) {
+    const auto at = std::ranges::lower_bound(*list, contact);
+    if (at == list->end() || *at != contact) list->insert(at, contact);
   }
 }
 
@@ -90,50 +97,74 @@ bool ImpactSequence::closes_now(int contact, const Vector& q, const Eigen::Ref<c
   return flight * law_.normal_velocity_scale(contact, w) <= ContactScales::kStageRounding * scales_.approach(contact);
 }
 
-/// S_k behind an impact, in together_: what it sends together is struck next, with what rests there unless the load
-/// pulls it apart. False when the load has no forces.
-bool ImpactSequence::find_next(const Vector& q, const Eigen::Ref<const Vector>& v,
-                               const Eigen::Ref<const Vector>& Lambda_n, const std::vector<int>& touching) {
-  together_.clear();
-  for (const int i : candidates_) {
-    if (approaches(i, v) && (Lambda_n[i] > 0 || closes_now(i, q, v))) together_.push_back(i);
-  }
-  if (together_.empty()) return true;
+bool ImpactSequence::rests(int contact, const Eigen::Ref<const Vector>& v) const {
+  return std::abs(law_.normal_velocity(contact, v)) <= scales_.no_approach(contact);
+}
+
+/// Adds contacts at rest to together_, unless the load pulls them apart. False when it has no forces.
+bool ImpactSequence::add_unless_pulled_apart(const std::vector<int>& contacts, const Vector& q,
+                                             const Eigen::Ref<const Vector>& v) {
+  if (contacts.empty()) return true;
   resting_.clear();
-  for (const int i : candidates_) {
-    const bool rests = std::abs(law_.normal_velocity(i, v)) <= scales_.no_approach(i);
-    if (!rests || std::ranges::count(together_, i) > 0) continue;
-    if (Lambda_n[i] > 0)
-      resting_.push_back({.contact = i});
-    else if (std::ranges::binary_search(touching, i))
-      together_.push_back(i);
+  for (const int i : contacts) resting_.push_back({.contact = i});
+  for (const int i : together_) {  // what holds them
+    if (rests(i, v)) resting_.push_back({.contact = i});
   }
-  if (!resting_.empty()) {
-    v_ = v;
-    if (law_.contact_forces(q, v_, resting_, struck_n_, struck_t_) != LcpStatus::solved) return false;
-    for (const auto& closed : resting_) {
-      if (!law_.is_pulled_apart(closed.contact)) together_.push_back(closed.contact);
-    }
+  std::ranges::sort(resting_, {}, &ImpactSolver::ClosedContact::contact);
+  v_ = v;
+  if (law_.contact_forces(q, v_, resting_, struck_n_, struck_t_) != LcpStatus::solved) return false;
+  for (const int i : contacts) {
+    if (!law_.is_pulled_apart(i)) together_.push_back(i);
   }
   std::ranges::sort(together_);
   return true;
 }
 
+/// S_1, in together_: empty where nothing approaches. False when the load has no forces.
+bool ImpactSequence::find_first(const Vector& q, const Eigen::Ref<const Vector>& v,
+                                const std::vector<ContactMode>* before, const std::vector<int>& touching) {
+  together_.clear();
+  may_open_.clear();
+  for (const int i : touching) {
+    const bool was_closed = before && is_closed((*before)[i]);
+    // Bodies that move side by side without a force drift by rounding of the stages.
+    if (!was_closed && law_.normal_velocity(i, v) > scales_.no_drift(i)) continue;
+    (was_closed || approaches(i, v) ? together_ : may_open_).push_back(i);
+  }
+  return !find_approaching(v) || add_unless_pulled_apart(may_open_, q, v);
+}
+
+/// S_k after an impact, in together_. False when the load has no forces.
+bool ImpactSequence::find_next(const Vector& q, const Eigen::Ref<const Vector>& v,
+                               const Eigen::Ref<const Vector>& Lambda_n, const std::vector<ContactMode>* before,
+                               const std::vector<int>& touching) {
+  together_.clear();
+  may_open_.clear();
+  for (const int i : candidates_) {
+    if (approaches(i, v) && (Lambda_n[i] > 0 || closes_now(i, q, v))) together_.push_back(i);
+  }
+  if (together_.empty()) return true;
+  for (const int i : candidates_) {
+    if (!rests(i, v) || std::ranges::count(together_, i) > 0) continue;
+    const bool was_closed = before && is_closed((*before)[i]);
+    if (Lambda_n[i] > 0 || (!was_closed && std::ranges::binary_search(touching, i)))
+      may_open_.push_back(i);
+    else if (was_closed)
+      together_.push_back(i);
+  }
+  std::ranges::sort(together_);
+  return add_unless_pulled_apart(may_open_, q, v);
+}
+
 ImpactSequence::Struck ImpactSequence::strike(const Vector& q, const std::vector<ContactMode>* before,
                                               std::vector<int>& touching, Eigen::Ref<Vector> v,
                                               Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {
-  const auto was_closed = [&](int i) { return before && is_closed((*before)[i]); };
   Struck struck;
   const auto failed = [&](Result result) {
     struck.result = result;
     return struck;
   };
-  together_.clear();
-  for (const int i : touching) {
-    // Bodies that move side by side without a force drift by rounding of the stages.
-    const bool parts = !was_closed(i) && law_.normal_velocity(i, v) > scales_.no_drift(i);
-    if (!parts) together_.push_back(i);
-  }
+  if (!find_first(q, v, before, touching)) return failed(Result::no_forces);
   while (find_approaching(v)) {
     struck.culprit = approaching_.front();
     if (++struck.n_impacts > kMaxImpacts) return failed(Result::accumulates);
@@ -146,7 +177,7 @@ ImpactSequence::Struck ImpactSequence::strike(const Vector& q, const std::vector
     see_impact(v);
     Lambda_n += struck_n_;
     Lambda_t += struck_t_;
-    if (!find_next(q, v, Lambda_n, touching)) return failed(Result::no_forces);
+    if (!find_next(q, v, Lambda_n, before, touching)) return failed(Result::no_forces);
   }
   if (struck.n_impacts == 0) return struck;
   for (const int i : candidates_) {

@@ -14,7 +14,8 @@ namespace ricochet {
 ///   v_0 = v-,   v_k from v_k-1 by Newton's law (1)-(3) of impact_solver.h at the contacts S_k,   v+ = v_K       (1)
 ///
 /// S_1: contacts that touch and do not part; S_k: those that the impact before has sent against each other, and those
-/// at rest there that the load does not pull apart. The last impact leaves no contact that approaches; of infinitely
+/// at rest there. Of contacts at rest that were open, or that have had an impulse, those that the load pulls apart take
+/// no part: they have opened by the time of the impact, however soon that follows. The last impact leaves no contact that approaches; of infinitely
 /// many what remains is rounding, which counts as rest. It is the limit of the motion, while one impact of all of them
 /// would be another motion wherever one of them is elastic.
 class ImpactSequence {
@@ -41,6 +42,8 @@ class ImpactSequence {
   /// @param before  modes of the contacts before this instant, or null at the start of a run: those that were closed
   /// touch. @param touching  out, ascending
   void find_touching(const Vector& q, const std::vector<ContactMode>* before, std::vector<int>& touching);
+  /// After find_touching(): a contact that closes, as far as its event is located.
+  void add_touching(int contact, std::vector<int>& touching);
   /// The same where it is known.
   void set_touching(const std::vector<int>& touching) { candidates_ = together_ = touching; }
   /// Contacts that touch, or are apart by no more than rounding of q.
@@ -64,14 +67,19 @@ class ImpactSequence {
   bool approaches(int contact, const Eigen::Ref<const Vector>& v) const;
   bool find_approaching(const Eigen::Ref<const Vector>& v);
   bool closes_now(int contact, const Vector& q, const Eigen::Ref<const Vector>& v);
+  bool rests(int contact, const Eigen::Ref<const Vector>& v) const;
+  bool find_first(const Vector& q, const Eigen::Ref<const Vector>& v, const std::vector<ContactMode>* before,
+                  const std::vector<int>& touching);
   bool find_next(const Vector& q, const Eigen::Ref<const Vector>& v, const Eigen::Ref<const Vector>& Lambda_n,
-                 const std::vector<int>& touching);
+                 const std::vector<ContactMode>* before, const std::vector<int>& touching);
+  bool add_unless_pulled_apart(const std::vector<int>& contacts, const Vector& q, const Eigen::Ref<const Vector>& v);
 
   const Problem& problem_;
   ContactScales& scales_;
   ImpactSolver& law_;
   std::vector<int> candidates_;
   std::vector<int> together_, approaching_;  // of them those of one impact, and those that it has to stop
+  std::vector<int> may_open_;                // contacts at rest, if the load pulls them apart
   std::vector<ImpactSolver::ClosedContact> resting_;
   Vector struck_n_, struck_t_;  // impulses of one impact
   Vector gap_, v_;
