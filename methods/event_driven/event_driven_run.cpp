@@ -196,8 +196,8 @@ bool EventDrivenRun::reach(Happening& event, double& h) {
     event.slope = functions_.slope(event, ends_.q1.data(), ends_.v1.data());
     const double dt = -functions_.value(event, ends_.q1.data(), ends_.v1.data()) / event.slope;
     const bool holds = dt * dt * (ends_.a1.lpNorm<Eigen::Infinity>() + jerk) <= kLanding * tolerance_;  // (2)
-    if (!(std::abs(dt) < h)) return holds;
-    if (!holds) {
+    if (!(dt > -h)) return holds;  // before the left end
+    if (!holds || dt >= h) {
       h += dt;
       continue;
     }

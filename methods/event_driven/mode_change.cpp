@@ -110,10 +110,7 @@ ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector
   touching_.clear();
   beginning_.clear();
   impacts_.find_touching(q, before, touching_);
-  if (cause.kind == Kind::gap_closes && std::ranges::count(touching_, cause.contact) == 0) {
-    touching_.push_back(cause.contact);
-    std::ranges::sort(touching_);
-  }
+  if (cause.kind == Kind::gap_closes) impacts_.add_touching(cause.contact, touching_);
   v_minus_ = v;
   Outcome outcome;
   std::vector<ContactMode>& next = modes_;
