@@ -8,6 +8,7 @@ namespace {
 
 // Impacts at one instant that lose this few of their velocity are not followed to their end.
 constexpr int kMaxImpacts = 10000;
+constexpr double kLoad = 1e-9;  // of the approach: what a load that is none changes within the end time
 
 }  // namespace
 
@@ -114,7 +115,9 @@ bool ImpactSequence::add_unless_pulled_apart(const std::vector<int>& contacts, c
   v_ = v;
   if (law_.contact_forces(q, v_, resting_, struck_n_, struck_t_) != LcpStatus::solved) return false;
   for (const int i : contacts) {
-    if (!law_.is_pulled_apart(i)) together_.push_back(i);
+    // Where the load vanishes what is left of it is rounding of q.
+    const bool is_load = law_.gap_acceleration(i) * problem_.info().end_time > kLoad * scales_.approach(i);
+    if (!is_load || !law_.is_pulled_apart(i)) together_.push_back(i);
   }
   std::ranges::sort(together_);
   return true;

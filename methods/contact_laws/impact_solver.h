@@ -84,8 +84,10 @@ class ImpactSolver {
   /// Whether the load and the forces pull a closed contact apart; behind contact_forces(). Bodies that fall together
   /// need no force, and still touch.
   bool is_pulled_apart(int contact) const {
-    return operator_.dot(contact, 0, w_) + bias_[contact] > ContactScales::kStageRounding * load_size_[contact];
+    return gap_acceleration(contact) > ContactScales::kStageRounding * load_size_[contact];
   }
+  /// Of a closed contact, with the load and the forces; behind contact_forces().
+  double gap_acceleration(int contact) const { return operator_.dot(contact, 0, w_) + bias_[contact]; }
   /// M^-1 f_v at (q, v), without contact forces.
   const Vector& free_acceleration(const Vector& q, const Vector& v);
 
