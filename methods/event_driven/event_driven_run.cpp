@@ -382,8 +382,9 @@ bool EventDrivenRun::start_slip() {
       if (!accelerate()) return false;
       slip_start_->hold(contacts, angles_twice);
       if (!dynamics_.accelerate(ends_.q1.data(), ends_.v1.data(), ends_.a1.data())) return stop_undetermined();
-      const Happening event = functions_.find(ends_);
-      accepted = !event || event.theta * h < kShortestStart * T_ || event.theta > 1 - 1e-9;
+      const Happening event = functions_.find(ends_, contacts);
+      const bool is_at_once = event.theta * h < kShortestStart * T_ && h < 10 * kShortestStart * T_;
+      accepted = !event || is_at_once || event.theta > 1 - 1e-9;
       if (!accepted && t_ + h > t_ && event.theta > 0.1)
         h *= std::min(0.9, 0.99 * event.theta);
       else if (!accepted)
@@ -427,12 +428,8 @@ bool EventDrivenRun::sample_start(double h, const Vector& angles, const std::vec
   return sample_until(t_ + h, reach);
 }
 
-/// The same with derivatives, which explicit steps alone have: with the direction that slip has in the middle of a short
-/// step, held over the whole of it, the error is of third order in the velocity.
-bool EventDrivenRun::start_slip_at_held_directions() {
-  const auto& contacts = mode_change_.beginning();
-  const double h = std::min(kHeldStart * std::cbrt(tolerance_) * T_, T_ - t_);
-  if (!accelerate()) return false;
+/// Directions of slip as they are in the middle of a step of length h [s]. False where the iteration does not converge.
+bool EventDrivenRun::hold_middle_directions(const std::vector<int>& contacts, double h) {
   bool converged = false;
   for (int sweep = 0; sweep < kMaxTurns && !converged; ++sweep) {
     converged = true;
@@ -461,9 +458,24 @@ bool EventDrivenRun::start_slip_at_held_directions() {
       }
     }
   }
-  if (!converged || !step_.take(h, nullptr))
-    return stop(Status::inner_solver_failed, fmt::format("no motion follows the begin of slip at contact '{}'",
-                                                         info_.contacts[contacts.front()].name));
+  return converged;
+}
+
+/// The same with derivatives, which explicit steps alone have: with the direction that slip has in the middle of a short
+/// step, held over the whole of it, the error is of third order in the velocity.
+bool EventDrivenRun::start_slip_at_held_directions() {
+  const auto& contacts = mode_change_.beginning();
+  double h = std::min(kHeldStart * std::cbrt(tolerance_) * T_, T_ - t_);
+  if (!accelerate()) return false;
+  functions_.begin(ends_.q0.data(), ends_.v0.data());
+  for (bool is_free = false; !is_free;) {  // no other contact changes its mode
+    if (!hold_middle_directions(contacts, h) || !step_.take(h, nullptr) || !step_.finish())
+      return stop(Status::inner_solver_failed, fmt::format("no motion follows the begin of slip at contact '{}'",
+                                                           info_.contacts[contacts.front()].name));
+    const Happening event = functions_.find(ends_, contacts);
+    is_free = !event || event.theta > 1 - 1e-9 || h < 10 * kShortestStart * T_;
+    if (!is_free) h *= std::clamp(0.9 * event.theta, 0.1, 0.9);
+  }
   if (!sensitivity_->take_slip_start(ends_, h, contacts)) return stop_undetermined();
   if (!sample_until(t_ + h)) return false;
   ends_.q0 = ends_.q1;

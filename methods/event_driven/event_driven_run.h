@@ -56,6 +56,7 @@ class EventDrivenRun {
   bool change_modes(const Happening& cause);
   bool vary_event();
   bool start_slip();
+  bool hold_middle_directions(const std::vector<int>& contacts, double h);
   bool start_slip_at_held_directions();
   bool has_started(const std::vector<int>& contacts);
   bool sample_start(double h, const Vector& angles, const std::vector<int>& contacts);

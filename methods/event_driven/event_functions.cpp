@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "problems/packed_column.h"
 
@@ -369,13 +370,14 @@ bool EventFunctions::stays_open(const Function& f, const StepEnds& ends) const {
   return gap.smallest() >= gap.error();
 }
 
-Happening EventFunctions::find(const StepEnds& ends) {
+Happening EventFunctions::find(const StepEnds& ends, const std::vector<int>& beginning) {
   evaluate(ends.q1.data(), ends.v1.data());
   is_exact_ = true;
   bool is_near = false;
   for (Function& f : functions_) {
     f.is_near = f.kind == Kind::gap_closes && !stays_open(f, ends);
     is_near = is_near || f.is_near;
+    f.begins = f.kind == Kind::slip_stops && std::ranges::count(beginning, f.contact) > 0;
   }
   if (is_near) {
     ends.bernstein(gaps_.path(), gaps_.path_error());
@@ -387,7 +389,7 @@ Happening EventFunctions::find(const StepEnds& ends) {
       if (f.is_near) find_closing(f, ends, first);
       continue;
     }
-    if (f.right >= 0 || (f.from_zero && f.right >= -rounding(f))) continue;
+    if (f.begins || f.right >= 0 || (f.from_zero && f.right >= -rounding(f))) continue;
     if (!f.from_zero) {
       search(f, 0, f.left, 1, f.right, ends, first);
       continue;
@@ -447,7 +449,7 @@ void EventFunctions::find_hidden(const StepEnds& ends, Happening& first) {
   for (std::size_t k = 0; k < load_function_.size(); ++k) {
     const Function& f = functions_[load_function_[k]];
     LoadSearch::Function& load = loads_->functions()[k];
-    load.slack = hidden_slack(f);
+    load.slack = f.begins ? std::numeric_limits<double>::infinity() : hidden_slack(f);
     if (f.kind != Kind::slip_stops) continue;
     const auto& info = info_.contacts[f.contact];
     for (int d = 0; d < info.n_t; ++d) load.direction[d] = direction_[info.tangent_index + d];
@@ -462,8 +464,8 @@ void EventFunctions::find_hidden(const StepEnds& ends, Happening& first) {
   if (!first && !fall && loads_->is_near_zero()) is_exact_ = false;
   const double before = first ? first.theta : 2;
   for (std::size_t k = 0; fall && k < load_function_.size(); ++k) {
-    if (!loads_->has_fallen(k)) continue;
     const Function& f = functions_[load_function_[k]];
+    if (!loads_->has_fallen(k)) continue;
     const double at_from = at(f, fall.from, ends), at_to = at(f, fall.to, ends);
     if (at_from > 0)
       search(f, fall.from, at_from, fall.to, at_to, ends, first);
@@ -482,7 +484,7 @@ void EventFunctions::find_sampled(const StepEnds& ends, Happening& first) {
     if (!dynamics_.accelerate(q_.data(), v_.data(), a_.data())) return;
     set_positions(q_.data());
     for (const Function& f : functions_) {
-      if (f.kind == Kind::gap_closes || f.from_zero) continue;
+      if (f.kind == Kind::gap_closes || f.from_zero || f.begins) continue;
       const double value = function(f, v_.data());
       if (value >= -hidden_slack(f)) continue;
       const double from = theta - 1.0 / kSamples, at_from = at(f, from, ends);

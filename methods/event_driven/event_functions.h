@@ -67,8 +67,9 @@ class EventFunctions {
   /// Behind each: the dynamics has its forces. @param c  of the stage
   void see_stage(double c);
 
-  /// The first zero in the step; the dynamics has the forces of the right end.
-  Happening find(const StepEnds& ends);
+  /// The first zero in the step; the dynamics has the forces of the right end. @param beginning  contacts whose slip begins
+  /// with the step: its end is not looked for
+  Happening find(const StepEnds& ends, const std::vector<int>& beginning = {});
   /// Whether the interpolation of the step that find() has seen is exact enough to tell that no gap closes.
   bool is_exact() const { return is_exact_; }
   /// The right end of the last step, which find() has seen, becomes the left end. @param v  there
@@ -102,6 +103,7 @@ class EventFunctions {
     double left = 0, right = 0;
     bool from_zero = false;  ///< at the left end it is zero up to rounding
     bool is_near = false;    ///< a gap that the ends of the step do not show to stay open
+    bool begins = false;     ///< slip that begins with the step
   };
 
   void pass(const double* q, const double* v);
