@@ -30,7 +30,7 @@ ModeChange::ModeChange(const Problem& problem, ContactScales& scales, ModeDynami
   for (auto* list : {&touching_, &beginning_}) list->reserve(modes_.size());
   closed_.reserve(modes_.size());
   Lambda_n_.setZero(info_.n_c());
-  lambda_n_ = bias_ = Lambda_n_;
+  lambda_n_ = bias_ = gap_acceleration_ = Lambda_n_;
   Lambda_t_.setZero(info_.n_lambda_t);
   lambda_t_ = Lambda_t_;
   v_minus_.setZero(info_.n_q);
@@ -59,11 +59,11 @@ bool ModeChange::hops(int contact, const Vector& q, const Vector& v) {
 }
 
 /// (2)
-bool ModeChange::is_pressed_at_once(int contact, const Vector& q, const Vector& v) {
-  const double a = free_gap_acceleration(contact, q, v);
+bool ModeChange::is_pressed_at_once(int contact, double a, const Vector& q, const Vector& v) {
+  const double free = free_gap_acceleration(contact, q, v);
   const Vector w = law_.free_acceleration(q, v);
   const double dt = kSoon * info_.end_time;
-  const double change = free_gap_acceleration(contact, q + dt * v, v + dt * w) - a;
+  const double change = free_gap_acceleration(contact, q + dt * v, v + dt * w) - free;
   if (change >= -ContactScales::kStageRounding * law_.normal_velocity_scale(contact, w)) return false;
   const double jerk = change / dt;
   return a <= 0 || 2 * a * a * a <= 3 * jerk * jerk * kLow * scales_.nearly_touching(contact);
@@ -141,11 +141,12 @@ ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector
     }
     if (!closed_.empty() && law_.contact_forces(q, v, closed_, lambda_n_, lambda_t_) != LcpStatus::solved)
       return failed(Status::infeasible, "the contact law has no solution", closed_.front().contact);
+    for (const auto& closed : closed_) gap_acceleration_[closed.contact] = law_.gap_acceleration(closed.contact);
     law_.decide_unloaded(q, v, closed_, lambda_n_, lambda_t_);
   }
   for (auto& closed : closed_) {
     if (closed.mode == ContactMode::open && info_.contacts[closed.contact].n_t == 0 &&
-        is_pressed_at_once(closed.contact, q, v))
+        is_pressed_at_once(closed.contact, gap_acceleration_[closed.contact], q, v))
       closed.mode = ContactMode::closed;
   }
   for (int i = 0; i < info_.n_c(); ++i)

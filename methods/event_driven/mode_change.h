@@ -23,7 +23,7 @@ namespace ricochet {
 /// ends an accumulation of impacts; its rebound is taken away with the friction impulse that belongs to it
 /// (ModeDynamics::project). The load of the next moment decides about a contact without one
 /// (ImpactSolver::decide_unloaded). A contact without friction that separates, but is pressed in the next moment, stays
-/// closed: with the acceleration a and the jerk j of its gap without a force,
+/// closed: with the acceleration a and the jerk j of its gap without a force of its own,
 ///
 ///   j < 0,   a <= 0 or 2 a^3 <= 3 j^2 (rounding of the gap)                               (2)
 ///
@@ -56,7 +56,7 @@ class ModeChange {
                   const Vector& v_minus, const std::vector<int>& stopped);
   bool is_low(int contact, const Vector& q, const Vector& v_minus);
   double free_gap_acceleration(int contact, const Vector& q, const Vector& v);
-  bool is_pressed_at_once(int contact, const Vector& q, const Vector& v);
+  bool is_pressed_at_once(int contact, double a, const Vector& q, const Vector& v);
   bool hops(int contact, const Vector& q, const Vector& v);
 
   const Problem& problem_;
@@ -68,7 +68,7 @@ class ModeChange {
   std::vector<int> touching_, beginning_;
   std::vector<ContactMode> modes_;
   std::vector<ImpactSolver::ClosedContact> closed_;
-  Vector Lambda_n_, Lambda_t_, lambda_n_, lambda_t_, v_minus_, bias_;
+  Vector Lambda_n_, Lambda_t_, lambda_n_, lambda_t_, v_minus_, bias_, gap_acceleration_;
 };
 
 }  // namespace ricochet
