@@ -316,8 +316,11 @@ bool EventDrivenRun::change_modes(const Happening& cause) {
   if (sensitivity_ && !vary_event()) return false;
   if (!mode_change_.beginning().empty() && t_ < T_ && !start_slip()) return false;
   if (!accelerate()) return false;
-  if (info_.n_c() > 0) functions_.begin(ends_.q0.data(), ends_.v0.data());
-  return true;
+  if (info_.n_c() == 0) return true;
+  functions_.begin(ends_.q0.data(), ends_.v0.data());
+  const int contact = functions_.contradicted();
+  return contact < 0 || stop(Status::inner_solver_failed, fmt::format("the force of contact '{}' contradicts its mode",
+                                                                      info_.contacts[contact].name));
 }
 
 /// The derivatives go through what has happened.

@@ -15,9 +15,10 @@ constexpr double kLocated = 1e-9;  // of the step: the root of the interpolation
 constexpr int kMaxIterations = 60;
 // Up to this part of a step that begins at the surface, the interpolation may be wrong by this part of the gap there.
 constexpr double kBegin = 0.125, kOfBegin = 0.01;
-constexpr double kNoForce = 1e-8;  // of a force that is as good as none where the cone is reached
-constexpr int kSamples = 16;       // of functions without bounds, in a step
-constexpr int kMaxHalvings = 50;   // in search of a point after a zero at the left end
+constexpr double kContradicts = 0.01;  // of a force
+constexpr double kNoForce = 1e-8;      // of a force that is as good as none where the cone is reached
+constexpr int kSamples = 16;           // of functions without bounds, in a step
+constexpr int kMaxHalvings = 50;       // in search of a point after a zero at the left end
 // Speed of slip in space that is left to the run, over the root of the tolerance and the size of slip.
 constexpr double kStop = 0.03;
 
@@ -196,6 +197,14 @@ void EventFunctions::begin(const double* q, const double* v) {
   }
   list_loads(q, v);
   pass(q, v);
+}
+
+int EventFunctions::contradicted() const {
+  for (const Function& f : functions_) {
+    const bool is_of_forces = f.kind == Kind::force_vanishes || f.kind == Kind::cone_reached;
+    if (is_of_forces && f.left < -kContradicts * scales_.force(f.contact)) return f.contact;
+  }
+  return -1;
 }
 
 /// The functions that are searched within steps, and how.

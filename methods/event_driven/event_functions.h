@@ -61,6 +61,9 @@ class EventFunctions {
   /// dynamics has.
   void begin(const double* q, const double* v);
   bool has_forces() const { return !dynamics_.closed().empty(); }
+  /// A contact whose force contradicts its mode at the left end by more than what a flight lower than rounding explains:
+  /// it pulls, or sticks outside its cone. -1: none.
+  int contradicted() const;
 
   /// Before the stages of a step.
   void begin_step() { lowest_stage_ = 2; }
