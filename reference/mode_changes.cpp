@@ -219,6 +219,7 @@ bool ModeChanges::follow_impacts(double t, Instant& instant, Solution& solution)
     total.normal += impact.normal;
     if (!problem_.info().has_friction()) continue;
     total.tangential += impact.tangential;
+    std::ranges::fill(total.modes, ContactMode::open);  // a later impact may move what stuck in this one
     for (std::size_t m = 0; m < meeting.size(); ++m) {
       const auto at = std::ranges::find(instant.touching, meeting[m]) - instant.touching.begin();
       total.modes[static_cast<std::size_t>(at)] = impact.modes[m];

@@ -31,6 +31,13 @@ constexpr const char* kPushed = R"json({
                {"name": "smooth", "gap": "q[3]", "e": 0, "mu": 0.1, "Jt": [[0, 0, 1, 0]]},
                {"name": "side", "gap": "q[2]-q[0]", "e": 0}]})json";
 
+constexpr const char* kTight = R"json({
+  "params": {"r": "0.05", "m": "1.4"}, "q0": ["r", "r", 0], "v0": [0.44, -0.31, 0], "T": 0.01,
+  "M": [["m", 0, 0], [0, "m", 0], [0, 0, "m*r**2/2"]], "f": [0, "-m*9.81", 0],
+  "contacts": [{"name": "ground", "gap": "q[1]-r", "e": 0.25},
+               {"name": "left", "gap": "q[0]-r", "e": 0, "mu": 0.05, "Jt": [[0, 1, "-r"]]},
+               {"name": "right", "gap": "r-q[0]", "e": 1, "mu": 0.6, "Jt": [[0, 1, "r"]]}]})json";
+
 std::string beside_rest_name(const char* method, double tolerance) {
   std::string name = fmt::format("{}_{:g}", method, tolerance);
   for (char& c : name) {
@@ -84,6 +91,22 @@ TEST_P(ImpactBetweenOpening, LeavesOutWhatTheLoadOpens) {
   const double t = 0.1;
   const Vector v = Eigen::Vector3d(0.3 - t, 0.3, 0.5), q = Eigen::Vector3d(0.3 * t - 0.5 * t * t, 0.3 * t, 0.5 * t);
   EXPECT_LE((s.v - v).norm() + (s.q - q).norm(), 1e-8);  // 100 tolerances: errors of steps add up
+}
+
+/// A disc without room between two walls strikes the ground and the right wall, on which it sticks. From there it strikes
+/// the left wall, whose friction makes it slip on the right one again.
+TEST_P(ImpactBetweenOpening, StickingEndsWithTheNextImpact) {
+  const auto problem = read_scene_text(kTight, "tight");
+  Settings settings;
+  settings.tolerance = 1e-10;
+  const Solution s = make_method(GetParam())->solve(*problem, settings);
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  // The ground keeps its law, v_y+ = 0.25 * 0.31, and the right wall's friction stops v_y + r omega = v_y there.
+  const double r = 0.05, v_y = 0.25 * 0.31, omega = -v_y / r;
+  // Left: slip v_y - r omega = 2 v_y > 0, Lambda_n = 0.44 m, friction down by mu Lambda_n, which turns the disc, too.
+  const double change = 0.05 * 0.44, t = 0.01;
+  EXPECT_NEAR(s.v[1], v_y - change - 9.81 * t, 1e-8);
+  EXPECT_NEAR(s.v[2], omega + 2 * change / r, 1e-8);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ImpactBetweenOpening,
