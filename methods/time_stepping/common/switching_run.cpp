@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "methods/contact_laws/gap_cubic.h"
 #include "problems/packed_column.h"
 
 namespace ricochet {
@@ -13,7 +12,6 @@ namespace {
 
 constexpr std::int64_t kMaxSteps = 10'000'000;
 constexpr double kGapRounding = 1e-13;   // of gaps and ways
-constexpr int kPartsOfWay = 16;          // of a step on which a contact may have been passed
 constexpr double kTimeRounding = 1e-14;  // of the end time: steps that end this close to a time end there
 
 }  // namespace
@@ -32,8 +30,7 @@ SwitchingRun::SwitchingRun(const Problem& problem, const Settings& settings, con
       J_n_(Vector::Zero(problem.info().n_normal_entries)),
       gaps_before_{Vector::Zero(problem.n_c()), Vector::Zero(problem.n_c())},
       gaps_(gaps_before_),
-      q_between_(Vector::Zero(problem.n_q())),
-      gap_between_(Vector::Zero(problem.n_c())),
+      gap_search_(problem, 3),
       single_(shortest_),
       series_end_(-T_) {}
 
@@ -71,35 +68,31 @@ void SwitchingRun::evaluate(const MoreauExtrapolation::State& state, Gaps& gaps)
   }
 }
 
-/// A contact closes and opens again within a step of length `h` that has just been taken: the cubic through both ends
-/// has a negative minimum, or the gap is negative on the way. Bodies that are thinner than a part of the way pass.
+/// Whether an open contact has closed within a step of length `h` that has just been taken, and may have opened again, on
+/// the cubic through the states at both ends. What is left of a penetration where it opened is none.
 bool SwitchingRun::has_passed(double h) {
-  if (problem_.info().unilateral.empty()) return false;
+  const auto& unilateral = problem_.info().unilateral;
+  modes_ = before_.modes;
+  for (const int i : unilateral) {
+    if (is_closed(state_.modes[i])) modes_[i] = state_.modes[i];
+  }
+  const auto is_open = [&](int i) { return !is_closed(modes_[i]); };
+  if (std::ranges::none_of(unilateral, is_open)) return false;
   evaluate(before_, gaps_before_);
   evaluate(state_, gaps_);
-  bool may_have = false;
-  for (const int i : problem_.info().unilateral) {
-    if (!comes_and_goes(i)) continue;
-    may_have = true;
+  Matrix& path = gap_search_.path();
+  path.col(0) = before_.q;
+  path.col(1) = before_.q + h / 3 * before_.v;
+  path.col(2) = state_.q - h / 3 * state_.v;
+  path.col(3) = state_.q;
+  gap_search_.begin(modes_);
+  return std::ranges::any_of(unilateral, [&](int i) {
     const double left = gaps_before_.gap[i], right = gaps_.gap[i];
-    const double fall = h * gaps_before_.rate[i], rise = h * gaps_.rate[i];
-    const GapCubic gap(left, fall, right, rise);
-    if (gap(gap.minimum()) < -kGapRounding * (left + right - fall + rise)) return true;
-  }
-  for (int k = 1; may_have && k < kPartsOfWay; ++k) {
-    between_ends(h, static_cast<double>(k) / kPartsOfWay, q_between_);
-    problem_.gap(q_between_.data(), gap_between_.data());
-    for (const int i : problem_.info().unilateral) {
-      if (comes_and_goes(i) && gap_between_[i] < -kGapRounding * (gaps_before_.gap[i] + gaps_.gap[i])) return true;
-    }
-  }
-  return false;
-}
-
-/// An open contact whose gap shrinks at the begin of a step and grows at its end.
-bool SwitchingRun::comes_and_goes(int i) const {
-  return !is_closed(before_.modes[i]) && !is_closed(state_.modes[i]) && gaps_before_.gap[i] > 0 && gaps_.gap[i] > 0 &&
-         gaps_before_.rate[i] < 0 && gaps_.rate[i] > 0;
+    if (!is_open(i)) return false;
+    const double way = h * (std::abs(gaps_before_.rate[i]) + std::abs(gaps_.rate[i]));
+    const double rounding = kGapRounding * (std::abs(left) + right + way);
+    return bool(gap_search_.first_closing(i, {.gap = std::max(rounding, -2 * left), .rounding = rounding}));
+  });
 }
 
 /// q on the cubic with the velocities at both ends of a step of length `h`, s of it behind its begin.

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <string>
+#include <vector>
 
+#include "methods/contact_laws/gap_search.h"
 #include "methods/method.h"
 #include "methods/time_limit.h"
 #include "methods/time_stepping/common/moreau_extrapolation.h"
@@ -58,7 +60,6 @@ class SwitchingRun {
   Solution finish();
   void evaluate(const MoreauExtrapolation::State& state, Gaps& gaps);
   bool has_passed(double h);
-  bool comes_and_goes(int contact) const;
   void between_ends(double h, double s, Vector& q) const;
   void advance(double end);
   void record_piece(double begin, int degree);
@@ -73,7 +74,8 @@ class SwitchingRun {
   MoreauExtrapolation::State state_, before_;
   Vector J_n_;
   Gaps gaps_before_, gaps_;
-  Vector q_between_, gap_between_;
+  GapSearch gap_search_;
+  std::vector<ContactMode> modes_;      // open where a contact is so at both ends of a step
   double t_ = 0, single_, series_end_;  // [s]; of the last series of single steps
 };
 
