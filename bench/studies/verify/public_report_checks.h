@@ -29,7 +29,8 @@ struct PublicReportRule {
   double tolerance;
   double error;             ///< of fixed steps, relative to the size of the answer
   double factor;            ///< of error-controlled methods: times the tolerance of the answer and its size
-  double multistep_factor;  ///< of CVODE and IDA, whose tolerance is of a step and whose steps are thousands
+  double multistep_factor;  ///< of CVODE and IDA, whose tolerance is of one step of thousands, and
+                            ///< of methods of order 1 at impacts, whose tolerance is of the time of an impact
 };
 
 /// The start of the reason of a run that found no answer, and of an answer that is shown only.
