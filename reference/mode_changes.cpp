@@ -185,10 +185,11 @@ bool ModeChanges::leave_out_opening(double t, const Instant& instant, const Vect
   const Vector& a = decision.motion;
   const Vector apart = J.transpose() * a + problem_.gap_acceleration_bias(solution.q, solution.v);
   const Vector size = J.cwiseAbs().transpose() * a.cwiseAbs();
-  for (const int i :
-       resting) {  // without a load a gap stays closed, and its mode is rounding; so is a load that vanishes
+  for (std::size_t k = 0; k < resting.size(); ++k) {
+    const int i = resting[k];
+    // Without a load a gap stays closed, and its mode is rounding; so is a load that vanishes.
     const bool is_load = apart[i] > kSame * std::max(size[i], rate_size[i] / problem_.info().end_time);
-    if (may_open(i) && is_load) std::erase(meeting, i);
+    if (may_open(i) && is_load && !is_closed(decision.modes[k])) std::erase(meeting, i);
   }
   return true;
 }

@@ -114,10 +114,13 @@ bool ImpactSequence::add_unless_pulled_apart(const std::vector<int>& contacts, c
   std::ranges::sort(resting_, {}, &ImpactSolver::ClosedContact::contact);
   v_ = v;
   if (law_.contact_forces(q, v_, resting_, struck_n_, struck_t_) != LcpStatus::solved) return false;
-  for (const int i : contacts) {
-    // Where the load vanishes what is left of it is rounding of q.
+  for (const auto& closed : resting_) {
+    const int i = closed.contact;
+    if (std::ranges::count(contacts, i) == 0) continue;
+    // Where the load vanishes what is left of it is rounding of q; where it presses, that of a light body's acceleration.
     const bool is_load = law_.gap_acceleration(i) * problem_.info().end_time > kLoad * scales_.approach(i);
-    if (!is_load || !law_.is_pulled_apart(i)) together_.push_back(i);
+    const bool opens = closed.mode == ContactMode::open && is_load && law_.is_pulled_apart(i);
+    if (!opens) together_.push_back(i);
   }
   std::ranges::sort(together_);
   return true;

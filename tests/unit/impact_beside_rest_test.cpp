@@ -126,5 +126,26 @@ TEST_P(ImpactBetweenOpening, FrictionPullsBlocksApart) {
   EXPECT_NEAR(s.v[2], 1 - t, 1e-8);
 }
 
+/// A heavy body falls on another one, which a light one holds above the floor: the load presses them together, however
+/// large rounding of the light one's acceleration is.
+TEST(ImpactBesideRest, OfAHeavyBodyOnALightOne) {
+  const auto problem = read_scene_text(R"json({
+      "q0": [0, 0, 0], "v0": [0, 0, -0.11], "T": 0.01, "M": [["1e-3", 0, 0], [0, "1e3", 0], [0, 0, "1e3"]],
+      "f": ["-9.81e-3", "-9.81e3", "-9.81e3"],
+      "contacts": [{"name": "floor", "gap": "q[0]", "e": 0.6}, {"name": "lower", "gap": "q[1]-q[0]", "e": 0.2},
+                   {"name": "upper", "gap": "q[2]-q[1]", "e": 1}]})json",
+                                       "pile");
+  for (const char* method :
+       {"event_driven", "fesd_adaptive:radau-iia:4", "fesd:radau-iia:3,elements=as_needed", "cvode:adams", "ida"}) {
+    Settings settings;
+    settings.tolerance = 1e-10;
+    settings.steps = 1000;
+    const Solution s = make_method(method)->solve(*problem, settings);
+    ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
+    EXPECT_NEAR(s.v[1], 0, 1e-8) << method;  // 100 tolerances: errors of steps add up
+    EXPECT_NEAR(s.v[2], 0.11 - 9.81 * 0.01, 1e-8) << method;
+  }
+}
+
 }  // namespace
 }  // namespace ricochet
