@@ -52,7 +52,8 @@ class StepWatch {
   std::optional<double> first_root(double from, double to, Roots& found);
   /// For the next step from (t, q, v) [s]; 0 is no limit. A force that depends on time is looked at ahead: with q and v
   /// held, steps end before a part of the time in which five values do not explain its bounds or are not smooth, as in a
-  /// short pulse, and are no longer than its pieces within. @param planned  length of the step that the integrator would take [s]
+  /// short pulse, and are no longer than its pieces within.
+  /// @param planned  length of the step that the integrator would take [s]
   double longest_step(double t, double planned, const Vector& q, const Vector& v);
 
  private:

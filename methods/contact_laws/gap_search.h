@@ -45,7 +45,7 @@ namespace ricochet {
 ///
 ///   |m_d| + |m_d-1| / 4,   the second term for d > 3 alone                                         (7)
 ///
-/// Of a body in free flight they are rounding: however small its bounce, the next impact is not within the error.
+/// For a body in free flight, (7) is rounding, so that the next impact is found however small the bounce is.
 ///
 /// A problem without bounds has estimates in their place: J_n at the ends and in the middle of a piece, and as much again
 /// as they differ, in (5) and (6). That is no proof, but no path is long compared with the gaps it passes.

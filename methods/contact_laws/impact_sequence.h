@@ -15,9 +15,9 @@ namespace ricochet {
 ///
 /// S_1: contacts that touch and do not part; S_k: those that the impact before has sent against each other, and those
 /// at rest there. Of contacts at rest that were open, or that have had an impulse, those that the load pulls apart take
-/// no part: they have opened by the time of the impact, however soon that follows. The last impact leaves no contact that approaches; of infinitely
-/// many what remains is rounding, which counts as rest. It is the limit of the motion, while one impact of all of them
-/// would be another motion wherever one of them is elastic.
+/// no part: they have opened by the time of the impact, however soon that follows. The last impact leaves no contact that
+/// approaches; of infinitely many what remains is rounding, which counts as rest. It is the limit of the motion, while
+/// one impact of all of them would be another motion wherever one of them is elastic.
 class ImpactSequence {
  public:
   /// All of them have to outlive this. @param law  prepared by its owner, for candidates() behind find_touching()
@@ -42,10 +42,10 @@ class ImpactSequence {
   /// @param before  modes of the contacts before this instant, or null at the start of a run: those that were closed
   /// touch. @param touching  out, ascending
   void find_touching(const Vector& q, const std::vector<ContactMode>* before, std::vector<int>& touching);
-  /// After find_touching(): a contact that closes, as far as its event is located.
-  void add_touching(int contact, std::vector<int>& touching);
   /// The same where it is known.
   void set_touching(const std::vector<int>& touching) { candidates_ = together_ = touching; }
+  /// After find_touching(): adds a contact whose closing has been located.
+  void add_touching(int contact, std::vector<int>& touching);
   /// Contacts that touch, or are apart by no more than rounding of q.
   const std::vector<int>& candidates() const { return candidates_; }
 

@@ -86,7 +86,7 @@ class ImpactSolver {
   bool is_pulled_apart(int contact) const {
     return gap_acceleration(contact) > ContactScales::kStageRounding * load_size_[contact];
   }
-  /// Of a closed contact, with the load and the forces; behind contact_forces().
+  /// Gap acceleration of a closed contact under the load and the contact forces [m/s^2]; after contact_forces().
   double gap_acceleration(int contact) const { return operator_.dot(contact, 0, w_) + bias_[contact]; }
   /// M^-1 f_v at (q, v), without contact forces.
   const Vector& free_acceleration(const Vector& q, const Vector& v);

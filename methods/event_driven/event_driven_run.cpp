@@ -464,7 +464,7 @@ bool EventDrivenRun::hold_middle_directions(const std::vector<int>& contacts, do
   return converged;
 }
 
-/// The same with derivatives, which explicit steps alone have: with the direction that slip has in the middle of a short
+/// start_slip() with derivatives, which explicit steps alone have: with the direction that slip has in the middle of a short
 /// step, held over the whole of it, the error is of third order in the velocity.
 bool EventDrivenRun::start_slip_at_held_directions() {
   const auto& contacts = mode_change_.beginning();

@@ -473,8 +473,8 @@ void EventFunctions::find_hidden(const StepEnds& ends, Happening& first) {
   if (!first && !fall && loads_->is_near_zero()) is_exact_ = false;
   const double before = first ? first.theta : 2;
   for (std::size_t k = 0; fall && k < load_function_.size(); ++k) {
-    const Function& f = functions_[load_function_[k]];
     if (!loads_->has_fallen(k)) continue;
+    const Function& f = functions_[load_function_[k]];
     const double at_from = at(f, fall.from, ends), at_to = at(f, fall.to, ends);
     if (at_from > 0)
       search(f, fall.from, at_from, fall.to, at_to, ends, first);

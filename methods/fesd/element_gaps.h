@@ -19,8 +19,8 @@ namespace ricochet {
 ///
 /// GapSearch proves (1) or finds the first closing. Where a contact has touched at the left end, q(s) has an error before
 /// the first stage that is a part of the gap there, however small both are; so up to the first stage (1) may be broken by
-/// a hundredth of the gap at that stage, and by no more than (7) of gap_search.h. A contact that opens without a load may have a negative gap there, as in
-/// SignConditions::check().
+/// a hundredth of the gap at that stage, and by no more than (7) of gap_search.h. A contact that opens without a load may
+/// have a negative gap there, as in SignConditions::check().
 class ElementGaps {
  public:
   /// @param scales  what rounding of the gaps is relative to; read at every call

@@ -98,12 +98,12 @@ Solution AdaptiveRun::solve() {
     return error_(element, moving_, settings_.tolerance) <= kHopeless;
   };
   while (t_ < T_) {
-    const Attempt attempt = next_attempt();
-    PivotingSolver::ElementStep step{.status = Status::time_limit, .closed = {}};
     if (progress_.is_passed(tries_++, t_)) {
       stop(Status::step_limit, fmt::format("t = {:.12g} s: ", t_), progress_.message(run_.modes()));
       break;
     }
+    const Attempt attempt = next_attempt();
+    PivotingSolver::ElementStep step{.status = Status::time_limit, .closed = {}};
     if (!run_.time_is_over()) step = solver_.advance_to_switch(attempt.H, rest_speed(), is_accurate);
     const Next next =
         step.status == Status::success ? judge(attempt, step.closed) : after_failure(attempt, step.status);

@@ -35,7 +35,7 @@ class FesdRun {
   /// State at the end of what has been accepted.
   const Vector& q() const { return reached_ ? reached_->q1 : problem_.info().q0; }
   const Vector& v() const { return reached_ ? reached_->v1 : problem_.info().v0; }
-  /// Of the last element; none before the first one.
+  /// Contact modes of the last accepted element; empty before the first one.
   std::span<const ContactMode> modes() const {
     return reached_ ? std::span<const ContactMode>(reached_->modes) : std::span<const ContactMode>();
   }

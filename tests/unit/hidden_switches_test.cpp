@@ -154,7 +154,7 @@ TEST_P(Method, SeesSlipThatTurnsForAMoment) {
   }
 }
 
-/// What adapters of SUNDIALS see, too.
+/// Tests that the adapters of SUNDIALS have to pass, too.
 class AnyMethod : public Method {};
 
 /// No switch, but an error estimate that compares stages on either side of the pulse sees nothing.

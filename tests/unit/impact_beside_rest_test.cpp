@@ -78,15 +78,19 @@ INSTANTIATE_TEST_SUITE_P(
                      testing::Values(1e-6, 1e-8, 1e-10)),
     [](const auto& test) { return beside_rest_name(std::get<0>(test.param), std::get<1>(test.param)); });
 
-class ImpactBetweenOpening : public testing::TestWithParam<const char*> {};
+class ImpactBetweenOpening : public testing::TestWithParam<const char*> {
+ protected:
+  Solution run(const char* scene) const {
+    Settings settings;
+    settings.tolerance = 1e-10;
+    return make_method(GetParam())->solve(*read_scene_text(scene, "scene"), settings);
+  }
+};
 
 /// The left two share their velocity, 0.5. The right two then exchange theirs, 0.5 and 0.1; the left two share again,
 /// 0.3, and the load opens their contact.
 TEST_P(ImpactBetweenOpening, LeavesOutWhatTheLoadOpens) {
-  const auto problem = read_scene_text(kRow, "row");
-  Settings settings;
-  settings.tolerance = 1e-10;
-  const Solution s = make_method(GetParam())->solve(*problem, settings);
+  const Solution s = run(kRow);
   ASSERT_TRUE(s.succeeded()) << s.message;
   const double t = 0.1;
   const Vector v = Eigen::Vector3d(0.3 - t, 0.3, 0.5), q = Eigen::Vector3d(0.3 * t - 0.5 * t * t, 0.3 * t, 0.5 * t);
@@ -96,10 +100,7 @@ TEST_P(ImpactBetweenOpening, LeavesOutWhatTheLoadOpens) {
 /// A disc without room between two walls strikes the ground and the right wall, on which it sticks. From there it strikes
 /// the left wall, whose friction makes it slip on the right one again.
 TEST_P(ImpactBetweenOpening, StickingEndsWithTheNextImpact) {
-  const auto problem = read_scene_text(kTight, "tight");
-  Settings settings;
-  settings.tolerance = 1e-10;
-  const Solution s = make_method(GetParam())->solve(*problem, settings);
+  const Solution s = run(kTight);
   ASSERT_TRUE(s.succeeded()) << s.message;
   // The ground keeps its law, v_y+ = 0.25 * 0.31, and the right wall's friction stops v_y + r omega = v_y there.
   const double r = 0.05, v_y = 0.25 * 0.31, omega = -v_y / r;
@@ -109,22 +110,19 @@ TEST_P(ImpactBetweenOpening, StickingEndsWithTheNextImpact) {
   EXPECT_NEAR(s.v[2], omega + 2 * change / r, 1e-8);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ImpactBetweenOpening,
-                         testing::Values("event_driven", "fesd_adaptive:radau-iia:4", "cvode:adams", "ida", "arkode"),
-                         [](const auto& test) { return beside_rest_name(test.param, 1e-10); });
-
 /// A block strikes the one before it, and both have 1 m/s. A load pushes the first one more and more, but the ground holds
 /// it by more than that, so that the other one leaves at once.
 TEST_P(ImpactBetweenOpening, FrictionPullsBlocksApart) {
-  const auto problem = read_scene_text(kPushed, "pushed");
-  Settings settings;
-  settings.tolerance = 1e-10;
-  const Solution s = make_method(GetParam())->solve(*problem, settings);
+  const Solution s = run(kPushed);
   ASSERT_TRUE(s.succeeded()) << s.message;
   const double t = 0.1;
   EXPECT_NEAR(s.v[0], 1 - 7 * t + t * t, 1e-8);  // 100 tolerances: errors of steps add up
   EXPECT_NEAR(s.v[2], 1 - t, 1e-8);
 }
+
+INSTANTIATE_TEST_SUITE_P(All, ImpactBetweenOpening,
+                         testing::Values("event_driven", "fesd_adaptive:radau-iia:4", "cvode:adams", "ida", "arkode"),
+                         [](const auto& test) { return beside_rest_name(test.param, 1e-10); });
 
 /// A heavy body falls on another one, which a light one holds above the floor: the load presses them together, however
 /// large rounding of the light one's acceleration is.
