@@ -27,10 +27,10 @@ struct Metrics {
   double angular_momentum_error = kNone;  ///< the same about the origin [N m s]
 
   // Of the motion itself.
-  double penetration = kNone;       ///< deepest, as bench/penetration.h [m]
+  double penetration = kNone;       ///< deepest, as bench/measure/penetration.h [m]
   double constraint_drift = kNone;  ///< largest |g| of bilateral constraints [m]
 
-  // Residuals of the laws in the impacts that it tells (bench/metrics/law_residuals.h).
+  // Residuals of the laws in the impacts that it tells (bench/measure/metrics/law_residuals.h).
   double signorini = kNone;    ///< largest distance at which an impulse acts [m]
   double restitution = kNone;  ///< largest |min(v_n+ + e v_n-, W Lambda_n)| under Newton's hypothesis [m/s]
   double cone = kNone;         ///< largest W max(0, |Lambda_t| - mu Lambda_n) [m/s]

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <string>
 
-#include "bench/run_experiment.h"
+#include "bench/experiment/run_experiment.h"
 #include "reports/results.h"
 
 namespace ricochet {

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "bench/benchmarks/benchmark_program.h"
-#include "bench/contact_recorder.h"
-#include "bench/contact_solutions.h"
+#include "bench/contacts/contact_recorder.h"
+#include "bench/contacts/contact_solutions.h"
 #include "methods/registry.h"
 #include "methods/time_stepping/common/time_stepping_method.h"
 #include "problems/input_error.h"

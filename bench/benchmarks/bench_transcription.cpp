@@ -8,7 +8,7 @@
 #include <map>
 
 #include "bench/benchmarks/benchmark_program.h"
-#include "bench/control_options.h"
+#include "bench/control/control_options.h"
 #include "methods/complementarity/mpcc/nlp_evaluator.h"
 
 namespace ricochet {

@@ -1,6 +1,6 @@
 #include "bench/benchmarks/benchmark_program.h"
 
-#include "bench/environment.h"
+#include "bench/measure/environment.h"
 
 namespace ricochet {
 

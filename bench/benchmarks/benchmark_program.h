@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "bench/allocations.h"
+#include "bench/measure/allocations.h"
 
 namespace ricochet {
 

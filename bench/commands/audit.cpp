@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "bench/commands.h"
-#include "bench/problem_options.h"
-#include "bench/trajectory_of.h"
+#include "bench/commands/commands.h"
+#include "bench/commands/problem_options.h"
+#include "bench/measure/trajectory_of.h"
 #include "methods/contact_laws/bernstein.h"
 #include "methods/contact_laws/gap_search.h"
 #include "methods/registry.h"

@@ -8,10 +8,10 @@
 #include <set>
 #include <variant>
 
-#include "bench/commands.h"
-#include "bench/studies/google_benchmark/counter_gate.h"
-#include "bench/studies/method_grid/baseline.h"
-#include "bench/studies/method_grid/gate_output.h"
+#include "bench/commands/commands.h"
+#include "bench/gate/baseline.h"
+#include "bench/gate/counter_gate.h"
+#include "bench/gate/gate_output.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "reports/text_file.h"

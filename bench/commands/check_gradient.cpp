@@ -6,7 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "bench/commands.h"
+#include "bench/commands/commands.h"
 #include "bench/studies/questions/gradient_cases.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"

@@ -1,10 +1,9 @@
-#include "bench/completion.h"
-
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 
-#include "bench/commands.h"
+#include "bench/commands/commands.h"
+#include "bench/commands/shell_completion.h"
 
 namespace ricochet {
 namespace {

@@ -4,16 +4,16 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "bench/commands.h"
-#include "bench/contact_recorder.h"
-#include "bench/contact_solutions.h"
+#include "bench/commands/commands.h"
+#include "bench/commands/number_checks.h"
+#include "bench/commands/problem_options.h"
+#include "bench/contacts/contact_recorder.h"
 #include "bench/contacts/contact_sampler.h"
 #include "bench/contacts/contact_set.h"
 #include "bench/contacts/contact_set_tables.h"
+#include "bench/contacts/contact_solutions.h"
 #include "bench/contacts/impact_law_study.h"
 #include "bench/contacts/merit_study.h"
-#include "bench/number_checks.h"
-#include "bench/problem_options.h"
 #include "methods/registry.h"
 #include "methods/time_stepping/common/time_stepping_method.h"
 #include "problems/input_error.h"

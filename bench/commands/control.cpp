@@ -4,11 +4,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include "bench/commands.h"
-#include "bench/control_claim.h"
-#include "bench/control_guess.h"
-#include "bench/replay.h"
-#include "bench/studies/control_experiment/animation.h"
+#include "bench/commands/commands.h"
+#include "bench/control/control_claim.h"
+#include "bench/control/control_guess.h"
+#include "bench/control/replay.h"
+#include "bench/studies/control/animation.h"
 #include "methods/complementarity/mpcc/homotopy.h"
 #include "problems/input_error.h"
 #include "reports/page.h"

@@ -5,13 +5,13 @@
 #include <filesystem>
 #include <thread>
 
-#include "bench/commands.h"
+#include "bench/commands/commands.h"
+#include "bench/commands/number_checks.h"
+#include "bench/commands/problem_options.h"
 #include "bench/ensemble/ensemble_file.h"
-#include "bench/experiment_file.h"
-#include "bench/experiment_schema.h"
-#include "bench/number_checks.h"
-#include "bench/problem_options.h"
-#include "bench/progress.h"
+#include "bench/experiment/experiment_file.h"
+#include "bench/experiment/experiment_schema.h"
+#include "bench/rows/progress.h"
 #include "problems/input_error.h"
 
 namespace ricochet {

@@ -2,8 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "bench/commands.h"
-#include "bench/problem_options.h"
+#include "bench/commands/commands.h"
+#include "bench/commands/problem_options.h"
 #include "problems/scene_file/scene_writer.h"
 #include "reports/text_file.h"
 

@@ -3,9 +3,9 @@
 
 #include <CLI/CLI.hpp>
 
-#include "bench/commands.h"
-#include "bench/number_checks.h"
-#include "bench/show.h"
+#include "bench/commands/commands.h"
+#include "bench/commands/number_checks.h"
+#include "bench/commands/show.h"
 
 namespace ricochet {
 namespace {

@@ -6,9 +6,9 @@
 #include <CLI/CLI.hpp>
 #include <fstream>
 
-#include "bench/commands.h"
+#include "bench/commands/commands.h"
+#include "bench/commands/number_checks.h"
 #include "bench/fuzz/families.h"
-#include "bench/number_checks.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"
 #include "reports/text_file.h"

@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <string>
 
-#include "bench/commands.h"
-#include "bench/experiment_file.h"
-#include "bench/number_checks.h"
+#include "bench/commands/commands.h"
+#include "bench/commands/number_checks.h"
+#include "bench/experiment/experiment_file.h"
 #include "problems/input_error.h"
 #include "reports/text_file.h"
 

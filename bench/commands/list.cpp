@@ -4,9 +4,9 @@
 #include <functional>
 #include <set>
 
-#include "bench/commands.h"
-#include "bench/experiment_file.h"
-#include "bench/experiment_schema.h"
+#include "bench/commands/commands.h"
+#include "bench/experiment/experiment_file.h"
+#include "bench/experiment/experiment_schema.h"
 #include "bench/studies/study.h"
 #include "methods/registry.h"
 #include "problems/control/optimal_control_problem.h"

@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <random>
 
-#include "bench/commands.h"
-#include "bench/control_guess.h"
-#include "bench/number_checks.h"
+#include "bench/commands/commands.h"
+#include "bench/commands/number_checks.h"
+#include "bench/control/control_guess.h"
 #include "methods/control/shrinking_horizon.h"
 #include "problems/input_error.h"
 #include "reports/quantile.h"

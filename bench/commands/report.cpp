@@ -2,8 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "bench/commands.h"
-#include "bench/show.h"
+#include "bench/commands/commands.h"
+#include "bench/commands/show.h"
 #include "bench/site/history_page.h"
 #include "bench/site/report_site.h"
 #include "bench/studies/study.h"

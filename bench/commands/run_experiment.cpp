@@ -1,14 +1,14 @@
-#include "bench/run_experiment.h"
+#include "bench/experiment/run_experiment.h"
 
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
 
-#include "bench/commands.h"
-#include "bench/experiment_file.h"
-#include "bench/number_checks.h"
-#include "bench/show.h"
+#include "bench/commands/commands.h"
+#include "bench/commands/number_checks.h"
+#include "bench/commands/show.h"
+#include "bench/experiment/experiment_file.h"
 #include "bench/site/history_page.h"
 #include "bench/site/report_site.h"
 #include "bench/studies/study.h"

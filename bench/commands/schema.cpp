@@ -2,10 +2,10 @@
 
 #include <CLI/CLI.hpp>
 
-#include "bench/commands.h"
-#include "bench/experiment_schema.h"
-#include "bench/run_report.h"
-#include "bench/schema_page.h"
+#include "bench/commands/commands.h"
+#include "bench/commands/run_report.h"
+#include "bench/commands/schema_page.h"
+#include "bench/experiment/experiment_schema.h"
 #include "problems/scene_file/scene_schema.h"
 
 namespace ricochet {

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "bench/commands.h"
+#include "bench/commands/commands.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "problems/names.h"

@@ -7,12 +7,12 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "bench/commands.h"
-#include "bench/experiment_file.h"
-#include "bench/number_checks.h"
-#include "bench/progress.h"
-#include "bench/run_experiment.h"
-#include "bench/selection.h"
+#include "bench/commands/commands.h"
+#include "bench/commands/number_checks.h"
+#include "bench/experiment/experiment_file.h"
+#include "bench/experiment/run_experiment.h"
+#include "bench/experiment/selection.h"
+#include "bench/rows/progress.h"
 #include "bench/studies/verify/scorecard.h"
 #include "problems/input_error.h"
 #include "problems/names.h"

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/contact_solutions.h"
+#include "bench/contacts/contact_solutions.h"
 #include "reports/performance_profile.h"
 
 namespace ricochet {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "bench/experiment_file.h"
+#include "bench/experiment/experiment_file.h"
 #include "problems/input_error.h"
 
 namespace ricochet {

@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "bench/ensemble/counter_random.h"
-#include "bench/experiment_file.h"
-#include "bench/setting_kind.h"
+#include "bench/experiment/experiment_file.h"
+#include "bench/measure/setting_kind.h"
 #include "methods/method_spec.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"

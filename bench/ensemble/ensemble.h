@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bench/ensemble/distribution.h"
-#include "bench/problem_choice.h"
+#include "bench/measure/problem_choice.h"
 #include "methods/method.h"
 #include "problems/adjustable_problem.h"
 #include "problems/json_schema.h"

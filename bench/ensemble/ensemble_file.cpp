@@ -8,9 +8,9 @@
 #include <set>
 #include <sstream>
 
-#include "bench/environment.h"
-#include "bench/experiment_file.h"
-#include "bench/in_order.h"
+#include "bench/experiment/experiment_file.h"
+#include "bench/measure/environment.h"
+#include "bench/rows/in_order.h"
 #include "problems/input_error.h"
 #include "reports/text_file.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bench/ensemble/ensemble.h"
-#include "bench/shard.h"
+#include "bench/rows/shard.h"
 
 namespace ricochet {
 

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <chrono>
 
-#include "bench/environment.h"
 #include "bench/fuzz/evidence.h"
 #include "bench/fuzz/families.h"
-#include "bench/progress.h"
-#include "bench/results_file.h"
+#include "bench/measure/environment.h"
+#include "bench/rows/progress.h"
+#include "bench/rows/results_file.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "problems/names.h"

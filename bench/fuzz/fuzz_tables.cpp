@@ -7,7 +7,7 @@
 #include <regex>
 
 #include "bench/fuzz/fuzz_scene.h"
-#include "bench/problem_choice.h"
+#include "bench/measure/problem_choice.h"
 #include "methods/method_spec.h"
 
 namespace ricochet {

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <regex>
 
-#include "bench/environment.h"
+#include "bench/measure/environment.h"
 
 namespace ricochet {
 namespace {

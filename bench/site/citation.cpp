@@ -8,8 +8,8 @@
 #include <regex>
 #include <sstream>
 
-#include "bench/data_folder.h"
-#include "bench/environment.h"
+#include "bench/experiment/data_folder.h"
+#include "bench/measure/environment.h"
 #include "reports/markup.h"
 #include "reports/text_file.h"
 

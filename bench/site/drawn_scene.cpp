@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/data_folder.h"
+#include "bench/experiment/data_folder.h"
 #include "problems/scene_file/scene_file.h"
 #include "problems/scene_file/scene_writer.h"
 #include "reports/text_file.h"

@@ -12,7 +12,7 @@
 #include "bench/site/drawn_scene.h"
 #include "bench/site/expression_tex.h"
 #include "bench/site/scheme.h"
-#include "bench/studies/fastest/fastest_rows.h"
+#include "bench/studies/grid/fastest_rows.h"
 #include "methods/registry.h"
 #include "problems/derivatives/symbolic_problem.h"
 #include "problems/registry.h"

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <vector>
 
-#include "bench/data_folder.h"
+#include "bench/experiment/data_folder.h"
 #include "reports/text_file.h"
 
 namespace ricochet {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/results_file.h"
+#include "bench/rows/results_file.h"
 #include "reports/section.h"
 
 namespace ricochet {
@@ -34,7 +34,7 @@ struct Study {
   Times times = Times::session;  ///< whether several processes may share the work
 
   /// Writes into an experiment that fits its fields the names of all methods that it runs, so that some can be selected
-  /// (bench/selection.h). Empty where experiments name them all.
+  /// (bench/experiment/selection.h). Empty where experiments name them all.
   std::function<void(nlohmann::json& experiment)> name_methods = {};
 
   /// Reads a file that another program has written. Empty where there is none; @return empty for what is no such file

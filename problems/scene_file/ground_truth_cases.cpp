@@ -84,7 +84,7 @@ const CaseText& case_text(const std::string& id) {
 bool register_cases() {
   for (const Case& known : cases) {
     const CaseText& text = case_text(known.id);
-    // Its source is a file, where bench/known_truth.cpp finds the solution.
+    // Its source is a file, where bench/measure/known_truth.cpp finds the solution.
     SceneEntry entry{known.id, known.title, "tests/data/ground_truth.json", text.hard_feature, nullptr};
     entry.literature = text.literature;
     entry.solution = fmt::format("known to {} decimals, by {}", known.certified_decimals, known.method);

@@ -431,7 +431,7 @@ TEST_F(CheckCommand, WritesForMachines) {
   EXPECT_EQ(check(worse, baseline).code, 0);
 }
 
-/// The steps of bench/gate.yml, as GitHub runs them: the script of each in its own shell, which stops at a failure.
+/// The steps of bench/gate/gate.yml, as GitHub runs them: the script of each in its own shell, which stops at a failure.
 class GateWorkflow : public CheckCommand {
  protected:
   std::string summary = (folder / "summary.md").string();
@@ -440,7 +440,7 @@ class GateWorkflow : public CheckCommand {
   static std::string script_of(const std::string& name) {
     std::string script;
     bool is_step = false, is_block = false;
-    for (const auto& line : lines_of(read(test_data("../../bench/gate.yml")))) {
+    for (const auto& line : lines_of(read(test_data("../../bench/gate/gate.yml")))) {
       const auto indent = line.find_first_not_of(' ');
       if (indent == std::string::npos) continue;
       const std::string text = line.substr(indent);

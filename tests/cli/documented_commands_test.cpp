@@ -8,8 +8,8 @@
 #include <map>
 #include <regex>
 
-#include "bench/experiment_file.h"
-#include "bench/program.h"
+#include "bench/commands/program.h"
+#include "bench/experiment/experiment_file.h"
 #include "methods/registry.h"
 #include "problems/control/optimal_control_problem.h"
 #include "problems/registry.h"
@@ -124,7 +124,7 @@ std::vector<Document> documents() {
     const std::string name = at->path().filename();
     const bool not_ours = name == "out" || name == "node_modules" || name.starts_with('.');
     if (at->is_directory() && not_ours) at.disable_recursion_pending();
-    if (name != "README.md" && name != "CONTRIBUTING.md" && name != "gate.md") continue;
+    if (name != "README.md" && name != "CONTRIBUTING.md") continue;
     const std::string text = read(at->path());
     Document document{fs::relative(at->path(), kSource), {}, inlined_commands(text)};
     for (const auto& block : blocks_of(text, "sh")) {

@@ -3,7 +3,7 @@
 
 #include <cstdlib>
 
-#include "bench/timing.h"
+#include "bench/measure/timing.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"

@@ -1,6 +1,6 @@
-#include "bench/studies/method_grid/baseline.h"
+#include "bench/gate/baseline.h"
 
-#include "bench/studies/method_grid/gate.h"
+#include "bench/gate/gate.h"
 #include "problems/input_error.h"
 #include "tests/fuzzers/targets.h"
 

@@ -1,5 +1,5 @@
-#include "bench/experiment_file.h"
-#include "bench/experiment_schema.h"
+#include "bench/experiment/experiment_file.h"
+#include "bench/experiment/experiment_schema.h"
 #include "problems/input_error.h"
 #include "tests/fuzzers/targets.h"
 

@@ -1,6 +1,6 @@
 #include "reports/results.h"
 
-#include "bench/studies/method_grid/grid_results.h"
+#include "bench/studies/grid/grid_results.h"
 #include "problems/input_error.h"
 #include "reports/order_fit.h"
 #include "tests/fuzzers/targets.h"

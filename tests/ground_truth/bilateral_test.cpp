@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "bench/sensitivities.h"
+#include "bench/measure/sensitivities.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "reference/agreement.h"

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "bench/sensitivities.h"
+#include "bench/measure/sensitivities.h"
 #include "methods/registry.h"
 #include "problems/control/replay_problem.h"
 #include "problems/variables.h"

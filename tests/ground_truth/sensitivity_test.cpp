@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "bench/sensitivities.h"
-#include "bench/studies/method_grid/grid_results.h"
+#include "bench/measure/sensitivities.h"
+#include "bench/studies/grid/grid_results.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/variables.h"

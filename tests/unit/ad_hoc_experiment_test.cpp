@@ -1,11 +1,11 @@
 // Experiments that the command line states.
-#include "bench/ad_hoc_experiment.h"
+#include "bench/commands/ad_hoc_experiment.h"
 
 #include <gtest/gtest.h>
 
-#include "bench/experiment_schema.h"
-#include "bench/known_truth.h"
-#include "bench/run_experiment.h"
+#include "bench/experiment/experiment_schema.h"
+#include "bench/experiment/run_experiment.h"
+#include "bench/measure/known_truth.h"
 #include "problems/input_error.h"
 #include "tests/test_data.h"
 

@@ -1,7 +1,7 @@
 // Counts heap allocations: a time step must not make any. A binary of its own, since it replaces malloc.
 #include <gtest/gtest.h>
 
-#include "bench/allocations.h"
+#include "bench/measure/allocations.h"
 #include "methods/registry.h"
 #include "reference/contact_dynamics.h"
 #include "tests/test_data.h"

@@ -1,4 +1,4 @@
-#include "bench/studies/contact_cost/contact_cost.h"
+#include "bench/studies/grid/contact_cost.h"
 
 #include <gtest/gtest.h>
 

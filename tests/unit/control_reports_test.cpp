@@ -8,10 +8,10 @@
 #include <fstream>
 #include <limits>
 
-#include "bench/control_claim.h"
-#include "bench/studies/control_experiment/animation.h"
-#include "bench/studies/control_gradient/gradient_rows.h"
-#include "bench/studies/control_seeds/seed_rows.h"
+#include "bench/control/control_claim.h"
+#include "bench/studies/control/animation.h"
+#include "bench/studies/control/gradient_rows.h"
+#include "bench/studies/control/seed_rows.h"
 #include "problems/input_error.h"
 #include "reports/motion_picture.h"
 #include "tests/round_trip.h"

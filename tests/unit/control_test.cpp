@@ -8,9 +8,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "bench/control_options.h"
-#include "bench/replay.h"
-#include "bench/studies/control_gradient/gradient.h"
+#include "bench/control/control_options.h"
+#include "bench/control/replay.h"
+#include "bench/studies/control/gradient.h"
 #include "methods/complementarity/mpcc/homotopy.h"
 #include "methods/control/exploration.h"
 #include "methods/control/fesd_transcription.h"

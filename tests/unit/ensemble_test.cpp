@@ -10,7 +10,7 @@
 
 #include "bench/ensemble/counter_random.h"
 #include "bench/ensemble/ensemble_file.h"
-#include "bench/in_order.h"
+#include "bench/rows/in_order.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "tests/test_data.h"

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "bench/run_experiment.h"
+#include "bench/experiment/run_experiment.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "reports/page.h"

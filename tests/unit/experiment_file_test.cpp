@@ -1,15 +1,15 @@
 // Experiment files against their schema: every shipped one fits, what does not fit is refused with its place, and the
 // files and pages in the repository are those that the schemas give.
-#include "bench/experiment_file.h"
+#include "bench/experiment/experiment_file.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
 
-#include "bench/experiment_schema.h"
-#include "bench/run_experiment.h"
-#include "bench/schema_page.h"
+#include "bench/commands/schema_page.h"
+#include "bench/experiment/experiment_schema.h"
+#include "bench/experiment/run_experiment.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"

@@ -6,7 +6,7 @@
 
 #include <set>
 
-#include "bench/experiment_file.h"
+#include "bench/experiment/experiment_file.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"
 #include "reports/curve_look.h"

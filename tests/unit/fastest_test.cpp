@@ -5,8 +5,8 @@
 #include <set>
 #include <utility>
 
-#include "bench/studies/fastest/choice.h"
-#include "bench/studies/fastest/fastest_rows.h"
+#include "bench/studies/grid/fastest_choice.h"
+#include "bench/studies/grid/fastest_rows.h"
 #include "tests/small_experiment.h"
 
 namespace ricochet {

@@ -6,10 +6,10 @@
 #include <optional>
 #include <set>
 
-#include "bench/environment.h"
 #include "bench/fuzz/families.h"
 #include "bench/fuzz/judge.h"
 #include "bench/fuzz/minimise.h"
+#include "bench/measure/environment.h"
 #include "problems/scene_file/scene_file.h"
 
 namespace ricochet {

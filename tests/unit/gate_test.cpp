@@ -10,10 +10,10 @@
 #include <random>
 #include <sstream>
 
-#include "bench/experiment_file.h"
-#include "bench/studies/method_grid/baseline.h"
-#include "bench/studies/method_grid/gate_output.h"
-#include "bench/studies/method_grid/grid_experiment.h"
+#include "bench/experiment/experiment_file.h"
+#include "bench/gate/baseline.h"
+#include "bench/gate/gate_output.h"
+#include "bench/studies/grid/grid_experiment.h"
 #include "problems/input_error.h"
 #include "reports/text_file.h"
 

@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <fstream>
 
+#include "bench/gate/counter_gate.h"
+#include "bench/gate/gate_output.h"
 #include "bench/studies/google_benchmark/benchmark_file.h"
-#include "bench/studies/google_benchmark/counter_gate.h"
-#include "bench/studies/method_grid/gate_output.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
 

@@ -12,8 +12,8 @@
 #include <stdexcept>
 #include <thread>
 
-#include "bench/experiment_file.h"
-#include "bench/experiment_schema.h"
+#include "bench/experiment/experiment_file.h"
+#include "bench/experiment/experiment_schema.h"
 #include "bench/studies/hard_cases/run_hard_cases.h"
 #include "bench/studies/hard_cases/verdict_matrix.h"
 #include "methods/isolated.h"

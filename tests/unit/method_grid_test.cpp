@@ -1,7 +1,7 @@
 // The runs of a grid of methods and settings, as their rows say.
 #include <gtest/gtest.h>
 
-#include "bench/studies/method_grid/curve_style.h"
+#include "bench/studies/grid/curve_style.h"
 #include "bench/studies/study.h"
 #include "methods/registry.h"
 #include "reports/record.h"
@@ -95,8 +95,8 @@ TEST(MethodGrid, AFailureIsASurpriseUntilItIsAnswered) {
 /// Charts show what locates events as one family, whatever a method is registered as.
 TEST(MethodGrid, EventDrivenMethodsAreAFamily) {
   for (const auto& entry : methods()) {
-    const bool locates = entry.name.ends_with("event_driven") || entry.name == "cvode" || entry.name == "ida" ||
-                         entry.name == "arkode";
+    const bool locates =
+        entry.name.ends_with("event_driven") || entry.name == "cvode" || entry.name == "ida" || entry.name == "arkode";
     for (const auto& example : entry.examples) EXPECT_EQ(curve_family(example) == "event-driven", locates) << example;
   }
   EXPECT_EQ(family_title(curve_family("time_freezing:gauss:2")), "Time freezing, Gauss");

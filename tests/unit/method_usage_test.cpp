@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/experiment_file.h"
+#include "bench/experiment/experiment_file.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"

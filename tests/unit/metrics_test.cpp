@@ -1,12 +1,12 @@
 // Metrics of a motion: known distances between two motions, events of which one is missing, laws that are violated, and
 // the momentum of bodies.
-#include "bench/metrics/metrics.h"
+#include "bench/measure/metrics/metrics.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "bench/metrics/momentum.h"
+#include "bench/measure/metrics/momentum.h"
 #include "methods/registry.h"
 #include "problems/geometry.h"
 #include "problems/registry.h"

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "bench/penetration.h"
+#include "bench/measure/penetration.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "tests/test_data.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "bench/experiment_file.h"
+#include "bench/experiment/experiment_file.h"
 #include "bench/studies/verify/public_report_checks.h"
 #include "bench/studies/verify/verify.h"
 #include "methods/method_spec.h"

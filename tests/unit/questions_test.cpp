@@ -7,9 +7,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "bench/experiment_file.h"
-#include "bench/run_experiment.h"
-#include "bench/sensitivities.h"
+#include "bench/experiment/experiment_file.h"
+#include "bench/experiment/run_experiment.h"
+#include "bench/measure/sensitivities.h"
 #include "bench/studies/questions/gradient_cases.h"
 #include "bench/studies/questions/question.h"
 #include "bench/studies/questions/toss_data.h"

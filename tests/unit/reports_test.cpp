@@ -8,11 +8,11 @@
 #include <optional>
 #include <random>
 
-#include "bench/results_file.h"
-#include "bench/studies/control_growth/growth_rows.h"
-#include "bench/studies/method_grid/grid_tables.h"
-#include "bench/studies/method_grid/work_precision.h"
-#include "bench/studies/scale/scale_rows.h"
+#include "bench/rows/results_file.h"
+#include "bench/studies/control/growth_rows.h"
+#include "bench/studies/grid/grid_tables.h"
+#include "bench/studies/grid/scale_rows.h"
+#include "bench/studies/grid/work_precision.h"
 #include "problems/input_error.h"
 #include "reports/gnuplot.h"
 #include "reports/order_fit.h"

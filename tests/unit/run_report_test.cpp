@@ -1,12 +1,12 @@
 // What `ricochet run` says of a run.
-#include "bench/run_report.h"
+#include "bench/commands/run_report.h"
 
 #include <gtest/gtest.h>
 
-#include "bench/isolated_reference.h"
-#include "bench/known_truth.h"
-#include "bench/schema_page.h"
-#include "bench/sensitivities.h"
+#include "bench/commands/schema_page.h"
+#include "bench/measure/isolated_reference.h"
+#include "bench/measure/known_truth.h"
+#include "bench/measure/sensitivities.h"
 #include "methods/registry.h"
 #include "problems/registry.h"
 #include "tests/test_data.h"

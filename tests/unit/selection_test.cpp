@@ -1,12 +1,12 @@
 // Part of an experiment: by method and by problem, exactly or by a pattern.
-#include "bench/selection.h"
+#include "bench/experiment/selection.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "bench/experiment_file.h"
-#include "bench/experiment_schema.h"
+#include "bench/experiment/experiment_file.h"
+#include "bench/experiment/experiment_schema.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "reports/record.h"

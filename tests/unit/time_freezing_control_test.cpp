@@ -3,8 +3,8 @@
 
 #include <random>
 
-#include "bench/control_options.h"
-#include "bench/replay.h"
+#include "bench/control/control_options.h"
+#include "bench/control/replay.h"
 #include "methods/complementarity/mpcc/homotopy.h"
 #include "methods/control/time_freezing_transcription.h"
 #include "problems/input_error.h"

@@ -9,10 +9,10 @@
 #include <regex>
 #include <thread>
 
-#include "bench/allocations.h"
-#include "bench/experiment_file.h"
-#include "bench/run_experiment.h"
-#include "bench/selection.h"
+#include "bench/experiment/experiment_file.h"
+#include "bench/experiment/run_experiment.h"
+#include "bench/experiment/selection.h"
+#include "bench/measure/allocations.h"
 #include "bench/studies/verify/scorecard.h"
 #include "methods/registry.h"
 

@@ -7,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
-#include "bench/progress.h"
-#include "bench/setting_kind.h"
+#include "bench/measure/setting_kind.h"
+#include "bench/rows/progress.h"
 #include "bench/studies/friction_ramp/ramp_rows.h"
 #include "bench/studies/study.h"
 #include "methods/contact_laws/friction_polygon.h"

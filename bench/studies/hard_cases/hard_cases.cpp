@@ -6,7 +6,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "bench/experiment_file.h"
+#include "bench/experiment/experiment_file.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/names.h"

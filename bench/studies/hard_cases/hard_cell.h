@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/metrics/metric_tables.h"
+#include "bench/measure/metrics/metric_tables.h"
 #include "reports/metrics.h"
 #include "reports/table.h"
 #include "reports/verdict.h"

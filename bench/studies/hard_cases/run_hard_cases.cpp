@@ -11,11 +11,11 @@
 #include <span>
 #include <stdexcept>
 
-#include "bench/allocations.h"
-#include "bench/metrics/metrics.h"
-#include "bench/penetration.h"
-#include "bench/problem_choice.h"
-#include "bench/progress.h"
+#include "bench/measure/allocations.h"
+#include "bench/measure/metrics/metrics.h"
+#include "bench/measure/penetration.h"
+#include "bench/measure/problem_choice.h"
+#include "bench/rows/progress.h"
 #include "bench/studies/hard_cases/verdict_matrix.h"
 #include "bench/studies/study.h"
 #include "methods/isolated.h"

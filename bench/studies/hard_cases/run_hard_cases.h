@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/metrics/metrics.h"
+#include "bench/measure/metrics/metrics.h"
 #include "bench/studies/hard_cases/hard_cases.h"
 #include "bench/studies/hard_cases/hard_cell.h"
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "bench/timing.h"
+#include "bench/measure/timing.h"
 #include "methods/fesd/pivoting_solver.h"
 
 namespace ricochet {

@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "bench/experiment_file.h"
-#include "bench/problem_choice.h"
-#include "bench/progress.h"
+#include "bench/experiment/experiment_file.h"
+#include "bench/measure/problem_choice.h"
+#include "bench/rows/progress.h"
 #include "bench/studies/homotopy/homotopy.h"
 #include "bench/studies/homotopy/homotopy_rows.h"
 #include "bench/studies/study.h"

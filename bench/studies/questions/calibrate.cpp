@@ -5,7 +5,7 @@
 #include <limits>
 #include <map>
 
-#include "bench/problem_choice.h"
+#include "bench/measure/problem_choice.h"
 #include "bench/studies/questions/question.h"
 #include "methods/method_spec.h"
 

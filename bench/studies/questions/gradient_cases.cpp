@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "bench/experiment_file.h"
+#include "bench/experiment/experiment_file.h"
 #include "problems/registry.h"
 #include "problems/scene_file/scene_file.h"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "bench/problem_choice.h"
-#include "bench/sensitivities.h"
+#include "bench/measure/problem_choice.h"
+#include "bench/measure/sensitivities.h"
 #include "bench/studies/questions/gradient_cases.h"
 #include "bench/studies/questions/question.h"
 #include "problems/input_error.h"

@@ -5,8 +5,8 @@
 #include <limits>
 #include <map>
 
-#include "bench/experiment_file.h"
-#include "bench/problem_choice.h"
+#include "bench/experiment/experiment_file.h"
+#include "bench/measure/problem_choice.h"
 #include "bench/studies/questions/question.h"
 #include "methods/initial_state.h"
 #include "problems/initial_state.h"

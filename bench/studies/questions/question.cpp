@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "bench/built_method.h"
-#include "bench/problem_choice.h"
-#include "bench/progress.h"
+#include "bench/measure/built_method.h"
+#include "bench/measure/problem_choice.h"
+#include "bench/rows/progress.h"
 #include "bench/studies/study.h"
 #include "methods/method_spec.h"
 #include "methods/registry.h"

@@ -12,12 +12,12 @@
 #include <thread>
 
 #include "bench/ensemble/ensemble.h"
-#include "bench/in_order.h"
-#include "bench/experiment_file.h"
-#include "bench/progress.h"
-#include "bench/setting_kind.h"
+#include "bench/experiment/experiment_file.h"
+#include "bench/measure/setting_kind.h"
+#include "bench/measure/timing.h"
+#include "bench/rows/in_order.h"
+#include "bench/rows/progress.h"
 #include "bench/studies/study.h"
-#include "bench/timing.h"
 #include "bench/studies/throughput/throughput_rows.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"

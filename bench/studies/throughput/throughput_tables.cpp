@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/problem_choice.h"
+#include "bench/measure/problem_choice.h"
 #include "bench/studies/throughput/throughput_rows.h"
 #include "reports/gnuplot.h"
 

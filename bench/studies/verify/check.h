@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/problem_choice.h"
+#include "bench/measure/problem_choice.h"
 #include "bench/studies/verify/check_row.h"
 #include "methods/method.h"
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "bench/experiment_file.h"
+#include "bench/experiment/experiment_file.h"
 #include "bench/studies/hard_cases/run_hard_cases.h"
 #include "bench/studies/verify/check.h"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "bench/experiment_file.h"
-#include "bench/sensitivities.h"
+#include "bench/experiment/experiment_file.h"
+#include "bench/measure/sensitivities.h"
 #include "bench/studies/verify/check.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"

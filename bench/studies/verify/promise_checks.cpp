@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "bench/allocations.h"
+#include "bench/measure/allocations.h"
 #include "bench/studies/verify/check.h"
 #include "bench/studies/verify/promises.h"
 #include "methods/registry.h"

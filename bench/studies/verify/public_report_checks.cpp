@@ -6,7 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "bench/experiment_file.h"
+#include "bench/experiment/experiment_file.h"
 #include "methods/method_spec.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "bench/selection.h"
+#include "bench/experiment/selection.h"
 #include "reports/markup.h"
 
 namespace ricochet {

@@ -1,6 +1,6 @@
 #include "bench/studies/verify/verify.h"
 
-#include "bench/progress.h"
+#include "bench/rows/progress.h"
 #include "bench/studies/hard_cases/run_hard_cases.h"
 #include "bench/studies/study.h"
 #include "bench/studies/verify/public_report_checks.h"

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
-#include "bench/experiment_file.h"
-#include "bench/problem_choice.h"
-#include "bench/progress.h"
-#include "bench/setting_kind.h"
+#include "bench/experiment/experiment_file.h"
+#include "bench/measure/problem_choice.h"
+#include "bench/measure/setting_kind.h"
+#include "bench/rows/progress.h"
 #include "bench/studies/study.h"
 #include "methods/contact_laws/contact_scales.h"
 #include "methods/elements/element_motion.h"

@@ -1,5 +1,5 @@
 // What to choose, as an answer: class of scene and wanted error above, all answers as a matrix below. Both are made from the
-// data of the choices (choice_data() in bench/studies/fastest/choice.cpp); their table stays for those who want it all.
+// data of the choices (choice_data() in bench/studies/grid/fastest_choice.cpp); their table stays for those who want it all.
 import { commandLine, element, menu } from "./dom.js";
 import { pagesByName } from "./links.js";
 

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bench/experiment/experiment_file.h"
+
+namespace ricochet {
+
+/// A study of kind "method_grid" that the command line states instead of a file.
+struct AdHocStudy {
+  std::string problem;               ///< "NAME,PARAMETER=VALUE,..."
+  std::string scene;                 ///< the same with a scene file instead of a name
+  std::vector<std::string> methods;  ///< empty: one of each family
+  /// Settings, "10..1000" for a logarithmic grid, "10..1000:4" with 4 values per decade, or "10,20,50". Empty: 10..1000,
+  /// a hundred times as many for methods of first order, and 1e-3..1e-9.
+  std::string steps, tolerances;
+};
+
+/// The experiment, as a file would state it: compared with the ground truth that is known of the problem
+/// (bench/measure/known_truth.h), or with a solution by SUNDIALS. Its id says what it is.
+/// @throws InputError for an option that says nothing, or is missing
+ExperimentFile ad_hoc_experiment(const AdHocStudy& study);
+
+}  // namespace ricochet

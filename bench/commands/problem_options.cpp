@@ -1,0 +1,109 @@
+#include "bench/commands/problem_options.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "bench/commands/number_checks.h"
+#include "bench/measure/setting_kind.h"
+#include "methods/initial_state.h"
+#include "problems/initial_state.h"
+#include "problems/input_error.h"
+#include "problems/registry.h"
+#include "problems/scene_file/scene_file.h"
+
+namespace ricochet {
+
+void ProblemOptions::add_problem(CLI::App& command) {
+  auto* by_id = command.add_option("--problem,-p", problem, "scene id, see `ricochet list problems`");
+  auto* by_file = command.add_option("--scene,-s", scene, "scene file, or FILE#ID for one of several in a file");
+  by_id->excludes(by_file);
+  command.add_option("--set", changes, "NAME=VALUE, a parameter of the problem; may be repeated")
+      ->allow_extra_args(false);
+  auto* moved = command
+                    .add_option("--allow-penetration", depth,
+                                "DEPTH in metres: an initial position that penetrates by no more, as measured ones do, "
+                                "is moved to the nearest one without, in the norm of M, and a note says so")
+                    ->check(non_negative_number());
+  command
+      .add_option("--keep-penetration", kept_depth,
+                  "DEPTH in metres: an initial position that penetrates by no more stays, for the method to make of it "
+                  "what it can")
+      ->check(non_negative_number())
+      ->excludes(moved);
+  command.add_option("--impact-law", impact_law,
+                     "newton, poisson, routh, stronge or lzb, in place of the law of impacts of the scene");
+}
+
+void ProblemOptions::add_settings(CLI::App& command) {
+  command_ = &command;
+  auto* number = command.add_option("--steps,-N", steps, "number of steps, of a fixed-step method");
+  command.add_option("--step-length", step_length, "length of a step in seconds, which must divide the end time")
+      ->excludes(number);
+  command.add_option("--tolerance", tolerance, "tolerance, of an error-controlled method");
+  command.add_option("--time-limit", time_limit, "wall time in seconds; 0 is none")->check(non_negative_number());
+}
+
+ParameterChanges parameter_changes(const std::vector<std::string>& changes) {
+  ParameterChanges parameters;
+  for (const auto& change : changes) {
+    const auto equals = change.find('=');
+    if (equals == std::string::npos || equals == 0) throw InputError("--set", change, "NAME=VALUE is required");
+    double value = 0;
+    const char *begin = change.data() + equals + 1, *end = change.data() + change.size();
+    const auto [rest, error] = std::from_chars(begin, end, value);
+    if (error != std::errc() || rest != end) throw InputError("--set", change, "the value must be a number");
+    if (!parameters.emplace(change.substr(0, equals), value).second)
+      throw InputError("--set", change, "this parameter is given twice");
+  }
+  return parameters;
+}
+
+std::unique_ptr<Problem> ProblemOptions::make_problem() const {
+  const ParameterChanges parameters = parameter_changes(changes);
+  if (scene.empty() && problem.empty())
+    throw InputError("--problem", "''", "a scene id, or --scene with a file, is required");
+  const double most = std::max(depth, kept_depth);
+  auto made =
+      scene.empty() ? ricochet::make_problem(problem, parameters, most) : read_scene_file(scene, parameters, most);
+  if (!impact_law.empty()) {
+    ImpactLaw law = made->info().impact_law;
+    law.hypothesis = impact_hypothesis(impact_law);
+    made->set_impact_law(std::move(law));
+    validate(*made, most);
+  }
+  if (depth > 0) {
+    auto [projected, note] = project_initial_state(std::move(made));
+    if (!note.empty()) fmt::print(stderr, "note       {}\n", note);
+    return std::move(projected);
+  }
+  return made;
+}
+
+bool ProblemOptions::is_given(const std::string& option) const {
+  return command_ && command_->count(option) > 0;
+}
+
+Settings ProblemOptions::settings(const Problem& the_problem, const Method& method) const {
+  const std::string number = is_given("--steps") ? "--steps" : is_given("--step-length") ? "--step-length" : "";
+  require_kind_of_setting(method, number, is_given("--tolerance") ? "--tolerance" : "");
+  Settings settings;
+  settings.steps = steps;
+  if (number == "--step-length") {
+    const double count = the_problem.info().end_time / step_length;
+    if (!(step_length > 0) || !std::isfinite(step_length) || count > 1e9 ||
+        std::abs(count - std::round(count)) > 1e-9 * count) {
+      throw InputError("--step-length", step_length,
+                       fmt::format("a positive number that divides T = {} is required", the_problem.info().end_time));
+    }
+    settings.steps = static_cast<int>(std::lround(count));
+  }
+  settings.tolerance = tolerance;
+  settings.time_limit = time_limit;
+  return settings;
+}
+
+}  // namespace ricochet

@@ -1,0 +1,65 @@
+#include "bench/control/control_guess.h"
+
+#include <fmt/format.h>
+
+#include <random>
+
+#include "methods/runge_kutta/tableau_argument.h"
+
+namespace ricochet {
+namespace {
+
+/// Moves the guess of every position by up to `noise`: a plain guess may be a symmetric point that no descent leaves.
+void disturb(Nlp& nlp, double noise, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(-noise, noise);
+  for (auto& variable : nlp.variables) {
+    if (variable.lower < variable.upper && variable.name.find(", q[") != std::string::npos)
+      variable.guess += uniform(random);
+  }
+}
+
+/// The controls that time stepping finds from its own guess.
+Matrix time_stepping_controls(ControlOptions options, const OptimalControlProblem& problem,
+                              std::vector<std::string>& notes) {
+  options.discretisation = "time_stepping";
+  options.steps = options.from_time_stepping;
+  options.from_time_stepping = 0;
+  options.simulate = true;
+  const auto transcription = guessed_transcription(options, problem).transcription;
+  const MpccSolution solution = Homotopy(options.homotopy_options()).solve(transcription->mpcc());
+  notes.push_back(fmt::format("guess      {}: {} in {:.2f} s, objective {:.6g}", options.describe(problem),
+                              to_string(solution.status), solution.seconds, solution.objective));
+  return transcription->trajectory(solution.x).u;
+}
+
+/// The controls that a random search finds.
+Matrix explored_controls(const ExplorationOptions& options, const OptimalControlProblem& problem,
+                         std::vector<std::string>& notes) {
+  const auto found = explore(problem, tableau_argument(problem.tableau), problem.n_fe, options);
+  notes.push_back(
+      fmt::format("explored   {} rollouts in {:.2f} s, {} of them without a solution: cost {:.6g}, violation {:.2g}",
+                  found.rollouts, found.seconds, found.failed, found.rollout.cost, found.rollout.violation));
+  return found.u;
+}
+
+}  // namespace
+
+GuessedTranscription guessed_transcription(const ControlOptions& options, const OptimalControlProblem& problem) {
+  GuessedTranscription made{options.make_transcription(problem), {}};
+  Transcription& transcription = *made.transcription;
+  if (options.simulate || options.from_time_stepping > 0 || options.exploration.rounds > 0) {
+    const Status status =
+        options.exploration.rounds > 0
+            ? transcription.guess_from_simulation(explored_controls(options.exploration, problem, made.notes))
+        : options.from_time_stepping > 0
+            ? transcription.guess_from_simulation(time_stepping_controls(options, problem, made.notes))
+            : transcription.guess_from_simulation();
+    if (status != Status::success)
+      made.notes.push_back(fmt::format("guess      the simulation ended early: {}", to_string(status)));
+  }
+  disturb(transcription.mpcc().nlp, options.noise, options.exploration.seed);
+  return made;
+}
+
+}  // namespace ricochet

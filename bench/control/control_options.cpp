@@ -1,0 +1,154 @@
+#include "bench/control/control_options.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+
+#include "bench/commands/number_checks.h"
+#include "bench/commands/problem_options.h"
+#include "methods/control/fesd_transcription.h"
+#include "methods/control/time_stepping_transcription.h"
+#include "methods/runge_kutta/tableau_argument.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+/// The value of an option that takes one of a few names.
+template <class Value>
+Value choose(const std::string& option, const std::string& name, const Names<Value>& names) {
+  if (const Value* value = find(names, name)) return *value;
+  throw InputError(option, name, fmt::format("one of {} is required", fmt::join(list(names), ", ")));
+}
+
+FrictionCone cone_of(const ControlOptions& options) {
+  return choose("--cone", options.cone, friction_cone_names());
+}
+
+FesdEquations::Options equation_options(const ControlOptions& options, const OptimalControlProblem& problem) {
+  using E = FesdEquations;
+  E::Options result = options.equations;
+  result.n_fe = problem.n_fe;
+  result.cone = cone_of(options);
+  result.impulses = choose("--impulses", options.impulses, E::impulse_names());
+  result.cross = choose("--cross", options.cross, E::cross_names());
+  result.equilibration = choose("--equilibration", options.equilibration, E::equilibration_names());
+  return result;
+}
+
+}  // namespace
+
+void ControlOptions::add(CLI::App& command) {
+  command.add_option("problem", problem, "optimal control problem, see `ricochet list control`")->required();
+  command.add_option("--set", changes, "NAME=VALUE, a parameter of the problem; may be repeated")
+      ->allow_extra_args(false);
+  command.add_option("--intervals,-N", intervals, "control intervals")->check(positive_number());
+  command.add_option("--discretisation", discretisation, "fesd, time_freezing or time_stepping")
+      ->check(CLI::IsMember({"fesd", "time_freezing", "time_stepping"}))
+      ->capture_default_str();
+  command.add_option("--steps", steps, "per interval, of --discretisation time_stepping")
+      ->check(positive_number())
+      ->capture_default_str();
+  command.add_option("--a-n", freezing.a_n, "gap acceleration of a push [m/s^2], of --discretisation time_freezing")
+      ->capture_default_str();
+  command
+      .add_option("--bounce", freezing.bounce,
+                  "pseudo time of a bounce in control intervals, of --discretisation time_freezing")
+      ->capture_default_str();
+  command.add_option("--elements", elements, "finite elements per interval")->check(positive_number());
+  command.add_option("--tableau", tableau, "FAMILY:STAGES, or @FILE");
+  command.add_option("--cross", cross, "cross complementarity: sparse, per_stage, aggregated")->capture_default_str();
+  command.add_option("--impulses", impulses, "position_velocity or slack")->capture_default_str();
+  command.add_option("--cone", cone, "friction cone: exact, squared, polyhedral")->capture_default_str();
+  command.add_option("--equilibration", equilibration, "of the steps: objective, exact, tanh, none")
+      ->capture_default_str();
+  command.add_option("--rho", equations.rho, "weight of --equilibration objective")->capture_default_str();
+  command.add_flag("!--capture", equations.no_capture, "as published: a closed element may absorb a bounce");
+  command.add_flag("--project", equations.projects, "end velocities of curved contacts without friction are projected");
+  command.add_option("--eps-c", equations.eps_c, "gaps stay open over this part of a step; 0 for none")
+      ->capture_default_str();
+  command.add_option("--relaxation", homotopy.relaxation, "of the complementarity pairs")->capture_default_str();
+  command.add_option("--sigma-0", homotopy.sigma_0, "first relaxation parameter")->capture_default_str();
+  command.add_option("--sigma-final", homotopy.sigma_final, "last one, before the crossover")->capture_default_str();
+  command.add_option("--factor", homotopy.factor, "from one sigma to the next")->capture_default_str();
+  command.add_flag("--superlinear", superlinear, "sigma to the power 1.5 when that is less than factor * sigma");
+  command.add_option("--max-iterations", homotopy.max_iterations, "of one homotopy step")->capture_default_str();
+  command.add_option("--max-branches", homotopy.max_branches, "branches that the crossover tries besides the first")
+      ->check(non_negative_number())
+      ->capture_default_str();
+  command.add_option("--time-limit", homotopy.time_limit, "wall time [s]; 0 for none")
+      ->capture_default_str()
+      ->check(non_negative_number());
+  command.add_flag("--simulate", simulate, "guess: the motion under the guessed control, instead of a constant state");
+  command
+      .add_option("--from-time-stepping", from_time_stepping,
+                  "guess: the motion under the controls that time stepping finds, with so many steps per interval")
+      ->check(positive_number());
+  command
+      .add_option("--explore", exploration.rounds,
+                  "guess: the best motion of a random search over the controls with so many rounds")
+      ->check(non_negative_number());
+  command.add_option("--noise", noise, "random change of the guessed positions, up to this")->capture_default_str();
+  command.add_option("--seed", exploration.seed, "of --explore and --noise")
+      ->check(non_negative_number())
+      ->capture_default_str();
+}
+
+ControlOptions ControlOptions::parse(const std::string& arguments) {
+  ControlOptions options;
+  CLI::App app;
+  options.add(app);
+  try {
+    app.parse(arguments);
+  } catch (const CLI::ParseError& error) {
+    throw InputError("arguments of ricochet control", arguments, error.what());
+  }
+  return options;
+}
+
+std::unique_ptr<OptimalControlProblem> ControlOptions::make_problem() const {
+  auto made = make_control_problem(problem, parameter_changes(changes));
+  if (intervals > 0) made->n_intervals = intervals;
+  if (elements > 0) made->n_fe = elements;
+  if (!tableau.empty()) made->tableau = tableau;
+  return made;
+}
+
+std::unique_ptr<Transcription> ControlOptions::make_transcription(const OptimalControlProblem& made) const {
+  for (const auto& [name, value] :
+       {std::pair("--noise", noise), std::pair("--rho", equations.rho), std::pair("--eps-c", equations.eps_c)}) {
+    if (!(value >= 0) || !std::isfinite(value)) throw InputError(name, value, "a finite number >= 0 is required");
+  }
+  if (is_fesd())
+    return std::make_unique<FesdTranscription>(made, tableau_argument(made.tableau), equation_options(*this, made));
+  if (discretisation == "time_freezing") {
+    for (const auto& [name, value] : {std::pair("--a-n", freezing.a_n), std::pair("--bounce", freezing.bounce)}) {
+      if (!(value > 0) || !std::isfinite(value)) throw InputError(name, value, "a finite number > 0 is required");
+    }
+    auto options = freezing;
+    options.rho = equations.rho;
+    options.no_capture = equations.no_capture;
+    return std::make_unique<TimeFreezingTranscription>(made, tableau_argument(made.tableau), options);
+  }
+  return std::make_unique<TimeSteppingTranscription>(
+      made, TimeSteppingTranscription::Options{.steps = steps, .equations = {.cone = cone_of(*this)}});
+}
+
+HomotopyOptions ControlOptions::homotopy_options() const {
+  HomotopyOptions result = homotopy;
+  if (superlinear) result.update = SigmaUpdate::superlinear;
+  return result;
+}
+
+std::string ControlOptions::describe(const OptimalControlProblem& made) const {
+  const auto elements_of = [&](const char* name) {
+    return fmt::format("{} {}, {} intervals of {} elements", name, made.tableau, made.n_intervals, made.n_fe);
+  };
+  if (discretisation == "time_freezing") return elements_of("time freezing");
+  return is_fesd() ? elements_of("FESD-J")
+                   : fmt::format("time stepping, {} intervals of {} steps", made.n_intervals, steps);
+}
+
+}  // namespace ricochet

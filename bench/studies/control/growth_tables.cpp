@@ -1,0 +1,156 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "bench/studies/control/growth_rows.h"
+
+namespace ricochet {
+namespace {
+
+/// A run, or, with `fitted`, the growth of what was solved above it.
+struct GrowthLine {
+  ControlGrowth run;
+  int fitted = 0;  ///< runs; 0: a line of a run
+  std::string variables, iterations, derivatives, rest, seconds, again;
+
+  bool is_fit() const { return fitted > 0; }
+  bool came_again() const { return run.again_status == "success"; }
+};
+
+double per_iteration(const ControlGrowth& run, double seconds) {
+  return seconds / std::max(run.iterations, 1);
+}
+double derivatives_of(const ControlGrowth& run) {
+  return per_iteration(run, run.derivative_seconds);
+}
+double rest_of(const ControlGrowth& run) {
+  return per_iteration(run, run.seconds - run.derivative_seconds);
+}
+
+/// Over the solved runs from `first` up to before `last`, which are of one problem.
+GrowthLine growth_of(const std::vector<ControlGrowth>& runs, std::size_t first, std::size_t last) {
+  std::vector<double> N, variables, iterations, derivatives, rest, seconds, again_N, again;
+  for (std::size_t i = first; i < last; ++i) {
+    const ControlGrowth& run = runs[i];
+    if (!run.succeeded()) continue;
+    N.push_back(run.intervals);
+    variables.push_back(run.variables);
+    iterations.push_back(run.iterations);
+    derivatives.push_back(derivatives_of(run));
+    rest.push_back(rest_of(run));
+    seconds.push_back(run.seconds);
+    if (run.again_status != "success" || !run.again_kept_branch) continue;
+    again_N.push_back(run.intervals);
+    again.push_back(run.again_seconds);
+  }
+  return {.run = runs[first],
+          .fitted = static_cast<int>(N.size()),
+          .variables = growth_text("N", N, variables),
+          .iterations = growth_text("N", N, iterations),
+          .derivatives = growth_text("N", N, derivatives),
+          .rest = growth_text("N", N, rest),
+          .seconds = growth_text("N", N, seconds),
+          .again = growth_text("N", again_N, again)};
+}
+
+std::vector<GrowthLine> lines_of(const std::vector<ControlGrowth>& runs) {
+  std::vector<GrowthLine> lines;
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    lines.emplace_back().run = runs[i];
+    if (i + 1 < runs.size() && runs[i + 1].problem == runs[i].problem) continue;
+    if (GrowthLine growth = growth_of(runs, first, i + 1); i > first && growth.is_fit()) lines.push_back(growth);
+    first = i + 1;
+  }
+  return lines;
+}
+
+/// The text of a fit, or what the format makes of the run.
+auto fit_or(std::string GrowthLine::*fit, const char* format, auto value) {
+  return [=](const GrowthLine& line) {
+    return line.is_fit() ? line.*fit : cell_text(format, std::invoke(value, line.run));
+  };
+}
+
+std::string how_again(const GrowthLine& line) {
+  if (line.is_fit()) return "";
+  if (!line.came_again()) return line.run.again_status.empty() ? "-" : line.run.again_status;
+  return line.run.again_kept_branch ? "branch" : "homotopy";
+}
+
+}  // namespace
+
+Table growth_table(const std::vector<ControlGrowth>& runs) {
+  using L = GrowthLine;
+  using R = ControlGrowth;
+  static const std::vector<Column<L>> columns = {
+      {"problem", [](const L& l) { return l.run.problem; }},
+      {"N", "", "{}",
+       [](const L& l) { return l.is_fit() ? fmt::format("{} solved", l.fitted) : fmt::format("{}", l.run.intervals); }},
+      {"variables", "", "{}", fit_or(&L::variables, "{}", &R::variables)},
+      {"pairs", "", "{}", [](const L& l) { return l.is_fit() ? "" : fmt::format("{}", l.run.pairs); }},
+      {"iterations", "", "{}", fit_or(&L::iterations, "{}", &R::iterations)},
+      {"derivatives", "ms/it.", "{}",
+       fit_or(&L::derivatives, "{:.3g}", [](const R& run) { return 1e3 * derivatives_of(run); })},
+      {"linear solver and rest", "ms/it.", "{}",
+       fit_or(&L::rest, "{:.3g}", [](const R& run) { return 1e3 * rest_of(run); })},
+      {"seconds", "", "{}", fit_or(&L::seconds, "{:.2f}", &R::seconds)},
+      {"status", [](const L& l) { return l.is_fit() ? "fit" : l.run.status; }},
+      {"again", how_again},
+      {"again", "s", "{}",
+       [](const L& l) {
+         return l.is_fit() ? l.again : cell_text("{:.3f}", when(l.came_again(), l.run.again_seconds));
+       }},
+      {"again, iterations", "", "{}",
+       [](const L& l) { return l.is_fit() ? "" : cell_text("{}", when(l.came_again(), l.run.again_iterations)); }},
+  };
+  return without_empty(
+      table_of("Growth of the work with the number of control intervals", columns, lines_of(runs),
+               "Seconds: homotopy and crossover, wall time, without the guess. Again: the plant has run one "
+               "interval, was moved, and the rest is planned from there; by the same branch, or by a homotopy "
+               "where that has no solution. The lines of exponents are fits over the solved runs, those of "
+               "\"again\" over the ones that kept the branch."),
+      {"derivatives [ms/it.]", "linear solver and rest [ms/it.]", "seconds", "again [s]"});
+}
+
+std::vector<GrowthCurve> growth_curves(const std::vector<ControlGrowth>& runs) {
+  std::vector<GrowthCurve> curves;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (i == 0 || runs[i].problem != runs[i - 1].problem) {
+      for (const char* panel : {"of an iteration", "of a re-solve on the same branch"})
+        curves.push_back({panel, runs[i].problem, {}});
+    }
+    const ControlGrowth& run = runs[i];
+    if (!run.succeeded()) continue;
+    const auto last = curves.end() - 2;
+    last->points.emplace_back(run.intervals, run.seconds / std::max(run.iterations, 1));
+    if (run.again_status == "success" && run.again_kept_branch)
+      (last + 1)->points.emplace_back(run.intervals, run.again_seconds);
+  }
+  return curves;
+}
+
+Table homotopy_steps(const std::vector<ControlGrowth>& runs) {
+  struct Line {
+    ControlGrowth run;
+    ControlGrowth::Step step;
+  };
+  static const std::vector<Column<Line>> columns = {
+      {"problem", [](const Line& l) { return l.run.problem; }},
+      {"N", "", "{}", [](const Line& l) { return l.run.intervals; }},
+      {"sigma", "", "{:.1e}", [](const Line& l) { return l.step.sigma; }},
+      {"iterations", "", "{}", [](const Line& l) { return l.step.iterations; }},
+      {"seconds", "", "{:.2f}", [](const Line& l) { return l.step.seconds; }},
+      {"max min(G, H)", "", "{:.1e}", [](const Line& l) { return l.step.complementarity; }},
+      {"solved", [](const Line& l) { return l.step.is_solved ? "yes" : "no"; }},
+  };
+  std::vector<Line> lines;
+  for (const auto& run : runs) {
+    for (const auto& step : run.steps) lines.push_back({run, step});
+  }
+  return without_empty(table_of("Steps of the homotopies", columns, lines,
+                                "What a run took more than its steps is the crossover to exact complementarity."),
+                       {"seconds"});
+}
+
+}  // namespace ricochet

@@ -1,0 +1,150 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "bench/studies/control/seed_rows.h"
+#include "reports/quantile.h"
+
+namespace ricochet {
+namespace {
+
+std::vector<double> values_of(const SeedGroup& runs, auto member) {
+  std::vector<double> values;
+  for (const SeedRun* run : runs) values.push_back(static_cast<double>(run->*member));
+  return values;
+}
+
+/// "12.1 | 13.4 | 20": the quartiles, '-' of nothing, or of times that were not measured.
+std::string quartiles(std::vector<double> values) {
+  std::erase_if(values, [](double value) { return std::isnan(value); });
+  if (values.empty()) return "-";
+  return fmt::format("{:.3g} | {:.3g} | {:.3g}", quantile(values, 0.25), median(values), quantile(values, 0.75));
+}
+
+SeedGroup solved(const SeedGroup& group) {
+  SeedGroup runs;
+  std::ranges::copy_if(group, std::back_inserter(runs), &SeedRun::succeeded);
+  return runs;
+}
+
+SeedGroup replayed(const SeedGroup& group) {
+  SeedGroup runs;
+  std::ranges::copy_if(group, std::back_inserter(runs), &SeedRun::is_replayed);
+  return runs;
+}
+
+/// "S 45, W 3", the strongest first.
+std::string stationarities(const SeedGroup& runs) {
+  std::string text;
+  for (const char* kind : {"S", "M", "C", "W", "unknown"}) {
+    if (const auto count = std::ranges::count(runs, kind, &SeedRun::stationarity); count > 0)
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", kind, count);
+  }
+  return text.empty() ? "-" : text;
+}
+
+}  // namespace
+
+std::string SeedRun::command() const {
+  return fmt::format("ricochet control {} {} --seed {}", problem, arguments, seed);
+}
+
+std::vector<SeedGroup> seed_groups(const std::vector<SeedRun>& runs) {
+  std::vector<SeedGroup> groups;
+  for (const auto& run : runs) {
+    const auto own = std::ranges::find_if(groups, [&](const SeedGroup& group) {
+      return group.front()->problem == run.problem && group.front()->arguments == run.arguments;
+    });
+    if (own == groups.end())
+      groups.push_back({&run});
+    else
+      own->push_back(&run);
+  }
+  return groups;
+}
+
+Table seed_table(const std::vector<SeedRun>& runs) {
+  using G = SeedGroup;
+  // Of the runs that were solved.
+  const auto of_solved = [](auto value) { return [=](const G& g) { return value(solved(g)); }; };
+  const auto cost = [](const G& g) { return values_of(g, &SeedRun::cost); };
+  static const std::vector<Column<G>> columns = {
+      {"problem", [](const G& g) { return g.front()->problem; }},
+      {"solved", "", "{}",
+       [](const G& g) {
+         const std::size_t n = solved(g).size();
+         return fmt::format("{} of {}, {:.0f} %", n, g.size(),
+                            100 * static_cast<double>(n) / static_cast<double>(g.size()));
+       }},
+      {"stationary", of_solved(stationarities)},
+      {"B", "", "{}", of_solved([](const G& g) { return std::ranges::count(g, true, &SeedRun::is_b_stationary); })},
+      {"least cost", "", "{:.6g}", of_solved([=](const G& g) { return quantile(cost(g), 0); })},
+      {"cost", "", "{}", of_solved([=](const G& g) { return quartiles(cost(g)); })},
+      {"worst cost", "", "{:.6g}", of_solved([=](const G& g) { return quantile(cost(g), 1); })},
+      {"CPU s", "", "{}", of_solved([](const G& g) { return quartiles(values_of(g, &SeedRun::cpu_seconds)); })},
+      {"iterations", "", "{}", of_solved([](const G& g) { return quartiles(values_of(g, &SeedRun::iterations)); })},
+      {"replayed", "", "{}", of_solved([](const G& g) { return replayed(g).size(); })},
+      {"off by", "", "{:.1e}",
+       of_solved([](const G& g) { return median(values_of(replayed(g), &SeedRun::terminal)); })},
+      {"arguments", [](const G& g) { return g.front()->arguments; }},
+  };
+  Table table = table_of(
+      "Random initial guesses", columns, seed_groups(runs),
+      "Cost, CPU time and iterations: quartiles and median of the solved runs; the time with that for the guess. "
+      "Stationary: the strongest kind that the multipliers prove; B: no feasible direction descends. Replayed: the "
+      "plant could be run under the controls with adaptive FESD-J; off by: median of the max-norm of claim minus "
+      "replay in (q, v) at T.");
+  table.is_list = true;
+  return without_empty(table, {"CPU s"});
+}
+
+Table seed_failures(const std::vector<SeedRun>& runs) {
+  struct Failure {
+    const SeedRun* first;
+    std::string status, reason;
+    std::vector<unsigned> seeds;
+  };
+  std::vector<Failure> failures;
+  for (const auto& group : seed_groups(runs)) {
+    std::map<std::pair<std::string, std::string>, std::vector<unsigned>> reasons;
+    for (const SeedRun* run : group) {
+      if (!run->succeeded())
+        reasons[{run->status, run->message.substr(0, run->message.find(';'))}].push_back(run->seed);
+    }
+    for (const auto& [reason, seeds] : reasons) failures.push_back({group.front(), reason.first, reason.second, seeds});
+  }
+  using F = Failure;
+  static const std::vector<Column<F>> columns = {
+      {"problem", [](const F& f) { return f.first->problem; }},
+      {"runs", "", "{}", [](const F& f) { return f.seeds.size(); }},
+      {"status", &F::status},
+      {"reason", &F::reason},
+      {"seeds", [](const F& f) { return fmt::format("{}", fmt::join(f.seeds, ", ")); }},
+      {"arguments", [](const F& f) { return f.first->arguments; }},
+  };
+  return table_of("Guesses without a solution", columns, failures);
+}
+
+Table seed_details(const std::vector<SeedRun>& runs) {
+  using R = SeedRun;
+  static const std::vector<Column<R>> columns = {
+      {"problem", &R::problem},
+      {"seed", "", "{}", &R::seed},
+      {"status", &R::status},
+      {"cost", "", "{:.8g}", [](const R& r) { return when(r.succeeded(), r.cost); }},
+      {"stationary", [](const R& r) { return r.succeeded() ? r.stationarity : "-"; }},
+      {"B", [](const R& r) { return r.succeeded() && r.is_b_stationary ? "yes" : "-"; }},
+      {"CPU s", "", "{:.1f}", &R::cpu_seconds},
+      {"wall s", "", "{:.1f}", &R::seconds},
+      {"iterations", "", "{}", &R::iterations},
+      {"off by", "", "{:.1e}", [](const R& r) { return when(r.succeeded() && r.is_replayed(), r.terminal); }},
+      {"reason", &R::message},
+      {"command", &R::command},
+  };
+  return without_empty(table_of("All guesses", columns, runs), {"CPU s", "wall s"});
+}
+
+}  // namespace ricochet

@@ -1,0 +1,95 @@
+#include "bench/studies/grid/grid_experiment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/experiment/experiment_file.h"
+#include "bench/measure/built_method.h"
+#include "bench/measure/setting_kind.h"
+#include "methods/registry.h"
+#include "problems/input_error.h"
+#include "problems/names.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+/// A grid: numbers of steps, or {"from", "to", "per_decade"} for a logarithmic one, or the name of a grid, or a list of
+/// those.
+std::vector<int> read_steps(const json& value, const json& grids, const std::string& field) {
+  std::vector<int> steps;
+  if (value.is_string()) {
+    const std::string name = value;
+    if (!grids.contains(name))
+      throw_unknown_name("grid in " + field, name, keys_of(grids.get<std::map<std::string, json>>()));
+    steps = read_steps(grids[name], grids, field);
+  } else if (value.is_array()) {
+    for (const auto& entry : value) {
+      const auto part = entry.is_number() ? std::vector<int>{entry.get<int>()} : read_steps(entry, grids, field);
+      steps.insert(steps.end(), part.begin(), part.end());
+    }
+  } else {
+    for (const double n : logarithmic_grid(value, field)) steps.push_back(static_cast<int>(std::lround(n)));
+  }
+  std::sort(steps.begin(), steps.end());
+  steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
+  if (steps.empty() || steps.front() < 1) throw InputError(field, value.dump(), "numbers of steps >= 1 are required");
+  return steps;
+}
+
+GridExperiment::MethodGrid read_method_grid(const json& entry, const json& grids) {
+  GridExperiment::MethodGrid grid;
+  grid.method = entry.at("method");
+  grid.on_failure = entry.value("on_failure", "");
+  grid.may_fail = entry.value("may_fail", "");
+  if (entry.contains("steps")) grid.steps = read_steps(entry["steps"], grids, "steps of " + grid.method);
+  grid.tolerances = entry.value("tolerances", grid.tolerances);
+  grid.not_built = why_not_built(grid.method);
+  bool is_adaptive = grid.steps.empty();
+  if (grid.not_built.empty()) {
+    const auto method = make_method(grid.method);
+    require_kind_of_setting(*method, grid.steps.empty() ? "" : "methods: steps",
+                            grid.tolerances.empty() ? "" : "methods: tolerances");
+    is_adaptive = method->info().is_adaptive;
+  }
+  if (!grid.on_failure.empty() && why_not_built(grid.on_failure).empty())
+    require_kind_of_setting(*make_method(grid.on_failure), is_adaptive ? "" : "methods: on_failure with steps",
+                            is_adaptive ? "methods: on_failure with tolerances" : "");
+  if (is_adaptive ? grid.tolerances.empty() : grid.steps.empty()) {
+    throw InputError("methods", grid.method, is_adaptive ? "\"tolerances\" are required" : "\"steps\" are required");
+  }
+  return grid;
+}
+
+}  // namespace
+
+GridExperiment read_grid_experiment(const json& document) {
+  GridExperiment experiment;
+  experiment.id = document.at("id");
+  experiment.problem = read_problem_choice(document);
+  experiment.needs_reference = !document.contains("reference") || !document["reference"].is_null();
+  experiment.sensitivities = document.value("sensitivities", experiment.sensitivities);
+  if (!experiment.sensitivities.empty() && experiment.problem.ground_truth_file.empty()) {
+    throw InputError("reference", document.value("reference", json()).dump(),
+                     "sensitivities are measured against a \"ground_truth\"");
+  }
+  const json grids = document.value("grids", json::object());
+  for (const auto& entry : document.at("methods")) experiment.methods.push_back(read_method_grid(entry, grids));
+  if (document.contains("trajectory")) {
+    experiment.trajectory_method = document["trajectory"].at("method");
+    experiment.trajectory_steps = document["trajectory"].at("steps");
+    if (why_not_built(experiment.trajectory_method).empty())
+      require_kind_of_setting(*make_method(experiment.trajectory_method), "trajectory: steps", "");
+  }
+  experiment.overhead_of = document.value("overhead_of", experiment.overhead_of);
+  experiment.with_metrics = document.value("metrics", experiment.sensitivities.empty());
+  experiment.with_times = document.value("times", true);
+  experiment.quick = document.value("quick", false);
+  experiment.time_limit = document.value("time_limit", experiment.time_limit);
+  return experiment;
+}
+
+}  // namespace ricochet

@@ -1,0 +1,119 @@
+#include "bench/studies/grid/work_precision.h"
+
+#include <cmath>
+
+#include "bench/studies/grid/curve_style.h"
+#include "bench/studies/grid/grid_tables.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::json;
+
+/// What a reader chooses among for an axis: a field of a run and what it is.
+json measures(const GridResults& results) {
+  return {{"errors",
+           {{{"field", "error"}, {"label", results.error_measure().axis}},
+            {{"field", "relative"}, {"label", "error over the size of the solution"}},
+            {{"field", "position"}, {"label", "largest error of a coordinate at any time"}},
+            {{"field", "velocity"}, {"label", "integral of the error of v over the time"}},
+            {{"field", "end_velocity"}, {"label", "error of v at the end, away from impacts"}},
+            {{"field", "event_time"}, {"label", "largest error of an event's time [s]"}},
+            {{"field", "impulse"}, {"label", "largest error of a normal impulse [N s]"}},
+            {{"field", "energy"}, {"label", "error of the energy at the end, away from jumps [J]"}},
+            {{"field", "momentum"}, {"label", "error of the linear momentum at the end, away from jumps [N s]"}},
+            {{"field", "penetration"}, {"label", "deepest penetration [m]"}},
+            {{"field", "drift"}, {"label", "largest drift of a constraint [m]"}}}},
+          {"works",
+           {{{"field", "time"}, {"label", "CPU time [ms]"}},
+            {{"field", "force_evaluations"}, {"label", "force evaluations"}},
+            {{"field", "linear_solves"}, {"label", "linear solves"}},
+            {{"field", "matrix_factorizations"}, {"label", "factorizations"}},
+            {{"field", "steps"}, {"label", "steps"}},
+            {{"field", "peak"}, {"label", "peak heap [kB]"}}}}};
+}
+
+/// Null for work that a method does not count: every one evaluates forces and solves with its mass matrix, engines and
+/// some libraries do not say how often.
+json counted(std::int64_t number, bool is_counted) {
+  return is_counted ? json(number) : json();
+}
+
+/// What is known of a run with or without a solution.
+json work_of(const GridResults& results, const Record& record, std::size_t method) {
+  const Counters& work = record.counters;
+  return {{"method", method},
+          {"setting", record.steps > 0 ? record.setting() + " steps" : "tolerance " + record.setting()},
+          {"force_evaluations", counted(work.force_evaluations, work.force_evaluations > 0)},
+          {"linear_solves", counted(work.linear_solves, work.linear_solves > 0)},
+          {"matrix_factorizations",
+           counted(work.matrix_factorizations, work.matrix_factorizations > 0 || work.linear_solves > 0)},
+          {"steps", work.steps},
+          {"events", record.detected_events},
+          {"command", record.command},
+          {"row", row_id(results, record)}};
+}
+
+json run_of(const GridResults& results, const Record& record, std::size_t method) {
+  const Timing& timing = *results.timing_of(record);
+  const double size = record.solution_size > 0 ? record.solution_size : 1;
+  json run = work_of(results, record, method);
+  run.update({{"error", record.error},
+              {"relative", record.error / size},
+              {"position", record.metrics.position_error},  // null where the motion was not looked at
+              {"velocity", record.metrics.velocity_error},
+              {"end_velocity", record.metrics.end_velocity_error},
+              {"event_time", record.metrics.event_time_error},
+              {"impulse", record.metrics.impulse_error},
+              {"energy", std::abs(record.metrics.energy_error)},
+              {"momentum", record.metrics.momentum_error},
+              {"penetration", record.metrics.penetration},
+              {"drift", record.metrics.constraint_drift},
+              {"time", 1e3 * timing.median},
+              {"peak", results.peak_bytes_of(record) / 1e3},
+              {"quartiles", {1e3 * timing.lower_quartile, 1e3 * timing.upper_quartile}}});
+  return run;
+}
+
+/// With the run of another method that answers the failure, where the experiment has one.
+json failure_of(const GridResults& results, const Record& record, std::size_t method) {
+  json run = work_of(results, record, method);
+  run.update({{"status", record.status}, {"reason", record.message}});
+  if (const auto answer = replacement_of(results, record)) run["answer"] = "instead " + *answer;
+  return run;
+}
+
+}  // namespace
+
+Section::Chart work_precision_chart(const GridResults& results) {
+  json data = measures(results);
+  if (!results.has_metrics()) data["errors"].erase(data["errors"].begin() + 2, data["errors"].end());
+  data["largest_error"] = kLargestError;
+  const auto looks = curve_looks(results);
+  data["methods"] = data["runs"] = data["failures"] = json::array();
+  for (const auto& method : results.methods()) {
+    const auto runs = results.of(method);
+    const std::size_t index = data["methods"].size();
+    data["methods"].push_back({{"id", method},
+                               {"label", curve_label(results, *runs.front())},
+                               {"family", family_title(curve_family(method))}});
+    looks[index].put_into(data["methods"].back());
+    for (const Record* run : runs) {
+      if (run->has_error() && results.timing_of(*run)) data["runs"].push_back(run_of(results, *run, index));
+      if (!run->succeeded() && run->status != "not_built") data["failures"].push_back(failure_of(results, *run, index));
+    }
+  }
+  return {
+      .kind = "work_precision",
+      .name = "work_precision",
+      .table = "times",
+      .title = "Work over error",
+      .caption = "Every point is one run with another step length or tolerance: down and left is better. " +
+                 results.error_measure().definition +
+                 " Forces that a method keeps from one step to the next count once; work that it does not count, as "
+                 "engines do not, has no point.",
+      .data = data,
+      .still = {[=](const FigureFolder& folder) { return std::vector{draw_work_precision(folder, results)}; }}};
+}
+
+}  // namespace ricochet
