@@ -1,22 +1,45 @@
 #include "problems/registry.h"
 
+#include <utility>
+
 #include "problems/initial_state.h"
 #include "problems/names.h"
 
 namespace ricochet {
 namespace {
 
-std::map<std::string, SceneEntry>& entries() {
-  static std::map<std::string, SceneEntry> entries;
-  return entries;
+struct Registry {
+  std::map<std::string, SceneEntry> entries;
+  std::vector<std::function<std::vector<SceneEntry>()>> unread;  ///< lists of scenes that are read on first use
+
+  void add(SceneEntry entry) {
+    const std::string id = entry.id;
+    if (!entries.emplace(id, std::move(entry)).second) throw std::logic_error("two scenes are registered as " + id);
+  }
+};
+
+Registry& registry() {
+  static Registry registry;
+  return registry;
+}
+
+const std::map<std::string, SceneEntry>& entries() {
+  Registry& all = registry();
+  for (const auto& read : std::exchange(all.unread, {})) {
+    for (auto& entry : read()) all.add(std::move(entry));
+  }
+  return all.entries;
 }
 
 }  // namespace
 
 bool add_scene(SceneEntry entry) {
-  const std::string id = entry.id;
-  const bool is_new = entries().emplace(id, std::move(entry)).second;
-  if (!is_new) throw std::logic_error("two scenes are registered as " + id);
+  registry().add(std::move(entry));
+  return true;
+}
+
+bool add_scenes(std::function<std::vector<SceneEntry>()> read) {
+  registry().unread.push_back(std::move(read));
   return true;
 }
 

@@ -27,14 +27,17 @@ struct SceneEntry {
   std::function<std::unique_ptr<Problem>(const ParameterChanges&)> make;
   std::vector<ParameterInfo> parameters{};  ///< of an assembled scene, whose problem does not know them
   std::string file{};                       ///< that states it, as the compiler was given it: set by register_scene()
-  std::string literature{};                 ///< where the scene is from, if `source` is the file of its solution
-  std::string solution{};                   ///< what is known of its solution, if `source` is the file of that
+  std::string solution{};                   ///< how its solution is known, for a scene with a certified one
 };
 
 /// Puts `entry` into the list; called by register_scene() in each scene's own file; no list of scenes exists anywhere
 /// else. Throws std::logic_error for an id that is there.
 /// @returns true, so that a constant of a file can be initialised by it
 bool add_scene(SceneEntry entry);
+
+/// Adds scenes that are read from data, when the list is first used. Throws as add_scene() does, then.
+/// @returns true, so that a constant of a file can be initialised by it
+bool add_scenes(std::function<std::vector<SceneEntry>()> read);
 
 /// All compiled scenes, by id.
 std::vector<SceneEntry> scenes();

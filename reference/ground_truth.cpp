@@ -46,8 +46,7 @@ Solution GroundTruth::solution(const std::vector<std::string>& wrt) const {
   return solution;
 }
 
-std::vector<GroundTruth> read_ground_truth(const std::string& path) {
-  const json document = read_input_json(path, "ground truth file");
+std::vector<GroundTruth> ground_truth_of(const json& document, const std::string& name) {
   std::vector<GroundTruth> cases;
   try {
     for (const auto& entry : document.at("cases")) {
@@ -74,9 +73,13 @@ std::vector<GroundTruth> read_ground_truth(const std::string& path) {
       cases.push_back(std::move(truth));
     }
   } catch (const std::exception& error) {
-    throw InputError(fmt::format("{}: not a ground truth file: {}", path, error.what()));
+    throw InputError(fmt::format("{}: not a ground truth file: {}", name, error.what()));
   }
   return cases;
+}
+
+std::vector<GroundTruth> read_ground_truth(const std::string& path) {
+  return ground_truth_of(read_input_json(path, "ground truth file"), path);
 }
 
 GroundTruth read_ground_truth(const std::string& path, const std::string& id) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -9,7 +9,7 @@
 
 namespace ricochet::reference {
 
-/// A solved problem of a ground-truth file: the numbers a solution is held against, rounded to double from 42 decimals.
+/// A solved problem of a ground-truth file. Its numbers are rounded to double from 42 decimals.
 struct GroundTruth {
   struct Event {
     double t = 0;
@@ -17,7 +17,7 @@ struct GroundTruth {
     std::string contact;  ///< name
     std::vector<std::pair<std::string, double>> Lambda_n;  ///< impulses by contact, of an impact [N s]
     std::vector<std::pair<std::string, Vector>> Lambda_t;  ///< n_t each, empty without friction [N s]
-    std::vector<std::string> modes;  ///< of all contacts behind the event: open, free (closed without friction), stick,
+    std::vector<std::string> modes;  ///< of all contacts after the event: open, free (closed without friction), stick,
                                      ///< slip+, slip-, slip; empty where the file states none
   };
   std::string id, title;
@@ -37,8 +37,11 @@ struct GroundTruth {
   Solution solution(const std::vector<std::string>& wrt = {}) const;
 };
 
-/// All cases of a file in the format of tests/data/ground_truth.json.
-/// @throws InputError when the file cannot be read
+/// All cases of a document in the format of reference/data/ground_truth.json.
+/// @param name  of the document, for messages  @throws InputError for a document of another format
+std::vector<GroundTruth> ground_truth_of(const nlohmann::json& document, const std::string& name);
+
+/// All cases of a file. @throws InputError when the file cannot be read
 std::vector<GroundTruth> read_ground_truth(const std::string& path);
 
 /// One case. @throws InputError for an unknown id

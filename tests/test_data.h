@@ -10,7 +10,7 @@
 #include "problems/registry.h"
 #include "problems/scene_file/scene_file.h"
 #include "reference/agreement.h"
-#include "reference/ground_truth.h"
+#include "reference/truths.h"
 
 namespace ricochet {
 
@@ -18,26 +18,29 @@ inline std::string test_data(const std::string& name) {
   return RICOCHET_TEST_DATA "/" + name;
 }
 
+inline std::string reference_data(const std::string& name) {
+  return RICOCHET_TEST_DATA "/../../reference/data/" + name;
+}
+
 inline const std::vector<reference::GroundTruth>& ground_truth() {
-  static const auto cases = reference::read_ground_truth(test_data("ground_truth.json"));
-  return cases;
+  return reference::certified_cases();
 }
 
 inline std::unique_ptr<Problem> ground_truth_problem(const std::string& id) {
-  return read_scene_file(test_data("ground_truth.json") + "#" + id);
+  return make_problem(id);
 }
 
-/// Scenes that move by themselves, and their truth with the clock that a solution has behind the bodies' coordinates:
+/// Scenes that move by themselves, and their truth with the clock that a solution has after the bodies' coordinates:
 /// T, 1, and no derivative.
 inline const std::vector<reference::GroundTruth>& moving_scenes() {
   static const auto cases = [] {
-    auto list = reference::read_ground_truth(test_data("moving_scenes.json"));
+    auto list = reference::read_ground_truth(reference_data("moving_scenes.json"));
     const auto append = [](Vector& x, double value) {
       x.conservativeResize(x.size() + 1);
       x[x.size() - 1] = value;
     };
     for (auto& truth : list) {
-      append(truth.q, read_scene_file(test_data("moving_scenes.json") + "#" + truth.id)->info().end_time);
+      append(truth.q, read_scene_file(reference_data("moving_scenes.json") + "#" + truth.id)->info().end_time);
       append(truth.v, 1);
       for (auto& sensitivity : truth.sensitivities) {
         append(sensitivity.dq, 0);
@@ -50,7 +53,7 @@ inline const std::vector<reference::GroundTruth>& moving_scenes() {
 }
 
 inline std::unique_ptr<Problem> moving_scene(const std::string& id, const ParameterChanges& changes = {}) {
-  return read_scene_file(test_data("moving_scenes.json") + "#" + id, changes);
+  return read_scene_file(reference_data("moving_scenes.json") + "#" + id, changes);
 }
 
 inline std::vector<EventKind> kinds(const Solution& s) {

@@ -8,7 +8,6 @@
 #include <filesystem>
 
 #include "bench/commands/problem_options.h"
-#include "bench/measure/known_truth.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"
@@ -151,8 +150,7 @@ std::string arguments_of(const AdHocStudy& study) {
 ExperimentFile ad_hoc_experiment(const AdHocStudy& study) {
   if (study.scene.empty() && study.problem.empty())
     throw InputError("experiment", "''", "a name, or --problem or --scene for one without a file, is required");
-  ProblemChoice choice = choice_of(study);
-  find_ground_truth(choice);
+  const ProblemChoice choice = choice_of(study);
   const std::vector<std::string> methods = study.methods.empty() ? kUsualMethods : study.methods;
   bool takes_steps = false, takes_tolerances = false;
   json entries = json::array();
@@ -177,8 +175,6 @@ ExperimentFile ad_hoc_experiment(const AdHocStudy& study) {
                    {"problem", choice.problem},
                    {"methods", entries}};
   if (!choice.parameters.empty()) document["parameters"] = choice.parameters;
-  if (!choice.ground_truth_file.empty())
-    document["reference"] = {{"ground_truth", choice.ground_truth_file}, {"case", choice.ground_truth_case}};
   return ExperimentFile(arguments, "command line", document);
 }
 

@@ -17,8 +17,7 @@ struct AdHocStudy {
   std::string steps, tolerances;
 };
 
-/// The experiment, as a file would state it: compared with the ground truth that is known of the problem
-/// (bench/measure/known_truth.h), or with a solution by SUNDIALS. Its id says what it is.
+/// The experiment, as a file would state it: for --print-experiment. Its id names problem and methods.
 /// @throws InputError for an option that says nothing, or is missing
 ExperimentFile ad_hoc_experiment(const AdHocStudy& study);
 

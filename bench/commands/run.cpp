@@ -8,7 +8,6 @@
 #include "bench/commands/problem_options.h"
 #include "bench/commands/run_report.h"
 #include "bench/measure/isolated_reference.h"
-#include "bench/measure/known_truth.h"
 #include "bench/measure/sensitivities.h"
 #include "bench/measure/timing.h"
 #include "bench/measure/trajectory_of.h"
@@ -81,9 +80,8 @@ void add_reference(const RunArguments& options, RunReport& report) {
   ProblemChoice choice;
   choice.problem = options.problem.scene.empty() ? options.problem.problem : options.problem.scene;
   choice.parameters = parameter_changes(options.problem.changes);
-  // A state that was moved, or another law of impacts, is none of a file.
-  if (options.problem.depth == 0 && options.problem.impact_law.empty()) find_ground_truth(choice);
-  report.is_certified = !choice.ground_truth_file.empty();
+  choice.is_changed = options.problem.depth > 0 || !options.problem.impact_law.empty();
+  report.is_certified = choice.truth().has_value();
   try {
     report.reference = isolated_reference(choice, report.problem, kReferenceLimit);
   } catch (const std::runtime_error& error) {

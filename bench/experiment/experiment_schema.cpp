@@ -43,14 +43,6 @@ constexpr const char* kShared = R"~({
   "method": {"type": "string", "minLength": 1, "format": "method", "description": "NAME:ARGUMENT,OPTION=VALUE of `ricochet list methods`; @FILE is a tableau file beside the experiment."},
   "problem": {"type": "string", "minLength": 1, "format": "scene", "description": "A scene of `ricochet list problems`, or FILE.json or FILE.json#ID beside the experiment."},
   "parameters": {"type": "object", "additionalProperties": {"type": "number"}, "description": "Parameters of the problem that are changed, in its units."},
-  "reference": {
-    "anyOf": [
-      {"type": "null"},
-      {"type": "object", "additionalProperties": false, "required": ["ground_truth", "case"], "properties": {
-        "ground_truth": {"type": "string", "format": "path", "description": "File of certified solutions beside the experiment.", "examples": ["../../tests/data/ground_truth.json"]},
-        "case": {"type": "string", "description": "One of its cases.", "examples": ["P2_two_balls_spring"]}}}],
-    "description": "What errors are measured against; without it a solution by SUNDIALS with located events, null for none."
-  },
   "range": {
     "type": "object", "additionalProperties": false, "required": ["from", "to", "per_decade"],
     "description": "A logarithmic grid.",

@@ -3,29 +3,47 @@
 #include <fmt/format.h>
 
 #include <limits>
+#include <stdexcept>
 
 #include "bench/experiment/experiment_file.h"
 #include "problems/scene_file/scene_file.h"
-#include "reference/ground_truth.h"
+#include "reference/truths.h"
 
 namespace ricochet {
 
-std::unique_ptr<Problem> ProblemChoice::make_problem() const {
-  if (!is_scene_file()) return ricochet::make_problem(problem, parameters);
+namespace {
+
+/// FILE#ID with the file found in the folder of data.
+std::string found_scene(const std::string& problem) {
   const auto hash = problem.rfind('#');
   const std::string scene = hash == std::string::npos ? "" : problem.substr(hash);
-  return read_scene_file(find_project_file(problem.substr(0, hash)) + scene, parameters);
+  return find_project_file(problem.substr(0, hash)) + scene;
+}
+
+}  // namespace
+
+std::unique_ptr<Problem> ProblemChoice::make_problem() const {
+  if (!is_scene_file()) return ricochet::make_problem(problem, parameters);
+  return read_scene_file(found_scene(problem), parameters);
+}
+
+std::optional<reference::GroundTruth> ProblemChoice::truth() const {
+  if (is_changed) return std::nullopt;
+  return reference::truth_of(is_scene_file() ? found_scene(problem) : problem, parameters);
 }
 
 reference::Reference ProblemChoice::make_reference(const Problem& made,
                                                    const std::vector<std::string>& sensitivities) const {
-  if (ground_truth_file.empty()) return reference::make_reference(made);
-  const auto truth = reference::read_ground_truth(find_project_file(ground_truth_file), ground_truth_case);
+  const auto known = truth();
+  if (!known && !sensitivities.empty())
+    throw std::logic_error("a computed reference has no derivatives of the final state");
+  if (!known) return reference::make_reference(made);
   reference::Reference reference;
-  reference.solution = truth.solution(sensitivities);
+  reference.solution = known->solution(sensitivities);
   // 42 decimals of the state, 27 and more of its derivatives, rounded to double.
   reference.uncertainty = std::numeric_limits<double>::epsilon() * reference.size();
-  reference.how = fmt::format("{}, {}", ground_truth_file, ground_truth_case);
+  reference.how = fmt::format(
+      "{}, {}", is_scene_file() ? problem.substr(0, problem.rfind('#')) : reference::kCertifiedFile, known->id);
   return reference;
 }
 
@@ -48,10 +66,6 @@ ProblemChoice read_problem_choice(const nlohmann::json& experiment) {
   ProblemChoice choice;
   choice.problem = experiment.at("problem");
   choice.parameters = experiment.value("parameters", ParameterChanges{});
-  if (const auto reference = experiment.find("reference"); reference != experiment.end() && !reference->is_null()) {
-    choice.ground_truth_file = reference->at("ground_truth");
-    choice.ground_truth_case = reference->at("case");
-  }
   return choice;
 }
 

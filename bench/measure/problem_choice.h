@@ -2,23 +2,29 @@
 
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "problems/problem.h"
 #include "problems/registry.h"
 #include "reference/agreement.h"
+#include "reference/ground_truth.h"
 
 namespace ricochet {
 
-/// The problem of an experiment file, and what its solution is compared with.
+/// The problem of a run, and the reference of its solution.
 struct ProblemChoice {
   std::string problem;  ///< scene id, or "FILE#ID" of a scene file
   ParameterChanges parameters;
-  std::string ground_truth_file = {}, ground_truth_case = {};  ///< empty: the reference is computed with SUNDIALS
+  bool is_changed = false;  ///< beyond its parameters, so that no known solution belongs to it
 
   bool is_scene_file() const { return problem.find(".json") != std::string::npos; }
   std::unique_ptr<Problem> make_problem() const;
-  /// @param sensitivities  that it is to have, too; only of a ground truth
+  /// The solution that is known to many digits, if there is one (reference/truths.h).
+  std::optional<reference::GroundTruth> truth() const;
+  /// Reference of the final state: the known solution, or one computed with SUNDIALS.
+  /// @param sensitivities  derivatives that it must contain  @throws InputError if a known solution lacks one
+  /// @throws std::logic_error if they are required of a computed reference
   reference::Reference make_reference(const Problem& problem, const std::vector<std::string>& sensitivities = {}) const;
   /// "--problem two_balls_spring --set height=100", of `ricochet run`.
   std::string arguments() const;
@@ -31,8 +37,7 @@ std::string run_command(const std::string& scene, const std::string& method, int
 /// A setting in a table: "-N 50", or "--tolerance 1e-06" where there are no steps.
 std::string setting_text(int steps, double tolerance);
 
-/// Of the fields "problem", "parameters" and "reference": {"ground_truth": file, "case": id}.
-/// @throws nlohmann::json::exception for one that is missing
+/// Reads the fields "problem" and "parameters". @throws nlohmann::json::exception for a missing problem
 ProblemChoice read_problem_choice(const nlohmann::json& experiment);
 
 }  // namespace ricochet

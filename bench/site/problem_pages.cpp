@@ -16,6 +16,7 @@
 #include "methods/registry.h"
 #include "problems/derivatives/symbolic_problem.h"
 #include "problems/registry.h"
+#include "reference/truths.h"
 #include "reports/markup.h"
 #include "reports/scene_drawing.h"
 
@@ -322,11 +323,10 @@ SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list,
   page.html = fmt::format(
       "<dl><dt>what is hard</dt><dd>{}</dd><dt>source</dt><dd>{}</dd><dt>size</dt><dd>{} coordinates, {} contacts, until "
       "{:g} s</dd>",
-      escape_html(scene.hard_feature), escape_html(scene.literature.empty() ? scene.source : scene.literature),
-      info.n_mechanical(), info.n_c(), info.end_time);
+      escape_html(scene.hard_feature), escape_html(scene.source), info.n_mechanical(), info.n_c(), info.end_time);
   if (!scene.solution.empty())
     page.html += fmt::format("<dt>solution</dt><dd>{}: <code>{}</code></dd>", escape_html(scene.solution),
-                             escape_html(scene.source));
+                             reference::kCertifiedFile);
   if (symbolic != nullptr)
     page.html += fmt::format("<dt>as a file</dt><dd><code>ricochet export -p {0} -o {0}.json</code></dd>", scene.id);
   page.html += "</dl>\n";

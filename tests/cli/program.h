@@ -82,7 +82,6 @@ class Cli : public testing::Test {
 /// An experiment of a second.
 inline const char* const kExperiment = R"({
   "id": "small", "title": "a small experiment", "problem": "two_balls_spring",
-  "reference": {"ground_truth": "tests/data/ground_truth.json", "case": "P2_two_balls_spring"},
   "methods": [
     {"method": "fesd:gauss:1", "steps": [80, 90], "on_failure": "fesd:gauss:1,elements=as_needed"},
     {"method": "fesd:gauss:3", "steps": [60, 75, 95, 120, 150, 190, 240, 300]},

@@ -16,7 +16,7 @@ TEST_F(Cli, PrintsTheErrorAndWhatItIsMeasuredAgainst) {
   const Outcome known = run("run -p two_balls_spring -m fesd:gauss:4 -N 200");
   EXPECT_EQ(known.code, 0);
   EXPECT_HAS(known.text, "\nerror      ");
-  EXPECT_HAS(known.text, "tests/data/ground_truth.json, P2_two_balls_spring; its own error is below ");
+  EXPECT_HAS(known.text, "reference/data/ground_truth.json, P2_two_balls_spring; its own error is below ");
   const Outcome computed = run("run -p bouncing_ball -m fesd:gauss:4 -N 50");
   EXPECT_HAS(computed.text, "reference  CVODE with event location, Adams and BDF at 1e-14 and 1e-13; its own error");
   const Outcome without = run("run -p bouncing_ball -m fesd:gauss:4 -N 50 --no-reference");

@@ -26,7 +26,7 @@ const Small kSmallExperiments[] = {
     {"contact_solvers",
      R"({"id": "small", "title": "t", "kind": "contact_solvers", "method": "moreau_jean", "steps": 12,
       "per_scene": 3, "solvers": ["pgs", "lemke,facets=8"], "accuracy": 1e-8})"},
-    {"homotopy", R"({"id": "small", "title": "t", "kind": "homotopy", "problem": "two_balls_spring", "reference": null,
+    {"homotopy", R"({"id": "small", "title": "t", "kind": "homotopy", "problem": "two_balls_spring",
       "families": ["radau-iia"], "stages": 2, "steps": [50, 60], "margin": 0, "guess": ["pivoting", "ballistic"]})"},
     {"friction_ramp",
      R"({"id": "small", "title": "t", "kind": "friction_ramp", "grid": 5, "duration": 0.5, "v_0": [0, -1],

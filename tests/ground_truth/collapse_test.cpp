@@ -22,7 +22,7 @@ double error(const Solution& solution, const reference::GroundTruth& truth) {
 class Collapse : public testing::TestWithParam<reference::GroundTruth> {
  protected:
   Solution solve(const std::string& method) const {
-    const auto problem = read_scene_file(test_data("collapses.json") + "#" + GetParam().id);
+    const auto problem = read_scene_file(reference_data("collapses.json") + "#" + GetParam().id);
     Settings settings;
     settings.steps = 200;
     settings.tolerance = 1e-10;
@@ -54,12 +54,12 @@ TEST_P(Collapse, IsNeverAWrongSuccess) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Columns, Collapse,
-                         testing::ValuesIn(reference::read_ground_truth(test_data("collapses.json"))),
+                         testing::ValuesIn(reference::read_ground_truth(reference_data("collapses.json"))),
                          [](const auto& test) { return test.param.id; });
 
 /// The number and the order of the impacts change with any perturbation.
 TEST(Collapse, HasNoDerivative) {
-  const auto problem = read_scene_file(test_data("collapses.json") + "#column_117");
+  const auto problem = read_scene_file(reference_data("collapses.json") + "#column_117");
   Settings settings;
   settings.tolerance = 1e-8;
   settings.sensitivities = {"v0:1"};

@@ -108,7 +108,7 @@ class Collapses : public testing::TestWithParam<reference::GroundTruth> {};
 
 TEST_P(Collapses, EndAsAnotherProgramFoundThem) {
   const auto& truth = GetParam();
-  const auto problem = read_scene_file(test_data("collapses.json") + "#" + truth.id);
+  const auto problem = read_scene_file(reference_data("collapses.json") + "#" + truth.id);
   const auto result = EventArbiter(*problem).solve();
   for (int k = 0; k < problem->n_q(); ++k) {
     EXPECT_NEAR(result.q[static_cast<std::size_t>(k)], truth.q[k], kRounding);
@@ -118,7 +118,7 @@ TEST_P(Collapses, EndAsAnotherProgramFoundThem) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Columns, Collapses,
-                         testing::ValuesIn(reference::read_ground_truth(test_data("collapses.json"))),
+                         testing::ValuesIn(reference::read_ground_truth(reference_data("collapses.json"))),
                          [](const auto& instance) { return instance.param.id; });
 
 TEST(EventArbiter, DeclinesWhatIsNotLinear) {

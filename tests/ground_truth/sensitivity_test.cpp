@@ -268,7 +268,6 @@ TEST(ExperimentOfSensitivities, MeasuresTheLargestRelativeErrorOfTheirs) {
   const nlohmann::json experiment = {
       {"id", "small"},
       {"problem", truth.id},
-      {"reference", {{"ground_truth", test_data("ground_truth.json")}, {"case", truth.id}}},
       {"sensitivities", wrt},
       {"methods",
        {{{"method", "fesd:radau-iia:2"}, {"steps", {200}}}, {{"method", "moreau_jean"}, {"steps", {10000}}}}}};

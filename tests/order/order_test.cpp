@@ -171,7 +171,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(TwoBallsSensitivities, HaveTheTableausOrder) {
   const auto problem = ground_truth_problem("P2_two_balls_spring");
-  const auto truth = reference::read_ground_truth(test_data("ground_truth.json"), "P2_two_balls_spring");
+  const auto truth = reference::read_ground_truth(reference_data("ground_truth.json"), "P2_two_balls_spring");
   for (const auto& [method, order, from, to] :
        {Case{"fesd:radau-iia:2", 3, 200, 4000}, Case{"fesd:radau-iia:3", 5, 100, 2000},
         Case{"fesd:gauss:2", 4, 200, 4000}}) {
@@ -271,7 +271,7 @@ TEST(SmoothMotion, SymplecticHasOrderTwo) {
 /// Inelastic contact with friction: three slip reversals, five transitions between stick and slip.
 TEST(StickSlip, FirstOrderOfTheInelasticMethods) {
   const auto problem = ground_truth_problem("P4b_spring_driven_block");
-  const auto truth = reference::read_ground_truth(test_data("ground_truth.json"), "P4b_spring_driven_block");
+  const auto truth = reference::read_ground_truth(reference_data("ground_truth.json"), "P4b_spring_driven_block");
   for (const char* method : {"stewart_trinkle", "anitescu_convex", "anitescu_convex,solver=newton"}) {
     const auto fit = observe(*problem, {truth.q, truth.v, 1e-15}, method, logarithmic(1000, 1e5, 12));
     ASSERT_TRUE(fit) << method;
@@ -315,7 +315,7 @@ INSTANTIATE_TEST_SUITE_P(
 /// The compliant baseline gets stiffer with the root of h. Its errors, some percent, are not in the window of a fit.
 TEST(Impacts, PenaltyHasOrderOneHalf) {
   const auto problem = ground_truth_problem("P1a_ball_e09");
-  const auto truth = reference::read_ground_truth(test_data("ground_truth.json"), "P1a_ball_e09");
+  const auto truth = reference::read_ground_truth(reference_data("ground_truth.json"), "P1a_ball_e09");
   const auto mean_error = [&](double from) {
     double sum = 0;
     const auto grid = logarithmic(from, 2 * from, 40);

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Ground truth of scenes that move by themselves: tests/data/moving_scenes.json.
+"""Ground truth of scenes that move by themselves: reference/data/moving_scenes.json.
 
 Between events every motion here has a closed form: fall with drag, rest on a table y = A sin(omega t), slip of a damped
 oscillator with constant friction, stick on a belt whose velocity is v_belt + v_swing sin(Omega t). Events are roots of
@@ -7,7 +7,7 @@ closed forms, found by a scan for the first change of sign and by a bracketed it
 central differences of the whole solution. Nothing of Ricochet is used. Every phase is integrated a second time as an
 ordinary differential equation, by mpmath's Taylor series, which knows no closed form.
 
-    python3 tests/tools/moving_scenes.py > tests/data/moving_scenes.json        (Debian: python3-mpmath; a minute)
+    python3 tests/tools/moving_scenes.py > reference/data/moving_scenes.json        (Debian: python3-mpmath; a minute)
 """
 
 import json

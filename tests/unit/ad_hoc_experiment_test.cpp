@@ -5,7 +5,6 @@
 
 #include "bench/experiment/experiment_schema.h"
 #include "bench/experiment/run_experiment.h"
-#include "bench/measure/known_truth.h"
 #include "problems/input_error.h"
 #include "tests/test_data.h"
 
@@ -39,12 +38,11 @@ TEST(AdHocExperiment, IsTheDocumentOfAFile) {
                 {"method": "cvode:adams", "tolerances": [1e-3, 1e-4, 1e-5, 1e-6, 1e-7]}]})"));
 }
 
-TEST(AdHocExperiment, HasDefaultsAndATruthWhereOneIsKnown) {
+TEST(AdHocExperiment, HasDefaults) {
   const ExperimentFile experiment =
       ad_hoc_experiment({.problem = "two_balls_spring", .scene = {}, .methods = {}, .steps = {}, .tolerances = {}});
   EXPECT_NO_THROW(experiment_document(experiment, {}));
   EXPECT_EQ(experiment.document["methods"].size(), 4u);
-  EXPECT_EQ(experiment.document["reference"]["case"], "P2_two_balls_spring");
   const ExperimentFile listed = ad_hoc_experiment({.problem = {},
                                                    .scene = test_data("press.json"),
                                                    .methods = {"moreau_jean"},
@@ -52,7 +50,6 @@ TEST(AdHocExperiment, HasDefaultsAndATruthWhereOneIsKnown) {
                                                    .tolerances = {}});
   EXPECT_EQ(listed.document["id"], "press_moreau_jean_steps-10-20");
   EXPECT_EQ(listed.document["methods"][0]["steps"], json::parse("[10, 20]"));
-  EXPECT_FALSE(listed.document.contains("reference")) << "it is computed";
 }
 
 TEST(AdHocExperiment, MistakesNameTheirOption) {
@@ -77,23 +74,6 @@ TEST(AdHocExperiment, MistakesNameTheirOption) {
   EXPECT_EQ(error("press.json", "moreau_jean", "10"), "--problem = press.json: scene files are for --scene");
   EXPECT_EQ(error_of({.problem = {}, .scene = "press", .methods = {}, .steps = {}, .tolerances = {}}),
             "--scene = press: a file FILE.json or FILE.json#ID is required");
-}
-
-TEST(KnownTruth, IsOfTheFileOfTheCaseOrOfAnExperiment) {
-  const auto truth_of = [](const std::string& problem, ParameterChanges parameters = {}) {
-    ProblemChoice choice;
-    choice.problem = problem;
-    choice.parameters = std::move(parameters);
-    find_ground_truth(choice);
-    return choice.ground_truth_case;
-  };
-  EXPECT_EQ(truth_of("P1a_ball_e09"), "P1a_ball_e09");
-  EXPECT_EQ(truth_of("P1a_ball_e09", {{"e", 0.8}}), "");
-  EXPECT_EQ(truth_of("two_balls_spring"), "P2_two_balls_spring");
-  EXPECT_EQ(truth_of("two_balls_spring", {{"k", 1e5}}), "");
-  EXPECT_EQ(truth_of(test_data("moving_scenes.json") + "#belt_of_varying_speed"), "belt_of_varying_speed");
-  EXPECT_EQ(truth_of(test_data("friction_scenes.json") + "#rod"), "") << "a file of scenes alone";
-  EXPECT_EQ(truth_of("bouncing_ball"), "");
 }
 
 }  // namespace

@@ -152,7 +152,7 @@ INSTANTIATE_TEST_SUITE_P(All, ContactVerdicts,
 
 /// Two walls close on a ball: every solver ends a run with the names of both.
 TEST(ContactVerdictsInARun, NameTheContacts) {
-  const auto problem = read_scene_file(test_data("public_reports/scenes/crush.json"));
+  const auto problem = read_scene_file(reference_data("public_reports/scenes/crush.json"));
   std::vector<std::string> methods{"schatzman_paoli",   "stewart_trinkle", "anitescu_potra", "anitescu_convex",
                                    "generalized_alpha", "rattle",          "d1_minus"};
   for (const auto& entry : contact_solvers()) methods.push_back(fmt::format("moreau_jean,solver={}", entry.name));
@@ -169,7 +169,8 @@ TEST(ContactVerdictsInARun, NameTheContacts) {
 /// A heavy box falls onto a light one that lies on the floor, and both come to rest.
 TEST(ContactVerdictsInARun, AllowMassRatios) {
   for (const double ratio : {1e-8, 1e4, 1e8, 1e10}) {
-    const auto problem = read_scene_file(test_data("public_reports/scenes/heavy_on_light_1e8.json"), {{"M", ratio}});
+    const auto problem =
+        read_scene_file(reference_data("public_reports/scenes/heavy_on_light_1e8.json"), {{"M", ratio}});
     for (const std::string method : {"fesd_adaptive:radau-iia:4", "event_driven"}) {
       Settings settings;
       settings.tolerance = 1e-8;

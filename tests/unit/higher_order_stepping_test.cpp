@@ -97,7 +97,7 @@ TEST(ExtrapolatedMoreau, HasAnErrorInProportionToItsTolerance) {
   for (const char* id : {"P1b_ball_e05_pre_zeno", "P1d_ball_e05_through_zeno", "P4a_clock_driven_block",
                          "P5_slip_reversal", "P6a_oblique_slip", "P7a_slide3d_to_stick", "P8a_bead_leaves_circle"}) {
     const auto p = ground_truth_problem(id);
-    const auto truth = reference::read_ground_truth(test_data("ground_truth.json"), id);
+    const auto truth = reference::read_ground_truth(reference_data("ground_truth.json"), id);
     for (const double tolerance : {1e-4, 1e-6, 1e-8}) {
       Settings settings;
       settings.tolerance = tolerance;

@@ -16,7 +16,7 @@ namespace {
 const nlohmann::json& battery_field() {
   static const nlohmann::json field = [] {
     auto stated = read_experiment_file("verify").document["public_reports"];
-    stated["cases"] = test_data("public_reports/cases.json");
+    stated["cases"] = reference_data("public_reports/cases.json");
     return stated;
   }();
   return field;

@@ -139,7 +139,7 @@ TEST_P(Radau, KeepsTheToleranceOfStiffSprings) {
 
 /// A spring that is damped away within microseconds binds explicit steps to its rate, in every phase of stick and slip.
 TEST_P(Radau, TakesFewStepsWhereAStiffSpringIsDamped) {
-  const auto problem = read_scene_file(test_data("towed_sled.json"));
+  const auto problem = read_scene_file(test_data("../../bench/experiments/scenes/towed_sled.json"));
   const Solution exact = solve_event_driven(*problem, "verner-9-8", 1e-9),
                  binding = solve_event_driven(*problem, "dopri5", 1e-6);
   ASSERT_TRUE(exact.succeeded() && binding.succeeded()) << exact.message << binding.message;

@@ -5,7 +5,6 @@
 
 #include "bench/commands/schema_page.h"
 #include "bench/measure/isolated_reference.h"
-#include "bench/measure/known_truth.h"
 #include "bench/measure/sensitivities.h"
 #include "methods/registry.h"
 #include "problems/registry.h"
@@ -81,7 +80,6 @@ TEST(IsolatedReference, IsThatOfTheStudies) {
   for (const char* id : {"two_balls_spring", "bouncing_ball"}) {
     ProblemChoice choice;
     choice.problem = id;
-    find_ground_truth(choice);
     const auto problem = choice.make_problem();
     const auto here = choice.make_reference(*problem), there = isolated_reference(choice, *problem, 60);
     EXPECT_EQ(here.solution.q, there.solution.q) << id;
@@ -100,9 +98,10 @@ TEST(IsolatedReference, IsThatOfTheStudies) {
 TEST(IsolatedReference, GoesThroughAnAccumulation) {
   ProblemChoice bounces;
   bounces.problem = "P1d_ball_e05_through_zeno";
+  bounces.is_changed = true;  // so that the reference is computed
   const auto ball = bounces.make_problem();
   const auto found = isolated_reference(bounces, *ball, 60);
-  const auto truth = reference::read_ground_truth(test_data("ground_truth.json"), bounces.problem);
+  const auto truth = *reference::truth_of(bounces.problem, {});
   EXPECT_LE(found.error_of(truth.solution()), found.uncertainty);
   EXPECT_LE(found.uncertainty, 1e-8);  // the runs cut the accumulation at impacts of other sizes, 3e-9 apart
 }

@@ -83,14 +83,16 @@ TEST_F(SceneFile, ErrorsNameTheFieldAndWhatIsAllowed) {
   EXPECT_EQ(spoiled([](json& s) { s["f"][1] = "-m*gg"; }),
             "FILE: f[1], column 4: unknown name 'gg'; known are e, g, m, mu, t, q[i], v[i], pi and the functions");
   EXPECT_EQ(spoiled([](json& s) { s["f"] = {"0"}; }), "FILE: f, number of entries = 1: 2 are required");
-  EXPECT_EQ(spoiled([](json& s) {
-              s["M"][1] = {"0", "0"};
-            }),
-            "FILE: M(q0) = smallest pivot 0 relative to the diagonal: a positive definite, non-singular mass matrix is required");
-  EXPECT_EQ(spoiled([](json& s) {
-              s["M"][0] = {"m", "1"};
-            }),
-            "FILE: M(q0) = not symmetric: a symmetric matrix is required, largest difference 1 relative to the diagonal");
+  EXPECT_EQ(
+      spoiled([](json& s) {
+        s["M"][1] = {"0", "0"};
+      }),
+      "FILE: M(q0) = smallest pivot 0 relative to the diagonal: a positive definite, non-singular mass matrix is required");
+  EXPECT_EQ(
+      spoiled([](json& s) {
+        s["M"][0] = {"m", "1"};
+      }),
+      "FILE: M(q0) = not symmetric: a symmetric matrix is required, largest difference 1 relative to the diagonal");
   EXPECT_EQ(spoiled([](json& s) { s["q0"][1] = "-0.1"; }),
             "FILE: contacts[0].gap (floor) = -0.1: gap(q0) >= 0 is required, the scene starts in penetration; "
             "--allow-penetration DEPTH starts from the nearest position that respects all gaps");
@@ -320,8 +322,8 @@ TEST_F(SceneFile, UnreadableFiles) {
   EXPECT_THROW(read_scene_file("/nonexistent/scene.json"), InputError);
   std::ofstream(path) << "{\"q0\": [";
   EXPECT_THROW(read_scene_file(path), InputError);
-  EXPECT_THROW(read_scene_file(test_data("ground_truth.json")), InputError) << "several scenes need a choice";
-  EXPECT_THROW(read_scene_file(test_data("ground_truth.json") + "#P99"), InputError);
+  EXPECT_THROW(read_scene_file(reference_data("ground_truth.json")), InputError) << "several scenes need a choice";
+  EXPECT_THROW(read_scene_file(reference_data("ground_truth.json") + "#P99"), InputError);
 }
 
 TEST(Registry, UnknownNamesComeWithTheNearest) {

@@ -132,7 +132,7 @@ TEST(Siconos, SchatzmanPaoliHasOrderOneOnTheBouncingBall) {
   for (const int steps : {500, 1000, 2000, 4000, 8000, 16000}) {
     const Solution s = solve("siconos_schatzman_paoli", "bouncing_ball", steps, 0);
     ASSERT_TRUE(s.succeeded()) << s.message;
-    // tests/data/ground_truth.json, P1a_ball_e09. Each of three impacts comes up to a step early or late, and changes a
+    // reference/data/ground_truth.json, P1a_ball_e09. Each of three impacts comes up to a step early or late, and changes a
     // velocity by up to 8 m/s: 24 m/s h, and the start's g h / 2 over 2 s.
     EXPECT_NEAR(s.q[0], 0.370977516354263779, 34 * 2.0 / steps) << steps;
   }
@@ -158,7 +158,7 @@ TEST(Siconos, EventDrivenFindsTheImpactsOfABall) {
   ASSERT_TRUE(s.succeeded()) << s.message;
   ASSERT_EQ(s.events.size(), 3u);
   EXPECT_NEAR(s.events[0].t, std::sqrt(2 * 0.9 / 9.81), 1e-9);
-  // tests/data/ground_truth.json, P1a_ball_e09; impacts are located to 10 tolerances
+  // reference/data/ground_truth.json, P1a_ball_e09; impacts are located to 10 tolerances
   EXPECT_NEAR(s.q[0], 0.370977516354263779, 1e-8);
 }
 

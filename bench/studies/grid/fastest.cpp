@@ -311,8 +311,7 @@ constexpr const char* kFastestFields = R"~({
         "name": {"type": "string", "description": "In tables; the problem without it.", "examples": ["a row of 4"]},
         "group": {"type": "string", "description": "Of scenes that are shown together.", "examples": ["rows"]},
         "problem": {"$ref": "#/$defs/problem", "examples": ["bead_row"]},
-        "parameters": {"$ref": "#/$defs/parameters", "examples": [{"n": 4}]},
-        "reference": {"$ref": "#/$defs/reference", "examples": [null]}}}}
+        "parameters": {"$ref": "#/$defs/parameters", "examples": [{"n": 4}]}}}}
   }
 })~";
 

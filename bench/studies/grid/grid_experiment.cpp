@@ -72,10 +72,9 @@ GridExperiment read_grid_experiment(const json& document) {
   experiment.problem = read_problem_choice(document);
   experiment.needs_reference = !document.contains("reference") || !document["reference"].is_null();
   experiment.sensitivities = document.value("sensitivities", experiment.sensitivities);
-  if (!experiment.sensitivities.empty() && experiment.problem.ground_truth_file.empty()) {
-    throw InputError("reference", document.value("reference", json()).dump(),
-                     "sensitivities are measured against a \"ground_truth\"");
-  }
+  if (!experiment.sensitivities.empty() && !experiment.problem.truth())
+    throw InputError("sensitivities", document["sensitivities"].dump(),
+                     "a problem with a solution known to many digits is required");
   const json grids = document.value("grids", json::object());
   for (const auto& entry : document.at("methods")) experiment.methods.push_back(read_method_grid(entry, grids));
   if (document.contains("trajectory")) {

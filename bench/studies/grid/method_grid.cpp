@@ -267,7 +267,7 @@ constexpr const char* kMethodGridFields = R"~({
   "properties": {
     "problem": {"$ref": "#/$defs/problem", "examples": ["two_balls_spring"]},
     "parameters": {"$ref": "#/$defs/parameters", "examples": [{"height": 2}]},
-    "reference": {"$ref": "#/$defs/reference", "examples": [null]},
+    "reference": {"type": "null", "description": "null: no reference is computed, so rows have no errors. Without this field the reference is the solution known to many digits, or one by SUNDIALS with located events.", "examples": [null]},
     "sensitivities": {"type": "array", "items": {"type": "string"}, "description": "q0:0, v0:0 or param:NAME: whose error is measured instead of the state's, against a ground truth.", "examples": [["param:e"]]},
     "grids": {"type": "object", "additionalProperties": {"$ref": "#/$defs/steps"}, "description": "Grids of steps by name.", "examples": [{"short": [10, 20, 40]}]},
     "methods": {"type": "array", "minItems": 1, "description": "Methods, each with steps or with tolerances.", "items": {

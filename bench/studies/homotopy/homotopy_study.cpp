@@ -21,7 +21,7 @@ using nlohmann::json;
 
 /// The experiment: the equations of every step of FESD-J runs, solved by pivoting and by homotopies.
 ///
-///   "problem", "reference"   problem_choice.h
+///   "problem"                problem_choice.h
 ///   "families", "stages"     tableaus: each family with 1 to so many stages
 ///   "steps"                  N_sim of the runs
 ///   "margin"                 steps before and behind one with an impact that are solved; -1: all
@@ -197,7 +197,6 @@ constexpr const char* kHomotopyFields = R"~({
   "properties": {
     "problem": {"$ref": "#/$defs/problem", "examples": ["two_balls_spring"]},
     "parameters": {"$ref": "#/$defs/parameters", "examples": [{"k": 1e4}]},
-    "reference": {"$ref": "#/$defs/reference", "examples": [null]},
     "families": {"type": "array", "minItems": 1, "items": {"type": "string"}, "description": "Of tableaus.", "examples": [["radau-iia"]]},
     "stages": {"type": "integer", "minimum": 1, "description": "Each family with 1 to so many stages.", "examples": [4]},
     "steps": {"type": "array", "minItems": 1, "items": {"type": "integer", "minimum": 1}, "description": "N_sim of the runs: numbers >= 1.", "examples": [[50, 80]]},

@@ -263,9 +263,8 @@ constexpr const char* kFields = R"~({
   "scenes": {"type": "array", "minItems": 1, "items": {"type": "object", "additionalProperties": false, "required": ["problem"], "properties": {
     "name": {"type": "string", "description": "In tables.", "examples": ["ball"]},
     "problem": {"$ref": "#/$defs/problem", "examples": ["bouncing_ball"]},
-    "parameters": {"$ref": "#/$defs/parameters", "examples": [{"e": 0.5}]},
-    "reference": {"$ref": "#/$defs/reference", "examples": [null]}}},
-    "description": "Scenes with their references.", "examples": [[{"problem": "bouncing_ball"}]]}
+    "parameters": {"$ref": "#/$defs/parameters", "examples": [{"e": 0.5}]}}}},
+    "description": "Scenes.", "examples": [[{"problem": "bouncing_ball"}]]}
 })~";
 
 const bool registered = register_question({.kind = "calibrate",

@@ -8,7 +8,7 @@
 
 namespace ricochet {
 
-/// A scene made from a public report, with its right answer: an entry of tests/data/public_reports/cases.json.
+/// A scene made from a public report, with its right answer: an entry of reference/data/public_reports/cases.json.
 struct PublicReport {
   std::string name, scene;   ///< the path of the scene file
   std::vector<double> q, v;  ///< at the end time, without the clock; empty where the scene has no motion until then

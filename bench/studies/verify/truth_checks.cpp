@@ -67,14 +67,12 @@ CheckResult meets_truth(const TruthCase& c, const Subject& subject) {
 void add_truth_checks(const json& experiment, std::vector<Check>& battery) {
   const json& truth = experiment.at("truth");
   const auto rule = truth.get<TruthRule>();
-  const std::string file = truth.at("ground_truth");
-  for (const auto& solved : reference::read_ground_truth(file)) {
+  for (const auto& solved : reference::certified_cases()) {
     const auto& left_out = truth.at("except");
     if (std::ranges::find(left_out, json(solved.id)) != left_out.end()) continue;
-    const auto c = std::make_shared<TruthCase>(TruthCase{
-        KnownProblem(read_problem_choice(
-            json{{"problem", solved.id}, {"reference", {{"ground_truth", file}, {"case", solved.id}}}})),
-        rule, std::ranges::count(solved.events, std::string("impact"), &reference::GroundTruth::Event::kind)});
+    const auto c = std::make_shared<TruthCase>(
+        TruthCase{KnownProblem(read_problem_choice(json{{"problem", solved.id}})), rule,
+                  std::ranges::count(solved.events, std::string("impact"), &reference::GroundTruth::Event::kind)});
     battery.push_back({"truth", solved.id, [c] { c->known.reference(); },
                        [c](const Subject& subject) { return meets_truth(*c, subject); }});
   }
