@@ -16,19 +16,19 @@ constexpr std::size_t kFewest = 6;
 
 /// Runs with an error, of which those of [begin, end) are fitted.
 struct Window {
-  std::vector<const Record*> points;
+  std::vector<const Run*> points;
   std::size_t begin = 0, end = 0;
 
-  explicit Window(const std::vector<const Record*>& runs);
+  explicit Window(const std::vector<const Run*>& runs);
   std::size_t size() const { return end > begin ? end - begin : 0; }
 };
 
-double floor_of(const Record& run) {
+double floor_of(const Run& run) {
   return kAboveFloor * std::max(run.reference_error, kRounding * run.solution_size);
 }
 
-Window::Window(const std::vector<const Record*>& runs) {
-  for (const Record* run : runs) {
+Window::Window(const std::vector<const Run*>& runs) {
+  for (const Run* run : runs) {
     if (run->has_error() && run->error >= 0) points.push_back(run);
   }
   end = points.size();
@@ -41,21 +41,21 @@ Window::Window(const std::vector<const Record*>& runs) {
 }
 
 /// Why so few points are in the window.
-void explain_few_points(const Window& window, const std::vector<const Record*>& runs, ObservedOrder& order) {
+void explain_few_points(const Window& window, const std::vector<const Run*>& runs, ObservedOrder& order) {
   const auto& points = window.points;
   if (points.empty()) {
-    const bool has_solutions = std::ranges::any_of(runs, [](const Record* run) { return run->succeeded(); });
+    const bool has_solutions = std::ranges::any_of(runs, [](const Run* run) { return run->succeeded(); });
     order.no_fit = has_solutions ? "no reference" : "no solution";
     order.reason = has_solutions ? "no run was compared with a reference"
                                  : fmt::format("none of {} runs has a solution", runs.size());
     return;
   }
-  const Record& finest = *points.back();
+  const Run& finest = *points.back();
   const bool is_rounding = kRounding * finest.solution_size >= finest.reference_error;
   const std::string coarse =
       window.begin == 0 ? ""
                         : fmt::format("up to N_sim = {} errors are above {:.1e}, 0.3 % of the solution",
-                                      points[window.begin - 1]->steps, kAsymptoticError * finest.solution_size);
+                                      points[window.begin - 1]->setting.steps, kAsymptoticError * finest.solution_size);
   const std::string floor =
       fmt::format("{:.1e}, 10 times {}", order.floor, is_rounding ? "rounding" : "the uncertainty of the reference");
   if (window.begin == points.size()) {
@@ -63,13 +63,14 @@ void explain_few_points(const Window& window, const std::vector<const Record*>& 
     order.reason = coarse;
   } else if (window.size() == 0) {
     order.no_fit = is_rounding ? "exact to rounding" : "as exact as the reference";
-    order.reason = fmt::format("from N_sim = {} on errors are below {}", points[window.begin]->steps, floor);
+    order.reason = fmt::format("from N_sim = {} on errors are below {}", points[window.begin]->setting.steps, floor);
   } else {
     order.no_fit = "too few points";
     order.reason = fmt::format("{} of the {} points that are required", window.size(), kFewest);
     if (!coarse.empty()) order.reason += "; " + coarse;
     if (window.end < points.size())
-      order.reason += fmt::format("; from N_sim = {} on not all are above {}", points[window.end]->steps, floor);
+      order.reason +=
+          fmt::format("; from N_sim = {} on not all are above {}", points[window.end]->setting.steps, floor);
   }
 }
 
@@ -90,7 +91,7 @@ OrderFit fit_line(const std::vector<double>& step_lengths, const std::vector<dou
   return fit;
 }
 
-ObservedOrder observe_order(const std::vector<const Record*>& runs) {
+ObservedOrder observe_order(const std::vector<const Run*>& runs) {
   const Window window(runs);
   ObservedOrder order;
   if (!window.points.empty()) order.floor = floor_of(*window.points.back());
@@ -104,8 +105,8 @@ ObservedOrder observe_order(const std::vector<const Record*>& runs) {
     errors.push_back(window.points[k]->error);
   }
   OrderFit fit = fit_line(step_lengths, errors);
-  fit.first_steps = window.points[window.begin]->steps;
-  fit.last_steps = window.points[window.end - 1]->steps;
+  fit.first_steps = window.points[window.begin]->setting.steps;
+  fit.last_steps = window.points[window.end - 1]->setting.steps;
   fit.attempted = static_cast<int>(runs.size());
   if (fit.half_width <= kWidestInterval) {
     order.fit = fit;
@@ -117,13 +118,13 @@ ObservedOrder observe_order(const std::vector<const Record*>& runs) {
   return order;
 }
 
-std::optional<OrderFit> fit_order(const std::vector<const Record*>& runs) {
+std::optional<OrderFit> fit_order(const std::vector<const Run*>& runs) {
   return observe_order(runs).fit;
 }
 
-std::vector<std::optional<double>> local_slopes(const std::vector<const Record*>& runs) {
+std::vector<std::optional<double>> local_slopes(const std::vector<const Run*>& runs) {
   std::vector<std::optional<double>> slopes(runs.size());
-  const auto has_logarithm = [](const Record& run) { return run.has_error() && run.error > 0; };
+  const auto has_logarithm = [](const Run& run) { return run.has_error() && run.error > 0; };
   for (std::size_t k = 1; k < runs.size(); ++k) {
     if (!has_logarithm(*runs[k]) || !has_logarithm(*runs[k - 1])) continue;
     slopes[k] = std::log(runs[k]->error / runs[k - 1]->error) / std::log(runs[k]->h_bar / runs[k - 1]->h_bar);

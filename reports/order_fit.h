@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "reports/record.h"
+#include "reports/run.h"
 
 namespace ricochet {
 
@@ -40,14 +40,14 @@ constexpr double kAsymptoticError = 3e-3;
 constexpr double kWidestInterval = 1;
 
 /// @param runs  of one fixed-step method, ascending steps (Results::of)
-ObservedOrder observe_order(const std::vector<const Record*>& runs);
-std::optional<OrderFit> fit_order(const std::vector<const Record*>& runs);
+ObservedOrder observe_order(const std::vector<const Run*>& runs);
+std::optional<OrderFit> fit_order(const std::vector<const Run*>& runs);
 
 /// The line through the points as they are, whatever a window would leave out of them: slope, interval, scatter.
 /// @param step_lengths, errors  > 0, at least three of them, not all of one step length
 OrderFit fit_line(const std::vector<double>& step_lengths, const std::vector<double>& errors);
 
 /// Slope between each run and the one before; empty where either has no error, or none that has a logarithm.
-std::vector<std::optional<double>> local_slopes(const std::vector<const Record*>& runs);
+std::vector<std::optional<double>> local_slopes(const std::vector<const Run*>& runs);
 
 }  // namespace ricochet

@@ -36,12 +36,14 @@ struct Table {
   std::string csv() const;
 };
 
-/// The different values of a field of some rows, perhaps one of a base, in the order in which they come.
-template <class Row, class Value, class Base>
-std::vector<Value> different(const std::vector<Row>& rows, Value Base::*field) {
-  std::vector<Value> values;
+/// The different values of some rows, in the order in which they come.
+/// @param get  value of a row: a member, or a function
+template <class Row, class Get>
+auto different(const std::vector<Row>& rows, Get get) {
+  std::vector<std::decay_t<std::invoke_result_t<Get, const Row&>>> values;
   for (const Row& row : rows) {
-    if (std::find(values.begin(), values.end(), row.*field) == values.end()) values.push_back(row.*field);
+    const auto& value = std::invoke(get, row);
+    if (std::find(values.begin(), values.end(), value) == values.end()) values.push_back(value);
   }
   return values;
 }

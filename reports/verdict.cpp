@@ -7,27 +7,27 @@
 
 namespace ricochet {
 
-CaseVerdict verdict(const CaseLimits& limits, const CellOutcome& o) {
-  if (o.ending == Ending::crashed) return CaseVerdict::crashed;    // (1)
-  if (o.ending == Ending::killed) return CaseVerdict::killed;      // (2)
-  if (o.ending == Ending::declined) return CaseVerdict::declined;  // (3)
-  if (o.status == "time_limit") return CaseVerdict::time_limit;    // (4)
+CaseVerdict verdict(const CaseLimits& limits, const Run& run) {
+  if (run.status == "crashed") return CaseVerdict::crashed;        // (1)
+  if (run.status == "killed") return CaseVerdict::killed;          // (2)
+  if (run.status == "declined") return CaseVerdict::declined;      // (3)
+  if (run.status == "time_limit") return CaseVerdict::time_limit;  // (4)
+  if (run.status == "not_finite") return CaseVerdict::not_finite;  // (5)
   const bool is_paradox = !limits.paradox.empty();
-  if (!o.succeeded()) {
-    const bool names_contact = is_paradox && o.message.find("'" + limits.paradox + "'") != std::string::npos;
+  if (!run.succeeded()) {
+    const bool names_contact = is_paradox && run.message.find("'" + limits.paradox + "'") != std::string::npos;
     return names_contact ? CaseVerdict::refuses : CaseVerdict::fails;  // (6), (7)
   }
-  if (!o.is_finite) return CaseVerdict::not_finite;  // (5)
   // A comparison with a limit or a number that is not there is false.
-  const double loss = limits.conserves_energy ? -o.energy_change : kNoNumber;
-  if (o.energy_gain > limits.energy || loss > limits.energy) return CaseVerdict::violates_energy;  // (8)
-  if (o.penetration > limits.penetration) return CaseVerdict::penetrates;                          // (8)
-  if (o.momentum > limits.momentum) return CaseVerdict::changes_momentum;                          // (8)
-  if (o.cone > limits.cone) return CaseVerdict::leaves_cone;                                       // (8)
-  const bool is_accurate = o.error <= limits.error;
+  const double loss = limits.conserves_energy ? -run.value("energy_change") : kNoNumber;
+  if (run.value("energy_gain") > limits.energy || loss > limits.energy) return CaseVerdict::violates_energy;  // (8)
+  if (run.value("penetration") > limits.penetration) return CaseVerdict::penetrates;                          // (8)
+  if (run.value("momentum") > limits.momentum) return CaseVerdict::changes_momentum;                          // (8)
+  if (run.value("cone") > limits.cone) return CaseVerdict::leaves_cone;                                       // (8)
+  const bool is_accurate = run.error <= limits.error;
   if (is_paradox) return is_accurate ? CaseVerdict::resolves : CaseVerdict::wrong;  // (9), (10)
-  if (std::isnan(o.error)) return CaseVerdict::keeps;                               // (11)
-  if (o.error <= limits.exact) return CaseVerdict::exact;                           // (12)
+  if (std::isnan(run.error)) return CaseVerdict::keeps;                             // (11)
+  if (run.error <= limits.exact) return CaseVerdict::exact;                         // (12)
   return is_accurate ? CaseVerdict::accurate : CaseVerdict::inaccurate;             // (13), (14)
 }
 
@@ -55,27 +55,29 @@ const VerdictText& text_of(CaseVerdict verdict) {
   return texts[static_cast<std::size_t>(verdict)];
 }
 
-std::string decisive_number(CaseVerdict verdict, const CellOutcome& o) {
+std::string decisive_number(CaseVerdict verdict, const Run& run) {
   switch (verdict) {
     case CaseVerdict::violates_energy:
-      return fmt::format("energy {:+.2e} J at most, {:+.2e} J at the end", o.energy_gain, o.energy_change);
+      return fmt::format("energy {:+.2e} J at most, {:+.2e} J at the end", run.value("energy_gain"),
+                         run.value("energy_change"));
     case CaseVerdict::penetrates:
-      return fmt::format("penetration {:.2e} m", o.penetration);
+      return fmt::format("penetration {:.2e} m", run.value("penetration"));
     case CaseVerdict::keeps:
-      return fmt::format("energy {:+.2e} J at most", o.energy_gain);
+      return fmt::format("energy {:+.2e} J at most", run.value("energy_gain"));
     case CaseVerdict::changes_momentum:
-      return fmt::format("momentum {:.2e} N s", o.momentum);
+      return fmt::format("momentum {:.2e} N s", run.value("momentum"));
     case CaseVerdict::leaves_cone:
-      return fmt::format("beyond the cone by {:.2e} N s", o.cone);
+      return fmt::format("beyond the cone by {:.2e} N s", run.value("cone"));
     case CaseVerdict::time_limit:
     case CaseVerdict::killed:
-      return std::isnan(o.seconds) ? "at its limit" : fmt::format("after {:.1f} s, at t = {:.3g} s", o.seconds, o.t);
+      return run.has_time() ? fmt::format("after {:.1f} s, at t = {:.3g} s", run.timing.median, run.value("t"))
+                            : "at its limit";
     case CaseVerdict::refuses:
     case CaseVerdict::fails:
     case CaseVerdict::declined:
     case CaseVerdict::crashed:
     case CaseVerdict::not_finite:
-      return o.message;
+      return run.message;
     case CaseVerdict::exact:
     case CaseVerdict::accurate:
     case CaseVerdict::resolves:
@@ -83,7 +85,7 @@ std::string decisive_number(CaseVerdict verdict, const CellOutcome& o) {
     case CaseVerdict::wrong:
       break;
   }
-  return fmt::format("error {:.2e}", o.error);
+  return fmt::format("error {:.2e}", run.error);
 }
 
 }  // namespace ricochet

@@ -4,11 +4,13 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "reports/run.h"
+
 namespace ricochet {
 
 inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
-/// What a run of a hard case must keep, from the file of the cases. NaN: not asked for.
+/// What a run of a hard case must keep, from the file of the cases. NaN: not required.
 struct CaseLimits {
   double exact = kNoNumber;        ///< error that counts as rounding, max-norm of (q, v)
   double error = kNoNumber;        ///< error that counts as accurate, the same norm
@@ -24,44 +26,13 @@ struct CaseLimits {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(CaseLimits, exact, error, energy, penetration, momentum, cone, paradox,
                                                 conserves_energy)
 
-enum class Ending {
-  returned,  ///< the method came back with a status
-  declined,  ///< supports() said no: `message`
-  killed,    ///< it did not come back and had to be ended
-  crashed    ///< its process died: `message`
-};
-NLOHMANN_JSON_SERIALIZE_ENUM(Ending, {{Ending::returned, "returned"},
-                                      {Ending::declined, "declined"},
-                                      {Ending::killed, "killed"},
-                                      {Ending::crashed, "crashed"}})
-
-/// What a run did. NaN: not measured, since the scene states no energy, or the run did not succeed.
-struct CellOutcome {
-  Ending ending = Ending::returned;
-  std::string status;      ///< to_string(Status), when it returned
-  std::string message;     ///< its reason
-  double t = kNoNumber;    ///< time that was reached [s]
-  bool is_finite = false;  ///< every recorded number, and the final state
-  double error = kNoNumber;
-  double energy_gain = kNoNumber;    ///< [J], largest above the initial energy
-  double energy_change = kNoNumber;  ///< [J], with sign, end minus start
-  double penetration = kNoNumber;
-  double momentum = kNoNumber;
-  double cone = kNoNumber;
-  double seconds = kNoNumber;  ///< wall time
-
-  bool succeeded() const { return ending == Ending::returned && status == "success"; }
-};
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(CellOutcome, ending, status, message, t, is_finite, error, energy_gain,
-                                                energy_change, penetration, momentum, cone, seconds)
-
 /// By the first line that applies:
 ///
 ///   (1)  crashed       the process died, or threw what a method must not throw
-///   (2)  killed        no answer within twice the time limit
-///   (3)  declined      the method says that it cannot run this problem
+///   (2)  killed        no result within twice the time limit
+///   (3)  declined      the method cannot run this problem
 ///   (4)  time_limit    status time_limit
-///   (5)  not_finite    success, and some number is not finite
+///   (5)  not_finite    the method reported success, and a number is not finite
 ///   (6)  refuses       no success in a paradox, and the message names the contact
 ///   (7)  fails         no success
 ///   (8)  violates_energy, penetrates, changes_momentum, leaves_cone
@@ -92,7 +63,8 @@ enum class CaseVerdict {
   crashed
 };
 
-CaseVerdict verdict(const CaseLimits& limits, const CellOutcome& outcome);
+/// @param run  of a hard case, bench/studies/hard_cases/hard_cell.h
+CaseVerdict verdict(const CaseLimits& limits, const Run& run);
 
 /// How good a verdict is, for colours and counts.
 enum class Grade { good, neutral, poor, bad };
@@ -107,6 +79,6 @@ struct VerdictText {
 const VerdictText& text_of(CaseVerdict verdict);
 
 /// The number that decided: "error 3.1e-05", "energy +0.2 J", "after 5.0 s", or the method's reason.
-std::string decisive_number(CaseVerdict verdict, const CellOutcome& outcome);
+std::string decisive_number(CaseVerdict verdict, const Run& run);
 
 }  // namespace ricochet

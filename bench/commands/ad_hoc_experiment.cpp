@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "bench/commands/problem_options.h"
+#include "bench/measure/problem_choice.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"

@@ -11,6 +11,7 @@
 #include "problems/input_error.h"
 #include "problems/input_text.h"
 #include "problems/names.h"
+#include "reports/run.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -67,7 +68,8 @@ int check_gradient(const std::string& path, double limit) {
   const auto cases = gradient_cases();
   if (path.empty()) {
     for (const GradientCase& c : cases)
-      fmt::print("{} ({}): {}\n  ricochet run {}\n", c.name, c.of, c.title, c.command);
+      fmt::print("{} ({}): {}\n  ricochet run {}\n", c.name, c.of, c.title,
+                 problem_options(c.choice.problem, c.choice.parameters));
     fmt::print("\nA file to fill in, with the cases that you have:\n{}\n", empty_file(cases).dump(2));
     return 0;
   }

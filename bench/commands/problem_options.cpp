@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "bench/commands/number_checks.h"
-#include "bench/measure/setting_kind.h"
+#include "bench/measure/measure_run.h"
 #include "methods/initial_state.h"
 #include "problems/initial_state.h"
 #include "problems/input_error.h"

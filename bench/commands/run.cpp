@@ -96,7 +96,7 @@ void write_motion(const RunArguments& options, const RunReport& report) {
         "method {} says nothing of the motion between its steps: there is nothing to draw or to write", report.method));
   FILE* to = options.as_json ? stderr : stdout;
   if (!options.plot.empty()) {
-    const std::string setting = setting_text(report.settings.steps, report.settings.tolerance);
+    const std::string setting = Setting{report.settings.steps, report.settings.tolerance}.text();
     const auto figure =
         draw_trajectory(FigureFolder(options.plot),
                         trajectory_of(report.problem, report.method, setting, report.solution), "trajectory");

@@ -9,7 +9,7 @@
 
 #include "bench/measure/environment.h"
 #include "problems/vector_json.h"
-#include "reports/record.h"
+#include "reports/run.h"
 
 namespace ricochet {
 namespace {

@@ -65,7 +65,7 @@ ContactSolution solve_stored(const StoredContactProblem& stored, const std::stri
       solve();
       return 0.0;
     };
-    solution.seconds = measure({{solver, solution.seconds, run}}, true, [](double) {}).front().median;
+    solution.seconds = time_runs({{solver, solution.seconds, run}}, true, [](double) {}).front().median;
   } else if (solution.seconds < kTooLongToRepeat / 100 && timer == Timer::a_few_runs) {
     const int together = std::max(1, static_cast<int>(kLongEnough / std::max(solution.seconds, kLeast)));
     std::vector<double> times;

@@ -7,7 +7,7 @@
 
 #include "bench/ensemble/counter_random.h"
 #include "bench/experiment/experiment_file.h"
-#include "bench/measure/setting_kind.h"
+#include "bench/measure/measure_run.h"
 #include "methods/method_spec.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"

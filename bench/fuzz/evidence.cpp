@@ -31,13 +31,12 @@ Evidence evidence_of(const FuzzScene& found, const JudgeOptions& options) {
               return again.verdict == FuzzVerdict::disagree && again.parties == parties;
             }};
   }
-  const auto hanging = std::ranges::find_if(found.opinions, [](const FuzzOpinion& opinion) {
-    return opinion.ending == Ending::killed || opinion.ending == Ending::crashed;
-  });
+  const auto hanging =
+      std::ranges::find_if(found.opinions, [](const FuzzOpinion& opinion) { return opinion.is_killed_or_crashed(); });
   if (hanging != found.opinions.end()) {
     constexpr double time_limit = 1;  // a scene that hangs does so for a second, too
     return {found.detail, [opinion = *hanging](const ordered_json& scene) {
-              return ask_again(scene, opinion, time_limit).ending == opinion.ending;
+              return ask_again(scene, opinion, time_limit).status == opinion.status;
             }};
   }
   const FuzzOpinion& adaptive = found.opinions.front();

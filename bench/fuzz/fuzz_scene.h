@@ -5,29 +5,28 @@
 #include <vector>
 
 #include "reports/table.h"
-#include "reports/verdict.h"
 
 namespace ricochet {
 
 /// What one method says of a random scene.
 struct FuzzOpinion {
-  std::string method;    ///< as on the command line
-  int steps = 0;         ///< fixed-step methods
-  double tolerance = 0;  ///< error-controlled methods
-  Ending ending = Ending::returned;
-  std::string status, message;  ///< of a run that returned
+  std::string method;           ///< as on the command line
+  int steps = 0;                ///< fixed-step methods
+  double tolerance = 0;         ///< error-controlled methods
+  std::string status, message;  ///< to_string(Status), "declined", "killed" or "crashed"
   std::vector<double> q, v;     ///< final state of a success
   double error = 0;             ///< that the judge allows it, max-norm of (q, v)
   double seconds = 0;           ///< wall time
 
-  bool succeeded() const { return ending == Ending::returned && status == "success"; }
+  bool succeeded() const { return status == "success"; }
+  bool is_killed_or_crashed() const { return status == "killed" || status == "crashed"; }
   /// Why it did not succeed, without numbers and names of contacts, so that equal reasons are counted together.
   std::string reason_class() const;
   /// The command line that asks it again.
   std::string command(const std::string& scene_file) const;
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FuzzOpinion, method, steps, tolerance, ending, status, message, q, v,
-                                                error, seconds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FuzzOpinion, method, steps, tolerance, status, message, q, v, error,
+                                                seconds)
 
 /// What the opinions on a scene amount to; the rule is in bench/fuzz/judge.h.
 enum class FuzzVerdict {

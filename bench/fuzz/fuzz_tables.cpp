@@ -7,8 +7,8 @@
 #include <regex>
 
 #include "bench/fuzz/fuzz_scene.h"
-#include "bench/measure/problem_choice.h"
 #include "methods/method_spec.h"
+#include "reports/setting.h"
 
 namespace ricochet {
 namespace {
@@ -55,7 +55,7 @@ std::string word_of(FuzzVerdict verdict) {
 
 std::string FuzzOpinion::reason_class() const {
   if (succeeded()) return "";
-  if (ending != Ending::returned && ending != Ending::declined) return nlohmann::json(ending);
+  if (is_killed_or_crashed()) return status;
   static const std::regex name("'[^']*'"), number(R"([-+]?\d+(\.\d+)?(e[-+]?\d+)?)"), count(R"( \(# \w+\)$)");
   std::string text = std::regex_replace(message, name, "C");
   text = std::regex_replace(text, number, "#");
@@ -63,11 +63,11 @@ std::string FuzzOpinion::reason_class() const {
   // Where and in which step is no part of why.
   static const std::regex place(R"(^(from )?(step # of #, from )?t = # s(, with a step of # s)?: )");
   text = std::regex_replace(text, place, "");
-  return fmt::format("{}: {}", ending == Ending::declined ? "declined" : status, text.substr(0, 160));
+  return fmt::format("{}: {}", status, text.substr(0, 160));
 }
 
 std::string FuzzOpinion::command(const std::string& scene_file) const {
-  return run_command("--scene " + scene_file, method, steps, tolerance);
+  return fmt::format("ricochet run --scene {} --method {} {}", scene_file, method, Setting{steps, tolerance}.option());
 }
 
 namespace {

@@ -237,8 +237,7 @@ class Hearing {
   FuzzVerdict decide(FuzzScene& result) const {
     const auto add = [&](const std::string& text) { result.detail += (result.detail.empty() ? "" : "; ") + text; };
     for (const auto& opinion : opinions_) {
-      if (opinion.ending == Ending::killed || opinion.ending == Ending::crashed)
-        add(fmt::format("{} was {}", opinion.method, opinion.reason_class()));
+      if (opinion.is_killed_or_crashed()) add(fmt::format("{} was {}", opinion.method, opinion.reason_class()));
     }
     if (!result.detail.empty()) return FuzzVerdict::hangs;
     double worst = 0;
@@ -312,13 +311,13 @@ FuzzOpinion ask(const Problem& problem, const std::string& method, int steps, do
   const IsolatedResult result = run_isolated(work, 2 * time_limit);
   opinion.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (result.ending != IsolatedResult::Ending::returned) {
-    opinion.ending = result.ending == IsolatedResult::Ending::killed ? Ending::killed : Ending::crashed;
+    opinion.status = result.ending == IsolatedResult::Ending::killed ? "killed" : "crashed";
     opinion.message = result.text;
     return opinion;
   }
   const json answer = json::parse(result.text);
   if (answer.contains("declined")) {
-    opinion.ending = Ending::declined;
+    opinion.status = "declined";
     opinion.message = answer["declined"];
     return opinion;
   }

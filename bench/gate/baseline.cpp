@@ -20,7 +20,7 @@ using nlohmann::json;
 
 constexpr int kErrorDigits = 5, kResidualDigits = 2, kSizeDigits = 6;
 
-// Larger ones would not fit into the fields of Record.
+// Larger ones would not fit into the fields of Run.
 constexpr double kMostEvents = std::numeric_limits<int>::max(), kMostCounted = 0x1p53;
 
 enum class FieldType { text, number, count };
@@ -108,11 +108,11 @@ void check_fields(const json& row, const std::string& path, std::size_t line) {
 
 /// What no results can be held against.
 void check_is_baseline(const GridResults& results, const std::string& what) {
-  const auto refuse = [&](const Record& record, const std::string& reason) {
-    throw InputError(
-        fmt::format("{}:{}: {} at {}: {}", what, results.line_of(record), record.method, record.setting(), reason));
+  const auto refuse = [&](const Run& record, const std::string& reason) {
+    throw InputError(fmt::format("{}:{}: {} at {}: {}", what, results.line_of(record), record.method,
+                                 record.setting.value(), reason));
   };
-  for (const Record& record : results.records) {
+  for (const Run& record : results.records) {
     if (!is_known_status(record.status)) refuse(record, fmt::format("status '{}' is unknown", record.status));
     if (!record.succeeded()) continue;
     if (record.error < 0 || std::isinf(record.error))
@@ -130,13 +130,13 @@ double rounded(double x, int digits) {
   return std::isfinite(x) ? std::stod(fmt::format("{:.{}e}", x, digits - 1)) : x;
 }
 
-json line_of_baseline(const Record& record) {
+json line_of_baseline(const Run& record) {
   const json all = record.counters;
   json counters = json::object();
   for (const auto& [name, value] : all.items()) {
     if (value != 0) counters[name] = value;
   }
-  json line = {{"kind", Record::kKind},
+  json line = {{"kind", Run::kKind},
                {"method", record.method},
                {"h_bar", rounded(record.h_bar, kSizeDigits)},
                {"status", record.status},
@@ -146,10 +146,10 @@ json line_of_baseline(const Record& record) {
                {"max_residual", rounded(record.max_residual, kResidualDigits)},
                {"detected_events", record.detected_events},
                {"counters", counters}};
-  if (record.steps > 0)
-    line["steps"] = record.steps;
+  if (record.setting.steps > 0)
+    line["steps"] = record.setting.steps;
   else
-    line["tolerance"] = record.tolerance;
+    line["tolerance"] = record.setting.tolerance;
   if (!record.instead_of.empty()) line["instead_of"] = record.instead_of;
   return line;
 }
@@ -169,7 +169,7 @@ GridResults gated_results(const Results& results) {
                      fmt::format("results of a {} are required", kDefaultStudy));
   if (!results.is_complete) throw InputError("results file", path, "it is not complete");
   for (std::size_t k = 0; k < results.rows.size(); ++k) {
-    if (results.rows[k].at("kind") == Record::kKind) check_fields(results.rows[k], path, k + kFirstRowLine);
+    if (results.rows[k].at("kind") == Run::kKind) check_fields(results.rows[k], path, k + kFirstRowLine);
   }
   return GridResults(results);
 }
@@ -190,7 +190,7 @@ void write_baseline(const GridResults& results, const std::string& path) {
                           {"experiment", results.id}, {"title", results.title},   {"quick", results.is_quick}}
                          .dump() +
                      "\n";
-  for (const Record& record : results.records) text += line_of_baseline(record).dump() + "\n";
+  for (const Run& record : results.records) text += line_of_baseline(record).dump() + "\n";
   text += json{{"kind", "end"}}.dump() + "\n";
   if (std::filesystem::exists(path)) throw InputError("baseline file", path, "it exists; a new file is required");
   write_text("baseline file", path, text);

@@ -35,19 +35,19 @@ constexpr Counter kCounters[] = {
 static_assert(sizeof(Counters) == std::size(kCounters) * sizeof(std::int64_t), "every counter is held");
 
 /// a of equation (1).
-double allowance(const Record& then, bool is_of_derivatives) {
+double allowance(const Run& then, bool is_of_derivatives) {
   return (is_of_derivatives ? GateRules::kRoundingOfDerivatives : GateRules::kRounding) * then.solution_size +
          2 * then.reference_error;
 }
 
-bool is_error_controlled(const Record& run) {
-  return run.steps == 0;
+bool is_error_controlled(const Run& run) {
+  return run.setting.is_tolerance();
 }
 
 /// The run beside its baseline.
 struct Pair {
-  const Record* then;
-  const Record* now;
+  const Run* then;
+  const Run* now;
   bool has_reference;  ///< other runs have errors
 
   double allowance() const { return ricochet::allowance(*then, !now->sensitivities.empty()); }
@@ -81,7 +81,7 @@ void hold_counters(const Pair& pair, GateLine& line) {
 
 /// Why the results have no error that could be held; empty when they have one, or need none.
 std::string why_no_error(const Pair& pair) {
-  const Record& now = *pair.now;
+  const Run& now = *pair.now;
   if (now.error < 0 || std::isinf(now.error)) return fmt::format("error {}: a number >= 0 is required", now.error);
   if (pair.has_reference && !now.has_error()) return "success without an error";
   if (pair.then->succeeded() && !pair.then->has_error() && now.has_error()) return "the baseline has no error";
@@ -89,12 +89,12 @@ std::string why_no_error(const Pair& pair) {
 }
 
 /// What was not carried out whole has no work, residual or error to hold.
-std::string why_not_whole(const Record& now) {
+std::string why_not_whole(const Run& now) {
   const auto counted = now.counters.steps;
-  const bool is_whole = is_error_controlled(now) ? counted > 0 : counted == now.steps;
+  const bool is_whole = is_error_controlled(now) ? counted > 0 : counted == now.setting.steps;
   if (is_whole) return {};
   return is_error_controlled(now) ? "success without a step"
-                                  : fmt::format("success with {} of {} steps", counted, now.steps);
+                                  : fmt::format("success with {} of {} steps", counted, now.setting.steps);
 }
 
 /// Whether both were measured with the same reference.
@@ -109,7 +109,7 @@ std::string why_other_reference(const Pair& pair) {
 }
 
 void hold_run(const Pair& pair, double then_at_coarser_tolerance, GateLine& line) {
-  const Record &then = *pair.then, &now = *pair.now;
+  const Run &then = *pair.then, &now = *pair.now;
   if (!is_known_status(now.status))
     return line.add(GateVerdict::not_compared, fmt::format("status '{}' is unknown", now.status));
   if (now.status == "not_built") return line.add(GateVerdict::not_compared, "not built: " + now.message);
@@ -133,7 +133,7 @@ void hold_run(const Pair& pair, double then_at_coarser_tolerance, GateLine& line
 }
 
 /// "fesd:gauss:3", "fesd:gauss:3 in place of moreau_jean".
-std::string method_of(const Record& run) {
+std::string method_of(const Run& run) {
   return run.instead_of.empty() ? run.method : fmt::format("{} in place of {}", run.method, run.instead_of);
 }
 
@@ -159,7 +159,7 @@ class MethodGate {
 GateLine MethodGate::residual() const {  // (5)
   GateLine line{method_, "residual"};
   double then = -1, now = -1, a = 0;
-  const Record* where = nullptr;
+  const Run* where = nullptr;
   for (const Pair& pair : pairs_) {
     if (pair.then->max_residual < 0) continue;
     then = std::max(then, pair.then->max_residual);
@@ -172,7 +172,7 @@ GateLine MethodGate::residual() const {  // (5)
   const double limit = GateRules::kResidualFactor * then + a;
   if (where && now > limit)
     line.add(GateVerdict::worse, fmt::format("{:.1e} in the baseline, now {:.1e} at {}, at most {:.1e} holds", then,
-                                             now, where->setting(), limit));
+                                             now, where->setting.value(), limit));
   return line;
 }
 
@@ -202,7 +202,7 @@ GateLine MethodGate::order(const ObservedOrder& then, const ObservedOrder& now) 
   }
   std::vector<double> step_lengths, errors_then, errors_held;
   for (const Pair& pair : pairs_) {
-    const int steps = pair.then->steps;
+    const int steps = pair.then->setting.steps;
     if (steps < then.fit->first_steps || steps > then.fit->last_steps || !pair.have_errors()) continue;
     step_lengths.push_back(pair.then->h_bar);
     errors_then.push_back(pair.then->error);
@@ -223,11 +223,11 @@ GateLine MethodGate::order(const ObservedOrder& then, const ObservedOrder& now) 
 }
 
 /// The error of the next coarser tolerance of the same method, by run; 0 where there is none.
-std::map<const Record*, double> errors_at_coarser_tolerances(const GridResults& baseline) {
-  std::map<const Record*, double> errors;
+std::map<const Run*, double> errors_at_coarser_tolerances(const GridResults& baseline) {
+  std::map<const Run*, double> errors;
   for (const auto& method : baseline.methods()) {
     double coarser = 0;
-    for (const Record* run : baseline.of(method)) {  // descending tolerances
+    for (const Run* run : baseline.of(method)) {  // descending tolerances
       if (!is_error_controlled(*run)) continue;
       errors[run] = coarser;
       if (run->has_error()) coarser = run->error;
@@ -236,24 +236,25 @@ std::map<const Record*, double> errors_at_coarser_tolerances(const GridResults& 
   return errors;
 }
 
-std::string setting_of(const Record& run) {
-  return run.instead_of.empty() ? run.setting() : fmt::format("{} in place of {}", run.setting(), run.instead_of);
+std::string setting_of(const Run& run) {
+  return run.instead_of.empty() ? run.setting.value()
+                                : fmt::format("{} in place of {}", run.setting.value(), run.instead_of);
 }
 
-std::set<std::string> methods_of(const std::vector<Record>& records) {
+std::set<std::string> methods_of(const std::vector<Run>& records) {
   std::set<std::string> names;
-  for (const Record& record : records) names.insert(record.method);
+  for (const Run& record : records) names.insert(record.method);
   return names;
 }
 
-int runs_of_method(const std::vector<Record>& records, const std::string& method) {
-  return static_cast<int>(std::ranges::count(records, method, &Record::method));
+int runs_of_method(const std::vector<Run>& records, const std::string& method) {
+  return static_cast<int>(std::ranges::count(records, method, &Run::method));
 }
 
 class Gate {
  public:
   Gate(const GridResults& baseline, const GridResults& results) : baseline_(baseline), results_(results) {
-    for (const Record& run : results.records) {
+    for (const Run& run : results.records) {
       const bool is_new = now_.emplace(key_of(run), &run).second;
       if (!is_new) add_run(run, 0, "the results have this run twice");
     }
@@ -269,7 +270,7 @@ class Gate {
   }
 
  private:
-  void add_run(const Record& run, int line, const std::string& reason) {
+  void add_run(const Run& run, int line, const std::string& reason) {
     lines_.push_back({run.method, "run", setting_of(run), line, GateVerdict::not_compared, {reason}});
   }
   void add_all(const std::string& method, const std::string& reason) {
@@ -281,7 +282,7 @@ class Gate {
   void name_new_runs();
 
   const GridResults &baseline_, &results_;
-  std::map<GateKey, const Record*> now_;
+  std::map<GateKey, const Run*> now_;
   std::vector<MethodGate> methods_;
   std::vector<GateLine> lines_;
 };
@@ -290,7 +291,7 @@ void Gate::hold_runs() {
   const auto coarser = errors_at_coarser_tolerances(baseline_);
   const auto known = methods_of(results_.records);
   const bool has_reference = baseline_.has_errors() || results_.has_errors();
-  for (const Record& then : baseline_.records) {
+  for (const Run& then : baseline_.records) {
     if (!known.contains(then.method)) continue;  // one line for all of them
     const auto found = now_.find(key_of(then));
     if (found == now_.end()) {
@@ -326,7 +327,7 @@ void Gate::name_new_runs() {
                                   runs_of_method(results_.records, method)));
   }
   std::set<GateKey> held;
-  for (const Record& then : baseline_.records) held.insert(key_of(then));
+  for (const Run& then : baseline_.records) held.insert(key_of(then));
   for (const auto& [key, run] : now_) {
     if (known.contains(run->method) && !held.contains(key)) add_run(*run, 0, "this run is not in the baseline");
   }
@@ -387,8 +388,8 @@ GateReport hold_against(const GridResults& baseline, const GridResults& results)
   return {results.id, results.path, baseline.path, Gate(baseline, results).lines()};
 }
 
-GateKey key_of(const Record& record) {
-  return {record.method, record.steps, record.tolerance, record.instead_of};
+GateKey key_of(const Run& record) {
+  return {record.method, record.setting.steps, record.setting.tolerance, record.instead_of};
 }
 
 bool is_known_status(const std::string& status) {

@@ -83,7 +83,7 @@ GateReport hold_against(const GridResults& baseline, const GridResults& results)
 
 /// What tells two runs of results apart: method, steps, tolerance, in place of which method.
 using GateKey = std::tuple<std::string, int, double, std::string>;
-GateKey key_of(const Record& record);
+GateKey key_of(const Run& record);
 
 /// One of Status, "declined" or "not_built".
 bool is_known_status(const std::string& status);

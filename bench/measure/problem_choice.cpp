@@ -47,21 +47,6 @@ reference::Reference ProblemChoice::make_reference(const Problem& made,
   return reference;
 }
 
-std::string ProblemChoice::arguments() const {
-  std::string text = fmt::format("--{} {}", is_scene_file() ? "scene" : "problem", problem);
-  for (const auto& [name, value] : parameters) text += fmt::format(" --set {}={}", name, value);
-  return text;
-}
-
-std::string run_command(const std::string& scene, const std::string& method, int steps, double tolerance) {
-  const std::string setting = steps > 0 ? fmt::format("--steps {}", steps) : fmt::format("--tolerance {}", tolerance);
-  return fmt::format("ricochet run {} --method {} {}", scene, method, setting);
-}
-
-std::string setting_text(int steps, double tolerance) {
-  return steps > 0 ? fmt::format("-N {}", steps) : fmt::format("--tolerance {:.2g}", tolerance);
-}
-
 ProblemChoice read_problem_choice(const nlohmann::json& experiment) {
   ProblemChoice choice;
   choice.problem = experiment.at("problem");

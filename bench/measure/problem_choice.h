@@ -26,16 +26,7 @@ struct ProblemChoice {
   /// @param sensitivities  derivatives that it must contain  @throws InputError if a known solution lacks one
   /// @throws std::logic_error if they are required of a computed reference
   reference::Reference make_reference(const Problem& problem, const std::vector<std::string>& sensitivities = {}) const;
-  /// "--problem two_balls_spring --set height=100", of `ricochet run`.
-  std::string arguments() const;
 };
-
-/// The command that repeats a run, with all digits of its setting.
-/// @param scene  ProblemChoice::arguments(), or others of `ricochet run` @param steps  0 for a method with a tolerance
-std::string run_command(const std::string& scene, const std::string& method, int steps, double tolerance);
-
-/// A setting in a table: "-N 50", or "--tolerance 1e-06" where there are no steps.
-std::string setting_text(int steps, double tolerance);
 
 /// Reads the fields "problem" and "parameters". @throws nlohmann::json::exception for a missing problem
 ProblemChoice read_problem_choice(const nlohmann::json& experiment);

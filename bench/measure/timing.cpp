@@ -52,8 +52,8 @@ double seconds_of(const std::function<Solution()>& run, Solution& solution) {
   return solution.own_seconds > 0 ? solution.own_seconds : seconds;
 }
 
-std::vector<Timing> measure(const std::vector<TimedRun>& runs, bool quick,
-                            const std::function<void(double)>& progress) {
+std::vector<Timing> time_runs(const std::vector<TimedRun>& runs, bool quick,
+                              const std::function<void(double)>& progress) {
   if (runs.empty()) return {};  // else Google Benchmark complains on the terminal
   static const bool initialized = [] {
     static char program[] = "ricochet", interleave[] = "--benchmark_enable_random_interleaving=true";

@@ -26,6 +26,7 @@ double cpu_seconds();
 /// `quick`), each repetition long enough for the clock, all repetitions of all runs in random order, so that a slow
 /// moment of the machine meets all alike. Runs in other processes are believed: Solution::own_seconds.
 /// @param progress  called with a line of text when a share of the work is done
-std::vector<Timing> measure(const std::vector<TimedRun>& runs, bool quick, const std::function<void(double)>& progress);
+std::vector<Timing> time_runs(const std::vector<TimedRun>& runs, bool quick,
+                              const std::function<void(double)>& progress);
 
 }  // namespace ricochet

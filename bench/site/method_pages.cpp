@@ -107,7 +107,7 @@ std::string hard_cases_html(const std::vector<HardCell>& cells) {
   using C = HardCell;
   static const std::vector<Column<C>> columns = {
       {"method", &C::method},       {"verdict", [](const C& c) { return text_of(c.verdict()).word; }},
-      {"case", &C::hard_case},      {"because", [](const C& c) { return decisive_number(c.verdict(), c.outcome); }},
+      {"case", &C::scene},          {"because", [](const C& c) { return decisive_number(c.verdict(), c); }},
       {"repeat with", &C::command},
   };
   Table table = table_of("Verdicts", columns, cells);

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <map>
 #include <optional>
-#include <regex>
 #include <set>
 
 #include "bench/site/drawn_scene.h"
@@ -227,18 +226,6 @@ std::string methods_html(const ProblemInfo& info) {
   return table_of("Which methods can run it", columns, lines).html();
 }
 
-/// The problem that a command runs: what follows --problem, or the case or the name of the file that follows --scene.
-/// Empty where there is neither.
-std::string problem_in(const std::string& command) {
-  static const std::regex option("(?:^| )(?:--problem|-p|--scene)[ =]('[^']*'|[^ ]+)");
-  std::smatch found;
-  if (!std::regex_search(command, found, option)) return "";
-  std::string problem = found[1];
-  std::erase(problem, '\'');
-  if (const auto hash = problem.rfind('#'); hash != std::string::npos) return problem.substr(hash + 1);
-  return problem.ends_with(".json") ? std::filesystem::path(problem).stem().string() : problem;
-}
-
 /// What the results of a site say of problems, read once.
 struct ProblemResults {
   /// The runs of each results file that has some, by problem; scenes of `fastest` have names of their own.
@@ -246,18 +233,10 @@ struct ProblemResults {
   std::vector<std::set<std::string>> problems;  ///< of each results file
 };
 
-/// The problem of each scene: that of a command of any of its runs, since those that reach no level have none; else the
-/// scene's own name.
-std::map<std::string, std::string> problems_of_scenes(const std::vector<FastestRun>& runs) {
-  std::map<std::string, std::string> problems;
-  for (const FastestRun& run : runs) {
-    std::string& problem = problems[run.scene];
-    if (problem.empty()) problem = problem_in(run.problem.empty() ? run.command : " --problem " + run.problem);
-  }
-  for (auto& [scene, problem] : problems) {
-    if (problem.empty()) problem = scene;
-  }
-  return problems;
+/// The id of the problem of a run: of a scene file that of its case, or its name.
+std::string problem_of(const Run& run) {
+  if (const auto hash = run.problem.rfind('#'); hash != std::string::npos) return run.problem.substr(hash + 1);
+  return run.problem.ends_with(".json") ? std::filesystem::path(run.problem).stem().string() : run.problem;
 }
 
 ProblemResults problem_results(const std::vector<ShownResults>& list) {
@@ -269,14 +248,10 @@ ProblemResults problem_results(const std::vector<ShownResults>& list) {
         if (const auto name = row.find(field); name != row.end() && name->is_string()) problems.insert(*name);
       }
     }
-    const auto runs = shown.results.all<FastestRun>();
-    if (runs.empty()) continue;
-    const auto of_scenes = problems_of_scenes(runs);
+    for (const Run& run : shown.results.all<Run>()) problems.insert(problem_of(run));
     auto& competition = results.competitions.emplace_back();
-    for (const FastestRun& run : runs) {
-      const std::string& problem = of_scenes.at(run.scene);
-      problems.insert(problem);
-      if (run.solver == "new") competition[problem].push_back(run);
+    for (const FastestRun& run : shown.results.all<FastestRun>()) {
+      if (run.labels.contains("family") && run.solver() == "new") competition[problem_of(run)].push_back(run);
     }
   }
   return results;

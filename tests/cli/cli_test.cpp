@@ -928,7 +928,7 @@ TEST_F(Cli, AnExperimentWithAMistakeLeavesNoResults) {
       {R"({"id": "x", "problem": "two_balls_spring", "methods": [{"method": "fesd:gauss:3", "steps": [0]}]})",
        "x.json: methods[0].steps[0] = 0: a whole number >= 1 is required"},
       {R"({"id": "x", "problem": "two_balls_spring", "methods": [{"method": "fesd:gauss:3"}]})",
-       "\"steps\" are required"},
+       "\"steps\" of a fixed-step method or"},
       {R"({"id": "x", "problem": "two_balls", "methods": [{"method": "moreau_jean", "steps": [5]}]})",
        "problem = 'two_balls': unknown"},
       {R"({"id": "x", "problem": "two_balls_spring", "method": []})", "did you mean methods?"},

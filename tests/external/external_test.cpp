@@ -183,7 +183,7 @@ TEST(LivingClient, SaysHowLongItTook) {
   const auto run = [&] { return method->solve(*problem, with_steps(10)); };
   Solution solution;
   EXPECT_EQ(seconds_of(run, solution), 0.25);
-  const auto timings = measure({{"", 1e-3, [&] { return run().own_seconds; }}}, true, [](double) {});
+  const auto timings = time_runs({{"", 1e-3, [&] { return run().own_seconds; }}}, true, [](double) {});
   EXPECT_NEAR(timings.front().median, 0.25, 1e-12) << "a mean of equal numbers";
 }
 

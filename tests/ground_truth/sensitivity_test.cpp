@@ -290,7 +290,7 @@ TEST(ExperimentOfSensitivities, MeasuresTheLargestRelativeErrorOfTheirs) {
   const double error_by_e =
       std::max((s.dq.col(1) - by_e.dq).cwiseAbs().maxCoeff(), (s.dv.col(1) - by_e.dv).cwiseAbs().maxCoeff());
   const double size_by_e = std::max(by_e.dq.cwiseAbs().maxCoeff(), by_e.dv.cwiseAbs().maxCoeff());
-  const Record& fesd = results.records[0];
+  const Run& fesd = results.records[0];
   EXPECT_DOUBLE_EQ(fesd.error, std::max(error_by_k, error_by_e / size_by_e));  // rounding of a quotient
   EXPECT_EQ(fesd.solution_size, 1);
   EXPECT_EQ(fesd.sensitivities, wrt);

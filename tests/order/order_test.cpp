@@ -19,13 +19,13 @@ struct Truth {
 std::optional<OrderFit> observe(const Problem& problem, const Truth& truth, const std::string& spec,
                                 const std::vector<int>& grid) {
   const auto method = make_method(spec);
-  std::vector<Record> records;
+  std::vector<Run> records;
   for (const int steps : grid) {
     Settings settings;
     settings.steps = steps;
     const Solution s = method->solve(problem, settings);
-    Record r;
-    r.steps = steps;
+    Run r;
+    r.setting.steps = steps;
     r.h_bar = problem.info().end_time / steps;
     r.status = to_string(s.status);
     r.error = reference::final_state_difference(s.q, s.v, truth.q, truth.v);
@@ -33,7 +33,7 @@ std::optional<OrderFit> observe(const Problem& problem, const Truth& truth, cons
     r.solution_size = std::max(truth.q.cwiseAbs().maxCoeff(), truth.v.cwiseAbs().maxCoeff());
     records.push_back(r);
   }
-  std::vector<const Record*> pointers;
+  std::vector<const Run*> pointers;
   for (const auto& r : records) pointers.push_back(&r);
   return fit_order(pointers);
 }
@@ -177,14 +177,14 @@ TEST(TwoBallsSensitivities, HaveTheTableausOrder) {
         Case{"fesd:gauss:2", 4, 200, 4000}}) {
     for (std::size_t k = 0; k < truth.sensitivities.size(); ++k) {
       const auto& expected = truth.sensitivities[k];
-      std::vector<Record> records;
+      std::vector<Run> records;
       for (const int steps : logarithmic(from, to, 24)) {
         Settings settings;
         settings.steps = steps;
         settings.sensitivities = {expected.wrt};
         const Solution s = make_method(method)->solve(*problem, settings);
-        Record r;
-        r.steps = steps;
+        Run r;
+        r.setting.steps = steps;
         r.h_bar = problem->info().end_time / steps;
         r.status = to_string(s.status);
         r.error = reference::final_state_difference(s.dq.col(0), s.dv.col(0), expected.dq, expected.dv);
@@ -192,7 +192,7 @@ TEST(TwoBallsSensitivities, HaveTheTableausOrder) {
         r.solution_size = std::max(expected.dq.cwiseAbs().maxCoeff(), expected.dv.cwiseAbs().maxCoeff());
         records.push_back(r);
       }
-      std::vector<const Record*> pointers;
+      std::vector<const Run*> pointers;
       for (const auto& r : records) pointers.push_back(&r);
       const auto fit = fit_order(pointers);
       ASSERT_TRUE(fit) << method << " " << expected.wrt;

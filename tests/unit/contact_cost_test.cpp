@@ -54,9 +54,9 @@ TEST(ContactCost, ATableHasARowPerKindOfContact) {
 TEST(ContactCost, NamesTheMotionThatFails) {
   // Without a stage at the right end Gauss loses curved contacts.
   const auto costs = measure_contact_cost({"fesd:gauss:2"}, true);
-  const auto failed = std::ranges::find_if(costs, [](const ContactCost& cost) { return !cost.succeeded(); });
+  const auto failed = std::ranges::find_if(costs, [](const Run& run) { return !run.succeeded(); });
   ASSERT_NE(failed, costs.end()) << "it ends with a status";
-  EXPECT_EQ(failed->closed, 1);
+  EXPECT_EQ(failed->condition("closed"), 1);
   EXPECT_FALSE(failed->message.empty());
   EXPECT_EQ(costs.size(), box_motions().size()) << "and the others are measured";
 }

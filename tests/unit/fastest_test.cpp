@@ -23,13 +23,13 @@ TEST(FastestStudy, OnlyRunsThatReachTheErrorCompete) {
   ASSERT_EQ(runs.size(), 12u) << "two solvers, two families, three levels";
   int reached = 0;
   for (const FastestRun& run : runs) {
-    EXPECT_TRUE(run.is_judged()) << run.uncertainty;
-    EXPECT_EQ(run.tried, run.family == "low order" ? 4 : 7);
-    EXPECT_EQ(run.failed, 0) << run.why;
+    EXPECT_TRUE(run.is_judged()) << run.reference_error;
+    EXPECT_EQ(run.value("tried"), run.family() == "low order" ? 4 : 7);
+    EXPECT_EQ(run.value("failed"), 0) << run.message;
     if (!run.is_reached()) continue;
     ++reached;
-    EXPECT_LE(run.error, run.level) << run.family << " " << run.level;
-    EXPECT_GE(run.error, 0.1 * run.uncertainty);
+    EXPECT_LE(run.error, run.level()) << run.family() << " " << run.level();
+    EXPECT_GE(run.error, 0.1 * run.reference_error);
     EXPECT_TRUE(run.metrics.are_known) << run.method;
     EXPECT_LT(run.metrics.position_error, 1) << "a finite one";
     EXPECT_FALSE(std::isnan(run.metrics.contact_dissipation)) << "the block stays on the belt";
@@ -39,14 +39,14 @@ TEST(FastestStudy, OnlyRunsThatReachTheErrorCompete) {
   const auto kept = runs_of_solver(runs, "kept");
   ASSERT_EQ(kept.size(), 6u);
   for (std::size_t k = 0; k < kept.size(); ++k) {
-    EXPECT_EQ(kept[k].family, runs[k].family);
-    EXPECT_EQ(kept[k].level, runs[k].level);
+    EXPECT_EQ(kept[k].family(), runs[k].family());
+    EXPECT_EQ(kept[k].level(), runs[k].level());
     EXPECT_EQ(kept[k].is_reached(), runs[k].is_reached()) << "to keep a solver changes no error";
   }
   EXPECT_FALSE(runs[2].is_reached()) << "no scheme of order one reaches 1e-10";
   std::set<std::pair<std::string, std::string>> winners;
   for (const FastestRun& run : runs) {
-    if (run.is_reached()) winners.emplace(run.method, run.setting);
+    if (run.is_reached()) winners.emplace(run.method, run.setting.text());
   }
   EXPECT_EQ(measured_runs(runs).size(), winners.size()) << "each once, whatever levels and solvers it wins";
 }
@@ -62,20 +62,20 @@ class FastestTables : public testing::Test {
     add("second", "even", "theirs", 80);
     add("third", "odd", "ours", 30);
     add("third", "odd", "theirs", -1);
-    runs.back().why = "it broke";
+    runs.back().message = "it broke";
     add("fourth", "odd", "ours", 5);
     add("fourth", "odd", "theirs", 5);
-    for (std::size_t k = 6; k < 8; ++k) runs[k].uncertainty = 1e-2;
+    for (std::size_t k = 6; k < 8; ++k) runs[k].reference_error = 1e-2;
   }
 
   void add(const std::string& scene, const std::string& group, const std::string& family, double microseconds) {
     FastestRun run;
     run.scene = scene;
     run.group = group;
-    run.family = family;
-    run.level = 1e-3;
-    run.uncertainty = 1e-9;
-    run.microseconds = microseconds;
+    run.labels = {{"family", family}, {"solver", "new"}};
+    run.conditions = {{"level", 1e-3}};
+    run.reference_error = 1e-9;
+    if (microseconds > 0) run.timing = {.median = 1e-6 * microseconds, .repetitions = 9};
     runs.push_back(run);
   }
 };
@@ -115,7 +115,7 @@ TEST_F(FastestTables, TheChoiceReachesMostScenesAndIsFastest) {
   EXPECT_EQ(even.families[0].slower, 1);
   EXPECT_NEAR(even.families[1].slower, 4, 1e-12) << "geometric mean of 2 and 8";
   EXPECT_NEAR(even.factor, 4, 1e-12);
-  EXPECT_EQ(even.run.microseconds, 10);
+  EXPECT_EQ(even.run.microseconds(), 10);
   EXPECT_EQ(even.never, std::vector<std::string>{"slow"});
   const Choice& odd = list[1];
   EXPECT_EQ(odd.scenes, 1) << "the fourth scene is not judged";

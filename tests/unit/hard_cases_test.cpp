@@ -34,14 +34,12 @@ HardCases hard_cases(const std::vector<std::string>& changes = {}, bool quick = 
 }
 
 /// A run that nothing is wrong with, and limits that it keeps.
-CellOutcome good() {
-  CellOutcome o;
-  o.status = "success";
-  o.is_finite = true;
-  o.error = 1e-4;
-  o.energy_gain = o.penetration = o.momentum = o.cone = 0;
-  o.energy_change = -1;
-  return o;
+Run good() {
+  Run r;
+  r.status = "success";
+  r.error = 1e-4;
+  r.values = {{"energy_gain", 0}, {"penetration", 0}, {"momentum", 0}, {"cone", 0}, {"energy_change", -1}};
+  return r;
 }
 CaseLimits limits() {
   CaseLimits l;
@@ -54,40 +52,40 @@ CaseLimits limits() {
 /// The verdict after a change of the good run.
 template <class Change>
 CaseVerdict after(Change change) {
-  CellOutcome o = good();
+  Run r = good();
   CaseLimits l = limits();
-  change(o, l);
-  return verdict(l, o);
+  change(r, l);
+  return verdict(l, r);
 }
-#define AFTER(...) after([]([[maybe_unused]] CellOutcome& o, [[maybe_unused]] CaseLimits& l) { __VA_ARGS__; })
+#define AFTER(...) after([]([[maybe_unused]] Run& r, [[maybe_unused]] CaseLimits& l) { __VA_ARGS__; })
 
 TEST(Verdict, ByTheFirstRuleThatApplies) {
   EXPECT_EQ(AFTER(), CaseVerdict::accurate);
-  EXPECT_EQ(AFTER(o.error = 1e-9), CaseVerdict::exact);
-  EXPECT_EQ(AFTER(o.error = 1e-3), CaseVerdict::accurate) << "a limit is kept when it is met";
-  EXPECT_EQ(AFTER(o.error = 1.1e-3), CaseVerdict::inaccurate);
-  EXPECT_EQ(AFTER(o.error = kNoNumber), CaseVerdict::keeps);
-  EXPECT_EQ(AFTER(o.energy_gain = 0.2; o.penetration = 1), CaseVerdict::violates_energy);
+  EXPECT_EQ(AFTER(r.error = 1e-9), CaseVerdict::exact);
+  EXPECT_EQ(AFTER(r.error = 1e-3), CaseVerdict::accurate) << "a limit is kept when it is met";
+  EXPECT_EQ(AFTER(r.error = 1.1e-3), CaseVerdict::inaccurate);
+  EXPECT_EQ(AFTER(r.error = kNoNumber), CaseVerdict::keeps);
+  EXPECT_EQ(AFTER(r.values["energy_gain"] = 0.2; r.values["penetration"] = 1), CaseVerdict::violates_energy);
   EXPECT_EQ(AFTER(l.conserves_energy = true), CaseVerdict::violates_energy) << "a loss of 1 J";
-  EXPECT_EQ(AFTER(o.penetration = 0.2), CaseVerdict::penetrates);
-  EXPECT_EQ(AFTER(o.momentum = 0.2), CaseVerdict::changes_momentum);
-  EXPECT_EQ(AFTER(o.cone = 0.2), CaseVerdict::leaves_cone);
-  EXPECT_EQ(AFTER(o.momentum = 0.2; l.momentum = kNoNumber), CaseVerdict::accurate) << "not asked for";
-  EXPECT_EQ(AFTER(o.energy_gain = kNoNumber), CaseVerdict::accurate) << "not measured";
-  EXPECT_EQ(AFTER(o.is_finite = false), CaseVerdict::not_finite);
-  EXPECT_EQ(AFTER(o.status = "infeasible"), CaseVerdict::fails);
-  EXPECT_EQ(AFTER(o.status = "time_limit"), CaseVerdict::time_limit);
-  EXPECT_EQ(AFTER(o.ending = Ending::declined), CaseVerdict::declined);
-  EXPECT_EQ(AFTER(o.ending = Ending::killed), CaseVerdict::killed);
-  EXPECT_EQ(AFTER(o.ending = Ending::crashed), CaseVerdict::crashed);
+  EXPECT_EQ(AFTER(r.values["penetration"] = 0.2), CaseVerdict::penetrates);
+  EXPECT_EQ(AFTER(r.values["momentum"] = 0.2), CaseVerdict::changes_momentum);
+  EXPECT_EQ(AFTER(r.values["cone"] = 0.2), CaseVerdict::leaves_cone);
+  EXPECT_EQ(AFTER(r.values["momentum"] = 0.2; l.momentum = kNoNumber), CaseVerdict::accurate) << "not asked for";
+  EXPECT_EQ(AFTER(r.values["energy_gain"] = kNoNumber), CaseVerdict::accurate) << "not measured";
+  EXPECT_EQ(AFTER(r.status = "not_finite"), CaseVerdict::not_finite);
+  EXPECT_EQ(AFTER(r.status = "infeasible"), CaseVerdict::fails);
+  EXPECT_EQ(AFTER(r.status = "time_limit"), CaseVerdict::time_limit);
+  EXPECT_EQ(AFTER(r.status = "declined"), CaseVerdict::declined);
+  EXPECT_EQ(AFTER(r.status = "killed"), CaseVerdict::killed);
+  EXPECT_EQ(AFTER(r.status = "crashed"), CaseVerdict::crashed);
 }
 
 TEST(Verdict, InAParadox) {
-  EXPECT_EQ(AFTER(l.paradox = "tip"; o.status = "infeasible"; o.message = "at 'tip': none"), CaseVerdict::refuses);
-  EXPECT_EQ(AFTER(l.paradox = "tip"; o.status = "infeasible"; o.message = "tipped over"), CaseVerdict::fails);
+  EXPECT_EQ(AFTER(l.paradox = "tip"; r.status = "infeasible"; r.message = "at 'tip': none"), CaseVerdict::refuses);
+  EXPECT_EQ(AFTER(l.paradox = "tip"; r.status = "infeasible"; r.message = "tipped over"), CaseVerdict::fails);
   EXPECT_EQ(AFTER(l.paradox = "tip"), CaseVerdict::resolves);
-  EXPECT_EQ(AFTER(l.paradox = "tip"; o.error = 1), CaseVerdict::wrong);
-  EXPECT_EQ(AFTER(l.paradox = "tip"; o.error = kNoNumber), CaseVerdict::wrong);
+  EXPECT_EQ(AFTER(l.paradox = "tip"; r.error = 1), CaseVerdict::wrong);
+  EXPECT_EQ(AFTER(l.paradox = "tip"; r.error = kNoNumber), CaseVerdict::wrong);
 }
 
 TEST(Verdict, EveryOneHasAWordOfItsOwn) {
@@ -100,13 +98,16 @@ TEST(Verdict, EveryOneHasAWordOfItsOwn) {
 
 TEST(HardTables, TheSmallestErrorIsThatOfAMethodThatIsRight) {
   HardCell right, wrong;
-  right.hard_case = wrong.hard_case = "case";
+  right.scene = wrong.scene = "case";
+  right.labels = wrong.labels = {{"title", "t"}};
   right.limits = wrong.limits = limits();
-  right.outcome = wrong.outcome = good();
+  right.status = wrong.status = "success";
+  right.error = 1e-4;
+  right.values = wrong.values = good().values;
   right.method = "right";
   wrong.method = "wrong";
-  wrong.outcome.error = 0.5 * right.outcome.error;
-  wrong.outcome.penetration = 1;
+  wrong.error = 0.5 * right.error;
+  wrong.values["penetration"] = 1;
   ASSERT_NE(wrong.verdict(), right.verdict());
   const Table table = case_table({right, wrong});
   ASSERT_EQ(table.rows.size(), 1u);
@@ -202,25 +203,20 @@ TEST(HardCases, QuickMatrixIsBounded) {
     const auto motions = hard_case.true_motions(*problem);
     for (const auto& method : cases.methods) {
       const HardCell cell = run_cell(hard_case, *problem, motions, method, cases.time_limit);
-      const CellOutcome& o = cell.outcome;
       const CaseVerdict verdict = cell.verdict();
-      EXPECT_NE(verdict, CaseVerdict::crashed) << cell.command << "\n" << o.message;
-      EXPECT_NE(verdict, CaseVerdict::killed) << cell.command;
-      EXPECT_NE(verdict, CaseVerdict::not_finite) << cell.command;
-      EXPECT_NE(verdict, CaseVerdict::wrong) << cell.command;
-      if (o.ending == Ending::returned) {
-        EXPECT_LE(o.seconds, 2 * cases.time_limit) << cell.command;
-        EXPECT_EQ(o.status == "success", o.message.empty()) << cell.command;
-      } else {
-        EXPECT_FALSE(o.message.empty()) << cell.command;
-      }
+      EXPECT_NE(verdict, CaseVerdict::crashed) << cell.command << "\n" << r.message;
+      EXPECT_NE(verdict, CaseVerdict::killed) << cell.command();
+      EXPECT_NE(verdict, CaseVerdict::not_finite) << cell.command();
+      EXPECT_NE(verdict, CaseVerdict::wrong) << cell.command();
+      EXPECT_EQ(cell.succeeded(), cell.message.empty()) << cell.command();
+      if (cell.has_time()) EXPECT_LE(cell.timing.median, 2 * cases.time_limit) << cell.command();
       cells.push_back(cell);
       EXPECT_EQ(round_trip(cell).verdict(), verdict) << "the file keeps what the rule needs";
     }
   }
   EXPECT_EQ(cells.size(), cases.cases.size() * cases.methods.size());
   const std::string svg = verdict_matrix_svg(cells);
-  for (const auto& cell : cells) EXPECT_NE(svg.find(escape_html(cell.command)), std::string::npos);
+  for (const auto& cell : cells) EXPECT_NE(svg.find(escape_html(cell.command())), std::string::npos);
 }
 
 TEST(HardCases, SomethingIsKnownOfEach) {
@@ -249,28 +245,28 @@ TEST(HardCases, ASuccessHasMetrics) {
   const auto motions = hard_case.true_motions(*problem);
   const ReferenceMotion motion = reference_motion(*problem, motions.at(0).reference());
   ASSERT_NE(motion.get(), nullptr) << motion.why_not;
-  const auto looked_at = [&](const std::string& method, const ReferenceMotion& reference) {
+  const auto with_metrics = [&](const std::string& method, const ReferenceMotion& reference) {
     HardCell cell = run_cell(hard_case, *problem, motions, method, 10);
-    look_at(*problem, reference, true, 10, cell);
+    add_metrics(*problem, reference, true, 10, cell);
     return round_trip(cell);
   };
-  const HardCell fesd = looked_at("fesd:gauss:3", motion);
+  const HardCell fesd = with_metrics("fesd:gauss:3", motion);
   EXPECT_TRUE(fesd.metrics.are_known) << fesd.metrics.why_not;
   EXPECT_LT(fesd.metrics.position_error, 1e-9) << "free flight is a polynomial, which the method integrates exactly";
   EXPECT_LT(fesd.metrics.event_time_error, 1e-9);
   EXPECT_EQ(fesd.metrics.missed_events, 0);
   EXPECT_GT(fesd.solution_size, 0.1);
   EXPECT_TRUE(std::isnan(fesd.peak_bytes)) << "this program does not count allocations";
-  const HardCell stepping = looked_at("moreau_jean", motion);
+  const HardCell stepping = with_metrics("moreau_jean", motion);
   EXPECT_GT(stepping.metrics.position_error, 1e-6) << "a method of first order";
 
-  const HardCell alone = looked_at("fesd:gauss:3", {{}, "nobody knows it"});
+  const HardCell alone = with_metrics("fesd:gauss:3", {{}, "nobody knows it"});
   EXPECT_EQ(alone.metrics.why_not, "nobody knows it");
   EXPECT_TRUE(std::isnan(alone.metrics.position_error));
   EXPECT_FALSE(std::isnan(alone.metrics.penetration)) << "needs no truth";
 
   HardCell failed = fesd;
-  failed.outcome.status = "infeasible";
+  failed.status = "infeasible";
   EXPECT_EQ(measured_runs({fesd, stepping, failed}).size(), 2u) << "a run that failed has no motion to look at";
 }
 

@@ -4,7 +4,7 @@
 #include "bench/studies/grid/curve_style.h"
 #include "bench/studies/study.h"
 #include "methods/registry.h"
-#include "reports/record.h"
+#include "reports/run.h"
 #include "reports/text_file.h"
 #include "tests/small_experiment.h"
 #include "tests/test_data.h"
@@ -20,12 +20,12 @@ TEST(MethodGrid, StepLengthsAreThoseOfTheElements) {
                   {"method": "fesd:radau-iia:2,elements=as_needed", "steps": "few"},
                   {"method": "fesd:radau-iia:2,elements=as_needed,n_fe=3", "steps": "few"},
                   {"method": "moreau_jean", "steps": "few"}]})")
-                           .all<Record>();
+                           .all<Run>();
   ASSERT_EQ(records.size(), 8u);
   const int elements[] = {1, 2, 3, 1};
   for (std::size_t k = 0; k < records.size(); ++k) {
     ASSERT_TRUE(records[k].succeeded()) << records[k].message;
-    EXPECT_NEAR(records[k].h_bar, 2.0 / (records[k].steps * elements[k / 2]), 1e-16) << records[k].method;
+    EXPECT_NEAR(records[k].h_bar, 2.0 / (records[k].setting.steps * elements[k / 2]), 1e-16) << records[k].method;
   }
 }
 
@@ -62,7 +62,7 @@ TEST(MethodGrid, AQuickRunLeavesOutTheManySteps) {
     RunOptions options;
     options.quick = is_quick;
     std::vector<int> list;
-    for (const Record& record : run_small_experiment(experiment, options).all<Record>()) list.push_back(record.steps);
+    for (const Run& record : run_small_experiment(experiment, options).all<Run>()) list.push_back(record.setting.steps);
     return list;
   };
   EXPECT_EQ(steps(false), (std::vector{100, 20000, 20001, 30000, 40000}));
@@ -71,24 +71,24 @@ TEST(MethodGrid, AQuickRunLeavesOutTheManySteps) {
 
 /// A failure that another method answers is none of the experiment; an answer that failed is none.
 TEST(MethodGrid, AFailureIsASurpriseUntilItIsAnswered) {
-  Record failed;
+  Run failed;
   failed.method = "first";
   failed.steps = 10;
   failed.status = "infeasible";
-  Record answer = failed;
+  Run answer = failed;
   answer.method = "second";
   answer.instead_of = "first";
-  const auto surprises_of = [](const std::vector<Record>& records) {
+  const auto surprises_of = [](const std::vector<Run>& records) {
     Results results;
     results.header = {{"kind", "header"}, {"study", "method_grid"}};
-    for (const Record& record : records) results.rows.push_back(line_of(record));
+    for (const Run& record : records) results.rows.push_back(line_of(record));
     return surprises(results);
   };
   EXPECT_EQ(surprises_of({failed}), 1);
   EXPECT_EQ(surprises_of({failed, answer}), 1) << "an answer that failed, too";
   answer.status = "success";
   EXPECT_EQ(surprises_of({failed, answer}), 0);
-  answer.steps = 20;
+  answer.setting.steps = 20;
   EXPECT_EQ(surprises_of({failed, answer}), 1) << "the answer to another setting";
 }
 

@@ -9,7 +9,7 @@
 #include "bench/experiment/experiment_schema.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
-#include "reports/record.h"
+#include "reports/run.h"
 #include "tests/small_experiment.h"
 
 namespace ricochet {

@@ -318,23 +318,25 @@ TEST_F(Site, TakesEachExperimentAndEachNameOnce) {
   EXPECT_EQ(read_results(folder / "a/one.jsonl").experiment(), "one");
 }
 
-TEST(Competitions, AreThoseOfTheProblemThatACommandRuns) {
+TEST(Competitions, AreThoseOfTheProblemOfTheirRuns) {
   const fs::path folder = fs::temp_directory_path() / ("ricochet_competition_" + std::to_string(getpid()));
   fs::create_directories(folder);
   const std::string path = folder / "fast.jsonl";
-  const auto row = [](const char* scene, const char* family, const char* command, double microseconds) {
-    return fmt::format(
-        "{{\"kind\": \"fastest_run\", \"scene\": \"{}\", \"group\": \"g\", \"family\": \"{}\", \"level\": 0.1, "
-        "\"method\": \"m\", \"command\": \"{}\", \"microseconds\": {}}}\n",
-        scene, family, command, microseconds);
+  const auto row = [](const char* scene, const char* family, const char* problem, double microseconds) {
+    FastestRun run;
+    run.scene = scene;
+    run.problem = problem;
+    run.labels = {{"family", family}, {"solver", "new"}};
+    run.conditions = {{"level", 0.1}};
+    if (microseconds > 0) run.timing = {.median = 1e-6 * microseconds, .repetitions = 9};
+    nlohmann::json line = run;
+    line["kind"] = Run::kKind;
+    return line.dump() + "\n";
   };
-  write_text(
-      "results", path,
-      "{\"kind\": \"header\", \"schema\": 1, \"experiment\": \"fast\", \"title\": \"Fast\"}\n" +
-          row("stiff", "a", "ricochet run --problem bouncing_ball --set e=1 --method m", 2) +
-          row("stiff", "slow family", "", -1) +
-          row("case", "a", "ricochet run --scene reference/data/ground_truth.json#P3_sliding_block --method m", 2) +
-          "{\"kind\": \"end\"}\n");
+  write_text("results", path,
+             "{\"kind\": \"header\", \"schema\": 1, \"experiment\": \"fast\", \"title\": \"Fast\"}\n" +
+                 row("stiff", "a", "bouncing_ball", 2) + row("stiff", "slow family", "bouncing_ball", -1) +
+                 row("case", "a", "reference/data/ground_truth.json#P3_sliding_block", 2) + "{\"kind\": \"end\"}\n");
   const SiteGroup group = problem_pages({ShownResults{read_results(path), {}}});
   const auto page = [&](const char* id) {
     return std::ranges::find(group.pages, std::string(id), &SitePage::id)->html;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/measure/setting_kind.h"
+#include "bench/measure/measure_run.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/control/gradient.h"
 #include "bench/studies/control/gradient_rows.h"

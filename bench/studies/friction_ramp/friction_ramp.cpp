@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "bench/measure/setting_kind.h"
+#include "bench/measure/measure_run.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/friction_ramp/ramp_rows.h"
 #include "bench/studies/study.h"
@@ -40,13 +40,10 @@ Entry entry_of(const json& j) {
   entry.method = make_method(entry.name);
   require_kind_of_setting(*entry.method, j.contains("steps") ? "methods: steps" : "",
                           j.contains("tolerance") ? "methods: tolerance" : "");
-  if (entry.method->info().is_adaptive) {
-    entry.settings.tolerance = j.at("tolerance");
-    entry.text = fmt::format("--tolerance {:g}", entry.settings.tolerance);
-  } else {
-    entry.settings.steps = j.at("steps");
-    entry.text = fmt::format("-N {}", entry.settings.steps);
-  }
+  const Setting setting = setting_of(*entry.method, j.value("steps", 0), j.value("tolerance", 0.0));
+  entry.settings.steps = setting.steps;
+  entry.settings.tolerance = setting.tolerance;
+  entry.text = setting.text();
   entry.stride = j.value("stride", 1);
   return entry;
 }
@@ -63,7 +60,8 @@ void name_methods(json& document) {
       return MethodSpec(j.at("method").get<std::string>()).name() == registered.name;
     };
     if (!registered.make || registered.examples.empty() || std::ranges::any_of(given, is_it)) continue;
-    const char* setting = make_method(registered.examples.front())->info().is_adaptive ? "tolerance" : "steps";
+    const char* setting =
+        setting_of(*make_method(registered.examples.front()), 1, 1).is_tolerance() ? "tolerance" : "steps";
     named.push_back({{"method", registered.examples.front()}, {setting, document.at("others").at(setting)}});
   }
   document.erase("others");

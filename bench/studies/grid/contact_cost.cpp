@@ -7,9 +7,8 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <utility>
 
-#include "bench/measure/setting_kind.h"
+#include "bench/measure/measure_run.h"
 #include "bench/measure/timing.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/study.h"
@@ -70,55 +69,36 @@ std::vector<BoxMotion> box_motions() {
   return motions;
 }
 
-namespace {
-
-/// Solves once, and says what went wrong: no success, or other corners on the plane than the motion promises.
-ContactCost try_motion(const Method& method, const std::string& spec, const BoxMotion& motion, const Problem& problem,
-                       const Settings& settings) {
-  ContactCost cost{.method = spec, .motion = motion.name, .closed = motion.closed, .status = {}, .message = {}};
-  if (const Support support = method.can_run(problem.info()); !support.ok) {
-    cost.status = "declined";
-    cost.message = support.reason;
-    return cost;
-  }
-  const Solution solution = method.solve(problem, settings);
-  cost.status = to_string(solution.status);
-  cost.message = solution.message;
-  if (!solution.succeeded()) return cost;
-  if (const int closed = corners_on_plane(problem, solution.q); closed != motion.closed) {
-    cost.status = "other corners";
-    cost.message = fmt::format("{} corners on the plane at the end", closed);
-  }
-  return cost;
-}
-
-}  // namespace
-
-std::vector<ContactCost> measure_contact_cost(const std::vector<std::string>& methods, bool quick) {
-  Settings settings;
-  settings.steps = kSteps;
-  std::vector<ContactCost> costs;
-  std::vector<TimedRun> runs;
-  std::vector<std::size_t> timed;  // the cost of each run
-  for (const std::string& spec : methods) {
-    const std::shared_ptr<const Method> method = make_method(spec);
+std::vector<Run> measure_contact_cost(const std::vector<std::string>& methods, bool quick) {
+  std::vector<Run> runs;
+  std::vector<std::unique_ptr<Problem>> problems;
+  std::vector<TimedRun> timed;
+  std::vector<std::size_t> timed_rows;
+  for (const std::string& method : methods) {
     for (const BoxMotion& motion : box_motions()) {
-      const std::shared_ptr<const Problem> problem = make_problem("box_3d", motion.scene);
-      costs.push_back(try_motion(*method, spec, motion, *problem, settings));
-      if (!costs.back().succeeded()) continue;
-      timed.push_back(costs.size() - 1);
-      runs.push_back({fmt::format("{}: {} corners {}", spec, motion.closed, motion.name), 0,
-                      [method, settings, problem] { return method->solve(*problem, settings).own_seconds; }});
+      const ProblemChoice choice{.problem = "box_3d", .parameters = motion.scene};
+      const Problem& problem = *problems.emplace_back(choice.make_problem());
+      Run& run = runs.emplace_back(planned_run(choice, method, {.steps = kSteps}));
+      run.scene = motion.name;
+      run.conditions["closed"] = motion.closed;
+      const Solution solution = measure_run({.problem = problem}, run);
+      if (!run.succeeded()) continue;
+      if (const int closed = corners_on_plane(problem, solution.q); closed != motion.closed) {
+        run.status = "other corners";
+        run.message = fmt::format("{} corners on the plane at the end", closed);
+        continue;
+      }
+      timed_rows.push_back(runs.size() - 1);
+      timed.push_back(timed_run({.problem = problem}, run));
     }
   }
   Progress progress("cost of contacts");
-  const std::vector<Timing> timings =
-      measure(runs, quick, [&](double share) { progress.update(share, "random order"); });
-  for (std::size_t k = 0; k < timed.size(); ++k) costs[timed[k]].step_seconds = timings[k].median / kSteps;
-  return costs;
+  const auto timings = time_runs(timed, quick, [&](double share) { progress.update(share, "random order"); });
+  for (std::size_t k = 0; k < timings.size(); ++k) runs[timed_rows[k]].timing = timings[k];
+  return runs;
 }
 
-Table contact_cost_table(const std::vector<ContactCost>& costs) {
+Table contact_cost_table(const std::vector<Run>& costs) {
   struct Line {
     std::string method, motion;
     std::map<int, double> times;  // [us] by corners
@@ -141,9 +121,10 @@ Table contact_cost_table(const std::vector<ContactCost>& costs) {
   };
   std::vector<Line> lines;
   for (const auto& cost : costs) {
-    if (lines.empty() || lines.back().method != cost.method || lines.back().motion != cost.motion)
-      lines.push_back({cost.method, cost.motion, {}});
-    if (cost.succeeded()) lines.back().times[cost.closed] = 1e6 * cost.step_seconds;
+    if (lines.empty() || lines.back().method != cost.method || lines.back().motion != cost.scene)
+      lines.push_back({cost.method, cost.scene, {}});
+    if (cost.succeeded())
+      lines.back().times[static_cast<int>(cost.condition("closed"))] = 1e6 * cost.timing.median / kSteps;
   }
   return table_of("Time of a step over the number of active contacts, in us", columns, lines,
                   fmt::format("Scene box_3d, {} steps in {} s: the box flies, or stands on a corner, an edge or a "
@@ -158,22 +139,25 @@ void run_contact_cost(const nlohmann::json& experiment, ResultsFile& file) {
   const auto methods = experiment.at("methods").get<std::vector<std::string>>();
   for (const auto& method : methods) require_kind_of_setting(*make_method(method), "methods, which have steps", "");
   const std::size_t n = methods.size() * box_motions().size();
-  file.rows<ContactCost>(n, [&] { return measure_contact_cost(methods, experiment.value("quick", false)); });
+  file.rows<Run>(n, [&] { return measure_contact_cost(methods, experiment.value("quick", false)); });
 }
 
-std::vector<ContactCost> failed_costs(const std::vector<ContactCost>& costs) {
-  std::vector<ContactCost> failed;
+std::vector<Run> failed_costs(const std::vector<Run>& costs) {
+  std::vector<Run> failed;
   std::ranges::copy_if(costs, std::back_inserter(failed), [](const auto& cost) { return !cost.succeeded(); });
   return failed;
 }
 
 void show_contact_cost(const Results& results, Section& section) {
-  using C = ContactCost;
+  using C = Run;
   static const std::vector<Column<C>> columns = {
-      {"method", &C::method}, {"motion", &C::motion},  {"corners", "", "{}", &C::closed},
-      {"status", &C::status}, {"reason", &C::message},
+      {"method", &C::method},
+      {"motion", &C::scene},
+      {"corners", "", "{}", [](const C& c) { return c.condition("closed"); }},
+      {"status", &C::status},
+      {"reason", &C::message},
   };
-  const auto costs = results.all<ContactCost>();
+  const auto costs = results.all<Run>();
   section.result("times", contact_cost_table(costs));
   section.failures("failures", table_of("Runs without a time", columns, failed_costs(costs)));
 }
@@ -185,15 +169,15 @@ constexpr const char* kContactCostFields = R"~({
   }
 })~";
 
-const bool contact_cost_is_registered = register_study(
-    {.kind = "contact_cost",
-     .summary = "the time of a step of a box in space per active contact",
-     .fields = kContactCostFields,
-     .rows = {ContactCost::kKind},
-     .reads_quick = true,
-     .run = run_contact_cost,
-     .show = show_contact_cost,
-     .surprises = [](const Results& r) { return static_cast<int>(failed_costs(r.all<ContactCost>()).size()); }});
+const bool contact_cost_is_registered =
+    register_study({.kind = "contact_cost",
+                    .summary = "the time of a step of a box in space per active contact",
+                    .fields = kContactCostFields,
+                    .rows = {Run::kKind},
+                    .reads_quick = true,
+                    .run = run_contact_cost,
+                    .show = show_contact_cost,
+                    .surprises = [](const Results& r) { return static_cast<int>(failed_costs(r.all<Run>()).size()); }});
 
 }  // namespace
 }  // namespace ricochet

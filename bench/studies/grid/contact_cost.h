@@ -1,11 +1,11 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "problems/problem.h"
 #include "problems/registry.h"
+#include "reports/run.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -22,25 +22,13 @@ struct BoxMotion {
 /// Each kind of contact with each number of corners.
 std::vector<BoxMotion> box_motions();
 
-/// The time of a step of one method on one motion.
-struct ContactCost {
-  static constexpr const char* kKind = "contact_cost";
-
-  std::string method, motion;
-  int closed = 0;  ///< corners on the plane
-  std::string status, message;
-  double step_seconds = 0;  ///< CPU time, median; of a run that succeeded
-
-  bool succeeded() const { return status == "success"; }
-};
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ContactCost, method, motion, closed, status, message, step_seconds)
-
-/// Each method on each motion, by benchmark: all of them in random order.
+/// Each method on each motion: Run::scene is the motion, its condition "closed" the number of corners on the plane. CPU
+/// times are measured in random order.
 /// @param methods  specs of fixed-step methods
-std::vector<ContactCost> measure_contact_cost(const std::vector<std::string>& methods, bool quick);
+std::vector<Run> measure_contact_cost(const std::vector<std::string>& methods, bool quick);
 
 /// One line per method and kind of contact: times over the number of corners. The box flies in the first column; on a
 /// face its forces are redundant.
-Table contact_cost_table(const std::vector<ContactCost>& costs);
+Table contact_cost_table(const std::vector<Run>& costs);
 
 }  // namespace ricochet

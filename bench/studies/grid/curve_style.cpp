@@ -88,7 +88,7 @@ std::string family_title(const std::string& family) {
   return known != names.end() ? known->second : family;
 }
 
-std::string curve_label(const GridResults& results, const Record& record) {
+std::string curve_label(const GridResults& results, const Run& record) {
   const auto [family, member] = take_apart(record.method);
   if (member.empty() || family_title(family) == family) return record.title;
   const std::string options = distinguishing_options(results, record.method);

@@ -21,7 +21,7 @@ CurveLook curve_look(const GridResults& results, const std::string& method);
 constexpr double kLargestError = 10;
 
 /// "FESD-J Gauss 4", or the title that the method gives itself.
-std::string curve_label(const GridResults& results, const Record& record);
+std::string curve_label(const GridResults& results, const Run& record);
 
 /// "fesd:gauss" of "fesd:gauss:4"; "event-driven"; the others without a tableau are one family, "time stepping".
 std::string curve_family(const std::string& method);

@@ -2,20 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <list>
 #include <map>
 #include <memory>
-#include <optional>
-#include <stdexcept>
+#include <set>
 #include <string>
 #include <utility>
 
 #include "bench/experiment/experiment_file.h"
 #include "bench/measure/allocations.h"
-#include "bench/measure/metrics/metrics.h"
-#include "bench/measure/problem_choice.h"
-#include "bench/measure/timing.h"
+#include "bench/measure/measure_run.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/grid/fastest_choice.h"
 #include "bench/studies/grid/fastest_rows.h"
@@ -31,14 +27,14 @@ using nlohmann::json;
 
 // Runs of a family and a level that are measured: the quickest by first impression.
 constexpr std::size_t kContenders = 4;
-constexpr int kFirstImpressions = 3;
 
 /// A method with all its settings.
 struct Contender {
+  std::string spec;
   std::shared_ptr<const Method> method;
-  std::vector<Settings> settings;
+  std::vector<Setting> settings;
 };
-struct Family {
+struct Competitor {
   std::string name;
   std::vector<Contender> contenders;
 };
@@ -49,7 +45,7 @@ struct Scene {
 struct Plan {
   std::vector<double> levels;
   std::vector<std::string> solvers;
-  std::vector<Family> families;
+  std::vector<Competitor> families;
   std::vector<Scene> scenes;
   double time_limit = 0;
   bool quick = false;
@@ -62,30 +58,20 @@ Plan read_plan(const json& experiment) {
   plan.time_limit = experiment.at("time_limit");
   plan.quick = experiment.value("quick", false);
   for (const json& entry : experiment.at("families")) {
-    Family family{entry.at("name"), {}};
+    Competitor family{entry.at("name"), {}};
+    std::set<std::string> unused{"steps", "tolerances"};
     for (const std::string spec : entry.at("methods")) {
-      Contender contender{make_method(spec), {}};
-      const bool is_adaptive = contender.method->info().is_adaptive;
-      const std::string field = is_adaptive ? "tolerances" : "steps";
+      Contender contender{spec, make_method(spec), {}};
+      const std::string field = setting_of(*contender.method, 1, 1).is_tolerance() ? "tolerances" : "steps";
       if (!entry.contains(field))
         throw InputError("families." + family.name + ": " + spec, "no " + field, "they are required");
-      for (const double value : logarithmic_grid(entry[field], field)) {
-        Settings settings;
-        settings.time_limit = plan.time_limit;
-        settings.recording = Recording::final_state;
-        if (is_adaptive)
-          settings.tolerance = value;
-        else
-          settings.steps = static_cast<int>(std::lround(value));
-        contender.settings.push_back(settings);
-      }
+      unused.erase(field);
+      for (const double value : logarithmic_grid(entry[field], field))
+        contender.settings.push_back(setting_of(*contender.method, static_cast<int>(std::lround(value)), value));
       family.contenders.push_back(std::move(contender));
     }
-    for (const char* field : {"steps", "tolerances"}) {
-      const auto takes_it = [&](const Contender& c) {
-        return c.method->info().is_adaptive == (field == std::string("tolerances"));
-      };
-      if (entry.contains(field) && std::ranges::none_of(family.contenders, takes_it))
+    for (const auto& field : unused) {
+      if (entry.contains(field))
         throw InputError(fmt::format("families.{}: {}: none of its methods takes them", family.name, field));
     }
     plan.families.push_back(std::move(family));
@@ -99,42 +85,32 @@ Plan read_plan(const json& experiment) {
   return plan;
 }
 
-/// A run that succeeded.
+/// A run that succeeded, and how it is timed.
 struct Attempt {
-  const Contender* contender;
-  Settings settings;
-  std::function<Solution()> run;
-  double error = 0, seconds = 0;
-  std::int64_t steps = 0;  ///< that it took
+  Run run;
+  TimedRun timed;
 };
 
-/// All runs of a family on a scene, with a first impression of their time.
-std::vector<Attempt> attempts(const Family& family, const Problem& problem, const reference::Reference& reference,
+/// All runs of a family on a scene. @param row  counts them, and has the reason of the last failure
+std::vector<Attempt> attempts(const Competitor& family, const Scene& scene, const Measurement& measurement,
                               FastestRun& row) {
   std::vector<Attempt> list;
+  double &tried = row.values["tried"], &failed = row.values["failed"];
   for (const Contender& contender : family.contenders) {
-    if (const auto supported = contender.method->can_run(problem.info()); !supported.ok) {
-      row.why = supported.reason;
-      continue;
-    }
     std::shared_ptr<Solver> kept;
-    if (row.solver == "kept") kept = contender.method->prepare(problem);
-    for (const Settings& settings : contender.settings) {
-      ++row.tried;
-      const std::function<Solution()> run = [&problem, &contender, &settings, kept] {
-        return kept ? kept->solve(settings) : contender.method->solve(problem, settings);
-      };
+    if (row.solver() == "kept" && contender.method->can_run(measurement.problem.info()).ok)
+      kept = contender.method->prepare(measurement.problem);
+    for (const Setting& setting : contender.settings) {
+      Run run = planned_run(scene.choice, contender.spec, setting);
       Solution solution;
-      double seconds = seconds_of(run, solution);
-      if (!solution.succeeded()) {
-        ++row.failed;
-        row.why = solution.message;
-        if (solution.status == Status::time_limit) break;
-        continue;
-      }
-      for (int k = 1; k < kFirstImpressions && seconds < 0.05; ++k)
-        seconds = std::min(seconds, seconds_of(run, solution));
-      list.push_back({&contender, settings, run, reference.error_of(solution), seconds, solution.counters.steps});
+      const double seconds =
+          seconds_of([&] { return measure_run(measurement, *contender.method, run, kept.get()); }, solution);
+      if (!run.succeeded()) row.message = run.message;
+      if (run.status == "declined") break;
+      ++tried;
+      failed += run.failed();
+      if (solution.status == Status::time_limit) break;
+      if (run.succeeded()) list.push_back({run, timed_run(measurement, run, kept, seconds)});
     }
   }
   return list;
@@ -144,97 +120,87 @@ std::vector<Attempt> attempts(const Family& family, const Problem& problem, cons
 std::vector<const Attempt*> contenders_for(double level, const std::vector<Attempt>& list) {
   std::vector<const Attempt*> reach;
   for (const Attempt& a : list) {
-    if (a.error <= level) reach.push_back(&a);
+    if (a.run.error <= level) reach.push_back(&a);
   }
-  std::ranges::sort(reach, {}, &Attempt::seconds);
+  std::ranges::sort(reach, {}, [](const Attempt* a) { return a->timed.expected_seconds; });
   if (reach.size() > kContenders) reach.resize(kContenders);
   return reach;
 }
 
-void write(const Attempt& attempt, const Timing& timing, const ProblemChoice& choice, FastestRun& row) {
-  const Settings& settings = attempt.settings;
-  row.method = attempt.contender->method->info().id;
-  row.setting = setting_text(settings.steps, settings.tolerance);
-  row.command = run_command(choice.arguments(), row.method, settings.steps, settings.tolerance);
-  row.error = attempt.error;
-  row.microseconds = 1e6 * timing.median;
-  row.lower_quartile = 1e6 * timing.lower_quartile;
-  row.upper_quartile = 1e6 * timing.upper_quartile;
+/// Method, setting and result of a run, in a row that keeps its place in the study.
+void take_result(const Run& run, FastestRun& row) {
+  Run filled = run;
+  filled.scene = row.scene;
+  filled.group = row.group;
+  filled.labels = row.labels;
+  filled.conditions = row.conditions;
+  filled.values = row.values;
+  static_cast<Run&>(row) = std::move(filled);
 }
-
-/// Looks at the motions of runs, of each once.
-class Looker {
- public:
-  Looker(const Problem& problem, const reference::Reference& reference)
-      : problem_(problem), truth_(reference_motion(problem, reference)) {}
-
-  Metrics at(const Attempt& attempt) {
-    const Method& method = *attempt.contender->method;
-    const Settings& settings = attempt.settings;
-    const auto [known, is_new] =
-        known_.try_emplace({method.info().id, setting_text(settings.steps, settings.tolerance)});
-    if (is_new) {
-      Settings repeated = settings;
-      repeated.time_limit = 0;
-      known->second = metrics_of_run(method, problem_, repeated, attempt.steps, truth_);
-    }
-    return known->second;
-  }
-
- private:
-  const Problem& problem_;
-  const ReferenceMotion truth_;
-  std::map<std::pair<std::string, std::string>, Metrics> known_;
-};
 
 /// The runs of every family that may be the fastest at a level, measured together.
 std::vector<FastestRun> run_scene(const Plan& plan, const Scene& scene) {
   const auto problem = scene.choice.make_problem();
   const reference::Reference reference = scene.choice.make_reference(*problem);
+  const Measurement measurement{
+      .problem = *problem, .reference = &reference, .recording = Recording::final_state, .time_limit = plan.time_limit};
   std::vector<FastestRun> rows;                         // solver after solver, family after family, level after level
   std::vector<std::vector<const Attempt*>> contenders;  // by row
   std::list<std::vector<Attempt>> attempted;
-  std::map<const Attempt*, std::size_t> measured;  // its number among the timed runs
+  std::map<const Attempt*, std::size_t> timed_at;  // place among the timed runs
   std::vector<TimedRun> timed;
-  const auto compete = [&](const Family& family, const std::string& solver) {
+  const auto compete = [&](const Competitor& family, const std::string& solver) {
     FastestRun row;
-    row.scene = scene.name;
     row.problem = scene.choice.problem;
+    row.parameters = scene.choice.parameters;
+    row.scene = scene.name;
     row.group = scene.group;
-    row.family = family.name;
-    row.solver = solver;
-    row.uncertainty = reference.uncertainty;
-    const auto& list = attempted.emplace_back(attempts(family, *problem, reference, row));
+    row.labels = {{"family", family.name}, {"solver", solver}};
+    row.status = "not_reached";
+    row.reference_error = reference.uncertainty;
+    row.solution_size = reference.size();
+    const auto& list = attempted.emplace_back(attempts(family, scene, measurement, row));
     for (const double level : plan.levels) {
-      row.level = level;
+      row.conditions["level"] = level;
       rows.push_back(row);
       contenders.push_back(contenders_for(level, list));
       for (const Attempt* a : contenders.back()) {
-        if (measured.try_emplace(a, timed.size()).second)
-          timed.push_back({"", a->seconds, [a] { return a->run().own_seconds; }});
+        if (timed_at.try_emplace(a, timed.size()).second) timed.push_back(a->timed);
       }
     }
   };
   for (const auto& solver : plan.solvers) {
-    for (const Family& family : plan.families) compete(family, solver);
+    for (const Competitor& family : plan.families) compete(family, solver);
   }
-  const auto timings = measure(timed, plan.quick, [](double) {});
-  Looker look(*problem, reference);
+  const auto timings = time_runs(timed, plan.quick, [](double) {});
+  const ReferenceMotion motion = reference_motion(*problem, reference);
+  std::map<const Attempt*, Metrics> metrics;
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    const auto median = [&](const Attempt* a) { return timings[measured.at(a)].median; };
+    const auto median = [&](const Attempt* a) { return timings[timed_at.at(a)].median; };
     const auto fastest = std::ranges::min_element(contenders[k], {}, median);
     if (fastest == contenders[k].end()) continue;
-    write(**fastest, timings[measured.at(*fastest)], scene.choice, rows[k]);
-    rows[k].metrics = look.at(**fastest);
-    rows[k].peak_bytes = peak_bytes_of(timed[measured.at(*fastest)].run);
-    rows[k].solution_size = reference.size();
+    const Run& run = (*fastest)->run;
+    take_result(run, rows[k]);
+    const auto place = timed_at.at(*fastest);
+    rows[k].timing = timings[place];
+    rows[k].peak_bytes = peak_bytes_of(timed[place].run);
+    const auto [known, is_new] = metrics.try_emplace(*fastest);
+    if (is_new)
+      known->second = metrics_of_run(*make_method(run.method), *problem, Measurement{.problem = *problem}.settings(run),
+                                     run.counters.steps, motion);
+    rows[k].metrics = known->second;
   }
   return rows;
 }
 
-/// "levels": errors; "solvers": "new", "kept" (FastestRun::solver), ["new"] without it; "time_limit" of a run [s]; "families": [{"name", "methods", "steps" and "tolerances", the settings
-/// of every method: {"from", "to", "per_decade"}}], the first is what the others are compared with; "scenes": [{"name",
-/// "group", and the fields of problem_choice.h}]. A piece is a scene, on which all families compete in one session.
+/// Fields of the experiment:
+///   "levels"      errors to be reached
+///   "solvers"     "new", "kept" (FastestRun::solver), by default ["new"]
+///   "time_limit"  of a run [s]
+///   "families"    [{"name", "methods", "steps" and "tolerances"}], the settings of every method: {"from", "to",
+///                 "per_decade"}; all are compared with the first
+///   "scenes"      [{"name", "group", and the fields of problem_choice.h}]
+/// A piece is a scene, on which all families compete in one session.
 void run_fastest(const json& experiment, ResultsFile& file) {
   const Plan plan = read_plan(experiment);
   Progress progress(experiment.at("id").get<std::string>());
@@ -252,19 +218,19 @@ void add_profile(const std::vector<FastestRun>& runs, double level, const std::s
   std::vector<std::string> scenes;
   for (const FastestRun& run : runs) {
     const bool is_known = std::ranges::find(scenes, run.scene) != scenes.end();
-    if (run.level == level && run.is_judged() && !is_known) scenes.push_back(run.scene);
+    if (run.level() == level && run.is_judged() && !is_known) scenes.push_back(run.scene);
   }
   if (scenes.empty()) return;
   const auto families = different(runs, &FastestRun::family);
   std::vector<std::vector<double>> times(families.size(), std::vector<double>(scenes.size(), HUGE_VAL));
   for (const FastestRun& run : runs) {
-    if (run.level != level || !run.is_judged() || !run.is_reached()) continue;
-    const auto f = std::ranges::find(families, run.family) - families.begin();
+    if (run.level() != level || !run.is_judged() || !run.is_reached()) continue;
+    const auto f = std::ranges::find(families, run.family()) - families.begin();
     const auto s = std::ranges::find(scenes, run.scene) - scenes.begin();
-    times[static_cast<std::size_t>(f)][static_cast<std::size_t>(s)] = run.microseconds;
+    times[static_cast<std::size_t>(f)][static_cast<std::size_t>(s)] = run.microseconds();
   }
   const PerformanceProfile profile(families, times);
-  const std::string& solver = runs.front().solver;
+  const std::string& solver = runs.front().solver();
   const std::string name = fmt::format("profile_{}_{:.0e}", solver, level),
                     title = fmt::format("Performance profiles, error at most {:.0e}{}", level,
                                         solver == "new" ? "" : ", " + solver + " solvers");
@@ -320,7 +286,7 @@ const bool fastest_is_registered =
     register_study({.kind = "fastest",
                     .summary = "the fastest run of each family of methods that reaches an error, scene by scene",
                     .fields = kFastestFields,
-                    .rows = {FastestRun::kKind},
+                    .rows = {Run::kKind},
                     .reads_quick = true,
                     .times = Times::always,
                     .run = run_fastest,

@@ -19,7 +19,7 @@ double mean_ratio(const ByScene& times, const ByScene& over) {
   for (const auto& [scene, run] : times) {
     const auto other = over.find(scene);
     if (other == over.end()) continue;
-    sum += std::log(run->microseconds / other->second->microseconds);
+    sum += std::log(run->microseconds() / other->second->microseconds());
     ++count;
   }
   return count == 0 ? std::nan("") : std::exp(sum / count);
@@ -38,12 +38,12 @@ Choice choice_of(const std::string& group, double level, const std::vector<Faste
   std::map<std::string, ByScene> reached;
   ByScene best, judged;
   for (const FastestRun& run : runs) {
-    if (run.group != group || run.level != level || !run.is_judged()) continue;
+    if (run.group != group || run.level() != level || !run.is_judged()) continue;
     judged[run.scene] = &run;
     if (!run.is_reached()) continue;
-    reached[run.family][run.scene] = &run;
+    reached[run.family()][run.scene] = &run;
     const FastestRun*& fastest = best[run.scene];
-    if (!fastest || run.microseconds < fastest->microseconds) fastest = &run;
+    if (!fastest || run.microseconds() < fastest->microseconds()) fastest = &run;
   }
   choice.scenes = static_cast<int>(judged.size());
   for (const auto& name : different(runs, &FastestRun::family)) {
@@ -112,9 +112,9 @@ nlohmann::json choice_data(const std::vector<FastestRun>& runs) {
       families.push_back({{"name", name}, {"reached", reached}, {"slower", slower}});
     if (!choice.families.empty())
       run = {{"method", choice.run.method},
-             {"microseconds", choice.run.microseconds},
+             {"microseconds", choice.run.microseconds()},
              {"scene", choice.run.scene},
-             {"command", choice.run.command}};
+             {"command", choice.run.command()}};
     data["choices"].push_back({{"group", place(groups, choice.group)},
                                {"level", place(levels, choice.level)},
                                {"scenes", choice.scenes},
@@ -133,12 +133,12 @@ Table which_to_take(const std::vector<FastestRun>& runs) {
       {"wanted error", [](const C& c) { return fmt::format("{:.0e}", c.level); }},
       {"take", [](const C& c) { return c.families.empty() ? std::string("none") : c.families[0].name; }},
       {"for example", [](const C& c) { return c.run.method; }},
-      {"time", "us", "{:.3g}", [](const C& c) { return when(!c.families.empty(), c.run.microseconds); }},
+      {"time", "us", "{:.3g}", [](const C& c) { return when(!c.families.empty(), c.run.microseconds()); }},
       {"next", next_of},
       {"next takes", "times", "{}", [](const C& c) { return std::isfinite(c.factor) ? times(c.factor) : "-"; }},
       {"why", why_taken},
   };
-  const bool is_kept = !runs.empty() && runs.front().solver == "kept";
+  const bool is_kept = !runs.empty() && runs.front().solver() == "kept";
   Table table = table_of(std::string("Which method to take") + (is_kept ? ", solvers kept between runs" : ""), columns,
                          choices(runs),
                          "By class of scene and error in the final state: the family that reaches it on most scenes, "

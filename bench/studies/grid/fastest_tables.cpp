@@ -11,14 +11,14 @@ namespace {
 const FastestRun* find(const std::vector<FastestRun>& runs, const std::string& scene, const std::string& family,
                        double level) {
   for (const FastestRun& run : runs) {
-    if (run.scene == scene && run.family == family && run.level == level) return &run;
+    if (run.scene == scene && run.family() == family && run.level() == level) return &run;
   }
   return nullptr;
 }
 
 std::string microseconds(const FastestRun* run) {
   if (!run || !run->is_judged()) return "?";
-  return run->is_reached() ? fmt::format("{:.3g}", run->microseconds) : "-";
+  return run->is_reached() ? fmt::format("{:.3g}", run->microseconds()) : "-";
 }
 
 /// Time of a family over that of the first; NaN where one of them does not reach the level, or nobody can say.
@@ -26,19 +26,19 @@ double ratio(const std::vector<FastestRun>& runs, const std::string& scene, cons
              const std::string& first, double level) {
   const FastestRun *own = find(runs, scene, family, level), *other = find(runs, scene, first, level);
   const bool both = own && other && own->is_judged() && own->is_reached() && other->is_reached();
-  return both ? own->microseconds / other->microseconds : std::nan("");
+  return both ? own->microseconds() / other->microseconds() : std::nan("");
 }
 
 /// ", solvers kept between runs"
 std::string which_solver(const std::vector<FastestRun>& runs) {
-  return runs.front().solver == "kept" ? ", solvers kept between runs" : "";
+  return runs.front().solver() == "kept" ? ", solvers kept between runs" : "";
 }
 
 }  // namespace
 
 std::vector<FastestRun> runs_of_solver(const std::vector<FastestRun>& runs, const std::string& solver) {
   std::vector<FastestRun> list;
-  std::ranges::copy_if(runs, std::back_inserter(list), [&](const FastestRun& run) { return run.solver == solver; });
+  std::ranges::copy_if(runs, std::back_inserter(list), [&](const FastestRun& run) { return run.solver() == solver; });
   return list;
 }
 
@@ -118,13 +118,16 @@ Table choice_table(const std::vector<FastestRun>& runs) {
       {"family", &R::family},
       {"solver", &R::solver},
       {"method", &R::method},
-      {"setting", &R::setting},
+      {"setting", [](const R& r) { return r.setting.text(); }},
       {"error", "", "{:.1e}", &R::error},
       {"time", "us", "{:.3g}", &R::microseconds},
-      {"quartiles", [](const R& r) { return fmt::format("{:.3g} .. {:.3g}", r.lower_quartile, r.upper_quartile); }},
+      {"quartiles",
+       [](const R& r) {
+         return fmt::format("{:.3g} .. {:.3g}", 1e6 * r.timing.lower_quartile, 1e6 * r.timing.upper_quartile);
+       }},
       {"peak heap", "kB", "{:.1f}", [](const R& r) { return r.peak_bytes / 1e3; }},
-      {"runs tried", "", "{}", &R::tried},
-      {"failed", "", "{}", &R::failed},
+      {"runs tried", "", "{:g}", [](const R& r) { return r.value("tried"); }},
+      {"failed", "", "{:g}", [](const R& r) { return r.value("failed"); }},
       {"repeat with", &R::command},
   };
   std::vector<R> reached;
@@ -141,16 +144,16 @@ Table unreached_table(const std::vector<FastestRun>& runs) {
       {"error at most", "", "{:.0e}", &R::level},
       {"reason",
        [](const R& r) {
-         if (!r.is_judged()) return fmt::format("the reference is known to {:.1e} only", r.uncertainty);
-         return r.why.empty() ? std::string("no setting that was tried reaches it") : r.why;
+         if (!r.is_judged()) return fmt::format("the reference is known to {:.1e} only", r.reference_error);
+         return r.message.empty() ? std::string("no setting that was tried reaches it") : r.message;
        }},
   };
   std::vector<R> unreached;
   for (const R& run : runs) {
-    const bool is_first = run.family == runs.front().family && run.solver == runs.front().solver;
+    const bool is_first = run.family() == runs.front().family() && run.solver() == runs.front().solver();
     if (run.is_judged() ? run.is_reached() : !is_first) continue;  // a level that nobody can judge comes once
     unreached.push_back(run);
-    if (!run.is_judged()) unreached.back().family = "all";
+    if (!run.is_judged()) unreached.back().labels["family"] = "all";
   }
   Table table = table_of("Levels without a run", columns, unreached);
   table.is_list = true;
@@ -161,10 +164,10 @@ std::vector<MeasuredRun> measured_runs(const std::vector<FastestRun>& runs) {
   std::vector<MeasuredRun> list;
   for (const FastestRun& run : runs) {
     const auto is_this = [&](const MeasuredRun& other) {
-      return other.scene == run.scene && other.method == run.method && other.setting == run.setting;
+      return other.scene == run.scene && other.method == run.method && other.setting == run.setting.text();
     };
     if (run.is_reached() && std::ranges::none_of(list, is_this))
-      list.push_back({run.scene, run.method, run.setting, run.metrics, run.uncertainty, run.solution_size});
+      list.push_back({run.scene, run.method, run.setting.text(), run.metrics, run.reference_error, run.solution_size});
   }
   return list;
 }

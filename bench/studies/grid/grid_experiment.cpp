@@ -6,8 +6,7 @@
 #include <cmath>
 
 #include "bench/experiment/experiment_file.h"
-#include "bench/measure/built_method.h"
-#include "bench/measure/setting_kind.h"
+#include "bench/measure/measure_run.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/names.h"
@@ -47,20 +46,16 @@ GridExperiment::MethodGrid read_method_grid(const json& entry, const json& grids
   grid.may_fail = entry.value("may_fail", "");
   if (entry.contains("steps")) grid.steps = read_steps(entry["steps"], grids, "steps of " + grid.method);
   grid.tolerances = entry.value("tolerances", grid.tolerances);
-  grid.not_built = why_not_built(grid.method);
-  bool is_adaptive = grid.steps.empty();
-  if (grid.not_built.empty()) {
-    const auto method = make_method(grid.method);
-    require_kind_of_setting(*method, grid.steps.empty() ? "" : "methods: steps",
-                            grid.tolerances.empty() ? "" : "methods: tolerances");
-    is_adaptive = method->info().is_adaptive;
-  }
-  if (!grid.on_failure.empty() && why_not_built(grid.on_failure).empty())
-    require_kind_of_setting(*make_method(grid.on_failure), is_adaptive ? "" : "methods: on_failure with steps",
-                            is_adaptive ? "methods: on_failure with tolerances" : "");
-  if (is_adaptive ? grid.tolerances.empty() : grid.steps.empty()) {
-    throw InputError("methods", grid.method, is_adaptive ? "\"tolerances\" are required" : "\"steps\" are required");
-  }
+  const auto require_setting = [&](const std::string& method, const std::string& place) {
+    if (!method.empty() && reason_not_built(method).empty())
+      require_kind_of_setting(*make_method(method), grid.steps.empty() ? "" : place + "steps",
+                              grid.tolerances.empty() ? "" : place + "tolerances");
+  };
+  require_setting(grid.method, "methods: ");
+  require_setting(grid.on_failure, "methods: on_failure with ");
+  if (grid.steps.empty() && grid.tolerances.empty())
+    throw InputError("methods", grid.method,
+                     "\"steps\" of a fixed-step method or \"tolerances\" of an error-controlled one are required");
   return grid;
 }
 
@@ -80,7 +75,7 @@ GridExperiment read_grid_experiment(const json& document) {
   if (document.contains("trajectory")) {
     experiment.trajectory_method = document["trajectory"].at("method");
     experiment.trajectory_steps = document["trajectory"].at("steps");
-    if (why_not_built(experiment.trajectory_method).empty())
+    if (reason_not_built(experiment.trajectory_method).empty())
       require_kind_of_setting(*make_method(experiment.trajectory_method), "trajectory: steps", "");
   }
   experiment.overhead_of = document.value("overhead_of", experiment.overhead_of);

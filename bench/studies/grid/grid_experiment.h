@@ -11,7 +11,8 @@ namespace ricochet {
 
 /// An experiment of kind "method_grid": methods with a grid of settings on one problem.
 ///
-///   "problem", "parameters", "reference"   problem_choice.h; "reference": null for times only
+///   "problem", "parameters"   problem_choice.h
+///   "reference"       null: no reference, for times only
 ///   "sensitivities"   whose error is measured instead of the state's, against a ground truth
 ///   "grids"           {name: numbers of steps}, or {"from", "to", "per_decade"} for a logarithmic one, or names of
 ///                     other grids, or a list of all that
@@ -27,8 +28,7 @@ struct GridExperiment {
     std::vector<int> steps;          ///< fixed-step methods
     std::vector<double> tolerances;  ///< error-controlled methods
     std::string on_failure;          ///< empty for none
-    std::string may_fail;            ///< empty: a failure is a surprise
-    std::string not_built;           ///< why this program does not have the method; empty when it does
+    std::string may_fail;            ///< empty: a failure is unexpected
   };
 
   std::string id;

@@ -26,7 +26,7 @@ struct Family {
 std::vector<Family> families_of(const GridResults& results) {
   std::vector<Family> families;
   for (const auto& method : results.methods()) {
-    if (results.of(method).front()->steps == 0) continue;
+    if (results.of(method).front()->setting.steps == 0) continue;
     const std::string name = curve_family(method);
     const auto known = std::ranges::find(families, name, &Family::name);
     if (known == families.end())
@@ -45,7 +45,7 @@ struct OrderAxes {
   OrderAxes(const GridResults& results, const Family& family) {
     std::vector<double> steps, errors;
     for (const auto& method : family.methods) {
-      for (const Record* run : results.of(method)) {
+      for (const Run* run : results.of(method)) {
         steps.push_back(run->h_bar);
         if (run->has_error()) errors.push_back(std::max(run->error, kLeastDrawn));
       }
@@ -59,18 +59,19 @@ struct OrderAxes {
 };
 
 /// A line of the nominal order through the middle of the window of a fit.
-Points nominal_slope(const std::vector<const Record*>& runs, const OrderFit& fit) {
-  std::vector<const Record*> window;
-  for (const Record* run : runs) {
-    if (run->has_error() && run->steps >= fit.first_steps && run->steps <= fit.last_steps) window.push_back(run);
+Points nominal_slope(const std::vector<const Run*>& runs, const OrderFit& fit) {
+  std::vector<const Run*> window;
+  for (const Run* run : runs) {
+    if (run->has_error() && run->setting.steps >= fit.first_steps && run->setting.steps <= fit.last_steps)
+      window.push_back(run);
   }
   double x = 0, y = 0;
-  for (const Record* run : window) {
+  for (const Run* run : window) {
     x += std::log10(run->h_bar) / static_cast<double>(window.size());
     y += std::log10(run->error) / static_cast<double>(window.size());
   }
   Points line;
-  for (const Record* end : {window.front(), window.back()})
+  for (const Run* end : {window.front(), window.back()})
     line.emplace_back(end->h_bar, std::pow(10, y + runs.front()->nominal_order * (std::log10(end->h_bar) - x)));
   return line;
 }
@@ -86,7 +87,7 @@ struct OrderCurves {
   OrderCurves(const GridResults& results, const std::string& method, const OrderAxes& axes)
       : look(curve_look(results, method)) {
     const auto runs = results.of(method);
-    for (const Record* run : runs) {
+    for (const Run* run : runs) {
       if (run->succeeded())
         solved.emplace_back(run->h_bar, std::max(run->error, kLeastDrawn));
       else
@@ -209,7 +210,7 @@ Figure draw_work_precision(const FigureFolder& folder, const GridResults& result
   for (const auto& method : results.methods()) {
     const CurveLook look = curve_look(results, method);
     Points points;
-    for (const Record* run : results.of(method)) {
+    for (const Run* run : results.of(method)) {
       const Timing* timing = results.timing_of(*run);
       if (run->has_error() && timing)
         points.emplace_back(std::clamp(run->error, kLeastDrawn, kLargestError), timing->median * 1e3);

@@ -16,15 +16,15 @@ GridResults::GridResults(const Results& results)
       id(results.experiment()),
       title(results.title()),
       overhead_of(results.header.value("overhead_of", std::map<std::string, std::string>())),
-      records(results.all<Record>()),
+      records(results.all<Run>()),
       trajectories(results.all<Trajectory>()),
       is_complete(results.is_complete),
       is_quick(results.header.value("quick", false)) {
   std::set<std::tuple<std::string, int, double, std::string>> runs;
-  for (const Record& record : records) {
-    if (!runs.emplace(record.method, record.steps, record.tolerance, record.instead_of).second)
+  for (const Run& record : records) {
+    if (!runs.emplace(record.method, record.setting.steps, record.setting.tolerance, record.instead_of).second)
       throw InputError(fmt::format("{}:{}: {} at {}: this run is there twice", results.path, line_of(record),
-                                   record.method, record.setting()));
+                                   record.method, record.setting.value()));
   }
   for (const TimingRow& timing : results.all<TimingRow>()) {
     if (timing.row >= records.size())
@@ -35,11 +35,11 @@ GridResults::GridResults(const Results& results)
 }
 
 bool GridResults::has_errors() const {
-  return std::any_of(records.begin(), records.end(), [](const Record& r) { return r.has_error(); });
+  return std::any_of(records.begin(), records.end(), [](const Run& r) { return r.has_error(); });
 }
 
 bool GridResults::has_metrics() const {
-  return std::any_of(records.begin(), records.end(), [](const Record& r) { return r.metrics.are_known; });
+  return std::any_of(records.begin(), records.end(), [](const Run& r) { return r.metrics.are_known; });
 }
 
 ErrorMeasure GridResults::error_measure() const {
@@ -62,12 +62,12 @@ std::vector<std::string> GridResults::methods() const {
   return names;
 }
 
-const Timing* GridResults::timing_of(const Record& record) const {
+const Timing* GridResults::timing_of(const Run& record) const {
   const auto found = timings.find(static_cast<std::size_t>(&record - records.data()));
   return found == timings.end() ? nullptr : &found->second;
 }
 
-double GridResults::peak_bytes_of(const Record& record) const {
+double GridResults::peak_bytes_of(const Run& record) const {
   const auto found = peak_bytes.find(static_cast<std::size_t>(&record - records.data()));
   return found == peak_bytes.end() ? Metrics::kNone : found->second;
 }

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "reports/record.h"
 #include "reports/results.h"
+#include "reports/run.h"
 #include "reports/timing.h"
 
 namespace ricochet {
@@ -50,7 +50,7 @@ struct GridResults {
   std::string path;  ///< of the file
   std::string id, title;
   std::map<std::string, std::string> overhead_of;  ///< method -> method its cost is compared with
-  std::vector<Record> records;
+  std::vector<Run> records;
   std::map<std::size_t, Timing> timings;     ///< by record
   std::map<std::size_t, double> peak_bytes;  ///< the same, of TimingRow
   std::vector<Trajectory> trajectories;
@@ -63,13 +63,13 @@ struct GridResults {
   /// Methods in the order of their first record.
   std::vector<std::string> methods() const;
   /// Records of a method, as runs_of().
-  std::vector<const Record*> of(const std::string& method) const { return runs_of(records, method); }
+  std::vector<const Run*> of(const std::string& method) const { return runs_of(records, method); }
   /// Null for a run that was not timed. @param record  one of `records`
-  const Timing* timing_of(const Record& record) const;
+  const Timing* timing_of(const Run& record) const;
   /// NaN where it was not measured. @param record  one of `records`
-  double peak_bytes_of(const Record& record) const;
+  double peak_bytes_of(const Run& record) const;
   /// Its line in the file, in which records are the first rows. @param record  one of `records`
-  int line_of(const Record& record) const { return static_cast<int>(&record - records.data()) + kFirstRowLine; }
+  int line_of(const Run& record) const { return static_cast<int>(&record - records.data()) + kFirstRowLine; }
 };
 
 }  // namespace ricochet

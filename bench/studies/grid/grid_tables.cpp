@@ -14,12 +14,12 @@ namespace {
 
 /// A record with what is known of it beside its own numbers.
 struct GridLine {
-  const Record* run;
+  const Run* run;
   std::optional<Timing> timing;
   std::optional<double> slope;  ///< to the run before
   std::string answer;           ///< of a run that failed: what was run instead
 
-  GridLine(const GridResults& results, const Record& record) : run(&record) {
+  GridLine(const GridResults& results, const Run& record) : run(&record) {
     if (const Timing* known = results.timing_of(record)) timing = *known;
   }
 
@@ -59,7 +59,7 @@ OrderLine order_line(const GridResults& results, const std::string& method) {
   const auto runs = results.of(method);
   OrderLine line{method, runs.front()->nominal_order, observe_order(runs)};
   std::vector<double> times;
-  for (const Record* run : runs) {
+  for (const Run* run : runs) {
     line.solved += run->succeeded();
     line.residual = std::fmax(line.residual, run->max_residual);
     if (const auto time = GridLine(results, *run).microseconds_per_step()) times.push_back(*time);
@@ -76,17 +76,17 @@ auto of_fit(auto value) {
 
 }  // namespace
 
-std::optional<std::string> replacement_of(const GridResults& results, const Record& record) {
+std::optional<std::string> replacement_of(const GridResults& results, const Run& record) {
   std::optional<std::string> answer;
   for (const auto& other : results.records) {
-    if (other.instead_of != record.method || other.setting() != record.setting()) continue;
+    if (other.instead_of != record.method || other.setting != record.setting) continue;
     answer = other.succeeded() ? fmt::format("{}: error {:.2e}", other.method, other.error)
                                : fmt::format("{}: {}", other.method, other.status);
   }
   return answer;
 }
 
-std::string row_id(const GridResults& results, const Record& record) {
+std::string row_id(const GridResults& results, const Run& record) {
   return fmt::format("{}-line-{}", results.id, results.line_of(record));
 }
 
@@ -114,7 +114,8 @@ Table order_summary(const GridResults& results) {
   };
   std::vector<OrderLine> lines;
   for (const auto& method : results.methods()) {
-    const bool is_error_controlled = results.of(method).front()->steps == 0;  // no step length to fit against
+    const bool is_error_controlled =
+        results.of(method).front()->setting.is_tolerance();  // no step length to fit against
     if (!is_error_controlled) lines.push_back(order_line(results, method));
   }
   return table_of("Observed orders", columns, lines,
@@ -128,10 +129,10 @@ Table order_summary(const GridResults& results) {
 Table order_details(const GridResults& results) {
   using L = GridLine;
   static const std::vector<Column<L>> columns = {
-      {"method", of_run(&Record::method)},
-      {"N_sim", "", "{}", of_run(&Record::setting)},
-      {"h_bar", "", "{:.2e}", of_run(&Record::h_bar)},
-      {"error", "", "{:.2e}", of_run(&Record::error)},
+      {"method", of_run(&Run::method)},
+      {"N_sim", "", "{}", [](const L& l) { return l.run->setting.value(); }},
+      {"h_bar", "", "{:.2e}", of_run(&Run::h_bar)},
+      {"error", "", "{:.2e}", of_run(&Run::error)},
       {"local slope", "", "{:.2f}", &L::slope},
       {"us/step", "", "{:.3f}", &L::microseconds_per_step},
       {"elements", "", "{}", counter(&Counters::elements)},
@@ -139,10 +140,10 @@ Table order_details(const GridResults& results) {
       {"Newton its", "", "{}", counter(&Counters::inner_iterations)},
       {"factorizations", "", "{}", counter(&Counters::matrix_factorizations)},
       {"LCPs", "", "{}", counter(&Counters::complementarity_solves)},
-      {"events", "", "{}", of_run(&Record::detected_events)},
+      {"events", "", "{}", of_run(&Run::detected_events)},
       {"largest residual", "", "{:.2e}", &L::residual},
-      {"status", of_run(&Record::status)},
-      {"reason", of_run(&Record::message)},
+      {"status", of_run(&Run::status)},
+      {"reason", of_run(&Run::message)},
   };
   std::vector<GridLine> lines;
   for (const auto& method : results.methods()) {
@@ -151,7 +152,7 @@ Table order_details(const GridResults& results) {
     for (std::size_t k = 0; k < runs.size(); ++k) {
       lines.emplace_back(results, *runs[k]).slope = slopes[k];
       for (const auto& other : results.records) {
-        if (other.instead_of == method && other.setting() == runs[k]->setting()) lines.emplace_back(results, other);
+        if (other.instead_of == method && other.setting == runs[k]->setting) lines.emplace_back(results, other);
       }
     }
   }
@@ -162,9 +163,9 @@ Table order_details(const GridResults& results) {
 std::vector<MeasuredRun> measured_runs(const GridResults& results) {
   std::vector<MeasuredRun> runs;
   for (const auto& method : results.methods()) {
-    for (const Record* run : results.of(method)) {
+    for (const Run* run : results.of(method)) {
       if (run->succeeded())
-        runs.push_back({"", method, run->setting(), run->metrics, run->reference_error, run->solution_size});
+        runs.push_back({"", method, run->setting.value(), run->metrics, run->reference_error, run->solution_size});
     }
   }
   return runs;
@@ -173,21 +174,21 @@ std::vector<MeasuredRun> measured_runs(const GridResults& results) {
 Table failures(const GridResults& results) {
   using L = GridLine;
   static const std::vector<Column<L>> columns = {
-      {"method", of_run(&Record::method)},
-      {"setting", of_run(&Record::setting)},
-      {"status", of_run(&Record::status)},
-      {"reason", of_run(&Record::message)},
+      {"method", of_run(&Run::method)},
+      {"setting", [](const L& l) { return l.run->setting.value(); }},
+      {"status", of_run(&Run::status)},
+      {"reason", of_run(&Run::message)},
       {"expected", [](const L& l) { return l.run->expected.empty() ? "no" : l.run->expected; }},
       {"answered by", &L::answer},
-      {"command", of_run(&Record::command)},
+      {"command", [](const L& l) { return l.run->command(); }},
   };
   std::vector<GridLine> lines;
   for (const auto& record : results.records) {
     if (record.succeeded() || !record.instead_of.empty()) continue;
     lines.emplace_back(results, record).answer = replacement_of(results, record).value_or("-");
   }
-  const auto attempted = std::count_if(results.records.begin(), results.records.end(),
-                                       [](const Record& r) { return r.instead_of.empty(); });
+  const auto attempted =
+      std::count_if(results.records.begin(), results.records.end(), [](const Run& r) { return r.instead_of.empty(); });
   const auto answers = static_cast<std::ptrdiff_t>(results.records.size()) - attempted;
   std::string note = fmt::format("{} of {} runs.", lines.size(), attempted);
   if (answers > 0) note += fmt::format(" {} more were run to answer them.", answers);
@@ -205,7 +206,7 @@ Table time_to_reach(const GridResults& results, const std::vector<double>& level
     Line line{method, {}};
     for (std::size_t k = 0; k < levels.size(); ++k) {
       double best = std::numeric_limits<double>::infinity();
-      for (const Record* run : results.of(method)) {
+      for (const Run* run : results.of(method)) {
         const Timing* timing = results.timing_of(*run);
         if (run->has_error() && timing && run->error <= levels[k]) best = std::min(best, 1e3 * timing->median);
       }
@@ -247,8 +248,8 @@ Table overhead(const GridResults& results) {
   };
   std::vector<L> lines;
   for (const auto& [method, compared] : results.overhead_of) {
-    for (const Record* run : results.of(method)) {
-      for (const Record* bare : results.of(compared)) {
+    for (const Run* run : results.of(method)) {
+      for (const Run* bare : results.of(compared)) {
         const Timing *time = results.timing_of(*run), *bare_time = results.timing_of(*bare);
         if (bare->counters.elements != run->counters.elements || !time || !bare_time) continue;
         lines.push_back({method, compared, run->counters.elements, time->median, bare_time->median});
@@ -262,9 +263,9 @@ Table overhead(const GridResults& results) {
 Table precision_details(const GridResults& results) {
   using L = GridLine;
   const std::vector<Column<L>> columns = {
-      {"method", of_run(&Record::method)},
-      {"setting", "", "{}", of_run(&Record::setting)},
-      {"error", "", "{:.2e}", of_run(&Record::error)},
+      {"method", of_run(&Run::method)},
+      {"setting", "", "{}", [](const L& l) { return l.run->setting.value(); }},
+      {"error", "", "{:.2e}", of_run(&Run::error)},
       {"median", "ms", "{:.4f}", time_of(&Timing::median)},
       {"minimum", "ms", "{:.4f}", time_of(&Timing::minimum)},
       {"lower quartile", "ms", "{:.4f}", time_of(&Timing::lower_quartile)},
@@ -279,14 +280,14 @@ Table precision_details(const GridResults& results) {
       {"factorizations", "", "{}", counter(&Counters::matrix_factorizations)},
       {"linear solves", "", "{}", counter(&Counters::linear_solves)},
       {"LCPs", "", "{}", counter(&Counters::complementarity_solves)},
-      {"events", "", "{}", of_run(&Record::detected_events)},
-      {"status", of_run(&Record::status)},
-      {"reason", of_run(&Record::message)},
-      {"command", of_run(&Record::command)},
+      {"events", "", "{}", of_run(&Run::detected_events)},
+      {"status", of_run(&Run::status)},
+      {"reason", of_run(&Run::message)},
+      {"command", [](const L& l) { return l.run->command(); }},
   };
   std::vector<L> lines;
   for (const auto& method : results.methods()) {
-    for (const Record* run : results.of(method)) lines.emplace_back(results, *run);
+    for (const Run* run : results.of(method)) lines.emplace_back(results, *run);
   }
   Table table = table_of("Speed against error", columns, lines);
   for (const L& line : lines) table.row_ids.push_back(row_id(results, *line.run));

@@ -32,10 +32,10 @@ Table time_to_reach(const GridResults& results, const std::vector<double>& level
 Table overhead(const GridResults& results);
 
 /// "METHOD: error 1.2e-03", of the run that answers the failure of `record`; nothing without one.
-std::optional<std::string> replacement_of(const GridResults& results, const Record& record);
+std::optional<std::string> replacement_of(const GridResults& results, const Run& record);
 
 /// Anchor of a run in precision_details(). @param record  one of `results`
-std::string row_id(const GridResults& results, const Record& record);
+std::string row_id(const GridResults& results, const Run& record);
 
 /// Every run with its time, for the work-precision diagram.
 Table precision_details(const GridResults& results);

@@ -4,9 +4,7 @@
 #include <limits>
 
 #include "bench/experiment/experiment_file.h"
-#include "bench/measure/problem_choice.h"
-#include "bench/measure/setting_kind.h"
-#include "bench/measure/timing.h"
+#include "bench/measure/measure_run.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/grid/scale_rows.h"
 #include "bench/studies/study.h"
@@ -25,17 +23,8 @@ constexpr double kTouches = 1e-4;
 // Runs up to this CPU time [s] are repeated, longer ones are timed once.
 constexpr double kRepeated = 2;
 
-/// A run that is to be made, and what is needed to time it again.
-struct Planned {
-  ScaleRun run;
-  std::string problem;
-  ParameterChanges changes;
-  double seconds = 0;             ///< of the first solve
-  std::function<double()> again;  ///< of a run that is repeated
-};
-
-/// One scene of growing size and one method.
-using Curve = std::vector<Planned>;
+/// Runs of one method on one scene of growing size.
+using Curve = std::vector<Run>;
 
 std::vector<Curve> read_curves(const json& document) {
   const int steps = document.at("steps");
@@ -47,76 +36,58 @@ std::vector<Curve> read_curves(const json& document) {
       require_kind_of_setting(*make_method(method), "steps", "");
       Curve curve;
       for (const int size : group.at("sizes")) {
-        Planned next;
-        next.problem = problem;
-        next.changes = group.value("set", ParameterChanges());
+        ProblemChoice choice{.problem = problem, .parameters = group.value("set", ParameterChanges())};
         for (const auto& [name, value] : group.value("set_per_n", ParameterChanges()))
-          next.changes[name] = value * size;
-        next.changes["n"] = size;
-        const ProblemChoice choice{.problem = problem, .parameters = next.changes};
-        next.run.scene = group.value("scene", problem);
-        next.run.method = method;
-        next.run.command = run_command(choice.arguments(), method, steps, 0);
-        next.run.size = size;
-        next.run.steps = steps;
-        curve.push_back(std::move(next));
+          choice.parameters[name] = value * size;
+        choice.parameters["n"] = size;
+        Run& run = curve.emplace_back(planned_run(choice, method, {.steps = steps}));
+        run.scene = group.value("scene", problem);
       }
       if (curve.empty()) throw InputError("sizes", "[]", "at least one is required");
-      make_problem(problem, curve.front().changes);
+      make_problem(problem, curve.front().parameters);
       curves.push_back(std::move(curve));
     }
   }
   return curves;
 }
 
-void solve_once(const Settings& settings, bool with_times, Planned& planned) {
-  ScaleRun& run = planned.run;
-  const std::shared_ptr<const Problem> problem = make_problem(planned.problem, planned.changes);
-  const std::shared_ptr<const Method> method = make_method(run.method);
-  run.contacts = problem->n_c();
-  if (const auto supported = method->can_run(problem->info()); !supported.ok) {
-    run.status = "declined";
-    run.message = supported.reason;
-    return;
-  }
-  Solution solution;
-  planned.seconds = seconds_of([&] { return method->solve(*problem, settings); }, solution);
-  run.status = to_string(solution.status);
-  if (with_times || solution.status != Status::time_limit) run.message = solution.message;  // it says how far it came
-  if (!solution.succeeded()) return;
-  const double steps = static_cast<double>(solution.counters.steps);
-  run.step_seconds = planned.seconds / run.steps;
-  run.active = static_cast<int>((problem->gap(solution.q).array() < kTouches).count());
-  run.solves = static_cast<double>(solution.counters.complementarity_solves) / steps;
-  run.iterations = static_cast<double>(solution.counters.inner_iterations + solution.counters.pivots) / steps;
-  run.events = static_cast<int>(solution.counters.events);
-  if (!with_times)
-    run.step_seconds = std::numeric_limits<double>::quiet_NaN();
-  else if (planned.seconds <= kRepeated)
-    planned.again = [problem, method, settings] { return method->solve(*problem, settings).own_seconds; };
+/// The contacts of a run and the work of its contact solver.
+void add_values(const Problem& problem, const Solution& solution, Run& run) {
+  run.values["contacts"] = problem.n_c();
+  if (!run.succeeded()) return;
+  const auto steps = static_cast<double>(run.counters.steps);
+  run.values["active"] = static_cast<double>((problem.gap(solution.q).array() < kTouches).count());
+  run.values["solves"] = static_cast<double>(run.counters.complementarity_solves) / steps;
+  run.values["iterations"] = static_cast<double>(run.counters.inner_iterations + run.counters.pivots) / steps;
 }
 
-/// Behind a size that the method does not finish, larger ones say so; the times of the others are those of one session.
-std::vector<ScaleRun> run_curve(Curve& curve, const Settings& settings, bool quick, bool with_times) {
-  bool ended = true;
+/// Runs a curve and times it in one session. After a size that the method does not finish, larger ones are not run.
+std::vector<Run> run_curve(const Curve& curve, double time_limit, bool quick, bool with_times) {
+  std::vector<Run> runs = curve;
+  std::vector<std::unique_ptr<Problem>> problems;
   std::vector<TimedRun> timed;
-  for (Planned& planned : curve) {
-    if (ended) {
-      solve_once(settings, with_times, planned);
-    } else {
-      planned.run.status = "not run";
-      planned.run.message = "a smaller one did not end";
+  std::vector<Run*> timed_runs;
+  for (Run& run : runs) {
+    if (&run != &runs.front() && !(&run - 1)->succeeded()) {
+      run.status = "not_run";
+      run.message = "a smaller one did not end";
+      continue;
     }
-    ended = planned.run.succeeded();
-    if (planned.again) timed.push_back({planned.run.command, planned.seconds, planned.again});
+    const Problem& problem = *problems.emplace_back(make_problem(run.problem, run.parameters));
+    // n contacts that close at once would be n^2 numbers in the events.
+    const Measurement measurement{.problem = problem, .recording = Recording::final_state, .time_limit = time_limit};
+    Solution solution;
+    const double seconds = seconds_of([&] { return measure_run(measurement, run); }, solution);
+    if (!with_times && solution.status == Status::time_limit) run.message.clear();  // it contains how far the run came
+    add_values(problem, solution, run);
+    if (!run.succeeded() || !with_times) continue;
+    run.timing = {seconds, seconds, seconds, seconds, 1};
+    if (seconds > kRepeated) continue;
+    timed.push_back(timed_run(measurement, run, nullptr, seconds));
+    timed_runs.push_back(&run);
   }
-  const auto timings = measure(timed, quick, [](double) {});
-  auto timing = timings.begin();
-  std::vector<ScaleRun> runs;
-  for (Planned& planned : curve) {
-    if (planned.again) planned.run.step_seconds = (timing++)->median / planned.run.steps;
-    runs.push_back(planned.run);
-  }
+  const auto timings = time_runs(timed, quick, [](double) {});
+  for (std::size_t k = 0; k < timings.size(); ++k) timed_runs[k]->timing = timings[k];
   return runs;
 }
 
@@ -124,24 +95,21 @@ std::vector<ScaleRun> run_curve(Curve& curve, const Settings& settings, bool qui
 /// "set_per_n": {parameter: value for n = 1}, "sizes": values of the parameter n, "methods"}]. A piece is a
 /// curve: one that was interrupted is measured again.
 void run_scale(const json& experiment, ResultsFile& file) {
-  std::vector<Curve> curves = read_curves(experiment);
-  Settings settings;
-  settings.steps = experiment.at("steps");
-  settings.time_limit = experiment.at("time_limit");
-  settings.recording = Recording::final_state;  // n contacts that close at once would be n^2 numbers
+  const std::vector<Curve> curves = read_curves(experiment);
+  const double time_limit = experiment.at("time_limit");
   Progress progress(experiment.at("id").get<std::string>());
   const bool quick = experiment.value("quick", false), with_times = experiment.value("times", true);
-  file.sessions<ScaleRun>(
+  file.sessions<Run>(
       curves.size(), [&](std::size_t k) { return curves[k].size(); },
-      [&](std::size_t k) { return run_curve(curves[k], settings, quick, with_times); },
+      [&](std::size_t k) { return run_curve(curves[k], time_limit, quick, with_times); },
       [&](std::size_t k) {
-        progress.update(static_cast<double>(k + 1) / static_cast<double>(curves.size()), curves[k].front().run.command);
+        progress.update(static_cast<double>(k + 1) / static_cast<double>(curves.size()), curves[k].front().command());
       });
 }
 
 void show_scale(const Results& results, Section& section) {
-  const auto runs = results.all<ScaleRun>();
-  if (std::ranges::any_of(runs, [](const ScaleRun& run) { return run.step_seconds > 0; }))
+  const auto runs = results.all<Run>();
+  if (std::ranges::any_of(runs, &Run::has_time))
     section.chart(growth_chart(scale_curves(runs), results.experiment(), "Time of a step", "active contacts",
                                "microseconds per step", "steps"));
   section.result("steps", scale_table(runs));
@@ -167,7 +135,7 @@ constexpr const char* kScaleFields = R"~({
 const bool scale_is_registered = register_study({.kind = "scale",
                                                  .summary = "the time of a step on scenes of growing size",
                                                  .fields = kScaleFields,
-                                                 .rows = {ScaleRun::kKind},
+                                                 .rows = {Run::kKind},
                                                  .reads_quick = true,
                                                  .times = Times::in_rows,
                                                  .run = run_scale,

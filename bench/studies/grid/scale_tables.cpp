@@ -1,31 +1,37 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
+#include <limits>
 
 #include "bench/studies/grid/scale_rows.h"
 
 namespace ricochet {
 namespace {
 
-bool is_same_curve(const ScaleRun& a, const ScaleRun& b) {
+double size_of(const Run& run) {
+  return run.parameters.at("n");
+}
+
+bool is_same_curve(const Run& a, const Run& b) {
   return a.scene == b.scene && a.method == b.method;
 }
 
 /// A run that succeeded, or, with `fitted`, the growth along the curve above it.
 struct ScaleLine {
-  ScaleRun run;
+  Run run;
   int fitted = 0;  ///< runs; 0: a line of a run
   std::string time, iterations;
 };
 
 /// The growth over the runs from `first` up to before `last`, where something touches.
-ScaleLine growth_of(const std::vector<ScaleRun>& runs, std::size_t first, std::size_t last) {
+ScaleLine growth_of(const std::vector<Run>& runs, std::size_t first, std::size_t last) {
   std::vector<double> n, time, iterations;
   for (std::size_t i = first; i < last; ++i) {
-    if (!runs[i].succeeded() || runs[i].active == 0) continue;
-    n.push_back(runs[i].active);
-    time.push_back(runs[i].step_seconds);
-    iterations.push_back(runs[i].iterations);
+    if (!runs[i].succeeded() || runs[i].value("active") == 0) continue;
+    n.push_back(runs[i].value("active"));
+    time.push_back(step_seconds(runs[i]));
+    iterations.push_back(runs[i].value("iterations"));
   }
   const bool has_iterations = std::ranges::all_of(iterations, [](double x) { return x > 0; });
   return {runs[first], static_cast<int>(n.size()), growth_text("n", n, time),
@@ -33,28 +39,37 @@ ScaleLine growth_of(const std::vector<ScaleRun>& runs, std::size_t first, std::s
 }
 
 /// A cell of a run's line; empty in a line of a fit.
-template <class Value>
-auto of_run(Value ScaleRun::*member, const char* format = "{}") {
-  return [=](const ScaleLine& line) { return line.fitted ? "" : cell_text(format, line.run.*member); };
+auto of_line(std::function<double(const Run&)> value, const char* format = "{:g}") {
+  return [=](const ScaleLine& line) { return line.fitted ? "" : cell_text(format, value(line.run)); };
+}
+
+auto value_of(const char* name) {
+  return [=](const Run& run) { return run.value(name); };
 }
 
 }  // namespace
 
-Table scale_table(const std::vector<ScaleRun>& runs) {
+double step_seconds(const Run& run) {
+  return run.has_time() ? run.timing.median / run.setting.steps : std::numeric_limits<double>::quiet_NaN();
+}
+
+Table scale_table(const std::vector<Run>& runs) {
   using L = ScaleLine;
   static const std::vector<Column<L>> columns = {
       {"scene", [](const L& l) { return l.run.scene; }},
       {"method", [](const L& l) { return l.run.method; }},
-      {"bodies", "", "{}", of_run(&ScaleRun::size)},
-      {"possible contacts", "", "{}", of_run(&ScaleRun::contacts)},
+      {"bodies", "", "{}", of_line(size_of)},
+      {"possible contacts", "", "{}", of_line(value_of("contacts"))},
       {"active", "", "{}",
-       [](const L& l) { return fmt::format("{}{}", l.fitted ? "fit of " : "", l.fitted ? l.fitted : l.run.active); }},
+       [](const L& l) {
+         return fmt::format("{}{:g}", l.fitted ? "fit of " : "", l.fitted ? l.fitted : l.run.value("active"));
+       }},
       {"us per step", "", "{}",
-       [](const L& l) { return l.fitted ? l.time : cell_text("{:.3g}", 1e6 * l.run.step_seconds); }},
-      {"events", "", "{}", of_run(&ScaleRun::events)},
-      {"solves per step", "", "{}", of_run(&ScaleRun::solves, "{:.3g}")},
+       [](const L& l) { return l.fitted ? l.time : cell_text("{:.3g}", 1e6 * step_seconds(l.run)); }},
+      {"events", "", "{}", of_line([](const Run& run) { return static_cast<double>(run.counters.events); })},
+      {"solves per step", "", "{}", of_line(value_of("solves"), "{:.3g}")},
       {"iterations per step", "", "{}",
-       [](const L& l) { return l.fitted ? l.iterations : fmt::format("{:.3g}", l.run.iterations); }},
+       [](const L& l) { return l.fitted ? l.iterations : fmt::format("{:.3g}", l.run.value("iterations")); }},
   };
   std::vector<ScaleLine> lines;
   std::size_t first = 0;
@@ -72,23 +87,23 @@ Table scale_table(const std::vector<ScaleRun>& runs) {
       {"us per step"});
 }
 
-Table scale_failures(const std::vector<ScaleRun>& runs) {
-  using R = ScaleRun;
+Table scale_failures(const std::vector<Run>& runs) {
+  using R = Run;
   static const std::vector<Column<R>> columns = {
-      {"scene", &R::scene},   {"bodies", "", "{}", &R::size}, {"method", &R::method},
+      {"scene", &R::scene},   {"bodies", "", "{:g}", size_of}, {"method", &R::method},
       {"status", &R::status}, {"reason", &R::message},
   };
-  std::vector<ScaleRun> failed;
+  std::vector<Run> failed;
   std::ranges::copy_if(runs, std::back_inserter(failed), [](const R& run) { return !run.succeeded(); });
   return table_of("Runs without a result", columns, failed);
 }
 
-std::vector<GrowthCurve> scale_curves(const std::vector<ScaleRun>& runs) {
+std::vector<GrowthCurve> scale_curves(const std::vector<Run>& runs) {
   std::vector<GrowthCurve> curves;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     if (i == 0 || !is_same_curve(runs[i - 1], runs[i])) curves.push_back({runs[i].scene, runs[i].method, {}});
-    if (runs[i].succeeded() && runs[i].active > 0)
-      curves.back().points.emplace_back(runs[i].active, 1e6 * runs[i].step_seconds);
+    if (runs[i].succeeded() && runs[i].value("active") > 0)
+      curves.back().points.emplace_back(runs[i].value("active"), 1e6 * step_seconds(runs[i]));
   }
   return curves;
 }

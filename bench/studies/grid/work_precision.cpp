@@ -40,21 +40,21 @@ json counted(std::int64_t number, bool is_counted) {
 }
 
 /// What is known of a run with or without a solution.
-json work_of(const GridResults& results, const Record& record, std::size_t method) {
+json work_of(const GridResults& results, const Run& record, std::size_t method) {
   const Counters& work = record.counters;
   return {{"method", method},
-          {"setting", record.steps > 0 ? record.setting() + " steps" : "tolerance " + record.setting()},
+          {"setting", record.setting.text()},
           {"force_evaluations", counted(work.force_evaluations, work.force_evaluations > 0)},
           {"linear_solves", counted(work.linear_solves, work.linear_solves > 0)},
           {"matrix_factorizations",
            counted(work.matrix_factorizations, work.matrix_factorizations > 0 || work.linear_solves > 0)},
           {"steps", work.steps},
           {"events", record.detected_events},
-          {"command", record.command},
+          {"command", record.command()},
           {"row", row_id(results, record)}};
 }
 
-json run_of(const GridResults& results, const Record& record, std::size_t method) {
+json run_of(const GridResults& results, const Run& record, std::size_t method) {
   const Timing& timing = *results.timing_of(record);
   const double size = record.solution_size > 0 ? record.solution_size : 1;
   json run = work_of(results, record, method);
@@ -76,7 +76,7 @@ json run_of(const GridResults& results, const Record& record, std::size_t method
 }
 
 /// With the run of another method that answers the failure, where the experiment has one.
-json failure_of(const GridResults& results, const Record& record, std::size_t method) {
+json failure_of(const GridResults& results, const Run& record, std::size_t method) {
   json run = work_of(results, record, method);
   run.update({{"status", record.status}, {"reason", record.message}});
   if (const auto answer = replacement_of(results, record)) run["answer"] = "instead " + *answer;
@@ -98,7 +98,7 @@ Section::Chart work_precision_chart(const GridResults& results) {
                                {"label", curve_label(results, *runs.front())},
                                {"family", family_title(curve_family(method))}});
     looks[index].put_into(data["methods"].back());
-    for (const Record* run : runs) {
+    for (const Run* run : runs) {
       if (run->has_error() && results.timing_of(*run)) data["runs"].push_back(run_of(results, *run, index));
       if (!run->succeeded() && run->status != "not_built") data["failures"].push_back(failure_of(results, *run, index));
     }

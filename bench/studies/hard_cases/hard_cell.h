@@ -11,27 +11,21 @@
 
 namespace ricochet {
 
-/// One method on one hard case: a cell of the matrix, and a line of its results file.
-struct HardCell {
+/// One method on one hard case: a cell of the matrix. Run::scene is the id of the case, its label "title" the title, and
+/// cases of a group share a table. Statuses beside those of every run: "killed", "crashed", "not_finite".
+///
+/// Values, all of a success but the first: "t", the time that was reached [s]; "energy_gain", the largest energy above the
+/// initial one [J]; "energy_change", at the end minus at the start [J]; "penetration", the deepest [m]; "momentum", the
+/// change of the sum of M v [N s]; "cone", the largest ||Lambda_t|| - mu Lambda_n of an impact [N s]. The time is wall time
+/// of one run.
+struct HardCell : Run {
   static constexpr const char* kKind = "hard_cell";
 
-  std::string hard_case, case_title, group;  ///< cases of a group share a table
-  std::string method;                        ///< as on the command line
-  int steps = 0;                             ///< fixed-step methods
-  double tolerance = 0;                      ///< error-controlled methods
-  std::string command;                       ///< reproduces the run
   CaseLimits limits;
-  CellOutcome outcome;
-  Metrics metrics;                        ///< of a success; verdicts do not ask for them
-  double peak_bytes = Metrics::kNone;     ///< of the heap, of a run that does not record its motion
-  double reference_error = 0;             ///< bound for the error of the true motion; 0 of one by a formula
-  double solution_size = Metrics::kNone;  ///< max-norm of its end
 
-  CaseVerdict verdict() const { return ricochet::verdict(limits, outcome); }
-  /// "1000 steps" or "tolerance 1e-09".
-  std::string setting() const;
+  CaseVerdict verdict() const { return ricochet::verdict(limits, *this); }
   /// Of its row in the table of an experiment, which links lead to.
-  std::string row_id(const std::string& experiment) const { return experiment + "-" + hard_case + "-" + method; }
+  std::string row_id(const std::string& results) const { return results + "-" + scene + "-" + method; }
 };
 
 void to_json(nlohmann::json& j, const HardCell& cell);

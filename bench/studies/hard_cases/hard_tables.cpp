@@ -11,6 +11,10 @@ namespace {
 
 using nlohmann::json;
 
+double wall_seconds(const HardCell& cell) {
+  return cell.has_time() ? cell.timing.median : kNoNumber;
+}
+
 std::string word_of(const HardCell& cell) {
   return text_of(cell.verdict()).word;
 }
@@ -21,48 +25,26 @@ bool is_right(const HardCell& cell) {
   return text_of(cell.verdict()).grade == Grade::good;
 }
 
-std::string HardCell::setting() const {
-  return steps > 0 ? fmt::format("{} steps", steps) : fmt::format("tolerance {:.0e}", tolerance);
+void to_json(json& j, const HardCell& cell) {
+  to_json(j, static_cast<const Run&>(cell));
+  j["limits"] = cell.limits;
+  j["verdict"] = word_of(cell);  // for readers of the file; the rule is applied again
 }
 
-void to_json(json& j, const HardCell& c) {
-  j = {{"case", c.hard_case},  {"title", c.case_title}, {"group", c.group},
-       {"method", c.method},   {"steps", c.steps},      {"tolerance", c.tolerance},
-       {"command", c.command}, {"verdict", word_of(c)},  // for readers of the file; the rule is applied again
-       {"limits", c.limits},   {"outcome", c.outcome}};
-  if (!c.outcome.succeeded()) return;
-  j["metrics"] = c.metrics;
-  j["peak_bytes"] = c.peak_bytes;
-  j["reference_error"] = c.reference_error;
-  j["solution_size"] = c.solution_size;
-}
-
-void from_json(const json& j, HardCell& c) {
-  const HardCell none;
-  c.hard_case = j.value("case", none.hard_case);
-  c.case_title = j.value("title", none.case_title);
-  c.group = j.value("group", none.group);
-  c.method = j.value("method", none.method);
-  c.steps = j.value("steps", none.steps);
-  c.tolerance = j.value("tolerance", none.tolerance);
-  c.command = j.value("command", none.command);
-  c.limits = j.value("limits", none.limits);
-  c.outcome = j.value("outcome", none.outcome);
-  c.metrics = j.value("metrics", none.metrics);
-  c.peak_bytes = j.value("peak_bytes", none.peak_bytes);
-  c.reference_error = j.value("reference_error", none.reference_error);
-  c.solution_size = j.value("solution_size", none.solution_size);
+void from_json(const json& j, HardCell& cell) {
+  from_json(j, static_cast<Run&>(cell));
+  cell.limits = j.value("limits", CaseLimits());
 }
 
 HardMatrix::HardMatrix(const std::vector<HardCell>& cells) {
   std::map<std::string, std::size_t> row, column;
   for (const auto& cell : cells) {
     if (row.emplace(cell.method, methods_.size()).second) methods_.push_back(cell.method);
-    if (column.emplace(cell.hard_case, cases_.size()).second)
-      cases_.push_back({cell.hard_case, cell.case_title, cell.group});
+    if (column.emplace(cell.scene, cases_.size()).second)
+      cases_.push_back({cell.scene, cell.label("title"), cell.group});
   }
   cells_.assign(methods_.size() * cases_.size(), nullptr);
-  for (const auto& cell : cells) cells_[row[cell.method] * cases_.size() + column[cell.hard_case]] = &cell;
+  for (const auto& cell : cells) cells_[row[cell.method] * cases_.size() + column[cell.scene]] = &cell;
 }
 
 std::vector<Table> verdict_tables(const std::vector<HardCell>& cells) {
@@ -116,8 +98,8 @@ Table case_table(const std::vector<HardCell>& cells) {
 
     void add(const HardCell& cell) {
       ++(is_right(cell) ? right : cell.verdict() == CaseVerdict::declined ? declined : not_right);
-      if (!is_right(cell) || !(cell.outcome.error < best)) return;
-      best = cell.outcome.error;
+      if (!is_right(cell) || !(cell.error < best)) return;
+      best = cell.error;
       by = cell.method;
     }
   };
@@ -143,24 +125,24 @@ Table case_table(const std::vector<HardCell>& cells) {
 Table energy_table(const std::vector<HardCell>& cells) {
   using C = HardCell;
   static const std::vector<Column<C>> columns = {
-      {"case", &C::hard_case},
+      {"case", &C::scene},
       {"method", &C::method},
-      {"setting", &C::setting},
-      {"energy, end minus start", "J", "{:+.2e}", [](const C& c) { return c.outcome.energy_change; }},
-      {"error", "", "{:.2e}", [](const C& c) { return c.outcome.error; }},
-      {"seconds", "", "{:.2f}", [](const C& c) { return c.outcome.seconds; }},
+      {"setting", [](const C& c) { return c.setting.text(); }},
+      {"energy, end minus start", "J", "{:+.2e}", [](const C& c) { return c.value("energy_change"); }},
+      {"error", "", "{:.2e}", &C::error},
+      {"seconds", "", "{:.2f}", wall_seconds},
   };
   std::vector<C> conserving;
   std::ranges::copy_if(cells, std::back_inserter(conserving),
-                       [](const C& c) { return c.limits.conserves_energy && c.outcome.succeeded(); });
+                       [](const C& c) { return c.limits.conserves_energy && c.succeeded(); });
   return table_of("Energy drift where energy is conserved", columns, conserving);
 }
 
 Table hard_failures(const std::vector<HardCell>& cells) {
   using C = HardCell;
   static const std::vector<Column<C>> columns = {
-      {"case", &C::hard_case},      {"method", &C::method},
-      {"verdict", word_of},         {"because", [](const C& c) { return decisive_number(c.verdict(), c.outcome); }},
+      {"case", &C::scene},          {"method", &C::method},
+      {"verdict", word_of},         {"because", [](const C& c) { return decisive_number(c.verdict(), c); }},
       {"repeat with", &C::command},
   };
   std::vector<C> failed;
@@ -172,31 +154,31 @@ Table hard_failures(const std::vector<HardCell>& cells) {
 std::vector<MeasuredRun> measured_runs(const std::vector<HardCell>& cells) {
   std::vector<MeasuredRun> runs;
   for (const HardCell& cell : cells) {
-    if (cell.outcome.succeeded())
+    if (cell.succeeded())
       runs.push_back(
-          {cell.hard_case, cell.method, cell.setting(), cell.metrics, cell.reference_error, cell.solution_size});
+          {cell.scene, cell.method, cell.setting.text(), cell.metrics, cell.reference_error, cell.solution_size});
   }
   return runs;
 }
 
 Table hard_details(const std::vector<HardCell>& cells, const std::string& experiment) {
   using C = HardCell;
-  const auto measured = [](double CellOutcome::*number) { return [=](const C& c) { return c.outcome.*number; }; };
+  const auto measured = [](const char* name) { return [=](const C& c) { return c.value(name); }; };
   static const std::vector<Column<C>> columns = {
-      {"case", &C::hard_case},
+      {"case", &C::scene},
       {"method", &C::method},
-      {"setting", &C::setting},
+      {"setting", [](const C& c) { return c.setting.text(); }},
       {"verdict", word_of},
-      {"error", "", "{:.2e}", measured(&CellOutcome::error)},
-      {"energy gain", "", "{:.2e}", measured(&CellOutcome::energy_gain)},
-      {"energy, end", "", "{:.2e}", measured(&CellOutcome::energy_change)},
-      {"penetration", "", "{:.2e}", measured(&CellOutcome::penetration)},
-      {"momentum", "", "{:.2e}", measured(&CellOutcome::momentum)},
-      {"cone", "", "{:.2e}", measured(&CellOutcome::cone)},
-      {"seconds", "", "{:.2e}", measured(&CellOutcome::seconds)},
+      {"error", "", "{:.2e}", &C::error},
+      {"energy gain", "", "{:.2e}", measured("energy_gain")},
+      {"energy, end", "", "{:.2e}", measured("energy_change")},
+      {"penetration", "", "{:.2e}", measured("penetration")},
+      {"momentum", "", "{:.2e}", measured("momentum")},
+      {"cone", "", "{:.2e}", measured("cone")},
+      {"seconds", "", "{:.2e}", wall_seconds},
       {"peak heap", "kB", "{:.1f}", [](const C& c) { return c.peak_bytes / 1e3; }},
-      {"status", [](const C& c) { return c.outcome.status; }},
-      {"message", [](const C& c) { return c.outcome.message; }},
+      {"status", &C::status},
+      {"message", &C::message},
   };
   Table table = table_of("All cells", columns, cells);
   for (const C& cell : cells) table.row_ids.push_back(cell.row_id(experiment));

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -12,9 +11,8 @@
 #include <stdexcept>
 
 #include "bench/measure/allocations.h"
-#include "bench/measure/metrics/metrics.h"
+#include "bench/measure/measure_run.h"
 #include "bench/measure/penetration.h"
-#include "bench/measure/problem_choice.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/hard_cases/verdict_matrix.h"
 #include "bench/studies/study.h"
@@ -43,66 +41,53 @@ double momentum(const Problem& problem, const Vector& q, const Vector& v) {
   return (problem.mass_matrix(q) * v).sum();
 }
 
-/// What every motion must keep, on the grid points and in the impacts; gaps between them, too, where a method tells its
-/// motion.
-void measure_invariants(const Problem& problem, const Solution& s, CellOutcome& outcome) {
+/// What every motion must keep, on the grid points and in the impacts; gaps between them, too, where a method has a dense
+/// motion. Sets the status "not_finite" if a number is not.
+void add_invariants(const Problem& problem, const Solution& s, Run& run) {
   const ProblemInfo& info = problem.info();
   const auto start = problem.energy(info.q0, info.v0);
+  double deepest = 0, energy_gain = 0, cone = 0;
+  bool is_finite = true;
   const auto add = [&](const Vector& q, const Vector& v_minus, const Vector& v_plus) {
-    outcome.is_finite &= q.allFinite() && v_minus.allFinite() && v_plus.allFinite();
-    outcome.penetration = std::max(outcome.penetration, bounded(penetration(problem, q)));
-    if (start) outcome.energy_gain = std::max(outcome.energy_gain, bounded(*problem.energy(q, v_plus) - *start));
+    is_finite &= q.allFinite() && v_minus.allFinite() && v_plus.allFinite();
+    deepest = std::max(deepest, bounded(penetration(problem, q)));
+    if (start) energy_gain = std::max(energy_gain, bounded(*problem.energy(q, v_plus) - *start));
   };
-  outcome.is_finite = true;
-  outcome.penetration = outcome.cone = 0;
-  if (start) outcome.energy_gain = 0;
   for (const auto& sample : s.samples) add(sample.q, sample.v_minus, sample.v_plus);
   add(s.q, s.v, s.v);
-  outcome.penetration = std::max(outcome.penetration, bounded(penetration(problem, s.motion)));
-  if (start) outcome.energy_change = bounded(*problem.energy(s.q, s.v) - *start);
-  outcome.momentum = bounded(std::abs(momentum(problem, s.q, s.v) - momentum(problem, info.q0, info.v0)));
   for (const auto& event : s.events) {
     for (const int i : info.unilateral) {
       const auto& contact = info.contacts[i];
       if (contact.n_t == 0 || event.Lambda_t.size() == 0) continue;
       const double tangential = event.Lambda_t.segment(contact.tangent_index, contact.n_t).norm();
-      outcome.cone = std::max(outcome.cone, bounded(tangential - contact.mu * event.Lambda_n[i]));
+      cone = std::max(cone, bounded(tangential - contact.mu * event.Lambda_n[i]));
     }
   }
+  run.values["penetration"] = std::max(deepest, bounded(penetration(problem, s.motion)));
+  run.values["momentum"] = bounded(std::abs(momentum(problem, s.q, s.v) - momentum(problem, info.q0, info.v0)));
+  run.values["cone"] = cone;
+  if (start) {
+    run.values["energy_gain"] = energy_gain;
+    run.values["energy_change"] = bounded(*problem.energy(s.q, s.v) - *start);
+  }
+  if (is_finite) return;
+  run.status = "not_finite";
+  run.message = "success, with a number that is not finite";
 }
 
-Settings settings_of(const HardCell& cell, double time_limit) {
-  Settings settings;
-  settings.steps = cell.steps;
-  settings.tolerance = cell.tolerance;
-  settings.time_limit = time_limit;
-  return settings;
-}
-
-/// In the child process: solves and measures. The cell goes to the parent as the line of the results file.
-std::string solve_and_measure(const Problem& problem, const std::vector<TrueMotion>& motions, double time_limit,
-                              HardCell cell) {
-  Settings settings = settings_of(cell, time_limit);
-  settings.recording = Recording::motion;
-  const auto begin = std::chrono::steady_clock::now();
-  CellOutcome& outcome = cell.outcome;
-  Solution solution;
-  try {
-    solution = make_method(cell.method)->solve(problem, settings);
-  } catch (const InputError& error) {  // a method that cannot tell before it runs
-    outcome.ending = Ending::declined;
-    outcome.message = error.what();
-    return json(cell).dump();
-  }
-  outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  outcome.status = to_string(solution.status);
-  outcome.message = solution.message;
-  outcome.t = solution.t;
-  if (solution.succeeded()) {
-    measure_invariants(problem, solution, outcome);
-    for (const auto& motion : motions) outcome.error = std::fmin(outcome.error, bounded(motion.error_of(solution)));
-  }
-  return json(cell).dump();
+/// Solves and measures, in the child process.
+Run solve_and_measure(const Problem& problem, const std::vector<TrueMotion>& motions, double time_limit, Run run) {
+  Solution s;
+  const double seconds = seconds_of(
+      [&] { return measure_run({.problem = problem, .recording = Recording::motion, .time_limit = time_limit}, run); },
+      s);
+  if (run.status == "declined") return run;
+  run.timing = {seconds, seconds, seconds, seconds, 1};
+  run.values["t"] = s.t;
+  if (!s.succeeded()) return run;
+  add_invariants(problem, s, run);
+  for (const auto& motion : motions) run.error = std::fmin(run.error, bounded(motion.error_of(s)));
+  return run;
 }
 
 /// Computed in a process of its own, too: a reference may find no end.
@@ -144,12 +129,6 @@ ReferenceMotion isolated_reference_motion(const Problem& problem, const std::vec
   return reference_motion(problem, end);
 }
 
-std::string reproduce(const HardCase& hard_case, const HardCell& cell, double time_limit) {
-  const ProblemChoice choice{.problem = hard_case.problem, .parameters = hard_case.parameters};
-  return fmt::format("{} --time-limit {}", run_command(choice.arguments(), cell.method, cell.steps, cell.tolerance),
-                     time_limit);
-}
-
 }  // namespace
 
 double step_factor(const std::string& method) {
@@ -163,95 +142,60 @@ double step_factor(const std::string& method) {
 HardCell run_cell(const HardCase& hard_case, const Problem& problem, const std::vector<TrueMotion>& motions,
                   const std::string& method_spec, double time_limit) {
   const auto method = make_method(method_spec);
-  const MethodInfo info = method->info();
+  const int n = method->info().order_impacts <= 1 ? hard_case.first_order_steps : hard_case.high_order_steps,
+            steps = std::max(1, static_cast<int>(std::lround(n * step_factor(method_spec))));
   HardCell cell;
-  cell.hard_case = hard_case.id;
-  cell.case_title = hard_case.title;
-  cell.group = hard_case.group;
-  cell.method = method_spec;
   cell.limits = hard_case.limits;
-  if (info.is_adaptive) {
-    cell.tolerance = hard_case.tolerance;
-  } else {
-    const int steps = info.order_impacts <= 1 ? hard_case.first_order_steps : hard_case.high_order_steps;
-    cell.steps = std::max(1, static_cast<int>(std::lround(steps * step_factor(method_spec))));
-  }
-  cell.command = reproduce(hard_case, cell, time_limit);
-  if (const Support support = method->can_run(problem.info()); !support.ok) {
-    cell.outcome.ending = Ending::declined;
-    cell.outcome.message = support.reason;
-    return cell;
-  }
+  Run& run = cell;
+  run = planned_run({.problem = hard_case.problem, .parameters = hard_case.parameters}, method_spec,
+                    setting_of(*method, steps, hard_case.tolerance));
+  run.scene = hard_case.id;
+  run.labels["title"] = hard_case.title;
+  run.group = hard_case.group;
+  run.options = fmt::format("--time-limit {}", time_limit);
   if (motions.size() == 1) {
-    cell.reference_error = motions[0].uncertainty;
-    cell.solution_size = motions[0].reference().size();
+    run.reference_error = motions[0].uncertainty;
+    run.solution_size = motions[0].reference().size();
   }
-  const double kill_after = 2 * time_limit;
-  const IsolatedResult result =
-      run_isolated([&] { return solve_and_measure(problem, motions, time_limit, cell); }, kill_after);
-  switch (result.ending) {
-    case IsolatedResult::Ending::returned:
-      return parse_line(result.text).get<HardCell>();
-    case IsolatedResult::Ending::killed:
-      cell.outcome.ending = Ending::killed;
-      cell.outcome.seconds = kill_after;
-      break;
-    case IsolatedResult::Ending::crashed:
-      cell.outcome.ending = Ending::crashed;
-      cell.outcome.message = result.text;
-      break;
-  }
+  run = measured_in_child(run, 2 * time_limit,
+                          [&](const Run& planned) { return solve_and_measure(problem, motions, time_limit, planned); });
   return cell;
 }
 
-void look_at(const Problem& problem, const ReferenceMotion& reference, bool with_memory, double time_limit,
-             HardCell& cell) {
-  if (!cell.outcome.succeeded()) return;
-  if (!cell.outcome.is_finite) {
-    cell.metrics.why_not = "it has numbers that are not finite";
-    return;
-  }
-  const auto look = [&] {
-    const auto method = make_method(cell.method);
-    Settings settings = settings_of(cell, time_limit);
-    json found = {{"metrics", metrics_of_run(*method, problem, settings, cell.steps, reference)}, {"peak_bytes", {}}};
+void add_metrics(const Problem& problem, const ReferenceMotion& reference, bool with_memory, double time_limit,
+                 HardCell& cell) {
+  if (cell.status == "not_finite") cell.metrics.why_not = "it has numbers that are not finite";
+  if (!cell.succeeded()) return;
+  const double limit = 3 * time_limit + kLookLimit;
+  const Run measured = measured_in_child(cell, limit, [&](Run run) {
+    const Measurement measurement{.problem = problem, .recording = Recording::final_state, .time_limit = time_limit};
+    const auto method = make_method(run.method);
+    run.metrics = metrics_of_run(*method, problem, measurement.settings(run), run.setting.steps, reference);
     if (with_memory) {
-      settings.recording = Recording::final_state;
-      Solution solution = method->solve(problem, settings);  // makes tables that are made once
+      Solution solution = method->solve(problem, measurement.settings(run));  // makes tables that are made once
       const double peak = peak_bytes_of([&] {
-        solution = method->solve(problem, settings);
+        solution = method->solve(problem, measurement.settings(run));
         return solution.own_seconds;
       });
-      if (solution.succeeded()) found["peak_bytes"] = peak;
+      if (solution.succeeded()) run.peak_bytes = peak;
     }
-    return found.dump();
-  };
-  const double limit = 3 * time_limit + kLookLimit;
-  const IsolatedResult result = run_isolated(look, limit);
-  switch (result.ending) {
-    case IsolatedResult::Ending::returned: {
-      const json found = parse_line(result.text);
-      found.at("metrics").get_to(cell.metrics);
-      found.at("peak_bytes").get_to(cell.peak_bytes);
-      break;
-    }
-    case IsolatedResult::Ending::killed:
-      cell.metrics.why_not = fmt::format("measuring has no end within {} s", limit);
-      break;
-    case IsolatedResult::Ending::crashed:
-      cell.metrics.why_not = "measuring it fails: " + result.text;
-      break;
-  }
+    return run;
+  });
+  if (measured.succeeded())
+    static_cast<Run&>(cell) = measured;
+  else
+    cell.metrics.why_not = measured.status == "killed" ? fmt::format("measuring has no end within {} s", limit)
+                                                       : "measuring it fails: " + measured.message;
 }
 
 namespace {
 
-/// What depends on how fast the machine is, and on what runs beside.
-void leave_times_out(CellOutcome& outcome) {
-  outcome.seconds = kNoNumber;
-  if (outcome.status != to_string(Status::time_limit)) return;
-  outcome.t = kNoNumber;
-  outcome.message.clear();  // methods say in it how far they came
+/// Removes what depends on how fast the machine is, and on what else it runs.
+void leave_times_out(Run& run) {
+  run.timing = {};
+  if (run.status != to_string(Status::time_limit)) return;
+  run.values.erase("t");
+  run.message.clear();  // methods state in it how far they came
 }
 
 /// Every method on every case. A piece is a case with some of the methods: one case takes most of the time.
@@ -277,8 +221,8 @@ void run_matrix(const json& experiment, ResultsFile& file) {
           reference = isolated_reference_motion(*problem, *motions);
         }
         HardCell cell = run_cell(hard_case, *problem, *motions, method, cases.time_limit);
-        look_at(*problem, reference, cases.with_times, cases.time_limit, cell);
-        if (!cases.with_times) leave_times_out(cell.outcome);
+        add_metrics(*problem, reference, cases.with_times, cases.time_limit, cell);
+        if (!cases.with_times) leave_times_out(cell);
         return cell;
       });
     }
@@ -299,9 +243,9 @@ void add_profile(const std::vector<HardCell>& cells, const std::string& prefix, 
     auto& of_method = times.try_emplace(MethodSpec(matrix.methods()[m]).name(), n_cases, HUGE_VAL).first->second;
     for (std::size_t c = 0; c < n_cases; ++c) {
       const HardCell* cell = matrix.cell(m, c);
-      if (!cell || !(cell->outcome.seconds > 0)) continue;
+      if (!cell || !cell->has_time()) continue;
       is_timed = true;
-      if (is_right(*cell)) of_method[c] = std::min(of_method[c], cell->outcome.seconds);
+      if (is_right(*cell)) of_method[c] = std::min(of_method[c], cell->timing.median);
     }
   }
   if (!is_timed) return;

@@ -17,10 +17,10 @@ double step_factor(const std::string& method);
 HardCell run_cell(const HardCase& hard_case, const Problem& problem, const std::vector<TrueMotion>& motions,
                   const std::string& method, double time_limit);
 
-/// Adds its metrics to a cell that is a success, and the memory that a run takes where this program counts it; runs it anew
-/// for that, in a process of its own, so that the verdict is that of run_cell().
+/// Adds metrics to a cell that is a success, and the memory that a run takes if this program counts it. The run is repeated
+/// for that in a process of its own, so that the verdict remains that of run_cell().
 /// @param reference  of the only true motion of the case
-void look_at(const Problem& problem, const ReferenceMotion& reference, bool with_memory, double time_limit,
-             HardCell& cell);
+void add_metrics(const Problem& problem, const ReferenceMotion& reference, bool with_memory, double time_limit,
+                 HardCell& cell);
 
 }  // namespace ricochet

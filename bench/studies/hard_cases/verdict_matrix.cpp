@@ -94,8 +94,8 @@ std::string verdict_matrix_svg(const std::vector<HardCell>& cells) {
       const CaseVerdict verdict = cell->verdict();
       used.insert(verdict);
       body += box(at[c], y, verdict,
-                  fmt::format("{} on {}, {}: {}\n{}", cell->method, cell->hard_case, cell->setting(),
-                              decisive_number(verdict, cell->outcome), cell->command));
+                  fmt::format("{} on {}, {}: {}\n{}", cell->method, cell->scene, cell->setting.text(),
+                              decisive_number(verdict, *cell), cell->command()));
     }
   }
   y += kLegendLine;
@@ -141,10 +141,10 @@ Section::Chart verdict_matrix_chart(const std::vector<HardCell>& cells, const st
       meanings.emplace(text.word, text.meaning);
       row.push_back({{"verdict", text.word},
                      {"grade", text.grade},
-                     {"number", decisive_number(cell->verdict(), cell->outcome)},
-                     {"setting", cell->setting()},
+                     {"number", decisive_number(cell->verdict(), *cell)},
+                     {"setting", cell->setting.text()},
                      {"row", cell->row_id(experiment)},
-                     {"command", cell->command}});
+                     {"command", cell->command()}});
     }
     rows.push_back({{"method", matrix.methods()[m]}, {"cells", row}});
   }

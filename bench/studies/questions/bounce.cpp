@@ -68,38 +68,34 @@ void measure_height(const Method& method, Answer& answer) {
   // The flight behind the impact is over for three quarters: it was at its highest point, also of one that is higher.
   const double flight = 2 * std::pow(e, bounces) * std::sqrt(2 * kFall / kGravity);
   const double T = time_of_impact(e, bounces) + 0.75 * (e > 0 ? flight : 0.4);
-  answer.found["exact"] = height_after(e, bounces);
+  answer.values["exact"] = height_after(e, bounces);
   if (answer.h > 0 && T / answer.h > kMostSteps) {
-    answer.status = kNotAsked;
-    answer.message = fmt::format("more than {} steps are not asked for", kMostSteps);
+    answer.status = kNotRun;
+    answer.message = fmt::format("more than {} steps are left out", kMostSteps);
     return;
   }
-  const auto ball = make_problem("bouncing_ball", {{"e", e}, {"duration", T}});
-  const std::string scene = fmt::format("-p bouncing_ball --set e={} --set duration={}", e, T);
-  const Solution s = run_for(method, *ball, Recording::grid, scene, answer);
+  const ProblemChoice ball{.problem = "bouncing_ball", .parameters = {{"e", e}, {"duration", T}}};
+  const Solution s = run_for(method, ball, *ball.make_problem(), Recording::grid, answer);
   if (!s.succeeded()) return;
   const auto height = answer.h > 0 ? height_in(s.samples, bounces) : height_in(s.events, bounces);
-  answer.found["height"] = height.value_or(std::max(0.0, s.q[0] - kRadius));
+  answer.values["height"] = height.value_or(std::max(0.0, s.q[0] - kRadius));
 }
 
 /// A ball that meets the floor at the speed v leaves it.
-bool leaves(const Method& method, double h, double tolerance, double v) {
-  const double T = kSpeedSteps * (h > 0 ? h : 1e-3);
+bool leaves(const Method& method, const Answer& answer, double v) {
+  const double T = kSpeedSteps * (answer.h > 0 ? answer.h : 1e-3);
   const auto ball = make_problem("bouncing_ball", {{"e", kSpeedRestitution}, {"g", 1e-12}, {"duration", T}});
   const double way = 2.5 * v * T / kSpeedSteps;  // met within the third step
   ball->set_initial_state(Vector::Constant(1, kRadius + way), Vector::Constant(1, -v));
   Settings settings;
   settings.recording = Recording::final_state;
-  if (h > 0)
-    settings.steps = kSpeedSteps;
-  else
-    settings.tolerance = tolerance;
+  settings.steps = answer.h > 0 ? kSpeedSteps : 0;
+  settings.tolerance = answer.setting.tolerance;
   const Solution s = method.solve(*ball, settings);
   return s.succeeded() && s.v[0] >= 0.5 * kSpeedRestitution * v;
 }
 
 void measure_threshold(const Method& method, Answer& answer) {
-  const double h = answer.h, tolerance = answer.tolerance;
   const auto ball = make_problem("bouncing_ball", {{"e", kSpeedRestitution}});
   if (const Support support = method.can_run(ball->info()); !support.ok) {
     answer.status = "declined";
@@ -107,21 +103,21 @@ void measure_threshold(const Method& method, Answer& answer) {
     return;
   }
   answer.status = "success";
-  if (leaves(method, h, tolerance, kSlowest)) {
-    answer.found["threshold"] = 0;
+  if (leaves(method, answer, kSlowest)) {
+    answer.values["threshold"] = 0;
     return;
   }
-  if (!leaves(method, h, tolerance, kFastest)) {
-    answer.found["threshold"] = kFastest;
+  if (!leaves(method, answer, kFastest)) {
+    answer.values["threshold"] = kFastest;
     answer.message = "no speed that was tried bounces";
     return;
   }
   double rests = kSlowest, bounces = kFastest;
   for (int k = 0; k < kBisections; ++k) {
     const double middle = std::sqrt(rests * bounces);
-    (leaves(method, h, tolerance, middle) ? bounces : rests) = middle;
+    (leaves(method, answer, middle) ? bounces : rests) = middle;
   }
-  answer.found["threshold"] = bounces;
+  answer.values["threshold"] = bounces;
 }
 
 std::vector<Answer> bounce_conditions(const json& experiment) {
@@ -130,22 +126,22 @@ std::vector<Answer> bounce_conditions(const json& experiment) {
     for (const int bounces : experiment.at("bounces").get<std::vector<int>>()) {
       if (height_after(e, bounces) < kLowest && !(e == 0 && bounces == 1)) continue;
       Answer& answer = conditions.emplace_back();
-      answer.of = {{"e", e}, {"bounces", bounces}};
+      answer.conditions = {{"e", e}, {"bounces", bounces}};
     }
   }
-  conditions.emplace_back().of = {{"slowest", 1}};
+  conditions.emplace_back().conditions = {{"slowest", 1}};
   return conditions;
 }
 
 void measure_bounce(const json&, const Method& method, Answer& answer) {
-  if (answer.of.contains("slowest"))
+  if (answer.conditions.contains("slowest"))
     measure_threshold(method, answer);
   else
     measure_height(method, answer);
 }
 
 bool is(const Answer& answer, double e, int bounces) {
-  return answer.of.contains("e") && answer.condition("e") == e && answer.condition("bounces") == bounces;
+  return answer.conditions.contains("e") && answer.condition("e") == e && answer.condition("bounces") == bounces;
 }
 
 /// What is said of a method.
@@ -170,7 +166,7 @@ std::vector<Verdict> verdicts_of(const std::vector<Answer>& answers) {
     int most = 0;
     double deviation_of_longest = 0;
     for (const Answer& a : list) {
-      if (a.of.contains("slowest")) {
+      if (a.conditions.contains("slowest")) {
         if (a.h == shortest) verdict.threshold = a.value("threshold");
         continue;
       }
@@ -222,9 +218,13 @@ Table bounce_details(const std::vector<Answer>& answers) {
       {"method", &Answer::method},
       {"h", "s", "{:.4g}", &Answer::h},
       {"e", "", "{:g}",
-       [](const Answer& a) { return when(a.of.contains("e"), a.of.contains("e") ? a.of.at("e") : 0); }},
+       [](const Answer& a) {
+         return when(a.conditions.contains("e"), a.conditions.contains("e") ? a.conditions.at("e") : 0);
+       }},
       {"bounces", "", "{:g}",
-       [](const Answer& a) { return when(a.of.contains("e"), a.of.contains("e") ? a.of.at("bounces") : 0); }},
+       [](const Answer& a) {
+         return when(a.conditions.contains("e"), a.conditions.contains("e") ? a.conditions.at("bounces") : 0);
+       }},
       {"height", "m", "{:.6g}", [](const Answer& a) { return a.value("height"); }},
       {"exact", "m", "{:.6g}", [](const Answer& a) { return a.value("exact"); }},
       {"no bounce below", "m/s", "{:.3g}", [](const Answer& a) { return a.value("threshold"); }},

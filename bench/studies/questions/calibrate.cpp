@@ -33,7 +33,7 @@ std::vector<Answer> calibrate_conditions(const json& experiment) {
   for (std::size_t k = 0; k < experiment.at("scenes").size(); ++k) {
     Answer& answer = conditions.emplace_back();
     answer.scene = name_of(scene_of(experiment, k));
-    answer.of = {{"scene", static_cast<double>(k)}};
+    answer.conditions = {{"scene", static_cast<double>(k)}};
   }
   return conditions;
 }
@@ -58,9 +58,9 @@ const Scene& made(const json& experiment, std::size_t k) {
 
 void measure_step(const json& experiment, const Method& method, Answer& answer) {
   const Scene& scene = made(experiment, static_cast<std::size_t>(answer.condition("scene")));
-  const Solution s = run_for(method, *scene.problem, Recording::final_state, scene.choice.arguments(), answer);
+  const Solution s = run_for(method, scene.choice, *scene.problem, Recording::final_state, answer);
   if (!s.succeeded()) return;
-  answer.found["error"] = scene.reference.error_of(s);
+  answer.error = scene.reference.error_of(s);
 }
 
 /// A method on a scene.
@@ -78,7 +78,7 @@ std::vector<Line> lines_of(const std::vector<Answer>& answers, const std::vector
       for (const Answer& a : list) {
         if (a.scene != scene || a.h == 0 || a.status == "not_built" || a.status == "declined") continue;
         is_asked = true;
-        errors.emplace_back(a.h, a.succeeded() ? a.value("error") : HUGE_VAL);
+        errors.emplace_back(a.h, a.succeeded() ? a.error : HUGE_VAL);
       }
       if (!is_asked) continue;
       std::sort(errors.begin(), errors.end());
@@ -199,10 +199,8 @@ Table matrix_table(const std::vector<Answer>& answers) {
       if (a.h != shortest) continue;
       has_runs = true;
       const auto k = static_cast<std::size_t>(std::ranges::find(scenes, a.scene) - scenes.begin());
-      row.cells[k] = a.succeeded()                       ? scientific(a.value("error"))
-                     : a.status == "inner_solver_failed" ? "failed"
-                                                         : a.status;
-      if (a.succeeded()) row.errors[k] = a.value("error");
+      row.cells[k] = a.succeeded() ? scientific(a.error) : a.status == "inner_solver_failed" ? "failed" : a.status;
+      if (a.succeeded()) row.errors[k] = a.error;
     }
     if (has_runs) rows.push_back(row);
   }
@@ -216,7 +214,7 @@ Table matrix_table(const std::vector<Answer>& answers) {
 Table calibrate_details(const std::vector<Answer>& answers) {
   static const std::vector<Column<Answer>> columns = {
       {"method", &Answer::method},      {"scene", &Answer::scene},
-      {"h", "s", "{:.4g}", &Answer::h}, {"error", "", "{:.3e}", [](const Answer& a) { return a.value("error"); }},
+      {"h", "s", "{:.4g}", &Answer::h}, {"error", "", "{:.3e}", [](const Answer& a) { return a.error; }},
       {"status", &Answer::status},      {"why", &Answer::message},
       {"command", &Answer::command},
   };
@@ -243,7 +241,7 @@ void show_calibrate(const Results& results, const std::vector<Answer>& answers, 
         std::vector<std::pair<double, double>> points;
         for (const Answer& a : list) {
           if (a.succeeded() && a.h > 0 && a.scene == scenes[k])
-            points.emplace_back(a.h, std::clamp(a.value("error"), 1e-12, 10.0));
+            points.emplace_back(a.h, std::clamp(a.error, 1e-12, 10.0));
         }
         panel.curves.emplace_back(method, points);
       }
@@ -263,7 +261,7 @@ constexpr const char* kFields = R"~({
   "scenes": {"type": "array", "minItems": 1, "items": {"type": "object", "additionalProperties": false, "required": ["problem"], "properties": {
     "name": {"type": "string", "description": "In tables.", "examples": ["ball"]},
     "problem": {"$ref": "#/$defs/problem", "examples": ["bouncing_ball"]},
-    "parameters": {"$ref": "#/$defs/parameters", "examples": [{"e": 0.5}]}}}},
+    "parameters": {"$ref": "#/$defs/parameters", "examples": [{"e": 0.5}]}}},
     "description": "Scenes.", "examples": [[{"problem": "bouncing_ball"}]]}
 })~";
 

@@ -2,10 +2,6 @@
 
 #include <cmath>
 
-#include "bench/experiment/experiment_file.h"
-#include "problems/registry.h"
-#include "problems/scene_file/scene_file.h"
-
 namespace ricochet {
 namespace {
 
@@ -19,9 +15,8 @@ GradientCase ball_flies_down() {
   return {.name = "ball_flies_down",
           .of = "brax#317",
           .title = "a ball at 2.95 m flies down at 5 m/s and bounces, e = 1, R = 0.5 m, T = 1 s, no weight",
-          .command = "--scene " + file,
-          .entries = {{"d z(T) / d z(0)", 0, "q0:0", -1}, {"d z(T) / d v(0)", 0, "v0:0", -1}},
-          .problem = read_scene_file(find_project_file(file))};
+          .choice = {.problem = file},
+          .entries = {{"d z(T) / d z(0)", 0, "q0:0", -1}, {"d z(T) / d v(0)", 0, "v0:0", -1}}};
 }
 
 // Equal masses, elastic, without weight: the balls swap velocities where they meet, so x_1(T) = x_2 - 2 R and
@@ -31,12 +26,11 @@ GradientCase two_balls() {
   return {.name = "two_balls",
           .of = "nimblephysics#97",
           .title = "a ball at 1 m/s hits an equal one at rest, 0.52 m apart, e = 1, R = 0.1 m, T = 1 s, no weight",
-          .command = "--scene " + file,
+          .choice = {.problem = file},
           .entries = {{"d x_1(T) / d x_2(0)", 0, "q0:1", 1},
                       {"d x_1(T) / d x_1(0)", 0, "q0:0", 0},
                       {"d x_2(T) / d x_1(0)", 1, "q0:0", 1},
-                      {"d x_2(T) / d x_2(0)", 1, "q0:1", 0}},
-          .problem = read_scene_file(find_project_file(file))};
+                      {"d x_2(T) / d x_2(0)", 1, "q0:1", 0}}};
 }
 
 // t_1 = sqrt(2 (h - R) / g), v(T) = e g t_1 - g s, z(T) = R + e g t_1 s - g s^2 / 2 with s = T - t_1, d t_1 / d h = 1 /
@@ -47,10 +41,9 @@ GradientCase ball_falls() {
   return {.name = "ball_falls",
           .of = "brax#73",
           .title = "a ball falls from 1 m and bounces once, e = 0.5, R = 0.1 m, T = 0.6 s",
-          .command = "-p bouncing_ball --set e=0.5 --set duration=0.6",
+          .choice = {.problem = "bouncing_ball", .parameters = {{"e", e}, {"duration", T}}},
           .entries = {{"d z(T) / d z(0)", 0, "q0:0", (e * s - e * t_1 + s) / t_1},
-                      {"d v(T) / d z(0)", 1, "q0:0", (e + 1) / t_1}},
-          .problem = make_problem("bouncing_ball", {{"e", e}, {"duration", T}})};
+                      {"d v(T) / d z(0)", 1, "q0:0", (e + 1) / t_1}}};
 }
 
 // It stops at v^2 / (2 mu g).
@@ -59,10 +52,9 @@ GradientCase block_stops() {
   return {.name = "block_stops",
           .of = "stick-slip",
           .title = "a block slides at 2 m/s until friction with mu = 0.3 has stopped it, T = 1 s",
-          .command = "-p sliding_block",
+          .choice = {.problem = "sliding_block", .parameters = {{"v_x0", v}, {"mu", mu}, {"duration", 1}}},
           .entries = {{"d x(T) / d v(0)", 0, "v0:0", v / (mu * g)},
-                      {"d x(T) / d mu", 0, "param:mu", -v * v / (2 * mu * mu * g)}},
-          .problem = make_problem("sliding_block", {{"v_x0", v}, {"mu", mu}, {"duration", 1}})};
+                      {"d x(T) / d mu", 0, "param:mu", -v * v / (2 * mu * mu * g)}}};
 }
 
 }  // namespace
@@ -73,6 +65,7 @@ std::vector<GradientCase> gradient_cases() {
   cases.push_back(ball_flies_down());
   cases.push_back(ball_falls());
   cases.push_back(block_stops());
+  for (GradientCase& c : cases) c.problem = c.choice.make_problem();
   return cases;
 }
 

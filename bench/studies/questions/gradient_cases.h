@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/problem.h"
+#include "bench/measure/problem_choice.h"
 
 /// @file
 /// Derivatives of a final state through impacts and stops that are known exactly: cases that people named in threads.
@@ -21,10 +21,10 @@ struct GradientEntry {
 
 /// A case. There is no weight where the title says nothing of it.
 struct GradientCase {
-  std::string name;     ///< "two_balls"
-  std::string of;       ///< the thread that it is from
-  std::string title;    ///< what happens, with its numbers
-  std::string command;  ///< the scene, of `ricochet run`
+  std::string name;   ///< "two_balls"
+  std::string of;     ///< the thread that it is from
+  std::string title;  ///< what happens, with its numbers
+  ProblemChoice choice;
   std::vector<GradientEntry> entries;
   std::unique_ptr<Problem> problem;
 };

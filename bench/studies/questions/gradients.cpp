@@ -1,15 +1,11 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "bench/measure/problem_choice.h"
-#include "bench/measure/sensitivities.h"
 #include "bench/studies/questions/gradient_cases.h"
 #include "bench/studies/questions/question.h"
-#include "problems/input_error.h"
 
 /// @file
 /// Is the gradient through a contact right? The cases of gradient_cases.h, each method with the derivatives that it has,
@@ -30,7 +26,7 @@ std::vector<Answer> gradient_conditions(const json& experiment) {
     for (const double change : experiment.at("changes").get<std::vector<double>>()) {
       Answer& answer = conditions.emplace_back();
       answer.scene = c.name;
-      answer.of = {{"change", change}};
+      answer.conditions = {{"change", change}};
     }
   }
   return conditions;
@@ -43,47 +39,29 @@ const GradientCase& find_case(const std::vector<GradientCase>& cases, const std:
 void measure_gradient(const json& experiment, const Method& method, Answer& answer) {
   const auto cases = gradient_cases();
   const GradientCase& c = find_case(cases, answer.scene);
-  if (const Support support = method.can_run(c.problem->info()); !support.ok) {
-    answer.status = "declined";
-    answer.message = support.reason;
-    return;
-  }
-  Settings settings;
-  settings.tolerance = answer.tolerance;
-  if (answer.h > 0) settings.steps = steps_of(c.problem->info().end_time, answer.h);
   for (const GradientEntry& entry : c.entries) {
-    auto& list = settings.sensitivities;
-    if (std::find(list.begin(), list.end(), entry.with_respect) == list.end()) list.push_back(entry.with_respect);
+    if (std::ranges::find(answer.sensitivities, entry.with_respect) == answer.sensitivities.end())
+      answer.sensitivities.push_back(entry.with_respect);
   }
-  answer.command =
-      fmt::format("{} --sensitivity {}", run_command(c.command, answer.method, settings.steps, settings.tolerance),
-                  fmt::join(settings.sensitivities, " "));
-  const auto changes = experiment.at("changes").get<std::vector<double>>();
-  const bool is_own = method.info().has_sensitivities && answer.condition("change") == changes.front();
-  answer.found["own"] = is_own;
-  Solution s;
-  try {
-    s = is_own ? method.solve(*c.problem, settings)
-               : solve_with_differences(method, *c.problem, settings, answer.condition("change"));
-  } catch (const InputError& error) {  // a method that has no derivative of this kind
-    answer.status = "declined";
-    answer.message = error.what();
-    return;
-  }
-  answer.status = to_string(s.status);
-  answer.message = s.message;
+  answer.problem = c.choice.problem;
+  answer.parameters = c.choice.parameters;
+  if (answer.h > 0) answer.setting.steps = steps_of(c.problem->info().end_time, answer.h);
+  const double change = answer.condition("change");
+  const bool is_own = method.info().has_sensitivities && change == experiment.at("changes").front().get<double>();
+  answer.values["own"] = is_own;
+  const Solution s = measure_run({.problem = *c.problem, .change = is_own ? 0 : change}, method, answer);
   if (!s.succeeded()) return;
   double error = 0, largest = 0;
   for (const GradientEntry& entry : c.entries) {
-    const auto place = std::find(settings.sensitivities.begin(), settings.sensitivities.end(), entry.with_respect);
-    const auto column = static_cast<Eigen::Index>(place - settings.sensitivities.begin());
+    const auto place = std::ranges::find(answer.sensitivities, entry.with_respect);
+    const auto column = static_cast<Eigen::Index>(place - answer.sensitivities.begin());
     const int n_q = c.problem->n_q();
     const double found = entry.output < n_q ? s.dq(entry.output, column) : s.dv(entry.output - n_q, column);
-    answer.found[entry.name] = found;
+    answer.values[entry.name] = found;
     error = std::max(error, std::abs(found - entry.exact));
     largest = std::max(largest, std::abs(entry.exact));
   }
-  answer.found["error"] = error / largest;
+  answer.error = error / largest;
 }
 
 struct Verdict {
@@ -100,7 +78,7 @@ std::vector<Verdict> verdicts_of(const std::vector<Answer>& answers, double chan
     int right = 0, all = 0;
     for (const Answer& a : list) {
       if (a.h != shortest || a.condition("change") != change) continue;
-      const double error = a.succeeded() ? a.value("error") : kNaN;
+      const double error = a.succeeded() ? a.error : kNaN;
       verdict.errors.emplace_back(a.scene, error);
       if (!a.succeeded()) continue;
       verdict.how = a.value("own") == 1 ? "its own" : fmt::format("differences of {:g}", change);
@@ -151,11 +129,11 @@ Table gradient_details(const std::vector<Answer>& answers) {
       {"h", "s", "{:.4g}", &Answer::h},
       {"case", &Answer::scene},
       {"change", "", "{:g}", [](const Answer& a) { return a.condition("change"); }},
-      {"error", "", "{:.3e}", [](const Answer& a) { return a.value("error"); }},
+      {"error", "", "{:.3e}", [](const Answer& a) { return a.error; }},
       {"found",
        [](const Answer& a) {
          std::string text;
-         for (const auto& [name, value] : a.found) {
+         for (const auto& [name, value] : a.values) {
            if (name.starts_with("d ")) text += fmt::format("{}{} = {:.6g}", text.empty() ? "" : ", ", name, value);
          }
          return text;

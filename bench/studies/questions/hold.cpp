@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "bench/studies/questions/question.h"
-#include "problems/registry.h"
 
 /// @file
 /// Does friction hold? A block rests on a ramp whose slope is a fraction f of the steepest that it stays on,
@@ -26,21 +25,19 @@ constexpr double kHolds = 1e-9;  // [m/s], a tenth of a millimetre in a day
 std::vector<Answer> hold_conditions(const json& experiment) {
   std::vector<Answer> conditions;
   for (const double f : experiment.at("fractions").get<std::vector<double>>())
-    conditions.emplace_back().of = {{"fraction", f}};
+    conditions.emplace_back().conditions = {{"fraction", f}};
   return conditions;
 }
 
 void measure_hold(const json&, const Method& method, Answer& answer) {
   const double f = answer.condition("fraction"), slope = std::atan(f * kMu);
-  const auto ramp =
-      make_problem("block_on_ramp", {{"mu", kMu}, {"slope", slope}, {"v_x0", 0}, {"duration", kDuration}});
-  const std::string scene =
-      fmt::format("-p block_on_ramp --set v_x0=0 --set slope={:.17g} --set duration={}", slope, kDuration);
-  const Solution s = run_for(method, *ramp, Recording::motion, scene, answer);
+  const ProblemChoice ramp{.problem = "block_on_ramp",
+                           .parameters = {{"mu", kMu}, {"slope", slope}, {"v_x0", 0}, {"duration", kDuration}}};
+  const Solution s = run_for(method, ramp, *ramp.make_problem(), Recording::motion, answer);
   if (!s.succeeded()) return;
-  answer.found["creep"] = (s.q[0] - position_at(s, kDuration / 2)[0]) / (kDuration / 2);
+  answer.values["creep"] = (s.q[0] - position_at(s, kDuration / 2)[0]) / (kDuration / 2);
   const double a = std::max(0.0, kGravity * (std::sin(slope) - kMu * std::cos(slope)));  // (1)
-  answer.found["exact"] = 0.75 * a * kDuration;                                          // of x = a t^2 / 2
+  answer.values["exact"] = 0.75 * a * kDuration;                                         // of x = a t^2 / 2
 }
 
 struct Verdict {

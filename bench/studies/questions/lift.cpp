@@ -34,7 +34,7 @@ std::vector<Answer> lift_conditions(const json& experiment) {
   std::vector<Answer> conditions;
   for (const double mu : experiment.at("friction").get<std::vector<double>>()) {
     for (const double v : experiment.at("speeds").get<std::vector<double>>())
-      conditions.emplace_back().of = {{"mu", mu}, {"v", v}};
+      conditions.emplace_back().conditions = {{"mu", mu}, {"v", v}};
   }
   return conditions;
 }
@@ -42,18 +42,18 @@ std::vector<Answer> lift_conditions(const json& experiment) {
 void measure_lift(const json&, const Method& method, Answer& answer) {
   const double mu = answer.condition("mu"), v = answer.condition("v");
   const double duration = 0.5 * v / (mu * kGravity);  // half of the time until it stops
-  const auto block = make_problem("sliding_block", {{"mu", mu}, {"v_x0", v}, {"duration", duration}});
-  const std::string scene =
-      fmt::format("-p sliding_block --set mu={} --set v_x0={} --set duration={}", mu, v, duration);
-  const Solution s = run_for(method, *block, Recording::grid, scene, answer);
+  const ProblemChoice choice{.problem = "sliding_block",
+                             .parameters = {{"mu", mu}, {"v_x0", v}, {"duration", duration}}};
+  const auto block = choice.make_problem();
+  const Solution s = run_for(method, choice, *block, Recording::grid, answer);
   if (!s.succeeded()) return;
   double lift = std::max(0.0, block->gap(s.q)[0]);
   for (const Sample& sample : s.samples) lift = std::max(lift, block->gap(sample.q)[0]);
-  answer.found["lift"] = lift;
-  answer.found["gap"] = std::max(0.0, block->gap(s.q)[0]);
-  answer.found["h mu v"] = answer.h * mu * std::abs(s.v[0]);  // (1) at the end
+  answer.values["lift"] = lift;
+  answer.values["gap"] = std::max(0.0, block->gap(s.q)[0]);
+  answer.values["h mu v"] = answer.h * mu * std::abs(s.v[0]);  // (1) at the end
   const double v_n = mu * v / (1 + mu * mu);
-  answer.found["throw"] = v_n * v_n / (2 * kGravity);  // (2)
+  answer.values["throw"] = v_n * v_n / (2 * kGravity);  // (2)
 }
 
 struct Verdict {

@@ -54,7 +54,7 @@ std::vector<Answer> overlap_conditions(const json& experiment) {
     for (const double depth : experiment.at("depths").get<std::vector<double>>()) {
       Answer& answer = conditions.emplace_back();
       answer.scene = scene.name;
-      answer.of = {{"depth", depth}};
+      answer.conditions = {{"depth", depth}};
     }
   }
   return conditions;
@@ -85,14 +85,8 @@ void measure_overlap(const json&, const Method& method, Answer& answer) {
   const double depth = answer.condition("depth"), most = 2 * depth;  // beyond any rounding of it
   const ProblemChoice choice = choice_of(answer.scene, depth);
   const auto problem = made(choice, most);
-  const std::string arguments = fmt::format("{} --keep-penetration {}", choice.arguments(), most);
-  Solution s;
-  try {
-    s = run_for(method, *problem, Recording::motion, arguments, answer);
-  } catch (const InputError& error) {  // a start that a method checks by itself
-    answer.status = "refused";
-    answer.message = error.what();
-  }
+  answer.options = fmt::format("--keep-penetration {}", most);
+  const Solution s = run_for(method, choice, *problem, Recording::motion, answer);
   if (!answer.succeeded()) return;
   const auto energy = [&](const Vector& q, const Vector& v) {
     return problem->energy(q, v).value_or(problem->kinetic_energy(q, v));
@@ -109,13 +103,13 @@ void measure_overlap(const json&, const Method& method, Answer& answer) {
   see(s.q, s.v);
   for (int k = 0; k < kPlaces; ++k) {
     const double gap = problem->gap(position_at(s, time_of_place(k)))[0];
-    answer.found[name_of_place(k)] = gap;
+    answer.values[name_of_place(k)] = gap;
     apart = std::max(apart, gap);  // of a method that tells no samples, but a motion
   }
-  answer.found["left"] = std::max(0.0, -problem->gap(s.q)[0]);
-  answer.found["apart"] = apart;
-  answer.found["speed"] = speed;
-  answer.found["gained"] = gained;
+  answer.values["left"] = std::max(0.0, -problem->gap(s.q)[0]);
+  answer.values["apart"] = apart;
+  answer.values["speed"] = speed;
+  answer.values["gained"] = gained;
 }
 
 struct Verdict {

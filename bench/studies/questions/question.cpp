@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "bench/measure/built_method.h"
-#include "bench/measure/problem_choice.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/study.h"
 #include "methods/method_spec.h"
@@ -44,18 +42,17 @@ std::vector<Answer> plan_of(const Question& question, const json& experiment) {
   const auto lengths = experiment.at("step_lengths").get<std::vector<double>>();
   const std::vector<Answer> conditions = question.conditions(experiment);
   std::vector<Answer> plan;
+  const double tolerance = experiment.value("tolerance", 1e-8);
   for (const std::string name : experiment.at("methods")) {
-    const std::string missing = why_not_built(name);
-    const bool is_adaptive = missing.empty() && make_method(name)->info().is_adaptive;
-    for (const double h : is_adaptive ? std::vector<double>{0} : lengths) {
+    const std::string missing = reason_not_built(name);
+    const bool has_steps = !missing.empty() || !setting_of(*make_method(name), 1, 1).is_tolerance();
+    for (const double h : has_steps ? lengths : std::vector<double>{0}) {
       for (Answer answer : conditions) {
-        answer.method = name;
+        answer.method = answer.title = name;
         answer.h = h;
-        answer.tolerance = is_adaptive ? experiment.value("tolerance", 1e-8) : 0;
-        if (!missing.empty()) {
-          answer.status = "not_built";
-          answer.message = missing;
-        }
+        if (!has_steps) answer.setting.tolerance = tolerance;
+        if (!missing.empty()) answer.status = "not_built";
+        answer.message = missing;
         plan.push_back(std::move(answer));
       }
     }
@@ -99,7 +96,7 @@ struct Failure {
 Table failures_table(const std::vector<Answer>& answers) {
   std::vector<Failure> failures;
   for (const Answer& answer : answers) {
-    if (answer.succeeded() || answer.status == kNotAsked) continue;
+    if (answer.succeeded() || answer.status == kNotRun) continue;
     const auto known =
         std::find_if(failures.begin(), failures.end(), [&](const Failure& f) { return f.method == answer.method; });
     if (known != failures.end())
@@ -142,9 +139,21 @@ Style look_of(const std::string& method) {
 
 }  // namespace
 
-double Answer::value(const std::string& name) const {
-  const auto there = found.find(name);
-  return there == found.end() ? std::numeric_limits<double>::quiet_NaN() : there->second;
+void to_json(json& j, const Answer& answer) {
+  to_json(j, static_cast<const Run&>(answer));
+  j["h"] = answer.h;
+}
+
+void from_json(const json& j, Answer& answer) {
+  from_json(j, static_cast<Run&>(answer));
+  answer.h = j.value("h", 0.0);
+}
+
+Answer answer_under(const std::map<std::string, double>& conditions, const std::string& scene) {
+  Answer answer;
+  answer.conditions = conditions;
+  answer.scene = scene;
+  return answer;
 }
 
 bool register_question(const Question& question) {
@@ -170,25 +179,12 @@ int steps_of(double T, double h) {
   return std::max(1, static_cast<int>(std::lround(T / h)));
 }
 
-Solution run_for(const Method& method, const Problem& problem, Recording recording, const std::string& scene,
+Solution run_for(const Method& method, const ProblemChoice& choice, const Problem& problem, Recording recording,
                  Answer& answer) {
-  Settings settings;
-  settings.recording = recording;
-  settings.time_limit = kPatience;
-  settings.tolerance = answer.tolerance;
-  if (answer.h > 0) settings.steps = steps_of(problem.info().end_time, answer.h);
-  answer.command = run_command(scene, answer.method, settings.steps, settings.tolerance);
-  Solution s;
-  if (const Support support = method.can_run(problem.info()); !support.ok) {
-    answer.status = "declined";
-    answer.message = support.reason;
-    s.status = Status::infeasible;
-    return s;
-  }
-  s = method.solve(problem, settings);
-  answer.status = to_string(s.status);
-  answer.message = s.message;
-  return s;
+  answer.problem = choice.problem;
+  answer.parameters = choice.parameters;
+  if (answer.h > 0) answer.setting.steps = steps_of(problem.info().end_time, answer.h);
+  return measure_run({.problem = problem, .recording = recording, .time_limit = kPatience}, method, answer);
 }
 
 Vector position_at(const Solution& s, double t) {

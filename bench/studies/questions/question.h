@@ -6,8 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "bench/measure/measure_run.h"
 #include "methods/method.h"
 #include "reports/results.h"
+#include "reports/run.h"
 #include "reports/section.h"
 
 /// @file
@@ -17,29 +19,18 @@
 
 namespace ricochet {
 
-/// Status of an answer that would take too long, on purpose; of one whose method is not built, or cannot run it, it is
-/// "not_built" or "declined".
-inline constexpr const char* kNotAsked = "not_asked";
+/// Status of an answer that is left out because it would take too long.
+inline constexpr const char* kNotRun = "not_run";
 
-/// What one method with one step length does under one condition.
-struct Answer {
+/// What one method with one step length does under one condition. Its conditions are those of the question, "e" or "mu";
+/// its values are what was measured, and what is exact.
+struct Answer : Run {
   static constexpr const char* kKind = "answer";
 
-  std::string method, command;
-  double h = 0;                         ///< step length [s]; 0 for methods with a tolerance
-  double tolerance = 0;                 ///< of these
-  std::string scene;                    ///< or case; empty where a question has one scene
-  std::map<std::string, double> of;     ///< the condition: "e", "mu"
-  std::map<std::string, double> found;  ///< what was measured, and what is exact
-  std::string status, message;
-
-  bool succeeded() const { return status == "success"; }
-  /// What was measured; NaN where that is missing.
-  double value(const std::string& name) const;
-  double condition(const std::string& name) const { return of.at(name); }
+  double h = 0;  ///< step length [s]; 0 for methods with a tolerance
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Answer, method, command, h, tolerance, scene, of, found, status,
-                                                message)
+void to_json(nlohmann::json& j, const Answer& answer);
+void from_json(const nlohmann::json& j, Answer& answer);
 
 /// A question.
 struct Question {
@@ -51,7 +42,7 @@ struct Question {
   std::string kind, summary;
   std::string fields;  ///< of its experiments beside those of all questions: properties of a JSON schema
   Plan conditions;     ///< scene and conditions, for every method and step length
-  Measure measure;     ///< fills `found`, `status` and `message`
+  Measure measure;     ///< fills in the result
   Show show;
 };
 
@@ -60,10 +51,12 @@ bool register_question(const Question& question);
 
 /// The number of steps of h seconds in T, at least one.
 int steps_of(double T, double h);
-/// A run of an answer's method, whose command is noted. A step length of zero is that of an adaptive method.
-/// @param scene  "-p bouncing_ball --set e=0.5"
-Solution run_for(const Method& method, const Problem& problem, Recording recording, const std::string& scene,
+/// Runs the method of an answer on a problem and fills in its result.
+/// @param problem  of `choice`, perhaps with another initial state
+Solution run_for(const Method& method, const ProblemChoice& choice, const Problem& problem, Recording recording,
                  Answer& answer);
+/// An answer that is not measured yet. @param conditions  {"mu", 0.5}  @param scene  empty where a question has one
+Answer answer_under(const std::map<std::string, double>& conditions, const std::string& scene = "");
 
 /// The position at a time of a run that was recorded: on a straight line between steps of a method that knows no motion.
 Vector position_at(const Solution& s, double t);

@@ -53,7 +53,7 @@ Pose pose_at(const EngineScene& scene, const Solution& s, double t) {
 
 void measure_toss(const json& experiment, const Method& method, Answer& answer) {
   const Toss toss = toss_of(read_toss(answer.scene), experiment.at("e"), experiment.at("mu"));
-  const Solution s = run_for(method, *toss.problem, Recording::motion, "a toss of " + answer.scene, answer);
+  const Solution s = run_for(method, {}, *toss.problem, Recording::motion, answer);
   if (!s.succeeded()) return;
   const EngineScene scene(*toss.problem);
   const double T = toss.problem->info().end_time;
@@ -66,12 +66,12 @@ void measure_toss(const json& experiment, const Method& method, Answer& answer) 
     const Vector3<double> centre = sum(scaled(1 - part, left.centre), scaled(part, right.centre));
     const Pose pose = pose_at(scene, s, t);
     const Vector3<double> d = difference(pose.centre, centre);
-    answer.found[time_name(t, "distance")] = std::sqrt(dot(d, d));
+    answer.values[time_name(t, "distance")] = std::sqrt(dot(d, d));
     // The rotation of the nearer row.
-    answer.found[time_name(t, "angle")] = angle_between(pose.R, (part < 0.5 ? left : right).R);
-    answer.found[time_name(t, "x")] = pose.centre[0];
-    answer.found[time_name(t, "y")] = pose.centre[1];
-    answer.found[time_name(t, "z")] = pose.centre[2];
+    answer.values[time_name(t, "angle")] = angle_between(pose.R, (part < 0.5 ? left : right).R);
+    answer.values[time_name(t, "x")] = pose.centre[0];
+    answer.values[time_name(t, "y")] = pose.centre[1];
+    answer.values[time_name(t, "z")] = pose.centre[2];
   }
 }
 
@@ -92,7 +92,7 @@ std::vector<double> times_of(const std::vector<Answer>& answers) {
   std::vector<double> times;
   for (int k = 1;; ++k) {
     const double t = k * kBetween;
-    if (std::ranges::none_of(answers, [&](const Answer& a) { return a.found.contains(time_name(t, "distance")); }))
+    if (std::ranges::none_of(answers, [&](const Answer& a) { return a.values.contains(time_name(t, "distance")); }))
       break;
     times.push_back(t);
   }
@@ -102,7 +102,7 @@ std::vector<double> times_of(const std::vector<Answer>& answers) {
 std::vector<double> all_at(const std::vector<Answer>& list, double t, const char* what) {
   std::vector<double> values;
   for (const Answer& a : list) {
-    if (a.found.contains(time_name(t, what))) values.push_back(a.found.at(time_name(t, what)));
+    if (a.values.contains(time_name(t, what))) values.push_back(a.values.at(time_name(t, what)));
   }
   return values;
 }
@@ -111,9 +111,9 @@ std::vector<double> all_at(const std::vector<Answer>& list, double t, const char
 double spread_at(const std::vector<Answer>& answers, double t) {
   std::map<std::string, std::vector<Vector3<double>>> places;
   for (const Answer& a : answers) {
-    if (!a.found.contains(time_name(t, "x"))) continue;
+    if (!a.values.contains(time_name(t, "x"))) continue;
     places[a.scene].push_back(
-        {a.found.at(time_name(t, "x")), a.found.at(time_name(t, "y")), a.found.at(time_name(t, "z"))});
+        {a.values.at(time_name(t, "x")), a.values.at(time_name(t, "y")), a.values.at(time_name(t, "z"))});
   }
   std::vector<double> distances;
   for (const auto& [scene, list] : places) {

@@ -13,7 +13,7 @@
 
 #include "bench/ensemble/ensemble.h"
 #include "bench/experiment/experiment_file.h"
-#include "bench/measure/setting_kind.h"
+#include "bench/measure/measure_run.h"
 #include "bench/measure/timing.h"
 #include "bench/rows/in_order.h"
 #include "bench/rows/progress.h"

@@ -31,7 +31,7 @@ std::vector<ThroughputLine> lines_of(const std::vector<ThroughputRun>& runs) {
 }  // namespace
 
 std::string ThroughputSetting::text() const {
-  return setting_text(steps, tolerance);
+  return Setting{steps, tolerance}.text();
 }
 
 Table throughput_summary(const std::vector<ThroughputRun>& runs) {

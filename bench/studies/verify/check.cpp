@@ -34,6 +34,11 @@ CheckResult CheckResult::not_applicable(std::string reason) {
   return {CheckVerdict::not_applicable, std::move(reason), ""};
 }
 
+Setting Subject::setting(int first_order_steps, int high_order_steps, double tolerance) const {
+  return info.is_adaptive ? Setting{0, tolerance}
+                          : Setting{steps(is_first_order() ? first_order_steps : high_order_steps), 0};
+}
+
 int Subject::steps(double usual) const {
   return std::max(1, static_cast<int>(std::lround(usual * step_factor)));
 }

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/measure/problem_choice.h"
+#include "bench/measure/measure_run.h"
 #include "bench/studies/verify/check_row.h"
 #include "methods/method.h"
 
@@ -22,6 +22,10 @@ struct Subject {
 
   bool is_first_order() const { return !info.is_adaptive && info.order_impacts <= 1; }
   int steps(double usual) const;
+  /// Setting of a check: steps by the order of the method, or a tolerance.
+  Setting setting(int first_order_steps, int high_order_steps, double tolerance) const;
+  /// The run of the method with a setting on a problem.
+  Run planned(const ProblemChoice& choice, const Setting& setting) const { return planned_run(choice, spec, setting); }
 };
 
 /// A problem with what its solution is compared with; both are made when they are first asked for, and kept.

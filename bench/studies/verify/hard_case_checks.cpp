@@ -28,9 +28,10 @@ CheckResult survives(const KnownCase& known, const Subject& subject) {
   const HardCell cell = run_cell(known.hard_case, *known.problem, *known.motions, subject.spec, limit);
   const CaseVerdict verdict = cell.verdict();
   const VerdictText& text = text_of(verdict);
-  if (verdict == CaseVerdict::declined) return CheckResult::not_applicable(cell.outcome.message);
-  const std::string reason = std::string(text.word) + ": " + decisive_number(verdict, cell.outcome);
-  return text.grade == Grade::good ? CheckResult::pass(reason, cell.command) : CheckResult::fail(reason, cell.command);
+  if (verdict == CaseVerdict::declined) return CheckResult::not_applicable(cell.message);
+  const std::string reason = std::string(text.word) + ": " + decisive_number(verdict, cell);
+  return text.grade == Grade::good ? CheckResult::pass(reason, cell.command())
+                                   : CheckResult::fail(reason, cell.command());
 }
 
 }  // namespace

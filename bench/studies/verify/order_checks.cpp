@@ -6,9 +6,7 @@
 #include <limits>
 
 #include "bench/experiment/experiment_file.h"
-#include "bench/measure/sensitivities.h"
 #include "bench/studies/verify/check.h"
-#include "methods/registry.h"
 #include "problems/input_error.h"
 #include "reports/order_fit.h"
 
@@ -49,75 +47,62 @@ struct OrderCase {
   Grids grids;
 };
 
-std::string command_of(const OrderCase& c, const Subject& subject, int steps, double tolerance) {
-  std::string command = run_command(c.known.choice().arguments(), subject.spec, steps, tolerance);
-  for (const auto& name : c.known.sensitivities()) command += " --sensitivity " + name;
-  return command;
+Run planned(const OrderCase& c, const Subject& subject, const Setting& setting) {
+  Run run = subject.planned(c.known.choice(), setting);
+  run.sensitivities = c.known.sensitivities();
+  return run;
 }
 
 /// The runs of a grid, from the coarsest on, as long as there is time.
 class GridOfRuns {
  public:
   GridOfRuns(const OrderCase& c, const Subject& subject)
-      : case_(c), subject_(subject), method_(make_method(subject.spec)), begin_(std::chrono::steady_clock::now()) {}
+      : case_(c), subject_(subject), begin_(std::chrono::steady_clock::now()) {}
 
-  const Method& method() const { return *method_; }
-
-  /// @return false where no time was left for it
-  bool run(int steps, double tolerance) {
+  /// @return false where no time was left for it  @throws InputError for a problem that the method declines
+  bool run(const Setting& setting) {
     const double left = kShareOfTime * subject_.time_limit -
                         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
     if (left <= 0) return false;
-    const auto& reference = case_.known.reference();
-    Settings settings;
-    settings.steps = steps;
-    settings.tolerance = tolerance;
-    settings.time_limit = left;
-    settings.recording = Recording::final_state;
-    settings.sensitivities = case_.known.sensitivities();
-    const Solution solution = solve_with_sensitivities(*method_, case_.known.problem(), settings);
-    Record record;
-    record.method = subject_.spec;
-    record.steps = steps;
-    record.tolerance = tolerance;
-    record.status = to_string(solution.status);
-    record.message = solution.message;
-    record.error = solution.succeeded() ? reference.error_of(solution) : std::nan("");
-    record.reference_error = reference.uncertainty;
-    record.solution_size = reference.size();
-    if (steps > 0) record.h_bar = case_.known.problem().info().end_time / steps;
+    Run run = planned(case_, subject_, setting);
+    const Solution solution = measure_run({.problem = case_.known.problem(),
+                                           .reference = &case_.known.reference(),
+                                           .recording = Recording::final_state,
+                                           .time_limit = left},
+                                          run);
+    if (run.status == "declined") throw InputError(run.message);
     if (solution.status == Status::time_limit) return false;
-    records_.push_back(std::move(record));
+    run.h_bar = setting.is_tolerance() ? 0 : case_.known.problem().info().end_time / setting.steps;
+    records_.push_back(std::move(run));
     return true;
   }
 
-  const std::vector<Record>& records() const { return records_; }
-  std::vector<const Record*> list() const {
-    std::vector<const Record*> list;
+  const std::vector<Run>& records() const { return records_; }
+  std::vector<const Run*> list() const {
+    std::vector<const Run*> list;
     for (const auto& record : records_) list.push_back(&record);
     return list;
   }
   /// ", 2 of 9 runs failed, with 10 steps: ..."; empty when none did.
   std::string failures() const {
-    const auto n = std::ranges::count_if(records_, [](const Record& r) { return !r.succeeded(); });
+    const auto n = std::ranges::count_if(records_, [](const Run& r) { return !r.succeeded(); });
     if (n == 0) return "";
-    const auto last = std::find_if(records_.rbegin(), records_.rend(), [](const Record& r) { return !r.succeeded(); });
-    return fmt::format("; {} of {} runs failed, the finest with {}: {}", n, records_.size(), last->setting(),
+    const auto last = std::find_if(records_.rbegin(), records_.rend(), [](const Run& r) { return !r.succeeded(); });
+    return fmt::format("; {} of {} runs failed, the finest with {}: {}", n, records_.size(), last->setting.value(),
                        last->message);
   }
 
  private:
   const OrderCase& case_;
   const Subject& subject_;
-  std::unique_ptr<Method> method_;
   std::chrono::steady_clock::time_point begin_;
-  std::vector<Record> records_;
+  std::vector<Run> records_;
 };
 
 /// The finer half of the runs has a failure.
-bool fails_where_it_is_fine(const std::vector<Record>& records) {
+bool fails_where_it_is_fine(const std::vector<Run>& records) {
   return std::any_of(records.begin() + static_cast<std::ptrdiff_t>(records.size() / 2), records.end(),
-                     [](const Record& record) { return !record.succeeded(); });
+                     [](const Run& record) { return !record.succeeded(); });
 }
 
 CheckResult observed_order(const OrderCase& c, const Subject& subject, GridOfRuns& runs) {
@@ -128,12 +113,13 @@ CheckResult observed_order(const OrderCase& c, const Subject& subject, GridOfRun
     const int steps = subject.steps(n);
     if (steps == before) continue;
     before = steps;
-    if (runs.run(steps, 0)) continue;
+    if (runs.run({.steps = steps})) continue;
     left_out = fmt::format("; no time for {} steps and more", steps);
     break;
   }
   const std::string notes = runs.failures() + left_out;
-  const std::string command = command_of(c, subject, runs.records().empty() ? before : runs.records().back().steps, 0);
+  const Setting last = runs.records().empty() ? Setting{.steps = before} : runs.records().back().setting;
+  const std::string command = planned(c, subject, last).command();
   if (fails_where_it_is_fine(runs.records())) return CheckResult::fail("it fails with small steps" + notes, command);
   const ObservedOrder order = observe_order(runs.list());
   if (order.fit) {
@@ -145,7 +131,7 @@ CheckResult observed_order(const OrderCase& c, const Subject& subject, GridOfRun
   }
   // Few points between large errors and the floor are what a high order looks like.
   double least = std::numeric_limits<double>::infinity();
-  for (const Record& record : runs.records()) least = std::fmin(least, record.error);
+  for (const Run& record : runs.records()) least = std::fmin(least, record.error);
   const std::string text = fmt::format("{}{}", order.reason, notes);
   if (least <= order.floor)
     return CheckResult::pass(
@@ -156,25 +142,26 @@ CheckResult observed_order(const OrderCase& c, const Subject& subject, GridOfRun
 CheckResult error_over_tolerance(const OrderCase& c, const Subject& subject, GridOfRuns& runs) {
   std::string left_out;
   for (const double tolerance : c.grids.tolerances) {
-    if (runs.run(0, tolerance)) continue;
+    if (runs.run({.tolerance = tolerance})) continue;
     left_out = fmt::format("; no time for {:g} and less", tolerance);
     break;
   }
   const std::string notes = runs.failures() + left_out;
   if (runs.records().empty())
-    return CheckResult::fail("no run" + notes, command_of(c, subject, 0, c.grids.tolerances.front()));
-  const std::string last = command_of(c, subject, 0, runs.records().back().tolerance);
+    return CheckResult::fail("no run" + notes,
+                             planned(c, subject, {.tolerance = c.grids.tolerances.front()}).command());
+  const std::string last = runs.records().back().command();
   if (!runs.failures().empty()) return CheckResult::fail("a run failed" + notes, last);
   const double size = std::max(1.0, c.known.reference().size());
   const double floor = kAboveFloor * std::max(c.known.reference().uncertainty, 1e-13 * size);
   double worst = 0, where = 0;
   std::vector<double> tolerances, errors;
-  for (const Record& record : runs.records()) {
+  for (const Run& record : runs.records()) {
     if (record.error <= floor) continue;
-    tolerances.push_back(record.tolerance);
+    tolerances.push_back(record.setting.tolerance);
     errors.push_back(record.error);
-    const double ratio = record.error / (record.tolerance * size);
-    if (ratio > worst) worst = ratio, where = record.tolerance;
+    const double ratio = record.error / (record.setting.tolerance * size);
+    if (ratio > worst) worst = ratio, where = record.setting.tolerance;
   }
   if (errors.empty()) return CheckResult::pass("exact to rounding with every tolerance" + notes, last);
   std::string text = fmt::format("error at most {:.2g} times the tolerance, at {:g}", worst, where);
@@ -186,19 +173,17 @@ CheckResult error_over_tolerance(const OrderCase& c, const Subject& subject, Gri
     holds = holds && (slope >= kLeastSlope || worst <= 1);
   }
   text += notes;
-  const std::string command = command_of(c, subject, 0, where);
+  const std::string command = planned(c, subject, {.tolerance = where}).command();
   return holds ? CheckResult::pass(text, command) : CheckResult::fail(text, command);
 }
 
 CheckResult check_order(const OrderCase& c, const Subject& subject) {
   GridOfRuns runs(c, subject);
-  if (const Support support = runs.method().can_run(c.known.problem().info()); !support.ok)
-    return CheckResult::not_applicable(support.reason);
   if (!c.known.sensitivities().empty() && !subject.info.has_sensitivities)
     return CheckResult::not_applicable("it computes no sensitivities");
   try {
     return subject.info.is_adaptive ? error_over_tolerance(c, subject, runs) : observed_order(c, subject, runs);
-  } catch (const InputError& error) {  // a method that cannot tell before it runs
+  } catch (const InputError& error) {  // a problem that the method declines
     return CheckResult::not_applicable(error.what());
   }
 }

@@ -21,17 +21,19 @@ constexpr int kFirstOrderSteps = 1600, kSteps = 400;
 /// An event that is recorded keeps five vectors, and the list of events may grow.
 constexpr std::int64_t kAllocationsPerEvent = 6;
 
+Setting setting_of(const Subject& subject) {
+  return subject.setting(kFirstOrderSteps, kSteps, kTolerance);
+}
+
 Settings settings_of(const Subject& subject) {
   Settings settings;
-  if (subject.info.is_adaptive)
-    settings.tolerance = kTolerance;
-  else
-    settings.steps = subject.steps(subject.is_first_order() ? kFirstOrderSteps : kSteps);
+  settings.steps = setting_of(subject).steps;
+  settings.tolerance = setting_of(subject).tolerance;
   return settings;
 }
 
-std::string command_of(const ProblemChoice& choice, const Subject& subject, const Settings& settings) {
-  return run_command(choice.arguments(), subject.spec, settings.steps, settings.tolerance);
+std::string command_of(const ProblemChoice& choice, const Subject& subject) {
+  return subject.planned(choice, setting_of(subject)).command();
 }
 
 CheckResult keeps_promises(const KnownProblem& known, const Subject& subject) {
@@ -40,7 +42,7 @@ CheckResult keeps_promises(const KnownProblem& known, const Subject& subject) {
     return CheckResult::not_applicable(support.reason);
   Settings settings = settings_of(subject);
   settings.time_limit = subject.time_limit / 4;  // there are three runs
-  const std::string command = command_of(known.choice(), subject, settings);
+  const std::string command = command_of(known.choice(), subject);
   try {
     const PromisedRun run =
         run_as_promised(*method, known.problem(), settings, {.clock = kClock, .recording = kRecording});
@@ -65,14 +67,14 @@ CheckResult kept_solver_forgets(const KnownProblem& known, const Subject& subjec
   Settings other = settings;
   other.steps *= 2;
   other.tolerance *= 10;
-  const std::string command = command_of(known.choice(), subject, settings);
+  const std::string command = command_of(known.choice(), subject);
   const auto solver = method->prepare(known.problem());
   const Solution first = solver->solve(settings);
   solver->solve(other);
   const Solution again = solver->solve(settings);
   if (first.status != again.status || !same_bits(first.q, again.q) || !same_bits(first.v, again.v))
-    return CheckResult::fail("behind a run with other settings the solver has another result", command);
-  return CheckResult::pass("the same bits behind a run with other settings", command);
+    return CheckResult::fail("after a run with other settings the solver has another result", command);
+  return CheckResult::pass("the same bits after a run with other settings", command);
 }
 
 /// The message with which the method refuses; empty where it does not.
@@ -96,7 +98,7 @@ CheckResult refuses_bad_settings(const KnownProblem& known, const Subject& subje
     change(settings);
     bad.emplace_back(text, settings);
   };
-  if (subject.info.is_adaptive) {
+  if (setting_of(subject).is_tolerance()) {
     for (const double tolerance : {0.0, -1e-6, 2.0, nan})
       add(fmt::format("tolerance = {:g}", tolerance), [=](Settings& s) { s.tolerance = tolerance; });
   } else {

@@ -8,7 +8,6 @@
 
 #include "bench/experiment/experiment_file.h"
 #include "methods/method_spec.h"
-#include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"
 
@@ -65,33 +64,27 @@ namespace {
 /// @param steps  of a fixed-step method
 CheckResult answer_with(int steps, const PublicReport& report, const PublicReportRule& rule, const Subject& subject) {
   const auto declined = [](const std::string& why) { return CheckResult::not_applicable(kDeclined + why); };
-  const ProblemChoice choice{report.scene, {}};
-  const auto method = make_method(subject.spec);
-  Settings settings;
-  if (subject.info.is_adaptive)
-    settings.tolerance = rule.tolerance;
-  else
-    settings.steps = subject.steps(steps);
-  settings.time_limit = subject.time_limit * 0.9;
-  settings.recording = Recording::final_state;
-  const std::string command = run_command(choice.arguments(), subject.spec, settings.steps, settings.tolerance);
+  const ProblemChoice choice{.problem = report.scene};
+  Run run = subject.planned(choice, subject.setting(steps, steps, rule.tolerance));
+  const double time_limit = subject.time_limit * 0.9;
   Solution solution;
   try {
     const auto problem = choice.make_problem();
-    if (const Support support = method->can_run(problem->info()); !support.ok) return declined(support.reason);
-    solution = method->solve(*problem, settings);
-  } catch (const InputError& error) {  // the scene, or a method that cannot tell before it runs
+    solution = measure_run({.problem = *problem, .recording = Recording::final_state, .time_limit = time_limit}, run);
+  } catch (const InputError& error) {  // of the scene
     return declined(error.what());
   }
+  const std::string command = run.command();
+  if (run.status == "declined") return declined(run.message);
   if (solution.status == Status::time_limit)
-    return CheckResult::fail(fmt::format("no end within {:g} s", settings.time_limit), command);
-  if (!solution.succeeded()) return declined(fmt::format("{}: {}", to_string(solution.status), solution.message));
+    return CheckResult::fail(fmt::format("no end within {:g} s", time_limit), command);
+  if (run.failed()) return declined(fmt::format("{}: {}", run.status, run.message));
   if (!report.has_motion()) return CheckResult::fail("success, where no motion exists until the end time", command);
 
   const std::string name = MethodSpec(subject.spec).name();
   const bool is_loose = name == "cvode" || name == "ida" || subject.info.order_impacts == 1;
   const double factor = is_loose ? rule.multistep_factor : rule.factor;
-  const double allowed = (subject.info.is_adaptive ? factor * report.tolerance : rule.error) * report.size();
+  const double allowed = (run.setting.is_tolerance() ? factor * report.tolerance : rule.error) * report.size();
   const double error = error_of(report, solution);
   const std::string text = fmt::format("error {:.1e}, {:.0e} allowed", error, allowed);
   if (error <= allowed) return CheckResult::pass(text, command);
@@ -99,7 +92,7 @@ CheckResult answer_with(int steps, const PublicReport& report, const PublicRepor
     return CheckResult::not_applicable(kNotJudged + text + "; corners are judged by a later version");
   if (subject.is_first_order())
     return CheckResult::not_applicable(
-        fmt::format("{}{} with {} steps of first order", kNotJudged, text, settings.steps));
+        fmt::format("{}{} with {} steps of first order", kNotJudged, text, run.setting.steps));
   return CheckResult::fail(text, command);
 }
 

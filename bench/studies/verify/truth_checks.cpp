@@ -3,16 +3,14 @@
 #include <algorithm>
 
 #include "bench/studies/verify/check.h"
-#include "methods/registry.h"
-#include "problems/input_error.h"
-#include "reference/ground_truth.h"
+#include "reference/truths.h"
 
 namespace ricochet {
 namespace {
 
 using nlohmann::json;
 
-/// Settings and what is asked of the error with them.
+/// Settings, and the errors that are allowed with them.
 struct TruthRule {
   int first_order_steps, steps;
   double tolerance;
@@ -27,26 +25,12 @@ struct TruthCase {
 };
 
 CheckResult meets_truth(const TruthCase& c, const Subject& subject) {
-  const auto method = make_method(subject.spec);
-  const Problem& problem = c.known.problem();
-  if (const Support support = method->can_run(problem.info()); !support.ok)
-    return CheckResult::not_applicable(support.reason);
-  Settings settings;
-  if (subject.info.is_adaptive)
-    settings.tolerance = c.rule.tolerance;
-  else
-    settings.steps = subject.steps(subject.is_first_order() ? c.rule.first_order_steps : c.rule.steps);
-  settings.time_limit = subject.time_limit * 0.9;
-  const std::string command =
-      run_command(c.known.choice().arguments(), subject.spec, settings.steps, settings.tolerance);
-  Solution solution;
-  try {
-    solution = method->solve(problem, settings);
-  } catch (const InputError& error) {  // a method that cannot tell before it runs
-    return CheckResult::not_applicable(error.what());
-  }
-  if (!solution.succeeded())
-    return CheckResult::fail(fmt::format("{}: {}", to_string(solution.status), solution.message), command);
+  Run run =
+      subject.planned(c.known.choice(), subject.setting(c.rule.first_order_steps, c.rule.steps, c.rule.tolerance));
+  const Solution solution = measure_run({.problem = c.known.problem(), .time_limit = subject.time_limit * 0.9}, run);
+  const std::string command = run.command();
+  if (run.status == "declined") return CheckResult::not_applicable(run.message);
+  if (run.failed()) return CheckResult::fail(fmt::format("{}: {}", run.status, run.message), command);
   const auto& truth = c.known.reference();
   const double error = truth.error_of(solution),
                allowed =

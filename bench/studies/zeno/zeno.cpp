@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "bench/experiment/experiment_file.h"
+#include "bench/measure/measure_run.h"
 #include "bench/measure/problem_choice.h"
-#include "bench/measure/setting_kind.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/study.h"
 #include "methods/contact_laws/contact_scales.h"
@@ -139,28 +139,21 @@ ZenoRun measure_rest(const std::string& method, double e, double H, double toler
   const ExactBall exact{.e = e};
   ZenoRun run{.method = method, .command = {}, .e = e, .H = H, .tolerance = tolerance, .status = {}, .message = {}};
   run.t_Z = exact.t_Z();
-  Settings settings;
-  settings.recording = Recording::motion;
-  settings.tolerance = tolerance;
   double T = kPartOfZenoTime * run.t_Z;
+  Setting setting{.tolerance = tolerance};
   if (H > 0) {
-    settings.steps = static_cast<int>(std::ceil(T / H));
-    T = settings.steps * H;
+    setting.steps = static_cast<int>(std::ceil(T / H));
+    T = setting.steps * H;
   }
-  run.command = run_command(fmt::format("--problem bouncing_ball --set e={} --set duration={}", e, T), method,
-                            settings.steps, tolerance);
-  const auto ball = make_problem("bouncing_ball", {{"e", e}, {"duration", T}});
+  const ProblemChoice choice{.problem = "bouncing_ball", .parameters = {{"e", e}, {"duration", T}}};
+  const auto ball = choice.make_problem();
   const double ground = ball->info().q0[0] - exact.h_0;
   set_bounds(tableau_argument(tableau_of(method)), T, exact, ground, run);
-  const auto solver = make_method(method);
-  if (const Support support = solver->can_run(ball->info()); !support.ok) {
-    run.status = "declined";
-    run.message = support.reason;
-    return run;
-  }
-  const Solution solution = solver->solve(*ball, settings);
-  run.status = to_string(solution.status);
-  run.message = solution.message;
+  Run measured = planned_run(choice, method, setting);
+  const Solution solution = measure_run({.problem = *ball, .recording = Recording::motion}, measured);
+  run.command = measured.command();
+  run.status = measured.status;
+  run.message = measured.message;
   run.impacts = static_cast<int>(std::count_if(solution.events.begin(), solution.events.end(),
                                                [](const Event& event) { return event.kind == EventKind::impact; }));
   if (!solution.succeeded() || solution.events.empty()) return run;
