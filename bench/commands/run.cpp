@@ -33,6 +33,9 @@ struct RunArguments {
 };
 
 Settings settings_of(const RunArguments& options, const Problem& problem, const Method& method) {
+  if (!method.info().is_adaptive && !options.problem.is_given("--steps") &&
+      !options.problem.is_given("--step-length") && !options.problem.is_given("--tolerance"))
+    throw InputError("--steps is required for fixed-step methods");
   Settings settings = options.problem.settings(problem, method);
   if (!options.plot.empty() || !options.csv.empty() || !options.animation.empty())
     settings.recording = Recording::motion;
