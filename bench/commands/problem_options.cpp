@@ -13,6 +13,7 @@
 #include "problems/initial_state.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"
+#include "problems/scene_file/expression.h"
 #include "problems/scene_file/scene_file.h"
 
 namespace ricochet {
@@ -47,16 +48,29 @@ void ProblemOptions::add_settings(CLI::App& command) {
   command.add_option("--time-limit", time_limit, "wall time in seconds; 0 is none")->check(non_negative_number());
 }
 
+namespace {
+
+/// The value of a `change` NAME=VALUE, which begins at a character: a number, or a formula of numbers.
+double changed_value(const std::string& change, std::size_t begin) {
+  double value = 0;
+  const char* const end = change.data() + change.size();
+  const auto [rest, error] = std::from_chars(change.data() + begin, end, value);
+  if (error == std::errc() && rest == end) return value;
+  try {
+    return formula_value(change.substr(begin), {}, "--set");
+  } catch (const InputError&) {
+    throw InputError("--set", change, "the value must be a number or a formula of numbers, such as 1/2");
+  }
+}
+
+}  // namespace
+
 ParameterChanges parameter_changes(const std::vector<std::string>& changes) {
   ParameterChanges parameters;
   for (const auto& change : changes) {
     const auto equals = change.find('=');
     if (equals == std::string::npos || equals == 0) throw InputError("--set", change, "NAME=VALUE is required");
-    double value = 0;
-    const char *begin = change.data() + equals + 1, *end = change.data() + change.size();
-    const auto [rest, error] = std::from_chars(begin, end, value);
-    if (error != std::errc() || rest != end) throw InputError("--set", change, "the value must be a number");
-    if (!parameters.emplace(change.substr(0, equals), value).second)
+    if (!parameters.emplace(change.substr(0, equals), changed_value(change, equals + 1)).second)
       throw InputError("--set", change, "this parameter is given twice");
   }
   return parameters;

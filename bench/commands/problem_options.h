@@ -14,7 +14,7 @@ class App;
 
 namespace ricochet {
 
-/// What `--set NAME=VALUE`, given several times, says. @throws InputError
+/// The parameters that `--set NAME=VALUE` changes; a value is a number or a formula of numbers. @throws InputError
 ParameterChanges parameter_changes(const std::vector<std::string>& changes);
 
 /// The options that choose a problem and a setting: --problem or --scene, --set, --steps or

@@ -55,6 +55,25 @@ void require_short(const ex& value) {
     throw std::range_error("a number is beyond the range of double precision");
 }
 
+/// A value with its operations and its degree, for a name that stands for a formula. Counting ends where the value is too
+/// large, since shared operations count as often as they occur.
+Part part_of(const ex& value) {
+  Part part{value, 1, GiNaC::is_a<GiNaC::symbol>(value) ? 1.0 : 0.0};
+  const bool is_product = GiNaC::is_a<GiNaC::mul>(value), is_sum = GiNaC::is_a<GiNaC::add>(value);
+  for (std::size_t k = 0; k < value.nops() && part.size <= kLargest; ++k) {
+    const Part operand = part_of(value.op(k));
+    part.size += operand.size;
+    part.degree = is_product ? part.degree + operand.degree : std::max(part.degree, operand.degree);
+  }
+  if (GiNaC::is_a<GiNaC::power>(value)) {
+    if (GiNaC::is_a<GiNaC::numeric>(value.op(1)))
+      part.degree *= std::max(1.0, std::abs(GiNaC::ex_to<GiNaC::numeric>(value.op(1)).to_double()));
+  } else if (!is_product && !is_sum) {
+    part.degree = std::min(part.degree, 1.0);  // of a function
+  }
+  return part;
+}
+
 /// "m, t, q[i], pi and the functions"
 std::string allowed_names(const ExpressionNames& names) {
   std::vector<std::string> list = keys_of(names.scalars);
@@ -256,7 +275,8 @@ struct Action<grammar::scalar> {
   static void apply(const auto& in, Reader& reader) {
     const auto known = reader.names.scalars.find(in.string());
     if (known != reader.names.scalars.end()) {
-      reader.push(known->second, 1, 1);
+      Part part = part_of(known->second);
+      reader.push(std::move(part.value), part.size, part.degree);
     } else if (in.string() == "pi") {
       reader.push(GiNaC::Pi, 1, 0);
     } else {

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "problems/derivatives/symbolic_problem.h"
@@ -58,15 +59,24 @@ class SceneReader {
       for (const auto& [name, unused_value] : params.value().items()) {
         const Field field = params.at(name);
         require_free_name(name, field);
-        double value = decimal(field);
+        constants_.scalars[name] = GiNaC::symbol(name);
+      }
+      std::map<std::string, ex> formulas;
+      for (const auto& [name, symbol] : constants_.scalars) {
+        const Field field = params.at(name);
+        const ParameterValue stated = parameter_value(field);
+        double value = stated.number;
         if (const auto change = unused.find(name); change != unused.end()) {
           value = change->second;
           unused.erase(change);
+        } else if (stated.formula) {
+          formulas[name] = *stated.formula;
+          continue;
         }
         model_.parameters.push_back({name, value, ""});
-        model_.parameter_symbols.emplace_back(name);
-        constants_.scalars[name] = model_.parameter_symbols.back();
+        model_.parameter_symbols.push_back(GiNaC::ex_to<GiNaC::symbol>(symbol));
       }
+      insert_formulas(params, formulas);
     }
     if (!unused.empty()) throw_unknown_name("parameter", unused.begin()->first, keys_of(constants_.scalars));
     if (!scene_.has("units")) return;
@@ -77,6 +87,43 @@ class SceneReader {
     }
     for (auto& parameter : model_.parameters) {
       if (units.has(parameter.name)) parameter.unit = units.at(parameter.name).text();
+    }
+  }
+
+  /// A number, or a formula of other parameters.
+  struct ParameterValue {
+    double number = 0;
+    std::optional<ex> formula;
+  };
+
+  /// @throws InputError for a value that is neither
+  ParameterValue parameter_value(const Field& field) const {
+    const std::string text = field.text();
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error == std::errc() && end == text.data() + text.size()) return {value, {}};
+    const ex formula = parse_expression(text, constants_, fmt::format("{} = '{}'", field.name(), text.substr(0, 100)));
+    for (const auto& [name, symbol] : constants_.scalars) {
+      if (formula.has(symbol)) return {0, formula};
+    }
+    return {formula_value(text, constants_, field.name()), {}};
+  }
+
+  /// Parameters with `formulas` of other parameters follow them: other formulas take the formula in place of the name.
+  /// @throws InputError for those that refer to each other in a circle
+  void insert_formulas(const Field& params, std::map<std::string, ex> formulas) {
+    while (!formulas.empty()) {
+      std::vector<std::string> ready;
+      for (const auto& [name, formula] : formulas) {
+        const bool waits = std::ranges::any_of(
+            formulas, [&, &f = formula](const auto& other) { return f.has(constants_.scalars.at(other.first)); });
+        if (!waits) ready.push_back(name);
+      }
+      if (ready.empty())
+        throw InputError(params.at(formulas.begin()->first).name(), params.at(formulas.begin()->first).text(),
+                         fmt::format("circular reference: {} have no values", fmt::join(keys_of(formulas), ", ")));
+      for (const auto& name : ready) formulas.erase(name);
+      for (const auto& name : ready) constants_.scalars[name] = params.at(name).expression(constants_);
     }
   }
 
@@ -248,15 +295,6 @@ class SceneReader {
     std::vector<Expressions> matrix;
     for (std::size_t row = 0; row < n_rows; ++row) matrix.push_back(field.at(row).expressions(n_columns, names));
     return matrix;
-  }
-
-  static double decimal(const Field& field) {
-    const std::string text = field.text();
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size())
-      throw InputError(field.name(), "'" + text + "'", "a decimal number is required");
-    return value;
   }
 
   Field scene_;

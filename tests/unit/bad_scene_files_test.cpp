@@ -188,7 +188,7 @@ class Spoiler {
     return "params." + name;
   }
   std::string parameter_text() {
-    scene_["params"]["zz"] = pick({"1kg", "", "2*3", "0x10", " 1", "1e999", "one"});
+    scene_["params"]["zz"] = pick({"1kg", "", "2*", "0x10", "1/0", "1e999", "one", "zz", "log(-1)", "1e390"});
     return "params.zz = ";
   }
   std::string unit_of_nothing() {

@@ -59,6 +59,50 @@ TEST_F(SceneFile, ParametersCanBeChanged) {
   EXPECT_THROW(read(good_scene(), {{"nothing", 1}}), InputError);
 }
 
+TEST_F(SceneFile, ParametersMayBeFormulas) {
+  json scene = good_scene();
+  scene["params"]["L"] = "2*r";  // before the parameter that it refers to
+  scene["params"]["a"] = "L+mu";
+  scene["params"]["r"] = "1/2";
+  scene["q0"][1] = "a";
+  EXPECT_EQ(read(scene)->info().q0[1], 1.2);
+  EXPECT_EQ(read(scene, {{"r", 2}})->info().q0[1], 4.2) << "L follows r";
+  EXPECT_EQ(read(scene, {{"r", 2}, {"L", 3}})->info().q0[1], 3.2) << "L is a number now";
+}
+
+/// A parameter that follows others has no derivative of its own: theirs go through it.
+TEST_F(SceneFile, FormulasOfParametersAreDifferentiated) {
+  json scene = good_scene();
+  scene["params"]["weight"] = "m*g";
+  scene["q0"][1] = "weight";
+  std::vector<std::string> names;
+  for (const auto& parameter : read(scene)->info().parameters) names.push_back(parameter.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"e", "g", "m", "mu"}));
+  const auto problem = read(scene);
+  Matrix C = Matrix::Zero(7, 4);  // of q0, v0, eps_r, mu, T
+  problem->parameter_derivative_of_constants(C.data());
+  EXPECT_EQ(C(1, 1), 1) << "d(m g)/dg";
+  EXPECT_EQ(C(1, 2), 9.81) << "d(m g)/dm";
+}
+
+TEST_F(SceneFile, FormulasOfParametersHaveLimits) {
+  json scene = good_scene();
+  scene["params"]["a"] = "b+1";
+  scene["params"]["b"] = "2*c";
+  scene["params"]["c"] = "a";
+  EXPECT_EQ(error(scene), "FILE: params.a = b+1: circular reference: a, b, c have no values");
+  scene["params"]["c"] = "m**1000";
+  scene["params"]["b"] = "c**1000";
+  EXPECT_TRUE(error(scene).starts_with("FILE: params.b, column 2: exponents up to 1000")) << error(scene);
+  // Every one has twice the operations of the one before.
+  scene["params"] = {{"m", "1"}, {"g", "9.81"}, {"e", "0"}, {"mu", "0"}, {"x10", "sin(g)"}};
+  for (int k = 11; k < 60; ++k) {
+    const std::string before = "x" + std::to_string(k - 1);
+    scene["params"]["x" + std::to_string(k)] = "max(" + before + ", 1-" + before + ")";
+  }
+  EXPECT_NE(error(scene).find("the expression is too large"), std::string::npos) << error(scene);
+}
+
 TEST_F(SceneFile, NumbersMayBePlain) {
   json scene = good_scene();
   scene["T"] = 2.5;
@@ -113,7 +157,8 @@ TEST_F(SceneFile, ErrorsNameTheFieldAndWhatIsAllowed) {
   EXPECT_EQ(spoiled([](json& s) { s["T"] = "0"; }), "FILE: T = 0: a positive number of seconds is required");
   EXPECT_EQ(spoiled([](json& s) { s["T"] = "-1"; }), "FILE: T = -1: a positive number of seconds is required");
   EXPECT_EQ(spoiled([](json& s) { s["params"]["m"] = "nan"; }), "FILE: params.m = nan: a finite number is required");
-  EXPECT_EQ(spoiled([](json& s) { s["params"]["m"] = "1kg"; }), "FILE: params.m = '1kg': a decimal number is required");
+  EXPECT_EQ(spoiled([](json& s) { s["params"]["m"] = "1kg"; }),
+            "FILE: params.m = '1kg', column 2: an operator or the end of the expression is expected");
   EXPECT_NE(
       spoiled([](json& s) { s["contact"] = "1"; }).find("= 'contact': unknown; did you mean contacts? Known: Bu, M, T"),
       std::string::npos);
