@@ -55,8 +55,13 @@ void refuse_empty_words(int argc, char** argv) {
 
 /// @return the exit code
 int refuse(const CLI::App& app, const CLI::ParseError& error) {
-  if (error.get_exit_code() == 0) return app.exit(error);  // --help
   const CLI::App& command = parsed_command(app);
+  if (error.get_exit_code() == 0) {  // --help, of a command that exists
+    const auto words = command.remaining();
+    if (!words.empty() && !words.front().starts_with('-') && !command_names(command).empty())
+      refuse_unknown_words(command);
+    return app.exit(error);
+  }
   refuse_unknown_words(command);
   fmt::print(stderr, "ricochet: {}; see `{} --help`\n", error.what(), words_of(command));
   return 2;

@@ -27,6 +27,17 @@ TEST_F(Cli, ExamplesAreOfTheirSubcommand) {
   }
 }
 
+/// Help is printed for a command that exists.
+TEST_F(Cli, UnknownCommandsHaveNoHelp) {
+  const Outcome unknown = run("runn --help");
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_HAS(unknown.text, "command of ricochet = 'runn': unknown; did you mean run?");
+  const Outcome nested = run("contacts solv --help");
+  EXPECT_EQ(nested.code, 2);
+  EXPECT_HAS(nested.text, "command of ricochet contacts = 'solv': unknown; did you mean solve?");
+  EXPECT_EQ(run("contacts --help").code, 0);
+}
+
 /// Where nothing can be written, nothing is computed: each of these would take seconds, and some minutes.
 TEST_F(Cli, OutputsAreCheckedBeforeTheWork) {
   const std::string file = write("file", "text"), results = (folder / "r").string();
