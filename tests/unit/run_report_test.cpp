@@ -69,6 +69,29 @@ TEST(RunJson, AFailedRunIsADocument) {
   EXPECT_EQ(document["reference"]["how"], "of a test");
 }
 
+/// Events that repeat at the instant where a run fails are printed once and counted, and so is the message.
+TEST(RunReport, AFailedRunPrintsRepeatedEventsOnce) {
+  const auto problem = make_problem("bouncing_ball");
+  Settings settings;
+  settings.steps = 10;
+  RunReport report = report_of(*problem, "moreau_jean", settings);
+  report.solution.status = Status::step_limit;
+  report.solution.message = "no progress";
+  const Event event{.t = 0.5, .kind = EventKind::slip_reversal, .contact = 0};
+  report.solution.events.assign(100, event);
+  testing::internal::CaptureStdout();
+  print_run(report, 1000);
+  const std::string text = testing::internal::GetCapturedStdout();
+  const auto count = [&](const std::string& word) {
+    std::size_t n = 0;
+    for (auto at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) ++n;
+    return n;
+  };
+  EXPECT_EQ(count("slip_reversal"), 1U) << text;
+  EXPECT_EQ(count("no progress"), 1U) << text;
+  EXPECT_EQ(count("these again, 99 events at t = 0.5"), 1U) << text;
+}
+
 TEST(RunJson, EveryFieldIsOnThePage) {
   const std::string page = run_page();
   for (const auto& [field, schema] : run_schema().document()["properties"].items())
