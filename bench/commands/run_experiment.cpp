@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <filesystem>
+#include <optional>
 
 #include "bench/commands/commands.h"
 #include "bench/commands/number_checks.h"
@@ -30,6 +32,34 @@ std::vector<std::string> also_shown(const ExperimentFile& experiment, const std:
   }
   return paths;
 }
+
+/// The page and the site of the results of one experiment or of several. Where there are several, they can be read while
+/// the others run: they are written after the first, and then at most every kPause, and after the last.
+class PageOfParts {
+ public:
+  /// @param more  results that are shown, too
+  PageOfParts(std::string folder, std::vector<std::string> more, std::vector<SitePage> history)
+      : folder_(std::move(folder)), more_(std::move(more)), history_(std::move(history)) {}
+
+  void update(std::vector<std::string> paths, bool is_last) {
+    if (written_ && !is_last && Clock::now() - *written_ < kPause) return;
+    paths.insert(paths.end(), more_.begin(), more_.end());
+    std::vector<ShownResults> list;
+    for (const auto& path : paths) list.push_back(shown_results(path));
+    const std::string page = write_page(list, folder_), site = write_report_site(list, folder_, history_);
+    if (!written_ || is_last) fmt::print("page: {}\nsite: {}\n{}", page, site, is_last ? "" : "\n");
+    written_ = Clock::now();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds kPause{15};
+
+  std::string folder_;
+  std::vector<std::string> more_;
+  std::vector<SitePage> history_;
+  std::optional<Clock::time_point> written_;
+};
 
 /// In the order in which one reads it.
 std::string experiment_text(const nlohmann::json& document) {
@@ -60,7 +90,8 @@ int run_and_show(const ExperimentCommand& command) {
   if (command.prints_experiment) return 0;
   require_writable_folder("results folder", command.run.folder);
   if (!command.page.empty()) require_writable_folder("folder of the page", command.page);
-  const auto history = history_pages(command.history);  // a damaged one before the runs, not behind them
+  // A damaged history is an error before the runs, not after them.
+  PageOfParts page(command.page, also_shown(experiment, command.run.folder), history_pages(command.history));
   std::vector<std::string> paths;
   int failed = 0;
   for (const auto& part : parts) {
@@ -74,14 +105,7 @@ int run_and_show(const ExperimentCommand& command) {
     const int here = surprises(shown.results);
     if (here > 0) fmt::print("{} rows failed that the experiment does not expect to fail\n\n", here);
     failed += here;
-  }
-  if (!command.page.empty() && command.run.shard.is_all()) {
-    const auto more = also_shown(experiment, command.run.folder);
-    paths.insert(paths.end(), more.begin(), more.end());
-    std::vector<ShownResults> list;
-    for (const auto& path : paths) list.push_back(shown_results(path));
-    fmt::print("page: {}\n", write_page(list, command.page));
-    fmt::print("site: {}\n", write_report_site(list, command.page, history));
+    if (!command.page.empty()) page.update(paths, paths.size() == parts.size());
   }
   return failed > 0 ? 1 : 0;
 }
