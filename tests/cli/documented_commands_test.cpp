@@ -22,8 +22,6 @@ const fs::path kSource = fs::path(RICOCHET_TEST_DATA) / ".." / "..";
 
 /// Beginnings of commands that are not run, and why.
 const std::map<std::string, std::string> kNotRun = {
-    {"./run report", "it builds, and runs every experiment"},
-    {"./run test", "this is one of its tests"},
     {"./run build", "it builds"},
     {"apt-get install", "it changes the machine"},
     {"cmake --install", "tests/package/installed_copy does"},
@@ -33,22 +31,7 @@ const std::map<std::string, std::string> kNotRun = {
     {"out/numbers/tests/numbers", "built by a command before that is not run"},
     {"mkdir -p out/corpus", "for the next one"},
     {"ASAN_OPTIONS=", "half an hour"},
-    {"ricochet run-experiment pinning_order", "minutes"},
-    {"ricochet run-experiment sensitivity_order", "minutes; bench_smoke runs its quick part"},
-    {"ricochet run-experiment opponents", "minutes"},
-    {"ricochet run-experiment classes", "minutes"},
-    {"ricochet run-experiment peers", "minutes"},
     {"ricochet run-experiment zeno", "ten seconds; bench_smoke runs it"},
-    {"ricochet run-experiment friction_ramp", "minutes; cli_test.cpp has a small one"},
-    {"ricochet run-experiment scale", "minutes; cli_test.cpp has a small one"},
-    {"ricochet run-experiment throughput", "minutes; bench_smoke runs its quick part"},
-    {"ricochet run-experiment optimal_control", "minutes; cli_test.cpp has a small one"},
-    {"ricochet run-experiment control_seeds", "half an hour; cli_test.cpp has a small one"},
-    {"ricochet run-experiment control_growth", "minutes; cli_test.cpp has a small one"},
-    {"ricochet run-experiment hard_cases --page", "minutes; bench_smoke runs its quick part"},
-    {"ricochet run-experiment homotopy_grid", "minutes"},
-    {"ricochet run-experiment contact_cost", "minutes; bench_smoke runs its quick part"},
-    {"ricochet run-experiment free_body", "minutes; bench_smoke runs its quick part"},
     {"ricochet control push_box_goal", "half a minute"},
     {"ricochet control discs", "half a minute"},
     {"ricochet control three_boxes", "half a minute"},
@@ -203,7 +186,7 @@ TEST_P(DocumentedCommands, Run) {
   for (const char* name : {"bench", "examples", "methods", "problems", "reference", "reports", "tests"})
     fs::create_directory_symlink(fs::canonical(kSource / name), folder / name);
   fs::create_directory(folder / "out");
-  // bench/README.md shows the fields of an ensemble, not a file.
+  // bench/ensemble/README.md shows the fields of an ensemble, not a file.
   write("study.json", R"({"problem": "two_balls_spring", "vary": ["e=grid:0.5:0.9:5"], "method": "moreau_jean",
       "steps": 100})");
   // Debian's Python, with its numpy, before any other.
