@@ -150,10 +150,11 @@ Table invariant_table(const Problem& problem, const Solution& solution) {
 
 void add_audit_command(CLI::App& app, int& exit_code) {
   static AuditArguments options;
-  auto* command = app.add_subcommand("audit", "every equation of a method and every invariant, residual by residual");
+  auto* command =
+      app.add_subcommand("audit", "print the residual of every equation of a method and the invariants of the motion");
   options.problem.add_problem(*command);
   options.problem.add_settings(*command);
-  command->add_option("problem_id", options.problem_id, "scene id");
+  command->add_option("problem_id", options.problem_id, "name of a problem");
   command->add_option("method_spec,--method,-m", options.method, "method");
   command->footer(
       "Examples:\n"

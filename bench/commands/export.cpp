@@ -12,9 +12,9 @@ namespace ricochet {
 void add_export_command(CLI::App& app, int&) {
   static ProblemOptions problem;
   static std::string path;
-  auto* command = app.add_subcommand("export", "a problem as a scene file, for --scene");
+  auto* command = app.add_subcommand("export", "write a problem as a scene file");
   problem.add_problem(*command);
-  command->add_option("-o,--out", path, "the new scene file")->required();
+  command->add_option("-o,--out", path, "scene file to be written")->required();
   command->footer("Example:\n  ricochet export --problem box_3d --set mu=0.5 -o my_box.json");
   command->callback([] {
     require_new_file("scene file", path);

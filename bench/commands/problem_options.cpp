@@ -19,33 +19,37 @@
 namespace ricochet {
 
 void ProblemOptions::add_problem(CLI::App& command) {
-  auto* by_id = command.add_option("--problem,-p", problem, "scene id, see `ricochet list problems`");
-  auto* by_file = command.add_option("--scene,-s", scene, "scene file, or FILE#ID for one of several in a file");
+  auto* by_id = command.add_option("--problem,-p", problem, "name of a problem, see `ricochet list problems`");
+  auto* by_file =
+      command.add_option("--scene,-s", scene, "scene FILE.json, or FILE.json#ID if the file contains several scenes");
   by_id->excludes(by_file);
-  command.add_option("--set", changes, "NAME=VALUE, a parameter of the problem; may be repeated")
+  command.add_option("--set", changes, "NAME=VALUE: set a parameter of the problem; may be repeated")
       ->allow_extra_args(false);
-  auto* moved = command
-                    .add_option("--allow-penetration", depth,
-                                "DEPTH in metres: an initial position that penetrates by no more, as measured ones do, "
-                                "is moved to the nearest one without, in the norm of M, and a note says so")
-                    ->check(non_negative_number());
+  auto* moved =
+      command
+          .add_option(
+              "--allow-penetration", depth,
+              "accept an initial penetration of up to DEPTH metres, as in measured data: move the position to the nearest one without penetration, in the norm of M, and print the change")
+          ->check(non_negative_number());
   command
       .add_option("--keep-penetration", kept_depth,
-                  "DEPTH in metres: an initial position that penetrates by no more stays, for the method to make of it "
-                  "what it can")
+                  "keep an initial penetration of up to DEPTH metres and let the method resolve it")
       ->check(non_negative_number())
       ->excludes(moved);
   command.add_option("--impact-law", impact_law,
-                     "newton, poisson, routh, stronge or lzb, in place of the law of impacts of the scene");
+                     "replace the impact law of the scene: newton, poisson, routh, stronge or lzb");
 }
 
 void ProblemOptions::add_settings(CLI::App& command) {
   command_ = &command;
-  auto* number = command.add_option("--steps,-N", steps, "number of steps, of a fixed-step method");
-  command.add_option("--step-length", step_length, "length of a step in seconds, which must divide the end time")
+  auto* number = command.add_option("--steps,-N", steps, "number of steps (fixed-step methods)");
+  command
+      .add_option("--step-length", step_length,
+                  "length of a step in seconds; it must divide the end time (fixed-step methods)")
       ->excludes(number);
-  command.add_option("--tolerance", tolerance, "tolerance, of an error-controlled method");
-  command.add_option("--time-limit", time_limit, "wall time in seconds; 0 is none")->check(non_negative_number());
+  command.add_option("--tolerance", tolerance, "tolerance (error-controlled methods)");
+  command.add_option("--time-limit", time_limit, "limit of the wall time in seconds; 0 for none")
+      ->check(non_negative_number());
 }
 
 namespace {

@@ -38,7 +38,7 @@ void refuse_unknown_words(const CLI::App& command) {
       throw_unknown_name("option of " + words_of(command), word.substr(0, word.find('=')), option_names(command));
     if (const auto commands = command_names(command); !commands.empty())
       throw_unknown_name("command of " + words_of(command), word, commands);
-    throw InputError(words_of(command), "'" + word + "'", "this word is one too many");
+    throw InputError(words_of(command), "'" + word + "'", "unexpected argument");
   }
 }
 
@@ -120,17 +120,17 @@ std::vector<std::string> option_names(const CLI::App& command) {
 }
 
 int run_program(int argc, char** argv) {
-  CLI::App app{"Ricochet: methods for rigid-body motion with impacts and friction, their accuracy and their speed"};
+  CLI::App app{"Ricochet: accuracy and speed of numerical methods for rigid bodies with impacts and friction"};
   app.footer(
       "Examples:\n"
       "  ricochet run --problem two_balls_spring --method fesd:gauss:4 --steps 200\n"
       "  ricochet run-experiment two_balls_order\n"
       "  ricochet report out/results/two_balls_order.jsonl -o out/report\n"
-      "Exit codes: 0 all went well; 1 a run failed, or a check does not hold; 2 bad usage or bad input");
+      "Exit codes: 0 all went well; 1 a run or a check failed; 2 bad usage or bad input");
   std::vector<std::string> plugins;  // load_plugins() has taken them out before
   app.add_option("--plugin", plugins,
-                 "FILE, a shared library with methods or scenes of yours; may be repeated, and stand anywhere");
-  app.set_version_flag("--version", version_text(), "the version and revision of the program");
+                 "load FILE, a shared library with your methods or scenes; may be repeated and stand anywhere");
+  app.set_version_flag("--version", version_text(), "print the version and revision of the program");
   int exit_code = 0;
   add_commands(app, exit_code);
   try {

@@ -136,29 +136,29 @@ int run(const RunArguments& options) {
 
 void add_run_command(CLI::App& app, int& exit_code) {
   static RunArguments options;
-  auto* command = app.add_subcommand("run", "one method on one problem");
+  auto* command = app.add_subcommand("run", "run one method on one problem");
   options.problem.add_problem(*command);
   options.problem.add_settings(*command);
   command->add_option("--method,-m", options.method, "method, see `ricochet list methods`")->required();
   auto* as_json = command->add_flag("--json", options.as_json,
-                                    "print one JSON document with everything in all digits, see `ricochet schema run`");
-  command->add_option("--events", options.events, "how many events are printed; all without it")
+                                    "print everything in all digits as one JSON document, see `ricochet schema run`");
+  command->add_option("--events", options.events, "print at most this many events (default: all)")
       ->check(non_negative_number())
       ->excludes(as_json);
-  command->add_flag("--no-reference", options.without_reference,
-                    "no error: do not look for a certified solution, and do not compute a reference, which takes "
-                    "seconds at most");
-  command->add_option("--plot", options.plot, "FOLDER for a figure of the motion (trajectory.svg)");
+  command->add_flag(
+      "--no-reference", options.without_reference,
+      "do not compute the error, which requires a certified solution or a reference that takes a few seconds");
+  command->add_option("--plot", options.plot, "write a figure of the motion to FOLDER/trajectory.svg");
   command->add_option("--animate", options.animation,
-                      "FILE for the scene and its motion as an SVG that moves, where the scene has a geometry");
-  auto* csv = command->add_option("--csv", options.csv, "FILE for the motion: t, q and v as CSV");
-  command->add_option("--points", options.points, "of the CSV: equally spaced, besides the events")
+                      "write an animated SVG of the scene to FILE (scenes with a geometry)");
+  auto* csv = command->add_option("--csv", options.csv, "write t, q and v of the motion to FILE as CSV");
+  command->add_option("--points", options.points, "number of equally spaced points in the CSV, besides the events")
       ->needs(csv)
       ->check(CLI::Range(1, 100'000'000));
   command
-      ->add_option("--sensitivity", options.sensitivities,
-                   "print derivatives by q0:0 or v0:0, a component of the initial values, or by param:NAME, a "
-                   "parameter; may be repeated")
+      ->add_option(
+          "--sensitivity", options.sensitivities,
+          "print derivatives with respect to q0:K or v0:K (initial values) or param:NAME (a parameter); may be repeated")
       ->allow_extra_args(false);
   command->footer(
       "Examples:\n"
