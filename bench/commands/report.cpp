@@ -29,7 +29,7 @@ void add_show_command(CLI::App& app, int&) {
   auto* command = app.add_subcommand("show", "print the tables of results files");
   command
       ->add_option("results", results,
-                   "results files, of `ricochet run-experiment` or `ricochet fuzz`; JSON of Google Benchmark")
+                   "results files of `ricochet run-experiment` or `ricochet fuzz`, or JSON of Google Benchmark")
       ->required();
   add_print_options(*command, options);
   command->footer("Example:\n  ricochet show out/results/two_balls_order.jsonl --view orders,time_to_reach");
@@ -42,11 +42,11 @@ void add_report_command(CLI::App& app, int& exit_code) {
   static std::vector<std::string> results;
   static std::string folder = "out/report", history;
   static bool with_pdf = false;
-  auto* command = app.add_subcommand("report", "the page: tables and figures of results files");
-  command->add_option("results", results, "results files, of `ricochet run-experiment`; JSON of Google Benchmark");
-  command->add_option("-o,--out", folder, "folder of the page")->capture_default_str();
-  command->add_flag("--pdf", with_pdf, "write the figures of gnuplot as PDF, too");
-  command->add_option("--history", history, "FOLDER of ./run history, for a page of the site");
+  auto* command = app.add_subcommand("report", "write a page and a site with tables and figures of results files");
+  command->add_option("results", results, "results files of `ricochet run-experiment`, or JSON of Google Benchmark");
+  command->add_option("-o,--out", folder, "folder to be written")->capture_default_str();
+  command->add_flag("--pdf", with_pdf, "also write the figures as PDF");
+  command->add_option("--history", history, "FOLDER of ./run history: add the history to the site");
   command->footer("Example:\n  ricochet report out/results/two_balls_order.jsonl -o out/report --pdf");
   add_former_hard_cases_command(*command, exit_code);
   command->callback([command] {
@@ -63,10 +63,10 @@ void add_report_command(CLI::App& app, int& exit_code) {
 void add_results_command(CLI::App& app, int&) {
   static std::vector<std::string> results;
   static std::string page = "RESULTS.md", tables = "results";
-  auto* command = app.add_subcommand("results", "a Markdown page of the tables of results files, from these alone");
-  command->add_option("results", results, "results files, in the order of the page")->required();
-  command->add_option("-o,--out", page, "the page")->capture_default_str();
-  command->add_option("--tables", tables, "folder for the tables in full, as CSV")->capture_default_str();
+  auto* command = app.add_subcommand("results", "write a Markdown page with the tables of results files");
+  command->add_option("results", results, "results files, in the order of the sections")->required();
+  command->add_option("-o,--out", page, "page to be written")->capture_default_str();
+  command->add_option("--tables", tables, "folder for the complete tables as CSV")->capture_default_str();
   command->footer(
       "Example:\n  ricochet results out/results/two_balls_order.jsonl -o out/RESULTS.md --tables out/tables");
   command->callback([] {

@@ -117,72 +117,70 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
   static std::string shard_text, times_text;
   auto* command = app.add_subcommand(
       "run-experiment",
-      "run an experiment where its results are missing, and print them; exit code 1 when a row fails that the "
-      "experiment does not expect to fail");
+      "run an experiment, unless its results exist, and print its tables; exit code 1 if a row fails unexpectedly");
   auto* experiment = command->add_option(
       "experiment", options.experiment,
-      "name, see `ricochet list experiments`, or a file; without it a study of --problem or --scene");
+      "name, see `ricochet list experiments`, or a file; without it the options define an experiment");
   command
-      ->add_option("--method,-m", methods,
-                   "only this method of the experiment, by its name there or by a pattern with *, the results are "
-                   "then those of ID_part; without an experiment: a method to run. May be repeated")
+      ->add_option(
+          "--method,-m", methods,
+          "run only this method of the experiment, a name or a pattern with *, and store the results as ID_part; without an experiment: a method to run. May be repeated")
       ->allow_extra_args(false);
   command
-      ->add_option("--problem,-p", problems,
-                   "only this problem of the experiment, likewise; without an experiment: the problem, "
-                   "NAME,PARAMETER=VALUE,...")
+      ->add_option(
+          "--problem,-p", problems,
+          "run only this problem of the experiment, likewise; without an experiment: the problem, NAME,PARAMETER=VALUE,...")
       ->allow_extra_args(false);
   command
       ->add_option("--scene,-s", options.ad_hoc.scene,
-                   "without an experiment: the problem, FILE.json or FILE.json#ID, with ,PARAMETER=VALUE")
+                   "without an experiment: the problem, FILE.json or FILE.json#ID, optionally with ,PARAMETER=VALUE")
       ->excludes(experiment)
       ->excludes("--problem");
   command
-      ->add_option("--steps,-N", options.ad_hoc.steps,
-                   "without an experiment: of fixed-step methods, FROM..TO, FROM..TO:PER_DECADE or A,B,...; by default "
-                   "10..1000, a hundred times as many for methods of first order, 8 per decade")
+      ->add_option(
+          "--steps,-N", options.ad_hoc.steps,
+          "without an experiment: steps of fixed-step methods, FROM..TO, FROM..TO:PER_DECADE or A,B,... (default: 10..1000:8; 100 times as many for first-order methods)")
       ->excludes(experiment);
   command
       ->add_option("--tolerance", options.ad_hoc.tolerances,
-                   "without an experiment: of error-controlled methods, likewise; by default 1e-3..1e-9, 1 per decade")
+                   "without an experiment: tolerances of error-controlled methods, likewise (default: 1e-3..1e-9:1)")
       ->excludes(experiment);
-  command->add_flag("--print-experiment", options.prints_experiment,
-                    "print the experiment as a file would state it, and run nothing");
-  command->add_option("-o,--out", options.run.folder, "folder for the results file")->capture_default_str();
-  command->add_flag("--quick", options.run.quick, "the short part of the experiment; times are measured three times");
-  auto* no_times =
-      command->add_flag("--no-times", without_times, "do not measure times where they are not what is asked for");
+  command->add_flag("--print-experiment", options.prints_experiment, "print the experiment as a file and run nothing");
+  command->add_option("-o,--out", options.run.folder, "folder of the results file")->capture_default_str();
+  command->add_flag("--quick", options.run.quick,
+                    "run the short form of the experiment and measure CPU times three times only");
+  auto* no_times = command->add_flag("--no-times", without_times,
+                                     "do not measure CPU times, unless they are the result of the experiment");
   command
       ->add_option(
           "--times", times_text,
-          "exclusive: the promise that nothing else runs on the machine; shared: other work does, and whatever "
-          "shows the results says so. Of shards, or of --jobs, that measure times")
+          "how CPU times are taken: exclusive (idle machine) or shared (results are labelled). Required with --shard or --jobs if times are measured")
       ->excludes(no_times);
   command
       ->add_option(
           "--jobs,-j", options.run.jobs,
-          "processes that share the work, with --no-times where it has some: the results are the same; or with "
-          "--times shared")
+          "number of processes; requires --no-times or --times shared if the experiment measures times. The results are the same")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
-  auto* shard =
-      command->add_option("--shard", shard_text,
-                          "K/N, only every N-th piece of the work, into ID.shard-K-of-N.jsonl: of a campaign on "
-                          "several machines; with --no-times or --times, where it has some");
+  auto* shard = command->add_option(
+      "--shard", shard_text,
+      "K/N: compute every N-th piece of the work, from the K-th, and write ID.shard-K-of-N.jsonl; requires --no-times or --times if the experiment measures times");
   command
       ->add_option("--from-shards", options.run.shards,
-                   "FOLDER of the N shards, of which the results are made; they are those of one process")
+                   "merge the N shards in FOLDER; the results are those of a single process")
       ->excludes(shard);
-  command->add_flag("--force", options.run.force, "compute again what is there already; it is kept under a dated name");
-  command->add_option("--data", options.run.data, "FOLDER of measured data, of an experiment that reads some");
-  command->add_option("--time-limit", options.run.time_limit, "wall time per run in seconds")->check(positive_number());
+  command->add_flag("--force", options.run.force,
+                    "recompute existing results; the old file is kept with its date in its name");
+  command->add_option("--data", options.run.data, "FOLDER of measured data, for experiments that read some");
+  command->add_option("--time-limit", options.run.time_limit, "limit of the wall time of a run in seconds")
+      ->check(positive_number());
   command
       ->add_option("--set", options.run.changes,
-                   "FIELD=VALUE, a field of the experiment, in JSON or as text; the results are then those of "
-                   "ID_part")
+                   "FIELD=VALUE: replace a field of the experiment, by JSON or text, and store the results as ID_part")
       ->allow_extra_args(false);
-  auto* page = command->add_option("--page", options.page, "FOLDER of a page of the results");
-  command->add_option("--history", options.history, "FOLDER of ./run history, for a page of the site")->needs(page);
+  auto* page = command->add_option("--page", options.page, "write a page and a site of the results to FOLDER");
+  command->add_option("--history", options.history, "FOLDER of ./run history: add the history to the site")
+      ->needs(page);
   add_print_options(*command, options.print);
   command->footer(
       "Examples:\n"

@@ -10,10 +10,10 @@
 namespace ricochet {
 
 void add_print_options(CLI::App& command, PrintOptions& options) {
-  command.add_option("--view", options.views, "only this table: orders, failures, runs, ...")
+  command.add_option("--view", options.views, "print only this table: orders, failures, runs, ...")
       ->delimiter(',')
       ->allow_extra_args(false);
-  command.add_flag("--all", options.all, "print every run, too");
+  command.add_flag("--all", options.all, "also print every run");
 }
 
 void print_results(const ShownResults& shown, const PrintOptions& options) {
