@@ -154,20 +154,19 @@ int check(const CheckOptions& options) {
 void add_check_command(CLI::App& app, int& exit_code) {
   static CheckOptions options;
   auto* command = app.add_subcommand(
-      "check", "hold results against a stored baseline; exit code 1 when one got worse or was not compared");
-  command->add_option("results", options.results, "results files of methods on a grid, JSON of Google Benchmark")
+      "check", "compare results with a stored baseline; exit code 1 if a result got worse or was not compared");
+  command->add_option("results", options.results, "results files of method grids, or JSON of Google Benchmark")
       ->required();
-  auto* where = command->add_option_group("baseline", "what they are held against, or what is written");
-  where->add_option("--baseline", options.baseline, "baseline FILE, or other results");
-  where->add_option("--baselines", options.baselines, "FOLDER of baselines, EXPERIMENT.jsonl");
-  auto* write =
-      where->add_option("--write", options.new_baseline, "write what the results hold to a new baseline FILE");
-  auto* replace =
-      where->add_option("--replace", options.replaced, "write FOLDER/EXPERIMENT.jsonl in place of what is there");
+  auto* where = command->add_option_group("baseline", "compare with a baseline, or write one");
+  where->add_option("--baseline", options.baseline, "compare with this baseline FILE, or with other results");
+  where->add_option("--baselines", options.baselines, "compare with FOLDER/EXPERIMENT.jsonl");
+  auto* write = where->add_option("--write", options.new_baseline, "write the results to a new baseline FILE");
+  auto* replace = where->add_option("--replace", options.replaced, "replace FOLDER/EXPERIMENT.jsonl");
   where->require_option(1);
   auto* as_json = command->add_flag("--json", options.as_json, "print JSON");
-  auto* for_github = command->add_flag("--github", options.for_github,
-                                       "annotations of GitHub Actions, and a summary in $GITHUB_STEP_SUMMARY");
+  auto* for_github =
+      command->add_flag("--github", options.for_github,
+                        "print annotations for GitHub Actions and write a summary to $GITHUB_STEP_SUMMARY");
   auto* junit = command->add_option("--junit", options.junit, "write JUnit XML to FILE");
   auto* summary = command->add_option("--summary", options.summary, "write a summary in Markdown to FILE");
   as_json->excludes(for_github);

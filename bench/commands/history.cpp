@@ -40,12 +40,13 @@ void add_history_command(CLI::App& app, int& exit_code) {
   static std::string folder = "out/history";
   static int commits = 20;
   auto* command = app.add_subcommand(
-      "history", "how counters, errors, orders and verdicts of the baselines changed, commit by commit, from git");
-  command->add_option("commits", commits, "how many of those that changed a baseline (20)")->check(positive_number());
+      "history", "show how counters, errors, orders and verdicts of the baselines changed with each commit");
+  command->add_option("commits", commits, "number of commits that changed a baseline (default: 20)")
+      ->check(positive_number());
   command->add_option("-o,--out", folder,
-                      "what is written: a page, its figure and curves, a JSON per commit (out/history)");
+                      "folder of the page, its figure and a JSON file per commit (default: out/history)");
   command->footer(
-      "In a checkout with reports/baselines/.\nExamples:\n  ricochet history\n  ricochet history 50 -o out/history\n"
+      "Requires a git checkout with reports/baselines/.\nExamples:\n  ricochet history\n  ricochet history 50 -o out/history\n"
       "  ricochet report out/results/two_balls_order.jsonl --history out/history -o out/report");
   command->callback([&exit_code] {
     require_writable_folder("history", folder);

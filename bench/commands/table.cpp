@@ -107,23 +107,23 @@ std::string text_of_results(const std::string& path, const TableOptions& options
 
 void add_table_command(CLI::App& app, int&) {
   static TableOptions options;
-  auto* command = app.add_subcommand("table", "results for papers and other programs: LaTeX, tidy CSV, PGFPlots");
-  command->add_option("results", options.results, "results files; one, for --tidy")->required();
-  auto* tables = command->add_flag("--latex", options.latex, "tables, with booktabs");
-  auto* runs = command->add_flag("--tidy", options.tidy, "one line per run, all digits, NaN where there is no number");
+  auto* command = app.add_subcommand("table", "write results for papers and other programs: LaTeX, tidy CSV, PGFPlots");
+  command->add_option("results", options.results, "results files; --tidy takes one")->required();
+  auto* tables = command->add_flag("--latex", options.latex, "write tables with booktabs");
+  auto* runs = command->add_flag("--tidy", options.tidy,
+                                 "write CSV with one line per run, all digits, and NaN for missing numbers");
   auto* charts = command->add_flag(
       "--pgfplots", options.pgfplots,
-      "charts with their data: work over error, error over step length, growth, profiles; with -o the numbers are in "
-      "a .dat beside the file");
+      "write charts: work over error, error over step length, growth, profiles; with -o FILE the numbers are in a .dat file beside it");
   tables->excludes(runs)->excludes(charts);
   runs->excludes(charts);
-  command->add_option("--view", options.views, "only this table, or chart; may be repeated")
+  command->add_option("--view", options.views, "write only this table or chart; may be repeated")
       ->delimiter(',')
       ->allow_extra_args(false);
   command->add_option("--columns", options.columns,
-                      "of --latex, only these, in this order: headers, with commas between");
+                      "with --latex: only these columns, in this order, as comma-separated headers");
   command->add_option("--width", options.width, "of --latex, of a line of the paper, in cm")->capture_default_str();
-  command->add_option("-o,--out", options.file, "file; without it the terminal");
+  command->add_option("-o,--out", options.file, "file to be written (default: standard output)");
   command->footer(
       "Examples:\n"
       "  ricochet table out/results/two_balls_order.jsonl --latex --view orders -o out/orders.tex\n"
