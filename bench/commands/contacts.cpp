@@ -60,13 +60,13 @@ void export_contacts(const ExportOptions& options) {
 
 void add_export(CLI::App& contacts) {
   static ExportOptions options;
-  auto* command = contacts.add_subcommand("export", "the contact problem of one step as a file of FCLib");
+  auto* command = contacts.add_subcommand("export", "write the contact problem of one step as an FCLib file");
   options.problem.add_problem(*command);
   options.problem.add_settings(*command);
   command->add_option("-m,--method", options.method, "time-stepping method, see `ricochet list methods`")->required();
-  command->add_option("--step", options.step, "1, 2, ...; without it the first step with the most contacts")
+  command->add_option("--step", options.step, "number of the step, from 1 (default: the first with the most contacts)")
       ->check(positive_number());
-  command->add_option("-o,--out", options.path, "the new file")->required();
+  command->add_option("-o,--out", options.path, "file to be written")->required();
   command->footer(
       "Example:\n  ricochet contacts export --problem sphere_pile --set n=30 --method moreau_jean --steps 100 -o "
       "pile.hdf5");
@@ -145,29 +145,29 @@ void solve_together(const SolveOptions& options, const std::vector<StoredContact
 void add_solve(CLI::App& contacts, int& exit_code) {
   static SolveOptions options;
   static bool each = false;
-  auto* command = contacts.add_subcommand("solve", "contact problems by the contact solvers, side by side");
+  auto* command = contacts.add_subcommand("solve", "solve contact problems with every contact solver and compare them");
   command
       ->add_option("paths", options.paths,
-                   "files of FCLib, or of one problem in JSON a line (.json, .jsonl), or directories of such")
+                   "FCLib files, files with one JSON problem per line (.json, .jsonl), or folders of them")
       ->required();
   command
-      ->add_option("--solver", options.solvers,
-                   "as behind solver= of a method, for example lemke,facets=16; may be repeated. Without it all of "
-                   "them, lemke up to 100 contacts")
+      ->add_option(
+          "--solver", options.solvers,
+          "contact solver, as in the option solver= of a method, for example lemke,facets=16; may be repeated (default: all; lemke up to 100 contacts)")
       ->allow_extra_args(false);
   command->add_flag("--guess", options.from_guess, "start from the guess in the file instead of zero");
-  command->add_flag("--each", each, "every problem by itself where there are more than 8, too");
-  command->add_flag("--json", options.as_json, "a line of JSON per problem and solver instead of tables");
+  command->add_flag("--each", each, "print each problem, even if there are more than 8");
+  command->add_flag("--json", options.as_json, "print one line of JSON per problem and solver instead of tables");
   command
-      ->add_option("--accuracy", options.accuracy,
-                   "violation of the laws, relative, up to which a problem counts as solved in performance profiles "
-                   "(1e-8)")
+      ->add_option(
+          "--accuracy", options.accuracy,
+          "relative violation of the laws up to which a problem counts as solved in performance profiles (default: 1e-8)")
       ->check(positive_number());
-  command->add_option("--min-contacts", options.least_contacts, "leave out problems with fewer contacts (1)")
+  command->add_option("--min-contacts", options.least_contacts, "ignore problems with fewer contacts (default: 1)")
       ->check(CLI::Range(1, 1'000'000));
-  command->add_option("--svg", options.svg, "performance profiles as a figure, drawn with gnuplot");
+  command->add_option("--svg", options.svg, "write a figure of the performance profiles");
   command->footer(
-      "More than 8 problems are a set: conditioning, performance profiles, internal forces.\n"
+      "More than 8 problems are summarised: conditioning, performance profiles, internal forces.\n"
       "Examples:\n"
       "  ricochet contacts solve pile.hdf5 --solver newton --solver lemke,facets=16\n"
       "  ricochet contacts solve out/contacts --svg out/profile.svg");
@@ -211,11 +211,14 @@ void record(const RecordOptions& options) {
 
 void add_record(CLI::App& contacts) {
   static RecordOptions options;
-  auto* command = contacts.add_subcommand("record", "contact problems of all scenes, evenly over their runs");
-  command->add_option("folder", options.folder, "where a file per scene is written")->required();
-  command->add_option("-m,--method", options.method, "time-stepping method (moreau_jean)");
-  command->add_option("-N,--steps", options.steps, "of each run (300)")->check(CLI::Range(1, 1'000'000));
-  command->add_option("--per-scene", options.most, "most problems of a scene (40)")->check(CLI::Range(1, 100'000));
+  auto* command =
+      contacts.add_subcommand("record", "record contact problems of all scenes, evenly distributed over their runs");
+  command->add_option("folder", options.folder, "folder to be written, with one file per scene")->required();
+  command->add_option("-m,--method", options.method, "time-stepping method (default: moreau_jean)");
+  command->add_option("-N,--steps", options.steps, "number of steps of each run (default: 300)")
+      ->check(CLI::Range(1, 1'000'000));
+  command->add_option("--per-scene", options.most, "maximum number of problems per scene (default: 40)")
+      ->check(CLI::Range(1, 100'000));
   command->footer(
       "Example:\n  ricochet contacts record out/contacts\n  ricochet contacts solve out/contacts --svg out/profile.svg");
   command->callback([] { record(options); });
@@ -223,8 +226,10 @@ void add_record(CLI::App& contacts) {
 
 void add_merit(CLI::App& contacts) {
   static int draws = 100;
-  auto* command = contacts.add_subcommand("merit", "merit functions of disturbed exact solutions: which to trust");
-  command->add_option("--draws", draws, "of each kind of problem (100)")->check(CLI::Range(1, 100'000));
+  auto* command =
+      contacts.add_subcommand("merit", "compare merit functions with true distances on perturbed exact solutions");
+  command->add_option("--draws", draws, "number of problems of each kind (default: 100)")
+      ->check(CLI::Range(1, 100'000));
   command->footer("Example:\n  ricochet contacts merit");
   command->callback([] {
     const MeritStudy study = run_merit_study(draws);
@@ -235,9 +240,11 @@ void add_merit(CLI::App& contacts) {
 void add_impact_laws(CLI::App& contacts) {
   static double restitution = 0.5;
   static int beads = 5;
-  auto* command = contacts.add_subcommand("impact-laws", "energy behind an impact under each impact law: who gains it");
-  command->add_option("-e,--restitution", restitution, "of every contact (0.5)")->check(CLI::Range(0.01, 1.0));
-  command->add_option("--beads", beads, "of the longest row (5)")->check(CLI::Range(2, 12));
+  auto* command = contacts.add_subcommand(
+      "impact-laws", "print the kinetic energy after an impact under each law: which laws create energy");
+  command->add_option("-e,--restitution", restitution, "coefficient of restitution of every contact (default: 0.5)")
+      ->check(CLI::Range(0.01, 1.0));
+  command->add_option("--beads", beads, "number of beads of the longest row (default: 5)")->check(CLI::Range(2, 12));
   command->footer("Example:\n  ricochet contacts impact-laws -e 0.9");
   command->callback([] {
     const ImpactLawStudy study = run_impact_law_study(restitution, beads);
@@ -248,8 +255,7 @@ void add_impact_laws(CLI::App& contacts) {
 }  // namespace
 
 void add_contacts_command(CLI::App& app, int& exit_code) {
-  auto* command =
-      app.add_subcommand("contacts", "contact problems of single steps: exchanged as files, recorded, solved");
+  auto* command = app.add_subcommand("contacts", "export, record and solve contact problems of single steps");
   command->footer(
       "Examples:\n"
       "  ricochet contacts export --problem sphere_pile --method moreau_jean --steps 100 -o pile.hdf5\n"

@@ -103,36 +103,38 @@ void run(const CLI::App& command, const EnsembleArguments& options, int& exit_co
 void add_ensemble_command(CLI::App& app, int& exit_code) {
   static EnsembleArguments options;
   auto* command = app.add_subcommand(
-      "ensemble", "one scene for many parameters and initial states, as CSV; exit code 1 when a run failed");
+      "ensemble", "run one scene for many parameters and initial states and write CSV; exit code 1 if a run failed");
   command->add_option("file", options.file,
-                      "JSON file with the fields of the options: \"problem\", \"parameters\", \"vary\", "
+                      "JSON file with the options as fields: \"problem\", \"parameters\", \"vary\", "
                       "\"runs\", \"seed\", \"method\", \"steps\", \"tolerance\", \"time_limit\"");
-  command->add_option("--problem,-p", options.problem, "scene id, see `ricochet list problems`, or scene FILE#ID");
-  command->add_option("--set", options.set, "NAME=VALUE, a parameter that is the same in all runs; may be repeated")
+  command->add_option("--problem,-p", options.problem,
+                      "name of a problem, see `ricochet list problems`, or scene FILE.json#ID");
+  command->add_option("--set", options.set, "NAME=VALUE: set a parameter in all runs; may be repeated")
       ->allow_extra_args(false);
   command
-      ->add_option("--vary", options.vary,
-                   "NAME=DISTRIBUTION, a parameter, or q0:0, v0:0 for a component of the initial state; may be "
-                   "repeated. Distributions: uniform:FROM:TO, log-uniform:FROM:TO, normal:MEAN:DEVIATION; grids: "
-                   "grid:FROM:TO:POINTS, log-grid:FROM:TO:PER_DECADE, values:A:B:...")
+      ->add_option(
+          "--vary", options.vary,
+          "NAME=DISTRIBUTION: vary a parameter, or a component q0:K or v0:K of the initial state; may be repeated. Distributions: uniform:FROM:TO, log-uniform:FROM:TO, normal:MEAN:DEVIATION; grids: "
+          "grid:FROM:TO:POINTS, log-grid:FROM:TO:PER_DECADE, values:A:B:...")
       ->allow_extra_args(false);
-  command->add_option("--runs", options.runs, "random draws, at each point of the grids");
-  command->add_option("--seed", options.seed, "of the draws; 1 by default")->check(non_negative_number());
+  command->add_option("--runs", options.runs, "number of random draws at each point of the grids");
+  command->add_option("--seed", options.seed, "seed of the draws (default: 1)")->check(non_negative_number());
   command->add_option("--method,-m", options.method, "method, see `ricochet list methods`");
-  auto* steps = command->add_option("--steps,-N", options.steps, "number of steps, of a fixed-step method");
-  command->add_option("--tolerance", options.tolerance, "tolerance, of an error-controlled method")->excludes(steps);
-  command->add_option("--time-limit", options.time_limit, "wall time of a run in seconds; 0 is none")
+  auto* steps = command->add_option("--steps,-N", options.steps, "number of steps (fixed-step methods)");
+  command->add_option("--tolerance", options.tolerance, "tolerance (error-controlled methods)")->excludes(steps);
+  command->add_option("--time-limit", options.time_limit, "limit of the wall time of a run in seconds; 0 for none")
       ->check(non_negative_number());
-  command->add_option("--threads", options.threads, "as many as the machine has by default; the file is the same")
-      ->check(positive_number());
-  auto* shard = command->add_option("--shard", options.shard,
-                                    "K/N, only the K-th of N equal parts of the runs, into NAME.shard-K-of-N.csv for "
-                                    "--out NAME.csv: of a campaign on several machines");
   command
-      ->add_option("--from-shards", options.shards,
-                   "FOLDER of the N shards, of which the CSV is made: the same as that of one process")
+      ->add_option("--threads", options.threads,
+                   "number of threads (default: all cores); the file does not depend on it")
+      ->check(positive_number());
+  auto* shard = command->add_option(
+      "--shard", options.shard,
+      "K/N: compute only the K-th of N equal parts and write NAME.shard-K-of-N.csv for --out NAME.csv");
+  command
+      ->add_option("--from-shards", options.shards, "merge the N shards in FOLDER; the CSV is that of a single process")
       ->excludes(shard);
-  command->add_option("-o,--out", options.out, "the CSV; an interrupted one is continued")->required();
+  command->add_option("-o,--out", options.out, "CSV file to be written; an interrupted one is continued")->required();
   command->footer(
       "Examples:\n"
       "  ricochet ensemble -p two_balls_spring --vary k=log-uniform:1e3:1e5 --vary e=uniform:0.5:0.9 --runs 10000\n"
