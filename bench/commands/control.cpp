@@ -132,10 +132,11 @@ int solve_control_problem(const ControlArguments& options) {
 
 void add_control_command(CLI::App& app, int& exit_code) {
   static ControlArguments o;
-  auto* command = app.add_subcommand("control", "optimal control through contact: solve, replay, draw");
+  auto* command =
+      app.add_subcommand("control", "solve an optimal control problem with contacts, replay it on the plant, draw it");
   o.control.add(*command);
-  command->add_flag("--no-replay", o.no_replay, "do not run the controls on the plant");
-  command->add_option("--plot", o.plot, "FOLDER for figures of the solution and an animation");
+  command->add_flag("--no-replay", o.no_replay, "do not replay the controls on the plant");
+  command->add_option("--plot", o.plot, "write figures and an animation of the solution to FOLDER");
   command->footer(
       "Examples:\n"
       "  ricochet control two_carts --simulate --sigma-0 0.01\n"

@@ -75,23 +75,24 @@ int control_in_closed_loop(const MpcArguments& options) {
 
 void add_mpc_command(CLI::App& app, int& exit_code) {
   static MpcArguments o;
-  auto* command = app.add_subcommand("mpc", "model predictive control through contact: solve, and again as it goes on");
+  auto* command = app.add_subcommand("mpc", "model predictive control with contacts: re-plan after every interval");
   o.control.add(*command);
   command
-      ->add_option("--updates", o.updates, "intervals after which the rest is planned again; default: all but the last")
+      ->add_option("--updates", o.updates,
+                   "number of intervals after which the rest is planned again (default: all but the last)")
       ->check(positive_number());
   command
-      ->add_option("--disturbance", o.disturbance,
-                   "before every update positions move by up to this [m, rad], velocities by this part of theirs; "
-                   "drawn with --seed")
+      ->add_option(
+          "--disturbance", o.disturbance,
+          "largest random disturbance before an update: of positions in m or rad, of velocities relative; drawn with --seed")
       ->capture_default_str();
   command
       ->add_option("--sigma-warm", o.control.homotopy.sigma_warm,
-                   "first relaxation parameter where the branch of the plan has no solution")
+                   "first relaxation parameter if the branch of the plan has no solution")
       ->capture_default_str();
   command
       ->add_option("--update-limit", o.control.homotopy.warm_time_limit,
-                   "wall time of one update [s]; behind it the plan before stays in force; 0 for none")
+                   "limit of the wall time of an update [s], after which the previous plan stays in force; 0 for none")
       ->capture_default_str();
   command->footer("Example:\n  ricochet mpc two_carts --simulate --sigma-0 0.01 --updates 3 --disturbance 0.001");
   command->callback([&exit_code] { exit_code = control_in_closed_loop(o); });

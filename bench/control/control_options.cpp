@@ -41,57 +41,67 @@ FesdEquations::Options equation_options(const ControlOptions& options, const Opt
 }  // namespace
 
 void ControlOptions::add(CLI::App& command) {
-  command.add_option("problem", problem, "optimal control problem, see `ricochet list control`")->required();
-  command.add_option("--set", changes, "NAME=VALUE, a parameter of the problem; may be repeated")
+  command.add_option("problem", problem, "name of an optimal control problem, see `ricochet list control`")->required();
+  command.add_option("--set", changes, "NAME=VALUE: set a parameter of the problem; may be repeated")
       ->allow_extra_args(false);
-  command.add_option("--intervals,-N", intervals, "control intervals")->check(positive_number());
-  command.add_option("--discretisation", discretisation, "fesd, time_freezing or time_stepping")
+  command.add_option("--intervals,-N", intervals, "number of control intervals")->check(positive_number());
+  command.add_option("--discretisation", discretisation, "discretisation: fesd, time_freezing or time_stepping")
       ->check(CLI::IsMember({"fesd", "time_freezing", "time_stepping"}))
       ->capture_default_str();
-  command.add_option("--steps", steps, "per interval, of --discretisation time_stepping")
+  command.add_option("--steps", steps, "steps per interval (--discretisation time_stepping)")
       ->check(positive_number())
       ->capture_default_str();
-  command.add_option("--a-n", freezing.a_n, "gap acceleration of a push [m/s^2], of --discretisation time_freezing")
+  command.add_option("--a-n", freezing.a_n, "gap acceleration of a push [m/s^2] (--discretisation time_freezing)")
       ->capture_default_str();
   command
       .add_option("--bounce", freezing.bounce,
-                  "pseudo time of a bounce in control intervals, of --discretisation time_freezing")
+                  "pseudo time of a bounce in control intervals (--discretisation time_freezing)")
       ->capture_default_str();
-  command.add_option("--elements", elements, "finite elements per interval")->check(positive_number());
-  command.add_option("--tableau", tableau, "FAMILY:STAGES, or @FILE");
-  command.add_option("--cross", cross, "cross complementarity: sparse, per_stage, aggregated")->capture_default_str();
-  command.add_option("--impulses", impulses, "position_velocity or slack")->capture_default_str();
-  command.add_option("--cone", cone, "friction cone: exact, squared, polyhedral")->capture_default_str();
-  command.add_option("--equilibration", equilibration, "of the steps: objective, exact, tanh, none")
+  command.add_option("--elements", elements, "number of finite elements per interval")->check(positive_number());
+  command.add_option("--tableau", tableau, "Runge-Kutta tableau, FAMILY:STAGES or @FILE");
+  command.add_option("--cross", cross, "form of the cross complementarity: sparse, per_stage or aggregated")
+      ->capture_default_str();
+  command.add_option("--impulses", impulses, "form of the impulses: position_velocity or slack")->capture_default_str();
+  command.add_option("--cone", cone, "friction cone: exact, squared or polyhedral")->capture_default_str();
+  command.add_option("--equilibration", equilibration, "step equilibration: objective, exact, tanh or none")
       ->capture_default_str();
   command.add_option("--rho", equations.rho, "weight of --equilibration objective")->capture_default_str();
-  command.add_flag("!--capture", equations.no_capture, "as published: a closed element may absorb a bounce");
-  command.add_flag("--project", equations.projects, "end velocities of curved contacts without friction are projected");
-  command.add_option("--eps-c", equations.eps_c, "gaps stay open over this part of a step; 0 for none")
+  command.add_flag("!--capture", equations.no_capture,
+                   "let a closed element absorb a bounce, as the published equations do");
+  command.add_flag("--project", equations.projects, "project end velocities of curved contacts without friction");
+  command.add_option("--eps-c", equations.eps_c, "fraction of a step over which open gaps must stay open; 0 for none")
       ->capture_default_str();
-  command.add_option("--relaxation", homotopy.relaxation, "of the complementarity pairs")->capture_default_str();
+  command.add_option("--relaxation", homotopy.relaxation, "relaxation of the complementarity pairs")
+      ->capture_default_str();
   command.add_option("--sigma-0", homotopy.sigma_0, "first relaxation parameter")->capture_default_str();
-  command.add_option("--sigma-final", homotopy.sigma_final, "last one, before the crossover")->capture_default_str();
-  command.add_option("--factor", homotopy.factor, "from one sigma to the next")->capture_default_str();
-  command.add_flag("--superlinear", superlinear, "sigma to the power 1.5 when that is less than factor * sigma");
-  command.add_option("--max-iterations", homotopy.max_iterations, "of one homotopy step")->capture_default_str();
-  command.add_option("--max-branches", homotopy.max_branches, "branches that the crossover tries besides the first")
+  command.add_option("--sigma-final", homotopy.sigma_final, "last relaxation parameter before the crossover")
+      ->capture_default_str();
+  command.add_option("--factor", homotopy.factor, "factor from one relaxation parameter to the next")
+      ->capture_default_str();
+  command.add_flag("--superlinear", superlinear, "use sigma to the power 1.5 if it is less than factor * sigma");
+  command.add_option("--max-iterations", homotopy.max_iterations, "iteration limit of a homotopy step")
+      ->capture_default_str();
+  command
+      .add_option("--max-branches", homotopy.max_branches,
+                  "number of branches that the crossover tries after the first")
       ->check(non_negative_number())
       ->capture_default_str();
-  command.add_option("--time-limit", homotopy.time_limit, "wall time [s]; 0 for none")
+  command.add_option("--time-limit", homotopy.time_limit, "limit of the wall time [s]; 0 for none")
       ->capture_default_str()
       ->check(non_negative_number());
-  command.add_flag("--simulate", simulate, "guess: the motion under the guessed control, instead of a constant state");
+  command.add_flag("--simulate", simulate,
+                   "initial guess: the motion under the guessed control (default: a constant state)");
   command
-      .add_option("--from-time-stepping", from_time_stepping,
-                  "guess: the motion under the controls that time stepping finds, with so many steps per interval")
+      .add_option(
+          "--from-time-stepping", from_time_stepping,
+          "initial guess: the motion under controls found by time stepping with this number of steps per interval")
       ->check(positive_number());
   command
       .add_option("--explore", exploration.rounds,
-                  "guess: the best motion of a random search over the controls with so many rounds")
+                  "initial guess: the best motion of a random search over the controls with this number of rounds")
       ->check(non_negative_number());
-  command.add_option("--noise", noise, "random change of the guessed positions, up to this")->capture_default_str();
-  command.add_option("--seed", exploration.seed, "of --explore and --noise")
+  command.add_option("--noise", noise, "largest random change of the guessed positions")->capture_default_str();
+  command.add_option("--seed", exploration.seed, "seed of --explore and --noise")
       ->check(non_negative_number())
       ->capture_default_str();
 }
