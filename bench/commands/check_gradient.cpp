@@ -70,7 +70,7 @@ int check_gradient(const std::string& path, double limit) {
     for (const GradientCase& c : cases)
       fmt::print("{} ({}): {}\n  ricochet run {}\n", c.name, c.of, c.title,
                  problem_options(c.choice.problem, c.choice.parameters));
-    fmt::print("\nA file to fill in, with the cases that you have:\n{}\n", empty_file(cases).dump(2));
+    fmt::print("\nA file to fill in; remove the cases that you do not have:\n{}\n", empty_file(cases).dump(2));
     return 0;
   }
   const json file = read_input_json(path, "file of derivatives");
@@ -95,10 +95,9 @@ void add_check_gradient_command(CLI::App& app, int& exit_code) {
   static std::string path;
   static double limit = 1e-3;
   auto* command =
-      app.add_subcommand("check-gradient", "scores derivatives through impacts and stops that another program found");
-  command->add_option("file", path,
-                      "JSON with derivatives; without it the cases are described, with a file to fill in");
-  command->add_option("--limit", limit, "error that is right, relative to the largest exact derivative of a case")
+      app.add_subcommand("check-gradient", "score derivatives through impacts and stops that another program computed");
+  command->add_option("file", path, "JSON file with derivatives; without it, print the cases and a file to fill in");
+  command->add_option("--limit", limit, "largest correct error, relative to the largest exact derivative of a case")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->footer("Examples:\n  ricochet check-gradient > mine.txt\n  ricochet check-gradient mine.json");

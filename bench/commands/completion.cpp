@@ -48,12 +48,12 @@ if [[ $funcstack[1] == _ricochet ]]; then _ricochet "$@"; else compdef _ricochet
 
 void add_completion_command(CLI::App& app, int& /*exit_code*/) {
   static std::vector<std::string> line;
-  auto* command = app.add_subcommand("completion", "a script for a shell, which then completes commands and names");
+  auto* command = app.add_subcommand("completion", "print a script that completes commands and names in a shell");
   command->require_subcommand(1);
   command->add_subcommand("bash", "for bash")->callback([] { fmt::print("{}", kBash); });
   command->add_subcommand("zsh", "for zsh")->callback([] { fmt::print("{}", kZsh); });
-  auto* words = command->add_subcommand("words", "what the scripts ask")->group("");
-  words->add_option("line", line, "words behind the name of the program; the last one is completed");
+  auto* words = command->add_subcommand("words", "called by the scripts")->group("");
+  words->add_option("line", line, "words after the name of the program; the last one is completed");
   words->callback([&app] {
     for (const auto& word : completions(app, line)) fmt::print("{}\n", word);
   });

@@ -65,24 +65,28 @@ void add_fuzz_command(CLI::App& app, int& exit_code) {
   static FuzzArguments options;
   auto* command = app.add_subcommand(
       "fuzz",
-      "random scenes, on which fesd_adaptive, fesd, CVODE and Moreau-Jean are compared; exit code 1 when they disagree "
-      "on one and nothing explains it, or when one hangs");
-  command->add_option("--scenes", options.fuzz.scenes, "how many")->capture_default_str()->check(positive_number());
-  command->add_option("--seed", options.fuzz.seed, "another seed, other scenes")->capture_default_str();
-  command->add_option("--time", options.fuzz.time, "wall time after which no further scene is begun [s]")
-      ->check(non_negative_number());
-  command->add_option("--family", options.fuzz.families, "only this kind of scene; may be repeated")
-      ->allow_extra_args(false);
-  command->add_option("--time-limit", options.fuzz.judge.time_limit, "of a run [s]; after twice this time it is killed")
+      "compare fesd_adaptive, fesd, CVODE, Moreau-Jean and event_driven on random scenes; exit code 1 if they disagree without an explanation or one hangs");
+  command->add_option("--scenes", options.fuzz.scenes, "number of scenes")
       ->capture_default_str()
       ->check(positive_number());
-  command->add_option("--minimise-time", options.fuzz.minimise_time, "that a scene that is kept may take [s]")
+  command->add_option("--seed", options.fuzz.seed, "seed of the scenes")->capture_default_str();
+  command->add_option("--time", options.fuzz.time, "wall time after which no new scene is started [s]")
+      ->check(non_negative_number());
+  command->add_option("--family", options.fuzz.families, "draw only this family of scenes; may be repeated")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--time-limit", options.fuzz.judge.time_limit,
+                   "limit of the wall time of a run [s]; after twice this time it is killed")
+      ->capture_default_str()
+      ->check(positive_number());
+  command
+      ->add_option("--minimise-time", options.fuzz.minimise_time, "limit of the wall time for minimising a scene [s]")
       ->capture_default_str()
       ->check(non_negative_number());
-  command->add_option("--number", options.number, "judge this scene of the family alone");
-  command->add_option("--scene", options.scene, "judge the scene of this file alone");
-  command->add_flag("--print", options.print, "with --number: print the scene, and run nothing");
-  command->add_option("-o,--out", options.fuzz.folder, "folder for results and scenes")->capture_default_str();
+  command->add_option("--number", options.number, "judge only the scene of the family with this number");
+  command->add_option("--scene", options.scene, "judge only the scene in this file");
+  command->add_flag("--print", options.print, "with --number: print the scene and run nothing");
+  command->add_option("-o,--out", options.fuzz.folder, "folder of results and scenes")->capture_default_str();
   command->footer(
       "Examples:\n"
       "  ricochet fuzz --scenes 20 --seed 1 -o out/fuzz\n"
@@ -108,7 +112,8 @@ void add_fuzz_command(CLI::App& app, int& exit_code) {
       exit_code = 1;
     }
     if (static_cast<int>(scenes.size()) < options.fuzz.scenes)
-      fmt::print("{} of {} scenes: the time is over; the same command continues\n", scenes.size(), options.fuzz.scenes);
+      fmt::print("{} of {} scenes: time limit reached; repeat the command to continue\n", scenes.size(),
+                 options.fuzz.scenes);
     fmt::print("results: {}\n", options.fuzz.folder);
   });
 }

@@ -128,10 +128,10 @@ void describe(const std::string& name) {
 void add_list_command(CLI::App& app, int&) {
   static std::string what = "all";
   auto* command =
-      app.add_subcommand("list", "what there is: problems, optimal control problems, methods, studies, experiments");
-  command->add_option("what", what,
-                      "methods, problems, control, studies or experiments; or one name: a problem with its parameters, "
-                      "defaults and units, a method with its options, a study with its fields, an experiment");
+      app.add_subcommand("list", "list problems, optimal control problems, methods, studies and experiments");
+  command->add_option(
+      "what", what,
+      "methods, problems, control, studies or experiments; or a name: the parameters of a problem with defaults and units, the options of a method, the fields of a study, an experiment");
   command->footer("Examples:\n  ricochet list problems\n  ricochet list two_balls_spring\n  ricochet list fesd");
   command->callback([] {
     if (!std::set<std::string>{"all", "methods", "problems", "control", "studies", "experiments"}.contains(what))

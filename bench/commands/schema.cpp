@@ -14,12 +14,11 @@ void add_schema_command(CLI::App& app, int& /*exit_code*/) {
   static std::string what;
   static bool as_page = false;
   auto* command = app.add_subcommand(
-      "schema",
-      "what a scene or an experiment file may hold, and what `ricochet run --json` prints, as JSON Schema or as a page");
+      "schema", "print the JSON Schema of scene files, of experiment files or of `ricochet run --json`");
   command->add_option("what", what, "scene, experiment or run")
       ->required()
       ->check(CLI::IsMember({"scene", "experiment", "run"}));
-  command->add_flag("--page", as_page, "in Markdown, with units and examples");
+  command->add_flag("--page", as_page, "print a Markdown page with units and examples instead");
   command->footer("Example:\n  ricochet schema experiment > experiment.schema.json");
   command->callback([] {
     if (as_page)

@@ -89,26 +89,26 @@ int verify(const VerifyOptions& options) {
 
 void add_verify_command(CLI::App& app, int& exit_code) {
   static VerifyOptions options;
-  auto* command = app.add_subcommand("verify",
-                                     "the scorecard of a method: orders, sensitivities, truth, promises, hard cases; "
-                                     "exit code 1 when a check fails that is not known to");
+  auto* command = app.add_subcommand(
+      "verify",
+      "check a method and print its scorecard: orders, sensitivities, truth, promises, hard cases; exit code 1 if a check fails unexpectedly");
   command->add_option("--method,-m", options.method, "method, see `ricochet list methods`");
-  command->add_flag("--quick", options.quick, "the short battery, for a look after each change");
-  command->add_option("--check", options.only, "only this check, GROUP/CHECK or a pattern with *; may be repeated")
+  command->add_flag("--quick", options.quick, "run the short battery, which takes seconds");
+  command->add_option("--check", options.only, "run only this check, GROUP/CHECK or a pattern with *; may be repeated")
       ->allow_extra_args(false);
   command
-      ->add_option(
-          "--known", options.known,
-          "a check, GROUP/CHECK or a pattern with *, that is known to fail: it does not count; may be repeated")
+      ->add_option("--known", options.known,
+                   "allow this check to fail, GROUP/CHECK or a pattern with *; may be repeated")
       ->allow_extra_args(false);
-  command->add_flag("--list", options.lists, "print the names of the checks, and run none");
-  command->add_option("--battery", options.battery, "experiment of kind verify: a name, or a file of your own")
+  command->add_flag("--list", options.lists, "print the names of the checks and run none");
+  command->add_option("--battery", options.battery, "experiment of kind verify: a name or a file")
       ->capture_default_str();
-  command->add_option("--time-limit", options.time_limit, "wall time of a check in seconds")->check(positive_number());
+  command->add_option("--time-limit", options.time_limit, "limit of the wall time of a check in seconds")
+      ->check(positive_number());
   command->add_flag("--json", options.as_json, "print JSON (schema ricochet-scorecard-1)");
-  command->add_option("--junit", options.junit, "FILE for the scorecard as JUnit XML");
-  command->add_option("--badge", options.badge, "FILE for a badge, SVG");
-  command->add_option("--summary", options.summary, "FILE for a summary in Markdown");
+  command->add_option("--junit", options.junit, "write the scorecard to FILE as JUnit XML");
+  command->add_option("--badge", options.badge, "write a badge to FILE as SVG");
+  command->add_option("--summary", options.summary, "write a summary to FILE in Markdown");
   command->footer(
       "Examples:\n"
       "  ricochet verify --method moreau_jean --quick\n"

@@ -11,10 +11,10 @@ namespace ricochet {
 struct FuzzOptions {
   int scenes = 500;
   int seed = 1;
-  double time = 0;                    ///< wall time after which no further scene is begun [s]; 0: none
+  double time = 0;                    ///< wall time after which no new scene is started [s]; 0: none
   std::vector<std::string> families;  ///< empty: all
   std::string folder = "out/fuzz";
-  double minimise_time = 60;  ///< that a scene that is kept may take [s]; 0: as it was drawn
+  double minimise_time = 60;  ///< limit of the wall time for minimising a scene [s]; 0: as it was drawn
   JudgeOptions judge;
   std::string command_line;  ///< for the header
 
