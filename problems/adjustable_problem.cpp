@@ -34,7 +34,7 @@ AdjustableProblem::AdjustableProblem(Make make, std::vector<std::string> names) 
   std::set<std::string> seen;
   for (const auto& name : names) {
     places_.push_back(place_of(*problem, name));
-    if (!seen.insert(name).second) throw InputError("varied", name, "once is enough");
+    if (!seen.insert(name).second) throw InputError("varied", name, "this quantity is given twice");
   }
   has_parameters_ = std::ranges::any_of(places_, [](const Place& p) { return p.of == Place::Of::parameter; });
   if (has_parameters_ && symbolic(*problem)) symbolic(*problem)->open_parameters();

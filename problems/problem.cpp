@@ -131,8 +131,11 @@ void validate_bilateral(const Problem& problem, const Vector& f_c, const Matrix&
   const double smallest = qr.matrixQR().diagonal().cwiseAbs().minCoeff();
   if (!(smallest >= kRank)) {
     const int i = info.bilateral[qr.colsPermutation().indices()[info.n_bilateral() - 1]];
-    throw InputError(fmt::format("contacts[{}].Jn ({})", i, info.contacts[i].name), smallest,
-                     fmt::format("a part of at least {} that no other bilateral constraint has is required", kRank));
+    throw InputError(
+        fmt::format("contacts[{}].Jn ({})", i, info.contacts[i].name), smallest,
+        fmt::format(
+            "bilateral constraints must be independent: a component of at least {} orthogonal to the others is required",
+            kRank));
   }
 }
 
@@ -150,12 +153,12 @@ void validate_impact_law(const ProblemInfo& info) {
     const auto& contact = info.contacts[i];
     const auto field = [&](const char* entry) { return fmt::format("contacts[{}].{} ({})", i, entry, contact.name); };
     if (is_lzb && contact.n_t > 0)
-      throw InputError(field("mu"), contact.mu, "impact law lzb is one without friction, 0 is required");
+      throw InputError(field("mu"), contact.mu, "impact law lzb has no friction: 0 is required");
     if (is_lzb && contact.eps_r == 0)
-      throw InputError(field("e"), contact.eps_r, "impact law lzb divides by it, e in (0, 1] is required");
+      throw InputError(field("e"), contact.eps_r, "impact law lzb divides by e: a value in (0, 1] is required");
     if (contact.n_t > 1)
       throw InputError(field("Jt"), contact.n_t,
-                       fmt::format("impact law {} is one of the plane, one tangent at most is possible", name));
+                       fmt::format("impact law {} is defined in the plane: at most one tangent is possible", name));
   }
   if (!is_lzb) return;
   if (!(law.eta >= 1) || !std::isfinite(law.eta))

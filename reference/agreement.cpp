@@ -142,8 +142,9 @@ Reference make_reference(const Problem& problem, double tolerance) {
     if (&other == &others[2]) {
       // The loosest run is no measure of the error, but a million tolerances away it has followed another motion.
       if (distance > 1e7 * tolerance * size) {
-        throw std::runtime_error(fmt::format("reference of {}: the loosest run ends {:.1e} away from the others",
-                                             problem.info().id, distance));
+        throw std::runtime_error(
+            fmt::format("reference of {}: the run with the loosest tolerance differs from the best by {:.1e}",
+                        problem.info().id, distance));
       }
       continue;
     }

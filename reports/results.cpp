@@ -123,8 +123,8 @@ Results parse_results(const std::string& path, const std::string& all) {
       throw InputError(fmt::format("{}not a line of a results file: {}", place, error.what()));
     }
     if (kind == "header" && !results.header.is_null())
-      throw InputError(place + "a second header: two runs have written into this file");
-    if (results.is_complete) throw InputError(place + "a line behind the end: two runs have written into this file");
+      throw InputError(place + "a second header: two runs have written to this file");
+    if (results.is_complete) throw InputError(place + "a line after the end: two runs have written to this file");
     if (kind == "header") {
       header_schema().check(line, place);
       if (const int schema = line["schema"]; schema != kResultsSchema)

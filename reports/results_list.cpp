@@ -19,7 +19,7 @@ void require_different(const std::vector<ShownResults>& list) {
     if (const auto [first, is_new] = experiments.emplace(experiment, path); !is_new)
       throw InputError(
           "results file", path,
-          fmt::format("{} is of experiment {}, too; one file of each is allowed", first->second, experiment));
+          fmt::format("{} also contains experiment {}; one file of each is allowed", first->second, experiment));
     if (const auto [first, is_new] = names.emplace(name, path); !is_new)
       throw InputError("results file", path,
                        fmt::format("{} has the same name; files with different names are required", first->second));

@@ -67,7 +67,7 @@ void require_writable_there(const std::string& what, const fs::path& path) {
 }
 
 void require_new_file(const std::string& what, const fs::path& path) {
-  if (fs::exists(path)) throw InputError(what, path.string(), "it exists; a new file is required");
+  if (fs::exists(path)) throw InputError(what, path.string(), "the file exists; a new file is required");
   require_writable_there(what, path);
 }
 
@@ -75,7 +75,7 @@ void require_writable_folder(const std::string& what, const fs::path& path) {
   std::error_code error;
   fs::path there = fs::absolute(path);
   while (!fs::exists(there, error) && there.has_relative_path()) there = there.parent_path();
-  if (!fs::is_directory(there, error)) throw InputError(what, path.string(), "cannot be written: it is no folder");
+  if (!fs::is_directory(there, error)) throw InputError(what, path.string(), "cannot be written: it is not a folder");
   const fs::path probe = there / ".ricochet";
   if (!std::ofstream(unfinished(probe))) throw InputError(what, path.string(), "cannot be written: it is closed");
   fs::remove(unfinished(probe), error);

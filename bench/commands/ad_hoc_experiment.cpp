@@ -96,7 +96,7 @@ std::string or_usual(const std::string& given, const char* usual) {
 void require_taken(const std::string& option, const std::string& given, bool is_taken,
                    const std::vector<std::string>& methods) {
   if (!given.empty() && !is_taken)
-    throw InputError(option, given, fmt::format("none of the methods takes it: {}", fmt::join(methods, "  ")));
+    throw InputError(option, given, fmt::format("none of the methods supports it: {}", fmt::join(methods, "  ")));
 }
 
 /// "NAME,PARAMETER=VALUE,...".

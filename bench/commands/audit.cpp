@@ -29,7 +29,7 @@ struct AuditArguments {
     if (method.empty() && has_problem) std::swap(method, problem_id);
     if (method.empty()) throw InputError("--method", "''", "a method is required");
     if (problem_id.empty()) return;
-    if (has_problem) throw InputError("problem_id", problem_id, "no --problem and no --scene beside it is required");
+    if (has_problem) throw InputError("problem_id", problem_id, "the problem is also given by --problem or --scene");
     problem.problem = problem_id;
   }
 };

@@ -58,7 +58,7 @@ std::vector<Gated> read_all(const std::vector<std::string>& paths) {
   for (const auto& path : paths) {
     list.push_back(read_gated(path));
     if (const std::string id = id_of(list.back()); !experiments.insert(id).second)
-      throw InputError("results file", path, fmt::format("another one is of {}, too", id));
+      throw InputError("results file", path, fmt::format("another file also contains {}", id));
   }
   return list;
 }
@@ -117,7 +117,7 @@ void make_room(const std::string& path, const std::string& option, const std::ve
   if (fs::is_directory(path, error)) throw InputError(option, path, "it is a folder");
   if (path.empty() || !fs::is_regular_file(path, error)) return;
   for (const auto& other : read) {
-    if (fs::equivalent(path, other, error)) throw InputError(option, path, "this file is read");
+    if (fs::equivalent(path, other, error)) throw InputError(option, path, "the file is also an input");
   }
   if (!fs::remove(path, error)) throw InputError(option, path, "it cannot be written");
 }

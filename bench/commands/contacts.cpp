@@ -178,7 +178,8 @@ void add_solve(CLI::App& contacts, int& exit_code) {
     std::erase_if(problems, [](const auto& stored) {
       return static_cast<int>(stored.problem.contacts.size()) < options.least_contacts;
     });
-    if (problems.empty()) throw InputError("--min-contacts", options.least_contacts, "no problem has as many contacts");
+    if (problems.empty())
+      throw InputError("--min-contacts", options.least_contacts, "no problem has that many contacts");
     if (each || (problems.size() <= kMostOneByOne && options.svg.empty()))
       solve_each(options, problems, exit_code);
     else

@@ -81,8 +81,7 @@ void run(const CLI::App& command, const EnsembleArguments& options, int& exit_co
   if (!options.shards.empty()) shards = complete_shards(options.out, options.shards, ensemble);
   EnsembleFile file(path, ensemble, workers.front()->base(), shard);
   const std::int64_t n_runs = file.end() - file.begin();
-  if (file.n_done() > file.begin())
-    fmt::print("{} of {} runs are there already\n", file.n_done() - file.begin(), n_runs);
+  if (file.n_done() > file.begin()) fmt::print("{} of {} runs already exist\n", file.n_done() - file.begin(), n_runs);
   if (!shards.empty()) merge_shards(file, shards, csv_header(ensemble, workers.front()->base()));
   Progress progress("ensemble");
   const auto begin = std::chrono::steady_clock::now();

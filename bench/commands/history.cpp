@@ -53,7 +53,7 @@ void add_history_command(CLI::App& app, int& exit_code) {
     exit_code = make_history(folder, commits);
     if (exit_code == kNoHistory)
       throw InputError("history", std::filesystem::current_path().string(),
-                       "a checkout by git is required, with commits that changed reports/baselines/");
+                       "a git checkout with commits that changed reports/baselines/ is required");
   });
 }
 

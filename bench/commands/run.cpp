@@ -95,8 +95,8 @@ void add_reference(const RunArguments& options, RunReport& report) {
 /// @throws InputError when the method says nothing of it
 void write_motion(const RunArguments& options, const RunReport& report) {
   if (report.solution.motion.empty())
-    throw InputError(fmt::format(
-        "method {} says nothing of the motion between its steps: there is nothing to draw or to write", report.method));
+    throw InputError(fmt::format("method {} records no motion between its steps: there is nothing to draw or to write",
+                                 report.method));
   FILE* to = options.as_json ? stderr : stdout;
   if (!options.plot.empty()) {
     const std::string setting = Setting{report.settings.steps, report.settings.tolerance}.text();

@@ -103,7 +103,7 @@ int run_and_show(const ExperimentCommand& command) {
     const ShownResults shown = shown_results(paths.back());
     print_results(shown, command.print);
     const int here = surprises(shown.results);
-    if (here > 0) fmt::print("{} rows failed that the experiment does not expect to fail\n\n", here);
+    if (here > 0) fmt::print("{} rows failed unexpectedly\n\n", here);
     failed += here;
     if (!command.page.empty()) page.update(paths, paths.size() == parts.size());
   }
@@ -199,7 +199,8 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
     if (!times_text.empty()) options.run.times = read_times_mark(times_text);
     if (!shard_text.empty()) options.run.shard = read_shard(shard_text);
     if (options.experiment.empty()) {
-      if (problems.size() > 1) throw InputError("--problem", problems[1], "without an experiment one is required");
+      if (problems.size() > 1)
+        throw InputError("--problem", problems[1], "without an experiment, exactly one problem is required");
       options.ad_hoc.methods = methods;
       if (!problems.empty()) options.ad_hoc.problem = problems.front();
     } else {

@@ -41,7 +41,7 @@ void print_events(const RunReport& report, std::size_t shown) {
   std::set<std::string> at_instant;
   std::size_t repeated = 0, lines = 0, k = 0;
   const auto print_repeated = [&] {
-    if (repeated > 0) fmt::print("  these again, {} events at t = {}\n", repeated, instant);
+    if (repeated > 0) fmt::print("  and {} more events of these kinds at t = {}\n", repeated, instant);
     repeated = 0;
   };
   for (; k < solution.events.size(); ++k) {
@@ -63,7 +63,7 @@ void print_events(const RunReport& report, std::size_t shown) {
                e.kind == EventKind::impact ? fmt::format("  Lambda_n = {:.6g} N s", e.Lambda_n[e.contact]) : "");
   }
   print_repeated();
-  if (k < solution.events.size()) fmt::print("  and {} more, which --events shows\n", solution.events.size() - k);
+  if (k < solution.events.size()) fmt::print("  and {} more events, see --events\n", solution.events.size() - k);
 }
 
 void print_sensitivities(const RunReport& report, std::size_t shown) {
@@ -263,7 +263,7 @@ void print_error(const RunReport& report) {
     fmt::print("error      {:.3g} in (q, v) at the end time\nreference  {}; its own error is below {:.1g}\n",
                report.reference->error_of(report.solution), report.reference->how, report.reference->uncertainty);
   else if (!report.without_reference.empty())
-    fmt::print("error      not known: {}\n", report.without_reference);
+    fmt::print("error      unknown: {}\n", report.without_reference);
 }
 
 ordered_json run_json(const RunReport& report) {

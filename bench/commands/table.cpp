@@ -132,13 +132,13 @@ void add_table_command(CLI::App& app, int&) {
       "  ricochet table out/results/two_balls_order.jsonl --pgfplots -o out/figure.tex");
   command->callback([] {
     if (!options.latex && !options.tidy && !options.pgfplots)
-      throw InputError("table", "no form", "--latex, --tidy or --pgfplots is required");
+      throw InputError("--latex, --tidy or --pgfplots is required");
     if (options.tidy && options.results.size() > 1)
       throw InputError("results", options.results[1], "--tidy takes one results file: others have other columns");
     if (options.tidy && !options.views.empty())
-      throw InputError("--view", options.views.front(), "--tidy has every run");
+      throw InputError("--view", options.views.front(), "--tidy always writes every run");
     if (!options.columns.empty() && !options.latex)
-      throw InputError("--columns", options.columns, "--latex is required: it has tables");
+      throw InputError("--columns", options.columns, "--latex is required, which writes tables");
     if (!(options.width >= 2 && options.width <= 200))
       throw InputError("--width", fmt::format("{}", options.width), "2 to 200 [cm] is required");
     if (!options.file.empty()) require_writable("table", options.file);

@@ -26,7 +26,7 @@ std::vector<double> numbers_of(const std::string& text, const std::string& argum
     double value = 0;
     const auto [rest, error] = std::from_chars(part.data(), part.data() + part.size(), value);
     if (error != std::errc() || rest != part.data() + part.size() || !std::isfinite(value))
-      throw InputError("vary", text, fmt::format("'{}' is no finite number", part));
+      throw InputError("vary", text, fmt::format("'{}' is not a finite number", part));
     numbers.push_back(value);
   }
   return numbers;

@@ -176,7 +176,7 @@ std::vector<std::unique_ptr<EnsembleWorker>> make_workers(const Ensemble& ensemb
   if (threads < 1) throw InputError("threads", threads, "a number >= 1 is required");
   if (threads > 1 && runs_in_one_thread(ensemble.method))
     throw InputError("threads", threads,
-                     fmt::format("1 is required: {} has state that threads would share", ensemble.method));
+                     fmt::format("1 is required: the library of {} has global state", ensemble.method));
   Eigen::initParallel();  // measures the caches now, not in the first threads that multiply
   std::vector<std::unique_ptr<EnsembleWorker>> workers;
   for (int k = 0; k < threads; ++k) workers.push_back(std::make_unique<EnsembleWorker>(ensemble));

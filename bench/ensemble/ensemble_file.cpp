@@ -45,7 +45,7 @@ std::set<int> numbers_of_shards(const std::string& path) {
   if (error) throw InputError("--from-shards", folder.string(), error.message());
   if (numbers.empty())
     throw InputError("--from-shards", folder.string(),
-                     fmt::format("it has no shard of {}", fs::path(path).filename().string()));
+                     fmt::format("the folder contains no shard of {}", fs::path(path).filename().string()));
   return numbers;
 }
 
@@ -75,8 +75,7 @@ EnsembleFile::EnsembleFile(std::string path, const Ensemble& ensemble, const Pro
     if (!known.is_object() || known.value("key", "") != description["key"])
       throw InputError(
           "-o", path_,
-          "it holds another ensemble, or one of another build of the program; another name is required, or "
-          "that it is removed");
+          "the file contains another ensemble, or one of another build; choose another name, or remove the file");
   }
   if (is_there) {
     is_complete_ = true;
@@ -172,11 +171,10 @@ void merge_shards(EnsembleFile& file, const std::vector<std::string>& shards, co
   for (const auto& shard : shards) {
     std::ifstream lines(shard, std::ios::binary);
     std::string line, buffer;
-    if (!std::getline(lines, line) || line + "\n" != header)
-      throw InputError("shard", shard, "its header is another one");
+    if (!std::getline(lines, line) || line + "\n" != header) throw InputError("shard", shard, "its header differs");
     for (; std::getline(lines, line); ++next) {
       if (lines.eof() || !line.starts_with(fmt::format("{},", next)))
-        throw InputError("shard", shard, fmt::format("run {} is not whole", next));
+        throw InputError("shard", shard, fmt::format("run {} is incomplete", next));
       if (next < file.n_done()) continue;
       buffer += line + "\n";
       if (buffer.size() < kMostBuffered) continue;
@@ -186,7 +184,8 @@ void merge_shards(EnsembleFile& file, const std::vector<std::string>& shards, co
     if (!buffer.empty()) file.append(next, buffer);
   }
   if (next != file.end())
-    throw InputError("shard", shards.back(), fmt::format("with the others it has {} of {} runs", next, file.end()));
+    throw InputError("shard", shards.back(),
+                     fmt::format("together the shards contain {} of {} runs", next, file.end()));
   file.finish();
 }
 

@@ -57,7 +57,7 @@ std::string command_of(const std::string& name, const RunOptions& options) {
 }
 
 [[noreturn]] void throw_nothing_selected(const ExperimentFile& experiment) {
-  throw InputError("--method, --problem", experiment.name, "it has no run that fits both");
+  throw InputError("--method, --problem", experiment.name, "no run matches all patterns");
 }
 
 bool measures_times(const Study& study, const json& document) {
@@ -104,7 +104,7 @@ void require_shareable(const Study& study, const json& document, const RunOption
     if (is_beside && measures_times(study, document) && options.times == TimesMark::exclusive)
       throw InputError(
           "--times", "exclusive",
-          fmt::format("shared is required with --jobs {}, whose processes run beside each other", options.jobs));
+          fmt::format("shared is required with --jobs {}, because its processes run at the same time", options.jobs));
   }
   if (!options.shard.is_all())
     require("--shard", fmt::format("{}/{}", options.shard.number, options.shard.of), "1/1", any);

@@ -103,9 +103,8 @@ void require_match(const std::string& option, const std::vector<std::string>& pa
   for (const auto& pattern : patterns) {
     if (std::ranges::any_of(names, [&](const auto& name) { return matches(name, pattern); })) continue;
     throw InputError(option, pattern,
-                     names.empty()
-                         ? std::string("the experiment has none to choose from")
-                         : fmt::format("the experiment has none of this name; it has {}", fmt::join(names, "  ")));
+                     names.empty() ? std::string("the experiment has nothing to select from")
+                                   : fmt::format("the experiment has no such name; it has {}", fmt::join(names, "  ")));
   }
 }
 

@@ -183,8 +183,7 @@ GridResults read_baseline(const std::string& path) try {
 }
 
 void write_baseline(const GridResults& results, const std::string& path) {
-  if (results.records.empty())
-    throw InputError("baseline file", path, "the results have no run: it would hold nothing");
+  if (results.records.empty()) throw InputError("baseline file", path, "the results contain no run to compare");
   check_is_baseline(results, results.path);
   std::string text = json{{"kind", "header"},         {"schema", kResultsSchema}, {"study", kDefaultStudy},
                           {"experiment", results.id}, {"title", results.title},   {"quick", results.is_quick}}
@@ -192,7 +191,7 @@ void write_baseline(const GridResults& results, const std::string& path) {
                      "\n";
   for (const Run& record : results.records) text += line_of_baseline(record).dump() + "\n";
   text += json{{"kind", "end"}}.dump() + "\n";
-  if (std::filesystem::exists(path)) throw InputError("baseline file", path, "it exists; a new file is required");
+  if (std::filesystem::exists(path)) throw InputError("baseline file", path, "the file exists; a new file is required");
   write_text("baseline file", path, text);
 }
 

@@ -79,11 +79,12 @@ GateLine not_compared(const std::string& name, int line, const char* reason) {
 
 void check_is_baseline(const CounterResults& results) {
   if (results.benchmarks.empty())
-    throw InputError("baseline", results.path, "no benchmark has a counter that is held, allocations for example");
+    throw InputError("baseline", results.path,
+                     "no benchmark has a counter that the gate compares, for example allocations");
   std::set<std::string> names;
   for (const auto& benchmark : results.benchmarks) {
     if (!names.insert(benchmark.row.name).second)
-      throw InputError("baseline", results.path, fmt::format("it has {} twice", benchmark.row.name));
+      throw InputError("baseline", results.path, fmt::format("{} occurs twice", benchmark.row.name));
   }
 }
 
@@ -159,7 +160,7 @@ void write_baseline(const CounterResults& results, const std::string& path) {
     text += written.dump() + "\n";
   }
   text += json{{"kind", "end"}}.dump() + "\n";
-  if (std::filesystem::exists(path)) throw InputError("baseline file", path, "it exists; a new file is required");
+  if (std::filesystem::exists(path)) throw InputError("baseline file", path, "the file exists; a new file is required");
   write_text("baseline file", path, text);
 }
 

@@ -383,8 +383,8 @@ GateReport hold_against(const GridResults& baseline, const GridResults& results)
                      fmt::format("the results belong to {}", results.id));
   if (baseline.is_quick != results.is_quick)
     throw InputError("baseline", baseline.path,
-                     baseline.is_quick ? "it is of a --quick run, the results are not"
-                                       : "the results are of a --quick run, it is not");
+                     baseline.is_quick ? "the baseline is of a --quick run, the results are not"
+                                       : "the results are of a --quick run, the baseline is not");
   return {results.id, results.path, baseline.path, Gate(baseline, results).lines()};
 }
 

@@ -19,7 +19,7 @@ reference::Reference isolated_reference(const ProblemChoice& choice, const Probl
       },
       seconds);
   if (result.ending == IsolatedResult::Ending::killed)
-    throw std::runtime_error(fmt::format("its reference has no end within {} s", seconds));
+    throw std::runtime_error(fmt::format("its reference did not finish within {} s", seconds));
   if (result.ending == IsolatedResult::Ending::crashed) throw std::runtime_error(result.text);
   const json made_there = json::parse(result.text);
   reference::Reference reference;

@@ -49,7 +49,7 @@ void load(const std::string& path) {
   const auto* interface = static_cast<const PluginInterface*>(dlsym(library, "ricochet_plugin_interface"));
   auto* const registers = reinterpret_cast<void (*)()>(dlsym(library, "ricochet_register_plugin"));
   if (!interface || !registers)
-    throw InputError("plugin", path, "it is none of ricochet: RICOCHET_PLUGIN() is missing");
+    throw InputError("plugin", path, "not a plugin of ricochet: RICOCHET_PLUGIN() is missing");
   if (!(*interface == kPluginInterface)) throw InputError("plugin", path, difference(*interface));
   try {
     registers();

@@ -69,8 +69,7 @@ ResultsFile::ResultsFile(const std::string& folder, const std::string& name, jso
   const bool is_there = fs::exists(path_), is_same = is_there && is_as_good(read_header(path_), header_);
   is_complete_ = is_same && !force;
   if (is_complete_) {
-    said_ = fmt::format("{}: results of the same experiment, files and program are there; --force computes them again",
-                        path_);
+    said_ = fmt::format("{}: up-to-date results exist; use --force to recompute them", path_);
   } else if (const json begun = read_header(partial_); !force && is_as_good(begun, header_)) {
     taken_ = taken_lines(partial_);
     set_times_mark(header_, std::min(times_mark(header_), times_mark(begun)));
@@ -160,7 +159,7 @@ void ResultsFile::make_elsewhere(const std::vector<std::size_t>& todo,
     };
     IsolatedResult result = run_isolated(work, kNoLimit);
     if (result.ending != IsolatedResult::Ending::returned)
-      throw std::runtime_error(fmt::format("{}: a process that made rows has ended: {}", path_, result.text));
+      throw std::runtime_error(fmt::format("{}: a process that computed rows ended: {}", path_, result.text));
     return std::move(result.text);
   };
   std::size_t next = 0;

@@ -62,7 +62,8 @@ std::string lacks_of(const Division& division, int of) {
 /// @throws InputError where none is, with what each of them lacks, or where several are
 int complete_division(const std::map<int, Division>& divisions, const std::string& folder,
                       const std::string& experiment) {
-  if (divisions.empty()) throw InputError("folder of shards", folder, fmt::format("it has no shard of {}", experiment));
+  if (divisions.empty())
+    throw InputError("folder of shards", folder, fmt::format("the folder contains no shard of {}", experiment));
   std::vector<int> complete;
   std::vector<std::string> lacks;
   for (const auto& [of, division] : divisions) {
@@ -74,10 +75,11 @@ int complete_division(const std::map<int, Division>& divisions, const std::strin
   }
   if (complete.empty()) throw InputError("folder of shards", folder, fmt::format("{}", fmt::join(lacks, "; ")));
   if (complete.size() > 1)
-    throw InputError("folder of shards", folder,
-                     fmt::format("{} is complete in it more than once, in {} shards; a folder with one of these "
-                                 "divisions is required",
-                                 experiment, fmt::join(complete, " and in ")));
+    throw InputError(
+        "folder of shards", folder,
+        fmt::format(
+            "it contains more than one complete set of {}, of {} shards; a folder with only one of them is required",
+            experiment, fmt::join(complete, " and ")));
   return complete.front();
 }
 
@@ -85,7 +87,7 @@ int complete_division(const std::map<int, Division>& divisions, const std::strin
 std::size_t piece_of(const nlohmann::json& row, const std::string& path) {
   const auto piece = row.find("piece");
   if (piece == row.end() || !piece->is_number_unsigned())
-    throw InputError("shard", path, "a row does not say of which piece it is");
+    throw InputError("shard", path, "a row does not name its piece of the work");
   return piece->get<std::size_t>();
 }
 

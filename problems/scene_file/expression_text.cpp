@@ -112,7 +112,7 @@ Text write_call(const GiNaC::function& f) {
                                                  "cosh", "tanh", "exp", "log",  "abs",  "sign", "choose"};
   const std::string name = f.get_name() == "magnitude" ? "abs" : f.get_name();
   if (std::find(known.begin(), known.end(), name) == known.end())
-    throw InputError("function", name, fmt::format("a scene file knows {}, sqrt", fmt::join(known, ", ")));
+    throw InputError("function", name, fmt::format("scene files support {}, sqrt", fmt::join(known, ", ")));
   std::vector<std::string> arguments;
   for (std::size_t i = 0; i < f.nops(); ++i) arguments.push_back(with_sign(write(f.op(i))));
   if (name == "choose") return {false, fmt::format("if({} > 0, {}, {})", arguments[0], arguments[1], arguments[2])};
@@ -128,7 +128,7 @@ Text write(const ex& e) {
   if (GiNaC::is_a<GiNaC::function>(e)) return write_call(GiNaC::ex_to<GiNaC::function>(e));
   std::ostringstream text;
   text << e;
-  throw InputError("expression", text.str(), "a scene file has no word for this");
+  throw InputError("expression", text.str(), "scene files cannot express this");
 }
 
 }  // namespace

@@ -142,7 +142,7 @@ class GeometryReader {
         (shape.kind != ShapeKind::sphere ||
          !std::ranges::all_of(shape.position, [](const ex& x) { return x.is_zero(); })))
       throw InputError(place_of(field.name(), "kind"), field.at("kind").text(),
-                       "a body with rotation spin has spheres about its centre only, which show no angle");
+                       "a body with rotation spin may carry only spheres about its centre");
     geometry_.add_shape(std::move(shape));
   }
 
@@ -220,7 +220,7 @@ ShapePair read_pair(const Field& field, const GeometryOf<ex>& geometry, int cont
     throw InputError(shapes.at(std::size_t{0}).name(), first.name,
                      "a sphere, a box or a half-space is required as the first");
   if (second.kind == ShapeKind::half_space)
-    throw InputError(shapes.at(1).name(), second.name, "a half-space is the first of two shapes");
+    throw InputError(shapes.at(1).name(), second.name, "a half-space must be the first of two shapes");
   const std::size_t n = n_signs(second.kind, geometry.in_space);
   if (field.has("corner")) {
     const Field corner = field.at("corner");
@@ -235,7 +235,7 @@ ShapePair read_pair(const Field& field, const GeometryOf<ex>& geometry, int cont
   if (n > 0 && (first.kind == ShapeKind::sphere || turns(first) || turns(second)))
     throw InputError(
         place_of(field.name(), "corner") +
-        ": this field is missing; a box or a capsule touches as a whole only planes that neither turns against");
+        ": this field is missing; without it, a box or a capsule must not turn relative to the plane that it touches");
   return pair;
 }
 

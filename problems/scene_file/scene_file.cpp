@@ -189,7 +189,7 @@ class SceneReader {
     if (field.has("shapes")) read_shapes(field, contact);
     if (field.has("gap") || !field.has("shapes")) read_gap(field.at("gap"), contact, n_q);
     if (field.has("e") && field.has("eps_r"))
-      throw InputError(field.at("eps_r").name(), field.at("eps_r").text(), "e is given, too, which means the same");
+      throw InputError(field.at("eps_r").name(), field.at("eps_r").text(), "e is also given and means the same");
     for (const char* name : {"e", "eps_r"}) {
       if (field.has(name)) contact.eps_r = field.at(name).expression(constants_);
     }

@@ -94,7 +94,7 @@ std::string scene_text(const Problem& problem, const SceneTextOptions& options) 
 
 void write_scene_file(const Problem& problem, const std::string& path) {
   const std::string text = scene_text(problem);
-  if (std::filesystem::exists(path)) throw InputError("scene file", path, "it exists; a new file is required");
+  if (std::filesystem::exists(path)) throw InputError("scene file", path, "the file exists; a new file is required");
   std::ofstream file(path);
   if (!(file << text).flush()) throw InputError("scene file", path, "cannot be written");
 }

@@ -212,7 +212,8 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
       {"run -p bouncing_ball -m fesd:@/nonexistent.json -N 10", "tableau file = /nonexistent.json: cannot be opened"},
       {"export --problem rocking_blok -o x.json", "problem = 'rocking_blok': unknown; did you mean rocking_block or"},
       {"export --problem rocking_block -o /nonexistent/x.json", "scene file = /nonexistent/x.json: cannot be written"},
-      {"export --problem rocking_block -o /dev/null", "scene file = /dev/null: it exists; a new file is required"},
+      {"export --problem rocking_block -o /dev/null",
+       "scene file = /dev/null: the file exists; a new file is required"},
       {"run-experiment no_such_experiment", "experiment = 'no_such_experiment': unknown"},
       {"run-experiment zeno --set restitution=[1.5]", "restitution[0] = 1.5: a number > 0 and < 1 is required"},
       {"run-experiment zeno --set restitution", "--set = restitution: FIELD=VALUE is required"},
@@ -392,15 +393,15 @@ TEST_F(CheckCommand, WhatCannotBeReadIsExitCodeTwo) {
   std::string other = read(baseline);
   other.replace(other.find("\"small\""), 7, "\"other\"");
   refused(with + write("other.jsonl", other), "other.jsonl:1: experiment = other: the results belong to small");
-  refused(results + " " + results + " --baselines " + folder.string(), "another one is of small, too");
+  refused(results + " " + results + " --baselines " + folder.string(), "another file also contains small");
   refused(results + " " + results + " --baseline " + baseline, "one results file is required");
   refused(with + baseline + " --write " + (folder / "x.jsonl").string(), "baseline");
   refused(with + baseline + " --json --github", "--json");
   for (const char* option : {" --json", " --github", " --junit x.xml", " --summary x.md"})
     refused(results + " --write " + (folder / "x.jsonl").string() + option, "--write");
   refused(with + baseline + " --junit /nonexistent/gate.xml", "/nonexistent/gate.xml: cannot be written");
-  refused(with + baseline + " --junit " + baseline, "--junit = " + baseline + ": this file is read");
-  refused(results + " --baselines " + folder.string() + " --summary " + baseline, ": this file is read");
+  refused(with + baseline + " --junit " + baseline, "--junit = " + baseline + ": the file is also an input");
+  refused(results + " --baselines " + folder.string() + " --summary " + baseline, ": the file is also an input");
   refused(results + " --replace " + baseline, "cannot be written");
   const std::string junit = write("gate.xml", "<testsuites/>");
   refused(with + "/nonexistent.jsonl --junit " + junit, "cannot be opened");
@@ -757,12 +758,12 @@ TEST_F(Cli, RunsAnEnsembleAndGoesOnAfterAnInterruption) {
   std::ofstream(out + ".partial") << whole.substr(0, whole.size() / 2);
   const Outcome again = run(command + out + " --threads 1");
   EXPECT_EQ(again.code, 0) << again.text;
-  EXPECT_HAS(again.text, "of 10 runs are there already");
+  EXPECT_HAS(again.text, "of 10 runs already exist");
   EXPECT_EQ(read(out), whole);
 
   const Outcome other = run(command + out + " --seed 2");
   EXPECT_EQ(other.code, 2);
-  EXPECT_HAS(other.text, "it holds another ensemble");
+  EXPECT_HAS(other.text, "the file contains another ensemble");
   const std::string file = write("study.json", R"({"problem": "two_balls_spring", "vary": ["e=grid:0.8:1.2:3"],
       "method": "moreau_jean", "steps": 100})");
   const Outcome failed = run("ensemble " + file + " -N 50 -o " + (folder / "grid.csv").string());
@@ -987,7 +988,7 @@ TEST_F(Cli, RecordsAndSolvesContactProblems) {
   EXPECT_TRUE(first.contains("fclib_merit"));
   const Outcome none = run("contacts solve " + scene + " --min-contacts 100");
   EXPECT_EQ(none.code, 2);
-  EXPECT_HAS(none.text, "no problem has as many contacts");
+  EXPECT_HAS(none.text, "no problem has that many contacts");
   EXPECT_EQ(run("contacts record " + set + " --method penalty").code, 2) << "it solves no contact problem";
   EXPECT_EQ(run("contacts solve " + (folder / "nothing").string()).code, 2);
   const Outcome merit = run("contacts merit --draws 2");

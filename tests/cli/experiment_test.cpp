@@ -39,7 +39,7 @@ TEST_F(Cli, RunsPartOfAnExperiment) {
   const Outcome unknown = run("run-experiment " + experiment + out + " --method fesd");
   EXPECT_EQ(unknown.code, 2);
   EXPECT_HAS(unknown.text,
-             "--method = fesd: the experiment has none of this name; it has cvode:adams  fesd:gauss:1  moreau_jean");
+             "--method = fesd: the experiment has no such name; it has cvode:adams  fesd:gauss:1  moreau_jean");
   EXPECT_EQ(run("run-experiment " + experiment + out + " --problem other").code, 2);
   EXPECT_EQ(run("run-experiment " + experiment + out + " --steps 10").code, 2) << "of which method?";
 }
@@ -118,7 +118,7 @@ TEST_F(Cli, ShardsThatDoNotFitAreRefused) {
   const Outcome without =
       run(run_it + " --no-times --from-shards " + folder.string() + " -o " + (folder / "merged").string());
   EXPECT_EQ(without.code, 2);
-  EXPECT_HAS(without.text, "a row does not say of which piece it is");
+  EXPECT_HAS(without.text, "a row does not name its piece of the work");
 }
 
 /// A folder may have shards of before: of another number, and made by what was another program or experiment then.
@@ -146,7 +146,7 @@ TEST_F(Cli, ShardsOfBeforeAreNotMistaken) {
   for (const char* shard : {"1/2", "2/2"}) ASSERT_EQ(run(run_it + "--shard " + shard + out).code, 0);
   const Outcome twice = merge("twice");
   EXPECT_EQ(twice.code, 2);
-  EXPECT_HAS(twice.text, "small is complete in it more than once, in 2 and in 3 shards");
+  EXPECT_HAS(twice.text, "it contains more than one complete set of small, of 2 and 3 shards");
 }
 
 /// The motion that an experiment records is drawn by its scene, too, and the page plays it.

@@ -44,7 +44,7 @@ TEST_F(Cli, OutputsAreCheckedBeforeTheWork) {
   const std::string long_run = " -p two_balls_spring -m moreau_jean -N 100000000 --time-limit 100 ";
   const std::pair<std::string, std::string> cases[] = {
       {"run" + long_run + "--csv " + file + "/motion.csv", "motion = " + file + "/motion.csv: cannot be written"},
-      {"run" + long_run + "--plot " + file, "--plot = " + file + ": cannot be written: it is no folder"},
+      {"run" + long_run + "--plot " + file, "--plot = " + file + ": cannot be written: it is not a folder"},
       {"run-experiment two_balls_order -o " + file + "/out", "results folder = " + file + "/out: cannot be written"},
       {"run-experiment two_balls_order -o " + results + " --page " + file,
        "folder of the page = " + file + ": cannot be written"},

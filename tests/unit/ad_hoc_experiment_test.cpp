@@ -69,7 +69,7 @@ TEST(AdHocExperiment, MistakesNameTheirOption) {
             "--steps = from -10 to 100, 8 per decade: finite numbers > 0 are required");
   EXPECT_EQ(error("bouncing_ball", "cvode:adams", "", "2"), "--tolerance = 2: numbers >= 1e-15 and < 1 are required");
   EXPECT_EQ(error("bouncing_ball", "moreau_jean", "10", "1e-6"),
-            "--tolerance = 1e-6: none of the methods takes it: moreau_jean");
+            "--tolerance = 1e-6: none of the methods supports it: moreau_jean");
   EXPECT_EQ(error("bouncing_ball,e", "moreau_jean", "10"), "--set = e: NAME=VALUE is required");
   EXPECT_EQ(error("press.json", "moreau_jean", "10"), "--problem = press.json: scene files are for --scene");
   EXPECT_EQ(error_of({.problem = {}, .scene = "press", .methods = {}, .steps = {}, .tolerances = {}}),

@@ -465,7 +465,7 @@ TEST_F(BaselineFile, OfNothingIsNotWritten) {
     return error;
   };
   EXPECT_EQ(refused([&] { baseline.records.clear(); }),
-            "baseline file = " + path + ": the results have no run: it would hold nothing");
+            "baseline file = " + path + ": the results contain no run to compare");
   EXPECT_EQ(refused([&] { run_of(baseline, "m", 50).error = std::nan(""); }),
             "results.jsonl:3: m at 50: error: a success has none, although other runs have one");
   path = (folder / "missing" / "e.jsonl").string();

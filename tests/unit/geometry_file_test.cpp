@@ -130,7 +130,11 @@ TEST(GeometryFile, RefusesWhatIsNoGeometry) {
   expect([](json& s) { s["geometry"]["shapes"][1]["body"] = "blok"; }, "did you mean block?");
   expect([](json& s) { s["geometry"]["shapes"][1]["size"] = json{"b"}; }, "2 are required");
   expect([](json& s) { s["geometry"]["shapes"][1]["name"] = "ground"; }, "a name that no other shape has");
-  expect([](json& s) { s["contacts"][0]["shapes"] = {"block", "ground"}; }, "a half-space is the first of two shapes");
+  expect(
+      [](json& s) {
+        s["contacts"][0]["shapes"] = {"block", "ground"};
+      },
+      "a half-space must be the first of two shapes");
   expect([](json& s) { s["contacts"][0].erase("corner"); }, "contacts[0].corner: this field is missing");
   expect([](json& s) { s["contacts"][0]["corner"] = {1}; },
          "contacts[0].corner, number of entries = 1: 2 are required");

@@ -318,11 +318,11 @@ TEST_F(CounterGate, RefusesWhatItCannotHold) {
   refused([&] { held_with(R"("allocations": 7)", R"("allocations": 7.5)"); }, "m/s/32: allocations = 7.5");
   refused([&] { held_with(R"("allocations": 7)", R"("allocations": -1)"); }, "a whole number >= 0 is required");
   refused([&] { held_with(R"("allocations": 7)", R"("allocations": NaN)"); }, "m/s/32: allocations = nan");
-  refused([&] { write_baseline(baseline(), folder_ / "bench_some.jsonl"); }, "it exists; a new file is required");
+  refused([&] { write_baseline(baseline(), folder_ / "bench_some.jsonl"); }, "the file exists; a new file is required");
   const std::string nothing =
       R"({"context": {}, "benchmarks": [{"name": "a", "real_time": 1, "cpu_time": 1, "time_unit": "ns"}]})";
   refused([&] { write_baseline(CounterResults(read_text_of_benchmarks(nothing)), folder_ / "new.jsonl"); },
-          "no benchmark has a counter that is held");
+          "no benchmark has a counter that the gate compares");
   const std::string cut = write("cut.jsonl", R"({"kind": "header", "schema": 1, "study": "google_benchmark"})"
                                              "\n");
   refused([&] { read_counter_baseline(cut); }, "it is not complete");

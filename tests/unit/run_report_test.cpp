@@ -89,7 +89,7 @@ TEST(RunReport, AFailedRunPrintsRepeatedEventsOnce) {
   };
   EXPECT_EQ(count("slip_reversal"), 1U) << text;
   EXPECT_EQ(count("no progress"), 1U) << text;
-  EXPECT_EQ(count("these again, 99 events at t = 0.5"), 1U) << text;
+  EXPECT_EQ(count("and 99 more events of these kinds at t = 0.5"), 1U) << text;
 }
 
 TEST(RunJson, EveryFieldIsOnThePage) {

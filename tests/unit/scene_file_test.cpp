@@ -170,7 +170,7 @@ TEST_F(SceneFile, RestitutionHasTwoNames) {
   scene["contacts"][0]["eps_r"] = "e/2";
   EXPECT_EQ(read(scene)->info().contacts[0].eps_r, 0.25);
   scene["contacts"][0]["e"] = "e/2";
-  EXPECT_EQ(error(scene), "FILE: contacts[0].eps_r = e/2: e is given, too, which means the same");
+  EXPECT_EQ(error(scene), "FILE: contacts[0].eps_r = e/2: e is also given and means the same");
 }
 
 TEST_F(SceneFile, TangentsAreDirections) {

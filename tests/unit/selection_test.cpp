@@ -80,8 +80,8 @@ TEST(Selection, WhatFitsNothingIsSaidWithWhatThereIs) {
     return "no error";
   };
   EXPECT_EQ(error_of({{"moreau_jean", "fesd*"}, {}}),
-            "--method = fesd*: the experiment has none of this name; it has moreau_jean");
-  EXPECT_EQ(error_of({{}, {"ball"}}), "--problem = ball: the experiment has none of this name; it has bouncing_ball");
+            "--method = fesd*: the experiment has no such name; it has moreau_jean");
+  EXPECT_EQ(error_of({{}, {"ball"}}), "--problem = ball: the experiment has no such name; it has bouncing_ball");
   EXPECT_EQ(error_of({{"moreau*"}, {"*ball"}}), "no error");
   json both = json::parse(R"({"runs": [{"problem": "a", "methods": ["x"]}, {"problem": "b", "methods": ["y"]}]})");
   EXPECT_FALSE(select(both, {{"x"}, {"b"}})) << "neither run fits both";

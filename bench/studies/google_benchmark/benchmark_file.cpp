@@ -135,7 +135,7 @@ class BenchmarkEntry {
  private:
   const json& at(const char* field) const {
     const auto found = entry_.find(field);
-    if (found == entry_.end()) throw InputError(place_ + "." + field, "(missing)", "it is required");
+    if (found == entry_.end()) throw InputError(place_ + "." + field, "(missing)", "this field is required");
     return *found;
   }
 

@@ -108,7 +108,7 @@ std::vector<TossRow> read_toss(const std::string& path) {
   for (std::size_t k = 0; k < x.size(); k += kColumns) {
     const double* r = x.data() + k;
     if (!std::all_of(r, r + kColumns, [](double number) { return std::isfinite(number); }))
-      throw InputError("toss", path, "it has numbers that are none");
+      throw InputError("toss", path, "it contains entries that are not finite numbers");
     const Vector3<double> position{r[0], r[1], r[2]}, velocity{r[7], r[8], r[9]};
     rows.push_back({{scaled(kCubeHalfWidth, position), rotation_of(r[3], r[4], r[5], r[6])},
                     scaled(kCubeHalfWidth, velocity),  // lengths of the data are in half widths
