@@ -6,15 +6,15 @@
 
 namespace ricochet {
 
-// Eigen's dense decompositions with the right-hand sides that most callers have, compiled here once: a file that has
-// its own takes three to ten seconds longer. Names differ where Eigen's expressions would fit two overloads.
+// Eigen's dense decompositions for common right-hand sides, compiled once: a file that instantiates its own compiles
+// three to ten seconds longer. Names differ because Eigen's expressions would match two overloads.
 
-Vector least_squares(const Matrix& A, const Vector& b);        ///< the shortest of all x with the least |A x - b|
+Vector least_squares(const Matrix& A, const Vector& b);        ///< the shortest x that minimises |A x - b|
 Matrix pseudo_inverse(const Matrix& A);                        ///< A^+, by the same decomposition
 Matrix solve_full_pivoting(const Matrix& A, const Matrix& B);  ///< X with A X = B
 Matrix solve_partial_pivoting(const Matrix& A, const Matrix& B);
-/// Some X with A X = B, where A may be singular to rounding and the equations agree: with partial pivoting, and where A
-/// is singular with full pivoting, its rows scaled.
+/// A solution X of consistent equations A X = B, where A may be singular up to rounding. Partial pivoting is used; if A
+/// is singular, full pivoting with scaled rows.
 Matrix solve_consistent(const Matrix& A, const Matrix& B);
 
 /// Cholesky decomposition of a symmetric matrix, such as M(q).

@@ -8,8 +8,8 @@
 
 namespace ricochet {
 
-/// Disjoint sets of the numbers 0, ..., n - 1, each named by its least member: the connected components of a graph
-/// whose edges are joined one after the other (Galler, Fisher, CACM 7, 1964). Storage is kept between uses.
+/// Disjoint sets of the numbers 0, ..., n - 1, each named by its smallest member. They are the connected components of
+/// a graph whose edges are joined one after the other (Galler, Fisher, CACM 7, 1964). Storage is reused.
 class DisjointSets {
  public:
   DisjointSets() = default;

@@ -8,24 +8,24 @@
 #include <vector>
 
 /// @file
-/// What the rigid bodies of a scene look like and weigh: what a drawing shows and what an engine has to be told. Gaps,
-/// tangents, M and the weight follow from it (geometry_kinematics.h). A scene that states formulas, too, says the same
-/// twice, and a test compares the two.
+/// Bodies, masses and shapes of a scene, as drawings and engines need them. Gaps, tangents, M and the weight follow
+/// from the geometry (geometry_kinematics.h). If a scene states formulas as well, both describe the same motion, and a
+/// test compares them.
 ///
 /// The axes of the world are x to the right and y upwards in the plane, z upwards in space. Where the coordinates of a
-/// scene lie along a ramp, its geometry does, too, and gravity says where down is.
+/// scene lie along a ramp, its geometry does, too, and gravity defines the direction down.
 
 namespace ricochet {
 
 /// How coordinates turn a body.
 enum class BodyRotation {
-  none,    ///< it never turns
-  planar,  ///< by angles[0] about z
+  none,    ///< the body never turns
+  planar,  ///< rotation by angles[0] about z
   cardan,  ///< R = R_x(angles[0]) R_y(angles[1]) R_z(angles[2])
   spin     ///< angles are integrals of the angular velocity in world axes: only bodies whose shapes do not show it
 };
 
-/// What the size of a shape means.
+/// Kind of a shape, which determines the meaning of its size.
 enum class ShapeKind {
   sphere,     ///< radius; in the plane a disc
   box,        ///< half edges along the shape's x, y, z; in the plane x, y
@@ -36,7 +36,7 @@ enum class ShapeKind {
 /// A number of a pose: q[coordinate] + offset, or `offset` alone [m or rad].
 template <class T>
 struct PoseEntryOf {
-  int coordinate = -1;  ///< of q; -1 where the number is constant
+  int coordinate = -1;  ///< index in q; -1 if the number is constant
   T offset{0};          ///< added to it
 };
 
@@ -49,35 +49,35 @@ struct BodyOf {
   T mass{0};                                 ///< [kg]
   std::array<T, 3> inertia{};                ///< principal moments about the centre, along the body's axes [kg m^2]
   std::array<PoseEntryOf<T>, 3> position{};  ///< of the centre of mass, or of a pivot, see below
-  Rotation rotation = Rotation::none;        ///< which of `angles` mean something
-  std::array<PoseEntryOf<T>, 3> angles{};    ///< see Rotation; against the world, with a parent, too
+  Rotation rotation = Rotation::none;        ///< which of `angles` are used
+  std::array<PoseEntryOf<T>, 3> angles{};    ///< see Rotation; relative to the world, even with a parent
   int parent = -1;                           ///< `position` is in this body's axes, from its centre; -1: in the world's
-  std::array<T, 3> centre_from_pivot{};  ///< in the body's axes: the centre of mass is there, seen from `position` [m]
+  std::array<T, 3> centre_from_pivot{};      ///< in the body's axes, from `position` to the centre of mass [m]
 };
 
 /// A shape fixed to a body, or to the world.
 template <class T>
 struct BodyShapeOf {
-  using Kind = ShapeKind;  ///< What `size` means.
+  using Kind = ShapeKind;  ///< Meaning of `size`.
 
   Kind kind = Kind::sphere;     ///< which
   int body = -1;                ///< of Geometry::bodies; -1 for the world
   std::array<T, 3> size{};      ///< see Kind [m]
   std::array<T, 3> position{};  ///< of its centre in the body's axes, from the centre of mass [m]
-  std::array<T, 3> angles{};    ///< Cardan angles as of BodyRotation::cardan, shape against body [rad]
+  std::array<T, 3> angles{};    ///< Cardan angles as in BodyRotation::cardan, of the shape relative to the body [rad]
   std::string name{};           ///< in scene files; no other shape has it
 };
 
-/// Which contact of the scene acts between two shapes: geometry_kinematics.h says which points touch.
+/// A contact of the scene between two shapes; geometry_kinematics.h defines the points that touch.
 struct ShapePair {
   int contact = 0;  ///< of ProblemInfo::contacts
   int first = 0;    ///< of Geometry::shapes; the gap grows when `second` moves away from it
   int second = 0;   ///< of Geometry::shapes
-  int corner = -1;  ///< of `second`, a box: bit k is set where its coordinate along axis k is positive; of a capsule:
-                    ///< bit 0, its end; -1: all of it
+  int corner = -1;  ///< corner of `second`; for a box, bit k is set if the coordinate along axis k is positive; for a
+                    ///< capsule, bit 0 is its end; -1: the whole shape
 };
 
-/// A line between points of two bodies, a spring or a rod without mass: only drawings show it.
+/// A line between points of two bodies, a spring or a massless rod, which only drawings show.
 template <class T>
 struct LinkOf {
   int first = -1;                   ///< of Geometry::bodies; -1 for the world
@@ -86,22 +86,22 @@ struct LinkOf {
   std::array<T, 3> second_point{};  ///< the same of the other
 };
 
-/// All of it, in numbers or in formulas of the parameters.
+/// A geometry, in numbers or in formulas of the parameters.
 template <class T>
 struct GeometryOf {
   bool in_space = false;                 ///< three dimensions; else the plane z = 0
-  std::vector<BodyOf<T>> bodies{};       ///< those that move; a parent stands before those it carries
+  std::vector<BodyOf<T>> bodies{};       ///< the moving bodies; a parent precedes the bodies that it carries
   std::vector<BodyShapeOf<T>> shapes{};  ///< of bodies and of the world
   std::vector<ShapePair> pairs{};        ///< contacts; a box on a plane has one pair for each corner
   std::array<T, 3> gravity{};            ///< acceleration of everything [m/s^2]
-  std::vector<LinkOf<T>> links{};        ///< what else a drawing shows
+  std::vector<LinkOf<T>> links{};        ///< lines in drawings
 
   /// Adds a `body`. @return its number
   int add_body(BodyOf<T> body) {
     bodies.push_back(std::move(body));
     return static_cast<int>(bodies.size()) - 1;
   }
-  /// Adds a `shape`, and names it where it has no name. @return its number
+  /// Adds a `shape`, and names it if it has no name. @return its number
   int add_shape(BodyShapeOf<T> shape) {
     if (shape.name.empty()) shape.name = "shape " + std::to_string(shapes.size());
     shapes.push_back(std::move(shape));
@@ -139,7 +139,7 @@ T quarter_turn() {
   return 2 * atan(T(1));
 }
 
-/// All of `geometry` but its numbers, which are zero.
+/// `geometry` with all numbers set to zero.
 template <class To, class From>
 GeometryOf<To> without_numbers(const GeometryOf<From>& geometry) {
   const auto entries = [](const std::array<PoseEntryOf<From>, 3>& from) {
@@ -170,7 +170,7 @@ using Link = LinkOf<double>;            ///< In numbers.
 /// In numbers.
 struct Geometry : GeometryOf<double> {};
 
-/// The pose of a `body` is coordinates of its own, as engines have them: it hangs on no other body and on no pivot.
+/// Whether the pose of a `body` consists of its own coordinates, as in engines, without a parent or a pivot.
 inline bool has_own_coordinates(const Body& body) {
   return body.parent < 0 && body.centre_from_pivot == std::array<double, 3>{};
 }

@@ -19,21 +19,21 @@
 ///     x = p + R r,   x' = (J_p - [R r]x J_omega) v                                                           (1)
 ///     M = sum over bodies of m J_p' J_p + (R' J_omega)' diag(inertia) (R' J_omega)                           (2)
 ///
-/// A contact is one of a ball, centre c_2 and radius r_2, that belongs to the second shape of the pair with what the
-/// first shape is:
+/// A contact is that of a ball with centre c_2 and radius r_2, which belongs to the second shape of the pair, with the
+/// first shape:
 ///
 ///     half-space  n its outer normal, c_1 on its plane:        f_c = n' (c_2 - c_1) - r_2                    (3)
 ///     box         its upper face, as the half-space above it
 ///     sphere      n = (c_2 - c_1) / |c_2 - c_1|:               f_c = |c_2 - c_1| - r_1 - r_2                 (4)
 ///
-/// where the ball is a sphere, the end of a capsule, or the corner of a box (r_2 = 0). A box, or a capsule, of which no
-/// corner is chosen touches a plane with whatever is deepest: to the radius comes its support along -n,
+/// The ball is a sphere, the end of a capsule, or the corner of a box (r_2 = 0). A box or a capsule without a chosen
+/// corner touches a plane with its deepest point: its support along -n is added to the radius,
 ///
 ///     sum_k h_k |n' e_k|,   e_k the shape's axes, h_k half its extent along them,                            (5)
 ///
-/// which is smooth as long as it does not turn against the plane. The gap is signed, and smooth but for (4) at distance
-/// zero. The slip velocity is that of the second body's point x_2 against the first body's point x_1, next to each other
-/// on the two surfaces, along the tangents t_k of n: in the plane one, which n is a quarter turn ahead of, in space the
+/// which is smooth unless the shape turns relative to the plane. The gap is signed, and smooth except (4) at distance
+/// zero. The slip velocity is that of the second body's point x_2 relative to the adjacent point x_1 of the first body,
+/// along the tangents t_k of n. In the plane there is one tangent, a quarter turn behind n; in space there are the
 /// first two axes of the first shape, or for (4) those of tangents_of().
 ///
 ///     x_2 = c_2 - r_2 n,   x_1 = x_2 - f_c n
@@ -43,38 +43,38 @@
 
 namespace ricochet {
 
-/// Where a body or a shape is.
+/// Position and orientation of a body or a shape.
 template <class T>
 struct PoseOf {
   Vector3<T> centre{};           ///< p [m]
-  Matrix3<T> R = identity<T>();  ///< rows; from its axes into the world's
+  Matrix3<T> R = identity<T>();  ///< rows; from its axes to those of the world
 
-  /// The place of the point at `r` in its axes [m].
+  /// Position of the point with coordinates `r` in its axes [m].
   Vector3<T> point(const Vector3<T>& r) const { return sum(centre, times(R, r)); }
-  /// The pose of what is at `other` in its axes.
+  /// Pose of an object with the pose `other` in its axes.
   PoseOf carries(const PoseOf& other) const { return {point(other.centre), times(R, other.R)}; }
 };
 using Pose = PoseOf<double>;  ///< In numbers.
 
-/// Where a body is, and how coordinates move it.
+/// Pose of a body and its derivatives with respect to the coordinates.
 template <class T>
 struct BodyMotion : PoseOf<T> {
   std::vector<Vector3<T>> J_centre;  ///< columns of J_p, n_q
   std::vector<Vector3<T>> J_omega;   ///< columns of J_omega, n_q
 
-  /// (1): column k of d(x')/dv of the body's point that is at `x` in the world [m].
+  /// (1): column k of d(x')/dv for the body's point at `x` in the world [m].
   Vector3<T> velocity_column(std::size_t k, const Vector3<T>& x) const {
     return sum(J_centre[k], cross(J_omega[k], difference(x, this->centre)));
   }
 };
 
-/// Where two shapes touch, or are nearest to each other.
+/// Gap, normal, point and tangents of two shapes.
 template <class T>
 struct Touch {
   T gap{0};                              ///< f_c [m]
   Vector3<T> normal{};                   ///< n, from the first to the second shape
   Vector3<T> point{};                    ///< x_2, on the second shape [m]
-  std::array<Vector3<T>, 2> tangents{};  ///< t_k; in the plane the first alone
+  std::array<Vector3<T>, 2> tangents{};  ///< t_k; in the plane only the first
 };
 
 /// A contact of two shapes.
@@ -108,7 +108,7 @@ T value(const PoseEntryOf<T>& entry, const std::vector<T>& q) {
   return entry.coordinate < 0 ? entry.offset : T(q[static_cast<std::size_t>(entry.coordinate)] + entry.offset);
 }
 
-/// The ball of a shape, see above; its centre in the axes of the shape, half edges where (5) is its radius.
+/// The ball of a shape, see above: its centre in the axes of the shape, and half edges if (5) is its radius.
 template <class T>
 struct Ball {
   Vector3<T> centre{};
@@ -136,7 +136,7 @@ Ball<T> ball_of(const BodyShapeOf<T>& shape, int corner) {
 
 }  // namespace geometry_detail
 
-/// The motion of a `body` of the geometry, -1 for the world, at `q`, of n_q entries or more; a clock moves nothing.
+/// The motion of a `body` of the geometry, -1 for the world, at `q`, which has at least n_q entries.
 template <class T>
 BodyMotion<T> motion_of(const GeometryOf<T>& geometry, int body, const std::vector<T>& q) {
   using namespace geometry_detail;
@@ -232,7 +232,7 @@ std::vector<std::vector<T>> mass_matrix_of(const GeometryOf<T>& geometry, const 
   return M;
 }
 
-/// Generalised weight of a geometry at `q`: the sum of m J_p' gravity, n_q.
+/// Generalised weight of a geometry at `q`, the sum of m J_p' gravity, n_q.
 template <class T>
 std::vector<T> weight_of(const GeometryOf<T>& geometry, const std::vector<T>& q) {
   std::vector<T> weight(q.size(), T(0));
@@ -252,7 +252,7 @@ PoseOf<T> pose_on_body(const BodyShapeOf<T>& shape) {
   return {shape.position, geometry_detail::cardan(shape.angles)};
 }
 
-/// Where the shapes of a `pair` touch, (3) to (5), the first at `pose_1`, the second at `pose_2`.
+/// The touching point of the shapes of a `pair`, (3) to (5), with the poses `pose_1` and `pose_2`.
 template <class T>
 Touch<T> touch_of(const GeometryOf<T>& geometry, const ShapePair& pair, const PoseOf<T>& pose_1,
                   const PoseOf<T>& pose_2) {

@@ -5,35 +5,35 @@
 #include <limits>
 
 /// @file
-/// Interval arithmetic with outward rounding: the image of a box under a formula lies in the interval that the formula
-/// has over the box.
+/// Interval arithmetic with outward rounding: a formula evaluated with intervals gives an interval that contains all of
+/// its values over the box.
 ///
-/// A type of our own: Boost.Interval changes the rounding mode of the processor, which GCC does not model, and has no
-/// rounding policy for sin, exp and the like. Here every result is widened instead, by one unit in the last place where
-/// IEEE 754 rounds correctly and by four where it is the C library that rounds (its documented errors are one or two).
+/// Boost.Interval is not used: it changes the rounding mode of the processor, which GCC does not model, and has no
+/// rounding policy for sin, exp and the like. Here every result is widened, by one unit in the last place if IEEE 754
+/// defines the rounding, and by four for functions of the C library, whose documented errors are one or two units.
 
 namespace ricochet {
 
-/// All real numbers from `lower` to `upper`. A bound may be infinite. Never NaN: an operation without a value, such as
-/// the root of a negative number, has the whole line as its result.
+/// All real numbers from `lower` to `upper`. A bound may be infinite, but is never NaN: an operation that is not
+/// defined, such as the root of a negative number, returns the whole real line.
 struct Interval {
-  double lower;  ///< The least of them.
-  double upper;  ///< The greatest of them.
+  double lower;  ///< Least number.
+  double upper;  ///< Greatest number.
 
   Interval() = default;                                 ///< Not initialised, as a double.
   constexpr Interval(double x) : lower(x), upper(x) {}  ///< x alone; NOLINT: implicit, since numbers are intervals
   constexpr Interval(double from, double to) : lower(from), upper(to) {}  ///< from <= to
 
-  /// The whole line.
+  /// The whole real line.
   static constexpr Interval whole() {
     return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   }
-  /// Whether x is one of them.
+  /// Whether x lies in the interval.
   bool contains(double x) const { return lower <= x && x <= upper; }
-  /// Whether all of x are.
+  /// Whether all of x lies in the interval.
   bool contains(const Interval& x) const { return lower <= x.lower && x.upper <= upper; }
-  double width() const { return upper - lower; }                                   ///< Rounded.
-  double middle() const { return 0.5 * lower + 0.5 * upper; }                      ///< Rounded.
+  double width() const { return upper - lower; }                                   ///< Width, rounded.
+  double middle() const { return 0.5 * lower + 0.5 * upper; }                      ///< Middle, rounded.
   double magnitude() const { return std::max(std::abs(lower), std::abs(upper)); }  ///< The largest |x|.
 };
 
@@ -49,13 +49,13 @@ inline Interval widened(double lower, double upper, double units) {
   if (!(lower <= upper)) return Interval::whole();
   return {lower - units * kUnit * std::abs(lower), upper + units * kUnit * std::abs(upper)};
 }
-/// The same where a result may have underflowed.
+/// The same for results that may have underflowed.
 inline Interval widened_from_zero(double lower, double upper, double units) {
   const Interval x = widened(lower, upper, units);
   return {std::abs(x.lower) < 1e-290 ? x.lower - kTiny : x.lower,
           std::abs(x.upper) < 1e-290 ? x.upper + kTiny : x.upper};
 }
-/// Of an increasing function of the C library.
+/// Image under an increasing function of the C library.
 template <class Function>
 Interval increasing(const Interval& x, Function f) {
   return widened_from_zero(f(x.lower), f(x.upper), 4);
@@ -67,7 +67,7 @@ Interval increasing(const Interval& x, Function f) {
 inline Interval hull(const Interval& x, const Interval& y) {
   return {std::min(x.lower, y.lower), std::max(x.upper, y.upper)};
 }
-/// What both contain; they overlap.
+/// The intersection of overlapping intervals.
 inline Interval intersection(const Interval& x, const Interval& y) {
   return {std::max(x.lower, y.lower), std::min(x.upper, y.upper)};
 }
@@ -154,7 +154,7 @@ namespace interval_detail {
 
 inline constexpr double kPi = 3.14159265358979323846;
 
-/// Whether `x` may contain phase + k period for a whole k; true where rounding leaves that open.
+/// Whether `x` may contain phase + k period for an integer k; true if rounding leaves this undecided.
 inline bool may_contain_multiple(const Interval& x, double phase, double period) {
   const double slack = 8 * kUnit * (x.magnitude() + period);
   const double first = phase + period * std::ceil((x.lower - slack - phase) / period);
@@ -185,7 +185,7 @@ inline Interval tan(const Interval& x) {
     return Interval::whole();
   return increasing(x, [](double t) { return std::tan(t); });
 }
-/// The angle of (x, y). Where the box reaches the negative x-axis, on which the angle jumps, all angles.
+/// The angle of (x, y); all angles if the box touches the negative x-axis, where the angle jumps.
 inline Interval atan2(const Interval& y, const Interval& x) {
   using namespace interval_detail;
   if (y.contains(0) && !(x.lower > 0)) return widened(-kPi, kPi, 4);
@@ -201,7 +201,7 @@ inline Interval pow(const Interval& x, const Interval& y) {
 inline Interval sign(const Interval& x) {
   return {x.lower > 0 ? 1.0 : x.lower == 0 ? 0.0 : -1.0, x.upper < 0 ? -1.0 : x.upper == 0 ? 0.0 : 1.0};
 }
-/// `a` where c > 0, else `b`; both where c leaves that open.
+/// `a` if c > 0, else `b`; their union if the sign of c is undecided.
 inline Interval choose(const Interval& c, const Interval& a, const Interval& b) {
   return c.lower > 0 ? a : c.upper <= 0 ? b : hull(a, b);
 }

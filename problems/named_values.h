@@ -14,7 +14,7 @@ namespace ricochet {
 template <class Value>
 using Names = std::vector<std::pair<std::string, Value>>;
 
-/// The names alone, in the order of `names`.
+/// Only the names, in the order of `names`.
 template <class Value>
 std::vector<std::string> list(const Names<Value>& names) {
   std::vector<std::string> all;

@@ -4,13 +4,13 @@
 #include <vector>
 
 /// @file
-/// Refusal of an unknown name, with the nearest ones.
+/// Rejection of an unknown name, with close matches.
 
 namespace ricochet {
 
-/// Refuses a `name` that is none of the `known` ones of this `kind`, "method" or "parameter of bouncing_ball".
-/// @throws InputError that names what was asked for, the nearest known names (few letters differ, or they begin with it)
-/// and all known names
+/// Rejects a `name` that is not among the `known` names of this `kind`, "method" or "parameter of bouncing_ball".
+/// @throws InputError with the unknown name, close matches (few letters differ, or they begin with it) and all known
+/// names
 [[noreturn]] void throw_unknown_name(const std::string& kind, const std::string& name,
                                      const std::vector<std::string>& known);
 

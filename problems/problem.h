@@ -12,7 +12,7 @@
 #include "problems/interval.h"
 
 /// @file
-/// What a scene is: Problem, its equations, and what is known of it before a run.
+/// Problem, the equations of a scene, and ProblemInfo, its sizes, names and properties.
 
 namespace ricochet {
 
@@ -41,38 +41,38 @@ struct ContactInfo {
   std::span<const int> pushed() const { return std::span(support).first(support.size() - (is_moving ? 1 : 0)); }
 };
 
-/// A number that a scene takes.
+/// A parameter of a scene.
 struct ParameterInfo {
   std::string name;  ///< as in `--set NAME=VALUE`
   double value = 0;  ///< in SI units
   std::string unit;  ///< "kg", for reports
 };
 
-/// What a method may know of a scene before it runs. Everything below `structure` is derived from the equations, never
-/// declared by hand.
+/// Properties of a scene that a method may use before it runs. Everything in `structure` and after it is derived from
+/// the equations, never declared by hand.
 struct ProblemInfo {
   std::string id;                         ///< lower_snake, "bouncing_ball"
-  std::string title;                      ///< a line that says what it is
+  std::string title;                      ///< short description
   std::string source;                     ///< publication, or where the equations come from
   std::string hard_feature;               ///< what the scene tests
   std::vector<ParameterInfo> parameters;  ///< with the values of this problem
 
   int n_q = 0;     ///< coordinates
   int n_u = 0;     ///< controls
-  int clock = -1;  ///< the coordinate that is time, the last one, see Problem (7); -1 where nothing depends on time
+  int clock = -1;  ///< the coordinate that is time, the last one, see Problem (7); -1 if nothing depends on time
   std::vector<ContactInfo> contacts;  ///< n_c, unilateral and bilateral ones
   std::vector<int> unilateral;        ///< contacts that are, ascending
   std::vector<int> bilateral;         ///< constraints, ascending
 
-  ImpactLaw impact_law;                      ///< what methods honour or decline
-  std::shared_ptr<const Geometry> geometry;  ///< the bodies and their shapes; null where the scene states none
+  ImpactLaw impact_law;                      ///< methods support it or decline the scene
+  std::shared_ptr<const Geometry> geometry;  ///< the bodies and their shapes; null if the scene states none
 
   Vector q0;            ///< n_q, initial coordinates
   Vector v0;            ///< n_q, initial velocities, before any impact at t = 0
   Vector u;             ///< n_u, control of the plain simulation, constant in time
   double end_time = 0;  ///< [s]
 
-  /// What a method may skip, or do once.
+  /// Properties that let a method skip work, or do it once.
   struct Structure {
     bool constant_mass = false;            ///< M does not depend on q
     bool diagonal_mass = false;            ///< M has no off-diagonal entries
@@ -80,18 +80,18 @@ struct ProblemInfo {
     bool force_uses_velocity = false;      ///< f_v + B_u u depends on v
     bool constant_force_jacobian = false;  ///< f_v + B_u u is affine in (q, v)
     bool has_potential = false;            ///< potential_energy() is defined
-    bool has_formulas = false;             ///< a SymbolicProblem: a transcription can state its equations
+    bool has_formulas = false;             ///< a SymbolicProblem: its equations are available as formulas
     bool has_bounds = false;               ///< the functions named *_bounds are defined, see Problem
     bool force_jumps = false;              ///< f_v + B_u u contains `if` or `sign`, which may jump
-    /// Pairs k < l of coordinates that an entry (k, l) of M, or of a derivative of M a, f_v or B_u u, couples, without
-    /// the clock, which nothing moves. Contacts couple those of their supports that they push.
+    /// Pairs k < l of coordinates that are coupled by an entry (k, l) of M or of a derivative of M a, f_v or B_u u. The
+    /// clock is excluded. Contacts couple the coordinates that they push in addition.
     std::vector<std::pair<int, int>> couplings;
-  } structure;  ///< what holds for this scene
+  } structure;  ///< properties of this scene
 
   int n_c() const { return static_cast<int>(contacts.size()); }           ///< Contacts, constraints among them.
   int n_mechanical() const { return clock < 0 ? n_q : clock; }            ///< Coordinates of bodies: all but the clock.
   int n_bilateral() const { return static_cast<int>(bilateral.size()); }  ///< Bilateral constraints.
-  bool has_friction() const { return n_lambda_t > 0; }                    ///< Some contact has.
+  bool has_friction() const { return n_lambda_t > 0; }                    ///< Some contact has friction.
   bool has_bilateral() const { return !bilateral.empty(); }               ///< Some contact is a constraint.
 
   int n_normal_entries = 0;   ///< length of a packed J_n
@@ -116,15 +116,15 @@ struct ProblemInfo {
 ///
 ///     q_clock = t,   v_clock = 1,   M entry 1, no force, no initial value but 0          (7)
 ///
-/// so that J_n' v has the part df_c/dt of the rate of the gap, J_t' v the drive of a surface that moves (the clock's
-/// entry of J_t), v' (grad^2 f_c) v the parts f_tt + 2 f_tq v, and f_q the part df_v/dt: whatever is a rate, a slope or
-/// a derivative sums over the whole support. The clock's entries of J_n and J_t are part of rates only. No contact
-/// force acts on the clock: (2), impulses and Delassus operators sum over ContactInfo::pushed(). A scene without time
-/// has no clock.
+/// Then J_n' v contains df_c/dt, J_t' v contains the drive of a moving surface (the clock's entry of J_t),
+/// v' (grad^2 f_c) v contains f_tt + 2 f_tq v, and f_q contains df_v/dt: rates, slopes and derivatives are summed over
+/// the whole support. The clock's entries of J_n and J_t are used in rates only. No contact force acts on the clock:
+/// (2), impulses and Delassus operators are summed over ContactInfo::pushed(). A scene that does not depend on time has
+/// no clock.
 ///
 /// Arrays are plain pointers because these functions are called once per stage of every time step: no temporary, no
-/// allocation. Everywhere q, v, a (accelerations) and w (weights) have n_q entries, where nothing else is said of w; u has
-/// n_u and may be null when that is 0; lambda_n has n_c [N]; lambda_t has n_lambda_t [N] and may be null when that is 0.
+/// allocation. q, v, a (accelerations) and w (weights) have n_q entries, unless stated otherwise for w. u has n_u
+/// entries and may be null if n_u is 0; lambda_n has n_c [N]; lambda_t has n_lambda_t [N] and may be null if that is 0.
 /// Results come last. Nothing is validated. Matrices are column-major. J_n and J_t are packed: the normal of contact i
 /// occupies contacts[i].support.size() entries from contacts[i].normal_begin, in the order of its support; its tangents
 /// follow the same rule from tangent_begin, one direction after the other. A scene without friction has no tangential
@@ -136,13 +136,13 @@ class Problem {
   const ProblemInfo& info() const { return info_; }  ///< Sizes, names, initial state, structure.
   int n_q() const { return info_.n_q; }              ///< Coordinates, the clock among them.
   int n_c() const { return info_.n_c(); }            ///< Contacts, constraints among them.
-  /// Another start: `q0` and `v0`, n_q each, with the clock. Nothing is validated. Not to be called while a method runs.
+  /// Replaces the initial state, n_q each, with the clock. Not validated. Do not call while a method runs.
   void set_initial_state(const Vector& q0, const Vector& v0) {
     info_.q0 = q0;
     info_.v0 = v0;
   }
 
-  /// Another law of impacts. Nothing is validated. Not to be called while a method runs.
+  /// Replaces the impact law. Not validated. Do not call while a method runs.
   void set_impact_law(ImpactLaw law) { info_.impact_law = std::move(law); }
 
   // Values.
@@ -152,20 +152,20 @@ class Problem {
   virtual void gap(const double* q, double* f_c) const = 0;               ///< f_c: n_c [m], > 0 when open
   virtual void normal_jacobian(const double* q, double* J_n) const = 0;   ///< packed, n_normal_entries
   virtual void tangent_jacobian(const double* q, double* J_t) const = 0;  ///< packed, n_tangent_entries
-  /// J_n where only the contacts with `chosen` (n_c, zero or not) are needed: other entries may stay as they are.
+  /// J_n of the contacts whose entry in `chosen` (n_c) is not zero; the other entries may stay unchanged.
   virtual void normal_jacobian_of([[maybe_unused]] const char* chosen, const double* q, double* J_n) const {
     normal_jacobian(q, J_n);
   }
-  /// The same of `chosen` contacts for J_t.
+  /// J_t of the `chosen` contacts, likewise.
   virtual void tangent_jacobian_of([[maybe_unused]] const char* chosen, const double* q, double* J_t) const {
     tangent_jacobian(q, J_t);
   }
   virtual double potential_energy(const double* q) const = 0;  ///< [J]; 0 unless structure.has_potential
 
-  // Bounds over boxes, for proofs that nothing happens within a step: each result contains the value of the function of
-  // the same name for all arguments in the boxes q and v. Sizes are those of that function; time is a coordinate as any
-  // other. Defined where structure.has_bounds; they cost about ten times as much as the values. Of contacts with
-  // `chosen` (n_c, zero or not; null for all) only: other entries are undefined.
+  // Bounds over boxes, for proofs that nothing happens within a step. Each result contains the value of the function of
+  // the same name for all arguments in the boxes q and v. Sizes are those of that function; time is a coordinate like
+  // the others. Defined if structure.has_bounds; they cost about ten times as much as the values. Entries of contacts
+  // whose entry in `chosen` (n_c; null: all chosen) is zero are undefined.
   /// M: bounds of mass_matrix() over q.
   virtual void mass_bounds([[maybe_unused]] const Interval* q, [[maybe_unused]] Interval* M) const {}
   /// f: bounds of force() over q and v, at u.
@@ -211,12 +211,12 @@ class Problem {
   virtual void gap_hessian(const double* q, const double* w, double* H) const = 0;
 
   // Derivatives with respect to info().parameters, for sensitivities.
-  /// D: (n_q + 2 n_c + n_lambda_t) x parameters, one below the other the derivatives of M(q) a - f_v(q,v) - B_u(q) u -
-  /// J_n lambda_n - J_t lambda_t, of f_c(q), of J_n(q)' v and of J_t(q)' v, at fixed arguments. The control is info().u
-  /// and varies with the parameters it is made of. A contact with mu = 0 has no tangents, so its mu changes nothing.
+  /// D: (n_q + 2 n_c + n_lambda_t) x parameters. Its blocks, from top to bottom, are the derivatives of M(q) a -
+  /// f_v(q,v) - B_u(q) u - J_n lambda_n - J_t lambda_t, of f_c(q), of J_n(q)' v and of J_t(q)' v, at fixed arguments.
+  /// The control is info().u and varies with its parameters. mu = 0 means no tangents, so that mu changes nothing.
   virtual void parameter_derivative(const double* q, const double* v, const double* a, const double* lambda_n,
                                     const double* lambda_t, double* D) const = 0;
-  /// C: (2 n_q + 2 n_c + 1) x parameters: derivatives of q0, v0, all eps_r, all mu, end_time, one below the other.
+  /// C: (2 n_q + 2 n_c + 1) x parameters: derivatives of q0, v0, all eps_r, all mu, end_time, in this order.
   virtual void parameter_derivative_of_constants(double* C) const = 0;
 
   // Dense views for code outside the time step.
@@ -234,12 +234,12 @@ class Problem {
   std::optional<double> energy(const Vector& q, const Vector& v) const;
 
  protected:
-  ProblemInfo info_;  ///< what a subclass fills in its constructor
+  ProblemInfo info_;  ///< filled by the constructor of a subclass
 };
 
-/// Checks what of a `problem` a user can get wrong: sizes, non-finite numbers, eps_r outside [0, 1], mu < 0, end_time <= 0, M(q0) not
-/// positive definite, initial penetration, an initial state that violates a bilateral constraint, bilateral constraints
-/// that depend on each other. @throws InputError with the field, its value and what is allowed
+/// Rejects mistakes of a user in a `problem`: wrong sizes, non-finite numbers, eps_r outside [0, 1], mu < 0, end_time
+/// <= 0, M(q0) that is not positive definite, initial penetration, an initial state that violates a bilateral
+/// constraint, and dependent bilateral constraints. @throws InputError with the field, its value and what is allowed
 void validate(const Problem& problem);
 
 }  // namespace ricochet

@@ -11,9 +11,9 @@
 #include "problems/registry.h"
 
 /// @file
-/// A compiled scene is a class template over its scalar type T. It is run twice: with T = double for the values that a
-/// time step needs, compiled to machine code, and once with T = GiNaC::ex to learn its formulas, from which all
-/// derivatives come.
+/// A compiled scene is a class template over its scalar type T. It is evaluated in two ways: with T = double, as
+/// machine code, for the values that a time step needs; and once with T = GiNaC::ex to obtain its formulas, from which
+/// all derivatives are computed.
 ///
 ///     template <class T>
 ///     struct BouncingBall {
@@ -39,8 +39,8 @@
 ///
 /// A bilateral constraint is a contact joint<T>("name"), and its gap is zero at all times.
 ///
-/// A scene that moves by itself takes the time: force(q, v, t), gap(q, t), tangents(q, t), input(q, t), control(t), each
-/// instead of the form without it, and
+/// In a scene that depends on time, the time is an additional argument: force(q, v, t), gap(q, t), tangents(q, t),
+/// input(q, t), control(t), each instead of the form without t, and
 ///
 ///     drives(q, t)             std::array<std::array<T, n_t>, n_c>, added to J_t' v: minus the velocity of the surface
 ///
@@ -58,10 +58,10 @@ using Vec = std::array<T, n>;
 template <class T, std::size_t rows, std::size_t columns = rows>
 using Mat = std::array<std::array<T, columns>, rows>;
 
-/// What is said of a scene in lists and reports, as in ProblemInfo.
+/// Description of a scene in lists and reports, as in ProblemInfo.
 struct SceneText {
   const char* id;            ///< lower_snake, "bouncing_ball"
-  const char* title;         ///< a line that says what it is
+  const char* title;         ///< short description
   const char* source;        ///< publication, or where the equations come from
   const char* hard_feature;  ///< what makes it hard for methods
 };
@@ -130,7 +130,7 @@ auto mass_of(const Scene& scene, const auto& q) {
     return scene.mass(q);
 }
 
-// The members that may take the time.
+// Members that may depend on the time.
 
 auto force_of(const auto& scene, const auto& q, const auto& v, const auto& t) {
   if constexpr (requires { scene.force(q, v, t); })
@@ -194,7 +194,7 @@ std::array<double, n> load(const double* x) {
   return values;
 }
 
-/// Runs the scene with symbols in place of numbers. Parameter values come from `numeric`.
+/// Evaluates the scene with symbols instead of numbers. Parameter values are those of `numeric`.
 template <template <class> class Scene>
 SymbolicModel symbolic_model(Scene<double> numeric) {
   using GiNaC::ex;
@@ -264,7 +264,7 @@ SymbolicModel symbolic_model(Scene<double> numeric) {
 
 }  // namespace scene_detail
 
-/// A scene whose values run as machine code and whose derivatives run as programs.
+/// A scene whose values are machine code and whose derivatives are programs.
 template <template <class> class Scene>
 class CompiledProblem final : public SymbolicProblem {
  public:

@@ -9,15 +9,15 @@
 
 namespace ricochet {
 
-/// A scene of any number of bodies and contacts: constant diagonal masses, constant forces, and contacts that are
-/// copies of those of small scenes,
+/// A scene with any number of bodies and contacts. Masses and forces are constant, M is diagonal, and contacts are
+/// copies of the contacts of small scenes,
 ///
 ///   M = diag(m),   f_v = f,   f_c^i(q) = f_c(q at the coordinates of contact i),                            (1)
 ///
-/// so that formulas, and their derivatives by GiNaC, are made once per kind of contact, whatever their number is.
+/// so that formulas and their derivatives by GiNaC are made once per kind of contact, not once per contact.
 class AssembledProblem : public Problem {
  public:
-  /// A contact of the small scene, to be copied.
+  /// Adds a kind of contact, that of the small scene.
   class Kind {
    public:
     Kind() = default;
@@ -39,10 +39,10 @@ class AssembledProblem : public Problem {
     return Kind(kinds_.back().get());
   }
 
-  /// @param coordinates  those of the kind's scene, ascending here as there. @return the number of the contact
+  /// @param coordinates  of the small scene, by their numbers here, ascending. @return the number of the contact
   int add_contact(Kind kind, std::vector<int> coordinates, std::string name);
 
-  /// How it looks, in the end.
+  /// Sets the geometry; to be called last.
   void set_geometry(GeometryOf<double> geometry) {
     info_.geometry = std::make_shared<Geometry>(Geometry{std::move(geometry)});
   }
@@ -71,7 +71,7 @@ class AssembledProblem : public Problem {
   void dynamics_hessian(const double* q, const double* v, const double* u, const double* a, const double* lambda_n,
                         const double* lambda_t, const double* w, double* H) const override;
   void gap_hessian(const double* q, const double* w, double* H) const override;
-  /// Nothing: an assembled scene has no parameter to differentiate by.
+  /// Does nothing: an assembled scene has no parameters for derivatives.
   void parameter_derivative(const double*, const double*, const double*, const double*, const double*,
                             double*) const override {}
   void parameter_derivative_of_constants(double*) const override {}

@@ -8,11 +8,11 @@
 
 namespace ricochet {
 
-/// Where one copy of a small scene's contact stands in a large scene.
+/// Position of one copy of a small scene's contact in a large scene.
 struct ContactPlace {
-  int contact = 0;               ///< its number there
-  std::vector<int> coordinates;  ///< of the small scene, numbers in the large one, ascending
-  int normal_begin = 0, tangent_begin = 0, tangent_index = 0;  ///< of ContactInfo
+  int contact = 0;               ///< its number in the large scene
+  std::vector<int> coordinates;  ///< of the small scene, by their numbers in the large one, ascending
+  int normal_begin = 0, tangent_begin = 0, tangent_index = 0;  ///< as in ContactInfo
 };
 
 /// All copies of one contact. Arrays are those of the large scene, as in Problem; one call serves all copies, so there
@@ -39,11 +39,11 @@ class ContactCopies {
   /// Writes entries of these contacts only.
   virtual void slip_derivative_bounds(const char* chosen, const Interval* q, const Interval* v, int n_lambda_t,
                                       Interval* T) const = 0;
-  // These add to what is there. n_q: of the large scene
+  // These functions add to their results. n_q is that of the large scene.
   virtual void contact_force_derivative(const double* q, const double* lambda_n, const double* lambda_t, int n_q,
                                         double* Jl_q) const = 0;
   virtual void slip_velocity_derivative(const double* q, const double* v, int n_lambda_t, double* T) const = 0;
-  /// The contact forces' part of it.
+  /// Adds the part of the contact forces.
   virtual void dynamics_hessian(const double* q, const double* v, const double* lambda_n, const double* lambda_t,
                                 const double* w, int n_q, double* H) const = 0;
   virtual void gap_hessian(const double* q, const double* w, int n_q, double* H) const = 0;
@@ -52,12 +52,12 @@ class ContactCopies {
   std::vector<ContactPlace> places_;
 };
 
-/// What all scenes of one contact alone have in common: a size, the law of the contact, and no motion of their own.
-/// Each states its gap, and with friction its tangents.
+/// Common part of the small scenes with one contact: a size, the contact law, and no motion of their own. Each scene
+/// states its gap, and its tangents if it has friction.
 template <class T, std::size_t n>
 struct ContactScene {
   static constexpr SceneText text{"contact", "", "", ""};
-  T size{1.0}, e{0.0}, mu{0.0};  ///< size: a radius or a height [m]
+  T size{1.0}, e{0.0}, mu{0.0};  ///< size is a radius or a height [m]
 
   void parameters(auto&& visit) {
     visit("size", size, "m");
@@ -204,7 +204,7 @@ class CopiesOf final : public ContactCopies {
     for (int k = 0; k < n; ++k) local[k] = x[place.coordinates[k]];
     return local;
   }
-  /// Where a local entry k of (q, v) stands in the large scene.
+  /// Index in the large scene of the local entry k of (q, v).
   static int at(const ContactPlace& place, int k, int n_q) {
     return k < n ? place.coordinates[k] : n_q + place.coordinates[k - n];
   }

@@ -14,10 +14,10 @@
 
 namespace ricochet {
 
-/// Parameters of an assembled scene by name: the defaults with a user's changes.
+/// Parameters of an assembled scene by name: the defaults, with changes of the user.
 class SceneParameters {
  public:
-  /// @throws InputError for a change of a name that is not there
+  /// @throws InputError for an unknown name
   SceneParameters(const std::string& scene, std::vector<ParameterInfo> defaults, const ParameterChanges& changes)
       : parameters_(std::move(defaults)) {
     for (const auto& [name, value] : changes) {
@@ -53,8 +53,8 @@ class SceneParameters {
   std::vector<ParameterInfo> parameters_;
 };
 
-/// Makes an assembled scene known under its id, with the parameters it takes. Call once, in the scene's own file.
-/// @param file  of the caller: std::source_location, which Clang has from 16 on only
+/// Registers an assembled scene under its id, with its parameters. Call once, in the file of the scene.
+/// @param file  file of the caller; std::source_location is missing in Clang before version 16
 inline bool register_assembled_scene(const SceneText& text, const std::vector<ParameterInfo>& parameters,
                                      std::unique_ptr<Problem> (*make)(const SceneParameters&),
                                      const char* file = __builtin_FILE()) {

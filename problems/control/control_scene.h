@@ -8,20 +8,20 @@
 
 namespace ricochet {
 
-// An optimal control problem is a scene (problems/scene.h) with a control, and on top of it
+// An optimal control problem is a scene (problems/scene.h) with a control that also states
 //
 //   ControlGrid grid() const;                          // N, N_FE, tableau
 //   ControlBounds<n_q, n_u> bounds() const;            // of q, v, u
 //   T running_cost(q, v, u) const;   T terminal_cost(q, v) const;
 //
-// and what it has of
+// and optionally
 //
 //   std::array<T, n> path(q, v, u) const;              // >= 0 at every stage
 //   std::array<const char*, n> path_names() const;
 //   std::array<T, n> terminal(q, v) const;             // = 0 at T
 //   std::array<const char*, n> terminal_names() const;
 //   std::array<double, 2> time_bounds() const;         // T is an unknown between these; end_time() is its guess
-//   std::vector<Shape> shapes(q) const;                // how it looks (picture.h)
+//   std::vector<Shape> shapes(q) const;                // its drawing (picture.h)
 //   std::vector<Arrow> arrows(q, forces) const;        // controls and contact forces in that picture
 //
 //   const bool registered = register_control_problem<Discs>();
@@ -64,7 +64,7 @@ concept HasPicture = requires(const Scene s) {
   s.arrows(s.q0(), Forces{});
 };
 
-/// The first of `size` bounds; the clock, where there is one, has none.
+/// The first `size` bounds; the clock, if there is one, has none.
 template <std::size_t n>
 Vector to_vector(const std::array<double, n>& values, std::size_t size, double none) {
   Vector bounds = Vector::Constant(static_cast<Eigen::Index>(size), none);
@@ -142,7 +142,7 @@ std::unique_ptr<OptimalControlProblem> make_control(const Scene<double>& numeric
 
 }  // namespace scene_detail
 
-/// Makes the optimal control problem known under its id. Call once, in the problem's own file.
+/// Registers the optimal control problem under its id. Call once, in the file of the problem.
 template <template <class> class Scene>
 bool register_control_problem() {
   const auto text = Scene<double>::text;

@@ -18,15 +18,15 @@ namespace ricochet {
 ///   s.t. the plant's equations (problem.h), (q, v)(0) = (q_0, v_0),                     (2)
 ///        lower <= q, v, u <= upper,   p(q, v, u) >= 0,   r(q(T), v(T)) = 0              (3)
 ///
-/// u is constant on N control intervals of equal length, (3) holds at the stages.
+/// u is constant on N control intervals of equal length; (3) is imposed at the stages.
 struct OptimalControlProblem {
   struct Bounds {
-    Vector lower, upper;  ///< infinite where there is none
+    Vector lower, upper;  ///< infinite if there is no bound
   };
 
   std::string id, title, source, hard_feature;
-  std::unique_ptr<Problem> plant;  ///< end_time is T, u the guess of the control
-  bool is_time_free = false;       ///< T is an unknown in [T_lower, T_upper], plant->info().end_time its guess
+  std::unique_ptr<Problem> plant;  ///< end_time is T; u is the guess of the control
+  bool is_time_free = false;       ///< T is an unknown in [T_lower, T_upper] with the guess plant->info().end_time
   double T_lower = 0, T_upper = 0;
 
   Bounds q, v, u;
@@ -36,11 +36,11 @@ struct OptimalControlProblem {
   SmoothFunction terminal;       ///< (q, v) -> r
   std::vector<std::string> path_names, terminal_names;
 
-  // How it looks; empty for a problem without a picture.
+  // Its drawing; empty for a problem without one.
   std::function<std::vector<Shape>(const Vector& q)> shapes;
   std::function<std::vector<Arrow>(const Vector& q, const Forces& forces)> arrows;
 
-  // What the problem's source, or this project, solves it with.
+  // Default discretisation, from the source of the problem or chosen by us.
   int n_intervals = 1;  ///< N
   int n_fe = 2;         ///< finite elements in each
   std::string tableau = "radau-iia:2";
@@ -51,7 +51,7 @@ struct ControlEntry {
   std::function<std::unique_ptr<OptimalControlProblem>(const ParameterChanges&)> make;
 };
 
-/// Called by register_control_problem() in each problem's own file.
+/// Called by register_control_problem() in the file of each problem.
 bool add_control_problem(ControlEntry entry);
 
 /// All optimal control problems, by id.
@@ -62,7 +62,7 @@ std::vector<ControlEntry> control_problems();
 std::unique_ptr<OptimalControlProblem> make_control_problem(const std::string& id,
                                                             const ParameterChanges& changes = {});
 
-/// The checks of make_control_problem(), for problems that are built by hand.
+/// The checks of make_control_problem(), for problems that are made in other ways.
 void validate(const OptimalControlProblem& problem);
 
 }  // namespace ricochet

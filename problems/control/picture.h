@@ -7,8 +7,8 @@
 
 namespace ricochet {
 
-// A scene says how it looks: shapes at a configuration q, arrows for what acts there. All in metres and newtons, x to
-// the right, y upwards. The number and the kinds of shapes and arrows do not depend on q.
+// Drawing of a scene: shapes at a configuration q, and arrows for forces. Units are metres and newtons, x is to the
+// right, y upwards. The number and the kinds of shapes and arrows do not depend on q.
 
 /// A shape of a picture, in the colour of a body.
 struct Shape {
@@ -20,8 +20,8 @@ struct Shape {
   };
 
   Kind kind = Kind::circle;
-  int body = 0;          ///< from 1; 0 does not move
-  bool is_goal = false;  ///< where the body has to go
+  int body = 0;          ///< number of the body, from 1; 0: fixed
+  bool is_goal = false;  ///< target of the body
   std::array<double, 4> numbers{};
 
   static Shape circle(int body, double x, double y, double radius) {
@@ -38,7 +38,7 @@ struct Shape {
   Shape as_goal() const { return {kind, body, true, numbers}; }
 };
 
-/// What acts on a scene at an instant.
+/// Controls and contact forces at an instant.
 struct Forces {
   Vector u, lambda_n;  ///< n_u, n_c
   Vector friction;     ///< n_c: the first component of lambda_t, 0 for a contact without friction
@@ -46,7 +46,7 @@ struct Forces {
 
 /// A force, drawn from the point where it acts.
 struct Arrow {
-  int contact = -1;  ///< whose force it is; -1 for a control
+  int contact = -1;  ///< contact of the force; -1 for a control
   double x = 0, y = 0;
   double F_x = 0, F_y = 0;  ///< [N]
 };

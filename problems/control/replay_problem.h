@@ -9,33 +9,33 @@
 
 namespace ricochet {
 
-/// The plant of an optimal control problem, whose control can be changed.
+/// The plant of an optimal control problem, with a control that can be changed.
 class ControlledPlant final : public SymbolicProblem {
  public:
   explicit ControlledPlant(const OptimalControlProblem& problem);
   void set_control(const Vector& u) { info_.u = u; }
 };
 
-/// The plant of an optimal control problem with one more coordinate whose velocity is the running cost so far,
+/// The plant of an optimal control problem with an additional coordinate. Its velocity is the running cost so far,
 ///
 ///   M = 1,   v_cost' = L(q, v, u),                                                                         (1)
 ///
-/// so that any method integrates the cost as accurately as the motion, and with the controls as parameters, so that
-/// derivatives with respect to them are sensitivities. It is run interval by interval, with the control of each.
+/// so that every method integrates the cost as accurately as the motion. The controls are parameters, so that
+/// derivatives with respect to them are sensitivities. It is run interval by interval.
 class ReplayProblem final : public SymbolicProblem {
  public:
   explicit ReplayProblem(const OptimalControlProblem& problem);
   static std::string control_parameter(int control) { return fmt::format("control_{}", control); }
 
-  /// Starts the next interval at the plant's (q, v), before an impact at this instant, with no cost so far.
+  /// Starts the next interval at the plant's (q, v), before an impact at this instant, with zero cost.
   void restart(const Vector& q, const Vector& v, const Vector& u, double duration);
 
-  /// The plant's part of q or v of this problem, and the cost in v.
+  /// The entries of q or v that belong to the plant, and the cost in v.
   Vector of_plant(const Vector& x) const;
   double cost(const Vector& v) const { return v[n_bodies_]; }
 
  private:
-  int n_bodies_;  // coordinates of the plant without its clock, which stays the last one
+  int n_bodies_;  // coordinates of the plant without its clock, which remains the last one
 };
 
 }  // namespace ricochet

@@ -7,8 +7,8 @@
 
 namespace ricochet {
 
-/// A vector function y = f(x) of real x given by formulas, with exact first and second derivatives from GiNaC; where a
-/// formula has a kink or a jump see real_functions.h.
+/// A vector function y = f(x) of real x, given by formulas, with exact first and second derivatives from GiNaC. See
+/// real_functions.h for kinks and jumps.
 class SmoothFunction {
  public:
   using Expressions = std::vector<GiNaC::ex>;
@@ -24,7 +24,7 @@ class SmoothFunction {
 
   /// @param y  n_outputs
   void evaluate(const double* x, double* y) const { value_.evaluate({x}, y); }
-  /// The outputs, with vectors that make the inputs one after the other.
+  /// The outputs for an input that is given as several vectors, one after the other.
   template <class... Parts>
   Eigen::VectorXd at(const Parts&... parts) const {
     Eigen::VectorXd x(n_inputs_), y(n_outputs());

@@ -6,7 +6,7 @@
 #include "problems/derivatives/straight_line_program.h"
 
 /// @file
-/// A program for an array with many zeros.
+/// SparseProgram, a program for an array with many zeros.
 
 namespace ricochet {
 
@@ -14,7 +14,7 @@ namespace ricochet {
 /// once.
 class SparseProgram {
  public:
-  SparseProgram() = default;  ///< Of no entry.
+  SparseProgram() = default;  ///< Without entries.
   /// @param dense      the array, column-major when it is a matrix
   /// @param inputs     groups of symbols, for example {q, v, u}
   /// @param constants  every other symbol that occurs
@@ -22,18 +22,18 @@ class SparseProgram {
   SparseProgram(const std::vector<GiNaC::ex>& dense, const StraightLineProgram::InputGroups& inputs,
                 const std::vector<StraightLineProgram::Constant>& constants);
 
-  /// Writes the whole array to `dense`, zeros too; `inputs` as of StraightLineProgram::evaluate().
+  /// Writes the whole array to `dense`, including zeros; `inputs` as in StraightLineProgram::evaluate().
   void evaluate(std::initializer_list<const double*> inputs, double* dense) const { evaluate_in(inputs, dense); }
   /// Bounds of the array over a box of inputs.
   void evaluate(std::initializer_list<const Interval*> inputs, Interval* dense) const { evaluate_in(inputs, dense); }
 
-  /// As StraightLineProgram::set_constants(), with those `values`.
+  /// As StraightLineProgram::set_constants(), with these `values`.
   void set_constants(std::span<const double> values);
 
   /// True when no entry depends on an input.
   bool is_constant() const { return program_.is_constant(); }
-  int size() const { return size_; }  ///< Of the array, zeros too.
-  /// Where the entries of the program stand in the array.
+  int size() const { return size_; }  ///< Size of the array, including zeros.
+  /// Positions of the entries of the program in the array.
   const std::vector<int>& positions() const { return positions_; }
 
  private:
@@ -42,7 +42,7 @@ class SparseProgram {
 
   StraightLineProgram program_;
   std::vector<int> positions_;
-  std::vector<double> constants_;  // the entries, when they never change
+  std::vector<double> constants_;  // the entries, if they never change
   int size_ = 0;                   // of the array
 };
 

@@ -10,28 +10,28 @@
 #include "problems/interval.h"
 
 /// @file
-/// Formulas made fast: symbolic expressions as programs over a number type.
+/// StraightLineProgram, a fast evaluation of symbolic expressions.
 
 namespace ricochet {
 
-/// Straight-line program for a list of symbolic expressions. It is made once and runs over a number type: in doubles for
-/// values, in intervals for bounds over a box of inputs. Its constants are doubles in either case.
+/// Straight-line program for a list of symbolic expressions. It is made once and can be evaluated with doubles, for
+/// values, or with intervals, for bounds over a box of inputs. Its constants are doubles in both cases.
 ///
-/// GiNaC differentiates; a StraightLineProgram makes the result fast and repeatable. Equal subexpressions are computed
-/// once, numbers are folded, and operands are put into an order that depends on their structure only: GiNaC's own order
-/// follows memory addresses and would change the last bit from one run to the next.
+/// GiNaC computes derivatives; a StraightLineProgram evaluates them fast and repeatably. Equal subexpressions are
+/// computed once, numbers are folded, and the order of operands depends only on their structure. GiNaC's own order
+/// depends on memory addresses and would change the last bit from run to run.
 class StraightLineProgram {
  public:
-  /// A symbol that is folded into the program as a number; or, if it `may_change`, one that set_constants() changes.
+  /// A symbol with a number as its value. If it `may_change`, set_constants() changes the number; else it is folded.
   struct Constant {
     GiNaC::symbol symbol;     ///< as it occurs in the expressions
-    double value;             ///< what it stands for
+    double value;             ///< its value
     bool may_change = false;  ///< set_constants() gives it other values
   };
   /// Symbols that are arguments, in groups with a pointer each.
   using InputGroups = std::vector<std::vector<GiNaC::symbol>>;
 
-  StraightLineProgram() = default;  ///< Of no output.
+  StraightLineProgram() = default;  ///< Without outputs.
 
   /// @param outputs    expressions, in the order in which evaluate() writes them
   /// @param inputs     groups of symbols, for example {q, v, u}
@@ -43,22 +43,22 @@ class StraightLineProgram {
   /// Computes all outputs. No allocation.
   /// @tparam Number    double, or Interval
   /// @param inputs     one pointer per input group; the pointer of an empty group is not read
-  /// @param outputs    where output k goes: outputs[k], or outputs[positions[k]]; may not overlap the inputs
+  /// @param outputs    output k is written to outputs[k], or outputs[positions[k]]; must not overlap the inputs
   /// @param positions  n_outputs() of them, or null
   template <class Number>
   void evaluate(std::span<const std::type_identity_t<Number>* const> inputs, Number* outputs,
                 const int* positions = nullptr) const;
 
-  /// Other values of the constants that may change. What depends on nothing else is computed here, once, so that
-  /// evaluate() takes the steps of a program into which they are folded: its outputs are those of one, but for the sign
-  /// of a zero. No allocation.
-  /// @param values  in the order of the constructor's list, without those that may not change
+  /// Sets the constants that may change. Operations that depend only on constants are executed here, once. evaluate()
+  /// then executes the same operations as a program with folded constants, with the same results up to the sign of
+  /// zeros. No allocation.
+  /// @param values  in the order of the constructor's list, without those that must not change
   void set_constants(std::span<const double> values);
 
-  int n_outputs() const { return static_cast<int>(outputs_.size()); }  ///< Expressions.
-  int n_operations() const { return static_cast<int>(code_.size()); }  ///< That evaluate() takes.
+  int n_outputs() const { return static_cast<int>(outputs_.size()); }  ///< Number of expressions.
+  int n_operations() const { return static_cast<int>(code_.size()); }  ///< Operations of evaluate().
 
-  /// True when no output depends on an input: one evaluation holds for ever.
+  /// Whether no output depends on an input.
   bool is_constant() const { return constant_; }
   /// Writes the `outputs`, n_outputs() of them, if is_constant().
   void constant_outputs(double* outputs) const;
@@ -90,19 +90,19 @@ class StraightLineProgram {
     sign,
     choose
   };
-  /// The result goes to the next register. @param third  of choose alone: left > 0 ? right : third
+  /// The result is written to the next register. @param third  for choose only: left > 0 ? right : third
   struct Instruction {
     Op op;
     std::int32_t left, right, third;
   };
   template <class Number>
   static Number apply(Op op, const Number& x, const Number& y);
-  /// Results one after the other, from `next` on. @param r  registers
+  /// Writes the results to consecutive registers, from `next`. @param r  registers
   template <class Number>
   static void run(const std::vector<Instruction>& code, const Number* r, Number* next);
 
-  // Registers: constants first, then inputs, then one per instruction of `code_`. Of the constants the first may change,
-  // the next are results of `preparation_`, and the others are numbers.
+  // Registers: constants first, then inputs, then one per instruction of `code_`. Of the constants the first may
+  // change, the next are results of `preparation_`, and the others are numbers.
   std::vector<double> constants_;
   std::vector<Instruction> preparation_;
   std::int32_t n_changing_ = 0;

@@ -15,22 +15,22 @@
 #include "problems/problem.h"
 
 /// @file
-/// A scene as formulas, and the Problem that follows from them.
+/// SymbolicModel, a scene as formulas, and SymbolicProblem, the Problem that follows from them.
 
 namespace ricochet {
 
-/// A scene as formulas: what a scene file states, or what a compiled scene says when it is run with symbols. Symbols
-/// are real (real_functions.h). Units are those of the SI.
+/// A scene as formulas: the contents of a scene file, or a compiled scene evaluated with symbols. Symbols are real
+/// (real_functions.h). Units are those of the SI.
 struct SymbolicModel {
   using Expressions = std::vector<GiNaC::ex>;  ///< A list of formulas.
 
-  /// A contact, as ContactInfo, in formulas of q, the parameters and t.
+  /// A contact, as in ContactInfo, with formulas of q, the parameters and t.
   struct Contact {
     std::string name;                   ///< in messages, events and figures
     GiNaC::ex gap;                      ///< f_c [m], positive when the bodies are apart
     std::vector<Expressions> tangents;  ///< directions, each with n_q entries; empty without friction
-    Expressions drives;                 ///< dv_t/d(v_clock), one per direction: what J_t' v has from a surface that
-                                        ///< moves by itself; empty for none
+    Expressions drives;                 ///< dv_t/d(v_clock), one per direction: contribution of a moving surface to
+                                        ///< J_t' v; empty if there is none
     GiNaC::ex eps_r = 0;                ///< restitution coefficient, in terms of the parameters only
     GiNaC::ex mu = 0;                   ///< friction coefficient, in terms of the parameters only
     bool is_bilateral = false;          ///< a constraint gap = 0
@@ -57,26 +57,26 @@ struct SymbolicModel {
   GiNaC::ex end_time;                         ///< [s], in terms of the parameters only
   ImpactLaw impact_law;                       ///< as ProblemInfo::impact_law
   std::optional<GiNaC::ex> potential_energy;  ///< [J], in terms of q and the parameters
-  /// Bodies and shapes, in terms of the parameters only; nothing where the scene states none.
+  /// Bodies and shapes, in terms of the parameters only; empty if the scene states none.
   std::optional<GeometryOf<GiNaC::ex>> geometry;
 
   /// Value of an `expression` of parameters and numbers.
   double number(const GiNaC::ex& expression) const;
-  /// The parameters as constants of a program; if they `may_change`, all of them by StraightLineProgram::set_constants().
+  /// The parameters as constants of a program; if they `may_change`, StraightLineProgram::set_constants() sets them.
   std::vector<StraightLineProgram::Constant> constants(bool may_change = false) const;
 };
 
-/// The Problem of a SymbolicModel: J_n is the gradient of f_c, and every other derivative comes from GiNaC too, exact
-/// and sparse. Nothing that is identically zero or constant is computed again.
+/// The Problem of a SymbolicModel. J_n is the gradient of f_c; it and all other derivatives are computed by GiNaC,
+/// exact and sparse. Entries that are identically zero or constant are not computed again.
 ///
-/// Why GiNaC and not automatic differentiation: it serves compiled scenes and scene files alike, to any order, finds
-/// the structure (constant M, affine f and f_c, supports of contacts) that lets a method skip work. The price is a
-/// program that is interpreted: a Jacobian of the double pendulum takes 80 ns, forward-mode Eigen::AutoDiffScalar 25 ns
-/// (bench/benchmarks/bench_derivatives.cpp). Jacobians are rare, since Newton matrices are kept; values are machine code.
+/// GiNaC is used instead of automatic differentiation because it works for compiled scenes and scene files, to any
+/// order, and finds the structure (constant M, affine f and f_c, supports of contacts) that lets a method skip work.
+/// Its programs are interpreted: a Jacobian of the double pendulum takes 80 ns, with forward-mode Eigen::AutoDiffScalar
+/// 25 ns (bench/benchmarks/bench_derivatives.cpp). Newton matrices are reused; values are machine code.
 class SymbolicProblem : public Problem {
  public:
   /// Differentiates the `model` and makes its programs: milliseconds.
-  /// @throws InputError for a symbol that has no value, a function without a counterpart in doubles, or a mu without tangents
+  /// @throws InputError for a symbol without value, a function without a counterpart in doubles, or mu without tangents
   explicit SymbolicProblem(SymbolicModel model);
 
   void mass_matrix(const double* q, double* M) const override;
@@ -110,19 +110,19 @@ class SymbolicProblem : public Problem {
   void parameter_derivative_of_constants(double* C) const override;
 
   const SymbolicModel& model() const { return stated_; }  ///< The scene as it is stated.
-  /// The scene as it is solved: with the clock as its last coordinate where it depends on time, and a control that does
-  /// as part of the force.
+  /// The scene as it is solved: if it depends on time, the clock is its last coordinate, and a control that depends on
+  /// time is part of the force.
   const SymbolicModel& equations() const { return model_; }
 
-  // For studies of many runs: a problem takes milliseconds to make, and set_parameters() less than one of them.
+  // For studies of many runs: making a problem takes milliseconds, set_parameters() microseconds.
 
-  /// Makes the programs once more, so that set_parameters() can be called. To be called before any method runs.
+  /// Makes the programs again, so that set_parameters() can be called. Call it before any method runs.
   void open_parameters();
-  /// The problem as it would be had it been made with these parameters, up to the sign of zeros. Nothing is validated.
-  /// No formula is touched, so that each thread may have a problem of its own. Not to be called while a method runs.
-  /// @param values  of info().parameters, all of them
-  /// @returns false, with nothing changed, when a contact would begin or cease to have friction: its tangents would
-  /// come or go
+  /// Changes the parameters. The result is the problem that is made with them, up to the sign of zeros. Not validated.
+  /// No formula is read, so that each thread may change its own problem. Do not call while a method runs.
+  /// @param values  of all info().parameters
+  /// @returns false, without a change, if a contact would gain or lose friction: its tangents would
+  /// have to be added or removed
   bool set_parameters(std::span<const double> values);
 
  protected:
@@ -144,7 +144,7 @@ class SymbolicProblem : public Problem {
   SparseProgram mass_, force_, gap_, normal_, tangent_, potential_;
   SparseProgram force_jacobian_, mass_q_, contact_q_, gap_bias_, slip_q_;
 
-  // Built at first use: only a transcription and sensitivities need them.
+  // Built at first use, by a transcription or for sensitivities.
   mutable std::once_flag dynamics_hessian_once_, gap_hessian_once_, parameter_derivative_once_;
   mutable SparseProgram dynamics_hessian_, gap_hessian_, parameter_derivative_;
 

@@ -6,9 +6,9 @@
 
 namespace ricochet {
 
-/// An expression as parse_expression() reads it. Terms and factors are sorted by their text and sums lead with a plus
-/// where a sign can be moved: GiNaC's own order follows memory addresses and would change from run to run.
-/// @throws InputError for what the grammar has no word for
+/// Writes an expression for parse_expression(). Terms and factors are sorted by their text, and a sum starts with a
+/// positive term if possible, because GiNaC's own order depends on memory addresses and would change from run to run.
+/// @throws InputError for an expression that the grammar does not contain
 std::string expression_text(const GiNaC::ex& expression);
 
 }  // namespace ricochet

@@ -23,7 +23,7 @@ class Field {
   bool has(const std::string& key) const { return value_->contains(key); }
   std::size_t size() const { return value_->size(); }
 
-  /// @throws InputError when it is not there
+  /// @throws InputError if the field is missing
   Field at(const std::string& key) const {
     const std::string child = place_of(name_, key);
     if (!has(key)) throw InputError(child + ": this field is missing");
@@ -38,10 +38,10 @@ class Field {
     }
   }
 
-  /// Of a text, or a number.
+  /// The text of a string or a number.
   std::string text() const { return value_->is_string() ? value_->get<std::string>() : value_->dump(); }
 
-  /// As a formula of these `names`. @throws InputError as parse_expression()
+  /// The value as a formula of these `names`. @throws InputError as parse_expression()
   GiNaC::ex expression(const ExpressionNames& names) const { return parse_expression(text(), names, name_); }
   /// A list of `length` formulas.
   SymbolicModel::Expressions expressions(std::size_t length, const ExpressionNames& names) const {

@@ -6,7 +6,7 @@
 #include "problems/scene_file/field.h"
 
 /// @file
-/// The geometry of a scene file: reading and writing it.
+/// Reading and writing of the geometry of a scene file.
 
 namespace ricochet {
 
@@ -20,9 +20,9 @@ GeometryOf<GiNaC::ex> read_geometry(const Field& field, const SymbolicModel& mod
 /// Reads the fields "shapes" and "corner" of a contact, the number `contact` of its scene. @throws InputError likewise
 ShapePair read_pair(const Field& field, const GeometryOf<GiNaC::ex>& geometry, int contact);
 
-/// What read_geometry() reads, for the geometry of the `model`.
+/// Writes the geometry of the `model` for read_geometry().
 nlohmann::ordered_json geometry_json(const SymbolicModel& model);
-/// What read_pair() reads, put into the `contact` of a file.
+/// Writes the fields that read_pair() reads into the `contact` of a file.
 void add_pair(nlohmann::ordered_json& contact, const ShapePair& pair, const GeometryOf<GiNaC::ex>& geometry);
 
 }  // namespace ricochet

@@ -4,8 +4,8 @@
 
 namespace ricochet {
 
-/// problems/scene_file/scene.schema.json, which goes into the program: scene files are checked with it, so that it says
-/// what they may hold. Its parts are "scene", "labelled", an object with the scene as "problem", and "set", several.
+/// The schema problems/scene_file/scene.schema.json, which is compiled into the program. Scene files are checked with
+/// it. Its parts are "scene", "labelled" (an object with the scene as "problem") and "set" (several of them).
 const JsonSchema& scene_schema();
 
 }  // namespace ricochet
