@@ -4,8 +4,8 @@
 
 namespace ricochet::reference {
 
-/// Where f, of opposite signs at the ends, is zero: GSL's Brent-Dekker method, to rounding. Where rounding gives both ends
-/// one sign, the end at which f is nearer to zero.
+/// Root of f, which has opposite signs at the ends, to rounding, by GSL's Brent-Dekker method. If rounding gives both
+/// ends the same sign, the end at which |f| is smaller.
 double bracketed_root(const std::function<double(double)>& f, double from, double to);
 
 }  // namespace ricochet::reference

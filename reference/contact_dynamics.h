@@ -24,38 +24,38 @@ class ForceEquations;
 ///
 ///   lambda = -(R' M^-1 C)^-1 (R' M^-1 (f_v + B_u u) + bias)                              (5)
 ///
-/// symmetric where nothing slips. d is the sign of the mode in the plane and v_t / |v_t| in space; where v_t = 0 in
-/// space it has to be held from outside. Bilateral constraints are closed in every mode, and their forces may pull.
+/// The matrix is symmetric if nothing slips. d is the sign of the mode in the plane and v_t / |v_t| in space; if v_t =
+/// 0 in space, it must be given. Bilateral constraints are closed in every mode, and their forces may pull.
 ///
-/// (5) is evaluated at every stage of every step: nothing is allocated as long as it is regular, and where M and the
-/// closed contacts do not vary, M^-1 C and the factors are kept until the modes or a direction change. Where it is
-/// singular, or was at the last call, ForceEquations has the last word.
+/// (5) is evaluated at every stage of every step. It allocates nothing while it is regular. If M and the closed
+/// contacts do not vary, M^-1 C and the factors are reused until the modes or a direction change. If (5) is singular,
+/// or was at the last call, ForceEquations solves it.
 class ContactDynamics {
  public:
-  /// @param problem  has to outlive this
+  /// @param problem  must outlive this object
   explicit ContactDynamics(const Problem& problem);
 
-  /// Modes of all contacts until the next call; bilateral ones have to be closed. Releases held directions.
+  /// Sets the modes of all contacts; bilateral ones must be closed. Releases fixed directions.
   void set_modes(const std::vector<ContactMode>& modes);
   const std::vector<ContactMode>& modes() const { return modes_; }
   const std::vector<int>& closed() const { return closed_; }  ///< contacts that are not open
 
-  /// Fixes d in (4) for contact i, which slips in space. @param d 2, a unit vector; empty to follow the velocity again
+  /// Fixes d in (4) for contact i, which slips in space. @param d 2, a unit vector; empty: d follows the velocity
   void hold_direction(int i, const Vector& d);
 
-  /// v' and, for the closed contacts, lambda_n (n_c) and lambda_t (n_lambda_t), else untouched. False when M is not
-  /// positive definite or (5) does not determine v'.
+  /// Computes v' and, for closed contacts, lambda_n (n_c) and lambda_t (n_lambda_t); other entries stay unchanged.
+  /// False if M is not positive definite or (5) does not determine v'.
   bool acceleration(const double* q, const double* v, double* acceleration, double* lambda_n, double* lambda_t);
 
-  /// Whether the forces of contact i in the last acceleration() were the only ones. Redundant contacts share
-  /// them as steadiest_division() says.
+  /// Whether the forces of contact i in the last acceleration() are unique. Redundant contacts share
+  /// them by steadiest_division().
   bool determines_forces(int i) const { return !is_redundant_ || determined_[static_cast<std::size_t>(i)]; }
 
   long force_evaluations = 0, mass_factorizations = 0;
 
  private:
-  /// What (5) has of one closed contact: its columns of J, normal and, with friction, tangents; its unknown forces,
-  /// normal and, where it sticks, tangential.
+  /// Part of (5) that belongs to one closed contact: its columns of J, normal and, with friction, tangents; its unknown
+  /// forces, normal and, if it sticks, tangential.
   struct Closed {
     const ContactInfo* info;
     int contact;

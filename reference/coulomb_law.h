@@ -7,31 +7,31 @@
 
 namespace ricochet::reference {
 
-/// Contacts that act at once, and the motion that their impulses or forces z leave: motion = free + MJ z. Rows as in
-/// CoulombContact: normal, then tangents, contact after contact.
+/// Contacts that act at once, and the motion with their impulses or forces z: motion = free + MJ z. Rows are ordered as
+/// in CoulombContact: normal, then tangents, contact after contact.
 struct ContactQuestion {
-  const char* what = "";  ///< law, for messages
+  const char* what = "";  ///< name of the law, for messages
   std::vector<std::string> names;
   std::vector<CoulombContact> contacts;
   Matrix J, MJ;        ///< n_q x rows, M^-1 J under the bilateral constraints
   Vector free;         ///< n_q, motion without z
   Vector b, b_size;    ///< rows, u = J' MJ z + b; sizes of the terms of b
-  bool stays = false;  ///< forces that have to stay within their cones for a while, instead of impulses
+  bool stays = false;  ///< z are forces, which must stay within their cones for a while, not impulses
 };
 
 struct ContactAnswer {
-  std::string failure;             ///< why the law decides nothing; empty when it does
+  std::string failure;             ///< reason, if the law does not determine the motion; else empty
   std::vector<ContactMode> modes;  ///< by contact
   Vector z, u;                     ///< rows
   Vector u_size;                   ///< rows, sizes of the terms of u
 };
 
-/// Coulomb's law where it determines the motion. Groups of contacts that do not act on each other are asked one by one,
-/// so that none lends its sizes to another. Solutions with different impulses or forces and the same motion are common,
-/// a rod whose ends stick has them: the least is taken, sum_r G_rr z_r^2. As impulses they are as good as any. Forces
-/// have to go on: a division that is inside all cones is looked for, with every contact that rests sticking; where
-/// there is none and those that are taken are at the edge of a cone without slip, the law fails.
-/// @return a failure where no mode fits ("inconsistent"), or several with different motions do ("indeterminate")
+/// Solves Coulomb's law if it determines the motion. Groups of contacts that do not act on each other are solved
+/// separately, so that their thresholds do not mix. Solutions with different z and the same motion are common, for
+/// example for a rod whose ends stick; the one with the least sum_r G_rr z_r^2 is taken. For impulses this choice is
+/// sufficient. Forces must remain admissible: a division inside all cones is searched, with every resting contact
+/// sticking. If there is none, and the chosen forces are at the edge of a cone without slip, the law fails.
+/// @return a failure if no modes fit ("inconsistent"), or several with different motions ("indeterminate")
 ContactAnswer answer_coulomb_law(const ContactQuestion& question);
 
 }  // namespace ricochet::reference

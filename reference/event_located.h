@@ -14,19 +14,19 @@ struct EventLocatedSettings {
   long max_steps = 10'000'000;  ///< of the integrator, over the whole run
   long max_events = 100'000;
   bool records_motion = false;  ///< fills Solution::motion with the integrator's own interpolation
-  double zeno_interval = 1e-9;  ///< impacts of one contact closer than this part of end_time are an accumulation
+  double zeno_interval = 1e-9;  ///< impacts of one contact closer than this fraction of end_time are an accumulation
 };
 
-/// Integrates the smooth phases, locates with the integrator's root finding where a gap closes, a contact force
-/// vanishes, a friction force reaches its cone or a slip velocity zero, and restarts it behind each event; impacts that
-/// begin and end within one of its steps are found by StepWatch. Mode decisions come from ContactLaws and use nothing
-/// of methods/. Every threshold is a part of a size that Scales states.
+/// Integrates the smooth phases and restarts the integrator after each event. Its root finding locates closing gaps,
+/// vanishing contact forces, friction forces that reach their cones, and slip velocities that reach zero. StepWatch
+/// finds impacts that start and end within one step. Mode decisions come from ContactLaws and use nothing of methods/.
+/// Every threshold is a fraction of a size of Scales.
 ///
-/// Ends early with Status::step_limit where impacts of several contacts accumulate (Zeno), which it cannot pass, naming
-/// those that take part, at max_steps or max_events, and where 20 000
-/// steps move the time by less than 1e-6 of the end time, with the contacts that hold it up; with Status::inner_solver_failed where no combination of contact modes
-/// fits ("inconsistent"), several with different motions do ("indeterminate"), or an event was passed unnoticed. Forces
-/// of redundant contacts that are not unique are divided by steadiest_division() as long as the motion is.
+/// Ends early with Status::step_limit at an accumulation of impacts of several contacts (Zeno), at max_steps or
+/// max_events, and if 20 000 steps advance the time by less than 1e-6 of the end time; the message names the contacts.
+/// Ends with Status::inner_solver_failed if no combination of contact modes fits ("inconsistent"), if several with
+/// different motions fit ("indeterminate"), or if an event was missed. If the motion is unique and the forces of
+/// redundant contacts are not, steadiest_division() divides them.
 Solution integrate_event_located(const Problem& problem, const EventLocatedSettings& settings);
 
 }  // namespace ricochet::reference

@@ -9,39 +9,39 @@
 
 namespace ricochet::reference {
 
-/// Flights of open contacts that end soon, by the gap, its rate r and its acceleration a behind an event:
+/// Short flights of open contacts. Their end follows from the gap, its rate r and its acceleration a after an event:
 ///
 ///   0 = gap + r t + a t^2 / 2                                                            (1)
 ///
-/// A multistep method whose steps are longer passes over them, and at the begin of a step that is much longer than the
-/// flight its interpolation is not exact enough to tell a gap that opens from one that closes. So its steps stay below
-/// a part of the shortest flight while that lasts. Where the flights of a contact become ever shorter, its impacts
-/// accumulate. An impact behind which a contact with eps_r < 1 would rise no higher than rounding of its gap,
+/// A multistep method with longer steps misses them. At the start of a step that is much longer than the flight, its
+/// interpolation cannot distinguish a gap that opens from one that closes. Its steps therefore stay below a fraction of
+/// the shortest flight during that flight. If the flights of a contact become ever shorter, its impacts accumulate.
+/// If a contact with eps_r < 1 would rise no higher than the rounding of its gap after an impact,
 ///
 ///   (eps_r r)^2 / (2 |a|) <= rounding,   r < 0 before the impact,   a < 0,               (3)
 ///
-/// is its last one, and plastic. The impacts that it stands for would end 2 eps_r |r| / (|a| (1 - eps_r)) later, with
-/// the same sum of normal impulses as the force of a closed contact has in that time; so what the state misses behind
-/// them is of second order in r, which (3) makes 1e-7 of the velocities.
+/// this impact is its last one, and plastic. It replaces impacts that would end 2 eps_r |r| / (|a| (1 - eps_r)) later.
+/// Their normal impulses have the same sum as the force of a closed contact over that time. The error of the state
+/// after them is therefore of second order in r, by (3) about 1e-7 of the velocities.
 ///
-/// Several contacts that touch and bounce, or leave and come back, in turn end their accumulation together, where each
-/// of them would be pressed on by the loads, a < 0 without all of their forces, and neither its rate before the impact
+/// Several contacts that touch and bounce, or open and close, in turn end their accumulation together. The condition is
+/// that the loads press on each of them, a < 0 without all of their forces, and that neither its rate before the impact
 /// nor that after a plastic one lifts it higher than rounding,
 ///
 ///   r^2 / (2 |a|) <= rounding                                                            (4)
 ///
-/// Then all of them close, with the rates of none. Where the velocities are large when the gaps vanish, (4) does not
-/// hold, and the run ends.
+/// Then all of them close, with zero rates. If the velocities are large when the gaps vanish, (4) does not hold, and
+/// the run ends.
 ///
-/// A contact that opens without a rate, because its force vanishes, or whose bodies fall together, has a gap that is
-/// rounding and integration error at first, of either sign. Its root function is
+/// If a contact opens with zero rate, because its force vanishes, or if its bodies fall together, its gap is at first
+/// rounding and integration error of either sign. Its root function is
 ///
 ///   gap + offset                                                                         (2)
 ///
-/// until the gap is larger than the offset; a body that comes back before has not left.
+/// until the gap is larger than the offset. A body that returns before has not left.
 class Flights {
  public:
-  /// @param zeno_interval  [s]: impacts of one contact closer than this are an accumulation
+  /// @param zeno_interval  impacts of one contact at shorter intervals are an accumulation [s]
   Flights(const Problem& problem, const Scales& scales, double tolerance, double zeno_interval)
       : problem_(problem),
         scales_(scales),
@@ -54,29 +54,29 @@ class Flights {
         moves_along_(problem.info().contacts.size(), false),
         last_impact_(problem.info().contacts.size(), -1) {}
 
-  /// First t > 0 of (1) with a gap that is open, or zero and opening; infinite where it never closes [s].
+  /// First t > 0 of (1) for a gap that is open, or zero and opening; infinite if it never closes [s].
   static double closing_time(double gap, double rate, double a);
 
-  /// Behind an event at t. @param a  n_q, accelerations; read where a contact is open
+  /// Starts after an event at t. @param a  n_q, accelerations; read if a contact is open
   void start(double t, const Vector& q, const Vector& v, const Vector& a, const std::vector<ContactMode>& modes);
 
-  /// Behind a step.
+  /// To be called after a step.
   void follow(const Vector& q);
 
-  /// Whether open contact i touches: its gap is rounding, or its bodies have moved along with each other since they
-  /// did.
+  /// Whether the open contact i touches: its gap is zero to rounding, or its bodies have moved together since the gap
+  /// was.
   bool touches(int i, double gap) const { return gap <= flat_[i] || (moves_along_[i] && gap <= offset_[i]); }
 
-  /// Whether contact i bounced lately and has not moved along since: when it touches again while another contact
-  /// closes, rounding decides which of them is first.
+  /// Whether contact i bounced recently and its bodies have not moved together since. If it touches again while another
+  /// contact closes, rounding decides which is first.
   bool bounced(int i, double t) const {
     return !moves_along_[i] && last_impact_[i] >= 0 && t - last_impact_[i] < kAccumulation * zeno_interval_;
   }
 
-  /// (2); zero for every contact that has left, and for closed ones
+  /// Offset of (2); zero for contacts that have left, and for closed ones.
   const Vector& offset() const { return offset_; }
 
-  /// (3). @param rate, a  of the gap before the impact
+  /// Whether (3) holds. @param rate, a  of the gap before the impact
   bool is_last(int i, double rate, double a) const {
     const double eps_r = problem_.info().contacts[i].eps_r, rebound = eps_r * rate;
     return eps_r > 0 && eps_r < 1 && a < 0 && rebound * rebound <= -2 * a * flat_[i];
@@ -85,17 +85,17 @@ class Flights {
   /// (4)
   bool stays_low(int i, double rate, double a) const { return a < 0 && rate * rate <= -2 * a * flat_[i]; }
 
-  /// Whether contact i bounced, and lower than errors of the integration.
+  /// Whether contact i bounced to a height below the errors of the integration.
   bool is_low(int i) const { return height_[i] > 0 && height_[i] < low_[i]; }
 
-  /// [s]; 0 is no limit
+  /// Longest step [s]; 0: no limit.
   double longest_step(double t) const { return t < t_ + 2 * shortest_ ? shortest_ / 10 : 0; }
   double first_step() const { return shortest_ / 10; }
 
-  /// Notes the impact of contact i at t, behind start(). @return whether its impacts accumulate: they come too soon, or
-  /// it bounced lately and the height of its next flight is rounding
+  /// Records the impact of contact i at t, after start(). @return whether its impacts accumulate: they follow too
+  /// closely, or the contact bounced recently and the height of its next flight is rounding
   bool accumulates(int i, double t);
-  /// Names of the contacts whose impacts do, for a message.
+  /// Names of the contacts whose impacts accumulate, for a message.
   std::string accumulating(double t) const;
 
  private:

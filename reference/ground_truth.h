@@ -18,7 +18,7 @@ struct GroundTruth {
     std::vector<std::pair<std::string, double>> Lambda_n;  ///< impulses by contact, of an impact [N s]
     std::vector<std::pair<std::string, Vector>> Lambda_t;  ///< n_t each, empty without friction [N s]
     std::vector<std::string> modes;  ///< of all contacts after the event: open, free (closed without friction), stick,
-                                     ///< slip+, slip-, slip; empty where the file states none
+                                     ///< slip+, slip-, slip; empty if the file states none
   };
   std::string id, title;
   Vector q, v;                             ///< final state
@@ -41,7 +41,7 @@ struct GroundTruth {
 /// @param name  of the document, for messages  @throws InputError for a document of another format
 std::vector<GroundTruth> ground_truth_of(const nlohmann::json& document, const std::string& name);
 
-/// All cases of a file. @throws InputError when the file cannot be read
+/// All cases of a file. @throws InputError if the file cannot be read
 std::vector<GroundTruth> read_ground_truth(const std::string& path);
 
 /// One case. @throws InputError for an unknown id

@@ -11,37 +11,37 @@
 
 namespace ricochet::reference {
 
-/// What happens to the contact modes at one instant: impacts, closings, detachments, ends and begins of slip. In this
+/// Changes of the contact modes at one instant: impacts, closings, detachments, ends and starts of slip. In this
 /// order:
 ///
-///   slip whose root was found ends (Slips)
-///   contacts that touch are found, and closed ones without force open
-///   Newton's law with Coulomb's, where one of them approaches; once more, as long as that sends others together. Those
-///   at rest take no part that the load opens, unless they have been closed
+///   slip ends if its root was found (Slips)
+///   touching contacts are found, and closed ones without force open
+///   if one of them approaches, Newton's law with Coulomb's is solved, and repeated while others approach. A contact at
+///   rest that the load opens takes no part, unless it was closed
 ///   the laws for accelerations decide which of the others stay closed, and stick or slip
-///   events are recorded, and the first moments of slip in space passed (slip_start.h)
+///   events are recorded, and the first moments of slip in space are integrated (slip_start.h)
 class ModeChanges {
  public:
-  /// All of them have to outlive this. @param tolerance  of the integration
+  /// All arguments must outlive this object. @param tolerance  of the integration
   ModeChanges(const Problem& problem, const Scales& scales, double tolerance, ContactDynamics& dynamics, Slips& slips,
               Flights& flights, SmoothMotion& motion);
 
-  /// solution.q, solution.v hold the state before, and after on return. t moves on where a slip in space ends or begins.
-  /// False where no decision is possible, with a status and a reason.
+  /// solution.q, solution.v are the state before, and after on return. t increases if a slip in space ends or starts.
+  /// False if no decision is possible, with a status and a reason.
   bool decide(double& t, const Roots& found, Solution& solution);
 
  private:
-  /// What an event decides before the contact law is asked.
+  /// Decisions of an event before the contact law is solved.
   struct Instant {
     std::vector<ContactMode> before;
     Vector v_minus;
     std::vector<char> stopped;                        ///< slip ended
-    std::vector<char> leaves_cone;                    ///< stuck, and its force is at the edge
-    std::vector<char> rests;                          ///< no slip velocity behind the impact
+    std::vector<char> leaves_cone;                    ///< sticks, with its force at the edge of the cone
+    std::vector<char> rests;                          ///< no slip velocity after the impact
     std::vector<int> touching, released, candidates;  ///< gap zero; force became zero; touching and may stay
     bool approaches = false,
-         is_ambiguous = false,  ///< an impact happens; its contacts close in an order that is rounding
-        ends_together = false;  ///< (4) of Flights: it is the last one of all that touch
+         is_ambiguous = false,  ///< an impact happens, and rounding decides the order of its contacts
+        ends_together = false;  ///< (4) of Flights: it is the last impact of all touching contacts
     ContactLaws::Decision impact;
   };
 
@@ -71,7 +71,7 @@ class ModeChanges {
   Slips& slips_;
   Flights& flights_;
   SmoothMotion& motion_;
-  std::vector<ContactMode> modes_;  // of the dynamics, and while it decides those that they will be
+  std::vector<ContactMode> modes_;  // of the dynamics; during a decision the new ones
 };
 
 }  // namespace ricochet::reference

@@ -4,33 +4,33 @@
 
 namespace ricochet::reference {
 
-/// Parts of a size, as Scales states it, that something may have and count as zero.
+/// Fractions of a size of Scales below which a quantity counts as zero.
 ///
-/// Rounding of one law solved: its inequalities may be violated by this part of their terms.
+/// Rounding of one solved law: its inequalities may be violated by this fraction of their terms.
 constexpr double kLawRounding = 1e-12;
-/// Motions and forces that two solutions of a law share, or that are zero: far above the rounding of either and far
-/// below a choice.
+/// Motions and forces of two solutions of a law that count as equal, or as zero: far above the rounding of either and
+/// far below a real difference.
 constexpr double kSame = 1e-9;
-/// Gaps and slip or normal velocities that rounding leaves of a closed contact.
+/// Gaps and slip or normal velocities of a closed contact due to rounding.
 constexpr double kTouching = 1e-13, kResting = 1e-12;
 
-/// Sizes that thresholds are parts of, in the units of the scene. A threshold that is a part of what it measures
-/// vanishes with it, at rest or behind an impact that stops everything, and one in SI units means another thing in
-/// every scene. So sizes are those that a group of coordinates that act on each other has at the start, and keeps:
+/// Sizes for thresholds, in the units of the scene. A threshold relative to the current value would vanish with it, at
+/// rest or after an impact that stops everything, and an absolute one in SI units would have a different meaning in
+/// every scene. The sizes are therefore those of a group of coupled coordinates at the start, and remain constant:
 ///
 ///   tau = T / 10                                                                         (1)
 ///   V_k = min(sqrt(2 E / M_kk), max_l w_l),  w_l = |v0_l| + tau |a_l|,  2 E = sum_l M_ll w_l^2     (2)
 ///   Q_k = tau V_k                                                                        (3)
 ///   P_i = V_n / (J_n' M^-1 J_n),  V_n = |J_n|' V,  F_i = P_i / tau                       (4)
 ///
-/// with a the acceleration without contacts at the start: what is at rest is measured against what its forces will do
-/// in a tenth of the run. l are the coordinates that forces, masses and contacts couple with k. The energy E gives
-/// lengths and angles sizes that fit each other in any units; the maximum keeps a body of great mass, as one that
-/// stands for a prescribed motion, from lending its energy to small ones. A group without velocity and force is never
-/// moved by itself: it takes the sizes of the whole problem, and 1 m/s where that is at rest for good.
+/// a is the acceleration without contacts at the start; for a body at rest, its effect over a tenth of the run defines
+/// the size. l are the coordinates that forces, masses and contacts couple with k. The energy E gives lengths and
+/// angles consistent sizes in all units. The maximum prevents a body of great mass, for example one with a prescribed
+/// motion, from determining the sizes of small ones. A group without velocity and force has the sizes of the whole
+/// problem, or 1 m/s if everything is at rest.
 class Scales {
  public:
-  /// @param tau  of (1), where it is another one [s]
+  /// @param tau  replaces (1) [s]
   Scales(const Problem& problem, double tau);
   explicit Scales(const Problem& problem) : Scales(problem, problem.info().end_time / 10) {}
 

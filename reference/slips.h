@@ -7,50 +7,50 @@
 
 namespace ricochet::reference {
 
-/// The slip of closed contacts with friction, as root finding follows it: the root function
+/// The slip of closed contacts with friction. Its root function
 ///
 ///   d' v_t + offset                                                                      (1)
 ///
-/// falls through zero where slip ends. In the plane d is the sign of the slip and the offset zero. In space d follows
-/// the slip, step after step, and the offset is -v_stop: the direction v_t / |v_t| has no limit that an integrator
-/// could cross, so the last v_stop of the velocity is left to finish(). A slip that has just begun has v_t = 0; until
-/// it is faster than 2 v_stop its offset is +v_stop, and a root then says that the contact moves against its own
-/// direction.
+/// crosses zero downwards when slip ends. In the plane, d is the sign of the slip and the offset is zero. In space, d
+/// is updated after every step, and the offset is -v_stop: an integrator cannot cross the end of the slip, where the
+/// direction v_t / |v_t| has no limit, so finish() treats the last v_stop of the velocity. A new slip has v_t = 0;
+/// until it is faster than 2 v_stop, its offset is +v_stop, and a root then means that the contact moves against its
+/// own direction.
 class Slips {
  public:
-  /// @param tolerance  of the integration; the others have to outlive this
+  /// @param tolerance  of the integration; the others must outlive this object
   Slips(const Problem& problem, const Scales& scales, ContactDynamics& dynamics, double tolerance);
 
   bool has_friction(int i) const { return problem_.info().contacts[i].n_t > 0; }
   bool is_new(int i) const { return slips_[static_cast<std::size_t>(i)].is_new; }
   const Vector& direction(int i) const { return slips_[static_cast<std::size_t>(i)].direction; }
 
-  /// (1) of a contact that slips. @param J_t  packed, of all contacts
+  /// (1) for a slipping contact. @param J_t  packed, of all contacts
   double root(int i, const double* J_t, const double* v) const;
 
   /// Slip velocity of contact i, and the size of its terms.
   Vector velocity(int i, const Matrix& J_t, const Vector& v) const { return tangents(i, J_t).transpose() * v; }
   double size(int i, const Matrix& J_t, const Vector& v) const { return scales_.speed(tangents(i, J_t), v).maxCoeff(); }
-  /// Whether it is zero to rounding.
+  /// Whether the slip velocity is zero to rounding.
   bool rests(int i, const Matrix& J_t, const Vector& v) const {
     return velocity(i, J_t, v).norm() <= kResting * size(i, J_t, v);
   }
 
-  /// Behind a step: directions in space, and slips that are no longer new.
+  /// Updates directions in space, and slips that are no longer new, after a step.
   void follow(const Vector& q, const Vector& v);
 
-  /// The contacts at a root of (1) whose slip ends. In space the last v_stop of it takes time, in which the state moves
-  /// on with its acceleration held. The direction is fixed up to what it still turns, so time and velocity are wrong by
-  /// v_stop times that angle and by v_stop^2 over the deceleration. A slip that only passes close to zero goes on, and
-  /// its v_stop becomes half of its speed.
-  /// @param left  longest duration [s]; @param duration  that was taken
+  /// Finds the contacts at a root of (1) whose slip ends. In space, the last v_stop takes time, during which the state
+  /// moves with constant acceleration. The remaining turn of the direction is neglected, so the errors of time and
+  /// velocity are v_stop times that angle and v_stop^2 over the deceleration. A slip that only comes close to zero
+  /// continues, and its v_stop becomes half of its speed.
+  /// @param left  longest duration [s]; @param duration  actual duration [s]
   std::vector<int> finish(const std::vector<int>& at_root, double left, double& duration, Vector& q, Vector& v);
 
-  /// Contacts that slip behind an event, with the modes of the dynamics.
-  /// @param directions  by contact; @param begins  contacts whose slip begins from rest
+  /// Starts after an event, with the modes of the dynamics.
+  /// @param directions  by contact; @param begins  contacts whose slip starts from rest
   void renew(const std::vector<Vector>& directions, const std::vector<char>& begins, const Vector& q, const Vector& v);
 
-  /// New slip in space that the integrator cannot follow yet, and the speed from which it can.
+  /// New slip in space that the integrator cannot follow yet, and the speed from which it can follow.
   std::vector<BeginningSlip> beginning(const Vector& q, const Vector& v) const;
 
  private:

@@ -20,33 +20,33 @@ struct Roots {
   std::vector<char> normal, friction;
 };
 
-/// The motion between two events, with the modes of ContactDynamics. Its root functions are watched
-/// for falling through zero:
+/// The motion between two events, with the modes of ContactDynamics. It ends at the first downward zero crossing
+/// of a root function:
 ///
 ///   open               gap, with the offset of Flights                                   (1)
-///   closed             lambda_n; 1 where bilateral                                       (1)
+///   closed             lambda_n; 1 if bilateral                                          (1)
 ///   with friction      stick  mu lambda_n - |lambda_t|                                   (2)
 ///                      slip   Slips::root                                                (3)
 ///
-/// Roots within a step are found by StepWatch. More than q and v is integrated. Nothing reads the rest, but its error
-/// control does:
+/// Roots within a step are found by StepWatch. More variables than q and v are integrated. They are used only by the
+/// error control:
 ///
-///   the gaps of open contacts that are curved    bodies in free fall are exact in steps of any length, that would pass
-///                                                over the waves of a moving surface
-///   with friction, or where the scene depends    a body that sticks or rests does not move, however its forces vary,
-///   on time, impulses of the contacts            and longer steps would not resolve them
+///   the gaps of open, curved contacts            free fall is exact in steps of any length, which would miss the waves
+///                                                of a moving surface
+///   impulses of the contacts, with friction or   a body that sticks or rests does not move while its forces vary, and
+///   if the scene depends on time                 longer steps would not resolve them
 class SmoothMotion final : public SmoothSystem {
  public:
-  /// @param settings  integrator and tolerance; the others have to outlive this, and their modes are those of `dynamics`
+  /// @param settings  integrator and tolerance; the others must outlive this object. The modes are those of `dynamics`
   SmoothMotion(const Problem& problem, const Scales& scales, const EventLocatedSettings& settings,
                ContactDynamics& dynamics, const Slips& slips, const Flights& flights);
   SmoothMotion(const SmoothMotion&) = delete;
   SmoothMotion& operator=(const SmoothMotion&) = delete;
 
-  /// Begins behind an event.
+  /// Starts after an event.
   void restart(double t, const Vector& q, const Vector& v);
-  /// One step. @param t  in: its begin, out: its end or that of the root [s]
-  /// @param longest  0 is no limit [s]
+  /// Makes one step. @param t  in: its start, out: its end or the root [s]
+  /// @param longest  longest step, 0: no limit [s]
   StepEnd step(double& t, double longest) { return integrator_->step(t, longest); }
   Integrator& integrator() { return *integrator_; }
   const Integrator& integrator() const { return *integrator_; }
@@ -54,7 +54,7 @@ class SmoothMotion final : public SmoothSystem {
   void load(Vector& q, Vector& v) const;
   void load(double t, Vector& q, Vector& v);
 
-  /// Roots that were found at the end of the step, and those that were lost.
+  /// Roots at the end of the step, and roots that were missed.
   Roots roots_at_end(StepEnd end, const Vector& q, const Vector& v) const;
   Roots no_roots() const { return Roots(static_cast<std::size_t>(n_c_)); }
   int size() const override { return static_cast<int>(floor_.size()); }
@@ -64,8 +64,8 @@ class SmoothMotion final : public SmoothSystem {
   bool roots(const double* y, double* values) override;
   void error_weights(const double* y, double* weights) const override;
 
-  /// The acceleration at (q, v), and the forces of closed contacts, which the functions below speak of. They are those
-  /// of the last evaluation, whoever asked for it. False when ContactDynamics does not determine it.
+  /// Evaluates the acceleration at (q, v) and the forces of closed contacts, which the functions below return. They are
+  /// those of the last evaluation. False if ContactDynamics does not determine them.
   bool accelerate(const Vector& q, const Vector& v) { return accelerate(q.data(), v.data(), a_.data()); }
   const Vector& acceleration() const { return a_; }
   double normal_force(int i) const { return lambda_n_[i]; }
@@ -77,7 +77,7 @@ class SmoothMotion final : public SmoothSystem {
   double cone_slack(int i) const { return problem_.info().contacts[i].mu * lambda_n_[i] - tangential_force(i).norm(); }
   /// Index of (2), (3) among the root functions; -1 without friction.
   int friction_root(int i) const { return friction_root_[i]; }
-  /// The largest normal force of a contact that note_forces() has seen [N].
+  /// The largest normal force of a contact in all calls of note_forces() [N].
   double force_size(int i) const { return force_size_[i]; }
   void note_forces();
 

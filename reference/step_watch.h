@@ -13,46 +13,46 @@
 
 namespace ricochet::reference {
 
-/// Root functions that fall below zero and rise again within one step, which a root finder that compares the ends of
-/// steps cannot see. An accepted step has polynomials q(t) and v(t), of the integrator's own degree d. About the middle
+/// Finds root functions that fall below zero and rise again within one step, which a root finder that compares the ends
+/// of steps misses. An accepted step has polynomials q(t) and v(t) of the integrator's degree d. About the middle
 /// m of a piece of length 2 r,
 ///
 ///   x(m + s) = sum_j x_j s^j,   |s| <= r                                                 (1)
 ///   x_0 +- sum_{j>0} |x_j| r^j  contains x,   x_1 +- sum_{j>1} j |x_j| r^(j-1)  x'       (2)
 ///
-/// and so every root function of smooth_motion.h has bounds over the piece:
+/// so that every root function of smooth_motion.h has bounds over the piece:
 ///
 ///   gap, slip velocity   of an affine contact, (2) of the polynomial J' x                (3)
 ///   gap                  gap(q_0) +- r |J_n(q)' q'| with J_n over the box of q           (4)
 ///   slip velocity        J_t(q)' v over the boxes of q and v                             (5)
 ///   forces, cone margin  ForceBounds                                                     (6)
 ///
-/// Pieces are halved in the order of time. A function is done with in a piece where its bounds are above -slack; where
-/// its rate, known for (3) and (4), has one sign and it is above -slack at the ends; and, if the rate is negative and it
-/// ends below -slack, its root is located there. The slack is what the integration leaves open: of gaps the
-/// tolerance, of slip 100 tolerances, as parts of their sizes, of forces 100 tolerances of what they are at the ends of
-/// the step. The guarantee is about the polynomials, whose distance from the motion the tolerance controls.
+/// Pieces are halved in the order of time. A piece is clear for a function if its bounds are above -slack, or if its
+/// rate, known for (3) and (4), has one sign and its values at the ends are above -slack. If the rate is negative and
+/// the value at the end is below -slack, the root is located there. The slack is the uncertainty of the integration:
+/// the tolerance for gaps and 100 tolerances for slip, relative to their sizes; for forces, 100 tolerances of their
+/// values at the ends of the step. The guarantee is for the polynomials, whose error the tolerance controls.
 ///
-/// What is left when pieces are shorter than 2^-20 of the step, or when kMostPieces of them were looked at, is decided by
-/// the values at the ends of the pieces: functions that are below -slack at neither end count as clear.
+/// If pieces are shorter than 2^-20 of the step, or after kMostPieces of them, the values at the ends of the pieces
+/// decide: functions that are below -slack at neither end count as clear.
 ///
-/// Forces are searched where the scene depends on time or the integrator takes long steps, and elsewhere where their
-/// values at the ends of the step are not large against their change: without time they vary with q and v alone, which the error control resolves. A
-/// problem without bounds (has_bounds) has (3) alone; its other functions are compared at 32 points, and its steps
-/// end before a gap can close at its rate (longest_step()). Redundant forces, which have no bounds, are sampled, too.
+/// Forces are searched if the scene depends on time, if the integrator takes long steps, or if their values at the ends
+/// of the step are not large compared with their change. Otherwise they vary only with q and v, which the error control
+/// resolves. A problem without bounds (has_bounds) has only (3). Its other functions are compared at 32 points, and its
+/// steps end before a gap can close at its rate (longest_step()). Redundant forces have no bounds and are sampled, too.
 class StepWatch {
  public:
-  /// The others have to outlive this. @param tolerance  of the integration
+  /// The other arguments must outlive this object. @param tolerance  of the integration
   StepWatch(const Problem& problem, const Scales& scales, double tolerance, ContactDynamics& dynamics,
             const Slips& slips, const Flights& flights, SmoothMotion& motion);
 
-  /// A step may follow a mode change.
+  /// To be called after a mode change.
   void restart() { has_start_ = false; }
   /// The time of the first root within the last step, which began at `from` and ended at `to`. @param found  set to it
   std::optional<double> first_root(double from, double to, Roots& found);
-  /// For the next step from (t, q, v) [s]; 0 is no limit. A force that depends on time is looked at ahead: with q and v
-  /// held, steps end before a part of the time in which five values do not explain its bounds or are not smooth, as in a
-  /// short pulse, and are no longer than its pieces within.
+  /// Longest next step from (t, q, v) [s]; 0: no limit. A force that depends on time is examined in advance, with
+  /// constant q and v. Steps end before a time span in which five values are not smooth or do not explain its bounds,
+  /// such as a short pulse; within it they are no longer than its pieces.
   /// @param planned  length of the step that the integrator would take [s]
   double longest_step(double t, double planned, const Vector& q, const Vector& v);
 
@@ -96,7 +96,7 @@ class StepWatch {
   SmoothMotion& motion_;
   ForceBounds force_bounds_;
 
-  // Of the step.
+  // Data of the step.
   double end_ = 0, length_ = 0;  // [s]
   int degree_ = 0;
   Matrix coefficients_;  // (degree + 1) x 2 n_q, about its end
@@ -105,18 +105,18 @@ class StepWatch {
   Vector start_, stop_;  // values at its ends
   bool has_start_ = false;
   std::vector<char> is_curved_open_, is_curved_closed_;
-  // Of the piece that is looked at.
+  // Data of the current piece.
   Matrix shifted_;  // (degree + 1) x 2 n_q, about its middle
   double radius_ = 0;
   bool has_boxes_ = false, has_forces_ = false, forces_known_ = false, has_slips_ = false;
   Vector gaps_, middle_, y_, zero_, power_;
   std::vector<Interval> box_, rate_box_, gap_box_, normal_, tangent_;
-  // Looked at ahead.
+  // Data of the time span that is examined in advance.
   struct Span {
     double from, to;
   };
   std::vector<Span> spans_;
-  Vector negligible_;  // force that is none [N], by coordinate
+  Vector negligible_;  // negligible force [N], by coordinate
   double ahead_ = 0;   // [s]
   std::size_t passed_ = 0;
 };
