@@ -86,8 +86,7 @@ std::vector<std::string> warnings(const Results& results) {
   std::vector<std::string> list;
   if (!results.is_complete) list.push_back("These results are not complete: the run was interrupted.");
   if (times_mark(results.header) == TimesMark::shared)
-    list.push_back(
-        "Times of these results were taken while other work ran on the machine, which may have spoiled any.");
+    list.push_back("Times of these results were measured while other programs ran on the machine and may be wrong.");
   const auto processors = results.header.value("processors", std::vector<std::string>());
   if (processors.size() > 1)
     list.push_back(

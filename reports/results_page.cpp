@@ -68,7 +68,7 @@ void write_results_page(const std::vector<ShownResults>& list, const std::string
   fs::create_directories(tables, error);
   if (error) throw InputError("folder of the tables", tables, error.message());
   std::string text =
-      "# Results\n\nWritten by `ricochet results` from results files; nothing on this page was typed by hand.\n\n";
+      "# Results\n\nWritten by `ricochet results` from results files; no number on this page was typed by hand.\n\n";
   for (const auto& shown : list) text += markdown_of(shown, path, tables);
   write_text("results page", path, text);
 }

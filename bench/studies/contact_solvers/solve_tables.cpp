@@ -93,9 +93,10 @@ Table solver_table(const std::vector<C>& solves, double accuracy) {
       table_of(
           "Contact solvers", columns_of(accuracy), groups,
           fmt::format(
-              "From zero to a violation of the laws of at most {:g}, whatever the solver's own tolerance; "
-              "of those that are solved the median, and the largest in brackets. The time is CPU time, with the making of a "
-              "new solver. lemke has a polygon in place of the friction disc in space, and is not tried above {} contacts.",
+              "From zero to a violation of the laws of at most {:g}, whatever the solver's own tolerance. "
+              "Median over the solved problems, the largest value in brackets. Times are CPU times and include the "
+              "construction of the solver. lemke replaces the friction disc in space by a polygon and is not run above "
+              "{} contacts.",
               accuracy, contact_solver(ContactSolverKind::lemke).most_contacts)),
       {"time [us]"});
 }

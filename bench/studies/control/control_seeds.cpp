@@ -119,10 +119,9 @@ void add_profiles(const std::vector<SeedRun>& runs, const std::string& prefix, S
     const std::string name = "profile_" + problem, title = "Performance profiles over random guesses, " + problem;
     profile.show(
         section, name, title,
-        fmt::format(
-            "Share of {} guesses that are solved in at most tau times the CPU time of the fastest; one without a "
-            "solution takes infinitely long (Dolan, Moré 2002). It says nothing of the cost that was found.",
-            n_seeds),
+        fmt::format("Share of {} guesses solved in at most tau times the CPU time of the fastest; one without a "
+                    "solution takes infinitely long (Dolan, Moré 2002). It says nothing of the cost that was found.",
+                    n_seeds),
         prefix + "_" + name);
   }
 }

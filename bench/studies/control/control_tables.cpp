@@ -36,11 +36,12 @@ Table control_table(const std::vector<ControlRun>& runs) {
       {"replayed by", [](const R& r) { return r.is_replayed() ? r.replayed_by : "-"; }},
   };
   return without_empty(
-      table_of("Claimed and true optimal control", columns, runs,
-               "True: the controls, open loop, on the plant with the event-located reference, or with adaptive "
-               "FESD-J where that calls the forces indeterminate. Terminal: max-norm of the difference of (q, v) "
-               "at T; impacts: the largest difference of their times, \"other\" when they are not the same; "
-               "penetration: the deepest in the claimed motion. Seconds contain those for the guess."),
+      table_of(
+          "Claimed and true optimal control", columns, runs,
+          "True: the controls applied in open loop to the plant, with the event-located reference, or with adaptive "
+          "FESD-J if the reference finds the forces indeterminate. Terminal: max-norm of the difference of (q, v) at "
+          "T. Impacts: largest difference of their times, \"other\" for different impacts. Penetration: deepest in the "
+          "claimed motion. Seconds include the initial guess."),
       {"seconds"});
 }
 

@@ -16,11 +16,12 @@ Table gradient_table(const std::vector<ControlGradient>& gradients) {
   };
   std::vector<G> compared;
   std::ranges::copy_if(gradients, std::back_inserter(compared), [](const G& g) { return !g.is_reference(); });
-  return table_of("Derivatives of the terminal state with respect to the controls", columns, compared,
-                  "The largest error over the components of (q, v) at T and the intervals, relative to the largest "
-                  "derivative of that component; then of the intervals behind the last impact alone. Reference: "
-                  "central differences of CVODE with located events. Time stepping: differences of the discrete "
-                  "scheme, which are its derivatives.");
+  return table_of(
+      "Derivatives of the terminal state with respect to the controls", columns, compared,
+      "The largest error over the components of (q, v) at T and the intervals, relative to the largest derivative of "
+      "that component; then the same for the intervals after the last impact only. Reference: "
+      "central differences of CVODE with located events. Time stepping: differences of the discrete "
+      "scheme, which are its derivatives.");
 }
 
 Table gradient_details(const std::vector<ControlGradient>& gradients) {

@@ -105,11 +105,12 @@ Table growth_table(const std::vector<ControlGrowth>& runs) {
        [](const L& l) { return l.is_fit() ? "" : cell_text("{}", when(l.came_again(), l.run.again_iterations)); }},
   };
   return without_empty(
-      table_of("Growth of the work with the number of control intervals", columns, lines_of(runs),
-               "Seconds: homotopy and crossover, wall time, without the guess. Again: the plant has run one "
-               "interval, was moved, and the rest is planned from there; by the same branch, or by a homotopy "
-               "where that has no solution. The lines of exponents are fits over the solved runs, those of "
-               "\"again\" over the ones that kept the branch."),
+      table_of(
+          "Growth of the work with the number of control intervals", columns, lines_of(runs),
+          "Seconds: wall time of homotopy and crossover, without the guess. Again: after one interval the plant is "
+          "disturbed and the rest is planned again, on the same branch, or by a homotopy if that branch has no "
+          "solution. The exponents are fitted to the solved runs, those of \"again\" to the runs that kept the "
+          "branch."),
       {"derivatives [ms/it.]", "linear solver and rest [ms/it.]", "seconds", "again [s]"});
 }
 

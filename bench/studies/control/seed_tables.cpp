@@ -93,10 +93,10 @@ Table seed_table(const std::vector<SeedRun>& runs) {
   };
   Table table = table_of(
       "Random initial guesses", columns, seed_groups(runs),
-      "Cost, CPU time and iterations: quartiles and median of the solved runs; the time with that for the guess. "
-      "Stationary: the strongest kind that the multipliers prove; B: no feasible direction descends. Replayed: the "
-      "plant could be run under the controls with adaptive FESD-J; off by: median of the max-norm of claim minus "
-      "replay in (q, v) at T.");
+      "Cost, CPU time and iterations: quartiles and median of the solved runs; the time includes the guess. "
+      "Stationary: strongest kind that the multipliers prove; B: no feasible descent direction exists. Replayed: runs "
+      "whose controls adaptive FESD-J could apply to the plant. Off by: median of the max-norm of claim minus replay "
+      "in (q, v) at T.");
   table.is_list = true;
   return without_empty(table, {"CPU s"});
 }

@@ -94,10 +94,11 @@ Table ramp_table(const std::vector<RampGrid>& grids) {
       {"why failed", &G::message},
   };
   return without_empty(
-      table_of("A block on a ramp: does it stick?", columns, grids,
-               "At rest the block sticks exactly when tan(slope) <= mu. v_0 = 0: it starts at rest; v_0 < 0: it is "
-               "thrown up the ramp, stops, and has to decide then. Wrong: it moves at the end with more than 1e-3 "
-               "m/s and should rest, or the other way round. Error: of the position at the end."),
+      table_of(
+          "A block on a ramp: does it stick?", columns, grids,
+          "A block at rest sticks if and only if tan(slope) <= mu. v_0 = 0: it starts at rest; v_0 < 0: it is thrown "
+          "up the ramp and stops there. Wrong: it moves at the end with more than 1e-3 m/s and should rest, or vice "
+          "versa. Error: that of the final position."),
       {"a run [us]"});
 }
 
@@ -115,11 +116,12 @@ Table ramp_facets_table(const std::vector<RampFacets>& facets) {
   };
   std::vector<F> measured;
   std::ranges::copy_if(facets, std::back_inserter(measured), [](const F& f) { return !f.limit.empty(); });
-  return table_of("A polygon in place of the friction disc", columns, measured,
-                  "Over the direction of the way down. Drift: the angle between the way down and the displacement of "
-                  "a block that slips from rest at the load of the figure. From its polygon: the largest difference "
-                  "to the exact solution with that polygon, equations 3 and 4 of "
-                  "bench/studies/friction_ramp/friction_ramp.h.");
+  return table_of(
+      "A polygon in place of the friction disc", columns, measured,
+      "Maxima over the downhill direction. Drift: angle between the downhill direction and the displacement of a block "
+      "that slips from rest at the load of the figure. From its polygon: largest difference from the exact solution "
+      "with that polygon, equations 3 and 4 of "
+      "bench/studies/friction_ramp/friction_ramp.h.");
 }
 
 }  // namespace ricochet

@@ -139,11 +139,11 @@ Table which_to_take(const std::vector<FastestRun>& runs) {
       {"why", why_taken},
   };
   const bool is_kept = !runs.empty() && runs.front().solver() == "kept";
-  Table table = table_of(std::string("Which method to take") + (is_kept ? ", solvers kept between runs" : ""), columns,
-                         choices(runs),
-                         "By class of scene and error in the final state: the family that reaches it on most scenes, "
-                         "among those the fastest by the geometric mean of times. CPU time of the run in the middle; "
-                         "every family with the best of its methods and settings on each scene.");
+  Table table = table_of(
+      std::string("Which method to take") + (is_kept ? ", solvers kept between runs" : ""), columns, choices(runs),
+      "By class of scene and error in the final state: the family that reaches the error on most scenes and, among "
+      "these, is fastest by the geometric mean of CPU times. Every family uses the best of its methods and settings on "
+      "each scene. CPU time: median over the scenes.");
   table.filters = {0, 1};
   return table;
 }

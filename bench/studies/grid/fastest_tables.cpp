@@ -47,13 +47,15 @@ Table fastest_table(const std::vector<FastestRun>& runs) {
   const auto levels = different(runs, &FastestRun::level);
   std::string names;
   for (const auto& family : families) names += (names.empty() ? "" : " / ") + family;
-  Table table{.title = "Microseconds of the fastest run that reaches an error" + which_solver(runs),
-              .note = names +
-                      ", each with the best of its methods and settings; in brackets the second over the first. "
-                      "CPU time, median of interleaved repetitions. ?: the reference is not good enough to say; "
-                      "-: no setting reaches it.",
-              .columns = {{"scene", true}, {"group", true}},
-              .rows = {}};
+  Table table{
+      .title = "Microseconds of the fastest run that reaches an error" + which_solver(runs),
+      .note =
+          names +
+          ", each with the best of its methods and settings; in brackets the ratio of the second to the first. CPU "
+          "time, median of interleaved repetitions. ?: the reference is not accurate enough to decide; -: no setting "
+          "reaches the error.",
+      .columns = {{"scene", true}, {"group", true}},
+      .rows = {}};
   for (const double level : levels) table.columns.push_back({fmt::format("{:.0e}", level), true});
   for (const auto& scene : scenes) {
     auto& line = table.rows.emplace_back();
@@ -75,12 +77,13 @@ Table ratio_table(const std::vector<FastestRun>& runs) {
   const auto levels = different(runs, &FastestRun::level);
   auto groups = different(runs, &FastestRun::group);
   groups.push_back("all");
-  Table table{.title = "Time over that of " + families[0] + which_solver(runs),
-              .note =
-                  "Geometric means over the scenes of a group on which both reach the error, in brackets the "
-                  "smallest and the largest ratio and the number of scenes.",
-              .columns = {{"group", true}, {"family", true}},
-              .rows = {}};
+  Table table{
+      .title = "Time over that of " + families[0] + which_solver(runs),
+      .note =
+          "Geometric mean of the ratios over the scenes of a group on which both families reach the error; in brackets "
+          "the smallest and largest ratio and the number of scenes.",
+      .columns = {{"group", true}, {"family", true}},
+      .rows = {}};
   for (const double level : levels) table.columns.push_back({fmt::format("{:.0e}", level), true});
   for (const auto& group : groups) {
     for (std::size_t f = 1; f < families.size(); ++f) {

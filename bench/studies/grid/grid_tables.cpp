@@ -118,12 +118,13 @@ Table order_summary(const GridResults& results) {
         results.of(method).front()->setting.is_tolerance();  // no step length to fit against
     if (!is_error_controlled) lines.push_back(order_line(results, method));
   }
-  return table_of("Observed orders", columns, lines,
-                  "Slope of log10(error) over log10(step length); the window follows one rule for all methods "
-                  "(reports/order_fit.h). The interval says how well the points lie on a line; scatter is in decades. "
-                  "Errors up to the floor, 10 times the uncertainty of the reference or rounding, are not fitted. "
-                  "us/step: median over the grid. " +
-                      results.error_measure().definition);
+  return table_of(
+      "Observed orders", columns, lines,
+      "Slope of log10(error) over log10(step length); the window follows one rule for all methods "
+      "(reports/order_fit.h). The interval measures how well the points fit a line; scatter is in decades. Errors "
+      "below a floor of 10 times the uncertainty of the reference, or of rounding, are not fitted. "
+      "us/step: median over the grid. " +
+          results.error_measure().definition);
 }
 
 Table order_details(const GridResults& results) {

@@ -80,10 +80,11 @@ Table scale_table(const std::vector<Run>& runs) {
     first = i + 1;
   }
   return without_empty(
-      table_of("Time of a step over the number of active contacts", columns, lines,
-               "CPU time, median; of runs of over 2 s, one. Active: contacts that touch at the end. Solves: contact "
-               "problems, or systems of Newton's method; iterations: inner ones and pivots. The lines of exponents "
-               "are fits over the runs that succeeded."),
+      table_of(
+          "Time of a step over the number of active contacts", columns, lines,
+          "Median CPU time; a single run if it takes more than 2 s. Active: contacts that touch at the end. Solves: "
+          "contact problems, or systems of Newton's method. Iterations: inner iterations and pivots. The exponents are "
+          "fitted to the successful runs."),
       {"us per step"});
 }
 

@@ -103,17 +103,17 @@ Section::Chart work_precision_chart(const GridResults& results) {
       if (!run->succeeded() && run->status != "not_built") data["failures"].push_back(failure_of(results, *run, index));
     }
   }
-  return {
-      .kind = "work_precision",
-      .name = "work_precision",
-      .table = "times",
-      .title = "Work over error",
-      .caption = "Every point is one run with another step length or tolerance: down and left is better. " +
-                 results.error_measure().definition +
-                 " Forces that a method keeps from one step to the next count once; work that it does not count, as "
-                 "engines do not, has no point.",
-      .data = data,
-      .still = {[=](const FigureFolder& folder) { return std::vector{draw_work_precision(folder, results)}; }}};
+  return {.kind = "work_precision",
+          .name = "work_precision",
+          .table = "times",
+          .title = "Work over error",
+          .caption =
+              "Every point is one run with a different step length or tolerance; down and left is better. " +
+              results.error_measure().definition +
+              " Forces that a method reuses in the next step count once. Methods that do not count their work, such as "
+              "engines, have no points.",
+          .data = data,
+          .still = {[=](const FigureFolder& folder) { return std::vector{draw_work_precision(folder, results)}; }}};
 }
 
 }  // namespace ricochet

@@ -152,7 +152,7 @@ Section::Chart verdict_matrix_chart(const std::vector<HardCell>& cells, const st
           .name = "matrix",
           .table = "cells",
           .title = "Verdicts on the hard cases",
-          .caption = "Methods by cases; colour and word say the same.",
+          .caption = "Verdicts of all methods on all cases.",
           .data = {{"cases", cases}, {"methods", rows}, {"meanings", meanings}},
           .still = {[=](const FigureFolder& folder) {
                       return std::vector{draw_verdict_matrix(folder, cells, experiment + "_matrix")};

@@ -207,10 +207,11 @@ Table verdict_table(const std::vector<Verdict>& verdicts) {
                                             : fmt::format("{:.2g} m/s", v.threshold);
        }},
   };
-  return table_of("The answer", columns, verdicts,
-                  "Heights in percent of what is right; the verdict is of the worst at the shortest step, of all "
-                  "coefficients and numbers of bounces. No bounce below: the speed of an impact from which on the ball "
-                  "leaves with half of what it should, by bisection with the shortest step.");
+  return table_of(
+      "The answer", columns, verdicts,
+      "Heights in percent of the exact ones. The verdict uses the worst height with the shortest step, over all "
+      "coefficients and numbers of bounces. No bounce below: impact speed above which the ball leaves with at least "
+      "half of the exact speed, by bisection with the shortest step.");
 }
 
 Table bounce_details(const std::vector<Answer>& answers) {

@@ -104,9 +104,10 @@ Table step_table(const std::vector<Answer>& answers) {
   for (std::size_t k = 0; k < kLevels.size(); ++k)
     columns.push_back(
         {fmt::format("{:g}", kLevels[k]), "s", "{:.2g}", [k](const Line& line) { return line.steps[k]; }});
-  return table_of("Which step an error needs", columns, lines_of(answers, kLevels),
-                  "The longest step from which on all shorter ones that were tried reach the error, largest of q and v "
-                  "at the end. -: none does.");
+  return table_of(
+      "Which step an error needs", columns, lines_of(answers, kLevels),
+      "Longest step that reaches the error together with all shorter tested steps; error: largest of q and v at the "
+      "end time. -: no step does.");
 }
 
 /// How many scenes a method reaches an error on, and with which steps.
@@ -149,8 +150,8 @@ Table summary_table(const std::vector<Answer>& answers) {
   }
   return table_of(
       "The answer", columns, summaries_of(answers),
-      "On how many of the scenes that a method takes the error is reached with some step that was tried and "
-      "all shorter ones, and the median of those steps.");
+      "Number of supported scenes on which the error is reached with a tested step and all shorter ones, and the "
+      "median of the longest such steps.");
 }
 
 /// A row of the matrix: errors with the shortest step, infinite where there is none.
@@ -208,7 +209,7 @@ Table matrix_table(const std::vector<Answer>& answers) {
   for (std::size_t k = 0; k < scenes.size(); ++k)
     columns.push_back({scenes[k], [k](const MatrixRow& row) { return row.cells[k]; }});
   return table_of(fmt::format("Errors with steps of {:g} s", shortest), columns, rows,
-                  "Largest error of q and v at the end." + who_wins(rows));
+                  "Largest error of q and v at the end time." + who_wins(rows));
 }
 
 Table calibrate_details(const std::vector<Answer>& answers) {

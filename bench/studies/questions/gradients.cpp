@@ -100,9 +100,10 @@ Table verdict_table(const std::vector<Answer>& answers, double change, const std
     columns.push_back({cases[k].name, "", "{:.1e}",
                        [k](const Verdict& v) { return k < v.errors.size() ? v.errors[k].second : kNaN; }});
   }
-  return table_of(title, columns, verdicts_of(answers, change),
-                  "Largest error of a case over its largest exact entry, with the shortest step; right: below 1e-3 in "
-                  "every case that the method can run.");
+  return table_of(
+      title, columns, verdicts_of(answers, change),
+      "Largest error of a case relative to its largest exact entry, with the shortest step. Right: below 1e-3 in every "
+      "case that the method can run.");
 }
 
 struct Exact {
@@ -120,7 +121,7 @@ Table cases_table() {
                                                      {"what happens", &Exact::title},
                                                      {"derivative", &Exact::entry},
                                                      {"exact", "", "{:.12g}", &Exact::value}};
-  return table_of("The cases", columns, rows, "`ricochet check-gradient FILE` scores the numbers of others.");
+  return table_of("The cases", columns, rows, "`ricochet check-gradient FILE` scores derivatives of other programs.");
 }
 
 Table gradient_details(const std::vector<Answer>& answers) {

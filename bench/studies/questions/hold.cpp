@@ -82,10 +82,11 @@ Table verdict_table(const std::vector<Verdict>& verdicts) {
       {"at 0.9", "m/s", "{:.1e}", &Verdict::nine_tenths},
       {"at 0.99 of the cone", "m/s", "{:.1e}", &Verdict::almost},
   };
-  return table_of("The answer", columns, verdicts,
-                  "Creep: mean speed over the second of two seconds, with the shortest step. Holds: less than 1e-9 m/s "
-                  "at 0.9 of the steepest slope. The map of all coefficients and slopes, decided right or wrong, is "
-                  "the experiment friction_ramp.");
+  return table_of(
+      "The answer", columns, verdicts,
+      "Creep: mean speed over the second of two seconds, with the shortest step. Holds: creep below 1e-9 m/s at 0.9 of "
+      "the steepest slope. The experiment friction_ramp maps correct and wrong decisions for all coefficients and "
+      "slopes.");
 }
 
 Table hold_details(const std::vector<Answer>& answers) {

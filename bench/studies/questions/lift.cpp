@@ -91,9 +91,9 @@ Table verdict_table(const std::vector<Verdict>& verdicts) {
   };
   return table_of(
       "The answer", columns, verdicts,
-      "Stays: no gap is larger than 1e-9 m at the end of a step. Highest: of all coefficients and speeds. A "
-      "convex relaxation lets a block that slides hover at h mu v, and throws one up that is set on the "
-      "floor at speed v, by v_n^2 / (2 g) with v_n = mu v / (1 + mu^2).");
+      "Stays: no gap exceeds 1e-9 m at the end of a step. Highest: over all coefficients and speeds. With a convex "
+      "relaxation a sliding block hovers at h mu v. A block that is set on the floor at speed v is thrown up by v_n^2 "
+      "/ (2 g) with v_n = mu v / (1 + mu^2).");
 }
 
 Table lift_details(const std::vector<Answer>& answers) {

@@ -39,10 +39,10 @@ Table throughput_summary(const std::vector<ThroughputRun>& runs) {
   const int most = std::ranges::max(runs, {}, &ThroughputRun::threads).threads;
   Table table{
       .title = "Runs per second and core at the same error",
-      .note = fmt::format("Per second of CPU time, median, with the lines of CSV: by one thread / by {0} threads / "
-                          "by {0} processes that share nothing, the limit of the machine. Nine of ten runs keep "
-                          "the error; -: no setting that was tried reaches it.",
-                          most),
+      .note = fmt::format(
+          "Median of runs per second of CPU time, including the CSV output: one thread / {0} threads / {0} independent "
+          "processes, the limit of the machine. Nine of ten runs reach the error; -: no tested setting does.",
+          most),
       .columns = {{"scene", true}, {"error at most", true}},
       .rows = {}};
   for (const auto& method : methods) table.columns.push_back({method, true});

@@ -118,14 +118,15 @@ void add_public_report_checks(const json& experiment, std::vector<Check>& batter
 }
 
 Table public_report_table(const std::vector<CheckRow>& rows) {
-  Table table{.title = "Scenes made from public reports",
-              .note =
-                  "Answers by method: correct; declined with a reason; wrong, that is a success with a wrong answer or "
-                  "no end; and shown only, which are wrong answers on scenes with corners, and those of methods of "
-                  "first order whose steps are too long for the 1 % that fixed steps are allowed.",
-              .columns = {{"method", true}, {"correct"}, {"declined"}, {"wrong"}, {"not judged"}},
-              .rows = {},
-              .is_whole = true};
+  Table table{
+      .title = "Scenes made from public reports",
+      .note =
+          "Answers by method: correct; declined with a reason; wrong, which includes runs that do not end; and shown "
+          "only, which are wrong answers on scenes with corners, or of first-order methods whose steps are too long "
+          "for the 1 % required of fixed steps.",
+      .columns = {{"method", true}, {"correct"}, {"declined"}, {"wrong"}, {"not judged"}},
+      .rows = {},
+      .is_whole = true};
   std::vector<std::string> known;
   for (const auto& row : rows) {
     if (row.group == kPublicReportGroup && std::ranges::find(known, row.method) == known.end())

@@ -161,13 +161,14 @@ std::string scorecard_badge(const Scorecard& card) {
 }
 
 Table scorecard_table(const std::vector<CheckRow>& rows) {
-  Table table{.title = "Scorecards",
-              .note =
-                  "Checks passed, of those that apply; - where none does. `ricochet verify --method METHOD` prints "
-                  "each with its reason.",
-              .columns = {{"method", true}},
-              .rows = {},
-              .is_whole = true};
+  Table table{
+      .title = "Scorecards",
+      .note =
+          "Checks passed, of those that apply; -: none applies. `ricochet verify --method METHOD` prints each check "
+          "with its reason.",
+      .columns = {{"method", true}},
+      .rows = {},
+      .is_whole = true};
   const auto groups = different(rows, &CheckRow::group);
   for (const auto& group : groups) table.columns.push_back({group});
   table.columns.push_back({"all"});

@@ -83,9 +83,10 @@ Table zeno_capture_table(const std::vector<ZenoCapture>& captures) {
       {"v_1 / v+", "", "{:.0f}", &C::kept},
       {"measured", "", "{:.13f}", &C::measured_kept},
   };
-  return table_of("Closed elements that start with v+ > 0", columns, captures,
-                  "An element of length h has stage forces >= 0 exactly when h >= kappa v+/g. Measured: bisection for "
-                  "the shortest one, and the velocity at its right end.");
+  return table_of(
+      "Closed elements that start with v+ > 0", columns, captures,
+      "An element of length h has stage forces >= 0 if and only if h >= kappa v+/g. Measured: the shortest such "
+      "element, by bisection, and the velocity at its right end.");
 }
 
 Table zeno_table(const std::vector<ZenoRun>& runs) {
