@@ -133,9 +133,9 @@ void validate_bilateral(const Problem& problem, const Vector& f_c, const Matrix&
     const int i = info.bilateral[qr.colsPermutation().indices()[info.n_bilateral() - 1]];
     throw InputError(
         fmt::format("contacts[{}].Jn ({})", i, info.contacts[i].name), smallest,
-        fmt::format(
-            "bilateral constraints must be independent: a component of at least {} orthogonal to the others is required",
-            kRank));
+        fmt::format("bilateral constraints must be independent: a component of at least {} orthogonal to the others is "
+                    "required",
+                    kRank));
   }
 }
 

@@ -151,9 +151,9 @@ void add_solve(CLI::App& contacts, int& exit_code) {
                    "FCLib files, files with one JSON problem per line (.json, .jsonl), or folders of them")
       ->required();
   command
-      ->add_option(
-          "--solver", options.solvers,
-          "contact solver, as in the option solver= of a method, for example lemke,facets=16; may be repeated (default: all; lemke up to 100 contacts)")
+      ->add_option("--solver", options.solvers,
+                   "contact solver, as in the option solver= of a method, for example lemke,facets=16; may be repeated "
+                   "(default: all; lemke up to 100 contacts)")
       ->allow_extra_args(false);
   command->add_flag("--guess", options.from_guess, "start from the guess in the file instead of zero");
   command->add_flag("--each", each, "print each problem, even if there are more than 8");
@@ -161,7 +161,8 @@ void add_solve(CLI::App& contacts, int& exit_code) {
   command
       ->add_option(
           "--accuracy", options.accuracy,
-          "relative violation of the laws up to which a problem counts as solved in performance profiles (default: 1e-8)")
+          "relative violation of the laws up to which a problem counts as solved in performance profiles (default: "
+          "1e-8)")
       ->check(positive_number());
   command->add_option("--min-contacts", options.least_contacts, "ignore problems with fewer contacts (default: 1)")
       ->check(CLI::Range(1, 1'000'000));

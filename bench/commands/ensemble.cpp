@@ -113,7 +113,8 @@ void add_ensemble_command(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--vary", options.vary,
-          "NAME=DISTRIBUTION: vary a parameter, or a component q0:K or v0:K of the initial state; may be repeated. Distributions: uniform:FROM:TO, log-uniform:FROM:TO, normal:MEAN:DEVIATION; grids: "
+          "NAME=DISTRIBUTION: vary a parameter, or a component q0:K or v0:K of the initial state; may be repeated. "
+          "Distributions: uniform:FROM:TO, log-uniform:FROM:TO, normal:MEAN:DEVIATION; grids: "
           "grid:FROM:TO:POINTS, log-grid:FROM:TO:PER_DECADE, values:A:B:...")
       ->allow_extra_args(false);
   command->add_option("--runs", options.runs, "number of random draws at each point of the grids");

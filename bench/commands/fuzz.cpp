@@ -65,7 +65,8 @@ void add_fuzz_command(CLI::App& app, int& exit_code) {
   static FuzzArguments options;
   auto* command = app.add_subcommand(
       "fuzz",
-      "compare fesd_adaptive, fesd, CVODE, Moreau-Jean and event_driven on random scenes; exit code 1 if they disagree without an explanation or one hangs");
+      "compare fesd_adaptive, fesd, CVODE, Moreau-Jean and event_driven on random scenes; exit code 1 if they disagree "
+      "without an explanation or one hangs");
   command->add_option("--scenes", options.fuzz.scenes, "number of scenes")
       ->capture_default_str()
       ->check(positive_number());

@@ -46,7 +46,8 @@ void add_history_command(CLI::App& app, int& exit_code) {
   command->add_option("-o,--out", folder,
                       "folder of the page, its figure and a JSON file per commit (default: out/history)");
   command->footer(
-      "Requires a git checkout with reports/baselines/.\nExamples:\n  ricochet history\n  ricochet history 50 -o out/history\n"
+      "Requires a git checkout with reports/baselines/.\nExamples:\n  ricochet history\n  ricochet history 50 -o "
+      "out/history\n"
       "  ricochet report out/results/two_balls_order.jsonl --history out/history -o out/report");
   command->callback([&exit_code] {
     require_writable_folder("history", folder);

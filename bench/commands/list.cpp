@@ -131,7 +131,8 @@ void add_list_command(CLI::App& app, int&) {
       app.add_subcommand("list", "list problems, optimal control problems, methods, studies and experiments");
   command->add_option(
       "what", what,
-      "methods, problems, control, studies or experiments; or a name: the parameters of a problem with defaults and units, the options of a method, the fields of a study, an experiment");
+      "methods, problems, control, studies or experiments; or a name: the parameters of a problem with defaults and "
+      "units, the options of a method, the fields of a study, an experiment");
   command->footer("Examples:\n  ricochet list problems\n  ricochet list two_balls_spring\n  ricochet list fesd");
   command->callback([] {
     if (!std::set<std::string>{"all", "methods", "problems", "control", "studies", "experiments"}.contains(what))

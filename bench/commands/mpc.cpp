@@ -84,7 +84,8 @@ void add_mpc_command(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--disturbance", o.disturbance,
-          "largest random disturbance before an update: of positions in m or rad, of velocities relative; drawn with --seed")
+          "largest random disturbance before an update: of positions in m or rad, of velocities relative; drawn with "
+          "--seed")
       ->capture_default_str();
   command
       ->add_option("--sigma-warm", o.control.homotopy.sigma_warm,

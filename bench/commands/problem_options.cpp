@@ -29,7 +29,8 @@ void ProblemOptions::add_problem(CLI::App& command) {
       command
           .add_option(
               "--allow-penetration", depth,
-              "accept an initial penetration of up to DEPTH metres, as in measured data: move the position to the nearest one without penetration, in the norm of M, and print the change")
+              "accept an initial penetration of up to DEPTH metres, as in measured data: move the position to the "
+              "nearest one without penetration, in the norm of M, and print the change")
           ->check(non_negative_number());
   command
       .add_option("--keep-penetration", kept_depth,

@@ -158,7 +158,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--sensitivity", options.sensitivities,
-          "print derivatives with respect to q0:K or v0:K (initial values) or param:NAME (a parameter); may be repeated")
+          "print derivatives with respect to q0:K or v0:K (initial values) or param:NAME (a parameter); may be "
+          "repeated")
       ->allow_extra_args(false);
   command->footer(
       "Examples:\n"

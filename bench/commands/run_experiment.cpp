@@ -33,8 +33,8 @@ std::vector<std::string> also_shown(const ExperimentFile& experiment, const std:
   return paths;
 }
 
-/// The page and the site of the results of one experiment or of several. Where there are several, they can be read while
-/// the others run: they are written after the first, and then at most every kPause, and after the last.
+/// The page and the site of the results of one experiment or of several. They are written after the first experiment,
+/// then at most every kPause, and after the last, so that they can be read while the others run.
 class PageOfParts {
  public:
   /// @param more  results that are shown, too
@@ -124,12 +124,13 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--method,-m", methods,
-          "run only this method of the experiment, a name or a pattern with *, and store the results as ID_part; without an experiment: a method to run. May be repeated")
+          "run only this method of the experiment, a name or a pattern with *, and store the results as ID_part; "
+          "without an experiment: a method to run. May be repeated")
       ->allow_extra_args(false);
   command
-      ->add_option(
-          "--problem,-p", problems,
-          "run only this problem of the experiment, likewise; without an experiment: the problem, NAME,PARAMETER=VALUE,...")
+      ->add_option("--problem,-p", problems,
+                   "run only this problem of the experiment, likewise; without an experiment: the problem, "
+                   "NAME,PARAMETER=VALUE,...")
       ->allow_extra_args(false);
   command
       ->add_option("--scene,-s", options.ad_hoc.scene,
@@ -139,7 +140,8 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--steps,-N", options.ad_hoc.steps,
-          "without an experiment: steps of fixed-step methods, FROM..TO, FROM..TO:PER_DECADE or A,B,... (default: 10..1000:8; 100 times as many for first-order methods)")
+          "without an experiment: steps of fixed-step methods, FROM..TO, FROM..TO:PER_DECADE or A,B,... (default: "
+          "10..1000:8; 100 times as many for first-order methods)")
       ->excludes(experiment);
   command
       ->add_option("--tolerance", options.ad_hoc.tolerances,
@@ -154,17 +156,20 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--times", times_text,
-          "how CPU times are taken: exclusive (idle machine) or shared (results are labelled). Required with --shard or --jobs if times are measured")
+          "how CPU times are taken: exclusive (idle machine) or shared (results are labelled). Required with --shard "
+          "or --jobs if times are measured")
       ->excludes(no_times);
   command
       ->add_option(
           "--jobs,-j", options.run.jobs,
-          "number of processes; requires --no-times or --times shared if the experiment measures times. The results are the same")
+          "number of processes; requires --no-times or --times shared if the experiment measures times. The results "
+          "are the same")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   auto* shard = command->add_option(
       "--shard", shard_text,
-      "K/N: compute every N-th piece of the work, from the K-th, and write ID.shard-K-of-N.jsonl; requires --no-times or --times if the experiment measures times");
+      "K/N: compute every N-th piece of the work, from the K-th, and write ID.shard-K-of-N.jsonl; requires --no-times "
+      "or --times if the experiment measures times");
   command
       ->add_option("--from-shards", options.run.shards,
                    "merge the N shards in FOLDER; the results are those of a single process")

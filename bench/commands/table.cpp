@@ -114,7 +114,8 @@ void add_table_command(CLI::App& app, int&) {
                                  "write CSV with one line per run, all digits, and NaN for missing numbers");
   auto* charts = command->add_flag(
       "--pgfplots", options.pgfplots,
-      "write charts: work over error, error over step length, growth, profiles; with -o FILE the numbers are in a .dat file beside it");
+      "write charts: work over error, error over step length, growth, profiles; with -o FILE the numbers are in a .dat "
+      "file beside it");
   tables->excludes(runs)->excludes(charts);
   runs->excludes(charts);
   command->add_option("--view", options.views, "write only this table or chart; may be repeated")

@@ -91,7 +91,8 @@ void add_verify_command(CLI::App& app, int& exit_code) {
   static VerifyOptions options;
   auto* command = app.add_subcommand(
       "verify",
-      "check a method and print its scorecard: orders, sensitivities, truth, promises, hard cases; exit code 1 if a check fails unexpectedly");
+      "check a method and print its scorecard: orders, sensitivities, truth, promises, hard cases; exit code 1 if a "
+      "check fails unexpectedly");
   command->add_option("--method,-m", options.method, "method, see `ricochet list methods`");
   command->add_flag("--quick", options.quick, "run the short battery, which takes seconds");
   command->add_option("--check", options.only, "run only this check, GROUP/CHECK or a pattern with *; may be repeated")

@@ -42,7 +42,7 @@ inline double magnitude(double x) {
 GiNaC::ex with_real_symbols(const GiNaC::ex& expression);
 
 /// Whether the `expression` may jump: it contains a `sign` or a `choose` whose two branches differ at the switching
-/// point c = 0. Two cases count as continuous: c divides the difference of the branches as a polynomial, as in max(a, b)
+/// point c = 0. Two cases are continuous: c divides the difference of the branches as a polynomial, as in max(a, b)
 /// and x sign(x), or the difference vanishes after c = 0 is solved for a symbol, as in max(-x, 0)**1.5.
 bool may_jump(const GiNaC::ex& expression);
 

@@ -55,8 +55,8 @@ void require_short(const ex& value) {
     throw std::range_error("a number is beyond the range of double precision");
 }
 
-/// A value with its operations and its degree, for a name that stands for a formula. Counting ends where the value is too
-/// large, since shared operations count as often as they occur.
+/// A value with its operations and its degree, for a name that stands for a formula. Counting stops if the value is too
+/// large, because shared operations count as often as they occur.
 Part part_of(const ex& value) {
   Part part{value, 1, GiNaC::is_a<GiNaC::symbol>(value) ? 1.0 : 0.0};
   const bool is_product = GiNaC::is_a<GiNaC::mul>(value), is_sum = GiNaC::is_a<GiNaC::add>(value);

@@ -15,7 +15,7 @@ namespace ricochet {
 /// as "problem", or a list of such objects as "cases", from which `FILE#id` selects one. A scene has the fields
 ///
 ///     q0, v0, T, M, f                                  the equations of motion, required
-///     geometry                                         from which M, f, gaps and tangents follow if they are not stated
+///     geometry                                         M, f, gaps and tangents follow from it if not stated
 ///     params, units, Bu, u, contacts, potential_energy, id, title, source, hard_feature
 ///
 /// They are described by scene.schema.json in this folder, and by README.md, which is generated from it. Unknown fields

@@ -1,5 +1,4 @@
-// A complete method in forty lines, to be copied. The conformance tests, which are linked with it, run it like any other
-// method.
+// A complete method in forty lines, to be copied. The conformance tests, which are linked with it, run it as well.
 #include <gtest/gtest.h>
 
 #include <algorithm>

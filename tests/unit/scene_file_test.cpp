@@ -127,11 +127,11 @@ TEST_F(SceneFile, ErrorsNameTheFieldAndWhatIsAllowed) {
   EXPECT_EQ(spoiled([](json& s) { s["f"][1] = "-m*gg"; }),
             "FILE: f[1], column 4: unknown name 'gg'; known are e, g, m, mu, t, q[i], v[i], pi and the functions");
   EXPECT_EQ(spoiled([](json& s) { s["f"] = {"0"}; }), "FILE: f, number of entries = 1: 2 are required");
-  EXPECT_EQ(
-      spoiled([](json& s) {
-        s["M"][1] = {"0", "0"};
-      }),
-      "FILE: M(q0) = smallest pivot 0 relative to the diagonal: a positive definite, non-singular mass matrix is required");
+  EXPECT_EQ(spoiled([](json& s) {
+              s["M"][1] = {"0", "0"};
+            }),
+            "FILE: M(q0) = smallest pivot 0 relative to the diagonal: a positive definite, non-singular mass matrix is "
+            "required");
   EXPECT_EQ(
       spoiled([](json& s) {
         s["M"][0] = {"m", "1"};
