@@ -68,7 +68,7 @@ TimesMark times_mark_of(const std::string& word) {
   for (const TimesMark mark : {TimesMark::shared, TimesMark::exclusive}) {
     if (word == to_string(mark)) return mark;
   }
-  return TimesMark::unsaid;
+  return TimesMark::unspecified;
 }
 
 TimesMark times_mark(const nlohmann::json& header) {
@@ -76,7 +76,7 @@ TimesMark times_mark(const nlohmann::json& header) {
 }
 
 void set_times_mark(nlohmann::json& header, TimesMark mark) {
-  if (mark == TimesMark::unsaid)
+  if (mark == TimesMark::unspecified)
     header.erase("times");
   else
     header["times"] = to_string(mark);

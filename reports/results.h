@@ -25,15 +25,15 @@ nlohmann::json line_of(const Row& row) {
   return line;
 }
 
-/// What is promised of the times of results, by "times" of their header; the first is worth least.
+/// State of the machine while times were measured, from "times" in the header of results; ordered by reliability.
 enum class TimesMark {
-  shared,    ///< taken while other work ran on the machine
-  unsaid,    ///< nothing
-  exclusive  ///< taken while nothing else ran there
+  shared,       ///< other programs ran on the machine
+  unspecified,  ///< not stated
+  exclusive     ///< no other program ran
 };
 
 std::string to_string(TimesMark mark);             ///< "shared", "exclusive", or nothing
-TimesMark times_mark_of(const std::string& word);  ///< unsaid for another word
+TimesMark times_mark_of(const std::string& word);  ///< unspecified for another word
 TimesMark times_mark(const nlohmann::json& header);
 void set_times_mark(nlohmann::json& header, TimesMark mark);
 

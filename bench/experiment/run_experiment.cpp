@@ -43,7 +43,7 @@ std::string command_of(const std::string& name, const RunOptions& options) {
   std::string command = "ricochet run-experiment " + name;
   if (options.quick) command += " --quick";
   if (!options.with_times) command += " --no-times";
-  if (options.times != TimesMark::unsaid) command += " --times " + to_string(options.times);
+  if (options.times != TimesMark::unspecified) command += " --times " + to_string(options.times);
   if (options.time_limit > 0) command += fmt::format(" --time-limit {:g}", options.time_limit);
   if (!options.data.empty()) command += " --data " + options.data;
   for (const auto& method : options.selection.methods) command += " --method " + quoted(method);
@@ -69,7 +69,7 @@ bool measures_times(const Study& study, const json& document) {
 /// @param marks  by which times are allowed
 std::string why_not_shared(const Study& study, const json& document, TimesMark mark, const std::string& alone,
                            const std::string& marks) {
-  const bool is_marked = mark != TimesMark::unsaid;
+  const bool is_marked = mark != TimesMark::unspecified;
   switch (study.times) {
     case Times::none:
       return "";
@@ -139,7 +139,7 @@ void tell_failure(const Study& study, const std::string& id, const json& line) {
 
 TimesMark read_times_mark(const std::string& text) {
   const TimesMark mark = times_mark_of(text);
-  if (mark == TimesMark::unsaid) throw InputError("--times", text, "exclusive or shared is required");
+  if (mark == TimesMark::unspecified) throw InputError("--times", text, "exclusive or shared is required");
   return mark;
 }
 
@@ -201,7 +201,7 @@ std::string run_experiment(const ExperimentFile& experiment, const RunOptions& o
     std::optional<ShardRows> shards;
     if (!options.shards.empty()) shards = take_shards(options, study, document, header);
     ResultsFile file(options.folder, options.shard.name(id), header, options.force);
-    if (!file.said().empty()) fmt::print(stderr, "{}\n", file.said());
+    if (!file.message().empty()) fmt::print(stderr, "{}\n", file.message());
     if (file.is_complete()) return file.path();
     file.set_processes(options.jobs);
     file.set_shard(options.shard);

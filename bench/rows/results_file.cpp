@@ -69,15 +69,15 @@ ResultsFile::ResultsFile(const std::string& folder, const std::string& name, jso
   const bool is_there = fs::exists(path_), is_same = is_there && is_as_good(read_header(path_), header_);
   is_complete_ = is_same && !force;
   if (is_complete_) {
-    said_ = fmt::format("{}: up-to-date results exist; use --force to recompute them", path_);
+    message_ = fmt::format("{}: up-to-date results exist; use --force to recompute them", path_);
   } else if (const json begun = read_header(partial_); !force && is_as_good(begun, header_)) {
     taken_ = taken_lines(partial_);
     set_times_mark(header_, std::min(times_mark(header_), times_mark(begun)));
-    said_ = fmt::format("{}: {} rows of an interrupted run are taken over", path_, taken_.size());
+    message_ = fmt::format("{}: {} rows of an interrupted run are reused", path_, taken_.size());
   } else if (is_there && !is_same) {
-    said_ = fmt::format(
-        "{}: results of another experiment, other files or another program, or without the exclusive times that are asked "
-        "for, are kept under a dated name",
+    message_ = fmt::format(
+        "{}: existing results are of another experiment, other files or another program, or lack exclusive times; they are "
+        "kept with a date in their name",
         path_);
   }
 }

@@ -36,8 +36,8 @@ class ResultsFile {
   ResultsFile(const ResultsFile&) = delete;
   ResultsFile& operator=(const ResultsFile&) = delete;
 
-  /// What is taken over or put aside, in a sentence; empty where nothing was there.
-  const std::string& said() const { return said_; }
+  /// A sentence on rows that are reused or files that are renamed; empty if no results existed.
+  const std::string& message() const { return message_; }
   const std::string& path() const { return path_; }
   /// Everything is there already: nothing to do.
   bool is_complete() const { return is_complete_; }
@@ -201,7 +201,7 @@ class ResultsFile {
   std::function<void(const nlohmann::json& line)> observer_;
   std::vector<std::pair<std::string, nlohmann::json>> taken_;  ///< lines of an interrupted run, as text and parsed
   std::size_t next_ = 0;                                       ///< the first of them that is not asked for yet
-  std::string said_;
+  std::string message_;
   int lock_ = -1;  ///< descriptor of the partial file
   std::ofstream file_;
 };

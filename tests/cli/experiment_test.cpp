@@ -94,7 +94,7 @@ TEST_F(Cli, AnInterruptedShardGoesOn) {
   EXPECT_EQ(missing.code, 2) << "it is not complete";
   const Outcome again = run(run_it + "--shard 1/2" + out);
   ASSERT_EQ(again.code, 0) << again.text;
-  EXPECT_HAS(again.text, "1 rows of an interrupted run are taken over");
+  EXPECT_HAS(again.text, "1 rows of an interrupted run are reused");
   ASSERT_EQ(run(run_it + "--from-shards " + folder.string() + " -o " + (folder / "merged").string()).code, 0);
   EXPECT_EQ(undated(read(folder / "merged" / "small.jsonl")), undated(read(folder / "small.jsonl")));
 }

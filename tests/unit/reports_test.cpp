@@ -381,7 +381,7 @@ TEST_F(ResultsOnDisk, OneProcessWritesThem) {
   EXPECT_EQ(read_results(folder + "/e.jsonl").all<Run>().size(), 2u);
   ResultsFile again(folder, "e", header("k"));
   EXPECT_TRUE(again.is_complete());
-  EXPECT_NE(again.said().find("--force"), std::string::npos);
+  EXPECT_NE(again.message().find("--force"), std::string::npos);
 }
 
 TEST_F(ResultsOnDisk, ForceComputesThemAgainAndKeepsTheFormer) {
