@@ -14,7 +14,7 @@
 namespace ricochet {
 namespace {
 
-/// GiNaC counts its references without locks: problems are made and destroyed by one thread at a time.
+/// GiNaC's reference counts have no locks, so problems are made and destroyed by one thread at a time.
 std::mutex& formulas() {
   static std::mutex mutex;
   return mutex;
@@ -64,7 +64,7 @@ AdjustableProblem::Place AdjustableProblem::place_of(Problem& problem, const std
   throw_unknown_name("quantity of " + base_.id, name, known);
 }
 
-/// The problem that can take these parameters, with them.
+/// A problem with these parameters, reused if possible.
 Problem& AdjustableProblem::with_parameters(std::span<const double> values) {
   if (!has_parameters_) {
     made_.front()->set_initial_state(base_.q0, base_.v0);

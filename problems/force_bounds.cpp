@@ -58,7 +58,7 @@ void ForceBounds::hold_direction(int contact, const double* d) {
   std::copy(d, d + info_.contacts[contact].n_t, held_.begin() + info_.contacts[contact].tangent_index);
 }
 
-/// Of a contact that slips, over the tangents that set_matrix() has.
+/// Slip direction of a contact, for the tangents of set_matrix().
 void ForceBounds::set_direction(int i, const Interval* v, Interval* direction) const {
   const auto& contact = info_.contacts[i];
   direction[0] = slip_sign(modes_[i]);
@@ -76,7 +76,7 @@ void ForceBounds::set_direction(int i, const Interval* v, Interval* direction) c
   }
 }
 
-/// K over boxes, which may be points.
+/// Sets K over boxes, which may be points.
 void ForceBounds::set_matrix(const Interval* q, const Interval* v) {
   const Eigen::Index n = info_.n_q;
   K_.assign(static_cast<std::size_t>(size_ * size_), 0.0);
@@ -127,7 +127,7 @@ bool ForceBounds::invert(const double* q, const double* v) {
   return Y_.allFinite();
 }
 
-/// b over boxes.
+/// Sets b over boxes.
 void ForceBounds::set_right_side(const Interval* q, const Interval* v) {
   b_.assign(static_cast<std::size_t>(size_), 0.0);
   problem_.force_bounds(q, v, info_.u.data(), b_.data());
@@ -173,7 +173,7 @@ bool ForceBounds::evaluate(const Interval* q, const Interval* v, const double* q
   return true;
 }
 
-/// (2), from x_ = Y b.
+/// Evaluates (2), from x_ = Y b.
 bool ForceBounds::contract() {
   for (Vector* of_unknowns : {&x_0_, &d_, &e_, &next_}) of_unknowns->resize(size_);
   for (Eigen::Index l = 0; l < size_; ++l) x_0_[l] = x_[l].middle();

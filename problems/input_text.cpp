@@ -19,7 +19,7 @@ constexpr std::size_t kMostBytes = std::size_t{256} << 20;
 constexpr int kDeepest = 64;             // our own files have 8 levels
 constexpr std::size_t kMostShown = 300;  // of a message that quotes the text
 
-/// C0, DEL and, in UTF-8, C1, which terminals obey.
+/// Control characters that terminals execute: C0, DEL and, in UTF-8, C1.
 bool has_control_character(const std::string& text) {
   for (std::size_t k = 0; k < text.size(); ++k) {
     const auto byte = static_cast<unsigned char>(text[k]);
@@ -29,7 +29,7 @@ bool has_control_character(const std::string& text) {
   return false;
 }
 
-/// Follows the parser through the text, so that it knows where it is.
+/// Follows the parser through the text to know the current place.
 class StrictReading {
  public:
   explicit StrictReading(const std::string& name) : name_(name) {}

@@ -18,7 +18,7 @@ using nlohmann::json;
 
 constexpr std::size_t kMostOfAValue = 80;  // characters of it in a message
 
-/// The words of a schema, and which of them hold schemas: "one", a list of them, or an object of them.
+/// The keywords of a schema, and which of them contain schemas: one, a list, or an object of them.
 const std::map<std::string, std::string> kWords = {
     {"type", ""},      {"enum", ""},        {"required", ""},         {"minItems", ""},
     {"maxItems", ""},  {"minimum", ""},     {"maximum", ""},          {"exclusiveMinimum", ""},
@@ -126,7 +126,7 @@ void JsonSchema::for_each_text(json& whole, const std::function<void(std::string
 void JsonSchema::check(const json& value, const std::string& place, const json& unresolved) const {
   const json& part = resolved(unresolved);
   if (part.contains("anyOf")) {
-    // The first one of its type is what was meant: its complaint is the most useful.
+    // The first alternative of its type was probably intended: its message is the most useful.
     if (const json* meant = choice(value, part)) return check(value, place, *meant);
     std::vector<std::string> types;
     for (const json& other : part["anyOf"]) {

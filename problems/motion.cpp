@@ -57,7 +57,7 @@ void Motion::at(double t, Vector& q, Vector& v, Side side) const {
   if (empty() || !(t >= begin() && t <= end()))
     throw InputError("time", t,
                      empty() ? "no motion was recorded" : fmt::format("{:g} s to {:g} s is known", begin(), end()));
-  // The last piece that begins before t, or at t if that side is wanted.
+  // The last piece that begins before t, or at t if the limit after t is required.
   const auto behind = std::partition_point(pieces_.begin(), pieces_.end(), [&](const Piece& piece) {
     return side == Side::behind ? piece.begin <= t : piece.begin < t;
   });

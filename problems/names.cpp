@@ -30,7 +30,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 }  // namespace
 
 void throw_unknown_name(const std::string& kind, const std::string& name, const std::vector<std::string>& known) {
-  // Dashes in front of an option are no letters of its name.
+  // Leading dashes of an option do not count as letters.
   const std::size_t letters = name.size() - std::min(name.find_first_not_of('-'), name.size());
   const std::size_t allowed = 1 + letters / 3;
   std::vector<std::string> near;

@@ -97,12 +97,12 @@ void require_size(const std::string& field, const Vector& values, int expected) 
   }
 }
 
-// A few hundred roundings of the formulas for q0, v0 and the constraints.
+// Rounding of the formulas for q0, v0 and the constraints: a few hundred units.
 constexpr double kInitialRounding = 1e-13;
-// Least part of a column of L^-1 G, M = L L', of length one, that no other column has. Below it G' M^-1 G is singular
-// in double precision.
+// Least component of a column of L^-1 G, M = L L', of length one, orthogonal to the other columns. Below it G' M^-1 G
+// is singular in double precision.
 constexpr double kRank = 1e-8;
-// What a user of measured data may ask for.
+// Hint for users of measured data.
 constexpr const char* kProjection = "--allow-penetration DEPTH starts from the nearest position that respects all gaps";
 
 void validate_bilateral(const Problem& problem, const Vector& f_c, const Matrix& J_n, const Matrix& M, double depth) {
@@ -143,7 +143,7 @@ void validate_bilateral(const Problem& problem, const Vector& f_c, const Matrix&
 
 namespace {
 
-/// What a law of impacts asks of the contacts.
+/// Requirements of an impact law on the contacts.
 void validate_impact_law(const ProblemInfo& info) {
   const ImpactLaw& law = info.impact_law;
   if (law.hypothesis == ImpactHypothesis::newton) return;
@@ -212,7 +212,7 @@ void validate(const Problem& problem, double depth) {
 
   const Matrix M = problem.mass_matrix(info.q0);
   if (!M.allFinite()) throw InputError("M(q0)", "not finite", "finite entries are required");
-  // Entries have units of their own, kg and kg m^2; with a diagonal of one they can be compared.
+  // Entries have different units, kg and kg m^2; after scaling to a unit diagonal they can be compared.
   const Vector scale = M.diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
   const Matrix scaled = scale.allFinite() ? Matrix(scale.asDiagonal() * M * scale.asDiagonal()) : M;
   const double asymmetry = (scaled - scaled.transpose()).cwiseAbs().maxCoeff();

@@ -14,7 +14,7 @@ bool is_number(const ex& x) {
   return GiNaC::is_a<GiNaC::numeric>(x);
 }
 
-// GiNaC's registration: a name that it does not have yet, what a call becomes when it is made, and its derivative.
+// Registration with GiNaC: a new name, the evaluation of a call, and its derivative.
 
 DECLARE_FUNCTION_1P(real_abs)
 DECLARE_FUNCTION_1P(real_sign)
@@ -47,7 +47,7 @@ REGISTER_FUNCTION(real_abs, set_name("magnitude").eval_func(abs_of).expl_derivat
 REGISTER_FUNCTION(real_sign, set_name("sign").eval_func(sign_of).expl_derivative_func(sign_derivative))
 REGISTER_FUNCTION(real_choose, set_name("choose").eval_func(choice_of).expl_derivative_func(choice_derivative))
 
-/// Replaces what GiNaC made of complex symbols.
+/// Replaces GiNaC's functions of complex symbols.
 struct RealSymbols : GiNaC::map_function {
   ex operator()(const ex& e) override {
     const ex inner = e.map(*this);
@@ -78,9 +78,9 @@ ex magnitude(const ex& x) {
 
 namespace {
 
-/// Whether a difference of branches vanishes where c = 0. Two proofs are tried: c divides the numerator of the
-/// difference as a polynomial in symbols and functions; or the difference is 0 where c = 0 was solved for a symbol or function x in
-/// which it is linear, c = A x + B, at x = -B / A.
+/// Whether a difference of branches vanishes at c = 0. Two proofs are tried. Either c divides the numerator of the
+/// difference as a polynomial in symbols and functions; or c is linear in a symbol or function x, c = A x + B, and the
+/// difference is 0 at x = -B / A.
 bool vanishes_where(const ex& c, const ex& difference) {
   try {
     GiNaC::exmap kernels;

@@ -37,10 +37,10 @@ double real_value(const GiNaC::numeric& number) {
 
 }  // namespace
 
-/// Translates expressions into instructions. GiNaC orders operands by memory address and moves minus signs accordingly,
-/// so both are put into a canonical form here: every value is a magnitude with a sign kept aside, and operands follow
-/// the hash of their structure up to that sign. Changing a sign is exact, so the rounding of the program is the same in
-/// every run.
+/// Translates expressions into instructions. GiNaC orders operands by memory address and moves minus signs accordingly.
+/// Both are brought into a canonical form: every value is a magnitude with a separate sign, and operands are ordered by
+/// the hash of their structure up to that sign. A change of sign is exact, so the rounding of the program is the same
+/// in every run.
 class ProgramBuilder {
  public:
   ProgramBuilder(StraightLineProgram& program, const StraightLineProgram::InputGroups& inputs,
@@ -82,7 +82,7 @@ class ProgramBuilder {
       program_.constant_ = program_.constant_ && node.kind != Node::Kind::computed;
       program_.outputs_.push_back(register_of(node));
     }
-    // Until here, inputs and results count from 0 and constants are negative; shift all behind the constants.
+    // Until here, inputs and results count from 0 and constants are negative; shift them after the constants.
     const auto shift = static_cast<std::int32_t>(program_.constants_.size());
     const auto place = [&](std::int32_t r) { return r < 0 ? -r - 1 : r + shift; };
     for (auto* code : {&program_.preparation_, &program_.code_}) {
@@ -98,8 +98,8 @@ class ProgramBuilder {
   using Op = StraightLineProgram::Op;
   using Instruction = StraightLineProgram::Instruction;
 
-  /// A number; the index of a constant that may change, or of a result of such constants alone; or the index of an
-  /// input or of any other result.
+  /// A number; the index of a constant that may change, or of a result that depends only on such constants; or the
+  /// index of an input or of any other result.
   struct Node {
     enum class Kind { number, prepared, computed };
     Kind kind = Kind::computed;
@@ -313,7 +313,7 @@ class ProgramBuilder {
     return result;
   }
 
-  /// GiNaC names a symbol without a name after the count of symbols in the process: here it is its place in the inputs.
+  /// GiNaC names a symbol without a name by a counter of the process; here its position in the inputs is used.
   std::string lasting_name(const GiNaC::ex& e) const {
     const std::string name = print(e);
     const auto bound = symbols_.find(e);
@@ -347,7 +347,7 @@ StraightLineProgram::StraightLineProgram(const std::vector<GiNaC::ex>& outputs, 
 
 namespace {
 
-/// x x of one register: bounds of a square are closer than those of a product.
+/// The square of a register: its bounds are closer than those of a product.
 inline double square_of(double x) {
   return x * x;
 }

@@ -64,7 +64,7 @@ void for_each_list(SymbolicModel& model, const auto& visit) {
   }
 }
 
-/// Real symbols, and no tangential quantity where nothing rubs.
+/// Makes symbols real and removes tangential quantities of contacts without friction.
 SymbolicModel stated(SymbolicModel model) {
   const auto make_real = [](ex& e) { e = with_real_symbols(e); };
   for_each_list(model, [&](std::vector<ex>& list) { std::for_each(list.begin(), list.end(), make_real); });
@@ -80,7 +80,7 @@ SymbolicModel stated(SymbolicModel model) {
   return model;
 }
 
-/// The clock, Problem (7), as the last coordinate of a model that depends on time. @return whether it does
+/// Adds the clock, Problem (7), as the last coordinate if the model depends on time. @return whether it does
 bool add_clock(SymbolicModel& model) {
   if (depends_on(model.control, {model.t})) {
     for (std::size_t row = 0; row < model.input.size(); ++row) {
@@ -339,7 +339,7 @@ void SymbolicProblem::describe_contacts() {
   }
 }
 
-/// weight' (J_n lambda_n + J_t lambda_t), which the clock has no part in
+/// weight' (J_n lambda_n + J_t lambda_t), without the clock
 ex SymbolicProblem::contact_force_work(const std::vector<symbol>& weight) const {
   ex work = 0;
   for (std::size_t i = 0; i < model_.contacts.size(); ++i) {

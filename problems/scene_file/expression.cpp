@@ -31,8 +31,8 @@ constexpr double kMostBits = 1e6;         // of a power of numbers, which is exa
 constexpr double kMostDegree = 1000;      // of a power with names in it, whose factor is raised with it
 constexpr std::size_t kShown = 100;       // characters of a formula beside its error
 
-/// A part of a formula, and bounds of what it may become: values are exact, so that a short text can mean a number that
-/// fills the memory.
+/// A part of a formula with bounds of its size: values are exact, so a short text can mean a number that fills the
+/// memory.
 struct Part {
   ex value;
   double size = 1;    ///< operations, shared ones as often as they occur
@@ -44,8 +44,8 @@ double bits(const GiNaC::numeric& number) {
   return number.is_rational() ? number.numer().int_length() + number.denom().int_length() : 64;
 }
 
-/// The number, or the number that a product is multiplied by, is zero or within 10^-400 and 10^400: far beyond what
-/// doubles hold, and short.
+/// Rejects a number, or a numeric factor of a product, outside 10^-400 to 10^400. This range is far beyond that of
+/// doubles, and its numbers are short.
 void require_short(const ex& value) {
   const ex last = GiNaC::is_a<GiNaC::mul>(value) ? value.op(value.nops() - 1) : value;
   if (!GiNaC::is_a<GiNaC::numeric>(last)) return;
@@ -82,7 +82,7 @@ std::string allowed_names(const ExpressionNames& names) {
   return fmt::format("{} and the functions", fmt::join(list, ", "));
 }
 
-/// The message for a name that this field does not know. For t, q, v and u it says what the field may depend on.
+/// The message for an unknown name. For t, q, v and u it states the admissible variables of the field.
 std::string unknown_name(const std::string& name, const ExpressionNames& names) {
   if (const auto vector = names.vectors.find(name); vector != names.vectors.end())
     return fmt::format("'{0}' has {1} entries; write {0}[0] for the first", name, vector->second.size());
@@ -96,7 +96,7 @@ std::string unknown_name(const std::string& name, const ExpressionNames& names) 
   return fmt::format("'{}' is not allowed here: {}; allowed are {}", name, why, allowed);
 }
 
-/// An operator of other languages, and what to write instead.
+/// An operator of another language, and its replacement.
 struct ForeignOperator {
   std::string_view sign, advice;
 };
@@ -122,7 +122,7 @@ constexpr ForeignOperator kForeign[] = {{"&&", kBoth},
                                         {"<", "comparisons stand in if alone: if(a < b, x, y)"},
                                         {">", "comparisons stand in if alone: if(a > b, x, y)"}};
 
-/// The foreign operator at the beginning of a text; null where there is none.
+/// The foreign operator at the beginning of a text; null if there is none.
 const ForeignOperator* foreign_operator(std::string_view text) {
   const auto is_letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
   const auto found = std::ranges::find_if(kForeign, [&](const ForeignOperator& op) {
@@ -230,7 +230,7 @@ constexpr const char* Messages::message<grammar::close_parenthesis> = "')' is ex
 template <>
 constexpr const char* Messages::message<grammar::end> = "an operator or the end of the expression is expected";
 
-/// What an action throws gets the column of its rule.
+/// Adds the column of the rule to an exception of an action.
 template <class Rule>
 struct Control : pegtl::must_if<Messages, pegtl::normal, false>::control<Rule> {
   template <template <class...> class Action, class Iterator, class Input>
@@ -311,7 +311,7 @@ struct Action<grammar::comparison> {
   static void apply(const auto& in, Reader& reader) { reader.comparisons.push_back(in.string()); }
 };
 
-/// b > a and b >= a are written as something that is positive: the second by choosing the other way round.
+/// b > a and b >= a are written as a positive difference; for >= the branches are exchanged.
 template <>
 struct Action<grammar::choice> {
   static void apply(const auto&, Reader& reader) {
@@ -421,7 +421,7 @@ struct Action<grammar::times> : ProductAction<std::multiplies<ex>> {};
 template <>
 struct Action<grammar::divide> : ProductAction<std::divides<ex>> {};
 
-/// Powers of numbers are exact, and those of products raise the number in them.
+/// Powers of numbers are exact; a power of a product also raises its numeric factor.
 template <>
 struct Action<grammar::raise> {
   static void apply(const auto&, Reader& reader) {
@@ -437,12 +437,12 @@ struct Action<grammar::raise> {
       if (is_number && n > 1) {
         const auto& number = GiNaC::ex_to<GiNaC::numeric>(base.value);
         const double decades = number.is_zero() ? 0 : n * std::abs(std::log10(std::abs(number.to_double())));
-        // A base of 400 digits may be infinite, or zero, as double.
+        // A base of 400 digits may be infinite or zero as a double.
         if (bits(number) * n > kMostBits || !(decades <= kMostDigits))
           throw std::range_error("a power of numbers is too large");
       }
     } else if (is_number && !GiNaC::ex_to<GiNaC::numeric>(base.value).is_positive()) {
-      // Its derivative has the logarithm of the base.
+      // Its derivative contains the logarithm of the base.
       throw std::domain_error("a base above zero is required where the exponent is no number");
     }
     reader.push(pow(base.value, exponent.value), 1 + base.size + exponent.size, degree);
@@ -456,7 +456,7 @@ struct Action<grammar::negate> {
   }
 };
 
-/// A formula with a mark below the column, from 1, or what is around it of a long one.
+/// A formula with a mark below the column, from 1; for a long formula only the part around it.
 std::string picture(const std::string& text, std::size_t column) {
   const std::size_t at = std::min(column, text.size() + 1);
   const std::size_t begin = text.size() <= kShown || at <= kShown / 2 ? 0 : at - kShown / 2;
@@ -477,7 +477,7 @@ GiNaC::ex parse_expression(const std::string& text, const ExpressionNames& names
   try {
     pegtl::parse<grammar::whole, Action, Control>(input, reader);
   } catch (const pegtl::parse_error& error) {
-    // A sign of another language stands where the text cannot go on, or within a condition that cannot be read.
+    // An operator of another language is at the position of the error, or within an invalid condition.
     std::size_t column = error.positions().front().column;
     const bool in_condition = error.message() == Messages::message<grammar::condition>;
     const auto foreign_at = [&](std::size_t c) {

@@ -14,7 +14,7 @@ namespace {
 
 using GiNaC::ex;
 
-/// How tightly a text holds together: a looser one needs parentheses inside a tighter one.
+/// Precedence of a text: one of lower precedence needs parentheses inside one of higher precedence.
 enum class Binding { sum, product, power, atom };
 
 struct Text {
@@ -43,7 +43,7 @@ Text write_number(const GiNaC::numeric& number) {
   return {number.is_negative(), text.str(), size.is_integer() ? Binding::atom : Binding::product};
 }
 
-/// The sum, or its opposite if that leads with a plus.
+/// The sum, or its negative if that starts with a plus.
 Text write_sum(const ex& e) {
   std::vector<Text> terms;
   for (const ex& term : e) terms.push_back(write(term));
@@ -78,7 +78,7 @@ void add_factor(const ex& e, Factors& factors) {
   const Text exponent = write(e.op(1));
   const bool inverse = exponent.negative && GiNaC::is_a<GiNaC::numeric>(e.op(1));
   const bool whole = e.op(1).info(GiNaC::info_flags::integer);
-  // A sign leaves a whole power; inside another one it stays.
+  // A sign can be moved out of an integer power, but not out of another one.
   factors.negative = factors.negative != (base.negative && whole && e.op(1).info(GiNaC::info_flags::odd));
   const std::string signed_base = base.negative && !whole ? "(" + with_sign(base) + ")" : base.inside(Binding::atom);
   std::string text;
@@ -136,7 +136,7 @@ Text write(const ex& e) {
 std::string expression_text(const GiNaC::ex& expression) {
   const Text text = write(expression);
   if (text.binding != Binding::sum || !text.negative) return with_sign(text);
-  // A whole expression needs no common sign: write the sum term by term.
+  // A complete expression needs no common sign: write the sum term by term.
   std::vector<Text> terms;
   for (const ex& term : expression) terms.push_back(write(term));
   std::sort(terms.begin(), terms.end());

@@ -33,7 +33,7 @@ std::string name_in(const Names<Value>& names, Value value) {
   return std::ranges::find(names, value, &std::pair<std::string, Value>::second)->first;
 }
 
-/// Angles that turn a body.
+/// Reads the angles of a body.
 std::size_t n_angles(BodyRotation rotation) {
   switch (rotation) {
     case BodyRotation::none:
@@ -61,7 +61,7 @@ std::size_t n_sizes(ShapeKind kind, bool in_space) {
   return 0;
 }
 
-/// Signs that say which corner, or end, of a shape is meant.
+/// Reads the signs that select a corner or an end of a shape.
 std::size_t n_signs(ShapeKind kind, bool in_space) {
   return kind == ShapeKind::box ? n_sizes(kind, in_space) : kind == ShapeKind::capsule ? 1 : 0;
 }
@@ -152,7 +152,7 @@ class GeometryReader {
   }
 
  public:
-  /// The number of what has the name that is in the `field`.
+  /// The index of the object whose name is in the `field`.
   static int number_of(const auto& list, const Field& field, const std::string& kind) {
     std::vector<std::string> known;
     for (std::size_t i = 0; i < list.size(); ++i) {

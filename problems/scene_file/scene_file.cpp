@@ -162,7 +162,7 @@ class SceneReader {
     return n_q;
   }
 
-  /// What a scene with a geometry does not state follows from it.
+  /// Reads M, f and the control; M and f follow from the geometry if they are not stated.
   void read_dynamics(std::size_t n_q) {
     const bool has_geometry = model_.geometry.has_value();
     model_.mass = has_geometry && !scene_.has("M") ? mass_from_geometry(model_) : rows(scene_.at("M"), n_q, n_q, in_q_);
@@ -208,7 +208,7 @@ class SceneReader {
     model_.contacts.push_back(std::move(contact));
   }
 
-  /// A parameter that formulas cannot name, or that hides a function, would be misread.
+  /// Rejects a parameter whose name cannot occur in formulas, or is that of a function.
   static void require_free_name(const std::string& name, const Field& field) {
     const auto is_word = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
     if (name == "t") throw InputError(field.name(), field.text(), "t is the time; another name is required");
@@ -221,7 +221,7 @@ class SceneReader {
           fmt::format("'{}' cannot stand in a formula; a name of letters, digits and _ is required", name));
   }
 
-  /// At q0 and t = 0 directions are not zero, and two are not parallel: friction would act along none, or along one
+  /// Rejects directions that are zero or parallel at q0 and t = 0: friction would act along none, or along one of them
   /// twice.
   void require_directions(const Field& field, const std::vector<Expressions>& directions) const {
     std::vector<StraightLineProgram::Constant> start = model_.constants();
@@ -242,7 +242,7 @@ class SceneReader {
                        "a direction that is not parallel to Jt[0] at q0 is required");
   }
 
-  /// The pair of shapes that touch, and what follows of it.
+  /// Reads the pair of shapes that touch; gap and tangents follow from it.
   void read_shapes(const Field& field, SymbolicModel::Contact& contact) {
     if (!model_.geometry)
       throw InputError(field.at("shapes").name(), field.at("shapes").value().dump(), "the scene has no geometry");
@@ -253,7 +253,7 @@ class SceneReader {
     if (field.has("mu")) contact.tangents = touching.tangents;
   }
 
-  /// A gap that is stated, and agrees with that of the shapes at t = 0.
+  /// Reads a stated gap, which must agree with that of the shapes at t = 0.
   void read_gap(const Field& field, SymbolicModel::Contact& contact, std::size_t n_q) {
     const ex of_shapes = std::exchange(contact.gap, field.expression(in_q_and_time_));
     if (model_.geometry && !model_.geometry->pairs.empty() &&
@@ -261,15 +261,15 @@ class SceneReader {
       compare(field, contact.gap, of_shapes, n_q, 0, "that of the shapes");
   }
 
-  /// J_n is derived from the gap; a file that also states it must agree at q0 and t = 0 and at two points near it.
+  /// J_n is derived from the gap. If a file states it, too, both must agree at q0 and t = 0 and at two points near it.
   void compare_normal(const Field& field, const ex& gap, std::size_t n_q) {
     const auto stated = field.expressions(n_q, in_q_and_time_);
     for (std::size_t k = 0; k < n_q; ++k)
       compare(field.at(k), stated[k], gap.diff(model_.q[k]), n_q, 1, "the gradient of the gap");
   }
 
-  /// `stated` in this field is the same as `expected` at q0 and at two points near it; t is 0 there and, where a `rate` of
-  /// 1 says so, later.
+  /// Requires `stated` in this field to equal `expected` at q0 and at two points near it. t is 0 there, and
+  /// at the two points larger if `rate` is 1.
   void compare(const Field& field, const ex& stated, const ex& expected, std::size_t n_q, double rate,
                const char* what) const {
     for (const double shift : {0.0, 0.137, -0.0731}) {
@@ -280,7 +280,7 @@ class SceneReader {
       }
       double pair[2];
       StraightLineProgram({stated, expected}, {}, values).evaluate({}, pair);
-      // a few roundings of two ways to write one formula; a gap at q0 is a difference of lengths, of a metre or so
+      // rounding of two forms of one formula; a gap at q0 is a difference of lengths of about a metre
       const double allowed = 1e-10 * (std::abs(pair[0]) + std::abs(pair[1])) + (rate == 0 ? 1e-12 : 0);
       if (!(std::abs(pair[0] - pair[1]) <= allowed)) {
         throw InputError(field.name(), field.text(),
@@ -304,7 +304,7 @@ class SceneReader {
   ExpressionNames constants_, of_time_, in_q_, in_q_and_time_, in_state_;
 };
 
-/// The scene that `FILE` or `FILE#id` means, with the object around it that may hold id and title.
+/// The scene of `FILE` or `FILE#id`, with the object around it, which may contain id and title.
 std::pair<json, json> select(const json& document, const std::string& path, const std::string& id) {
   const JsonSchema& schema = scene_schema();
   const std::string place = path + ": ";
