@@ -40,8 +40,8 @@ double Reference::size() const {
 
 namespace {
 
-/// Events of a run; those at the same time to rounding and integration error, 1e-9 of the end time, in the order of
-/// their contacts. Which of two equal bodies stops first is rounding.
+/// Events of a run. Events within 1e-9 of the end time of each other, the size of rounding and integration errors, are
+/// in the order of their contacts: rounding decides which of two equal bodies stops first.
 std::vector<Event> ordered(std::vector<Event> events, double end_time) {
   for (auto first = events.begin(); first != events.end();) {
     const auto last =
@@ -52,7 +52,7 @@ std::vector<Event> ordered(std::vector<Event> events, double end_time) {
   return events;
 }
 
-/// What the runs have to agree on: an event, or the limit of an accumulation, which has no contact.
+/// An item on which the runs must agree: an event, or the limit of an accumulation, which has no contact.
 struct Step {
   double t;
   int contact;
@@ -64,7 +64,7 @@ struct Step {
 
 constexpr double kLimit = 1e-5;  // of the end time: intervals of an accumulation whose impacts are not told apart
 
-/// Events that follow each other at once, with two impacts of a contact among them, as one step.
+/// Combines events in close succession, with two impacts of a contact among them, into one step.
 std::vector<Step> steps_of(const std::vector<Event>& events, double end_time) {
   std::vector<Step> steps;
   for (auto first = events.begin(); first != events.end();) {
@@ -92,7 +92,7 @@ bool agree(const Step& a, const Step& b, double end_time) {
   return *a.modes == *b.modes && std::abs(a.t - b.t) <= kLimit * end_time;
 }
 
-/// Where two runs part, with the contacts.
+/// Message about the first difference of two runs, with the contacts.
 std::string disagreement(const std::vector<Step>& steps, const std::vector<Step>& others, const ProblemInfo& info) {
   const auto text = [&](const std::vector<Step>& list, std::size_t k) -> std::string {
     if (k >= list.size()) return "no event";
@@ -140,7 +140,7 @@ Reference make_reference(const Problem& problem, double tolerance) {
     }
     const double distance = final_state_difference(best.q, best.v, other.q, other.v);
     if (&other == &others[2]) {
-      // The loosest run is no measure of the error, but a million tolerances away it has followed another motion.
+      // The run with the loosest tolerance does not measure the error, but must follow the same motion.
       if (distance > 1e7 * tolerance * size) {
         throw std::runtime_error(
             fmt::format("reference of {}: the run with the loosest tolerance differs from the best by {:.1e}",

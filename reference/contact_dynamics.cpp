@@ -8,7 +8,7 @@
 namespace ricochet::reference {
 namespace {
 
-// Accelerations that forces miss, relative to those without them, from which on the forces are corrected.
+// Residual accelerations, relative to those without forces, above which the forces are corrected.
 constexpr double kRefined = 1e-11;
 
 }  // namespace
@@ -142,7 +142,7 @@ void ContactDynamics::assemble(const double* v) {
   is_regular_ = factors_.compute(scaled_, kSingular);
 }
 
-/// What (2) and (3) have without v'; zero for affine contacts.
+/// The terms of (2) and (3) without v'; zero for affine contacts.
 void ContactDynamics::evaluate_bias(const double* q, const double* v) {
   problem_.gap_acceleration_bias(q, v, bias_n_.data());
   if (unknowns_.size() > parts_.size()) problem_.slip_velocity_derivative(q, v, T_.data());
@@ -155,7 +155,7 @@ void ContactDynamics::evaluate_bias(const double* q, const double* v) {
   }
 }
 
-/// (5), and its accelerations added to a.
+/// Solves (5) and adds its accelerations to a.
 bool ContactDynamics::solve_for_forces(double* a) {
   const Eigen::Index n = std::ssize(unknowns_), n_q = problem_.n_q();
   for (Eigen::Index row = 0; row < n; ++row) right_[row] = -unknowns_[row].dot(a) - bias_[row];
@@ -166,7 +166,7 @@ bool ContactDynamics::solve_for_forces(double* a) {
   } else if (!divide_forces(a)) {
     return false;
   }
-  // Summed up first, so that what contact forces hold stays at rest to the last bit.
+  // The sum is computed first, so that bodies held by contact forces stay at rest to the last bit.
   double* push = push_.data();
   std::fill_n(push, n_q, 0);
   for (Eigen::Index row = 0; row < n; ++row) {
@@ -178,7 +178,7 @@ bool ContactDynamics::solve_for_forces(double* a) {
   return true;
 }
 
-/// Forces carry rounding times the ratio of the masses, and the accelerations that they make tell how much.
+/// The rounding errors of forces grow with the ratio of masses; the accelerations of the forces show their size.
 void ContactDynamics::refine_forces(double* a) {
   const Eigen::Index n = std::ssize(unknowns_), n_q = problem_.n_q();
   const double allowed = kRefined * right_.cwiseAbs().maxCoeff();
@@ -196,7 +196,7 @@ void ContactDynamics::refine_forces(double* a) {
   }
 }
 
-/// (5) where it is singular or was at the last call.
+/// Solves (5) if it is singular or was at the last call.
 bool ContactDynamics::divide_forces(const double* a) {
   Vector size(right_.size());
   for (Eigen::Index row = 0; row < size.size(); ++row)

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kStopped = 1e-14;  // of its terms, a slip velocity that an impact has ended: what adding it up leaves
 
-// Velocities that an impact misses, relative to those before it, from which on its impulses are corrected.
+// Residual velocities of an impact, relative to those before it, above which its impulses are corrected.
 constexpr double kRefinedImpact = 1e-11;
 
 std::string too_many(std::size_t contacts, std::size_t most) {
@@ -22,7 +22,7 @@ std::string too_many(std::size_t contacts, std::size_t most) {
                      most);
 }
 
-/// x with R' M^-1 R x = b, as nearly as redundant columns of R allow.
+/// Solves R' M^-1 R x = b, in the least-squares sense for redundant columns of R.
 Vector least_correction(const Matrix& R, const Matrix& MR, const Vector& b) {
   const Vector s = R.cwiseProduct(MR).colwise().sum().cwiseSqrt().cwiseInverse();
   const Matrix A = s.asDiagonal() * (R.transpose() * MR) * s.asDiagonal();
@@ -124,8 +124,8 @@ ContactLaws::Decision ContactLaws::impact(const Vector& q, const Vector& v_minus
   return decision;
 }
 
-/// Impulses carry rounding times the ratio of the masses; the velocities that they make are known better. Where these
-/// miss (1), the impulses of closed contacts are corrected.
+/// The rounding errors of impulses grow with the ratio of masses; those of velocities do not. If the velocities violate
+/// (1), the impulses of closed contacts are corrected.
 void ContactLaws::refine_impact(const Matrix& J, const Matrix& MJ, const Vector& v_minus, const Vector& b,
                                 const std::vector<int>& touching, Decision& decision) const {
   Matrix R(J.rows(), J.cols()), MR(J.rows(), J.cols());
@@ -157,7 +157,7 @@ void ContactLaws::refine_impact(const Matrix& J, const Matrix& MJ, const Vector&
   for (Eigen::Index c = 0; c < columns; ++c) *impulses[c] -= x[c];
 }
 
-/// The law of the scene in place of (1).
+/// Applies the law of the scene instead of (1).
 ContactLaws::Decision ContactLaws::stated_law(const Matrix& J, const Matrix& MJ, const Vector& v_minus,
                                               const std::vector<int>& touching, const std::vector<char>& last) const {
   ProblemInfo info = problem_.info();

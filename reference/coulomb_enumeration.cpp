@@ -15,8 +15,8 @@
 namespace ricochet::reference {
 namespace {
 
-// Starting angles of Newton's method per contact that slips in space. A quarter turn apart would do where G is nearly
-// isotropic; twice as many find the second solution of an indeterminate state too.
+// Number of starting angles of Newton's method per contact that slips in space. Four suffice if G is nearly isotropic;
+// eight also find the second solution of an indeterminate state.
 constexpr int kAngles = 8;
 // Contacts whose singular combinations are tried, which takes a hundred times as long.
 constexpr std::size_t kMaxRedundant = 5;
@@ -54,7 +54,7 @@ class Enumeration {
   }
 
  private:
-  /// Modes of contact k, in the order of their active conditions, under every choice for the contacts before it.
+  /// Tries the modes of contact k, in the order of their active conditions, for every choice of the contacts before it.
   void try_modes(std::size_t k) {
     if (k == contacts_.size()) return try_combination();
     const auto& contact = contacts_[k];
@@ -74,7 +74,7 @@ class Enumeration {
     }
   }
 
-  /// Solves for the modes as they are set; unknown directions from every start.
+  /// Solves for the current modes; unknown directions from every starting angle.
   void try_combination() {
     std::vector<std::size_t> turning;  // slip in space with the direction unknown
     for (std::size_t k = 0; k < contacts_.size(); ++k) {
@@ -84,8 +84,8 @@ class Enumeration {
     for (const Vector& start : starting_angles(turning)) accept(newton(turning, start));
   }
 
-  /// Up to two contacts: every combination of kAngles angles. More would take minutes: there all contacts start from
-  /// the direction of their b_t, the slip without contact forces, turned by the same angle.
+  /// For up to two contacts, every combination of kAngles angles. For more, which would take minutes, all contacts
+  /// start from the direction of their b_t, the slip without contact forces, turned by the same angle.
   std::vector<Vector> starting_angles(const std::vector<std::size_t>& turning) const {
     const auto n = static_cast<Eigen::Index>(turning.size());
     const auto nth = [](int k) { return 2 * std::numbers::pi / kAngles * k; };
@@ -113,7 +113,7 @@ class Enumeration {
       direction_[turning[j]] = unit(angles[static_cast<Eigen::Index>(j)]);
   }
 
-  /// u_t across the slip directions, relative to all velocities; empty where the linear system is singular.
+  /// u_t perpendicular to the slip directions, relative to all velocities; empty if the linear system is singular.
   std::optional<Vector> across(const std::vector<std::size_t>& turning, const Vector& angles) {
     set_angles(turning, angles);
     const auto solution = linear_solution();
@@ -153,7 +153,7 @@ class Enumeration {
     return linear_solution();
   }
 
-  /// (1) with the equations of the modes, of several solutions with one motion the least; nothing when there is none.
+  /// Solves (1) with the equations of the modes; of several solutions with one motion the least; nothing if none exists.
   std::optional<CoulombSolution> linear_solution() const {
     const Eigen::Index n = b_.size();
     Matrix force = Matrix::Zero(n, n), condition = Matrix::Zero(n, n);  // z = force x, condition' u = 0
@@ -184,10 +184,10 @@ class Enumeration {
     return (G_.cwiseAbs() * s.z.cwiseAbs() + b_size_).maxCoeff() + std::numeric_limits<double>::min();
   }
 
-  /// What cancels the largest term of b alone is the size of impulses that vanish.
+  /// Size of vanishing impulses: those that cancel the largest term of b.
   double z_size(const CoulombSolution& s) const { return std::max(z_size_, s.z.cwiseAbs().maxCoeff()); }
 
-  /// Keeps a solution whose inequalities hold and whose z is new.
+  /// Stores a solution if its inequalities hold and its z is new.
   void accept(const std::optional<CoulombSolution>& s) {
     if (!s) return;
     const double z_rounding = kLawRounding * z_size(*s), u_rounding = kLawRounding * u_size(*s);

@@ -123,7 +123,7 @@ class Law {
     return choices;
   }
 
-  /// Contacts free to stick that are at the edge of their cone without slipping.
+  /// Contacts that may stick and are at the edge of their cone without slipping.
   std::vector<std::string> edges(const Group& group, const std::vector<CoulombContact>& contacts,
                                  const CoulombSolution& s, const Vector& u_size) const {
     std::vector<std::string> edges;
@@ -138,8 +138,8 @@ class Law {
     return edges;
   }
 
-  /// Replaces forces at the edge of cones by others inside of all, with every contact that rests sticking, and slip as
-  /// it is. @return whether there are any
+  /// Replaces forces at the edge of cones by forces inside all cones, with every resting contact sticking, and
+  /// unchanged slip. @return whether such forces exist
   bool find_inner_division(const Matrix& G, const Vector& b, const std::vector<CoulombContact>& contacts,
                            const Vector& u_size, CoulombSolution& solution) const {
     CoulombSolution inner = solution;

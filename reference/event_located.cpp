@@ -19,11 +19,11 @@
 namespace ricochet::reference {
 namespace {
 
-// No run without an end: so many steps have to move the time by this part of end_time.
+// Ensures that runs end: this number of steps must advance the time by this fraction of end_time.
 constexpr long kStepsPerMark = 20'000;
 constexpr double kLeastProgress = 1e-6;
 
-/// Smooth motion from event to event, and what ends a run: limits, and roots that were missed.
+/// Integrates from event to event, until the end, a limit, or a missed root.
 class EventLocatedRun {
  public:
   EventLocatedRun(const Problem& problem, const EventLocatedSettings& settings)
@@ -66,7 +66,7 @@ class EventLocatedRun {
   long next_mark_ = kStepsPerMark;  // number of steps at which it is measured again
 };
 
-/// A root that root finding missed shows as penetration.
+/// Detects a missed root by its penetration.
 bool EventLocatedRun::check_gaps(double t, Solution& solution) {
   const Matrix J = problem_.normal_jacobian(solution.q);
   const Vector gap = problem_.gap(solution.q);
@@ -88,7 +88,7 @@ bool EventLocatedRun::check_gaps(double t, Solution& solution) {
   return true;
 }
 
-/// A root (2) or (3) of smooth_motion.h that was missed, and forces that grow without bound.
+/// Detects a missed root (2) or (3) of smooth_motion.h, and forces that grow without bound.
 bool EventLocatedRun::check_friction(double t, const Roots& found, Solution& solution) {
   if (dynamics_.closed().empty()) return true;
   if (!motion_.accelerate(solution.q, solution.v))
@@ -113,7 +113,7 @@ bool EventLocatedRun::check_friction(double t, const Roots& found, Solution& sol
   return true;
 }
 
-/// The contacts that hold the time up: of the last events, or those that slip, or that are closed.
+/// The contacts that prevent progress: those of the last events, or slipping, or closed ones.
 std::string EventLocatedRun::holding_up(const Solution& solution) const {
   std::vector<char> held(problem_.info().contacts.size(), false);
   for (const Event& event : solution.events) {
@@ -153,7 +153,7 @@ bool EventLocatedRun::check_limits(double t, Solution& solution) {
   return true;
 }
 
-/// The last step up to t.
+/// Records the last step up to t.
 void EventLocatedRun::record(double from, double t, Solution& solution) {
   constexpr int kHighestDegree = 12;  // of Adams' formulas; those of other integrators are lower
   if (!settings_.records_motion) return;
@@ -167,7 +167,7 @@ void EventLocatedRun::restart(double t, Solution& solution) {
   watch_.restart();
 }
 
-/// Of the next step [s]; 0 is no limit.
+/// Longest next step [s]; 0: no limit.
 double EventLocatedRun::longest_step(double t, const Solution& solution) {
   const double flight = flights_.longest_step(t);
   const double watched = watch_.longest_step(t, motion_.integrator().planned_step(), solution.q, solution.v);

@@ -8,10 +8,10 @@
 namespace ricochet::reference {
 namespace {
 
-// Flights shorter than this part of end_time could end within an integrator's own first step.
+// Flights shorter than this fraction of end_time could end within the first step of an integrator.
 constexpr double kShortFlight = 1e-3;
 
-// Local errors of a gap that an offset is large against.
+// Ratio of an offset to local errors of a gap.
 constexpr double kErrors = 10;
 
 }  // namespace

@@ -30,7 +30,7 @@ class LinearProgram {
     b_[b_.size() - 1] = b;
   }
 
-  /// The best of all vertices; nothing where they are too many, or none is feasible.
+  /// The best of all vertices; nothing if there are too many, or none is feasible.
   std::optional<Vector> solve() const {
     const Eigen::Index n = A_.cols(), m = A_.rows();
     double vertices = 1;

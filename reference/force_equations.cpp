@@ -4,7 +4,7 @@
 namespace ricochet::reference {
 namespace {
 
-// Motion of a null vector, relative to that of its parts: the square root of such a pivot and more.
+// Motion of a null vector relative to that of its components: above the square root of such a pivot.
 constexpr double kNoMotion = 1e-5;
 
 }  // namespace

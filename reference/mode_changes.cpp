@@ -11,10 +11,10 @@
 namespace ricochet::reference {
 namespace {
 
-// Longest first step of slip in space, as a part of end_time; start_slip() shortens it.
+// Longest first step of slip in space, as a fraction of end_time; start_slip() shortens it.
 constexpr double kSlipStart = 1e-2;
 
-// Impacts that follow each other at one instant: a few, unless they accumulate.
+// Limit of successive impacts at one instant: there are few unless they accumulate.
 constexpr int kMaxImpacts = 1000;
 
 constexpr const char* kNoProjection = "the state cannot be projected onto its contacts";
@@ -51,7 +51,7 @@ bool ModeChanges::decide(double& t, const Roots& found, Solution& solution) {
   return record_events(t, instant, solution) && begin_slip(t, solution);
 }
 
-/// Roots that no decision can follow.
+/// Rejects roots for which no decision is possible.
 bool ModeChanges::check_roots(double t, const Roots& found, Solution& solution) const {
   for (const int i : dynamics_.closed()) {
     if (found.friction[i] && is_slipping(modes_[i]) && slips_.is_new(i)) {
@@ -83,7 +83,7 @@ void ModeChanges::finish_slip(double& t, const Roots& found, Instant& instant, S
   t += duration;
 }
 
-/// Contacts whose gap is zero, and those of them that begin to close. Closed contacts without force open.
+/// Finds contacts whose gap is zero, and those that start to close. Opens closed contacts without force.
 void ModeChanges::find_touching(double t, const Roots& found, Instant& instant, const Solution& solution) {
   const Matrix J = problem_.normal_jacobian(solution.q);
   const Vector gap = problem_.gap(solution.q);
@@ -94,7 +94,7 @@ void ModeChanges::find_touching(double t, const Roots& found, Instant& instant, 
     const bool at_cone = modes_[i] == ContactMode::stick &&
                          (found.friction[i] || (found.any() && !dynamics_.determines_forces(i) &&
                                                 motion_.cone_slack(i) <= kSame * motion_.force_size(i)));
-    // Without a tangential force the tip of the cone is reached, and which of the two roots is found is rounding.
+    // Without a tangential force the tip of the cone is reached, and rounding decides which of the two roots is found.
     if (is_closed(modes_[i]) &&
         (found.normal[i] || (at_cone && motion_.normal_force(i) <= kSame * motion_.force_size(i)))) {
       modes_[i] = ContactMode::open;  // its force vanishes
@@ -110,7 +110,7 @@ void ModeChanges::find_touching(double t, const Roots& found, Instant& instant, 
   }
 }
 
-/// (4) of Flights, of all contacts that touch.
+/// Whether (4) of Flights holds for all touching contacts.
 bool ModeChanges::end_together(const Instant& instant, const Solution& solution) {
   if (instant.touching.size() < 2) return false;
   const auto modes = dynamics_.modes();
@@ -135,7 +135,7 @@ bool ModeChanges::end_together(const Instant& instant, const Solution& solution)
   return plastic.failure.empty() && stay_low(J.transpose() * plastic.motion);
 }
 
-/// By contact, whether its impact ends an accumulation, see (3) and (4) of Flights.
+/// For each contact, whether its impact ends an accumulation, see (3) and (4) of Flights.
 std::vector<char> ModeChanges::last_impacts(const Instant& instant, const Solution& solution) {
   if (instant.ends_together) return std::vector<char>(modes_.size(), true);
   motion_.accelerate(solution.q, solution.v);
@@ -148,8 +148,8 @@ std::vector<char> ModeChanges::last_impacts(const Instant& instant, const Soluti
   return last;
 }
 
-/// The integration has left a rate of the contacts that were closed, and a slip of those that stuck. It is no motion, and
-/// an impact that took it for one would leave such a contact out.
+/// Removes the rate of closed contacts and the slip of sticking contacts that are errors of the integration. Otherwise
+/// an impact would treat them as motion and ignore such a contact.
 bool ModeChanges::remove_drift(double t, Instant& instant, Solution& solution) const {
   auto closed = problem_.info().bilateral;
   std::vector<char> sticks(modes_.size(), false);
@@ -163,8 +163,8 @@ bool ModeChanges::remove_drift(double t, Instant& instant, Solution& solution) c
   return true;
 }
 
-/// Takes contacts out of the next impact that are at rest and that the load opens, unless they were closed and have had
-/// no impulse. The flight before the impact is short, and not none.
+/// Excludes from the next impact contacts at rest that the load opens, unless they were closed and have had no impulse.
+/// The flight before the impact is short, but not zero.
 bool ModeChanges::leave_out_opening(double t, const Instant& instant, const Vector& rate, const Vector& rate_size,
                                     std::vector<int>& meeting, Solution& solution) const {
   const auto may_open = [&](int i) { return !is_closed(instant.before[i]) || instant.impact.normal[i] > 0; };
@@ -187,15 +187,15 @@ bool ModeChanges::leave_out_opening(double t, const Instant& instant, const Vect
   const Vector size = J.cwiseAbs().transpose() * a.cwiseAbs();
   for (std::size_t k = 0; k < resting.size(); ++k) {
     const int i = resting[k];
-    // Without a load a gap stays closed, and its mode is rounding; so is a load that vanishes.
+    // Without a load a gap stays closed, and rounding decides its mode; the same holds for a vanishing load.
     const bool is_load = apart[i] > kSame * std::max(size[i], rate_size[i] / problem_.info().end_time);
     if (may_open(i) && is_load && !is_closed(decision.modes[k])) std::erase(meeting, i);
   }
   return true;
 }
 
-/// Newton's law at the contacts that touch and do not part; and again, as long as an impact sends contacts that parted
-/// back against each other. With those that part in the law, their restitution would send them into their surfaces.
+/// Applies Newton's law to the touching contacts that do not separate, and again while an impact makes separating
+/// contacts approach. Separating contacts are excluded, because their restitution would move them into their surfaces.
 bool ModeChanges::follow_impacts(double t, Instant& instant, Solution& solution) {
   const Matrix J = problem_.normal_jacobian(solution.q);
   const Vector rate_size = scales_.speed(J, instant.v_minus);
@@ -229,7 +229,7 @@ bool ModeChanges::follow_impacts(double t, Instant& instant, Solution& solution)
   return stop(solution, Status::step_limit, t, flights_.accumulating(t));
 }
 
-/// The impacts, where a contact approaches; candidates for closed contacts and those that part; contacts without slip.
+/// Impacts, if a contact approaches; then candidates for closed contacts, separating contacts, contacts without slip.
 bool ModeChanges::collide(double t, Instant& instant, Solution& solution) {
   if (instant.approaches) {
     if (!remove_drift(t, instant, solution)) return false;
@@ -251,7 +251,7 @@ bool ModeChanges::collide(double t, Instant& instant, Solution& solution) {
     }
     instant.candidates.push_back(i);
     if (!slips_.has_friction(i)) continue;
-    // What an impact leaves of a slip that it ends is the rounding of its law.
+    // If an impact ends a slip, the remaining slip velocity is the rounding of its law.
     const double size = slips_.size(i, J_t, instant.v_minus), zero = (instant.approaches ? kSame : kResting) * size;
     instant.rests[i] = slips_.velocity(i, J_t, solution.v).norm() <= zero;
     if (instant.approaches)
@@ -262,11 +262,11 @@ bool ModeChanges::collide(double t, Instant& instant, Solution& solution) {
   return true;
 }
 
-/// Modes of the candidates, in a state that keeps them closed.
+/// Determines the modes of the candidates, after a projection that keeps them closed.
 bool ModeChanges::decide_candidates(double t, Instant& instant, Solution& solution) {
-  // Located roots leave 1e-14 of slip and gap behind, impacts rounding, smooth phases a drift. At events, and at the
-  // end for bilateral constraints: CVODE projects within a phase for BDF alone, and the drift of a phase stays below
-  // its integration error.
+  // Located roots have errors of 1e-14 in slip and gap, impacts have rounding errors, smooth phases a drift. The state
+  // is projected at events and, for bilateral constraints, at the end: within a phase CVODE projects only with BDF, and
+  // the drift of a phase is smaller than its integration error.
   const auto touching = join({problem_.info().bilateral, instant.touching, instant.released});
   auto closed = join({problem_.info().bilateral, instant.candidates});
   if (!instant.approaches) closed.insert(closed.end(), instant.released.begin(), instant.released.end());
@@ -295,7 +295,7 @@ bool ModeChanges::decide_candidates(double t, Instant& instant, Solution& soluti
   return true;
 }
 
-/// Contacts whose slip the end of another one ended, as both ends of a rod that slides on the ground.
+/// Contacts whose slip ends with that of another contact, as both ends of a rod that slides on the ground.
 void ModeChanges::find_stopped_along(Instant& instant, const Solution& solution) const {
   const Matrix J_t = problem_.tangent_jacobian(solution.q);
   for (const int i : instant.candidates) {
@@ -305,8 +305,8 @@ void ModeChanges::find_stopped_along(Instant& instant, const Solution& solution)
   }
 }
 
-/// Slip directions that are known before the accelerations: of contacts that move, and of those at the edge of their
-/// friction cone, where the slip acceleration is zero at this instant and only the force tells where it will point.
+/// Slip directions that are known before the accelerations: those of slipping contacts, and those of contacts at the
+/// edge of their friction cone, whose slip acceleration is still zero, so that only the force determines its direction.
 std::vector<Vector> ModeChanges::known_directions(const Instant& instant, const Solution& solution) const {
   std::vector<Vector> directions(modes_.size());
   const Matrix J_t = problem_.tangent_jacobian(solution.q);
@@ -324,7 +324,7 @@ std::vector<Vector> ModeChanges::known_directions(const Instant& instant, const 
   return directions;
 }
 
-/// Slip in space that begins from rest: its first moments belong to start_slip().
+/// Slip in space that starts from rest: start_slip() integrates its first moments.
 bool ModeChanges::begin_slip(double& t, Solution& solution) {
   const auto beginning = slips_.beginning(solution.q, solution.v);
   const double left = problem_.info().end_time - t;
@@ -353,7 +353,7 @@ bool ModeChanges::begin_slip(double& t, Solution& solution) {
   return true;
 }
 
-/// One event per contact whose mode changed or that received an impulse. False where impacts accumulate.
+/// Records one event per contact whose mode changed or that received an impulse. False if impacts accumulate.
 bool ModeChanges::record_events(double t, const Instant& instant, Solution& solution) {
   const Vector no_normal = Vector::Zero(n_c_), no_tangential = Vector::Zero(problem_.info().n_lambda_t);
   const auto& impact = instant.impact;

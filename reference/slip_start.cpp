@@ -40,7 +40,7 @@ class Collocation {
         lambda_n_(Vector::Zero(problem.n_c())),
         lambda_t_(Vector::Zero(problem.info().n_lambda_t)) {}
 
-  /// One step. @param angles  of the directions at its begin, at its end on return
+  /// Makes one step. @param angles  of the directions at its start, on return at its end
   bool step(double h, Vector& q, Vector& v, Vector& angles) {
     const auto n = static_cast<Eigen::Index>(beginning_.size());
     begin_step(h, q, v);
@@ -83,7 +83,7 @@ class Collocation {
     return d;
   }
 
-  /// Left side of (3) over h, with (1) and (2) solved; forward_ tells whether every slip goes along its direction.
+  /// Left side of (3) divided by h, after (1) and (2) are solved; sets forward_ if every slip is along its direction.
   std::optional<Vector> across(const Vector& phi) {
     const auto& [A, c] = tableau_;
     const StageMatrix A2 = A * A;
@@ -131,8 +131,8 @@ class Collocation {
   bool forward_ = true;
 };
 
-/// Whether a multistep method can go on from the state `now`: every contact is fast, or its slip is on its way to an end
-/// that this speed is far from.
+/// Whether a multistep method can continue from the state `now`: every contact is fast enough, or its slip slows down
+/// and is still far from its end.
 bool can_go_on(const Problem& problem, const SlipStart& before, const SlipStart& now,
                const std::vector<BeginningSlip>& beginning) {
   constexpr double kFarFromEnd = 0.01;  // of the fast speed, ten v_stop of Slips at least

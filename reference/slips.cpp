@@ -7,12 +7,12 @@
 namespace ricochet::reference {
 namespace {
 
-// v_stop as a part of its terms: a thousand local errors, so that their noise does not turn the direction, and for
-// loose runs this, so that they still follow slow slip.
+// v_stop as a fraction of the size of its terms: a thousand local errors, so that their noise does not turn the
+// direction; at most this fraction, so that runs with loose tolerances still follow slow slip.
 constexpr double kSlowSlip = 1e-6;
-// Part of its terms that the integrator takes over: far above its tolerance, and the direction settles soon.
+// Slip velocity, as a fraction of its terms, at which the integrator takes over: far above its tolerance.
 constexpr double kFastSlip = 1e-3;
-// Part of a slip velocity whose closest approach to zero is zero: the linear forecast of v_stop is not better.
+// Fraction of a slip velocity below which a minimum counts as zero: the linear extrapolation of v_stop is no better.
 constexpr double kThroughZero = 0.1;
 
 }  // namespace
@@ -60,7 +60,7 @@ void Slips::follow(const Vector& q, const Vector& v) {
   }
 }
 
-/// Whether friction could hold contact i from now on.
+/// Whether friction could keep contact i sticking from now on.
 bool Slips::would_stick(int i, const Vector& q, const Vector& v) {
   const auto modes = dynamics_.modes();
   auto sticking = modes;
@@ -88,7 +88,7 @@ std::vector<int> Slips::finish(const std::vector<int>& at_root, double left, dou
     const Vector a_t = tangents(i, J_t).transpose() * a_ + bias.segment(problem_.info().contacts[i].tangent_index, 2);
     const double until = -v_t.dot(a_t) / a_t.squaredNorm();
     const bool through_zero = until > 0 && (v_t + until * a_t).norm() <= kThroughZero * v_t.norm();
-    // The spring that pulls back turns the direction until the very end, but friction that can hold ends the slip.
+    // A restoring spring turns the direction until the end, but sufficient friction ends the slip.
     if (!through_zero && !(until > 0 && would_stick(i, q, v))) continue;
     duration = std::max(duration, until);
     stopped.push_back(i);

@@ -40,8 +40,8 @@ Vector sizes(const Problem& problem, const Scales& scales) {
   return Eigen::Map<const Vector>(sizes.data(), std::ssize(sizes));
 }
 
-/// How long the motion goes on until the first open gap closes with the free accelerations of the start, within 1e-3 to
-/// 1e-1 of the run: a body between surfaces attains the sizes of a flight, however long the run is [s].
+/// Time until the first open gap closes with the free accelerations of the start, limited to 1e-3 to 1e-1 of the run
+/// [s]: a body between surfaces has the sizes of a flight, however long the run is.
 double first_flight(const Problem& problem) {
   const auto& info = problem.info();
   const double T = info.end_time;
@@ -125,7 +125,7 @@ bool SmoothMotion::roots(const double* y, double* values) {
   return true;
 }
 
-/// accelerate(). Integrators look at the roots where a step ends, and StepWatch looks there once more.
+/// accelerate(). Integrators evaluate the roots at the end of a step, and StepWatch evaluates them there again.
 bool SmoothMotion::accelerate_for_roots(const double* y) {
   if (known_.has && std::equal(known_.y.begin(), known_.y.end(), y)) {
     a_ = known_.a;
@@ -157,8 +157,8 @@ void SmoothMotion::load(double t, Vector& q, Vector& v) {
   load_from(integrator_->at(t), q, v);
 }
 
-/// Flights lower than errors of the integration may fall below zero on their way up: a gap that grows does not close, and one that
-/// then is below zero and falls does.
+/// Flights lower than the errors of the integration may have negative gaps on their way up: a growing gap does not
+/// close; a negative and falling one does.
 Roots SmoothMotion::roots_at_end(StepEnd end, const Vector& q, const Vector& v) const {
   std::vector<int> found(static_cast<std::size_t>(n_roots_), 0);
   if (end == StepEnd::root) integrator_->roots_found(found.data());
@@ -183,8 +183,8 @@ void SmoothMotion::restart(double t, const Vector& q, const Vector& v) {
   double* y = integrator_->state();
   std::copy_n(q.data(), n_q_, y);
   std::copy_n(v.data(), n_q_, y + n_q_);
-  // Where the rest starts is free, for the impulses. From zero an integrator would hold its first step to lambda h <=
-  // tolerance, so short that a gap just left behind by an impact does not grow beyond rounding and is a root again.
+  // The start values of the impulses are arbitrary. From zero an integrator would limit its first step to lambda h <=
+  // tolerance. It would be so short that a gap after an impact does not grow beyond rounding and is a root again.
   std::copy(floor_.begin() + 2 * n_q_, floor_.end(), y + 2 * n_q_);
   const double T = problem_.info().end_time;
   integrator_->restart(t, T, t + flights_.first_step() < T ? flights_.first_step() : 0);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kMaxPieces = 10;  // of (1): slip, stop, slip back or stick, end of compression, end
 
-/// dp_t/dp_n by Coulomb's law at the velocities w, where w_t that is zero stays so if friction can hold it.
+/// dp_t/dp_n by Coulomb's law at the velocities w; w_t = 0 remains zero if friction suffices.
 double friction_direction(const Matrix& G, double mu, const Vector& w, double w_t_size) {
   if (std::abs(w[1]) > 1e-15 * w_t_size) return w[1] > 0 ? -mu : mu;
   const double holding = -G(0, 1) / G(1, 1);
@@ -66,11 +66,11 @@ StatedImpulses along_path(const ContactInfo& contact, ImpactHypothesis law, cons
   return {"the path of the impact has too many pieces", {}};
 }
 
-/// Impulse that leads w_n to zero with Coulomb's law for w_t behind it; empty where nothing does.
+/// Impulse that makes w_n zero and satisfies Coulomb's law for w_t after it; empty if there is none.
 Vector compressing(const Matrix& G, double mu, const Vector& w) {
   const Vector stick = -G.ldlt().solve(w);
   if (stick[0] >= 0 && std::abs(stick[1]) <= mu * stick[0]) return stick;
-  for (const double t : {-mu, mu}) {  // w_t behind it is positive, negative
+  for (const double t : {-mu, mu}) {  // w_t after it is positive, negative
     const Vector direction = (Vector(2) << 1, t).finished();
     const double p_n = -w[0] / G.row(0).dot(direction);
     const Vector behind = w + p_n * (G * direction);
@@ -147,7 +147,7 @@ class Springs {
     return GSL_SUCCESS;
   }
 
-  /// Phases 0 open, -1 compression, 1 expansion, by velocities and lengths. False where all are open for good.
+  /// Sets the phases (0 open, -1 compression, 1 expansion) by velocities and lengths. False if all stay open.
   bool choose_phases() {
     const Vector w = velocity(y_);
     for (Eigen::Index k = 0; k < n_; ++k) {
@@ -171,7 +171,7 @@ class Springs {
     return false;
   }
 
-  /// Steps until a phase changes, then halves the last one. False when GSL fails.
+  /// Makes steps until a phase changes, then bisects the last one. False if GSL fails.
   bool go_to_next_change(gsl_odeiv2_driver& driver) {
     const auto advanced = [&](const Vector& from, double length) {
       Vector y = from;

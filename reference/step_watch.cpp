@@ -311,7 +311,7 @@ std::optional<double> StepWatch::search(const Piece& piece, const Functions& fun
 std::optional<double> StepWatch::first_of(const Functions& located, const Piece& piece, const Function*& first) {
   std::optional<double> earliest;
   for (const Function* f : located) {
-    // A gap that is rounding or an error of the integration on its way up does not close.
+    // A growing gap at the level of rounding or integration errors does not close.
     if (f->kind == Kind::gap && !(piece.left[f->index] > 0)) continue;
     const double t = locate(*f, piece);
     if (earliest && *earliest <= t) continue;
@@ -331,8 +331,8 @@ double StepWatch::locate(const Function& function, const Piece& piece) {
   return bracketed_root(value, end_ + piece.from, end_ + piece.to);
 }
 
-/// Spans of the time up to `until` within which a force at (q, v) is between its values at five times, or nearly, and
-/// these are near a parabola: the third differences of a pulse that one of them meets are as large as the pulse.
+/// Time spans up to `until` within which a force at (q, v) lies between its values at five times, approximately, and
+/// these values lie near a parabola. If one of them meets a pulse, the third differences are as large as the pulse.
 void StepWatch::look_ahead(double until, const Vector& q, const Vector& v) {
   const auto& info = problem_.info();
   const double T = info.end_time;
