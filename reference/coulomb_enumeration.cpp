@@ -153,7 +153,7 @@ class Enumeration {
     return linear_solution();
   }
 
-  /// Solves (1) with the equations of the modes; of several solutions with one motion the least; nothing if none exists.
+  /// Solves (1) with the equations of the modes; the least of several solutions with one motion; nothing if none.
   std::optional<CoulombSolution> linear_solution() const {
     const Eigen::Index n = b_.size();
     Matrix force = Matrix::Zero(n, n), condition = Matrix::Zero(n, n);  // z = force x, condition' u = 0
