@@ -154,72 +154,72 @@ ordered_json or_null(const std::optional<double>& x) {
 constexpr const char* kRunSchema = R"~({
   "$schema": "https://json-schema.org/draft/2020-12/schema",
   "title": "A run of Ricochet",
-  "description": "What `ricochet run --json` prints. Units are those of the SI; contacts and components count from 0; numbers have all digits, and null stands for one that does not exist. Vectors q and v have an entry per coordinate, without a clock.",
+  "description": "The output of `ricochet run --json`. Units are those of the SI, contacts and components are numbered from 0, numbers have all digits, and null means that a number does not exist. Vectors q and v have one entry per coordinate, without a clock.",
   "type": "object", "additionalProperties": false,
   "required": ["program", "problem", "method", "settings", "status", "message", "t", "q", "v", "energy", "error", "disagreement", "reference", "events", "initial_modes", "counters", "seconds", "solutions", "sensitivities"],
   "properties": {
     "program": {"type": "string", "description": "Version and revision of the program.", "examples": ["ricochet 0.1.0, revision ab12cd3"]},
-    "problem": {"type": "object", "additionalProperties": false, "required": ["id", "title", "parameters", "contacts", "q0", "v0", "T"], "description": "What was run.", "examples": [{"id": "bouncing_ball"}], "properties": {
-      "id": {"type": "string", "description": "Of the scene.", "examples": ["bouncing_ball"]},
-      "title": {"type": "string", "description": "A line that says what it is.", "examples": ["bouncing ball in one dimension"]},
-      "parameters": {"type": "object", "additionalProperties": {"type": "number"}, "description": "All of them, with their values in this run.", "examples": [{"e": 0.9}]},
-      "contacts": {"type": "array", "items": {"type": "string"}, "description": "Their names.", "examples": [["ground"]]},
+    "problem": {"type": "object", "additionalProperties": false, "required": ["id", "title", "parameters", "contacts", "q0", "v0", "T"], "description": "The problem.", "examples": [{"id": "bouncing_ball"}], "properties": {
+      "id": {"type": "string", "description": "Name of the problem.", "examples": ["bouncing_ball"]},
+      "title": {"type": "string", "description": "Short description.", "examples": ["bouncing ball in one dimension"]},
+      "parameters": {"type": "object", "additionalProperties": {"type": "number"}, "description": "All parameters, with their values in this run.", "examples": [{"e": 0.9}]},
+      "contacts": {"type": "array", "items": {"type": "string"}, "description": "Names of the contacts.", "examples": [["ground"]]},
       "q0": {"$ref": "#/$defs/numbers", "description": "Initial coordinates.", "examples": [[1]]},
       "v0": {"$ref": "#/$defs/numbers", "description": "Initial velocities.", "examples": [[0]]},
       "T": {"type": "number", "description": "End time [s].", "examples": [2]}}},
-    "method": {"type": "object", "additionalProperties": false, "required": ["spec", "title", "source", "order_smooth", "order_impacts"], "description": "Which method.", "examples": [{"spec": "moreau_jean"}], "properties": {
+    "method": {"type": "object", "additionalProperties": false, "required": ["spec", "title", "source", "order_smooth", "order_impacts"], "description": "The method.", "examples": [{"spec": "moreau_jean"}], "properties": {
       "spec": {"type": "string", "description": "As on the command line.", "examples": ["fesd:gauss:2"]},
-      "title": {"type": "string", "description": "In words.", "examples": ["Moreau-Jean"]},
+      "title": {"type": "string", "description": "Short description.", "examples": ["Moreau-Jean"]},
       "source": {"type": "string", "description": "Publication.", "examples": ["Jean (1999)"]},
       "order_smooth": {"type": "number", "description": "Order on smooth motion.", "examples": [4]},
       "order_impacts": {"type": "number", "description": "Order of the final state, through impacts.", "examples": [4]}}},
-    "settings": {"type": "object", "additionalProperties": false, "required": ["steps", "tolerance", "inner_tolerance", "event_tolerance", "time_limit"], "description": "Of the run.", "examples": [{"steps": 100}], "properties": {
-      "steps": {"type": "integer", "description": "Of a fixed-step method; else 0.", "examples": [100]},
-      "tolerance": {"type": "number", "description": "Of an error-controlled method; else 0.", "examples": [1e-9]},
+    "settings": {"type": "object", "additionalProperties": false, "required": ["steps", "tolerance", "inner_tolerance", "event_tolerance", "time_limit"], "description": "Settings of the run.", "examples": [{"steps": 100}], "properties": {
+      "steps": {"type": "integer", "description": "Number of steps of a fixed-step method; else 0.", "examples": [100]},
+      "tolerance": {"type": "number", "description": "Tolerance of an error-controlled method; else 0.", "examples": [1e-9]},
       "inner_tolerance": {"type": "number", "description": "Relative size of the last Newton correction.", "examples": [1e-13]},
       "event_tolerance": {"type": "number", "description": "Relative width of the interval that brackets an event.", "examples": [1e-13]},
-      "time_limit": {"type": "number", "description": "Wall time [s]; 0 is none.", "examples": [60]}}},
+      "time_limit": {"type": "number", "description": "Limit of the wall time [s]; 0: none.", "examples": [60]}}},
     "status": {"type": "string", "enum": ["success", "infeasible", "inner_solver_failed", "step_limit", "time_limit", "non_finite"], "description": "How the run ended.", "examples": ["success"]},
     "message": {"type": "string", "description": "Why it stopped early; empty on success.", "examples": [""]},
     "t": {"type": "number", "description": "Time that was reached [s].", "examples": [2]},
     "q": {"$ref": "#/$defs/numbers", "description": "Coordinates there.", "examples": [[0.25]]},
     "v": {"$ref": "#/$defs/numbers", "description": "Velocities there, the left limit at an impact.", "examples": [[-1.5]]},
-    "energy": {"type": ["object", "null"], "additionalProperties": false, "required": ["start", "end"], "description": "null where the scene has no potential energy.", "examples": [{"start": 9.81, "end": 9.5}], "properties": {
-      "start": {"type": "number", "description": "At t = 0 [J].", "examples": [9.81]},
-      "end": {"type": ["number", "null"], "description": "At t [J].", "examples": [9.5]}}},
-    "error": {"type": ["number", "null"], "description": "Largest component of the difference of (q, v) at the end time to the reference; null without one, where the run failed, or where they disagree.", "examples": [2.5e-11]},
-    "disagreement": {"type": ["object", "null"], "additionalProperties": false, "required": ["difference", "method_claims", "reference_claims"], "description": "The method and the reference differ by more than both claim: one of them is wrong, and it is not known which. null where they agree, or where the method claims nothing.", "examples": [null], "properties": {
+    "energy": {"type": ["object", "null"], "additionalProperties": false, "required": ["start", "end"], "description": "null if the scene has no potential energy.", "examples": [{"start": 9.81, "end": 9.5}], "properties": {
+      "start": {"type": "number", "description": "Energy at t = 0 [J].", "examples": [9.81]},
+      "end": {"type": ["number", "null"], "description": "Energy at t [J].", "examples": [9.5]}}},
+    "error": {"type": ["number", "null"], "description": "Largest component of the difference of (q, v) at the end time to the reference; null if there is no reference, if the run failed, or if they disagree.", "examples": [2.5e-11]},
+    "disagreement": {"type": ["object", "null"], "additionalProperties": false, "required": ["difference", "method_claims", "reference_claims"], "description": "The method and the reference differ by more than the sum of their claimed errors: one of them is wrong, and it is unknown which. null if they agree, or if the method claims no error.", "examples": [null], "properties": {
       "difference": {"type": "number", "description": "Largest component of the difference of (q, v) at the end time.", "examples": [0.85]},
-      "method_claims": {"type": "number", "description": "1e4 tolerances of the size of the solution.", "examples": [1e-5]},
-      "reference_claims": {"type": "number", "description": "Bound for the error of the reference, as it states.", "examples": [1e-13]}}},
-    "reference": {"type": "object", "additionalProperties": false, "required": ["how", "uncertainty"], "description": "What the error is measured against.", "examples": [{"how": "CVODE", "uncertainty": 1e-13}], "properties": {
-      "how": {"type": "string", "description": "Where it comes from, or why there is none.", "examples": ["CVODE with event location"]},
-      "uncertainty": {"type": ["number", "null"], "description": "Bound for its own error; null where there is none.", "examples": [1e-13]}}},
+      "method_claims": {"type": "number", "description": "Claimed error: 1e4 tolerances relative to the size of the solution.", "examples": [1e-5]},
+      "reference_claims": {"type": "number", "description": "Claimed bound for the error of the reference.", "examples": [1e-13]}}},
+    "reference": {"type": "object", "additionalProperties": false, "required": ["how", "uncertainty"], "description": "The reference solution of the error.", "examples": [{"how": "CVODE", "uncertainty": 1e-13}], "properties": {
+      "how": {"type": "string", "description": "Its origin, or the reason why there is none.", "examples": ["CVODE with event location"]},
+      "uncertainty": {"type": ["number", "null"], "description": "Bound for its own error; null if there is none.", "examples": [1e-13]}}},
     "events": {"type": "array", "description": "All changes of the set of active contacts, in their order.", "items": {"type": "object", "additionalProperties": false, "required": ["t", "kind", "contact", "name", "q", "v_minus", "v_plus", "Lambda_n", "Lambda_t", "modes"], "properties": {
-      "t": {"type": "number", "description": "When [s].", "examples": [0.45]},
-      "kind": {"type": "string", "enum": ["impact", "detach", "slip_to_stick", "stick_to_slip", "slip_reversal", "facet_change"], "description": "What happens.", "examples": ["impact"]},
-      "contact": {"type": "integer", "minimum": 0, "description": "To which contact.", "examples": [0]},
-      "name": {"type": "string", "description": "Its name.", "examples": ["ground"]},
+      "t": {"type": "number", "description": "Time [s].", "examples": [0.45]},
+      "kind": {"type": "string", "enum": ["impact", "detach", "slip_to_stick", "stick_to_slip", "slip_reversal", "facet_change"], "description": "Kind of the event.", "examples": ["impact"]},
+      "contact": {"type": "integer", "minimum": 0, "description": "Number of the contact.", "examples": [0]},
+      "name": {"type": "string", "description": "Name of the contact.", "examples": ["ground"]},
       "q": {"$ref": "#/$defs/numbers", "description": "Coordinates there.", "examples": [[0.1]]},
       "v_minus": {"$ref": "#/$defs/numbers", "description": "Velocities before it.", "examples": [[-4.2]]},
-      "v_plus": {"$ref": "#/$defs/numbers", "description": "Velocities behind it.", "examples": [[3.8]]},
+      "v_plus": {"$ref": "#/$defs/numbers", "description": "Velocities after it.", "examples": [[3.8]]},
       "Lambda_n": {"$ref": "#/$defs/numbers", "description": "Normal impulses of all contacts [N s]; zero unless an impact.", "examples": [[0.8]]},
       "Lambda_t": {"$ref": "#/$defs/numbers", "description": "Tangential impulses of all contacts [N s], contact after contact.", "examples": [[]]},
-      "modes": {"$ref": "#/$defs/modes", "description": "Of all contacts behind it; empty from methods that know none.", "examples": [["open"]]}}}},
-    "initial_modes": {"$ref": "#/$defs/modes", "description": "Behind t = 0; empty from methods that know none.", "examples": [["open"]]},
+      "modes": {"$ref": "#/$defs/modes", "description": "Modes of all contacts after it; empty if the method has no modes.", "examples": [["open"]]}}}},
+    "initial_modes": {"$ref": "#/$defs/modes", "description": "Modes after t = 0; empty if the method has no modes.", "examples": [["open"]]},
     "counters": {"type": "object", "additionalProperties": {"type": "integer"}, "description": "Work, counted in the same way by every method.", "examples": [{"steps": 100}]},
     "seconds": {"type": "number", "description": "Wall time of all solutions [s]; one run, not a benchmark.", "examples": [0.002]},
-    "solutions": {"type": "integer", "minimum": 1, "description": "That this time is of; all but one are for differences.", "examples": [1]},
-    "sensitivities": {"type": "array", "description": "Derivatives, for each --sensitivity; empty where the run failed.", "items": {"type": "object", "additionalProperties": false, "required": ["by", "by_differences", "dq", "dv", "dt"], "properties": {
-      "by": {"type": "string", "description": "q0:0, v0:0 or param:NAME.", "examples": ["param:e"]},
-      "by_differences": {"type": "boolean", "description": "Of the method's solution, since it has none itself.", "examples": [false]},
-      "dq": {"$ref": "#/$defs/numbers", "description": "Of q at the end.", "examples": [[0.5]]},
-      "dv": {"$ref": "#/$defs/numbers", "description": "Of v at the end.", "examples": [[0.5]]},
-      "dt": {"$ref": "#/$defs/numbers", "description": "Of the times of the events.", "examples": [[0]]}}}}
+    "solutions": {"type": "integer", "minimum": 1, "description": "Number of solutions in this time; all but one are for differences.", "examples": [1]},
+    "sensitivities": {"type": "array", "description": "Derivatives, for each --sensitivity; empty if the run failed.", "items": {"type": "object", "additionalProperties": false, "required": ["by", "by_differences", "dq", "dv", "dt"], "properties": {
+      "by": {"type": "string", "description": "Variable: q0:K, v0:K or param:NAME.", "examples": ["param:e"]},
+      "by_differences": {"type": "boolean", "description": "Whether they are finite differences, for a method without sensitivities.", "examples": [false]},
+      "dq": {"$ref": "#/$defs/numbers", "description": "Derivative of q at the end time.", "examples": [[0.5]]},
+      "dv": {"$ref": "#/$defs/numbers", "description": "Derivative of v at the end time.", "examples": [[0.5]]},
+      "dt": {"$ref": "#/$defs/numbers", "description": "Derivatives of the event times.", "examples": [[0]]}}}}
   },
   "$defs": {
     "numbers": {"type": "array", "items": {"type": ["number", "null"]}, "description": "A list of numbers."},
-    "modes": {"type": "array", "items": {"type": "string", "enum": ["open", "closed", "stick", "slip+", "slip-", "slip", "vertex slip", "edge slip"]}, "description": "A mode of each contact."}
+    "modes": {"type": "array", "items": {"type": "string", "enum": ["open", "closed", "stick", "slip+", "slip-", "slip", "vertex slip", "edge slip"]}, "description": "One mode per contact."}
   }
 })~";
 
