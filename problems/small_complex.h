@@ -10,7 +10,7 @@
 
 namespace ricochet {
 
-/// Arithmetic of its own: std::complex looks for infinities in every product.
+/// A complex number without the checks for infinities of every product of std::complex.
 struct Complex {
   double re = 0, im = 0;
 
@@ -25,7 +25,7 @@ struct Complex {
   double size() const { return std::abs(re) + std::abs(im); }
 };
 
-/// A = P' L U, exchanges of rows by the largest entry of a column.
+/// A = P' L U, with row exchanges by the largest entry of a column.
 class ComplexFactors {
  public:
   explicit ComplexFactors(int n) : n_(n), LU_(static_cast<std::size_t>(n) * n), rows_(n) {}

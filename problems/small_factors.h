@@ -10,8 +10,8 @@
 
 namespace ricochet {
 
-// Decompositions of the few rows that a right-hand side has, by plain loops over columns: Eigen's take ten times as
-// long for these sizes, and allocate.
+// Decompositions of the small matrices of right-hand sides, by plain loops over columns: Eigen's take ten times as long
+// for these sizes, and allocate.
 
 /// M = L D L', symmetric and positive definite, L with ones on its diagonal.
 class SymmetricFactors {
@@ -66,10 +66,10 @@ class SymmetricFactors {
   Vector inverse_d_;
 };
 
-/// A = L U behind exchanges of rows and columns, with the largest entry that is left as the pivot of each step.
+/// A = L U after exchanges of rows and columns. The pivot of each step is the largest remaining entry.
 class PivotedFactors {
  public:
-  /// False when a pivot is no larger than this part of the largest one.
+  /// False if a pivot is not larger than this fraction of the largest one.
   bool compute(const Matrix& A, double threshold) {
     const Eigen::Index n = A.rows();
     LU_ = A;
@@ -108,7 +108,7 @@ class PivotedFactors {
   }
 
  private:
-  /// Brings the largest entry of what is left to (j, j). @return its absolute value
+  /// Moves the largest remaining entry to (j, j). @return its absolute value
   double exchange(Eigen::Index j) {
     const Eigen::Index n = LU_.rows();
     Eigen::Index row = j, pivot_column = j;

@@ -6,7 +6,7 @@
 
 namespace ricochet {
 
-/// The parts of a text between separators, empty ones too: "a,,b" has three, "" has one.
+/// The parts of a text between separators, including empty ones: "a,,b" has three, "" has one.
 inline std::vector<std::string> split(std::string_view text, char separator) {
   std::vector<std::string> parts(1);
   for (const char c : text) {

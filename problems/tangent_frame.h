@@ -62,7 +62,7 @@ Matrix3<T> times(const Matrix3<T>& A, const Matrix3<T>& B) {
 ///
 ///     t_k = a_k - (n' a_k) (n + a_3) / (1 + n' a_3),   a_1, a_2, a_3 an orthonormal frame,                    (1)
 ///
-/// which is smooth but for n = -a_3, a direction that no layer of a pile has.
+/// which is smooth except at n = -a_3, a direction that does not occur in a pile.
 /// (1): Frisvad, Journal of Graphics Tools 16 (2012), 151-159.
 template <class T>
 std::array<Vector3<T>, 2> tangents_of(const Vector3<T>& n) {
@@ -76,7 +76,7 @@ std::array<Vector3<T>, 2> tangents_of(const Vector3<T>& n) {
   return t;
 }
 
-/// The direction in the plane that turns into the unit normal `n` by a quarter, counterclockwise.
+/// The direction in the plane that becomes the unit normal `n` after a quarter turn counterclockwise.
 template <class T>
 Vector3<T> plane_tangent_of(const Vector3<T>& n) {
   return {n[1], -n[0], T(0)};

@@ -15,8 +15,8 @@
 
 namespace ricochet::reference {
 
-/// What the packages of SUNDIALS have in common: objects, released in the right order, the functions that they call,
-/// and flags.
+/// Common part of the packages of SUNDIALS: objects, released in the right order, the functions that they call, and
+/// flags.
 class SundialsIntegrator : public Integrator {
  public:
   SundialsIntegrator(const SundialsIntegrator&) = delete;
@@ -41,7 +41,7 @@ class SundialsIntegrator : public Integrator {
   }
 
  protected:
-  // Limits that only runs without end reach: the event-located run has its own.
+  // Limits that only endless runs reach; the event-located run has its own.
   static constexpr long kMaxSteps = 10'000'000;
   static constexpr int kMaxErrorTestFailures = 30;
 
@@ -59,12 +59,12 @@ class SundialsIntegrator : public Integrator {
     linear_ = SUNLinSol_Dense(y_, matrix_, context_);
   }
 
-  /// Where the next step has to stop. Its length has been chosen already, and a package applies a limit to those that
-  /// follow. @param longest  of the next step [s]; 0 is no limit
+  /// Time at which the next step must stop. Its length was chosen before, and the packages apply a limit only to later
+  /// steps. @param longest  longest next step [s]; 0: no limit
   double stop_time(double t, double longest, double end) const {
     return longest > 0 && planned_step() > longest ? std::min(end, t + longest) : end;
   }
-  /// Flags that mean the same in all packages.
+  /// Flags with the same meaning in all packages.
   StepEnd ended_with(int flag) {
     constexpr int kRootReturn = 2, kIllInput = -22;
     flag_ = flag;
@@ -84,7 +84,7 @@ class SundialsIntegrator : public Integrator {
     system(self).error_weights(N_VGetArrayPointer(y), N_VGetArrayPointer(weights));
     return 0;
   }
-  /// Messages are statuses here.
+  /// Discards messages: a status reports the failure.
   static void say_nothing(int, const char*, const char*, char*, void*) {}
 
   static SmoothSystem& system(void* self) { return static_cast<SundialsIntegrator*>(self)->system_; }
