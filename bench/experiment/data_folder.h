@@ -4,9 +4,9 @@
 
 namespace ricochet {
 
-/// Where the program's data are, with the paths of the source tree (bench/experiments, reports/baselines, reference/data):
-/// RICOCHET_DATA where that is set; share/ricochet beside the folder of an installed program; else the source tree that
-/// it was built from, or /usr/share/ricochet where there is none.
+/// Folder of the program's data, with the paths of the source tree (bench/experiments, reports/baselines, ...): the
+/// value of RICOCHET_DATA if it is set; share/ricochet beside the folder of an installed program; else the source tree
+/// from which it was built, or /usr/share/ricochet if that does not exist.
 std::string data_folder();
 
 }  // namespace ricochet

@@ -7,18 +7,18 @@
 
 namespace ricochet {
 
-/// What of an experiment is run: methods and problems by their names in it, or by patterns, in which * stands for any
-/// text. Rows are those of the whole experiment.
+/// Selection of methods and problems of an experiment, by name or by a pattern, in which * matches any text. The
+/// selected rows are the same as in the complete experiment.
 struct Selection {
   std::vector<std::string> methods, problems;  ///< patterns; empty: all
 
   bool empty() const { return methods.empty() && problems.empty(); }
 };
 
-/// Whether a name is that of a pattern.
+/// Whether a name matches a pattern.
 bool matches(const std::string& name, const std::string& pattern);
 
-/// Methods and problems that an experiment lists.
+/// Methods and problems listed in an experiment.
 struct ListedNames {
   std::set<std::string> methods, problems;
 

@@ -5,14 +5,14 @@
 
 namespace ricochet {
 
-/// Loads plugins (plugin.h), in this order: those that come with the program; those of the folder plugins/ in $XDG_CONFIG_HOME/ricochet, or in
-/// ~/.config/ricochet; those of RICOCHET_PLUGINS, separated by colons; and those of "--plugin FILE", which may stand
-/// anywhere on the command line.
-/// @param words  of the command line; "--plugin FILE" is taken out
-/// @throws InputError for a file that is no plugin, has another interface, or registers a name that is there already
+/// Loads plugins (plugin.h) in this order: those installed with the program; those in the folder plugins/ of
+/// $XDG_CONFIG_HOME/ricochet or ~/.config/ricochet; those in RICOCHET_PLUGINS, separated by colons; and those of
+/// "--plugin FILE", anywhere on the command line.
+/// @param words  of the command line; "--plugin FILE" is removed
+/// @throws InputError for a file that is not a plugin, has another interface, or registers an existing name
 void load_plugins(std::vector<std::string>& words);
 
-/// The files that were loaded, absolute.
+/// Absolute paths of the loaded files.
 const std::vector<std::string>& loaded_plugins();
 
 }  // namespace ricochet

@@ -8,12 +8,12 @@
 #include "problems/registry.h"
 
 /// @file
-/// What a shared library includes that brings methods or scenes: RICOCHET_PLUGIN().
+/// The header for shared libraries with methods or scenes: RICOCHET_PLUGIN().
 
 namespace ricochet {
 
-/// What a plugin and the program must agree on. A plugin that does not is refused before any of its code runs: objects
-/// that both make and read have to be laid out alike.
+/// Properties that must be equal in a plugin and the program, because both make and read the same objects. A plugin
+/// with other values is rejected before its code runs.
 struct PluginInterface {
   int version;           ///< of the classes below
   int alignment;         ///< of Eigen's memory, which follows from the instruction set: -march=native changes it
@@ -24,7 +24,7 @@ struct PluginInterface {
 
 /// 1: Method, Solver, Settings, Solution, Problem, MethodEntry and SceneEntry of Ricochet 1.0
 inline constexpr int kPluginVersion = 2;
-/// That of these headers, as the compiler of whoever includes them sees it.
+/// The interface of these headers, as seen by the compiler that includes them.
 inline constexpr PluginInterface kPluginInterface = {
     kPluginVersion,
     EIGEN_MAX_ALIGN_BYTES,
@@ -32,7 +32,7 @@ inline constexpr PluginInterface kPluginInterface = {
 
 }  // namespace ricochet
 
-/// Methods and scenes of a shared library, once in it:
+/// Defines the function that registers methods and scenes of a shared library; use it once:
 ///
 ///     RICOCHET_PLUGIN() {
 ///       ricochet::register_method<MyMethod>({.name = "mine", .usage = "mine", .summary = "my method"});

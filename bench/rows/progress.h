@@ -5,8 +5,8 @@
 
 namespace ricochet {
 
-/// One line on a terminal that says how far long work has come and how long it will take. Where stderr
-/// is a file, a line every half minute.
+/// A line on the terminal with the progress and the remaining time of long work. If stderr is a file, a new line every
+/// half minute.
 class Progress {
  public:
   explicit Progress(std::string title);

@@ -13,24 +13,24 @@
 
 namespace ricochet {
 
-/// Results of one experiment, written row by row as they come. While the run lasts the file is called FILE.partial; it
-/// gets its own name when the last line is written, so that a file that looks complete is complete. Results of another
-/// build or experiment are kept under a dated name.
+/// Results of one experiment, written row by row. During the run the file is called FILE.partial; it is renamed after
+/// the last line, so that a file without this suffix is complete. Results of another build or experiment are kept with
+/// a date in their name.
 ///
-/// While rows are written the partial file is locked: two processes do not write the same results.
+/// The partial file is locked while rows are written, so that two processes do not write the same results.
 ///
-/// A study makes its rows in a fixed order, so an interrupted run is continued without further ado: what the file has
-/// already is returned instead of made again.
+/// A study makes its rows in a fixed order. An interrupted run can therefore be continued: rows that are in the file
+/// are returned instead of made again.
 class ResultsFile {
  public:
-  /// Makes the next row of a piece, or takes it over. @param how  returns it
+  /// Makes the next row of a piece, or reuses it. @param how  function that makes the row
   template <class Row>
   using NextRow = std::function<Row(const std::function<Row()>& how)>;
 
   /// Nothing is written before the first row, so that an experiment with a mistake leaves no file.
-  /// @param header  with "key": equal keys mean that rows can be taken over
-  /// @param force  nothing is taken over
-  /// @throws InputError when another process is writing them
+  /// @param header  with "key": rows can be reused if the keys are equal
+  /// @param force  no row is reused
+  /// @throws InputError if another process is writing them
   ResultsFile(const std::string& folder, const std::string& name, nlohmann::json header, bool force = false);
   ~ResultsFile();
   ResultsFile(const ResultsFile&) = delete;
@@ -39,15 +39,15 @@ class ResultsFile {
   /// A sentence on rows that are reused or files that are renamed; empty if no results existed.
   const std::string& message() const { return message_; }
   const std::string& path() const { return path_; }
-  /// Everything is there already: nothing to do.
+  /// Whether all rows exist already.
   bool is_complete() const { return is_complete_; }
-  /// To which a study may add fields before its first row.
+  /// The header; a study may add fields before its first row.
   nlohmann::json& header() { return header_; }
 
-  /// The next row, taken over or made. @param make  returns it
-  /// A shard makes one in front of its pieces, which they may need, and leaves it to the merge to write it.
-  /// @throws InputError when the file cannot be written
-  /// @throws ShardIsMade behind the pieces of a shard
+  /// The next row, reused or made. @param make  function that makes the row
+  /// A shard makes rows before its pieces, which may depend on them, but only the merge writes them.
+  /// @throws InputError if the file cannot be written
+  /// @throws ShardIsMade after the pieces of a shard
   template <class Row, class Make>
   Row row(const Make& make) {
     if (!is_written_here()) return make();
@@ -57,8 +57,8 @@ class ResultsFile {
     return made;
   }
 
-  /// The next n rows, which belong to one session, as times that are compared with each other do: all of them are taken
-  /// over, or all made. @param make  returns n of them
+  /// The next n rows of one session, such as times that are compared with each other: either all of them are reused, or
+  /// all are made. @param make  function that makes n rows
   template <class Row, class Make>
   std::vector<Row> rows(std::size_t n, const Make& make) {
     if (!is_written_here()) return make();
@@ -72,17 +72,17 @@ class ResultsFile {
     return list;
   }
 
-  /// Thrown by row() and rows() behind the pieces of a shard, which has no more rows.
+  /// Thrown by row() and rows() after the pieces of a shard, which has no more rows.
   struct ShardIsMade {};
 
-  /// Rows in pieces 0, ..., n - 1 that know nothing of each other, so that several processes may make them: the file is
-  /// the same, to the last digit. What is taken over is read by this one. May be called again for rows that need none
-  /// of the first: their pieces are those behind them.
-  /// @param make  make(piece, next): any number of rows, each by next(how), which returns it; in another process it
-  ///              leaves nothing behind but these rows
-  /// @param done  done(piece), in their order
-  /// @returns the rows, of a shard its own
-  /// @throws std::runtime_error when another process crashes, or its work throws
+  /// Makes rows in independent pieces 0, ..., n - 1, possibly in several processes; the file is the same, to the last
+  /// digit. Reused rows are read by this process. May be called again for rows that do not depend on the first ones;
+  /// the numbers of pieces continue.
+  /// @param make  make(piece, next) makes any number of rows, each by next(how); in another process it has no other
+  ///              effect
+  /// @param done  called with each piece, in their order
+  /// @returns the rows; for a shard its own
+  /// @throws std::runtime_error if another process crashes or throws
   template <class Row>
   std::vector<Row> pieces(std::size_t n, const std::function<void(std::size_t piece, const NextRow<Row>& next)>& make,
                           const std::function<void(std::size_t piece)>& done) {
@@ -118,7 +118,7 @@ class ResultsFile {
     return list;
   }
 
-  /// The same with one row in each piece. @param make  make(piece) returns it
+  /// The same with one row per piece. @param make  make(piece) returns the row
   template <class Row>
   std::vector<Row> each(std::size_t n, const std::function<Row(std::size_t piece)>& make,
                         const std::function<void(std::size_t piece)>& done) {
@@ -126,8 +126,8 @@ class ResultsFile {
         n, [&](std::size_t piece, const NextRow<Row>& next) { next([&] { return make(piece); }); }, done);
   }
 
-  /// The same of pieces whose rows belong to one session, as those of rows() do.
-  /// @param n_rows  n_rows(piece)  @param make  make(piece) returns so many
+  /// The same for pieces whose rows belong to one session, as those of rows().
+  /// @param n_rows  number of rows of a piece  @param make  make(piece) returns the rows
   template <class Row>
   std::vector<Row> sessions(std::size_t n, const std::function<std::size_t(std::size_t piece)>& n_rows,
                             const std::function<std::vector<Row>(std::size_t piece)>& make,
@@ -140,32 +140,32 @@ class ResultsFile {
     return pieces<Row>(n, make_piece, done);
   }
 
-  /// Of pieces(), which are made one after the other here without it. @param n  >= 1
+  /// Number of processes for pieces() (default: this one only). @param n  >= 1
   void set_processes(int n) { processes_ = n; }
 
-  /// Of pieces(), of which only those of the shard are made; each row then says of which piece it is.
+  /// Makes only the pieces of the shard; each row then contains the number of its piece.
   void set_shard(Shard shard) { shard_ = shard; }
 
-  /// Of all pieces(), which are not made but taken from here.
+  /// Rows of all pieces(), which are then not made.
   void set_shards(ShardRows rows) { shards_ = std::move(rows); }
 
-  /// Called with each row that was made, before it is written.
+  /// Function that is called with each new row before it is written.
   void set_observer(std::function<void(const nlohmann::json& line)> observer) { observer_ = std::move(observer); }
 
-  /// Writes the end line and gives the file its name.
+  /// Writes the last line and renames the file.
   void finish();
 
  private:
-  /// Whether the next n lines of the interrupted run are of this kind. What is left of it otherwise is given up.
+  /// Whether the next n lines of the interrupted run are of this kind. If not, the rest of that run is discarded.
   bool can_take(const std::string& kind, std::size_t n);
   void append(const nlohmann::json& line);
-  /// Whether a row that is of no piece is in this file. @throws ShardIsMade
+  /// Whether this file contains rows that belong to no piece. @throws ShardIsMade
   bool is_written_here() const {
     if (shard_.is_all()) return true;
     if (first_piece_ > 0) throw ShardIsMade();
     return false;
   }
-  /// @param piece  of this call of pieces()
+  /// @param piece  number within this call of pieces()
   std::vector<nlohmann::json> lines_in_shards(std::size_t piece) const;
   template <class Row>
   nlohmann::json line_in_piece(std::size_t piece, const Row& made) const {
@@ -180,15 +180,15 @@ class ResultsFile {
     append(line_in_piece(piece, made));
     return made;
   }
-  /// Pieces by several processes. @param lines_of_piece  called there  @param take  called here, with every
-  /// line in their order, which is in the file
+  /// Makes pieces in several processes. @param lines_of_piece  called there  @param take  called here, with every
+  /// line in their order, after it was written
   void make_elsewhere(const std::vector<std::size_t>& todo,
                       const std::function<std::string(std::size_t piece)>& lines_of_piece,
                       const std::function<void(const nlohmann::json& line)>& take,
                       const std::function<void(std::size_t piece)>& done);
   void open();
   void lock();
-  /// @return a descriptor that holds the lock of `file`, which is made. @throws InputError when another process has it
+  /// Creates `file` and locks it. @return the descriptor of the lock. @throws InputError if it is locked
   int locked(const std::string& file) const;
 
   std::string path_, partial_;
@@ -196,11 +196,11 @@ class ResultsFile {
   bool is_complete_ = false;
   int processes_ = 1;
   Shard shard_;
-  std::optional<ShardRows> shards_;  ///< nothing: pieces are made
-  std::size_t first_piece_ = 0;      ///< of the next call of pieces(): so many were in those before
+  std::optional<ShardRows> shards_;  ///< empty: pieces are made
+  std::size_t first_piece_ = 0;      ///< first piece of the next call of pieces()
   std::function<void(const nlohmann::json& line)> observer_;
   std::vector<std::pair<std::string, nlohmann::json>> taken_;  ///< lines of an interrupted run, as text and parsed
-  std::size_t next_ = 0;                                       ///< the first of them that is not asked for yet
+  std::size_t next_ = 0;                                       ///< first line that was not used yet
   std::string message_;
   int lock_ = -1;  ///< descriptor of the partial file
   std::ofstream file_;

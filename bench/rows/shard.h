@@ -8,33 +8,33 @@
 
 namespace ricochet {
 
-/// A part of an experiment that a machine of a campaign makes: of the pieces 0, 1, ... of its rows (results_file.h) those
-/// that leave `number` - 1 when divided by `of`, so that neighbours, which take as long, are spread over the shards.
+/// The part of an experiment that one machine of a campaign makes: the pieces of its rows (results_file.h) whose number
+/// is `number` - 1 modulo `of`. Neighbouring pieces, which take about the same time, are thus in different shards.
 struct Shard {
   int number = 1;  ///< from 1
-  int of = 1;      ///< 1: all of it
+  int of = 1;      ///< number of shards; 1: the whole experiment
 
   bool is_all() const { return of == 1; }
   bool has(std::size_t piece) const {
     return piece % static_cast<std::size_t>(of) == static_cast<std::size_t>(number - 1);
   }
-  /// "hard_cases.shard-3-of-8", of the results of an experiment.
+  /// "hard_cases.shard-3-of-8", the name of its results.
   std::string name(const std::string& experiment) const;
 };
 
-/// "out/spring.shard-3-of-8.csv", of the file "out/spring.csv" of the whole.
+/// "out/spring.shard-3-of-8.csv" for the complete file "out/spring.csv".
 std::string shard_path(const std::string& path, const Shard& shard);
 
-/// @param text  "3/8"  @throws InputError for another text, or a number that is not from 1 to 8
+/// @param text  "3/8"  @throws InputError for another form, or a number outside 1 to 8
 Shard read_shard(const std::string& text);
 
-/// Rows that shards have made, as lines, by piece.
+/// Rows of shards, as lines, by piece.
 using ShardRows = std::map<std::size_t, std::vector<nlohmann::json>>;
 
-/// All rows of the shards of an experiment in a folder. Shards of another key may be there, too.
-/// @param key  of the header: of the same experiment, files and program
-/// @param headers  out, of the shards
-/// @throws InputError when no division into shards of this key is complete, or several are, or one of them is damaged
+/// Reads all rows of the shards of an experiment in a folder, which may also contain shards with other keys.
+/// @param key  key in the header, which identifies experiment, files and program
+/// @param headers  out, headers of the shards
+/// @throws InputError if no set of shards with this key is complete, if several are, or if a shard is damaged
 ShardRows read_shards(const std::string& folder, const std::string& experiment, const std::string& key,
                       std::vector<nlohmann::json>& headers);
 
