@@ -18,9 +18,9 @@ namespace {
 template <class T>
 struct CartPoleFriction {
   static constexpr SceneText text{
-      "cart_pole_friction", "a cart with dry friction carries a pole to its place",
+      "cart_pole_friction", "a cart with dry friction moves a pole to its target",
       "after Howell, Le Cleac'h, Singh, Florence, Manchester, Sindhwani, IEEE Robotics and Automation Letters 7 (2022)",
-      "stick and slip under a normal force that the motion itself changes"};
+      "stick and slip under a normal force that depends on the motion"};
 
   static constexpr double kPi = 3.14159265358979323846;
   T M{1.0}, m{0.2}, l{0.5}, g{9.81}, mu{0.1}, x_goal{1.0}, theta_goal{kPi}, u_guess{2.0}, duration{2.0};

@@ -89,7 +89,7 @@ constexpr const char* kSource = "Nurkanovic, Frey, Pozharskiy, Diehl, FESD-J, se
 template <class T>
 struct Discs : DiscsWithDrag<T, false> {
   static constexpr SceneText text{"discs", "two discs swap places around an obstacle", kSource,
-                                  "a contact that has to be made, held while it turns, and broken"};
+                                  "a contact that must close, stay closed while it turns, and open"};
 };
 
 template <class T>

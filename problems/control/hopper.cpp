@@ -19,7 +19,7 @@ struct Hopper {
       "hopper", "a one-legged hopper jumps a distance",
       "after Raibert, Legged Robots That Balance (1986), and Nurkanovic, Sartor, Albrecht, Diehl, IEEE Control Systems "
       "Letters 5 (2021)",
-      "a foot that has to stick, break contact, and land inelastically where it can stop"};
+      "a foot that must stick, lift off, and land inelastically where it can stop"};
 
   T m{1.0}, m_f{0.2}, g{9.81}, mu{1.0}, l_0{0.6}, l_min{0.3}, l_max{0.8}, distance{0.5}, duration{1.0};
 

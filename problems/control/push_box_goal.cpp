@@ -17,7 +17,7 @@ template <class T>
 struct PushBoxGoal {
   static constexpr SceneText text{"push_box_goal", "a pusher brings a box to its goal and lets go",
                                   "after Posa, Cantu, Tedrake, Int. J. Robotics Research 33 (2014)",
-                                  "contact that is made, held and broken, and a box that friction stops at the goal"};
+                                  "a contact that closes and opens again, and a box that friction stops at the goal"};
 
   T m_p{1.0}, m{1.0}, g{9.81}, mu{0.3}, mu_p{0.0}, goal{2.0}, u_guess{5.0}, duration{2.0};
 

@@ -11,9 +11,9 @@ namespace {
 //                                     f_c = x_2 - x_1
 template <class T>
 struct TwoCarts {
-  static constexpr SceneText text{"two_carts", "a driven cart bumps another one to its place",
+  static constexpr SceneText text{"two_carts", "a driven cart hits another one, which moves to its target",
                                   "after Lin, Ohtsuka, IEEE Trans. Automatic Control (2022), and FESD-J, section 5.3",
-                                  "one elastic impact whose time and speed the optimisation chooses"};
+                                  "one elastic impact, whose time and velocity the optimisation determines"};
 
   T m_1{1.0}, m_2{1.0}, d{0.5}, e{0.5}, u_guess{3.0}, duration{2.0};
 

@@ -19,7 +19,7 @@ struct Ball3d {
   static constexpr SceneText text{
       "ball_3d", "ball with spin on a rough plane in space",
       "homogeneous ball, Newton restitution, Coulomb friction with a circular disc",
-      "friction in two directions: the direction of slip turns while spin and speed exchange"};
+      "friction in two directions: the direction of slip turns while spin and velocity are exchanged"};
 
   T m{0.2}, R{0.1}, g{9.81}, e{0.6}, mu{0.2}, height{0.3}, v_x0{1.5}, v_y0{0.5};
   T omega_x0{20.0}, omega_y0{-5.0}, omega_z0{8.0}, duration{1.0};

@@ -35,7 +35,7 @@ struct DiscAtDisc : ContactScene<T, 4> {
 };
 
 constexpr SceneText kBallsInBoxText{"balls_in_box", "n discs that fall into a box", "Newton restitution, no friction",
-                                    "n (n - 1) / 2 + 3 n possible contacts, few of them active, all of those curved"};
+                                    "n (n - 1) / 2 + 3 n possible contacts, few of them active, all curved"};
 
 std::unique_ptr<Problem> make_balls_in_box(const SceneParameters& p) {
   const int n = p.count("n", 1, 1000);

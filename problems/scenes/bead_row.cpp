@@ -23,7 +23,7 @@ struct BeadAtBead : ContactScene<T, 2> {
 
 constexpr SceneText kBeadRowText{"bead_row", "a row of n beads thrown at a wall",
                                  "closed form for e = 0: all come to rest",
-                                 "n contacts in a chain: what a method costs per contact"};
+                                 "n contacts in a chain: cost of a method per contact"};
 
 std::unique_ptr<Problem> make_bead_row(const SceneParameters& p) {
   const int n = p.count("n", 1, 10000);

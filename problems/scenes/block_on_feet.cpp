@@ -33,7 +33,7 @@ struct FootOnGround : ContactScene<T, 3> {
 
 constexpr SceneText kBlockOnFeetText{"block_on_feet", "a block that slides on n feet and stops",
                                      "Coulomb friction, closed form",
-                                     "more contacts than coordinates: forces that are not unique, a motion that is"};
+                                     "more contacts than coordinates: the motion is unique, the forces are not"};
 
 std::unique_ptr<Problem> make_block_on_feet(const SceneParameters& p) {
   const int n = p.count("n", 2, 1000);

@@ -14,7 +14,7 @@ namespace {
 template <class T>
 struct BlockOnRamp {
   static constexpr SceneText text{"block_on_ramp", "block on a rough ramp", "Coulomb friction, closed form",
-                                  "whether it sticks is decided at one angle, tan(slope) = mu"};
+                                  "it sticks up to exactly one angle, tan(slope) = mu"};
 
   T m{1.0}, g{9.81}, mu{0.5}, slope{0.35}, v_x0{-1.0}, duration{0.5};
 

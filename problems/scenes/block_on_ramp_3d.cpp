@@ -14,7 +14,7 @@ namespace {
 template <class T>
 struct BlockOnRamp3d {
   static constexpr SceneText text{"block_on_ramp_3d", "block on a rough ramp in space", "Coulomb friction, closed form",
-                                  "the way down is not along a facet of a friction polygon"};
+                                  "the downhill direction is not along a facet of a friction polygon"};
 
   T m{1.0}, g{9.81}, mu{0.5}, slope{0.6}, direction{0.3}, duration{0.5};
 

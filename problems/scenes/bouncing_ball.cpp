@@ -13,7 +13,7 @@ template <class T>
 struct BouncingBall {
   static constexpr SceneText text{
       "bouncing_ball", "bouncing ball in one dimension", "Brogliato, Nonsmooth Mechanics, 3rd ed., section 1.2",
-      "free flight is exact for every tableau of order >= 2, so the error is that of the impacts alone"};
+      "free flight is exact for every tableau of order >= 2, so only the impacts cause an error"};
 
   T m{1.0}, g{9.81}, r{0.1}, e{0.9}, height{1.0}, duration{2.0};
 

@@ -18,7 +18,7 @@ namespace {
 
 constexpr SceneText kNewtonsCradleText{"newtons_cradle", "n balls in a row, hit by one of them",
                                        "impact law of Liu, Zhao, Brogliato, Proc. R. Soc. A 464 (2008) 3193-3211",
-                                       "simultaneous impacts, whose outcome is a matter of the impact law"};
+                                       "simultaneous impacts, whose outcome depends on the impact law"};
 
 template <class T>
 struct BallsTouch : ContactScene<T, 2> {

@@ -17,7 +17,7 @@ struct PendulumWallCartesian {
   static constexpr SceneText text{"pendulum_wall_cartesian",
                                   "pendulum on a rod that hits a wall, in Cartesian coordinates",
                                   "mathematical pendulum as a point mass with a bilateral constraint",
-                                  "a curved bilateral constraint, whose force passes an impact on"};
+                                  "a curved bilateral constraint, which transmits the impact"};
 
   T m{1.0}, g{9.81}, l{0.8}, w{0.3}, e{0.7}, theta0{1.2}, duration{3.0};
 

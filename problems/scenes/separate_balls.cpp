@@ -18,7 +18,7 @@ struct BallOnFloor : ContactScene<T, 1> {
 };
 
 constexpr SceneText kSeparateBallsText{"separate_balls", "n balls over a floor, some fall and the others lie",
-                                       "closed form", "events of one contact among many that have no part in them"};
+                                       "closed form", "events of one contact among many others"};
 
 std::unique_ptr<Problem> make_separate_balls(const SceneParameters& p) {
   const int n = p.count("n", 1, 10000), falling = p.count("falling", 0, n);

@@ -16,7 +16,7 @@ template <class T>
 struct ShakenTable {
   static constexpr SceneText text{"shaken_table", "ball that bounces on a shaken table",
                                   "bouncing ball map: Holmes, J. Sound Vib. 84 (1982) 173-189",
-                                  "impacts with a surface that moves by itself"};
+                                  "impacts with a moving surface"};
 
   T m{1.0}, g{9.81}, c{0.5}, e{0.8}, A{0.02}, omega{25.0}, height{0.2}, duration{1.9};
 
