@@ -7,18 +7,18 @@
 
 namespace ricochet {
 
-/// A study of kind "method_grid" that the command line states instead of a file.
+/// A study of kind "method_grid" that is defined by the command line instead of a file.
 struct AdHocStudy {
   std::string problem;               ///< "NAME,PARAMETER=VALUE,..."
   std::string scene;                 ///< the same with a scene file instead of a name
   std::vector<std::string> methods;  ///< empty: one of each family
-  /// Settings, "10..1000" for a logarithmic grid, "10..1000:4" with 4 values per decade, or "10,20,50". Empty: 10..1000,
-  /// a hundred times as many for methods of first order, and 1e-3..1e-9.
+  /// Settings: "10..1000" for a logarithmic grid, "10..1000:4" with 4 values per decade, or "10,20,50". Default:
+  /// 10..1000, 100 times as many for first-order methods, and 1e-3..1e-9.
   std::string steps, tolerances;
 };
 
-/// The experiment, as a file would state it: for --print-experiment. Its id names problem and methods.
-/// @throws InputError for an option that says nothing, or is missing
+/// The experiment as a file. Its id contains problem and methods.
+/// @throws InputError for an empty or missing option
 ExperimentFile ad_hoc_experiment(const AdHocStudy& study);
 
 }  // namespace ricochet

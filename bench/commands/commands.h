@@ -6,8 +6,8 @@ class App;
 
 namespace ricochet {
 
-// One function per command of the program: adds its options and says what it does when it is called. The commands set
-// `exit_code` to 1 when a run or a check failed; InputError means exit code 2.
+// One function per command of the program, which adds the command with its options and its action. Commands set
+// `exit_code` to 1 if a run or a check failed; InputError means exit code 2.
 
 void add_list_command(CLI::App& app, int& exit_code);
 void add_run_command(CLI::App& app, int& exit_code);

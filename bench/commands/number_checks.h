@@ -5,7 +5,7 @@
 
 namespace ricochet {
 
-// Values of options. CLI11's own ranges let "nan" pass, since it is neither below nor above them.
+// Checks of option values. The ranges of CLI11 accept "nan", which is neither below nor above them.
 
 /// A finite number x for which is_allowed(x).
 template <class IsAllowed>

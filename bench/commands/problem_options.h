@@ -22,9 +22,9 @@ ParameterChanges parameter_changes(const std::vector<std::string>& changes);
 struct ProblemOptions {
   std::string problem, scene;
   std::vector<std::string> changes;
-  std::string impact_law;  ///< in place of the one of the scene; empty: its own
-  double depth = 0;        ///< [m] of penetration that is projected out of q0
-  double kept_depth = 0;   ///< [m] of penetration that a run begins with
+  std::string impact_law;  ///< replaces that of the scene; empty: not replaced
+  double depth = 0;        ///< largest penetration that is removed from q0 [m]
+  double kept_depth = 0;   ///< largest initial penetration that is kept [m]
   int steps = 0;
   double step_length = 0;
   double tolerance = 0;
@@ -33,11 +33,11 @@ struct ProblemOptions {
   void add_problem(CLI::App& command);
   void add_settings(CLI::App& command);
 
-  /// Says on stderr what it changed of the initial state. @throws InputError
+  /// Prints a change of the initial state to stderr. @throws InputError
   std::unique_ptr<Problem> make_problem() const;
   /// @throws InputError for a setting that the method does not take
   Settings settings(const Problem& problem, const Method& method) const;
-  /// An option of add_settings() is on the command line: a zero that is given is not one by default.
+  /// Whether an option of add_settings() is on the command line.
   bool is_given(const std::string& option) const;
 
  private:

@@ -9,8 +9,8 @@ class App;
 
 namespace ricochet {
 
-/// Every command of the program. What they do is done while `app` parses.
-/// @param exit_code  1 when a run or a check failed; outlives `app`
+/// Adds every command of the program. Commands are executed while `app` parses.
+/// @param exit_code  1 if a run or a check failed; must outlive `app`
 void add_commands(CLI::App& app, int& exit_code);
 
 /// Names of the commands in `app`, but for former words.

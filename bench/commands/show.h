@@ -13,9 +13,9 @@ class App;
 
 namespace ricochet {
 
-/// What of some results is printed.
+/// The part of results that is printed.
 struct PrintOptions {
-  std::vector<std::string> views;  ///< names of tables; empty: all but those of every run
+  std::vector<std::string> views;  ///< names of tables; empty: all tables without those of every run
   bool all = false;
 };
 
@@ -33,7 +33,7 @@ struct ExperimentCommand {
   PrintOptions print = {};
   std::string page = {};           ///< folder; empty: none
   std::string history = {};        ///< folder of ./run history, for the site of the page; empty: none
-  bool prints_experiment = false;  ///< as it would be run, which it is not
+  bool prints_experiment = false;  ///< prints the experiment instead of running it
 };
 
 /// Runs the experiment, or each of its parts, and prints the results. @return the exit code

@@ -9,11 +9,11 @@
 
 namespace ricochet {
 
-/// Keeps one contact problem of a run, its guess and its solution: the first one of a step, or the first one with the
-/// most contacts.
+/// Records one contact problem of a run with its guess and its solution: the first one of a given step, or the first
+/// one with the most contacts.
 class ContactRecorder final : public ContactObserver {
  public:
-  /// @param step  from 0; empty: that with the most contacts
+  /// @param step  from 0; empty: the step with the most contacts
   explicit ContactRecorder(std::optional<std::int64_t> step) : wanted_(step) {}
 
   void before(std::int64_t step, const ContactProblem& problem, const Vector& guess) override;
@@ -22,7 +22,7 @@ class ContactRecorder final : public ContactObserver {
   bool found() const { return !stored_.problem.contacts.empty(); }
   std::int64_t step() const { return step_; }  ///< of the problem
   ContactStatus status() const { return status_; }
-  /// Its solution is empty where the solver did not find it.
+  /// The problem; its solution is empty if the solver failed.
   StoredContactProblem& stored() { return stored_; }
 
  private:
@@ -33,7 +33,7 @@ class ContactRecorder final : public ContactObserver {
   StoredContactProblem stored_;
 };
 
-/// What a file says about a problem beside its numbers: how many contacts of which kind, whether W is symmetric.
+/// Description of a problem in a file: the number of contacts of each kind, and whether W is symmetric.
 std::string math_info(const ContactProblem& problem);
 
 }  // namespace ricochet

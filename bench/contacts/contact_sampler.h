@@ -10,17 +10,17 @@
 
 namespace ricochet {
 
-/// Keeps contact problems of a run, evenly over all that it has: every k-th, where k doubles whenever there are twice
-/// as many as wanted.
+/// Records contact problems of a run, evenly distributed over the run: every k-th one, where k doubles whenever twice
+/// as many as required are stored.
 class ContactSampler final : public ContactObserver {
  public:
-  /// @param run  what the titles begin with; @param most  problems
+  /// @param run  prefix of the titles; @param most  maximum number of problems
   ContactSampler(std::string run, int most) : run_(std::move(run)), most_(most) {}
 
   void before(std::int64_t step, const ContactProblem& problem, const Vector& guess) override;
   void after(const ContactProblem& problem, const Vector& r, ContactStatus status) override;
 
-  /// `most` of them, or what there is.
+  /// Up to `most` problems.
   std::vector<StoredContactProblem> take() const;
 
  private:
@@ -39,17 +39,17 @@ struct SampledScene {
   std::string name() const;  ///< "bead_row n=32"
 };
 
-/// All of them, in a fixed order.
+/// All sampled scenes, in a fixed order.
 std::vector<SampledScene> sampled_scenes();
 
-/// Contact problems of one of them; none where the method does not step it.
-/// @param method  of time stepping, `steps` of it; @param most  problems
+/// Contact problems of one scene; none if the method declines it.
+/// @param method  time-stepping method; @param most  maximum number of problems
 /// @throws InputError for another method
 std::vector<StoredContactProblem> sample_scene(const SampledScene& scene, const std::string& method, int steps,
                                                int most);
 
-/// Of all scenes that have some. @param most  problems per scene
-/// @param told  is told each scene, and how many problems of it there are
+/// Contact problems of all scenes that have some. @param most  maximum number per scene
+/// @param told  called with each scene and its number of problems
 std::vector<std::vector<StoredContactProblem>> sample_scenes(
     const std::string& method, int steps, int most, const std::function<void(const std::string&, std::size_t)>& told);
 

@@ -6,13 +6,13 @@
 
 namespace ricochet {
 
-/// Which merit function can one trust? Exact solutions are drawn: impulses r and velocities w that fulfil the laws, open,
-/// slip and stick by turns, make b = w - G r. They are disturbed by a known amount,
+/// Compares merit functions with true distances from a solution. Exact solutions are drawn: impulses r and velocities w
+/// that satisfy the laws, open, slip and stick in turn, define b = w - G r. They are perturbed by a known amount,
 ///
 ///   r' = r + delta ||r|| d,   w' = G r' + b                                                           (1)
 ///
-/// d of length 1 in any direction, or the softest one of G, which moves velocities least. A merit value that can be
-/// trusted says how far r', w' are from the solution, whatever the units, masses and numbers of contacts: its ratio to
+/// where d has length 1 and a random direction, or the direction in which G changes velocities least. A reliable merit
+/// value measures the distance of r', w' from the solution for all units, masses and numbers of contacts: its ratio to
 /// the distance stays in a narrow band.
 ///
 ///   distance of velocities  max |w' - w| / max(|b|, |G_kk r_k|),   of impulses  ||r' - r|| / ||r||         (2)
@@ -21,7 +21,8 @@ namespace ricochet {
 /// scales of velocity and impulse; FCLib's.
 struct MeritStudy {
   Table values;  ///< medians by problem, direction and delta
-  /// Smallest and largest merit, by problem and in all, over the distance of velocities, and over the larger of both.
+  /// Smallest and largest merit, per problem and in total, over the distance of velocities, and over the larger
+  /// distance.
   Table of_velocities, of_both;
 };
 

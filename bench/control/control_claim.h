@@ -6,8 +6,8 @@
 
 namespace ricochet {
 
-/// Writes what an optimal control solution claims into `run`: cost, motion, controls, forces, impulses, and the motion
-/// as it looks when the problem has a picture.
+/// Writes the claims of an optimal control solution to `run`: cost, motion, controls, forces, impulses, and the frames
+/// of the motion if the problem has a picture.
 void describe_claim(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, ControlRun& run);
 
 }  // namespace ricochet

@@ -11,12 +11,12 @@ namespace ricochet {
 /// A discretised optimal control problem with its first guess.
 struct GuessedTranscription {
   std::unique_ptr<Transcription> transcription;
-  std::vector<std::string> notes;  ///< what was done for the guess, a line each
+  std::vector<std::string> notes;  ///< steps that were taken for the guess, one line each
 };
 
-/// Discretises a problem and makes the guess that the options ask for: of the problem, the motion under guessed
-/// controls, under those of time stepping (which is solved for that), or under those of a random search (which takes
-/// seconds).
+/// Discretises a problem and makes the guess selected by the options: that of the problem, or the motion under guessed
+/// controls, under controls of time stepping (which is solved for this), or under controls of a random search (which
+/// takes seconds).
 /// @param problem  by options.make_problem(), outlives the transcription  @throws InputError
 GuessedTranscription guessed_transcription(const ControlOptions& options, const OptimalControlProblem& problem);
 

@@ -17,15 +17,15 @@ class App;
 
 namespace ricochet {
 
-/// How an optimal control problem is discretised, guessed and solved: the options of `ricochet control`.
+/// The options of `ricochet control`: discretisation, guess and solution of an optimal control problem.
 struct ControlOptions {
   std::string problem;
   std::vector<std::string> changes;
   std::string discretisation = "fesd";
-  int intervals = 0;  ///< 0: the problem's own, as for the next two
+  int intervals = 0;  ///< 0: the default of the problem; likewise the next two
   int elements = 0;
   std::string tableau;
-  int steps = 10;  ///< of time stepping, per interval
+  int steps = 10;  ///< steps of time stepping per interval
   TimeFreezingTranscription::Options freezing;
   std::string impulses = "position_velocity", cone = "exact", cross = "aggregated", equilibration = "objective";
   FesdEquations::Options equations;
@@ -41,17 +41,17 @@ struct ControlOptions {
                            .push = 1e-3};
   bool superlinear = false;
   bool simulate = false;
-  int from_time_stepping = 0;  ///< steps per interval; 0: not
+  int from_time_stepping = 0;  ///< steps per interval; 0: not used
   ExplorationOptions exploration{.rounds = 0};
   double noise = 0;
 
   void add(CLI::App& command);
-  /// The options that a command line says, "two_carts --simulate". @throws InputError
+  /// The options of a command line, "two_carts --simulate". @throws InputError
   static ControlOptions parse(const std::string& arguments);
 
   bool is_fesd() const { return discretisation == "fesd"; }
   std::unique_ptr<OptimalControlProblem> make_problem() const;  ///< @throws InputError
-  /// With the guess of the problem; guessed_transcription() makes the one that is asked for.
+  /// With the guess of the problem; guessed_transcription() makes the selected guess.
   /// @param made  by make_problem(), outlives the transcription. @throws InputError
   std::unique_ptr<Transcription> make_transcription(const OptimalControlProblem& made) const;
   HomotopyOptions homotopy_options() const;

@@ -10,7 +10,7 @@
 
 namespace ricochet {
 
-/// What the plant really does under the controls of an optimal control solution.
+/// Motion of the plant under the controls of an optimal control solution.
 struct Replay {
   Status status = Status::success;
   std::string message;
@@ -32,16 +32,16 @@ IntervalSolver reference_solver(double tolerance);
 /// FESD-J with error control, solved by pivoting.
 IntervalSolver pivoting_solver(double tolerance);
 
-/// How far an optimal control solution is from its replay.
+/// Differences between an optimal control solution and its replay.
 struct ReplayMismatch {
   double terminal = 0;  ///< max-norm of the difference of (q, v) at T
-  double events = 0;    ///< largest difference of impact times [s]; infinite when their number or contacts differ
+  double events = 0;    ///< largest difference of impact times [s]; infinite if their number or contacts differ
   double cost = 0;      ///< true minus claimed
 };
 ReplayMismatch mismatch(const OptimalControlProblem& problem, const ControlTrajectory& claimed, const Replay& truth);
 
-/// What an impulse has to exceed to count as an impact, a part of the largest momentum: a transcription, and a contact
-/// that is made softly, have tiny ones.
+/// Threshold of impulses that count as impacts, relative to the largest momentum: a transcription, and a contact that
+/// closes softly, have tiny impulses.
 double smallest_impact(const OptimalControlProblem& problem, const ControlTrajectory& trajectory);
 
 }  // namespace ricochet

@@ -5,8 +5,8 @@
 
 namespace ricochet {
 
-/// Philox4x32-10: four random words as a function of a counter and a key, so that number k of run i is the same
-/// whichever thread asks for it, and in whatever order. Whole-number arithmetic alone: the same on every machine.
+/// Philox4x32-10: four random words as a function of a counter and a key. Number k of run i is the same for every
+/// thread and order of calls and, because only integer arithmetic is used, on every machine.
 /// Source: Salmon, Moraes, Dror, Shaw, Parallel random numbers: as easy as 1, 2, 3, SC 2011, section 3.3, table 2.
 std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter, std::array<std::uint32_t, 2> key);
 

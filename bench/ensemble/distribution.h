@@ -6,14 +6,14 @@
 
 namespace ricochet {
 
-/// A quantity that differs from run to run of an ensemble, and what values it takes:
+/// A quantity that varies between the runs of an ensemble, with its values:
 ///
 ///   uniform:FROM:TO            FROM + (TO - FROM) u, u uniform in (0, 1)
 ///   log-uniform:FROM:TO        FROM (TO / FROM)^u
 ///   normal:MEAN:DEVIATION      MEAN + DEVIATION Phi^-1(u)
-///   grid:FROM:TO:POINTS        both ends and what divides the interval evenly
+///   grid:FROM:TO:POINTS        equally spaced, including both ends
 ///   log-grid:FROM:TO:PER_DECADE
-///   values:A:B:...             these
+///   values:A:B:...             a list
 ///
 /// The first three are drawn; the others are grids.
 class VariedQuantity {

@@ -14,11 +14,11 @@
 
 namespace ricochet {
 
-/// One scene for many parameters and initial states, by one method with one setting: a parameter study, or Monte Carlo.
+/// One scene with many parameters and initial states, one method and one setting: a parameter study, or Monte Carlo.
 ///
-/// Grids are combined with each other, the last one fastest, and at every point of theirs `draws` runs follow each
-/// other. Number k of the drawn quantities of run i is uniform_number(seed, i, k): it depends on nothing else, so that
-/// another method, or any number of threads, meets the same values.
+/// Grids are combined with each other, the last one varying fastest. At every point of the grids there are `draws`
+/// runs. Number k of the drawn quantities of run i is uniform_number(seed, i, k). It depends on nothing else, so that
+/// the values are the same for every method and number of threads.
 struct Ensemble {
   ProblemChoice problem;
   std::string method;
@@ -28,22 +28,22 @@ struct Ensemble {
   std::uint64_t seed = 1;
 
   std::int64_t n_runs() const;
-  /// Of the varied quantities in run i = 0, 1, ...
+  /// Values of the varied quantities in run i = 0, 1, ...
   std::vector<double> values(std::int64_t run) const;
   std::vector<std::string> names() const;
-  /// As it is read.
+  /// The document that read_ensemble() reads.
   nlohmann::json document() const;
 };
 
-/// Of the documents that read_ensemble() takes.
+/// Schema of the documents for read_ensemble().
 const JsonSchema& ensemble_schema();
 
-/// Of the fields "problem" and "parameters" (problem_choice.h), "vary": ["NAME=DISTRIBUTION"], "runs": draws at each
+/// Reads the fields "problem" and "parameters" (problem_choice.h), "vary": ["NAME=DISTRIBUTION"], "runs": draws at each
 /// point of the grids, "seed"; "method", "steps" or "tolerance", "time_limit" of a run [s].
 /// @throws InputError with field, value and what is allowed; nlohmann::json::exception for one that is missing
 Ensemble read_ensemble(const nlohmann::json& document);
 
-/// What is kept of a run. One that failed is a run with a status and a message, too.
+/// Result of a run. A failed run has a status and a message, too.
 struct EnsembleRun {
   std::int64_t number = 0;
   std::vector<double> values;
@@ -55,16 +55,16 @@ struct EnsembleRun {
   bool succeeded() const { return status == "success"; }
 };
 
-/// What one thread needs for runs: a problem of its own, whose values are set again, and a method.
+/// Data of one thread: its own problem, whose values are changed for every run, and a method.
 class EnsembleWorker {
  public:
-  /// Takes milliseconds. @throws InputError for what does not fit: an unknown quantity, a method that declines
+  /// Takes milliseconds. @throws InputError for an unknown quantity or a method that declines the scene
   explicit EnsembleWorker(const Ensemble& ensemble);
 
   EnsembleRun run(std::int64_t number);
-  /// As CSV, see below.
+  /// The runs as CSV, see below.
   std::string csv_lines(std::int64_t begin, std::int64_t end);
-  /// The problem of a run, without the run. @throws InputError
+  /// The problem of a run, without running it. @throws InputError
   const Problem& problem(std::int64_t number) { return problem_.at(ensemble_.values(number)); }
   const ProblemInfo& base() const { return problem_.base(); }
 
@@ -75,12 +75,12 @@ class EnsembleWorker {
   std::unique_ptr<Solver> solver_;  // where initial states vary alone; made with that of the scene in every thread
 };
 
-/// One worker per thread. @throws InputError for threads < 1, or more than one where the method's library has state that
-/// threads share
+/// One worker per thread. @throws InputError for threads < 1, or for several if the method's library has global
+/// state
 std::vector<std::unique_ptr<EnsembleWorker>> make_workers(const Ensemble& ensemble, int threads);
 
-/// As CSV: a line of headers "run,k,e,status,t,q[0],...,v[0],...,steps,events,message", and one per run. Numbers are the
-/// shortest texts that give the same double back.
+/// CSV: a header line "run,k,e,status,t,q[0],...,v[0],...,steps,events,message", and one line per run. Numbers are the
+/// shortest texts that represent the same double.
 std::string csv_header(const Ensemble& ensemble, const ProblemInfo& problem);
 std::string csv_line(const EnsembleRun& run, const ProblemInfo& problem);
 
