@@ -262,7 +262,7 @@ TEST_F(Cli, AuditsEveryCondition) {
   EXPECT_HAS(
       run("audit --scene " + reference_data("public_reports/scenes/bullets.json") + " moreau_jean --steps 7").text,
       "passed over within a step: contact 'bullets' [m]");
-  EXPECT_HAS(run("audit pendulum_wall moreau_jean -p sliding_block").text, "problem_id = pendulum_wall: no --problem");
+  EXPECT_HAS(run("audit pendulum_wall moreau_jean -p sliding_block").text, "problem_id = pendulum_wall: the problem is also given");
   EXPECT_HAS(run("audit").text, "--method = '': a method is required");
   EXPECT_EQ(run("audit moreau_jean").code, 2);
 }
@@ -406,7 +406,7 @@ TEST_F(CheckCommand, WhatCannotBeReadIsExitCodeTwo) {
   const std::string junit = write("gate.xml", "<testsuites/>");
   refused(with + "/nonexistent.jsonl --junit " + junit, "cannot be opened");
   EXPECT_FALSE(fs::exists(junit)) << "it says of an earlier check that it held";
-  refused(results + " --write " + baseline, "it exists");
+  refused(results + " --write " + baseline, "the file exists");
 
   const std::string zeno = (folder / "zeno").string();
   ASSERT_EQ(run("run-experiment zeno --set restitution=[0.5] --quick -o " + zeno).code, 0);

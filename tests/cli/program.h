@@ -47,6 +47,10 @@ inline std::string test_data(const std::string& name) {
   return std::string(RICOCHET_TEST_DATA) + "/" + name;
 }
 
+inline std::string reference_data(const std::string& name) {
+  return test_data("../../reference/data/" + name);
+}
+
 inline std::string read(const fs::path& path) {
   std::ifstream file(path);
   std::ostringstream text;

@@ -118,13 +118,13 @@ TEST_F(TimedShards, AreMadeWhereSomethingIsPromisedOfTheirTimes) {
   const Outcome exclusive = run(merge);
   ASSERT_EQ(exclusive.code, 0) << exclusive.text;
   EXPECT_EQ(header().at("times"), "exclusive");
-  EXPECT_EQ(exclusive.text.find("while other work ran"), std::string::npos);
+  EXPECT_EQ(exclusive.text.find("while other programs ran"), std::string::npos);
   EXPECT_HAS(exclusive.text, "us per step");
 }
 
 /// One shard whose times are worth nothing marks them all, and whatever shows the results says so.
 TEST_F(TimedShards, AreMarkedWhereOtherWorkRan) {
-  const std::string sentence = "Times of these results were taken while other work ran on the machine";
+  const std::string sentence = "Times of these results were measured while other programs ran on the machine";
   ASSERT_EQ(shard("1/2 --times exclusive").code, 0);
   ASSERT_EQ(shard("2/2 --times shared --jobs 2").code, 0);
   const Outcome shared = run(merge + " --page " + (folder / "page").string());
