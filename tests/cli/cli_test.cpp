@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "tests/cli/program.h"
+#include "tests/test_data.h"
 
 namespace ricochet::cli {
 

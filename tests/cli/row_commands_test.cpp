@@ -14,25 +14,28 @@ namespace {
 using nlohmann::json;
 
 /// An experiment of seconds. Its scenes have parameters that are not the default ones.
-struct Small {
+struct RowExperiment {
   const char *name, *text;
 };
 
-std::ostream& operator<<(std::ostream& out, const Small& small) {
-  return out << small.name;
+std::ostream& operator<<(std::ostream& out, const RowExperiment& experiment) {
+  return out << experiment.name;
 }
 
-const Small kExperiments[] = {
-    {"method_grid", R"({"id": "small", "title": "t", "problem": "bouncing_ball", "parameters": {"e": 0.7, "duration": 0.9},
+const RowExperiment kExperiments[] = {
+    {"method_grid",
+     R"({"id": "small", "title": "t", "problem": "bouncing_ball", "parameters": {"e": 0.7, "duration": 0.9},
       "times": false, "methods": [{"method": "moreau_jean", "steps": [50, 100]}, {"method": "fesd:gauss:3", "steps": [20]},
                   {"method": "event_driven", "tolerances": [1e-6, 1e-9]}]})"},
     {"contact_cost", R"({"id": "small", "title": "t", "kind": "contact_cost", "methods": ["moreau_jean"]})"},
     {"scale", R"({"id": "small", "title": "t", "kind": "scale", "steps": 10, "time_limit": 100, "runs": [
       {"problem": "bead_row", "set": {"speed": 0.5}, "sizes": [2, 4], "methods": ["moreau_jean", "soft_step"]}]})"},
-    {"fastest", R"({"id": "small", "title": "t", "kind": "fastest", "time_limit": 10, "levels": [0.1, 1e-3], "families": [
+    {"fastest",
+     R"({"id": "small", "title": "t", "kind": "fastest", "time_limit": 10, "levels": [0.1, 1e-3], "families": [
         {"name": "a", "methods": ["fesd:radau-iia:3,elements=as_needed"], "steps": {"from": 10, "to": 40, "per_decade": 2}}],
       "scenes": [{"problem": "bouncing_ball", "group": "g", "parameters": {"e": 0.6, "duration": 1}}]})"},
-    {"bounce", R"({"id": "small", "title": "t", "kind": "bounce", "restitution": [0.8], "bounces": [1], "step_lengths": [0.001],
+    {"bounce",
+     R"({"id": "small", "title": "t", "kind": "bounce", "restitution": [0.8], "bounces": [1], "step_lengths": [0.001],
       "methods": ["moreau_jean", "event_driven"]})"},
     {"hold", R"({"id": "small", "title": "t", "kind": "hold", "fractions": [0.9, 1.1], "step_lengths": [0.01],
       "methods": ["moreau_jean", "penalty"]})"},
@@ -49,7 +52,7 @@ const Small kExperiments[] = {
                  "motions": [{"reference": {}}]}]})"},
 };
 
-class RowsOf : public Cli, public testing::WithParamInterface<Small> {};
+class RowsOf : public Cli, public testing::WithParamInterface<RowExperiment> {};
 
 /// Rows that the program should be able to repeat.
 std::vector<json> repeatable(const fs::path& results) {
@@ -62,8 +65,7 @@ std::vector<json> repeatable(const fs::path& results) {
 }
 
 TEST_P(RowsOf, AreRepeatedByTheirCommands) {
-  const Outcome made =
-      run("run-experiment " + write("small.json", GetParam().text) + " --quick -o " + folder.string());
+  const Outcome made = run("run-experiment " + write("small.json", GetParam().text) + " --quick -o " + folder.string());
   ASSERT_EQ(made.code, 0) << made.text;
   const auto rows = repeatable(folder / "small.jsonl");
   ASSERT_FALSE(rows.empty()) << made.text;
@@ -81,7 +83,7 @@ TEST_P(RowsOf, AreRepeatedByTheirCommands) {
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryStudy, RowsOf, testing::ValuesIn(kExperiments),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
 }  // namespace ricochet::cli

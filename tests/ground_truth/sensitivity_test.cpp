@@ -290,11 +290,11 @@ TEST(ExperimentOfSensitivities, MeasuresTheLargestRelativeErrorOfTheirs) {
   const double error_by_e =
       std::max((s.dq.col(1) - by_e.dq).cwiseAbs().maxCoeff(), (s.dv.col(1) - by_e.dv).cwiseAbs().maxCoeff());
   const double size_by_e = std::max(by_e.dq.cwiseAbs().maxCoeff(), by_e.dv.cwiseAbs().maxCoeff());
-  const Run& fesd = results.records[0];
+  const ricochet::Run& fesd = results.records[0];
   EXPECT_DOUBLE_EQ(fesd.error, std::max(error_by_k, error_by_e / size_by_e));  // rounding of a quotient
   EXPECT_EQ(fesd.solution_size, 1);
   EXPECT_EQ(fesd.sensitivities, wrt);
-  EXPECT_TRUE(fesd.command.ends_with("--steps 200 --sensitivity param:k --sensitivity param:e")) << fesd.command;
+  EXPECT_TRUE(fesd.command().ends_with("--steps 200 --sensitivity param:k --sensitivity param:e")) << fesd.command();
   EXPECT_NEAR(results.records[1].error, 0.47, 0.02) << "as above";
   EXPECT_NE(results.error_measure().definition.find("param:k, param:e"), std::string::npos);
 }

@@ -19,12 +19,12 @@ struct Truth {
 std::optional<OrderFit> observe(const Problem& problem, const Truth& truth, const std::string& spec,
                                 const std::vector<int>& grid) {
   const auto method = make_method(spec);
-  std::vector<Run> records;
+  std::vector<ricochet::Run> records;
   for (const int steps : grid) {
     Settings settings;
     settings.steps = steps;
     const Solution s = method->solve(problem, settings);
-    Run r;
+    ricochet::Run r;
     r.setting.steps = steps;
     r.h_bar = problem.info().end_time / steps;
     r.status = to_string(s.status);
@@ -33,7 +33,7 @@ std::optional<OrderFit> observe(const Problem& problem, const Truth& truth, cons
     r.solution_size = std::max(truth.q.cwiseAbs().maxCoeff(), truth.v.cwiseAbs().maxCoeff());
     records.push_back(r);
   }
-  std::vector<const Run*> pointers;
+  std::vector<const ricochet::Run*> pointers;
   for (const auto& r : records) pointers.push_back(&r);
   return fit_order(pointers);
 }
@@ -177,13 +177,13 @@ TEST(TwoBallsSensitivities, HaveTheTableausOrder) {
         Case{"fesd:gauss:2", 4, 200, 4000}}) {
     for (std::size_t k = 0; k < truth.sensitivities.size(); ++k) {
       const auto& expected = truth.sensitivities[k];
-      std::vector<Run> records;
+      std::vector<ricochet::Run> records;
       for (const int steps : logarithmic(from, to, 24)) {
         Settings settings;
         settings.steps = steps;
         settings.sensitivities = {expected.wrt};
         const Solution s = make_method(method)->solve(*problem, settings);
-        Run r;
+        ricochet::Run r;
         r.setting.steps = steps;
         r.h_bar = problem->info().end_time / steps;
         r.status = to_string(s.status);
@@ -192,7 +192,7 @@ TEST(TwoBallsSensitivities, HaveTheTableausOrder) {
         r.solution_size = std::max(expected.dq.cwiseAbs().maxCoeff(), expected.dv.cwiseAbs().maxCoeff());
         records.push_back(r);
       }
-      std::vector<const Run*> pointers;
+      std::vector<const ricochet::Run*> pointers;
       for (const auto& r : records) pointers.push_back(&r);
       const auto fit = fit_order(pointers);
       ASSERT_TRUE(fit) << method << " " << expected.wrt;

@@ -54,7 +54,7 @@ TEST(ContactCost, ATableHasARowPerKindOfContact) {
 TEST(ContactCost, NamesTheMotionThatFails) {
   // Without a stage at the right end Gauss loses curved contacts.
   const auto costs = measure_contact_cost({"fesd:gauss:2"}, true);
-  const auto failed = std::ranges::find_if(costs, [](const Run& run) { return !run.succeeded(); });
+  const auto failed = std::ranges::find_if(costs, [](const ricochet::Run& run) { return !run.succeeded(); });
   ASSERT_NE(failed, costs.end()) << "it ends with a status";
   EXPECT_EQ(failed->condition("closed"), 1);
   EXPECT_FALSE(failed->message.empty());

@@ -150,7 +150,7 @@ TEST(ExperimentFile, SettingsAreOfTheKindThatTheMethodTakes) {
 TEST(ExperimentFile, AMethodThatDeclinesIsARow) {
   const Results results = run_small_experiment(R"({"id": "small", "problem": "sliding_block", "times": false,
     "methods": [{"method": "irk:gauss:2", "steps": [10, 20]}, {"method": "moreau_jean", "steps": [10]}]})");
-  const auto rows = results.all<Run>();
+  const auto rows = results.all<ricochet::Run>();
   ASSERT_EQ(rows.size(), 3u);
   for (const std::size_t k : {0, 1}) {
     EXPECT_EQ(rows[k].status, "declined");
@@ -171,7 +171,7 @@ TEST(ExperimentFile, PathsAreRelativeToTheFile) {
   RunOptions options;
   options.folder = (folder / "results").string();
   const Results results = read_results(run_experiment((folder / "mine.json").string(), options));
-  const auto rows = results.all<Run>();
+  const auto rows = results.all<ricochet::Run>();
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[0].status, "success") << rows[0].message;
   EXPECT_EQ(rows[1].method, "fesd:@" + (folder / "my_rk4.json").string() + ",n_fe=2");

@@ -29,7 +29,7 @@ GridResults gated_results() {
   results.id = "e";
   results.title = "t";
   results.is_complete = true;
-  const auto add = [&](Run r) {
+  const auto add = [&](ricochet::Run r) {
     r.experiment = "e";
     r.problem = "p";
     r.solution_size = 1;
@@ -40,7 +40,7 @@ GridResults gated_results() {
     results.records.push_back(r);
   };
   for (const int steps : {5, 50, 60, 70, 85, 100, 120, 150, 180, 220, 270, 330, 400, 500, 600, 750, 900}) {
-    Run r;
+    ricochet::Run r;
     r.method = "m";
     r.setting.steps = steps;
     r.h_bar = 1.0 / steps;
@@ -58,7 +58,7 @@ GridResults gated_results() {
     add(r);
   }
   for (const double tolerance : {1e-4, 1e-6, 1e-8}) {
-    Run r;
+    ricochet::Run r;
     r.method = "adaptive";
     r.setting.tolerance = tolerance;
     r.h_bar = 0.1;
@@ -69,8 +69,8 @@ GridResults gated_results() {
   return results;
 }
 
-Run& run_of(GridResults& results, const std::string& method, double setting) {
-  return *std::ranges::find_if(results.records, [&](const Run& r) {
+ricochet::Run& run_of(GridResults& results, const std::string& method, double setting) {
+  return *std::ranges::find_if(results.records, [&](const ricochet::Run& r) {
     return r.method == method && (r.setting.steps == setting || r.setting.tolerance == setting);
   });
 }
@@ -107,15 +107,15 @@ TEST_F(Gate, NoticesALargerError) {
 }
 
 TEST_F(Gate, RoundingPasses) {
-  for (Run& r : results.records) r.error += 0.9e-11;
+  for (ricochet::Run& r : results.records) r.error += 0.9e-11;
   EXPECT_EQ(finding(), "") << "the order, too: the errors of the window reach down to 7e-10";
-  for (Run& r : results.records) r.max_residual *= 1000;
+  for (ricochet::Run& r : results.records) r.max_residual *= 1000;
   EXPECT_EQ(finding(), "");
   run_of(results, "m", 100).counters.matrix_factorizations = 18;
   run_of(results, "m", 120).counters.force_evaluations += 3;
   EXPECT_EQ(finding(), "");
-  for (Run& r : results.records) r.sensitivities = {"param:e"};
-  for (Run& r : results.records) r.error += 8e-11;
+  for (ricochet::Run& r : results.records) r.sensitivities = {"param:e"};
+  for (ricochet::Run& r : results.records) r.error += 8e-11;
   EXPECT_EQ(finding(), "") << "derivatives";
 }
 
@@ -131,7 +131,7 @@ TEST_F(Gate, ErrorControlledRunsMayScatter) {
 }
 
 TEST_F(Gate, CoarseRunsAreHeldToAnOrderOfMagnitude) {
-  Run& coarse = run_of(results, "m", 5);
+  ricochet::Run& coarse = run_of(results, "m", 5);
   ASSERT_GT(coarse.error, 3e-3);
   coarse.error *= 9;
   EXPECT_EQ(finding(), "");
@@ -142,12 +142,12 @@ TEST_F(Gate, CoarseRunsAreHeldToAnOrderOfMagnitude) {
 /// 9 % at each run is allowed, but not 9 % more at each finer one.
 TEST_F(Gate, NoticesALowerOrder) {
   const auto worse_by = [&](double steps) { return 1.099 * std::pow(steps / 900, 0.033); };
-  for (Run& r : results.records) {
+  for (ricochet::Run& r : results.records) {
     if (r.method == "m") r.error *= std::max(1.0, worse_by(r.setting.steps));
   }
   EXPECT_EQ(finding(), "");
   results = baseline;
-  for (Run& r : results.records) {
+  for (ricochet::Run& r : results.records) {
     if (r.method == "m" && r.has_error())
       r.error = std::max(r.error, 0.5 * std::pow(100, -3) * std::pow(r.setting.steps / 100., -2.8));
   }
@@ -162,26 +162,26 @@ TEST_F(Gate, NoticesALowerOrder) {
 TEST_F(Gate, AnImprovementNeverBlocks) {
   for (const double factor : {0.5, 0.1, 1e-3, 1e-9, 0.0}) {
     results = baseline;
-    for (Run& r : results.records) r.error *= factor;
+    for (ricochet::Run& r : results.records) r.error *= factor;
     EXPECT_EQ(finding(), "") << factor;
     if (factor < 0.4) EXPECT_GT(held().count(GateVerdict::better), 3) << factor;
   }
   results = baseline;
-  for (Run& r : results.records) r.error *= r.setting.steps < 200 ? 0.01 : 1;
+  for (ricochet::Run& r : results.records) r.error *= r.setting.steps < 200 ? 0.01 : 1;
   EXPECT_EQ(finding(), "") << "coarse runs alone: their line has another slope";
   results = baseline;
-  Run& failed = run_of(results, "m", 60);
+  ricochet::Run& failed = run_of(results, "m", 60);
   failed.status = "success";
   failed.error = 1;
   EXPECT_EQ(finding(), "") << "an error where there was none";
   results = baseline;
-  for (Run& r : results.records) r.counters = {.steps = r.counters.steps};
+  for (ricochet::Run& r : results.records) r.counters = {.steps = r.counters.steps};
   EXPECT_EQ(finding(), "") << "less work";
   EXPECT_GT(held().count(GateVerdict::better), 0);
 }
 
 TEST_F(Gate, NoticesAFailure) {
-  Run& run = run_of(results, "m", 180);
+  ricochet::Run& run = run_of(results, "m", 180);
   run.status = "infeasible";
   run.message = "no solution";
   run.error = std::nan("");
@@ -192,7 +192,7 @@ TEST_F(Gate, NoticesAFailure) {
 
 /// What a method declines in both is held; what it declines now it solved before.
 TEST_F(Gate, NoticesWhatIsDeclined) {
-  Run& run = run_of(results, "m", 60);
+  ricochet::Run& run = run_of(results, "m", 60);
   run_of(baseline, "m", 60).status = run.status = "declined";
   EXPECT_EQ(finding(), "");
   run_of(results, "adaptive", 1e-6).status = "declined";
@@ -217,7 +217,7 @@ TEST_F(Gate, HoldsTheWork) {
   run_of(results, "m", 180).detected_events = 5;
   EXPECT_EQ(finding(), "worse: m at 180: detected events 2 in the baseline, now 5");
   results = baseline;
-  for (Run& r : results.records) {
+  for (ricochet::Run& r : results.records) {
     if (r.method == "m") r.counters.matrix_factorizations = 16;
   }
   EXPECT_EQ(finding(), "worse: m, work: matrix factorizations 208 in the baseline, now 256, in 16 runs")
@@ -226,7 +226,7 @@ TEST_F(Gate, HoldsTheWork) {
 
 /// A run in place of one that failed is one as well.
 TEST_F(Gate, HoldsRunsInPlaceOfOthers) {
-  Run& answer = run_of(results, "answer", 60);
+  ricochet::Run& answer = run_of(results, "answer", 60);
   answer.max_residual = 1e-6;
   EXPECT_EQ(finding(),
             "worse: answer in place of m, residual: 2.0e-16 in the baseline, now 1.0e-06 at 60, at most 1.0e-11 holds");
@@ -237,32 +237,32 @@ TEST_F(Gate, HoldsRunsInPlaceOfOthers) {
 
 /// The error of a run that nobody measured, or that nobody had measured.
 TEST_F(Gate, NothingPassesThatWasNotCompared) {
-  const auto change = [&](const std::function<void(Run&)>& how) {
+  const auto change = [&](const std::function<void(ricochet::Run&)>& how) {
     results = baseline;
     how(run_of(results, "adaptive", 1e-6));
     return finding();
   };
   const std::string run = "not compared: adaptive at 1e-06: ";
-  EXPECT_EQ(change([](Run& r) { r.error = std::nan(""); }), run + "success without an error");
-  EXPECT_EQ(change([](Run& r) { r.error = -1; }), run + "error -1: a number >= 0 is required");
-  EXPECT_EQ(change([](Run& r) { r.error = HUGE_VAL; }), run + "error inf: a number >= 0 is required");
-  EXPECT_EQ(change([](Run& r) { r.counters.steps = 0; }), run + "success without a step");
-  EXPECT_EQ(change([](Run& r) { r.status = "sucess"; }), run + "status 'sucess' is unknown");
-  EXPECT_EQ(change([](Run& r) {
+  EXPECT_EQ(change([](ricochet::Run& r) { r.error = std::nan(""); }), run + "success without an error");
+  EXPECT_EQ(change([](ricochet::Run& r) { r.error = -1; }), run + "error -1: a number >= 0 is required");
+  EXPECT_EQ(change([](ricochet::Run& r) { r.error = HUGE_VAL; }), run + "error inf: a number >= 0 is required");
+  EXPECT_EQ(change([](ricochet::Run& r) { r.counters.steps = 0; }), run + "success without a step");
+  EXPECT_EQ(change([](ricochet::Run& r) { r.status = "sucess"; }), run + "status 'sucess' is unknown");
+  EXPECT_EQ(change([](ricochet::Run& r) {
               r.status = "not_built";
               r.message = "no SUNDIALS";
             }),
             run + "not built: no SUNDIALS");
-  EXPECT_EQ(change([](Run& r) { r.solution_size = 1e6; }),
+  EXPECT_EQ(change([](ricochet::Run& r) { r.solution_size = 1e6; }),
             run + "size of the solution 1 in the baseline, now 1e+06: another reference");
-  EXPECT_EQ(change([](Run& r) { r.reference_error = 1e-3; }),
+  EXPECT_EQ(change([](ricochet::Run& r) { r.reference_error = 1e-3; }),
             run + "uncertainty of the reference 1.0e-16 in the baseline, now 1.0e-03");
-  EXPECT_EQ(change([](Run& r) { r.setting.tolerance = 3e-6; }),
+  EXPECT_EQ(change([](ricochet::Run& r) { r.setting.tolerance = 3e-6; }),
             run +
                 "this run of the baseline is not in the results | "
                 "not compared: adaptive at 3e-06: this run is not in the baseline");
   EXPECT_TRUE(
-      change([](Run& r) {
+      change([](ricochet::Run& r) {
         r.method = "new";
       }).ends_with("not compared: new, all runs: the baseline does not have this method; its runs in the results: 1"));
 
@@ -275,7 +275,7 @@ TEST_F(Gate, NothingPassesThatWasNotCompared) {
   EXPECT_EQ(finding(), "not compared: adaptive at 1e-08: the results have this run twice");
 
   results = baseline;
-  std::erase_if(results.records, [](const Run& r) { return r.method == "adaptive" || r.method == "answer"; });
+  std::erase_if(results.records, [](const ricochet::Run& r) { return r.method == "adaptive" || r.method == "answer"; });
   EXPECT_EQ(finding(),
             "not compared: adaptive, all runs: the results do not have this method; its runs in the baseline: 3 | "
             "not compared: answer, all runs: the results do not have this method; its runs in the baseline: 1");
@@ -296,7 +296,7 @@ TEST_F(Gate, NothingPassesThatWasNotCompared) {
 /// An experiment without reference has residuals and counters to hold.
 TEST_F(Gate, HoldsRunsWithoutAReference) {
   for (GridResults* both : {&baseline, &results}) {
-    for (Run& r : both->records) r.error = std::nan("");
+    for (ricochet::Run& r : both->records) r.error = std::nan("");
   }
   EXPECT_EQ(finding(), "");
   run_of(results, "m", 180).counters.force_evaluations = 600;
@@ -491,7 +491,7 @@ TEST(ShippedBaselines, HoldEveryMethodOfTheOrderExperiments) {
     for (const auto& grid : experiment.methods) {
       const auto runs = baseline.of(grid.method);
       EXPECT_FALSE(runs.empty()) << part << " has no baseline for " << grid.method << ": ./run baselines";
-      const auto solved = std::ranges::count_if(runs, [](const Run* run) { return run->succeeded(); });
+      const auto solved = std::ranges::count_if(runs, [](const ricochet::Run* run) { return run->succeeded(); });
       EXPECT_TRUE(solved > 0 || !grid.may_fail.empty()) << part << ": " << grid.method;
     }
   }
@@ -504,7 +504,7 @@ class GateOutput : public Gate {
   GridResults odd = gated_results();
 
   void SetUp() override {
-    Run& worse = run_of(results, "m", 100);
+    ricochet::Run& worse = run_of(results, "m", 100);
     worse.status = "infeasible";
     worse.message = "50 % of <a> & \"b\",\nthen a bell \x07 and half a letter \xC3 | `x`";
     run_of(results, "adaptive", 1e-6).error = -1;
@@ -591,7 +591,7 @@ TEST_F(GateOutput, AnnotationsStandAtTheLineOfTheBaseline) {
   EXPECT_NE(text.find("title=e%3A not compared::adaptive at 1e-06: error -1"), std::string::npos) << text;
   EXPECT_NE(text.find("::notice file="), std::string::npos) << text;
   EXPECT_EQ(std::ranges::count(text, '\n'), 4) << "a line each, whatever the message has\n" << text;
-  for (Run& r : results.records) r.error = -1;
+  for (ricochet::Run& r : results.records) r.error = -1;
   const std::string many = gate_annotations({held()});
   EXPECT_EQ(std::ranges::count(many, '\n'), 10) << "GitHub shows ten of a step";
   EXPECT_NE(many.find("\n::error title=ricochet check::and 12 more, see the summary\n"), std::string::npos) << many;

@@ -34,8 +34,8 @@ HardCases hard_cases(const std::vector<std::string>& changes = {}, bool quick = 
 }
 
 /// A run that nothing is wrong with, and limits that it keeps.
-Run good() {
-  Run r;
+ricochet::Run good() {
+  ricochet::Run r;
   r.status = "success";
   r.error = 1e-4;
   r.values = {{"energy_gain", 0}, {"penetration", 0}, {"momentum", 0}, {"cone", 0}, {"energy_change", -1}};
@@ -52,12 +52,12 @@ CaseLimits limits() {
 /// The verdict after a change of the good run.
 template <class Change>
 CaseVerdict after(Change change) {
-  Run r = good();
+  ricochet::Run r = good();
   CaseLimits l = limits();
   change(r, l);
   return verdict(l, r);
 }
-#define AFTER(...) after([]([[maybe_unused]] Run& r, [[maybe_unused]] CaseLimits& l) { __VA_ARGS__; })
+#define AFTER(...) after([]([[maybe_unused]] ricochet::Run& r, [[maybe_unused]] CaseLimits& l) { __VA_ARGS__; })
 
 TEST(Verdict, ByTheFirstRuleThatApplies) {
   EXPECT_EQ(AFTER(), CaseVerdict::accurate);
@@ -204,7 +204,7 @@ TEST(HardCases, QuickMatrixIsBounded) {
     for (const auto& method : cases.methods) {
       const HardCell cell = run_cell(hard_case, *problem, motions, method, cases.time_limit);
       const CaseVerdict verdict = cell.verdict();
-      EXPECT_NE(verdict, CaseVerdict::crashed) << cell.command << "\n" << r.message;
+      EXPECT_NE(verdict, CaseVerdict::crashed) << cell.command() << "\n" << cell.message;
       EXPECT_NE(verdict, CaseVerdict::killed) << cell.command();
       EXPECT_NE(verdict, CaseVerdict::not_finite) << cell.command();
       EXPECT_NE(verdict, CaseVerdict::wrong) << cell.command();

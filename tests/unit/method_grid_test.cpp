@@ -20,7 +20,7 @@ TEST(MethodGrid, StepLengthsAreThoseOfTheElements) {
                   {"method": "fesd:radau-iia:2,elements=as_needed", "steps": "few"},
                   {"method": "fesd:radau-iia:2,elements=as_needed,n_fe=3", "steps": "few"},
                   {"method": "moreau_jean", "steps": "few"}]})")
-                           .all<Run>();
+                           .all<ricochet::Run>();
   ASSERT_EQ(records.size(), 8u);
   const int elements[] = {1, 2, 3, 1};
   for (std::size_t k = 0; k < records.size(); ++k) {
@@ -62,7 +62,8 @@ TEST(MethodGrid, AQuickRunLeavesOutTheManySteps) {
     RunOptions options;
     options.quick = is_quick;
     std::vector<int> list;
-    for (const Run& record : run_small_experiment(experiment, options).all<Run>()) list.push_back(record.setting.steps);
+    for (const ricochet::Run& record : run_small_experiment(experiment, options).all<ricochet::Run>())
+      list.push_back(record.setting.steps);
     return list;
   };
   EXPECT_EQ(steps(false), (std::vector{100, 20000, 20001, 30000, 40000}));
@@ -71,17 +72,17 @@ TEST(MethodGrid, AQuickRunLeavesOutTheManySteps) {
 
 /// A failure that another method answers is none of the experiment; an answer that failed is none.
 TEST(MethodGrid, AFailureIsASurpriseUntilItIsAnswered) {
-  Run failed;
+  ricochet::Run failed;
   failed.method = "first";
-  failed.steps = 10;
+  failed.setting.steps = 10;
   failed.status = "infeasible";
-  Run answer = failed;
+  ricochet::Run answer = failed;
   answer.method = "second";
   answer.instead_of = "first";
-  const auto surprises_of = [](const std::vector<Run>& records) {
+  const auto surprises_of = [](const std::vector<ricochet::Run>& records) {
     Results results;
     results.header = {{"kind", "header"}, {"study", "method_grid"}};
-    for (const Run& record : records) results.rows.push_back(line_of(record));
+    for (const ricochet::Run& record : records) results.rows.push_back(line_of(record));
     return surprises(results);
   };
   EXPECT_EQ(surprises_of({failed}), 1);

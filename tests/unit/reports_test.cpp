@@ -27,11 +27,11 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Runs of a method of order p: error = c h^p, on a grid that is not made of powers of two.
-std::vector<Run> runs_of_order(double p, double c = 1, const std::string& method = "m") {
-  std::vector<Run> records;
+std::vector<ricochet::Run> runs_of_order(double p, double c = 1, const std::string& method = "m") {
+  std::vector<ricochet::Run> records;
   for (const int steps :
        {50, 60, 70, 85, 100, 120, 150, 180, 220, 270, 330, 400, 500, 600, 750, 900, 1100, 1300, 1600, 2000}) {
-    Run r;
+    ricochet::Run r;
     r.experiment = "e";
     r.problem = "p";
     r.method = method;
@@ -48,8 +48,8 @@ std::vector<Run> runs_of_order(double p, double c = 1, const std::string& method
   return records;
 }
 
-std::vector<const Run*> pointers(const std::vector<Run>& records) {
-  std::vector<const Run*> list;
+std::vector<const ricochet::Run*> pointers(const std::vector<ricochet::Run>& records) {
+  std::vector<const ricochet::Run*> list;
   for (const auto& r : records) list.push_back(&r);
   return list;
 }
@@ -108,12 +108,12 @@ TEST(OrderFit, WindowIsRelativeToTheSolution) {
 /// Six points that lie 0.1 and 0.2 decades off a line, against the formulas of linear regression.
 TEST(OrderFit, IntervalAndScatterAreThoseOfARegression) {
   const double off[] = {0.1, -0.2, 0.1, 0.1, -0.2, 0.1};
-  std::vector<Run> records = runs_of_order(2, 1e-3);
+  std::vector<ricochet::Run> records = runs_of_order(2, 1e-3);
   records.resize(6);
   for (std::size_t k = 0; k < 6; ++k) records[k].error *= std::pow(10, off[k]);
   double mean_x = 0, mean_y = 0, S_xx = 0, S_xy = 0, squares = 0;
   std::vector<double> x, y, step_lengths, errors;
-  for (const Run& r : records) {
+  for (const ricochet::Run& r : records) {
     step_lengths.push_back(r.h_bar);
     errors.push_back(r.error);
     x.push_back(std::log10(r.h_bar));
@@ -144,7 +144,7 @@ TEST(OrderFit, FewPointsAreNoFit) {
 
 /// Whoever reads that there is no order reads why, with the floor below which nothing is fitted.
 TEST(OrderFit, SaysWhyThereIsNone) {
-  const auto order_of = [](std::vector<Run> records) { return observe_order(pointers(records)); };
+  const auto order_of = [](std::vector<ricochet::Run> records) { return observe_order(pointers(records)); };
   const ObservedOrder fitted = order_of(runs_of_order(2, 1e-3));
   EXPECT_TRUE(fitted.fit);
   EXPECT_EQ(fitted.no_fit + fitted.reason, "");
@@ -177,7 +177,7 @@ TEST(OrderFit, SaysWhyThereIsNone) {
 
 /// Six points between 4.8e-7 and 9e-7 with a slope of 4.84 +- 4.83 say nothing of an order.
 TEST(OrderFit, AWideIntervalIsNoFit) {
-  std::vector<Run> records = runs_of_order(4, 1e-3);
+  std::vector<ricochet::Run> records = runs_of_order(4, 1e-3);
   records.resize(6);
   for (std::size_t k = 0; k < 6; ++k) records[k].error *= k % 2 == 0 ? 1.2 : 0.8;
   ASSERT_TRUE(fit_order(pointers(records)));
@@ -224,8 +224,8 @@ class ResultsOnDisk : public testing::Test {
   static nlohmann::json header(const std::string& key) {
     return {{"kind", "header"}, {"schema", 1}, {"experiment", "e"}, {"key", key}};
   }
-  void write_rows(ResultsFile& file, const std::vector<Run>& records) {
-    for (const auto& record : records) file.row<Run>([&] { return record; });
+  void write_rows(ResultsFile& file, const std::vector<ricochet::Run>& records) {
+    for (const auto& record : records) file.row<ricochet::Run>([&] { return record; });
   }
 };
 
@@ -252,18 +252,18 @@ TEST_F(ResultsOnDisk, RowsSurviveTheRoundTrip) {
 }
 
 TEST_F(ResultsOnDisk, NoNumberIsNullInTheFile) {
-  Run record;
+  ricochet::Run record;
   record.error = std::nan("");
   record.h_bar = std::numeric_limits<double>::infinity();
   EXPECT_NE(line_of(record).dump().find("\"error\":null"), std::string::npos);
   EXPECT_TRUE(std::isnan(round_trip(record).error));
   EXPECT_TRUE(std::isnan(round_trip(record).h_bar)) << "JSON cannot tell it from NaN";
-  EXPECT_EQ(round_trip(record).tolerance, 0);
+  EXPECT_EQ(round_trip(record).setting.tolerance, 0);
 }
 
 /// Different numbers in all fields: what is read in place of another one shows.
 TEST_F(ResultsOnDisk, EveryFieldKeepsItsPlace) {
-  Run r;
+  ricochet::Run r;
   r.experiment = "e";
   r.problem = "p";
   r.method = "m";
@@ -315,7 +315,7 @@ TEST_F(ResultsOnDisk, WorkThatIsNotCountedHasNoNumberInTheChart) {
   records[1].counters = {.steps = 5};  // as an engine
   records[1].metrics.energy_error = -0.5;
   records[2].status = "infeasible";
-  Run answer = records[0];
+  ricochet::Run answer = records[0];
   answer.method = "other";
   answer.instead_of = records[2].method;
   answer.setting = records[2].setting;
@@ -356,7 +356,7 @@ TEST_F(ResultsOnDisk, AnInterruptedRunLooksIncompleteAndIsContinued) {
   ResultsFile file(folder, "e", header("k"));
   int made = 0;
   for (int k = 0; k < 3; ++k) {
-    const Run row = file.row<Run>([&] {
+    const ricochet::Run row = file.row<ricochet::Run>([&] {
       ++made;
       return records[k];
     });
@@ -364,7 +364,7 @@ TEST_F(ResultsOnDisk, AnInterruptedRunLooksIncompleteAndIsContinued) {
   }
   EXPECT_EQ(made, 1) << "the others were there";
   file.finish();
-  EXPECT_EQ(read_results(folder + "/e.jsonl").all<Run>().size(), 3u);
+  EXPECT_EQ(read_results(folder + "/e.jsonl").all<ricochet::Run>().size(), 3u);
 }
 
 TEST_F(ResultsOnDisk, OneProcessWritesThem) {
@@ -378,7 +378,7 @@ TEST_F(ResultsOnDisk, OneProcessWritesThem) {
     write_rows(first, {records[1]});
     first.finish();
   }
-  EXPECT_EQ(read_results(folder + "/e.jsonl").all<Run>().size(), 2u);
+  EXPECT_EQ(read_results(folder + "/e.jsonl").all<ricochet::Run>().size(), 2u);
   ResultsFile again(folder, "e", header("k"));
   EXPECT_TRUE(again.is_complete());
   EXPECT_NE(again.message().find("--force"), std::string::npos);
@@ -395,7 +395,7 @@ TEST_F(ResultsOnDisk, ForceComputesThemAgainAndKeepsTheFormer) {
   EXPECT_FALSE(file.is_complete());
   write_rows(file, {records[1]});
   file.finish();
-  EXPECT_EQ(read_results(folder + "/e.jsonl").all<Run>().at(0).error, records[1].error);
+  EXPECT_EQ(read_results(folder + "/e.jsonl").all<ricochet::Run>().at(0).error, records[1].error);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder), fs::directory_iterator()), 2) << "the former, dated";
 }
 
@@ -519,17 +519,17 @@ class ResultTables : public testing::Test {
     results.id = "e";
     results.overhead_of = {{"slow", "fast"}};
     for (const char* method : {"slow", "fast"}) {
-      for (Run& r : runs_of_order(2, 0.1, method)) {
+      for (ricochet::Run& r : runs_of_order(2, 0.1, method)) {
         r.counters.elements = r.setting.steps;
         // 2 us or 1 us a step
         results.timings[results.records.size()] = {(r.method == "slow" ? 2e-6 : 1e-6) * r.setting.steps, 0, 0, 0, 3};
         results.records.push_back(r);
       }
     }
-    Run& failed = results.records[0];
+    ricochet::Run& failed = results.records[0];
     failed.status = "infeasible";
     failed.message = "why";
-    Run answer = failed;
+    ricochet::Run answer = failed;
     answer.method = "other";
     answer.status = "success";
     answer.error = 0.25;
@@ -573,7 +573,7 @@ TEST_F(ResultTables, AFailureIsShownWithItsAnswer) {
 TEST_F(ResultTables, RunsAreInTheOrderOfWhatTheyCost) {
   results.records.clear();
   for (const double tolerance : {1e-8, 1e-4, 1e-6}) {
-    Run r;
+    ricochet::Run r;
     r.method = "m";
     r.setting.tolerance = tolerance;
     results.records.push_back(r);
@@ -585,12 +585,12 @@ TEST_F(ResultTables, RunsAreInTheOrderOfWhatTheyCost) {
 }
 
 TEST(ScaleCurves, AreOverTheContactsThatTouch) {
-  Run run;
+  ricochet::Run run;
   run.scene = "pile";
   run.method = "m";
   run.setting.steps = 100;
   run.status = "success";
-  std::vector<Run> runs;
+  std::vector<ricochet::Run> runs;
   for (const int active : {0, 40, 80}) {
     run.values["active"] = active;
     run.timing = {.median = 1e-4 * active, .repetitions = 1};

@@ -77,7 +77,10 @@ TEST(RunReport, AFailedRunPrintsRepeatedEventsOnce) {
   RunReport report = report_of(*problem, "moreau_jean", settings);
   report.solution.status = Status::step_limit;
   report.solution.message = "no progress";
-  const Event event{.t = 0.5, .kind = EventKind::slip_reversal, .contact = 0};
+  Event event;
+  event.t = 0.5;
+  event.kind = EventKind::slip_reversal;
+  event.contact = 0;
   report.solution.events.assign(100, event);
   testing::internal::CaptureStdout();
   print_run(report, 1000);

@@ -15,6 +15,7 @@
 #include "bench/site/problem_pages.h"
 #include "bench/site/report_site.h"
 #include "bench/site/scheme.h"
+#include "bench/studies/grid/fastest_rows.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"
 #include "reports/page.h"
@@ -330,7 +331,7 @@ TEST(Competitions, AreThoseOfTheProblemOfTheirRuns) {
     run.conditions = {{"level", 0.1}};
     if (microseconds > 0) run.timing = {.median = 1e-6 * microseconds, .repetitions = 9};
     nlohmann::json line = run;
-    line["kind"] = Run::kKind;
+    line["kind"] = ricochet::Run::kKind;
     return line.dump() + "\n";
   };
   write_text("results", path,
