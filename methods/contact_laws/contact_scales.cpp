@@ -54,7 +54,7 @@ void ContactScales::begin_step(const double* q, const double* v, double H, bool 
   }
 }
 
-void ContactScales::see_contact(int contact, const double* J_n, double G_nn, double G_tt) {
+void ContactScales::record_contact(int contact, const double* J_n, double G_nn, double G_tt) {
   G_nn_[contact] = G_nn;
   G_tt_[contact] = G_tt;
   const auto& info = problem_.info().contacts[contact];

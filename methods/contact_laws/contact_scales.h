@@ -32,14 +32,14 @@ class ContactScales {
   void begin_step(const double* q, const double* v, double H, bool is_first);
   /// A contact that touches. @param J_n  packed; a curved contact may have other entries than where the run began
   /// @param G_nn, G_tt  of (2), (3)
-  void see_contact(int contact, const double* J_n, double G_nn, double G_tt);
+  void record_contact(int contact, const double* J_n, double G_nn, double G_tt);
 
-  void see_approach(int contact, double speed) {
+  void record_approach(int contact, double speed) {
     raise(approach_[contact], speed);
     raise(gap_[contact], H_ * speed);
   }
-  void see_slip(int contact, double speed) { raise(slip_[contact], speed); }
-  void see_force(int contact, double force) { raise(force_[contact], force); }
+  void record_slip(int contact, double speed) { raise(slip_[contact], speed); }
+  void record_force(int contact, double force) { raise(force_[contact], force); }
 
   double gap(int contact) const { return gap_[contact]; }
   double approach(int contact) const { return approach_[contact]; }

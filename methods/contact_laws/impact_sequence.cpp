@@ -42,35 +42,35 @@ void ImpactSequence::add_touching(int contact, std::vector<int>& touching) {
   }
 }
 
-void ImpactSequence::see_touching(const Eigen::Ref<const Vector>& v) {
+void ImpactSequence::record_touching(const Eigen::Ref<const Vector>& v) {
   for (const int i : candidates_) {
-    scales_.see_contact(i, law_.normal(i), law_.normal_delassus(i), law_.mobility(i));
-    scales_.see_approach(i, law_.normal_velocity_scale(i, v));
-    scales_.see_slip(i, law_.slip_velocity_scale(i, v));
+    scales_.record_contact(i, law_.normal(i), law_.normal_delassus(i), law_.mobility(i));
+    scales_.record_approach(i, law_.normal_velocity_scale(i, v));
+    scales_.record_slip(i, law_.slip_velocity_scale(i, v));
   }
 }
 
-void ImpactSequence::see_load(const Vector& q, const Vector& v, double H) {
+void ImpactSequence::record_load(const Vector& q, const Vector& v, double H) {
   const Vector& w = law_.free_acceleration(q, v);
   for (const int i : candidates_) {
     const double load = law_.normal_velocity_scale(i, w), force = load / law_.normal_delassus(i);
     const double slip = law_.slip_velocity_scale(i, w) + problem_.info().contacts[i].mu * force * law_.mobility(i);
-    scales_.see_force(i, force);
-    scales_.see_approach(i, H * load);
-    scales_.see_slip(i, H * slip);
+    scales_.record_force(i, force);
+    scales_.record_approach(i, H * load);
+    scales_.record_slip(i, H * slip);
   }
 }
 
-/// What the impact has done to the contacts that touch, with or without an impulse of their own.
-void ImpactSequence::see_impact(const Eigen::Ref<const Vector>& v) {
+/// Records in the scales what the impact has done to the contacts that touch, with or without an impulse of their own.
+void ImpactSequence::record_impact(const Eigen::Ref<const Vector>& v) {
   const Vector& size = law_.impulse_size(together_, struck_n_, struck_t_);
   for (const int i : candidates_) {
-    scales_.see_approach(i, law_.normal_velocity_scale(i, size));
-    scales_.see_slip(i, law_.slip_velocity_scale(i, size));
+    scales_.record_approach(i, law_.normal_velocity_scale(i, size));
+    scales_.record_slip(i, law_.slip_velocity_scale(i, size));
   }
   for (const int i : together_) {
-    scales_.see_approach(i, law_.normal_velocity_scale(i, v));
-    scales_.see_slip(i, problem_.info().contacts[i].mu * struck_n_[i] * law_.mobility(i));
+    scales_.record_approach(i, law_.normal_velocity_scale(i, v));
+    scales_.record_slip(i, problem_.info().contacts[i].mu * struck_n_[i] * law_.mobility(i));
   }
 }
 
@@ -180,7 +180,7 @@ ImpactSequence::Struck ImpactSequence::strike(const Vector& q, const std::vector
     if (law_.impact(together_, approaching_, v, struck_n_, struck_t_) != LcpStatus::solved)
       return failed(Result::no_impulse);
     if (kept_) kept_->back() = {kept_->back().v_minus, v, struck_n_, struck_t_};
-    see_impact(v);
+    record_impact(v);
     Lambda_n += struck_n_;
     Lambda_t += struck_t_;
     if (!find_next(q, v, Lambda_n, before, touching)) return failed(Result::no_forces);

@@ -49,11 +49,11 @@ class ImpactSequence {
   /// Contacts that touch, or are apart by no more than rounding of q.
   const std::vector<int>& candidates() const { return candidates_; }
 
-  /// Tells the scales what touches, at velocity v.
-  void see_touching(const Eigen::Ref<const Vector>& v);
-  /// And in the first element or phase of a run, what the load does to it within H: a body that begins at rest has no
-  /// other size.
-  void see_load(const Vector& q, const Vector& v, double H);
+  /// Records in the scales the contacts that touch, at velocity v.
+  void record_touching(const Eigen::Ref<const Vector>& v);
+  /// Records in the scales the change of velocity that the load makes within H. For the first element or phase of a run: a
+  /// body that begins at rest has no other size.
+  void record_load(const Vector& q, const Vector& v, double H);
 
   /// (1). @param touching  in and out: contacts that close at this instant are added
   /// @param v  v- in, v+ out; @param Lambda_n, Lambda_t  the impulses are added
@@ -63,7 +63,7 @@ class ImpactSequence {
   bool strike_once(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
 
  private:
-  void see_impact(const Eigen::Ref<const Vector>& v);
+  void record_impact(const Eigen::Ref<const Vector>& v);
   bool approaches(int contact, const Eigen::Ref<const Vector>& v) const;
   bool find_approaching(const Eigen::Ref<const Vector>& v);
   bool closes_now(int contact, const Vector& q, const Eigen::Ref<const Vector>& v);

@@ -258,7 +258,7 @@ void EventFunctions::advance(const Vector& v) {
   }
 }
 
-void EventFunctions::see_stage(double c) {
+void EventFunctions::record_stage(double c) {
   if (lowest_stage_ <= 1) return;
   for (const Function& f : functions_) {
     if (f.kind != Kind::force_vanishes && f.kind != Kind::cone_reached) continue;

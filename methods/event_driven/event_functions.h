@@ -68,7 +68,7 @@ class EventFunctions {
   /// Before the stages of a step.
   void begin_step() { lowest_stage_ = 2; }
   /// Behind each: the dynamics has its forces. @param c  of the stage
-  void see_stage(double c);
+  void record_stage(double c);
 
   /// The first zero in the step; the dynamics has the forces of the right end. @param beginning  contacts whose slip begins
   /// with the step: its end is not looked for

@@ -98,7 +98,7 @@ class ExplicitPairStep final : public StepScheme {
       v_[I][k] = v0[k] + h * sum(row, a_, k, before);
     }
     if (!dynamics_.accelerate<N>(q_.data(), v_[I].data(), a_[I].data())) return false;
-    if (watched) watched->see_stage(Pair::c[I]);
+    if (watched) watched->record_stage(Pair::c[I]);
     return true;
   }
 

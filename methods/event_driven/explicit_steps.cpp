@@ -35,7 +35,7 @@ class ExplicitTableauStep final : public StepScheme {
         v_.col(i) += h * tableau_.A(i, j) * a_.col(j);
       }
       if (!dynamics_.accelerate(q_.data(), v_.col(i).data(), a_.col(i).data())) return false;
-      if (watched) watched->see_stage(tableau_.c[i]);
+      if (watched) watched->record_stage(tableau_.c[i]);
     }
     ends.q1 = ends.q0;
     ends.v1 = ends.v0;

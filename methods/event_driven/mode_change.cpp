@@ -120,8 +120,8 @@ ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector
               false};
   }
   if (!touching_.empty()) {
-    impacts_.see_touching(v);
-    if (!modes) impacts_.see_load(q, v, info_.end_time / 10);
+    impacts_.record_touching(v);
+    if (!modes) impacts_.record_load(q, v, info_.end_time / 10);
     const auto struck = impacts_.strike(q, before, touching_, v, Lambda_n_, Lambda_t_);
     switch (struck.result) {
       case ImpactSequence::Result::done:
@@ -155,7 +155,7 @@ ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector
     for (const auto& closed : closed_) {
       next[closed.contact] = closed.mode;
       if (is_closed(closed.mode))
-        scales_.see_force(closed.contact, law_.load_size(closed.contact) / law_.normal_delassus(closed.contact));
+        scales_.record_force(closed.contact, law_.load_size(closed.contact) / law_.normal_delassus(closed.contact));
     }
   }
   dynamics_.set_modes(next, q.data(), v.data());

@@ -101,7 +101,7 @@ bool RadauStep::take(double h, EventFunctions* watched) {
   for (int i = 0; watched && i + 1 < n_s_; ++i) {
     stage_v_ = ends.v0 + w_.col(i);
     if (!dynamics_.accelerate(q_.col(i).data(), stage_v_.data(), a_.col(i).data())) return false;
-    watched->see_stage(c_[i]);
+    watched->record_stage(c_[i]);
   }
   return true;
 }

@@ -326,8 +326,8 @@ ElementMap* ElementRunSolver::map_for(Element& element, double h) {
   return made.is_complete() ? &maps_.front() : nullptr;
 }
 
-/// Tells the scales what the states that glide() has gone through were: the largest of each coordinate.
-void ElementRunSolver::see_motion(const Element& element, double H) {
+/// Records in the scales the largest of each coordinate among the states that glide() has gone through.
+void ElementRunSolver::record_states(const Element& element, double H) {
   const int n = problem_.n_q();
   const double *q = largest_.data(), *v = q + n;
   scales_.begin_step(q, v, H, false);
@@ -336,9 +336,9 @@ void ElementRunSolver::see_motion(const Element& element, double H) {
   for (const int i : problem_.info().unilateral) {
     if (!is_closed(element.modes[i])) continue;
     const auto& contact = problem_.info().contacts[i];
-    scales_.see_approach(i, packed_terms(contact, J_n_.data() + contact.normal_begin, v));
+    scales_.record_approach(i, packed_terms(contact, J_n_.data() + contact.normal_begin, v));
     if (contact.n_t == 0) continue;
-    scales_.see_slip(i, packed_terms(contact, J_t_.data() + contact.tangent_begin, v));
+    scales_.record_slip(i, packed_terms(contact, J_t_.data() + contact.tangent_begin, v));
   }
 }
 
@@ -364,7 +364,7 @@ std::int64_t ElementRunSolver::glide(Element& from, double h, std::int64_t n, in
   if (gone < n) x_ = group_start_;
   from.q1 = x_.head(n_q);
   from.v1 = x_.tail(n_q);
-  see_motion(from, group * h);
+  record_states(from, group * h);
   return gone;
 }
 

@@ -72,7 +72,7 @@ class ElementRunSolver {
 
  private:
   ElementMap* map_for(Element& element, double h);
-  void see_motion(const Element& element, double H);
+  void record_states(const Element& element, double H);
   void first_guess(int element, double h);
   void stretch(int first, int count, int solved, double before, double h);
   Violation check_element(int element, bool is_first);

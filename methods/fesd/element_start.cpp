@@ -94,16 +94,16 @@ bool ElementStartSolver::is_paradox(const ImpactSolver::ClosedContact& closed) c
   return impact_law_.sliding_delassus(closed.contact, direction) <= 0;
 }
 
-/// Tells the scales what touches, and what the element before has pressed it with.
-void ElementStartSolver::see_sizes(const FesdStep& step, const Eigen::Ref<const Vector>& v_minus,
-                                   const Element& element, const Element* left) {
-  impacts_.see_touching(v_minus);
-  if (!left) return impacts_.see_load(element.q0, element.v0, step.H);
+/// Records in the scales the speeds of contacts that touch, and the impulses of the element before.
+void ElementStartSolver::record_sizes(const FesdStep& step, const Eigen::Ref<const Vector>& v_minus,
+                                      const Element& element, const Element* left) {
+  impacts_.record_touching(v_minus);
+  if (!left) return impacts_.record_load(element.q0, element.v0, step.H);
   for (const int i : impacts_.candidates()) {
-    scales_.see_approach(i, impact_law_.normal_velocity_scale(i, left->v0));
-    scales_.see_slip(i, impact_law_.slip_velocity_scale(i, left->v0));
+    scales_.record_approach(i, impact_law_.normal_velocity_scale(i, left->v0));
+    scales_.record_slip(i, impact_law_.slip_velocity_scale(i, left->v0));
     if (is_closed(left->modes[i]))
-      scales_.see_approach(i, left->h * left->lambda_n.row(i).maxCoeff() * impact_law_.normal_delassus(i));
+      scales_.record_approach(i, left->h * left->lambda_n.row(i).maxCoeff() * impact_law_.normal_delassus(i));
   }
 }
 
@@ -154,7 +154,7 @@ ElementStartSolver::Result ElementStartSolver::begin(FesdStep& step, int element
   start.culprit = start.touching.empty() ? info.bilateral.front() : start.touching.front();
   if (!impact_law_.prepare(at.stages().q0, impacts_.candidates())) return Result::no_impulse;
   if (!start.touching.empty()) {
-    see_sizes(step, step.v_minus.col(element), at.stages(), left);
+    record_sizes(step, step.v_minus.col(element), at.stages(), left);
     const auto struck = impacts_.strike(at.stages().q0, at.before(), start.touching, at.stages().v0,
                                         step.Lambda_n.col(element), step.Lambda_t.col(element));
     step.n_impacts[static_cast<std::size_t>(element)] = struck.n_impacts;
@@ -279,8 +279,8 @@ ElementStartSolver::Result ElementStartSolver::find_forces(const Place& at) {
   // Where sliding pulls the contact into itself, a load that leaves it open lets it press as well.
   if (in_paradox != closed_.end()) return Result::indeterminate;
   for (const auto& closed : closed_)
-    scales_.see_force(closed.contact,
-                      impact_law_.load_size(closed.contact) / impact_law_.normal_delassus(closed.contact));
+    scales_.record_force(closed.contact,
+                         impact_law_.load_size(closed.contact) / impact_law_.normal_delassus(closed.contact));
   start.has_forces = true;
   start.acceleration = impact_law_.acceleration();
   if (std::find(keeps_.begin(), keeps_.end(), true) != keeps_.end()) keep_forces(*at.left, start);
@@ -405,7 +405,7 @@ bool ElementStartSolver::carry_on(FesdStep& step, int element, ElementStart& sta
   if (start.touching.empty()) return true;
   if (!impact_law_.prepare(stages.q0, start.touching)) return false;
   impacts_.set_touching(start.touching);
-  see_sizes(step, before.v1, stages, &before);
+  record_sizes(step, before.v1, stages, &before);
   return impacts_.strike_once(stages.v0, step.Lambda_n.col(element), step.Lambda_t.col(element));
 }
 

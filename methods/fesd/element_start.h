@@ -65,7 +65,7 @@ struct ElementStart {
 /// (ImpactSolver::decide_unloaded); where it does not press either, a contact that rested stays closed, and may break.
 class ElementStartSolver {
  public:
-  /// @param scales  what rounding is relative to; read at every call, and told of velocities and loads
+  /// @param scales  what rounding is relative to; read at every call, and velocities and loads are recorded there
   ElementStartSolver(const Problem& problem, const ButcherTableau& tableau, const FrictionPolygon& polygon,
                      ContactScales& scales, Counters& counters);
 
@@ -96,8 +96,8 @@ class ElementStartSolver {
   int first_to_stop(const Element& element, double& time);
 
  private:
-  void see_sizes(const FesdStep& step, const Eigen::Ref<const Vector>& v_minus, const Element& element,
-                 const Element* left);
+  void record_sizes(const FesdStep& step, const Eigen::Ref<const Vector>& v_minus, const Element& element,
+                    const Element* left);
   void set_islands(const ElementStart& start, const Element* left, const Switch& end, const Vector& v,
                    const Eigen::Ref<const Vector>& v_minus);
   int island_of(int contact) { return islands_.of(problem_.info().contacts[contact].support.front()); }

@@ -157,7 +157,7 @@ void SignConditions::check_forces(const Element& stages, Violation& first) {
     const ContactMode mode = stages.modes[i];
     if (!is_closed(mode)) continue;
     const auto& contact = problem_.info().contacts[i];
-    scales_.see_force(i, stages.lambda_n.row(i).maxCoeff());
+    scales_.record_force(i, stages.lambda_n.row(i).maxCoeff());
     const double rounding = scales_.no_force(i);
     const bool has_disc = !is_on_polygon(stages, i);
     double force_before = 0, margin_before = 0, time_before = 0;

@@ -41,7 +41,7 @@ struct Violation {
 /// A bilateral constraint has none of them; only its drift at a right end that is no stage is refused.
 class SignConditions {
  public:
-  /// @param scales  what rounding is relative to; read at every call, and told of forces
+  /// @param scales  what rounding is relative to; read at every call; forces are recorded there
   /// @param gap_tolerance  [m] by which the gap of a contact that has just broken may be negative
   SignConditions(const Problem& problem, const ButcherTableau& tableau, const FrictionPolygon& polygon,
                  ContactScales& scales, double gap_tolerance);

@@ -163,19 +163,20 @@ bool TimeFreezingRun::find_touching(RegionSwitch cause) {
   return law_.prepare(q_, v_, touching_);
 }
 
-/// Tells the scales what touches, and where the run begins what the load does to it within a step.
-void TimeFreezingRun::see_contacts(bool is_first) {
+/// Records in the scales the speeds of contacts that touch; at the start of the run also the change of speed that the load
+/// makes within a step.
+void TimeFreezingRun::record_contacts(bool is_first) {
   const double H = T_ / settings_.steps;
   const Vector& load = law_.load();
   for (const int i : touching_) {
     const double G_nn = law_.normal_delassus(i), G_tt = law_.mobility(i);
-    scales_.see_contact(i, law_.normal(i), G_nn, G_tt);
-    scales_.see_approach(i, law_.normal_terms(i, v_));
-    scales_.see_slip(i, law_.tangent_terms(i, v_));
-    if (G_nn > 0) scales_.see_force(i, law_.normal_terms(i, load) / G_nn);
+    scales_.record_contact(i, law_.normal(i), G_nn, G_tt);
+    scales_.record_approach(i, law_.normal_terms(i, v_));
+    scales_.record_slip(i, law_.tangent_terms(i, v_));
+    if (G_nn > 0) scales_.record_force(i, law_.normal_terms(i, load) / G_nn);
     if (!is_first) continue;
-    scales_.see_approach(i, H * law_.normal_terms(i, load));
-    scales_.see_slip(i, H * (law_.tangent_terms(i, load) + info_.contacts[i].mu * scales_.force(i) * G_tt));
+    scales_.record_approach(i, H * law_.normal_terms(i, load));
+    scales_.record_slip(i, H * (law_.tangent_terms(i, load) + info_.contacts[i].mu * scales_.force(i) * G_tt));
   }
 }
 
@@ -222,7 +223,7 @@ bool TimeFreezingRun::pass_instant(RegionSwitch cause, bool is_first) {
   for (int n = 0;; ++n) {
     if (n > kMaxInstants) return fail(Status::step_limit, fmt::format("impacts accumulate at t = {:.6g}", t_));
     if (!find_touching(cause)) return fail(Status::inner_solver_failed, kNoMass);
-    see_contacts(is_first);
+    record_contacts(is_first);
     if (!find_approaching(cause)) break;
     if (law_.select_frozen(v_, y_, cause, regions_) != LcpStatus::solved)
       return fail(Status::infeasible, "no auxiliary dynamics stop the approach");

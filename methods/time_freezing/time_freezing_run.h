@@ -45,7 +45,7 @@ class TimeFreezingRun {
   bool pass_instant(RegionSwitch cause, bool is_first);
   bool pass_frozen(RegionSwitch& cause);
   bool find_touching(RegionSwitch cause);
-  void see_contacts(bool is_first);
+  void record_contacts(bool is_first);
   bool find_approaching(RegionSwitch cause);
   bool begins_to_bounce(int contact) const;
 

@@ -26,15 +26,15 @@ struct LawsOf {
 
   void prepare(const Vector& q, const std::vector<int>& contacts) {
     ASSERT_TRUE(law.prepare(q, contacts));
-    for (const int i : contacts) scales.see_contact(i, law.normal(i), law.normal_delassus(i), law.mobility(i));
+    for (const int i : contacts) scales.record_contact(i, law.normal(i), law.normal_delassus(i), law.mobility(i));
   }
   /// v+ of all these contacts, those with a negative normal velocity the ones that need an impulse.
   Vector impact(const Vector& q, Vector v, const std::vector<int>& contacts) {
     prepare(q, contacts);
     std::vector<int> approaching;
     for (const int i : contacts) {
-      scales.see_approach(i, law.normal_velocity_scale(i, v));
-      scales.see_slip(i, law.slip_velocity_scale(i, v));
+      scales.record_approach(i, law.normal_velocity_scale(i, v));
+      scales.record_slip(i, law.slip_velocity_scale(i, v));
       if (law.normal_velocity(i, v) < 0) approaching.push_back(i);
     }
     EXPECT_EQ(law.impact(contacts, approaching, v, Lambda_n, Lambda_t), LcpStatus::solved);
@@ -80,7 +80,7 @@ TEST(ImpactSequences, GoOnThroughFlightsInWhichNoVelocityChanges) {
     ASSERT_EQ(sequence.candidates(), (std::vector{0, 1}));
     laws.prepare(q, sequence.candidates());
     Vector v = values({speed, 0, 0});
-    for (const int i : sequence.candidates()) laws.scales.see_approach(i, laws.law.normal_velocity_scale(i, v));
+    for (const int i : sequence.candidates()) laws.scales.record_approach(i, laws.law.normal_velocity_scale(i, v));
     const auto struck = sequence.strike(q, nullptr, touching, v, laws.Lambda_n, laws.Lambda_t);
     EXPECT_EQ(struck.result, ImpactSequence::Result::done);
     const bool goes_on = speed == 1;

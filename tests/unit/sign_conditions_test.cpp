@@ -31,9 +31,9 @@ class BrokenCondition : public testing::Test {
     scales.emplace(*problem);
     scales->begin_step(q.data(), v.data(), kStep, true);
     const double J_n = 1;
-    scales->see_contact(0, &J_n, 1, 1);
-    scales->see_force(0, 1);
-    scales->see_slip(0, 1);
+    scales->record_contact(0, &J_n, 1, 1);
+    scales->record_force(0, 1);
+    scales->record_slip(0, 1);
     set_gaps(1, 1, 1);
     set_slip({0, 0}, {0, 0}, {0, 0});
     set_forces({0, 0, 0}, {0, 0, 0});
