@@ -172,7 +172,7 @@ ImpactSequence::Struck ImpactSequence::strike(const Vector& q, const std::vector
   };
   if (!find_first(q, v, before, touching)) return failed(Result::no_forces);
   while (find_approaching(v)) {
-    struck.culprit = approaching_.front();
+    struck.failed_contact = approaching_.front();
     if (++struck.n_impacts > kMaxImpacts) return failed(Result::accumulates);
     struck_n_.setZero();
     struck_t_.setZero();

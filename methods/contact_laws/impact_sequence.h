@@ -28,7 +28,7 @@ class ImpactSequence {
   struct Struck {
     Result result = Result::done;
     int n_impacts = 0;
-    int culprit = -1;  ///< a contact that approached; -1: none did
+    int failed_contact = -1;  ///< a contact that approached; -1: none did
   };
 
   /// One of the impacts at an instant.

@@ -127,11 +127,12 @@ ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector
       case ImpactSequence::Result::done:
         break;
       case ImpactSequence::Result::no_impulse:
-        return failed(Status::infeasible, "the impact law has no solution: " + why_no_impulse(info_), struck.culprit);
+        return failed(Status::infeasible, "the impact law has no solution: " + why_no_impulse(info_),
+                      struck.failed_contact);
       case ImpactSequence::Result::no_forces:
-        return failed(Status::infeasible, "the contact law has no solution", struck.culprit);
+        return failed(Status::infeasible, "the contact law has no solution", struck.failed_contact);
       case ImpactSequence::Result::accumulates:
-        return failed(Status::step_limit, "impacts accumulate", struck.culprit);
+        return failed(Status::step_limit, "impacts accumulate", struck.failed_contact);
     }
     outcome.has_impact = struck.n_impacts > 0;
     set_closed(cause, before, q, v, v_minus_, stopped);

@@ -151,14 +151,14 @@ ElementStartSolver::Result ElementStartSolver::begin(FesdStep& step, int element
   impacts_.find_touching(at.stages().q0, at.before(), start.touching);
   if (start.touching.empty() && !info.has_bilateral()) return Result::done;
   step.touches = step.touches || !start.touching.empty();
-  start.culprit = start.touching.empty() ? info.bilateral.front() : start.touching.front();
+  start.failed_contact = start.touching.empty() ? info.bilateral.front() : start.touching.front();
   if (!impact_law_.prepare(at.stages().q0, impacts_.candidates())) return Result::no_impulse;
   if (!start.touching.empty()) {
     record_sizes(step, step.v_minus.col(element), at.stages(), left);
     const auto struck = impacts_.strike(at.stages().q0, at.before(), start.touching, at.stages().v0,
                                         step.Lambda_n.col(element), step.Lambda_t.col(element));
     step.n_impacts[static_cast<std::size_t>(element)] = struck.n_impacts;
-    if (struck.culprit >= 0) start.culprit = struck.culprit;
+    if (struck.failed_contact >= 0) start.failed_contact = struck.failed_contact;
     switch (struck.result) {
       case ImpactSequence::Result::done:
         break;
@@ -272,7 +272,8 @@ ElementStartSolver::Result ElementStartSolver::find_forces(const Place& at) {
   const Element& stages = at.stages();
   const auto in_paradox =
       std::find_if(closed_.begin(), closed_.end(), [&](const ImpactSolver::ClosedContact& c) { return is_paradox(c); });
-  if (!closed_.empty()) start.culprit = in_paradox != closed_.end() ? in_paradox->contact : closed_.front().contact;
+  if (!closed_.empty())
+    start.failed_contact = in_paradox != closed_.end() ? in_paradox->contact : closed_.front().contact;
   if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, start.lambda_n, start.lambda_t) != LcpStatus::solved)
     return Result::no_forces;
   impact_law_.decide_unloaded(stages.q0, stages.v0, closed_, start.lambda_n, start.lambda_t);

@@ -39,7 +39,7 @@ struct ElementStart {
   std::vector<int> from_rest;   ///< contacts that start to slip with zero slip velocity
   std::vector<int> unloaded;    ///< contacts without a load that the load of the next moment opens
   std::vector<OnEdge> on_edge;
-  int culprit = -1;         ///< contact to blame for a Result that is not done
+  int failed_contact = -1;  ///< the contact that a Result other than done is about
   bool has_forces = false;  ///< acceleration and forces right behind the start are known:
   Vector acceleration, lambda_n, lambda_t;
 
@@ -69,7 +69,7 @@ class ElementStartSolver {
   ElementStartSolver(const Problem& problem, const ButcherTableau& tableau, const FrictionPolygon& polygon,
                      ContactScales& scales, Counters& counters);
 
-  /// no_forces, indeterminate: Painleve's paradox, the load fits no mode of ElementStart::culprit or more than one;
+  /// no_forces, indeterminate: Painleve's paradox, the load fits no mode of ElementStart::failed_contact or more than one;
   /// accumulates: impacts at one instant lose too little of their velocity
   enum class Result : std::uint8_t { done, no_impulse, no_forces, indeterminate, accumulates };
 

@@ -336,8 +336,11 @@ bool PivotingSolver::begin_element(int element) {
   const bool within_step = element > 0 || end.contact >= 0;
   const auto result = start_solver_.begin(buffers_.step(), element, buffers_.left_of(element), end, within_step, start);
   if (result == ElementStartSolver::Result::done) return true;
-  const StepFailure failure{
-      .kind = failure_of(result), .violation = {.contact = start.culprit}, .element = element, .h = 0, .count = 1};
+  const StepFailure failure{.kind = failure_of(result),
+                            .violation = {.contact = start.failed_contact},
+                            .element = element,
+                            .h = 0,
+                            .count = 1};
   failures_.note(failure);
   // Thousands of impacts, and no other division of the step changes what happens at this instant.
   if (failure.kind == StepFailure::Kind::impacts_accumulate) budget_.exhaust();
