@@ -17,8 +17,8 @@ ImpactSequence::ImpactSequence(const Problem& problem, ContactScales& scales, Im
   const ProblemInfo& info = problem.info();
   for (auto* list : {&approaching_, &candidates_, &together_, &may_open_}) list->reserve(info.contacts.size());
   resting_.reserve(info.contacts.size());
-  struck_n_.setZero(info.n_c());
-  struck_t_.setZero(info.n_lambda_t);
+  impulse_n_.setZero(info.n_c());
+  impulse_t_.setZero(info.n_lambda_t);
   gap_.setZero(info.n_c());
   v_.setZero(info.n_q);
 }
@@ -63,14 +63,14 @@ void ImpactSequence::record_load(const Vector& q, const Vector& v, double H) {
 
 /// Records in the scales what the impact has done to the contacts that touch, with or without an impulse of their own.
 void ImpactSequence::record_impact(const Eigen::Ref<const Vector>& v) {
-  const Vector& size = law_.impulse_size(together_, struck_n_, struck_t_);
+  const Vector& size = law_.impulse_size(together_, impulse_n_, impulse_t_);
   for (const int i : candidates_) {
     scales_.record_approach(i, law_.normal_velocity_scale(i, size));
     scales_.record_slip(i, law_.slip_velocity_scale(i, size));
   }
   for (const int i : together_) {
     scales_.record_approach(i, law_.normal_velocity_scale(i, v));
-    scales_.record_slip(i, problem_.info().contacts[i].mu * struck_n_[i] * law_.mobility(i));
+    scales_.record_slip(i, problem_.info().contacts[i].mu * impulse_n_[i] * law_.mobility(i));
   }
 }
 
@@ -113,7 +113,7 @@ bool ImpactSequence::add_unless_pulled_apart(const std::vector<int>& contacts, c
   }
   std::ranges::sort(resting_, {}, &ImpactSolver::ClosedContact::contact);
   v_ = v;
-  if (law_.contact_forces(q, v_, resting_, struck_n_, struck_t_) != LcpStatus::solved) return false;
+  if (law_.contact_forces(q, v_, resting_, impulse_n_, impulse_t_) != LcpStatus::solved) return false;
   for (const auto& closed : resting_) {
     const int i = closed.contact;
     if (std::ranges::count(contacts, i) == 0) continue;
@@ -162,38 +162,38 @@ bool ImpactSequence::find_next(const Vector& q, const Eigen::Ref<const Vector>& 
   return add_unless_pulled_apart(may_open_, q, v);
 }
 
-ImpactSequence::Struck ImpactSequence::strike(const Vector& q, const std::vector<ContactMode>* before,
-                                              std::vector<int>& touching, Eigen::Ref<Vector> v,
-                                              Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {
-  Struck struck;
+ImpactSequence::Outcome ImpactSequence::apply_impacts(const Vector& q, const std::vector<ContactMode>* before,
+                                                      std::vector<int>& touching, Eigen::Ref<Vector> v,
+                                                      Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {
+  Outcome outcome;
   const auto failed = [&](Result result) {
-    struck.result = result;
-    return struck;
+    outcome.result = result;
+    return outcome;
   };
   if (!find_first(q, v, before, touching)) return failed(Result::no_forces);
   while (find_approaching(v)) {
-    struck.failed_contact = approaching_.front();
-    if (++struck.n_impacts > kMaxImpacts) return failed(Result::accumulates);
-    struck_n_.setZero();
-    struck_t_.setZero();
+    outcome.failed_contact = approaching_.front();
+    if (++outcome.n_impacts > kMaxImpacts) return failed(Result::accumulates);
+    impulse_n_.setZero();
+    impulse_t_.setZero();
     if (kept_) kept_->push_back({.v_minus = v});
-    if (law_.impact(together_, approaching_, v, struck_n_, struck_t_) != LcpStatus::solved)
+    if (law_.impact(together_, approaching_, v, impulse_n_, impulse_t_) != LcpStatus::solved)
       return failed(Result::no_impulse);
-    if (kept_) kept_->back() = {kept_->back().v_minus, v, struck_n_, struck_t_};
+    if (kept_) kept_->back() = {kept_->back().v_minus, v, impulse_n_, impulse_t_};
     record_impact(v);
-    Lambda_n += struck_n_;
-    Lambda_t += struck_t_;
+    Lambda_n += impulse_n_;
+    Lambda_t += impulse_t_;
     if (!find_next(q, v, Lambda_n, before, touching)) return failed(Result::no_forces);
   }
-  if (struck.n_impacts == 0) return struck;
+  if (outcome.n_impacts == 0) return outcome;
   for (const int i : candidates_) {
     if (Lambda_n[i] > 0 && std::ranges::count(touching, i) == 0) touching.push_back(i);
   }
   std::ranges::sort(touching);
-  return struck;
+  return outcome;
 }
 
-bool ImpactSequence::strike_once(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {
+bool ImpactSequence::apply_impact(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {
   return !find_approaching(v) || law_.impact(together_, approaching_, v, Lambda_n, Lambda_t) == LcpStatus::solved;
 }
 

@@ -25,7 +25,7 @@ class ImpactSequence {
 
   /// accumulates: the impacts lose too little of their velocity
   enum class Result : std::uint8_t { done, no_impulse, no_forces, accumulates };
-  struct Struck {
+  struct Outcome {
     Result result = Result::done;
     int n_impacts = 0;
     int failed_contact = -1;  ///< a contact that approached; -1: none did
@@ -36,7 +36,7 @@ class ImpactSequence {
     Vector v_minus{}, v_plus{};     ///< n_q
     Vector Lambda_n{}, Lambda_t{};  ///< n_c, n_lambda_t
   };
-  /// strike() adds every impact to this list. @param impacts  null for none
+  /// apply_impacts() adds every impact to this list. @param impacts  null for none
   void keep_impacts(std::vector<Impact>* impacts) { kept_ = impacts; }
 
   /// @param before  modes of the contacts before this instant, or null at the start of a run: those that were closed
@@ -57,10 +57,10 @@ class ImpactSequence {
 
   /// (1). @param touching  in and out: contacts that close at this instant are added
   /// @param v  v- in, v+ out; @param Lambda_n, Lambda_t  the impulses are added
-  Struck strike(const Vector& q, const std::vector<ContactMode>* before, std::vector<int>& touching,
-                Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
+  Outcome apply_impacts(const Vector& q, const std::vector<ContactMode>* before, std::vector<int>& touching,
+                        Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
   /// One impact of the contacts that touch, where one of them approaches. False when it has no solution.
-  bool strike_once(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
+  bool apply_impact(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
 
  private:
   void record_impact(const Eigen::Ref<const Vector>& v);
@@ -81,7 +81,7 @@ class ImpactSequence {
   std::vector<int> together_, approaching_;  // of them those of one impact, and those that it has to stop
   std::vector<int> may_open_;                // contacts at rest, if the load pulls them apart
   std::vector<ImpactSolver::ClosedContact> resting_;
-  Vector struck_n_, struck_t_;  // impulses of one impact
+  Vector impulse_n_, impulse_t_;  // impulses of one impact
   Vector gap_, v_;
   std::vector<Impact>* kept_ = nullptr;
 };

@@ -326,7 +326,7 @@ bool EventDrivenRun::change_modes(const Happening& cause) {
 /// The derivatives go through what has happened.
 bool EventDrivenRun::vary_event() {
   if (!accelerate()) return false;
-  auto reason = sensitivity_->strike(impacts_, before_, ends_.q0);
+  auto reason = sensitivity_->apply_impacts(impacts_, before_, ends_.q0);
   if (!reason) reason = sensitivity_->leave(before_, ends_.q0, ends_.v0, ends_.a0);
   return !reason || stop(Status::infeasible, *reason);
 }

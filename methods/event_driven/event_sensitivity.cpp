@@ -239,8 +239,8 @@ std::optional<std::string> EventSensitivity::closes_apart(int contact, const Vec
                      info_.contacts[contact].name);
 }
 
-std::optional<std::string> EventSensitivity::strike(const std::vector<ImpactSequence::Impact>& impacts,
-                                                    const std::vector<ContactMode>& before, const Vector& q) {
+std::optional<std::string> EventSensitivity::apply_impacts(const std::vector<ImpactSequence::Impact>& impacts,
+                                                           const std::vector<ContactMode>& before, const Vector& q) {
   for (const auto& impact : impacts) {
     for (const int i : info_.unilateral) {
       if (!(impact.Lambda_n[i] > 0) || is_closed(before[i])) continue;

@@ -63,8 +63,8 @@ class EventSensitivity {
   /// (3) and S- + f- dt, at a point whose forces the dynamics has. @return why there is no derivative, or nothing
   std::optional<std::string> reach(const Happening& event, const Vector& q, const Vector& v, const Vector& a);
   /// The impacts there. @param before  modes of the contacts
-  std::optional<std::string> strike(const std::vector<ImpactSequence::Impact>& impacts,
-                                    const std::vector<ContactMode>& before, const Vector& q);
+  std::optional<std::string> apply_impacts(const std::vector<ImpactSequence::Impact>& impacts,
+                                           const std::vector<ContactMode>& before, const Vector& q);
   /// (4) behind it, in the modes of the dynamics. @param a  of the new modes
   std::optional<std::string> leave(const std::vector<ContactMode>& before, const Vector& q, const Vector& v,
                                    const Vector& a);

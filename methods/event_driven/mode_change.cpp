@@ -122,19 +122,19 @@ ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector
   if (!touching_.empty()) {
     impacts_.record_touching(v);
     if (!modes) impacts_.record_load(q, v, info_.end_time / 10);
-    const auto struck = impacts_.strike(q, before, touching_, v, Lambda_n_, Lambda_t_);
-    switch (struck.result) {
+    const auto impacts = impacts_.apply_impacts(q, before, touching_, v, Lambda_n_, Lambda_t_);
+    switch (impacts.result) {
       case ImpactSequence::Result::done:
         break;
       case ImpactSequence::Result::no_impulse:
         return failed(Status::infeasible, "the impact law has no solution: " + why_no_impulse(info_),
-                      struck.failed_contact);
+                      impacts.failed_contact);
       case ImpactSequence::Result::no_forces:
-        return failed(Status::infeasible, "the contact law has no solution", struck.failed_contact);
+        return failed(Status::infeasible, "the contact law has no solution", impacts.failed_contact);
       case ImpactSequence::Result::accumulates:
-        return failed(Status::step_limit, "impacts accumulate", struck.failed_contact);
+        return failed(Status::step_limit, "impacts accumulate", impacts.failed_contact);
     }
-    outcome.has_impact = struck.n_impacts > 0;
+    outcome.has_impact = impacts.n_impacts > 0;
     set_closed(cause, before, q, v, v_minus_, stopped);
     for (const auto& closed : closed_) {
       if (!closed.slides || law_.sliding_delassus(closed.contact, closed.direction) > 0) continue;

@@ -38,7 +38,7 @@ class ModeChange {
     bool has_impact = false;
   };
 
-  /// Behind: dynamics with the new modes, (q, v) with v+. @param modes  before; null at the start of a run
+  /// After it: dynamics with the new modes, (q, v) with v+. @param modes  before; null at the start of a run
   /// @param stopped  contacts whose slip ends besides that of the cause
   Outcome decide(const Happening& cause, const std::vector<ContactMode>* modes, Vector& q, Vector& v,
                  const std::vector<int>& stopped);

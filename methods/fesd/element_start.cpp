@@ -155,11 +155,11 @@ ElementStartSolver::Result ElementStartSolver::begin(FesdStep& step, int element
   if (!impact_law_.prepare(at.stages().q0, impacts_.candidates())) return Result::no_impulse;
   if (!start.touching.empty()) {
     record_sizes(step, step.v_minus.col(element), at.stages(), left);
-    const auto struck = impacts_.strike(at.stages().q0, at.before(), start.touching, at.stages().v0,
-                                        step.Lambda_n.col(element), step.Lambda_t.col(element));
-    step.n_impacts[static_cast<std::size_t>(element)] = struck.n_impacts;
-    if (struck.failed_contact >= 0) start.failed_contact = struck.failed_contact;
-    switch (struck.result) {
+    const auto impacts = impacts_.apply_impacts(at.stages().q0, at.before(), start.touching, at.stages().v0,
+                                                step.Lambda_n.col(element), step.Lambda_t.col(element));
+    step.n_impacts[static_cast<std::size_t>(element)] = impacts.n_impacts;
+    if (impacts.failed_contact >= 0) start.failed_contact = impacts.failed_contact;
+    switch (impacts.result) {
       case ImpactSequence::Result::done:
         break;
       case ImpactSequence::Result::no_impulse:
@@ -407,7 +407,7 @@ bool ElementStartSolver::carry_on(FesdStep& step, int element, ElementStart& sta
   if (!impact_law_.prepare(stages.q0, start.touching)) return false;
   impacts_.set_touching(start.touching);
   record_sizes(step, before.v1, stages, &before);
-  return impacts_.strike_once(stages.v0, step.Lambda_n.col(element), step.Lambda_t.col(element));
+  return impacts_.apply_impact(stages.v0, step.Lambda_n.col(element), step.Lambda_t.col(element));
 }
 
 bool ElementStartSolver::is_pressed(const Element& element, int contact) {

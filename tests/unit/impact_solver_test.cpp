@@ -81,10 +81,10 @@ TEST(ImpactSequences, GoOnThroughFlightsInWhichNoVelocityChanges) {
     laws.prepare(q, sequence.candidates());
     Vector v = values({speed, 0, 0});
     for (const int i : sequence.candidates()) laws.scales.record_approach(i, laws.law.normal_velocity_scale(i, v));
-    const auto struck = sequence.strike(q, nullptr, touching, v, laws.Lambda_n, laws.Lambda_t);
-    EXPECT_EQ(struck.result, ImpactSequence::Result::done);
+    const auto outcome = sequence.apply_impacts(q, nullptr, touching, v, laws.Lambda_n, laws.Lambda_t);
+    EXPECT_EQ(outcome.result, ImpactSequence::Result::done);
     const bool goes_on = speed == 1;
-    EXPECT_EQ(struck.n_impacts, goes_on ? 2 : 1);
+    EXPECT_EQ(outcome.n_impacts, goes_on ? 2 : 1);
     expect_near(v / speed, goes_on ? values({0, 0, 1}) : values({0, 1, 0}));
     expect_near(laws.Lambda_n / speed, goes_on ? values({1, 1}) : values({1, 0}));
   }
