@@ -250,7 +250,7 @@ bool EventDrivenRun::settle_slip(const Happening& event) {
   const double of_q = kOfTolerance * tolerance_ * (1 + ends_.q0.lpNorm<Eigen::Infinity>()),
                of_v = kOfTolerance * tolerance_ * (1 + ends_.v0.lpNorm<Eigen::Infinity>());
   const double dt = std::clamp(rest.duration, 0.0, T_ - t_);
-  const auto glide = [&](double h) {
+  const auto move = [&](double h) {
     ends_.q1 = ends_.q0 + h * ends_.v0 + 0.5 * h * h * ends_.a0;
     ends_.v1 = ends_.v0 + h * ends_.a0;
     return true;
@@ -260,7 +260,7 @@ bool EventDrivenRun::settle_slip(const Happening& event) {
   if (!is_straight && rest.speed > scales_.no_slip(event.contact)) {
     bool stops = rest.speed * rest.turning_time <= of_q;
     if (stops) {
-      glide(dt);
+      move(dt);
       before_ = dynamics_.modes();
       const Vector law = dynamics_.law_forces();
       scales_.begin_step(ends_.q0.data(), ends_.v0.data(), T_ / 10, false);
@@ -277,9 +277,9 @@ bool EventDrivenRun::settle_slip(const Happening& event) {
     }
   }
   if (!(dt > 0)) return false;
-  if (sensitivity_) sensitivity_->glide(ends_.q0, ends_.v0, ends_.a0, dt);
-  sample_until(t_ + dt, glide);
-  glide(dt);
+  if (sensitivity_) sensitivity_->move_at_constant_acceleration(ends_.q0, ends_.v0, ends_.a0, dt);
+  sample_until(t_ + dt, move);
+  move(dt);
   ends_.h = dt;
   ends_.a1 = ends_.a0;
   ends_.collocation = nullptr;

@@ -173,7 +173,7 @@ bool EventSensitivity::take_slip_start(const StepEnds& ends, double h, const std
   return true;
 }
 
-void EventSensitivity::glide(const Vector& q, const Vector& v, const Vector& a, double dt) {
+void EventSensitivity::move_at_constant_acceleration(const Vector& q, const Vector& v, const Vector& a, double dt) {
   const Matrix da = accelerations(q, v, a, S_).topRows(info_.n_q);
   S_.q += dt * S_.v + 0.5 * dt * dt * da;
   S_.v += dt * da;

@@ -57,8 +57,8 @@ class EventSensitivity {
   void accept();
   /// (5) and (2) for the step in which these contacts, whose directions the dynamics holds, begin to slip.
   bool take_slip_start(const StepEnds& ends, double h, const std::vector<int>& contacts);
-  /// What is left of slip that stops, with the acceleration held.
-  void glide(const Vector& q, const Vector& v, const Vector& a, double dt);
+  /// The last dt [s] of a slip that stops, with the acceleration held.
+  void move_at_constant_acceleration(const Vector& q, const Vector& v, const Vector& a, double dt);
 
   /// (3) and S- + f- dt, at a point whose forces the dynamics has. @return why there is no derivative, or nothing
   std::optional<std::string> reach(const Happening& event, const Vector& q, const Vector& v, const Vector& a);

@@ -326,7 +326,7 @@ ElementMap* ElementRunSolver::map_for(Element& element, double h) {
   return made.is_complete() ? &maps_.front() : nullptr;
 }
 
-/// Records in the scales the largest of each coordinate among the states that glide() has gone through.
+/// Records in the scales the largest of each coordinate among the states that skip_elements() has gone through.
 void ElementRunSolver::record_states(const Element& element, double H) {
   const int n = problem_.n_q();
   const double *q = largest_.data(), *v = q + n;
@@ -342,7 +342,7 @@ void ElementRunSolver::record_states(const Element& element, double H) {
   }
 }
 
-std::int64_t ElementRunSolver::glide(Element& from, double h, std::int64_t n, int group) {
+std::int64_t ElementRunSolver::skip_elements(Element& from, double h, std::int64_t n, int group) {
   if (n < kWorthAColumn * (2 * problem_.n_q() + 1)) return 0;
   ElementMap* map = map_for(from, h);
   if (!map) return 0;

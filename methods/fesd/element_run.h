@@ -64,11 +64,11 @@ class ElementRunSolver {
   /// sign conditions are fulfilled up to there.
   bool run_to_time(int first, int count, double h, Switch::Kind kind, int contact, SearchBudget& budget);
 
-  /// Goes on from the right end of an element for up to n elements of length h in which nothing happens, as far as they
-  /// have an ElementMap, and leaves their right end in that of the element: the rest of it stays as it is.
+  /// Advances the right end of an element by up to n elements of length h in which nothing happens, as long as they have
+  /// an ElementMap. The rest of the element stays as it is.
   /// @param group  only whole groups of so many elements count: steps
   /// @return how many elements
-  std::int64_t glide(Element& from, double h, std::int64_t n, int group);
+  std::int64_t skip_elements(Element& from, double h, std::int64_t n, int group);
 
  private:
   ElementMap* map_for(Element& element, double h);
@@ -107,7 +107,7 @@ class ElementRunSolver {
 
   std::list<ElementMap> maps_;  // of the last mode sets and lengths, newest first
   Vector x_, group_start_;      // 2 n_q: states (q, v)
-  Vector largest_;              // 2 n_q: |q|, |v| of the states that glide() has gone through
+  Vector largest_;              // 2 n_q: |q|, |v| of the states that skip_elements() has gone through
   Vector J_n_, J_t_;            // packed
 };
 

@@ -76,7 +76,7 @@ class Fesd final : public Method {
           return solver.failure_message() +
                  (solver.more_elements_may_help() ? "; elements=as_needed may solve it" : "");
         },
-        [&](double H, int n) { return solver.glide(H, n); });
+        [&](double H, int n) { return solver.skip_steps(H, n); });
     return steps.finish();
   }
 

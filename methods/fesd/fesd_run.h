@@ -43,14 +43,15 @@ class FesdRun {
   /// @return false where the step fails the last check: the run has ended with the reason
   /// @param previous  the one before it, or null; @param t, t_end  from and to [s]
   bool accept(const FesdStep& step, const FesdStep* previous, double t, double t_end);
-  /// The run ends here. @param message  why; behind a time limit that is what it says
+  /// The run ends here. @param message  why; after a time limit, its message
   void fail(Status status, const std::string& where, const std::string& message);
 
   /// Settings::steps steps of equal length H. @param solver  has step() and previous_step()
   /// @param advance  solves the next one: Status(double H); @param message  says why it has failed: std::string()
-  /// @param glide  takes up to n steps that nobody looks at: int(double H, int n)
-  template <class Solver, class Advance, class Message, class Glide>
-  void take_equal_steps(const Solver& solver, const Advance& advance, const Message& message, const Glide& glide);
+  /// @param skip_steps  takes up to n steps that are not recorded: int(double H, int n)
+  template <class Solver, class Advance, class Message, class SkipSteps>
+  void take_equal_steps(const Solver& solver, const Advance& advance, const Message& message,
+                        const SkipSteps& skip_steps);
   template <class Solver, class Advance, class Message>
   void take_equal_steps(const Solver& solver, const Advance& advance, const Message& message) {
     take_equal_steps(solver, advance, message, [](double, int) { return 0; });
@@ -60,7 +61,7 @@ class FesdRun {
   Solution finish();
 
  private:
-  static constexpr int kMaxGlide = 1 << 16;  // steps between two looks at the clock
+  static constexpr int kMaxSkipped = 1 << 16;  // steps between two checks of the time limit
 
   const Problem& problem_;
   const Settings& settings_;
@@ -74,15 +75,15 @@ class FesdRun {
   const Element* reached_ = nullptr;     // the last element that was accepted
 };
 
-template <class Solver, class Advance, class Message, class Glide>
+template <class Solver, class Advance, class Message, class SkipSteps>
 void FesdRun::take_equal_steps(const Solver& solver, const Advance& advance, const Message& message,
-                               const Glide& glide) {
+                               const SkipSteps& skip_steps) {
   const int n = settings_.steps;
   const double T = problem_.info().end_time, H = T / n;
   const bool looks_at_every_step = audit_ || sensitivity_ || settings_.recording >= Recording::grid;
   for (int k = 0; k < n; ++k) {
     if (k > 0 && !looks_at_every_step) {
-      k += glide(H, std::min(n - k, kMaxGlide));
+      k += skip_steps(H, std::min(n - k, kMaxSkipped));
       solution_.t = k < n ? k * H : T;
       if (k == n) return;
     }

@@ -134,11 +134,11 @@ Status PivotingSolver::advance(double H) {
   return finish_step(is_solved);
 }
 
-int PivotingSolver::glide(double H, int n) {
+int PivotingSolver::skip_steps(double H, int n) {
   FesdStep& step = buffers_.step();
   if (n <= 0 || step.n_elements == 0 || step.ends[step.n_elements - 1].contact >= 0) return 0;
-  const std::int64_t elements = runs_.glide(step.elements[step.n_elements - 1], H / options_.n_fe,
-                                            std::int64_t{n} * options_.n_fe, options_.n_fe);
+  const std::int64_t elements = runs_.skip_elements(step.elements[step.n_elements - 1], H / options_.n_fe,
+                                                    std::int64_t{n} * options_.n_fe, options_.n_fe);
   const auto steps = static_cast<int>(elements / options_.n_fe);
   counters_.elements += elements;
   counters_.inner_iterations += elements;

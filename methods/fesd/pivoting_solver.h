@@ -58,15 +58,15 @@ class PivotingSolver {
   void set_tolerance(double tolerance) { runs_.set_tolerance(tolerance); }
   /// Of the motion, for Options::between_stages.
   void set_motion_tolerance(double tolerance) { runs_.set_motion_tolerance(tolerance); }
-  /// Starts a run at (q, v), v before an impact at this instant. It knows nothing of the runs before it.
+  /// Starts a run at (q, v), v before an impact at this instant. It does not depend on the runs before it.
   void start(const Vector& q, const Vector& v);
 
   /// Solves the next step, of length H, from where the step() before ended: that one tells which contacts were closed.
   Status advance(double H);
 
   /// Takes up to n further steps of length H in which nothing happens, where the elements are affine maps: of the last
-  /// step only the right end is kept. Not behind advance_to_switch(). @return how many
-  int glide(double H, int n);
+  /// step only the right end is kept. Not after advance_to_switch(). @return how many
+  int skip_steps(double H, int n);
 
   /// The bounces that an element has closed instead of following them.
   struct ClosedBounces {

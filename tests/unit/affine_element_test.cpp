@@ -209,11 +209,11 @@ TEST(ElementMaps, LeaveOutTheStepsInWhichNothingHappens) {
     PivotingSolver solver(*problem, make_tableau("radau-iia", 2), {.as_needed = true}, counters);
     solver.start(problem->info().q0, problem->info().v0);
     ASSERT_EQ(solver.advance(H), Status::success) << solver.failure_message();
-    ASSERT_EQ(solver.glide(H, 5000), 5000) << v;
+    ASSERT_EQ(solver.skip_steps(H, 5000), 5000) << v;
     const double t = 5001 * H, w = v > 0 ? -mu * g : v < 0 ? mu * g : 0, rounding = 5000 * with_rounding(0);
     EXPECT_NEAR(solver.step().last().q1[0] - problem->info().q0[0], v * t + 0.5 * w * t * t, rounding) << v;
     EXPECT_NEAR(solver.step().last().v1[0], v + w * t, rounding) << v;
-    const int rest = solver.glide(H, 10000);
+    const int rest = solver.skip_steps(H, 10000);
     if (v == 0)
       EXPECT_EQ(rest, 10000);
     else
