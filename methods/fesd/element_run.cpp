@@ -182,7 +182,7 @@ StepFailure ElementRunSolver::equal_elements(int first, int count, double h) {
   FesdStep& step = buffers_.step();
   for (int k = 0; k < count; ++k) {
     const int element = first + k;
-    if (k > 0 && !start_solver_.carry_on(step, element, buffers_.start_of(element)))
+    if (k > 0 && !start_solver_.continue_modes(step, element, buffers_.start_of(element)))
       return of_run({.kind = StepFailure::Kind::no_impulse, .violation = {}}, k);
     first_guess(element, h);
     step.ends[element].contact = -1;
@@ -372,7 +372,7 @@ std::int64_t ElementRunSolver::skip_elements(Element& from, double h, std::int64
 /// solution.
 double ElementRunSolver::switch_value(int first, int count, const Switch& end, double h) {
   for (int element = first; element < first + count; ++element) {
-    if (element > first && !start_solver_.carry_on(buffers_.step(), element, buffers_.start_of(element)))
+    if (element > first && !start_solver_.continue_modes(buffers_.step(), element, buffers_.start_of(element)))
       return std::numeric_limits<double>::quiet_NaN();
     first_guess(element, h);
     if (element_solver_.solve(buffers_.element(element)) != ElementSolver::Result::converged)

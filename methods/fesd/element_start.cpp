@@ -195,7 +195,7 @@ void ElementStartSolver::divide_touching(const Place& at) {
   const Element& stages = at.stages();
   const auto v_minus = at.step.v_minus.col(at.element);
   const auto Lambda_n = at.step.Lambda_n.col(at.element);
-  // A contact closes; the impulses of contacts that were closed when they bounced (see carry_on) are no impact.
+  // A contact closes; the impulses of contacts that were closed when they bounced (see continue_modes) are no impact.
   const bool is_impact =
       std::ranges::any_of(start.touching, [&](int i) { return Lambda_n[i] > 0 && !at.was_closed(i); });
   // A contact whose bodies it moves; the others go on as if nothing had happened.
@@ -375,7 +375,7 @@ void ElementStartSolver::keep_forces(const Element& left, ElementStart& start) {
   }
 }
 
-bool ElementStartSolver::carry_on(FesdStep& step, int element, ElementStart& start) {
+bool ElementStartSolver::continue_modes(FesdStep& step, int element, ElementStart& start) {
   const Element& before = step.elements[element - 1];
   Element& stages = step.elements[element];
   stages.q0 = before.q1;

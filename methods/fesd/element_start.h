@@ -87,7 +87,7 @@ class ElementStartSolver {
 
   /// Continues the modes of the element before without a switch. A contact that bounced and was closed instead may come
   /// back where the tableau has no stage at the right end, and then needs an impulse. False when there is none.
-  bool carry_on(FesdStep& step, int element, ElementStart& start);
+  bool continue_modes(FesdStep& step, int element, ElementStart& start);
 
   /// Whether the load presses a touching contact together, at the start that begin() has just made.
   bool is_pressed(const Element& element, int contact);
