@@ -64,7 +64,7 @@ class ContactScales {
   double no_force(int contact) const { return kStageRounding * force_[contact]; }
 
   double normal_delassus(int contact) const { return G_nn_[contact]; }
-  double mobility(int contact) const { return G_tt_[contact]; }
+  double tangential_delassus(int contact) const { return G_tt_[contact]; }
 
   static constexpr double kGapRounding = 64 * std::numeric_limits<double>::epsilon();
   static constexpr double kVelocityRounding = 64 * std::numeric_limits<double>::epsilon();

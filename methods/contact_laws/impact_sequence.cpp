@@ -44,7 +44,7 @@ void ImpactSequence::add_touching(int contact, std::vector<int>& touching) {
 
 void ImpactSequence::record_touching(const Eigen::Ref<const Vector>& v) {
   for (const int i : candidates_) {
-    scales_.record_contact(i, law_.normal(i), law_.normal_delassus(i), law_.mobility(i));
+    scales_.record_contact(i, law_.normal(i), law_.normal_delassus(i), law_.tangential_delassus(i));
     scales_.record_approach(i, law_.normal_velocity_scale(i, v));
     scales_.record_slip(i, law_.slip_velocity_scale(i, v));
   }
@@ -54,7 +54,8 @@ void ImpactSequence::record_load(const Vector& q, const Vector& v, double H) {
   const Vector& w = law_.free_acceleration(q, v);
   for (const int i : candidates_) {
     const double load = law_.normal_velocity_scale(i, w), force = load / law_.normal_delassus(i);
-    const double slip = law_.slip_velocity_scale(i, w) + problem_.info().contacts[i].mu * force * law_.mobility(i);
+    const double slip =
+        law_.slip_velocity_scale(i, w) + problem_.info().contacts[i].mu * force * law_.tangential_delassus(i);
     scales_.record_force(i, force);
     scales_.record_approach(i, H * load);
     scales_.record_slip(i, H * slip);
@@ -70,7 +71,7 @@ void ImpactSequence::record_impact(const Eigen::Ref<const Vector>& v) {
   }
   for (const int i : together_) {
     scales_.record_approach(i, law_.normal_velocity_scale(i, v));
-    scales_.record_slip(i, problem_.info().contacts[i].mu * impulse_n_[i] * law_.mobility(i));
+    scales_.record_slip(i, problem_.info().contacts[i].mu * impulse_n_[i] * law_.tangential_delassus(i));
   }
 }
 

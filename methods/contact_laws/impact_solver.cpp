@@ -55,7 +55,7 @@ bool ImpactSolver::prepare(const Vector& q, std::span<const int> touching) {
   return operator_.set_responses(touching, mass_inverse_);
 }
 
-double ImpactSolver::mobility(int contact) const {
+double ImpactSolver::tangential_delassus(int contact) const {
   double largest = 0;
   for (int d = 1; d <= n_t(contact); ++d) largest = std::max(largest, operator_.own_delassus(contact, d, d));
   return largest;

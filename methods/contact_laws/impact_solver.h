@@ -98,7 +98,7 @@ class ImpactSolver {
   /// Diagonal Delassus entry J_n' M^-1 J_n of a touching contact.
   double normal_delassus(int contact) const { return operator_.own_delassus(contact, 0, 0); }
   /// The largest J_t' M^-1 J_t of its tangents.
-  double mobility(int contact) const;
+  double tangential_delassus(int contact) const;
 
   /// J_n of a touching contact, packed.
   const double* normal(int contact) const { return operator_.column(contact, 0); }

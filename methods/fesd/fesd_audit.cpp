@@ -418,10 +418,11 @@ void FesdAudit::set_sizes(const FesdStep& step) {
       for (int d = 0; d < info.contacts[i].n_t; ++d) {
         const int tangent = info.contacts[i].tangent_index + d;
         const auto direction = J_t.col(tangent);
-        const double mobility = D_t.col(tangent).dot(M.solve(D_t.col(tangent)));
+        const double tangential_delassus = D_t.col(tangent).dot(M.solve(D_t.col(tangent)));
         const double impulse = step.H * info.contacts[i].mu * force_size_[i];
-        slip_size_[i] = std::max({slip_size_[i], direction.dot(e.v0.cwiseAbs() + step.H * load) + mobility * impulse,
-                                  direction.dot(step.v_minus.col(n).cwiseAbs())});
+        slip_size_[i] =
+            std::max({slip_size_[i], direction.dot(e.v0.cwiseAbs() + step.H * load) + tangential_delassus * impulse,
+                      direction.dot(step.v_minus.col(n).cwiseAbs())});
       }
     }
   }

@@ -47,14 +47,15 @@ SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tab
   J_n_.setZero(problem.info().n_normal_entries);
   const Eigen::FullPivLU<Matrix> A(tableau.A);
   if (A.isInvertible()) absorption_ = A.solve(Vector::Ones(n_s_)).cwiseAbs().maxCoeff();
-  mobility_.setZero(problem.n_c());
+  tangential_delassus_.setZero(problem.n_c());
   if (!problem.info().has_friction()) return;
   const Matrix J_t = problem.force_directions(problem.tangent_jacobian(problem.info().q0)).cwiseAbs();
   const Matrix G = J_t.transpose() * problem.mass_matrix(problem.info().q0).llt().solve(J_t).cwiseAbs();
   for (int i = 0; i < problem.n_c(); ++i) {
     const auto& contact = problem.info().contacts[i];
     for (int d = 0; d < contact.n_t; ++d)
-      mobility_[i] = std::max(mobility_[i], G(contact.tangent_index + d, contact.tangent_index + d));
+      tangential_delassus_[i] =
+          std::max(tangential_delassus_[i], G(contact.tangent_index + d, contact.tangent_index + d));
   }
 }
 
@@ -145,7 +146,7 @@ double SignConditions::left_impulse(const Element& stages) {
     double v_t = 0;
     for (int d = 0; d < contact.n_t; ++d)
       v_t = std::hypot(v_t, packed_dot(contact, J_t_.col(0).data() + contact.tangent_begin + d * entries, stages.v0));
-    impulse += std::min(v_t, scales_.no_slip(i)) / scales_.mobility(i);
+    impulse += std::min(v_t, scales_.no_slip(i)) / scales_.tangential_delassus(i);
   }
   return absorption_ * impulse;
 }
@@ -236,7 +237,7 @@ double SignConditions::slip_rounding(const Element& stages, int i) const {
       size = std::max(size, terms);
     }
   }
-  size += stages.h * mobility_[i] * contact.mu * scales_.force(i);
+  size += stages.h * tangential_delassus_[i] * contact.mu * scales_.force(i);
   return std::max(ContactScales::kStageRounding * size, ContactScales::kVelocityRounding * scales_.slip(i));
 }
 

@@ -78,8 +78,8 @@ class SignConditions {
   const FrictionPolygon polygon_;
   ContactScales& scales_;
   const double gap_tolerance_;
-  const int n_s_, n_points_;  // points: the stages, and the right end when it is none of them
-  Vector mobility_;           // J_t' M^-1 J_t at q0: what a friction force does to a slip velocity
+  const int n_s_, n_points_;    // points: the stages, and the right end when it is none of them
+  Vector tangential_delassus_;  // J_t' M^-1 J_t at q0: what a friction force does to a slip velocity
   Vector gap_, left_gap_, allowed_gap_;
   double absorption_ = 1;  // max_j |(A^-1 1)_j|
   Vector J_n_;             // packed

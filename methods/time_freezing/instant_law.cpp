@@ -115,7 +115,7 @@ double InstantLaw::normal_delassus(int contact) const {
   return G_(column(contact), column(contact));
 }
 
-double InstantLaw::mobility(int contact) const {
+double InstantLaw::tangential_delassus(int contact) const {
   double size = 0;
   for (int d = 1; d <= n_t(contact); ++d) size = std::max(size, G_(column(contact) + d, column(contact) + d));
   return size;

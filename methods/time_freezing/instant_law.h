@@ -55,7 +55,7 @@ class InstantLaw {
   double normal_terms(int contact, const Vector& x) const;   ///< |J_n|' |x|
   double tangent_terms(int contact, const Vector& x) const;  ///< the largest |J_t|' |x|
   double normal_delassus(int contact) const;
-  double mobility(int contact) const;
+  double tangential_delassus(int contact) const;
   const double* normal(int contact) const;
   const Vector& load() const { return load_; }  ///< M^-1 f_v
   /// Where a slip in space stops, others that are no faster stop with it: contacts of one body come to rest together.

@@ -169,7 +169,7 @@ void TimeFreezingRun::record_contacts(bool is_first) {
   const double H = T_ / settings_.steps;
   const Vector& load = law_.load();
   for (const int i : touching_) {
-    const double G_nn = law_.normal_delassus(i), G_tt = law_.mobility(i);
+    const double G_nn = law_.normal_delassus(i), G_tt = law_.tangential_delassus(i);
     scales_.record_contact(i, law_.normal(i), G_nn, G_tt);
     scales_.record_approach(i, law_.normal_terms(i, v_));
     scales_.record_slip(i, law_.tangent_terms(i, v_));

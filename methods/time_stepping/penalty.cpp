@@ -205,14 +205,15 @@ void PenaltyRun::set_drag(int i) {
   CompliantContact& contact = contacts_[i];
   const ContactInfo& law = info_.contacts[i];
   const double pressed = std::max(0.0, -contact.k * contact.gap - contact.c * contact.normal_velocity(run_.v));  // (1)
-  double slip = 0, mobility = 0;
+  double slip = 0, tangential_delassus = 0;
   for (int d = 0; d < law.n_t; ++d) {
     v_m_ = contact.J_t.col(d);
     W_.apply(v_m_, WJ_);
-    mobility = std::max(mobility, v_m_.dot(WJ_));
+    tangential_delassus = std::max(tangential_delassus, v_m_.dot(WJ_));
     slip += std::pow(contact.slip_velocity(d, run_.v), 2);
   }
-  const double most = h_ * law.mu * pressed, v_s = slip_speed_ > 0 ? slip_speed_ : kSlipOfStep * most * mobility;
+  const double most = h_ * law.mu * pressed,
+               v_s = slip_speed_ > 0 ? slip_speed_ : kSlipOfStep * most * tangential_delassus;
   contact.drag = most > 0 ? most / std::sqrt(slip + v_s * v_s) : 0;
 }
 

@@ -209,10 +209,10 @@ void SapRun::set_contacts() {
                lead = reach_ + options_.dissipation;
   for (const int i : contacts_.list()) {
     SapContact& law = laws_[i];
-    const double mobility = contacts_.mean_mobility(i);
-    law.R_n = std::max(rigid * mobility, std::numeric_limits<double>::min());
+    const double mean_delassus = contacts_.mean_delassus(i);
+    law.R_n = std::max(rigid * mean_delassus, std::numeric_limits<double>::min());
     if (options_.stiffness > 0 && !law.is_bilateral) law.R_n = std::max(law.R_n, 1 / (h_ * options_.stiffness * lead));
-    law.R_t = std::max(options_.sigma * mobility, std::numeric_limits<double>::min());
+    law.R_t = std::max(options_.sigma * mean_delassus, std::numeric_limits<double>::min());
     law.v_hat = -gap_[i] / (law.is_bilateral ? reach_ : lead);
   }
 }

@@ -26,7 +26,8 @@ struct LawsOf {
 
   void prepare(const Vector& q, const std::vector<int>& contacts) {
     ASSERT_TRUE(law.prepare(q, contacts));
-    for (const int i : contacts) scales.record_contact(i, law.normal(i), law.normal_delassus(i), law.mobility(i));
+    for (const int i : contacts)
+      scales.record_contact(i, law.normal(i), law.normal_delassus(i), law.tangential_delassus(i));
   }
   /// v+ of all these contacts, those with a negative normal velocity the ones that need an impulse.
   Vector impact(const Vector& q, Vector v, const std::vector<int>& contacts) {

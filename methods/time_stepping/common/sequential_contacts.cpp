@@ -74,7 +74,7 @@ void SequentialContacts::set_block(int i) {
     block.tangent[2] = a * inverse;
     trace += a + c;
   }
-  block.mean_mobility = trace / (1 + n_t(i));
+  block.mean_delassus = trace / (1 + n_t(i));
 }
 
 const Vector& SequentialContacts::free_change(const Vector& q, const Vector& v, double h) {

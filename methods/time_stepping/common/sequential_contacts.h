@@ -45,7 +45,7 @@ class SequentialContacts {
     return {b.tangent[0] * w[0] + b.tangent[1] * w[1], b.tangent[1] * w[0] + b.tangent[2] * w[1]};
   }
   /// Trace of the block of the Delassus matrix, per direction.
-  double mean_mobility(int contact) const { return blocks_[contact].mean_mobility; }
+  double mean_delassus(int contact) const { return blocks_[contact].mean_delassus; }
 
   /// v += M^-1 J_n r
   void push(int contact, double r, Vector& v) { operator_.push(contact, 0, r, v, none_); }
@@ -59,7 +59,7 @@ class SequentialContacts {
 
  private:
   struct Block {
-    double mass = 0, tangent[3]{0, 0, 0}, mean_mobility = 0;
+    double mass = 0, tangent[3]{0, 0, 0}, mean_delassus = 0;
   };
   void set_block(int contact);
 
