@@ -3,7 +3,7 @@
 #include "methods/elements/bilateral_support.h"
 #include "methods/elements/smooth_forces.h"
 #include "methods/fesd/fesd_run.h"
-#include "methods/fesd/kept_solver.h"
+#include "methods/fesd/reused_solver.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "problems/input_error.h"
@@ -52,24 +52,24 @@ class Fesd final : public Method {
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    KeptSolver kept(problem, tableau_, options_);
-    return run(problem, settings, kept);
+    ReusedSolver reused(problem, tableau_, options_);
+    return run(problem, settings, reused);
   }
 
   std::unique_ptr<Solver> do_prepare(const Problem& problem) const override {
     return std::make_unique<PreparedFesd>(
         problem, tableau_, options_,
-        [this, &problem](const Settings& settings, KeptSolver& kept) { return run(problem, settings, kept); });
+        [this, &problem](const Settings& settings, ReusedSolver& reused) { return run(problem, settings, reused); });
   }
 
  private:
-  Solution run(const Problem& problem, const Settings& settings, KeptSolver& kept) const {
+  Solution run(const Problem& problem, const Settings& settings, ReusedSolver& reused) const {
     const bool pinned = options_.switches == PivotingSolver::Switches::pinned;
     if (!settings.sensitivities.empty()) require_sensitivities(problem.info());
     FesdRun steps(problem, tableau_, settings, options_.gap_tolerance,
                   FesdAudit::Claims{.pinned = pinned, .gap_tolerance = options_.gap_tolerance, .cone = cone_},
-                  kept.counters());
-    PivotingSolver& solver = kept.start(settings.inner_tolerance);
+                  reused.counters());
+    PivotingSolver& solver = reused.start(settings.inner_tolerance);
     steps.take_equal_steps(
         solver, [&](double H) { return steps.time_is_over() ? Status::time_limit : solver.advance(H); },
         [&] {

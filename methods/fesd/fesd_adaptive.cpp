@@ -10,8 +10,8 @@
 #include "methods/fesd/capture.h"
 #include "methods/fesd/element_error.h"
 #include "methods/fesd/fesd_run.h"
-#include "methods/fesd/kept_solver.h"
 #include "methods/fesd/moving_contacts.h"
+#include "methods/fesd/reused_solver.h"
 #include "methods/progress_limit.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
@@ -36,7 +36,7 @@ class AdaptiveRun {
  public:
   /// @param rest_speed  normal velocity up to which a bounce is closed [m/s]
   AdaptiveRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
-              const FrictionConeOptions& cone, const ElementError& error, double rest_speed, KeptSolver& kept);
+              const FrictionConeOptions& cone, const ElementError& error, double rest_speed, ReusedSolver& reused);
 
   Solution solve();
 
@@ -77,15 +77,15 @@ class AdaptiveRun {
 
 AdaptiveRun::AdaptiveRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
                          const FrictionConeOptions& cone, const ElementError& error, double rest_speed,
-                         KeptSolver& kept)
+                         ReusedSolver& reused)
     : settings_(settings),
       error_(error),
       exponent_(-1.0 / (tableau.order + 1)),
       rest_speed_(rest_speed),
       T_(problem.info().end_time),
       run_(problem, tableau, settings, StepCheck::kTolerances * settings.tolerance, FesdAudit::Claims{.cone = cone},
-           kept.counters()),
-      solver_(kept.start(settings.inner_tolerance)),
+           reused.counters()),
+      solver_(reused.start(settings.inner_tolerance)),
       moving_(problem),
       spans_(problem),
       progress_(problem.info(), kTriesPerMark, kLeastOfTries),
@@ -260,19 +260,19 @@ class FesdAdaptive final : public Method {
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    KeptSolver kept(problem, tableau_, options_);
-    return run(problem, settings, kept);
+    ReusedSolver reused(problem, tableau_, options_);
+    return run(problem, settings, reused);
   }
 
   std::unique_ptr<Solver> do_prepare(const Problem& problem) const override {
     return std::make_unique<PreparedFesd>(
         problem, tableau_, options_,
-        [this, &problem](const Settings& settings, KeptSolver& kept) { return run(problem, settings, kept); });
+        [this, &problem](const Settings& settings, ReusedSolver& reused) { return run(problem, settings, reused); });
   }
 
  private:
-  Solution run(const Problem& problem, const Settings& settings, KeptSolver& kept) const {
-    return AdaptiveRun(problem, tableau_, settings, cone_, error_, settings.tolerance / kappa_, kept).solve();
+  Solution run(const Problem& problem, const Settings& settings, ReusedSolver& reused) const {
+    return AdaptiveRun(problem, tableau_, settings, cone_, error_, settings.tolerance / kappa_, reused).solve();
   }
 
   std::string id_;

@@ -7,17 +7,17 @@
 
 namespace ricochet {
 
-/// The PivotingSolver of many runs of one problem, with what it counts.
-class KeptSolver {
+/// A PivotingSolver that many runs of one problem share, and its counters.
+class ReusedSolver {
  public:
   /// Problem and tableau have to outlive this.
-  KeptSolver(const Problem& problem, const ButcherTableau& tableau, const PivotingSolver::Options& options)
+  ReusedSolver(const Problem& problem, const ButcherTableau& tableau, const PivotingSolver::Options& options)
       : problem_(problem), solver_(problem, tableau, options, counters_) {}
 
   Counters& counters() { return counters_; }
 
-  /// Ready for a run from the initial state of the problem. Its counters are zero, but for the first run: what has been
-  /// made once is counted there.
+  /// Prepares a run from the initial state of the problem. Its counters start at zero; those of the first run include the
+  /// work of the constructor.
   PivotingSolver& start(double inner_tolerance) {
     if (has_run_) counters_ = {};
     has_run_ = true;
@@ -33,18 +33,18 @@ class KeptSolver {
   PivotingSolver solver_;
 };
 
-/// A FESD method made ready for one problem.
+/// A FESD method prepared for one problem.
 class PreparedFesd final : public Solver {
  public:
-  using Run = std::function<Solution(const Settings&, KeptSolver&)>;
+  using Run = std::function<Solution(const Settings&, ReusedSolver&)>;
 
   PreparedFesd(const Problem& problem, const ButcherTableau& tableau, const PivotingSolver::Options& options, Run run)
-      : kept_(problem, tableau, options), run_(std::move(run)) {}
+      : solver_(problem, tableau, options), run_(std::move(run)) {}
 
-  Solution solve(const Settings& settings) override { return run_(settings, kept_); }
+  Solution solve(const Settings& settings) override { return run_(settings, solver_); }
 
  private:
-  KeptSolver kept_;
+  ReusedSolver solver_;
   const Run run_;
 };
 
