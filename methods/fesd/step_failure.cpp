@@ -4,7 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "methods/contact_laws/impact_laws/stated_impact.h"
-#include "methods/fesd/open_motion.h"
+#include "methods/fesd/nonunique_motion.h"
 
 namespace ricochet {
 namespace {
@@ -101,7 +101,7 @@ std::string describe(const SearchFailures& failures, const Problem& problem, con
   if (is_other) message += fmt::format("; with a switch before it, {}", describe(deepest, info, tableau));
   if (first.violation.is_past(Switch::Kind::cone_reached)) {
     const Element& element = step.elements[static_cast<std::size_t>(first.element)];
-    const auto open = contacts_of_open_motion(problem, element.q0, element.v0, element.modes);
+    const auto open = contacts_of_nonunique_motion(problem, element.q0, element.v0, element.modes);
     if (!open.empty())
       message += fmt::format(
           "; Coulomb's law leaves the motion open there, contacts '{}' may share their forces in ways "

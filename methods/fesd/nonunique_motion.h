@@ -8,7 +8,7 @@
 
 namespace ricochet {
 
-/// Whether Coulomb's law leaves the motion of closed contacts open. With A the columns J_n of closed contacts and J_t of
+/// Contacts whose motion Coulomb's law does not determine. With A the columns J_n of closed contacts and J_t of
 /// those that stick, and C the directions of their forces, C = J_n - mu J_t d where a contact slips along d, forces x
 /// keep the contacts when
 ///
@@ -19,12 +19,12 @@ namespace ricochet {
 ///
 ///   M^-1 C x != 0,                                                                       (2)
 ///
-/// as of a block that sticks to the side of another one: what it carries decides which of them presses the ground
+/// as for a block that sticks to the side of another one: the load that it carries decides which of them presses the ground
 /// more, and where the friction coefficients of both differ, how both are braked. Then many motions fulfil the laws.
 ///
 /// @param modes  n_c; @param v  slip velocities of contacts that slip in space
 /// @return the names of the contacts whose forces have part in such an x; empty when the motion is unique
-std::vector<std::string> contacts_of_open_motion(const Problem& problem, const Vector& q, const Vector& v,
-                                                 const std::vector<ContactMode>& modes);
+std::vector<std::string> contacts_of_nonunique_motion(const Problem& problem, const Vector& q, const Vector& v,
+                                                      const std::vector<ContactMode>& modes);
 
 }  // namespace ricochet

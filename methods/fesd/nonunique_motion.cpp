@@ -1,4 +1,4 @@
-#include "methods/fesd/open_motion.h"
+#include "methods/fesd/nonunique_motion.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/SVD>
@@ -13,8 +13,8 @@ constexpr double kRank = 1e-9;
 
 }  // namespace
 
-std::vector<std::string> contacts_of_open_motion(const Problem& problem, const Vector& q, const Vector& v,
-                                                 const std::vector<ContactMode>& modes) {
+std::vector<std::string> contacts_of_nonunique_motion(const Problem& problem, const Vector& q, const Vector& v,
+                                                      const std::vector<ContactMode>& modes) {
   const ProblemInfo& info = problem.info();
   const Matrix J_n = problem.normal_jacobian(q), J_t = problem.tangent_jacobian(q);
   Matrix A(info.n_q, info.n_c() + info.n_lambda_t), C = A;
