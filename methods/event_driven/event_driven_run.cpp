@@ -8,7 +8,7 @@
 namespace ricochet {
 namespace {
 
-using Kind = Happening::Kind;
+using Kind = DetectedEvent::Kind;
 
 constexpr float kSafety = 0.8F, kBeta = 0.04F;  // of (1)
 constexpr double kMinFactor = 1.0 / 3, kMaxFactor = 6;
@@ -148,7 +148,7 @@ bool EventDrivenRun::take_step() {
   last_log_error_ = std::max(log_e, kLeastLogError);
   was_rejected_ = false;
   if (!step_.finish()) return stop_undetermined();
-  Happening event = info_.n_c() > 0 ? functions_.find(ends_) : Happening();
+  DetectedEvent event = info_.n_c() > 0 ? functions_.find(ends_) : DetectedEvent();
   if (event) {
     double until = event.theta * h;
     if (!reach(event, until)) {
@@ -188,7 +188,7 @@ bool EventDrivenRun::check_step() {
 }
 
 /// A step of length h [s] to the event. @return false where (2) does not come to hold
-bool EventDrivenRun::reach(Happening& event, double& h) {
+bool EventDrivenRun::reach(DetectedEvent& event, double& h) {
   if (!(h > 0)) return true;
   for (int k = 0; k < kMaxLandings; ++k) {
     if (!step_.take(h, nullptr) || !step_.finish()) return false;
@@ -243,7 +243,7 @@ bool EventDrivenRun::land(double h) {
 ///   and what it still turns moves the state by less than the tolerance.
 ///
 /// True where it does neither, and the step goes on: with half of the speed for the next v_stop.
-bool EventDrivenRun::settle_slip(const Happening& event) {
+bool EventDrivenRun::settle_slip(const DetectedEvent& event) {
   stopped_.clear();
   if (event.kind != Kind::slip_stops || info_.contacts[event.contact].n_t != 2) return false;
   const auto rest = functions_.rest(event.contact, ends_.q0, ends_.v0, ends_.a0);
@@ -290,7 +290,7 @@ bool EventDrivenRun::settle_slip(const Happening& event) {
   return false;
 }
 
-bool EventDrivenRun::change_modes(const Happening& cause) {
+bool EventDrivenRun::change_modes(const DetectedEvent& cause) {
   const bool is_first = last_event_ < 0;
   before_ = dynamics_.modes();
   v_minus_ = ends_.v0;
@@ -385,7 +385,7 @@ bool EventDrivenRun::start_slip() {
       if (!accelerate()) return false;
       slip_start_->hold(contacts, angles_twice);
       if (!dynamics_.accelerate(ends_.q1.data(), ends_.v1.data(), ends_.a1.data())) return stop_undetermined();
-      const Happening event = functions_.find(ends_, contacts);
+      const DetectedEvent event = functions_.find(ends_, contacts);
       const bool is_at_once = event.theta * h < kShortestStart * T_ && h < 10 * kShortestStart * T_;
       accepted = !event || is_at_once || event.theta > 1 - 1e-9;
       if (!accepted && t_ + h > t_ && event.theta > 0.1)
@@ -475,7 +475,7 @@ bool EventDrivenRun::start_slip_at_held_directions() {
     if (!hold_middle_directions(contacts, h) || !step_.take(h, nullptr) || !step_.finish())
       return stop(Status::inner_solver_failed, fmt::format("no motion follows the begin of slip at contact '{}'",
                                                            info_.contacts[contacts.front()].name));
-    const Happening event = functions_.find(ends_, contacts);
+    const DetectedEvent event = functions_.find(ends_, contacts);
     is_free = !event || event.theta > 1 - 1e-9 || h < 10 * kShortestStart * T_;
     if (!is_free) h *= std::clamp(0.9 * event.theta, 0.1, 0.9);
   }
@@ -519,7 +519,7 @@ void EventDrivenRun::record_motion(double end) {
   });
 }
 
-void EventDrivenRun::record(const Happening& cause, const Vector& v_minus) {
+void EventDrivenRun::record(const DetectedEvent& cause, const Vector& v_minus) {
   const auto& modes = dynamics_.modes();
   const Vector& Lambda_n = mode_change_.Lambda_n();
   for (const int i : info_.unilateral) {

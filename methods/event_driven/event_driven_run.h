@@ -21,7 +21,7 @@ namespace ricochet {
 ///   h <- h clamp(s e^(-alpha) e_before^beta),  alpha = 1 / (k + 1) - 3/4 beta                          (1)
 ///
 /// e the error of the step as a part of the tolerance, k the order of its estimate (Gustafsson's PI controller; Hairer,
-/// Wanner, Solving ODEs II, (IV.2.43)). The length goes on behind an event.
+/// Wanner, Solving ODEs II, (IV.2.43)). The length goes on after an event.
 ///
 /// The zero of a function phi is the one of the interpolation first; the step to it leaves dt = -phi / phi'. While
 ///
@@ -51,18 +51,18 @@ class EventDrivenRun {
   void choose_first_length();
   bool take_step();
   bool check_step();
-  bool reach(Happening& event, double& h);
+  bool reach(DetectedEvent& event, double& h);
   bool land(double h);
-  bool change_modes(const Happening& cause);
+  bool change_modes(const DetectedEvent& cause);
   bool vary_event();
   bool start_slip();
   bool hold_middle_directions(const std::vector<int>& contacts, double h);
   bool start_slip_at_held_directions();
   bool has_started(const std::vector<int>& contacts);
   bool sample_start(double h, const Vector& angles, const std::vector<int>& contacts);
-  bool settle_slip(const Happening& event);
+  bool settle_slip(const DetectedEvent& event);
   void record_motion(double end);
-  void record(const Happening& cause, const Vector& v_minus);
+  void record(const DetectedEvent& cause, const Vector& v_minus);
   bool sample_until(double end);
   bool sample_until(double end, const auto& reach);
   bool accelerate();

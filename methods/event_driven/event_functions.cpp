@@ -9,7 +9,7 @@
 namespace ricochet {
 namespace {
 
-using Kind = Happening::Kind;
+using Kind = DetectedEvent::Kind;
 
 constexpr double kLocated = 1e-9;  // of the step: the root of the interpolation, from where the step is taken again
 constexpr int kMaxIterations = 60;
@@ -278,8 +278,8 @@ double EventFunctions::at(const Function& f, double theta, const StepEnds& ends)
   return value({f.kind, f.contact}, q_.data(), v_.data());
 }
 
-double EventFunctions::value(const Happening& happening, const double* q, const double* v) {
-  switch (happening.kind) {
+double EventFunctions::value(const DetectedEvent& event, const double* q, const double* v) {
+  switch (event.kind) {
     case Kind::none:
       break;
     case Kind::gap_closes:
@@ -292,20 +292,20 @@ double EventFunctions::value(const Happening& happening, const double* q, const 
     case Kind::slip_stops:
       if (curved_tangents_) problem_.tangent_jacobian(q, packed_t_.data());
   }
-  return function({happening.kind, happening.contact}, v);
+  return function({event.kind, event.contact}, v);
 }
 
-double EventFunctions::slope(const Happening& happening, const double* q, const double* v) {
-  if (happening.kind != Kind::gap_closes) return happening.slope;
+double EventFunctions::slope(const DetectedEvent& event, const double* q, const double* v) {
+  if (event.kind != Kind::gap_closes) return event.slope;
   if (curved_normals_) problem_.normal_jacobian(q, packed_n_.data());
   v_ = Eigen::Map<const Vector>(v, info_.n_q);
-  const double rate = gap_rate(happening.contact, v_);
-  return rate < 0 ? rate : happening.slope;
+  const double rate = gap_rate(event.contact, v_);
+  return rate < 0 ? rate : event.slope;
 }
 
 /// The zero between a point where f is positive and one where it is negative, if it is before the first one so far.
 void EventFunctions::search(const Function& f, double from, double value_from, double to, double value_to,
-                            const StepEnds& ends, Happening& first) {
+                            const StepEnds& ends, DetectedEvent& first) {
   if (first && first.theta < to) {
     to = first.theta;
     if (to <= from) return;
@@ -327,7 +327,7 @@ void EventFunctions::search(const Function& f, double from, double value_from, d
 }
 
 /// The first closing of a gap along the step.
-void EventFunctions::find_closing(const Function& f, const StepEnds& ends, Happening& first) {
+void EventFunctions::find_closing(const Function& f, const StepEnds& ends, DetectedEvent& first) {
   const double rounding_f = rounding(f);
   bool is_near = false;  // within the error of the interpolation, before the right end
   if (const double error = f.from_zero ? 0 : gaps_.gap_error(f.contact); error > rounding_f) {
@@ -379,7 +379,7 @@ bool EventFunctions::stays_open(const Function& f, const StepEnds& ends) const {
   return gap.smallest() >= gap.error();
 }
 
-Happening EventFunctions::find(const StepEnds& ends, const std::vector<int>& beginning) {
+DetectedEvent EventFunctions::find(const StepEnds& ends, const std::vector<int>& beginning) {
   evaluate(ends.q1.data(), ends.v1.data());
   is_exact_ = true;
   bool is_near = false;
@@ -392,7 +392,7 @@ Happening EventFunctions::find(const StepEnds& ends, const std::vector<int>& beg
     ends.bernstein(gaps_.path(), gaps_.path_error());
     gaps_.begin(dynamics_.modes());
   }
-  Happening first;
+  DetectedEvent first;
   for (const Function& f : functions_) {
     if (f.kind == Kind::gap_closes) {
       if (f.is_near) find_closing(f, ends, first);
@@ -424,7 +424,7 @@ Happening EventFunctions::find(const StepEnds& ends, const std::vector<int>& beg
 }
 
 /// A cone that is reached where the normal force vanishes, too, up to what zeros are located to: the contact opens.
-void EventFunctions::tell_opening(const StepEnds& ends, Happening& first) {
+void EventFunctions::tell_opening(const StepEnds& ends, DetectedEvent& first) {
   const double located = 4 * kLocated * std::abs(first.slope) * ends.h / info_.contacts[first.contact].mu;
   const Function force{Kind::force_vanishes, first.contact};
   if (at(force, first.theta, ends) <= kNoForce * scales_.force(first.contact) + located)
@@ -452,7 +452,7 @@ double EventFunctions::slip_error(int contact, double h) const {
 }
 
 /// A fall before the first zero so far that neither the right end nor a stage shows.
-void EventFunctions::find_hidden(const StepEnds& ends, Happening& first) {
+void EventFunctions::find_hidden(const StepEnds& ends, DetectedEvent& first) {
   ends.bernstein(loads_->path(), path_error_);
   ends.bernstein_of_velocity(loads_->path());
   for (std::size_t k = 0; k < load_function_.size(); ++k) {
@@ -485,7 +485,7 @@ void EventFunctions::find_hidden(const StepEnds& ends, Happening& first) {
 }
 
 /// The same of values at points.
-void EventFunctions::find_sampled(const StepEnds& ends, Happening& first) {
+void EventFunctions::find_sampled(const StepEnds& ends, DetectedEvent& first) {
   for (int n = 1; n < kSamples; ++n) {
     const double theta = static_cast<double>(n) / kSamples;
     if (first && theta >= first.theta) return;

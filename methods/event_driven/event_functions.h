@@ -12,8 +12,8 @@
 
 namespace ricochet {
 
-/// What ends a phase of motion, or nothing: a function of a contact that falls through zero.
-struct Happening {
+/// The event that ends a phase of motion, or none: a function of a contact falls through zero.
+struct DetectedEvent {
   enum class Kind : std::uint8_t { none, gap_closes, force_vanishes, cone_reached, slip_stops };
 
   Kind kind = Kind::none;
@@ -57,9 +57,10 @@ class EventFunctions {
     gaps_.restart();
   }
 
-  /// Behind an instant: the functions of the modes of the dynamics, with their values at (q, v), whose forces the
-  /// dynamics has.
-  void begin(const double* q, const double* v);
+  /// After an instant: the functions of the modes of the dynamics, with their values at (q, v). The dynamics has the forces
+  /// there.
+      void
+      begin(const double* q, const double* v);
   bool has_forces() const { return !dynamics_.closed().empty(); }
   /// A contact whose force contradicts its mode at the left end by more than what a flight lower than rounding explains:
   /// it pulls, or sticks outside its cone. -1: none.
@@ -67,22 +68,22 @@ class EventFunctions {
 
   /// Before the stages of a step.
   void begin_step() { lowest_stage_ = 2; }
-  /// Behind each: the dynamics has its forces. @param c  of the stage
+  /// After each of them: the dynamics has its forces. @param c  of the stage
   void record_stage(double c);
 
   /// The first zero in the step; the dynamics has the forces of the right end. @param beginning  contacts whose slip begins
   /// with the step: its end is not looked for
-  Happening find(const StepEnds& ends, const std::vector<int>& beginning = {});
+  DetectedEvent find(const StepEnds& ends, const std::vector<int>& beginning = {});
   /// Whether the interpolation of the step that find() has seen is exact enough to tell that no gap closes.
   bool is_exact() const { return is_exact_; }
   /// The right end of the last step, which find() has seen, becomes the left end. @param v  there
   void advance(const Vector& v);
 
-  /// The function that a happening is a zero of, at (q, v), with forces evaluated there.
-  double value(const Happening& happening, const double* q, const double* v);
+  /// The function whose zero is the event, at (q, v), with forces evaluated there.
+  double value(const DetectedEvent& event, const double* q, const double* v);
 
   /// Its derivative by time there, negative: of a gap the one at (q, v), since where it grazes that of find() says little.
-  double slope(const Happening& happening, const double* q, const double* v);
+  double slope(const DetectedEvent& event, const double* q, const double* v);
 
   /// J_t' v at (q, v), n_t components.
   void slip_velocity(int contact, const double* q, const double* v, double* v_t);
@@ -101,7 +102,7 @@ class EventFunctions {
 
  private:
   struct Function {
-    Happening::Kind kind = Happening::Kind::none;
+    DetectedEvent::Kind kind = DetectedEvent::Kind::none;
     int contact = -1;
     double left = 0, right = 0;
     bool from_zero = false;  ///< at the left end it is zero up to rounding
@@ -118,13 +119,13 @@ class EventFunctions {
   double rounding(const Function& f) const;
   void set_positions(const double* q);
   void search(const Function& f, double from, double value_from, double to, double value_to, const StepEnds& ends,
-              Happening& first);
-  void find_closing(const Function& f, const StepEnds& ends, Happening& first);
+              DetectedEvent& first);
+  void find_closing(const Function& f, const StepEnds& ends, DetectedEvent& first);
   bool stays_open(const Function& f, const StepEnds& ends) const;
   void list_loads(const double* q, const double* v);
-  void find_hidden(const StepEnds& ends, Happening& first);
-  void find_sampled(const StepEnds& ends, Happening& first);
-  void tell_opening(const StepEnds& ends, Happening& first);
+  void find_hidden(const StepEnds& ends, DetectedEvent& first);
+  void find_sampled(const StepEnds& ends, DetectedEvent& first);
+  void tell_opening(const StepEnds& ends, DetectedEvent& first);
   double hidden_slack(const Function& f) const;
   double slip_error(int contact, double h) const;
   double at(const Function& f, double theta, const StepEnds& ends);

@@ -11,7 +11,7 @@
 namespace ricochet {
 namespace {
 
-using Kind = Happening::Kind;
+using Kind = DetectedEvent::Kind;
 
 // A gap has to reach this many of its roundings below zero: what moves with the time of a lower one is rounding.
 constexpr double kGrazing = 1e4;
@@ -179,7 +179,7 @@ void EventSensitivity::move_at_constant_acceleration(const Vector& q, const Vect
   S_.v += dt * da;
 }
 
-std::optional<std::string> EventSensitivity::reach(const Happening& event, const Vector& q, const Vector& v,
+std::optional<std::string> EventSensitivity::reach(const DetectedEvent& event, const Vector& q, const Vector& v,
                                                    const Vector& a) {
   dt_.setZero();
   size_q_ = S_.q.cwiseAbs();

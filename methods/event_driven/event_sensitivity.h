@@ -61,7 +61,7 @@ class EventSensitivity {
   void move_at_constant_acceleration(const Vector& q, const Vector& v, const Vector& a, double dt);
 
   /// (3) and S- + f- dt, at a point whose forces the dynamics has. @return why there is no derivative, or nothing
-  std::optional<std::string> reach(const Happening& event, const Vector& q, const Vector& v, const Vector& a);
+  std::optional<std::string> reach(const DetectedEvent& event, const Vector& q, const Vector& v, const Vector& a);
   /// The impacts there. @param before  modes of the contacts
   std::optional<std::string> apply_impacts(const std::vector<ImpactSequence::Impact>& impacts,
                                            const std::vector<ContactMode>& before, const Vector& q);

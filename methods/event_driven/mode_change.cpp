@@ -17,7 +17,7 @@ constexpr double kSoon = 1e-8;  // of the end time, of a difference of accelerat
 
 }  // namespace
 
-using Kind = Happening::Kind;
+using Kind = DetectedEvent::Kind;
 
 ModeChange::ModeChange(const Problem& problem, ContactScales& scales, ModeDynamics& dynamics, Counters& counters)
     : problem_(problem),
@@ -70,7 +70,7 @@ bool ModeChange::is_pressed_at_once(int contact, double a, const Vector& q, cons
 }
 
 /// The touching contacts that do not separate, with what is known of their slip.
-void ModeChange::set_closed(const Happening& cause, const std::vector<ContactMode>* modes, const Vector& q,
+void ModeChange::set_closed(const DetectedEvent& cause, const std::vector<ContactMode>* modes, const Vector& q,
                             const Vector& v, const Vector& v_minus, const std::vector<int>& stopped) {
   closed_.clear();
   const bool is_impact = std::ranges::any_of(touching_, [&](int i) { return Lambda_n_[i] > 0; });
@@ -98,7 +98,7 @@ void ModeChange::set_closed(const Happening& cause, const std::vector<ContactMod
   }
 }
 
-ModeChange::Outcome ModeChange::decide(const Happening& cause, const std::vector<ContactMode>* modes, Vector& q,
+ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::vector<ContactMode>* modes, Vector& q,
                                        Vector& v, const std::vector<int>& stopped) {
   const auto failed = [&](Status status, const std::string& what, int contact) {
     return Outcome{status, fmt::format("{} at contact '{}'", what, info_.contacts[contact].name), false};

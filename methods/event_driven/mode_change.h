@@ -40,7 +40,7 @@ class ModeChange {
 
   /// After it: dynamics with the new modes, (q, v) with v+. @param modes  before; null at the start of a run
   /// @param stopped  contacts whose slip ends besides that of the cause
-  Outcome decide(const Happening& cause, const std::vector<ContactMode>* modes, Vector& q, Vector& v,
+  Outcome decide(const DetectedEvent& cause, const std::vector<ContactMode>* modes, Vector& q, Vector& v,
                  const std::vector<int>& stopped);
 
   /// As of ImpactSequence.
@@ -52,7 +52,7 @@ class ModeChange {
   const std::vector<int>& beginning() const { return beginning_; }
 
  private:
-  void set_closed(const Happening& cause, const std::vector<ContactMode>* modes, const Vector& q, const Vector& v,
+  void set_closed(const DetectedEvent& cause, const std::vector<ContactMode>* modes, const Vector& q, const Vector& v,
                   const Vector& v_minus, const std::vector<int>& stopped);
   bool is_low(int contact, const Vector& q, const Vector& v_minus);
   double free_gap_acceleration(int contact, const Vector& q, const Vector& v);
