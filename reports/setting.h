@@ -1,6 +1,7 @@
 #pragma once
 
 #include <compare>
+#include <nlohmann/json.hpp>
 #include <string>
 
 namespace ricochet {
@@ -26,5 +27,6 @@ struct Setting {
   }
   bool operator==(const Setting& other) const = default;
 };
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Setting, steps, tolerance)
 
 }  // namespace ricochet

@@ -49,7 +49,7 @@ nlohmann::ordered_json chosen_scene(const FuzzArguments& options) {
 void print_opinions(const FuzzScene& scene) {
   fmt::print("verdict    {}{}{}\n", word_of(scene.verdict), scene.detail.empty() ? "" : ": ", scene.detail);
   fmt::print("difference {:.2e}, sensitivity {:.2e}\n", scene.difference, scene.sensitivity);
-  for (const auto& o : scene.opinions) {
+  for (const auto& o : scene.results) {
     fmt::print("{}\n  {:.3f} s, {}\n", o.command("SCENE"), o.seconds,
                o.succeeded() ? fmt::format("error allowed {:.1e}", o.error) : o.reason_class());
     if (o.succeeded())

@@ -20,8 +20,8 @@ struct Evidence {
   SceneTest test;     ///< whether another scene shows it, too
 };
 
-FuzzOpinion ask_again(const ordered_json& scene, const FuzzOpinion& opinion, double time_limit) {
-  return ask(*read_scene_text(scene.dump(), "scene"), opinion.method, opinion.steps, opinion.tolerance, time_limit);
+FuzzResult run_again(const ordered_json& scene, const FuzzResult& result, double time_limit) {
+  return run_method(*read_scene_text(scene.dump(), "scene"), result.method, result.setting, time_limit);
 }
 
 Evidence evidence_of(const FuzzScene& found, const JudgeOptions& options) {
@@ -32,17 +32,17 @@ Evidence evidence_of(const FuzzScene& found, const JudgeOptions& options) {
             }};
   }
   const auto hanging =
-      std::ranges::find_if(found.opinions, [](const FuzzOpinion& opinion) { return opinion.is_killed_or_crashed(); });
-  if (hanging != found.opinions.end()) {
+      std::ranges::find_if(found.results, [](const FuzzResult& result) { return result.is_killed_or_crashed(); });
+  if (hanging != found.results.end()) {
     constexpr double time_limit = 1;  // a scene that hangs does so for a second, too
-    return {found.detail, [opinion = *hanging](const ordered_json& scene) {
-              return ask_again(scene, opinion, time_limit).status == opinion.status;
+    return {found.detail, [result = *hanging](const ordered_json& scene) {
+              return run_again(scene, result, time_limit).status == result.status;
             }};
   }
-  const FuzzOpinion& adaptive = found.opinions.front();
+  const FuzzResult& adaptive = found.results.front();
   if (!adaptive.succeeded()) {
     return {"fesd_adaptive declines: " + adaptive.message, [adaptive, options](const ordered_json& scene) {
-              const FuzzOpinion again = ask_again(scene, adaptive, options.time_limit);
+              const FuzzResult again = run_again(scene, adaptive, options.time_limit);
               return !again.succeeded() && again.reason_class() == adaptive.reason_class();
             }};
   }
@@ -62,7 +62,7 @@ std::string save_evidence(const ordered_json& scene, const FuzzScene& found, con
   const std::string path =
       (std::filesystem::path(folder) / fmt::format("{}_{}_{}.json", found.family, found.seed, found.number)).string();
   std::string text = fmt::format("// ricochet fuzz --scene {}\n", path);
-  for (const auto& opinion : found.opinions) text += fmt::format("// {}\n", opinion.command(path));
+  for (const auto& result : found.results) text += fmt::format("// {}\n", result.command(path));
   write_text("scene file", path, text + smallest.dump(1) + "\n");
   return path;
 }

@@ -35,10 +35,10 @@ std::vector<SceneFamily> chosen_families(const FuzzOptions& options) {
 /// Every disagreement and every method that hangs; of the scenes that fesd_adaptive declines the first two per reason.
 bool is_new_evidence(const FuzzScene& scene, const std::vector<FuzzScene>& before) {
   if (scene.verdict == FuzzVerdict::disagree || scene.verdict == FuzzVerdict::hangs) return true;
-  const FuzzOpinion& adaptive = scene.opinions.front();
+  const FuzzResult& adaptive = scene.results.front();
   if (adaptive.succeeded()) return false;
   return std::ranges::count_if(before, [&](const FuzzScene& other) {
-           return other.opinions.front().reason_class() == adaptive.reason_class();
+           return other.results.front().reason_class() == adaptive.reason_class();
          }) < 2;
 }
 

@@ -4,15 +4,15 @@
 #include <string>
 #include <vector>
 
+#include "reports/setting.h"
 #include "reports/table.h"
 
 namespace ricochet {
 
-/// What one method says of a random scene.
-struct FuzzOpinion {
-  std::string method;           ///< as on the command line
-  int steps = 0;                ///< fixed-step methods
-  double tolerance = 0;         ///< error-controlled methods
+/// A run of one method on a random scene.
+struct FuzzResult {
+  std::string method;  ///< as on the command line
+  Setting setting;
   std::string status, message;  ///< to_string(Status), "declined", "killed" or "crashed"
   std::vector<double> q, v;     ///< final state of a success
   double error = 0;             ///< that the judge allows it, max-norm of (q, v)
@@ -22,13 +22,12 @@ struct FuzzOpinion {
   bool is_killed_or_crashed() const { return status == "killed" || status == "crashed"; }
   /// Why it did not succeed, without numbers and names of contacts, so that equal reasons are counted together.
   std::string reason_class() const;
-  /// The command line that asks it again.
+  /// The command that repeats the run.
   std::string command(const std::string& scene_file) const;
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FuzzOpinion, method, steps, tolerance, status, message, q, v, error,
-                                                seconds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FuzzResult, method, setting, status, message, q, v, error, seconds)
 
-/// What the opinions on a scene amount to; the rule is in bench/fuzz/judge.h.
+/// Verdict on a scene, by the rule in bench/fuzz/judge.h.
 enum class FuzzVerdict {
   agree,      ///< at least two methods succeed, and all that do agree
   sensitive,  ///< they differ by no more than what the motion makes of rounding and tolerances
@@ -63,11 +62,11 @@ struct FuzzScene {
   double difference = 0;   ///< largest between two that succeeded
   double sensitivity = 0;  ///< spread under disturbances and other tolerances, where it was measured
   std::string file;        ///< minimised scene, where one was saved
-  std::vector<FuzzOpinion> opinions;
+  std::vector<FuzzResult> results;
 };
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FuzzScene, family, seed, number, verdict, detail, parties, difference,
-                                                sensitivity, file, opinions)
+                                                sensitivity, file, results)
 
 /// Families by verdicts, and how often each method declined: numbers and percents.
 Table fuzz_table(const std::vector<FuzzScene>& scenes);

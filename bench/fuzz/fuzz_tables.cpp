@@ -8,7 +8,6 @@
 
 #include "bench/fuzz/fuzz_scene.h"
 #include "methods/method_spec.h"
-#include "reports/setting.h"
 
 namespace ricochet {
 namespace {
@@ -27,13 +26,13 @@ std::string short_name(const std::string& method) {
   return MethodSpec(method).name();
 }
 
-/// Names of the methods in the order of their first opinion.
+/// Names of the methods in the order of their first result.
 std::vector<std::string> methods_of(const std::vector<FuzzScene>& scenes) {
   std::vector<std::string> names;
   for (const auto& scene : scenes) {
-    for (const auto& opinion : scene.opinions) {
-      if (std::ranges::find(names, short_name(opinion.method)) == names.end())
-        names.push_back(short_name(opinion.method));
+    for (const auto& result : scene.results) {
+      if (std::ranges::find(names, short_name(result.method)) == names.end())
+        names.push_back(short_name(result.method));
     }
   }
   return names;
@@ -53,7 +52,7 @@ std::string word_of(FuzzVerdict verdict) {
   return nlohmann::json(verdict);
 }
 
-std::string FuzzOpinion::reason_class() const {
+std::string FuzzResult::reason_class() const {
   if (succeeded()) return "";
   if (is_killed_or_crashed()) return status;
   static const std::regex name("'[^']*'"), number(R"([-+]?\d+(\.\d+)?(e[-+]?\d+)?)"), count(R"( \(# \w+\)$)");
@@ -66,8 +65,8 @@ std::string FuzzOpinion::reason_class() const {
   return fmt::format("{}: {}", status, text.substr(0, 160));
 }
 
-std::string FuzzOpinion::command(const std::string& scene_file) const {
-  return fmt::format("ricochet run --scene {} --method {} {}", scene_file, method, Setting{steps, tolerance}.option());
+std::string FuzzResult::command(const std::string& scene_file) const {
+  return fmt::format("ricochet run --scene {} --method {} {}", scene_file, method, setting.option());
 }
 
 namespace {
@@ -82,7 +81,7 @@ struct FamilyCount {
   void add(const FuzzScene& scene) {
     ++scenes;
     ++verdicts[scene.verdict];
-    for (const auto& opinion : scene.opinions) declines[short_name(opinion.method)] += opinion.succeeded() ? 0 : 1;
+    for (const auto& result : scene.results) declines[short_name(result.method)] += result.succeeded() ? 0 : 1;
   }
   template <class Map, class Key>
   std::string share_of(const Map& counts, const Key& key) const {
@@ -121,9 +120,9 @@ Table fuzz_reasons(const std::vector<FuzzScene>& scenes) {
   };
   std::map<std::pair<std::string, std::string>, Reason> reasons;
   for (const auto& scene : scenes) {
-    for (const auto& opinion : scene.opinions) {
-      if (opinion.succeeded()) continue;
-      const std::string method = short_name(opinion.method), text = opinion.reason_class();
+    for (const auto& result : scene.results) {
+      if (result.succeeded()) continue;
+      const std::string method = short_name(result.method), text = result.reason_class();
       Reason& reason = reasons
                            .try_emplace({method, text},
                                         Reason{method, text, 0, {}, fmt::format("{} {}", scene.family, scene.number)})

@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 
+#include "bench/measure/measure_run.h"
 #include "methods/isolated.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
@@ -44,30 +45,30 @@ std::string moreau_jean_for(const ProblemInfo& problem) {
   return is_spatial ? "moreau_jean,solver=newton" : "moreau_jean";  // facets are not the friction disc
 }
 
-double distance(const FuzzOpinion& a, const FuzzOpinion& b) {
+double distance(const FuzzResult& a, const FuzzResult& b) {
   double largest = 0;
   for (std::size_t k = 0; k < a.q.size(); ++k)
     largest = std::max({largest, std::abs(a.q[k] - b.q[k]), std::abs(a.v[k] - b.v[k])});
   return largest;
 }
 
-double size_of(const FuzzOpinion& a) {
+double size_of(const FuzzResult& a) {
   double largest = 1;
   for (std::size_t k = 0; k < a.q.size(); ++k) largest = std::max({largest, std::abs(a.q[k]), std::abs(a.v[k])});
   return largest;
 }
 
 /// The impacts of several contacts accumulate.
-bool says_collapse(const FuzzOpinion& opinion) {
-  return !opinion.succeeded() && opinion.message.find("the impacts of contacts") != std::string::npos &&
-         opinion.message.find("accumulate") != std::string::npos;
+bool says_collapse(const FuzzResult& result) {
+  return !result.succeeded() && result.message.find("the impacts of contacts") != std::string::npos &&
+         result.message.find("accumulate") != std::string::npos;
 }
 
-bool says_not_unique(const FuzzOpinion& opinion) {
-  if (opinion.succeeded()) return false;
-  return opinion.message.find("indeterminate") != std::string::npos ||
-         opinion.message.find("several solutions") != std::string::npos ||
-         opinion.message.find("not unique") != std::string::npos;
+bool says_not_unique(const FuzzResult& result) {
+  if (result.succeeded()) return false;
+  return result.message.find("indeterminate") != std::string::npos ||
+         result.message.find("several solutions") != std::string::npos ||
+         result.message.find("not unique") != std::string::npos;
 }
 
 /// A parameter of the scene, 1 where it has none of that name.
@@ -91,9 +92,9 @@ ordered_json disturbed(ordered_json scene, double size) {
   return scene;
 }
 
-class Hearing {
+class Judge {
  public:
-  Hearing(const ordered_json& scene, const JudgeOptions& options)
+  Judge(const ordered_json& scene, const JudgeOptions& options)
       : scene_(scene),
         options_(options),
         problem_(read_scene_text(scene.dump(), "scene")),
@@ -102,70 +103,72 @@ class Hearing {
         size_(std::min({1.0, length_, velocity_})) {}
 
   FuzzScene verdict() {
-    hear();
-    if (!all_agree() || !is_confirmed()) hear_more();
-    FuzzScene result;
-    result.verdict = decide(result);
-    result.difference = 0;
-    for (std::size_t i = 0; i < opinions_.size(); ++i) {
+    run_all();
+    if (!all_agree() || !is_confirmed()) run_more();
+    FuzzScene judged;
+    judged.verdict = decide(judged);
+    judged.difference = 0;
+    for (std::size_t i = 0; i < results_.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
-        if (both(i, j)) result.difference = std::max(result.difference, distance(opinions_[i], opinions_[j]));
+        if (both(i, j)) judged.difference = std::max(judged.difference, distance(results_[i], results_[j]));
       }
     }
-    result.sensitivity = sensitivity_;
-    result.opinions.assign(opinions_.begin(), opinions_.end());
-    return result;
+    judged.sensitivity = sensitivity_;
+    judged.results.assign(results_.begin(), results_.end());
+    return judged;
   }
 
  private:
-  /// @param tolerance  of the numbers that the judge compares
-  FuzzOpinion run(const Problem& problem, const std::string& method, int steps, double tolerance) const {
-    FuzzOpinion opinion = options_.asker(
-        problem, method, steps, tolerance > 0 ? std::max(kLeastTolerance, size_ * tolerance) : 0, options_.time_limit);
-    for (double& q : opinion.q) q /= length_;
-    for (double& v : opinion.v) v /= velocity_;
-    return opinion;
+  /// @param setting  its tolerance is that of the numbers that the judge compares
+  FuzzResult run(const Problem& problem, const std::string& method, const Setting& setting) const {
+    Setting scaled = setting;
+    if (setting.is_tolerance()) scaled.tolerance = std::max(kLeastTolerance, size_ * setting.tolerance);
+    FuzzResult result = options_.runner(problem, method, scaled, options_.time_limit);
+    for (double& q : result.q) q /= length_;
+    for (double& v : result.v) v /= velocity_;
+    return result;
   }
 
   /// With N' steps, and the error that N and N' leave, (1), (5) and (6).
-  FuzzOpinion run_twice(const std::string& method, int steps) const {
-    const FuzzOpinion first = run(*problem_, method, steps, 0);
+  FuzzResult run_twice(const std::string& method, int steps) const {
+    const FuzzResult first = run(*problem_, method, {.steps = steps});
     if (!first.succeeded()) return first;  // one run alone says nothing of its error
-    FuzzOpinion second = with_error(run(*problem_, method, kFiner * steps, 0));
+    FuzzResult second = with_error(run(*problem_, method, {.steps = kFiner * steps}));
     if (second.succeeded()) second.error += kStepErrors * distance(first, second);
     return second;
   }
 
-  FuzzOpinion with_error(FuzzOpinion opinion) const {
-    if (opinion.succeeded()) opinion.error = kAllowed * coarseness(opinion) * size_of(opinion);
-    return opinion;
+  FuzzResult with_error(FuzzResult result) const {
+    if (result.succeeded()) result.error = kAllowed * coarseness(result) * size_of(result);
+    return result;
   }
 
   /// r of (1)
-  double coarseness(const FuzzOpinion& opinion) const {
-    return opinion.tolerance > 0 ? std::max(1.0, kLeastTolerance / (kTolerance * size_)) : 1;
+  double coarseness(const FuzzResult& result) const {
+    return result.setting.is_tolerance() ? std::max(1.0, kLeastTolerance / (kTolerance * size_)) : 1;
   }
 
-  void hear() {
-    opinions_ = {with_error(run(*problem_, kAdaptive, 0, kTolerance)),
-                 with_error(run(*problem_, kFixed, kFixedSteps, 0)), with_error(run(*problem_, kCvode, 0, kTolerance)),
-                 run_twice(moreau_jean_for(problem_->info()), kMoreauJeanSteps),
-                 with_error(run(*problem_, kEventDriven, 0, kTolerance))};
+  void run_all() {
+    results_ = {with_error(run(*problem_, kAdaptive, {.tolerance = kTolerance})),
+                with_error(run(*problem_, kFixed, {.steps = kFixedSteps})),
+                with_error(run(*problem_, kCvode, {.tolerance = kTolerance})),
+                run_twice(moreau_jean_for(problem_->info()), kMoreauJeanSteps),
+                with_error(run(*problem_, kEventDriven, {.tolerance = kTolerance}))};
   }
 
-  void hear_more() {
-    auto& [a, f, c, m, e] = opinions_;
-    const FuzzOpinion a_before = a, c_before = c, e_before = e;
+  void run_more() {
+    auto& [a, f, c, m, e] = results_;
+    const FuzzResult a_before = a, c_before = c, e_before = e;
     double spread_a = 0, spread_c = 0, spread_e = 0;
-    for (auto [opinion, spread] : {std::pair(&a, &spread_a), std::pair(&e, &spread_e)}) {
-      if (!opinion->succeeded()) continue;
-      *spread = change(*opinion, run(*problem_, opinion->method, 0, kTighter));
-      opinion->error += std::min(*spread, kImprecise * coarseness(*opinion) * size_of(*opinion));  // (3)
+    for (auto [result, spread] : {std::pair(&a, &spread_a), std::pair(&e, &spread_e)}) {
+      if (!result->succeeded()) continue;
+      *spread = change(*result, run(*problem_, result->method, {.tolerance = kTighter}));
+      result->error += std::min(*spread, kImprecise * coarseness(*result) * size_of(*result));  // (3)
     }
     if (c.succeeded()) {
       double error = kConfirming * size_of(c);  // of a method that cannot be asked again nothing better is known
       for (const double tolerance : {kTight, kTighter}) {
-        const FuzzOpinion tighter = with_error(run(*problem_, kCvode, 0, tolerance));
+        const FuzzResult tighter = with_error(run(*problem_, kCvode, {.tolerance = tolerance}));
         if (!tighter.succeeded()) break;
         error = tighter.error + kChanged * distance(tighter, c);  // (4)
         c = tighter;
@@ -173,51 +176,51 @@ class Hearing {
       c.error = error;
       spread_c = distance(c_before, c);
     }
-    if (f.succeeded()) ask_again(kMoreFixed * kFixedSteps, f);
+    if (f.succeeded()) run_again(kMoreFixed * kFixedSteps, f);
     if (m.succeeded()) {
-      const FuzzOpinion before = m;
-      ask_again(kMoreMoreauJean * kMoreauJeanSteps, m);
+      const FuzzResult before = m;
+      run_again(kMoreMoreauJean * kMoreauJeanSteps, m);
       m.error = std::max(m.error, kAllowed * size_of(m) + kChanged * distance(before, m));  // (6)
     }
     measure_sensitivity({{a_before, spread_a}, {c_before, spread_c}, {e_before, spread_e}});
   }
 
   /// The answer with more steps; the old one, of which little is known, where that fails.
-  void ask_again(int steps, FuzzOpinion& opinion) const {
-    const FuzzOpinion again = run_twice(opinion.method, steps);
+  void run_again(int steps, FuzzResult& result) const {
+    const FuzzResult again = run_twice(result.method, steps);
     if (again.succeeded())
-      opinion = again;
+      result = again;
     else
-      opinion.error = kConfirming * size_of(opinion);
+      result.error = kConfirming * size_of(result);
   }
 
   /// How far another answer is from this one; 0 where there is none.
-  static double change(const FuzzOpinion& opinion, const FuzzOpinion& other) {
-    return other.succeeded() ? distance(opinion, other) : 0;
+  static double change(const FuzzResult& result, const FuzzResult& other) {
+    return other.succeeded() ? distance(result, other) : 0;
   }
 
   /// K and (7). @param undisturbed  answers with the first tolerance, and what another one changed
-  void measure_sensitivity(const std::vector<std::pair<FuzzOpinion, double>>& undisturbed) {
+  void measure_sensitivity(const std::vector<std::pair<FuzzResult, double>>& undisturbed) {
     double smallest = std::numeric_limits<double>::infinity();
     const auto plus = read_scene_text(disturbed(scene_, kDisturbance).dump(), "disturbed scene"),
                minus = read_scene_text(disturbed(scene_, -kDisturbance).dump(), "disturbed scene");
-    for (auto [opinion, spread] : undisturbed) {
-      if (!opinion.succeeded()) continue;
+    for (auto [result, spread] : undisturbed) {
+      if (!result.succeeded()) continue;
       for (const auto* problem : {plus.get(), minus.get()})
-        spread = std::max(spread, change(opinion, run(*problem, opinion.method, 0, kTolerance)));
+        spread = std::max(spread, change(result, run(*problem, result.method, {.tolerance = kTolerance})));
       smallest = std::min(smallest, spread);
     }
     if (!std::isfinite(smallest)) return;
     sensitivity_ = smallest;
-    for (auto& opinion : opinions_) opinion.error += kAmplified * smallest;
+    for (auto& result : results_) result.error += kAmplified * smallest;
   }
 
-  bool both(std::size_t i, std::size_t j) const { return opinions_[i].succeeded() && opinions_[j].succeeded(); }
+  bool both(std::size_t i, std::size_t j) const { return results_[i].succeeded() && results_[j].succeeded(); }
   bool agree(std::size_t i, std::size_t j) const {  // (2)
-    return distance(opinions_[i], opinions_[j]) <= opinions_[i].error + opinions_[j].error;
+    return distance(results_[i], results_[j]) <= results_[i].error + results_[j].error;
   }
   bool all_agree() const {
-    for (std::size_t i = 0; i < opinions_.size(); ++i) {
+    for (std::size_t i = 0; i < results_.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
         if (both(i, j) && !agree(i, j)) return false;
       }
@@ -225,113 +228,96 @@ class Hearing {
     return true;
   }
   bool is_confirmed() const {
-    for (std::size_t i = 0; i < opinions_.size(); ++i) {
+    for (std::size_t i = 0; i < results_.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
-        if (both(i, j) && agree(i, j) && opinions_[i].error + opinions_[j].error <= kConfirming * size_of(opinions_[i]))
+        if (both(i, j) && agree(i, j) && results_[i].error + results_[j].error <= kConfirming * size_of(results_[i]))
           return true;
       }
     }
     return false;
   }
 
-  FuzzVerdict decide(FuzzScene& result) const {
-    const auto add = [&](const std::string& text) { result.detail += (result.detail.empty() ? "" : "; ") + text; };
-    for (const auto& opinion : opinions_) {
-      if (opinion.is_killed_or_crashed()) add(fmt::format("{} was {}", opinion.method, opinion.reason_class()));
+  FuzzVerdict decide(FuzzScene& judged) const {
+    const auto add = [&](const std::string& text) { judged.detail += (judged.detail.empty() ? "" : "; ") + text; };
+    for (const auto& result : results_) {
+      if (result.is_killed_or_crashed()) add(fmt::format("{} was {}", result.method, result.reason_class()));
     }
-    if (!result.detail.empty()) return FuzzVerdict::hangs;
+    if (!judged.detail.empty()) return FuzzVerdict::hangs;
     double worst = 0;
     bool is_of_time_stepping = true;
-    for (std::size_t i = 0; i < opinions_.size(); ++i) {
-      for (std::size_t j = i + 1; j < opinions_.size(); ++j) {
+    for (std::size_t i = 0; i < results_.size(); ++i) {
+      for (std::size_t j = i + 1; j < results_.size(); ++j) {
         if (!both(i, j) || agree(i, j)) continue;
         is_of_time_stepping = is_of_time_stepping && (i == 3 || j == 3);
-        const double difference = distance(opinions_[i], opinions_[j]);
-        const double allowed = opinions_[i].error + opinions_[j].error;
-        const std::string parties = fmt::format("{} and {}", opinions_[i].method, opinions_[j].method);
+        const double difference = distance(results_[i], results_[j]);
+        const double allowed = results_[i].error + results_[j].error;
+        const std::string parties = fmt::format("{} and {}", results_[i].method, results_[j].method);
         add(fmt::format("{} differ by {:.1e}, {:.1e} allowed", parties, difference, allowed));
         if (difference / allowed <= worst) continue;
         worst = difference / allowed;
-        result.parties = parties;
+        judged.parties = parties;
       }
     }
-    if (!result.detail.empty()) {
-      if (std::ranges::any_of(opinions_, says_not_unique)) return FuzzVerdict::open;
+    if (!judged.detail.empty()) {
+      if (std::ranges::any_of(results_, says_not_unique)) return FuzzVerdict::open;
       if (is_of_time_stepping && both(0, 2)) return FuzzVerdict::outvoted;
-      return is_of_time_stepping && says_collapse(opinions_[2]) ? FuzzVerdict::collapse : FuzzVerdict::disagree;
+      return is_of_time_stepping && says_collapse(results_[2]) ? FuzzVerdict::collapse : FuzzVerdict::disagree;
     }
-    if (std::ranges::none_of(opinions_, &FuzzOpinion::succeeded)) return FuzzVerdict::declined;
+    if (std::ranges::none_of(results_, &FuzzResult::succeeded)) return FuzzVerdict::declined;
     if (!is_confirmed()) return FuzzVerdict::undecided;
     return kAmplified * sensitivity_ > kAllowed * size() ? FuzzVerdict::sensitive : FuzzVerdict::agree;
   }
 
   double size() const {
     double largest = 1;
-    for (const auto& opinion : opinions_) largest = std::max(largest, size_of(opinion));
+    for (const auto& result : results_) largest = std::max(largest, size_of(result));
     return largest;
   }
 
   const ordered_json& scene_;
   JudgeOptions options_;
   std::unique_ptr<Problem> problem_;
-  double length_, velocity_;             ///< units of the answers, see SceneDraw::change_units()
-  double size_;                          ///< the smallest of 1 and these: of what an absolute tolerance has to resolve
-  std::array<FuzzOpinion, 5> opinions_;  ///< a, f, c, m, e
+  double length_, velocity_;           ///< units of the answers, see SceneDraw::change_units()
+  double size_;                        ///< the smallest of 1 and these: of what an absolute tolerance has to resolve
+  std::array<FuzzResult, 5> results_;  ///< a, f, c, m, e
   double sensitivity_ = 0;
 };
 
 }  // namespace
 
-FuzzOpinion ask(const Problem& problem, const std::string& method, int steps, double tolerance, double time_limit) {
-  FuzzOpinion opinion;
-  opinion.method = method;
-  opinion.steps = steps;
-  opinion.tolerance = tolerance;
+FuzzResult run_method(const Problem& problem, const std::string& method, const Setting& setting, double time_limit) {
+  FuzzResult result;
+  result.method = method;
+  result.setting = setting;
   const auto begin = std::chrono::steady_clock::now();
   const auto work = [&]() -> std::string {
-    Settings settings;
-    settings.steps = steps;
-    settings.tolerance = tolerance;
-    settings.time_limit = time_limit;
-    settings.recording = Recording::final_state;
-    const auto asked = make_method(method);
-    if (const Support support = asked->can_run(problem.info()); !support.ok)
-      return json{{"declined", support.reason}}.dump();
-    try {
-      const Solution s = asked->solve(problem, settings);
-      json answer = {{"status", to_string(s.status)}, {"message", s.message}};
-      if (s.succeeded() && !(s.q.allFinite() && s.v.allFinite())) answer["status"] = "not finite, called a success";
-      answer["q"] = s.q;
-      answer["v"] = s.v;
-      return answer.dump();
-    } catch (const InputError& error) {
-      return json{{"declined", error.what()}}.dump();
-    }
+    Run run;
+    run.method = method;
+    run.setting = setting;
+    const Solution s =
+        measure_run({.problem = problem, .recording = Recording::final_state, .time_limit = time_limit}, run);
+    if (run.succeeded() && !(s.q.allFinite() && s.v.allFinite())) run.status = "not finite, called a success";
+    return json{{"status", run.status}, {"message", run.message}, {"q", s.q}, {"v", s.v}}.dump();
   };
-  const IsolatedResult result = run_isolated(work, 2 * time_limit);
-  opinion.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  if (result.ending != IsolatedResult::Ending::returned) {
-    opinion.status = result.ending == IsolatedResult::Ending::killed ? "killed" : "crashed";
-    opinion.message = result.text;
-    return opinion;
+  const IsolatedResult ended = run_isolated(work, 2 * time_limit);
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (ended.ending != IsolatedResult::Ending::returned) {
+    result.status = ended.ending == IsolatedResult::Ending::killed ? "killed" : "crashed";
+    result.message = ended.text;
+    return result;
   }
-  const json answer = json::parse(result.text);
-  if (answer.contains("declined")) {
-    opinion.status = "declined";
-    opinion.message = answer["declined"];
-    return opinion;
+  const json answer = json::parse(ended.text);
+  result.status = answer["status"];
+  result.message = answer["message"];
+  if (result.succeeded()) {
+    result.q = answer["q"].get<std::vector<double>>();
+    result.v = answer["v"].get<std::vector<double>>();
   }
-  opinion.status = answer["status"];
-  opinion.message = answer["message"];
-  if (opinion.succeeded()) {
-    opinion.q = answer["q"].get<std::vector<double>>();
-    opinion.v = answer["v"].get<std::vector<double>>();
-  }
-  return opinion;
+  return result;
 }
 
 FuzzScene judge(const ordered_json& scene, const JudgeOptions& options) {
-  return Hearing(scene, options).verdict();
+  return Judge(scene, options).verdict();
 }
 
 }  // namespace ricochet

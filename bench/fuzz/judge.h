@@ -9,12 +9,12 @@
 
 namespace ricochet {
 
-/// The opinion of one method. @param tolerance  0 for methods with fixed steps; @param time_limit  of the run [s]
-FuzzOpinion ask(const Problem& problem, const std::string& method, int steps, double tolerance, double time_limit);
+/// A run of one method in a process of its own. @param time_limit  of the run [s]
+FuzzResult run_method(const Problem& problem, const std::string& method, const Setting& setting, double time_limit);
 
 struct JudgeOptions {
-  double time_limit = 10;       ///< of a run [s]
-  decltype(&ask) asker = &ask;  ///< for tests of the rule
+  double time_limit = 10;                      ///< of a run [s]
+  decltype(&run_method) runner = &run_method;  ///< for tests of the rule
 };
 
 /// The judge of random scenes: five methods that share little of their numerics are asked for the final state x = (q,

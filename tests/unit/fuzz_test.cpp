@@ -63,19 +63,19 @@ struct Answers {
 };
 Answers answers;
 
-FuzzOpinion answer(const Problem& problem, const std::string& method, int steps, double tolerance, double) {
-  FuzzOpinion opinion;
-  opinion.method = method;
-  opinion.steps = steps;
-  opinion.tolerance = tolerance;
-  opinion.status = "success";
+FuzzResult answer(const Problem& problem, const std::string& method, const Setting& setting, double) {
+  const auto [steps, tolerance] = setting;
+  FuzzResult result;
+  result.method = method;
+  result.setting = setting;
+  result.status = "success";
   const bool is_disturbed = problem.force(problem.info().q0, problem.info().v0)[0] != -9.81;
   double x = answers.cvode;
   std::string message = answers.cvode_message;
   if (method == "event_driven") {
     x = answers.event_driven;
     message = answers.event_driven_message;
-    if (!message.empty()) opinion.status = "step_limit";
+    if (!message.empty()) result.status = "step_limit";
   } else if (method.starts_with("fesd_adaptive"))
     x = is_disturbed        ? answers.adaptive_disturbed
         : tolerance < 1e-11 ? answers.adaptive_tighter.value_or(answers.adaptive)
@@ -87,17 +87,17 @@ FuzzOpinion answer(const Problem& problem, const std::string& method, int steps,
   else if (answers.cvode_tighter && tolerance < 1e-10)
     x = *answers.cvode_tighter;
   else if (!answers.cvode_message.empty())
-    opinion.status = "inner_solver_failed";
-  opinion.message = opinion.succeeded() ? "" : message;
-  opinion.q = {x};
-  opinion.v = {0};
-  return opinion;
+    result.status = "inner_solver_failed";
+  result.message = result.succeeded() ? "" : message;
+  result.q = {x};
+  result.v = {0};
+  return result;
 }
 
 FuzzScene judged(const Answers& given) {
   answers = given;
   JudgeOptions options;
-  options.asker = answer;
+  options.runner = answer;
   return judge(
       ordered_json::parse(R"({"q0": ["0"], "v0": ["0"], "T": "1", "M": [["1"]], "f": ["-9.81"], "contacts": []})"),
       options);
@@ -162,7 +162,7 @@ TEST(Judge, ComparesInTheUnitsOfTheScene) {
   // A ball of nanometres: an error of 1e-13 m is 1e-4 of the unit.
   answers = {.adaptive = 1e-13, .adaptive_disturbed = 1e-13};
   JudgeOptions options;
-  options.asker = answer;
+  options.runner = answer;
   const auto verdict = [&](const char* unit_length) {
     auto scene =
         ordered_json::parse(R"({"q0": ["0"], "v0": ["0"], "T": "1", "M": [["1"]], "f": ["-9.81"], "contacts": []})");
@@ -180,11 +180,11 @@ TEST(Judge, ExplainsWhatIsNotUnique) {
 }
 
 TEST(Judge, CountsReasonsWithoutNumbersAndNames) {
-  FuzzOpinion opinion;
-  opinion.status = "infeasible";
-  opinion.message =
+  FuzzResult result;
+  result.status = "infeasible";
+  result.message =
       "from t = 0.58 s, with a step of 1.16e-13 s: contact 'bb0' would stick with 0.547 N more (4 predictions)";
-  EXPECT_EQ(opinion.reason_class(), "infeasible: contact C would stick with # N more");
+  EXPECT_EQ(result.reason_class(), "infeasible: contact C would stick with # N more");
 }
 
 TEST(Minimiser, KeepsWhatTheTestNeeds) {
