@@ -69,7 +69,7 @@ bool LoadSearch::is_known_at(const double* q, const double* v) {
 }
 
 bool LoadSearch::is_polynomial(const Function& f) const {
-  return f.kind == Kind::slip && info_.contacts[f.contact].is_affine;
+  return f.kind == SwitchKind::slip_stops && info_.contacts[f.contact].is_affine;
 }
 
 bool LoadSearch::needs_boxes() const {
@@ -97,14 +97,14 @@ Interval LoadSearch::slip_polynomial(const Function& f, const double* b, Layout 
 Interval LoadSearch::bounds(const Function& f) {
   const Interval* q = box_.data();
   const Interval* v = q + info_.n_q;
-  if (f.kind != Kind::slip) {
+  if (f.kind != SwitchKind::slip_stops) {
     if (!has_forces_) {
       for (Eigen::Index k = 0; k < middle_.size(); ++k) middle_[k] = box_[k].middle();
       knows_forces_ = forces_.evaluate(q, v, middle_.data(), middle_.data() + info_.n_q);
     }
     has_forces_ = true;
     if (!knows_forces_) return Interval::whole();
-    return f.kind == Kind::force ? forces_.normal_force(f.contact) : forces_.cone_margin(f.contact);
+    return f.kind == SwitchKind::force_vanishes ? forces_.normal_force(f.contact) : forces_.cone_margin(f.contact);
   }
   const auto& contact = info_.contacts[f.contact];
   if (!contact.is_affine && !has_tangents_) problem_.tangent_bounds(chosen_.data(), q, J_t_.data());
@@ -169,7 +169,7 @@ void LoadSearch::prove_wide_box() {
   bool one_is = false, all_are = true;
   for (std::size_t k = 0; k < functions_.size(); ++k) {
     const Function& f = functions_[k];
-    const bool turns = f.kind == Kind::slip && info_.contacts[f.contact].n_t == 2;  // its direction does
+    const bool turns = f.kind == SwitchKind::slip_stops && info_.contacts[f.contact].n_t == 2;  // its direction does
     is_far_[k] = !is_polynomial(f) && !turns && bounds(f).lower >= 0;
     one_is = one_is || is_far_[k];
     all_are = all_are && (is_far_[k] || is_polynomial(f));

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "methods/contact_laws/switch_kind.h"
 #include "methods/contact_laws/wide_box.h"
 #include "problems/force_bounds.h"
 #include "problems/problem.h"
@@ -37,9 +38,8 @@ namespace ricochet {
 /// A path may end at a zero that is known already: pieces next to it are halved down to 1/1024 and then left to it.
 class LoadSearch {
  public:
-  enum class Kind : std::uint8_t { force, cone, slip };
   struct Function {
-    Kind kind = Kind::force;
+    SwitchKind kind = SwitchKind::force_vanishes;  ///< or cone_reached or slip_stops
     int contact = -1;
     double slack = 0;                       ///< how far below zero it may be
     double error = 0;                       ///< of slip: of the path inside, and of none at its ends

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <cstdint>
 #include <span>
 
 #include "methods/contact_laws/friction_polygon.h"
+#include "methods/contact_laws/switch_kind.h"
 #include "methods/elements/element.h"
 #include "problems/solution.h"
 
@@ -12,44 +12,36 @@ namespace ricochet {
 class SwitchFunction;
 struct RunResponse;
 
-/// Where a run of equal elements ends.
+/// The switch at the end of a run of equal elements.
 struct Switch {
-  /// In the order of the rows of switch_kinds().
-  enum class Kind : std::uint8_t {
-    gap_closes,      ///< f_c = 0
-    force_vanishes,  ///< lambda_n = 0
-    slip_stops,      ///< v_t = 0 in the plane; in space see switch_function.h (8)
-    cone_reached,    ///< ||lambda_t|| = mu lambda_n of a sticking contact
-    slip_turns,      ///< on a polygon, vertex slip becomes normal to an edge
-    edge_left,       ///< on a polygon, the force reaches the end of its edge
-  };
-  Kind kind = Kind::gap_closes;
+  SwitchKind kind = SwitchKind::gap_closes;
   int contact = -1;            ///< -1: no switch, the run ends with its time
-  int zeros_at_start = 0;      ///< of the switch function at the left end; these roots h = 0 are divided out
-  double left_gap = 0;         ///< [m] of a contact that starts the run touching: its gap closes where it is this again
-  bool together = false;       ///< the contacts of the same bodies that slip in space come to rest with this one
-  FacetCondition condition{};  ///< on a polygon: the one that becomes zero; its facet is -1 elsewhere
+  int zeros_at_start = 0;      ///< number of zeros h = 0 of the switch function, which are divided out
+  double left_gap = 0;         ///< [m] of a contact that touches at the left end: its gap closes where it is this again
+  bool together = false;       ///< contacts of the same bodies that slip in space come to rest with this one
+  FacetCondition condition{};  ///< on a polygon: the condition that becomes zero; its facet is -1 elsewhere
 
   bool on_polygon() const { return condition.facet >= 0; }
-  bool is(Kind its_kind, int its_contact) const { return contact == its_contact && kind == its_kind; }
+  bool is(SwitchKind its_kind, int its_contact) const { return contact == its_contact && kind == its_kind; }
 };
 
-/// All that is known of a kind of switch. Another kind is another row, with its value and its slope in SwitchFunction,
-/// and the sign condition in SignConditions that announces it.
-struct SwitchKind {
-  Switch::Kind kind;
+/// Properties of a kind of switch in FESD-J. A new kind needs a row, with its value and its slope in SwitchFunction, and
+/// the sign condition in SignConditions that announces it.
+struct SwitchProperties {
+  SwitchKind kind;
   const char* name;
   bool needs_force;  ///< its function is one of the forces at the right end, which not every tableau gives
   bool is_of_slip;   ///< its function is of the slip velocity: at a slip that starts from rest, zero at the left end
   double (SwitchFunction::*value)(const Element& last, const Switch& end);
   void (SwitchFunction::*slope)(const Element& last, const Switch& end, const RunResponse& response,
                                 Eigen::RowVector2d& slope);
-  EventKind event;                      ///< what happens there, unless an impact or another switch coincides
-  std::span<const ContactMode> behind;  ///< modes that the contact may have behind it
-  const char* refusal;                  ///< of a run that goes past it; arguments: contact, value, -value, where
+  EventKind event;                     ///< the event there, unless an impact or another switch coincides
+  std::span<const ContactMode> after;  ///< modes that the contact may have after it
+  const char* refusal;                 ///< message of a run that goes past it; arguments: contact, value, -value, where
 };
 
-std::span<const SwitchKind> switch_kinds();
-const SwitchKind& properties(Switch::Kind kind);
+/// One row for each SwitchKind, in their order.
+std::span<const SwitchProperties> switch_kinds();
+const SwitchProperties& properties(SwitchKind kind);
 
 }  // namespace ricochet

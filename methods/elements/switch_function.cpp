@@ -18,7 +18,7 @@ constexpr double kRoundingOfClosing = 8 * std::numeric_limits<double>::epsilon()
 
 /// Whether the function is of the force in (8): that of (11) sticks already, and lies inside the cone.
 bool is_of_last_stage(const Element& last, const Switch& end) {
-  return last.resting >= 0 && end.kind == Switch::Kind::slip_stops && !end.on_polygon();
+  return last.resting >= 0 && end.kind == SwitchKind::slip_stops && !end.on_polygon();
 }
 
 }  // namespace
@@ -71,7 +71,7 @@ void SwitchFunction::gap_slope(const Element& last, const Switch& end, const Run
 }
 
 bool SwitchFunction::is_rounding_of_gap(const Element& last, const Switch& end) {
-  if (end.kind != Switch::Kind::gap_closes) return false;
+  if (end.kind != SwitchKind::gap_closes) return false;
   const auto& contact = problem_.info().contacts[end.contact];
   problem_.normal_jacobian(last.q1.data(), J_n_.data());
   return std::abs(gap(last, end)) <=
@@ -128,7 +128,7 @@ void SwitchFunction::end_force_slope(const Element& last, const Switch& end, con
       system_.end.linearize(q_, v_, last, at);
       system_.end.set_forces(q_, v_, last, at);
       const double value =
-          end.kind == Switch::Kind::force_vanishes ? at.lambda_n[end.contact] : margin(end, at.lambda_n, at.lambda_t);
+          end.kind == SwitchKind::force_vanishes ? at.lambda_n[end.contact] : margin(end, at.lambda_n, at.lambda_t);
       slope[c] += sign / (2 * part) * value;
     }
   }
@@ -140,7 +140,7 @@ void SwitchFunction::stage_force_slope(const Element& last, const Switch& end, c
   const auto& contact = problem_.info().contacts[end.contact];
   const ActiveContact& active = system_.active.of(end.contact);
   double by_lambda_n = 1, direction[2]{0, 0};  // by lambda_t: -direction
-  if (end.kind != Switch::Kind::force_vanishes) {
+  if (end.kind != SwitchKind::force_vanishes) {
     const double* forces = is_of_last_stage(last, end) ? last.lambda_t.col(n_s_ - 1).data() : last.end_lambda_t.data();
     const Eigen::Map<const Vector> lambda_t(forces + contact.tangent_index, contact.n_t);
     const double force = lambda_t.norm();

@@ -142,8 +142,7 @@ void SwitchSolver::finish(std::span<Element> run, double h) {
 
 SwitchSolver::Result SwitchSolver::solve(std::span<Element> run, const Switch& end, double max_h) {
   if (properties(end.kind).needs_force && system_.tableau.right_end.size() == 0) return Result::singular;
-  const bool comes_to_rest =
-      end.kind == Switch::Kind::slip_stops && run.front().modes[end.contact] == ContactMode::slip;
+  const bool comes_to_rest = end.kind == SwitchKind::slip_stops && run.front().modes[end.contact] == ContactMode::slip;
   if (comes_to_rest && !system_.tableau.ends_with_stage) return Result::singular;
   for (Element& e : run) {
     system_.set_active(e);

@@ -8,8 +8,6 @@
 namespace ricochet {
 namespace {
 
-using Kind = DetectedEvent::Kind;
-
 constexpr float kSafety = 0.8F, kBeta = 0.04F;  // of (1)
 constexpr double kMinFactor = 1.0 / 3, kMaxFactor = 6;
 constexpr float kLeastLogError = -13;      // of e_before, 1e-4
@@ -245,7 +243,7 @@ bool EventDrivenRun::land(double h) {
 /// True where it does neither, and the step goes on: with half of the speed for the next v_stop.
 bool EventDrivenRun::settle_slip(const DetectedEvent& event) {
   stopped_.clear();
-  if (event.kind != Kind::slip_stops || info_.contacts[event.contact].n_t != 2) return false;
+  if (event.kind != SwitchKind::slip_stops || info_.contacts[event.contact].n_t != 2) return false;
   const auto rest = functions_.rest(event.contact, ends_.q0, ends_.v0, ends_.a0);
   const double of_q = kOfTolerance * tolerance_ * (1 + ends_.q0.lpNorm<Eigen::Infinity>()),
                of_v = kOfTolerance * tolerance_ * (1 + ends_.v0.lpNorm<Eigen::Infinity>());
@@ -523,7 +521,7 @@ void EventDrivenRun::record(const DetectedEvent& cause, const Vector& v_minus) {
   const auto& modes = dynamics_.modes();
   const Vector& Lambda_n = mode_change_.Lambda_n();
   for (const int i : info_.unilateral) {
-    const auto kind = event_kind(before_[i], modes[i], Lambda_n[i] > 0, cause.is(Kind::slip_stops, i));
+    const auto kind = event_kind(before_[i], modes[i], Lambda_n[i] > 0, cause.is(SwitchKind::slip_stops, i));
     if (!kind) continue;
     ++counters_.events;
     if (settings_.recording == Recording::final_state) continue;

@@ -9,8 +9,6 @@
 namespace ricochet {
 namespace {
 
-using Kind = DetectedEvent::Kind;
-
 constexpr double kLocated = 1e-9;  // of the step: the root of the interpolation, from where the step is taken again
 constexpr int kMaxIterations = 60;
 // Up to this part of a step that begins at the surface, the interpolation may be wrong by this part of the gap there.
@@ -122,7 +120,7 @@ EventFunctions::Rest EventFunctions::rest(int contact, const Vector& q, const Ve
 void EventFunctions::find_slow(int contact, const Vector& q, const Vector& v, std::vector<int>& slow) {
   slow.clear();
   for (const Function& f : functions_) {
-    if (f.kind != Kind::slip_stops || info_.contacts[f.contact].n_t != 2) continue;
+    if (f.kind != SwitchKind::slip_stops || info_.contacts[f.contact].n_t != 2) continue;
     double v_t[2];
     slip_velocity(f.contact, q.data(), v.data(), v_t);
     if (f.contact == contact || std::hypot(v_t[0], v_t[1]) <= first_v_stop(f.contact)) slow.push_back(f.contact);
@@ -140,15 +138,15 @@ void EventFunctions::pass_slip(int contact, const Vector& q, const Vector& v) {
 double EventFunctions::function(const Function& f, const double* v) {
   const int i = f.contact;
   switch (f.kind) {
-    case Kind::none:
-      return 1;
-    case Kind::gap_closes:
+    case SwitchKind::gap_closes:
       return gap_[i];
-    case Kind::force_vanishes:
+    case SwitchKind::force_vanishes:
       return dynamics_.normal_force(i);
-    case Kind::cone_reached:
+    case SwitchKind::cone_reached:
       return dynamics_.cone_margin(i);
-    case Kind::slip_stops:
+    case SwitchKind::slip_stops:
+    case SwitchKind::slip_turns:
+    case SwitchKind::edge_left:
       break;
   }
   return slip_speed(i, v) - (info_.contacts[i].n_t == 1 ? 0 : v_stop_[i]);
@@ -156,15 +154,15 @@ double EventFunctions::function(const Function& f, const double* v) {
 
 double EventFunctions::rounding(const Function& f) const {
   switch (f.kind) {
-    case Kind::none:
-      return 0;
-    case Kind::gap_closes:
+    case SwitchKind::gap_closes:
       return scales_.nearly_touching(f.contact);
-    case Kind::force_vanishes:
+    case SwitchKind::force_vanishes:
       return scales_.no_force(f.contact);
-    case Kind::cone_reached:
+    case SwitchKind::cone_reached:
       return info_.contacts[f.contact].mu * scales_.no_force(f.contact);
-    case Kind::slip_stops:
+    case SwitchKind::slip_stops:
+    case SwitchKind::slip_turns:
+    case SwitchKind::edge_left:
       break;
   }
   return scales_.no_slip(f.contact);
@@ -182,11 +180,11 @@ void EventFunctions::begin(const double* q, const double* v) {
   slips_ = has_gaps_ = false;
   for (const int i : info_.unilateral) {
     const ContactMode mode = dynamics_.modes()[i];
-    functions_.push_back({is_closed(mode) ? Kind::force_vanishes : Kind::gap_closes, i});
+    functions_.push_back({is_closed(mode) ? SwitchKind::force_vanishes : SwitchKind::gap_closes, i});
     has_gaps_ = has_gaps_ || !is_closed(mode);
-    if (mode == ContactMode::stick) functions_.push_back({Kind::cone_reached, i});
+    if (mode == ContactMode::stick) functions_.push_back({SwitchKind::cone_reached, i});
     if (!is_slipping(mode)) continue;
-    functions_.push_back({Kind::slip_stops, i});
+    functions_.push_back({SwitchKind::slip_stops, i});
     slips_ = true;
     const auto& info = info_.contacts[i];
     if (info.n_t == 1) {
@@ -201,7 +199,7 @@ void EventFunctions::begin(const double* q, const double* v) {
 
 int EventFunctions::contradicted() const {
   for (const Function& f : functions_) {
-    const bool is_of_forces = f.kind == Kind::force_vanishes || f.kind == Kind::cone_reached;
+    const bool is_of_forces = f.kind == SwitchKind::force_vanishes || f.kind == SwitchKind::cone_reached;
     if (is_of_forces && f.left < -kContradicts * scales_.force(f.contact)) return f.contact;
   }
   return -1;
@@ -221,12 +219,9 @@ void EventFunctions::list_loads(const double* q, const double* v) {
   const bool has_forces = loads_->depends_on_time();
   for (std::size_t k = 0; k < functions_.size(); ++k) {
     const Function& f = functions_[k];
-    if (f.kind == Kind::gap_closes || (f.kind != Kind::slip_stops && !has_forces)) continue;
+    if (f.kind == SwitchKind::gap_closes || (f.kind != SwitchKind::slip_stops && !has_forces)) continue;
     load_function_.push_back(k);
-    loads_->functions().push_back({.kind = f.kind == Kind::force_vanishes ? LoadSearch::Kind::force
-                                           : f.kind == Kind::cone_reached ? LoadSearch::Kind::cone
-                                                                          : LoadSearch::Kind::slip,
-                                   .contact = f.contact});
+    loads_->functions().push_back({.kind = f.kind, .contact = f.contact});
   }
   if (load_function_.empty()) return;
   watch_ = !has_forces || loads_->is_known_at(q, v) ? LoadWatch::bounds : LoadWatch::samples;
@@ -241,7 +236,7 @@ void EventFunctions::pass(const double* q, const double* v) {
 void EventFunctions::advance(const Vector& v) {
   for (Function& f : functions_) {
     const auto& info = info_.contacts[f.contact];
-    if (f.kind == Kind::slip_stops && info.n_t == 2) {
+    if (f.kind == SwitchKind::slip_stops && info.n_t == 2) {
       double* d = direction_.data() + info.tangent_index;
       tangent_dots(info, v.data(), d);
       const double speed = std::hypot(d[0], d[1]);
@@ -261,7 +256,7 @@ void EventFunctions::advance(const Vector& v) {
 void EventFunctions::record_stage(double c) {
   if (lowest_stage_ <= 1) return;
   for (const Function& f : functions_) {
-    if (f.kind != Kind::force_vanishes && f.kind != Kind::cone_reached) continue;
+    if (f.kind != SwitchKind::force_vanishes && f.kind != SwitchKind::cone_reached) continue;
     if (function(f, nullptr) < 0) lowest_stage_ = std::min(lowest_stage_, c);
   }
 }
@@ -273,30 +268,30 @@ double EventFunctions::gap_rate(int contact, const Vector& v) const {
 }
 
 double EventFunctions::at(const Function& f, double theta, const StepEnds& ends) {
-  if (f.kind == Kind::gap_closes) return gaps_.gap(f.contact, theta);
+  if (f.kind == SwitchKind::gap_closes) return gaps_.gap(f.contact, theta);
   ends.interpolate(theta, q_, v_);
   return value({f.kind, f.contact}, q_.data(), v_.data());
 }
 
 double EventFunctions::value(const DetectedEvent& event, const double* q, const double* v) {
   switch (event.kind) {
-    case Kind::none:
-      break;
-    case Kind::gap_closes:
+    case SwitchKind::gap_closes:
       problem_.gap(q, gap_.data());
       break;
-    case Kind::force_vanishes:
-    case Kind::cone_reached:
+    case SwitchKind::force_vanishes:
+    case SwitchKind::cone_reached:
       dynamics_.accelerate(q, v, a_.data());
       break;
-    case Kind::slip_stops:
+    case SwitchKind::slip_stops:
+    case SwitchKind::slip_turns:
+    case SwitchKind::edge_left:
       if (curved_tangents_) problem_.tangent_jacobian(q, packed_t_.data());
   }
   return function({event.kind, event.contact}, v);
 }
 
 double EventFunctions::slope(const DetectedEvent& event, const double* q, const double* v) {
-  if (event.kind != Kind::gap_closes) return event.slope;
+  if (event.kind != SwitchKind::gap_closes) return event.slope;
   if (curved_normals_) problem_.normal_jacobian(q, packed_n_.data());
   v_ = Eigen::Map<const Vector>(v, info_.n_q);
   const double rate = gap_rate(event.contact, v_);
@@ -384,9 +379,9 @@ DetectedEvent EventFunctions::find(const StepEnds& ends, const std::vector<int>&
   is_exact_ = true;
   bool is_near = false;
   for (Function& f : functions_) {
-    f.is_near = f.kind == Kind::gap_closes && !stays_open(f, ends);
+    f.is_near = f.kind == SwitchKind::gap_closes && !stays_open(f, ends);
     is_near = is_near || f.is_near;
-    f.begins = f.kind == Kind::slip_stops && std::ranges::count(beginning, f.contact) > 0;
+    f.begins = f.kind == SwitchKind::slip_stops && std::ranges::count(beginning, f.contact) > 0;
   }
   if (is_near) {
     ends.bernstein(gaps_.path(), gaps_.path_error());
@@ -394,7 +389,7 @@ DetectedEvent EventFunctions::find(const StepEnds& ends, const std::vector<int>&
   }
   DetectedEvent first;
   for (const Function& f : functions_) {
-    if (f.kind == Kind::gap_closes) {
+    if (f.kind == SwitchKind::gap_closes) {
       if (f.is_near) find_closing(f, ends, first);
       continue;
     }
@@ -412,30 +407,31 @@ DetectedEvent EventFunctions::find(const StepEnds& ends, const std::vector<int>&
   }
   if (lowest_stage_ <= 1) {
     for (const Function& f : functions_) {
-      if (f.from_zero || f.right < 0 || (f.kind != Kind::force_vanishes && f.kind != Kind::cone_reached)) continue;
+      if (f.from_zero || f.right < 0 || (f.kind != SwitchKind::force_vanishes && f.kind != SwitchKind::cone_reached))
+        continue;
       const double value = at(f, lowest_stage_, ends);
       if (value < -rounding(f)) search(f, 0, f.left, lowest_stage_, value, ends, first);
     }
   }
   if (watch_ == LoadWatch::bounds) find_hidden(ends, first);
   if (watch_ == LoadWatch::samples) find_sampled(ends, first);
-  if (first.kind == Kind::cone_reached && info_.clock >= 0) tell_opening(ends, first);
+  if (first.kind == SwitchKind::cone_reached && info_.clock >= 0) tell_opening(ends, first);
   return first;
 }
 
 /// A cone that is reached where the normal force vanishes, too, up to what zeros are located to: the contact opens.
 void EventFunctions::tell_opening(const StepEnds& ends, DetectedEvent& first) {
   const double located = 4 * kLocated * std::abs(first.slope) * ends.h / info_.contacts[first.contact].mu;
-  const Function force{Kind::force_vanishes, first.contact};
+  const Function force{SwitchKind::force_vanishes, first.contact};
   if (at(force, first.theta, ends) <= kNoForce * scales_.force(first.contact) + located)
-    first.kind = Kind::force_vanishes;
+    first.kind = SwitchKind::force_vanishes;
 }
 
 /// How far a function may fall within a step, for the tolerance.
 double EventFunctions::hidden_slack(const Function& f) const {
-  const double size = f.kind == Kind::slip_stops     ? scales_.slip(f.contact)
-                      : f.kind == Kind::cone_reached ? info_.contacts[f.contact].mu * scales_.force(f.contact)
-                                                     : scales_.force(f.contact);
+  const double size = f.kind == SwitchKind::slip_stops     ? scales_.slip(f.contact)
+                      : f.kind == SwitchKind::cone_reached ? info_.contacts[f.contact].mu * scales_.force(f.contact)
+                                                           : scales_.force(f.contact);
   return std::max(rounding(f), tolerance_ * size);
 }
 
@@ -459,7 +455,7 @@ void EventFunctions::find_hidden(const StepEnds& ends, DetectedEvent& first) {
     const Function& f = functions_[load_function_[k]];
     LoadSearch::Function& load = loads_->functions()[k];
     load.slack = f.begins ? std::numeric_limits<double>::infinity() : hidden_slack(f);
-    if (f.kind != Kind::slip_stops) continue;
+    if (f.kind != SwitchKind::slip_stops) continue;
     const auto& info = info_.contacts[f.contact];
     for (int d = 0; d < info.n_t; ++d) load.direction[d] = direction_[info.tangent_index + d];
     if (info.n_t == 2) load.v_stop = v_stop_[f.contact];
@@ -493,7 +489,7 @@ void EventFunctions::find_sampled(const StepEnds& ends, DetectedEvent& first) {
     if (!dynamics_.accelerate(q_.data(), v_.data(), a_.data())) return;
     set_positions(q_.data());
     for (const Function& f : functions_) {
-      if (f.kind == Kind::gap_closes || f.from_zero || f.begins) continue;
+      if (f.kind == SwitchKind::gap_closes || f.from_zero || f.begins) continue;
       const double value = function(f, v_.data());
       if (value >= -hidden_slack(f)) continue;
       const double from = theta - 1.0 / kSamples, at_from = at(f, from, ends);

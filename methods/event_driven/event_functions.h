@@ -6,6 +6,7 @@
 #include "methods/contact_laws/contact_scales.h"
 #include "methods/contact_laws/gap_search.h"
 #include "methods/contact_laws/load_search.h"
+#include "methods/contact_laws/switch_kind.h"
 #include "methods/event_driven/mode_dynamics.h"
 #include "methods/event_driven/step_ends.h"
 #include "problems/problem.h"
@@ -14,17 +15,15 @@ namespace ricochet {
 
 /// The event that ends a phase of motion, or none: a function of a contact falls through zero.
 struct DetectedEvent {
-  enum class Kind : std::uint8_t { none, gap_closes, force_vanishes, cone_reached, slip_stops };
-
-  Kind kind = Kind::none;
-  int contact = -1;
+  SwitchKind kind = SwitchKind::gap_closes;
+  int contact = -1;  ///< -1: no event
   double theta = 1;  ///< part of the step at which it does
   double slope = 0;  ///< of the function there [1/s]
   /// How long the function stays below zero, where neither the ends of the step nor its stages show that it does; else 0
   double duration = 0;  ///< [s]
 
-  explicit operator bool() const { return kind != Kind::none; }
-  bool is(Kind k, int i) const { return kind == k && contact == i; }
+  explicit operator bool() const { return contact >= 0; }
+  bool is(SwitchKind its_kind, int its_contact) const { return contact == its_contact && kind == its_kind; }
 };
 
 /// The functions of (q, v) that are positive while every contact keeps its mode:
@@ -102,7 +101,7 @@ class EventFunctions {
 
  private:
   struct Function {
-    DetectedEvent::Kind kind = DetectedEvent::Kind::none;
+    SwitchKind kind = SwitchKind::gap_closes;
     int contact = -1;
     double left = 0, right = 0;
     bool from_zero = false;  ///< at the left end it is zero up to rounding

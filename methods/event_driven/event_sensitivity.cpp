@@ -11,8 +11,6 @@
 namespace ricochet {
 namespace {
 
-using Kind = DetectedEvent::Kind;
-
 // A gap has to reach this many of its roundings below zero: what moves with the time of a lower one is rounding.
 constexpr double kGrazing = 1e4;
 // How far contacts that close together may part, relative to the terms that cancel; the tolerance, if that is larger,
@@ -193,9 +191,7 @@ std::optional<std::string> EventSensitivity::reach(const DetectedEvent& event, c
   set_forces();
   Matrix slope;
   switch (event.kind) {
-    case Kind::none:
-      return {};
-    case Kind::gap_closes: {
+    case SwitchKind::gap_closes: {
       slope = point_.gaps(q, S.q).row(i);
       const double rate = slope(0, n);
       const Vector J_n = problem_.normal_jacobian(q).col(i);
@@ -204,14 +200,16 @@ std::optional<std::string> EventSensitivity::reach(const DetectedEvent& event, c
         return fmt::format("contact '{}' grazes, and the motion behind it has no derivative", contact.name);
       break;
     }
-    case Kind::slip_stops:
+    case SwitchKind::slip_stops:
+    case SwitchKind::slip_turns:
+    case SwitchKind::edge_left:
       slope = point_.slip_velocities(q, v, S.q, S.v).middleRows(contact.tangent_index, contact.n_t);
       break;
-    case Kind::force_vanishes:
-    case Kind::cone_reached: {
+    case SwitchKind::force_vanishes:
+    case SwitchKind::cone_reached: {
       Matrix forces = Matrix::Zero(info_.n_c() + info_.n_lambda_t, n + 1);
       point_.add_forces(PointVariation::numbering(info_, dynamics_.modes()), accelerations(q, v, a, S), 1, forces);
-      if (event.kind == Kind::force_vanishes)
+      if (event.kind == SwitchKind::force_vanishes)
         slope = forces.row(i);
       else
         slope = point_.cone_margin(i, lambda_n_[i], lambda_t_.segment(contact.tangent_index, contact.n_t), forces);

@@ -17,8 +17,6 @@ constexpr double kSoon = 1e-8;  // of the end time, of a difference of accelerat
 
 }  // namespace
 
-using Kind = DetectedEvent::Kind;
-
 ModeChange::ModeChange(const Problem& problem, ContactScales& scales, ModeDynamics& dynamics, Counters& counters)
     : problem_(problem),
       info_(problem.info()),
@@ -75,23 +73,23 @@ void ModeChange::set_closed(const DetectedEvent& cause, const std::vector<Contac
   closed_.clear();
   const bool is_impact = std::ranges::any_of(touching_, [&](int i) { return Lambda_n_[i] > 0; });
   for (const int i : touching_) {
-    if (cause.is(Kind::force_vanishes, i)) continue;
+    if (cause.is(SwitchKind::force_vanishes, i)) continue;
     const auto& contact = info_.contacts[i];
     const ContactMode before = modes ? (*modes)[i] : ContactMode::open;
     const bool is_struck = is_impact && std::ranges::any_of(contact.support, [&](int k) { return v[k] != v_minus[k]; });
     const bool rested = is_closed(before) && !is_struck;
     const bool separates = law_.normal_velocity(i, v) > scales_.no_approach(i) &&
-                           !(cause.is(Kind::gap_closes, i) && !is_impact && hops(i, q, v));
+                           !(cause.is(SwitchKind::gap_closes, i) && !is_impact && hops(i, q, v));
     if (!rested && separates && !(Lambda_n_[i] > 0 && is_low(i, q, v_minus))) continue;
     ImpactSolver::ClosedContact closed{.contact = i};
-    if (cause.is(Kind::cone_reached, i) && !is_struck) {  // slip begins against the force
+    if (cause.is(SwitchKind::cone_reached, i) && !is_struck) {  // slip begins against the force
       double force[2]{0, 0};
       dynamics_.tangential_force(i, force);
       const double size = std::hypot(force[0], force[1]);
       closed.slides = size > 0;
       for (int d = 0; d < contact.n_t && size > 0; ++d) closed.direction[d] = -force[d] / size;
     } else if (contact.n_t > 0 && !(before == ContactMode::stick && !is_struck) &&
-               !((cause.is(Kind::slip_stops, i) || std::ranges::count(stopped, i) > 0) && !is_struck)) {
+               !((cause.is(SwitchKind::slip_stops, i) || std::ranges::count(stopped, i) > 0) && !is_struck)) {
       law_.set_slide(closed, v, scales_.no_slip(i));
     }
     closed_.push_back(closed);
@@ -110,7 +108,7 @@ ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::ve
   touching_.clear();
   beginning_.clear();
   impacts_.find_touching(q, before, touching_);
-  if (cause.kind == Kind::gap_closes) impacts_.add_touching(cause.contact, touching_);
+  if (cause && cause.kind == SwitchKind::gap_closes) impacts_.add_touching(cause.contact, touching_);
   v_minus_ = v;
   Outcome outcome;
   std::vector<ContactMode>& next = modes_;
@@ -164,7 +162,7 @@ ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::ve
   dynamics_.set_forces(lambda_n_, lambda_t_);
   for (const auto& closed : closed_) {
     const int i = closed.contact;
-    if (closed.mode != ContactMode::slip || (closed.slides && !cause.is(Kind::cone_reached, i))) continue;
+    if (closed.mode != ContactMode::slip || (closed.slides && !cause.is(SwitchKind::cone_reached, i))) continue;
     const auto& contact = info_.contacts[i];
     const auto force = lambda_t_.segment(contact.tangent_index, 2);
     const double d[2]{-force[0] / force.norm(), -force[1] / force.norm()};

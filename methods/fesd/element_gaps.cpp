@@ -56,7 +56,7 @@ Violation ElementGaps::check(const Element& stages, std::span<const int> unloade
     const double time = search_.zero(i, closing) * stages.h;
     if (first && time >= first.time) continue;
     first = {.kind = Violation::Kind::past_switch,
-             .passed = Switch::Kind::gap_closes,
+             .passed = SwitchKind::gap_closes,
              .contact = i,
              .time = time,
              .value = search_.gap(i, closing.to)};

@@ -9,15 +9,7 @@
 namespace ricochet {
 namespace {
 
-using Kind = LoadSearch::Kind;
-
 constexpr double kSameTime = 1e-8;  // of an element
-
-Switch::Kind switch_of(Kind kind) {
-  return kind == Kind::force  ? Switch::Kind::force_vanishes
-         : kind == Kind::cone ? Switch::Kind::cone_reached
-                              : Switch::Kind::slip_stops;
-}
 
 }  // namespace
 
@@ -41,18 +33,18 @@ void ElementLoads::list(const Element& stages) {
   for (const int i : info.unilateral) {
     const ContactMode mode = modes_[i];
     if (!is_closed(mode)) continue;
-    if (has_forces) functions.push_back({.kind = Kind::force, .contact = i});
-    if (has_forces && mode == ContactMode::stick) functions.push_back({.kind = Kind::cone, .contact = i});
+    if (has_forces) functions.push_back({.kind = SwitchKind::force_vanishes, .contact = i});
+    if (has_forces && mode == ContactMode::stick) functions.push_back({.kind = SwitchKind::cone_reached, .contact = i});
     if (is_slipping(mode) && mode != ContactMode::vertex_slip && mode != ContactMode::edge_slip)
-      functions.push_back({.kind = Kind::slip, .contact = i});
+      functions.push_back({.kind = SwitchKind::slip_stops, .contact = i});
   }
 }
 
 double ElementLoads::slack(const LoadSearch::Function& f) const {
   const int i = f.contact;
-  if (f.kind == Kind::slip) return std::max(scales_.no_slip(i), tolerance_ * scales_.slip(i));
+  if (f.kind == SwitchKind::slip_stops) return std::max(scales_.no_slip(i), tolerance_ * scales_.slip(i));
   const double force = std::max(scales_.no_force(i), tolerance_ * scales_.force(i));
-  return f.kind == Kind::cone ? problem_.info().contacts[i].mu * force : force;
+  return f.kind == SwitchKind::cone_reached ? problem_.info().contacts[i].mu * force : force;
 }
 
 /// Along the mode in the plane; in space along the slip of the left end, or of where it starts from rest.
@@ -100,7 +92,7 @@ Violation ElementLoads::check(const Element& stages) {
   if (info.has_friction()) problem_.tangent_jacobian(stages.q0.data(), J_t_.data());
   for (auto& f : functions) {
     f.slack = slack(f);
-    if (f.kind == Kind::slip) set_slip(stages, f);
+    if (f.kind == SwitchKind::slip_stops) set_slip(stages, f);
   }
   const auto fall = search_->first_fall();
   Violation first;
@@ -108,10 +100,10 @@ Violation ElementLoads::check(const Element& stages) {
     if (!search_->has_fallen(k)) continue;
     const double zero = falling_zero(fall.from, fall.to, [&](double s) { return search_->value(k, s); });
     // Where the force of a contact vanishes its cone is reached, too, up to what zeros are located to.
-    const bool opens = first.is_past(Switch::Kind::force_vanishes) && first.contact == functions[k].contact;
+    const bool opens = first.is_past(SwitchKind::force_vanishes) && first.contact == functions[k].contact;
     if (first && (zero + (opens ? kSameTime : 0)) * stages.h >= first.time) continue;
     first = {.kind = Violation::Kind::past_switch,
-             .passed = switch_of(functions[k].kind),
+             .passed = functions[k].kind,
              .contact = functions[k].contact,
              .time = zero * stages.h,
              .value = search_->value(k, fall.to)};

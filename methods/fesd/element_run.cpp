@@ -117,7 +117,7 @@ void ElementRunSolver::stretch(int first, int count, int solved, double before, 
 /// Contact whose force vanished at the left end of the element, or -1.
 int ElementRunSolver::just_broken(int element) const {
   const Switch end = buffers_.switch_before(element);
-  return end.kind == Switch::Kind::force_vanishes ? end.contact : -1;
+  return end.kind == SwitchKind::force_vanishes ? end.contact : -1;
 }
 
 /// @param is_first  of a run: a contact may just have broken
@@ -127,7 +127,7 @@ Violation ElementRunSolver::check_element(int element, bool is_first) {
   const std::span<const int> unloaded = is_first ? buffers_.start_of(element).unloaded : std::span<const int>();
   Violation violation = sign_conditions_.check(stages, broken, unloaded);
   const bool is_of_forces =
-      violation.is_past(Switch::Kind::force_vanishes) || violation.is_past(Switch::Kind::cone_reached);
+      violation.is_past(SwitchKind::force_vanishes) || violation.is_past(SwitchKind::cone_reached);
   // Of redundant contacts these were the smallest forces; others may be allowed.
   if (is_of_forces && elements_.is_redundant() && force_division_.into_cones(stages))
     violation = sign_conditions_.check(stages, broken, unloaded);
@@ -147,7 +147,7 @@ Violation ElementRunSolver::after_failed_newton(int element) {
   const int contact = slips_in_space ? start_solver_.first_to_stop(stages, time) : -1;
   if (contact < 0) return {};
   first_guess(element, stages.h);  // the failed iteration left none
-  return {.kind = Violation::Kind::past_switch, .passed = Switch::Kind::slip_stops, .contact = contact, .time = time};
+  return {.kind = Violation::Kind::past_switch, .passed = SwitchKind::slip_stops, .contact = contact, .time = time};
 }
 
 /// One element of given length; what the failure says of the run is left to equal_elements().
@@ -158,7 +158,7 @@ StepFailure ElementRunSolver::solve_element(int element) {
   const Violation violation = is_solved ? check_element(element, true) : after_failed_newton(element);
   if (!violation) return {.kind = is_solved ? Kind::none : Kind::newton_failed, .violation = {}};
   const bool stops_in_space =
-      violation.is_past(Switch::Kind::slip_stops) && stages.modes[violation.contact] == ContactMode::slip;
+      violation.is_past(SwitchKind::slip_stops) && stages.modes[violation.contact] == ContactMode::slip;
   if (stops_in_space && !tableau_.is_stiffly_accurate())
     return {.kind = Kind::no_right_stage, .violation = {.contact = violation.contact}};
   return {.kind = Kind::sign_condition, .violation = violation};
@@ -229,7 +229,7 @@ Switch ElementRunSolver::switch_for(int first, const Violation& violation) {
   const auto has = [&](const std::vector<int>& contacts) {
     return std::find(contacts.begin(), contacts.end(), violation.contact) != contacts.end();
   };
-  if (end.kind == Switch::Kind::gap_closes && has(start.touching)) {
+  if (end.kind == SwitchKind::gap_closes && has(start.touching)) {
     end.zeros_at_start = 1;
     problem_.gap(stages.q0.data(), gap_.data());
     end.left_gap = gap_[end.contact];
@@ -237,14 +237,14 @@ Switch ElementRunSolver::switch_for(int first, const Violation& violation) {
   if (violation.facet_condition >= 0)
     end.condition =
         polygon_.condition(stages.modes[end.contact], stages.facets[end.contact], violation.facet_condition);
-  const bool on_its_edge = end.kind == Switch::Kind::slip_turns &&
+  const bool on_its_edge = end.kind == SwitchKind::slip_turns &&
                            std::any_of(start.on_edge.begin(), start.on_edge.end(), [&](const auto& on) {
                              return on.contact == end.contact && on.edge == end.condition.facet;
                            });
   if (on_its_edge || (properties(end.kind).is_of_slip && has(start.from_rest))) {
     const Switch before = buffers_.switch_before(first);
     const bool by_force =
-        before.is(Switch::Kind::cone_reached, end.contact) || before.is(Switch::Kind::edge_left, end.contact);
+        before.is(SwitchKind::cone_reached, end.contact) || before.is(SwitchKind::edge_left, end.contact);
     end.zeros_at_start = by_force ? 2 : 1;  // the acceleration is zero, too
   }
   return end;
@@ -266,7 +266,7 @@ bool ElementRunSolver::run_to_switch(int first, int count, Violation violation, 
     if (!solve_run(first, count, end, remaining)) return false;
     violation = check_run(first, count);
     if (!violation) {
-      if (ends_at_tip(first + count - 1, end)) end.kind = Switch::Kind::force_vanishes;
+      if (ends_at_tip(first + count - 1, end)) end.kind = SwitchKind::force_vanishes;
       buffers_.step().ends[first + count - 1] = end;
       return true;
     }
@@ -278,8 +278,7 @@ bool ElementRunSolver::run_to_switch(int first, int count, Violation violation, 
 /// Whether a cone is reached at its tip: without a tangential force, the cone and a force of zero are the same switch,
 /// and rounding says which of them a violation names. The contact opens.
 bool ElementRunSolver::ends_at_tip(int element, const Switch& end) const {
-  if (end.kind != Switch::Kind::cone_reached || end.on_polygon() || elements_.tableau.right_end.size() == 0)
-    return false;
+  if (end.kind != SwitchKind::cone_reached || end.on_polygon() || elements_.tableau.right_end.size() == 0) return false;
   return buffers_.element(element).end_lambda_n[end.contact] <= scales_.no_force(end.contact);
 }
 
@@ -295,7 +294,7 @@ bool ElementRunSolver::solve_run(int first, int count, Switch& end, double remai
     return i != end.contact && front.modes[i] == ContactMode::slip &&
            contacts[i].support == contacts[end.contact].support;
   };
-  if (end.kind == Switch::Kind::slip_stops && front.modes[end.contact] == ContactMode::slip &&
+  if (end.kind == SwitchKind::slip_stops && front.modes[end.contact] == ContactMode::slip &&
       std::ranges::any_of(problem_.info().unilateral, slides_beside)) {
     end.together = true;
     if (converges()) return true;
@@ -305,8 +304,7 @@ bool ElementRunSolver::solve_run(int first, int count, Switch& end, double remai
   return converges() || (bracket_switch(first, count, end, remaining) && converges());
 }
 
-bool ElementRunSolver::run_to_time(int first, int count, double h, Switch::Kind kind, int contact,
-                                   SearchBudget& budget) {
+bool ElementRunSolver::run_to_time(int first, int count, double h, SwitchKind kind, int contact, SearchBudget& budget) {
   if (!budget.spend() || equal_elements(first, count, h)) return false;
   buffers_.step().ends[first + count - 1] = {.kind = kind, .contact = contact};
   return true;
@@ -395,7 +393,7 @@ bool ElementRunSolver::bracket_switch(int first, int count, const Switch& end, d
     at_low = at_high;
     high = remaining / count * part / kBracketSamples;
     at_high = switch_value(first, count, end, high);
-    found = part > 1 ? at_low > 0 && at_high <= 0 : at_high <= 0 && end.kind == Switch::Kind::gap_closes;
+    found = part > 1 ? at_low > 0 && at_high <= 0 : at_high <= 0 && end.kind == SwitchKind::gap_closes;
     if (part == 1 && found) {  // the gap at length zero is the one at the left end; deflated, some positive number
       problem_.gap(buffers_.element(first).q0.data(), gap_.data());
       at_low = end.zeros_at_start > 0 ? std::abs(at_high) : gap_[end.contact];

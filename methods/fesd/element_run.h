@@ -62,7 +62,7 @@ class ElementRunSolver {
 
   /// `count` elements of length h, with a switch of the contact at their end, whatever its equation says. Whether all
   /// sign conditions are fulfilled up to there.
-  bool run_to_time(int first, int count, double h, Switch::Kind kind, int contact, SearchBudget& budget);
+  bool run_to_time(int first, int count, double h, SwitchKind kind, int contact, SearchBudget& budget);
 
   /// Advances the right end of an element by up to n elements of length h in which nothing happens, as long as they have
   /// an ElementMap. The rest of the element stays as it is.

@@ -68,7 +68,7 @@ void ElementStartSolver::set_islands(const ElementStart& start, const Element* l
   }
   for (const int i : start.touching) {
     const bool was_open = !left || !is_closed(left->modes[i]);
-    if (was_open || end.is(Switch::Kind::slip_stops, i)) jumps_[islands_.of(contacts[i].support.front())] = true;
+    if (was_open || end.is(SwitchKind::slip_stops, i)) jumps_[islands_.of(contacts[i].support.front())] = true;
   }
 }
 
@@ -114,7 +114,7 @@ void ElementStartSolver::set_tangential_law(const Element& element, const Elemen
   const auto& contact = problem_.info().contacts[i];
   const ContactMode before = left ? left->modes[i] : ContactMode::open;
   if (end.contact == i && end.on_polygon() && !is_struck) return set_facet(element, end, closed);
-  if (end.is(Switch::Kind::cone_reached, i) && !end.on_polygon() && !is_struck) {  // slip starts against the force
+  if (end.is(SwitchKind::cone_reached, i) && !end.on_polygon() && !is_struck) {  // slip starts against the force
     closed.slides = true;
     double size = 0;
     for (int d = 0; d < contact.n_t; ++d) {
@@ -125,15 +125,15 @@ void ElementStartSolver::set_tangential_law(const Element& element, const Elemen
     return;
   }
   if (before == ContactMode::stick && !is_struck) return;
-  if (end.is(Switch::Kind::slip_stops, i) && !is_struck) return;
+  if (end.is(SwitchKind::slip_stops, i) && !is_struck) return;
   set_slide(element, closed);
 }
 
 /// The same on a polygon, where the switch of this contact says it.
 void ElementStartSolver::set_facet(const Element& element, const Switch& end, ImpactSolver::ClosedContact& closed) {
-  if (end.kind == Switch::Kind::slip_turns) set_slide(element, closed);
-  if (end.kind == Switch::Kind::cone_reached || closed.slides) impact_law_.set_edge(closed, end.condition.facet);
-  if (end.kind == Switch::Kind::edge_left) impact_law_.set_vertex(closed, end.condition.facet);
+  if (end.kind == SwitchKind::slip_turns) set_slide(element, closed);
+  if (end.kind == SwitchKind::cone_reached || closed.slides) impact_law_.set_edge(closed, end.condition.facet);
+  if (end.kind == SwitchKind::edge_left) impact_law_.set_vertex(closed, end.condition.facet);
 }
 
 /// Whether it slides, up to what contacts that come to rest together have left of their slip when the switch of one of
@@ -204,7 +204,7 @@ void ElementStartSolver::divide_touching(const Place& at) {
     return is_impact && std::any_of(support.begin(), support.end(), [&](int k) { return stages.v0[k] != v_minus[k]; });
   };
   for (const int i : start.touching) {
-    if (at.end.is(Switch::Kind::force_vanishes, i)) continue;
+    if (at.end.is(SwitchKind::force_vanishes, i)) continue;
     const bool rested = at.was_closed(i) && !is_struck(i);
     ImpactSolver::ClosedContact closed{.contact = i};
     if (info.contacts[i].n_t > 0) set_tangential_law(stages, at.left, at.end, is_struck(i), closed);
@@ -261,7 +261,7 @@ void ElementStartSolver::collect_closed(const Place& at, unsigned closed_instead
   }
   for (const auto& closed : closed_) {
     if (closed.is_on_edge) start.on_edge.push_back({closed.contact, closed.facet});
-    if (at.end.is(Switch::Kind::edge_left, closed.contact))
+    if (at.end.is(SwitchKind::edge_left, closed.contact))
       start.on_edge.push_back({closed.contact, at.left->facets[closed.contact]});
   }
 }
@@ -309,7 +309,7 @@ void ElementStartSolver::set_mode(const Place& at, const ImpactSolver::ClosedCon
 /// Where another contact breaks, one that the load leaves without a force may break as well.
 void ElementStartSolver::offer_break(const Place& at, const ImpactSolver::ClosedContact& closed, ContactMode mode,
                                      bool rested) const {
-  const bool breaks_too = at.end.kind == Switch::Kind::force_vanishes && at.end.contact >= 0 && rested &&
+  const bool breaks_too = at.end.kind == SwitchKind::force_vanishes && at.end.contact >= 0 && rested &&
                           at.start.lambda_n[closed.contact] <= scales_.no_force(closed.contact);
   if (breaks_too) at.start.alternatives.push_back({closed.contact, ContactMode::open, mode, 0, 0, closed.facet});
 }
@@ -322,13 +322,13 @@ void ElementStartSolver::offer_slip_or_stick(const Place& at, const ImpactSolver
   ElementStart& start = at.start;
   const auto lambda_t = start.lambda_t.segment(contact.tangent_index, contact.n_t);
   const double force = lambda_t.norm(), cone = contact.mu * start.lambda_n[i];
-  const bool from_rest = is_slipping(mode) && (!closed.slides || at.end.is(Switch::Kind::cone_reached, i));
+  const bool from_rest = is_slipping(mode) && (!closed.slides || at.end.is(SwitchKind::cone_reached, i));
   if (from_rest) {
     start.from_rest.push_back(i);
     start.alternatives.push_back({i, ContactMode::stick, mode, 0, 0, closed.facet});
     if (mode == ContactMode::slip)
       at.stages().slip_start.segment(contact.tangent_index, contact.n_t) = -lambda_t / force;
-  } else if (mode == ContactMode::vertex_slip && at.end.is(Switch::Kind::edge_left, i)) {
+  } else if (mode == ContactMode::vertex_slip && at.end.is(SwitchKind::edge_left, i)) {
     start.alternatives.push_back({i, ContactMode::edge_slip, mode, 0, at.left->facets[i], closed.facet});
   } else if (mode == ContactMode::stick && force > (1 - kNearCone) * cone && contact.n_t == 1) {
     const double against = -lambda_t[0];

@@ -143,7 +143,7 @@ void FesdAudit::add_right_end(const View& at) {
   const auto& contacts = problem_.info().contacts;
   // Slip in space that comes to rest there, (8) and (9) of switch_function.h.
   const auto stops = [&](int i) {
-    if (e.modes[i] != ContactMode::slip || end.contact < 0 || end.kind != Switch::Kind::slip_stops) return false;
+    if (e.modes[i] != ContactMode::slip || end.contact < 0 || end.kind != SwitchKind::slip_stops) return false;
     return end.contact == i || (end.together && contacts[i].support == contacts[end.contact].support);
   };
   const Matrix J_n = problem_.normal_jacobian(e.q1), J_t = problem_.tangent_jacobian(e.q1);

@@ -262,7 +262,7 @@ PivotingSolver::Attempt PivotingSolver::split_at_switch(int element, int count, 
   const double h = remaining / count;
   const int nearest = std::clamp(static_cast<int>(std::lround(violation.time / h)), 1, std::max(1, most_before));
   const bool is_of_forces =
-      violation.is_past(Switch::Kind::force_vanishes) || violation.is_past(Switch::Kind::cone_reached);
+      violation.is_past(SwitchKind::force_vanishes) || violation.is_past(SwitchKind::cone_reached);
   const bool may_float = options_.switches != Switches::pinned && is_of_forces;
 
   Attempt attempt;

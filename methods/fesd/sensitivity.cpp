@@ -113,7 +113,7 @@ void Sensitivity::through_start(const FesdStep& step, int element, State& state)
 
 /// (8) of switch_function.h holds at the right end, which is a stage.
 bool Sensitivity::stops_in_space(const Element& e, const Switch& end) {
-  return end.kind == Switch::Kind::slip_stops && end.contact >= 0 && e.modes[end.contact] == ContactMode::slip;
+  return end.kind == SwitchKind::slip_stops && end.contact >= 0 && e.modes[end.contact] == ContactMode::slip;
 }
 
 /// (6a) holds at the right end.
@@ -242,12 +242,12 @@ Eigen::RowVectorXd Sensitivity::switch_slope(const Element& e, const Switch& end
   const auto& contact = problem_.info().contacts[end.contact];
   const Matrix direct = varied_.rows(e.q1, e.v1, e.a.col(n_s_ - 1), e.lambda_n.col(n_s_ - 1), e.lambda_t.col(n_s_ - 1));
   switch (end.kind) {
-    case Switch::Kind::gap_closes:
+    case SwitchKind::gap_closes:
       return problem_.normal_jacobian(e.q1).col(end.contact).transpose() * state.q +
              direct.row(varied_.gap_row(end.contact));
-    case Switch::Kind::force_vanishes:
+    case SwitchKind::force_vanishes:
       return forces.row(end.contact);
-    case Switch::Kind::slip_stops: {
+    case SwitchKind::slip_stops: {
       if (contact.n_t == 2) break;  // (8) of switch_function.h: the cone
       Matrix T(n_t_, n_q_);
       problem_.slip_velocity_derivative(e.q1.data(), e.v1.data(), T.data());
@@ -255,10 +255,10 @@ Eigen::RowVectorXd Sensitivity::switch_slope(const Element& e, const Switch& end
              problem_.tangent_jacobian(e.q1).col(contact.tangent_index).transpose() * state.v +
              direct.row(varied_.slip_row(end.contact));
     }
-    case Switch::Kind::cone_reached:
+    case SwitchKind::cone_reached:
       break;
-    case Switch::Kind::slip_turns:
-    case Switch::Kind::edge_left:
+    case SwitchKind::slip_turns:
+    case SwitchKind::edge_left:
       throw std::logic_error("a switch of the friction polygon, which sensitivities are declined with");
   }
   const bool is_of_stage = stops_in_space(e, end);

@@ -14,7 +14,7 @@ void report(Violation& first, const Violation& violation) {
   if (!first || violation.time < first.time) first = violation;
 }
 
-Violation past(Switch::Kind kind, int contact, double time, double value, int facet_condition = -1) {
+Violation past(SwitchKind kind, int contact, double time, double value, int facet_condition = -1) {
   return {Violation::Kind::past_switch, kind, contact, time, value, facet_condition};
 }
 
@@ -23,10 +23,10 @@ Violation drift(int contact, double time, double value) {
 }
 
 /// The switch that a broken condition of friction_polygon.h announces.
-Switch::Kind facet_switch(ContactMode mode, bool is_of_force) {
-  if (mode == ContactMode::stick) return Switch::Kind::cone_reached;
-  if (mode == ContactMode::vertex_slip) return Switch::Kind::slip_turns;
-  return is_of_force ? Switch::Kind::edge_left : Switch::Kind::slip_stops;
+SwitchKind facet_switch(ContactMode mode, bool is_of_force) {
+  if (mode == ContactMode::stick) return SwitchKind::cone_reached;
+  if (mode == ContactMode::vertex_slip) return SwitchKind::slip_turns;
+  return is_of_force ? SwitchKind::edge_left : SwitchKind::slip_stops;
 }
 
 }  // namespace
@@ -121,7 +121,7 @@ void SignConditions::check_gaps(const Element& stages, int just_broken, std::spa
       } else if (gap_[i] < allowed_gap_[i] && gap_[i] < -gap_rounding(stages, i)) {
         const double left = std::max(left_gap_[i], 0.0);
         report(first,
-               past(Switch::Kind::gap_closes, i, left_time + (time - left_time) * left / (left - gap_[i]), gap_[i]));
+               past(SwitchKind::gap_closes, i, left_time + (time - left_time) * left / (left - gap_[i]), gap_[i]));
       }
     }
     std::swap(gap_, left_gap_);
@@ -171,7 +171,7 @@ void SignConditions::check_forces(const Element& stages, Violation& first) {
         return time_before + (time - time_before) * (j > 0 && before > 0 ? before / (before - value) : 0.5);
       };
       if (!pulls && lambda < -rounding && lambda < -rounding - left_impulse(stages) / stages.h) {
-        report(first, past(Switch::Kind::force_vanishes, i, crossing(force_before, lambda), lambda));
+        report(first, past(SwitchKind::force_vanishes, i, crossing(force_before, lambda), lambda));
         pulls = true;
       }
       if (mode == ContactMode::stick && has_disc && !leaves) {
@@ -180,7 +180,7 @@ void SignConditions::check_forces(const Element& stages, Violation& first) {
         const double margin = contact.mu * lambda - lambda_t;
         if (margin < -contact.mu * rounding &&
             margin < -contact.mu * rounding - (1 + contact.mu) * left_impulse(stages) / stages.h) {
-          report(first, past(Switch::Kind::cone_reached, i, crossing(margin_before, margin), margin));
+          report(first, past(SwitchKind::cone_reached, i, crossing(margin_before, margin), margin));
           leaves = true;
         }
         margin_before = margin;
@@ -282,7 +282,7 @@ void SignConditions::check_slip(const Element& stages, Violation& first) {
                                  : (speed_before > 0 ? (slip[0] * before[0] + slip[1] * before[1]) / speed_before : 0);
         if (speed < -rounding) {
           const double part = speed_before > 0 ? speed_before / (speed_before - speed) : 0;
-          report(first, past(Switch::Kind::slip_stops, i, time_before + (time - time_before) * part, speed));
+          report(first, past(SwitchKind::slip_stops, i, time_before + (time - time_before) * part, speed));
           break;
         }
       }

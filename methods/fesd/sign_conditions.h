@@ -19,14 +19,14 @@ struct Violation {
     drift,  ///< a closed contact has a gap or creeps at a right end that is no stage
   };
   Kind kind = Kind::none;
-  Switch::Kind passed = Switch::Kind::gap_closes;  ///< of Kind::past_switch
+  SwitchKind passed = SwitchKind::gap_closes;  ///< of Kind::past_switch
   int contact = -1;
   double time = 0;           ///< where the quantity crosses zero, interpolated [s]
   double value = 0;          ///< gap [m], force [N], slip velocity [m/s]
   int facet_condition = -1;  ///< on a polygon: number of the FacetCondition
 
   explicit operator bool() const { return kind != Kind::none; }
-  bool is_past(Switch::Kind its_kind) const { return kind == Kind::past_switch && passed == its_kind; }
+  bool is_past(SwitchKind its_kind) const { return kind == Kind::past_switch && passed == its_kind; }
 };
 
 /// The inequalities of one element, at its stages and its right end:

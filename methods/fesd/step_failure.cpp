@@ -99,7 +99,7 @@ std::string describe(const SearchFailures& failures, const Problem& problem, con
                         deepest.violation.kind != first.violation.kind ||
                         deepest.violation.passed != first.violation.passed;
   if (is_other) message += fmt::format("; with a switch before it, {}", describe(deepest, info, tableau));
-  if (first.violation.is_past(Switch::Kind::cone_reached)) {
+  if (first.violation.is_past(SwitchKind::cone_reached)) {
     const Element& element = step.elements[static_cast<std::size_t>(first.element)];
     const auto open = contacts_of_nonunique_motion(problem, element.q0, element.v0, element.modes);
     if (!open.empty())

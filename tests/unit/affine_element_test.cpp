@@ -125,7 +125,7 @@ TEST_P(AffineElements, AreThoseOfNewton) {
 /// Where a component of the gap, force or slip velocity of a contact vanishes, from a guess that is 0.1 % off:
 /// made-up states have many roots.
 TEST_P(AffineElements, EndWithTheSameSwitches) {
-  using Kind = Switch::Kind;
+  using Kind = SwitchKind;
   const ProblemInfo& info = GetParam().problem->info();
   const ContactMode mode = GetParam().mode;
   for (const int i : info.unilateral) {

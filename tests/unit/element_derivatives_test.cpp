@@ -190,7 +190,7 @@ TEST_P(ElementDerivatives, NewtonSystemSolvesWithThatMatrix) {
 
 /// Switches that a contact in this mode may come to.
 std::vector<Switch> switches_of(const MadeUpElement& made, int i) {
-  using Kind = Switch::Kind;
+  using Kind = SwitchKind;
   const ContactInfo& contact = made.problem.info().contacts[i];
   const ContactMode mode = made.e.modes[i];
   if (mode == ContactMode::open) return {{.kind = Kind::gap_closes, .contact = i}};
@@ -224,7 +224,7 @@ TEST_P(ElementDerivatives, SwitchSlopesAreThoseOfTheSwitchFunctions) {
     for (const Switch& end : switches_of(made, i)) {
       if (end.together && !info.contacts[i].is_affine) continue;  // its slope leaves out second derivatives of J_t
       Element& e = made.e;
-      const bool rests = end.kind == Switch::Kind::slip_stops && e.modes[i] == ContactMode::slip;
+      const bool rests = end.kind == SwitchKind::slip_stops && e.modes[i] == ContactMode::slip;
       e.resting = rests ? i : -1;
       e.rest_together = rests && end.together;
       Vector direction = made.random(2 * made.n_x(), 1).col(0);
@@ -297,7 +297,7 @@ TEST(SwitchFunctions, PowerThatFrictionMissesIsThatOfTheSlipAccelerations) {
       size += most + force.norm() * s.norm();
       on_curves += std::abs(turning[contacts[i].tangent_index]) > 0.01;
     }
-    const Switch end{.kind = Switch::Kind::slip_stops, .contact = e.resting, .together = true};
+    const Switch end{.kind = SwitchKind::slip_stops, .contact = e.resting, .together = true};
     EXPECT_NEAR(made.function.value(e, end), missing, with_rounding(0) * size) << of.problem_id;
   }
   EXPECT_GT(on_curves, 0);
@@ -305,11 +305,11 @@ TEST(SwitchFunctions, PowerThatFrictionMissesIsThatOfTheSlipAccelerations) {
 
 TEST(SwitchKinds, EachHasARowWithItsOwnWords) {
   std::set<std::string> names, refusals;
-  for (const SwitchKind& kind : switch_kinds()) {
+  for (const SwitchProperties& kind : switch_kinds()) {
     EXPECT_EQ(&properties(kind.kind), &kind);
     EXPECT_TRUE(names.insert(kind.name).second) << kind.name;
     EXPECT_TRUE(refusals.insert(kind.refusal).second) << kind.refusal;
-    EXPECT_FALSE(kind.behind.empty());
+    EXPECT_FALSE(kind.after.empty());
   }
 }
 

@@ -157,7 +157,7 @@ TEST_F(LeftEnd, BehindAConeThatWasReachedSlips) {
   left.end_lambda_t << -kMu * kWeight;
   step.elements[1].q0.setZero();
   step.v_minus.col(1).setZero();
-  const Switch end{.kind = Switch::Kind::cone_reached, .contact = 0};
+  const Switch end{.kind = SwitchKind::cone_reached, .contact = 0};
   ASSERT_EQ(solver->begin(step, 1, &left, end, true, start), ElementStartSolver::Result::done);
   EXPECT_EQ(mode(1), ContactMode::slip_positive);
   EXPECT_EQ(start.from_rest, std::vector<int>{0});
@@ -175,7 +175,7 @@ TEST_F(LeftEnd, BehindAForceThatVanishedIsOpen) {
   left.end_lambda_t << 0;
   step.elements[1].q0.setZero();
   step.v_minus.col(1).setZero();
-  const Switch end{.kind = Switch::Kind::force_vanishes, .contact = 0};
+  const Switch end{.kind = SwitchKind::force_vanishes, .contact = 0};
   ASSERT_EQ(solver->begin(step, 1, &left, end, true, start), ElementStartSolver::Result::done);
   EXPECT_EQ(mode(1), ContactMode::open);
   EXPECT_TRUE(start.closed.empty());

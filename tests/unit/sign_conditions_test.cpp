@@ -68,7 +68,7 @@ class BrokenCondition : public testing::Test {
   }
 
   Violation check() { return SignConditions(*problem, tableau, polygon, *scales, 0).check(e, -1); }
-  void expect_past(Switch::Kind kind, double time, double value) {
+  void expect_past(SwitchKind kind, double time, double value) {
     const Violation violation = check();
     EXPECT_TRUE(violation.is_past(kind)) << static_cast<int>(violation.kind) << " "
                                          << properties(violation.passed).name;
@@ -101,33 +101,33 @@ TEST_F(BrokenCondition, NoneWhereAllHold) {
 
 TEST_F(BrokenCondition, GapThatIsNegative) {
   set_gaps(1, 0.5, -0.5);
-  expect_past(Switch::Kind::gap_closes, 2.0 / 3, -0.5);
+  expect_past(SwitchKind::gap_closes, 2.0 / 3, -0.5);
   set_gaps(1, -1, -2);
-  expect_past(Switch::Kind::gap_closes, 1.0 / 6, -1);
+  expect_past(SwitchKind::gap_closes, 1.0 / 6, -1);
 }
 
 TEST_F(BrokenCondition, ForceThatPulls) {
   close(ContactMode::stick);
   set_forces({3, 0, 0}, {-1, 0, 0});
   const Violation violation = check();
-  EXPECT_TRUE(violation.is_past(Switch::Kind::force_vanishes) || violation.is_past(Switch::Kind::cone_reached))
+  EXPECT_TRUE(violation.is_past(SwitchKind::force_vanishes) || violation.is_past(SwitchKind::cone_reached))
       << "both vanish at once";
   EXPECT_NEAR(violation.time, (1.0 / 3 + 2.0 / 3 * 3 / 4) * kStep, kTime);
   e.modes[0] = ContactMode::slip;
   set_slip({1, 0}, {1, 0}, {1, 0});
-  expect_past(Switch::Kind::force_vanishes, 5.0 / 6, -1);
+  expect_past(SwitchKind::force_vanishes, 5.0 / 6, -1);
 }
 
 TEST_F(BrokenCondition, ForceOutsideOfItsCone) {
   close(ContactMode::stick);
   set_forces({2, 0.5, 0}, {2, 0, -1.5});
-  expect_past(Switch::Kind::cone_reached, 2.0 / 3, -0.5);
+  expect_past(SwitchKind::cone_reached, 2.0 / 3, -0.5);
 }
 
 TEST_F(BrokenCondition, SlipThatTurnsBack) {
   close(ContactMode::slip);
   set_slip({1, 0}, {0, 1}, {0, -1});
-  expect_past(Switch::Kind::slip_stops, 2.0 / 3, -1);
+  expect_past(SwitchKind::slip_stops, 2.0 / 3, -1);
 }
 
 TEST_F(BrokenCondition, SlipPastAnEdgeOfItsPolygon) {
@@ -137,7 +137,7 @@ TEST_F(BrokenCondition, SlipPastAnEdgeOfItsPolygon) {
   set_forces({1, kFriction * d[0], kFriction * d[1]}, {1, kFriction * d[0], kFriction * d[1]});
   set_slip({-d[0], -d[1]}, {-d[0], -d[1]}, {-next[0], -next[1]});
   const Violation violation = check();
-  EXPECT_TRUE(violation.is_past(Switch::Kind::slip_turns));
+  EXPECT_TRUE(violation.is_past(SwitchKind::slip_turns));
   EXPECT_NEAR(violation.time, 2.0 / 3 * kStep, kTime) << "half way between the vertices";
   EXPECT_EQ(polygon.condition(ContactMode::vertex_slip, 0, violation.facet_condition).facet, 0)
       << "edge 0 lies between vertices 0 and 1";
@@ -153,10 +153,10 @@ TEST_F(BrokenCondition, ForceBeyondItsEdge) {
   };
   set_forces(force(0), force(3 * half));
   set_slip({-n[0], -n[1]}, {-n[0], -n[1]}, {-n[0], -n[1]});
-  expect_past(Switch::Kind::edge_left, 1.0 / 3 + 2.0 / 3 / 3, -2 * half);
+  expect_past(SwitchKind::edge_left, 1.0 / 3 + 2.0 / 3 / 3, -2 * half);
   set_forces(force(0), force(0));
   set_slip({-n[0], -n[1]}, {-n[0], -n[1]}, {n[0], n[1]});
-  expect_past(Switch::Kind::slip_stops, 2.0 / 3, -1);
+  expect_past(SwitchKind::slip_stops, 2.0 / 3, -1);
 }
 
 TEST_F(BrokenCondition, DriftAtARightEndThatIsNoStage) {
@@ -192,7 +192,7 @@ TEST_F(BrokenCondition, GapThatDipsBetweenTheStages) {
   set_gap(e, gap, [](double s) { return (2 * s - 1.35) * (s + 1) + (s - 0.6) * (s - 0.75); });
   EXPECT_FALSE(check()) << "at the stages there is nothing to see";
   const Violation violation = gaps.check(e);
-  EXPECT_TRUE(violation.is_past(Switch::Kind::gap_closes));
+  EXPECT_TRUE(violation.is_past(SwitchKind::gap_closes));
   EXPECT_EQ(violation.contact, 0);
   EXPECT_NEAR(violation.time, 0.6 * kStep, 1e-13)
       << "a root of a cubic whose terms are a hundred times its slope there";
@@ -209,7 +209,7 @@ TEST_F(BrokenCondition, ParabolaThatDipsBetweenTheStages) {
     const auto parabola = [&](double s) { return 9 * (s - 2.0 / 3) * (s - 2.0 / 3) - depth; };
     set_gap(e, parabola, [](double s) { return 18 * (s - 2.0 / 3); });
     const Violation violation = gaps.check(e);
-    EXPECT_EQ(violation.is_past(Switch::Kind::gap_closes), depth > 0);
+    EXPECT_EQ(violation.is_past(SwitchKind::gap_closes), depth > 0);
     if (depth < 0) continue;
     EXPECT_LT(violation.value, 0);
     EXPECT_GE(violation.value, -depth - kTime);
