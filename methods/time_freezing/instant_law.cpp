@@ -9,8 +9,6 @@
 namespace ricochet {
 namespace {
 
-using Kind = RegionSwitch::Kind;
-
 // Velocities behind an element carry the rounding of its stage equations.
 constexpr double kLawRounding = 1e-12;
 constexpr double kForceRounding = 1e-11;
@@ -136,13 +134,13 @@ void InstantLaw::set_law(int contact, const Vector& v, RegionSwitch cause, const
   law = {.mu = info.mu, .n_t = info.n_t};
   if (info.n_t == 0) return;
   double v_t[2]{0, 0};
-  if (cause.is(Kind::cone_reached, contact)) {  // slip begins against the force
+  if (cause.is(SwitchKind::cone_reached, contact)) {  // slip begins against the force
     for (int d = 0; d < info.n_t; ++d) v_t[d] = -lambda_t_[info.tangent_index + d];
-  } else if (cause.is(Kind::slip_stops, contact) && info.n_t == 1) {
+  } else if (cause.is(SwitchKind::slip_stops, contact) && info.n_t == 1) {
     return;
   } else {
     slip_velocity(contact, v, v_t);
-    const bool rests = cause.kind == Kind::slip_stops && info.n_t == 2;
+    const bool rests = cause.kind == SwitchKind::slip_stops && info.n_t == 2;
     const double least =
         std::max((before.sticks ? 10 : 1) * kLawRounding * scales_.slip(contact), rests ? resting_speed_ : 0);
     if (std::hypot(v_t[0], v_t[1]) <= least) return;
@@ -217,7 +215,7 @@ LcpStatus InstantLaw::select_sliding(const Vector& v, RegionSwitch cause, Region
     ContactRegion& region = regions.of[i];
     const ContactRegion before = region;
     region = {};
-    if (cause.is(Kind::force_vanishes, i) || separates(i, v)) continue;
+    if (cause.ends(Region::sliding, i) || separates(i, v)) continue;
     chosen_.push_back(i);
     set_law(i, v, cause, before, laws_.emplace_back());
   }
@@ -230,7 +228,7 @@ LcpStatus InstantLaw::select_sliding(const Vector& v, RegionSwitch cause, Region
   for (std::size_t k = 0; k < chosen_.size(); ++k) {
     const int i = chosen_[k];
     // What shares a force that vanishes, vanishes with it.
-    const bool vanishes = cause.kind == Kind::force_vanishes && r[0] <= kForceRounding * scales_.force(i);
+    const bool vanishes = cause.ends(Region::sliding) && r[0] <= kForceRounding * scales_.force(i);
     if (is_closed(laws_[k].mode) && !vanishes) {
       regions.of[i].region = Region::sliding;
       set_region(laws_[k], r, regions.of[i]);
@@ -256,7 +254,7 @@ LcpStatus InstantLaw::select_frozen(const Vector& v, const Vector& y, RegionSwit
       ContactRegion& region = regions.of[i];
       if (region.region == Region::free || region.region == Region::sliding) {
         region = {};
-        if (pulls || cause.is(Kind::force_vanishes, i) || normal_velocity(i, v) > kLawRounding * scales_.approach(i))
+        if (pulls || cause.ends(Region::sliding, i) || normal_velocity(i, v) > kLawRounding * scales_.approach(i))
           continue;
         region.region = Region::sliding;
       }

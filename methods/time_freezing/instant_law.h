@@ -6,27 +6,31 @@
 
 #include "methods/contact_laws/contact_scales.h"
 #include "methods/contact_laws/friction_problem.h"
+#include "methods/contact_laws/switch_kind.h"
 #include "methods/time_freezing/regions.h"
 #include "problems/solution.h"
 
 namespace ricochet {
 
-/// What ends an element before its time: a switching function that reaches zero.
+/// The switch that ends an element before its time. Its function is
+///
+///   gap_closes      f_c of a free contact; while time is frozen J_n' v of a free contact that touches
+///   force_vanishes  lambda_n of a sliding contact, -J_n' v of a pushed one, -y of a bouncing one
+///   cone_reached    mu lambda_n - |lambda_t| of a sticking contact
+///   slip_stops      d' J_t' v of a slipping contact
 struct RegionSwitch {
-  enum class Kind : std::uint8_t {
-    none,
-    gap_closes,      ///< f_c of a free contact
-    force_vanishes,  ///< lambda_n of a sliding one: it leaves the surface J_n' v = 0
-    cone_reached,    ///< mu lambda_n - |lambda_t| of one that sticks: it leaves J_t' v = 0
-    slip_stops,      ///< d' J_t' v of one that slips
-    slip_slows,      ///< the same in space, of the last part of it
-    push_ends,       ///< -J_n' v of a pushed one
-    bounce_ends,     ///< -y of a bouncing one
-    approaches       ///< J_n' v of a free one that touches, while time is frozen
-  };
-  Kind kind = Kind::none;
-  int contact = -1;
-  bool is(Kind k, int i) const { return kind == k && contact == i; }
+  SwitchKind kind = SwitchKind::gap_closes;
+  int contact = -1;              ///< -1: none
+  Region region = Region::free;  ///< of the contact until then
+  bool slows = false;            ///< slip in space has not stopped, but become a small part of what it was
+
+  explicit operator bool() const { return contact >= 0; }
+  bool is(SwitchKind its_kind, int its_contact) const { return contact == its_contact && kind == its_kind; }
+  /// Whether the force of a contact in this region ends.
+  bool ends(Region its_region) const {
+    return contact >= 0 && kind == SwitchKind::force_vanishes && region == its_region;
+  }
+  bool ends(Region its_region, int its_contact) const { return contact == its_contact && ends(its_region); }
 };
 
 /// Which regions are active behind a switch, by pivoting, and the derivatives there. At a state (q, v), for the contacts

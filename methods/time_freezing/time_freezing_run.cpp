@@ -118,7 +118,7 @@ bool TimeFreezingRun::advance(double end) {
     RegionSwitch cause;
     const double begin = t_;
     if (!take(dt, cause)) return false;
-    const bool is_end = cause.kind == Kind::none && dt == whole;
+    const bool is_end = !cause && dt == whole;
     t_ = is_end ? end : std::min(begin + dt, end);
     standstills = dt <= kStandstill * T_ ? standstills + 1 : 0;
     if (settings_.recording == Recording::motion && t_ > begin) {
@@ -142,8 +142,8 @@ bool TimeFreezingRun::advance(double end) {
     }
     ++counters_.elements;
     const bool is_short_of_push = !is_free_ && slide_.beta.maxCoeff() > kMostWeight;
-    has_law_ = cause.kind == Kind::none && info_.clock < 0;  // the right end is the next left end
-    if (cause.kind != Kind::none) {
+    has_law_ = !cause && info_.clock < 0;  // the right end is the next left end
+    if (cause) {
       if (!pass_instant(cause, false)) return false;
     } else if (is_short_of_push && !renew_guess(dt)) {
       return fail(Status::inner_solver_failed, kNoForces);
@@ -157,8 +157,8 @@ bool TimeFreezingRun::find_touching(RegionSwitch cause) {
   problem_.gap(q_.data(), gap_.data());
   touching_.clear();
   for (const int i : info_.unilateral) {
-    const bool closes = cause.is(Kind::gap_closes, i) || cause.is(Kind::approaches, i);
-    if (regions_.of[i].is_held() || closes || gap_[i] <= scales_.touching(i)) touching_.push_back(i);
+    if (regions_.of[i].is_held() || cause.is(SwitchKind::gap_closes, i) || gap_[i] <= scales_.touching(i))
+      touching_.push_back(i);
   }
   return law_.prepare(q_, v_, touching_);
 }
@@ -193,9 +193,9 @@ bool TimeFreezingRun::find_approaching(RegionSwitch cause) {
   bool is_frozen = false;
   for (const int i : touching_) {
     ContactRegion& region = regions_.of[i];
-    if (cause.is(Kind::bounce_ends, i)) region = {};
+    if (cause.ends(Region::bouncing, i)) region = {};
     const bool approaches =
-        !cause.is(Kind::push_ends, i) && law_.normal_velocity(i, v_) < -kNoApproach * scales_.approach(i);
+        !cause.ends(Region::pushed, i) && law_.normal_velocity(i, v_) < -kNoApproach * scales_.approach(i);
     if (region.region == Region::bouncing || (approaches && region.region == Region::pushed)) {
       is_frozen = true;
     } else if (approaches) {
@@ -211,7 +211,7 @@ bool TimeFreezingRun::find_approaching(RegionSwitch cause) {
 
 /// All that happens at one time of the clock: frozen elements until no contact approaches, then the regions behind.
 bool TimeFreezingRun::pass_instant(RegionSwitch cause, bool is_first) {
-  if (cause.kind == Kind::slip_slows) {
+  if (cause.slows) {
     hold_direction(cause.contact);
     return renew_guess(H_) || fail(Status::inner_solver_failed, kNoForces);
   }
@@ -264,11 +264,11 @@ bool TimeFreezingRun::pass_frozen(RegionSwitch& cause) {
     Lambda_n_ += slide_.Lambda_n;
     Lambda_t_ += slide_.Lambda_t;
     ++counters_.elements;
-    if (cause.kind == Kind::slip_slows) {
+    if (cause.slows) {
       hold_direction(cause.contact);
       continue;
     }
-    if (cause.kind != Kind::none) return true;
+    if (cause) return true;
     if (!law_.prepare(q_, v_, touching_)) return fail(Status::inner_solver_failed, kNoMass);
     turn_slip(v_, regions_);
   }
@@ -342,7 +342,9 @@ bool TimeFreezingRun::renew_guess(double length) {
 void TimeFreezingRun::set_functions() {
   functions_.clear();
   end_regions_ = regions_;
-  const auto add = [&](Kind kind, int i, double rounding) { functions_.push_back({{kind, i}, 0, 0, rounding}); };
+  const auto add = [&](SwitchKind kind, int i, double rounding, bool slows = false) {
+    functions_.push_back({{kind, i, regions_.of[i].region, slows}, 0, 0, rounding});
+  };
   problem_.gap(q_.data(), gap_.data());
   has_forces_ = false;
   for (const int i : info_.unilateral) {
@@ -350,26 +352,26 @@ void TimeFreezingRun::set_functions() {
     const double velocity = kRounding * scales_.approach(i);
     switch (region.region) {
       case Region::free:
-        if (!regions_.is_frozen) add(Kind::gap_closes, i, scales_.nearly_touching(i));
-        if (regions_.is_frozen && std::ranges::count(touching_, i) > 0) add(Kind::approaches, i, velocity);
+        if (!regions_.is_frozen) add(SwitchKind::gap_closes, i, scales_.nearly_touching(i));
+        if (regions_.is_frozen && std::ranges::count(touching_, i) > 0) add(SwitchKind::gap_closes, i, velocity);
         continue;
       case Region::sliding:
-        add(Kind::force_vanishes, i, kRounding * (regions_.is_frozen ? auxiliary_.push[i] : scales_.force(i)));
+        add(SwitchKind::force_vanishes, i, kRounding * (regions_.is_frozen ? auxiliary_.push[i] : scales_.force(i)));
         has_forces_ = true;
         break;
       case Region::pushed:
-        add(Kind::push_ends, i, velocity);
+        add(SwitchKind::force_vanishes, i, velocity);
         break;
       case Region::bouncing:
-        add(Kind::bounce_ends, i, 1e-13 * scales_.approach(i) / std::sqrt(auxiliary_.k));
+        add(SwitchKind::force_vanishes, i, 1e-13 * scales_.approach(i) / std::sqrt(auxiliary_.k));
         break;
     }
     if (region.sticks && region.region != Region::bouncing) {
-      add(Kind::cone_reached, i,
+      add(SwitchKind::cone_reached, i,
           kRounding * info_.contacts[i].mu * (regions_.is_frozen ? auxiliary_.push[i] : scales_.force(i)));
       has_forces_ = true;
     } else if (region.slips()) {
-      add(region.turns ? Kind::slip_slows : Kind::slip_stops, i, kRounding * scales_.slip(i));
+      add(SwitchKind::slip_stops, i, kRounding * scales_.slip(i), region.turns);
     }
   }
   if (has_forces_ && !regions_.is_frozen && !has_law_ && !law_.forces(regions_, v_, y_)) has_forces_ = false;
@@ -382,32 +384,27 @@ double TimeFreezingRun::value(const Function& function, const Vector& v) {
   const int i = function.zero.contact;
   const ContactInfo& contact = info_.contacts[i];
   switch (function.zero.kind) {
-    case Kind::none:
-      break;
-    case Kind::gap_closes:
-      return gap_[i];
-    case Kind::force_vanishes:
-      return law_.lambda_n()[i];
-    case Kind::cone_reached: {
+    case SwitchKind::gap_closes:
+      return regions_.is_frozen ? law_.normal_velocity(i, v) : gap_[i];
+    case SwitchKind::force_vanishes:
+      if (function.zero.region == Region::pushed) return -law_.normal_velocity(i, v);
+      return function.zero.region == Region::bouncing ? -y1_[i] : law_.lambda_n()[i];
+    case SwitchKind::cone_reached: {
       const double* force = law_.lambda_t().data() + contact.tangent_index;
       const double size = contact.n_t == 2 ? std::hypot(force[0], force[1]) : std::abs(force[0]);
       return contact.mu * std::abs(law_.lambda_n()[i]) - size;
     }
-    case Kind::slip_stops:
-    case Kind::slip_slows: {
+    case SwitchKind::slip_stops: {
       double v_t[2]{0, 0};
       law_.slip_velocity(i, v, v_t);
       const auto& d = regions_.of[i].direction;
       const double along = v_t[0] * d[0] + (contact.n_t == 2 ? v_t[1] * d[1] : 0);
-      if (function.zero.kind == Kind::slip_stops || &v == &v_) return along;
+      if (!function.zero.slows || &v == &v_) return along;
       return along - kSlowing * std::max(function.left, 0.0);
     }
-    case Kind::push_ends:
-      return -law_.normal_velocity(i, v);
-    case Kind::bounce_ends:
-      return -y1_[i];
-    case Kind::approaches:
-      return law_.normal_velocity(i, v);
+    case SwitchKind::slip_turns:
+    case SwitchKind::edge_left:  // there is no polygon
+      break;
   }
   return 0;
 }
@@ -584,7 +581,7 @@ void TimeFreezingRun::record(const std::vector<ContactMode>& before, const Vecto
   for (const int i : info_.unilateral) {
     const bool has_impulse = Lambda_n_[i] > 0;
     if (!has_impulse) Lambda_n_[i] = 0;
-    const auto kind = event_kind(before[i], modes_[i], has_impulse, cause.is(Kind::slip_stops, i));
+    const auto kind = event_kind(before[i], modes_[i], has_impulse, cause.is(SwitchKind::slip_stops, i));
     if (!kind || (is_first && !has_impulse)) continue;
     ++counters_.events;
     if (settings_.recording == Recording::final_state) continue;

@@ -34,7 +34,6 @@ class TimeFreezingRun {
   Solution run();
 
  private:
-  using Kind = RegionSwitch::Kind;
   struct Function {
     RegionSwitch zero;
     double left = 0, right = 0;  // values at both ends of the element at hand
