@@ -57,18 +57,19 @@ ElementStartSolver::ElementStartSolver(const Problem& problem, const ButcherTabl
 
 /// The coordinates that M, forces and touching contacts couple, and where their forces jump: an impulse, a contact that
 /// was open, slip that stops. Elsewhere forces are continuous, also where a contact breaks or begins to slip.
-void ElementStartSolver::set_islands(const ElementStart& start, const Element* left, const Switch& end, const Vector& v,
-                                     const Eigen::Ref<const Vector>& v_minus) {
+void ElementStartSolver::set_islands(const LeftEnd& at) {
   const auto& contacts = problem_.info().contacts;
+  const Vector& v = at.stages().v0;
+  const auto v_minus = at.v_minus();
   islands_ = coupled_;
-  for (const int i : start.touching) islands_.join(contacts[i].pushed());
+  for (const int i : at.start.touching) islands_.join(contacts[i].pushed());
   std::fill(jumps_.begin(), jumps_.end(), false);
   for (int k = 0; k < problem_.n_q(); ++k) {
     if (v[k] != v_minus[k]) jumps_[islands_.of(k)] = true;
   }
-  for (const int i : start.touching) {
-    const bool was_open = !left || !is_closed(left->modes[i]);
-    if (was_open || end.is(SwitchKind::slip_stops, i)) jumps_[islands_.of(contacts[i].support.front())] = true;
+  for (const int i : at.start.touching) {
+    if (!at.was_closed(i) || at.end.is(SwitchKind::slip_stops, i))
+      jumps_[islands_.of(contacts[i].support.front())] = true;
   }
 }
 
@@ -95,15 +96,14 @@ bool ElementStartSolver::is_paradox(const ImpactSolver::ClosedContact& closed) c
 }
 
 /// Records in the scales the speeds of contacts that touch, and the impulses of the element before.
-void ElementStartSolver::record_sizes(const FesdStep& step, const Eigen::Ref<const Vector>& v_minus,
-                                      const Element& element, const Element* left) {
-  impacts_.record_touching(v_minus);
-  if (!left) return impacts_.record_load(element.q0, element.v0, step.H);
+void ElementStartSolver::record_sizes(const LeftEnd& at) {
+  impacts_.record_touching(at.v_minus());
+  if (!at.left) return impacts_.record_load(at.stages().q0, at.stages().v0, at.step.H);
   for (const int i : impacts_.candidates()) {
-    scales_.record_approach(i, impact_law_.normal_velocity_scale(i, left->v0));
-    scales_.record_slip(i, impact_law_.slip_velocity_scale(i, left->v0));
-    if (is_closed(left->modes[i]))
-      scales_.record_approach(i, left->h * left->lambda_n.row(i).maxCoeff() * impact_law_.normal_delassus(i));
+    scales_.record_approach(i, impact_law_.normal_velocity_scale(i, at.left->v0));
+    scales_.record_slip(i, impact_law_.slip_velocity_scale(i, at.left->v0));
+    if (at.was_closed(i))
+      scales_.record_approach(i, at.left->h * at.left->lambda_n.row(i).maxCoeff() * impact_law_.normal_delassus(i));
   }
 }
 
@@ -142,22 +142,21 @@ void ElementStartSolver::set_slide(const Element& element, ImpactSolver::ClosedC
   impact_law_.set_slide(closed, element.v0, scales_.no_slip(closed.contact));
 }
 
-ElementStartSolver::Result ElementStartSolver::begin(FesdStep& step, int element, const Element* left,
-                                                     const Switch& end, bool within_step, ElementStart& start) {
+ElementStartSolver::Result ElementStartSolver::begin(const LeftEnd& at) {
   const ProblemInfo& info = problem_.info();
-  const Place at{step, element, left, end, within_step, start};
   clear(at);
   if (info.n_c() == 0) return Result::done;
+  ElementStart& start = at.start;
   impacts_.find_touching(at.stages().q0, at.before(), start.touching);
   if (start.touching.empty() && !info.has_bilateral()) return Result::done;
-  step.touches = step.touches || !start.touching.empty();
+  at.step.touches = at.step.touches || !start.touching.empty();
   start.failed_contact = start.touching.empty() ? info.bilateral.front() : start.touching.front();
   if (!impact_law_.prepare(at.stages().q0, impacts_.candidates())) return Result::no_impulse;
   if (!start.touching.empty()) {
-    record_sizes(step, step.v_minus.col(element), at.stages(), left);
+    record_sizes(at);
     const auto impacts = impacts_.apply_impacts(at.stages().q0, at.before(), start.touching, at.stages().v0,
-                                                step.Lambda_n.col(element), step.Lambda_t.col(element));
-    step.n_impacts[static_cast<std::size_t>(element)] = impacts.n_impacts;
+                                                at.step.Lambda_n.col(at.element), at.step.Lambda_t.col(at.element));
+    at.step.n_impacts[static_cast<std::size_t>(at.element)] = impacts.n_impacts;
     if (impacts.failed_contact >= 0) start.failed_contact = impacts.failed_contact;
     switch (impacts.result) {
       case ImpactSequence::Result::done:
@@ -175,12 +174,12 @@ ElementStartSolver::Result ElementStartSolver::begin(FesdStep& step, int element
 }
 
 /// Nothing touches, and no impulse acts.
-void ElementStartSolver::clear(const Place& at) const {
+void ElementStartSolver::clear(const LeftEnd& at) const {
   at.start.touching.clear();
   at.start.closed.clear();
   at.start.alternatives.clear();
   at.start.closed_instead = 0;
-  at.stages().v0 = at.step.v_minus.col(at.element);
+  at.stages().v0 = at.v_minus();
   at.stages().closes_bounce = false;
   clear_modes(problem_.info(), at.stages(), at.start);
   at.step.n_impacts[static_cast<std::size_t>(at.element)] = 0;
@@ -189,11 +188,11 @@ void ElementStartSolver::clear(const Place& at) const {
 }
 
 /// Behind the impacts: contacts that do not separate, and as alternatives those that have bounced.
-void ElementStartSolver::divide_touching(const Place& at) {
+void ElementStartSolver::divide_touching(const LeftEnd& at) {
   const ProblemInfo& info = problem_.info();
   ElementStart& start = at.start;
   const Element& stages = at.stages();
-  const auto v_minus = at.step.v_minus.col(at.element);
+  const auto v_minus = at.v_minus();
   const auto Lambda_n = at.step.Lambda_n.col(at.element);
   // A contact closes; the impulses of contacts that were closed when they bounced (see continue_modes) are no impact.
   const bool is_impact =
@@ -218,10 +217,8 @@ void ElementStartSolver::divide_touching(const Place& at) {
   }
 }
 
-ElementStartSolver::Result ElementStartSolver::close_instead(FesdStep& step, int element, const Element* left,
-                                                             const Switch& end, bool within_step,
-                                                             unsigned closed_instead, ElementStart& start) {
-  const Place at{step, element, left, end, within_step, start};
+ElementStartSolver::Result ElementStartSolver::close_instead(const LeftEnd& at, unsigned closed_instead) {
+  ElementStart& start = at.start;
   clear_modes(problem_.info(), at.stages(), start);
   if (!impact_law_.prepare(at.stages().q0, start.touching)) return Result::no_impulse;
   const std::size_t n_alternatives = start.alternatives.size();
@@ -233,12 +230,12 @@ ElementStartSolver::Result ElementStartSolver::close_instead(FesdStep& step, int
 }
 
 /// Modes from the forces right behind the start, and the alternatives to them.
-ElementStartSolver::Result ElementStartSolver::set_modes(const Place& at, unsigned closed_instead) {
+ElementStartSolver::Result ElementStartSolver::set_modes(const LeftEnd& at, unsigned closed_instead) {
   const ProblemInfo& info = problem_.info();
   if (at.start.closed.empty() && closed_instead == 0 && !info.has_bilateral()) return Result::done;
-  set_islands(at.start, at.left, at.end, at.stages().v0, at.step.v_minus.col(at.element));
+  set_islands(at);
   std::fill(keeps_.begin(), keeps_.end(), false);
-  if (at.within_step && at.left && !info.has_bilateral()) find_kept(at.start, *at.left, at.end);
+  if (at.within_step && at.left && !info.has_bilateral()) find_kept(at);
   collect_closed(at, closed_instead);
   const Result result = find_forces(at);
   if (result != Result::done) return result;
@@ -247,7 +244,7 @@ ElementStartSolver::Result ElementStartSolver::set_modes(const Place& at, unsign
 }
 
 /// Contacts whose modes the load decides, in closed_; islands that are kept have theirs.
-void ElementStartSolver::collect_closed(const Place& at, unsigned closed_instead) {
+void ElementStartSolver::collect_closed(const LeftEnd& at, unsigned closed_instead) {
   ElementStart& start = at.start;
   closed_.clear();
   for (const auto& closed : start.closed) {
@@ -267,7 +264,7 @@ void ElementStartSolver::collect_closed(const Place& at, unsigned closed_instead
 }
 
 /// Forces and accelerations of closed_ and of what is kept.
-ElementStartSolver::Result ElementStartSolver::find_forces(const Place& at) {
+ElementStartSolver::Result ElementStartSolver::find_forces(const LeftEnd& at) {
   ElementStart& start = at.start;
   const Element& stages = at.stages();
   const auto in_paradox =
@@ -288,7 +285,7 @@ ElementStartSolver::Result ElementStartSolver::find_forces(const Place& at) {
   return Result::done;
 }
 
-void ElementStartSolver::set_mode(const Place& at, const ImpactSolver::ClosedContact& closed) {
+void ElementStartSolver::set_mode(const LeftEnd& at, const ImpactSolver::ClosedContact& closed) {
   const int i = closed.contact, n_t = problem_.info().contacts[i].n_t;
   ContactMode mode = closed.mode;
   const bool rested = at.was_closed(i) && !force_jumps(i);
@@ -307,15 +304,15 @@ void ElementStartSolver::set_mode(const Place& at, const ImpactSolver::ClosedCon
 }
 
 /// Where another contact breaks, one that the load leaves without a force may break as well.
-void ElementStartSolver::offer_break(const Place& at, const ImpactSolver::ClosedContact& closed, ContactMode mode,
+void ElementStartSolver::offer_break(const LeftEnd& at, const ImpactSolver::ClosedContact& closed, ContactMode mode,
                                      bool rested) const {
   const bool breaks_too = at.end.kind == SwitchKind::force_vanishes && at.end.contact >= 0 && rested &&
                           at.start.lambda_n[closed.contact] <= scales_.no_force(closed.contact);
   if (breaks_too) at.start.alternatives.push_back({closed.contact, ContactMode::open, mode, 0, 0, closed.facet});
 }
 
-/// At the boundary of the cone a contact may stick or slip, and behind an edge that it has left it may be there still.
-void ElementStartSolver::offer_slip_or_stick(const Place& at, const ImpactSolver::ClosedContact& closed,
+/// At the boundary of the cone a contact may stick or slip. After leaving an edge of its polygon it may be there still.
+void ElementStartSolver::offer_slip_or_stick(const LeftEnd& at, const ImpactSolver::ClosedContact& closed,
                                              ContactMode mode) const {
   const int i = closed.contact;
   const auto& contact = problem_.info().contacts[i];
@@ -338,14 +335,16 @@ void ElementStartSolver::offer_slip_or_stick(const Place& at, const ImpactSolver
 
 /// Islands that go on as they are: their forces are continuous, the switch is none of theirs, and none of their
 /// contacts is about to break or to slip at the same time.
-void ElementStartSolver::find_kept(const ElementStart& start, const Element& left, const Switch& end) {
+void ElementStartSolver::find_kept(const LeftEnd& at) {
+  const ElementStart& start = at.start;
+  const Element& left = *at.left;
   if (tableau_.right_end.size() == 0) return;
   const auto& contacts = problem_.info().contacts;
   for (const auto& closed : start.closed) keeps_[island_of(closed.contact)] = true;
   for (const int i : start.touching) {
     if (force_jumps(i)) keeps_[island_of(i)] = false;
   }
-  if (end.contact >= 0) keeps_[island_of(end.contact)] = false;
+  if (at.end.contact >= 0) keeps_[island_of(at.end.contact)] = false;
   for (const auto& closed : start.closed) {
     const auto& contact = contacts[closed.contact];
     const double force = left.end_lambda_n[closed.contact], cone = contact.mu * force;
@@ -406,7 +405,7 @@ bool ElementStartSolver::continue_modes(FesdStep& step, int element, ElementStar
   if (start.touching.empty()) return true;
   if (!impact_law_.prepare(stages.q0, start.touching)) return false;
   impacts_.set_touching(start.touching);
-  record_sizes(step, before.v1, stages, &before);
+  record_sizes({step, element, &before, {}, true, start});
   return impacts_.apply_impact(stages.v0, step.Lambda_n.col(element), step.Lambda_t.col(element));
 }
 

@@ -46,6 +46,21 @@ struct ElementStart {
   void reserve(const ProblemInfo& info);
 };
 
+/// The left end of an element that is being started. The element has its q0, and its column of step.v_minus.
+struct LeftEnd {
+  FesdStep& step;
+  int element;          ///< of the step
+  const Element* left;  ///< the element before, or null
+  Switch end;           ///< the switch that ended it
+  bool within_step;     ///< it belongs to the same step
+  ElementStart& start;  ///< out
+
+  Element& stages() const { return step.elements[static_cast<std::size_t>(element)]; }
+  auto v_minus() const { return step.v_minus.col(element); }
+  const std::vector<ContactMode>* before() const { return left ? &left->modes : nullptr; }
+  bool was_closed(int contact) const { return left && is_closed(left->modes[contact]); }
+};
+
 /// Impulses and predicted modes at the left end of an element, from the laws of one instant (impact_solver.h).
 ///
 /// A touching contact that approaches takes an impulse, or several (impact_sequence.h). Behind it, contacts that do
@@ -73,17 +88,12 @@ class ElementStartSolver {
   /// accumulates: impacts at one instant lose too little of their velocity
   enum class Result : std::uint8_t { done, no_impulse, no_forces, indeterminate, accumulates };
 
-  /// In: q0 of the element, its column of step.v_minus. Out: v0, modes, slip_start, impulses, start.
-  /// @param left  the element before, or null; @param end  the switch that ended it; @param within_step  whether it
-  /// belongs to the same step
-  Result begin(FesdStep& step, int element, const Element* left, const Switch& end, bool within_step,
-               ElementStart& start);
+  /// Sets v0, modes and slip_start of the element, its impulses in the step, and the start.
+  Result begin(const LeftEnd& at);
 
-  /// Modes and forces of the start that begin() made, when contacts that bounced are closed instead: what the load
-  /// does to the others then. ElementStart::alternatives stay.
-  /// @param closed_instead  set of alternatives, of contacts that bounced
-  Result close_instead(FesdStep& step, int element, const Element* left, const Switch& end, bool within_step,
-                       unsigned closed_instead, ElementStart& start);
+  /// Modes and forces of a start that begin() has made, with contacts that bounced closed instead. The alternatives of the
+  /// start stay. @param closed_instead  set of alternatives, of contacts that bounced
+  Result close_instead(const LeftEnd& at, unsigned closed_instead);
 
   /// Continues the modes of the element before without a switch. A contact that bounced and was closed instead may come
   /// back where the tableau has no stage at the right end, and then needs an impulse. False when there is none.
@@ -96,34 +106,19 @@ class ElementStartSolver {
   int first_to_stop(const Element& element, double& time);
 
  private:
-  void record_sizes(const FesdStep& step, const Eigen::Ref<const Vector>& v_minus, const Element& element,
-                    const Element* left);
-  void set_islands(const ElementStart& start, const Element* left, const Switch& end, const Vector& v,
-                   const Eigen::Ref<const Vector>& v_minus);
+  void record_sizes(const LeftEnd& at);
+  void set_islands(const LeftEnd& at);
   int island_of(int contact) { return islands_.of(problem_.info().contacts[contact].support.front()); }
   bool force_jumps(int contact);
-  void find_kept(const ElementStart& start, const Element& left, const Switch& end);
-  /// The left end at hand.
-  struct Place {
-    FesdStep& step;
-    int element;
-    const Element* left;  ///< the element before, or null
-    const Switch& end;    ///< the switch that ended it
-    bool within_step;
-    ElementStart& start;
-
-    Element& stages() const { return step.elements[static_cast<std::size_t>(element)]; }
-    const std::vector<ContactMode>* before() const { return left ? &left->modes : nullptr; }
-    bool was_closed(int contact) const { return left && is_closed(left->modes[contact]); }
-  };
-  void clear(const Place& at) const;
-  void divide_touching(const Place& at);
-  Result set_modes(const Place& at, unsigned closed_instead);
-  void collect_closed(const Place& at, unsigned closed_instead);
-  Result find_forces(const Place& at);
-  void set_mode(const Place& at, const ImpactSolver::ClosedContact& closed);
-  void offer_break(const Place& at, const ImpactSolver::ClosedContact& closed, ContactMode mode, bool rested) const;
-  void offer_slip_or_stick(const Place& at, const ImpactSolver::ClosedContact& closed, ContactMode mode) const;
+  void find_kept(const LeftEnd& at);
+  void clear(const LeftEnd& at) const;
+  void divide_touching(const LeftEnd& at);
+  Result set_modes(const LeftEnd& at, unsigned closed_instead);
+  void collect_closed(const LeftEnd& at, unsigned closed_instead);
+  Result find_forces(const LeftEnd& at);
+  void set_mode(const LeftEnd& at, const ImpactSolver::ClosedContact& closed);
+  void offer_break(const LeftEnd& at, const ImpactSolver::ClosedContact& closed, ContactMode mode, bool rested) const;
+  void offer_slip_or_stick(const LeftEnd& at, const ImpactSolver::ClosedContact& closed, ContactMode mode) const;
   void keep_forces(const Element& left, ElementStart& start);
   ContactMode continued_mode(const ImpactSolver::ClosedContact& closed) const;
   void set_facet(const Element& element, const Switch& end, ImpactSolver::ClosedContact& closed);

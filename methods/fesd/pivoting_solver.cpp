@@ -329,15 +329,19 @@ bool PivotingSolver::continue_after(int element, int m, double remaining, int el
   return search(next, rest, elements_left - m);
 }
 
+LeftEnd PivotingSolver::left_end(int element) {
+  const Switch end = buffers_.switch_before(element);
+  const bool within_step = element > 0 || end.contact >= 0;
+  return {buffers_.step(), element, buffers_.left_of(element), end, within_step, buffers_.start_of(element)};
+}
+
 /// (a): impulse, modes and alternatives.
 bool PivotingSolver::begin_element(int element) {
-  const Switch end = buffers_.switch_before(element);
-  ElementStart& start = buffers_.start_of(element);
-  const bool within_step = element > 0 || end.contact >= 0;
-  const auto result = start_solver_.begin(buffers_.step(), element, buffers_.left_of(element), end, within_step, start);
+  const LeftEnd at = left_end(element);
+  const auto result = start_solver_.begin(at);
   if (result == ElementStartSolver::Result::done) return true;
   const StepFailure failure{.kind = failure_of(result),
-                            .violation = {.contact = start.failed_contact},
+                            .violation = {.contact = at.start.failed_contact},
                             .element = element,
                             .h = 0,
                             .count = 1};
@@ -354,13 +358,9 @@ bool PivotingSolver::propose_modes(int element, unsigned trial) {
   const auto n = std::min(start.alternatives.size(), kMaxAlternatives);
   unsigned closed_instead = 0;
   for (std::size_t k = 0; k < n; ++k) closed_instead |= start.alternatives[k].bounced() ? trial & 1U << k : 0;
-  if (closed_instead != 0 || start.closed_instead != 0) {
-    const Switch end = buffers_.switch_before(element);
-    if (start_solver_.close_instead(buffers_.step(), element, buffers_.left_of(element), end,
-                                    element > 0 || end.contact >= 0, closed_instead,
-                                    start) != ElementStartSolver::Result::done)
-      return false;
-  }
+  if ((closed_instead != 0 || start.closed_instead != 0) &&
+      start_solver_.close_instead(left_end(element), closed_instead) != ElementStartSolver::Result::done)
+    return false;
   for (std::size_t k = 0; k < n; ++k) {
     const auto& alternative = start.alternatives[k];
     const int i = alternative.contact;

@@ -118,6 +118,7 @@ class PivotingSolver {
   std::optional<ClosedBounces> solve_one_element(double H, double rest_speed,
                                                  const std::function<bool(const Element&)>& is_accurate);
   int elements_for(int element, double remaining, int elements_left) const;
+  LeftEnd left_end(int element);
   bool begin_element(int element);
   bool propose_modes(int element, unsigned trial);
   bool search(int element, double remaining, int elements_left);

@@ -13,7 +13,7 @@ constexpr double kMass = 2, kWeight = 2 * 9.81, kRestitution = 0.5, kMu = 0.3;
 // Rounding of single sums and products of numbers of the size of 1.
 constexpr double kSums = 1e-14;
 
-class LeftEnd : public testing::Test {
+class ElementStartTest : public testing::Test {
  protected:
   /// A block of 2 kg at (x, height) above the ground. @param push  along the ground [N]; @param lift  against gravity
   void put_block(double push, double lift = 0) {
@@ -34,7 +34,7 @@ class LeftEnd : public testing::Test {
     step.elements[0].q0 << 0, height;
     step.v_minus.col(0) << v_x, v_y;
     scales->begin_step(step.elements[0].q0.data(), step.v_minus.data(), step.H, true);
-    ASSERT_EQ(solver->begin(step, 0, nullptr, Switch{}, false, start), ElementStartSolver::Result::done);
+    ASSERT_EQ(solver->begin({step, 0, nullptr, {}, false, start}), ElementStartSolver::Result::done);
   }
 
   ContactMode mode(int element = 0) const { return step.elements[static_cast<std::size_t>(element)].modes[0]; }
@@ -48,7 +48,7 @@ class LeftEnd : public testing::Test {
   ElementStart start;
 };
 
-TEST_F(LeftEnd, OfFlightHasNeitherImpulseNorForce) {
+TEST_F(ElementStartTest, FlightHasNeitherImpulseNorForce) {
   put_block(0);
   begin(1, -2, 0.3);
   EXPECT_EQ(mode(), ContactMode::open);
@@ -58,7 +58,7 @@ TEST_F(LeftEnd, OfFlightHasNeitherImpulseNorForce) {
   EXPECT_FALSE(step.touches);
 }
 
-TEST_F(LeftEnd, OfABounceOffersToCloseInstead) {
+TEST_F(ElementStartTest, ABounceMayBeClosedInstead) {
   put_block(0);
   begin(0, -2);
   EXPECT_EQ(mode(), ContactMode::open);
@@ -70,13 +70,13 @@ TEST_F(LeftEnd, OfABounceOffersToCloseInstead) {
   EXPECT_EQ(start.alternatives[0].mode, ContactMode::stick);
   EXPECT_NEAR(start.alternatives[0].v_n, kRestitution * 2, kSums);
 
-  ASSERT_EQ(solver->close_instead(step, 0, nullptr, Switch{}, false, 1, start), ElementStartSolver::Result::done);
+  ASSERT_EQ(solver->close_instead({step, 0, nullptr, {}, false, start}, 1), ElementStartSolver::Result::done);
   EXPECT_EQ(mode(), ContactMode::stick);
   EXPECT_NEAR(start.lambda_n[0], kWeight, kWeight * kSums);
   EXPECT_EQ(start.alternatives.size(), 1u) << "they stay those of begin()";
 }
 
-TEST_F(LeftEnd, OfAnImpactOnTheMoveHasFriction) {
+TEST_F(ElementStartTest, AnImpactOfASlidingBlockHasFriction) {
   put_block(0);
   begin(5, -2);
   EXPECT_NEAR(step.Lambda_t(0, 0), -kMu * step.Lambda_n(0, 0), kSums);
@@ -86,7 +86,7 @@ TEST_F(LeftEnd, OfAnImpactOnTheMoveHasFriction) {
   EXPECT_NEAR(step.Lambda_t(0, 0), -kMass * 0.1, kSums);
 }
 
-TEST_F(LeftEnd, OfRestSticks) {
+TEST_F(ElementStartTest, ABlockAtRestSticks) {
   put_block(1);
   begin(0, 0);
   EXPECT_EQ(mode(), ContactMode::stick);
@@ -98,7 +98,7 @@ TEST_F(LeftEnd, OfRestSticks) {
   EXPECT_NEAR(start.acceleration.norm(), 0, 9.81 * kSums);
 }
 
-TEST_F(LeftEnd, OfRestNearTheConeMightSlip) {
+TEST_F(ElementStartTest, ABlockAtRestNearTheConeMaySlip) {
   put_block(0.95 * kMu * kWeight);
   begin(0, 0);
   EXPECT_EQ(mode(), ContactMode::stick);
@@ -107,7 +107,7 @@ TEST_F(LeftEnd, OfRestNearTheConeMightSlip) {
   EXPECT_FALSE(start.alternatives[0].bounced());
 }
 
-TEST_F(LeftEnd, OfAPushBeyondTheConeBeginsToSlip) {
+TEST_F(ElementStartTest, APushBeyondTheConeBeginsToSlip) {
   put_block(-2 * kMu * kWeight);
   begin(0, 0);
   EXPECT_EQ(mode(), ContactMode::slip_negative);
@@ -117,7 +117,7 @@ TEST_F(LeftEnd, OfAPushBeyondTheConeBeginsToSlip) {
   EXPECT_EQ(start.alternatives[0].mode, ContactMode::stick);
 }
 
-TEST_F(LeftEnd, OfSlipGoesOnSlipping) {
+TEST_F(ElementStartTest, SlipGoesOn) {
   put_block(0);
   begin(-3, 0);
   EXPECT_EQ(mode(), ContactMode::slip_negative);
@@ -126,7 +126,7 @@ TEST_F(LeftEnd, OfSlipGoesOnSlipping) {
   EXPECT_TRUE(start.alternatives.empty());
 }
 
-TEST_F(LeftEnd, OfALoadThatPullsIsOpen) {
+TEST_F(ElementStartTest, ALoadThatPullsOpensTheContact) {
   put_block(0, kWeight + 3);
   begin(0, 0);
   EXPECT_EQ(start.touching, std::vector<int>{0});
@@ -135,7 +135,7 @@ TEST_F(LeftEnd, OfALoadThatPullsIsOpen) {
   EXPECT_EQ(start.lambda_n[0], 0);
 }
 
-TEST_F(LeftEnd, OfPartingBodiesHasNoImpulse) {
+TEST_F(ElementStartTest, PartingBodiesGetNoImpulse) {
   put_block(0);
   begin(0, 2);
   EXPECT_EQ(mode(), ContactMode::open);
@@ -144,7 +144,7 @@ TEST_F(LeftEnd, OfPartingBodiesHasNoImpulse) {
 }
 
 /// Slip begins against the force that has reached its cone, whatever the load says then.
-TEST_F(LeftEnd, BehindAConeThatWasReachedSlips) {
+TEST_F(ElementStartTest, AContactSlipsAfterReachingItsCone) {
   put_block(kMu * kWeight);
   begin(0, 0);
   Element& left = step.elements[0];
@@ -158,14 +158,14 @@ TEST_F(LeftEnd, BehindAConeThatWasReachedSlips) {
   step.elements[1].q0.setZero();
   step.v_minus.col(1).setZero();
   const Switch end{.kind = SwitchKind::cone_reached, .contact = 0};
-  ASSERT_EQ(solver->begin(step, 1, &left, end, true, start), ElementStartSolver::Result::done);
+  ASSERT_EQ(solver->begin({step, 1, &left, end, true, start}), ElementStartSolver::Result::done);
   EXPECT_EQ(mode(1), ContactMode::slip_positive);
   EXPECT_EQ(start.from_rest, std::vector<int>{0});
   ASSERT_EQ(start.alternatives.size(), 1u);
   EXPECT_EQ(start.alternatives[0].mode, ContactMode::stick);
 }
 
-TEST_F(LeftEnd, BehindAForceThatVanishedIsOpen) {
+TEST_F(ElementStartTest, AContactOpensWhenItsForceVanishes) {
   put_block(0);
   begin(0, 0);
   Element& left = step.elements[0];
@@ -176,7 +176,7 @@ TEST_F(LeftEnd, BehindAForceThatVanishedIsOpen) {
   step.elements[1].q0.setZero();
   step.v_minus.col(1).setZero();
   const Switch end{.kind = SwitchKind::force_vanishes, .contact = 0};
-  ASSERT_EQ(solver->begin(step, 1, &left, end, true, start), ElementStartSolver::Result::done);
+  ASSERT_EQ(solver->begin({step, 1, &left, end, true, start}), ElementStartSolver::Result::done);
   EXPECT_EQ(mode(1), ContactMode::open);
   EXPECT_TRUE(start.closed.empty());
 }
