@@ -100,6 +100,7 @@ class ImpactSolver {
   /// The largest J_t' M^-1 J_t of its tangents.
   double tangential_delassus(int contact) const;
 
+  const ContactInfo& contact(int i) const { return problem_.info().contacts[i]; }
   /// J_n of a touching contact, packed.
   const double* normal(int contact) const { return operator_.column(contact, 0); }
   /// J_n^i' v of a touching contact.

@@ -26,6 +26,7 @@ ModeChange::ModeChange(const Problem& problem, ContactScales& scales, ModeDynami
       impacts_(problem, scales, law_),
       modes_(problem.info().contacts.size(), ContactMode::open) {
   for (auto* list : {&touching_, &beginning_}) list->reserve(modes_.size());
+  after_.reserve(modes_.size());
   closed_.reserve(modes_.size());
   Lambda_n_.setZero(info_.n_c());
   lambda_n_ = bias_ = gap_acceleration_ = Lambda_n_;
@@ -67,32 +68,19 @@ bool ModeChange::is_pressed_at_once(int contact, double a, const Vector& q, cons
   return a <= 0 || 2 * a * a * a <= 3 * jerk * jerk * kLow * scales_.nearly_touching(contact);
 }
 
-/// The touching contacts that do not separate, with what is known of their slip.
+/// The touching contacts that do not separate. One that has closed without an impact may hop, and a bounce may be low.
 void ModeChange::set_closed(const DetectedEvent& cause, const std::vector<ContactMode>* modes, const Vector& q,
-                            const Vector& v, const Vector& v_minus, const std::vector<int>& stopped) {
-  closed_.clear();
+                            const Vector& v, const std::vector<int>& stopped) {
   const bool is_impact = std::ranges::any_of(touching_, [&](int i) { return Lambda_n_[i] > 0; });
-  for (const int i : touching_) {
-    if (cause.is(SwitchKind::force_vanishes, i)) continue;
-    const auto& contact = info_.contacts[i];
-    const ContactMode before = modes ? (*modes)[i] : ContactMode::open;
-    const bool is_struck = is_impact && std::ranges::any_of(contact.support, [&](int k) { return v[k] != v_minus[k]; });
-    const bool rested = is_closed(before) && !is_struck;
-    const bool separates = law_.normal_velocity(i, v) > scales_.no_approach(i) &&
-                           !(cause.is(SwitchKind::gap_closes, i) && !is_impact && hops(i, q, v));
-    if (!rested && separates && !(Lambda_n_[i] > 0 && is_low(i, q, v_minus))) continue;
-    ImpactSolver::ClosedContact closed{.contact = i};
-    if (cause.is(SwitchKind::cone_reached, i) && !is_struck) {  // slip begins against the force
-      double force[2]{0, 0};
-      dynamics_.tangential_force(i, force);
-      const double size = std::hypot(force[0], force[1]);
-      closed.slides = size > 0;
-      for (int d = 0; d < contact.n_t && size > 0; ++d) closed.direction[d] = -force[d] / size;
-    } else if (contact.n_t > 0 && !(before == ContactMode::stick && !is_struck) &&
-               !((cause.is(SwitchKind::slip_stops, i) || std::ranges::count(stopped, i) > 0) && !is_struck)) {
-      law_.set_slide(closed, v, scales_.no_slip(i));
-    }
-    closed_.push_back(closed);
+  double force[2]{0, 0};
+  if (cause && cause.kind == SwitchKind::cone_reached) dynamics_.tangential_force(cause.contact, force);
+  contacts_after_impact(law_, scales_, touching_,
+                        {modes, v_minus_, v, is_impact, cause.kind, cause.contact, force, stopped}, after_);
+  closed_.clear();
+  for (const ContactAfterImpact& contact : after_) {
+    const int i = contact.closed.contact;
+    const bool separates = contact.separates && !(cause.is(SwitchKind::gap_closes, i) && !is_impact && hops(i, q, v));
+    if (contact.rests || !separates || (Lambda_n_[i] > 0 && is_low(i, q, v_minus_))) closed_.push_back(contact.closed);
   }
 }
 
@@ -133,7 +121,7 @@ ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::ve
         return failed(Status::step_limit, "impacts accumulate", impacts.failed_contact);
     }
     outcome.has_impact = impacts.n_impacts > 0;
-    set_closed(cause, before, q, v, v_minus_, stopped);
+    set_closed(cause, before, q, v, stopped);
     for (const auto& closed : closed_) {
       if (!closed.slides || law_.sliding_delassus(closed.contact, closed.direction) > 0) continue;
       return failed(Status::infeasible, "Painleve's paradox: slip pulls the bodies together", closed.contact);

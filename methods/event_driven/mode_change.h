@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "methods/contact_laws/contacts_after_impact.h"
 #include "methods/contact_laws/impact_sequence.h"
 #include "methods/contact_laws/impact_solver.h"
 #include "methods/event_driven/event_functions.h"
@@ -53,7 +54,7 @@ class ModeChange {
 
  private:
   void set_closed(const DetectedEvent& cause, const std::vector<ContactMode>* modes, const Vector& q, const Vector& v,
-                  const Vector& v_minus, const std::vector<int>& stopped);
+                  const std::vector<int>& stopped);
   bool is_low(int contact, const Vector& q, const Vector& v_minus);
   double free_gap_acceleration(int contact, const Vector& q, const Vector& v);
   bool is_pressed_at_once(int contact, double a, const Vector& q, const Vector& v);
@@ -67,6 +68,7 @@ class ModeChange {
   ImpactSequence impacts_;
   std::vector<int> touching_, beginning_;
   std::vector<ContactMode> modes_;
+  std::vector<ContactAfterImpact> after_;
   std::vector<ImpactSolver::ClosedContact> closed_;
   Vector Lambda_n_, Lambda_t_, lambda_n_, lambda_t_, v_minus_, bias_, gap_acceleration_;
 };

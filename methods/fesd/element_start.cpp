@@ -47,6 +47,7 @@ ElementStartSolver::ElementStartSolver(const Problem& problem, const ButcherTabl
       impact_law_(problem, polygon, scales, counters),
       impacts_(problem, scales, impact_law_) {
   const ProblemInfo& info = problem.info();
+  after_.reserve(info.contacts.size());
   closed_.reserve(info.contacts.size());
   coupled_.reset(info.n_q);
   coupled_.join(info.structure.couplings);
@@ -107,39 +108,12 @@ void ElementStartSolver::record_sizes(const LeftEnd& at) {
   }
 }
 
-/// Whether a closed contact slides already, and where to.
-void ElementStartSolver::set_tangential_law(const Element& element, const Element* left, const Switch& end,
-                                            bool is_struck, ImpactSolver::ClosedContact& closed) {
-  const int i = closed.contact;
-  const auto& contact = problem_.info().contacts[i];
-  const ContactMode before = left ? left->modes[i] : ContactMode::open;
-  if (end.contact == i && end.on_polygon() && !is_struck) return set_facet(element, end, closed);
-  if (end.is(SwitchKind::cone_reached, i) && !end.on_polygon() && !is_struck) {  // slip starts against the force
-    closed.slides = true;
-    double size = 0;
-    for (int d = 0; d < contact.n_t; ++d) {
-      closed.direction[d] = -left->end_lambda_t[contact.tangent_index + d];
-      size = std::hypot(size, closed.direction[d]);
-    }
-    for (int d = 0; d < contact.n_t; ++d) closed.direction[d] /= size;
-    return;
-  }
-  if (before == ContactMode::stick && !is_struck) return;
-  if (end.is(SwitchKind::slip_stops, i) && !is_struck) return;
-  set_slide(element, closed);
-}
-
-/// The same on a polygon, where the switch of this contact says it.
+/// Slip on a polygon of a contact whose switch ended the element before.
 void ElementStartSolver::set_facet(const Element& element, const Switch& end, ImpactSolver::ClosedContact& closed) {
-  if (end.kind == SwitchKind::slip_turns) set_slide(element, closed);
+  closed = {.contact = closed.contact};
+  if (end.kind == SwitchKind::slip_turns) impact_law_.set_slide(closed, element.v0, scales_.no_slip(closed.contact));
   if (end.kind == SwitchKind::cone_reached || closed.slides) impact_law_.set_edge(closed, end.condition.facet);
   if (end.kind == SwitchKind::edge_left) impact_law_.set_vertex(closed, end.condition.facet);
-}
-
-/// Whether it slides, up to what contacts that come to rest together have left of their slip when the switch of one of
-/// them is solved.
-void ElementStartSolver::set_slide(const Element& element, ImpactSolver::ClosedContact& closed) {
-  impact_law_.set_slide(closed, element.v0, scales_.no_slip(closed.contact));
 }
 
 ElementStartSolver::Result ElementStartSolver::begin(const LeftEnd& at) {
@@ -187,31 +161,28 @@ void ElementStartSolver::clear(const LeftEnd& at) const {
   if (problem_.info().has_friction()) at.step.Lambda_t.col(at.element).setZero();
 }
 
-/// Behind the impacts: contacts that do not separate, and as alternatives those that have bounced.
+/// After the impacts: contacts that do not separate, and as alternatives those that have bounced.
 void ElementStartSolver::divide_touching(const LeftEnd& at) {
-  const ProblemInfo& info = problem_.info();
   ElementStart& start = at.start;
   const Element& stages = at.stages();
-  const auto v_minus = at.v_minus();
   const auto Lambda_n = at.step.Lambda_n.col(at.element);
   // A contact closes; the impulses of contacts that were closed when they bounced (see continue_modes) are no impact.
   const bool is_impact =
       std::ranges::any_of(start.touching, [&](int i) { return Lambda_n[i] > 0 && !at.was_closed(i); });
-  // A contact whose bodies it moves; the others go on as if nothing had happened.
-  const auto is_struck = [&](int i) {
-    const auto& support = info.contacts[i].support;
-    return is_impact && std::any_of(support.begin(), support.end(), [&](int k) { return stages.v0[k] != v_minus[k]; });
-  };
-  for (const int i : start.touching) {
-    if (at.end.is(SwitchKind::force_vanishes, i)) continue;
-    const bool rested = at.was_closed(i) && !is_struck(i);
-    ImpactSolver::ClosedContact closed{.contact = i};
-    if (info.contacts[i].n_t > 0) set_tangential_law(stages, at.left, at.end, is_struck(i), closed);
-    if (rested || impact_law_.normal_velocity(i, stages.v0) <= scales_.no_approach(i)) {
-      start.closed.push_back(closed);
+  const double* force = nullptr;
+  if (at.left && at.end.contact >= 0)
+    force = at.left->end_lambda_t.data() + problem_.info().contacts[at.end.contact].tangent_index;
+  contacts_after_impact(impact_law_, scales_, start.touching,
+                        {at.before(), at.v_minus(), stages.v0, is_impact, at.end.kind, at.end.contact, force, {}},
+                        after_);
+  for (ContactAfterImpact& contact : after_) {
+    const int i = contact.closed.contact;
+    if (i == at.end.contact && at.end.on_polygon() && !contact.is_struck) set_facet(stages, at.end, contact.closed);
+    if (contact.rests || !contact.separates) {
+      start.closed.push_back(contact.closed);
     } else if (!at.left || at.was_closed(i) || Lambda_n[i] > 0) {
-      start.alternatives.push_back({i, continued_mode(closed), ContactMode::open,
-                                    impact_law_.normal_velocity(i, stages.v0), closed.facet, 0, closed,
+      start.alternatives.push_back({i, continued_mode(contact.closed), ContactMode::open,
+                                    impact_law_.normal_velocity(i, stages.v0), contact.closed.facet, 0, contact.closed,
                                     Lambda_n[i] > 0});
     }
   }

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "methods/contact_laws/contacts_after_impact.h"
 #include "methods/contact_laws/impact_sequence.h"
 #include "methods/contact_laws/impact_solver.h"
 #include "methods/elements/fesd_step.h"
@@ -122,10 +123,7 @@ class ElementStartSolver {
   void keep_forces(const Element& left, ElementStart& start);
   ContactMode continued_mode(const ImpactSolver::ClosedContact& closed) const;
   void set_facet(const Element& element, const Switch& end, ImpactSolver::ClosedContact& closed);
-  void set_slide(const Element& element, ImpactSolver::ClosedContact& closed);
   bool is_paradox(const ImpactSolver::ClosedContact& closed) const;
-  void set_tangential_law(const Element& element, const Element* left, const Switch& end, bool is_struck,
-                          ImpactSolver::ClosedContact& closed);
 
   const Problem& problem_;
   const ButcherTableau& tableau_;
@@ -133,6 +131,7 @@ class ElementStartSolver {
   ContactScales& scales_;
   ImpactSolver impact_law_;
   ImpactSequence impacts_;
+  std::vector<ContactAfterImpact> after_;
   std::vector<ImpactSolver::ClosedContact> closed_;
   DisjointSets coupled_, islands_;   // of coordinates: by M and forces; by touching contacts, too
   std::vector<char> jumps_, keeps_;  // per least coordinate of an island
