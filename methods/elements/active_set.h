@@ -23,6 +23,12 @@ struct ActiveContact {
   TangentialLaw law;
 };
 
+/// Slip in space that ends at the right end of an element.
+struct SlipEnd {
+  int contact = -1;       ///< (8) of switch_function.h holds for it; -1: none
+  bool together = false;  ///< (9) holds for all contacts of the same bodies
+};
+
 /// Which contacts are closed in an element, in which mode, and which unknowns and equations that makes:
 ///
 ///   x_j = (w_j, lambda_j),   lambda_j: of every closed contact lambda_n, then n_rows - 1 components of lambda_t
@@ -52,15 +58,18 @@ class ActiveSet {
   bool has_curved() const { return has_curved_; }                        ///< a closed contact is curved
   bool turns() const { return turns_; }                                  ///< a contact slips in space: (7c)
 
+  /// The slip that ends with the element that is being solved. It changes equations, but not the unknowns.
+  void set_slip_end(SlipEnd end) { slip_end_ = end; }
+  const SlipEnd& slip_end() const { return slip_end_; }
   /// (8) or (9) holds for the contact at this stage.
-  bool rests(const ActiveContact& active, int stage, const Element& element) const {
+  bool rests(const ActiveContact& active, int stage) const {
     if (active.mode != ContactMode::slip || stage != n_s_ - 1) return false;
-    return active.contact == element.resting ||
-           (element.rest_together && info_.contacts[active.contact].support == info_.contacts[element.resting].support);
+    return active.contact == slip_end_.contact ||
+           (slip_end_.together && info_.contacts[active.contact].support == info_.contacts[slip_end_.contact].support);
   }
   /// Number of tangent directions, TangentialLaw::held, in which (7a) holds for the contact at this stage.
-  int n_held(const ActiveContact& active, int stage, const Element& element) const {
-    return rests(active, stage, element) ? info_.contacts[active.contact].n_t : active.law.n_held;
+  int n_held(const ActiveContact& active, int stage) const {
+    return rests(active, stage) ? info_.contacts[active.contact].n_t : active.law.n_held;
   }
   /// What (7a) is divided by: h, but 1 for (8), among rows (7c).
   static double tangential_scale(const ActiveContact& active, double h) {
@@ -105,6 +114,7 @@ class ActiveSet {
   std::vector<ActiveContact> closed_;
   std::vector<char> is_closed_;
   std::vector<int> row_power_;
+  SlipEnd slip_end_;
   int n_entries_ = 0;
   bool has_friction_ = false, has_curved_ = false, turns_ = false;
 };

@@ -23,10 +23,6 @@ struct Element {
   std::vector<ContactMode> modes;     ///< n_c
   std::vector<int> facets;            ///< n_c, of vertex_slip and edge_slip, else 0; empty without friction in space
 
-  // What of (7) holds while the element is being solved, besides its modes.
-  int resting = -1;            ///< contact in space whose slip ends at the right end: (8); -1 for none
-  bool rest_together = false;  ///< and that of all contacts of the same bodies: (9)
-
   void resize(const ProblemInfo& info, int n_s);
   /// What another element has left is no first guess for this one.
   void forget_guess() {

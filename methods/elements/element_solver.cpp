@@ -47,8 +47,7 @@ bool ElementSolver::refresh(const StageCoefficients& k, const Element& e) {
 
 ElementSolver::Result ElementSolver::solve(Element& e) {
   system_.set_active(e);
-  e.resting = -1;
-  e.rest_together = false;
+  system_.active.set_slip_end({});
   const StageCoefficients& k = coefficients_.of(e.h);
   return system_.affine() ? solve_affine(k, e) : solve_by_newton(k, e);
 }

@@ -65,7 +65,7 @@ void EndProjection::linearize(const Vector& q, const Vector& v, const Element& e
     const double *J_n = s.J_n.data() + contact.normal_begin, *J_t = s.J_t.data() + contact.tangent_begin;
     double* direction = s.directions.col(k++).data();
     std::fill_n(direction, 2, 0.0);
-    if (contact.n_t > 0 && !active_.rests(active, last_stage_, e))
+    if (contact.n_t > 0 && !active_.rests(active, last_stage_))
       active_.slip_direction(active, s.J_t.data(), v.data(), e, direction);
     for (int m = 0; m < entries; ++m) s.R(contact.support[m], s.n) = J_n[m];
     for (int m = 0; m < n_pushed; ++m) {
@@ -74,7 +74,7 @@ void EndProjection::linearize(const Vector& q, const Vector& v, const Element& e
         s.MC(contact.support[m], s.n) -= contact.mu * direction[d] * J_t[d * entries + m];
     }
     ++s.n;
-    for (int held = 0; held < active_.n_held(active, last_stage_, e); ++held, ++s.n) {
+    for (int held = 0; held < active_.n_held(active, last_stage_); ++held, ++s.n) {
       for (int m = 0; m < entries; ++m) {
         for (int d = 0; d < contact.n_t; ++d)
           s.R(contact.support[m], s.n) += active.law.held[held][d] * J_t[d * entries + m];
@@ -114,14 +114,14 @@ void EndProjection::project_variations(const Element& e, const Matrix& all_dq, M
       Eigen::Index row = 0;
       for (const ActiveContact& active : active_.closed()) {
         s.rates[row++] += sign / 4 * s.gap[active.contact];
-        row += active_.n_held(active, last_stage_, e);
+        row += active_.n_held(active, last_stage_);
       }
     }
     Eigen::Index row = 0;
     for (const ActiveContact& active : active_.closed()) {
       const auto& contact = problem_.info().contacts[active.contact];
       ++row;
-      for (int m = 0; m < active_.n_held(active, last_stage_, e); ++m, ++row) {
+      for (int m = 0; m < active_.n_held(active, last_stage_); ++m, ++row) {
         for (int d = 0; d < contact.n_t; ++d)
           s.rates[row] += active.law.held[m][d] * s.T.row(contact.tangent_index + d).dot(dq);
       }
@@ -130,7 +130,7 @@ void EndProjection::project_variations(const Element& e, const Matrix& all_dq, M
   }
 }
 
-void EndProjection::set_forces(const Vector& q, const Vector& v, const Element& e, EndSystem& s) const {
+void EndProjection::set_forces(const Vector& q, const Vector& v, EndSystem& s) const {
   problem_.force(q.data(), v.data(), problem_.info().u.data(), s.f.data());
   s.llt.solveInPlace(s.f);
   s.rates.noalias() = s.R.leftCols(s.n).transpose().lazyProduct(s.f);
@@ -140,7 +140,7 @@ void EndProjection::set_forces(const Vector& q, const Vector& v, const Element& 
   for (const ActiveContact& active : active_.closed()) {
     const auto& contact = problem_.info().contacts[active.contact];
     s.rates[row++] += s.gap[active.contact];
-    for (int m = 0; m < active_.n_held(active, last_stage_, e); ++m, ++row) {
+    for (int m = 0; m < active_.n_held(active, last_stage_); ++m, ++row) {
       for (int d = 0; d < contact.n_t; ++d)
         s.rates[row] += active.law.held[m][d] * s.T.row(contact.tangent_index + d).dot(v);
     }
@@ -153,7 +153,7 @@ void EndProjection::set_forces(const Vector& q, const Vector& v, const Element& 
   for (const ActiveContact& active : active_.closed()) {
     const auto& contact = problem_.info().contacts[active.contact];
     const double lambda_n = s.lambda_n[active.contact] = -s.impulses[row++];
-    const int held = active_.n_held(active, last_stage_, e);
+    const int held = active_.n_held(active, last_stage_);
     for (int d = 0; d < contact.n_t; ++d) {
       double& lambda_t = s.lambda_t[contact.tangent_index + d];
       lambda_t = -contact.mu * lambda_n * s.directions(d, k);
@@ -167,7 +167,7 @@ void EndProjection::set_forces(const Vector& q, const Vector& v, const Element& 
 void EndProjection::set_end_forces(Element& e, EndSystem& s) const {
   // The direction of slip in space follows the projected velocity.
   if (!e.is_projected || active_.turns()) linearize(e.q1, e.v1, e, s);
-  set_forces(e.q1, e.v1, e, s);
+  set_forces(e.q1, e.v1, s);
   e.end_lambda_n = s.lambda_n;
   e.end_lambda_t = s.lambda_t;
 }

@@ -68,7 +68,7 @@ class EndProjection {
   /// out, since the impulses are O(h^n_s). @param dq, dv  n_q x 2
   void project_variations(const Element& e, const Matrix& dq, Matrix& dv, EndSystem& s) const;
   /// The forces (11) at q, v where the system was linearized.
-  void set_forces(const Vector& q, const Vector& v, const Element& e, EndSystem& s) const;
+  void set_forces(const Vector& q, const Vector& v, EndSystem& s) const;
   /// Element::end_lambda_n, end_lambda_t by (11).
   void set_end_forces(Element& e, EndSystem& s) const;
   /// The same from the stages, where (11) does not give them.

@@ -291,7 +291,7 @@ void StageEquations::friction_residual(const StageCoefficients& k, const ActiveC
     for (int l = 0; l < n_s_; ++l) dv += k.hA(j, l) * e.a(row, l);
     return dv;
   };
-  const int held = active_.n_held(active, j, e);
+  const int held = active_.n_held(active, j);
   const double* J_t = packed_J_t.data() + contact.tangent_begin;
   const double* lambda_t = e.lambda_t.col(j).data() + contact.tangent_index;
   double slip[2]{0, 0};
@@ -374,7 +374,7 @@ void StageEquations::friction_derivatives(const StageCoefficients& k, const Acti
   for (int d = 0; d < contact.n_t && is_slipping(active.mode); ++d) {  // (7b)
     for (int s = 0; s < entries; ++s) forces[s] -= contact.mu * active.law.along[d] * J_t[d * entries + s];
   }
-  const int held = active_.n_held(active, j, e);
+  const int held = active_.n_held(active, j);
   const double scale = ActiveSet::tangential_scale(active, k.h);
   double* Rl = K.Rl[j].data() + 9 * (&active - active_.closed().data());
   std::fill_n(Rl, 9, 0.0);
@@ -434,7 +434,7 @@ bool StageEquations::set_slip_in_space(Element& e) {
     if (active.mode != ContactMode::slip) continue;
     const auto& contact = problem_.info().contacts[active.contact];
     for (int j = 0; j < n_s_; ++j) {
-      if (active_.rests(active, j, e)) continue;
+      if (active_.rests(active, j)) continue;
       problem_.tangent_jacobian(e.q.col(j).data(), at_.J_t.data());
       if (active_.starts_slip(active, e)) {
         const auto [l, size, v_t] = slip_force(active, j, e, at_.J_t.data());

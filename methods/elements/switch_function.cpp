@@ -17,8 +17,8 @@ constexpr double kForceDifference = 1e-4;
 constexpr double kRoundingOfClosing = 8 * std::numeric_limits<double>::epsilon();
 
 /// Whether the function is of the force in (8): that of (11) sticks already, and lies inside the cone.
-bool is_of_last_stage(const Element& last, const Switch& end) {
-  return last.resting >= 0 && end.kind == SwitchKind::slip_stops && !end.on_polygon();
+bool is_of_last_stage(const ActiveSet& active, const Switch& end) {
+  return active.slip_end().contact >= 0 && end.kind == SwitchKind::slip_stops && !end.on_polygon();
 }
 
 }  // namespace
@@ -83,7 +83,8 @@ double SwitchFunction::normal_force(const Element& last, const Switch& end) {
 }
 
 double SwitchFunction::cone_margin(const Element& last, const Switch& end) {
-  if (is_of_last_stage(last, end)) return margin(end, last.lambda_n.col(n_s_ - 1), last.lambda_t.col(n_s_ - 1));
+  if (is_of_last_stage(system_.active, end))
+    return margin(end, last.lambda_n.col(n_s_ - 1), last.lambda_t.col(n_s_ - 1));
   return margin(end, last.end_lambda_n, last.end_lambda_t);
 }
 
@@ -101,7 +102,7 @@ double SwitchFunction::margin(const Switch& end, const Eigen::Ref<const Vector>&
 
 void SwitchFunction::force_slope(const Element& last, const Switch& end, const RunResponse& response,
                                  Eigen::RowVector2d& slope) {
-  if (system_.end.gives_forces() && !is_of_last_stage(last, end))
+  if (system_.end.gives_forces() && !is_of_last_stage(system_.active, end))
     end_force_slope(last, end, response, slope);
   else
     stage_force_slope(last, end, response, slope);
@@ -126,7 +127,7 @@ void SwitchFunction::end_force_slope(const Element& last, const Switch& end, con
       q_ = last.q1 + sign * part * dq;
       v_ = last.v1 + sign * part * dv;
       system_.end.linearize(q_, v_, last, at);
-      system_.end.set_forces(q_, v_, last, at);
+      system_.end.set_forces(q_, v_, at);
       const double value =
           end.kind == SwitchKind::force_vanishes ? at.lambda_n[end.contact] : margin(end, at.lambda_n, at.lambda_t);
       slope[c] += sign / (2 * part) * value;
@@ -141,7 +142,8 @@ void SwitchFunction::stage_force_slope(const Element& last, const Switch& end, c
   const ActiveContact& active = system_.active.of(end.contact);
   double by_lambda_n = 1, direction[2]{0, 0};  // by lambda_t: -direction
   if (end.kind != SwitchKind::force_vanishes) {
-    const double* forces = is_of_last_stage(last, end) ? last.lambda_t.col(n_s_ - 1).data() : last.end_lambda_t.data();
+    const double* forces =
+        is_of_last_stage(system_.active, end) ? last.lambda_t.col(n_s_ - 1).data() : last.end_lambda_t.data();
     const Eigen::Map<const Vector> lambda_t(forces + contact.tangent_index, contact.n_t);
     const double force = lambda_t.norm();
     for (int d = 0; d < contact.n_t && force > 0; ++d) direction[d] = lambda_t[d] / force;
@@ -175,7 +177,8 @@ bool SwitchFunction::slip_component(const Element& last, const Switch& end, doub
 double SwitchFunction::slip(const Element& last, const Switch& end) {
   if (end.together) return missing_power(last, nullptr, nullptr);
   double direction[2];
-  if (is_of_last_stage(last, end) || !slip_component(last, end, direction)) return cone_margin(last, end);  // (8)
+  if (is_of_last_stage(system_.active, end) || !slip_component(last, end, direction))
+    return cone_margin(last, end);  // (8)
   const auto& contact = problem_.info().contacts[end.contact];
   problem_.tangent_jacobian(last.q1.data(), J_t_.data());
   const double* J_t = J_t_.data() + contact.tangent_begin;
@@ -229,7 +232,7 @@ void SwitchFunction::spread_friction(Element& last) {
   Matrix directions = Matrix::Zero(problem_.n_q(), problem_.info().n_lambda_t);
   Vector excess = Vector::Zero(problem_.info().n_lambda_t);
   for (const ActiveContact& active : system_.active.closed()) {
-    if (!system_.active.rests(active, n_s_ - 1, last)) continue;
+    if (!system_.active.rests(active, n_s_ - 1)) continue;
     const auto& contact = problem_.info().contacts[active.contact];
     double s[2];
     const double size = slip_acceleration(active, last, s);
@@ -252,7 +255,7 @@ double SwitchFunction::missing_power(const Element& last, const RunResponse* res
   if (slope) problem_.slip_velocity_derivative(last.q1.data(), last.a.col(j).data(), T_a_.data());
   double power = 0;
   for (const ActiveContact& active : system_.active.closed()) {
-    if (!system_.active.rests(active, n_s_ - 1, last)) continue;
+    if (!system_.active.rests(active, n_s_ - 1)) continue;
     const auto& contact = problem_.info().contacts[active.contact];
     const double lambda_n = last.lambda_n(active.contact, j);
     double s[2];

@@ -78,8 +78,9 @@ void SwitchSolver::linearize(const Element& e, Matrix& response) {
   }
 }
 
-/// An element starts where the one before ends.
+/// An element starts where the one before ends. The last one ends with the switch.
 void SwitchSolver::hand_over(std::span<Element> run, std::size_t m) const {
+  system_.active.set_slip_end(m + 1 == run.size() ? slip_end_ : SlipEnd{});
   run[m].h = k_.h;
   if (m == 0) return;
   run[m].q0 = run[m - 1].q1;
@@ -135,7 +136,7 @@ void SwitchSolver::finish(std::span<Element> run, double h) {
     system_.equations.set_stages(k_, run[m], system_.work);
     system_.set_right_end(k_, run[m]);
     system_.equations.set_slip_in_space(run[m]);
-    if (run[m].rest_together) function_.spread_friction(run[m]);
+    if (system_.active.slip_end().together) function_.spread_friction(run[m]);
     system_.set_end_forces(run[m]);
   }
 }
@@ -144,15 +145,9 @@ SwitchSolver::Result SwitchSolver::solve(std::span<Element> run, const Switch& e
   if (properties(end.kind).needs_force && system_.tableau.right_end.size() == 0) return Result::singular;
   const bool comes_to_rest = end.kind == SwitchKind::slip_stops && run.front().modes[end.contact] == ContactMode::slip;
   if (comes_to_rest && !system_.tableau.ends_with_stage) return Result::singular;
-  for (Element& e : run) {
-    system_.set_active(e);
-    e.resting = -1;
-    e.rest_together = false;
-  }
-  if (comes_to_rest) {  // (8), (9)
-    run.back().resting = end.contact;
-    run.back().rest_together = end.together;
-  }
+  for (Element& e : run) system_.set_active(e);
+  slip_end_ = comes_to_rest ? SlipEnd{end.contact, end.together} : SlipEnd{};  // (8), (9)
+  system_.active.set_slip_end(slip_end_);
   return system_.affine() ? affine_.solve(run, end, max_h) : solve_by_newton(run, end, max_h);
 }
 

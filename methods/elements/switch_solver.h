@@ -51,6 +51,7 @@ class SwitchSolver {
   SwitchFunction function_;
   AffineSwitchSolver affine_;
   double tolerance_;
+  SlipEnd slip_end_;  // of the last element
   StageCoefficients k_;
   Matrix dq_, dv_;                 // n_q x 2: variation of the left end of an element, then of its right end
   Matrix stage_dq_, stage_dv_;     // n_q x 2

@@ -225,8 +225,7 @@ TEST_P(ElementDerivatives, SwitchSlopesAreThoseOfTheSwitchFunctions) {
       if (end.together && !info.contacts[i].is_affine) continue;  // its slope leaves out second derivatives of J_t
       Element& e = made.e;
       const bool rests = end.kind == SwitchKind::slip_stops && e.modes[i] == ContactMode::slip;
-      e.resting = rests ? i : -1;
-      e.rest_together = rests && end.together;
+      made.system.active.set_slip_end(rests ? SlipEnd{i, end.together} : SlipEnd{});
       Vector direction = made.random(2 * made.n_x(), 1).col(0);
       for (int j = 0; j < 2 && info.clock >= 0; ++j) direction[j * made.n_x() + info.clock] = 0;
 
@@ -259,8 +258,6 @@ TEST_P(ElementDerivatives, SwitchSlopesAreThoseOfTheSwitchFunctions) {
       EXPECT_NEAR(slope[0], difference, 2e-6 * (1 + std::abs(difference)) + 2e-8 * forces + unknown)
           << properties(end.kind).name << " of contact " << info.contacts[i].name << (end.together ? ", together" : "");
       ++compared;
-      e.resting = -1;
-      e.rest_together = false;
     }
   }
   const bool has_unilateral = !info.unilateral.empty();
@@ -280,8 +277,8 @@ TEST(SwitchFunctions, PowerThatFrictionMissesIsThatOfTheSlipAccelerations) {
     MadeUpElement made(of);
     const auto& contacts = made.problem.info().contacts;
     Element& e = made.e;
-    e.resting = static_cast<int>(std::ranges::find(e.modes, ContactMode::slip) - e.modes.begin());
-    e.rest_together = true;
+    const auto resting = std::ranges::find(e.modes, ContactMode::slip) - e.modes.begin();
+    made.system.active.set_slip_end({static_cast<int>(resting), true});
     made.evaluate(e);
     made.system.set_right_end(made.k, e);
     e.v1 = made.random(e.v1.size(), 1);  // (10) of end_projection.h leaves little that turns
@@ -289,7 +286,7 @@ TEST(SwitchFunctions, PowerThatFrictionMissesIsThatOfTheSlipAccelerations) {
                  acceleration = made.problem.tangent_jacobian(e.q1).transpose() * e.a.col(1) + turning;
     double missing = 0, size = 0;
     for (std::size_t i = 0; i < contacts.size(); ++i) {
-      if (e.modes[i] != ContactMode::slip || contacts[i].support != contacts[e.resting].support) continue;
+      if (e.modes[i] != ContactMode::slip || contacts[i].support != contacts[resting].support) continue;
       const Vector s = acceleration.segment(contacts[i].tangent_index, 2),
                    force = e.lambda_t.col(1).segment(contacts[i].tangent_index, 2);
       const double most = contacts[i].mu * e.lambda_n(static_cast<Eigen::Index>(i), 1) * s.norm();
@@ -297,7 +294,7 @@ TEST(SwitchFunctions, PowerThatFrictionMissesIsThatOfTheSlipAccelerations) {
       size += most + force.norm() * s.norm();
       on_curves += std::abs(turning[contacts[i].tangent_index]) > 0.01;
     }
-    const Switch end{.kind = SwitchKind::slip_stops, .contact = e.resting, .together = true};
+    const Switch end{.kind = SwitchKind::slip_stops, .contact = static_cast<int>(resting), .together = true};
     EXPECT_NEAR(made.function.value(e, end), missing, with_rounding(0) * size) << of.problem_id;
   }
   EXPECT_GT(on_curves, 0);
