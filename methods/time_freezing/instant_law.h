@@ -44,7 +44,7 @@ struct RegionSwitch {
 /// (2) is the choice of a convex combination of f_ODE and of the auxiliary dynamics that keeps J_n' v = 0, divided by the
 /// weight of f_ODE, and leaves the surface where that has a negative weight. (4) is the same among auxiliary dynamics; a
 /// contact that would need more than its push, beta > 1, is pushed. Of a contact that bounces alone (4) says which way its
-/// friction acts; its force is that of PseudoTimeElement (6).
+/// friction acts; its force is that of (6) of pseudo_time_equations.h.
 class InstantLaw {
  public:
   InstantLaw(const Problem& problem, const AuxiliaryDynamics& auxiliary, const ContactScales& scales,
@@ -73,7 +73,7 @@ class InstantLaw {
   LcpStatus select_frozen(const Vector& v, const Vector& y, RegionSwitch cause, Regions& regions);
 
   /// w and the forces for given regions: by (1) with J_n' w + ... = 0 of sliding contacts, or by (3) with (6) of
-  /// PseudoTimeElement. @param y  n_c, of bouncing ones
+  /// pseudo_time_equations.h. @param y  n_c, of bouncing ones
   bool forces(const Regions& regions, const Vector& v, const Vector& y);
   const Vector& acceleration() const { return w_; }
   const Vector& lambda_n() const { return lambda_n_; }  ///< n_c [N]; while time is frozen of the auxiliary dynamics

@@ -55,10 +55,11 @@ TimeFreezingRun::TimeFreezingRun(const Problem& problem, const ButcherTableau& t
       elements_(problem, tableau, counters_),
       flight_solver_(elements_, settings.inner_tolerance),
       flight_motion_(tableau),
-      slide_(problem, tableau, auxiliary_, settings.inner_tolerance, counters_),
+      slide_solver_(problem, tableau, auxiliary_, settings.inner_tolerance, counters_),
       q_(info_.q0),
       v_(info_.v0) {
   flight_.resize(info_, tableau.n_s);
+  slide_.resize(info_, tableau.n_s);
   regions_.of.resize(info_.contacts.size());
   y_ = y1_ = Lambda_n_ = gap_ = Vector::Zero(info_.n_c());
   Lambda_t_ = Vector::Zero(info_.n_lambda_t);
@@ -313,7 +314,7 @@ void TimeFreezingRun::set_guess(double length) {
     set_weights(1);
   } else {
     for (const int i : touching_) auxiliary_.push[i] = std::max(auxiliary_.push[i], kReserve * law_.lambda_n()[i]);
-    // (3) of pseudo_time_element.h, beta = s lambda / push: the right side falls with s.
+    // (3) of pseudo_time_equations.h, beta = s lambda / push: the right side falls with s.
     double low = 0, high = 1;
     for (int k = 0; k < 40; ++k) {
       s = 0.5 * (low + high);
@@ -426,7 +427,8 @@ bool TimeFreezingRun::solve(double length) {
   slide_.q0 = q_;
   slide_.v0 = v_;
   slide_.y0 = y_;
-  const bool is_solved = regions_.is_frozen ? slide_.solve_length(length) : slide_.solve_to_clock(length);
+  const bool is_solved =
+      regions_.is_frozen ? slide_solver_.solve_length(slide_, length) : slide_solver_.solve_to_clock(slide_, length);
   if (!is_solved) return false;
   q1_ = slide_.q1;
   v1_ = slide_.v1;
@@ -488,7 +490,7 @@ bool TimeFreezingRun::take(double& length, RegionSwitch& cause) {
       if (!has_law_ && !law_.prepare(q_, v_, touching_)) return fail(Status::inner_solver_failed, kNoMass);
       turn_slip(v_, regions_);
     }
-    slide_.set_regions(regions_);
+    slide_solver_.set_regions(regions_);
   }
   set_functions();
   cause = {};

@@ -7,7 +7,7 @@
 #include "methods/elements/element_solver.h"
 #include "methods/method.h"
 #include "methods/time_freezing/instant_law.h"
-#include "methods/time_freezing/pseudo_time_element.h"
+#include "methods/time_freezing/pseudo_time_solver.h"
 #include "methods/time_limit.h"
 
 namespace ricochet {
@@ -18,7 +18,7 @@ struct TimeFreezingOptions {
   double bounce = 0.1;  ///< pseudo time of a bounce as part of the end time
 };
 
-/// A run of the time-freezing method: elements of constant regions (pseudo_time_element.h; where no contact is held those
+/// A run of the time-freezing method: elements of constant regions (pseudo_time_equations.h; where no contact is held those
 /// of methods/elements, since pseudo time is time there), each of which ends at a time of the clock or, when one of the
 /// switching functions
 ///
@@ -81,6 +81,7 @@ class TimeFreezingRun {
   ElementSolver flight_solver_;
   const ElementMotion flight_motion_;
   Element flight_;
+  PseudoTimeSolver slide_solver_;
   PseudoTimeElement slide_;
 
   double t_ = 0;

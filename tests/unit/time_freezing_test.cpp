@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "methods/registry.h"
-#include "methods/time_freezing/pseudo_time_element.h"
+#include "methods/time_freezing/pseudo_time_solver.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
@@ -50,15 +50,17 @@ TEST(TimeFreezing, PersistentContactHasItsForce) {
   const ButcherTableau tableau = make_tableau("radau-iia", 3);
   const AuxiliaryDynamics auxiliary(*ball, 50, 0.1);
   Counters counters;
-  PseudoTimeElement element(*ball, tableau, auxiliary, 1e-14, counters);
+  PseudoTimeSolver solver(*ball, tableau, auxiliary, 1e-14, counters);
   Regions regions;
   regions.of.resize(1);
   regions.of[0].region = Region::sliding;
-  element.set_regions(regions);
+  solver.set_regions(regions);
+  PseudoTimeElement element;
+  element.resize(ball->info(), 3);
   element.q0 = Vector::Constant(1, 0.1);
   element.v0.setZero();
   element.guess(0.5, 0.5, Vector::Zero(1), Vector::Constant(1, 0.5), Vector());
-  ASSERT_TRUE(element.solve_to_clock(0.25));
+  ASSERT_TRUE(solver.solve_to_clock(element, 0.25));
   for (int j = 0; j < 3; ++j) {
     EXPECT_NEAR(element.s[j], 1 - element.beta(0, j), 1e-14);
     EXPECT_NEAR(auxiliary.push[0] * element.beta(0, j) / element.s[j], 3 * 9.81, 1e-11) << "rounding of a division";
