@@ -1,5 +1,7 @@
 #include "methods/fesd/element_map.h"
 
+#include "methods/fesd/inequality.h"
+
 namespace ricochet {
 namespace {
 
@@ -77,18 +79,29 @@ void ElementMap::list_conditions(const ElementSystem& system) {
     const ContactMode mode = modes_[i];
     is_complete_ = is_complete_ && contact.is_affine && (contact.n_t < 2 || mode == ContactMode::open);
     for (int point = 0; point <= right_end; ++point) {
-      if (mode == ContactMode::open) {
-        conditions_.push_back({Of::gap, i, point});
-        continue;
+      for (const Inequality inequality : inequalities_of(mode, false)) {
+        switch (inequality) {
+          case Inequality::gap:
+            conditions_.push_back({Of::gap, i, point});
+            break;
+          case Inequality::force:
+            conditions_.push_back({Of::force, i, point});
+            break;
+          case Inequality::cone:
+            for (const double sign : {1.0, -1.0}) conditions_.push_back({Of::cone, i, point, sign});
+            break;
+          case Inequality::slip:
+            conditions_.push_back({Of::slip, i, point, static_cast<double>(slip_sign(mode))});
+            break;
+          case Inequality::facet:
+            is_complete_ = false;
+        }
       }
-      conditions_.push_back({Of::force, i, point});
       for (const double sign : {1.0, -1.0}) {
-        if (mode == ContactMode::stick) conditions_.push_back({Of::cone, i, point, sign});
-        if (point != right_end) continue;
+        if (point != right_end || !is_closed(mode)) continue;
         conditions_.push_back({Of::normal_rest, i, point, sign});
         if (mode == ContactMode::stick) conditions_.push_back({Of::tangential_rest, i, point, sign});
       }
-      if (slip_sign(mode) != 0) conditions_.push_back({Of::slip, i, point, static_cast<double>(slip_sign(mode))});
     }
   }
 }

@@ -40,7 +40,8 @@ class ElementMap {
   bool advance(Vector& x);
 
  private:
-  /// A row of (2), at a stage or by the state at the right end.
+  /// A row of (2), at a stage or by the state at the right end: an Inequality of the mode; or, at the right end, that a
+  /// closed contact has no normal velocity and, where it sticks, no slip.
   struct Condition {
     enum class Of : std::uint8_t { gap, force, cone, slip, normal_rest, tangential_rest };
     Of of;

@@ -115,7 +115,7 @@ void SignConditions::check_gaps(const Element& stages, int just_broken, std::spa
     const double time = is_stage ? tableau_.c[j] * stages.h : stages.h;
     problem_.gap(is_stage ? stages.q.col(j).data() : stages.q1.data(), gap_.data());
     for (int i = 0; i < problem_.n_c(); ++i) {
-      if (is_closed(stages.modes[i])) {
+      if (!has(inequalities(stages, i), Inequality::gap)) {
         if (!is_stage && std::abs(gap_[i]) > scales_.nearly_touching(i) && std::abs(gap_[i]) > gap_rounding(stages, i))
           report(first, drift(i, time, gap_[i]));
       } else if (gap_[i] < allowed_gap_[i] && gap_[i] < -gap_rounding(stages, i)) {
@@ -129,9 +129,8 @@ void SignConditions::check_gaps(const Element& stages, int just_broken, std::spa
   }
 }
 
-/// What the forces of closed contacts take away of the rounding of their velocities at the left end, in however short
-/// an element: (A^-1 1)_j v_n / (h G_nn) at stage j, and what that asks of their neighbours. Behind the element it is
-/// gone.
+/// Impulse by which closed contacts remove the rounding of their velocities at the left end, whatever the length of the
+/// element: (A^-1 1)_j v_n / (h G_nn) at stage j. It acts on their neighbours, too. After the element the rounding is gone.
 double SignConditions::left_impulse(const Element& stages) {
   problem_.normal_jacobian(stages.q0.data(), J_n_.data());
   if (problem_.info().has_friction()) problem_.tangent_jacobian(stages.q0.data(), J_t_.col(0).data());
@@ -155,12 +154,12 @@ double SignConditions::left_impulse(const Element& stages) {
 void SignConditions::check_forces(const Element& stages, Violation& first) {
   const int n_points = tableau_.right_end.size() > 0 ? n_s_ + 1 : n_s_;
   for (const int i : problem_.info().unilateral) {
-    const ContactMode mode = stages.modes[i];
-    if (!is_closed(mode)) continue;
+    const auto list = inequalities(stages, i);
+    if (!has(list, Inequality::force)) continue;
     const auto& contact = problem_.info().contacts[i];
     scales_.record_force(i, stages.lambda_n.row(i).maxCoeff());
     const double rounding = scales_.no_force(i);
-    const bool has_disc = !is_on_polygon(stages, i);
+    const bool has_cone = has(list, Inequality::cone);
     double force_before = 0, margin_before = 0, time_before = 0;
     bool pulls = false, leaves = false;
     for (int j = 0; j < n_points; ++j) {
@@ -174,7 +173,7 @@ void SignConditions::check_forces(const Element& stages, Violation& first) {
         report(first, past(SwitchKind::force_vanishes, i, crossing(force_before, lambda), lambda));
         pulls = true;
       }
-      if (mode == ContactMode::stick && has_disc && !leaves) {
+      if (has_cone && !leaves) {
         const double lambda_t = j < n_s_ ? stages.lambda_t.col(j).segment(contact.tangent_index, contact.n_t).norm()
                                          : stages.end_lambda_t.segment(contact.tangent_index, contact.n_t).norm();
         const double margin = contact.mu * lambda - lambda_t;
@@ -188,12 +187,8 @@ void SignConditions::check_forces(const Element& stages, Violation& first) {
       force_before = lambda;
       time_before = time;
     }
-    if (!has_disc) check_facet_forces(stages, i, first);
+    if (has(list, Inequality::facet)) check_facet_forces(stages, i, first);
   }
-}
-
-bool SignConditions::is_on_polygon(const Element& stages, int contact) const {
-  return is_closed(stages.modes[contact]) && polygon_.applies(problem_.info().contacts[contact].n_t);
 }
 
 /// Conditions (2) of friction_polygon.h on the force
@@ -224,7 +219,7 @@ void SignConditions::check_facet_forces(const Element& stages, int i, Violation&
   }
 }
 
-/// Of the slip velocities in an element: of what its load and its friction do in it, and of what the contact ever had.
+/// Rounding of the slip velocities in an element: of the changes by its load and friction, and of the largest slip so far.
 double SignConditions::slip_rounding(const Element& stages, int i) const {
   const auto& contact = problem_.info().contacts[i];
   double size = 0;

@@ -7,11 +7,12 @@
 #include "methods/contact_laws/friction_polygon.h"
 #include "methods/elements/element.h"
 #include "methods/elements/switch.h"
+#include "methods/fesd/inequality.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 
 namespace ricochet {
 
-/// A sign condition that an element breaks: it goes past a switch, which would explain it, or a closed contact drifts.
+/// A sign condition that an element breaks: it goes past a switch, or a closed contact drifts.
 struct Violation {
   enum class Kind : std::uint8_t {
     none,
@@ -29,7 +30,7 @@ struct Violation {
   bool is_past(SwitchKind its_kind) const { return kind == Kind::past_switch && passed == its_kind; }
 };
 
-/// The inequalities of one element, at its stages and its right end:
+/// The inequalities of one element (inequality.h), at its stages and its right end:
 ///
 ///   f_c^i >= 0                       open
 ///   lambda_n^i >= 0                  closed
@@ -71,7 +72,9 @@ class SignConditions {
     double rounding;
   };
   void check_facet_velocity(const Element& stages, int contact, const SlipChange& change, Violation& first);
-  bool is_on_polygon(const Element& stages, int contact) const;
+  std::span<const Inequality> inequalities(const Element& stages, int contact) const {
+    return inequalities_of(stages.modes[contact], polygon_.applies(problem_.info().contacts[contact].n_t));
+  }
 
   const Problem& problem_;
   const ButcherTableau& tableau_;
@@ -79,7 +82,7 @@ class SignConditions {
   ContactScales& scales_;
   const double gap_tolerance_;
   const int n_s_, n_points_;    // points: the stages, and the right end when it is none of them
-  Vector tangential_delassus_;  // J_t' M^-1 J_t at q0: what a friction force does to a slip velocity
+  Vector tangential_delassus_;  // J_t' M^-1 J_t at q0: slip velocity per friction impulse
   Vector gap_, left_gap_, allowed_gap_;
   double absorption_ = 1;  // max_j |(A^-1 1)_j|
   Vector J_n_;             // packed
