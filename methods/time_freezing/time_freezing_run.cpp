@@ -51,7 +51,9 @@ TimeFreezingRun::TimeFreezingRun(const Problem& problem, const ButcherTableau& t
       time_limit_(settings.time_limit),
       auxiliary_(problem, options.a_n, options.bounce * info_.end_time),
       scales_(problem),
-      law_(problem, auxiliary_, scales_, counters_),
+      system_(problem, counters_),
+      law_(system_, info_, auxiliary_, scales_, counters_),
+      forces_(info_),
       elements_(problem, tableau, counters_),
       flight_solver_(elements_, settings.inner_tolerance),
       flight_motion_(tableau),
@@ -161,23 +163,23 @@ bool TimeFreezingRun::find_touching(RegionSwitch cause) {
     if (regions_.of[i].is_held() || cause.is(SwitchKind::gap_closes, i) || gap_[i] <= scales_.touching(i))
       touching_.push_back(i);
   }
-  return law_.prepare(q_, v_, touching_);
+  return system_.prepare(q_, v_, touching_);
 }
 
 /// Records in the scales the speeds of contacts that touch; at the start of the run also the change of speed that the load
 /// makes within a step.
 void TimeFreezingRun::record_contacts(bool is_first) {
   const double H = T_ / settings_.steps;
-  const Vector& load = law_.load();
+  const Vector& load = system_.load();
   for (const int i : touching_) {
-    const double G_nn = law_.normal_delassus(i), G_tt = law_.tangential_delassus(i);
-    scales_.record_contact(i, law_.normal(i), G_nn, G_tt);
-    scales_.record_approach(i, law_.normal_terms(i, v_));
-    scales_.record_slip(i, law_.tangent_terms(i, v_));
-    if (G_nn > 0) scales_.record_force(i, law_.normal_terms(i, load) / G_nn);
+    const double G_nn = system_.normal_delassus(i), G_tt = system_.tangential_delassus(i);
+    scales_.record_contact(i, system_.normal(i), G_nn, G_tt);
+    scales_.record_approach(i, system_.normal_terms(i, v_));
+    scales_.record_slip(i, system_.tangent_terms(i, v_));
+    if (G_nn > 0) scales_.record_force(i, system_.normal_terms(i, load) / G_nn);
     if (!is_first) continue;
-    scales_.record_approach(i, H * law_.normal_terms(i, load));
-    scales_.record_slip(i, H * (law_.tangent_terms(i, load) + info_.contacts[i].mu * scales_.force(i) * G_tt));
+    scales_.record_approach(i, H * system_.normal_terms(i, load));
+    scales_.record_slip(i, H * (system_.tangent_terms(i, load) + info_.contacts[i].mu * scales_.force(i) * G_tt));
   }
 }
 
@@ -185,7 +187,7 @@ void TimeFreezingRun::record_contacts(bool is_first) {
 bool TimeFreezingRun::begins_to_bounce(int contact) const {
   const double eps_r = info_.contacts[contact].eps_r;
   if (eps_r == 0) return false;
-  const double rebound = eps_r * law_.normal_velocity(contact, v_), a = law_.load_rate(contact);
+  const double rebound = eps_r * system_.normal_velocity(contact, v_), a = system_.load_rate(contact);
   return !(eps_r < 1 && a < 0 && rebound * rebound <= -2 * a * kLow * scales_.nearly_touching(contact));
 }
 
@@ -196,7 +198,7 @@ bool TimeFreezingRun::find_approaching(RegionSwitch cause) {
     ContactRegion& region = regions_.of[i];
     if (cause.ends(Region::bouncing, i)) region = {};
     const bool approaches =
-        !cause.ends(Region::pushed, i) && law_.normal_velocity(i, v_) < -kNoApproach * scales_.approach(i);
+        !cause.ends(Region::pushed, i) && system_.normal_velocity(i, v_) < -kNoApproach * scales_.approach(i);
     if (region.region == Region::bouncing || (approaches && region.region == Region::pushed)) {
       is_frozen = true;
     } else if (approaches) {
@@ -226,18 +228,18 @@ bool TimeFreezingRun::pass_instant(RegionSwitch cause, bool is_first) {
     if (!find_touching(cause)) return fail(Status::inner_solver_failed, kNoMass);
     record_contacts(is_first);
     if (!find_approaching(cause)) break;
-    if (law_.select_frozen(v_, y_, cause, regions_) != LcpStatus::solved)
+    if (law_.select_frozen(v_, y_, cause, regions_, forces_) != LcpStatus::solved)
       return fail(Status::infeasible, "no auxiliary dynamics stop the approach");
     if (!pass_frozen(cause)) return false;
   }
-  if (law_.select_sliding(v_, cause, regions_) != LcpStatus::solved)
+  if (law_.select_sliding(v_, cause, regions_, forces_) != LcpStatus::solved)
     return fail(Status::infeasible, "the contact law has no solution");
-  law_.project(regions_, v_);
+  project_velocity(system_, regions_, v_);
   for (std::size_t i = 0; i < modes_.size(); ++i) modes_[i] = mode_of(static_cast<int>(i));
   record(before, v_minus, first_cause, is_first);
   is_free_ = std::ranges::none_of(regions_.of, [](const ContactRegion& region) { return region.is_held(); });
   if (is_free_) return true;
-  if (!law_.forces(regions_, v_, y_)) return fail(Status::inner_solver_failed, kNoForces);
+  if (!forces_.solve(system_, auxiliary_, regions_, v_, y_)) return fail(Status::inner_solver_failed, kNoForces);
   set_guess(H_);
   return true;
 }
@@ -250,12 +252,12 @@ bool TimeFreezingRun::pass_frozen(RegionSwitch& cause) {
   for (const int i : touching_) {
     const ContactRegion& region = regions_.of[i];
     has_limit = has_limit || region.region == Region::bouncing || region.turns;
-    if (region.region == Region::pushed) length = std::max(length, -2 * law_.normal_velocity(i, v_) / options_.a_n);
+    if (region.region == Region::pushed) length = std::max(length, -2 * system_.normal_velocity(i, v_) / options_.a_n);
   }
   if (has_limit) length = length > 0 ? std::min(length, H_) : H_;
   for (int n = 0; n < kMaxFrozen; ++n) {
     if (time_limit_.is_over()) return fail(Status::time_limit, time_limit_.message());
-    if (!law_.forces(regions_, v_, y_)) return fail(Status::inner_solver_failed, kNoForces);
+    if (!forces_.solve(system_, auxiliary_, regions_, v_, y_)) return fail(Status::inner_solver_failed, kNoForces);
     set_guess(length);
     cause = {};
     double taken = length;
@@ -270,7 +272,7 @@ bool TimeFreezingRun::pass_frozen(RegionSwitch& cause) {
       continue;
     }
     if (cause) return true;
-    if (!law_.prepare(q_, v_, touching_)) return fail(Status::inner_solver_failed, kNoMass);
+    if (!system_.prepare(q_, v_, touching_)) return fail(Status::inner_solver_failed, kNoMass);
     turn_slip(v_, regions_);
   }
   return fail(Status::step_limit, "the auxiliary dynamics do not end");
@@ -281,7 +283,7 @@ void TimeFreezingRun::turn_slip(const Vector& v, Regions& regions) const {
   for (const int i : touching_) {
     if (!regions_.of[i].turns) continue;
     double v_t[2];
-    law_.slip_velocity(i, v, v_t);
+    system_.slip_velocity(i, v, v_t);
     const auto& left = regions_.of[i].direction;
     const double speed = std::copysign(std::hypot(v_t[0], v_t[1]), v_t[0] * left[0] + v_t[1] * left[1]);
     if (std::abs(speed) > kRounding * scales_.slip(i)) regions.of[i].direction = {v_t[0] / speed, v_t[1] / speed};
@@ -293,7 +295,7 @@ void TimeFreezingRun::hold_direction(int contact) {
   turn_slip(v_, regions_);
   regions_.of[contact].turns = false;
   double v_t[2];
-  law_.slip_velocity(contact, v_, v_t);
+  system_.slip_velocity(contact, v_, v_t);
   law_.set_resting_speed(kTogether * std::hypot(v_t[0], v_t[1]));
 }
 
@@ -303,28 +305,28 @@ void TimeFreezingRun::set_guess(double length) {
   double s = regions_.is_frozen ? 0 : 1;
   const auto set_weights = [&](double factor) {
     for (const int i : touching_) {
-      beta[i] = law_.lambda_n()[i] * factor / auxiliary_.push[i];
+      beta[i] = forces_.lambda_n[i] * factor / auxiliary_.push[i];
       for (int d = 0; d < info_.contacts[i].n_t; ++d) {
         const int k = info_.contacts[i].tangent_index + d;
-        tau[k] = law_.lambda_t()[k] * factor / auxiliary_.push[i];
+        tau[k] = forces_.lambda_t[k] * factor / auxiliary_.push[i];
       }
     }
   };
   if (regions_.is_frozen) {
     set_weights(1);
   } else {
-    for (const int i : touching_) auxiliary_.push[i] = std::max(auxiliary_.push[i], kReserve * law_.lambda_n()[i]);
+    for (const int i : touching_) auxiliary_.push[i] = std::max(auxiliary_.push[i], kReserve * forces_.lambda_n[i]);
     // (3) of pseudo_time_equations.h, beta = s lambda / push: the right side falls with s.
     double low = 0, high = 1;
     for (int k = 0; k < 40; ++k) {
       s = 0.5 * (low + high);
       double product = 1;
-      for (const int i : touching_) product *= 1 - std::min(1.0, s * law_.lambda_n()[i] / auxiliary_.push[i]);
+      for (const int i : touching_) product *= 1 - std::min(1.0, s * forces_.lambda_n[i] / auxiliary_.push[i]);
       (product > s ? low : high) = s;
     }
     set_weights(s);
   }
-  const Vector w = (regions_.is_frozen ? 1 : s) * law_.acceleration();
+  const Vector w = (regions_.is_frozen ? 1 : s) * forces_.w;
   slide_.guess(s > 0 ? length / s : length, s, w, beta, tau);
 }
 
@@ -334,7 +336,7 @@ bool TimeFreezingRun::renew_guess(double length) {
     flight_.forget_guess();
     return true;
   }
-  if (!law_.prepare(q_, v_, touching_) || !law_.forces(regions_, v_, y_)) return false;
+  if (!system_.prepare(q_, v_, touching_) || !forces_.solve(system_, auxiliary_, regions_, v_, y_)) return false;
   set_guess(length);
   return true;
 }
@@ -375,7 +377,8 @@ void TimeFreezingRun::set_functions() {
       add(SwitchKind::slip_stops, i, kRounding * scales_.slip(i), region.turns);
     }
   }
-  if (has_forces_ && !regions_.is_frozen && !has_law_ && !law_.forces(regions_, v_, y_)) has_forces_ = false;
+  if (has_forces_ && !regions_.is_frozen && !has_law_ && !forces_.solve(system_, auxiliary_, regions_, v_, y_))
+    has_forces_ = false;
   y1_ = y_;
   for (Function& function : functions_) function.left = value(function, v_);
 }
@@ -386,18 +389,18 @@ double TimeFreezingRun::value(const Function& function, const Vector& v) {
   const ContactInfo& contact = info_.contacts[i];
   switch (function.zero.kind) {
     case SwitchKind::gap_closes:
-      return regions_.is_frozen ? law_.normal_velocity(i, v) : gap_[i];
+      return regions_.is_frozen ? system_.normal_velocity(i, v) : gap_[i];
     case SwitchKind::force_vanishes:
-      if (function.zero.region == Region::pushed) return -law_.normal_velocity(i, v);
-      return function.zero.region == Region::bouncing ? -y1_[i] : law_.lambda_n()[i];
+      if (function.zero.region == Region::pushed) return -system_.normal_velocity(i, v);
+      return function.zero.region == Region::bouncing ? -y1_[i] : forces_.lambda_n[i];
     case SwitchKind::cone_reached: {
-      const double* force = law_.lambda_t().data() + contact.tangent_index;
+      const double* force = forces_.lambda_t.data() + contact.tangent_index;
       const double size = contact.n_t == 2 ? std::hypot(force[0], force[1]) : std::abs(force[0]);
-      return contact.mu * std::abs(law_.lambda_n()[i]) - size;
+      return contact.mu * std::abs(forces_.lambda_n[i]) - size;
     }
     case SwitchKind::slip_stops: {
       double v_t[2]{0, 0};
-      law_.slip_velocity(i, v, v_t);
+      system_.slip_velocity(i, v, v_t);
       const auto& d = regions_.of[i].direction;
       const double along = v_t[0] * d[0] + (contact.n_t == 2 ? v_t[1] * d[1] : 0);
       if (!function.zero.slows || &v == &v_) return along;
@@ -440,9 +443,9 @@ bool TimeFreezingRun::solve(double length) {
 bool TimeFreezingRun::evaluate() {
   problem_.gap(q1_.data(), gap_.data());
   if (!is_free_) {
-    if (!law_.prepare(q1_, v1_, touching_)) return false;
+    if (!system_.prepare(q1_, v1_, touching_)) return false;
     turn_slip(v1_, end_regions_);
-    if (has_forces_ && !law_.forces(end_regions_, v1_, y1_)) return false;
+    if (has_forces_ && !forces_.solve(system_, auxiliary_, end_regions_, v1_, y1_)) return false;
   }
   for (Function& function : functions_) function.right = value(function, v1_);
   return true;
@@ -487,7 +490,7 @@ bool TimeFreezingRun::take(double& length, RegionSwitch& cause) {
       touching_.clear();
       for (const int i : info_.unilateral)
         if (regions_.of[i].is_held()) touching_.push_back(i);
-      if (!has_law_ && !law_.prepare(q_, v_, touching_)) return fail(Status::inner_solver_failed, kNoMass);
+      if (!has_law_ && !system_.prepare(q_, v_, touching_)) return fail(Status::inner_solver_failed, kNoMass);
       turn_slip(v_, regions_);
     }
     slide_solver_.set_regions(regions_);

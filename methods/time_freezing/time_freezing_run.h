@@ -25,8 +25,8 @@ struct TimeFreezingOptions {
 ///   free f_c,  sliding lambda_n,  stick mu lambda_n - |lambda_t|,  slip d' J_t' v,  pushed -J_n' v,  bouncing -y   (1)
 ///
 /// is negative at its right end, at the first zero of it: the length of the element is the unknown, found by bracketing.
-/// Forces in (1) are those of Filippov's motion at the state (instant_law.h). Behind a switch the law of the instant says
-/// which regions are active. Between an impact and the next moment of the clock there are frozen elements alone.
+/// Forces in (1) are those of Filippov's motion at the state (instant_law.h). After a switch the law of the instant
+/// decides which regions are active. Between an impact and the next moment of the clock there are frozen elements alone.
 class TimeFreezingRun {
  public:
   TimeFreezingRun(const Problem& problem, const ButcherTableau& tableau, const TimeFreezingOptions& options,
@@ -75,7 +75,9 @@ class TimeFreezingRun {
   const TimeLimit time_limit_;
   AuxiliaryDynamics auxiliary_;
   ContactScales scales_;
+  InstantSystem system_;
   InstantLaw law_;
+  RegionForces forces_;
 
   ElementSystem elements_;
   ElementSolver flight_solver_;
@@ -88,7 +90,7 @@ class TimeFreezingRun {
   Vector q_, v_, y_;
   Regions regions_, end_regions_;
   bool is_free_ = true;   // no contact is held: free flight
-  bool has_law_ = false;  // law_ is that of (q_, v_), with forces
+  bool has_law_ = false;  // system_ is that of (q_, v_), with forces_
   std::vector<Function> functions_;
   std::vector<int> touching_;
   std::vector<ContactMode> modes_;

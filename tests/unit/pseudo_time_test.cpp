@@ -1,12 +1,15 @@
 // The parts of an element of time freezing: the derivatives of its equations against differences, on each scene and in
-// every region of the contacts, at states where nothing is solved; and its right end.
+// every region of the contacts, at states where nothing is solved; its right end; and the forces at its left end.
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <Eigen/QR>
+#include <cmath>
 #include <random>
 
 #include "methods/time_freezing/pseudo_time_end.h"
 #include "methods/time_freezing/pseudo_time_equations.h"
+#include "methods/time_freezing/region_forces.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
@@ -196,6 +199,62 @@ TEST_P(PseudoTimeDerivatives, TheRightEndIsMovedOntoTheContacts) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, PseudoTimeDerivatives, testing::ValuesIn(cases()),
                          [](const auto& test) { return name_of(test.param); });
+
+class RegionForcesOfScenes : public testing::TestWithParam<std::string> {};
+
+/// Filippov's motion of contacts that slide or stick all: (1) of instant_law.h, and no acceleration of gaps and slips.
+TEST_P(RegionForcesOfScenes, KeepTheContactsByNewtonsLaw) {
+  const auto problem = make_problem(GetParam());
+  const ProblemInfo& info = problem->info();
+  Counters counters;
+  InstantSystem system(*problem, counters);
+  Vector q = info.q0, v = info.v0;
+  for (int k = 0; k < info.n_mechanical(); ++k) {  // somewhere near the start
+    q[k] += 0.01 * std::cos(k);
+    v[k] += 0.3 * std::sin(1 + k);
+  }
+  ASSERT_TRUE(system.prepare(q, v, info.unilateral));
+  Regions regions;
+  regions.of.resize(info.contacts.size());
+  for (const int i : info.unilateral) {
+    regions.of[i].region = Region::sliding;
+    regions.of[i].sticks = info.contacts[i].n_t > 0;
+  }
+  const AuxiliaryDynamics auxiliary(*problem, 50, 0.1);
+  RegionForces forces(info);
+  ASSERT_TRUE(forces.solve(system, auxiliary, regions, v, Vector::Zero(info.n_c())));
+
+  const Matrix M = problem->mass_matrix(q), J_n = problem->normal_jacobian(q), J_t = problem->tangent_jacobian(q);
+  const Vector by_contacts =
+      problem->force_directions(J_n) * forces.lambda_n + problem->force_directions(J_t) * forces.lambda_t;
+  const double size = 1 + problem->force(q, v).cwiseAbs().maxCoeff() + by_contacts.cwiseAbs().maxCoeff();
+  if (!info.has_bilateral())
+    EXPECT_LT((M * forces.w - problem->force(q, v) - by_contacts).cwiseAbs().maxCoeff(), 1e-11 * size);
+  if (system.G().fullPivLu().rank() < system.G().cols())
+    return;  // redundant contacts: their forces are the nearest ones
+  const Vector gaps = J_n.transpose() * forces.w + problem->gap_acceleration_bias(q, v);
+  const Vector slips = J_t.transpose() * forces.w + problem->slip_acceleration_bias(q, v);
+  const double rate = 1e-9 * (1 + forces.w.cwiseAbs().maxCoeff());
+  for (const int i : info.unilateral) {
+    EXPECT_NEAR(gaps[i], 0, rate) << info.contacts[i].name;
+    for (int d = 0; d < info.contacts[i].n_t; ++d) EXPECT_NEAR(slips[info.contacts[i].tangent_index + d], 0, rate);
+  }
+  Vector v_held = v;
+  project_velocity(system, regions, v_held);
+  for (const int i : info.unilateral) EXPECT_NEAR(J_n.col(i).dot(v_held), 0, 1e-11) << info.contacts[i].name;
+}
+
+std::vector<std::string> scenes_with_contacts() {
+  std::vector<std::string> names;
+  for (const auto& entry : scenes()) {
+    const auto problem = make_problem(entry.id);
+    if (!problem->info().unilateral.empty() && problem->info().n_q <= 40) names.push_back(entry.id);
+  }
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, RegionForcesOfScenes, testing::ValuesIn(scenes_with_contacts()),
+                         [](const auto& test) { return test_name(test.param); });
 
 TEST(HeldContacts, KeepTheirEquationsWhileOnlyTurningSlipChanges) {
   const auto problem = make_problem("box_3d");
