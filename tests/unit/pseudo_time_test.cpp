@@ -1,5 +1,6 @@
 // The parts of an element of time freezing: the derivatives of its equations against differences, on each scene and in
-// every region of the contacts, at states where nothing is solved; its right end; and the forces at its left end.
+// every region of the contacts, at states where nothing is solved; its right end; the forces at its left end; and the
+// step that ends with a switch.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -9,7 +10,7 @@
 
 #include "methods/time_freezing/pseudo_time_end.h"
 #include "methods/time_freezing/pseudo_time_equations.h"
-#include "methods/time_freezing/region_forces.h"
+#include "methods/time_freezing/region_step.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
@@ -255,6 +256,35 @@ std::vector<std::string> scenes_with_contacts() {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, RegionForcesOfScenes, testing::ValuesIn(scenes_with_contacts()),
                          [](const auto& test) { return test_name(test.param); });
+
+/// A step ends where the first switching function vanishes: a falling ball where its gap does.
+TEST(RegionStep, EndsAtTheFirstZero) {
+  const auto ball = make_problem("bouncing_ball", {{"e", 0}, {"m", 2}});
+  const ButcherTableau tableau = make_tableau("radau-iia", 3);
+  AuxiliaryDynamics auxiliary(*ball, 50, 0.1);
+  Counters counters;
+  ContactScales scales(*ball);
+  InstantSystem system(*ball, counters);
+  RegionForces forces(ball->info());
+  RegionStep step(*ball, tableau, auxiliary, scales, system, forces, 1e-14, counters);
+  RegionState state{.q = ball->info().q0, .v = ball->info().v0, .y = Vector::Zero(1), .regions = {}, .touching = {}};
+  state.regions.of.resize(1);
+  scales.begin_step(state.q.data(), state.v.data(), 0.1, true);
+  const double g = -ball->force(state.q, state.v)[0] / ball->mass_matrix(state.q)(0, 0), v = state.v[0];
+  const double fall = (v + std::sqrt(v * v + 2 * g * ball->gap(state.q)[0])) / g;
+
+  double length = 2 * fall;
+  RegionSwitch cause;
+  ASSERT_FALSE(step.take(state, length, cause));
+  EXPECT_TRUE(cause.is(SwitchKind::gap_closes, 0));
+  EXPECT_NEAR(length, fall, 1e-12) << "a gap to its rounding of 2e-13, at some m/s";
+  EXPECT_NEAR(step.element().v1()[0], v - g * fall, 1e-11);
+
+  length = 0.5 * fall;
+  ASSERT_FALSE(step.take(state, length, cause));
+  EXPECT_FALSE(cause) << "nothing happens before";
+  EXPECT_EQ(length, 0.5 * fall);
+}
 
 TEST(HeldContacts, KeepTheirEquationsWhileOnlyTurningSlipChanges) {
   const auto problem = make_problem("box_3d");
