@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 
@@ -54,6 +55,72 @@ std::unique_ptr<Problem> braked_pendulum() {
 class Radau : public testing::TestWithParam<int> {};
 
 INSTANTIATE_TEST_SUITE_P(Stages, Radau, testing::Values(3, 5));
+
+Matrix made_up(Eigen::Index rows, Eigen::Index columns, double shift) {
+  return Matrix::NullaryExpr(rows, columns, [&](Eigen::Index i, Eigen::Index k) {
+    return std::sin(shift + 3 * static_cast<double>(i) + 1.7 * static_cast<double>(k));
+  });
+}
+
+/// (1) of radau_system.h, by its blocks.
+TEST_P(Radau, SystemIsSolvedByTheEigenvaluesOfTheTableau) {
+  constexpr int kN = 4;
+  constexpr double kH = 0.3;
+  const ButcherTableau tableau = tableau_argument(radau(GetParam()));
+  const Matrix a_q = 5 * made_up(kN, kN, 0.1), a_v = made_up(kN, kN, 0.7), r = made_up(kN, tableau.n_s, 1.3);
+  RadauSystem system(tableau, kN);
+  ASSERT_TRUE(system.factorize(kH, a_q, a_v));
+  EXPECT_EQ(system.h(), kH);
+  Matrix dw(kN, tableau.n_s);
+  system.solve(r, dw);
+  const Matrix by_blocks = dw * tableau.A.inverse().transpose() / kH - a_v * dw - kH * a_q * dw * tableau.A.transpose();
+  EXPECT_LT((by_blocks - r).cwiseAbs().maxCoeff(), 1e-11) << "rounding, times a condition of some hundred";
+
+  const double g = system.real_eigenvalue();
+  EXPECT_NEAR((tableau.A - g * Matrix::Identity(tableau.n_s, tableau.n_s)).determinant(), 0, 1e-14);
+  Vector x = r.col(0);
+  system.solve_real(x);
+  EXPECT_LT((x / (kH * g) - a_v * x - kH * g * a_q * x - r.col(0)).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+/// (2) of radau_error.h: the formula is exact for polynomials of degree n_s - 1.
+TEST_P(Radau, ErrorWeightsFulfilTheirOrderConditions) {
+  const ButcherTableau tableau = tableau_argument(radau(GetParam()));
+  const double g = RadauSystem(tableau, 1).real_eigenvalue();
+  const Vector d = tableau.A.transpose() * RadauError(tableau, g, 1).weights();
+  for (int k = 1; k <= tableau.n_s; ++k)
+    EXPECT_NEAR(d.dot(Vector(tableau.c.array().pow(k - 1))), k == 1 ? -g : 0, 1e-12) << k;
+}
+
+/// The polynomial of a step is the guess of the next one: exact where the velocity is one.
+TEST_P(Radau, GuessContinuesThePolynomial) {
+  const ButcherTableau tableau = tableau_argument(radau(GetParam()));
+  const auto v = [](double t) { return t * t + 0.5; };
+  StepEnds ends;
+  ends.resize(1);
+  ends.h = 0.4;
+  ends.v0[0] = v(0);
+  ends.v1[0] = v(ends.h);
+  ends.a1[0] = 2 * ends.h;
+  Matrix w(1, tableau.n_s);
+  for (int i = 0; i < tableau.n_s; ++i) w(0, i) = v(tableau.c[i] * ends.h) - v(0);
+  CollocationPolynomial polynomial(tableau.c, 1);
+  polynomial.set(ends.h, w);
+  CollocationGuess guess(tableau.c, 1);
+  guess.keep(ends, polynomial);
+  Matrix same(1, tableau.n_s);
+  guess.predict(ends, same);
+  EXPECT_LT((same - w).cwiseAbs().maxCoeff(), 1e-14) << "taken again, from the same left end";
+  ends.advance();
+  ends.h = 0.1;
+  Matrix next(1, tableau.n_s);
+  guess.predict(ends, next);
+  for (int i = 0; i < tableau.n_s; ++i)
+    EXPECT_NEAR(next(0, i), v(0.4 + 0.1 * tableau.c[i]) - v(0.4), 1e-13) << "from its right end on";
+  guess.forget();
+  guess.predict(ends, next);
+  EXPECT_EQ(next(0, 0), 0.1 * tableau.c[0] * ends.a0[0]) << "without a step before";
+}
 
 TEST_P(Radau, HasTheOrderOfItsTableau) {
   const auto problem = braked_pendulum();
