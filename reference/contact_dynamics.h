@@ -2,11 +2,12 @@
 
 #include <vector>
 
-#include "problems/packed_column.h"
 #include "problems/problem.h"
 #include "problems/small_factors.h"
 #include "problems/solution.h"
+#include "reference/closed_contacts.h"
 #include "reference/force_division.h"
+#include "reference/force_system.h"
 
 namespace ricochet::reference {
 
@@ -37,8 +38,8 @@ class ContactDynamics {
 
   /// Sets the modes of all contacts; bilateral ones must be closed. Releases fixed directions.
   void set_modes(const std::vector<ContactMode>& modes);
-  const std::vector<ContactMode>& modes() const { return modes_; }
-  const std::vector<int>& closed() const { return closed_; }  ///< contacts that are not open
+  const std::vector<ContactMode>& modes() const { return contacts_.modes(); }
+  const std::vector<int>& closed() const { return contacts_.closed(); }  ///< contacts that are not open
 
   /// Fixes d in (4) for contact i, which slips in space. @param d 2, a unit vector; empty: d follows the velocity
   void hold_direction(int i, const Vector& d);
@@ -54,23 +55,7 @@ class ContactDynamics {
   long force_evaluations = 0, mass_factorizations = 0;
 
  private:
-  /// Part of (5) that belongs to one closed contact: its columns of J, normal and, with friction, tangents; its unknown
-  /// forces, normal and, if it sticks, tangential.
-  struct Closed {
-    const ContactInfo* info;
-    int contact;
-    Eigen::Index column, row;
-    int n_t, n_stuck;  ///< tangential columns, and unknowns among them: n_t or 0
-  };
-  /// Entries of a column of J, on the support of its contact.
-  struct Column {
-    double dot(const double* x) const { return packed_dot(*info, J, x); }
-
-    const ContactInfo* info;
-    const double* J;
-    Eigen::Index index;
-  };
-
+  void resize();
   void evaluate_columns(const double* q);
   void assemble(const double* v);
   void evaluate_bias(const double* q, const double* v);
@@ -85,26 +70,14 @@ class ContactDynamics {
   Matrix M_;
   SymmetricFactors mass_;
 
-  std::vector<ContactMode> modes_;
-  std::vector<int> closed_;
-  std::vector<Closed> parts_;               // by closed contact
-  std::vector<Column> columns_, unknowns_;  // all, and by unknown force
-  std::vector<char> is_part_;               // n_c
-  bool is_affine_ = false;                  // all closed contacts are
-  bool follows_velocity_ = false;
+  ClosedContacts contacts_;
   bool has_columns_ = false, has_equations_ = false;  // of these modes and, as far as they vary, of this q and v
-  Vector direction_;                                  // n_lambda_t: d of (4), of slipping contacts
-  std::vector<char> holds_direction_;                 // n_c
-
-  Vector packed_n_, packed_t_;
-  Matrix MJ_, MC_;                            // n_q x columns, n_q x unknowns: M^-1 J, M^-1 C
-  Matrix A_, scaled_;                         // of (5), and with rows and columns scaled as by ForceEquations
-  Vector diagonal_, scale_, right_, forces_;  // by unknown
-  Vector push_;                               // n_q, accelerations by contact forces
-  PivotedFactors factors_;
-  bool is_regular_ = false;
-  Vector bias_n_, bias_;  // n_c, of gaps; by unknown
-  Matrix T_;              // n_lambda_t x n_q
+  Matrix MJ_, MC_;                                    // n_q x columns, n_q x unknowns: M^-1 J, M^-1 C
+  ForceSystem system_;                                // (5)
+  Vector right_, forces_;                             // by unknown
+  Vector push_;                                       // n_q, accelerations by contact forces
+  Vector bias_n_, bias_;                              // n_c, of gaps; by unknown
+  Matrix T_;                                          // n_lambda_t x n_q
 
   bool is_redundant_ = false;     // (5) was singular
   std::vector<char> determined_;  // by contact

@@ -103,6 +103,57 @@ INSTANTIATE_TEST_SUITE_P(
                        std::to_string(test.param.closed.size()));
     });
 
+/// The columns of closed contacts are those of the dense J, and slip in space has the direction of its velocity.
+TEST_P(EquationsOfMotion, HaveTheColumnsOfTheirContacts) {
+  const auto problem = make_problem(GetParam().problem);
+  const auto& info = problem->info();
+  reference::ClosedContacts contacts(*problem);
+  const auto modes = modes_of(*problem, GetParam());
+  contacts.set_modes(modes);
+  const Vector q = moved(*problem, info.q0, 0.1), v = moved(*problem, info.v0, 0.3);
+  contacts.evaluate(q.data());
+  contacts.set_directions(v.data());
+  const Matrix J_n = problem->normal_jacobian(q), J_t = problem->tangent_jacobian(q);
+  std::size_t n_unknowns = 0;
+  for (const auto& part : contacts.parts()) {
+    const ContactInfo& contact = info.contacts[part.contact];
+    const double size = 1 + J_n.cwiseAbs().maxCoeff() + (J_t.size() > 0 ? J_t.cwiseAbs().maxCoeff() : 0);
+    EXPECT_NEAR(contacts.columns()[part.column].dot(v.data()), J_n.col(part.contact).dot(v), 1e-14 * size);
+    for (int d = 0; d < part.n_t; ++d)
+      EXPECT_NEAR(contacts.columns()[part.column + 1 + d].dot(v.data()), J_t.col(contact.tangent_index + d).dot(v),
+                  1e-14 * size);
+    EXPECT_EQ(part.n_stuck, modes[part.contact] == ContactMode::stick ? contact.n_t : 0);
+    EXPECT_EQ(contacts.unknowns()[part.row].J, contacts.columns()[part.column].J);
+    n_unknowns += 1 + part.n_stuck;
+    if (modes[part.contact] != ContactMode::slip) continue;
+    const Vector v_t = J_t.middleCols(contact.tangent_index, 2).transpose() * v;
+    for (int d = 0; d < 2; ++d) EXPECT_NEAR(contacts.direction(part)[d], v_t.normalized()[d], 1e-14);
+  }
+  EXPECT_EQ(contacts.unknowns().size(), n_unknowns);
+}
+
+TEST(ForceSystem, SolvesWhatIsRegular) {
+  Matrix A(3, 3);
+  A << 4e6, 2, 1e3, 1, 3, 0.5, 2e3, 0.1, 8;  // entries of bodies whose masses differ by 1e6
+  reference::ForceSystem system;
+  system.resize(3);
+  system.A() = A;
+  system.diagonal() = A.diagonal();
+  system.factorize();
+  ASSERT_TRUE(system.is_regular());
+  const Vector b = Eigen::Vector3d(1e3, -2, 0.3);
+  Vector x = system.scale().cwiseProduct(b);
+  system.solve_scaled(x);
+  x = x.cwiseProduct(system.scale());
+  EXPECT_LT(((A * x - b).array() * system.scale().array()).abs().maxCoeff(), 1e-14) << "rounding, scaled";
+
+  system.A().row(2) = 0.5 * A.row(1);
+  system.A().col(2) = 0.5 * system.A().col(1);
+  system.diagonal() = system.A().diagonal();
+  system.factorize();
+  EXPECT_FALSE(system.is_regular()) << "two contacts are one";
+}
+
 /// What is kept between events is renewed with the modes and the directions that it was made for.
 TEST(ContactDynamics, KeepsNothingOfOtherModesAndDirections) {
   const auto problem = make_problem("ball_3d");
