@@ -5,7 +5,6 @@
 #include <numeric>
 
 #include "problems/dense_solve.h"
-#include "problems/packed_column.h"
 
 namespace ricochet {
 namespace {
@@ -27,27 +26,12 @@ ModeDynamics::ModeDynamics(const Problem& problem, Counters& counters)
       counters_(counters),
       u_(problem.info().u.data()),
       constant_mass_(problem.info().structure.constant_mass),
-      modes_(problem.info().contacts.size(), ContactMode::open),
-      first_row_(modes_.size(), 0),
-      chosen_(modes_.size(), 0),
-      is_held_(modes_.size(), 0),
+      rows_(problem),
       mass_(problem.n_q(), problem.info().structure.diagonal_mass) {
   const int n_q = info_.n_q, most = info_.n_c() + info_.n_lambda_t;
-  closed_.reserve(modes_.size());
-  rows_.reserve(static_cast<std::size_t>(most));
-  direction_.setZero(info_.n_lambda_t);
   M_.setZero(n_q, n_q);
-  f_.setZero(n_q);
-  lambda_.setZero(most);
-  rates_.setZero(most);
-  diagonal_.setZero(most);
-  row_.setZero(n_q);
-  q_.setZero(n_q);
-  v_.setZero(n_q);
-  law_.setZero(most);
-  packed_n_.setZero(info_.n_normal_entries);
-  packed_t_.setZero(info_.n_tangent_entries);
-  bias_.setZero(info_.n_c());
+  for (auto* x : {&f_, &row_, &q_, &v_}) x->setZero(n_q);
+  for (auto* x : {&lambda_, &rates_, &diagonal_, &law_}) x->setZero(most);
   C_.setZero(n_q, 0);
   MC_ = C_;
   if (constant_mass_) factorize_mass(info_.q0.data());
@@ -61,37 +45,15 @@ bool ModeDynamics::factorize_mass(const double* q) {
 
 void ModeDynamics::set_modes(std::span<const ContactMode> modes, const double* q, const double* v) {
   ++mode_changes_;
-  std::ranges::copy(modes, modes_.begin());
-  std::ranges::fill(is_held_, 0);
-  closed_.clear();
-  rows_.clear();
-  has_friction_ = turns_ = false;
-  bool is_affine = constant_mass_;
-  for (int i = 0; i < info_.n_c(); ++i) {
-    const auto& contact = info_.contacts[i];
-    chosen_[i] = is_closed(modes_[i]);
-    if (!chosen_[i]) continue;
-    closed_.push_back(i);
-    first_row_[i] = static_cast<int>(rows_.size());
-    rows_.push_back({i, -1});
-    if (modes_[i] == ContactMode::stick) {
-      for (int d = 0; d < contact.n_t; ++d) rows_.push_back({i, d});
-    }
-    if (contact.n_t == 1) direction_[contact.tangent_index] = slip_sign(modes_[i]);
-    has_friction_ = has_friction_ || contact.n_t > 0;
-    turns_ = turns_ || (contact.n_t > 0 && !contact.is_affine);
-    is_affine = is_affine && contact.is_affine && modes_[i] != ContactMode::slip;
-  }
-  const auto n = static_cast<Eigen::Index>(rows_.size());
+  rows_.set_modes(modes);
   law_.setZero();
-  if (C_.cols() != n) {
+  if (const Eigen::Index n = rows_.size(); C_.cols() != n) {
     C_.resize(info_.n_q, n);
     MC_.resize(info_.n_q, n);
     D_.resize(n, n);
   }
-  if (turns_ && T_.size() == 0) T_.setZero(info_.n_lambda_t, info_.n_q);
   kind_ = Kind::general;
-  if (is_affine) set_maps(q, v);
+  if (constant_mass_ && rows_.is_affine()) set_maps(q, v);
 }
 
 /// (4)
@@ -101,7 +63,7 @@ void ModeDynamics::set_maps(const double* q, const double* v) {
   L_.setZero(n, n_q);  // R' M^-1, and then what solves D L = -R' M^-1
   for (Eigen::Index r = 0; r < n; ++r) {
     row_.setZero();
-    add_row(rows_[static_cast<std::size_t>(r)], row_.data());
+    rows_.add(rows_[r], row_.data());
     mass_.solve(row_.data());
     L_.row(r) = -row_.transpose();
     set_delassus_row(r);
@@ -123,87 +85,22 @@ void ModeDynamics::set_maps(const double* q, const double* v) {
 }
 
 void ModeDynamics::set_forces(const Vector& lambda_n, const Vector& lambda_t) {
-  for (std::size_t r = 0; r < rows_.size(); ++r) {
+  for (Eigen::Index r = 0; r < rows_.size(); ++r) {
     const auto [i, tangent] = rows_[r];
-    law_[static_cast<Eigen::Index>(r)] =
-        tangent < 0 ? lambda_n[i] : lambda_t[info_.contacts[i].tangent_index + tangent];
+    law_[r] = tangent < 0 ? lambda_n[i] : lambda_t[info_.contacts[i].tangent_index + tangent];
   }
-}
-
-void ModeDynamics::hold_direction(int contact, const double* d) {
-  is_held_[contact] = d != nullptr;
-  if (!d) return;
-  for (int k = 0; k < info_.contacts[contact].n_t; ++k) direction_[info_.contacts[contact].tangent_index + k] = d[k];
-}
-
-/// Adds a column of R as the direction of a force.
-void ModeDynamics::add_row(const Row& row, double* x) const {
-  const auto& contact = info_.contacts[row.contact];
-  const double* column = entries(row);
-  for (const int k : contact.pushed()) x[k] += *column++;
-}
-
-double ModeDynamics::row_dot(const Row& row, const double* x) const {
-  return packed_dot(info_.contacts[row.contact], entries(row), x);
 }
 
 /// C and M^-1 C, with the directions of slip at v.
 void ModeDynamics::set_columns(const double* q, const double* v) {
-  problem_.normal_jacobian_of(chosen_.data(), q, packed_n_.data());
-  if (has_friction_) problem_.tangent_jacobian_of(chosen_.data(), q, packed_t_.data());
-  C_.setZero();
-  for (std::size_t r = 0; r < rows_.size(); ++r) {
-    const auto [i, tangent] = rows_[r];
-    const auto& contact = info_.contacts[i];
-    const auto pushed = contact.pushed();
-    const std::size_t size = contact.support.size();
-    double* column = C_.col(static_cast<Eigen::Index>(r)).data();
-    const double* J_n = packed_n_.data() + contact.normal_begin;
-    const double* J_t = packed_t_.data() + contact.tangent_begin;
-    if (tangent >= 0) {
-      for (std::size_t s = 0; s < pushed.size(); ++s)
-        column[pushed[s]] = J_t[static_cast<std::size_t>(tangent) * size + s];
-      continue;
-    }
-    for (std::size_t s = 0; s < pushed.size(); ++s) column[pushed[s]] = J_n[s];
-    if (!is_slipping(modes_[i])) continue;
-    double* d = direction_.data() + contact.tangent_index;
-    if (modes_[i] == ContactMode::slip && !is_held_[i]) {
-      for (int k = 0; k < 2; ++k) d[k] = row_dot({i, k}, v);
-      const double speed = std::hypot(d[0], d[1]);
-      if (speed > 0) {
-        d[0] /= speed;
-        d[1] /= speed;
-      }
-    }
-    for (int k = 0; k < contact.n_t; ++k) {
-      for (std::size_t s = 0; s < pushed.size(); ++s)
-        column[pushed[s]] -= contact.mu * d[k] * J_t[static_cast<std::size_t>(k) * size + s];
-    }
-  }
+  rows_.set_columns(q, v, C_);
   MC_ = C_;
   for (Eigen::Index r = 0; r < MC_.cols(); ++r) mass_.solve(MC_.col(r).data());
 }
 
-/// b of (2), in rates_.
-void ModeDynamics::set_rates(const double* q, const double* v) {
-  problem_.gap_acceleration_bias(q, v, bias_.data());
-  if (turns_) problem_.slip_velocity_derivative(q, v, T_.data());
-  for (std::size_t r = 0; r < rows_.size(); ++r) {
-    const auto [i, tangent] = rows_[r];
-    const auto& contact = info_.contacts[i];
-    double b = tangent < 0 ? bias_[i] : 0;
-    if (tangent >= 0 && !contact.is_affine) {
-      for (const int k : contact.support) b += T_(contact.tangent_index + tangent, k) * v[k];
-    }
-    rates_[static_cast<Eigen::Index>(r)] = b;
-  }
-}
-
 /// A row of D.
 void ModeDynamics::set_delassus_row(Eigen::Index r) {
-  for (Eigen::Index c = 0; c < D_.cols(); ++c)
-    D_(r, c) = row_dot(rows_[static_cast<std::size_t>(r)], MC_.col(c).data());
+  for (Eigen::Index c = 0; c < D_.cols(); ++c) D_(r, c) = rows_.dot(rows_[r], MC_.col(c).data());
 }
 
 /// X <- D^-1 X, D is lost. Without pivots, since D is that of a mechanical system: nearly symmetric, positive on the
@@ -236,7 +133,7 @@ bool ModeDynamics::solve_rows(const double* a) {
   const Eigen::Index n = D_.cols();
   const auto set = [&] {
     for (Eigen::Index r = 0; r < n; ++r) {
-      lambda_[r] = -row_dot(rows_[static_cast<std::size_t>(r)], a) - rates_[r];
+      lambda_[r] = -rows_.dot(rows_[r], a) - rates_[r];
       set_delassus_row(r);
     }
   };
@@ -260,7 +157,7 @@ bool ModeDynamics::accelerate_in_general(const double* q, const double* v, doubl
   mass_.solve(a);
   if (rows_.empty()) return true;
   set_columns(q, v);
-  set_rates(q, v);
+  rows_.set_rates(q, v, rates_);
   if (!solve_rows(a)) return false;
   for (Eigen::Index r = 0; r < MC_.cols(); ++r) {
     const double force = lambda_[r];
@@ -310,10 +207,10 @@ bool ModeDynamics::acceleration_jacobians(const Vector& q, const Vector& v, cons
 
 void ModeDynamics::tangential_force(int contact, double* force) const {
   const auto& info = info_.contacts[contact];
-  const bool sticks = modes_[contact] == ContactMode::stick;
+  const bool sticks = modes()[contact] == ContactMode::stick;
   for (int d = 0; d < info.n_t; ++d) {
-    force[d] = sticks ? lambda_[first_row_[contact] + 1 + d]
-                      : -info.mu * lambda_[first_row_[contact]] * direction_[info.tangent_index + d];
+    force[d] = sticks ? lambda_[rows_.first(contact) + 1 + d]
+                      : -info.mu * lambda_[rows_.first(contact)] * rows_.direction(contact)[d];
   }
 }
 
@@ -325,7 +222,7 @@ double ModeDynamics::cone_margin(int contact) const {
 }
 
 bool ModeDynamics::project(double* q, double* v) {
-  const auto n = static_cast<Eigen::Index>(rows_.size());
+  const Eigen::Index n = rows_.size();
   if (n == 0) return true;
   if (!constant_mass_ && !factorize_mass(q)) return false;
   Vector gap(info_.n_c());
@@ -339,14 +236,14 @@ bool ModeDynamics::project(double* q, double* v) {
       for (Eigen::Index k = 0; k < MC_.rows(); ++k) x[k] += MC_(k, r) * lambda_[r];
     }
   };
-  for (Eigen::Index r = 0; r < n; ++r) rates_[r] = row_dot(rows_[r], v);
+  for (Eigen::Index r = 0; r < n; ++r) rates_[r] = rows_.dot(rows_[r], v);
   correct(v);
   // Columns of R in place of those of C.
   for (Eigen::Index r = 0; r < n; ++r) {
-    const Row& row = rows_[static_cast<std::size_t>(r)];
-    if (row.tangent >= 0 || !is_slipping(modes_[row.contact])) continue;
+    const ModeRows::Row& row = rows_[r];
+    if (row.tangent >= 0 || !is_slipping(modes()[row.contact])) continue;
     MC_.col(r).setZero();
-    add_row(row, MC_.col(r).data());
+    rows_.add(row, MC_.col(r).data());
     mass_.solve(MC_.col(r).data());
   }
   for (Eigen::Index r = 0; r < n; ++r) rates_[r] = rows_[r].tangent < 0 ? gap[rows_[r].contact] : 0;

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "methods/event_driven/mode_rows.h"
 #include "problems/problem.h"
 #include "problems/small_factors.h"
 #include "problems/solution.h"
@@ -31,13 +32,13 @@ class ModeDynamics {
  public:
   ModeDynamics(const Problem& problem, Counters& counters);
 
-  /// Why a run ends where accelerate() or project() fails.
+  /// Message of a run that ends where accelerate() or project() fails.
   static constexpr const char* kUndetermined = "the contact forces do not determine the motion";
 
   /// From here on, at (q, v) first. @param modes  n_c, bilateral contacts closed
   void set_modes(std::span<const ContactMode> modes, const double* q, const double* v);
-  const std::vector<ContactMode>& modes() const { return modes_; }
-  const std::vector<int>& closed() const { return closed_; }  ///< contacts that are not open
+  const std::vector<ContactMode>& modes() const { return rows_.modes(); }
+  const std::vector<int>& closed() const { return rows_.closed(); }  ///< contacts that are not open
 
   /// The forces of the contact law for these modes. @param lambda_n  n_c, @param lambda_t  n_lambda_t
   void set_forces(const Vector& lambda_n, const Vector& lambda_t);
@@ -47,8 +48,8 @@ class ModeDynamics {
   void set_law_forces(const Vector& law) { law_ = law; }
 
   /// The direction of slip in space while it is zero or held. @param d  2, a unit vector; null to follow the velocity
-  void hold_direction(int contact, const double* d);
-  bool holds_direction(int contact) const { return is_held_[contact] != 0; }
+  void hold_direction(int contact, const double* d) { rows_.hold_direction(contact, d); }
+  bool holds_direction(int contact) const { return rows_.holds_direction(contact); }
 
   /// a, and the forces below. @return false when M is not positive definite or (2) contradicts itself
   /// @tparam N  n_q, 0 where it is known at run time only
@@ -79,11 +80,11 @@ class ModeDynamics {
 
   /// @param d  n_t, of a contact that slips
   void direction(int contact, double* d) const {
-    for (int k = 0; k < info_.contacts[contact].n_t; ++k) d[k] = direction_[info_.contacts[contact].tangent_index + k];
+    for (int k = 0; k < info_.contacts[contact].n_t; ++k) d[k] = rows_.direction(contact)[k];
   }
 
   // Of the last accelerate():
-  double normal_force(int contact) const { return lambda_[first_row_[contact]]; }
+  double normal_force(int contact) const { return lambda_[rows_.first(contact)]; }
   /// @param force  n_t
   void tangential_force(int contact, double* force) const;
   /// mu lambda_n - ||lambda_t|| of a contact that sticks [N].
@@ -99,11 +100,6 @@ class ModeDynamics {
   /// (4); (4) for many coordinates, P = M^-1 + M^-1 C L without forming it; (3)
   enum class Kind : std::uint8_t { map, factors, general };
 
-  /// A row of (2): the gap of a contact, or its slip velocity along a tangent.
-  struct Row {
-    int contact = -1, tangent = -1;
-  };
-
   /// y = A f. @param A  row after row
   void multiply(const double* A, int rows, double* y) const {
     const int columns = info_.n_q;
@@ -117,21 +113,12 @@ class ModeDynamics {
   bool accelerate_in_general(const double* q, const double* v, double* a);
   bool factorize_mass(const double* q);
   void set_columns(const double* q, const double* v);
-  void set_rates(const double* q, const double* v);
   bool accelerate_by_factors(double* a);
   void set_maps(const double* q, const double* v);
   void set_delassus_row(Eigen::Index r);
   template <class Columns>
   bool eliminate(Columns& X);
   bool solve_rows(const double* a);
-  void add_row(const Row& row, double* x) const;
-  const double* entries(const Row& row) const {
-    const auto& contact = info_.contacts[row.contact];
-    return row.tangent < 0
-               ? packed_n_.data() + contact.normal_begin
-               : packed_t_.data() + contact.tangent_begin + row.tangent * static_cast<int>(contact.support.size());
-  }
-  double row_dot(const Row& row, const double* x) const;
 
   const Problem& problem_;
   const ProblemInfo& info_;
@@ -140,21 +127,14 @@ class ModeDynamics {
   const bool constant_mass_;
   Kind kind_ = Kind::general;
   int mode_changes_ = 0;
-  std::vector<ContactMode> modes_;
-  std::vector<int> closed_, first_row_;  // contacts; per contact: its first row
-  std::vector<Row> rows_;
-  std::vector<char> chosen_;                   // per contact: it is closed
-  bool has_friction_ = false, turns_ = false;  // closed contacts: with tangents; with tangents that depend on q
-  std::vector<char> is_held_;                  // per contact
-  Vector direction_;                           // n_lambda_t, d of slipping contacts
+  ModeRows rows_;
   Matrix P_;
   RowMatrix L_;  // (4)
   SymmetricFactors mass_;
-  Matrix M_, D_;  // (3)
-  Vector q_, v_;  // of differences
-  Vector f_, lambda_, packed_n_, packed_t_, bias_, rates_, diagonal_, row_, law_;
-  Matrix T_;
+  Matrix M_, D_;   // (3)
   Matrix C_, MC_;  // n_q x rows
+  Vector f_, lambda_, rates_, law_;
+  Vector diagonal_, row_, q_, v_;  // scratch
 };
 
 }  // namespace ricochet

@@ -66,6 +66,48 @@ TEST_P(ModesOf, AccelerationsFulfilTheirEquations) {
   }
 }
 
+/// Rows, rates and directions of forces are those of the dense views of the problem.
+TEST_P(ModesOf, RowsAreTheColumnsOfTheirContacts) {
+  const auto problem = make_problem(GetParam().scene);
+  const ProblemInfo& info = problem->info();
+  ModeRows rows(*problem);
+  rows.set_modes(GetParam().modes);
+  Vector q = info.q0, v = info.v0;
+  for (Eigen::Index k = 0; k < info.n_mechanical(); ++k) {
+    q[k] += 0.02 * std::cos(1.0 + static_cast<double>(k));
+    v[k] += 0.3 * std::sin(1.0 + static_cast<double>(k));
+  }
+  Matrix C(info.n_q, rows.size());
+  Vector b(rows.size());
+  rows.set_columns(q.data(), v.data(), C);
+  rows.set_rates(q.data(), v.data(), b);
+  const Matrix J_n = problem->normal_jacobian(q), J_t = problem->tangent_jacobian(q);
+  const Matrix push_n = problem->force_directions(J_n), push_t = problem->force_directions(J_t);
+  const Vector normal_bias = problem->gap_acceleration_bias(q, v), slip_bias = problem->slip_acceleration_bias(q, v);
+  constexpr double kRounding = 1e-13;  // of a few dozen terms of the size of 1 to 10
+  for (Eigen::Index r = 0; r < rows.size(); ++r) {
+    const auto [i, tangent] = rows[r];
+    const ContactInfo& contact = info.contacts[i];
+    const int t = contact.tangent_index + std::max(tangent, 0);
+    const Vector R = tangent < 0 ? J_n.col(i) : J_t.col(t);
+    Vector direction = tangent < 0 ? push_n.col(i) : push_t.col(t), added = Vector::Zero(info.n_q);
+    EXPECT_NEAR(rows.dot(rows[r], v.data()), R.dot(v), kRounding);
+    EXPECT_NEAR(b[r], tangent < 0 ? normal_bias[i] : slip_bias[t], kRounding);
+    rows.add(rows[r], added.data());
+    EXPECT_LE((added - direction).cwiseAbs().maxCoeff(), kRounding);
+    if (tangent < 0 && is_slipping(GetParam().modes[i])) {
+      const Vector v_t = J_t.middleCols(contact.tangent_index, contact.n_t).transpose() * v;
+      for (int d = 0; d < contact.n_t; ++d) {
+        const double along = contact.n_t == 1 ? slip_sign(GetParam().modes[i]) : v_t[d] / v_t.norm();
+        EXPECT_NEAR(rows.direction(i)[d], along, kRounding);
+        direction -= contact.mu * along * push_t.col(contact.tangent_index + d);
+      }
+    }
+    EXPECT_LE((C.col(r) - direction).cwiseAbs().maxCoeff(), kRounding);
+    EXPECT_EQ(rows.first(i), r - std::max(tangent + 1, 0));
+  }
+}
+
 using enum ContactMode;
 INSTANTIATE_TEST_SUITE_P(
     Scenes, ModesOf,
