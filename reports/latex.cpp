@@ -3,151 +3,96 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "problems/names.h"
-#include "reports/latex_layout.h"
 
 namespace ricochet {
 namespace {
 
-class Printer {
- public:
-  Printer(const LatexContent& content, const LatexLayout& layout, std::string caption, std::string label,
-          const LatexPage& page)
-      : content_(content), layout_(layout), caption_(std::move(caption)), label_(std::move(label)) {
-    const double width = turned() ? page.height : page.width, height = turned() ? page.width : page.height;
-    constexpr double kNoteLeading = 9.5, kAround = 70;  // [pt] caption, header and rules
-    const double body = layout.lines * (layout.attempt.type.leading + (is_spaced() ? 2 : 0));
-    const double below =
-        kNoteLeading * (static_cast<double>(content.notes.size()) + kEightPoints.factor * content.notes_width / width);
-    constexpr double kOfAPage = 0.92;
-    constexpr std::size_t kMostRows = 40;
-    is_long_ = content.rows > kMostRows || body + below + kAround > kOfAPage * height;
-  }
+constexpr std::size_t kFloatRows = 40;  // of a float
+constexpr std::size_t kSentence = 32;  // letters, from which on a column wraps
 
-  std::string text() const {
-    const std::string head = fmt::format("% needs \\usepackage{{booktabs{}{}{}}}\n", has_widths() ? ",array" : "",
-                                         is_long_ ? ",longtable" : "",
-                                         !turned()  ? ""
-                                         : is_long_ ? ",pdflscape"
-                                                    : ",rotating");
-    return head + (is_long_ ? long_table() : floating());
-  }
+bool is_empty(const std::string& cell) {
+  return cell.empty() || cell == "-";
+}
 
- private:
-  bool turned() const { return layout_.attempt.is_turned; }
-  bool has_widths() const { return !layout_.widths.empty(); }
-  bool is_spaced() const { return layout_.lines > 1.25 * static_cast<double>(content_.rows); }
+/// The letters that a column needs on one line.
+std::size_t length_of(const Table& table, std::size_t column) {
+  std::size_t longest = table.columns[column].header.size();
+  for (const auto& row : table.rows) longest = std::max(longest, row[column].size());
+  return longest;
+}
 
-  std::string type() const {
-    const LatexAttempt& attempt = layout_.attempt;
-    std::string text;
-    if (attempt.type.points < kTenPoints.points)
-      text += fmt::format("\\fontsize{{{}}}{{{}}}\\selectfont", attempt.type.points, attempt.type.leading);
-    if (attempt.gap < kLatexGap) text += fmt::format("\\setlength{{\\tabcolsep}}{{{}pt}}", attempt.gap);
-    return text;
+/// @param columns  numbers of columns of the table
+std::string specification(const Table& table, const std::vector<std::size_t>& columns) {
+  std::string text;
+  for (const std::size_t c : columns) {
+    if (!table.columns[c].is_text)
+      text += 'r';
+    else if (length_of(table, c) <= kSentence)
+      text += 'l';
+    else
+      text +=
+          fmt::format(">{{\\raggedright\\arraybackslash}}p{{{}em}}", length_of(table, c) <= 2 * kSentence ? 14 : 24);
   }
-  std::string columns() const {
-    if (!has_widths()) {
-      std::string letters;
-      for (const auto& column : content_.columns) letters += column.is_text ? 'l' : 'r';
-      return letters;
-    }
-    std::string text = "@{}";
-    for (std::size_t c = 0; c < content_.columns.size(); ++c)
-      text += fmt::format(">{{\\{}\\arraybackslash}}p{{{:.1f}pt}}",
-                          content_.columns[c].is_text ? "raggedright" : "raggedleft", layout_.widths[c]);
-    return text + "@{}";
-  }
-  template <class Get>
-  std::string line(const Get& cell) const {
-    std::string text = "    ";
-    for (std::size_t c = 0; c < content_.columns.size(); ++c)
-      text += (c ? " & " : "") + with_breaks(cell(content_.columns[c]).tex, layout_.attempt.wraps == LatexWraps::text);
-    return text + " \\\\\n";
-  }
-  std::string header() const {
-    return "    \\toprule\n" + line([](const auto& column) -> const LatexCell& { return column.header; }) +
-           "    \\midrule\n";
-  }
-  std::string rows() const {
-    std::string text;
-    for (std::size_t r = 0; r < content_.rows; ++r) {
-      if (r > 0 && is_spaced()) text += "    \\addlinespace[2pt]\n";
-      text += line([&](const auto& column) -> const LatexCell& { return column.cells[r]; });
-    }
-    return text;
-  }
-  std::string notes() const {
-    std::string text = content_.notes.empty() ? "" : "  \\par\\smallskip\n";
-    for (const auto& note : content_.notes)
-      text += fmt::format("  \\par{{\\fontsize{{8}}{{9.5}}\\selectfont\\raggedright {}\\par}}\n", note);
-    return text;
-  }
+  return text;
+}
 
-  std::string floating() const {
-    const std::string name = turned() ? "sidewaystable" : "table";
-    const std::string small = type();
-    return fmt::format(
-        "\\begin{{{0}}}\n  \\centering\n  \\caption{{{1}}}\n  \\label{{{2}}}\n  \\smallskip\n{3}  \\begin{{tabular}}{{{4}}}\n{5}{6}"
-        "    \\bottomrule\n  \\end{{tabular}}\n{7}\\end{{{0}}}\n",
-        name, caption_, label_, small.empty() ? "" : "  " + small + "\n", columns(), header(), rows(), notes());
-  }
-  std::string long_table() const {
-    std::string text = turned() ? "\\begin{landscape}\n" : "";
-    text += fmt::format("\\begingroup\n  {}\\setlength{{\\LTcapwidth}}{{\\linewidth}}\n  \\begin{{longtable}}{{{}}}\n",
-                        type(), columns());
-    text += fmt::format("    \\caption{{{}}}\\label{{{}}}\\\\\n{}    \\endfirsthead\n{}    \\endhead\n", caption_,
-                        label_, header(), header());
-    text += fmt::format(
-        "    \\midrule\n    \\multicolumn{{{}}}{{r}}{{continued}}\\\\\n    \\endfoot\n    \\bottomrule\n"
-        "    \\endlastfoot\n",
-        content_.columns.size());
-    text += rows() + "  \\end{longtable}\n" + notes() + "\\endgroup\n";
-    return text + (turned() ? "\\end{landscape}\n" : "");
-  }
-
-  const LatexContent& content_;
-  const LatexLayout& layout_;
-  std::string caption_, label_;
-  bool is_long_ = false;
-};
-
-/// Its first column, and those from `first` to before `last`.
-LatexContent part_of(const LatexContent& content, std::size_t first, std::size_t last) {
-  LatexContent part = content;
-  part.columns.assign(1, content.columns[0]);
-  part.columns.insert(part.columns.end(), content.columns.begin() + static_cast<std::ptrdiff_t>(first),
-                      content.columns.begin() + static_cast<std::ptrdiff_t>(last));
-  if (last < content.columns.size()) {  // notes stand below the last one
-    part.notes.clear();
-    part.notes_width = 0;
-  }
-  return part;
+template <class Cell>
+std::string line_of(const std::vector<std::size_t>& columns, const Cell& cell) {
+  std::string text;
+  for (const std::size_t c : columns) text += (text.empty() ? "    " : " & ") + escape_latex(cell(c));
+  return text + " \\\\\n";
 }
 
 }  // namespace
 
-std::string latex(const Table& table, const std::string& label, const LatexPage& page) {
-  const LatexContent whole = latex_content(table);
-  const std::string caption = with_breaks(latex_cell(table.title).tex, false);
-  std::string text;
-  std::size_t parts = 0;
-  for (std::size_t first = 1; parts == 0 || first < whole.columns.size(); ++parts) {
-    std::size_t last = whole.columns.size();
-    LatexContent part = part_of(whole, first, last);
-    std::optional<LatexLayout> layout = latex_layout(part, page);
-    while (!layout && last > first + 1) {
-      part = part_of(whole, first, --last);
-      layout = latex_layout(part, page);
-    }
-    if (!layout) layout = LatexLayout{.widths = {}, .lines = static_cast<double>(whole.rows)};
-    text += Printer(part, *layout, caption + (parts ? ", continued" : ""),
-                    parts ? fmt::format("{}_{}", label, parts + 1) : label, page)
-                .text();
-    first = last;
+std::string escape_latex(const std::string& text) {
+  // A combination comes before the letter that it begins with.
+  // clang-format off
+  static const std::vector<std::pair<std::string, std::string>> escapes = {
+      {"\\", "\\textbackslash{}"}, {"^", "\\textasciicircum{}"}, {"~", "\\textasciitilde{}"}, {"<=", "$\\leq$"},
+      {">=", "$\\geq$"}, {"<", "\\textless{}"}, {">", "\\textgreater{}"}, {"|", "\\textbar{}"}, {"--", "-{}-"},
+      {"&", "\\&"}, {"%", "\\%"}, {"$", "\\$"}, {"#", "\\#"}, {"_", "\\_"}, {"{", "\\{"}, {"}", "\\}"},
+      {"θ", "$\\theta$"}, {"σ", "$\\sigma$"}, {"τ", "$\\tau$"}, {"ω", "$\\omega$"}, {"α", "$\\alpha$"},
+      {"ε", "$\\varepsilon$"}, {"±", "$\\pm$"}, {"×", "$\\times$"}, {"·", "$\\cdot$"}, {"≤", "$\\leq$"},
+      {"≥", "$\\geq$"}, {"∞", "$\\infty$"}, {"²", "$^2$"}, {"³", "$^3$"}, {"→", "$\\to$"}, {"√", "$\\surd$"},
+      {"−", "$-$"}, {"°", "$^\\circ$"}, {"h̄", "$\\bar h$"}};
+  // clang-format on
+  std::string escaped;
+  for (std::size_t at = 0; at < text.size();) {
+    const auto found = std::ranges::find_if(
+        escapes, [&](const auto& escape) { return text.compare(at, escape.first.size(), escape.first) == 0; });
+    escaped += found == escapes.end() ? text.substr(at, 1) : found->second;
+    at += found == escapes.end() ? 1 : found->first.size();
   }
-  return text;
+  return escaped;
+}
+
+std::string latex(const Table& table, const std::string& label) {
+  std::vector<std::size_t> columns;
+  for (std::size_t c = 0; c < table.columns.size(); ++c) {
+    const bool has_content = std::ranges::any_of(table.rows, [c](const auto& row) { return !is_empty(row[c]); });
+    if (c == 0 || has_content || table.rows.empty()) columns.push_back(c);
+  }
+  const std::string caption = escape_latex(table.title), note = escape_latex(table.note),
+                    head = "    \\toprule\n" +
+                           line_of(columns, [&](std::size_t c) { return table.columns[c].header; }) + "    \\midrule\n";
+  std::string rows;
+  for (const auto& row : table.rows) rows += line_of(columns, [&row](std::size_t c) { return row[c]; });
+  const std::string below = note.empty() ? "" : fmt::format("  \\par\\smallskip{{\\footnotesize {}\\par}}\n", note);
+  if (table.rows.size() <= kFloatRows)
+    return fmt::format(
+        "% needs \\usepackage{{booktabs,array,adjustbox}}\n\\begin{{table}}\n  \\centering\n  \\caption{{{}}}\n"
+        "  \\label{{{}}}\n  \\begin{{adjustbox}}{{max width=\\linewidth,max totalheight=0.8\\textheight}}\n"
+        "  \\begin{{tabular}}{{{}}}\n{}{}    \\bottomrule\n  \\end{{tabular}}\n  \\end{{adjustbox}}\n{}\\end{{table}}\n",
+        caption, label, specification(table, columns), head, rows, below);
+  return fmt::format(
+      "% needs \\usepackage{{booktabs,array,longtable}}\n{{\\scriptsize\\setlength{{\\tabcolsep}}{{2pt}}\n"
+      "  \\begin{{longtable}}{{{0}}}\n    \\caption{{{1}}}\\label{{{2}}}\\\\\n{3}    \\endfirsthead\n{3}    \\endhead\n"
+      "    \\bottomrule\n    \\endfoot\n{4}  \\end{{longtable}}\n{5}}}\n",
+      specification(table, columns), caption, label, head, rows, below);
 }
 
 namespace {

@@ -7,7 +7,7 @@
 
 #include "problems/input_error.h"
 #include "reports/curve_look.h"
-#include "reports/latex_cell.h"
+#include "reports/latex.h"
 
 namespace ricochet {
 namespace {

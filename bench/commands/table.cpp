@@ -19,7 +19,6 @@ struct TableOptions {
   std::vector<std::string> results, views;
   bool latex = false, tidy = false, pgfplots = false;
   std::string columns;
-  double width = 17;  // [cm]
   std::string file;
 };
 
@@ -47,15 +46,12 @@ std::string latex_of(const ShownResults& shown, const TableOptions& options) {
     }
   }
   require_views(options, shown.results.path, known);
-  constexpr double kPointsPerCm = 72.27 / 2.54;
-  LatexPage page;
-  page.width = kPointsPerCm * options.width;
   std::string text;
   const auto names = options.columns.empty() ? headers : headers_in(options.columns, headers);
   for (const auto* table : tables) {
     const Table chosen = options.columns.empty() ? table->table : with_columns(table->table, names);
     if (!chosen.columns.empty())
-      text += latex(chosen, fmt::format("tab:{}_{}", shown.results.experiment(), table->name), page) + "\n";
+      text += latex(chosen, fmt::format("tab:{}_{}", shown.results.experiment(), table->name)) + "\n";
   }
   return text;
 }
@@ -123,7 +119,6 @@ void add_table_command(CLI::App& app, int&) {
       ->allow_extra_args(false);
   command->add_option("--columns", options.columns,
                       "with --latex: only these columns, in this order, as comma-separated headers");
-  command->add_option("--width", options.width, "of --latex, of a line of the paper, in cm")->capture_default_str();
   command->add_option("-o,--out", options.file, "file to be written (default: standard output)");
   command->footer(
       "Examples:\n"
@@ -140,8 +135,6 @@ void add_table_command(CLI::App& app, int&) {
       throw InputError("--view", options.views.front(), "--tidy always writes every run");
     if (!options.columns.empty() && !options.latex)
       throw InputError("--columns", options.columns, "--latex is required, which writes tables");
-    if (!(options.width >= 2 && options.width <= 200))
-      throw InputError("--width", fmt::format("{}", options.width), "2 to 200 [cm] is required");
     if (!options.file.empty()) require_writable("table", options.file);
     std::string text;
     for (const auto& path : options.results) text += text_of_results(path, options);
