@@ -131,6 +131,15 @@ void SceneDraw::contact(const std::string& name, const std::string& gap, const s
   if (!friction.drives.empty()) contacts_.back()["vt_drive"] = friction.drives;
 }
 
+void SceneDraw::contact_with_chance(const std::string& name, const std::string& gap, const std::string& eps_r,
+                                    int percent_rough, const Range& mu, const std::vector<Direction>& tangents) {
+  restitution(eps_r);
+  if (chance(percent_rough))
+    contact(name, gap, eps_r, {number(mu.name, mu.low, mu.high), tangents});
+  else
+    contact(name, gap, eps_r);
+}
+
 void SceneDraw::joint(const std::string& name, const std::string& gap) {
   contacts_.push_back({{"name", name}, {"gap", gap}, {"bilateral", true}});
 }

@@ -50,13 +50,21 @@ class SceneDraw {
   void spring(const std::vector<int>& a, const std::vector<int>& b, const std::string& stiffness,
               const std::string& length, const std::vector<std::string>& anchor = {});
 
+  using Direction = std::vector<std::pair<int, std::string>>;  ///< the entries that are not 0
   struct Friction {
     std::string mu;
-    std::vector<std::vector<std::pair<int, std::string>>> tangents;  ///< directions by their entries that are not 0
+    std::vector<Direction> tangents;
     std::vector<std::string> drives{};  ///< minus the velocity of the surface, one per tangent; empty: it rests
   };
   void contact(const std::string& name, const std::string& gap, const std::string& eps_r);
   void contact(const std::string& name, const std::string& gap, const std::string& eps_r, const Friction& friction);
+  struct Range {
+    std::string name;
+    double low, high;
+  };
+  /// Draws a coefficient of restitution, then whether the contact has friction, and with friction its coefficient.
+  void contact_with_chance(const std::string& name, const std::string& gap, const std::string& eps_r, int percent_rough,
+                           const Range& mu, const std::vector<Direction>& tangents);
   void joint(const std::string& name, const std::string& gap);
 
   void end_time(double low, double high) { number("T", low, high); }
