@@ -28,12 +28,5 @@ void add_check_gradient_command(CLI::App& app, int& exit_code);
 void add_history_command(CLI::App& app, int& exit_code);
 void add_schema_command(CLI::App& app, int& exit_code);
 void add_fuzz_command(CLI::App& app, int& exit_code);
-void add_completion_command(CLI::App& app, int& exit_code);
-
-// Words that `run-experiment` has replaced: they say so and still work, for one version.
-
-void add_former_commands(CLI::App& app, int& exit_code);
-/// `report hard-cases`
-void add_former_hard_cases_command(CLI::App& report, int& exit_code);
 
 }  // namespace ricochet

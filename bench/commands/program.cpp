@@ -29,6 +29,28 @@ std::string words_of(const CLI::App& command) {
   return command.get_parent() ? words_of(*command.get_parent()) + " " + command.get_name() : "ricochet";
 }
 
+std::vector<std::string> command_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) {
+    if (!command->get_name().empty()) names.push_back(command->get_name());
+  }
+  return names;
+}
+
+/// Names of the options of a command: "--steps", "-N".
+std::vector<std::string> option_names(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const auto& name : option->get_lnames()) names.push_back("--" + name);
+    for (const auto& name : option->get_snames()) names.push_back("-" + name);
+  }
+  for (const CLI::App* group : command.get_subcommands({})) {
+    if (!group->get_name().empty()) continue;
+    for (auto& name : option_names(*group)) names.push_back(std::move(name));
+  }
+  return names;
+}
+
 /// CLI11 says of a word that it does not know only that it is there, and nothing of it where something else is missing.
 /// @throws InputError with near matches
 void refuse_unknown_words(const CLI::App& command) {
@@ -45,7 +67,6 @@ void refuse_unknown_words(const CLI::App& command) {
 /// CLI11 takes an empty word for zero where a number is expected, and for text that was not given. A shell makes one of a
 /// variable that is not set. @throws InputError
 void refuse_empty_words(int argc, char** argv) {
-  if (argc > 1 && std::string_view(argv[1]) == "completion") return;  // where the word that is asked for may be empty
   for (int k = 1; k < argc; ++k) {
     const std::string_view word = argv[k];
     const bool is_cut = word.starts_with("--") && word.find('=') == word.size() - 1;
@@ -87,36 +108,13 @@ int parse(CLI::App& app, int argc, char** argv, const int& exit_code) {
 
 void add_commands(CLI::App& app, int& exit_code) {
   app.require_subcommand(1);
-  for (const auto add : {add_list_command,           add_run_command,      add_audit_command,   add_ensemble_command,
-                         add_export_command,         add_contacts_command, add_control_command, add_mpc_command,
-                         add_run_experiment_command, add_show_command,     add_report_command,  add_results_command,
-                         add_table_command,          add_check_command,    add_history_command, add_verify_command,
-                         add_check_gradient_command, add_fuzz_command,     add_schema_command,  add_completion_command,
-                         add_former_commands}) {
+  for (const auto add :
+       {add_list_command, add_run_command, add_audit_command, add_ensemble_command, add_export_command,
+        add_contacts_command, add_control_command, add_mpc_command, add_run_experiment_command, add_show_command,
+        add_report_command, add_results_command, add_table_command, add_check_command, add_history_command,
+        add_verify_command, add_check_gradient_command, add_fuzz_command, add_schema_command}) {
     add(app, exit_code);
   }
-}
-
-std::vector<std::string> command_names(const CLI::App& app) {
-  std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands({})) {
-    // A group of options has no name, and a former word no group in the help.
-    if (!command->get_name().empty() && !command->get_group().empty()) names.push_back(command->get_name());
-  }
-  return names;
-}
-
-std::vector<std::string> option_names(const CLI::App& command) {
-  std::vector<std::string> names;
-  for (const CLI::Option* option : command.get_options()) {
-    for (const auto& name : option->get_lnames()) names.push_back("--" + name);
-    for (const auto& name : option->get_snames()) names.push_back("-" + name);
-  }
-  for (const CLI::App* group : command.get_subcommands({})) {
-    if (!group->get_name().empty()) continue;
-    for (auto& name : option_names(*group)) names.push_back(std::move(name));
-  }
-  return names;
 }
 
 int run_program(int argc, char** argv) {

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
 namespace CLI {
 class App;
 }
@@ -12,11 +9,6 @@ namespace ricochet {
 /// Adds every command of the program. Commands are executed while `app` parses.
 /// @param exit_code  1 if a run or a check failed; must outlive `app`
 void add_commands(CLI::App& app, int& exit_code);
-
-/// Names of the commands in `app`, but for former words.
-std::vector<std::string> command_names(const CLI::App& app);
-/// Names of the options of a command: "--steps", "-N".
-std::vector<std::string> option_names(const CLI::App& command);
 
 /// The program `ricochet`. @return 0 all went well, 1 a run or a check failed, 2 bad usage or bad input
 int run_program(int argc, char** argv);

@@ -38,7 +38,7 @@ void add_show_command(CLI::App& app, int&) {
   });
 }
 
-void add_report_command(CLI::App& app, int& exit_code) {
+void add_report_command(CLI::App& app, int&) {
   static std::vector<std::string> results;
   static std::string folder = "out/report", history;
   static bool with_pdf = false;
@@ -48,9 +48,7 @@ void add_report_command(CLI::App& app, int& exit_code) {
   command->add_flag("--pdf", with_pdf, "also write the figures as PDF");
   command->add_option("--history", history, "FOLDER of ./run history: add the history to the site");
   command->footer("Example:\n  ricochet report out/results/two_balls_order.jsonl -o out/report --pdf");
-  add_former_hard_cases_command(*command, exit_code);
-  command->callback([command] {
-    if (!command->get_subcommands().empty()) return;
+  command->callback([] {
     if (results.empty()) throw InputError("results", "''", "results files are required");
     require_writable_folder("folder of the page", folder);
     const auto more = history_pages(history);  // a damaged one before a page is written

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "bench/commands/ad_hoc_experiment.h"
 #include "bench/commands/commands.h"
 #include "bench/commands/number_checks.h"
 #include "bench/commands/show.h"
@@ -22,6 +23,16 @@ namespace ricochet {
 namespace {
 
 namespace fs = std::filesystem;
+
+struct ExperimentCommand {
+  std::string experiment;  ///< empty: the ad-hoc one
+  AdHocStudy ad_hoc = {};
+  RunOptions run = {};
+  PrintOptions print = {};
+  std::string page = {};           ///< folder; empty: none
+  std::string history = {};        ///< folder of ./run history, for the site of the page; empty: none
+  bool prints_experiment = false;  ///< prints the experiment instead of running it
+};
 
 /// Results of the names of "also_shown" that are there.
 std::vector<std::string> also_shown(const ExperimentFile& experiment, const std::string& folder) {
@@ -71,8 +82,7 @@ std::string experiment_text(const nlohmann::json& document) {
   return text.dump(2);
 }
 
-}  // namespace
-
+/// Runs the experiment, or each of its parts, and prints the results. @return the exit code
 int run_and_show(const ExperimentCommand& command) {
   const ExperimentFile experiment =
       command.experiment.empty() ? ad_hoc_experiment(command.ad_hoc) : read_experiment_file(command.experiment);
@@ -109,6 +119,8 @@ int run_and_show(const ExperimentCommand& command) {
   }
   return failed > 0 ? 1 : 0;
 }
+
+}  // namespace
 
 void add_run_experiment_command(CLI::App& app, int& exit_code) {
   static ExperimentCommand options;

@@ -176,7 +176,6 @@ std::vector<Line> good_lines(const fs::path& folder) {
         number("--minimise-time", "0", {"-1"}),
         out("--out", "out/fuzz")}},
       {{"fuzz"}, {in("--scene", scene), number("--time-limit", "5", {"-1"})}},
-      {{"completion", "bash"}, {}},
   };
 }
 

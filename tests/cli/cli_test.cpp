@@ -533,14 +533,15 @@ TEST_F(Cli, PrintsResultsForPapersAndPrograms) {
   EXPECT_HAS(read(out + "/fig.dat"), "# columns 0 and 1: ");
 }
 
-/// LaTeX is no package that the project needs: where it is, what is made for it compiles, and fits the page.
+/// LaTeX is no package that the project needs: where it is, what is made for it compiles, and figures and floats fit the page.
 class Latex : public Cli {
  protected:
   void SetUp() override {
     Cli::SetUp();
     if (std::system(
-            "command -v pdflatex xz >/dev/null && kpsewhich pgfplots.sty standalone.cls booktabs.sty >/dev/null") != 0)
-      GTEST_SKIP() << "pdflatex, pgfplots, standalone, booktabs, xz";
+            "command -v pdflatex xz >/dev/null && kpsewhich pgfplots.sty standalone.cls booktabs.sty adjustbox.sty >/dev/null") !=
+        0)
+      GTEST_SKIP() << "pdflatex, pgfplots, standalone, booktabs, adjustbox, xz";
   }
   std::string archived(const std::string& id) {
     const std::string file = (folder / (id + ".jsonl")).string();
@@ -572,7 +573,7 @@ TEST_F(Latex, TakesTablesOfAllThatIsArchived) {
   ASSERT_EQ(made.code, 0) << made.text;
   write("document.tex",
         "\\documentclass{article}\\usepackage[utf8]{inputenc}\\usepackage[T1]{fontenc}\\usepackage{lmodern}\n"
-        "\\usepackage{booktabs,array,longtable,rotating,pdflscape}\\usepackage[a4paper,margin=2cm]{geometry}\n"
+        "\\usepackage{booktabs,array,longtable,adjustbox}\\usepackage[a4paper,margin=2cm]{geometry}\n"
         "\\extrafloats{100}\\begin{document}\\input{tables}\\end{document}\n");
   compile("document");
 }
@@ -895,22 +896,6 @@ TEST_F(Cli, ShowsViewsOfResults) {
   EXPECT_HAS(read(page), "| fesd:gauss:3 |");
   EXPECT_HAS(read(page), "[All runs](tables/small_runs.csv)");
   EXPECT_TRUE(fs::exists(folder / "tables" / "small_orders.csv"));
-}
-
-TEST_F(Cli, FormerWordsSayTheNewOneAndWork) {
-  const std::string experiment = write("small.json", kExperiment);
-  for (const char* word : {"order", "precision", "compare"}) {
-    const Outcome outcome = run(word + (" " + experiment) + " --quick -o " + folder.string());
-    EXPECT_EQ(outcome.code, 0) << outcome.text;
-    EXPECT_HAS(outcome.text,
-               std::string("ricochet: `") + word + "` is now `ricochet run-experiment " + experiment + "`");
-    EXPECT_HAS(outcome.text, "Observed orders");
-  }
-  EXPECT_EQ(run("--help").text.find("precision"), std::string::npos) << "they are not offered";
-  const Outcome cases = run("report hard-cases --case wedge --method fesd:gauss:3 -o " + folder.string() + " --page " +
-                            (folder / "page").string());
-  EXPECT_EQ(cases.code, 0) << cases.text;
-  EXPECT_HAS(cases.text, "run-experiment hard_cases --set 'only_case=wedge' --set 'only_method=fesd:gauss:3'");
 }
 
 TEST_F(Cli, ComparesHomotopiesWithPivoting) {

@@ -48,7 +48,6 @@ TEST_F(Cli, OutputsAreCheckedBeforeTheWork) {
       {"run-experiment two_balls_order -o " + file + "/out", "results folder = " + file + "/out: cannot be written"},
       {"run-experiment two_balls_order -o " + results + " --page " + file,
        "folder of the page = " + file + ": cannot be written"},
-      {"report hard-cases -o " + results + " --page " + file, "folder of the page = " + file + ": cannot be written"},
       {"fuzz --scenes 1000 -o " + file, "results folder = " + file + ": cannot be written"},
       {"ensemble -p bouncing_ball --vary e=uniform:0.5:0.9 --runs 100000000 -m moreau_jean -N 1000 -o " + file +
            "/e.csv",
