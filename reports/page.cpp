@@ -16,9 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of all animations of a page, behind the last of them.
-const std::string kAnimationScript = fmt::format("<script>{}</script>\n", assets::kAnimationScript);
-
 /// HTML and Markdown, written side by side.
 class Document {
  public:
@@ -53,10 +50,6 @@ class Document {
     }
     html_ += "</div>\n";
   }
-  void animation(const std::string& html) {
-    html_ += html;
-    has_animation_ = true;
-  }
   void table(const Table& table, const std::string& name, bool is_long = false) {
     write_text("report file", folder_ / (name + ".csv"), table.csv());
     if (is_long) {
@@ -68,21 +61,20 @@ class Document {
     markdown_ += table.markdown() + "\n";
   }
 
-  std::string html() const { return html_ + (has_animation_ ? kAnimationScript : ""); }
+  std::string html() const { return html_; }
   const std::string& markdown() const { return markdown_; }
 
  private:
   fs::path folder_;
   std::string html_, markdown_;
-  bool has_animation_ = false;
 };
 
 std::string html_page(const std::string& title, const std::string& body) {
   return fmt::format(
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-      "content=\"width=device-width, initial-scale=1\"><title>{}</title><style>{}{}</style></head>\n"
+      "content=\"width=device-width, initial-scale=1\"><title>{}</title><style>{}</style></head>\n"
       "<body>{}</body></html>\n",
-      escape_html(title), assets::kPageStyle, assets::kAnimationStyle, body);
+      escape_html(title), assets::kPageStyle, body);
 }
 
 std::string environment_text(const nlohmann::json& header) {
@@ -105,10 +97,8 @@ void add_section(const Results& results, const Section& section, const FigureFol
       if (draw || !part.needs_gnuplot) document.figures(part.draw(figures));
     } else if constexpr (std::is_same_v<Part, Section::Heading>) {
       document.subheading(part.text);
-    } else if constexpr (std::is_same_v<Part, Section::Chart>) {
-      if (draw || !part.still.needs_gnuplot) document.figures(part.still.draw(figures));
     } else {
-      document.animation(part.html);
+      if (draw || !part.still.needs_gnuplot) document.figures(part.still.draw(figures));
     }
   };
   for (const auto& part : section.parts()) std::visit(add, part);
@@ -149,13 +139,6 @@ std::string write_page(const std::vector<ShownResults>& list, const std::string&
                        "motion with impacts.</p>\n" +
                            document.html()));
   return index.string();
-}
-
-std::string write_animation(const std::string& name, const std::string& title, const std::string& html,
-                            const std::string& folder) {
-  const fs::path path = fs::path(folder) / (name + ".html");
-  write_text("report file", path, html_page(title, html + kAnimationScript));
-  return path.string();
 }
 
 }  // namespace ricochet

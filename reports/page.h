@@ -13,8 +13,4 @@ namespace ricochet {
 /// @throws InputError when the folder cannot be written, or two results are of one experiment (results_list.h)
 std::string write_page(const std::vector<ShownResults>& list, const std::string& folder, bool with_pdf = false);
 
-/// Writes a page with nothing but an animation (animation_html): NAME.html. @return its path
-std::string write_animation(const std::string& name, const std::string& title, const std::string& html,
-                            const std::string& folder);
-
 }  // namespace ricochet

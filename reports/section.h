@@ -36,10 +36,6 @@ class Section {
   struct Heading {
     std::string text;
   };
-  struct Animation {
-    std::string html;
-    nlohmann::json motion;  ///< the row that it shows
-  };
   /// A figure that a reader can ask: the site draws it from `data` (reports/site/src/, by `kind`), a page shows `still`.
   struct Chart {
     std::string kind;   ///< "work_precision"
@@ -49,7 +45,7 @@ class Section {
     nlohmann::json data;
     Figures still;
   };
-  using Part = std::variant<NamedTable, Figures, Heading, Animation, Chart>;
+  using Part = std::variant<NamedTable, Figures, Heading, Chart>;
 
   void choice(std::string name, Table table, nlohmann::json data) {
     parts_.push_back(NamedTable{std::move(name), std::move(table), Role::choice, std::move(data)});
@@ -63,9 +59,6 @@ class Section {
   void svg_figures(Draw draw) { parts_.push_back(Figures{std::move(draw), false}); }  ///< drawn without gnuplot
   void chart(Chart chart) { parts_.push_back(std::move(chart)); }
   void heading(std::string text) { parts_.push_back(Heading{std::move(text)}); }
-  void animation(std::string html, nlohmann::json motion) {
-    parts_.push_back(Animation{std::move(html), std::move(motion)});
-  }
 
   const std::vector<Part>& parts() const { return parts_; }
   std::vector<const NamedTable*> tables() const;

@@ -8,10 +8,9 @@
 #include "bench/control/control_claim.h"
 #include "bench/control/control_guess.h"
 #include "bench/control/replay.h"
-#include "bench/studies/control/animation.h"
+#include "bench/studies/control/control_run.h"
 #include "methods/complementarity/mpcc/homotopy.h"
 #include "problems/input_error.h"
-#include "reports/page.h"
 #include "reports/table.h"
 #include "reports/text_file.h"
 
@@ -77,7 +76,7 @@ void print_impulses(const OptimalControlProblem& problem, const ControlTrajector
   }
 }
 
-/// States, controls and forces; frames and a page with the animation where the problem has a picture.
+/// States, controls and forces; frames and an animation where the problem has a geometry.
 void draw(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, const std::string& discretisation,
           const std::string& folder) {
   ControlRun run;
@@ -88,9 +87,9 @@ void draw(const OptimalControlProblem& problem, const ControlTrajectory& traject
   describe_claim(problem, trajectory, run);
   const FigureFolder figures(folder);
   fmt::print("figure     {}/{}\n", folder, draw_control(figures, {&run}, problem.id).file);
-  if (run.picture.empty()) return;
-  fmt::print("frames     {}/{}\n", folder, draw_frames(figures, run, problem.id + "_frames").file);
-  fmt::print("animation  {}\n", write_animation(problem.id, problem.title, animation_html(run), folder));
+  if (!problem.plant->info().geometry) return;
+  fmt::print("frames     {}/{}\n", folder, draw_frames(figures, problem, run, problem.id + "_frames").file);
+  fmt::print("animation  {}/{}\n", folder, draw_scene(figures, problem, run, problem.id + "_scene").file);
 }
 
 int solve_control_problem(const ControlArguments& options) {

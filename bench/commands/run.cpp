@@ -14,7 +14,7 @@
 #include "bench/studies/grid/grid_tables.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
-#include "reports/scene_drawing.h"
+#include "reports/drawing/scene_drawing.h"
 #include "reports/text_file.h"
 
 namespace ricochet {

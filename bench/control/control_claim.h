@@ -6,8 +6,7 @@
 
 namespace ricochet {
 
-/// Writes the claims of an optimal control solution to `run`: cost, motion, controls, forces, impulses, and the frames
-/// of the motion if the problem has a picture.
+/// Writes the claims of an optimal control solution to `run`: cost, motion, controls, forces and impulses.
 void describe_claim(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, ControlRun& run);
 
 }  // namespace ricochet

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "reports/scene_drawing.h"
+#include "reports/drawing/scene_drawing.h"
 
 namespace ricochet {
 namespace {

@@ -17,7 +17,7 @@
 #include "problems/registry.h"
 #include "reference/truths.h"
 #include "reports/markup.h"
-#include "reports/scene_drawing.h"
+#include "reports/drawing/scene_drawing.h"
 
 namespace ricochet {
 namespace {

@@ -69,21 +69,28 @@ struct CartPoleFriction {
            10 * (v[0] * v[0] + v[2] * v[2]);
   }
 
-  static constexpr double kWidth = 0.3, kHeight = 0.14, kBob = 0.05;
-  std::vector<Shape> shapes(const Vec<T, 3>& q) const {
-    std::vector<Shape> shapes{Shape::segment(0, -kWidth, -kHeight / 2, x_goal + kWidth, -kHeight / 2)};
-    const auto add = [&](double x, double y, double theta, bool is_goal) {
-      const double end_x = x + l * std::sin(theta), end_y = y + l * std::cos(theta);
-      for (const Shape& shape : {Shape::box(1, x, y, kWidth, kHeight), Shape::segment(2, x, y, end_x, end_y),
-                                 Shape::circle(2, end_x, end_y, kBob)})
-        shapes.push_back(is_goal ? shape.as_goal() : shape);
-    };
-    add(x_goal, 0, theta_goal, true);
-    add(q[0], q[1], q[2], false);
-    return shapes;
-  }
-  std::vector<Arrow> arrows(const Vec<T, 3>& q, const Forces& forces) const {
-    return {{-1, q[0], q[1], forces.u[0], 0}, {0, q[0], q[1] - kHeight / 2, forces.friction[0], 0}};
+  Vec<T, 3> goal() const { return {x_goal, 0, theta_goal}; }
+  GeometryOf<T> geometry() const {
+    const T half_width = T(3) / 20, half_height = T(7) / 100, bob = T(1) / 20;
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int cart = geometry.add_body({.name = "cart", .mass = M, .position = {{{0}, {1}, {}}}});
+    // Turned about x by half a turn, the angle of the pole is one from upright, clockwise.
+    const int pole = geometry.add_body({.name = "pole",
+                                        .mass = m,
+                                        .rotation = BodyRotation::cardan,
+                                        .angles = {{{-1, 2 * quarter_turn<T>()}, {}, {2}}},
+                                        .parent = cart,
+                                        .centre_from_pivot = {0, -l, 0}});
+    const int rail = geometry.add_shape({.kind = ShapeKind::half_space, .position = {0, -half_height, 0}});
+    const int box = geometry.add_shape({.kind = ShapeKind::box, .body = cart, .size = {half_width, half_height, 0}});
+    geometry.add_shape({.kind = ShapeKind::capsule,
+                        .body = pole,
+                        .size = {0, l / 2, 0},
+                        .position = {0, l / 2, 0},
+                        .angles = {0, 0, quarter_turn<T>()}});
+    geometry.add_shape({.kind = ShapeKind::sphere, .body = pole, .size = {bob, 0, 0}});
+    geometry.pairs = {{0, rail, box}};
+    return geometry;
   }
 };
 

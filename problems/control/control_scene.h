@@ -21,8 +21,7 @@ namespace ricochet {
 //   std::array<T, n> terminal(q, v) const;             // = 0 at T
 //   std::array<const char*, n> terminal_names() const;
 //   std::array<double, 2> time_bounds() const;         // T is an unknown between these; end_time() is its guess
-//   std::vector<Shape> shapes(q) const;                // its drawing (picture.h)
-//   std::vector<Arrow> arrows(q, forces) const;        // controls and contact forces in that picture
+//   std::array<T, n_q> goal() const;                   // q where the bodies have to go: drawings show it
 //
 //   const bool registered = register_control_problem<Discs>();
 
@@ -59,12 +58,11 @@ concept HasFreeTime = requires(const Scene s) {
   s.time_bounds();
 };
 template <class Scene>
-concept HasPicture = requires(const Scene s) {
-  s.shapes(s.q0());
-  s.arrows(s.q0(), Forces{});
+concept HasGoal = requires(const Scene s) {
+  s.goal();
 };
 
-/// The first `size` bounds; the clock, if there is one, has none.
+/// The first `size` numbers; `none` for the clock, if there is one.
 template <std::size_t n>
 Vector to_vector(const std::array<double, n>& values, std::size_t size, double none) {
   Vector bounds = Vector::Constant(static_cast<Eigen::Index>(size), none);
@@ -125,17 +123,7 @@ std::unique_ptr<OptimalControlProblem> make_control(const Scene<double>& numeric
     problem->T_lower = numeric.time_bounds()[0];
     problem->T_upper = numeric.time_bounds()[1];
   }
-  if constexpr (HasPicture<Scene<double>>) {
-    const auto to_array = [](const Vector& x) {
-      Vec<double, n> values;
-      std::copy_n(x.begin(), n, values.begin());
-      return values;
-    };
-    problem->shapes = [numeric, to_array](const Vector& x) { return numeric.shapes(to_array(x)); };
-    problem->arrows = [numeric, to_array](const Vector& x, const Forces& forces) {
-      return numeric.arrows(to_array(x), forces);
-    };
-  }
+  if constexpr (HasGoal<Scene<double>>) problem->goal = to_vector(numeric.goal(), model.q.size(), 0);
   problem->plant = std::move(plant);
   return problem;
 }

@@ -58,7 +58,7 @@ struct DiscsWithDrag {
   }
   /// Squared distance to the swapped places at rest, weighted.
   T distance(const Vec<T, 4>& q, const Vec<T, 4>& v) const {
-    const Vec<T, 4> target{2, 0, -2, 0};
+    const Vec<T, 4> target = goal();
     T sum = 0;
     for (std::size_t k = 0; k < 4; ++k) sum += 10 * (q[k] - target[k]) * (q[k] - target[k]) + v[k] * v[k] / 100;
     return sum;
@@ -73,14 +73,16 @@ struct DiscsWithDrag {
   }
   std::array<const char*, 2> path_names() const { return {"obstacle, disc 1", "obstacle, disc 2"}; }
 
-  std::vector<Shape> shapes(const Vec<T, 4>& q) const {
-    return {Shape::circle(0, 0, 0, r_ob), Shape::circle(1, 2, 0, r_1).as_goal(), Shape::circle(2, -2, 0, r_2).as_goal(),
-            Shape::circle(1, q[0], q[1], r_1), Shape::circle(2, q[2], q[3], r_2)};
-  }
-  std::vector<Arrow> arrows(const Vec<T, 4>& q, const Forces& forces) const {
-    const T x = q[2] - q[0], y = q[3] - q[1], part = r_1 / (r_1 + r_2);
-    const double force = 2 * forces.lambda_n[0];  // J_n = 2 (p_1 - p_2), and so on
-    return {{-1, q[0], q[1], forces.u[0], forces.u[1]}, {0, q[0] + part * x, q[1] + part * y, force * x, force * y}};
+  Vec<T, 4> goal() const { return {2, 0, -2, 0}; }
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry;
+    const int one = geometry.add_body({.name = "disc 1", .mass = m_1, .position = {{{0}, {1}, {}}}});
+    const int two = geometry.add_body({.name = "disc 2", .mass = m_2, .position = {{{2}, {3}, {}}}});
+    geometry.add_shape({.kind = ShapeKind::sphere, .size = {r_ob, 0, 0}, .name = "obstacle"});
+    const int first = geometry.add_shape({.kind = ShapeKind::sphere, .body = one, .size = {r_1, 0, 0}});
+    const int second = geometry.add_shape({.kind = ShapeKind::sphere, .body = two, .size = {r_2, 0, 0}});
+    geometry.pairs = {{0, first, second}};  // whose gap is another: f_c is a difference of squares
+    return geometry;
   }
 };
 

@@ -57,7 +57,7 @@ struct Hopper {
   }
   /// Squared distance to standing at the other place, weighted.
   T deviation(const Vec<T, 4>& q, const Vec<T, 4>& v) const {
-    const Vec<T, 4> target{distance, l_0, distance, 0};
+    const Vec<T, 4> target = goal();
     T sum = 0;
     for (std::size_t k = 0; k < 4; ++k) sum += 10 * (q[k] - target[k]) * (q[k] - target[k]) + v[k] * v[k] / 10;
     return sum;
@@ -72,24 +72,18 @@ struct Hopper {
   }
   std::array<const char*, 2> path_names() const { return {"shortest leg", "longest leg"}; }
 
-  static constexpr double kBody = 0.1, kFoot = 0.03;
-  std::vector<Shape> shapes(const Vec<T, 4>& q) const {
-    std::vector<Shape> shapes{Shape::ground(-kFoot)};
-    const auto add = [&](const Vec<double, 4>& at, bool is_goal) {
-      for (const Shape& shape : {Shape::segment(2, at[0], at[1], at[2], at[3]), Shape::circle(2, at[2], at[3], kFoot),
-                                 Shape::circle(1, at[0], at[1], kBody)})
-        shapes.push_back(is_goal ? shape.as_goal() : shape);
-    };
-    add({distance, l_0, distance, 0}, true);
-    add(q, false);
-    return shapes;
-  }
-  /// The controls at the body, and what the ground does to the foot.
-  std::vector<Arrow> arrows(const Vec<T, 4>& q, const Forces& forces) const {
-    const auto on_body = input(q);
-    const double u_x = on_body[0][0] * forces.u[0] + on_body[0][1] * forces.u[1];
-    const double u_z = on_body[1][0] * forces.u[0] + on_body[1][1] * forces.u[1];
-    return {{-1, q[0], q[1], u_x, u_z}, {0, q[2], q[3] - kFoot, forces.friction[0], forces.lambda_n[0]}};
+  Vec<T, 4> goal() const { return {distance, l_0, distance, 0}; }
+  GeometryOf<T> geometry() const {
+    const T head = T(1) / 10, sole = T(3) / 100;
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int body = geometry.add_body({.name = "body", .mass = m, .position = {{{0}, {1}, {}}}});
+    const int foot = geometry.add_body({.name = "foot", .mass = m_f, .position = {{{2}, {3}, {}}}});
+    const int ground = geometry.add_shape({.kind = ShapeKind::half_space, .position = {0, -sole, 0}});
+    const int ball = geometry.add_shape({.kind = ShapeKind::sphere, .body = foot, .size = {sole, 0, 0}});
+    geometry.add_shape({.kind = ShapeKind::sphere, .body = body, .size = {head, 0, 0}});
+    geometry.pairs = {{0, ground, ball}};
+    geometry.links = {{.first = body, .second = foot}};
+    return geometry;
   }
 };
 

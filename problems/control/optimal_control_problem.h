@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "problems/control/picture.h"
 #include "problems/derivatives/smooth_function.h"
 #include "problems/problem.h"
 #include "problems/registry.h"
@@ -36,9 +35,7 @@ struct OptimalControlProblem {
   SmoothFunction terminal;       ///< (q, v) -> r
   std::vector<std::string> path_names, terminal_names;
 
-  // Its drawing; empty for a problem without one.
-  std::function<std::vector<Shape>(const Vector& q)> shapes;
-  std::function<std::vector<Arrow>(const Vector& q, const Forces& forces)> arrows;
+  Vector goal;  ///< q where the bodies have to go, for drawings; empty where the problem states none
 
   // Default discretisation, from the source of the problem or chosen by us.
   int n_intervals = 1;  ///< N

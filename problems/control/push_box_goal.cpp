@@ -19,7 +19,7 @@ struct PushBoxGoal {
                                   "after Posa, Cantu, Tedrake, Int. J. Robotics Research 33 (2014)",
                                   "a contact that closes and opens again, and a box that friction stops at the goal"};
 
-  T m_p{1.0}, m{1.0}, g{9.81}, mu{0.3}, mu_p{0.0}, goal{2.0}, u_guess{5.0}, duration{2.0};
+  T m_p{1.0}, m{1.0}, g{9.81}, mu{0.3}, mu_p{0.0}, goal_x{2.0}, u_guess{5.0}, duration{2.0};
 
   void parameters(auto&& visit) {
     visit("m_p", m_p, "kg");
@@ -27,7 +27,7 @@ struct PushBoxGoal {
     visit("g", g, "m/s^2");
     visit("mu", mu, "1");
     visit("mu_p", mu_p, "1");
-    visit("goal", goal, "m");
+    visit("goal", goal_x, "m");
     visit("u_guess", u_guess, "N");
     visit("duration", duration, "s");
   }
@@ -52,20 +52,24 @@ struct PushBoxGoal {
     return u[0] * u[0] / 100 + v[0] * v[0] / 100;
   }
   T terminal_cost(const Vec<T, 3>& q, const Vec<T, 3>& v) const {
-    return 100 * (q[1] - goal) * (q[1] - goal) + 10 * v[1] * v[1] + 10 * q[0] * q[0] + v[0] * v[0];
+    return 100 * (q[1] - goal_x) * (q[1] - goal_x) + 10 * v[1] * v[1] + 10 * q[0] * q[0] + v[0] * v[0];
   }
 
-  static constexpr double kBox = 0.4, kPusher = 0.12;
-  std::vector<Shape> shapes(const Vec<T, 3>& q) const {
-    return {Shape::ground(0), Shape::box(1, -kPusher / 2, kBox / 2, kPusher, kBox / 2).as_goal(),
-            Shape::box(2, goal + kBox / 2, kBox / 2, kBox, kBox).as_goal(),
-            Shape::box(1, q[0] - kPusher / 2, kBox / 2, kPusher, kBox / 2),
-            Shape::box(2, q[1] + kBox / 2, q[2] + kBox / 2, kBox, kBox)};
-  }
-  std::vector<Arrow> arrows(const Vec<T, 3>& q, const Forces& forces) const {
-    return {{-1, q[0] - kPusher / 2, kBox / 2, forces.u[0], 0},
-            {0, q[1], q[2] + kBox / 2, forces.lambda_n[0], 0},
-            {1, q[1] + kBox / 2, q[2], forces.friction[1], 0}};
+  Vec<T, 3> goal() const { return {0, goal_x, 0}; }
+  GeometryOf<T> geometry() const {
+    const T half = T(1) / 5, thin = T(3) / 50;  // half the box, half the pusher
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int ground = geometry.add_shape({.kind = ShapeKind::half_space});
+    const int pusher = geometry.add_body({.name = "pusher", .mass = m_p, .position = {{{0, -thin}, {-1, half}, {}}}});
+    const int box = geometry.add_body({.name = "box", .mass = m, .position = {{{1, half}, {2, half}, {}}}});
+    geometry.add_shape({.kind = ShapeKind::box, .body = pusher, .size = {thin, half / 2, 0}});
+    const int front = geometry.add_shape({.kind = ShapeKind::half_space,
+                                          .body = pusher,
+                                          .position = {thin, 0, 0},
+                                          .angles = {0, 0, -quarter_turn<T>()}});
+    const int pushed = geometry.add_shape({.kind = ShapeKind::box, .body = box, .size = {half, half, 0}});
+    geometry.pairs = {{0, front, pushed}, {1, ground, pushed}};
+    return geometry;
   }
 };
 

@@ -60,7 +60,7 @@ struct ThreeBoxes {
     return {every<6>(-10), every<6>(10), every<6>(-10), every<6>(10), {-30.0}, {30.0}};
   }
   T distance(const Vec<T, 6>& q, const Vec<T, 6>& v) const {
-    const Vec<T, 6> target{-7, a / 2, 0, a / 2, 6, a / 2}, weight{10, 0.001, 1, 0.001, 10, 0.001};
+    const Vec<T, 6> target = goal(), weight{10, 0.001, 1, 0.001, 10, 0.001};
     T sum = 0;
     for (std::size_t k = 0; k < 6; ++k) sum += weight[k] * (q[k] - target[k]) * (q[k] - target[k]) + v[k] * v[k] / 10;
     return sum;
@@ -70,21 +70,25 @@ struct ThreeBoxes {
   }
   T terminal_cost(const Vec<T, 6>& q, const Vec<T, 6>& v) const { return 100 * distance(q, v); }
 
-  std::vector<Shape> shapes(const Vec<T, 6>& q) const {
-    return {Shape::ground(0),
-            Shape::box(1, -7, a / 2, a, a).as_goal(),
-            Shape::box(2, 0, a / 2, a, a).as_goal(),
-            Shape::box(3, 6, a / 2, a, a).as_goal(),
-            Shape::box(1, q[0], q[1], a, a),
-            Shape::box(2, q[2], q[3], a, a),
-            Shape::box(3, q[4], q[5], a, a)};
-  }
-  /// The control, what the middle box does to its neighbours, and the friction of the ground.
-  std::vector<Arrow> arrows(const Vec<T, 6>& q, const Forces& forces) const {
-    const Vector &n = forces.lambda_n, &t = forces.friction;
-    return {{-1, q[2], q[3], forces.u[0], 0},    {0, q[0] + a / 2, q[1], -n[0], -t[0]},
-            {1, q[4] - a / 2, q[5], n[1], t[1]}, {2, q[0], q[1] - a / 2, t[2], 0},
-            {3, q[2], q[3] - a / 2, t[3], 0},    {4, q[4], q[5] - a / 2, t[4], 0}};
+  Vec<T, 6> goal() const { return {-7, a / 2, 0, a / 2, 6, a / 2}; }
+  GeometryOf<T> geometry() const {
+    GeometryOf<T> geometry{.gravity = {0, -g, 0}};
+    const int ground = geometry.add_shape({.kind = ShapeKind::half_space});
+    std::vector<int> boxes;
+    for (const char* name : {"left box", "middle box", "right box"}) {
+      const int k = 2 * static_cast<int>(boxes.size());
+      const int body = geometry.add_body({.name = name, .mass = m, .position = {{{k}, {k + 1}, {}}}});
+      boxes.push_back(geometry.add_shape({.kind = ShapeKind::box, .body = body, .size = {a / 2, a / 2, 0}}));
+    }
+    const auto side_of_middle = [&](int side) {
+      return geometry.add_shape({.kind = ShapeKind::half_space,
+                                 .body = 1,
+                                 .position = {side * a / 2, 0, 0},
+                                 .angles = {0, 0, -side * quarter_turn<T>()}});
+    };
+    geometry.pairs = {{0, side_of_middle(-1), boxes[0]}, {1, side_of_middle(1), boxes[2]}};
+    for (const int box : boxes) geometry.pairs.push_back({static_cast<int>(geometry.pairs.size()), ground, box});
+    return geometry;
   }
 };
 

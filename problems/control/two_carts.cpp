@@ -38,7 +38,8 @@ struct TwoCarts {
 
   ControlGrid grid() const { return {10, 2, "radau-iia:3"}; }
   ControlBounds<2, 1> bounds() const { return {every<2>(-5), {1.05, 5}, every<2>(-10), every<2>(10), {-20.0}, {20.0}}; }
-  /// Squared distance to x_1 = 0, x_2 = 2.
+  Vec<T, 2> goal() const { return {0, 2}; }
+  /// Squared distance to the goal, weighted.
   T distance(const Vec<T, 2>& q) const { return q[0] * q[0] + 10 * (q[1] - 2) * (q[1] - 2); }
   T running_cost(const Vec<T, 2>& q, const Vec<T, 2>&, const Vec<T, 1>& u) const {
     return distance(q) + u[0] * u[0] / 100;
@@ -47,25 +48,29 @@ struct TwoCarts {
     return 100 * distance(q) + v[0] * v[0] + v[1] * v[1];
   }
 
-  static constexpr double kWidth = 0.3, kHeight = 0.16, kWheel = 0.05;
-  std::vector<Shape> shapes(const Vec<T, 2>& q) const {
-    std::vector<Shape> shapes{Shape::ground(0), Shape::segment(0, 1.05, -0.04, 1.05, 0)};
-    const auto add_cart = [&](int body, double back, bool is_goal) {
-      const double y = 2 * kWheel, front = back + kWidth;
-      for (const Shape& shape :
-           {Shape::box(body, back + kWidth / 2, y + kHeight / 2, kWidth, kHeight),
-            Shape::circle(body, back + kWheel, kWheel, kWheel), Shape::circle(body, front - kWheel, kWheel, kWheel)})
-        shapes.push_back(is_goal ? shape.as_goal() : shape);
+  GeometryOf<T> geometry() const {
+    const T length = T(3) / 10, height = T(4) / 25, wheel = T(1) / 20, end = T(21) / 20;
+    GeometryOf<T> geometry;
+    geometry.add_shape({.kind = ShapeKind::half_space, .name = "ground"});
+    geometry.add_shape({.kind = ShapeKind::box, .size = {wheel / 10, wheel / 2, 0}, .position = {end, -wheel / 2, 0}});
+    const auto add_cart = [&](int k, const T& mass, const T& middle) {
+      const int body = geometry.add_body({.name = k == 0 ? "cart 1" : "cart 2",
+                                          .mass = mass,
+                                          .position = {{{k, middle}, {-1, 2 * wheel + height / 2}, {}}}});
+      for (const int side : {-1, 1})
+        geometry.add_shape({.kind = ShapeKind::sphere,
+                            .body = body,
+                            .size = {wheel, 0, 0},
+                            .position = {side * (length / 2 - wheel), -wheel - height / 2, 0}});
+      return geometry.add_shape({.kind = ShapeKind::box, .body = body, .size = {length / 2, height / 2, 0}});
     };
-    add_cart(1, -kWidth, true);
-    add_cart(2, 2, true);
-    add_cart(1, q[0] - kWidth, false);
-    add_cart(2, q[1], false);
-    return shapes;
-  }
-  std::vector<Arrow> arrows(const Vec<T, 2>& q, const Forces& forces) const {
-    const double y = 2 * kWheel + kHeight / 2;
-    return {{-1, q[0] - kWidth / 2, y, forces.u[0], 0}, {0, q[1], y, forces.lambda_n[0], 0}};
+    add_cart(0, m_1, -length / 2);
+    const int front = geometry.add_shape({.kind = ShapeKind::half_space,
+                                          .body = 0,
+                                          .position = {length / 2, 0, 0},
+                                          .angles = {0, 0, -quarter_turn<T>()}});
+    geometry.pairs = {{0, front, add_cart(1, m_2, length / 2)}};
+    return geometry;
   }
 };
 

@@ -3,13 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <set>
 #include <sstream>
 #include <vector>
 
-#include "reports/motion_picture.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -151,24 +149,6 @@ std::string gnuplot_csv(const std::string& script) {
 }
 
 std::string motion_csv(const json& row) {
-  if (const auto picture = row.find("picture"); picture != row.end() && picture->is_object()) {
-    const json &shapes = picture->at("shapes"), &arrows = picture->at("arrows");
-    std::string csv = "t [s],what,number,x [m],y [m],size or end x [m],size or end y [m],force x [N],force y [N]\n";
-    for (const auto& frame : picture->at("frames")) {
-      const double t = frame.at("t");
-      for (std::size_t k = 0; k < shapes.size(); ++k) {
-        csv += fmt::format("{:.10g},{},{}", t, shapes[k].at("kind").get<std::string>(), k + 1);
-        for (const double number : frame.at("shapes").at(k).get<std::array<double, 4>>())
-          csv += fmt::format(",{:.10g}", number);
-        csv += ",,\n";
-      }
-      for (std::size_t k = 0; k < arrows.size(); ++k) {
-        const auto [x, y, F_x, F_y] = frame.at("arrows").at(k).get<std::array<double, 4>>();
-        csv += fmt::format("{:.10g},force,{},{:.10g},{:.10g},,,{:.10g},{:.10g}\n", t, k + 1, x, y, F_x, F_y);
-      }
-    }
-    return csv;
-  }
   const auto t = row.find("t"), q = row.find("q"), v = row.find("v");
   if (t == row.end() || q == row.end() || v == row.end() || t->empty() || q->size() != t->size() ||
       v->size() != t->size())

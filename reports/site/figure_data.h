@@ -10,8 +10,7 @@ namespace ricochet {
 /// a script without blocks.
 std::string gnuplot_csv(const std::string& script);
 
-/// What moves in a row's motion, as CSV: places of shapes [m] and forces of arrows [N] of its picture
-/// (motion_picture.h), or without one q and v over t. Empty for a row without a motion.
+/// q and v over t of a row's motion, as CSV. Empty for a row without a motion.
 std::string motion_csv(const nlohmann::json& row);
 
 }  // namespace ricochet

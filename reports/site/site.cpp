@@ -111,17 +111,6 @@ class ResultsPage {
     page_.html += "</div>\n";
   }
   void add(const Section::Heading& heading) { page_.html += site_heading(heading.text, site_id(heading.text)); }
-  /// With a link to its data behind its caption.
-  void add(const Section::Animation& animation) {
-    std::string html = animation.html;
-    const std::string file =
-        fmt::format("{}_{}_motion.csv", results_.experiment(), animation.motion.value("problem", ""));
-    write_text("report file", folder_ / file, motion_csv(animation.motion));
-    if (const auto end = html.find("</figcaption>"); end != std::string::npos)
-      html.insert(end + std::string("</figcaption>").size(), site_links({{"CSV", file}}));
-    page_.html += html;
-    page_.has_animations = true;
-  }
   void add(const Section::Chart& chart) {
     std::string stills, links = fmt::format("<a href=\"{}\">CSV</a> ", csv_of(chart.table));
     if (draw_ || !chart.still.needs_gnuplot) {
@@ -259,10 +248,10 @@ std::string write_site(const std::vector<ShownResults>& list, const std::vector<
     }
   }
   fs::create_directories(root / "assets");
-  const std::pair<const char*, const char*> assets[] = {
-      {"site.css", assets::kSiteStyle},           {"site.js", assets::kSiteScript},
-      {"equations.css", assets::kEquationStyle},  {"equations.js", assets::kEquationScript},
-      {"animation.css", assets::kAnimationStyle}, {"animation.js", assets::kAnimationScript}};
+  const std::pair<const char*, const char*> assets[] = {{"site.css", assets::kSiteStyle},
+                                                        {"site.js", assets::kSiteScript},
+                                                        {"equations.css", assets::kEquationStyle},
+                                                        {"equations.js", assets::kEquationScript}};
   for (const auto& [name, text] : assets) write_text("site", root / "assets" / name, text);
   return (root / "index.html").string();
 }

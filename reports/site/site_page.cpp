@@ -42,11 +42,6 @@ std::string site_html(const SitePage& page, const std::vector<SiteGroup>& groups
         "<link rel=\"stylesheet\" href=\"{0}assets/equations.css\">"
         "<script defer src=\"{0}assets/equations.js\"></script>",
         root);
-  if (page.has_animations)
-    head += fmt::format(
-        "<link rel=\"stylesheet\" href=\"{0}assets/animation.css\">"
-        "<script defer src=\"{0}assets/animation.js\"></script>",
-        root);
   return head + fmt::format(
                     "<script defer src=\"{0}assets/site.js\"></script></head>\n<body>"
                     "<a class=\"skip\" href=\"#content\">To the content</a>\n"

@@ -18,7 +18,6 @@ struct SitePage {
   std::string label;           ///< in the contents; the title where it is empty
   std::string html;            ///< below the heading
   bool has_equations = false;  ///< elements of class "tex", which KaTeX typesets
-  bool has_animations = false;
 
   std::string path() const { return (folder.empty() ? "" : folder + "/") + id + ".html"; }
   /// Of the top, from this page: "../" or empty.

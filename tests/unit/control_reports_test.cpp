@@ -1,4 +1,4 @@
-// What becomes of results of optimal control: rows, tables, pictures.
+// What becomes of results of optimal control: rows, tables, drawings.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -6,26 +6,20 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <limits>
+#include <sstream>
 
 #include "bench/control/control_claim.h"
-#include "bench/studies/control/animation.h"
 #include "bench/studies/control/gradient_rows.h"
 #include "bench/studies/control/seed_rows.h"
+#include "problems/geometry_kinematics.h"
 #include "problems/input_error.h"
-#include "reports/motion_picture.h"
+#include "reports/drawing/scene_drawing.h"
 #include "tests/round_trip.h"
 
 namespace ricochet {
 namespace {
-
-/// A wheel rolls past its goal and is pushed back.
-MotionPicture carts() {
-  MotionPicture picture;
-  for (const double x : {0.0, 1.5})
-    picture.frames.push_back({x, {Shape::ground(0), Shape::circle(1, x, 0.5, 0.5)}, {{0, x + 0.5, 0.5, -2 * x, 0}}});
-  return picture;
-}
 
 TEST(ControlResults, SurviveTheRoundTripAndShowFailures) {
   ControlRun run;
@@ -42,13 +36,11 @@ TEST(ControlResults, SurviveTheRoundTripAndShowFailures) {
   run.force_t = {1};
   run.lambda_n = {{3}};
   run.lambda_t = {{-1}};
-  run.picture = carts();
   run.replay_status = "inner_solver_failed";
   run.replay_message = "why";
   run.events = std::numeric_limits<double>::quiet_NaN();
   const ControlRun read = round_trip(run);
   EXPECT_SURVIVES(run);
-  EXPECT_EQ(read.picture.frames[1].shapes[1].numbers, run.picture.frames[1].shapes[1].numbers);
   EXPECT_TRUE(std::isnan(read.events));
   EXPECT_EQ(control_table({run}).rows[0][6], "19.5");
   EXPECT_EQ(control_table({run}).rows[0][8], "-") << "no replay, no mismatch";
@@ -61,28 +53,6 @@ TEST(ControlResults, SurviveTheRoundTripAndShowFailures) {
   const ControlGradient gradient{"two_carts", "fesd", 4, {"q_1"}, {{1, 2}}, 1e-8, 1e-9};
   EXPECT_SURVIVES(gradient);
   EXPECT_EQ(gradient_details({gradient}).rows.size(), 2u);
-}
-
-TEST(MotionPicture, LiesInsideOfItsView) {
-  const MotionPicture picture = carts();
-  const PictureView view = view_of(picture, 200);
-  EXPECT_DOUBLE_EQ(view.x(-0.5) + view.x(2.0), 200) << "shapes from -0.5 to 2 m, the same margin on both sides";
-  EXPECT_GT(view.x(-0.5), 0);
-  EXPECT_GT(view.y(1), 0);
-  EXPECT_LT(view.y(0), view.height);
-  EXPECT_EQ(view.largest_force, 3);
-  EXPECT_EQ(picture.at(1.4).t, 1.5);
-  // An arrow of no length is there, without a path, for an animation to draw later.
-  EXPECT_NE(svg_of(picture.frames[0], view).find("data-arrow=\"0\""), std::string::npos);
-  EXPECT_NE(svg_of(picture.frames[0], view).find("d=\"\""), std::string::npos);
-  EXPECT_EQ(svg_of(picture.frames[1], view).find("d=\"\""), std::string::npos);
-  EXPECT_EQ(impact_ring(picture.frames[1], view, 7), "") << "no arrow, no place";
-}
-
-TEST(MotionPicture, AnUnknownShapeIsBadInput) {
-  nlohmann::json j = carts();
-  j["shapes"][1]["kind"] = "blob";
-  EXPECT_THROW(j.get<MotionPicture>(), InputError);
 }
 
 /// Every element is closed, in the order in which it was opened; quotes end where they begin.
@@ -105,55 +75,85 @@ bool is_well_formed(const std::string& xml) {
   return open.empty();
 }
 
-TEST(Frames, AndTheAnimationAreWellFormed) {
-  const std::string folder = std::filesystem::temp_directory_path() / ("ricochet_frames_" + std::to_string(getpid()));
-  ASSERT_TRUE(is_well_formed("<a b=\"c\"><d/></a>"));
-  ASSERT_FALSE(is_well_formed("<a><b></a></b>"));
-  ControlRun run;
-  run.title = "one < two";
-  run.T = 1.5;
-  run.contacts = {"wall & floor"};
-  run.impacts = {{1.5, 0, 2, {}}};
-  run.picture = carts();
-  const Figure figure = draw_frames(FigureFolder(folder), run, "frames");
-  std::ifstream file(folder + "/" + figure.file);
-  const std::string svg((std::istreambuf_iterator<char>(file)), {});
-  EXPECT_TRUE(is_well_formed(svg)) << svg;
-  EXPECT_NE(svg.find("class=\"impact\""), std::string::npos);
-  const auto count = [&](const std::string& part) {
-    int n = 0;
-    for (auto at = svg.find(part); at != std::string::npos; at = svg.find(part, at + 1)) ++n;
-    return n;
-  };
-  EXPECT_EQ(count("<text"), 12);
-
-  std::filesystem::remove_all(folder);
-
-  std::string html = animation_html(run);
-  html.erase(html.find("<script"), html.find("</script>") - html.find("<script") + std::string("</script>").size());
-  const auto input = html.find("<input");
-  ASSERT_NE(input, std::string::npos);
-  html.insert(html.find('>', input), "/");  // in HTML it has no end
-  EXPECT_TRUE(is_well_formed(html)) << html;
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t n = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+  return n;
 }
 
-TEST(Pictures, OfEveryOptimalControlProblemShowBodiesAndContacts) {
+std::vector<double> numbers_of(const Vector& x) {
+  return {x.begin(), x.end()};
+}
+
+/// The start of a problem, held for two seconds under forces of 1 N, with an impact of every contact after half a second.
+DrawnMotion standing(const OptimalControlProblem& problem) {
+  const ProblemInfo& info = problem.plant->info();
+  DrawnMotion motion{.end = 2, .goal = problem.goal};
+  motion.q = [q = info.q0](double) { return q; };
+  motion.forces = [&info](double) {
+    return SceneForces{Vector::Ones(info.n_u), Vector::Ones(info.n_c()), Vector::Ones(info.n_lambda_t)};
+  };
+  for (int i = 0; i < info.n_c(); ++i) motion.impacts.push_back({0.5, i});
+  return motion;
+}
+
+TEST(Geometry, OfEveryOptimalControlProblemHasItsContacts) {
   for (const auto& entry : control_problems()) {
     const auto problem = entry.make({});
-    ASSERT_TRUE(problem->shapes) << entry.id;
     const ProblemInfo& info = problem->plant->info();
-    const Forces forces{Vector::Ones(info.n_u), Vector::Ones(info.n_c()), Vector::Ones(info.n_c())};
-    const auto shapes = problem->shapes(info.q0);
-    const auto arrows = problem->arrows(info.q0, forces);
-    EXPECT_EQ(problem->shapes(info.q0 + Vector::Ones(info.n_q)).size(), shapes.size()) << entry.id;
-    for (int body = 1; body <= 2; ++body)
-      EXPECT_TRUE(std::ranges::any_of(shapes, [&](const Shape& s) { return s.body == body && !s.is_goal; }));
-    EXPECT_EQ(std::ranges::count(arrows, -1, &Arrow::contact), 1) << entry.id;
-    for (int i = 0; i < info.n_c(); ++i) EXPECT_EQ(std::ranges::count(arrows, i, &Arrow::contact), 1) << entry.id;
+    ASSERT_TRUE(info.geometry) << entry.id;
+    ASSERT_EQ(problem->goal.size(), info.n_q) << entry.id;
+    ASSERT_EQ(static_cast<int>(info.geometry->pairs.size()), info.n_c()) << entry.id;
+    const bool is_squared = entry.id.starts_with("discs");  // its f_c is a difference of squared distances
+    for (const Vector& q : {info.q0, problem->goal, Vector(info.q0 + Vector::Constant(info.n_q, 0.05))}) {
+      const Vector gaps = problem->plant->gap(q);
+      const Matrix J_n = problem->plant->normal_jacobian(q);
+      for (const ShapePair& pair : info.geometry->pairs) {
+        const auto contact = contact_of<double>(*info.geometry, pair, numbers_of(q));
+        const double scale = is_squared ? contact.gap + 2 * 0.5 : 1;  // d^2 - r^2 = (d - r) (d + r),  r = 0.5 m
+        EXPECT_NEAR(contact.gap * scale, gaps[pair.contact], 1e-14 * (1 + std::abs(gaps[pair.contact]))) << entry.id;
+        const double slope = is_squared ? 2 * (contact.gap + 0.5) : 1;
+        for (int k = 0; k < info.n_q; ++k)
+          EXPECT_NEAR(slope * contact.J_n[static_cast<std::size_t>(k)], J_n(k, pair.contact), 1e-13) << entry.id;
+      }
+    }
   }
 }
 
-TEST(Pictures, AreSampledFromTheClaimWithItsImpacts) {
+TEST(Drawings, OfOptimalControlShowGoalsForcesAndImpacts) {
+  ASSERT_TRUE(is_well_formed("<a b=\"c\"><d/></a>"));
+  ASSERT_FALSE(is_well_formed("<a><b></a></b>"));
+  for (const auto& entry : control_problems()) {
+    const auto problem = entry.make({});
+    const auto n_c = static_cast<std::size_t>(problem->plant->n_c());
+    const SceneFrames frames = scene_frames(*problem->plant, standing(*problem));
+    EXPECT_TRUE(is_well_formed(frames.svg)) << entry.id;
+    EXPECT_EQ(count(frames.svg, "<text"), 12u);
+    EXPECT_EQ(count(frames.svg, ", impact</text>"), 1u) << "one frame is at the instant of all impacts";
+    EXPECT_GE(count(frames.svg, "class=\"impact\""), n_c);
+    EXPECT_EQ(count(frames.svg, "<g opacity=\"0.2\">"), 12u) << "the goal";
+    EXPECT_GE(count(frames.svg, "class=\"force\" fill=\"#000000\""), 12u);
+    EXPECT_EQ(count(frames.svg, "class=\"force\" fill=\"#ae017e\""), 12 * n_c);
+    EXPECT_GE(frames.longest_force, 1);
+    const std::string animation = scene_svg(*problem->plant, standing(*problem));
+    EXPECT_TRUE(is_well_formed(animation)) << entry.id;
+    EXPECT_EQ(count(animation, "class=\"force\" fill=\"#ae017e\""), n_c);
+    EXPECT_EQ(count(animation, "class=\"impact\""), n_c);
+    EXPECT_EQ(animation.find("nan"), std::string::npos);
+  }
+}
+
+/// Numbers of the first list behind `begin` up to `end`.
+std::vector<double> list_in(const std::string& text, const std::string& begin, const std::string& end) {
+  const auto from = text.find(begin) + begin.size();
+  std::string list = text.substr(from, text.find(end, from) - from);
+  std::ranges::replace_if(
+      list, [](char c) { return c == ';' || c == ','; }, ' ');
+  std::istringstream in(list);
+  return {std::istream_iterator<double>(in), {}};
+}
+
+TEST(Drawings, FollowTheClaimAndItsForces) {
   // Cart 2 at 1 + t^3: the cubic through both ends.
   ControlTrajectory trajectory;
   trajectory.u = Matrix::Ones(1, 2);
@@ -162,19 +162,34 @@ TEST(Pictures, AreSampledFromTheClaimWithItsImpacts) {
   for (const double t : {0.0, 2.0})
     trajectory.points.push_back({t, Vector{{0, 1 + t * t * t}}, Vector{{0, 3 * t * t}}, Vector{{5 + t}}, Vector(0)});
   trajectory.impulses = {{0.123456, 0, 100, Vector(0)}, {1.0, 0, 1e-9, Vector(0)}};
+  const auto problem = make_control_problem("two_carts");
   ControlRun run;
-  describe_claim(*make_control_problem("two_carts"), trajectory, run);
+  run.title = "one < two";
+  describe_claim(*problem, trajectory, run);
   ASSERT_EQ(run.impacts.size(), 1u) << "the other one is too small to be an impact";
-  EXPECT_EQ(run.picture.at(0.1234).t, 0.123456);
-  const auto x_2 = [](const MotionPicture::Frame& frame) {
-    return std::ranges::find_if(frame.shapes, [](const Shape& s) { return s.body == 2 && !s.is_goal; })->numbers[0];
+  const auto folder = std::filesystem::temp_directory_path() / ("ricochet_frames_" + std::to_string(getpid()));
+  const auto drawn = [&](const Figure& figure) {
+    std::ifstream file(folder / figure.file);
+    return std::string(std::istreambuf_iterator<char>(file), {});
   };
-  for (const auto& frame : run.picture.frames)
-    EXPECT_NEAR(x_2(frame) - x_2(run.picture.frames[0]), frame.t * frame.t * frame.t, 1e-14);  // rounding of 8
-  EXPECT_EQ(run.picture.at(0.9).arrows[0].F_x, 1) << "the control of the first interval";
-  EXPECT_EQ(run.picture.at(1.1).arrows[0].F_x, -3);
-  EXPECT_EQ(run.picture.at(1.1).arrows[1].F_x, 7) << "the force of the next point";
-  EXPECT_EQ(run.picture.at(2).arrows[1].F_x, 7);
+  const Figure frames = draw_frames(FigureFolder(folder), *problem, run, "frames");
+  EXPECT_NE(drawn(frames).find("t = 0.12 s, impact"), std::string::npos);
+  EXPECT_NE(frames.caption.find("the longest 7 N"), std::string::npos) << "of the last point";
+
+  const std::string scene = drawn(draw_scene(FigureFolder(folder), *problem, run, "scene"));
+  std::filesystem::remove_all(folder);
+  EXPECT_TRUE(is_well_formed(scene));
+  // A wheel of cart 2 is the first circle that moves. The last frame is held for 0.8 s.
+  const auto x =
+      list_in(scene, "<animate attributeName=\"cx\" dur=\"3.80s\" repeatCount=\"indefinite\" values=\"", "\"");
+  ASSERT_EQ(x.size(), 90u + 24u + 1u);
+  const double metre = (x[90] - x[0]) / 8;
+  EXPECT_GT(metre, 50) << "pixels";
+  for (std::size_t k = 0; k <= 90; ++k) {
+    const double t = 2.0 * static_cast<double>(k) / 90;
+    EXPECT_NEAR(x[k] - x[0], metre * t * t * t, 0.011 + 3e-4 * metre * 8)
+        << "coordinates are written with two decimals";
+  }
 }
 
 /// Four guesses of one problem, one of them without a solution, and one of another.

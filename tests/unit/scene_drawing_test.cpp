@@ -1,5 +1,5 @@
 // Pictures of scenes: what stands where, and what moves.
-#include "reports/scene_drawing.h"
+#include "reports/drawing/scene_drawing.h"
 
 #include <gtest/gtest.h>
 

@@ -11,7 +11,6 @@
 #include "bench/control/control_options.h"
 #include "bench/control/replay.h"
 #include "bench/rows/progress.h"
-#include "bench/studies/control/animation.h"
 #include "bench/studies/control/control_run.h"
 #include "bench/studies/study.h"
 #include "methods/complementarity/mpcc/homotopy.h"
@@ -24,6 +23,8 @@ using nlohmann::json;
 // Of the event-located reference.
 constexpr double kReferenceReplayTolerance = 1e-11;
 constexpr double kPivotingTolerance = 1e-9;
+
+constexpr const char* kCommand = "ricochet control ";
 
 void describe_replay(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, ControlRun& run) {
   Replay truth = replay(problem, trajectory, reference_solver(kReferenceReplayTolerance));
@@ -54,7 +55,7 @@ ControlRun solve_and_replay(const ControlOptions& options, const std::string& ar
   run.problem = problem->id;
   run.title = problem->title;
   run.discretisation = options.describe(*problem);
-  run.command = "ricochet control " + arguments;
+  run.command = kCommand + arguments;
   const auto transcription = guessed_transcription(options, *problem).transcription;
   const MpccSolution solution = Homotopy(options.homotopy_options()).solve(transcription->mpcc());
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -123,15 +124,23 @@ void run_control_experiment(const json& experiment, ResultsFile& file) {
   });
 }
 
+/// The problem of a run, by its command.
+std::shared_ptr<const OptimalControlProblem> problem_of(const ControlRun& run) {
+  return ControlOptions::parse(run.command.substr(std::string(kCommand).size())).make_problem();
+}
+
 /// Frames, animation and curves of the runs of one problem.
 void show_problem(const std::vector<ControlRun>& runs, const std::string& name, Section& section) {
   section.heading(fmt::format("{}: {}", runs.front().problem, runs.front().title));
-  const auto pictured = std::ranges::find_if(runs, [](const ControlRun& run) { return !run.picture.empty(); });
-  if (pictured != runs.end()) {
-    section.svg_figures([run = *pictured, name](const FigureFolder& folder) {
-      return std::vector{draw_frames(folder, run, name + "_frames")};
+  const auto solved = std::ranges::find_if(runs, &ControlRun::succeeded);
+  const auto problem = solved == runs.end() ? nullptr : problem_of(*solved);
+  if (problem && problem->plant->info().geometry) {
+    section.svg_figures([=, run = *solved](const FigureFolder& folder) {
+      return std::vector{draw_frames(folder, *problem, run, name + "_frames")};
     });
-    section.animation(animation_html(*pictured), *pictured);
+    section.svg_figures([=, run = *solved](const FigureFolder& folder) {
+      return std::vector{draw_scene(folder, *problem, run, name + "_scene")};
+    });
   }
   section.figures([runs, name](const FigureFolder& folder) {
     std::vector<const ControlRun*> pointers;

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "problems/control/optimal_control_problem.h"
 #include "reports/figures.h"
-#include "reports/motion_picture.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -46,7 +46,6 @@ struct ControlRun {
   std::vector<double> force_t;
   std::vector<std::vector<double>> lambda_n, lambda_t;  ///< per instant of force_t [N]
   std::vector<int> friction;                            ///< contact of each component of lambda_t
-  MotionPicture picture;                                ///< of the claimed motion; empty for a scene without one
 
   // Of its replay: with the event-located reference, and where that declines with the pivoting solver.
   std::string replayed_by;     ///< "reference" or "pivoting"
@@ -66,8 +65,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlRun::Impact, t, contact, 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlRun, problem, title, discretisation, command, variables, pairs,
                                                 status, message, iterations, seconds, claimed_cost, penetration, T, u,
                                                 claimed, impacts, contacts, force_t, lambda_n, lambda_t, friction,
-                                                picture, replayed_by, replay_status, replay_message, true_cost,
-                                                terminal, events, replayed)
+                                                replayed_by, replay_status, replay_message, true_cost, terminal, events,
+                                                replayed)
 
 /// One line per run: size, work, claim and truth.
 Table control_table(const std::vector<ControlRun>& runs);
@@ -77,8 +76,10 @@ Table control_failures(const std::vector<ControlRun>& runs);
 /// Claimed and replayed motion, velocities, controls, contact forces and impulses of the runs of one problem, side by
 /// side.
 Figure draw_control(const FigureFolder& folder, const std::vector<const ControlRun*>& runs, const std::string& name);
-/// Twelve frames of the claimed motion: equally spaced in time, those next to an impact at the impact. For a run with a
-/// picture.
-Figure draw_frames(const FigureFolder& folder, const ControlRun& run, const std::string& name);
+/// The claimed motion with its forces, for a problem with a geometry: in twelve frames, and as an animation.
+Figure draw_frames(const FigureFolder& folder, const OptimalControlProblem& problem, const ControlRun& run,
+                   const std::string& name);
+Figure draw_scene(const FigureFolder& folder, const OptimalControlProblem& problem, const ControlRun& run,
+                  const std::string& name);
 
 }  // namespace ricochet
