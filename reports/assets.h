@@ -2,9 +2,8 @@
 
 namespace ricochet::assets {
 
-// The files of reports/assets/ and of reports/site/dist/, put into the program by CMake.
+// The files of reports/site/dist/, put into the program by CMake.
 
-extern const char* const kPageStyle;
 extern const char* const kSiteStyle;
 extern const char* const kSiteScript;
 extern const char* const kEquationStyle;   // of KaTeX, with its fonts

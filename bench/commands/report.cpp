@@ -8,7 +8,6 @@
 #include "bench/site/report_site.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
-#include "reports/page.h"
 #include "reports/results_page.h"
 #include "reports/text_file.h"
 
@@ -42,7 +41,7 @@ void add_report_command(CLI::App& app, int&) {
   static std::vector<std::string> results;
   static std::string folder = "out/report", history;
   static bool with_pdf = false;
-  auto* command = app.add_subcommand("report", "write a page and a site with tables and figures of results files");
+  auto* command = app.add_subcommand("report", "write a site with tables and figures of results files");
   command->add_option("results", results, "results files of `ricochet run-experiment`, or JSON of Google Benchmark");
   command->add_option("-o,--out", folder, "folder to be written")->capture_default_str();
   command->add_flag("--pdf", with_pdf, "also write the figures as PDF");
@@ -50,11 +49,10 @@ void add_report_command(CLI::App& app, int&) {
   command->footer("Example:\n  ricochet report out/results/two_balls_order.jsonl -o out/report --pdf");
   command->callback([] {
     if (results.empty()) throw InputError("results", "''", "results files are required");
-    require_writable_folder("folder of the page", folder);
-    const auto more = history_pages(history);  // a damaged one before a page is written
+    require_writable_folder("folder of the site", folder);
+    const auto more = history_pages(history);  // a damaged one before the site is written
     const auto list = shown_list(results);
-    fmt::print("report: {}\n", write_page(list, folder, with_pdf));
-    fmt::print("site: {}\n", write_report_site(list, folder, more));
+    fmt::print("report: {}\n", write_report_site(list, folder, more, with_pdf));
   });
 }
 

@@ -16,7 +16,6 @@
 #include "bench/site/report_site.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
-#include "reports/page.h"
 #include "reports/text_file.h"
 
 namespace ricochet {
@@ -30,7 +29,7 @@ struct ExperimentCommand {
   RunOptions run = {};
   PrintOptions print = {};
   std::string page = {};           ///< folder; empty: none
-  std::string history = {};        ///< folder of ./run history, for the site of the page; empty: none
+  std::string history = {};        ///< folder of ./run history, for the site; empty: none
   bool prints_experiment = false;  ///< prints the experiment instead of running it
 };
 
@@ -44,12 +43,12 @@ std::vector<std::string> also_shown(const ExperimentFile& experiment, const std:
   return paths;
 }
 
-/// The page and the site of the results of one experiment or of several. They are written after the first experiment,
-/// then at most every kPause, and after the last, so that they can be read while the others run.
-class PageOfParts {
+/// The site of the results of one experiment or of several. It is written after the first experiment, then at most every
+/// kPause, and after the last, so that it can be read while the others run.
+class SiteOfParts {
  public:
   /// @param more  results that are shown, too
-  PageOfParts(std::string folder, std::vector<std::string> more, std::vector<SitePage> history)
+  SiteOfParts(std::string folder, std::vector<std::string> more, std::vector<SitePage> history)
       : folder_(std::move(folder)), more_(std::move(more)), history_(std::move(history)) {}
 
   void update(std::vector<std::string> paths, bool is_last) {
@@ -57,8 +56,8 @@ class PageOfParts {
     paths.insert(paths.end(), more_.begin(), more_.end());
     std::vector<ShownResults> list;
     for (const auto& path : paths) list.push_back(shown_results(path));
-    const std::string page = write_page(list, folder_), site = write_report_site(list, folder_, history_);
-    if (!written_ || is_last) fmt::print("page: {}\nsite: {}\n{}", page, site, is_last ? "" : "\n");
+    const std::string site = write_report_site(list, folder_, history_);
+    if (!written_ || is_last) fmt::print("report: {}\n{}", site, is_last ? "" : "\n");
     written_ = Clock::now();
   }
 
@@ -99,9 +98,9 @@ int run_and_show(const ExperimentCommand& command) {
   }
   if (command.prints_experiment) return 0;
   require_writable_folder("results folder", command.run.folder);
-  if (!command.page.empty()) require_writable_folder("folder of the page", command.page);
+  if (!command.page.empty()) require_writable_folder("folder of the site", command.page);
   // A damaged history is an error before the runs, not after them.
-  PageOfParts page(command.page, also_shown(experiment, command.run.folder), history_pages(command.history));
+  SiteOfParts site(command.page, also_shown(experiment, command.run.folder), history_pages(command.history));
   std::vector<std::string> paths;
   int failed = 0;
   for (const auto& part : parts) {
@@ -115,7 +114,7 @@ int run_and_show(const ExperimentCommand& command) {
     const int here = surprises(shown.results);
     if (here > 0) fmt::print("{} rows failed unexpectedly\n\n", here);
     failed += here;
-    if (!command.page.empty()) page.update(paths, paths.size() == parts.size());
+    if (!command.page.empty()) site.update(paths, paths.size() == parts.size());
   }
   return failed > 0 ? 1 : 0;
 }
@@ -195,7 +194,7 @@ void add_run_experiment_command(CLI::App& app, int& exit_code) {
       ->add_option("--set", options.run.changes,
                    "FIELD=VALUE: replace a field of the experiment, by JSON or text, and store the results as ID_part")
       ->allow_extra_args(false);
-  auto* page = command->add_option("--page", options.page, "write a page and a site of the results to FOLDER");
+  auto* page = command->add_option("--page", options.page, "write a site of the results to FOLDER");
   command->add_option("--history", options.history, "FOLDER of ./run history: add the history to the site")
       ->needs(page);
   add_print_options(*command, options.print);

@@ -16,8 +16,8 @@
 #include "problems/derivatives/symbolic_problem.h"
 #include "problems/registry.h"
 #include "reference/truths.h"
-#include "reports/markup.h"
 #include "reports/drawing/scene_drawing.h"
+#include "reports/markup.h"
 
 namespace ricochet {
 namespace {

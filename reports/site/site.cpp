@@ -224,11 +224,12 @@ SitePage environment_page(const std::vector<ShownResults>& list) {
 }  // namespace
 
 std::string write_site(const std::vector<ShownResults>& list, const std::vector<SiteGroup>& more,
-                       const std::string& folder) {
+                       const std::string& folder, bool with_pdf) {
   require_different(list);
   const fs::path root = folder, results = root / kResultsFolder;
-  const FigureFolder figures(results.string());
+  const FigureFolder figures(results.string(), with_pdf);
   const bool draw = can_draw();
+  if (!draw) fmt::print(stderr, "report: gnuplot was not found: figures are missing\n");
   SiteGroup experiments{"Experiments", {}};
   for (const auto& shown : list) experiments.pages.push_back(ResultsPage(shown, figures, results, draw).page());
   std::vector<SiteGroup> groups = {experiments};

@@ -125,8 +125,7 @@ TEST_F(Cli, PrintsTheMatrixOfHardCases) {
   const Outcome outcome = run(command + where);
   EXPECT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_HAS(outcome.text, "fesd:gauss:3  exact");
-  EXPECT_HAS(read(folder / "page" / "index.html"), "<svg");
-  EXPECT_HAS(read(folder / "page" / "hard_cases_part_matrix.svg"), "ricochet run --problem disc_in_chute");
+  EXPECT_HAS(read(folder / "page/experiments/hard_cases_part_matrix.svg"), "ricochet run --problem disc_in_chute");
   const auto written = fs::last_write_time(folder / "results" / "hard_cases_part.jsonl");
   EXPECT_EQ(run(command + where).code, 0);
   EXPECT_EQ(fs::last_write_time(folder / "results" / "hard_cases_part.jsonl"), written)
@@ -604,25 +603,26 @@ TEST_F(Cli, WritesAReport) {
   ASSERT_EQ(run("run-experiment " + experiment + " --quick -o " + out).code, 0);
   const Outcome outcome = run("report " + out + "/small.jsonl --pdf -o " + report);
   ASSERT_EQ(outcome.code, 0) << outcome.text;
-  EXPECT_TRUE(read(report + "/small_trajectory.pdf").starts_with("%PDF"));
-  EXPECT_HAS(read(report + "/small_trajectory.gp"), "set terminal svg") << "the script of the figure on the page";
-  const std::string page = read(report + "/index.html"), markdown = read(report + "/report.md");
-  EXPECT_HAS(page, "<svg");
+  EXPECT_TRUE(read(report + "/experiments/small_trajectory.pdf").starts_with("%PDF"));
+  EXPECT_HAS(read(report + "/experiments/small_trajectory.gp"), "set terminal svg") << "the script of the figure on the page";
+  const std::string page = read(report + "/experiments/small.html");
+  EXPECT_HAS(page, "small_trajectory.svg");
   EXPECT_HAS(page, "Observed orders");
   EXPECT_HAS(page, "Time to reach an error");
   EXPECT_HAS(page, "Quick run");
   EXPECT_EQ(page.find("not complete"), std::string::npos);
   EXPECT_EQ(page.find("src=\"http"), std::string::npos) << "the page needs no server";
-  EXPECT_HAS(read(report + "/site/experiments/small.html"), "data-chart=\"work_precision\"");
-  EXPECT_HAS(markdown, "| fesd:gauss:3 |");
+  EXPECT_HAS(page, "data-chart=\"work_precision\"");
+  EXPECT_HAS(page, "fesd:gauss:3");
+  EXPECT_HAS(read(report + "/index.html"), "experiments/small.html");
   for (const char* file : {"small_order_fesd_gauss.svg", "small_work_precision.svg", "small_trajectory.svg",
                            "small_orders.csv", "small_runs.csv", "small.jsonl"}) {
-    EXPECT_TRUE(fs::exists(fs::path(report) / file)) << file;
+    EXPECT_TRUE(fs::exists(fs::path(report) / "experiments" / file)) << file;
   }
   const std::string rows = read(out + "/small.jsonl");
   const std::string cut = write("cut.jsonl", rows.substr(0, rows.rfind("{\"kind\":\"end\"")));
   ASSERT_EQ(run("report " + cut + " -o " + report).code, 0);
-  EXPECT_HAS(read(report + "/index.html"), "not complete");
+  EXPECT_HAS(read(report + "/experiments/small.html"), "not complete");
 }
 
 TEST_F(Cli, ComparesOptimalControlWithThePlant) {
@@ -636,10 +636,10 @@ TEST_F(Cli, ComparesOptimalControlWithThePlant) {
   EXPECT_HAS(outcome.text, "time stepping, 10 intervals of 6 steps");
   EXPECT_HAS(outcome.text, "step_limit: relaxation");  // a run that is not solved is shown, with its reason
   ASSERT_EQ(run("report " + out + "/carts.jsonl -o " + report).code, 0);
-  EXPECT_HAS(read(report + "/index.html"), "Claimed and true optimal control");
-  EXPECT_HAS(read(report + "/carts_two_carts_scene.svg"), "<animate attributeName=\"points\"");
+  EXPECT_HAS(read(report + "/experiments/carts.html"), "Claimed and true optimal control");
+  EXPECT_HAS(read(report + "/experiments/carts_two_carts_scene.svg"), "<animate attributeName=\"points\"");
   for (const char* file : {"carts_two_carts.svg", "carts_two_carts_frames.svg"})
-    EXPECT_TRUE(fs::exists(fs::path(report) / file)) << file;
+    EXPECT_TRUE(fs::exists(fs::path(report) / "experiments" / file)) << file;
 }
 
 TEST_F(Cli, StudiesRandomGuessesAndGoesOnAfterAnInterruption) {
@@ -664,7 +664,7 @@ TEST_F(Cli, StudiesRandomGuessesAndGoesOnAfterAnInterruption) {
   EXPECT_EQ(nlohmann::json::parse(continued[2])["cost"], nlohmann::json::parse(lines[2])["cost"]);
 
   ASSERT_EQ(run("report " + out + "/guesses.jsonl -o " + report).code, 0);
-  EXPECT_HAS(read(report + "/index.html"), "Random initial guesses");
+  EXPECT_HAS(read(report + "/experiments/guesses.html"), "Random initial guesses");
   for (const char* file : {"guesses.svg", "guesses_success.csv", "guesses_runs.csv"})
     EXPECT_TRUE(fs::exists(fs::path(report) / file)) << file;
 }
@@ -708,7 +708,7 @@ TEST_F(Cli, MeasuresTheGrowthOfTheWork) {
   EXPECT_HAS(outcome.text, "3 solved");
   EXPECT_HAS(outcome.text, "Steps of the homotopies");
   ASSERT_EQ(run("report " + out + "/growth.jsonl -o " + report).code, 0);
-  EXPECT_HAS(read(report + "/index.html"), "Growth of the work");
+  EXPECT_HAS(read(report + "/experiments/growth.html"), "Growth of the work");
 }
 
 TEST_F(Cli, MeasuresStepsOfGrowingScenesAndGoesOnAfterAnInterruption) {
@@ -736,7 +736,7 @@ TEST_F(Cli, MeasuresStepsOfGrowingScenesAndGoesOnAfterAnInterruption) {
   ASSERT_EQ(continued.size(), 8u);
   for (int k = 1; k <= 3; ++k) EXPECT_EQ(continued[k], lines[k]) << "with its times: it was not run again";
   ASSERT_EQ(run("report " + out + "/rows.jsonl -o " + report).code, 0);
-  EXPECT_HAS(read(report + "/index.html"), "beads at rest");
+  EXPECT_HAS(read(report + "/experiments/rows.html"), "beads at rest");
 
   std::string mistake = text;
   mistake.replace(mistake.find("\"sizes\""), 7, "\"size\"");
@@ -787,7 +787,7 @@ TEST_F(Cli, StudiesHowABallComesToRest) {
   EXPECT_HAS(outcome.text, "A ball comes to rest");
   EXPECT_HAS(outcome.text, "2.000000");  // kappa of Radau IIA, 2 stages
   ASSERT_EQ(run("report " + out + "/zeno.jsonl -o " + report).code, 0);
-  EXPECT_HAS(read(report + "/index.html"), "Closed elements that start with v+");
+  EXPECT_HAS(read(report + "/experiments/zeno.html"), "Closed elements that start with v+");
   EXPECT_EQ(run("run-experiment " + write("bad.json", R"({"id": "bad", "kind": "zeno", "title": "", "description": "",
       "tableaus": [], "restitution": [1.5], "step_lengths": {"from": 0.1, "to": 0.01, "per_decade": 3},
       "methods": []})") +
@@ -809,7 +809,7 @@ TEST_F(Cli, StudiesTheStickBoundaryOfARamp) {
   EXPECT_HAS(outcome.text, "declined: it knows no contacts");
   EXPECT_HAS(outcome.text, "0.7071");
   ASSERT_EQ(run("report " + out + "/ramp.jsonl -o " + report).code, 0);
-  EXPECT_HAS(read(report + "/index.html"), "A polygon in place of the friction disc");
+  EXPECT_HAS(read(report + "/experiments/ramp.html"), "A polygon in place of the friction disc");
 }
 
 TEST_F(Cli, AnUnexpectedFailureOfARowIsExitCodeOne) {

@@ -47,7 +47,7 @@ TEST_F(Cli, OutputsAreCheckedBeforeTheWork) {
       {"run" + long_run + "--plot " + file, "--plot = " + file + ": cannot be written: it is not a folder"},
       {"run-experiment two_balls_order -o " + file + "/out", "results folder = " + file + "/out: cannot be written"},
       {"run-experiment two_balls_order -o " + results + " --page " + file,
-       "folder of the page = " + file + ": cannot be written"},
+       "folder of the site = " + file + ": cannot be written"},
       {"fuzz --scenes 1000 -o " + file, "results folder = " + file + ": cannot be written"},
       {"ensemble -p bouncing_ball --vary e=uniform:0.5:0.9 --runs 100000000 -m moreau_jean -N 1000 -o " + file +
            "/e.csv",
@@ -56,7 +56,7 @@ TEST_F(Cli, OutputsAreCheckedBeforeTheWork) {
       {"export -p bouncing_ball -o " + file + "/scene.json", "cannot be written"},
       {"results /nonexistent.jsonl -o " + file + "/R.md", "results page = " + file + "/R.md: cannot be written"},
       {"results /nonexistent.jsonl -o " + results + "/R.md --tables " + file, "folder of the tables = " + file},
-      {"report /nonexistent.jsonl -o " + file, "folder of the page = " + file + ": cannot be written"},
+      {"report /nonexistent.jsonl -o " + file, "folder of the site = " + file + ": cannot be written"},
       {"check /nonexistent.jsonl --baseline x --junit " + file + "/j.xml", "JUnit file = " + file + "/j.xml"},
   };
   for (const auto& [arguments, message] : cases) {

@@ -131,8 +131,7 @@ TEST_F(TimedShards, AreMarkedWhereOtherWorkRan) {
   ASSERT_EQ(shared.code, 0) << shared.text;
   EXPECT_EQ(header().at("times"), "shared");
   EXPECT_HAS(shared.text, sentence);
-  EXPECT_HAS(read(folder / "page" / "index.html"), sentence);
-  EXPECT_HAS(read(folder / "page" / "report.md"), sentence);
+  EXPECT_HAS(read(folder / "page/experiments/small.html"), sentence);
   const std::string file = (merged / "small.jsonl").string();
   EXPECT_HAS(run("show " + file).text, sentence);
   EXPECT_HAS(run("table --latex " + file).text, "% " + sentence);

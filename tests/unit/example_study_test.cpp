@@ -9,8 +9,8 @@
 #include "bench/experiment/run_experiment.h"
 #include "bench/studies/study.h"
 #include "problems/input_error.h"
-#include "reports/page.h"
 #include "reports/results_page.h"
+#include "reports/site/site.h"
 
 namespace ricochet {
 namespace {
@@ -107,14 +107,14 @@ TEST_F(ExampleStudy, IsRunOnceAndContinued) {
   EXPECT_EQ(rolls, 4) << "nothing is missing";
 }
 
-TEST_F(ExampleStudy, IsInTheTerminalThePageAndTheResults) {
+TEST_F(ExampleStudy, IsInTheTerminalTheSiteAndTheResults) {
   const std::string path = run_experiment(experiment(R"("throws": 30)"), options);
   const ShownResults shown = shown_results(path);
   ASSERT_EQ(shown.section.tables().size(), 1u);
   EXPECT_EQ(shown.section.tables().front()->name, "throws");
-  const std::string page = read(write_page({shown}, (folder / "page").string()));
-  EXPECT_NE(page.find("Throws of a die"), std::string::npos);
-  EXPECT_TRUE(fs::exists(folder / "page" / "dice_throws.csv"));
+  write_site({shown}, {}, (folder / "site").string());
+  EXPECT_NE(read(folder / "site/experiments/dice.html").find("Throws of a die"), std::string::npos);
+  EXPECT_TRUE(fs::exists(folder / "site/experiments/dice_throws.csv"));
 
   write_results_page({shown}, (folder / "RESULTS.md").string(), (folder / "tables").string());
   const std::string results = read(folder / "RESULTS.md");

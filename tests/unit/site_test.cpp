@@ -19,7 +19,6 @@
 #include "problems/input_error.h"
 #include "problems/registry.h"
 #include "reports/drawing/scene_drawing.h"
-#include "reports/page.h"
 #include "reports/text_file.h"
 #include "tests/test_data.h"
 
@@ -303,14 +302,14 @@ TEST_F(Site, TakesEachExperimentAndEachNameOnce) {
                            experiment));
     return ShownResults{read_results(path), {}};
   };
-  const std::string page = folder / "page";
-  const ShownResults first = shown_as("a/one.jsonl", "one"), same = shown_as("a/again.jsonl", "one"),
+  const std::string site = folder / "other";
+  const ShownResults first = shown_as("a/experiments/one.jsonl", "one"), same = shown_as("a/again.jsonl", "one"),
                      named_alike = shown_as("b/one.jsonl", "two");
-  EXPECT_THROW(write_page({first, same}, page), InputError);
-  EXPECT_THROW(write_report_site({first, named_alike}, page, {}), InputError);
-  EXPECT_FALSE(fs::exists(page)) << "nothing is written";
-  EXPECT_NO_THROW(write_page({first}, folder / "a")) << "the folder that the results are in";
-  EXPECT_EQ(read_results(folder / "a/one.jsonl").experiment(), "one");
+  EXPECT_THROW(write_report_site({first, same}, site), InputError);
+  EXPECT_THROW(write_report_site({first, named_alike}, site), InputError);
+  EXPECT_FALSE(fs::exists(site)) << "nothing is written";
+  EXPECT_NO_THROW(write_report_site({first}, folder / "a")) << "the folder that the results are in";
+  EXPECT_EQ(read_results(folder / "a/experiments/one.jsonl").experiment(), "one");
 }
 
 TEST(Competitions, AreThoseOfTheProblemOfTheirRuns) {
