@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <spawn.h>
 #include <sys/wait.h>
 
@@ -9,7 +10,9 @@
 #include "bench/commands/commands.h"
 #include "bench/commands/number_checks.h"
 #include "bench/experiment/experiment_file.h"
+#include "bench/site/history_page.h"
 #include "problems/input_error.h"
+#include "reports/site/site.h"
 #include "reports/text_file.h"
 
 extern char** environ;
@@ -43,8 +46,7 @@ void add_history_command(CLI::App& app, int& exit_code) {
       "history", "show how counters, errors, orders and verdicts of the baselines changed with each commit");
   command->add_option("commits", commits, "number of commits that changed a baseline (default: 20)")
       ->check(positive_number());
-  command->add_option("-o,--out", folder,
-                      "folder of the page, its figure and a JSON file per commit (default: out/history)");
+  command->add_option("-o,--out", folder, "folder of a page and a JSON file per commit (default: out/history)");
   command->footer(
       "Requires a git checkout with reports/baselines/.\nExamples:\n  ricochet history\n  ricochet history 50 -o "
       "out/history\n"
@@ -55,6 +57,10 @@ void add_history_command(CLI::App& app, int& exit_code) {
     if (exit_code == kNoHistory)
       throw InputError("history", std::filesystem::current_path().string(),
                        "a git checkout with commits that changed reports/baselines/ is required");
+    if (exit_code == 0) {
+      write_site({}, {SiteGroup{"", history_pages(folder)}}, folder);
+      fmt::print("history: {}/history.html\n", folder);
+    }
   });
 }
 

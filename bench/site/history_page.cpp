@@ -42,8 +42,8 @@ std::string commit_html(const json& entry) {
   return verdicts.empty() ? html : html + fmt::format("<p>Hard cases: {}.</p>\n", verdicts);
 }
 
-/// @param panels  of the file curves.json  @param picture  SVG of them, or nothing, for a reader without a script
-std::string chart_html(const json& history, const json& panels, const std::string& picture) {
+/// @param panels  of the file curves.json
+std::string chart_html(const json& history, const json& panels) {
   std::vector<CurvePanel> list;
   std::vector<std::string> commits, links;
   for (const auto& entry : history) {
@@ -70,9 +70,7 @@ std::string chart_html(const json& history, const json& panels, const std::strin
                                  "most. Rows that a commit added are no change.",
                              .data = curves_data(list),
                              .still = {}};
-  const auto svg = picture.find("<svg");
-  const std::string still = svg == std::string::npos ? "" : "<noscript>" + picture.substr(svg) + "</noscript>";
-  return site_heading(chart.title, "curves") + site_chart(chart, still, "<code class=\"command\">./run history</code>");
+  return site_heading(chart.title, "curves") + site_chart(chart, "", "<code class=\"command\">./run history</code>");
 }
 
 }  // namespace
@@ -86,7 +84,7 @@ SitePage history_page(const std::string& folder) try {
       "<p class=\"lead\">Deterministic counters, errors and orders that the gate holds every commit to, and verdicts of "
       "the published hard cases. A commit that is not here changed none of them. No times: they are those of a machine, "
       "and lie, marked so, in the files of <code>./run history</code>.</p>\n";
-  page.html += chart_html(history, json::parse(read_text(root / "curves.json")), read_text(root / "history.svg"));
+  page.html += chart_html(history, json::parse(read_text(root / "curves.json")));
   for (auto entry = history.rbegin(); entry != history.rend(); ++entry) page.html += commit_html(*entry);
   return page;
 } catch (const json::exception& error) {

@@ -61,7 +61,7 @@ function makeSite(program, folder) {
   writeFileSync(join(folder, "curves.json"), JSON.stringify(CHANGED));
   const results = readdirSync(join(folder, "results")).filter((name) => name.endsWith(".jsonl")).sort();
   run("report", ...results.map((name) => join(folder, "results", name)), "--history", folder, "-o", join(folder, "report"));
-  return join(folder, "report", "site");
+  return join(folder, "report");
 }
 
 const isProgram = process.argv[2] !== "--site";
