@@ -23,10 +23,6 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/bench/experiments DESTINATION ${data_dir
 install(PROGRAMS ${PROJECT_SOURCE_DIR}/bench/history/make_history DESTINATION ${data_dir}/bench/history COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/reports/baselines DESTINATION ${data_dir}/reports COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/reference/data DESTINATION ${data_dir}/reference COMPONENT program)
-# What the site's pages show: equations from the comments of methods and scenes, sketches, what to cite.
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/methods ${PROJECT_SOURCE_DIR}/problems DESTINATION ${data_dir} COMPONENT program
-  FILES_MATCHING PATTERN "*.h" PATTERN "*.cpp" PATTERN "*.bib")
-install(FILES ${PROJECT_SOURCE_DIR}/CITATION.cff DESTINATION ${data_dir} COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples DESTINATION ${data_dir} COMPONENT program USE_SOURCE_PERMISSIONS)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/bench/python/ricochet DESTINATION lib/python3/dist-packages
   COMPONENT program PATTERN __pycache__ EXCLUDE)

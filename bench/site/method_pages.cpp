@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <map>
 
-#include "bench/site/citation.h"
-#include "bench/site/scheme.h"
+#include "bench/site/site_texts.h"
 #include "bench/studies/hard_cases/hard_cell.h"
 #include "bench/studies/verify/scorecard.h"
 #include "methods/registry.h"

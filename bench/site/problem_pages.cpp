@@ -10,7 +10,7 @@
 
 #include "bench/site/drawn_scene.h"
 #include "bench/site/expression_tex.h"
-#include "bench/site/scheme.h"
+#include "bench/site/site_texts.h"
 #include "bench/studies/grid/fastest_rows.h"
 #include "methods/registry.h"
 #include "problems/derivatives/symbolic_problem.h"

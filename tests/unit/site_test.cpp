@@ -14,7 +14,7 @@
 #include "bench/site/history_page.h"
 #include "bench/site/problem_pages.h"
 #include "bench/site/report_site.h"
-#include "bench/site/scheme.h"
+#include "bench/site/site_texts.h"
 #include "bench/studies/grid/fastest_rows.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"
