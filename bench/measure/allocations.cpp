@@ -6,13 +6,13 @@
 namespace ricochet {
 namespace {
 
-struct Counter {
+struct AllocationCounter {
   void (*begin)() = nullptr;
   Allocations (*end)() = nullptr;
 };
 
-Counter& counter() {
-  static Counter the_counter;
+AllocationCounter& counter() {
+  static AllocationCounter the_counter;
   return the_counter;
 }
 
