@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "reports/latex.h"     // IWYU pragma: export
-#include "reports/pgfplots.h"  // IWYU pragma: export
+#include "reports/latex.h"            // IWYU pragma: export
+#include "reports/render/pgfplots.h"  // IWYU pragma: export
 #include "reports/results.h"
 
 namespace ricochet {

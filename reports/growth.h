@@ -4,8 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "reports/figures.h"
-#include "reports/section.h"
+#include "reports/chart.h"
 
 namespace ricochet {
 
@@ -21,13 +20,8 @@ struct GrowthCurve {
   std::vector<std::pair<double, double>> points;
 };
 
-/// One panel per name of a panel, each with a line of slope 1 to compare with, and one key below them: FILE_NAME.svg.
-Figure draw_growth(const FigureFolder& folder, const std::vector<GrowthCurve>& curves, const std::string& file_name,
-                   const std::string& title, const std::string& x_label, const std::string& y_label);
-
-/// The same as a chart with its data. @param table  name of the table with its numbers
-Section::Chart growth_chart(const std::vector<GrowthCurve>& curves, const std::string& file_name,
-                            const std::string& title, const std::string& x_label, const std::string& y_label,
-                            const std::string& table);
+/// One panel per name of a panel, each with a line of slope 1 to compare with.
+Chart growth_chart(const std::vector<GrowthCurve>& curves, const std::string& file, const std::string& title,
+                   const std::string& x_label, const std::string& y_label);
 
 }  // namespace ricochet

@@ -4,10 +4,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numeric>
-
-#include "reports/curve_look.h"
-#include "reports/gnuplot.h"
 
 namespace ricochet {
 namespace {
@@ -54,24 +50,6 @@ std::vector<double> PerformanceProfile::finite_ratios(std::size_t solver) const 
   return ratios;
 }
 
-std::vector<std::size_t> PerformanceProfile::drawn() const {
-  std::vector<std::size_t> list(solvers_.size());
-  std::iota(list.begin(), list.end(), 0);
-  if (list.size() <= kMostCurves) return list;
-  std::ranges::stable_sort(list, std::greater(), [&](std::size_t s) { return solved(s); });
-  list.resize(kMostCurves);
-  return list;
-}
-
-nlohmann::json PerformanceProfile::json() const {
-  nlohmann::json solvers = nlohmann::json::array();
-  for (std::size_t s = 0; s < solvers_.size(); ++s) {
-    solvers.push_back({{"name", solvers_[s]}, {"ratios", finite_ratios(s)}});
-    CurveLook::of(s).put_into(solvers.back());
-  }
-  return {{"problems", n_problems()}, {"solvers", solvers}};
-}
-
 Table PerformanceProfile::table(const std::string& title) const {
   constexpr double kTaus[] = {1, 2, 5, 10, 100};
   Table table;
@@ -88,44 +66,31 @@ Table PerformanceProfile::table(const std::string& title) const {
   return table;
 }
 
-Figure PerformanceProfile::draw(const FigureFolder& folder, const std::string& name, const std::string& title) const {
+Chart PerformanceProfile::chart(const std::string& name, const std::string& file, const std::string& title,
+                                const std::string& caption) const {
   const double end = std::pow(10, std::ceil(std::log10(1.01 * largest_ratio())));
-  Panel panel("profile");
-  for (const std::size_t s : drawn()) {
-    Points steps = {{1, share(s, 1)}};
-    for (const double ratio : finite_ratios(s)) {
-      if (ratio > steps.back().first) steps.emplace_back(ratio, share(s, ratio));
-    }
+  Chart chart{.name = name, .file = file, .title = title, .caption = caption, .width = 620, .height = 380};
+  chart.panels = {{.title = "",
+                   .x = {.label = "tau: time over that of the fastest solver", .is_log = true, .from = 1, .to = end},
+                   .y = {.label = fmt::format("share of {} problems", n_problems()), .from = 0, .to = 1.02}}};
+  std::vector<double> shares;
+  for (std::size_t s = 0; s < solvers_.size(); ++s) shares.push_back(solved(s));
+  std::ranges::sort(shares, std::greater());
+  for (std::size_t s = 0; s < solvers_.size(); ++s) {
+    Chart::Points steps = {{1, 0}};
+    for (const double ratio : finite_ratios(s))
+      steps.emplace_back(ratio, static_cast<double>(steps.size()) / static_cast<double>(n_problems()));
     steps.emplace_back(end, solved(s));
-    panel.add(steps, s, fmt::format("with steps lw 2 dt {}", 1 + CurveLook::of(s).dash), solvers_[s]);
+    chart.panels.front().add(solvers_[s], CurveLook::of(s), Chart::Drawn::steps, steps);
+    chart.panels.front().series.back().is_minor = shares.size() > kMostCurves && solved(s) < shares[kMostCurves - 1];
   }
-  std::string script = gnuplot_head(760, 460) + fmt::format("set output '{}.svg'\n", name) + panel.data();
-  script += "set logscale x\nset key outside right\n";
-  script += fmt::format("set xrange [1:{:g}]\nset yrange [0:1.02]\n", end);
-  script += "set xlabel 'tau: time over that of the fastest solver'\n";
-  script += fmt::format("set ylabel 'share of {} problems'\n", n_problems());
-  folder.draw(name, script + panel.plot());
-  const bool is_whole = solvers_.size() <= kMostCurves;
-  return {.file = name + ".svg",
-          .title = title,
-          .caption = fmt::format("Performance profiles of Dolan and Moré{}",
-                                 is_whole ? "" : fmt::format(", the {} solvers that solve most", kMostCurves))};
+  return chart;
 }
 
 void PerformanceProfile::show(Section& section, const std::string& name, const std::string& title,
-                              const std::string& caption, const std::string& figure) const {
-  const auto still = [profile = *this, figure, title](const FigureFolder& folder) {
-    return std::vector{profile.draw(folder, figure, title)};
-  };
-  const std::string table_name = name + "_shares";
-  section.chart({.kind = "profile",
-                 .name = name,
-                 .table = table_name,
-                 .title = title,
-                 .caption = caption,
-                 .data = json(),
-                 .still = {still}});
-  section.details(table_name, table(title));
+                              const std::string& caption, const std::string& file) const {
+  section.chart(chart(name, file, title, caption), "profile", {{"problems", n_problems()}});
+  section.details(name + "_shares", table(title));
 }
 
 }  // namespace ricochet

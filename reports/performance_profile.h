@@ -1,10 +1,9 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "reports/figures.h"
+#include "reports/chart.h"
 #include "reports/section.h"
 #include "reports/table.h"
 
@@ -31,18 +30,17 @@ class PerformanceProfile {
 
   /// A line per solver: what it solves, and rho at 1, 2, 5, 10, 100.
   Table table(const std::string& title) const;
-  /// Of a chart of the site: {"problems": n, "solvers": [{"name", "ratios": ascending, finite}, ...]}, with looks (CurveLook).
-  nlohmann::json json() const;
-  /// `name`.svg: rho over tau, logarithmic, of the kMostCurves solvers that solve most.
-  Figure draw(const FigureFolder& folder, const std::string& name, const std::string& title) const;
-  /// The curves as a chart, and `figure`.svg; below it the table, as NAME_shares.
+  /// rho over tau, logarithmic: a step for every problem that a solver solves. A picture shows the kMostCurves solvers that
+  /// solve most.
+  Chart chart(const std::string& name, const std::string& file, const std::string& title,
+              const std::string& caption) const;
+  /// The chart, and below it the table, as NAME_shares.
   void show(Section& section, const std::string& name, const std::string& title, const std::string& caption,
-            const std::string& figure) const;
+            const std::string& file) const;
 
  private:
   static constexpr std::size_t kMostCurves = 12;
 
-  std::vector<std::size_t> drawn() const;                       // solvers
   std::vector<double> finite_ratios(std::size_t solver) const;  // ascending
 
   std::vector<std::string> solvers_;

@@ -5,6 +5,7 @@
 #include <variant>
 #include <vector>
 
+#include "reports/chart.h"
 #include "reports/figures.h"
 #include "reports/results.h"
 #include "reports/table.h"
@@ -28,24 +29,20 @@ class Section {
     Role role;
     nlohmann::json data = {};  ///< of a choice: from what the site answers a reader (reports/site/src/choice.js)
   };
-  using Draw = std::function<std::vector<Figure>(const FigureFolder&)>;
-  struct Figures {
-    Draw draw;
-    bool needs_gnuplot = true;
+  /// Drawings of a scene.
+  struct Drawings {
+    std::function<std::vector<Figure>(const FigureFolder&)> draw;
   };
   struct Heading {
     std::string text;
   };
-  /// A figure that a reader can ask: the site draws it from `data` (reports/site/src/, by `kind`), a page shows `still`.
-  struct Chart {
-    std::string kind;   ///< "work_precision"
-    std::string name;   ///< of the figure, as its anchor
-    std::string table;  ///< name of the table with its numbers
-    std::string title, caption;
+  /// A chart. The site draws its panels (reports/site/src/curves.js), or a form of them that offers more and needs `data`.
+  struct ShownChart {
+    Chart chart;
+    std::string kind;  ///< of that form, "work_precision"; empty: panels of curves
     nlohmann::json data;
-    Figures still;
   };
-  using Part = std::variant<NamedTable, Figures, Heading, Chart>;
+  using Part = std::variant<NamedTable, Drawings, Heading, ShownChart>;
 
   void choice(std::string name, Table table, nlohmann::json data) {
     parts_.push_back(NamedTable{std::move(name), std::move(table), Role::choice, std::move(data)});
@@ -55,9 +52,12 @@ class Section {
   void details(std::string name, Table table) { add(std::move(name), std::move(table), Role::details); }
   /// Nothing when the table is empty; a terminal prints a paragraph per row.
   void failures(std::string name, Table table);
-  void figures(Draw draw) { parts_.push_back(Figures{std::move(draw)}); }
-  void svg_figures(Draw draw) { parts_.push_back(Figures{std::move(draw), false}); }  ///< drawn without gnuplot
-  void chart(Chart chart) { parts_.push_back(std::move(chart)); }
+  void drawings(std::function<std::vector<Figure>(const FigureFolder&)> draw) {
+    parts_.push_back(Drawings{std::move(draw)});
+  }
+  void chart(Chart chart, std::string kind = "", nlohmann::json data = nlohmann::json::object()) {
+    parts_.push_back(ShownChart{std::move(chart), std::move(kind), std::move(data)});
+  }
   void heading(std::string text) { parts_.push_back(Heading{std::move(text)}); }
 
   const std::vector<Part>& parts() const { return parts_; }

@@ -17,6 +17,7 @@
 #include "methods/registry.h"
 #include "methods/time_stepping/common/time_stepping_method.h"
 #include "problems/input_error.h"
+#include "reports/render/gnuplot.h"
 #include "reports/text_file.h"
 
 namespace ricochet {
@@ -138,7 +139,8 @@ void solve_together(const SolveOptions& options, const std::vector<StoredContact
   const std::filesystem::path file(options.svg);
   if (file.extension() != ".svg") throw InputError("--svg", options.svg, "a name that ends with .svg is required");
   const FigureFolder folder(file.has_parent_path() ? file.parent_path().string() : ".");
-  profile.draw(folder, file.stem().string(), "Performance profiles");
+  const std::string caption = "Performance profiles of Dolan and Moré";
+  draw_chart(folder, profile.chart("profile", file.stem().string(), "Performance profiles", caption));
   if (!options.as_json) fmt::print("figure: {}\n", options.svg);
 }
 

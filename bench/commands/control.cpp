@@ -11,6 +11,7 @@
 #include "bench/studies/control/control_run.h"
 #include "methods/complementarity/mpcc/homotopy.h"
 #include "problems/input_error.h"
+#include "reports/render/gnuplot.h"
 #include "reports/table.h"
 #include "reports/text_file.h"
 
@@ -86,7 +87,7 @@ void draw(const OptimalControlProblem& problem, const ControlTrajectory& traject
   run.status = to_string(Status::success);
   describe_claim(problem, trajectory, run);
   const FigureFolder figures(folder);
-  fmt::print("figure     {}/{}\n", folder, draw_control(figures, {&run}, problem.id).file);
+  fmt::print("figure     {}/{}\n", folder, draw_chart(figures, control_chart({run}, problem.id)).front().file);
   if (!problem.plant->info().geometry) return;
   fmt::print("frames     {}/{}\n", folder, draw_frames(figures, problem, run, problem.id + "_frames").file);
   fmt::print("animation  {}/{}\n", folder, draw_scene(figures, problem, run, problem.id + "_scene").file);

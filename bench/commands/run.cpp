@@ -15,6 +15,7 @@
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "reports/drawing/scene_drawing.h"
+#include "reports/render/gnuplot.h"
 #include "reports/text_file.h"
 
 namespace ricochet {
@@ -100,10 +101,9 @@ void write_motion(const RunArguments& options, const RunReport& report) {
   FILE* to = options.as_json ? stderr : stdout;
   if (!options.plot.empty()) {
     const std::string setting = Setting{report.settings.steps, report.settings.tolerance}.text();
-    const auto figure =
-        draw_trajectory(FigureFolder(options.plot),
-                        trajectory_of(report.problem, report.method, setting, report.solution), "trajectory");
-    fmt::print(to, "figure     {}/{}\n", options.plot, figure.file);
+    const Trajectory trajectory = trajectory_of(report.problem, report.method, setting, report.solution);
+    const auto figures = draw_chart(FigureFolder(options.plot), trajectory_chart(trajectory, "trajectory"));
+    fmt::print(to, "figure     {}/{}\n", options.plot, figures.front().file);
   }
   if (!options.csv.empty()) {
     write_text("motion", options.csv, trajectory_csv(report.problem, report.solution, options.points));

@@ -65,22 +65,21 @@ std::string stem_of(const ShownResults& shown, const TableOptions& options, cons
 }
 
 std::string pgfplots_of(const ShownResults& shown, const TableOptions& options) {
-  std::vector<const Section::Chart*> wanted;
+  std::vector<const Chart*> wanted;
   std::vector<PgfplotsData> data;
   std::vector<std::string> known;
   std::string text;
   for (const auto& part : shown.section.parts()) {
-    const auto* chart = std::get_if<Section::Chart>(&part);
-    if (!chart || !has_pgfplots(*chart)) continue;
-    known.push_back(chart->name);
-    if (is_wanted(options, chart->name, true)) wanted.push_back(chart);
+    const auto* shown_chart = std::get_if<Section::ShownChart>(&part);
+    if (!shown_chart || !has_pgfplots(shown_chart->chart)) continue;
+    const Chart& chart = shown_chart->chart;
+    known.push_back(chart.name);
+    if (is_wanted(options, chart.name, true)) wanted.push_back(&chart);
   }
   const bool is_only = wanted.size() == 1 && options.results.size() == 1, is_file = !options.file.empty();
   for (const auto* chart : wanted)
     text += pgfplots(*chart, is_file ? &data : nullptr, stem_of(shown, options, chart->name, is_only)) + "\n";
-  if (known.empty())
-    throw InputError("results", shown.results.path,
-                     "results with a chart are required: work over error, error over step length, growth, profiles");
+  if (known.empty()) throw InputError("results", shown.results.path, "results with a chart are required");
   require_views(options, shown.results.path, known);
   for (const auto& numbers : data)
     write_text("table", std::filesystem::path(options.file).parent_path() / numbers.file, numbers.text);
@@ -108,10 +107,8 @@ void add_table_command(CLI::App& app, int&) {
   auto* tables = command->add_flag("--latex", options.latex, "write tables with booktabs");
   auto* runs = command->add_flag("--tidy", options.tidy,
                                  "write CSV with one line per run, all digits, and NaN for missing numbers");
-  auto* charts = command->add_flag(
-      "--pgfplots", options.pgfplots,
-      "write charts: work over error, error over step length, growth, profiles; with -o FILE the numbers are in a .dat "
-      "file beside it");
+  auto* charts = command->add_flag("--pgfplots", options.pgfplots,
+                                   "write charts; with -o FILE the numbers are in .dat files beside it");
   tables->excludes(runs)->excludes(charts);
   runs->excludes(charts);
   command->add_option("--view", options.views, "write only this table or chart; may be repeated")

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "problems/input_error.h"
-#include "reports/curve_look.h"
+#include "reports/chart.h"
 #include "reports/markup.h"
 #include "reports/section.h"
 #include "reports/text_file.h"
@@ -44,33 +44,26 @@ std::string commit_html(const json& entry) {
 
 /// @param panels  of the file curves.json
 std::string chart_html(const json& history, const json& panels) {
-  std::vector<CurvePanel> list;
-  std::vector<std::string> commits, links;
+  Chart chart{.name = "curves",
+              .file = "history",
+              .title = "What changed most, over the commits",
+              .caption =
+                  "Of each method the quantity that moved most, of the methods those that moved most. Rows that a "
+                  "commit added are no change."};
+  Chart::Axis commits{.label = "commit"};
   for (const auto& entry : history) {
-    commits.push_back(entry.at("commit"));
-    links.push_back("#commit-" + site_id(commits.back()));
+    commits.names.push_back(entry.at("commit"));
+    commits.links.push_back("#commit-" + site_id(commits.names.back()));
   }
   for (const auto& drawn : panels) {
-    CurvePanel panel{.title = drawn.at("title"), .x_label = "commit", .y_label = drawn.at("label")};
-    panel.is_log_y = drawn.at("is_log");
-    panel.x_names = commits;
-    panel.x_links = links;
+    Chart::Panel& panel = chart.panels.emplace_back(Chart::Panel{
+        .title = drawn.at("title"), .x = commits, .y = {.label = drawn.at("label"), .is_log = drawn.at("is_log")}});
     for (const auto& curve : drawn.at("curves"))
-      panel.curves.push_back(
-          {.label = curve.at("label"), .look = CurveLook::of(panel.curves.size()), .points = curve.at("points")});
-    list.push_back(panel);
+      panel.add(curve.at("label"), CurveLook::of(panel.series.size()), Chart::Drawn::both, curve.at("points"));
   }
-  if (list.empty()) return "";
-  const Section::Chart chart{.kind = "curves",
-                             .name = "",
-                             .table = "",
-                             .title = "What changed most, over the commits",
-                             .caption =
-                                 "Of each method the quantity that moved most, of the methods those that moved "
-                                 "most. Rows that a commit added are no change.",
-                             .data = curves_data(list),
-                             .still = {}};
-  return site_heading(chart.title, "curves") + site_chart(chart, "", "<code class=\"command\">./run history</code>");
+  if (chart.panels.empty()) return "";
+  return site_heading(chart.title, chart.name) +
+         site_chart({chart, "", json::object()}, "", "<code class=\"command\">./run history</code>");
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 #include "problems/input_error.h"
 #include "reports/drawing/scene_marks.h"
-#include "reports/gnuplot.h"
+#include "reports/curve_look.h"
 #include "reports/markup.h"
 
 namespace ricochet {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "reports/gnuplot.h"
+#include "reports/curve_look.h"
 
 namespace ricochet {
 namespace {

@@ -9,8 +9,10 @@
 #include "reports/assets.h"
 #include "reports/export.h"
 #include "reports/markup.h"
+#include "reports/render/csv.h"
+#include "reports/render/gnuplot.h"
 #include "reports/results_list.h"
-#include "reports/site/figure_data.h"
+#include "reports/site/motion_csv.h"
 #include "reports/text_file.h"
 
 namespace ricochet {
@@ -72,17 +74,13 @@ class ResultsPage {
  private:
   std::string csv_of(const std::string& table) const { return file_of(results_, table, "csv"); }
 
-  /// A file with what a figure draws: the points of its script, the motion of its row; else every run.
-  std::string csv_link(const Figure& figure) const {
-    const fs::path script = fs::path(figure.file).replace_extension(".gp");
-    std::string csv;
-    if (fs::exists(folder_ / script))
-      csv = gnuplot_csv(read_text(folder_ / script));
-    else if (!figure.motion.is_null())
-      csv = motion_csv(figure.motion);
+  /// A link to the numbers of a figure; without any, to those of all runs.
+  std::string csv_link(std::string file, const std::string& csv) const {
     if (csv.empty() && results_.rows.empty()) return "";
-    const std::string file = csv.empty() ? csv_of("all_digits") : fs::path(figure.file).stem().string() + "_drawn.csv";
-    if (!csv.empty()) write_text("report file", folder_ / file, csv);
+    if (csv.empty())
+      file = csv_of("all_digits");
+    else
+      write_text("report file", folder_ / file, csv);
     return fmt::format("<a href=\"{}\">CSV</a> ", escape_html(file));
   }
 
@@ -99,22 +97,26 @@ class ResultsPage {
     }
     page_.html += site_table(named.table, site_id(named.name), links, is_long);
   }
-  void add(const Section::Figures& drawn) {
-    if (!draw_ && drawn.needs_gnuplot) return;
-    const auto list = drawn.draw(figures_);
+  void add(const Section::Drawings& drawings) {
+    const auto list = drawings.draw(figures_);
     page_.html += list.size() > 1 ? "<div class=\"figures\">\n" : "<div>\n";
     for (const auto& figure : list) {
-      page_.html += fmt::format("<figure>{}<figcaption>{}</figcaption><p class=\"links\">{}{}{}</p></figure>\n",
-                                still_html(figure), escape_html(figure.caption), csv_link(figure),
-                                figure_links(figure, folder_), command_html(results_));
+      const std::string file = fs::path(figure.file).stem().string() + "_drawn.csv";
+      page_.html +=
+          fmt::format("<figure>{}<figcaption>{}</figcaption><p class=\"links\">{}{}{}</p></figure>\n",
+                      still_html(figure), escape_html(figure.caption), csv_link(file, motion_csv(figure.motion)),
+                      figure_links(figure, folder_), command_html(results_));
     }
     page_.html += "</div>\n";
   }
   void add(const Section::Heading& heading) { page_.html += site_heading(heading.text, site_id(heading.text)); }
-  void add(const Section::Chart& chart) {
-    std::string stills, links = fmt::format("<a href=\"{}\">CSV</a> ", csv_of(chart.table));
-    if (draw_ || !chart.still.needs_gnuplot) {
-      for (const auto& figure : chart.still.draw(figures_)) {
+  /// The pictures of a chart, which stay where the site's scripts do not draw it.
+  void add(const Section::ShownChart& shown) {
+    const Chart& chart = shown.chart;
+    const bool has_numbers = !chart.panels.empty();
+    std::string stills, links = csv_link(chart.file + "_drawn.csv", has_numbers ? chart_csv(chart) : "");
+    if (draw_ && has_numbers) {
+      for (const auto& figure : draw_chart(figures_, chart)) {
         stills += still_html(figure);
         links += figure_links(figure, folder_);
       }
@@ -125,7 +127,7 @@ class ResultsPage {
       links += fmt::format("<a href=\"{}\">PGFPlots</a> ", escape_html(tex));
     }
     page_.html += site_heading(chart.title, chart.name);
-    page_.html += site_chart(chart, stills, links + command_html(results_));
+    page_.html += site_chart(shown, stills, links + command_html(results_));
   }
 
   void add_provenance() {

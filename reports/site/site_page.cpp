@@ -5,6 +5,7 @@
 #include <cctype>
 
 #include "reports/markup.h"
+#include "reports/render/json.h"
 
 namespace ricochet {
 namespace {
@@ -63,12 +64,19 @@ std::string script_json(const nlohmann::json& data) {
   return text;
 }
 
-std::string site_chart(const Section::Chart& chart, const std::string& stills, const std::string& links) {
-  return fmt::format(
-      "<figure class=\"chart\" data-chart=\"{}\" aria-label=\"{}\">{}<div class=\"drawing\"></div>"
-      "<figcaption>{}</figcaption><p class=\"links\">{}</p>"
-      "<script type=\"application/json\">{}</script></figure>\n",
-      chart.kind, escape_html(chart.title), stills, escape_html(chart.caption), links, script_json(chart.data));
+std::string site_chart(const Section::ShownChart& shown, const std::string& stills, const std::string& links) {
+  const Chart& chart = shown.chart;
+  std::string kind = shown.kind, script;
+  if (kind.empty() && is_interactive(chart)) kind = "curves";
+  if (!kind.empty()) {
+    nlohmann::json data = shown.data;
+    data.update(chart_json(chart));
+    script =
+        fmt::format("<div class=\"drawing\"></div><script type=\"application/json\">{}</script>", script_json(data));
+  }
+  const std::string drawn = kind.empty() ? "" : fmt::format(" class=\"chart\" data-chart=\"{}\"", kind);
+  return fmt::format("<figure{} aria-label=\"{}\">{}{}<figcaption>{}</figcaption><p class=\"links\">{}</p></figure>\n",
+                     drawn, escape_html(chart.title), stills, script, escape_html(chart.caption), links);
 }
 
 std::string site_links(const SiteLinks& links) {

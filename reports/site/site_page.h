@@ -39,9 +39,9 @@ std::string site_heading(const std::string& text, const std::string& id, int lev
 /// A table with links below. @param links  (text, address from the page): its files
 using SiteLinks = std::vector<std::pair<std::string, std::string>>;
 std::string site_table(const Table& table, const std::string& id, const SiteLinks& links, bool is_long);
-/// A chart that the site's script draws from its data (src/site.js).
+/// A chart, which the site's scripts draw from its data if they can (src/site.js).
 /// @param stills  HTML of the pictures that stand there without a script  @param links  HTML below its caption
-std::string site_chart(const Section::Chart& chart, const std::string& stills, const std::string& links);
+std::string site_chart(const Section::ShownChart& shown, const std::string& stills, const std::string& links);
 /// JSON inside of a script element, which the first "</" would end.
 std::string script_json(const nlohmann::json& data);
 /// "<p class=links>..." @return empty for none

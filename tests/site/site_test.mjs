@@ -609,8 +609,9 @@ async function profiles() {
       if (document.readyState !== "interactive") return;
       const script = document.querySelector("figure[data-chart=profile] script"), data = JSON.parse(script.textContent);
       const look = { colour: 5, symbol: 3, dash: 1 };
-      data.solvers = [data.solvers[0], { ...data.solvers[0], name: "twin" }, { ...data.solvers[1], ...look },
-        ...Array.from({ length: 20 }, (_, k) => ({ ...look, name: `slow ${k}`, ratios: [] }))];
+      const { curves } = data.panels[0], [start, end] = [curves[0].points[0], curves[0].points.at(-1)];
+      data.panels[0].curves = [curves[0], { ...curves[0], label: "twin" }, { ...curves[1], ...look },
+        ...Array.from({ length: 20 }, (_, k) => ({ ...look, label: `slow ${k}`, points: [start, [end[0], 0]] }))];
       script.textContent = JSON.stringify(data);
     });
   }));

@@ -14,8 +14,8 @@
 #include "bench/studies/grid/scale_rows.h"
 #include "bench/studies/grid/work_precision.h"
 #include "problems/input_error.h"
-#include "reports/gnuplot.h"
 #include "reports/order_fit.h"
+#include "reports/performance_profile.h"
 #include "reports/quantile.h"
 #include "reports/table.h"
 #include "reports/text_file.h"
@@ -328,7 +328,8 @@ TEST_F(ResultsOnDisk, WorkThatIsNotCountedHasNoNumberInTheChart) {
     });
     file.finish();
   }
-  const nlohmann::json data = work_precision_chart(GridResults(read_results(folder + "/e.jsonl"))).data;
+  const GridResults results(read_results(folder + "/e.jsonl"));
+  const nlohmann::json data = work_precision_data(results);
   ASSERT_EQ(data.at("runs").size(), 2u);
   const nlohmann::json &counts = data["runs"][0], &engine = data["runs"][1];
   EXPECT_EQ(counts.at("force_evaluations"), 7);
@@ -340,6 +341,10 @@ TEST_F(ResultsOnDisk, WorkThatIsNotCountedHasNoNumberInTheChart) {
   EXPECT_EQ(engine.at("energy"), 0.5) << "an axis has no sign";
   ASSERT_EQ(data.at("failures").size(), 1u);
   EXPECT_NE(data["failures"][0].value("answer", "").find("instead other: error"), std::string::npos);
+  const Chart chart = work_precision_chart(results);
+  ASSERT_EQ(chart.panels.at(0).series.size(), 1u);
+  const Chart::Points points = {{records[0].error, 1e3}, {records[1].error, 1e3}};
+  EXPECT_EQ(chart.panels[0].series[0].points, points) << "error, and milliseconds";
 }
 
 TEST_F(ResultsOnDisk, AnInterruptedRunLooksIncompleteAndIsContinued) {
@@ -607,8 +612,27 @@ TEST(ScaleCurves, AreOverTheContactsThatTouch) {
   EXPECT_EQ(curves[1].points, (Points{{80, 80}}));
 }
 
-TEST(GnuplotText, DoublesItsQuotes) {
-  EXPECT_EQ(gnuplot_text("Moreau's rule, \"n\""), "'Moreau''s rule, \"n\"'");
+TEST(GrowthChart, HasAPanelPerSceneAndASlope) {
+  const Chart chart =
+      growth_chart({{"a", "m", {{1, 4}, {2, 6}}}, {"b", "m", {{1, 1}}}, {"a", "n", {{2, 8}}}, {"c", "m", {}}}, "f",
+                   "Time", "n", "seconds");
+  ASSERT_EQ(chart.panels.size(), 2u) << "nothing is known of c";
+  const auto& series = chart.panels[0].series;
+  ASSERT_EQ(series.size(), 3u);
+  EXPECT_EQ(series[0].look, chart.panels[1].series[0].look) << "of one method";
+  EXPECT_NE(series[0].look, series[1].look);
+  EXPECT_EQ(series[2].label, "slope 1");
+  for (const auto& [x, y] : series[2].points) EXPECT_DOUBLE_EQ(y, 2 * x) << "half of the least time at the least n";
+}
+
+TEST(PerformanceProfile, IsAStepPerProblem) {
+  const PerformanceProfile profile({"a", "b"}, {{1, 2, 4, HUGE_VAL}, {3, HUGE_VAL, 2, HUGE_VAL}});
+  const Chart chart = profile.chart("n", "f", "T", "c");
+  const auto& series = chart.panels.at(0).series;
+  ASSERT_EQ(series.size(), 2u);
+  EXPECT_EQ(series[0].points, (Chart::Points{{1, 0}, {1, 0.25}, {1, 0.5}, {2, 0.75}, {10, 0.75}}));
+  EXPECT_EQ(series[1].points, (Chart::Points{{1, 0}, {1, 0.25}, {3, 0.5}, {10, 0.5}}))
+      << "what it does not solve is infinite";
 }
 
 TEST(Table, PrintsInFourWays) {

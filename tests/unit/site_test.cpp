@@ -19,6 +19,7 @@
 #include "problems/input_error.h"
 #include "problems/registry.h"
 #include "reports/drawing/scene_drawing.h"
+#include "reports/render/gnuplot.h"
 #include "reports/text_file.h"
 #include "tests/test_data.h"
 
@@ -158,29 +159,21 @@ class Site : public testing::Test {
     shown.section.choice("choice", choice, {});
     shown.section.details("runs", choice);
     const nlohmann::json row = shown.results.rows.front();
-    shown.section.svg_figures([row](const FigureFolder& figures) {
-      figures.write("points.svg", "<svg xmlns=\"x\"></svg>");
-      figures.write("points.gp",
-                    "$a << EOD\n1 2\n\n3 4\nEOD\nset title 'A, panel'\nset xlabel 'x [m]'\nset ylabel 'it''s'\n"
-                    "plot $a with lines lc rgb '#000000' title 'the curve'\n");
+    shown.section.drawings([row](const FigureFolder& figures) {
       figures.write("frames.svg", "<svg xmlns=\"x\"></svg>");
-      figures.write("other.svg", "<svg xmlns=\"x\"></svg>");
-      return std::vector<Figure>{
-          {"points.svg", "p", "c"}, {"frames.svg", "cart: frames", "c", row}, {"other.svg", "o", "drawn by hand"}};
+      return std::vector<Figure>{{"frames.svg", "cart: frames", "c", row}};
     });
-    shown.section.chart({.kind = "work_precision",
-                         .name = "chart",
-                         .table = "runs",
-                         .title = "Work",
-                         .caption = "c",
-                         .data = nlohmann::json::parse(R"({"errors": [{"field": "error", "label": "</script><b>"}],
+    Chart work{.name = "chart", .file = "small_chart", .title = "Work", .caption = "c"};
+    work.panel("", {.label = "E", .is_log = true}, {.label = "t", .is_log = true})
+        .add("m", {}, Chart::Drawn::both, {{0.1, 1}});
+    shown.section.chart(work, "work_precision",
+                        nlohmann::json::parse(R"({"errors": [{"field": "error", "label": "</script><b>"}],
                            "works": [{"field": "time", "label": "t"}], "methods": [{"id": "m", "label": "m"}],
-                           "runs": [{"method": 0, "error": 0.1, "time": 1}], "failures": []})"),
-                         .still = {[](const FigureFolder& figures) {
-                                     figures.write("still.svg", "<svg xmlns=\"x\"></svg>");
-                                     return std::vector<Figure>{{"still.svg", "t", "c"}};
-                                   },
-                                   false}});
+                           "runs": [{"method": 0, "error": 0.1, "time": 1}], "failures": []})"));
+    Chart times{.name = "times", .file = "small_times", .title = "Over time", .caption = "c"};
+    times.has_key_each = true;
+    times.panel("", {.label = "t"}, {.label = "v"}).add("v", {}, Chart::Drawn::line, {{0, 1}, {2, 3}});
+    shown.section.chart(times);
     fs::create_directories(folder / "history");
     write_text(
         "history", folder / "history" / "history.json",
@@ -274,7 +267,11 @@ TEST_F(Site, KeepsTheDataOfAChartInsideOfItsElement) {
   const std::string& page = pages["experiments/small.html"];
   EXPECT_NE(page.find(R"~(<\/script><b>)~"), std::string::npos);
   EXPECT_NE(page.find("data-chart=\"work_precision\""), std::string::npos);
-  EXPECT_NE(page.find("still.svg"), std::string::npos) << "for those without scripts";
+  EXPECT_NE(page.find("\"points\":[[0.1,1.0]]"), std::string::npos) << "of the chart itself";
+  EXPECT_NE(page.find("<figure aria-label=\"Over time\">"), std::string::npos) << "no script draws it";
+  if (can_draw()) {
+    EXPECT_NE(page.find("src=\"small_chart.svg\""), std::string::npos) << "for those without scripts";
+  }
 }
 
 TEST_F(Site, LinksEveryFigureToItsNumbers) {
@@ -287,9 +284,7 @@ TEST_F(Site, LinksEveryFigureToItsNumbers) {
     EXPECT_NE(figure.find(".csv\">CSV</a>"), std::string::npos) << figure;
   }
   EXPECT_EQ(n, 4u);
-  EXPECT_EQ(read_text(root / "experiments/points_drawn.csv"),
-            "panel,x axis,y axis,curve,piece,x,y\n"
-            "\"A, panel\",x [m],it's,the curve,1,1,2\n\"A, panel\",x [m],it's,the curve,2,3,4\n");
+  EXPECT_NE(read_text(root / "experiments/small_times_drawn.csv").find("\n,t,v,v,line,1,2,3,\n"), std::string::npos);
   EXPECT_EQ(read_text(root / "experiments/frames_drawn.csv"), "t,q[0],v[0]\n0.5,1,3\n1,2,-9.5\n");
 }
 

@@ -135,18 +135,14 @@ void show_problem(const std::vector<ControlRun>& runs, const std::string& name, 
   const auto solved = std::ranges::find_if(runs, &ControlRun::succeeded);
   const auto problem = solved == runs.end() ? nullptr : problem_of(*solved);
   if (problem && problem->plant->info().geometry) {
-    section.svg_figures([=, run = *solved](const FigureFolder& folder) {
+    section.drawings([=, run = *solved](const FigureFolder& folder) {
       return std::vector{draw_frames(folder, *problem, run, name + "_frames")};
     });
-    section.svg_figures([=, run = *solved](const FigureFolder& folder) {
+    section.drawings([=, run = *solved](const FigureFolder& folder) {
       return std::vector{draw_scene(folder, *problem, run, name + "_scene")};
     });
   }
-  section.figures([runs, name](const FigureFolder& folder) {
-    std::vector<const ControlRun*> pointers;
-    for (const auto& run : runs) pointers.push_back(&run);
-    return std::vector{draw_control(folder, pointers, name)};
-  });
+  section.chart(control_chart(runs, name));
 }
 
 void show_control_experiment(const Results& results, Section& section) {

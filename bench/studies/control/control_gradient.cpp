@@ -117,11 +117,7 @@ void run_control_gradient(const json& experiment, ResultsFile& file) {
 void show_control_gradient(const Results& results, Section& section) {
   const auto gradients = results.all<ControlGradient>();
   section.result("errors", gradient_table(gradients));
-  if (!gradients.empty()) {
-    section.figures([=, id = results.experiment()](const FigureFolder& folder) {
-      return std::vector{draw_gradients(folder, gradients, id)};
-    });
-  }
+  if (!gradients.empty()) section.chart(gradient_chart(gradients, results.experiment()));
   section.details("derivatives", gradient_details(gradients));
 }
 

@@ -87,8 +87,8 @@ void show_control_growth(const Results& results, Section& section) {
   section.result("work", growth_table(runs));
   const bool is_timed = std::ranges::any_of(runs, [](const ControlGrowth& run) { return run.seconds > 0; });
   if (is_timed)
-    section.chart(growth_chart(growth_curves(runs), results.experiment(), "Time of a solution", "intervals N",
-                               "seconds", "work"));
+    section.chart(
+        growth_chart(growth_curves(runs), results.experiment(), "Time of a solution", "intervals N", "seconds"));
   section.details("steps", homotopy_steps(runs));
 }
 

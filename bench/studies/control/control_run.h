@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "problems/control/optimal_control_problem.h"
+#include "reports/chart.h"
 #include "reports/figures.h"
 #include "reports/table.h"
 
@@ -75,7 +76,7 @@ Table control_failures(const std::vector<ControlRun>& runs);
 
 /// Claimed and replayed motion, velocities, controls, contact forces and impulses of the runs of one problem, side by
 /// side.
-Figure draw_control(const FigureFolder& folder, const std::vector<const ControlRun*>& runs, const std::string& name);
+Chart control_chart(const std::vector<ControlRun>& runs, const std::string& file);
 /// The claimed motion with its forces, for a problem with a geometry: in twelve frames, and as an animation.
 Figure draw_frames(const FigureFolder& folder, const OptimalControlProblem& problem, const ControlRun& run,
                    const std::string& name);

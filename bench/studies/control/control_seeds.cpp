@@ -129,8 +129,7 @@ void add_profiles(const std::vector<SeedRun>& runs, const std::string& prefix, S
 void show_control_seeds(const Results& results, Section& section) {
   const auto runs = results.all<SeedRun>();
   section.result("success", seed_table(runs));
-  section.figures(
-      [=, id = results.experiment()](const FigureFolder& folder) { return std::vector{draw_seeds(folder, runs, id)}; });
+  section.chart(seed_chart(runs, results.experiment()));
   if (std::ranges::any_of(runs, &SeedRun::is_timed)) add_profiles(runs, results.experiment(), section);
   section.failures("failures", seed_failures(runs));
   section.details("runs", seed_details(runs));

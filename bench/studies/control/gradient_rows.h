@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "reports/figures.h"
+#include "reports/chart.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -31,7 +31,6 @@ Table gradient_table(const std::vector<ControlGradient>& gradients);
 Table gradient_details(const std::vector<ControlGradient>& gradients);
 /// Derivatives of each component of the terminal state over the intervals: the reference, and of every other method the
 /// coarsest and the finest.
-Figure draw_gradients(const FigureFolder& folder, const std::vector<ControlGradient>& gradients,
-                      const std::string& name);
+Chart gradient_chart(const std::vector<ControlGradient>& gradients, const std::string& name);
 
 }  // namespace ricochet

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "reports/figures.h"
+#include "reports/chart.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -48,8 +48,8 @@ Table seed_table(const std::vector<SeedRun>& runs);
 Table seed_failures(const std::vector<SeedRun>& runs);
 /// Every run.
 Table seed_details(const std::vector<SeedRun>& runs);
-/// Cost over CPU time of every random guess, or over iterations where times are not measured, one panel per group. Those without a solution are crosses on the upper
-/// frame.
-Figure draw_seeds(const FigureFolder& folder, const std::vector<SeedRun>& runs, const std::string& name);
+/// Cost over CPU time of every random guess, or over iterations where times are not measured, one panel per group. Those
+/// without a solution are crosses on the upper frame.
+Chart seed_chart(const std::vector<SeedRun>& runs, const std::string& name);
 
 }  // namespace ricochet

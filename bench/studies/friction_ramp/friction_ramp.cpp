@@ -217,12 +217,11 @@ void show_friction_ramp(const Results& results, Section& section) {
   const auto facets = results.all<RampFacets>();
   const std::string id = results.experiment();
   if (!grids.empty()) {
-    section.figures([=](const FigureFolder& folder) { return std::vector{draw_ramps(folder, grids, id)}; });
+    section.chart(ramp_chart(grids, id));
     section.result("methods", ramp_table(grids));
   }
   if (!facets.empty()) {
-    section.figures(
-        [=](const FigureFolder& folder) { return std::vector{draw_ramp_facets(folder, facets, id + "_facets")}; });
+    section.chart(ramp_facets_chart(facets, id + "_facets"));
     section.result("polygons", ramp_facets_table(facets));
   }
 }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "reports/figures.h"
+#include "reports/chart.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -58,9 +58,9 @@ Table ramp_table(const std::vector<RampGrid>& grids);
 Table ramp_facets_table(const std::vector<RampFacets>& facets);
 
 /// Errors on the (tan(slope), mu) plane, a panel per method, for the last initial speed of the results.
-Figure draw_ramps(const FigureFolder& folder, const std::vector<RampGrid>& grids, const std::string& name);
+Chart ramp_chart(const std::vector<RampGrid>& grids, const std::string& name);
 
 /// What friction polygons do: the stick limit and the direction of slip over the direction of the way down.
-Figure draw_ramp_facets(const FigureFolder& folder, const std::vector<RampFacets>& facets, const std::string& name);
+Chart ramp_facets_chart(const std::vector<RampFacets>& facets, const std::string& name);
 
 }  // namespace ricochet

@@ -3,10 +3,11 @@
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "reports/figures.h"
+#include "reports/chart.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -58,9 +59,8 @@ Table benchmark_table(const std::vector<BenchmarkRow>& rows, const std::string& 
 Table benchmark_failures(const std::vector<BenchmarkRow>& rows);
 Table complexity_table(const std::vector<ComplexityRow>& rows);
 
-/// Times over N where some benchmark was measured for several, else how fast each method is, over all scenes. Empty
-/// where no time is known.
-std::vector<Figure> benchmark_figures(const FigureFolder& folder, const std::vector<BenchmarkRow>& rows,
-                                      const std::string& name);
+/// Times over N where some benchmark was measured for several, else how fast each method is, over all scenes; none where no
+/// time is known.
+std::optional<Chart> benchmark_chart(const std::vector<BenchmarkRow>& rows, const std::string& file);
 
 }  // namespace ricochet

@@ -4,10 +4,10 @@
 #include <cctype>
 #include <cmath>
 #include <set>
+#include <span>
 
 #include "bench/studies/google_benchmark/benchmark_rows.h"
 #include "problems/split.h"
-#include "reports/gnuplot.h"
 #include "reports/growth.h"
 #include "reports/quantile.h"
 
@@ -117,12 +117,6 @@ Table complexity_table(const std::vector<ComplexityRow>& rows) {
 
 namespace {
 
-/// Without the mark at which a text of gnuplot ends.
-std::string drawn(std::string text) {
-  std::ranges::replace(text, '\'', '_');
-  return text;
-}
-
 /// The seconds of an item, or of an iteration where items are not counted.
 double seconds_of_item(const BenchmarkRow& row) {
   return std::isfinite(row.items_per_second) ? row.seconds_per_item() : row.cpu_seconds;
@@ -139,11 +133,9 @@ std::vector<GrowthCurve> curves_over_n(const std::vector<BenchmarkRow>& rows) {
   for (const auto& row : rows) {
     const auto name = BenchmarkName::parse(row.name);
     if (!is_drawn(row) || !(name.n > 0)) continue;
-    const auto is_its = [&](const GrowthCurve& curve) {
-      return curve.panel == drawn(name.scene) && curve.name == drawn(name.curve);
-    };
+    const auto is_its = [&](const GrowthCurve& curve) { return curve.panel == name.scene && curve.name == name.curve; };
     auto curve = std::ranges::find_if(curves, is_its);
-    if (curve == curves.end()) curve = curves.insert(curve, {drawn(name.scene), drawn(name.curve), {}});
+    if (curve == curves.end()) curve = curves.insert(curve, {name.scene, name.curve, {}});
     curve->points.emplace_back(name.n, 1e6 * seconds_of_item(row));
   }
   for (auto& curve : curves) std::ranges::sort(curve.points);
@@ -166,7 +158,7 @@ std::vector<Speeds> speeds_of(const std::vector<BenchmarkRow>& rows) {
   std::vector<Speeds> list;
   for (const auto& row : rows) {
     if (!is_drawn(row)) continue;
-    const std::string curve = drawn(BenchmarkName::parse(row.name).curve);
+    const std::string curve = BenchmarkName::parse(row.name).curve;
     auto found = std::ranges::find(list, curve, &Speeds::curve);
     if (found == list.end()) found = list.insert(found, {curve, {}});
     found->rates.push_back(1 / seconds_of_item(row));
@@ -175,59 +167,47 @@ std::vector<Speeds> speeds_of(const std::vector<BenchmarkRow>& rows) {
   return list;
 }
 
-Figure draw_speeds(const FigureFolder& folder, const std::vector<Speeds>& all, const std::string& rate,
-                   const std::string& file) {
+Chart speed_chart(const std::vector<Speeds>& all, const std::string& rate, const std::string& file) {
   constexpr std::size_t kMostLines = 100;
+  constexpr int kLineHeight = 22;  // [px]
   const std::size_t count = std::min(all.size(), kMostLines);
-  const std::vector<Speeds> list(all.end() - static_cast<std::ptrdiff_t>(count), all.end());
-  const auto families = [&] {
-    std::vector<std::string> names;
-    for (const auto& line : list) {
-      if (std::ranges::find(names, line.family()) == names.end()) names.push_back(line.family());
-    }
-    return names;
-  }();
-  std::string tics;
-  Points medians;
-  std::vector<Points> points(families.size());
-  for (std::size_t k = 0; k < list.size(); ++k) {
-    const double y = static_cast<double>(k + 1);
-    tics += fmt::format("{}{} {}", k == 0 ? "" : ", ", gnuplot_text(list[k].curve), y);
-    if (list[k].rates.size() > 1) medians.emplace_back(list[k].median(), y);
-    auto& of_family = points[std::ranges::find(families, list[k].family()) - families.begin()];
-    for (const double r : list[k].rates) of_family.emplace_back(r, y);
+  Chart chart{
+      .name = "speed",
+      .file = file,
+      .title = "Speed",
+      .caption = "Right is faster. A dot per benchmark; the cross is the median of several, which are other scenes.",
+      .width = 700,
+      .height = kLineHeight * static_cast<int>(count)};
+  if (count < all.size()) chart.caption += fmt::format(" The fastest {} of {}.", count, all.size());
+  Chart::Panel panel{.title = "", .x = {.label = rate, .is_log = true}, .y = {.label = ""}};
+  Chart::Points medians;
+  std::vector<std::string> families;
+  for (const Speeds& line : std::span(all).last(count)) {
+    const auto y = static_cast<double>(panel.y.names.size());
+    panel.y.names.push_back(line.curve);
+    if (line.rates.size() > 1) medians.emplace_back(line.median(), y);
+    auto family = std::ranges::find(families, line.family());
+    if (family == families.end()) family = families.insert(family, line.family());
+    Chart::Points dots;
+    for (const double r : line.rates) dots.emplace_back(r, y);
+    panel.add("", CurveLook::plain(static_cast<std::size_t>(family - families.begin())), Chart::Drawn::marks, dots);
   }
-  Panel panel("speeds");
-  for (std::size_t k = 0; k < families.size(); ++k) panel.add(points[k], k, "with points pt 7 ps 0.55");
-  std::string script = gnuplot_head(980, 110 + 22 * static_cast<int>(count));
-  script += fmt::format("set output '{}.svg'\nunset key\nset logscale x\nset format x '10^{{%T}}'\n", file);
-  script += fmt::format("set xlabel '{}'\nset ytics noenhanced ({})\nset yrange [0.3:{}]\n", rate, tics,
-                        static_cast<double>(count) + 0.7);
-  std::string plot = panel.plot();
-  script += panel.data();
-  if (!medians.empty()) {
-    script += data_block("medians", medians);
-    plot.insert(plot.size() - 1, ", \\\n     $medians with points pt '|' ps 1.2 lc rgb '#000000' notitle");
-  }
-  folder.draw(file, script + plot);
-  std::string caption =
-      "Right is faster. A dot per benchmark; the bar is the median of several, which are other scenes.";
-  if (count < all.size()) caption += fmt::format(" The fastest {} of {}.", count, all.size());
-  return {file + ".svg", "Speed", caption};
+  panel.add("", {.colour = 7, .symbol = 4}, Chart::Drawn::marks, medians);
+  chart.panels = {panel};
+  return chart;
 }
 
 }  // namespace
 
-std::vector<Figure> benchmark_figures(const FigureFolder& folder, const std::vector<BenchmarkRow>& rows,
-                                      const std::string& name) {
+std::optional<Chart> benchmark_chart(const std::vector<BenchmarkRow>& rows, const std::string& file) {
   const bool have_items = std::ranges::all_of(
       rows, [](const BenchmarkRow& row) { return !is_drawn(row) || std::isfinite(row.items_per_second); });
   if (const auto curves = curves_over_n(rows); !curves.empty())
-    return {draw_growth(folder, curves, name, have_items ? "Time of an item" : "Time of an iteration", "N",
-                        have_items ? "microseconds per item" : "microseconds per iteration")};
+    return growth_chart(curves, file, have_items ? "Time of an item" : "Time of an iteration", "N",
+                        have_items ? "microseconds per item" : "microseconds per iteration");
   const auto speeds = speeds_of(rows);
   if (speeds.empty()) return {};
-  return {draw_speeds(folder, speeds, have_items ? "items per second" : "iterations per second", name)};
+  return speed_chart(speeds, have_items ? "items per second" : "iterations per second", file);
 }
 
 }  // namespace ricochet

@@ -20,8 +20,7 @@ std::string warnings_of(const nlohmann::json& environment) {
 void show_benchmarks(const Results& results, Section& section) {
   const auto rows = results.all<BenchmarkRow>();
   const auto fits = results.all<ComplexityRow>();
-  section.figures(
-      [=, id = results.experiment()](const FigureFolder& folder) { return benchmark_figures(folder, rows, id); });
+  if (const auto chart = benchmark_chart(rows, results.experiment())) section.chart(*chart);
   section.result("benchmarks",
                  benchmark_table(rows,
                                  "Times of an iteration; of repetitions the median, with their standard deviation "

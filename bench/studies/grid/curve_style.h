@@ -19,6 +19,8 @@ CurveLook curve_look(const GridResults& results, const std::string& method);
 
 /// An error beyond it says nothing: it is drawn on the edge, so that it does not squeeze the others.
 constexpr double kLargestError = 10;
+/// Smaller errors are drawn here: zero has no logarithm.
+constexpr double kLeastDrawn = 1e-16;
 
 /// "FESD-J Gauss 4", or the title that the method gives itself.
 std::string curve_label(const GridResults& results, const Run& record);

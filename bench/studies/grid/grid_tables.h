@@ -40,17 +40,11 @@ std::string row_id(const GridResults& results, const Run& record);
 /// Every run with its time, for the work-precision diagram.
 Table precision_details(const GridResults& results);
 
-/// Error over step length, one figure per family of methods, with lines of the nominal order. Failed runs are crosses on
+/// Error over step length, one panel per family of methods, with lines of the nominal order. Failed runs are crosses on
 /// the upper frame, runs that replace them open circles.
-std::vector<Figure> draw_orders(const FigureFolder& folder, const GridResults& results);
-
-/// The same figures with their data.
-Section::Chart order_chart(const GridResults& results);
-
-/// CPU time over error, all methods. @throws InputError when no run was timed
-Figure draw_work_precision(const FigureFolder& folder, const GridResults& results);
+Chart order_chart(const GridResults& results);
 
 /// Positions and velocities over time; velocities jump.
-Figure draw_trajectory(const FigureFolder& folder, const Trajectory& trajectory, const std::string& name);
+Chart trajectory_chart(const Trajectory& trajectory, const std::string& file);
 
 }  // namespace ricochet

@@ -127,23 +127,21 @@ void show_method_grid(const Results& file, Section& section) {
   const GridResults results(file);
   for (const auto& trajectory : results.trajectories) {
     if (!trajectory.picture.empty()) {
-      section.svg_figures([=, id = results.id](const FigureFolder& folder) {
+      section.drawings([=, id = results.id](const FigureFolder& folder) {
         const Figure figure{id + "_scene.svg", trajectory.problem, "The scene in motion, " + trajectory.method + ".",
                             trajectory};
         folder.write(figure.file, trajectory.picture);
         return std::vector{figure};
       });
     }
-    section.figures([=, id = results.id](const FigureFolder& folder) {
-      return std::vector{draw_trajectory(folder, trajectory, id + "_trajectory")};
-    });
+    section.chart(trajectory_chart(trajectory, results.id + "_trajectory"));
   }
   if (results.has_errors()) {
     section.chart(order_chart(results));
     section.result("orders", order_summary(results));
   }
   if (results.has_errors() && !results.timings.empty()) {
-    section.chart(work_precision_chart(results));
+    section.chart(work_precision_chart(results), "work_precision", work_precision_data(results));
     section.result("time_to_reach", time_to_reach(results));
   }
   if (!results.overhead_of.empty()) section.result("overhead", overhead(results));

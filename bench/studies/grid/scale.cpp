@@ -111,7 +111,7 @@ void show_scale(const Results& results, Section& section) {
   const auto runs = results.all<Run>();
   if (std::ranges::any_of(runs, &Run::has_time))
     section.chart(growth_chart(scale_curves(runs), results.experiment(), "Time of a step", "active contacts",
-                               "microseconds per step", "steps"));
+                               "microseconds per step"));
   section.result("steps", scale_table(runs));
   section.failures("failures", scale_failures(runs));
 }

@@ -1,5 +1,6 @@
 #include "bench/studies/grid/work_precision.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "bench/studies/grid/curve_style.h"
@@ -85,7 +86,33 @@ json failure_of(const GridResults& results, const Run& record, std::size_t metho
 
 }  // namespace
 
-Section::Chart work_precision_chart(const GridResults& results) {
+Chart work_precision_chart(const GridResults& results) {
+  Chart chart{
+      .name = "work_precision",
+      .file = results.id + "_work_precision",
+      .title = "Work over error",
+      .caption =
+          "Every point is one run with a different step length or tolerance; down and left is better. Errors above 10 are drawn there. " +
+          results.error_measure().definition +
+          " Forces that a method reuses in the next step count once. Methods that do not count their work, such as engines, have no points.",
+      .panels = {{.title = "",
+                  .x = {.label = results.error_measure().axis, .is_log = true},
+                  .y = {.label = "CPU time [ms]", .is_log = true}}},
+      .width = 870,
+      .height = 490};
+  for (const auto& method : results.methods()) {
+    Chart::Points points;
+    for (const Run* run : results.of(method)) {
+      if (const Timing* timing = results.timing_of(*run); run->has_error() && timing)
+        points.emplace_back(std::clamp(run->error, kLeastDrawn, kLargestError), 1e3 * timing->median);
+    }
+    chart.panels.front().add(curve_label(results, *results.of(method).front()), curve_look(results, method),
+                             Chart::Drawn::both, points);
+  }
+  return chart;
+}
+
+nlohmann::json work_precision_data(const GridResults& results) {
   json data = measures(results);
   if (!results.has_metrics()) data["errors"].erase(data["errors"].begin() + 2, data["errors"].end());
   data["largest_error"] = kLargestError;
@@ -96,24 +123,16 @@ Section::Chart work_precision_chart(const GridResults& results) {
     const std::size_t index = data["methods"].size();
     data["methods"].push_back({{"id", method},
                                {"label", curve_label(results, *runs.front())},
-                               {"family", family_title(curve_family(method))}});
-    looks[index].put_into(data["methods"].back());
+                               {"family", family_title(curve_family(method))},
+                               {"colour", looks[index].colour},
+                               {"symbol", looks[index].symbol},
+                               {"dash", looks[index].dash}});
     for (const Run* run : runs) {
       if (run->has_error() && results.timing_of(*run)) data["runs"].push_back(run_of(results, *run, index));
       if (!run->succeeded() && run->status != "not_built") data["failures"].push_back(failure_of(results, *run, index));
     }
   }
-  return {.kind = "work_precision",
-          .name = "work_precision",
-          .table = "times",
-          .title = "Work over error",
-          .caption =
-              "Every point is one run with a different step length or tolerance; down and left is better. " +
-              results.error_measure().definition +
-              " Forces that a method reuses in the next step count once. Methods that do not count their work, such as "
-              "engines, have no points.",
-          .data = data,
-          .still = {[=](const FigureFolder& folder) { return std::vector{draw_work_precision(folder, results)}; }}};
+  return data;
 }
 
 }  // namespace ricochet

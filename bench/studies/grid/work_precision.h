@@ -5,9 +5,11 @@
 
 namespace ricochet {
 
-/// Work over error, all methods and all runs that have both: work is CPU time, or a counter that does not depend on the
-/// machine; an error is absolute, relative to the size of the solution, or one of the whole motion. Beside them, runs
-/// without a solution.
-Section::Chart work_precision_chart(const GridResults& results);
+/// CPU time over error, all methods and all runs that have both.
+Chart work_precision_chart(const GridResults& results);
+
+/// The same runs for a reader who chooses both axes: work is CPU time, or a counter that does not depend on the machine; an
+/// error is absolute, relative to the size of the solution, or one of the whole motion. Also runs without a solution.
+nlohmann::json work_precision_data(const GridResults& results);
 
 }  // namespace ricochet

@@ -267,7 +267,9 @@ void add_profile(const std::vector<HardCell>& cells, const std::string& prefix, 
 
 void show_matrix(const Results& results, Section& section) {
   const auto cells = results.all<HardCell>();
-  section.chart(verdict_matrix_chart(cells, results.experiment()));
+  section.chart(
+      {.name = "matrix", .title = "Verdicts on the hard cases", .caption = "Verdicts of all methods on all cases."},
+      "verdicts", verdict_matrix(cells, results.experiment()));
   int group = 0;
   for (const Table& table : verdict_tables(cells)) section.summary(fmt::format("group_{}", ++group), table);
   section.result("verdicts", verdict_legend(cells));

@@ -235,35 +235,30 @@ Table bounce_details(const std::vector<Answer>& answers) {
   return table_of("Every run", columns, answers);
 }
 
-QuestionPanel panel_of(const std::vector<Answer>& answers, double e, int bounces) {
-  QuestionPanel panel{
-      .title = fmt::format("e = {}, height after {} bounce{}", e, bounces, bounces > 1 ? "s" : ""),
-      .x_label = "step length [s]",
-      .y_label = "height / exact height",
-      .settings = "set logscale x\nset xrange [*:*] noextend reverse\nset format x '10^{%L}'\nset yrange [-0.05:1.6]",
-      .line = "1",
-      .line_is = "exact",
-      .curves = {}};
+Chart::Panel panel_of(const std::vector<Answer>& answers, double e, int bounces) {
+  constexpr double kHighest = 1.6;
+  Chart::Panel panel{.title = fmt::format("e = {}, height after {} bounce{}", e, bounces, bounces > 1 ? "s" : ""),
+                     .x = step_axis(),
+                     .y = {.label = "height / exact height", .from = -0.05, .to = kHighest}};
   for (const auto& [method, list] : by_method(answers)) {
-    std::vector<std::pair<double, double>> points;
+    Chart::Points points;
     for (const Answer& a : list) {
       if (a.h > 0 && is(a, e, bounces) && a.succeeded())
-        points.emplace_back(a.h, std::min(1.6, a.value("height") / a.value("exact")));
+        points.emplace_back(a.h, std::min(kHighest, a.value("height") / a.value("exact")));
     }
-    panel.curves.emplace_back(method, points);
+    panel.add(method, question_look(method), Chart::Drawn::both, points);
   }
+  panel.add_power("exact", 1, 0);
   return panel;
 }
 
 void show_bounce(const Results& results, const std::vector<Answer>& answers, Section& section) {
   section.result("answer", verdict_table(verdicts_of(answers)));
-  section.figures([=, id = results.experiment()](const FigureFolder& folder) {
-    return std::vector<Figure>{draw_question(
-        folder, id, "How high a ball bounces, over the step length",
-        "Height behind an impact over the exact height e^(2k) h_0; shorter steps to the right. Dashed: an engine as it "
-        "comes; full: as tuned, settings in methods/peers/engines/settings/. Higher than 1.6 is drawn at 1.6.",
-        {panel_of(answers, 0.8, 1), panel_of(answers, 0.9, 10), panel_of(answers, 1, 100)})};
-  });
+  section.chart(question_chart(
+      results.experiment(), "How high a ball bounces, over the step length",
+      "Height after an impact over the exact height e^(2k) h_0; shorter steps to the right. Dashed: an engine with default "
+      "settings; solid: tuned, settings in methods/peers/engines/settings/. Ratios above 1.6 are drawn at 1.6.",
+      {panel_of(answers, 0.8, 1), panel_of(answers, 0.9, 10), panel_of(answers, 1, 100)}));
   section.details("runs", bounce_details(answers));
 }
 

@@ -224,35 +224,28 @@ Table calibrate_details(const std::vector<Answer>& answers) {
 
 void show_calibrate(const Results& results, const std::vector<Answer>& answers, Section& section) {
   section.result("answer", summary_table(answers));
-  section.figures([=, id = results.experiment()](const FigureFolder& folder) {
-    std::vector<QuestionPanel> panels;
-    const auto scenes = different(answers, &Answer::scene);
-    for (std::size_t k = 0; k < std::min<std::size_t>(3, scenes.size()); ++k) {
-      QuestionPanel panel{.title = scenes[k],
-                          .x_label = "step length [s]",
-                          .y_label = "error",
-                          .settings =
-                              "set logscale xy\nset format xy '10^{%L}'\nset xrange [*:*] noextend reverse\n"
-                              "set yrange [1e-12:10]",
-                          .line = "x",
-                          .line_is = "order 1",
-                          .curves = {}};
-      std::ranges::replace(panel.title, '_', ' ');
-      for (const auto& [method, list] : by_method(answers)) {
-        std::vector<std::pair<double, double>> points;
-        for (const Answer& a : list) {
-          if (a.succeeded() && a.h > 0 && a.scene == scenes[k])
-            points.emplace_back(a.h, std::clamp(a.error, 1e-12, 10.0));
-        }
-        panel.curves.emplace_back(method, points);
+  std::vector<Chart::Panel> panels;
+  const auto scenes = different(answers, &Answer::scene);
+  for (std::size_t k = 0; k < std::min<std::size_t>(3, scenes.size()); ++k) {
+    constexpr double kLeast = 1e-12, kMost = 10;
+    Chart::Panel panel{
+        .title = scenes[k], .x = step_axis(), .y = {.label = "error", .is_log = true, .from = kLeast, .to = kMost}};
+    std::ranges::replace(panel.title, '_', ' ');
+    for (const auto& [method, list] : by_method(answers)) {
+      Chart::Points points;
+      for (const Answer& a : list) {
+        if (a.succeeded() && a.h > 0 && a.scene == scenes[k])
+          points.emplace_back(a.h, std::clamp(a.error, kLeast, kMost));
       }
-      panels.push_back(panel);
+      panel.add(method, question_look(method), Chart::Drawn::both, points);
     }
-    return std::vector<Figure>{draw_question(folder, id, "Error at the end over the step length",
-                                             "The first scenes of the experiment; shorter steps to the right. Grey: "
-                                             "first order. Dashed: an engine as it comes; full: as tuned.",
-                                             panels)};
-  });
+    panel.add_power("order 1", 1, 1);
+    panels.push_back(panel);
+  }
+  section.chart(question_chart(results.experiment(), "Error at the end over the step length",
+                               "The first scenes of the experiment; shorter steps to the right. Grey: first order. "
+                               "Dashed: an engine with default settings; solid: tuned.",
+                               panels));
   section.result("matrix", matrix_table(answers));
   section.result("steps", step_table(answers));
   section.details("runs", calibrate_details(answers));

@@ -159,38 +159,30 @@ void show_gradients(const Results& results, const std::vector<Answer>& answers, 
           verdict_table(answers, changes[k],
                         fmt::format("By differences over {:g} of a variable, for every method", changes[k])));
   }
-  section.figures([=, id = results.experiment()](const FigureFolder& folder) {
-    std::vector<QuestionPanel> panels;
-    for (const GradientCase& c : gradient_cases()) {
-      if (c.name != "ball_flies_down" && c.name != "ball_falls" && c.name != "block_stops") continue;
-      QuestionPanel panel{.title = c.name,
-                          .x_label = "step length [s]",
-                          .y_label = c.entries[0].name,
-                          .settings = "set logscale x\nset format x '10^{%L}'\nset xrange [*:*] noextend reverse",
-                          .line = fmt::format("{:.12g}", c.entries[0].exact),
-                          .line_is = "exact",
-                          .curves = {}};
-      std::ranges::replace(panel.title, '_', ' ');
-      const double size = std::max(1.0, std::abs(c.entries[0].exact));
-      panel.settings +=
-          fmt::format("\nset yrange [{:.6g}:{:.6g}]", c.entries[0].exact - 2.5 * size, c.entries[0].exact + 2.5 * size);
-      for (const auto& [method, list] : by_method(answers)) {
-        std::vector<std::pair<double, double>> points;
-        for (const Answer& a : list) {
-          if (a.succeeded() && a.h > 0 && a.scene == c.name && a.condition("change") == changes.front())
-            points.emplace_back(a.h, std::clamp(a.value(c.entries[0].name), c.entries[0].exact - 2.5 * size,
-                                                c.entries[0].exact + 2.5 * size));
-        }
-        panel.curves.emplace_back(method, points);
+  std::vector<Chart::Panel> panels;
+  for (const GradientCase& c : gradient_cases()) {
+    if (c.name != "ball_flies_down" && c.name != "ball_falls" && c.name != "block_stops") continue;
+    const GradientEntry& entry = c.entries[0];
+    const double around = 2.5 * std::max(1.0, std::abs(entry.exact));
+    Chart::Panel panel{.title = c.name,
+                       .x = step_axis(),
+                       .y = {.label = entry.name, .from = entry.exact - around, .to = entry.exact + around}};
+    std::ranges::replace(panel.title, '_', ' ');
+    for (const auto& [method, list] : by_method(answers)) {
+      Chart::Points points;
+      for (const Answer& a : list) {
+        if (a.succeeded() && a.h > 0 && a.scene == c.name && a.condition("change") == changes.front())
+          points.emplace_back(a.h, std::clamp(a.value(entry.name), panel.y.from, panel.y.to));
       }
-      panels.push_back(panel);
+      panel.add(method, question_look(method), Chart::Drawn::both, points);
     }
-    return std::vector<Figure>{draw_question(
-        folder, id, "Derivatives of the final state",
-        "Grey: exact. The derivative of a time-stepping scheme does not know that an impact comes earlier or later. What "
-        "is outside is drawn at the edge.",
-        panels)};
-  });
+    panel.add_power("exact", entry.exact, 0);
+    panels.push_back(panel);
+  }
+  section.chart(question_chart(results.experiment(), "Derivatives of the final state",
+                               "Grey: exact. The derivative of a time-stepping scheme does not contain that an impact "
+                               "comes earlier or later. Values outside of the axes are drawn at the edge.",
+                               panels));
   section.result("cases", cases_table());
   section.details("runs", gradient_details(answers));
 }

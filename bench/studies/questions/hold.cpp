@@ -106,43 +106,29 @@ constexpr double kDrawnZero = 1e-17;  // [m/s]; what is less is drawn there
 
 void show_hold(const Results& results, const std::vector<Answer>& answers, Section& section) {
   section.result("answer", verdict_table(verdicts_of(answers)));
-  section.figures([=, id = results.experiment()](const FigureFolder& folder) {
-    QuestionPanel over_cone{.title = "shortest step",
-                            .x_label = "tan(slope) / μ, up to which it should rest: 1",
-                            .y_label = "creep [m/s]",
-                            .settings =
-                                "set logscale y\nset format y '10^{%L}'\nset yrange [1e-18:10]\n"
-                                "set arrow from 1, graph 0 to 1, graph 1 nohead lc rgb '#bdbdbd' lw 3",
-                            .line = "",
-                            .line_is = "",
-                            .curves = {}};
-    QuestionPanel over_step{.title = "at 0.9 of the steepest slope",
-                            .x_label = "step length [s]",
-                            .y_label = "creep [m/s]",
-                            .settings =
-                                "set logscale xy\nset format xy '10^{%L}'\nset xrange [*:*] noextend reverse\n"
-                                "set yrange [1e-18:10]",
-                            .line = "",
-                            .line_is = "",
-                            .curves = {}};
-    for (const auto& [method, list] : by_method(answers)) {
-      const double shortest = step_range_of(list).shortest;
-      std::vector<std::pair<double, double>> cone, step;
-      for (const Answer& a : list) {
-        if (!a.succeeded()) continue;
-        const double creep = std::max(kDrawnZero, std::abs(a.value("creep")));
-        if (a.h == shortest) cone.emplace_back(a.condition("fraction"), creep);
-        if (a.condition("fraction") == 0.9 && a.h > 0) step.emplace_back(a.h, creep);
-      }
-      over_cone.curves.emplace_back(method, cone);
-      over_step.curves.emplace_back(method, step);
+  const Chart::Axis creep_axis{.label = "creep [m/s]", .is_log = true, .from = 1e-18, .to = 10};
+  Chart::Panel over_cone{
+      .title = "shortest step", .x = {.label = "tan(slope) / μ, up to which it should rest: 1"}, .y = creep_axis};
+  Chart::Panel over_step{.title = "at 0.9 of the steepest slope", .x = step_axis(), .y = creep_axis};
+  for (const auto& [method, list] : by_method(answers)) {
+    const double shortest = step_range_of(list).shortest;
+    Chart::Points cone, step;
+    for (const Answer& a : list) {
+      if (!a.succeeded()) continue;
+      const double creep = std::max(kDrawnZero, std::abs(a.value("creep")));
+      if (a.h == shortest) cone.emplace_back(a.condition("fraction"), creep);
+      if (a.condition("fraction") == 0.9 && a.h > 0) step.emplace_back(a.h, creep);
     }
-    return std::vector<Figure>{draw_question(
-        folder, id, "How fast a block creeps that should rest",
-        "Left: over the load on friction; grey: the limit. Right: over the step length, shorter to the right. Dashed: "
-        "an engine as it comes; full: as tuned. What is slower than 1e-17 m/s is drawn there.",
-        {over_cone, over_step})};
-  });
+    over_cone.add(method, question_look(method), Chart::Drawn::both, cone);
+    over_step.add(method, question_look(method), Chart::Drawn::both, step);
+  }
+  over_cone.add("limit", {}, Chart::Drawn::reference, {{1, creep_axis.from}, {1, creep_axis.to}});
+  section.chart(
+      question_chart(results.experiment(), "How fast a block creeps that should rest",
+                     "Left: over the load on friction; grey: the limit. Right: over the step length, shorter "
+                     "to the right. Dashed: an engine with default settings; solid: tuned. Speeds below 1e-17 "
+                     "m/s are drawn there.",
+                     {over_cone, over_step}));
   section.details("runs", hold_details(answers));
 }
 

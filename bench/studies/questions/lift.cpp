@@ -114,48 +114,35 @@ Table lift_details(const std::vector<Answer>& answers) {
 
 void show_lift(const Results& results, const std::vector<Answer>& answers, Section& section) {
   section.result("answer", verdict_table(verdicts_of(answers)));
-  section.figures([=, id = results.experiment()](const FigureFolder& folder) {
-    constexpr double kDrawnZero = 1e-17;
-    QuestionPanel over_speed{.title = "shortest step",
-                             .x_label = "(μ v / (1 + μ²))² / (2 g) [m]",
-                             .y_label = "highest point [m]",
-                             .settings = "set logscale xy\nset format xy '10^{%L}'\nset yrange [1e-18:10]",
-                             .line = "x",
-                             .line_is = "thrown up by a convex relaxation",
-                             .curves = {}};
-    QuestionPanel over_step{.title = "largest μ and v",
-                            .x_label = "step length [s]",
-                            .y_label = "highest point [m]",
-                            .settings =
-                                "set logscale xy\nset format xy '10^{%L}'\nset xrange [*:*] noextend reverse\n"
-                                "set yrange [1e-18:10]",
-                            .line = "",
-                            .line_is = "",
-                            .curves = {}};
-    for (const auto& [method, list] : by_method(answers)) {
-      const double shortest = step_range_of(list).shortest;
-      double most = 0;
-      for (const Answer& a : list) {
-        if (a.succeeded()) most = std::max(most, a.value("throw"));
-      }
-      std::vector<std::pair<double, double>> speed, step;
-      for (const Answer& a : list) {
-        if (!a.succeeded()) continue;
-        const double lift = std::max(kDrawnZero, a.value("lift"));
-        if (a.h == shortest) speed.emplace_back(a.value("throw"), lift);
-        if (a.h > 0 && a.value("throw") == most) step.emplace_back(a.h, lift);
-      }
-      std::sort(speed.begin(), speed.end());
-      over_speed.curves.emplace_back(method, speed);
-      over_step.curves.emplace_back(method, step);
+  constexpr double kDrawnZero = 1e-17;
+  Chart::Axis height{.label = "highest point [m]", .is_log = true, .from = 1e-18, .to = 10};
+  Chart::Panel over_speed{
+      .title = "shortest step", .x = {.label = "(μ v / (1 + μ²))² / (2 g) [m]", .is_log = true}, .y = height};
+  Chart::Panel over_step{.title = "largest μ and v", .x = step_axis(), .y = height};
+  for (const auto& [method, list] : by_method(answers)) {
+    const double shortest = step_range_of(list).shortest;
+    double most = 0;
+    for (const Answer& a : list) {
+      if (a.succeeded()) most = std::max(most, a.value("throw"));
     }
-    return std::vector<Figure>{draw_question(
-        folder, id, "How high a block rises that should slide",
-        "Left: over what a convex relaxation of Coulomb's law gives a block that is set on the floor. "
-        "Right: over the step length, shorter to the right. It should stay on the floor: what is less than "
-        "1e-17 m is drawn there. Dashed: an engine as it comes; full: as tuned.",
-        {over_speed, over_step})};
-  });
+    Chart::Points speed, step;
+    for (const Answer& a : list) {
+      if (!a.succeeded()) continue;
+      const double lift = std::max(kDrawnZero, a.value("lift"));
+      if (a.h == shortest) speed.emplace_back(a.value("throw"), lift);
+      if (a.h > 0 && a.value("throw") == most) step.emplace_back(a.h, lift);
+    }
+    std::ranges::sort(speed);
+    over_speed.add(method, question_look(method), Chart::Drawn::both, speed);
+    over_step.add(method, question_look(method), Chart::Drawn::both, step);
+  }
+  over_speed.add_power("thrown up by a convex relaxation", 1, 1);
+  section.chart(question_chart(
+      results.experiment(), "How high a block rises that should slide",
+      "Left: over the height that a convex relaxation of Coulomb's law gives a block that is set on the floor. Right: "
+      "over the step length, shorter to the right. It should stay on the floor: heights below 1e-17 m are drawn there. "
+      "Dashed: an engine with default settings; solid: tuned.",
+      {over_speed, over_step}));
   section.details("runs", lift_details(answers));
 }
 

@@ -222,52 +222,42 @@ Table overlap_details(const std::vector<Answer>& answers) {
 
 void show_overlap(const Results& results, const std::vector<Answer>& answers, Section& section) {
   section.result("answer", verdict_table(verdicts_of(answers)));
-  section.figures([=, id = results.experiment()](const FigureFolder& folder) {
-    constexpr double kDrawnZero = 1e-6;  // [m/s]
-    // Of the depths the one in the middle, which is drawn.
-    std::vector<double> depths;
-    for (const Answer& a : answers) {
-      if (std::ranges::find(depths, a.condition("depth")) == depths.end()) depths.push_back(a.condition("depth"));
+  constexpr double kDrawnZero = 1e-6;  // [m/s]
+  // The depth in the middle is drawn.
+  std::vector<double> depths;
+  for (const Answer& a : answers) {
+    if (std::ranges::find(depths, a.condition("depth")) == depths.end()) depths.push_back(a.condition("depth"));
+  }
+  std::ranges::sort(depths);
+  const double depth = depths.empty() ? 0 : depths[depths.size() / 2];
+  Chart::Panel over_time{.title = fmt::format("a ball {:g} mm in the floor, longest step", 1000 * depth),
+                         .x = {.label = "time [s]", .is_log = true},
+                         .y = {.label = "gap / depth", .from = -1.1, .to = 2}};
+  Chart::Panel over_step{.title = "two balls, the same depth",
+                         .x = step_axis(),
+                         .y = {.label = "speed of parting [m/s]", .is_log = true, .from = 5e-7, .to = 1e3}};
+  for (const auto& [method, list] : by_method(answers)) {
+    const double longest = step_range_of(list).longest;
+    Chart::Points time, step;
+    for (const Answer& a : list) {
+      const Ending ending = ending_of(a);
+      if (a.condition("depth") != depth || ending == Ending::kept || ending == Ending::failed) continue;
+      if (a.scene == kScenes[1].name && a.h > 0) step.emplace_back(a.h, std::max(kDrawnZero, a.value("speed")));
+      if (a.scene != kScenes[0].name || a.h != longest) continue;
+      for (int k = 0; k < kPlaces; ++k) time.emplace_back(time_of_place(k), a.value(name_of_place(k)) / depth);
     }
-    std::ranges::sort(depths);
-    const double depth = depths.empty() ? 0 : depths[depths.size() / 2];
-    QuestionPanel over_time{.title = fmt::format("a ball {:g} mm in the floor, longest step", 1000 * depth),
-                            .x_label = "time [s]",
-                            .y_label = "gap / depth",
-                            .settings = "set logscale x\nset format x '10^{%L}'\nset yrange [-1.1:2]",
-                            .line = "0",
-                            .line_is = "touching at rest; depth / step",
-                            .curves = {}};
-    QuestionPanel over_step{.title = "two balls, the same depth",
-                            .x_label = "step length [s]",
-                            .y_label = "speed of parting [m/s]",
-                            .settings =
-                                "set logscale xy\nset format xy '10^{%L}'\nset xrange [*:*] noextend reverse\n"
-                                "set yrange [5e-7:1e3]",
-                            .line = fmt::format("{}/x", depth),
-                            .line_is = "",
-                            .curves = {}};
-    for (const auto& [method, list] : by_method(answers)) {
-      const double longest = step_range_of(list).longest;
-      std::vector<std::pair<double, double>> time, step;
-      for (const Answer& a : list) {
-        const Ending ending = ending_of(a);
-        if (a.condition("depth") != depth || ending == Ending::kept || ending == Ending::failed) continue;
-        if (a.scene == kScenes[1].name && a.h > 0) step.emplace_back(a.h, std::max(kDrawnZero, a.value("speed")));
-        if (a.scene != kScenes[0].name || a.h != longest) continue;
-        for (int k = 0; k < kPlaces; ++k) time.emplace_back(time_of_place(k), a.value(name_of_place(k)) / depth);
-      }
-      std::sort(step.begin(), step.end());
-      over_time.curves.emplace_back(method, time);
-      over_step.curves.emplace_back(method, step);
-    }
-    return std::vector<Figure>{draw_question(
-        folder, id, "How bodies that overlap at the start come apart",
-        "Left: the gap over time, in depths; at 0 they touch. Right: the speed at which two balls without weight part, "
-        "over the step length, shorter to the right; grey: depth / step, and what is slower than 1e-6 m/s is drawn "
-        "there. Dashed: an engine as it comes; full: as tuned. What fails, or keeps the overlap, has no curve.",
-        {over_time, over_step})};
-  });
+    std::ranges::sort(step);
+    over_time.add(method, question_look(method), Chart::Drawn::both, time);
+    over_step.add(method, question_look(method), Chart::Drawn::both, step);
+  }
+  over_time.add_power("touching at rest; depth / step", 0, 0);
+  over_step.add_power("", depth, -1);
+  section.chart(question_chart(
+      results.experiment(), "How bodies that overlap at the start come apart",
+      "Left: the gap over time, in depths; at 0 they touch. Right: the speed at which two balls without weight part, over "
+      "the step length, shorter to the right; grey: depth / step; speeds below 1e-6 m/s are drawn there. Dashed: an "
+      "engine with default settings; solid: tuned. A run that fails, or keeps the overlap, has no curve.",
+      {over_time, over_step}));
   section.details("runs", overlap_details(answers));
 }
 

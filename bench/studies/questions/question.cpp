@@ -11,7 +11,6 @@
 #include "methods/method_spec.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
-#include "reports/gnuplot.h"
 
 namespace ricochet {
 namespace {
@@ -109,34 +108,6 @@ Table failures_table(const std::vector<Answer>& answers) {
   return table_of("What has no answer", columns, failures);
 }
 
-struct Style {
-  std::string color, dash;
-  int open_point, filled_point;
-  bool is_filled;
-};
-
-/// The same for a method in every figure, whatever else is drawn in it.
-Style look_of(const std::string& method) {
-  // Colours after ColorBrewer (Dark2), which differ for colour-blind readers, and blacks for methods of this suite.
-  static const std::map<std::string, std::pair<std::string, int>> engines = {
-      {"bullet", {"#d95f02", 4}}, {"ode", {"#7570b3", 6}}, {"mujoco", {"#e7298a", 8}}, {"box2d", {"#66a61e", 10}}};
-  static const std::vector<std::string> colours = {"#000000", "#1f78b4", "#8c510a", "#737373", "#01665e", "#b15928"};
-  static const std::vector<std::string> ours = {"fesd",      "event_driven", "moreau_jean",     "sap",
-                                                "soft_step", "xpbd",         "anitescu_convex", "d1_minus"};
-  const MethodSpec spec(method);
-  if (const auto engine = engines.find(spec.name()); engine != engines.end()) {
-    const bool is_default = spec.arguments().empty();
-    const auto [color, point] = engine->second;
-    return {color, is_default ? "2" : "1", point, point + 1, !is_default};
-  }
-  auto k = static_cast<std::size_t>(std::ranges::find(ours, spec.name()) - ours.begin());
-  if (k == ours.size()) {  // one that the experiments here do not name: by its place among all
-    const auto all = methods();
-    k += static_cast<std::size_t>(std::ranges::find(all, spec.name(), &MethodEntry::name) - all.begin());
-  }
-  return {colours[k % colours.size()], k < colours.size() ? "1" : "4", k % 2 ? 1 : 12, k % 2 ? 2 : 13, true};
-}
-
 }  // namespace
 
 void to_json(json& j, const Answer& answer) {
@@ -220,40 +191,41 @@ StepRange step_range_of(const std::vector<Answer>& answers) {
   return {first->h, last->h};
 }
 
-std::string style_of(const std::string& method) {
-  const Style look = look_of(method);
-  return fmt::format("with linespoints lw 1.6 dt {} pt {} ps 0.8 lc rgb '{}'", look.dash,
-                     look.is_filled ? look.filled_point : look.open_point, look.color);
+CurveLook question_look(const std::string& method) {
+  static const std::vector<std::string> engines = {"bullet", "ode", "mujoco", "box2d"},
+                                        ours = {"fesd",      "event_driven", "moreau_jean",     "sap",
+                                                "soft_step", "xpbd",         "anitescu_convex", "d1_minus"};
+  constexpr int kEngineColours[] = {1, 3, 4, 2}, kColours[] = {0, 7, 6, 5};
+  const MethodSpec spec(method);
+  if (const auto engine = std::ranges::find(engines, spec.name()); engine != engines.end()) {
+    const auto k = static_cast<int>(engine - engines.begin());
+    const bool is_default = spec.arguments().empty();
+    return {.colour = kEngineColours[k], .symbol = k, .dash = is_default ? 1 : 0, .is_open = is_default};
+  }
+  auto k = static_cast<std::size_t>(std::ranges::find(ours, spec.name()) - ours.begin());
+  if (k == ours.size()) {  // one that the experiments here do not name: by its place among all
+    const auto all = methods();
+    k += static_cast<std::size_t>(std::ranges::find(all, spec.name(), &MethodEntry::name) - all.begin());
+  }
+  const int round = static_cast<int>(k / std::size(kColours));
+  return {.colour = kColours[k % std::size(kColours)], .symbol = 5 - round % 2, .dash = round == 0 ? 0 : 2 + round % 2};
 }
 
-Figure draw_question(const FigureFolder& folder, const std::string& name, const std::string& title,
-                     const std::string& caption, const std::vector<QuestionPanel>& panels) {
-  constexpr int kWidth = 1140;
-  KeyedPanels figure;
-  figure.columns = static_cast<int>(panels.size());
-  figure.panel_width = kWidth / figure.columns;
-  if (!panels.front().line.empty()) figure.key.push_back({"with lines lw 3 lc rgb '#bdbdbd'", panels.front().line_is});
-  std::vector<std::string> methods;
-  for (std::size_t p = 0; p < panels.size(); ++p) {
-    const QuestionPanel& panel = panels[p];
-    std::string text =
-        fmt::format("set title {} noenhanced\nset xlabel {}\nset ylabel {}\n{}\n", gnuplot_text(panel.title),
-                    gnuplot_text(panel.x_label), gnuplot_text(panel.y_label), panel.settings);
-    PlotCommand plot;
-    if (!panel.line.empty()) plot.add(panel.line + " with lines lw 3 lc rgb '#bdbdbd' notitle");
-    for (std::size_t c = 0; c < panel.curves.size(); ++c) {
-      const auto& [method, points] = panel.curves[c];
-      if (points.empty()) continue;
-      const std::string block = fmt::format("p{}c{}", p, c);
-      text += data_block(block, points);
-      plot.add(fmt::format("${} {} notitle", block, style_of(method)));
-      if (std::find(methods.begin(), methods.end(), method) == methods.end()) methods.push_back(method);
-    }
-    figure.panels.push_back(text + plot.text());
-  }
-  for (const auto& method : methods) figure.key.push_back({style_of(method), method});
-  folder.draw(name, figure.script(name));
-  return {name + ".svg", title, caption};
+Chart question_chart(const std::string& name, const std::string& title, const std::string& caption,
+                     const std::vector<Chart::Panel>& panels) {
+  constexpr int kWidth = 1140, kBeside = 106;  // [px]
+  const int columns = std::max(1, static_cast<int>(panels.size()));
+  return {.name = name,
+          .file = name,
+          .title = title,
+          .caption = caption,
+          .panels = panels,
+          .columns = columns,
+          .width = kWidth / columns - kBeside};
+}
+
+Chart::Axis step_axis() {
+  return {.label = "step length [s]", .is_log = true, .is_reversed = true};
 }
 
 }  // namespace ricochet

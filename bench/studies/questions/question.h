@@ -8,6 +8,7 @@
 
 #include "bench/measure/measure_run.h"
 #include "methods/method.h"
+#include "reports/chart.h"
 #include "reports/results.h"
 #include "reports/run.h"
 #include "reports/section.h"
@@ -68,21 +69,13 @@ struct StepRange {
   double shortest = 0, longest = 0;  ///< [s]
 };
 StepRange step_range_of(const std::vector<Answer>& answers);
-/// gnuplot's style of a method, the same in all questions: a colour for each engine, dashed as it comes.
-std::string style_of(const std::string& method);
+/// The look of a method, the same in all questions: a colour for each engine, dashed and open with its default settings.
+CurveLook question_look(const std::string& method);
 
-/// A curve for each method.
-using Curves = std::vector<std::pair<std::string, std::vector<std::pair<double, double>>>>;
-/// A panel of a figure.
-struct QuestionPanel {
-  std::string title, x_label, y_label;
-  std::string settings;  ///< of gnuplot: ranges, logarithmic axes
-  std::string line;      ///< a gnuplot formula of x to compare with; empty: none
-  std::string line_is;   ///< what that is: "exact"
-  Curves curves;
-};
-/// Panels beside each other with one key below them for all.
-Figure draw_question(const FigureFolder& folder, const std::string& name, const std::string& title,
-                     const std::string& caption, const std::vector<QuestionPanel>& panels);
+/// Panels beside each other. Every series needs question_look() of the method that it is named after.
+Chart question_chart(const std::string& name, const std::string& title, const std::string& caption,
+                     const std::vector<Chart::Panel>& panels);
+/// Step lengths, shorter ones to the right.
+Chart::Axis step_axis();
 
 }  // namespace ricochet

@@ -193,37 +193,31 @@ Table toss_details(const std::vector<Answer>& answers) {
 
 void show_tosses(const Results& results, const std::vector<Answer>& answers, Section& section) {
   section.result("answer", answer_table(answers));
-  section.figures([=, id = results.experiment()](const FigureFolder& folder) {
-    QuestionPanel centre{.title = "centre",
-                         .x_label = "time [s]",
-                         .y_label = "mean distance from the measured cube [mm]",
-                         .settings = "set yrange [0:*]",
-                         .line = "",
-                         .line_is = "",
-                         .curves = {}};
-    QuestionPanel turn = centre;
-    turn.title = "rotation";
-    turn.y_label = "mean angle from the measured cube [°]";
-    const auto times = times_of(answers);
-    for (const auto& [method, list] : by_method(answers)) {
-      std::vector<std::pair<double, double>> distances, angles;
-      for (const double t : times) {
-        const double distance = mean(all_at(list, t, "distance")), angle = mean(all_at(list, t, "angle"));
-        if (std::isfinite(distance)) distances.emplace_back(t, 1e3 * distance);
-        if (std::isfinite(angle)) angles.emplace_back(t, 180 / std::acos(-1.0) * angle);
-      }
-      centre.curves.emplace_back(method, distances);
-      turn.curves.emplace_back(method, angles);
+  Chart::Panel centre{.title = "centre",
+                      .x = {.label = "time [s]"},
+                      .y = {.label = "mean distance from the measured cube [mm]", .from = 0}};
+  Chart::Panel turn = centre;
+  turn.title = "rotation";
+  turn.y.label = "mean angle from the measured cube [°]";
+  const auto times = times_of(answers);
+  for (const auto& [method, list] : by_method(answers)) {
+    Chart::Points distances, angles;
+    for (const double t : times) {
+      const double distance = mean(all_at(list, t, "distance")), angle = mean(all_at(list, t, "angle"));
+      if (std::isfinite(distance)) distances.emplace_back(t, 1e3 * distance);
+      if (std::isfinite(angle)) angles.emplace_back(t, 180 / std::acos(-1.0) * angle);
     }
-    std::vector<std::pair<double, double>> spread;
-    for (const double t : times) spread.emplace_back(t, 1e3 * spread_at(answers, t));
-    centre.curves.emplace_back("how far the methods are apart", spread);
-    return std::vector<Figure>{
-        draw_question(folder, id, "From a measured motion",
-                      "Mean over all tosses that last as long. Dashed: an engine as it comes; full: "
-                      "as tuned. Apart: mean distance of the methods from their common mean.",
-                      {centre, turn})};
-  });
+    centre.add(method, question_look(method), Chart::Drawn::both, distances);
+    turn.add(method, question_look(method), Chart::Drawn::both, angles);
+  }
+  Chart::Points spread;
+  for (const double t : times) spread.emplace_back(t, 1e3 * spread_at(answers, t));
+  centre.add("distance between the methods", {}, Chart::Drawn::reference, spread);
+  section.chart(
+      question_chart(results.experiment(), "From a measured motion",
+                     "Mean over all tosses that last as long. Dashed: an engine with default settings; solid: "
+                     "tuned. Grey: mean distance of the methods from their common mean.",
+                     {centre, turn}));
   section.details("runs", toss_details(answers));
 }
 

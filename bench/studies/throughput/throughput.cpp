@@ -378,9 +378,7 @@ void run_throughput(const json& experiment, ResultsFile& file) {
 void show_throughput(const Results& results, Section& section) {
   const auto curves = results.all<ThroughputCurve>();
   const auto runs = results.all<ThroughputRun>();
-  section.figures([=, id = results.experiment()](const FigureFolder& folder) {
-    return throughput_figures(folder, curves, runs, id);
-  });
+  for (const Chart& chart : throughput_charts(curves, runs, results.experiment())) section.chart(chart);
   if (runs.empty()) return;
   section.result("throughput", throughput_summary(runs));
   section.result("setup", throughput_setup_table(curves));

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "reports/figures.h"
+#include "reports/chart.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -74,7 +74,7 @@ Table throughput_setup_table(const std::vector<ThroughputCurve>& curves);
 Table throughput_failures(const std::vector<ThroughputRun>& runs, const std::vector<ThroughputCurve>& curves);
 
 /// Runs per second of a core over the error, a panel per scene; and over the number of threads, with the processes.
-std::vector<Figure> throughput_figures(const FigureFolder& folder, const std::vector<ThroughputCurve>& curves,
-                                       const std::vector<ThroughputRun>& runs, const std::string& name);
+std::vector<Chart> throughput_charts(const std::vector<ThroughputCurve>& curves, const std::vector<ThroughputRun>& runs,
+                                     const std::string& name);
 
 }  // namespace ricochet

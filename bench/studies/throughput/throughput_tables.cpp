@@ -5,7 +5,7 @@
 
 #include "bench/measure/problem_choice.h"
 #include "bench/studies/throughput/throughput_rows.h"
-#include "reports/gnuplot.h"
+#include "reports/setting.h"
 
 namespace ricochet {
 namespace {
@@ -165,96 +165,69 @@ Table throughput_failures(const std::vector<ThroughputRun>& runs, const std::vec
 
 namespace {
 
-std::string panels_head(std::size_t panels, const std::string& file) {
-  const std::size_t columns = 2, rows = (panels + columns) / columns;  // one cell more, for the key
-  return gnuplot_head(980, static_cast<int>(380 * rows)) +
-         fmt::format("set output '{}'\nset multiplot layout {},{}\nunset key\n", file, rows, columns);
-}
-
-/// The last cell: names of the curves.
-std::string key_cell(const std::vector<std::string>& names, const std::string& style,
-                     const std::vector<std::string>& more) {
-  std::string text =
-      "unset title\nunset xlabel\nunset ylabel\nunset border\nunset tics\nunset grid\nunset logscale\n"
-      "set key center center reverse Left samplen 2.5 spacing 1.3\nset xrange [1:10]\nset yrange [1:10]\n";
-  PlotCommand key;
-  for (std::size_t k = 0; k < names.size(); ++k)
-    key.add(fmt::format("NaN {} lc rgb '{}' title {}", style, curve_color(k), gnuplot_text(names[k])));
-  for (const auto& item : more) key.add(item);
-  return text + key.text() + "unset multiplot\n";
-}
-
-// Of errors: scenes that a method solves exactly have rounding alone.
+// Scenes that a method solves exactly have errors of rounding alone.
 constexpr double kLeastErrorDrawn = 1e-10;
 
-constexpr const char* kCurveStyle = "with linespoints lw 1.8 pt 7 ps 0.5";
-constexpr const char* kProcessStyle = "with points pt 6 ps 1.6 lw 1.5";
-
-Figure draw_errors(const FigureFolder& folder, const std::vector<ThroughputCurve>& curves, const std::string& file) {
-  const auto scenes = different(curves, &ThroughputCurve::scene), methods = different(curves, &ThroughputCurve::method);
-  std::string script = panels_head(scenes.size(), file + ".svg");
-  script += "set logscale xy\nset format x '10^{%T}'\nset format y '10^{%T}'\n";
-  script += "set xlabel 'error of nine of ten runs'\nset ylabel 'runs per second and core'\n";
-  for (std::size_t s = 0; s < scenes.size(); ++s) {
-    Panel panel(fmt::format("errors{}", s));
-    for (const auto& curve : curves) {
-      if (curve.scene != scenes[s]) continue;
-      Points points;
-      for (const auto& setting : curve.settings) {
-        if (std::isfinite(setting.error))
-          points.emplace_back(std::max(setting.error, kLeastErrorDrawn), 1e6 / setting.microseconds);
-      }
-      const auto color = static_cast<std::size_t>(std::ranges::find(methods, curve.method) - methods.begin());
-      panel.add(points, color, kCurveStyle);
+Chart error_chart(const std::vector<ThroughputCurve>& curves, const std::string& file) {
+  Chart chart{
+      .name = "errors",
+      .file = file,
+      .title = "Runs per second and core over the error",
+      .caption = fmt::format("CPU time in one thread, all settings that were tried; up and left is better. Errors "
+                             "below {:.0e} are drawn there.",
+                             kLeastErrorDrawn)};
+  const auto methods = different(curves, &ThroughputCurve::method);
+  for (const auto& curve : curves) {
+    Chart::Points points;
+    for (const auto& setting : curve.settings) {
+      if (std::isfinite(setting.error))
+        points.emplace_back(std::max(setting.error, kLeastErrorDrawn), 1e6 / setting.microseconds);
     }
-    script += panel.data() + fmt::format("set title {}\n", gnuplot_text(scenes[s])) + panel.plot();
+    const auto k = static_cast<std::size_t>(std::ranges::find(methods, curve.method) - methods.begin());
+    chart
+        .panel(curve.scene, {.label = "error of nine of ten runs", .is_log = true},
+               {.label = "runs per second and core", .is_log = true})
+        .add(curve.method, CurveLook::of(k), Chart::Drawn::both, points);
   }
-  folder.draw(file, script + key_cell(methods, kCurveStyle, {}));
-  return {file + ".svg", "Runs per second and core over the error",
-          fmt::format(
-              "CPU time in one thread, all settings that were tried; up and left is better. Errors below {:.0e} are "
-              "drawn there.",
-              kLeastErrorDrawn)};
+  return chart;
 }
 
-Figure draw_threads(const FigureFolder& folder, const std::vector<ThroughputRun>& runs, const std::string& file) {
+Chart thread_chart(const std::vector<ThroughputRun>& runs, const std::string& file) {
   const auto scenes = different(runs, &ThroughputRun::scene), methods = different(runs, &ThroughputRun::method);
-  const int most = std::ranges::max(runs, {}, &ThroughputRun::threads).threads;
   const double level = std::ranges::max(runs, {}, &ThroughputRun::level).level;
-  std::string script = panels_head(scenes.size(), file + ".svg");
-  script += "set logscale xy 2\nset logscale y 10\nset format y '10^{%T}'\n";
-  script += fmt::format("set xrange [0.9:{}]\nset xlabel 'threads'\nset ylabel 'runs per second'\n", 1.1 * most);
-  for (std::size_t s = 0; s < scenes.size(); ++s) {
-    Panel panel(fmt::format("threads{}", s));
+  Chart chart{
+      .name = "threads",
+      .file = file,
+      .title = "Runs per second over the number of threads",
+      .caption = fmt::format("At an error of {:.0e}. Circles: as many processes that share nothing, the limit of the "
+                             "machine. Dotted: one thread times the number of threads.",
+                             level)};
+  for (const auto& scene : scenes) {
+    Chart::Panel& panel =
+        chart.panel(scene, {.label = "threads", .is_log = true}, {.label = "runs per second", .is_log = true});
     for (std::size_t m = 0; m < methods.size(); ++m) {
-      Points threads, processes, ideal;
+      Chart::Points threads, processes, ideal;
       for (const auto& run : runs) {
-        if (run.scene != scenes[s] || run.method != methods[m] || run.level != level || !run.is_reached) continue;
+        if (run.scene != scene || run.method != methods[m] || run.level != level || !run.is_reached) continue;
         threads.emplace_back(run.threads, run.rate());
         processes.emplace_back(run.threads, run.process_rate());
         ideal.emplace_back(run.threads, threads.front().second * run.threads / threads.front().first);
       }
-      panel.add(threads, m, kCurveStyle);
-      panel.add(processes, m, kProcessStyle);
-      panel.add(ideal, m, "with lines dt 3 lw 1");
+      const CurveLook look = CurveLook::of(m);
+      panel.add(methods[m], look, Chart::Drawn::both, threads);
+      panel.add("", {.colour = look.colour, .is_open = true}, Chart::Drawn::marks, processes);
+      panel.add("", {.colour = look.colour, .dash = 2}, Chart::Drawn::line, ideal);
     }
-    script += panel.data() + fmt::format("set title {}\n", gnuplot_text(scenes[s])) + panel.plot();
   }
-  const std::vector<std::string> more = {
-      fmt::format("NaN {} lc rgb '#404040' title 'as many processes'", kProcessStyle),
-      "NaN with lines dt 3 lw 1 lc rgb '#404040' title 'one thread times their number'"};
-  folder.draw(file, script + key_cell(methods, kCurveStyle, more));
-  return {file + ".svg", "Runs per second over the number of threads",
-          fmt::format("At an error of {:.0e}. Circles: as many processes that share nothing, the limit of the machine.",
-                      level)};
+  return chart;
 }
 
 }  // namespace
 
-std::vector<Figure> throughput_figures(const FigureFolder& folder, const std::vector<ThroughputCurve>& curves,
-                                       const std::vector<ThroughputRun>& runs, const std::string& name) {
+std::vector<Chart> throughput_charts(const std::vector<ThroughputCurve>& curves, const std::vector<ThroughputRun>& runs,
+                                     const std::string& name) {
   if (curves.empty() || runs.empty()) return {};
-  return {draw_errors(folder, curves, name + "_errors"), draw_threads(folder, runs, name + "_threads")};
+  return {error_chart(curves, name + "_errors"), thread_chart(runs, name + "_threads")};
 }
 
 }  // namespace ricochet

@@ -50,7 +50,7 @@ double excursion(const ButcherTableau& tableau) {
   return farthest;
 }
 
-/// Bounds of a run whose closed element absorbs v+. The stages of a Gauss tableau give v+ back: such a run has none.
+/// Bounds of a run whose closed element absorbs v+ by its stages.
 void set_bounds(const ButcherTableau& tableau, double T, const ExactBall& ball, double radius, ZenoRun& run) {
   run.rest_bound = run.position_bound = kNoBound;
   const Capture closed = capture(tableau);

@@ -4,8 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "reports/figures.h"
-#include "reports/section.h"
+#include "reports/chart.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -61,13 +60,7 @@ Table zeno_table(const std::vector<ZenoRun>& runs);
 /// Every run.
 Table zeno_details(const std::vector<ZenoRun>& runs);
 
-/// Error of the rest time over the step length with its bound, a panel per tableau, and kappa over the stages; then the
-/// velocity that Gauss tableaus leave in a ball at rest.
-std::vector<Figure> zeno_figures(const FigureFolder& folder, const std::vector<ZenoCapture>& captures,
-                                 const std::vector<ZenoRun>& runs, const std::string& name);
-
-/// The same figures with their data.
-Section::Chart zeno_chart(const std::vector<ZenoCapture>& captures, const std::vector<ZenoRun>& runs,
-                          const std::string& name);
+/// Error of the rest time over the step length with its bound, a panel per Radau IIA tableau, and kappa over the stages.
+Chart zeno_chart(const std::vector<ZenoCapture>& captures, const std::vector<ZenoRun>& runs, const std::string& name);
 
 }  // namespace ricochet

@@ -1,13 +1,12 @@
-// Panels of curves, side by side where there is room: error over step length, growth with size, what changed from commit to commit.
-// Axes are logarithmic where the data name no others. Curves of one name look the same in all panels and have one place in the key;
-// one without a name belongs to that before it.
-import { line } from "d3-shape";
+// Panels of curves, side by side where there is room, with the axes and the ranges that the chart states. Curves of one name look the
+// same in all panels and have one place in the key; one without a name belongs to that before it.
+import { curveStepAfter, line } from "d3-shape";
 import { element } from "./dom.js";
 import { legend } from "./legend.js";
 import { lookedAt } from "./looked_at.js";
-import { axes, drawAtWidth, logDomain, lookOf, symbolPath } from "./plot.js";
+import { axes, drawAtWidth, lookOf, markClass, symbolPath } from "./plot.js";
 
-const NEAR = 24;  // pixels around the pointer
+const NEAR = 24, ROW = 22;  // pixels around the pointer, and of a named place
 const TWO = 760, GAP = 16;  // pixels from which two panels stand side by side, and between them
 
 /// The names of the key, and each curve with its place among them.
@@ -28,8 +27,6 @@ function named(panels) {
   return key.map((entry) => ({ ...entry, group: isShared || panels.length === 1 ? undefined : entry.group }));
 }
 
-/// Zero has no place on a logarithmic axis.
-const isDrawn = (panel, [x, y]) => (panel.x_names || x > 0) && (panel.is_log_y === false || y > 0);
 /// Pieces of a curve: over named places it ends where it has no point.
 function pieces(panel, points) {
   const found = [];
@@ -39,50 +36,36 @@ function pieces(panel, points) {
   });
   return found;
 }
-/// An interval a little longer than that of the values.
-function around(values, margin) {
-  if (!values.length) return [0, 1];
-  const low = Math.min(...values), high = Math.max(...values), beside = margin ?? (0.05 * (high - low) || 0.1);
-  return [low - beside, high + beside];
-}
-/// Step lengths and sizes range over decades, what changed from one place to the next may not.
-function heightsOf({ x_names, is_log_y }, values) {
-  if (is_log_y === false) return around(values);
-  return x_names && values.length ? around(values.map(Math.log)).map(Math.exp) : logDomain(values);
-}
 const digits = (x) => Number(x.toPrecision(4));
 
 function addPanel(panel, names) {
   const picture = element("div", { class: "picture" });
   const looked = lookedAt(({ curve, x, y }) => element("div", {},
     element("p", { class: "title" }, names[curve.name].label),
-    element("p", {}, `${panel.y_label}: ${digits(y)}`),
+    element("p", {}, panel.y_names ? panel.y_names[y] : `${panel.y_label}: ${digits(y)}`),
     element("p", {}, `${panel.x_label}: `, panel.x_links ? element("a", { href: panel.x_links[x] }, panel.x_names[x]) : `${digits(x)}`)),
   "");  // the hint stands once, above all panels
   const box = element("div", { class: "panel" }, element("p", { class: "title" }, panel.title), picture, looked.said);
 
   function draw(width, shown) {
-    const curves = panel.curves.filter((curve) => shown.has(curve.name));
-    const drawnPoints = (curve) => curve.points.filter((point) => isDrawn(panel, point));
-    const all = (curves.length ? curves : panel.curves).flatMap(drawnPoints), heights = all.map(([, at]) => at);
+    const curves = panel.curves.filter((curve) => shown.has(curve.name)), rows = panel.y_names?.length ?? 0;
     const { svg, area, x, y } = axes({
-      width, height: Math.round(Math.max(260, Math.min(400, 0.75 * width))), xLabel: panel.x_label, yLabel: panel.y_label,
-      xNames: panel.x_names, isLogY: panel.is_log_y !== false,
-      xDomain: (panel.x_names ? (values) => around(values, 0.3) : logDomain)(all.map(([at]) => at)),
-      yDomain: heightsOf(panel, heights),
+      width, height: Math.round(Math.max(260, ROW * rows, Math.min(400, 0.75 * width))), xLabel: panel.x_label, yLabel: panel.y_label,
+      xNames: panel.x_names, yNames: panel.y_names, isLogX: panel.is_log_x, isLogY: panel.is_log_y,
+      xDomain: panel.x_range, yDomain: panel.y_range,
       label: `${panel.title}: ${panel.y_label} over ${panel.x_label}`,
     });
-    const path = line().x(([at]) => x(at)).y(([, at]) => y(at));
     const items = [];
     for (const curve of curves) {
-      const points = drawnPoints(curve);
+      const { points } = curve, path = line().x(([at]) => x(at)).y(([, at]) => y(at));
+      if (curve.drawn === "steps") path.curve(curveStepAfter);
       if (curve.drawn !== "marks") {
         area.append("path").attr("class", `curve c${curve.colour}`).attr("d", pieces(panel, points).map((piece) => path(piece)).join(""))
           .style("stroke-dasharray", lookOf(curve).dash || null);
       }
-      if (curve.drawn === "lines") continue;
+      if (curve.drawn === "lines" || curve.drawn === "steps") continue;
       for (const [px, py] of points) {
-        area.append("path").attr("class", `mark c${curve.colour}`).attr("d", symbolPath(curve.symbol))
+        area.append("path").attr("class", `${markClass(lookOf(curve))} c${curve.colour}`).attr("d", symbolPath(curve.symbol))
           .attr("transform", `translate(${x(px)},${y(py)})`);
         items.push({ curve, x: px, y: py });
       }
@@ -105,11 +88,9 @@ export function drawCurves(place, data) {
   const names = named(data.panels), panels = data.panels.map((panel) => addPanel(panel, names));
   const boxes = element("div", { class: "panels" }, ...panels.map(({ box }) => box));
   const hint = element("p", { class: "hint" }, "Point at a mark, or move with the arrow keys, for its numbers; a click, or Enter, keeps it.");
-  const lost = data.panels.flatMap((panel) => panel.curves.flatMap((curve) => curve.points.filter((point) => !isDrawn(panel, point)))).length;
   let width = 0;
   const key = legend(names, () => draw());
   place.append(element("div", { class: "chart-columns" }, element("div", { class: "drawn" }, hint, boxes), key.element));
-  if (lost) place.append(element("p", { class: "hint" }, `${lost} points at zero have no place on logarithmic axes.`));
   function draw() {
     const columns = panels.length > 1 && width >= TWO ? 2 : 1;
     boxes.style.gridTemplateColumns = `repeat(${columns}, minmax(0, 1fr))`;

@@ -1,10 +1,10 @@
 // Names of curves that switch them on and off; with a double click, or Shift and Enter, one stays alone.
 import { element } from "./dom.js";
-import { symbolPath } from "./plot.js";
+import { markClass, symbolPath } from "./plot.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 
-function sample({ colour, symbol, dash }) {
+function sample({ colour, symbol, dash, isOpen }) {
   const svg = document.createElementNS(SVG, "svg");
   svg.setAttribute("viewBox", "-13 -7 26 14");
   svg.setAttribute("aria-hidden", "true");
@@ -17,7 +17,7 @@ function sample({ colour, symbol, dash }) {
   if (symbol !== undefined) {
     const mark = document.createElementNS(SVG, "path");
     mark.setAttribute("d", symbolPath(symbol));
-    mark.setAttribute("class", "mark");
+    mark.setAttribute("class", markClass({ isOpen }));
     svg.append(mark);
   }
   return svg;

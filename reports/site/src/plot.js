@@ -10,8 +10,9 @@ const SYMBOLS = [symbolCircle, symbolSquare, symbolTriangle, symbolDiamond, symb
 export const DASHES = ["", "6 3", "2 3", "9 3 2 3"];
 /// How a curve looks, as CurveLook has it (reports/curve_look.h): a number of the style sheet's palette, which is Okabe and Ito's
 /// without its yellow, lost on white, and with a grey; one of a mark; dashes.
-export const lookOf = ({ colour, symbol, dash }) => ({ colour, symbol, dash: DASHES[dash] });
-const ROOM = 48, NAME_ROOM = 66;  // pixels of a power, and of a name
+export const lookOf = ({ colour, symbol, dash, is_open }) => ({ colour, symbol, dash: DASHES[dash], isOpen: is_open });
+export const markClass = ({ isOpen }) => (isOpen ? "mark open" : "mark");
+const ROOM = 48, NAME_ROOM = 66, LETTER = 6.6;  // pixels of a power, of a name below an axis, and of a letter
 const MARGIN = { top: 12, right: 14, bottom: 46, left: 62 };
 const LANE = 7;  // pixels of one of many lanes in a band of zeros
 const GAP = 8;  // pixels between a band of zeros and its axis, and from its rim to its first lane
@@ -19,7 +20,8 @@ const GAP = 8;  // pixels between a band of zeros and its axis, and from its rim
 /// "1e-4", for a power of ten: short on a phone.
 const power = (x) => (Number.isInteger(Math.log10(x)) || Math.abs(Math.log10(x) - Math.round(Math.log10(x))) < 1e-9
   ? `1e${Math.round(Math.log10(x))}` : "");
-const decades = ([low, high], length) => {
+const decades = (domain, length) => {
+  const [low, high] = [Math.min(...domain), Math.max(...domain)];
   const first = Math.ceil(Math.log10(low) - 1e-9), last = Math.floor(Math.log10(high) + 1e-9);
   const by = Math.max(1, Math.ceil((last - first) / Math.min(8, Math.floor(length / ROOM))));
   const ticks = [];
@@ -43,15 +45,16 @@ export const logDomain = (values) => {
 /// Pixels of the band of zeros before a logarithmic axis, on which zero has no place. Many lanes share what there is.
 const bandOf = (zeros, length) => (zeros ? Math.min(length / 5, Math.max(28, LANE * zeros.lanes + 2 * GAP)) : 0);
 
-/// @param xNames  of the places 0, 1, ... of a linear axis
+/// @param xNames, yNames  of the places 0, 1, ... of a linear axis
 /// @param beside  pixels left free on the right
 /// @param zerosX, zerosY  { lanes, label } of the bands of zeros left and below, if any
 /// @returns { svg, area, x, y, zeroX, zeroY }; the last two take a share, from 0 to 1, of the breadth of a band
-export function axes({ width, height, label, xLabel, yLabel, xDomain, yDomain, isLogY = true, xNames, beside = 0, zerosX, zerosY }) {
-  const left = MARGIN.left, right = width - (xNames ? NAME_ROOM / 2 : MARGIN.right) - beside;
+export function axes({ width, height, label, xLabel, yLabel, xDomain, yDomain, isLogX = true, isLogY = true, xNames, yNames,
+  beside = 0, zerosX, zerosY }) {
+  const left = yNames ? LETTER * Math.max(...yNames.map((name) => name.length)) + 20 : MARGIN.left, right = width - (xNames ? NAME_ROOM / 2 : MARGIN.right) - beside;
   const top = MARGIN.top, bottom = height - MARGIN.bottom;
   const rimX = left + bandOf(zerosX, right - left), rimY = bottom - bandOf(zerosY, bottom - top);
-  const x = (xNames ? scaleLinear : scaleLog)(xDomain, [zerosX ? rimX + GAP : left, right]);
+  const x = (isLogX ? scaleLog : scaleLinear)(xDomain, [zerosX ? rimX + GAP : left, right]);
   const y = (isLogY ? scaleLog : scaleLinear)(yDomain, [zerosY ? rimY - GAP : bottom, top]);
   const svg = create("svg:svg").attr("viewBox", `0 0 ${width} ${height}`).attr("role", "group").attr("aria-label", label)
     .style("width", "100%").style("height", "auto");
@@ -70,11 +73,13 @@ export function axes({ width, height, label, xLabel, yLabel, xDomain, yDomain, i
   // A power whose label would touch that of the band beside it is left out.
   const isClear = (tick) => !zerosX || x(tick) - zeroX(0.5) >= ROOM / 2 + 4 * zerosX.label.length;
   const length = x.range()[1] - x.range()[0];
-  const xTicks = xNames ? places(xDomain, length) : decades(xDomain, length).filter(isClear);
-  const xAxis = axisBottom(x).tickValues(xTicks).tickFormat(xNames ? (k) => xNames[k] : power)
-    .tickSizeOuter(0).tickSizeInner(top - bottom).tickPadding(8);
+  const xAxis = axisBottom(x).tickSizeOuter(0).tickSizeInner(top - bottom).tickPadding(8);
+  if (xNames) xAxis.tickValues(places(xDomain, length)).tickFormat((k) => xNames[k]);
+  else if (isLogX) xAxis.tickValues(decades(xDomain, length).filter(isClear)).tickFormat(power);
+  else xAxis.ticks(Math.max(2, Math.floor(length / NAME_ROOM)));
   const yAxis = axisLeft(y).tickSizeOuter(0).tickSizeInner(left - right).tickPadding(8);
-  if (isLogY) {
+  if (yNames) yAxis.tickValues([...yNames.keys()]).tickFormat((k) => yNames[k]);
+  else if (isLogY) {
     const powers = decades(yDomain, y.range()[0] - top);
     if (powers.length > 1) yAxis.tickValues(powers).tickFormat(power);
     else yAxis.tickValues(fewOf(y.ticks(6))).tickFormat((value) => String(Number(value.toPrecision(4))));

@@ -61,15 +61,17 @@ function spread(heights, top, bottom) {
 }
 
 export function drawProfile(place, data) {
-  const curves = data.solvers.map((solver) => ({ label: solver.name, ...lookOf(solver) })), first = mostSolved(data.solvers);
-  const largest = Math.max(10, ...data.solvers.flatMap((solver) => solver.ratios));
+  // Steps of the chart begin at (1, 0), and end at the edge of its axis.
+  const solvers = data.panels[0].curves.map((curve) => ({ ...curve, ratios: curve.points.slice(1, -1).map(([tau]) => tau) }));
+  const curves = solvers.map((solver) => ({ label: solver.label, ...lookOf(solver) })), first = mostSolved(solvers);
+  const largest = Math.max(10, ...solvers.flatMap((solver) => solver.ratios));
   const picture = element("div", { class: "picture" });
-  const corners = data.solvers.map((solver, k) => cornersOf(solver.ratios, k));
+  const corners = solvers.map((solver, k) => cornersOf(solver.ratios, k));
   const percent = (solved) => `${solved} of ${data.problems} problems (${Math.round((100 * solved) / data.problems)} %)`;
   const looked = lookedAt(({ curve, tau, solved }) => element("div", {},
     element("p", { class: "title" }, curves[curve].label),
     element("p", {}, `${percent(solved)} in at most ${Number(tau.toPrecision(3))} times the time of the best`),
-    element("p", {}, `It solves ${percent(data.solvers[curve].ratios.length)}.`)),
+    element("p", {}, `It solves ${percent(solvers[curve].ratios.length)}.`)),
   "Point at a curve, or move with the arrow keys, for its share; a click, or Enter, keeps it.");
   let width = 0;
   const key = legend(curves, () => draw(), { noun: "solvers", first, why: first.length < curves.length ? "those that solve most" : "" });
@@ -86,14 +88,14 @@ export function drawProfile(place, data) {
     });
     const path = line().x(([tau]) => x(tau)).y(([, share]) => y(share)).curve(curveStepAfter);
     const drawn = new Map();
-    const [left, right] = x.range(), shareAt = (k, px) => data.solvers[k].ratios.filter((tau) => x(tau) <= px).length / data.problems;
+    const [left, right] = x.range(), shareAt = (k, px) => solvers[k].ratios.filter((tau) => x(tau) <= px).length / data.problems;
     const places = Array.from({ length: Math.floor((right - left) / SAMPLES) }, (_, n) => left + n * SAMPLES);
     const turns = taken(key.shown, new Map([...key.shown].map((k) => [k, places.map((px) => y(shareAt(k, px)))])));
     // Those with longer dashes below those with shorter ones: where they go together, the gaps show what is below.
     const order = [...key.shown].sort((a, b) => DASHES.indexOf(curves[a].dash) - DASHES.indexOf(curves[b].dash) || a - b);
     for (const k of order) {
       const curve = area.append("path").attr("class", `curve c${curves[k].colour}`)
-        .attr("d", path(stepsOf(data.solvers[k].ratios, data.problems, 1.2 * largest)));
+        .attr("d", path(stepsOf(solvers[k].ratios, data.problems, 1.2 * largest)));
       const turn = turns.get(k);
       if (turn) curve.style("stroke-dasharray", turn.array).style("stroke-dashoffset", turn.offset);
       else if (curves[k].dash) curve.style("stroke-dasharray", curves[k].dash);
@@ -107,7 +109,7 @@ export function drawProfile(place, data) {
       }
     });
     if (isNamed) {
-      const ends = order.map((k) => y(data.solvers[k].ratios.length / data.problems));
+      const ends = order.map((k) => y(solvers[k].ratios.length / data.problems));
       const at = spread(ends, y.range()[1], y.range()[0]);
       order.forEach((k, n) => {
         area.append("path").attr("class", `leader c${curves[k].colour}`).attr("d", `M${right},${ends[n]}l8,${at[n] - ends[n]}`);
