@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include "problems/problem.h"
 
@@ -17,12 +18,62 @@ Matrix solve_partial_pivoting(const Matrix& A, const Matrix& B);
 /// is singular, full pivoting with scaled rows.
 Matrix solve_consistent(const Matrix& A, const Matrix& B);
 
+Matrix inverse_of(const Matrix& A);   ///< A^-1, by partial pivoting
+bool is_invertible(const Matrix& A);  ///< to rounding, by full pivoting
+
+/// Decomposition with partial pivoting.
+class PartialPivotingFactors {
+ public:
+  explicit PartialPivotingFactors(const Matrix& A);
+  Vector solve(const Vector& b) const;
+  Matrix solve_columns(const Matrix& B) const;
+
+ private:
+  Eigen::PartialPivLU<Matrix> lu_;
+};
+
+/// Decomposition with full pivoting.
+class FullPivotingFactors {
+ public:
+  FullPivotingFactors() = default;
+  /// @param threshold  part of the largest pivot up to which a pivot is zero; 0 is Eigen's, some roundings
+  explicit FullPivotingFactors(const Matrix& A, double threshold = 0);
+  bool is_invertible() const;
+  Eigen::Index rank() const;
+  Vector solve(const Vector& b) const;
+
+ private:
+  Eigen::FullPivLU<Matrix> lu_;
+};
+
+/// Complete orthogonal decomposition of a matrix of any rank.
+struct RankDecomposition {
+  /// @param threshold  part of the largest pivot up to which a pivot is zero
+  RankDecomposition(const Matrix& A, double threshold);
+  Matrix pseudo_inverse, null_space;  ///< A^+; columns N with A N = 0
+};
+
+/// A = vectors diag(values) vectors', symmetric; the smallest value is the first.
+struct SymmetricEigen {
+  explicit SymmetricEigen(const Matrix& A);
+  Vector values;
+  Matrix vectors;
+};
+
+/// A = U diag(values) V', U and V square; the largest value is the first.
+struct SingularValues {
+  explicit SingularValues(const Matrix& A);
+  Vector values;
+  Matrix U, V;
+};
+
 /// Cholesky decomposition of a symmetric matrix, such as M(q).
 class CholeskyFactors {
  public:
   explicit CholeskyFactors(const Matrix& A);
   Vector solve(const Vector& b) const;
   Matrix solve_columns(const Matrix& B) const;
+  Matrix solve_lower(const Matrix& B) const;  ///< L^-1 B with A = L L'
 
  private:
   Eigen::LLT<Matrix> llt_;

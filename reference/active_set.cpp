@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <vector>
 
+#include "problems/dense_solve.h"
 #include "problems/input_error.h"
 
 namespace ricochet::reference {
@@ -28,8 +28,8 @@ std::optional<Vector> solve_lcp_by_enumeration(const Matrix& M, const Vector& q)
     }
     Vector z = Vector::Zero(n);
     if (!active.empty()) {
-      const Eigen::FullPivLU<Matrix> lu(M(active, active));
-      if (!lu.isInvertible()) continue;
+      const FullPivotingFactors lu(M(active, active));
+      if (!lu.is_invertible()) continue;
       z(active) = lu.solve(-q(active));
     }
     const Vector w = M * z + q;

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
+#include "problems/dense_solve.h"
 #include "problems/input_error.h"
 #include "reference/force_equations.h"
 #include "reference/scales.h"
@@ -141,7 +141,7 @@ class Enumeration {
         if (!above || !below) return std::nullopt;
         derivative.col(j) = (*above - *below) / (2 * kStep);
       }
-      Vector change = -derivative.fullPivLu().solve(*residual);
+      Vector change = -FullPivotingFactors(derivative).solve(*residual);
       if (!change.allFinite()) return std::nullopt;
       const double largest = change.cwiseAbs().maxCoeff();
       angles += change * std::min(1.0, 0.5 / largest);  // half a radian, or it leaves for another solution

@@ -1,6 +1,5 @@
 #include "reference/force_division.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,6 +7,7 @@
 #include <numeric>
 #include <optional>
 
+#include "problems/dense_solve.h"
 #include "reference/scales.h"
 
 namespace ricochet::reference {
@@ -40,8 +40,8 @@ class LinearProgram {
     std::vector<Eigen::Index> active(static_cast<std::size_t>(n));
     std::iota(active.begin(), active.end(), 0);
     while (true) {
-      const Eigen::FullPivLU<Matrix> lu(A_(active, Eigen::all));
-      if (lu.isInvertible()) {
+      const FullPivotingFactors lu(A_(active, Eigen::all));
+      if (lu.is_invertible()) {
         const Vector z = lu.solve(b_(active));
         const Vector size = A_.cwiseAbs() * z.cwiseAbs() + b_.cwiseAbs();
         if ((A_ * z - b_ + kLawRounding * size).minCoeff() >= 0 && (!best || z[n - 1] > (*best)[n - 1])) best = z;

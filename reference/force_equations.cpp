@@ -1,6 +1,7 @@
 #include "reference/force_equations.h"
 
-#include <Eigen/SVD>
+#include "problems/dense_solve.h"
+
 namespace ricochet::reference {
 namespace {
 
@@ -10,21 +11,19 @@ constexpr double kNoMotion = 1e-5;
 }  // namespace
 
 ForceEquations::ForceEquations(const Matrix& A, const Vector& diagonal, Singular singular)
-    : s_(diagonal.cwiseSqrt().cwiseInverse()), A_(s_.asDiagonal() * A * s_.asDiagonal()) {
-  lu_.setThreshold(kSingular);
-  lu_.compute(A_);
+    : s_(diagonal.cwiseSqrt().cwiseInverse()), A_(s_.asDiagonal() * A * s_.asDiagonal()), lu_(A_, kSingular) {
   null_space_.resize(A.rows(), 0);
-  if (lu_.isInvertible() || singular == Singular::refuse) return;
-  const Eigen::JacobiSVD<Matrix> svd(A_, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  if (lu_.is_invertible() || singular == Singular::refuse) return;
+  const SingularValues svd(A_);
   const Eigen::Index rank = lu_.rank();
-  pseudo_inverse_ = svd.matrixV().leftCols(rank) * svd.singularValues().head(rank).cwiseInverse().asDiagonal() *
-                    svd.matrixU().leftCols(rank).transpose();
-  null_space_ = s_.asDiagonal() * svd.matrixV().rightCols(A.cols() - rank);
+  pseudo_inverse_ =
+      svd.V.leftCols(rank) * svd.values.head(rank).cwiseInverse().asDiagonal() * svd.U.leftCols(rank).transpose();
+  null_space_ = s_.asDiagonal() * svd.V.rightCols(A.cols() - rank);
 }
 
 std::optional<Vector> ForceEquations::solve(const Vector& b, const Vector& b_size) const {
   const Vector right = s_.cwiseProduct(b);
-  if (lu_.isInvertible()) return s_.cwiseProduct(lu_.solve(right));
+  if (lu_.is_invertible()) return s_.cwiseProduct(lu_.solve(right));
   if (null_space_.cols() == 0) return std::nullopt;
   const Vector x = pseudo_inverse_ * right;
   const double size = s_.cwiseProduct(b_size).maxCoeff() + (A_.cwiseAbs() * x.cwiseAbs()).maxCoeff();

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/LU>
 #include <optional>
 
+#include "problems/dense_solve.h"
 #include "problems/problem.h"
 #include "reference/scales.h"
 
@@ -42,7 +42,7 @@ class ForceEquations {
  private:
   const Vector s_;
   const Matrix A_;  // scaled
-  Eigen::FullPivLU<Matrix> lu_;
+  FullPivotingFactors lu_;
   Matrix pseudo_inverse_, null_space_;
 };
 

@@ -1,10 +1,11 @@
 #include "reference/slip_start.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include "problems/dense_solve.h"
 
 namespace ricochet::reference {
 namespace {
@@ -27,7 +28,7 @@ RadauIIA radau_iia() {
     powers.col(k) = tableau.c.array().pow(k);
     integrals.col(k) = tableau.c.array().pow(k + 1) / (k + 1);
   }
-  tableau.A = integrals * powers.inverse();
+  tableau.A = integrals * inverse_of(powers);
   return tableau;
 }
 
@@ -55,7 +56,7 @@ class Collocation {
         if (!moved) return false;
         derivative.col(j) = (*moved - *residual) / kStep;
       }
-      const Vector change = -derivative.partialPivLu().solve(*residual);
+      const Vector change = -PartialPivotingFactors(derivative).solve(*residual);
       if (!change.allFinite() || change.cwiseAbs().maxCoeff() > 1) return false;
       phi += change;
       if (change.cwiseAbs().maxCoeff() < 1e-9) break;  // the next one would be rounding

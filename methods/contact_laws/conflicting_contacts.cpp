@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -68,12 +67,12 @@ std::vector<int> conflicting_contacts(const ContactProblem& problem) {
   if (!scale.allFinite()) return {};
   const Matrix A = scale.asDiagonal() * all(normals, normals) * scale.asDiagonal();
   const Vector b = scale.cwiseProduct(problem.b(normals));
-  const Eigen::SelfAdjointEigenSolver<Matrix> solver(0.5 * (A + A.transpose()));
+  const SymmetricEigen eigen(0.5 * (A + A.transpose()));
   int n_null = 0;
-  while (n_null < n && solver.eigenvalues()[n_null] <= kNullSpace * solver.eigenvalues()[n - 1]) ++n_null;
+  while (n_null < n && eigen.values[n_null] <= kNullSpace * eigen.values[n - 1]) ++n_null;
   if (n_null == 0) return {};
   // The nearest point is P (s - b) with P = N N' and the s >= 0 that makes it shortest.
-  const Matrix N = solver.eigenvectors().leftCols(n_null);
+  const Matrix N = eigen.vectors.leftCols(n_null);
   const Vector c = N.transpose() * b, s = nonnegative_least_squares(N.transpose(), c), d = N * (N.transpose() * s - c);
   if (!(d.norm() > kLeastClosing * b.norm()) || !(b.dot(d) < 0)) return {};
   const double least = kLeastWeight * d.maxCoeff();

@@ -1,9 +1,9 @@
 #include "methods/contact_laws/redundant_contacts.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "methods/contact_laws/friction_set.h"
+#include "problems/dense_solve.h"
 
 namespace ricochet {
 namespace {
@@ -39,10 +39,10 @@ RedundantContacts::RedundantContacts(const ContactProblem& problem) {
   const int n = problem.G.n_rows();
   Matrix G(n, n);
   problem.G.to_dense(G);
-  const Eigen::SelfAdjointEigenSolver<Matrix> solver(0.5 * (G + G.transpose()));
-  values_ = solver.eigenvalues();
+  const SymmetricEigen eigen(0.5 * (G + G.transpose()));
+  values_ = eigen.values;
   while (n_null_ < n && values_[n_null_] <= kNull * values_[n - 1]) ++n_null_;
-  null_ = solver.eigenvectors().leftCols(n_null_);
+  null_ = eigen.vectors.leftCols(n_null_);
 }
 
 double RedundantContacts::condition() const {

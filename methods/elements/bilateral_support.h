@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 
 #include "methods/method.h"
 #include "methods/runge_kutta/butcher_tableau.h"
+#include "problems/dense_solve.h"
 
 namespace ricochet {
 
@@ -14,7 +14,7 @@ namespace ricochet {
 /// and without a stage at the right end q_1 leaves those that are curved.
 inline Support can_hold_bilateral(const ButcherTableau& tableau, const ProblemInfo& problem) {
   if (!problem.has_bilateral()) return Support::yes();
-  if (!tableau.A.fullPivLu().isInvertible()) {
+  if (!is_invertible(tableau.A)) {
     return Support::no(
         fmt::format("the matrix A of tableau {} is singular and does not determine the forces of bilateral constraints",
                     tableau.name));

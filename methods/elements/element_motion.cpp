@@ -1,8 +1,9 @@
 #include "methods/elements/element_motion.h"
 
-#include <Eigen/LU>
 #include <cmath>
 #include <set>
+
+#include "problems/dense_solve.h"
 
 namespace ricochet {
 
@@ -10,7 +11,7 @@ ElementMotion::ElementMotion(const ButcherTableau& tableau) : n_s_(tableau.n_s) 
   if (std::set<double>(tableau.c.begin(), tableau.c.end()).size() < static_cast<std::size_t>(n_s_)) return;
   Matrix powers(n_s_, n_s_);
   for (int m = 0; m < n_s_; ++m) powers.col(m) = tableau.c.array().pow(m);
-  w_ = powers.inverse();
+  w_ = inverse_of(powers);
 }
 
 void ElementMotion::add(double begin, double end, const Element& e, Motion& motion) const {

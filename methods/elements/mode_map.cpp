@@ -1,10 +1,10 @@
 #include "methods/elements/mode_map.h"
 
-#include <Eigen/LU>
 #include <limits>
 
 #include "methods/elements/redundant_system.h"
 #include "methods/linear_algebra/small_lu.h"
+#include "problems/dense_solve.h"
 
 namespace ricochet {
 namespace {
@@ -46,10 +46,10 @@ void ModeMap::set(const Problem& problem, const ActiveSet& active) {
   Matrix f_q = Matrix::Zero(n, n), f_v = f_q;
   problem.force(q_r.data(), v_r.data(), info.u.data(), f.data());
   if (!is_constant) problem.force_jacobians(q_r.data(), v_r.data(), info.u.data(), f_q.data(), f_v.data());
-  const Eigen::PartialPivLU<Matrix> M(problem.mass_matrix(q_r));
+  const PartialPivotingFactors M(problem.mass_matrix(q_r));
   A0 = M.solve(f);
-  Aq = M.solve(f_q);
-  Av = M.solve(f_v);
+  Aq = M.solve_columns(f_q);
+  Av = M.solve_columns(f_v);
   R = Matrix::Zero(n, n_rows);
   Matrix C = R;
   Vector J_n(info.n_normal_entries), J_t(info.n_tangent_entries);
@@ -73,7 +73,7 @@ void ModeMap::set(const Problem& problem, const ActiveSet& active) {
     }
   }
   if (n_rows > 0) {
-    const Matrix MC = M.solve(C), system = R.transpose() * MC;
+    const Matrix MC = M.solve_columns(C), system = R.transpose() * MC;
     SmallLu lu;
     Ls = lu.of(system);
     if (RedundantSystem::is_singular(system, Ls)) return;

@@ -1,6 +1,5 @@
 #include "methods/elements/redundant_system.h"
 
-#include <Eigen/QR>
 #include <cmath>
 
 #include "problems/dense_solve.h"
@@ -34,18 +33,12 @@ bool RedundantSystem::is_singular_in_all_units(const Matrix& K, const Matrix& in
 }
 
 RedundantSystem::RedundantSystem(const Matrix& K, const std::vector<int>& force_rows) {
-  Eigen::CompleteOrthogonalDecomposition<Matrix> decomposition(K.rows(), K.cols());
-  decomposition.setThreshold(kRank);
   const Scales scales(K);
-  decomposition.compute(scales.of(K));
-  pseudo_inverse_ = scales.columns.asDiagonal() * decomposition.pseudoInverse() * scales.rows.asDiagonal();  // K^-
-  const Eigen::Index nullity = K.cols() - decomposition.rank();
+  const RankDecomposition decomposition(scales.of(K), kRank);
+  pseudo_inverse_ = scales.columns.asDiagonal() * decomposition.pseudo_inverse * scales.rows.asDiagonal();  // K^-
   to_smallest_.setZero(K.rows(), K.cols());
-  if (nullity == 0) return;
-  Matrix N = Matrix::Zero(K.cols(), nullity);
-  N.bottomRows(nullity).setIdentity();
-  N = decomposition.colsPermutation() * (decomposition.matrixZ().transpose() * N).eval();
-  N = scales.columns.asDiagonal() * N;
+  if (decomposition.null_space.cols() == 0) return;
+  const Matrix N = scales.columns.asDiagonal() * decomposition.null_space;
   const Matrix forces = N(force_rows, Eigen::all);
   to_smallest_(Eigen::all, force_rows) = N * ricochet::pseudo_inverse(forces);
   pseudo_inverse_ -= (to_smallest_ * pseudo_inverse_).eval();

@@ -1,8 +1,9 @@
 #include "methods/event_driven/slip_start.h"
 
-#include <Eigen/LU>
 #include <cmath>
 #include <limits>
+
+#include "problems/dense_solve.h"
 
 namespace ricochet {
 namespace {
@@ -100,7 +101,7 @@ bool SlipStart::take(double h, const std::vector<int>& contacts, Vector& q, Vect
         }
       }
     }
-    change = -derivative.partialPivLu().solve(residual);
+    change = -PartialPivotingFactors(derivative).solve(residual);
     const double turn = change.cwiseAbs().maxCoeff();
     if (!std::isfinite(turn) || turn > 1) return false;
     const bool converged = turn <= kStartConverged || (turn <= kStartStagnates && turn >= 0.5 * last_turn);

@@ -1,9 +1,10 @@
 #include "methods/fesd/capture.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "problems/dense_solve.h"
 
 namespace ricochet {
 
@@ -16,8 +17,8 @@ double Capture::rest_time_bound(double h, double e) const {
 }
 
 Capture capture(const ButcherTableau& tableau) {
-  const Eigen::FullPivLU<Matrix> A(tableau.A);
-  if (!A.isInvertible()) return {std::numeric_limits<double>::infinity(), 1};
+  const FullPivotingFactors A(tableau.A);
+  if (!A.is_invertible()) return {std::numeric_limits<double>::infinity(), 1};
   const Vector rates = A.solve(Vector::Ones(tableau.n_s));
   return {rates.maxCoeff(), 1 - tableau.b.dot(rates)};  // (3), (2)
 }

@@ -1,9 +1,9 @@
 #include "methods/fesd/element_error.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "problems/dense_solve.h"
 #include "problems/input_error.h"
 
 namespace ricochet {
@@ -40,7 +40,7 @@ ElementError::ElementError(const ButcherTableau& tableau) : n_s_(tableau.n_s), o
   for (int j = 0; j < n; ++j) {
     for (int k = 0; k < n; ++k) values(j, k) = std::legendre(static_cast<unsigned>(k), 2 * tableau.c[j] - 1);
   }
-  legendre_ = values.inverse();
+  legendre_ = inverse_of(values);
   odd_factorial_ = Vector::Ones(n);
   for (int k = 2; k < n; ++k) odd_factorial_[k] = (2 * k - 1) * odd_factorial_[k - 1];
   error_constant_ = error_constant(tableau);

@@ -1,10 +1,10 @@
 #include "methods/fesd/element_path.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "methods/contact_laws/bernstein.h"
+#include "problems/dense_solve.h"
 
 namespace ricochet {
 namespace {
@@ -47,7 +47,7 @@ Matrix ElementPath::from_positions(const std::vector<Point>& points) {
   for (int row = 0; row < d - 1; ++row) B.row(row) = bernstein::basis(points[static_cast<std::size_t>(row)].s, d);
   B(d - 1, 0) = B(d, d - 1) = -d;
   B(d - 1, 1) = B(d, d) = d;
-  return B.inverse();
+  return inverse_of(B);
 }
 
 /// The inverse of (2), of a degree that is two lower, raised twice: b_k <- (k b_k-1 + (d - k) b_k) / d.
@@ -56,7 +56,7 @@ Matrix ElementPath::from_velocities(const std::vector<Point>& points) {
   Matrix B(n, n);
   for (Eigen::Index row = 0; row < n; ++row)
     B.row(row) = bernstein::basis(points[static_cast<std::size_t>(row)].s, static_cast<int>(n) - 1);
-  Matrix weights = B.inverse();
+  Matrix weights = inverse_of(B);
   for (Eigen::Index d = n; d < n + 2; ++d) {
     Matrix raised = Matrix::Zero(d + 1, n);
     for (Eigen::Index k = 0; k <= d; ++k) {

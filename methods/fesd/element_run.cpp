@@ -1,10 +1,10 @@
 #include "methods/fesd/element_run.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "problems/dense_solve.h"
 #include "problems/packed_column.h"
 
 namespace ricochet {
@@ -43,7 +43,7 @@ ElementRunSolver::ElementRunSolver(const Problem& problem, const ButcherTableau&
       switch_solver_(elements_, options.tolerance),
       sign_conditions_(problem, tableau, polygon_, scales, options.gap_tolerance),
       force_division_(problem),
-      regular_A_(tableau.A.fullPivLu().isInvertible()) {
+      regular_A_(is_invertible(tableau.A)) {
   gap_.setZero(problem.n_c());
   scratch_.resize(problem.info(), tableau.n_s);
   for (Vector* state : {&x_, &group_start_, &largest_}) state->setZero(2 * problem.n_q());

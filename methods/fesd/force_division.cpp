@@ -1,9 +1,9 @@
 #include "methods/fesd/force_division.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 
 #include "methods/elements/redundant_system.h"
+#include "problems/dense_solve.h"
 
 namespace ricochet {
 namespace {
@@ -75,11 +75,7 @@ ForceDivision::Forces ForceDivision::forces(const Vector& q, const std::vector<C
     all.cones.push_back(cone);
   }
   all.x = x.head(n);
-  Eigen::CompleteOrthogonalDecomposition<Matrix> decomposition(info.n_q, n);
-  decomposition.setThreshold(RedundantSystem::kRank);
-  decomposition.compute(D.leftCols(n));
-  all.N =
-      decomposition.colsPermutation() * decomposition.matrixZ().transpose().rightCols(n - decomposition.rank());  // (1)
+  all.N = RankDecomposition(D.leftCols(n), RedundantSystem::kRank).null_space;  // (1)
   return all;
 }
 

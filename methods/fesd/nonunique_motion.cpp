@@ -1,9 +1,9 @@
 #include "methods/fesd/nonunique_motion.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+
+#include "problems/dense_solve.h"
 
 namespace ricochet {
 namespace {
@@ -38,17 +38,17 @@ std::vector<std::string> contacts_of_nonunique_motion(const Problem& problem, co
   const auto n = static_cast<Eigen::Index>(contact_of.size());
   if (n == 0) return {};
   // L^-1 C with M = L L': its length is that of the motion in the metric of M.
-  const Eigen::LLT<Matrix> M(problem.mass_matrix(q));
-  Matrix held = M.matrixL().solve(problem.force_directions(A.leftCols(n))),
-         motion = M.matrixL().solve(problem.force_directions(C.leftCols(n)));
+  const CholeskyFactors M(problem.mass_matrix(q));
+  Matrix held = M.solve_lower(problem.force_directions(A.leftCols(n))),
+         motion = M.solve_lower(problem.force_directions(C.leftCols(n)));
   const Vector size = held.colwise().norm().transpose().cwiseMax(motion.colwise().norm().transpose());
   held *= size.cwiseInverse().asDiagonal();
   motion *= size.cwiseInverse().asDiagonal();
-  const Eigen::JacobiSVD<Matrix> svd(held.transpose() * motion, Eigen::ComputeFullV);
+  const SingularValues svd(held.transpose() * motion);
   std::vector<std::string> names;
   for (Eigen::Index k = 0; k < n; ++k) {
-    const Vector x = svd.matrixV().col(k);
-    if (svd.singularValues()[k] > kRank || (motion * x).norm() <= kRank) continue;  // (1), (2)
+    const Vector x = svd.V.col(k);
+    if (svd.values[k] > kRank || (motion * x).norm() <= kRank) continue;  // (1), (2)
     for (Eigen::Index l = 0; l < n; ++l) {
       const std::string& name = info.contacts[contact_of[l]].name;
       if (std::abs(x[l]) > kRank && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);

@@ -1,10 +1,9 @@
 #include "methods/fesd/sign_conditions.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "problems/dense_solve.h"
 #include "problems/packed_column.h"
 
 namespace ricochet {
@@ -45,12 +44,13 @@ SignConditions::SignConditions(const Problem& problem, const ButcherTableau& tab
   allowed_gap_.setZero(problem.n_c());
   J_t_.setZero(problem.info().n_tangent_entries, n_points_ + 1);
   J_n_.setZero(problem.info().n_normal_entries);
-  const Eigen::FullPivLU<Matrix> A(tableau.A);
-  if (A.isInvertible()) absorption_ = A.solve(Vector::Ones(n_s_)).cwiseAbs().maxCoeff();
+  const FullPivotingFactors A(tableau.A);
+  if (A.is_invertible()) absorption_ = A.solve(Vector::Ones(n_s_)).cwiseAbs().maxCoeff();
   tangential_delassus_.setZero(problem.n_c());
   if (!problem.info().has_friction()) return;
   const Matrix J_t = problem.force_directions(problem.tangent_jacobian(problem.info().q0)).cwiseAbs();
-  const Matrix G = J_t.transpose() * problem.mass_matrix(problem.info().q0).llt().solve(J_t).cwiseAbs();
+  const Matrix G =
+      J_t.transpose() * CholeskyFactors(problem.mass_matrix(problem.info().q0)).solve_columns(J_t).cwiseAbs();
   for (int i = 0; i < problem.n_c(); ++i) {
     const auto& contact = problem.info().contacts[i];
     for (int d = 0; d < contact.n_t; ++d)

@@ -1,12 +1,11 @@
 #include <fmt/format.h>
 
-#include <Eigen/LU>
-
 #include "methods/elements/bilateral_support.h"
 #include "methods/elements/smooth_forces.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "methods/time_freezing/time_freezing_run.h"
+#include "problems/dense_solve.h"
 
 namespace ricochet {
 namespace {
@@ -35,7 +34,7 @@ class TimeFreezing final : public Method {
 
   Support supports(const ProblemInfo& problem) const override {
     if (const Support forces = can_follow_forces(problem); !forces.ok) return forces;
-    if (!problem.unilateral.empty() && !tableau_.A.fullPivLu().isInvertible()) {
+    if (!problem.unilateral.empty() && !is_invertible(tableau_.A)) {
       return Support::no(
           fmt::format("the matrix A of tableau {} is singular and does not determine the weights of a sliding motion",
                       tableau_.name));
