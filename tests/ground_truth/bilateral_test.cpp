@@ -8,6 +8,7 @@
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "reference/agreement.h"
+#include "tests/solve_with_samples.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
@@ -19,9 +20,8 @@ Solution run(const Problem& problem, const std::string& method, int steps,
   settings.steps = steps;
   settings.tolerance = 1e-10;
   settings.audit = true;
-  settings.recording = Recording::grid;
   settings.sensitivities = std::move(sensitivities);
-  return make_method(method)->solve(problem, settings);
+  return solve_with_samples(problem, method, settings);
 }
 
 double largest_gap(const Problem& problem, const Solution& s) {

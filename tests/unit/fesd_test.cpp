@@ -2,18 +2,26 @@
 
 #include "methods/registry.h"
 #include "problems/input_error.h"
+#include "tests/solve_with_samples.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
 namespace {
 
-Solution run_fesd(const Problem& problem, const std::string& method, int steps) {
+Settings fesd_settings(int steps) {
   Settings settings;
   settings.steps = steps;
   settings.tolerance = 1e-8;
   settings.audit = true;
-  settings.recording = Recording::grid;
-  return make_method(method)->solve(problem, settings);
+  return settings;
+}
+
+Solution run_fesd(const Problem& problem, const std::string& method, int steps) {
+  return solve_with_samples(problem, method, fesd_settings(steps));
+}
+
+bool fesd_succeeds(const Problem& problem, const std::string& method, int steps) {
+  return make_method(method)->solve(problem, fesd_settings(steps)).succeeded();
 }
 
 /// The bound of the audit: residuals relative to the terms that cancel.
@@ -36,7 +44,7 @@ TEST(PublishedGrid, HasThreeInfeasibleRunsAndTheAuditHoldsOnAllOthers) {
     for (int n_s = 1; n_s <= 4; ++n_s) {
       for (const int steps : kPublishedGrid) {
         const std::string method = std::string("fesd:") + family + ":" + std::to_string(n_s) + ",switches=published";
-        const Solution s = run_fesd(*p, method, steps);
+        const Solution s = make_method(method)->solve(*p, fesd_settings(steps));
         if (s.succeeded()) {
           EXPECT_LE(s.max_residual(), kFesdAudit) << method << " " << steps;
         } else {
@@ -55,13 +63,12 @@ TEST(PublishedGrid, HasThreeInfeasibleRunsAndTheAuditHoldsOnAllOthers) {
 TEST(PublishedGrid, ElementsAsNeededSolveTheThree) {
   const auto p = make_problem("two_balls_spring");
   for (const auto& [method, steps] : {std::pair{"fesd:radau-iia:2", 65}, {"fesd:gauss:1", 80}, {"fesd:gauss:1", 125}}) {
-    EXPECT_FALSE(run_fesd(*p, method, steps).succeeded());
+    EXPECT_FALSE(fesd_succeeds(*p, method, steps));
     const Solution s = run_fesd(*p, std::string(method) + ",elements=as_needed", steps);
     EXPECT_TRUE(s.succeeded()) << s.message;
     EXPECT_LE(s.max_residual(), kFesdAudit);
     EXPECT_LE(s.counters.elements, 2 * steps + 2) << "one more element in the steps that need it";
-    EXPECT_TRUE(run_fesd(*p, std::string(method) + ",n_fe=3", steps).succeeded())
-        << "three elements everywhere solve it too";
+    EXPECT_TRUE(fesd_succeeds(*p, std::string(method) + ",n_fe=3", steps)) << "three elements everywhere solve it too";
   }
 }
 
@@ -74,7 +81,7 @@ TEST(FesdStep, NumberOfElements) {
     EXPECT_GE(s.counters.elements, 100 * n_fe);
     EXPECT_LE(s.counters.elements, 100 * n_fe + 4) << "two impacts";
   }
-  EXPECT_FALSE(run_fesd(*p, "fesd:radau-iia:3,n_fe=1", 100).succeeded()) << "one element cannot hold an impact inside";
+  EXPECT_FALSE(fesd_succeeds(*p, "fesd:radau-iia:3,n_fe=1", 100)) << "one element cannot hold an impact inside";
 }
 
 TEST(FesdStep, SingleElementsOfEqualLengthWhereNothingSwitches) {

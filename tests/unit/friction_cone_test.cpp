@@ -11,6 +11,7 @@
 #include "problems/input_error.h"
 #include "problems/registry.h"
 #include "problems/scene_file/scene_file.h"
+#include "tests/solve_with_samples.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
@@ -23,9 +24,7 @@ Solution run_with_cone(const Problem& problem, const std::string& method, int st
   Settings settings;
   settings.steps = steps;
   settings.audit = audit;
-  settings.recording = Recording::grid;
-  const Solution s = make_method(method)->solve(problem, settings);
-  EXPECT_TRUE(s.succeeded()) << method << ", " << steps << " steps: " << s.message;
+  const Solution s = solve_with_samples(problem, method, settings);
   if (audit) EXPECT_LE(s.max_residual(), kConeAudit) << method << ", " << steps << " steps";
   return s;
 }

@@ -6,25 +6,16 @@
 
 #include "methods/registry.h"
 #include "problems/input_error.h"
+#include "tests/solve_with_samples.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
 namespace {
 
-Solution run_scheme(const Problem& problem, const std::string& method, int steps,
-                    Recording recording = Recording::grid) {
-  Settings settings;
-  settings.steps = steps;
-  settings.recording = recording;
-  const Solution s = make_method(method)->solve(problem, settings);
-  EXPECT_TRUE(s.succeeded()) << method << ": " << s.message;
-  return s;
-}
-
 /// A ball of radius 0.1 whose gap is 0.5 m; one step of 0.4 s would take it to -0.28.
 TEST(StewartTrinkle, LandsOnTheSurfaceWithinOneStep) {
   const auto p = make_problem("bouncing_ball", {{"e", 0}, {"height", 0.6}, {"duration", 0.8}});
-  const Solution s = run_scheme(*p, "stewart_trinkle", 2);
+  const Solution s = solve_with_samples(*p, "stewart_trinkle", 2);
   // v_1 = -9.81 0.4 = -3.924, gap - 0.4 3.924 < 0: v_1 = -gap / h
   EXPECT_NEAR(s.samples[0].q[0], 0.1, 1e-15);
   EXPECT_NEAR(s.samples[0].v_plus[0], -0.5 / 0.4, 1e-15);
@@ -35,7 +26,7 @@ TEST(StewartTrinkle, LandsOnTheSurfaceWithinOneStep) {
 TEST(SchatzmanPaoli, ReflectsThePositionBefore) {
   const double e = 0.9, g = 9.81, h = 0.1;
   const auto p = make_problem("bouncing_ball", {{"e", e}, {"height", 0.6}, {"duration", 0.5}});
-  const Solution s = run_scheme(*p, "schatzman_paoli", 5);
+  const Solution s = solve_with_samples(*p, "schatzman_paoli", 5);
   double before = 0.5, now = 0.5, v = 0;  // gaps
   for (int k = 0; k < 5; ++k) {
     double next = now + h * (v - h * g);
@@ -53,7 +44,8 @@ TEST(SchatzmanPaoli, ReflectsThePositionBefore) {
 /// Slip opens the gap of the convex scheme by h mu |v_t|, Coulomb's law leaves it closed.
 TEST(AnitescuConvex, OpensTheGapOfASlidingContact) {
   const auto p = make_problem("sliding_block", {{"duration", 0.1}});
-  const Solution convex = run_scheme(*p, "anitescu_convex", 1), coulomb = run_scheme(*p, "stewart_trinkle", 1);
+  const Solution convex = solve_with_samples(*p, "anitescu_convex", 1),
+                 coulomb = solve_with_samples(*p, "stewart_trinkle", 1);
   const double mu = p->info().contacts[0].mu, h = 0.1;
   EXPECT_NEAR(p->gap(coulomb.q)[0], 0, 1e-15);
   EXPECT_GT(convex.v[0], 0.1) << "it still slides";
@@ -76,7 +68,7 @@ class LinearOscillator : public testing::Test {
 /// they solve with.
 TEST_F(LinearOscillator, StepsAreThoseOfTheTextbook) {
   const auto expect_steps = [&](const std::string& method, const Eigen::Matrix2d& step) {
-    const Solution s = run_scheme(*p, method, steps);
+    const Solution s = solve_with_samples(*p, method, steps);
     Eigen::Vector2d x(1, 0.5);
     for (int n = 0; n < steps; ++n) x = step * x;
     EXPECT_NEAR(s.q[0], x[0], 1e-13) << method << ": rounding of 40 steps";
@@ -116,7 +108,7 @@ TEST_F(LinearOscillator, StepsOfGeneralizedAlphaAreThoseOfTheTextbook) {
       q += h * h * beta * a;
       v += h * gamma * a;
     }
-    const Solution s = run_scheme(*p, "generalized_alpha,rho_inf=" + std::to_string(rho), steps);
+    const Solution s = solve_with_samples(*p, "generalized_alpha,rho_inf=" + std::to_string(rho), steps);
     EXPECT_NEAR(s.q[0], q, 1e-12) << "rho_inf = " << rho << ": rounding of 40 steps";
     EXPECT_NEAR(s.v[0], v, 1e-12) << "rho_inf = " << rho;
   }
@@ -125,7 +117,7 @@ TEST_F(LinearOscillator, StepsOfGeneralizedAlphaAreThoseOfTheTextbook) {
 TEST(Penalty, BrakesWithCoulombsFriction) {
   for (const double mu : {0.25, 0.5}) {
     const auto p = make_problem("sliding_block", {{"g", 10}, {"mu", mu}, {"v_x0", 2.5}, {"duration", 2}});
-    const Solution s = run_scheme(*p, "penalty", 20000);
+    const Solution s = solve_with_samples(*p, "penalty", 20000);
     // The springs settle at first, and friction is regularised at the end.
     EXPECT_NEAR(s.q[0], 2.5 * 2.5 / (2 * mu * 10), 1e-3) << "mu = " << mu;
   }
@@ -136,7 +128,7 @@ TEST(MoreauJean, FullyImplicitFulfilsTheThetaRule) {
   const auto p = make_problem("pendulum_wall", {{"w", 5}, {"duration", 0.5}});
   const double theta = 0.7, h = 0.5;
   const auto defect = [&](const std::string& method) {
-    const Solution s = run_scheme(*p, method, 1);
+    const Solution s = solve_with_samples(*p, method, 1);
     const Vector &q = p->info().q0, &v = p->info().v0;
     EXPECT_NEAR(s.q[0], q[0] + h * (theta * s.v[0] + (1 - theta) * v[0]), 1e-14);
     const Matrix M = p->mass_matrix(q);
@@ -150,7 +142,7 @@ TEST(MoreauJean, FullyImplicitFulfilsTheThetaRule) {
 TEST(MoreauJean, ProjectionLeavesNoPenetration) {
   const auto deepest = [&](const char* problem, const std::string& method) {
     const auto p = make_problem(problem);
-    const Solution s = run_scheme(*p, method, 300);
+    const Solution s = solve_with_samples(*p, method, 300);
     EXPECT_EQ(s.samples.size(), 300u) << s.message;
     double worst = 0;
     for (const auto& sample : s.samples) worst = std::min(worst, p->gap(sample.q).minCoeff());
@@ -162,7 +154,7 @@ TEST(MoreauJean, ProjectionLeavesNoPenetration) {
   }
   const auto joined = make_problem("pendulum_wall_cartesian");
   const auto drift = [&](const std::string& method) {
-    return std::abs(joined->gap(run_scheme(*joined, method, 300).q)[joined->info().bilateral[0]]);
+    return std::abs(joined->gap(solve_with_samples(*joined, method, 300).q)[joined->info().bilateral[0]]);
   };
   EXPECT_LE(drift("moreau_jean,theta=1,projection=on"), 1e-12) << "1e-13 is what the projection leaves";
   EXPECT_GE(drift("moreau_jean,theta=1"), 1e-6);
@@ -172,7 +164,7 @@ TEST(MoreauJean, ProjectionLeavesNoPenetration) {
 TEST(GeneralizedAlpha, FallsExactly) {
   const auto p = make_problem("bouncing_ball", {{"height", 100}, {"e", 1}});  // symplectic asks for e = 1
   for (const char* method : {"generalized_alpha", "generalized_alpha,rho_inf=0", "symplectic", "penalty"}) {
-    const Solution s = run_scheme(*p, method, 16);
+    const Solution s = solve_with_samples(*p, method, 16);
     ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
     EXPECT_NEAR(s.q[0], 100 - 0.5 * 9.81 * 4, 1e-12) << method;
     EXPECT_NEAR(s.v[0], -9.81 * 2, 1e-13) << method;
@@ -182,7 +174,7 @@ TEST(GeneralizedAlpha, FallsExactly) {
 TEST(Symplectic, KeepsTheEnergyThroughManyImpacts) {
   // A parabola is exact, so the energy of the ball is kept to rounding: 1e5 steps of 1e-16 each, with 126 impacts.
   const auto ball = make_problem("bouncing_ball", {{"e", 1}, {"duration", 100}});
-  const Solution bounced = run_scheme(*ball, "symplectic", 100000);
+  const Solution bounced = solve_with_samples(*ball, "symplectic", 100000);
   const double before = *ball->energy(ball->info().q0, ball->info().v0);
   EXPECT_GE(bounced.events.size(), 100u);
   EXPECT_NEAR(*ball->energy(bounced.q, bounced.v), before, 1e-11 * before);
@@ -190,7 +182,7 @@ TEST(Symplectic, KeepsTheEnergyThroughManyImpacts) {
   // With a spring the error is O(h^2) at all times: 200 s, hundreds of impacts, no drift.
   const auto balls = make_problem("two_balls_spring", {{"e", 1}, {"k", 1000}, {"duration", 200}});
   const auto worst_error = [&](int steps) {
-    const Solution s = run_scheme(*balls, "symplectic", steps);
+    const Solution s = solve_with_samples(*balls, "symplectic", steps);
     const double start = *balls->energy(balls->info().q0, balls->info().v0);
     double first = 0, last = 0;  // largest in the first and in the last tenth
     for (std::size_t k = 0; k < s.samples.size(); ++k) {
@@ -218,7 +210,7 @@ TEST(Symplectic, SaysWhatItDoesNotRun) {
 TEST(Penalty, HasTheRestitutionOfTheContact) {
   for (const double e : {0.2, 0.9}) {
     const auto p = make_problem("bouncing_ball", {{"e", e}, {"g", 1e-3}, {"height", 0.6}, {"duration", 60}});
-    const Solution s = run_scheme(*p, "penalty,stiffness=1e4", 300000);
+    const Solution s = solve_with_samples(*p, "penalty,stiffness=1e4", 300000);
     ASSERT_FALSE(s.events.empty());
     const double fall = -std::sqrt(2 * 1e-3 * 0.5);
     double after = 0;
@@ -232,7 +224,7 @@ TEST(Penalty, HasTheRestitutionOfTheContact) {
 TEST(Penalty, SinksByTheWeightOverTheStiffness) {
   for (const double k : {1e4, 2e4}) {
     const auto p = make_problem("bouncing_ball", {{"e", 0}, {"height", 0.1}, {"duration", 2}});
-    const Solution s = run_scheme(*p, "penalty,stiffness=" + std::to_string(k), 20000);
+    const Solution s = solve_with_samples(*p, "penalty,stiffness=" + std::to_string(k), 20000);
     EXPECT_NEAR(s.q[0], 0.1 - 9.81 / k, 1e-9) << "at rest to exp(-omega t / 10), omega t = 200";
   }
 }
