@@ -34,7 +34,7 @@ constexpr Weights<n_s> last_row(const double (&A)[n_s][n_s]) {
 }
 
 template <std::size_t n_s>
-constexpr Weights<n_s> difference(const Weights<n_s>& b, const Weights<n_s>& b_hat) {
+constexpr Weights<n_s> error_weights(const Weights<n_s>& b, const Weights<n_s>& b_hat) {
   Weights<n_s> e{};
   for (std::size_t j = 0; j < n_s; ++j) e[j] = b[j] - b_hat[j];
   return e;
@@ -58,7 +58,7 @@ struct BogackiShampine32 {
   static constexpr Weights<n_s> c = {0, 1.0 / 2, 3.0 / 4, 1};
   static constexpr Weights<n_s> b = last_row(A);
   static constexpr Weights<n_s> b_hat = {7.0 / 24, 1.0 / 4, 1.0 / 3, 1.0 / 8};
-  static constexpr Weights<n_s> e = difference(b, b_hat);
+  static constexpr Weights<n_s> e = error_weights(b, b_hat);
 };
 
 struct DormandPrince54 {
@@ -77,7 +77,7 @@ struct DormandPrince54 {
   static constexpr Weights<n_s> b = last_row(A);
   static constexpr Weights<n_s> b_hat = {5179.0 / 57600, 0,       7571.0 / 16695, 393.0 / 640, -92097.0 / 339200,
                                          187.0 / 2100,   1.0 / 40};
-  static constexpr Weights<n_s> e = difference(b, b_hat);
+  static constexpr Weights<n_s> e = error_weights(b, b_hat);
 };
 
 /// Eight stages with the one at the right end. The paper's other estimate, of seven stages, is a cheaper check only.
@@ -101,7 +101,7 @@ struct BogackiShampine54 {
   static constexpr Weights<n_s> b_hat = {
       2479.0 / 34992, 0, 123.0 / 416, 612941.0 / 3411720, 43.0 / 1440, 2272.0 / 6561, 79937.0 / 1113912,
       3293.0 / 556956};
-  static constexpr Weights<n_s> e = difference(b, b_hat);
+  static constexpr Weights<n_s> e = error_weights(b, b_hat);
 };
 
 struct Tsitouras54 {
@@ -134,7 +134,7 @@ struct Tsitouras54 {
                                          -2.707712349983525454881109975059321670690,
                                          1.866628418170587035753719399566211498666,
                                          1.0 / 66};
-  static constexpr Weights<n_s> e = difference(b, b_hat);
+  static constexpr Weights<n_s> e = error_weights(b, b_hat);
 };
 
 /// The rational numbers are approximations to 18 digits, which the authors published.
@@ -204,7 +204,7 @@ struct PrinceDormand87 {
                                          465885868.0 / 322736535,
                                          53011238.0 / 667516719,
                                          2.0 / 45};
-  static constexpr Weights<n_s> e = difference(b, b_hat);
+  static constexpr Weights<n_s> e = error_weights(b, b_hat);
 };
 
 /// Two estimates: e of order 5, e_2 of order 3. Hairer's program controls the step by their combination
@@ -276,7 +276,7 @@ struct DormandPrince853 {
                                      -0.2235530786388629525884427845e-1};
   static constexpr Weights<n_s> b_hat_2 = {31.0 / 127, 0, 0,        0, 0, 0, 0, 0, 0.733846688281611857341361741547,
                                            0,          0, 3.0 / 136};
-  static constexpr Weights<n_s> e_2 = difference(b, b_hat_2);
+  static constexpr Weights<n_s> e_2 = error_weights(b, b_hat_2);
 };
 
 /// Verner's pairs "most efficient". Those of 6(5) and 8(7) are not here: coefficients up to 208 and 124 let them fulfil
@@ -332,7 +332,7 @@ struct Verner76 {
                                          0,
                                          0,
                                          0.02029518466335628222767054793810430358554};
-  static constexpr Weights<n_s> e = difference(b, b_hat);
+  static constexpr Weights<n_s> e = error_weights(b, b_hat);
 };
 
 struct Verner98 {
@@ -431,7 +431,7 @@ struct Verner98 {
                                          0,
                                          0,
                                          .4834231373823958314376726739772871714902e-1};
-  static constexpr Weights<n_s> e = difference(b, b_hat);
+  static constexpr Weights<n_s> e = error_weights(b, b_hat);
 };
 
 /// All of them, for what is made for each.

@@ -1,6 +1,6 @@
 """examples/ci as the services run it: the script with their environment variables, a stub of apt-get on the PATH.
 
-test_check_method.py PROGRAM SOURCE_FOLDER
+test_check_method.py PROGRAM SOURCE_FOLDER [TEST...]
 """
 
 import hashlib
@@ -196,4 +196,4 @@ class Templates(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1])
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:])

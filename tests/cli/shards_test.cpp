@@ -82,7 +82,7 @@ TEST_P(ShardsOf, MakeTheResultsOfOneProcess) {
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryStudy, ShardsOf, testing::ValuesIn(kSmallExperiments),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& test) { return std::string(test.param.name); });
 
 class TimedShards : public Cli {
  protected:

@@ -1,4 +1,5 @@
-"""The docs site: `/usr/bin/python3 docs_test.py`. Exit code 77, which ctest takes for skipped, without doxygen."""
+"""The docs site: `/usr/bin/python3 docs_test.py [TEST...]`. Exit code 77, which ctest takes for skipped, without doxygen,
+which the tests of `Library` do not need."""
 import html
 import importlib.util
 import os
@@ -124,7 +125,7 @@ class Library(unittest.TestCase):
 
 if __name__ == "__main__":
     for missing, there in (("doxygen", shutil.which("doxygen")), ("python3-markdown", importlib.util.find_spec("markdown"))):
-        if not there:
+        if not there and sys.argv[1:] != ["Library"]:
             print(f"skipped: {missing} is not installed")
             sys.exit(77)
     unittest.main()

@@ -92,21 +92,6 @@ TEST(ExternalEuler, TellsImpactsAndStates) {
   EXPECT_TRUE(make_method(kEuler)->solve(*problem, settings).events.empty());
 }
 
-/// The same scheme in another language: the same numbers, but for the order of a sum.
-TEST(ExternalEuler, IsTheSameInOctave) {
-  if (std::system("octave-cli --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "octave-cli is not installed";
-  const auto octave =
-      make_method(std::string("external:octave-cli --no-gui ") + RICOCHET_EXAMPLES + "/external/euler.m");
-  const auto python = make_method(kEuler);
-  for (const char* id : {"bouncing_ball", "two_balls_spring", "double_pendulum_wall", "ball_row"}) {
-    const auto problem = make_problem(id);
-    const Solution a = octave->solve(*problem, with_steps(200)), b = python->solve(*problem, with_steps(200));
-    ASSERT_TRUE(a.succeeded()) << a.message;
-    EXPECT_LE(distance(a, b), 1e-10) << id;
-  }
-  EXPECT_FALSE(octave->can_run(make_problem("sliding_block")->info()).ok);
-}
-
 class OddClient : public testing::TestWithParam<std::pair<const char*, const char*>> {};
 
 /// A failed row with the reason, never a crash or a hang; and the next run starts the program again.

@@ -608,9 +608,9 @@ TEST_F(GateOutput, MarkdownIsATable) {
 }
 
 TEST_F(GateOutput, JsonHasEveryLine) {
-  const nlohmann::json json = gate_json({held()});
-  EXPECT_EQ(json["holds"], false);
-  const auto& experiment = json["experiments"][0];
+  const nlohmann::json written = gate_json({held()});
+  EXPECT_EQ(written["holds"], false);
+  const auto& experiment = written["experiments"][0];
   EXPECT_EQ(experiment["experiment"], "e");
   EXPECT_EQ(experiment["worse"], 1);
   EXPECT_EQ(experiment["not_compared"], 2);

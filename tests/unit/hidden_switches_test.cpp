@@ -48,7 +48,7 @@ std::string block(const std::string& f_x, const std::string& f_y, double v_x, co
 
 constexpr const char* kRough = R"(, "mu": 0.3, "Jt": [["1", "0"]])";
 
-class Method : public testing::TestWithParam<std::tuple<const char*, double>> {
+class HiddenSwitches : public testing::TestWithParam<std::tuple<const char*, double>> {
  protected:
   Solution run(const std::string& scene) const {
     const auto problem = read_scene_text(scene, "pulse");
@@ -65,7 +65,7 @@ class Method : public testing::TestWithParam<std::tuple<const char*, double>> {
   static constexpr double kLocated = 1e-9;
 };
 
-TEST_P(Method, SeesAPushThatMovesWhatRests) {
+TEST_P(HiddenSwitches, SeesAPushThatMovesWhatRests) {
   for (const double A : {3.2, 6.0, 30.0}) {
     for (const double w : {0.3, 0.1, 0.03, 0.01, 0.003}) {
       const Pulse push{A, w};
@@ -81,7 +81,7 @@ TEST_P(Method, SeesAPushThatMovesWhatRests) {
   }
 }
 
-TEST_P(Method, SeesAPulseThatLiftsWhatRests) {
+TEST_P(HiddenSwitches, SeesAPulseThatLiftsWhatRests) {
   for (const char* contact : {"", kRough}) {
     for (const double A : {10.5, 30.0}) {
       for (const double w : {0.3, 0.1, 0.03, 0.01, 0.003}) {
@@ -104,7 +104,7 @@ TEST_P(Method, SeesAPulseThatLiftsWhatRests) {
   }
 }
 
-TEST_P(Method, SeesABeltThatOvertakesWhatSlides) {
+TEST_P(HiddenSwitches, SeesABeltThatOvertakesWhatSlides) {
   for (const double A : {7.5, 12.0}) {
     for (const double w : {0.3, 0.1, 0.03, 0.01, 0.003}) {
       const Pulse belt{A, w};
@@ -127,7 +127,7 @@ TEST_P(Method, SeesABeltThatOvertakesWhatSlides) {
 
 /// Without time: a mass on a spring on a plate that moves uniformly, a little more slowly than the mass at its fastest.
 /// v = cos(2 t) but for friction of 0.00981 N, whose sign changes twice in each of its periods.
-TEST_P(Method, SeesSlipThatTurnsForAMoment) {
+TEST_P(HiddenSwitches, SeesSlipThatTurnsForAMoment) {
   for (const double d : {1.02, 1.1}) {
     const std::string scene = fmt::format(
         R"({{"q0": [0, 0, 0], "v0": [1, 0, {}], "T": 6, "M": [[1, 0, 0], [0, 1, 0], [0, 0, 1e9]],
@@ -155,7 +155,7 @@ TEST_P(Method, SeesSlipThatTurnsForAMoment) {
 }
 
 /// Tests that the adapters of SUNDIALS have to pass, too.
-class AnyMethod : public Method {};
+class AnyMethod : public HiddenSwitches {};
 
 /// No switch, but an error estimate that compares stages on either side of the pulse sees nothing.
 TEST_P(AnyMethod, SeesAPushOnWhatSlidesFreely) {
@@ -213,7 +213,7 @@ const auto kPulseMethods = testing::Values(
     "fesd_adaptive:gauss:3", "fesd_adaptive:gauss:4");
 const auto kPulseAdapters = testing::Values("cvode:adams", "cvode:bdf", "ida", "arkode");
 
-INSTANTIATE_TEST_SUITE_P(All, Method, testing::Combine(kPulseMethods, kPulseTolerances), test_of_method);
+INSTANTIATE_TEST_SUITE_P(All, HiddenSwitches, testing::Combine(kPulseMethods, kPulseTolerances), test_of_method);
 INSTANTIATE_TEST_SUITE_P(All, AnyMethod, testing::Combine(kPulseMethods, kPulseTolerances), test_of_method);
 INSTANTIATE_TEST_SUITE_P(Sundials, AnyMethod, testing::Combine(kPulseAdapters, kPulseTolerances), test_of_method);
 

@@ -13,8 +13,6 @@
 namespace ricochet {
 namespace {
 
-using macmpec::Problem;
-
 MpccSolution solve(const Mpcc& mpcc, HomotopyOptions options = {}) {
   return Homotopy(std::move(options)).solve(mpcc);
 }
@@ -63,7 +61,7 @@ TEST(Homotopy, EndsInAnMStationaryPointThatIsNotS) {
 
 /// min a x + b y,  0 <= x _|_ y >= 0, at (0, 0), where the multipliers are a and b.
 Stationarity at_origin(double a, double b) {
-  Problem p{"", 0, {}};
+  macmpec::Problem p{"", 0, {}};
   const int x = p.nonnegative("x", 0), y = p.nonnegative("y", 0);
   p.minimize(0, {{x, a}, {y, b}});
   p.pair(x, y);
@@ -85,7 +83,7 @@ TEST(Stationarity, IsUnknownWhereThereAreNoMultipliers) {
 }
 
 TEST(Stationarity, AVariableThatAnotherPairHoldsIsNotBiactive) {
-  Problem p{"", 0, {}};  // x _|_ y, x _|_ z at (0, 0, 1): x is zero because of z
+  macmpec::Problem p{"", 0, {}};  // x _|_ y, x _|_ z at (0, 0, 1): x is zero because of z
   const int x = p.nonnegative("x", 0), y = p.nonnegative("y", 0), z = p.nonnegative("z", 1);
   p.minimize(1, {{x, -1}, {y, 1}, {z, -2, 1}});
   p.pair(x, y);
@@ -113,8 +111,8 @@ TEST(Crossover, DescendsIntoTheOtherBranch) {
 }
 
 /// Variables x_i _|_ y_i with x_i >= 1 for the first, y_i >= 1 for all others.
-Problem one_branch(int n) {
-  Problem p{"one branch", 0, {}};
+macmpec::Problem one_branch(int n) {
+  macmpec::Problem p{"one branch", 0, {}};
   for (int i = 0; i < n; ++i) {
     const int x = p.nonnegative("x", 1), y = p.nonnegative("y", 1);
     p.minimize(0, {{x, 0, 1}, {y, 0, 1}});
@@ -134,7 +132,7 @@ TEST(Crossover, FindsTheBranchThatHasASolution) {
 }
 
 TEST(Crossover, HoldsSumsByTheirVariables) {
-  Problem p{
+  macmpec::Problem p{
       "sums", 0, {}};  // min (a - 1)^2 + (b - 1)^2 + (c - 3)^2,  0 <= a + b _|_ c >= 0: c = 0 costs 9, a = b = 0 is 2
   const int a = p.nonnegative("a", 0.1), b = p.nonnegative("b", 0.1), c = p.nonnegative("c", 1);
   p.minimize(11, {{a, -2, 1}, {b, -2, 1}, {c, -6, 1}});
@@ -149,7 +147,7 @@ TEST(Crossover, HoldsSumsByTheirVariables) {
 
 // a = 0 holds the first pair, and with it the second, whose sides are both zero: b stays with the row.
 TEST(Crossover, HoldsNoMoreThanItMust) {
-  Problem p{"shared", 0, {}};
+  macmpec::Problem p{"shared", 0, {}};
   const int a = p.nonnegative("a", 0), b = p.nonnegative("b", 0), c = p.nonnegative("c", 1);
   p.minimize(1, {{a, 1}, {b, -2, 1}, {c, 0, 1}});
   p.row("c", 1, 1, 0, {{c, 1}});
@@ -161,7 +159,7 @@ TEST(Crossover, HoldsNoMoreThanItMust) {
 }
 
 TEST(Homotopy, NamesTheRowOfAnInfeasibleProgram) {
-  Problem p{"infeasible", 0, {}};
+  macmpec::Problem p{"infeasible", 0, {}};
   const int x = p.nonnegative("x", 2), y = p.nonnegative("y", 2);
   p.minimize(0, {{x, 1}, {y, 1}});
   p.row("x floor", 1, kInfinity, 0, {{x, 1}});
@@ -257,7 +255,7 @@ TEST(Homotopy, RejectsOptionsOutOfRange) {
 }
 
 TEST(Homotopy, RejectsPairsThatMayBeNegative) {
-  Problem p{"", 0, {}};
+  macmpec::Problem p{"", 0, {}};
   p.pair(p.variable("x", 1, -1), p.nonnegative("y", 1));
   try {
     solve(p.mpcc);

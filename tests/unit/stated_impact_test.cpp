@@ -84,7 +84,7 @@ TEST(StatedImpacts, OfSeveralContactsHaveNoSolutionByTheLawsOfOne) {
   EXPECT_NE(why_no_impulse(info).find("stronge"), std::string::npos);
 }
 
-Solution run(const Problem& problem, const std::string& method) {
+Solution run_stated(const Problem& problem, const std::string& method) {
   Settings settings;
   const auto made = make_method(method);
   if (made->info().is_adaptive)
@@ -102,7 +102,7 @@ TEST(StatedImpacts, OfKanesPendulumAreHonouredByEventsElementsAndReference) {
     pendulum->set_impact_law({.hypothesis = law, .stiffness = {}});
     const auto reference = reference::make_reference(*pendulum);
     for (const std::string method : {"event_driven", "fesd:radau-iia:4"}) {
-      const Solution s = run(*pendulum, method);
+      const Solution s = run_stated(*pendulum, method);
       ASSERT_TRUE(s.succeeded()) << name_of(law) << ": " << s.message;
       ASSERT_GE(s.events.size(), 1u);
       // What the tolerance and 20 steps of order 7 leave.
@@ -124,7 +124,7 @@ TEST(StatedImpacts, OfNewtonsCradleKeepMomentum) {
     const auto cradle = make_problem("newtons_cradle", {{"e", e}});
     const auto reference = reference::make_reference(*cradle);
     for (const std::string method : {"event_driven", "fesd:radau-iia:3", "fesd_adaptive:radau-iia:3"}) {
-      const Solution s = run(*cradle, method);
+      const Solution s = run_stated(*cradle, method);
       ASSERT_TRUE(s.succeeded()) << s.message;
       EXPECT_NEAR(s.v.sum(), 1, 1e-12) << method;  // rounding: v_1 = 1 m/s, equal masses
       EXPECT_LE((s.v - reference.solution.v).lpNorm<Eigen::Infinity>(), 1e-9) << method;  // as of the impulses above

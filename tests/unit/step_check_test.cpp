@@ -53,7 +53,7 @@ TEST_F(LastCheck, WantsNumbers) {
   EXPECT_EQ(of(0, 7, ContactMode::open), Status::non_finite);
 }
 
-Solution run(const Problem& problem, const std::string& method) {
+Solution run_with_jump(const Problem& problem, const std::string& method) {
   Settings settings;
   settings.steps = 90;
   settings.tolerance = 1e-8;
@@ -71,7 +71,7 @@ TEST(JumpingGaps, AreNotSlidOver) {
     for (const char* method :
          {"event_driven", "event_driven:radau-iia:3", "fesd_adaptive:radau-iia:3", "fesd_adaptive:gauss:3",
           "fesd:radau-iia:3,elements=as_needed", "fesd:gauss:3,elements=as_needed", "cvode:adams"}) {
-      const Solution s = run(*problem, method);
+      const Solution s = run_with_jump(*problem, method);
       EXPECT_FALSE(s.succeeded()) << method << " over a step of " << step;
       EXPECT_NE(s.message.find("table and floor"), std::string::npos) << method << ": " << s.message;
     }
@@ -94,7 +94,7 @@ TEST(Corners, AreNotSlidOver) {
     for (const char* method :
          {"event_driven", "fesd_adaptive:radau-iia:3", "fesd:radau-iia:3", "fesd:radau-iia:3,elements=as_needed",
           "fesd:gauss:3", "fesd:gauss:3,elements=as_needed"}) {
-      const Solution s = run(*problem, method);
+      const Solution s = run_with_jump(*problem, method);
       EXPECT_FALSE(s.succeeded()) << method << ", " << ground.height;
       EXPECT_FALSE(s.message.empty()) << method;
     }
@@ -111,7 +111,7 @@ TEST(ForcesThatAreNoNumbers, AreNoSuccessOfAnyMethod) {
     if (!entry.make) continue;
     for (const std::string& method : entry.examples) {
       try {
-        const Solution s = run(*problem, method);
+        const Solution s = run_with_jump(*problem, method);
         EXPECT_FALSE(s.succeeded()) << method;
         EXPECT_FALSE(s.message.empty()) << method;
       } catch (const InputError&) {  // declined

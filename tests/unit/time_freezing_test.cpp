@@ -9,7 +9,7 @@
 namespace ricochet {
 namespace {
 
-Solution solve(const Problem& problem, const std::string& method, int steps) {
+Solution solve_frozen(const Problem& problem, const std::string& method, int steps) {
   Settings settings;
   settings.steps = steps;
   return make_method(method)->solve(problem, settings);
@@ -20,7 +20,7 @@ TEST(TimeFreezing, HasItsRestitutionForAnyMass) {
   for (const double m : {0.01, 1.0, 100.0}) {
     for (const double e : {0.2, 0.5, 0.9}) {
       const auto ball = make_problem("bouncing_ball", {{"m", m}, {"e", e}});
-      const Solution s = solve(*ball, "time_freezing:gauss:4", 200);
+      const Solution s = solve_frozen(*ball, "time_freezing:gauss:4", 200);
       ASSERT_TRUE(s.succeeded()) << s.message;
       ASSERT_FALSE(s.events.empty());
       const Event& bounce = s.events.front();
@@ -35,7 +35,7 @@ TEST(TimeFreezing, HasItsRestitutionForAnyMass) {
 TEST(TimeFreezing, StopsExactly) {
   const auto ball = make_problem("bouncing_ball", {{"e", 0}});
   for (const char* method : {"time_freezing:radau-iia:2,a_n=1", "time_freezing:radau-iia:2,a_n=10000"}) {
-    const Solution s = solve(*ball, method, 7);
+    const Solution s = solve_frozen(*ball, method, 7);
     ASSERT_TRUE(s.succeeded()) << s.message;
     EXPECT_NEAR(ball->gap(s.q)[0], 0, 1e-14) << "rounding of q";
     EXPECT_NEAR(s.v[0], 0, 1e-14) << "rounding of the velocity before";
@@ -74,7 +74,7 @@ TEST(TimeFreezing, PersistentContactHasItsForce) {
 TEST(TimeFreezing, GainsNoEnergyAtKanesPendulum) {
   const auto pendulum = make_problem("kane_pendulum", {{"mu", 0.5}});
   const auto gain = [&](const std::string& method) {
-    const Solution s = solve(*pendulum, method, 100);
+    const Solution s = solve_frozen(*pendulum, method, 100);
     EXPECT_TRUE(s.succeeded()) << s.message;
     const auto impact = std::ranges::find(s.events, EventKind::impact, &Event::kind);
     EXPECT_NE(impact, s.events.end());

@@ -8,28 +8,17 @@
 #include "problems/registry.h"
 #include "problems/scene_file/scene_file.h"
 #include "tests/contact_problems.h"
+#include "tests/solve_with_samples.h"
 
 namespace ricochet {
 namespace {
 
-bool is_built(const std::string& name) {
+bool has_peer(const std::string& name) {
   for (const auto& entry : methods()) {
     if (entry.name == name) return entry.make != nullptr;
   }
   ADD_FAILURE() << name << " is not even registered";
   return false;
-}
-
-Solution solve(const std::string& method, const Problem& problem, int steps, double tolerance) {
-  Settings settings;
-  settings.steps = steps;
-  settings.tolerance = tolerance;
-  settings.recording = Recording::grid;
-  return make_method(method)->solve(problem, settings);
-}
-
-Solution solve(const std::string& method, const std::string& problem, int steps, double tolerance) {
-  return solve(method, *make_problem(problem), steps, tolerance);
 }
 
 /// Of all contacts at the ends of all steps [m].
@@ -39,10 +28,10 @@ double deepest_penetration(const Solution& s, const Problem& problem) {
   return deepest;
 }
 
-TEST(Siconos, WithoutItsLibrarySaysWhatIsMissing) {
-  if (is_built("siconos_moreau_jean")) GTEST_SKIP() << "it is built";
+TEST(Siconos, IsBuiltOrSaysWhatIsMissing) {
   for (const std::string method : {"siconos_moreau_jean", "siconos_projection", "siconos_direct_projection",
                                    "siconos_schatzman_paoli", "siconos_d1_minus", "siconos_event_driven"}) {
+    if (has_peer(method)) continue;
     try {
       make_method(method);
       FAIL() << method;
@@ -53,11 +42,11 @@ TEST(Siconos, WithoutItsLibrarySaysWhatIsMissing) {
 }
 
 TEST(Siconos, MoreauJeanTakesTheSameStepsAsOurs) {
-  if (!is_built("siconos_moreau_jean")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
+  if (!has_peer("siconos_moreau_jean")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
   // Constant matrices, without and with friction in the plane: there both schemes are the same equations.
   for (const std::string problem : {"two_balls_spring", "ball_row", "bead_row", "oblique_impact", "sliding_block"}) {
-    const Solution ours = solve("moreau_jean", problem, 2000, 0);
-    const Solution theirs = solve("siconos_moreau_jean", problem, 2000, 0);
+    const Solution ours = solve_with_samples(*make_problem(problem), "moreau_jean", 2000);
+    const Solution theirs = solve_with_samples(*make_problem(problem), "siconos_moreau_jean", 2000);
     ASSERT_TRUE(theirs.succeeded()) << theirs.message;
     // Rounding in 2000 steps: at most 7e-12 seen.
     EXPECT_LE((ours.q - theirs.q).lpNorm<Eigen::Infinity>(), 1e-10) << problem;
@@ -71,11 +60,11 @@ TEST(Siconos, MoreauJeanTakesTheSameStepsAsOurs) {
 }
 
 TEST(Siconos, DirectProjectionTakesTheSameStepsAsOurs) {
-  if (!is_built("siconos_direct_projection")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
+  if (!has_peer("siconos_direct_projection")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
   // Affine gaps and an M that is a multiple of the identity: there both norms project to the same position.
   for (const std::string problem : {"bouncing_ball", "oblique_impact", "sliding_block", "bead_row"}) {
-    const Solution ours = solve("moreau_jean,projection=on", problem, 2000, 0);
-    const Solution theirs = solve("siconos_direct_projection", problem, 2000, 0);
+    const Solution ours = solve_with_samples(*make_problem(problem), "moreau_jean,projection=on", 2000);
+    const Solution theirs = solve_with_samples(*make_problem(problem), "siconos_direct_projection", 2000);
     ASSERT_TRUE(theirs.succeeded()) << theirs.message;
     // Rounding in 2000 steps.
     EXPECT_LE((ours.q - theirs.q).lpNorm<Eigen::Infinity>(), 1e-10) << problem;
@@ -84,12 +73,12 @@ TEST(Siconos, DirectProjectionTakesTheSameStepsAsOurs) {
 }
 
 TEST(Siconos, CombinedProjectionLeavesNoPenetration) {
-  if (!is_built("siconos_projection")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
+  if (!has_peer("siconos_projection")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
   // One contact, affine and curved; two, of bodies that a spring couples; friction in space.
   for (const std::string id : {"bouncing_ball", "P8a_bead_leaves_circle", "two_balls_spring", "ball_3d"}) {
     const auto problem = make_problem(id);
-    const Solution with = solve("siconos_projection", *problem, 400, 0);
-    const Solution without = solve("siconos_moreau_jean", *problem, 400, 0);
+    const Solution with = solve_with_samples(*problem, "siconos_projection", 400);
+    const Solution without = solve_with_samples(*problem, "siconos_moreau_jean", 400);
     ASSERT_TRUE(with.succeeded()) << id << ": " << with.message;
     // It projects to 1e-10 of the lengths of these runs, at most 20 m.
     EXPECT_LE(deepest_penetration(with, *problem), 4e-9) << id;
@@ -99,10 +88,10 @@ TEST(Siconos, CombinedProjectionLeavesNoPenetration) {
 
 TEST(Siconos, ProjectionHasOrderOneOnAClosedContactThatOpens) {
   for (const std::string method : {"siconos_projection", "siconos_direct_projection"}) {
-    if (!is_built(method)) GTEST_SKIP() << "libsiconos-kernel-dev not found";
+    if (!has_peer(method)) GTEST_SKIP() << "libsiconos-kernel-dev not found";
     const auto error = [&](int steps) {
-      const Solution fine = solve("fesd:radau-iia:3", "P8a_bead_leaves_circle", 40, 0);
-      const Solution s = solve(method, "P8a_bead_leaves_circle", steps, 0);
+      const Solution fine = solve_with_samples(*make_problem("P8a_bead_leaves_circle"), "fesd:radau-iia:3", 40);
+      const Solution s = solve_with_samples(*make_problem("P8a_bead_leaves_circle"), method, steps);
       EXPECT_TRUE(s.succeeded()) << s.message;
       return (s.q - fine.q).norm() + (s.v - fine.v).norm();
     };
@@ -112,25 +101,25 @@ TEST(Siconos, ProjectionHasOrderOneOnAClosedContactThatOpens) {
 }
 
 TEST(Siconos, SchatzmanPaoliTakesTheSameStepsAsOurs) {
-  if (!is_built("siconos_schatzman_paoli")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
+  if (!has_peer("siconos_schatzman_paoli")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
   // Beads that bounce off a wall and each other. Theirs starts with q_1 = q_0 + h v_0, ours with q_1 = q_0 + h v_0 -
   // h^2 g: the same where ours starts slower by h g.
   constexpr int kSteps = 1000;
   const double g = 9.81, h = 0.5 / kSteps;
   const auto slower = make_problem("bead_row", {{"e", 0.6}, {"speed", 1 - h * g}});
-  const Solution ours = solve("schatzman_paoli", *slower, kSteps, 0);
+  const Solution ours = solve_with_samples(*slower, "schatzman_paoli", kSteps);
   for (const std::string theta : {"0", "0.5", "1"}) {  // no matter without springs and dampers
     const Solution theirs =
-        solve("siconos_schatzman_paoli,theta=" + theta, *make_problem("bead_row", {{"e", 0.6}}), kSteps, 0);
+        solve_with_samples(*make_problem("bead_row", {{"e", 0.6}}), "siconos_schatzman_paoli,theta=" + theta, kSteps);
     ASSERT_TRUE(theirs.succeeded()) << theirs.message;
     EXPECT_LE((ours.q - theirs.q).lpNorm<Eigen::Infinity>(), 1e-10);  // rounding in 1000 steps
   }
 }
 
 TEST(Siconos, SchatzmanPaoliHasOrderOneOnTheBouncingBall) {
-  if (!is_built("siconos_schatzman_paoli")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
+  if (!has_peer("siconos_schatzman_paoli")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
   for (const int steps : {500, 1000, 2000, 4000, 8000, 16000}) {
-    const Solution s = solve("siconos_schatzman_paoli", "bouncing_ball", steps, 0);
+    const Solution s = solve_with_samples(*make_problem("bouncing_ball"), "siconos_schatzman_paoli", steps);
     ASSERT_TRUE(s.succeeded()) << s.message;
     // reference/data/ground_truth.json, P1a_ball_e09. Each of three impacts comes up to a step early or late, and changes a
     // velocity by up to 8 m/s: 24 m/s h, and the start's g h / 2 over 2 s.
@@ -139,13 +128,14 @@ TEST(Siconos, SchatzmanPaoliHasOrderOneOnTheBouncingBall) {
   // Order 1 without impacts, to the last digit: the start lacks g h^2 / 2, which makes g h t / 2 of the position.
   const auto flight = make_problem("bouncing_ball", {{"duration", 0.4}});
   const double q_exact = 1 - 9.81 / 2 * 0.16;
-  EXPECT_NEAR(solve("siconos_schatzman_paoli", *flight, 400, 0).q[0] - q_exact, 9.81 * 1e-3 * 0.4 / 2, 1e-12);
+  EXPECT_NEAR(solve_with_samples(*flight, "siconos_schatzman_paoli", 400).q[0] - q_exact, 9.81 * 1e-3 * 0.4 / 2, 1e-12);
 }
 
 TEST(Siconos, D1MinusTakesTheSameStepsAsOursWhereTheSchemesCoincide) {
-  if (!is_built("siconos_d1_minus")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
+  if (!has_peer("siconos_d1_minus")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
   // Beads that strike a wall and each other with one impact at a time: no contact stays closed for a step.
-  const Solution ours = solve("d1_minus", "bead_row", 1000, 0), theirs = solve("siconos_d1_minus", "bead_row", 1000, 0);
+  const Solution ours = solve_with_samples(*make_problem("bead_row"), "d1_minus", 1000),
+                 theirs = solve_with_samples(*make_problem("bead_row"), "siconos_d1_minus", 1000);
   ASSERT_TRUE(theirs.succeeded()) << theirs.message;
   // Rounding in 1000 steps.
   EXPECT_LE((ours.q - theirs.q).lpNorm<Eigen::Infinity>(), 1e-10);
@@ -153,8 +143,10 @@ TEST(Siconos, D1MinusTakesTheSameStepsAsOursWhereTheSchemesCoincide) {
 }
 
 TEST(Siconos, EventDrivenFindsTheImpactsOfABall) {
-  if (!is_built("siconos_event_driven")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
-  const Solution s = solve("siconos_event_driven", "bouncing_ball", 0, 1e-10);
+  if (!has_peer("siconos_event_driven")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
+  Settings settings;
+  settings.tolerance = 1e-10;
+  const Solution s = make_method("siconos_event_driven")->solve(*make_problem("bouncing_ball"), settings);
   ASSERT_TRUE(s.succeeded()) << s.message;
   ASSERT_EQ(s.events.size(), 3u);
   EXPECT_NEAR(s.events[0].t, std::sqrt(2 * 0.9 / 9.81), 1e-9);
@@ -191,23 +183,24 @@ TEST(Siconos, IsAContactSolverOfTimeStepping) {
     return;
   }
   for (const std::string problem : {"ball_row", "stacked_blocks", "ball_3d"}) {
-    const Solution ours = solve("moreau_jean,solver=newton", problem, 400, 0);
-    const Solution theirs = solve("moreau_jean,solver=siconos", problem, 400, 0);
+    const Solution ours = solve_with_samples(*make_problem(problem), "moreau_jean,solver=newton", 400);
+    const Solution theirs = solve_with_samples(*make_problem(problem), "moreau_jean,solver=siconos", 400);
     ASSERT_TRUE(theirs.succeeded()) << problem << ": " << theirs.message;
     // 1e-9 of the velocities in each of 400 steps
     EXPECT_LE((ours.v - theirs.v).lpNorm<Eigen::Infinity>(), 1e-6) << problem;
   }
-  EXPECT_THROW(solve("anitescu_convex,solver=siconos", "stacked_blocks", 10, 0), InputError) << "the associated law";
+  EXPECT_THROW(solve_with_samples(*make_problem("stacked_blocks"), "anitescu_convex,solver=siconos", 10), InputError)
+      << "the associated law";
 }
 
 TEST(Siconos, RunsScenesWithoutContacts) {
-  if (!is_built("siconos_moreau_jean")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
+  if (!has_peer("siconos_moreau_jean")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
   const auto oscillator = read_scene_text(
       R"({"id": "oscillator", "q0": ["1"], "v0": ["0"], "T": 1, "M": [["1"]], "f": ["-q[0]"], "contacts": []})",
       "oscillator.json");
   for (const std::string method :
        {"siconos_moreau_jean", "siconos_projection", "siconos_direct_projection", "siconos_schatzman_paoli"}) {
-    const Solution s = solve(method, *oscillator, 1000, 0);
+    const Solution s = solve_with_samples(*oscillator, method, 1000);
     ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
     // Schatzman-Paoli lacks half a step of acceleration at its start, 5e-4, and damps; the others have 1e-7.
     EXPECT_NEAR(s.q[0], std::cos(1.0), method == "siconos_schatzman_paoli" ? 1e-3 : 1e-6) << method;
@@ -215,7 +208,7 @@ TEST(Siconos, RunsScenesWithoutContacts) {
 }
 
 TEST(Siconos, DeclinesWhatItCannotDo) {
-  if (!is_built("siconos_event_driven")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
+  if (!has_peer("siconos_event_driven")) GTEST_SKIP() << "libsiconos-kernel-dev not found";
   const auto info = make_problem("sliding_block")->info();
   EXPECT_FALSE(make_method("siconos_event_driven")->can_run(info).ok);
   EXPECT_TRUE(make_method("siconos_moreau_jean")->can_run(info).ok);
