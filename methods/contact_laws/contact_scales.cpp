@@ -5,7 +5,7 @@
 namespace ricochet {
 namespace {
 
-/// How far each gap moves by itself until the end, as a few instants say. There is a clock.
+/// The distance that each gap moves by itself until the end, sampled at a few instants. There is a clock.
 Vector own_motion(const Problem& problem) {
   constexpr int kInstants = 16;
   const ProblemInfo& info = problem.info();

@@ -8,25 +8,26 @@
 
 namespace ricochet {
 
-/// What counts as zero at a contact. A quantity is zero when it is rounding of the terms that cancel in it; so the size
-/// it is compared with must not vanish with it. Per contact, the largest so far in a run:
+/// Bounds below which quantities of a contact count as zero. A quantity is zero when it is rounding of the terms that
+/// cancel in it, so the size that it is compared with must not vanish with it. Sizes are, per contact, the largest so far in
+/// a run of
 ///
-///   gap       |J_n|' |q| + H (2),   and H^2 |J_n|' |w| where a run begins; how far the surface
-///             moves by itself, since the terms of a gap of the time cancel where J_n says nothing [m]     (1)
-///   approach  |J_n|' |v|, |J_n|' p, h lambda_n G_nn,   and H |J_n|' |w| where a run begins          [m/s]   (2)
-///   slip      |J_t|' |v|, |J_t|' p + mu Lambda_n G_tt,   and H (|J_t|' |w| + mu (4) G_tt)
-///             where a run begins                                                                    [m/s]   (3)
+///   gap       |J_n|' |q| + H (2),   at the start of a run H^2 |J_n|' |w|, and the distance that a
+///             surface moves by itself, whose terms cancel in the gap but are not in J_n               [m]   (1)
+///   approach  |J_n|' |v|, |J_n|' p, h lambda_n G_nn,   at the start of a run H |J_n|' |w|           [m/s]   (2)
+///   slip      |J_t|' |v|, |J_t|' p + mu Lambda_n G_tt,   at the start of a run
+///             H (|J_t|' |w| + mu (4) G_tt)                                                          [m/s]   (3)
 ///   force     lambda_n, |J_n|' |w| / G_nn                                                           [N]     (4)
 ///
-/// with v of both sides of an impact, p the velocities that its impulses make and that may cancel, w what the load
-/// alone accelerates, H the length of the step, G_nn = J_n' M^-1 J_n and G_tt the larger J_t' M^-1 J_t of the contact:
-/// a body at rest is at rest compared with what brought it there, or with what its load would do. Only the coordinates
-/// of the contact's own support enter, so that a body elsewhere, or other units, change nothing.
+/// with v before and after an impact, p the velocities of its impulses, which may cancel, w the acceleration by the load
+/// alone, H the length of the step, G_nn = J_n' M^-1 J_n and G_tt the larger J_t' M^-1 J_t of the contact. So a body at
+/// rest is compared with the motion that brought it there, or with the motion that its load would cause. Only coordinates
+/// in the support of the contact enter: bodies elsewhere and other units change nothing.
 class ContactScales {
  public:
   explicit ContactScales(const Problem& problem);
 
-  /// A new run, of which nothing has been seen.
+  /// A new run: nothing is recorded.
   void restart();
   /// (1) at the left end of a step of length H. @param is_first  of a run
   void begin_step(const double* q, const double* v, double H, bool is_first);
@@ -57,7 +58,7 @@ class ContactScales {
   }
   /// A normal velocity at the left end of an element up to this is none.
   double no_approach(int contact) const { return kVelocityRounding * approach_[contact]; }
-  /// Behind an element, velocities carry the rounding of its stage equations: across a contact, and along it.
+  /// After an element, velocities carry the rounding of its stage equations: across a contact, and along it.
   double no_drift(int contact) const { return kStageRounding * approach_[contact]; }
   double no_slip(int contact) const { return kStageRounding * slip_[contact]; }
   /// The same of forces.

@@ -8,7 +8,7 @@
 namespace ricochet {
 
 /// Impacts at one instant. They may follow each other ever faster: of a ball between the floor and another one, or of a
-/// disc that falls between two. When a flight between two of them is lower than q can tell, or so short that no velocity
+/// disc that falls between two. When a flight between two of them is lower than rounding of q, or so short that no velocity
 /// changes in it, they are taken one after the other at one instant,
 ///
 ///   v_0 = v-,   v_k from v_k-1 by Newton's law (1)-(3) of impact_solver.h at the contacts S_k,   v+ = v_K       (1)
@@ -20,7 +20,7 @@ namespace ricochet {
 /// one impact of all of them would be another motion wherever one of them is elastic.
 class ImpactSequence {
  public:
-  /// All of them have to outlive this. @param law  prepared by its owner, for candidates() behind find_touching()
+  /// All of them have to outlive this. @param law  prepared by its owner, for candidates() after find_touching()
   ImpactSequence(const Problem& problem, ContactScales& scales, ImpactSolver& law);
 
   /// accumulates: the impacts lose too little of their velocity

@@ -15,7 +15,7 @@
 
 namespace ricochet {
 
-/// What happens at one instant to the contacts that touch, where the scene states no other law of impacts than Newton's:
+/// The laws of one instant for the contacts that touch, if the scene states no other law of impacts than Newton's:
 ///
 ///   M(q) (v+ - v-) = sum_i (J_n^i Lambda_n^i + J_t^i Lambda_t^i)                        (1)
 ///   0 <= Lambda_n^i  _|_  J_n^i' (v+ + eps_r^i v-) >= 0,   f_c^i(q) = 0                 (2)
@@ -23,7 +23,7 @@ namespace ricochet {
 ///
 /// Source: paper eq. (impulse_eq_comp), with the inequality that keeps contacts without impulse from penetrating
 /// (correction 9 in fesd/DIFFERENCES.md); another law of the scene, impact_laws/stated_impact.h, stands in place of (2),
-/// (3). And which of them stay closed afterwards, and whether they slip:
+/// (3). The contacts that stay closed afterwards, and their slip, follow from
 ///
 ///   M(q) w = f_v + B_u u + sum_i (J_n^i lambda_n^i + J_t^i lambda_t^i)                  (4)
 ///   0 <= lambda_n^i  _|_  J_n^i' w + v+' (grad^2 f_c^i) v+ >= 0                         (5)
@@ -78,10 +78,10 @@ class ImpactSolver {
   /// is not zero. Sets their modes, and their forces to those of the next moment; those of the other contacts stay.
   void decide_unloaded(const Vector& q, const Vector& v, std::span<ClosedContact> closed, Eigen::Ref<Vector> lambda_n,
                        Eigen::Ref<Vector> lambda_t);
-  /// |J_n|' |w| of a closed contact with w of the load alone, and what the curvature of the gap adds [m/s^2]; behind
-  /// contact_forces().
+  /// |J_n|' |w| of a closed contact with w of the load alone, plus the term of the curvature of the gap [m/s^2];
+  /// after contact_forces().
   double load_size(int contact) const { return load_size_[contact]; }
-  /// Whether the load and the forces pull a closed contact apart; behind contact_forces(). Bodies that fall together
+  /// Whether the load and the forces pull a closed contact apart; after contact_forces(). Bodies that fall together
   /// need no force, and still touch.
   bool is_pulled_apart(int contact) const {
     return gap_acceleration(contact) > ContactScales::kStageRounding * load_size_[contact];

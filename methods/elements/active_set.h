@@ -71,7 +71,7 @@ class ActiveSet {
   int n_held(const ActiveContact& active, int stage) const {
     return rests(active, stage) ? info_.contacts[active.contact].n_t : active.law.n_held;
   }
-  /// What (7a) is divided by: h, but 1 for (8), among rows (7c).
+  /// The divisor of (7a): h, but 1 for (8), which is among rows (7c).
   static double tangential_scale(const ActiveContact& active, double h) {
     return active.mode == ContactMode::slip ? 1 : h;
   }

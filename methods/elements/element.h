@@ -19,12 +19,12 @@ struct Element {
   bool closes_bounce = false;   ///< in: a contact that bounced is closed; its velocity has to end here
   bool is_projected = false;    ///< end_projection.h: (10) made v1
   bool has_end_forces = false;  ///< (11) gave the forces at the right end, not the stages:
-  Vector end_lambda_n, end_lambda_t;  ///< n_c, n_lambda_t; zero if the tableau says nothing about the right end
+  Vector end_lambda_n, end_lambda_t;  ///< n_c, n_lambda_t; zero if the tableau does not determine the right end
   std::vector<ContactMode> modes;     ///< n_c
   std::vector<int> facets;            ///< n_c, of vertex_slip and edge_slip, else 0; empty without friction in space
 
   void resize(const ProblemInfo& info, int n_s);
-  /// What another element has left is no first guess for this one.
+  /// The values of another element are no first guess for this one.
   void forget_guess() {
     for (Matrix* unknowns : {&a, &lambda_n, &lambda_t}) unknowns->setZero();
   }

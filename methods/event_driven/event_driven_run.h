@@ -96,7 +96,7 @@ class EventDrivenRun {
   float last_log_error_ = -13;  // e_before of (1), binary logarithm
   double last_event_ = -1;      // [s]
   int next_sample_ = 1;
-  int standstills_ = 0;  // events in a row that time cannot tell apart
+  int standstills_ = 0;  // consecutive events at the same time, up to rounding
   bool was_rejected_ = false;
 };
 

@@ -38,9 +38,9 @@ struct DetectedEvent {
 /// twice that has half of its speed for v_stop.
 ///
 /// A step that has been taken is searched for the first zero: of functions negative at its right end; of gaps, along the
-/// whole of it (GapSearch); and of forces negative at a stage, if the interpolation says so, too. Where a function is zero
-/// at the left end, since a contact has just closed or begun to slip, the zero that counts is the next one. A step whose
-/// interpolation passes a surface, or zero slip, more closely than it is exact is too long, and is_exact() says so.
+/// whole of it (GapSearch); and of forces negative at a stage, if their interpolation is negative, too. If a function is
+/// zero at the left end, since a contact has just closed or begun to slip, the zero that counts is the next one. A step is
+/// too long, and not is_exact(), if its interpolation passes a surface, or zero slip, more closely than it is exact.
 ///
 /// Slip is searched along the whole of a step, too, and so are (2) and (3) where forces depend on time (LoadSearch),
 /// for falls by more than the tolerance: a load may rise and fall within a step that nothing else makes short. Without
@@ -48,7 +48,7 @@ struct DetectedEvent {
 /// bounds, as those of redundant contacts have not, all is compared at 16 points.
 class EventFunctions {
  public:
-  /// @param degree  of what lies between the ends of a step
+  /// @param degree  of the polynomial between the ends of a step
   EventFunctions(const Problem& problem, const ContactScales& scales, ModeDynamics& dynamics, int degree);
   /// Before a run. @param tolerance  of the integration
   void start(double tolerance) {
@@ -58,11 +58,10 @@ class EventFunctions {
 
   /// After an instant: the functions of the modes of the dynamics, with their values at (q, v). The dynamics has the forces
   /// there.
-      void
-      begin(const double* q, const double* v);
+  void begin(const double* q, const double* v);
   bool has_forces() const { return !dynamics_.closed().empty(); }
-  /// A contact whose force contradicts its mode at the left end by more than what a flight lower than rounding explains:
-  /// it pulls, or sticks outside its cone. -1: none.
+  /// A contact whose force contradicts its mode at the left end by more than a flight lower than rounding explains: it
+  /// pulls, or sticks outside its cone. -1: none.
   int contradicted() const;
 
   /// Before the stages of a step.
@@ -73,15 +72,15 @@ class EventFunctions {
   /// The first zero in the step; the dynamics has the forces of the right end. @param beginning  contacts whose slip begins
   /// with the step: its end is not looked for
   DetectedEvent find(const StepEnds& ends, const std::vector<int>& beginning = {});
-  /// Whether the interpolation of the step that find() has seen is exact enough to tell that no gap closes.
+  /// Whether the interpolation of the step of the last find() is exact enough to exclude that a gap closes.
   bool is_exact() const { return is_exact_; }
-  /// The right end of the last step, which find() has seen, becomes the left end. @param v  there
+  /// The right end of the step of the last find() becomes the left end. @param v  there
   void advance(const Vector& v);
 
   /// The function whose zero is the event, at (q, v), with forces evaluated there.
   double value(const DetectedEvent& event, const double* q, const double* v);
 
-  /// Its derivative by time there, negative: of a gap the one at (q, v), since where it grazes that of find() says little.
+  /// Its derivative by time there, negative. For a gap it is that at (q, v): that of find() is inaccurate at grazing contacts.
   double slope(const DetectedEvent& event, const double* q, const double* v);
 
   /// J_t' v at (q, v), n_t components.

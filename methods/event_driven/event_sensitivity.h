@@ -29,7 +29,7 @@ namespace ricochet {
 ///   dt = -(g_q S_q + g_v S_v + g_theta) / (g_q v + g_v a)                                (3)
 ///
 /// Where slip in space stops, g is the slip velocity, whose components vanish together, and dt is the least error of
-/// both. With R what happens there, f = (v, a) before and behind,
+/// both. With the map R of the event and f = (v, a) before and after it,
 ///
 ///   S+ = d[R](S- + f- dt) - f+ dt                                                        (4)
 ///
@@ -65,7 +65,7 @@ class EventSensitivity {
   /// The impacts there. @param before  modes of the contacts
   std::optional<std::string> apply_impacts(const std::vector<ImpactSequence::Impact>& impacts,
                                            const std::vector<ContactMode>& before, const Vector& q);
-  /// (4) behind it, in the modes of the dynamics. @param a  of the new modes
+  /// (4) after it, in the modes of the dynamics. @param a  of the new modes
   std::optional<std::string> leave(const std::vector<ContactMode>& before, const Vector& q, const Vector& v,
                                    const Vector& a);
   const Vector& dt() const { return dt_; }  ///< n_theta, of the last event

@@ -11,10 +11,10 @@
 
 namespace ricochet {
 
-/// What happens to the modes at one instant, by the laws that FESD-J's elements start with (contact_laws/): impacts, one
-/// after the other where they meet (impact_sequence.h); then the load decides which contacts stay closed, and Coulomb's
-/// law which of them stick or slip. The state is moved to where the closed contacts have neither gap nor normal
-/// velocity, and those that stick no slip.
+/// The change of modes at one instant, by the laws that elements of FESD-J start with (contact_laws/): first impacts, one
+/// after the other where they coincide (impact_sequence.h); then the load decides which contacts stay closed, and Coulomb's
+/// law which of them stick or slip. The state is moved to a point where closed contacts have neither gap nor normal
+/// velocity, and sticking contacts no slip.
 ///
 /// A bounce that is lower than rounding of the gap is none: with the rate r = J_n' v- and the acceleration a < 0 of the
 /// gap,
@@ -28,7 +28,7 @@ namespace ricochet {
 ///
 ///   j < 0,   a <= 0 or 2 a^3 <= 3 j^2 (rounding of the gap)                               (2)
 ///
-/// where a flight were lower than rounding. So does the end of an elastic bar that an impact has stopped.
+/// because its flight would be lower than rounding. An example is the end of an elastic bar that an impact has stopped.
 class ModeChange {
  public:
   ModeChange(const Problem& problem, ContactScales& scales, ModeDynamics& dynamics, Counters& counters);

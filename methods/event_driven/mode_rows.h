@@ -32,7 +32,7 @@ class ModeRows {
   /// The direction of slip in space while it is zero or held. @param d  2, a unit vector; null to follow the velocity
   void hold_direction(int contact, const double* d);
   bool holds_direction(int contact) const { return is_held_[contact] != 0; }
-  /// Of a contact that slips, n_t components.
+  /// Slip direction of a contact, n_t components.
   const double* direction(int contact) const { return direction_.data() + info_.contacts[contact].tangent_index; }
 
   /// C at q, with the directions of slip at v. @param C  n_q x size()

@@ -9,22 +9,22 @@
 namespace ricochet {
 
 /// An element in closed form (affine_stages.h) of one length as a single affine map of the state x = (q_0, v_0) at its
-/// left end, and with it all that a step asks of an element in which nothing happens:
+/// left end, with all conditions that an element without a switch fulfils:
 ///
 ///   x_1 = x + D (x - x_r) + d                                                                                (1)
 ///   S (x - x_r) + s > bounds                                                                                 (2)
 ///
 /// with x_r = (q_r, 0), q_r of mode_map.h.
-/// The rows of (2) are the inequalities of sign_conditions.h at the stages and the right end; and at the right end that
-/// the laws of the instant there would go on with the same modes: no open contact touches, closed ones neither
-/// part nor move across nor, where they stick, along each other, forces are not zero and sticking ones inside the cone.
-/// Where (2) holds the next element has the same modes, and nothing else has to be known of this one. Where it does
-/// not, by rounding or by far, the element has to be looked at.
+/// The rows of (2) are the inequalities of sign_conditions.h at the stages and the right end, and the conditions by which
+/// the laws of the instant at the right end keep the modes: no open contact touches, closed contacts have no normal
+/// velocity and, if they stick, no slip, forces are not zero and those of sticking contacts inside the cone. If (2) holds,
+/// the next element has the same modes, and no other value of this one is needed. If it does not, by rounding or by far,
+/// the element is solved in full.
 ///
 /// (1) is of the increments: the rounding of D does not act on the whole of x. One product of 2 n_q + 1 columns.
 class ElementMap {
  public:
-  /// Of elements with the active set that the system has, which must be affine. Uses the workspace of the system.
+  /// For elements with the active set of the system, which must be affine. Uses the workspace of the system.
   ElementMap(ElementSystem& system, double h);
 
   /// False where (2) has not all conditions: friction in space, curved or bilateral contacts.
@@ -32,7 +32,7 @@ class ElementMap {
   double h() const { return h_; }
   const std::vector<ContactMode>& modes() const { return modes_; }
 
-  /// The bounds of (2), as rounding is in the run so far.
+  /// The bounds of (2), from the rounding in the run so far.
   void set_bounds(const ContactScales& scales);
   /// Whether the conditions at a right end hold at x, too.
   bool starts_from(const Vector& x) const;

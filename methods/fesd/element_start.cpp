@@ -78,7 +78,7 @@ bool ElementStartSolver::force_jumps(int contact) {
   return jumps_[island_of(contact)];
 }
 
-/// A closed contact that stays closed whatever the load says.
+/// Mode of a closed contact that stays closed whatever the load.
 ContactMode ElementStartSolver::continued_mode(const ImpactSolver::ClosedContact& closed) const {
   const int n_t = problem_.info().contacts[closed.contact].n_t;
   if (n_t > 0 && !closed.slides) return ContactMode::stick;
@@ -200,7 +200,7 @@ ElementStartSolver::Result ElementStartSolver::close_instead(const LeftEnd& at, 
   return result;
 }
 
-/// Modes from the forces right behind the start, and the alternatives to them.
+/// Modes from the forces right after the start, and the alternatives to them.
 ElementStartSolver::Result ElementStartSolver::set_modes(const LeftEnd& at, unsigned closed_instead) {
   const ProblemInfo& info = problem_.info();
   if (at.start.closed.empty() && closed_instead == 0 && !info.has_bilateral()) return Result::done;
@@ -274,7 +274,7 @@ void ElementStartSolver::set_mode(const LeftEnd& at, const ImpactSolver::ClosedC
   if (n_t > 0) offer_slip_or_stick(at, closed, mode);
 }
 
-/// Where another contact breaks, one that the load leaves without a force may break as well.
+/// If another contact breaks, one that the load leaves without a force may break as well.
 void ElementStartSolver::offer_break(const LeftEnd& at, const ImpactSolver::ClosedContact& closed, ContactMode mode,
                                      bool rested) const {
   const bool breaks_too = at.end.kind == SwitchKind::force_vanishes && at.end.contact >= 0 && rested &&

@@ -15,13 +15,13 @@ namespace ricochet {
 /// to close the bounce it stands for.
 inline constexpr std::size_t kMaxAlternatives = 31, kMaxCombined = 4;
 
-/// The left end of an element: what touches, what the modes are predicted to be, and what else they might be.
+/// The left end of an element: touching contacts, predicted modes, and the alternatives to them.
 struct ElementStart {
   /// A mode to try when the prediction is refuted.
   struct Alternative {
     int contact = -1;
     ContactMode mode = ContactMode::open, predicted = ContactMode::open;
-    double v_n = 0;  ///< of a contact that bounced, behind the impact [m/s]
+    double v_n = 0;  ///< of a contact that bounced, after the impact [m/s]
     int facet = 0, predicted_facet = 0;
     ImpactSolver::ClosedContact closed{};  ///< of a contact that bounced: how it would be closed
     bool is_struck = false;                ///< it bounced by an impulse of its own
@@ -41,7 +41,7 @@ struct ElementStart {
   std::vector<int> unloaded;    ///< contacts without a load that the load of the next moment opens
   std::vector<OnEdge> on_edge;
   int failed_contact = -1;  ///< the contact that a Result other than done is about
-  bool has_forces = false;  ///< acceleration and forces right behind the start are known:
+  bool has_forces = false;  ///< acceleration and forces right after the start are known:
   Vector acceleration, lambda_n, lambda_t;
 
   void reserve(const ProblemInfo& info);
@@ -64,20 +64,19 @@ struct LeftEnd {
 
 /// Impulses and predicted modes at the left end of an element, from the laws of one instant (impact_solver.h).
 ///
-/// A touching contact that approaches takes an impulse, or several (impact_sequence.h). Behind it, contacts that do
-/// not separate and contacts that rested before are closed where the load presses them together, and stick or slip as
-/// Coulomb's law for accelerations says. On a polygon in place of the friction disc they say which vertex or edge
-/// carries the force, too; where an edge has just been left at one of its vertices the force stays at that vertex.
-/// Bilateral constraints stay closed whatever happens. Two things the instant does not show: within a step a contact
-/// that rested goes on resting, unless its own switch ended the element before or forces jump in its island (a new
-/// step knows the state only, so there the load decides); and where the force of a sticking contact has just reached
-/// the cone, slip begins against that force, with zero acceleration at first. Islands without a part in the start keep
-/// their forces and modes.
+/// A touching contact that approaches takes an impulse, or several (impact_sequence.h). After it, contacts that do not
+/// separate and contacts that rested before are closed if the load presses them together, and stick or slip by Coulomb's
+/// law for accelerations. On a polygon in place of the friction disc the law selects the vertex or edge that carries the
+/// force; if an edge has just been left at one of its vertices, the force stays at that vertex. Bilateral constraints
+/// always stay closed. The state alone does not determine two things. Within a step, a contact that rested stays at rest
+/// unless its own switch ended the element before or forces jump in its island; at the start of a step only the state is
+/// given, and the load decides. And if the force of a sticking contact has just reached the cone, slip begins against that
+/// force, with zero acceleration at first. Islands without a part in the start keep their forces and modes.
 ///
 /// Alternatives: a contact that bounced may be closed instead (that is how a ball comes to rest, open question 2 of
-/// DIFFERENCES.md), and what the load does to the others then follows from close_instead(); stick and slip at the
-/// boundary of the cone may be either; where one contact breaks, others that the load leaves without a force may break
-/// at the same instant. The load of the next moment decides about a contact without one
+/// DIFFERENCES.md), and close_instead() finds the modes of the others under the load then; a contact at the boundary of the
+/// cone may stick or slip; if one contact breaks, others that the load leaves without a force may break at the same
+/// instant. The load of the next moment decides about a contact without one
 /// (ImpactSolver::decide_unloaded); where it does not press either, a contact that rested stays closed, and may break.
 class ElementStartSolver {
  public:

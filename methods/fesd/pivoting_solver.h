@@ -45,7 +45,7 @@ class PivotingSolver {
     int max_elements = 64;   ///< of a step, when elements are added
     Switches switches = Switches::pinned;
     int facets = 0;               ///< of the polygon in place of the friction disc in space; 0: the disc itself
-    double gap_tolerance = 0;     ///< [m] by which a gap may be negative in the element behind a pinned break
+    double gap_tolerance = 0;     ///< [m] by which a gap may be negative in the element after a pinned break
     bool between_stages = false;  ///< sign conditions have to hold between the stages, too
     double tolerance = 1e-13;
   };
@@ -54,7 +54,7 @@ class PivotingSolver {
   PivotingSolver(const PivotingSolver&) = delete;
   PivotingSolver& operator=(const PivotingSolver&) = delete;
 
-  /// Of Newton's method from now on, in place of Options::tolerance.
+  /// Tolerance of Newton's method from now on, in place of Options::tolerance.
   void set_tolerance(double tolerance) { runs_.set_tolerance(tolerance); }
   /// Of the motion, for Options::between_stages.
   void set_motion_tolerance(double tolerance) { runs_.set_motion_tolerance(tolerance); }
@@ -71,7 +71,7 @@ class PivotingSolver {
   /// The bounces that an element has closed instead of following them.
   struct ClosedBounces {
     bool throughout = false;  ///< they stay closed in the whole element, as nothing else was tried or possible
-    double speed = 0;         ///< largest normal velocity behind one of them [m/s]: what the state changes by
+    double speed = 0;         ///< largest normal velocity after one of them [m/s], by which the state changes
   };
   struct ElementStep {
     Status status;

@@ -163,7 +163,7 @@ void SignConditions::check_forces(const Element& stages, Violation& first) {
     double force_before = 0, margin_before = 0, time_before = 0;
     bool pulls = false, leaves = false;
     for (int j = 0; j < n_points; ++j) {
-      if (is_end_stage(j) && stages.is_projected) continue;  // the right end: (11) of end_projection.h says more
+      if (is_end_stage(j) && stages.is_projected) continue;  // the right end: (11) of end_projection.h is more accurate
       const double time = j < n_s_ ? tableau_.c[j] * stages.h : stages.h;
       const double lambda = j < n_s_ ? stages.lambda_n(i, j) : stages.end_lambda_n[i];
       const auto crossing = [&](double before, double value) {

@@ -16,7 +16,7 @@ InstantLaw::InstantLaw(const InstantSystem& system, const ProblemInfo& info, con
                        const ContactScales& scales, Counters& counters)
     : system_(system), info_(info), auxiliary_(auxiliary), scales_(scales), counters_(counters) {}
 
-/// What is known of the slip of a contact before its law is solved.
+/// The slip of a contact as far as it is known before its law is solved.
 void InstantLaw::set_law(int contact, const Vector& v, RegionSwitch cause, const ContactRegion& before,
                          const RegionForces& forces, FrictionProblem::Contact& law) const {
   const ContactInfo& info = info_.contacts[contact];

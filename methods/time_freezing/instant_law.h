@@ -22,22 +22,22 @@ namespace ricochet {
 ///
 /// (2) is the choice of a convex combination of f_ODE and of the auxiliary dynamics that keeps J_n' v = 0, divided by the
 /// weight of f_ODE, and leaves the surface where that has a negative weight. (4) is the same among auxiliary dynamics; a
-/// contact that would need more than its push, beta > 1, is pushed. Of a contact that bounces alone (4) says which way its
-/// friction acts; its force is (6) of pseudo_time_equations.h.
+/// contact that would need more than its push, beta > 1, is pushed. For a contact that bounces, (4) determines only the
+/// direction of its friction; its force is (6) of pseudo_time_equations.h.
 class InstantLaw {
  public:
   /// All of them have to outlive this. @param system  of the state at hand
   InstantLaw(const InstantSystem& system, const ProblemInfo& info, const AuxiliaryDynamics& auxiliary,
              const ContactScales& scales, Counters& counters);
 
-  /// Where a slip in space stops, others that are no faster stop with it: contacts of one body come to rest together.
+  /// Speed up to which other slips in space stop together with one that stops: contacts of one body come to rest together.
   void set_resting_speed(double speed) { resting_speed_ = speed; }
 
   /// (1), (2): sets the regions of the contacts of the system from those before, and the forces.
   /// @param forces  in: those at the end of the element before
   LcpStatus select_sliding(const Vector& v, RegionSwitch cause, Regions& regions, RegionForces& forces);
-  /// (3), (4). Pushed and bouncing contacts are set in `regions`. The damper of a bounce pulls at its end: what rests then
-  /// needs no force. @param y  n_c, of bouncing ones
+  /// (3), (4). Pushed and bouncing contacts are set in `regions`. The damper of a bounce pulls at its end; contacts at rest
+  /// need no force then. @param y  n_c, of bouncing ones
   LcpStatus select_frozen(const Vector& v, const Vector& y, RegionSwitch cause, Regions& regions, RegionForces& forces);
 
  private:

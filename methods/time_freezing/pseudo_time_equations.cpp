@@ -45,7 +45,7 @@ void PseudoTimeEquations::begin(PseudoTimeElement& e, PseudoTimeWorkspace& work)
   if (!held_.all().empty()) problem_.normal_jacobian(e.q0.data(), work.J_n.data());
 }
 
-/// By plain loops: Eigen's take longer than the sums for these sizes.
+/// Plain loops: those of Eigen take longer than the sums for these sizes.
 void PseudoTimeEquations::set_stages(PseudoTimeElement& e, PseudoTimeWorkspace& work) const {
   const Eigen::Index n_q = info_.n_q, n_s = tableau_.n_s;
   const Matrix& A = tableau_.A;

@@ -97,7 +97,7 @@ bool RegionElement::is_short_of_push() const {
   return slide_.beta.maxCoeff() > kMostWeight;
 }
 
-/// Of an element in pseudo time the cubic through q and v at both ends.
+/// An element in pseudo time has the cubic through q and v at both ends.
 void RegionElement::add_motion(const RegionState& from, double t_end, Motion& motion) const {
   if (from.is_free) return flight_motion_.add(from.t, t_end, flight_, motion);
   const double length = t_end - from.t;

@@ -13,7 +13,7 @@ struct RegionForces {
 
   explicit RegionForces(const ProblemInfo& info);
 
-  /// By (1) of instant_law.h with J_n' w + ... = 0 of sliding contacts, or by (3) with (6) of pseudo_time_equations.h.
+  /// Solves (1) of instant_law.h with J_n' w + ... = 0 of sliding contacts, or (3) with (6) of pseudo_time_equations.h.
   /// Redundant contacts get, of all forces, those nearest to the present ones. @param y  n_c, of bouncing contacts
   /// @return false where there are none
   bool solve(const InstantSystem& system, const AuxiliaryDynamics& auxiliary, const Regions& regions, const Vector& v,

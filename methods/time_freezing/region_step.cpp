@@ -6,7 +6,7 @@
 namespace ricochet {
 namespace {
 
-// The functions of a switch are zero to this part of their rounding, unless time cannot tell.
+// The functions of a switch are zero to this part of their rounding, unless the bracket is shorter than kShortest.
 constexpr double kZero = 0.05;
 constexpr int kMaxZeros = 60;  // evaluations of a bracket
 constexpr int kMaxHalvings = 45;

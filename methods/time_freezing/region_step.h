@@ -20,7 +20,7 @@ class RegionStep {
 
   static constexpr const char* kNoMass = "M is not positive definite, or bilateral constraints depend on each other";
   static constexpr const char* kNoForces = "no forces hold the contacts in their modes";
-  static constexpr double kShortest = 1e-15;  ///< of the end time: lengths that time cannot tell apart
+  static constexpr double kShortest = 1e-15;  ///< of the end time: rounding of the time
 
   /// All of them have to outlive this. @param system, forces  of the state at hand
   RegionStep(const Problem& problem, const ButcherTableau& tableau, AuxiliaryDynamics& auxiliary,
