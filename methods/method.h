@@ -48,6 +48,8 @@ struct MethodInfo {
   double order_impacts = 0;        ///< of the final state, through impacts
   bool is_adaptive = false;        ///< steered by Settings::tolerance instead of Settings::steps
   bool has_sensitivities = false;  ///< reads Settings::sensitivities
+  bool is_audited = false;         ///< reads Settings::audit: it evaluates its own equations after each step
+  bool keeps_samples = true;       ///< reads Recording::grid; an integrator with steps of its own may not
   /// Laws of impacts that it can take: it declines scenes with another one.
   std::vector<ImpactHypothesis> impact_laws{ImpactHypothesis::newton};
   /// A step allocates no memory: what a run allocates depends on its events, not on its steps.

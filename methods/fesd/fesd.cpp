@@ -39,6 +39,7 @@ class Fesd final : public Method {
             .order_impacts = static_cast<double>(tableau_.order),
             .is_adaptive = false,
             .has_sensitivities = true,
+            .is_audited = true,
             .impact_laws = all_impact_hypotheses(),
             .is_allocation_free = true};
   }

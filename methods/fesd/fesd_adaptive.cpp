@@ -239,6 +239,7 @@ class FesdAdaptive final : public Method {
             .order_impacts = static_cast<double>(tableau_.order),
             .is_adaptive = true,
             .has_sensitivities = true,
+            .is_audited = true,
             .impact_laws = all_impact_hypotheses(),
             .is_allocation_free = true};
   }

@@ -19,6 +19,7 @@ class EventLocatedMethod : public Method {
   EventLocatedMethod(MethodInfo info, reference::MakeIntegrator integrator)
       : info_(std::move(info)), integrator_(std::move(integrator)) {
     info_.impact_laws = all_impact_hypotheses();
+    info_.keeps_samples = false;
   }
 
   Solution do_solve(const Problem& problem, const Settings& settings) const final {

@@ -101,7 +101,8 @@ class SiconosEventDriven final : public Method {
             .source = kSource,
             .order_smooth = 12,
             .order_impacts = 12,
-            .is_adaptive = true};
+            .is_adaptive = true,
+            .keeps_samples = false};
   }
   Support supports(const ProblemInfo& problem) const override {
     if (problem.has_friction()) return Support::no("Siconos' event-driven scheme with LSODAR has no friction");

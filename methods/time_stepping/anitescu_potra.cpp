@@ -46,6 +46,7 @@ class AnitescuPotra final : public TimeSteppingMethod {
             .order_smooth = 1,
             .order_impacts = 1,
             .is_adaptive = false,
+            .is_audited = true,
             .is_allocation_free = !is_implicit_};
   }
 

@@ -42,6 +42,7 @@ class D1Minus final : public TimeSteppingMethod {
             .order_smooth = 2,
             .order_impacts = 1,
             .is_adaptive = false,
+            .is_audited = true,
             .is_allocation_free = true};
   }
 

@@ -44,6 +44,7 @@ class EventCapturing final : public TimeSteppingMethod {
             .order_smooth = order,
             .order_impacts = order,
             .is_adaptive = false,
+            .is_audited = true,
             .is_allocation_free = true};
   }
 

@@ -57,6 +57,7 @@ class ExtrapolatedMoreau final : public TimeSteppingMethod {
             .order_smooth = static_cast<double>(order_),
             .order_impacts = 1,
             .is_adaptive = true,
+            .is_audited = true,
             .is_allocation_free = true};
   }
 

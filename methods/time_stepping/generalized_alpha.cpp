@@ -58,6 +58,7 @@ class GeneralizedAlpha final : public TimeSteppingMethod {
             .order_smooth = 2,
             .order_impacts = 1,
             .is_adaptive = false,
+            .is_audited = true,
             .is_allocation_free = true};
   }
 

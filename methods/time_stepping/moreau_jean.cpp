@@ -58,6 +58,7 @@ class MoreauJean final : public TimeSteppingMethod {
             .order_smooth = theta_ == 0.5 ? 2.0 : 1.0,
             .order_impacts = 1,
             .is_adaptive = false,
+            .is_audited = true,
             .is_allocation_free = !projects_};  // a projection makes a contact problem of its own
   }
 

@@ -54,6 +54,7 @@ class Rattle final : public TimeSteppingMethod {
             .order_smooth = 2,
             .order_impacts = 1,
             .is_adaptive = false,
+            .is_audited = true,
             .is_allocation_free = true};
   }
 

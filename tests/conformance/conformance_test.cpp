@@ -2,8 +2,6 @@
 // name.
 #include <gtest/gtest.h>
 
-#include <set>
-
 #include "bench/studies/verify/promises.h"
 #include "methods/contact_laws/friction_polygon.h"
 #include "methods/registry.h"
@@ -25,22 +23,6 @@ Settings test_settings(int steps) {
 }
 
 class Conformance : public testing::TestWithParam<Pair> {};
-
-/// Methods that evaluate their own equations afresh: all of FESD-J but its homotopy, and time stepping with a contact
-/// problem in each step.
-bool is_audited(const std::string& method) {
-  const std::string name = MethodSpec(method).name();
-  static const std::set<std::string> without = {"irk",       "event_driven",  "cvode",   "arkode",
-                                                "ida",       "fesd_homotopy", "penalty", "time_freezing",
-                                                "soft_step", "xpbd",          "sap"};
-  return !without.contains(name) && !name.starts_with("siconos");
-}
-
-/// Peers that keep no samples: their steps are their own.
-bool keeps_samples(const std::string& method) {
-  static const std::set<std::string> without = {"cvode", "arkode", "ida", "siconos_event_driven"};
-  return !without.contains(MethodSpec(method).name());
-}
 
 TEST_P(Conformance, KeepsItsPromises) {
   const Pair& pair = GetParam();
@@ -67,12 +49,12 @@ TEST_P(Conformance, KeepsItsPromises) {
                               : has_dead_centre                      ? 1e-6
                               : iterates                             ? 1e-7
                                                                      : 2e-12);
-  EXPECT_EQ(s.residuals.empty(), !is_audited(pair.method));
+  EXPECT_EQ(s.residuals.empty(), !method->info().is_audited);
   if (s.succeeded()) EXPECT_GE(s.counters.steps, 1);
   // Elements evaluate constant forces once in a run; every other step evaluates its forces.
   EXPECT_GE(s.counters.force_evaluations, is_fesd ? std::min<std::int64_t>(s.counters.steps, 1) : s.counters.steps);
   // What follows about samples says nothing without any.
-  if (s.counters.steps > 0) EXPECT_EQ(s.samples.empty(), !keeps_samples(pair.method));
+  if (s.counters.steps > 0) EXPECT_EQ(s.samples.empty(), !method->info().keeps_samples);
 }
 
 INSTANTIATE_TEST_SUITE_P(AllPairs, Conformance, testing::ValuesIn(pairs_that(true)), [](const auto& test) {

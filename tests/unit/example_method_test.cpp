@@ -21,7 +21,12 @@ class InelasticStepping final : public Method {
   explicit InelasticStepping(const MethodSpec& spec) : id_(spec.text()) {}
 
   MethodInfo info() const override {
-    return {.id = id_, .title = "inelastic time stepping", .source = "example", .order_smooth = 1, .order_impacts = 1};
+    return {.id = id_,
+            .title = "inelastic time stepping",
+            .source = "example",
+            .order_smooth = 1,
+            .order_impacts = 1,
+            .is_audited = true};
   }
   Support supports(const ProblemInfo& problem) const override {
     const bool bounces = std::ranges::any_of(problem.contacts, [](const auto& contact) { return contact.eps_r > 0; });

@@ -16,6 +16,7 @@ MethodInfo GapSteppingMethod::info() const {
           .order_smooth = 1,
           .order_impacts = 1,
           .is_adaptive = false,
+          .is_audited = true,
           .is_allocation_free = true};
 }
 
