@@ -15,19 +15,15 @@ namespace ricochet {
 namespace {
 
 /// GiNaC's reference counts have no locks, so problems are made and destroyed by one thread at a time.
-std::mutex& formulas() {
+std::mutex& formulas_mutex() {
   static std::mutex mutex;
   return mutex;
-}
-
-SymbolicProblem* symbolic(Problem& problem) {
-  return dynamic_cast<SymbolicProblem*>(&problem);
 }
 
 }  // namespace
 
 AdjustableProblem::AdjustableProblem(Make make, std::vector<std::string> names) : make_(std::move(make)) {
-  const std::lock_guard lock(formulas());
+  const std::lock_guard lock(formulas_mutex());
   auto problem = make_({});
   base_ = problem->info();
   for (const auto& parameter : base_.parameters) parameters_.push_back(parameter.value);
@@ -37,12 +33,12 @@ AdjustableProblem::AdjustableProblem(Make make, std::vector<std::string> names) 
     if (!seen.insert(name).second) throw InputError("varied", name, "this quantity is given twice");
   }
   has_parameters_ = std::ranges::any_of(places_, [](const Place& p) { return p.of == Place::Of::parameter; });
-  if (has_parameters_ && symbolic(*problem)) symbolic(*problem)->open_parameters();
+  if (has_parameters_ && problem->formulas()) problem->formulas()->open_parameters();
   made_.push_back(std::move(problem));
 }
 
 AdjustableProblem::~AdjustableProblem() {
-  const std::lock_guard lock(formulas());
+  const std::lock_guard lock(formulas_mutex());
   made_.clear();
 }
 
@@ -58,7 +54,7 @@ AdjustableProblem::Place AdjustableProblem::place_of(Problem& problem, const std
     known.push_back(base_.parameters[k].name);
     if (name == known.back()) return {Place::Of::parameter, name, static_cast<int>(k)};
   }
-  if (!symbolic(problem) && name.find(':') == std::string::npos) {  // its parameters are known to make_ alone
+  if (!problem.formulas() && name.find(':') == std::string::npos) {  // its parameters are known to make_ alone
     return {Place::Of::parameter, name, -1};
   }
   throw_unknown_name("quantity of " + base_.id, name, known);
@@ -71,7 +67,7 @@ Problem& AdjustableProblem::with_parameters(std::span<const double> values) {
     return *made_.front();
   }
   ParameterChanges changes;
-  const bool has_formulas = symbolic(*made_.front()) != nullptr;
+  const bool has_formulas = made_.front()->formulas() != nullptr;
   for (std::size_t k = 0; k < places_.size(); ++k) {
     if (places_[k].of != Place::Of::parameter) continue;
     changes[places_[k].name] = values[k];
@@ -79,14 +75,14 @@ Problem& AdjustableProblem::with_parameters(std::span<const double> values) {
   }
   if (has_formulas) {
     for (const auto& problem : made_) {
-      if (symbolic(*problem)->set_parameters(parameters_)) return *problem;
+      if (problem->formulas()->set_parameters(parameters_)) return *problem;
     }
   }
-  const std::lock_guard lock(formulas());
+  const std::lock_guard lock(formulas_mutex());
   auto problem = make_(changes);
   if (has_formulas) {
-    symbolic(*problem)->open_parameters();
-    if (!symbolic(*problem)->set_parameters(parameters_))
+    problem->formulas()->open_parameters();
+    if (!problem->formulas()->set_parameters(parameters_))
       throw std::logic_error("a problem that has just been made takes its own parameters");
   } else {
     made_.clear();

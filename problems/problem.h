@@ -19,7 +19,8 @@ namespace ricochet {
 using Vector = Eigen::VectorXd;  ///< A column of doubles.
 using Matrix = Eigen::MatrixXd;  ///< Doubles, column-major.
 
-struct Geometry;  // problems/geometry.h
+struct Geometry;        // problems/geometry.h
+class SymbolicProblem;  // problems/derivatives/symbolic_problem.h
 
 /// One unilateral contact, or a bilateral constraint: a contact that is always closed and may pull. Its Jacobian
 /// entries live on `support` only, the coordinates that the contact touches.
@@ -218,6 +219,10 @@ class Problem {
                                     const double* lambda_t, double* D) const = 0;
   /// C: (2 n_q + 2 n_c + 1) x parameters: derivatives of q0, v0, all eps_r, all mu, end_time, in this order.
   virtual void parameter_derivative_of_constants(double* C) const = 0;
+
+  /// The problem as one made of formulas, which can be varied, written and transcribed; null where it has none.
+  virtual const SymbolicProblem* formulas() const { return nullptr; }
+  virtual SymbolicProblem* formulas() { return nullptr; }  ///< The same, to change its parameters.
 
   // Dense views for code outside the time step.
   Matrix mass_matrix(const Vector& q) const;             ///< n_q x n_q

@@ -30,9 +30,9 @@ Eigen::Index find_variable(const ProblemInfo& info, const std::string& name) {
 namespace {
 
 SymbolicModel model_of(const Problem& problem) {
-  const auto* symbolic = dynamic_cast<const SymbolicProblem*>(&problem);
-  if (!symbolic) throw InputError("problem", problem.info().id, "only a problem made of formulas can be varied");
-  return symbolic->model();
+  const SymbolicProblem* formulas = problem.formulas();
+  if (!formulas) throw InputError("problem", problem.info().id, "only a problem made of formulas can be varied");
+  return formulas->model();
 }
 
 std::unique_ptr<Problem> valid_problem(SymbolicModel model) {

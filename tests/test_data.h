@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -103,6 +104,14 @@ inline const std::vector<NamedProblem>& all_problems() {
     return problems;
   }();
   return list;
+}
+
+/// Scenes with a geometry in which other forces than the weight act: springs, drags, loads, and the weight of small
+/// angles.
+inline const std::set<std::string>& scenes_with_other_forces() {
+  static const std::set<std::string> names = {"two_balls_spring", "belt_oscillator", "woodpecker_toy",
+                                              "double_pendulum_wall"};
+  return names;
 }
 
 /// One mode for contacts of a scene, and the tableau of the elements that have it.

@@ -294,7 +294,7 @@ SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list,
                 .label = scene.id,
                 .html = "",
                 .has_equations = true};
-  const auto* symbolic = dynamic_cast<const SymbolicProblem*>(problem.get());
+  const SymbolicProblem* formulas = problem->formulas();
   page.html = fmt::format(
       "<dl><dt>what is hard</dt><dd>{}</dd><dt>source</dt><dd>{}</dd><dt>size</dt><dd>{} coordinates, {} contacts, until "
       "{:g} s</dd>",
@@ -302,13 +302,13 @@ SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list,
   if (!scene.solution.empty())
     page.html += fmt::format("<dt>solution</dt><dd>{}: <code>{}</code></dd>", escape_html(scene.solution),
                              reference::kCertifiedFile);
-  if (symbolic != nullptr)
+  if (formulas != nullptr)
     page.html += fmt::format("<dt>as a file</dt><dd><code>ricochet export -p {0} -o {0}.json</code></dd>", scene.id);
   page.html += "</dl>\n";
   const auto motion = shown_motion(*problem);
   page.html += sketch_html(*problem, motion ? *motion : Solution());
-  page.html += statement_html(scene, symbolic != nullptr);
-  page.html += symbolic != nullptr ? equations_html(symbolic->model()) : assembled_equations_html();
+  page.html += statement_html(scene, formulas != nullptr);
+  page.html += formulas != nullptr ? equations_html(formulas->model()) : assembled_equations_html();
   page.html += contacts_html(info) + events_html(info, motion) + speed_html(results, scene.id);
   page.html += site_heading("Methods", "methods") + methods_html(info) + experiments_html(list, results, scene.id);
   return page;

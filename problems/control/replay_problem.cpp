@@ -6,7 +6,7 @@ namespace ricochet {
 namespace {
 
 const SymbolicModel& plant_model(const OptimalControlProblem& problem) {
-  const auto* plant = dynamic_cast<const SymbolicProblem*>(problem.plant.get());
+  const SymbolicProblem* plant = problem.plant->formulas();
   if (!plant) throw InputError("plant", problem.id, "a plant with formulas is required");
   return plant->model();
 }

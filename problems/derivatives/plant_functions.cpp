@@ -45,10 +45,10 @@ ex load(const SymbolicModel& model, int k) {
 
 /// @throws InputError
 const SymbolicModel& model_of(const Problem& problem) {
-  const auto* symbolic = dynamic_cast<const SymbolicProblem*>(&problem);
-  if (!symbolic)
+  const SymbolicProblem* formulas = problem.formulas();
+  if (!formulas)
     throw InputError("problem", problem.info().id, "a problem with formulas is required: a scene or a scene file");
-  return symbolic->equations();
+  return formulas->equations();
 }
 
 }  // namespace

@@ -109,6 +109,9 @@ class SymbolicProblem : public Problem {
                             const double* lambda_t, double* D) const override;
   void parameter_derivative_of_constants(double* C) const override;
 
+  const SymbolicProblem* formulas() const override { return this; }
+  SymbolicProblem* formulas() override { return this; }
+
   const SymbolicModel& model() const { return stated_; }  ///< The scene as it is stated.
   /// The scene as it is solved: if it depends on time, the clock is its last coordinate, and a control that depends on
   /// time is part of the force.

@@ -53,9 +53,9 @@ ordered_json contact_json(const SymbolicModel& model, const SymbolicModel::Conta
 }  // namespace
 
 std::string scene_text(const Problem& problem, const SceneTextOptions& options) {
-  const auto* symbolic = dynamic_cast<const SymbolicProblem*>(&problem);
-  if (!symbolic) throw InputError("problem", problem.info().id, "only a problem made of formulas can be written");
-  const SymbolicModel& model = symbolic->model();
+  const SymbolicProblem* formulas = problem.formulas();
+  if (!formulas) throw InputError("problem", problem.info().id, "only a problem made of formulas can be written");
+  const SymbolicModel& model = formulas->model();
 
   ordered_json scene;
   for (const auto& parameter : model.parameters) {

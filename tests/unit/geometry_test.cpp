@@ -17,10 +17,6 @@ namespace {
 /// Products of a dozen sines and lengths, each rounded to 1e-16, in another order.
 constexpr double kGeometryRounding = 1e-14;
 
-/// Forces beside the weight: springs, drags, loads, and the weight of small angles.
-const std::set<std::string> kOtherForces = {"two_balls_spring", "belt_oscillator", "woodpecker_toy",
-                                            "double_pendulum_wall"};
-
 std::vector<std::string> scenes_with_geometry() {
   std::vector<std::string> names;
   for (const auto& entry : scenes()) {
@@ -144,7 +140,7 @@ TEST_P(EveryGeometry, HasTheMassMatrixOfTheScene) {
 }
 
 TEST_P(EveryGeometry, HasTheWeightOfTheScene) {
-  if (kOtherForces.contains(info.id)) GTEST_SKIP() << "other forces act, too";
+  if (scenes_with_other_forces().contains(info.id)) GTEST_SKIP() << "other forces act, too";
   const int n = info.n_mechanical();
   for (int sample = 0; sample < 20; ++sample) {
     const Vector q = random_state(), f = problem->force(q, Vector::Zero(info.n_q)).head(n);
@@ -176,7 +172,7 @@ TEST(Geometry, FollowsTheParameters) {
 
 TEST(Geometry, FollowsParametersThatChangeLater) {
   const auto problem = make_problem("rocking_block");
-  auto& symbolic = dynamic_cast<SymbolicProblem&>(*problem);
+  SymbolicProblem& symbolic = *problem->formulas();
   symbolic.open_parameters();
   std::vector<double> values;
   for (const auto& parameter : problem->info().parameters)

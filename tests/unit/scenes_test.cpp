@@ -111,7 +111,7 @@ TEST_P(EverySymbolicScene, HasTheSameBitsWhereverItsSymbolsLie) {
     p.force_jacobians(q.data(), v.data(), p.info().u.data(), f_q.data(), f_v.data());
     p.mass_derivative(q.data(), v.data(), Ma_q.data());
     Vector f(n_q);
-    dynamic_cast<const SymbolicProblem&>(p).SymbolicProblem::force(q.data(), v.data(), p.info().u.data(), f.data());
+    p.formulas()->SymbolicProblem::force(q.data(), v.data(), p.info().u.data(), f.data());
     all.setConstant(p.potential_energy(q.data()));
     all.leftCols(1 + 4 * n_q + p.n_c() + p.info().n_lambda_t) << f, f_q, f_v, Ma_q, p.mass_matrix(q),
         p.normal_jacobian(q), p.tangent_jacobian(q);
@@ -172,7 +172,7 @@ bool has_potential(const Problem& problem) {
   return problem.info().structure.has_potential;
 }
 bool is_symbolic(const Problem& problem) {
-  return dynamic_cast<const SymbolicProblem*>(&problem) != nullptr;
+  return problem.formulas() != nullptr;
 }
 const auto scene_name = [](const auto& test) { return test_name(test.param); };
 INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene, testing::ValuesIn(scene_ids(any)), scene_name);
