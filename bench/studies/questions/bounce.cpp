@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "bench/studies/questions/question.h"
@@ -20,9 +19,6 @@
 namespace ricochet::bounce {
 namespace {
 
-using nlohmann::json;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kGravity = 9.81, kRadius = 0.1, kFall = 0.9;
 constexpr double kLowest = 1e-3;  // [m]; nobody sees bounces that are lower
 constexpr int kMostSteps = 200000;
@@ -120,146 +116,80 @@ void measure_threshold(const Method& method, Answer& answer) {
   answer.values["threshold"] = bounces;
 }
 
-std::vector<Answer> bounce_conditions(const json& experiment) {
-  std::vector<Answer> conditions;
-  for (const double e : experiment.at("restitution").get<std::vector<double>>()) {
-    for (const int bounces : experiment.at("bounces").get<std::vector<int>>()) {
-      if (height_after(e, bounces) < kLowest && !(e == 0 && bounces == 1)) continue;
-      Answer& answer = conditions.emplace_back();
-      answer.conditions = {{"e", e}, {"bounces", bounces}};
-    }
-  }
-  conditions.emplace_back().conditions = {{"slowest", 1}};
-  return conditions;
+std::vector<Answer> conditions(const nlohmann::json& experiment) {
+  std::vector<Answer> list = answers_for({{"e", experiment.at("restitution")}, {"bounces", experiment.at("bounces")}});
+  std::erase_if(list, [](const Answer& a) {
+    const double e = a.condition("e"), bounces = a.condition("bounces");
+    return height_after(e, static_cast<int>(bounces)) < kLowest && !(e == 0 && bounces == 1);
+  });
+  list.push_back(answer_under({{"slowest", 1}}));
+  return list;
 }
 
-void measure_bounce(const json&, const Method& method, Answer& answer) {
+void measure(const nlohmann::json&, const Method& method, Answer& answer) {
   if (answer.conditions.contains("slowest"))
     measure_threshold(method, answer);
   else
     measure_height(method, answer);
 }
 
-bool is(const Answer& answer, double e, int bounces) {
-  return answer.conditions.contains("e") && answer.condition("e") == e && answer.condition("bounces") == bounces;
+double ratio(const Answer& a) {
+  return a.value("exact") > 0 ? a.value("height") / a.value("exact") : std::nan("");
 }
 
-/// What is said of a method.
-struct Verdict {
-  std::string method;
-  double at_60 = kNaN, finest = kNaN;  ///< height over what is right, e = 0.8 after a bounce
-  double many = kNaN;                  ///< the same with e = 1 after the most bounces
-  double worst = 0;                    ///< deviation at the shortest step, of all e
-  double threshold = kNaN;
-  std::string says;
-};
-
-std::string percent(double ratio) {
-  return std::isfinite(ratio) ? fmt::format("{:.3g} %", 100 * ratio) : "-";
+bool is(const Answer& a, double e, double bounces) {
+  return a.conditions.contains("e") && a.condition("e") == e && a.condition("bounces") == bounces;
 }
 
-std::vector<Verdict> verdicts_of(const std::vector<Answer>& answers) {
-  std::vector<Verdict> verdicts;
-  for (const auto& [method, list] : by_method(answers)) {
-    Verdict verdict{.method = method, .says = {}};
-    const auto [shortest, longest] = step_range_of(list);
-    int most = 0;
-    double deviation_of_longest = 0;
-    for (const Answer& a : list) {
-      if (a.conditions.contains("slowest")) {
-        if (a.h == shortest) verdict.threshold = a.value("threshold");
-        continue;
-      }
-      if (!a.succeeded() || !(a.value("exact") > 0)) continue;
-      const double ratio = a.value("height") / a.value("exact");
-      if (is(a, 0.8, 1) && a.h == longest) verdict.at_60 = ratio;
-      if (is(a, 0.8, 1) && a.h == shortest) verdict.finest = ratio;
-      if (a.condition("e") == 1 && a.condition("bounces") >= most) {
-        most = static_cast<int>(a.condition("bounces"));
-        verdict.many = ratio;
-      }
-      if (a.h == shortest) verdict.worst = std::max(verdict.worst, std::abs(ratio - 1));
-      if (a.h == longest) deviation_of_longest = std::max(deviation_of_longest, std::abs(ratio - 1));
-    }
-    if (std::isfinite(verdict.finest)) {
-      verdict.says = verdict.worst < 0.01                         ? "right to a percent"
-                     : verdict.worst > 0.5                        ? "wrong, however short the step"
-                     : verdict.worst < 0.5 * deviation_of_longest ? "gets better with shorter steps"
-                                                                  : "does not get better with shorter steps";
-    }
-    verdicts.push_back(verdict);
+MethodAnswers::Number ratio_at(double e, double bounces) {
+  return [=](const Answer& a) { return is(a, e, bounces) ? ratio(a) : std::nan(""); };
+}
+
+/// With e = 1, after the most bounces.
+double after_most_bounces(const MethodAnswers& m) {
+  double most = 0, found = std::nan("");
+  for (const Answer& a : m.answers) {
+    if (!a.succeeded() || !a.conditions.contains("e") || a.condition("e") != 1 || a.condition("bounces") < most)
+      continue;
+    most = a.condition("bounces");
+    found = ratio(a);
   }
-  return verdicts;
+  return found;
 }
 
-Table verdict_table(const std::vector<Verdict>& verdicts) {
-  static const std::vector<Column<Verdict>> columns = {
-      {"method", &Verdict::method},
-      {"does a ball bounce as high as it should?", &Verdict::says},
-      {"e = 0.8, longest step", [](const Verdict& v) { return percent(v.at_60); }},
-      {"shortest step", [](const Verdict& v) { return percent(v.finest); }},
-      {"e = 1, most bounces", [](const Verdict& v) { return percent(v.many); }},
-      {"no bounce below",
-       [](const Verdict& v) {
-         return !std::isfinite(v.threshold) ? "-"
-                : v.threshold == 0          ? std::string("bounces always")
-                : v.threshold >= kFastest   ? std::string("never bounces")
-                                            : fmt::format("{:.2g} m/s", v.threshold);
-       }},
-  };
-  return table_of(
-      "The answer", columns, verdicts,
-      "Heights in percent of the exact ones. The verdict uses the worst height with the shortest step, over all "
-      "coefficients and numbers of bounces. No bounce below: impact speed above which the ball leaves with at least "
-      "half of the exact speed, by bisection with the shortest step.");
+std::string sentence(const MethodAnswers& m) {
+  const auto deviation = [](const Answer& a) { return std::abs(ratio(a) - 1); };
+  const double worst = m.largest(deviation, m.shortest), longest = m.largest(deviation, m.longest);
+  if (!std::isfinite(m.first(ratio_at(0.8, 1), m.shortest))) return "";
+  return worst < 0.01            ? "right to a percent"
+         : worst > 0.5           ? "wrong, however short the step"
+         : worst < 0.5 * longest ? "gets better with shorter steps"
+                                 : "does not get better with shorter steps";
 }
 
-Table bounce_details(const std::vector<Answer>& answers) {
-  static const std::vector<Column<Answer>> columns = {
-      {"method", &Answer::method},
-      {"h", "s", "{:.4g}", &Answer::h},
-      {"e", "", "{:g}",
-       [](const Answer& a) {
-         return when(a.conditions.contains("e"), a.conditions.contains("e") ? a.conditions.at("e") : 0);
-       }},
-      {"bounces", "", "{:g}",
-       [](const Answer& a) {
-         return when(a.conditions.contains("e"), a.conditions.contains("e") ? a.conditions.at("bounces") : 0);
-       }},
-      {"height", "m", "{:.6g}", [](const Answer& a) { return a.value("height"); }},
-      {"exact", "m", "{:.6g}", [](const Answer& a) { return a.value("exact"); }},
-      {"no bounce below", "m/s", "{:.3g}", [](const Answer& a) { return a.value("threshold"); }},
-      {"status", &Answer::status},
-      {"command", &Answer::command},
-  };
-  return table_of("Every run", columns, answers);
+std::string percent(double x) {
+  return std::isfinite(x) ? fmt::format("{:.3g} %", 100 * x) : "-";
 }
 
-Chart::Panel panel_of(const std::vector<Answer>& answers, double e, int bounces) {
-  constexpr double kHighest = 1.6;
-  Chart::Panel panel{.title = fmt::format("e = {}, height after {} bounce{}", e, bounces, bounces > 1 ? "s" : ""),
-                     .x = step_axis(),
-                     .y = {.label = "height / exact height", .from = -0.05, .to = kHighest}};
-  for (const auto& [method, list] : by_method(answers)) {
-    Chart::Points points;
-    for (const Answer& a : list) {
-      if (a.h > 0 && is(a, e, bounces) && a.succeeded())
-        points.emplace_back(a.h, std::min(kHighest, a.value("height") / a.value("exact")));
-    }
-    panel.add(method, question_look(method), Chart::Drawn::both, points);
-  }
-  panel.add_power("exact", 1, 0);
-  return panel;
+std::string threshold_text(double threshold) {
+  return !std::isfinite(threshold) ? "-"
+         : threshold == 0          ? "bounces always"
+         : threshold >= kFastest   ? "never bounces"
+                                   : fmt::format("{:.2g} m/s", threshold);
 }
 
-void show_bounce(const Results& results, const std::vector<Answer>& answers, Section& section) {
-  section.result("answer", verdict_table(verdicts_of(answers)));
-  section.chart(question_chart(
-      results.experiment(), "How high a ball bounces, over the step length",
-      "Height after an impact over the exact height e^(2k) h_0; shorter steps to the right. Dashed: an engine with default "
-      "settings; solid: tuned, settings in methods/peers/engines/settings/. Ratios above 1.6 are drawn at 1.6.",
-      {panel_of(answers, 0.8, 1), panel_of(answers, 0.9, 10), panel_of(answers, 1, 100)}));
-  section.details("runs", bounce_details(answers));
+QuestionPanel panel_of(double e, int bounces) {
+  return {{.title = fmt::format("e = {}, height after {} bounce{}", e, bounces, bounces > 1 ? "s" : ""),
+           .x = step_axis(),
+           .y = {.label = "height / exact height", .from = -0.05, .to = 1.6}},
+          [=](const Answer& a, const MethodAnswers&) {
+            return a.h > 0 && is(a, e, bounces) ? Chart::Points{{a.h, ratio(a)}} : Chart::Points{};
+          },
+          [](Chart::Panel& p) { p.add_power("exact", 1, 0); }};
+}
+
+std::vector<QuestionPanel> panels(const std::vector<Answer>&) {
+  return {panel_of(0.8, 1), panel_of(0.9, 10), panel_of(1, 100)};
 }
 
 constexpr const char* kFields = R"~({
@@ -267,12 +197,37 @@ constexpr const char* kFields = R"~({
   "bounces": {"type": "array", "minItems": 1, "items": {"type": "integer", "minimum": 1}, "description": "Impacts behind which the height is compared, where it is not too low.", "examples": [[1, 10, 100]]}
 })~";
 
-const bool registered = register_question({.kind = "bounce",
-                                           .summary = "does a ball bounce as high as it should?",
-                                           .fields = kFields,
-                                           .conditions = bounce_conditions,
-                                           .measure = measure_bounce,
-                                           .show = show_bounce});
+const bool registered = register_question(
+    {.kind = "bounce",
+     .summary = "does a ball bounce as high as it should?",
+     .fields = kFields,
+     .conditions = conditions,
+     .measure = measure,
+     .sentence = sentence,
+     .columns = {{"e = 0.8, longest step", "", "",
+                  [](const MethodAnswers& m) { return m.first(ratio_at(0.8, 1), m.longest); }, percent},
+                 {"shortest step", "", "", [](const MethodAnswers& m) { return m.first(ratio_at(0.8, 1), m.shortest); },
+                  percent},
+                 {"e = 1, most bounces", "", "", after_most_bounces, percent},
+                 {"no bounce below", "", "",
+                  [](const MethodAnswers& m) {
+                    return m.first([](const Answer& a) { return a.value("threshold"); }, m.shortest);
+                  },
+                  threshold_text}},
+     .note =
+         "Heights in percent of the exact ones. The verdict uses the worst height with the shortest step, over all "
+         "coefficients and numbers of bounces. No bounce below: impact speed above which the ball leaves with at least "
+         "half of the exact speed, by bisection with the shortest step.",
+     .figure = "How high a ball bounces, over the step length",
+     .caption =
+         "Height after an impact over the exact height e^(2k) h_0; shorter steps to the right. Settings of tuned engines: "
+         "methods/peers/engines/settings/.",
+     .panels = panels,
+     .details = {{"e", "e", "", "{:g}"},
+                 {"bounces", "bounces", "", "{:g}"},
+                 {"height", "height", "m", "{:.6g}"},
+                 {"exact", "exact", "m", "{:.6g}"},
+                 {"threshold", "no bounce below", "m/s", "{:.3g}"}}});
 
 }  // namespace
 }  // namespace ricochet::bounce

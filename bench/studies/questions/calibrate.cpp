@@ -18,6 +18,7 @@ namespace {
 
 using nlohmann::json;
 
+constexpr std::size_t kDrawnScenes = 3;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 const json& scene_of(const json& experiment, std::size_t k) {
@@ -72,7 +73,7 @@ struct Line {
 std::vector<Line> lines_of(const std::vector<Answer>& answers, const std::vector<double>& levels) {
   std::vector<Line> lines;
   for (const std::string& scene : different(answers, &Answer::scene)) {
-    for (const auto& [method, list] : by_method(answers)) {
+    for (const auto& [method, list, shortest_step, longest_step] : by_method(answers)) {
       std::vector<std::pair<double, double>> errors;  // from the shortest step on
       bool is_asked = false;
       for (const Answer& a : list) {
@@ -193,7 +194,7 @@ Table matrix_table(const std::vector<Answer>& answers) {
   for (const Answer& a : answers) {
     if (a.h > 0) shortest = std::min(shortest, a.h);
   }
-  for (const auto& [method, list] : by_method(answers)) {
+  for (const auto& [method, list, shortest_step, longest_step] : by_method(answers)) {
     MatrixRow row{method, std::vector<std::string>(scenes.size()), std::vector<double>(scenes.size(), HUGE_VAL)};
     bool has_runs = false;
     for (const Answer& a : list) {
@@ -212,43 +213,18 @@ Table matrix_table(const std::vector<Answer>& answers) {
                   "Largest error of q and v at the end time." + who_wins(rows));
 }
 
-Table calibrate_details(const std::vector<Answer>& answers) {
-  static const std::vector<Column<Answer>> columns = {
-      {"method", &Answer::method},      {"scene", &Answer::scene},
-      {"h", "s", "{:.4g}", &Answer::h}, {"error", "", "{:.3e}", [](const Answer& a) { return a.error; }},
-      {"status", &Answer::status},      {"why", &Answer::message},
-      {"command", &Answer::command},
-  };
-  return table_of("Every run", columns, answers);
-}
-
-void show_calibrate(const Results& results, const std::vector<Answer>& answers, Section& section) {
-  section.result("answer", summary_table(answers));
-  std::vector<Chart::Panel> panels;
-  const auto scenes = different(answers, &Answer::scene);
-  for (std::size_t k = 0; k < std::min<std::size_t>(3, scenes.size()); ++k) {
-    constexpr double kLeast = 1e-12, kMost = 10;
-    Chart::Panel panel{
-        .title = scenes[k], .x = step_axis(), .y = {.label = "error", .is_log = true, .from = kLeast, .to = kMost}};
-    std::ranges::replace(panel.title, '_', ' ');
-    for (const auto& [method, list] : by_method(answers)) {
-      Chart::Points points;
-      for (const Answer& a : list) {
-        if (a.succeeded() && a.h > 0 && a.scene == scenes[k])
-          points.emplace_back(a.h, std::clamp(a.error, kLeast, kMost));
-      }
-      panel.add(method, question_look(method), Chart::Drawn::both, points);
-    }
-    panel.add_power("order 1", 1, 1);
-    panels.push_back(panel);
+std::vector<QuestionPanel> panels(const std::vector<Answer>& answers) {
+  std::vector<QuestionPanel> list;
+  for (const std::string& scene : different(answers, &Answer::scene)) {
+    if (list.size() == kDrawnScenes) break;
+    list.push_back(
+        {{.title = scene, .x = step_axis(), .y = {.label = "error", .is_log = true, .from = 1e-12, .to = 10}},
+         [scene](const Answer& a, const MethodAnswers&) {
+           return a.h > 0 && a.scene == scene ? Chart::Points{{a.h, a.error}} : Chart::Points{};
+         },
+         [](Chart::Panel& p) { p.add_power("order 1", 1, 1); }});
   }
-  section.chart(question_chart(results.experiment(), "Error at the end over the step length",
-                               "The first scenes of the experiment; shorter steps to the right. Grey: first order. "
-                               "Dashed: an engine with default settings; solid: tuned.",
-                               panels));
-  section.result("matrix", matrix_table(answers));
-  section.result("steps", step_table(answers));
-  section.details("runs", calibrate_details(answers));
+  return list;
 }
 
 constexpr const char* kFields = R"~({
@@ -259,12 +235,23 @@ constexpr const char* kFields = R"~({
     "description": "Scenes.", "examples": [[{"problem": "bouncing_ball"}]]}
 })~";
 
-const bool registered = register_question({.kind = "calibrate",
-                                           .summary = "which step does a method need for an error?",
-                                           .fields = kFields,
-                                           .conditions = calibrate_conditions,
-                                           .measure = measure_step,
-                                           .show = show_calibrate});
+const bool registered =
+    register_question({.kind = "calibrate",
+                       .summary = "which step does a method need for an error?",
+                       .fields = kFields,
+                       .conditions = calibrate_conditions,
+                       .measure = measure_step,
+                       .figure = "Error at the end over the step length",
+                       .caption = "The first scenes of the experiment; shorter steps to the right. Grey: first order.",
+                       .panels = panels,
+                       .details = {{"error", "error", "", "{:.3e}"}},
+                       .before = [](const Results&, const std::vector<Answer>& answers,
+                                    Section& section) { section.result("answer", summary_table(answers)); },
+                       .after =
+                           [](const Results&, const std::vector<Answer>& answers, Section& section) {
+                             section.result("matrix", matrix_table(answers));
+                             section.result("steps", step_table(answers));
+                           }});
 
 }  // namespace
 }  // namespace ricochet::calibrate

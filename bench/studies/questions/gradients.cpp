@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "bench/studies/questions/gradient_cases.h"
 #include "bench/studies/questions/question.h"
@@ -15,28 +14,24 @@
 namespace ricochet::gradients {
 namespace {
 
-using nlohmann::json;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kRight = 1e-3;  // relative to the largest entry of a case
 
-std::vector<Answer> gradient_conditions(const json& experiment) {
-  std::vector<Answer> conditions;
+std::vector<Answer> conditions(const nlohmann::json& experiment) {
+  std::vector<Answer> list;
   for (const GradientCase& c : gradient_cases()) {
-    for (const double change : experiment.at("changes").get<std::vector<double>>()) {
-      Answer& answer = conditions.emplace_back();
+    for (Answer answer : answers_for({{"change", experiment.at("changes")}})) {
       answer.scene = c.name;
-      answer.conditions = {{"change", change}};
+      list.push_back(std::move(answer));
     }
   }
-  return conditions;
+  return list;
 }
 
 const GradientCase& find_case(const std::vector<GradientCase>& cases, const std::string& name) {
   return *std::find_if(cases.begin(), cases.end(), [&](const GradientCase& c) { return c.name == name; });
 }
 
-void measure_gradient(const json& experiment, const Method& method, Answer& answer) {
+void measure(const nlohmann::json& experiment, const Method& method, Answer& answer) {
   const auto cases = gradient_cases();
   const GradientCase& c = find_case(cases, answer.scene);
   for (const GradientEntry& entry : c.entries) {
@@ -64,44 +59,37 @@ void measure_gradient(const json& experiment, const Method& method, Answer& answ
   answer.error = error / largest;
 }
 
-struct Verdict {
-  std::string method, says, how;
-  std::vector<std::pair<std::string, double>> errors;  ///< relative, of each case, with the shortest step
-};
-
-/// Of the first of the changes: what the method, or the derivative of its steps, says.
-std::vector<Verdict> verdicts_of(const std::vector<Answer>& answers, double change) {
-  std::vector<Verdict> verdicts;
-  for (const auto& [method, list] : by_method(answers)) {
-    Verdict verdict{.method = method, .says = {}, .how = {}, .errors = {}};
-    const double shortest = step_range_of(list).shortest;
-    int right = 0, all = 0;
-    for (const Answer& a : list) {
-      if (a.h != shortest || a.condition("change") != change) continue;
-      const double error = a.succeeded() ? a.error : kNaN;
-      verdict.errors.emplace_back(a.scene, error);
-      if (!a.succeeded()) continue;
-      verdict.how = a.value("own") == 1 ? "its own" : fmt::format("differences of {:g}", change);
-      ++all;
-      right += error < kRight;
-    }
-    if (all > 0) verdict.says = right == all ? "right" : fmt::format("wrong in {} of {} cases", all - right, all);
-    verdicts.push_back(verdict);
-  }
-  return verdicts;
+MethodAnswers::Number error_in(const std::string& scene, double change) {
+  return [=](const Answer& a) {
+    return a.condition("change") == change && (scene.empty() || a.scene == scene) ? a.error : std::nan("");
+  };
 }
 
+/// The answer by the derivatives of one change. @param change  the first one: those that the method has
 Table verdict_table(const std::vector<Answer>& answers, double change, const std::string& title) {
-  std::vector<Column<Verdict>> columns = {{"method", &Verdict::method},
-                                          {"is the gradient through a contact right?", &Verdict::says},
-                                          {"derivatives", &Verdict::how}};
-  const auto cases = gradient_cases();
-  for (std::size_t k = 0; k < cases.size(); ++k) {
-    columns.push_back({cases[k].name, "", "{:.1e}",
-                       [k](const Verdict& v) { return k < v.errors.size() ? v.errors[k].second : kNaN; }});
+  const auto sentence = [change](const MethodAnswers& m) {
+    int right = 0, all = 0;
+    for (const Answer& a : m.answers) {
+      if (!a.succeeded() || a.h != m.shortest || a.condition("change") != change) continue;
+      ++all;
+      right += a.error < kRight;
+    }
+    return all == 0 ? "" : right == all ? "right" : fmt::format("wrong in {} of {} cases", all - right, all);
+  };
+  const auto how = [change](const MethodAnswers& m) -> std::string {
+    const double own = m.first(
+        [=](const Answer& a) { return a.condition("change") == change ? a.value("own") : std::nan(""); }, m.shortest);
+    return std::isnan(own) ? "" : own == 1 ? "its own" : fmt::format("differences of {:g}", change);
+  };
+  std::vector<Column<MethodAnswers>> columns = {
+      {"method", &MethodAnswers::method}, {"is the gradient through a contact right?", sentence}, {"derivatives", how}};
+  for (const GradientCase& c : gradient_cases()) {
+    columns.push_back({c.name, "", "{:.1e}", [change, name = c.name](const MethodAnswers& m) {
+                         return m.first(error_in(name, change), m.shortest);
+                       }});
   }
   return table_of(
-      title, columns, verdicts_of(answers, change),
+      title, columns, by_method(answers),
       "Largest error of a case relative to its largest exact entry, with the shortest step. Right: below 1e-3 in every "
       "case that the method can run.");
 }
@@ -124,79 +112,61 @@ Table cases_table() {
   return table_of("The cases", columns, rows, "`ricochet check-gradient FILE` scores derivatives of other programs.");
 }
 
-Table gradient_details(const std::vector<Answer>& answers) {
-  static const std::vector<Column<Answer>> columns = {
-      {"method", &Answer::method},
-      {"h", "s", "{:.4g}", &Answer::h},
-      {"case", &Answer::scene},
-      {"change", "", "{:g}", [](const Answer& a) { return a.condition("change"); }},
-      {"error", "", "{:.3e}", [](const Answer& a) { return a.error; }},
-      {"found",
-       [](const Answer& a) {
-         std::string text;
-         for (const auto& [name, value] : a.values) {
-           if (name.starts_with("d ")) text += fmt::format("{}{} = {:.6g}", text.empty() ? "" : ", ", name, value);
-         }
-         return text;
-       }},
-      {"status", &Answer::status},
-  };
-  return table_of("Every run", columns, answers);
+std::vector<double> changes_of(const std::vector<Answer>& answers) {
+  return different(answers, [](const Answer& a) { return a.condition("change"); });
 }
 
-void show_gradients(const Results& results, const std::vector<Answer>& answers, Section& section) {
-  std::vector<double> changes;
-  for (const Answer& a : answers) {
-    if (std::find(changes.begin(), changes.end(), a.condition("change")) == changes.end())
-      changes.push_back(a.condition("change"));
+void show_answers(const Results&, const std::vector<Answer>& answers, Section& section) {
+  int k = 0;
+  for (const double change : changes_of(answers)) {
+    const bool is_first = k == 0;
+    section.result(
+        is_first ? "answer" : fmt::format("change_{}", k),
+        verdict_table(
+            answers, change,
+            is_first ? "The answer" : fmt::format("By differences over {:g} of a variable, for every method", change)));
+    ++k;
   }
-  for (std::size_t k = 0; k < changes.size(); ++k) {
-    if (k == 0)
-      section.result("answer", verdict_table(answers, changes[k], "The answer"));
-    else
-      section.result(
-          fmt::format("change_{}", k),
-          verdict_table(answers, changes[k],
-                        fmt::format("By differences over {:g} of a variable, for every method", changes[k])));
-  }
-  std::vector<Chart::Panel> panels;
+}
+
+std::vector<QuestionPanel> panels(const std::vector<Answer>& answers) {
+  std::vector<QuestionPanel> list;
+  const auto changes = changes_of(answers);
   for (const GradientCase& c : gradient_cases()) {
     if (c.name != "ball_flies_down" && c.name != "ball_falls" && c.name != "block_stops") continue;
-    const GradientEntry& entry = c.entries[0];
+    const GradientEntry entry = c.entries[0];
     const double around = 2.5 * std::max(1.0, std::abs(entry.exact));
-    Chart::Panel panel{.title = c.name,
-                       .x = step_axis(),
-                       .y = {.label = entry.name, .from = entry.exact - around, .to = entry.exact + around}};
-    std::ranges::replace(panel.title, '_', ' ');
-    for (const auto& [method, list] : by_method(answers)) {
-      Chart::Points points;
-      for (const Answer& a : list) {
-        if (a.succeeded() && a.h > 0 && a.scene == c.name && a.condition("change") == changes.front())
-          points.emplace_back(a.h, std::clamp(a.value(entry.name), panel.y.from, panel.y.to));
-      }
-      panel.add(method, question_look(method), Chart::Drawn::both, points);
-    }
-    panel.add_power("exact", entry.exact, 0);
-    panels.push_back(panel);
+    list.push_back({{.title = c.name,
+                     .x = step_axis(),
+                     .y = {.label = entry.name, .from = entry.exact - around, .to = entry.exact + around}},
+                    [=, name = c.name](const Answer& a, const MethodAnswers&) {
+                      const bool is_drawn = a.h > 0 && a.scene == name && a.condition("change") == changes.front();
+                      return is_drawn ? Chart::Points{{a.h, a.value(entry.name)}} : Chart::Points{};
+                    },
+                    [=](Chart::Panel& p) { p.add_power("exact", entry.exact, 0); }});
   }
-  section.chart(question_chart(results.experiment(), "Derivatives of the final state",
-                               "Grey: exact. The derivative of a time-stepping scheme does not contain that an impact "
-                               "comes earlier or later. Values outside of the axes are drawn at the edge.",
-                               panels));
-  section.result("cases", cases_table());
-  section.details("runs", gradient_details(answers));
+  return list;
 }
 
 constexpr const char* kFields = R"~({
   "changes": {"type": "array", "minItems": 1, "items": {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 0.5}, "description": "Of a variable, relative to its size, for differences; methods with derivatives of their own have them in place of the first.", "examples": [[1e-6, 0.01]]}
 })~";
 
-const bool registered = register_question({.kind = "gradients",
-                                           .summary = "is the gradient through a contact right?",
-                                           .fields = kFields,
-                                           .conditions = gradient_conditions,
-                                           .measure = measure_gradient,
-                                           .show = show_gradients});
+const bool registered = register_question(
+    {.kind = "gradients",
+     .summary = "is the gradient through a contact right?",
+     .fields = kFields,
+     .conditions = conditions,
+     .measure = measure,
+     .figure = "Derivatives of the final state",
+     .caption =
+         "Grey: exact. The derivative of a time-stepping scheme does not contain that an impact comes earlier or later.",
+     .panels = panels,
+     .details = {{"change", "change", "", "{:g}"}, {"error", "error", "", "{:.3e}"}},
+     .before = show_answers,
+     .after = [](const Results&, const std::vector<Answer>&, Section& section) {
+       section.result("cases", cases_table());
+     }});
 
 }  // namespace
 }  // namespace ricochet::gradients

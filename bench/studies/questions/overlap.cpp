@@ -49,15 +49,12 @@ constexpr Scene kScenes[] = {
 };
 
 std::vector<Answer> overlap_conditions(const json& experiment) {
-  std::vector<Answer> conditions;
+  std::vector<Answer> list;
   for (const Scene& scene : kScenes) {
-    for (const double depth : experiment.at("depths").get<std::vector<double>>()) {
-      Answer& answer = conditions.emplace_back();
-      answer.scene = scene.name;
-      answer.conditions = {{"depth", depth}};
-    }
+    for (const Answer& answer : answers_for({{"depth", experiment.at("depths")}}))
+      list.push_back(answer_under(answer.conditions, scene.name));
   }
-  return conditions;
+  return list;
 }
 
 ProblemChoice choice_of(const std::string& scene, double depth) {
@@ -112,12 +109,6 @@ void measure_overlap(const json&, const Method& method, Answer& answer) {
   answer.values["gained"] = gained;
 }
 
-struct Verdict {
-  std::string method, says;
-  double left = kNaN;  ///< of the depth, largest of all runs
-  double apart_longest = kNaN, apart_shortest = kNaN, speed_longest = kNaN, speed_shortest = kNaN;
-};
-
 /// What a method makes of a scene, the worst last.
 enum class Ending { rests, rests_apart, partly_left, kept, thrown, failed };
 
@@ -129,13 +120,24 @@ Ending ending_of(const Answer& a) {
   return left > 1 - kLittle ? Ending::kept : left > kLittle ? Ending::partly_left : Ending::rests;
 }
 
-std::string words_of(const Verdict& verdict, const std::vector<Answer>& list) {
+double apart(const Answer& a) {
+  return a.value("apart");
+}
+double speed(const Answer& a) {
+  return a.value("speed");
+}
+double left_over(const Answer& a) {
+  return a.value("left") / a.condition("depth");
+}
+
+std::string sentence(const MethodAnswers& m) {
+  const std::vector<Answer>& list = m.answers;
+  const double shortest = m.largest(apart, m.shortest), longest = m.largest(apart, m.longest);
   if (list.front().status == "not_built") return "not built";
   if (list.front().status == "declined") return "has no such scenes";
-  const char* thrown =
-      verdict.apart_shortest > 2 * verdict.apart_longest     ? "throws them apart, farther with shorter steps"
-      : verdict.apart_shortest < 0.5 * verdict.apart_longest ? "throws them apart, less with shorter steps"
-                                                             : "throws them apart";
+  const char* thrown = shortest > 2 * longest     ? "throws them apart, farther with shorter steps"
+                       : shortest < 0.5 * longest ? "throws them apart, less with shorter steps"
+                                                  : "throws them apart";
   const std::pair<Ending, const char*> words[] = {{Ending::thrown, thrown},
                                                   {Ending::kept, "keeps the overlap"},
                                                   {Ending::partly_left, "moves them apart, but for a part"},
@@ -160,117 +162,83 @@ std::string words_of(const Verdict& verdict, const std::vector<Answer>& list) {
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 
-std::vector<Verdict> verdicts_of(const std::vector<Answer>& answers) {
-  std::vector<Verdict> verdicts;
-  for (const auto& [method, list] : by_method(answers)) {
-    Verdict verdict{.method = method, .says = {}};
-    const auto [shortest, longest] = step_range_of(list);
-    for (const Answer& a : list) {
-      if (!a.succeeded()) continue;
-      verdict.left = std::fmax(verdict.left, a.value("left") / a.condition("depth"));
-      if (a.h == longest) {
-        verdict.apart_longest = std::fmax(verdict.apart_longest, a.value("apart"));
-        verdict.speed_longest = std::fmax(verdict.speed_longest, a.value("speed"));
-      }
-      if (a.h == shortest) {
-        verdict.apart_shortest = std::fmax(verdict.apart_shortest, a.value("apart"));
-        verdict.speed_shortest = std::fmax(verdict.speed_shortest, a.value("speed"));
-      }
-    }
-    verdict.says = words_of(verdict, list);
-    verdicts.push_back(verdict);
+/// Largest of all steps.
+double largest_left(const MethodAnswers& m) {
+  double left = kNaN;
+  for (const Answer& a : m.answers) {
+    if (a.succeeded()) left = std::fmax(left, left_over(a));
   }
-  return verdicts;
+  return left;
 }
 
-Table verdict_table(const std::vector<Verdict>& verdicts) {
-  static const std::vector<Column<Verdict>> columns = {
-      {"method", &Verdict::method},
-      {"what becomes of bodies that overlap at the start?", &Verdict::says},
-      {"left", "", "{:.2g}", &Verdict::left},
-      {"apart, longest step", "m", "{:.1e}", &Verdict::apart_longest},
-      {"shortest step", "m", "{:.1e}", &Verdict::apart_shortest},
-      {"speed, longest step", "m/s", "{:.1e}", &Verdict::speed_longest},
-      {"shortest step", "m/s", "{:.1e}", &Verdict::speed_shortest},
-  };
-  return table_of(
-      "The answer", columns, verdicts,
-      "They begin at rest, and where they touch they should be at rest: on the floor, or beside each other "
-      "without weight. Left: of the depth, behind one second. Apart, speed: the widest gap and the fastest "
-      "parting on the way; each is the largest of all scenes and depths. To rest: less than 1 % of the depth "
-      "is left, and no gap was wider. Keeps: 99 % are left. Of a scene the worst of its depths and steps "
-      "counts. What fails says why, below.");
+AnswerColumn largest(const char* header, const char* unit, double (*number)(const Answer&), bool with_shortest) {
+  return {header, unit, "{:.1e}",
+          [=](const MethodAnswers& m) { return m.largest(number, with_shortest ? m.shortest : m.longest); }};
 }
 
-Table overlap_details(const std::vector<Answer>& answers) {
-  static const std::vector<Column<Answer>> columns = {
-      {"method", &Answer::method},
-      {"scene", &Answer::scene},
-      {"h", "s", "{:.4g}", &Answer::h},
-      {"depth", "m", "{:g}", [](const Answer& a) { return a.condition("depth"); }},
-      {"left", "m", "{:.3e}", [](const Answer& a) { return a.value("left"); }},
-      {"apart", "m", "{:.3e}", [](const Answer& a) { return a.value("apart"); }},
-      {"speed", "m/s", "{:.3e}", [](const Answer& a) { return a.value("speed"); }},
-      {"depth / h", "m/s", "{:.3e}", [](const Answer& a) { return a.h > 0 ? a.condition("depth") / a.h : kNaN; }},
-      {"energy gained", "J", "{:.3e}", [](const Answer& a) { return a.value("gained"); }},
-      {"status", &Answer::status},
-      {"command", &Answer::command},
-  };
-  return table_of("Every run", columns, answers,
-                  "Energy gained: the most that a run has above that of the nearest state without overlap, at rest.");
-}
-
-void show_overlap(const Results& results, const std::vector<Answer>& answers, Section& section) {
-  section.result("answer", verdict_table(verdicts_of(answers)));
-  constexpr double kDrawnZero = 1e-6;  // [m/s]
-  // The depth in the middle is drawn.
-  std::vector<double> depths;
-  for (const Answer& a : answers) {
-    if (std::ranges::find(depths, a.condition("depth")) == depths.end()) depths.push_back(a.condition("depth"));
-  }
+/// The depth in the middle is drawn.
+std::vector<QuestionPanel> panels(const std::vector<Answer>& answers) {
+  auto depths = different(answers, [](const Answer& a) { return a.condition("depth"); });
   std::ranges::sort(depths);
   const double depth = depths.empty() ? 0 : depths[depths.size() / 2];
-  Chart::Panel over_time{.title = fmt::format("a ball {:g} mm in the floor, longest step", 1000 * depth),
-                         .x = {.label = "time [s]", .is_log = true},
-                         .y = {.label = "gap / depth", .from = -1.1, .to = 2}};
-  Chart::Panel over_step{.title = "two balls, the same depth",
-                         .x = step_axis(),
-                         .y = {.label = "speed of parting [m/s]", .is_log = true, .from = 5e-7, .to = 1e3}};
-  for (const auto& [method, list] : by_method(answers)) {
-    const double longest = step_range_of(list).longest;
-    Chart::Points time, step;
-    for (const Answer& a : list) {
-      const Ending ending = ending_of(a);
-      if (a.condition("depth") != depth || ending == Ending::kept || ending == Ending::failed) continue;
-      if (a.scene == kScenes[1].name && a.h > 0) step.emplace_back(a.h, std::max(kDrawnZero, a.value("speed")));
-      if (a.scene != kScenes[0].name || a.h != longest) continue;
-      for (int k = 0; k < kPlaces; ++k) time.emplace_back(time_of_place(k), a.value(name_of_place(k)) / depth);
-    }
-    std::ranges::sort(step);
-    over_time.add(method, question_look(method), Chart::Drawn::both, time);
-    over_step.add(method, question_look(method), Chart::Drawn::both, step);
-  }
-  over_time.add_power("touching at rest; depth / step", 0, 0);
-  over_step.add_power("", depth, -1);
-  section.chart(question_chart(
-      results.experiment(), "How bodies that overlap at the start come apart",
-      "Left: the gap over time, in depths; at 0 they touch. Right: the speed at which two balls without weight part, over "
-      "the step length, shorter to the right; grey: depth / step; speeds below 1e-6 m/s are drawn there. Dashed: an "
-      "engine with default settings; solid: tuned. A run that fails, or keeps the overlap, has no curve.",
-      {over_time, over_step}));
-  section.details("runs", overlap_details(answers));
+  const auto is_drawn = [=](const Answer& a, const Scene& scene) {
+    const Ending ending = ending_of(a);
+    return a.scene == scene.name && a.condition("depth") == depth && ending != Ending::kept && ending != Ending::failed;
+  };
+  return {{{.title = fmt::format("a ball {:g} mm in the floor, longest step", 1000 * depth),
+            .x = {.label = "time [s]", .is_log = true},
+            .y = {.label = "gap / depth", .from = -1.1, .to = 2}},
+           [=](const Answer& a, const MethodAnswers& m) {
+             Chart::Points points;
+             for (int k = 0; k < kPlaces && a.h == m.longest && is_drawn(a, kScenes[0]); ++k)
+               points.emplace_back(time_of_place(k), a.value(name_of_place(k)) / depth);
+             return points;
+           },
+           [](Chart::Panel& p) { p.add_power("touching at rest; depth / step", 0, 0); }},
+          {{.title = "two balls, the same depth",
+            .x = step_axis(),
+            .y = {.label = "speed of parting [m/s]", .is_log = true, .from = 1e-6, .to = 1e3}},
+           [=](const Answer& a, const MethodAnswers&) {
+             return a.h > 0 && is_drawn(a, kScenes[1]) ? Chart::Points{{a.h, speed(a)}} : Chart::Points{};
+           },
+           [=](Chart::Panel& p) { p.add_power("", depth, -1); }}};
 }
+
+constexpr const char* kNote =
+    "They begin at rest, and where they touch they should be at rest: on the floor, or beside each other without weight. "
+    "Left: part of the depth that is left after one second. Apart, speed: the widest gap and the fastest parting during "
+    "the run; each is the largest over all scenes and depths. Moves them apart, to rest: less than 1 % of the depth is "
+    "left, and no gap exceeded that. Keeps: 99 % are left. The worst depth and step of a scene count. Energy gained: the "
+    "most above that of the nearest state without overlap, at rest.";
 
 constexpr const char* kFields = R"~({
   "depths": {"type": "array", "minItems": 1, "items": {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 0.1}, "description": "Of the overlap [m], less than a radius.", "examples": [[0.01]]}
 })~";
 
-const bool registered = register_question({.kind = "overlap",
-                                           .summary = "what becomes of bodies that overlap at the start?",
-                                           .fields = kFields,
-                                           .conditions = overlap_conditions,
-                                           .measure = measure_overlap,
-                                           .show = show_overlap});
+const bool registered = register_question(
+    {.kind = "overlap",
+     .summary = "what becomes of bodies that overlap at the start?",
+     .fields = kFields,
+     .conditions = overlap_conditions,
+     .measure = measure_overlap,
+     .sentence = sentence,
+     .columns = {{"left", "", "{:.2g}", largest_left},
+                 largest("apart, longest step", "m", apart, false),
+                 largest("shortest step", "m", apart, true),
+                 largest("speed, longest step", "m/s", speed, false),
+                 largest("shortest step", "m/s", speed, true)},
+     .note = kNote,
+     .figure = "How bodies that overlap at the start come apart",
+     .caption =
+         "Left: the gap over time, in depths; at 0 they touch. Right: the speed at which two balls without weight part, "
+         "over the step length, shorter to the right; grey: depth / step. A run that fails, or keeps the overlap, has no "
+         "curve.",
+     .panels = panels,
+     .details = {{"depth", "depth", "m", "{:g}"},
+                 {"left", "left", "m", "{:.3e}"},
+                 {"apart", "apart", "m", "{:.3e}"},
+                 {"speed", "speed", "m/s", "{:.3e}"},
+                 {"gained", "energy gained", "J", "{:.3e}"}}});
 
 }  // namespace
 }  // namespace ricochet::overlap

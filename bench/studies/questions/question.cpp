@@ -108,6 +108,103 @@ Table failures_table(const std::vector<Answer>& answers) {
   return table_of("What has no answer", columns, failures);
 }
 
+/// The look of a method, the same in all questions: a colour for each engine, dashed and open with its default settings.
+CurveLook look_of(const std::string& method) {
+  static const std::vector<std::string> engines = {"bullet", "ode", "mujoco", "box2d"},
+                                        ours = {"fesd",      "event_driven", "moreau_jean",     "sap",
+                                                "soft_step", "xpbd",         "anitescu_convex", "d1_minus"};
+  constexpr int kEngineColours[] = {1, 3, 4, 2}, kColours[] = {0, 7, 6, 5};
+  const MethodSpec spec(method);
+  if (const auto engine = std::ranges::find(engines, spec.name()); engine != engines.end()) {
+    const auto k = static_cast<int>(engine - engines.begin());
+    const bool is_default = spec.arguments().empty();
+    return {.colour = kEngineColours[k], .symbol = k, .dash = is_default ? 1 : 0, .is_open = is_default};
+  }
+  auto k = static_cast<std::size_t>(std::ranges::find(ours, spec.name()) - ours.begin());
+  if (k == ours.size()) {  // one that the experiments here do not name: by its place among all
+    const auto all = methods();
+    k += static_cast<std::size_t>(std::ranges::find(all, spec.name(), &MethodEntry::name) - all.begin());
+  }
+  const int round = static_cast<int>(k / std::size(kColours));
+  return {.colour = kColours[k % std::size(kColours)], .symbol = 5 - round % 2, .dash = round == 0 ? 0 : 2 + round % 2};
+}
+
+/// A sentence and a few numbers for each method.
+Table answer_table(const Question& question, const std::vector<Answer>& answers) {
+  std::vector<Column<MethodAnswers>> columns = {{"method", &MethodAnswers::method},
+                                                {question.summary, question.sentence}};
+  for (const AnswerColumn& c : question.columns) {
+    if (c.text)
+      columns.push_back({c.header, [c](const MethodAnswers& m) { return c.text(c.number(m)); }});
+    else
+      columns.push_back({c.header, c.unit, c.format, c.number});
+  }
+  return table_of("The answer", columns, by_method(answers), question.note);
+}
+
+double number_of(const Answer& a, const std::string& name) {
+  if (name == "error") return a.error;
+  const auto condition = a.conditions.find(name);
+  return condition == a.conditions.end() ? a.value(name) : condition->second;
+}
+
+Table run_table(const Question& question, const std::vector<Answer>& answers) {
+  std::vector<Column<Answer>> columns = {{"method", &Answer::method}, {"h", "s", "{:.4g}", &Answer::h}};
+  if (std::ranges::any_of(answers, [](const Answer& a) { return !a.scene.empty(); }))
+    columns.push_back({"scene", &Answer::scene});
+  for (const RunColumn& c : question.details)
+    columns.push_back({c.header, c.unit, c.format, [c](const Answer& a) { return number_of(a, c.name); }});
+  columns.push_back({"status", &Answer::status});
+  columns.push_back({"why", &Answer::message});
+  columns.push_back({"command", &Answer::command});
+  return table_of("Every run", columns, answers);
+}
+
+/// Panels beside each other, with the curve of each method.
+Chart figure_of(const Question& question, const std::string& name, const std::vector<Answer>& answers) {
+  constexpr int kWidth = 1140, kBeside = 106;  // [px]
+  std::vector<Chart::Panel> panels;
+  for (const QuestionPanel& stated : question.panels(answers)) {
+    Chart::Panel& panel = panels.emplace_back(stated.panel);
+    std::ranges::replace(panel.title, '_', ' ');
+    for (const MethodAnswers& m : by_method(answers)) {
+      Chart::Points curve;
+      for (const Answer& a : m.answers) {
+        if (!a.succeeded()) continue;
+        for (auto [x, y] : stated.points(a, m)) {
+          if (std::isfinite(panel.y.from)) y = std::max(y, panel.y.from);
+          if (std::isfinite(panel.y.to)) y = std::min(y, panel.y.to);
+          curve.emplace_back(x, y);
+        }
+      }
+      std::ranges::sort(curve);
+      panel.add(m.method, look_of(m.method), Chart::Drawn::both, curve);
+    }
+    if (stated.reference) stated.reference(panel);
+  }
+  const int columns = std::max(1, static_cast<int>(panels.size()));
+  const std::string looks =
+      " Values beyond an axis are drawn at its end. Dashed: an engine with default settings; solid: tuned.";
+  return {.name = name,
+          .file = name,
+          .title = question.figure,
+          .caption = question.caption + looks,
+          .panels = panels,
+          .columns = columns,
+          .width = kWidth / columns - kBeside};
+}
+
+void show_question(const Question& question, const Results& results, Section& section) {
+  const auto answers = results.all<Answer>();
+  if (question.sentence) section.result("answer", answer_table(question, answers));
+  if (question.before) question.before(results, answers, section);
+  if (question.panels) section.chart(figure_of(question, results.experiment(), answers));
+  if (question.after) question.after(results, answers, section);
+  section.details("runs", run_table(question, answers));
+  section.failures("failures", failures_table(answers));
+  section.result("threads", threads_table(results));
+}
+
 }  // namespace
 
 void to_json(json& j, const Answer& answer) {
@@ -135,14 +232,8 @@ bool register_question(const Question& question) {
        .rows = {Answer::kKind},
        .times = Times::none,
        .run = [question](const json& experiment, ResultsFile& file) { run_question(question, experiment, file); },
-       .show =
-           [question](const Results& results, Section& section) {
-             const auto answers = results.all<Answer>();
-             question.show(results, answers, section);
-             section.failures("failures", failures_table(answers));
-             section.result("threads", threads_table(results));
-           },
-       // What an engine fails at is what is asked.
+       .show = [question](const Results& results, Section& section) { show_question(question, results, section); },
+       // What an engine fails at is the answer.
        .surprises = {}});
 }
 
@@ -164,64 +255,51 @@ Vector position_at(const Solution& s, double t) {
     Vector v;
     s.motion.at(t, q, v);
   } else if (t < s.t) {
-    const auto behind =
+    const auto after =
         std::find_if(s.samples.begin() + 1, s.samples.end(), [&](const Sample& sample) { return sample.t >= t; });
-    const auto before = behind - 1;
-    q = before->q + (t - before->t) / (behind->t - before->t) * (behind->q - before->q);
+    const auto before = after - 1;
+    q = before->q + (t - before->t) / (after->t - before->t) * (after->q - before->q);
   }
   return q;
 }
 
-std::vector<std::pair<std::string, std::vector<Answer>>> by_method(const std::vector<Answer>& answers) {
-  std::vector<std::pair<std::string, std::vector<Answer>>> list;
+double MethodAnswers::largest(const Number& number, double h) const {
+  double largest = std::numeric_limits<double>::quiet_NaN();
+  for (const Answer& a : answers) {
+    if (a.succeeded() && a.h == h) largest = std::fmax(largest, number(a));
+  }
+  return largest;
+}
+
+double MethodAnswers::first(const Number& number, double h) const {
+  for (const Answer& a : answers) {
+    if (a.succeeded() && a.h == h && std::isfinite(number(a))) return number(a);
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+std::vector<MethodAnswers> by_method(const std::vector<Answer>& answers) {
+  std::vector<MethodAnswers> list;
   for (const Answer& answer : answers) {
-    const auto known =
-        std::find_if(list.begin(), list.end(), [&](const auto& entry) { return entry.first == answer.method; });
-    if (known != list.end())
-      known->second.push_back(answer);
-    else
-      list.push_back({answer.method, {answer}});
+    auto known = std::ranges::find(list, answer.method, &MethodAnswers::method);
+    if (known == list.end()) known = list.insert(known, {answer.method, {}, answer.h, answer.h});
+    known->answers.push_back(answer);
+    known->shortest = std::min(known->shortest, answer.h);
+    known->longest = std::max(known->longest, answer.h);
   }
   return list;
 }
 
-StepRange step_range_of(const std::vector<Answer>& answers) {
-  if (answers.empty()) return {};
-  const auto [first, last] = std::ranges::minmax_element(answers, {}, &Answer::h);
-  return {first->h, last->h};
-}
-
-CurveLook question_look(const std::string& method) {
-  static const std::vector<std::string> engines = {"bullet", "ode", "mujoco", "box2d"},
-                                        ours = {"fesd",      "event_driven", "moreau_jean",     "sap",
-                                                "soft_step", "xpbd",         "anitescu_convex", "d1_minus"};
-  constexpr int kEngineColours[] = {1, 3, 4, 2}, kColours[] = {0, 7, 6, 5};
-  const MethodSpec spec(method);
-  if (const auto engine = std::ranges::find(engines, spec.name()); engine != engines.end()) {
-    const auto k = static_cast<int>(engine - engines.begin());
-    const bool is_default = spec.arguments().empty();
-    return {.colour = kEngineColours[k], .symbol = k, .dash = is_default ? 1 : 0, .is_open = is_default};
+std::vector<Answer> answers_for(const std::vector<std::pair<std::string, std::vector<double>>>& conditions) {
+  std::vector<Answer> list(1);
+  for (const auto& [name, values] : conditions) {
+    std::vector<Answer> longer;
+    for (const Answer& answer : list) {
+      for (const double value : values) longer.emplace_back(answer).conditions[name] = value;
+    }
+    list = std::move(longer);
   }
-  auto k = static_cast<std::size_t>(std::ranges::find(ours, spec.name()) - ours.begin());
-  if (k == ours.size()) {  // one that the experiments here do not name: by its place among all
-    const auto all = methods();
-    k += static_cast<std::size_t>(std::ranges::find(all, spec.name(), &MethodEntry::name) - all.begin());
-  }
-  const int round = static_cast<int>(k / std::size(kColours));
-  return {.colour = kColours[k % std::size(kColours)], .symbol = 5 - round % 2, .dash = round == 0 ? 0 : 2 + round % 2};
-}
-
-Chart question_chart(const std::string& name, const std::string& title, const std::string& caption,
-                     const std::vector<Chart::Panel>& panels) {
-  constexpr int kWidth = 1140, kBeside = 106;  // [px]
-  const int columns = std::max(1, static_cast<int>(panels.size()));
-  return {.name = name,
-          .file = name,
-          .title = title,
-          .caption = caption,
-          .panels = panels,
-          .columns = columns,
-          .width = kWidth / columns - kBeside};
+  return list;
 }
 
 Chart::Axis step_axis() {

@@ -144,8 +144,9 @@ Table answer_table(const std::vector<Answer>& answers) {
   }
   const double half = times[times.size() / 2] < last ? times[times.size() / 2] : times.front();
   std::vector<Line> lines;
-  for (const auto& [method, list] : by_method(answers)) {
-    Line line{.method = method};
+  for (const MethodAnswers& m : by_method(answers)) {
+    const std::vector<Answer>& list = m.answers;
+    Line line{.method = m.method};
     for (const Answer& a : list) {
       ++line.tosses;
       line.failed += !a.succeeded();
@@ -179,46 +180,31 @@ Table answer_table(const std::vector<Answer>& answers) {
               : "the choice of a method matters as much as the model."));
 }
 
-Table toss_details(const std::vector<Answer>& answers) {
-  static const std::vector<Column<Answer>> columns = {
-      {"method", &Answer::method},
-      {"toss", [](const Answer& a) { return std::filesystem::path(a.scene).stem().string(); }},
-      {"distance at 0.25 s", "m", "{:.4f}", [](const Answer& a) { return a.value(time_name(0.25, "distance")); }},
-      {"at 0.5 s", "m", "{:.4f}", [](const Answer& a) { return a.value(time_name(0.5, "distance")); }},
-      {"status", &Answer::status},
-      {"why", &Answer::message},
-  };
-  return table_of("Every toss", columns, answers);
+/// Means over all tosses; the curve of a method has them once, with its first toss.
+QuestionPanel panel_of(const char* title, const char* label, const char* what, double unit,
+                       const std::vector<Answer>& answers) {
+  return {{.title = title, .x = {.label = "time [s]"}, .y = {.label = label, .from = 0}},
+          [=, times = times_of(answers)](const Answer& a, const MethodAnswers& m) {
+            Chart::Points points;
+            const bool is_first = &a == &*std::ranges::find_if(m.answers, &Answer::succeeded);
+            for (std::size_t k = 0; is_first && k < times.size(); ++k) {
+              const double value = mean(all_at(m.answers, times[k], what));
+              if (std::isfinite(value)) points.emplace_back(times[k], unit * value);
+            }
+            return points;
+          }};
 }
 
-void show_tosses(const Results& results, const std::vector<Answer>& answers, Section& section) {
-  section.result("answer", answer_table(answers));
-  Chart::Panel centre{.title = "centre",
-                      .x = {.label = "time [s]"},
-                      .y = {.label = "mean distance from the measured cube [mm]", .from = 0}};
-  Chart::Panel turn = centre;
-  turn.title = "rotation";
-  turn.y.label = "mean angle from the measured cube [°]";
-  const auto times = times_of(answers);
-  for (const auto& [method, list] : by_method(answers)) {
-    Chart::Points distances, angles;
-    for (const double t : times) {
-      const double distance = mean(all_at(list, t, "distance")), angle = mean(all_at(list, t, "angle"));
-      if (std::isfinite(distance)) distances.emplace_back(t, 1e3 * distance);
-      if (std::isfinite(angle)) angles.emplace_back(t, 180 / std::acos(-1.0) * angle);
-    }
-    centre.add(method, question_look(method), Chart::Drawn::both, distances);
-    turn.add(method, question_look(method), Chart::Drawn::both, angles);
-  }
+std::vector<QuestionPanel> panels(const std::vector<Answer>& answers) {
+  std::vector<QuestionPanel> list = {
+      panel_of("centre", "mean distance from the measured cube [mm]", "distance", 1e3, answers),
+      panel_of("rotation", "mean angle from the measured cube [°]", "angle", 180 / std::acos(-1.0), answers)};
   Chart::Points spread;
-  for (const double t : times) spread.emplace_back(t, 1e3 * spread_at(answers, t));
-  centre.add("distance between the methods", {}, Chart::Drawn::reference, spread);
-  section.chart(
-      question_chart(results.experiment(), "From a measured motion",
-                     "Mean over all tosses that last as long. Dashed: an engine with default settings; solid: "
-                     "tuned. Grey: mean distance of the methods from their common mean.",
-                     {centre, turn}));
-  section.details("runs", toss_details(answers));
+  for (const double t : times_of(answers)) spread.emplace_back(t, 1e3 * spread_at(answers, t));
+  list.front().reference = [=](Chart::Panel& p) {
+    p.add("distance between the methods", {}, Chart::Drawn::reference, spread);
+  };
+  return list;
 }
 
 constexpr const char* kFields = R"~({
@@ -228,12 +214,20 @@ constexpr const char* kFields = R"~({
   "mu": {"type": "number", "minimum": 0, "description": "Friction that was fitted.", "examples": [0.18]}
 })~";
 
-const bool registered = register_question({.kind = "tosses",
-                                           .summary = "how near is a simulation to a measured motion?",
-                                           .fields = kFields,
-                                           .conditions = toss_conditions,
-                                           .measure = measure_toss,
-                                           .show = show_tosses});
+const bool registered = register_question(
+    {.kind = "tosses",
+     .summary = "how near is a simulation to a measured motion?",
+     .fields = kFields,
+     .conditions = toss_conditions,
+     .measure = measure_toss,
+     .figure = "From a measured motion",
+     .caption = "Mean over all tosses that last as long. Grey: mean distance of the methods from their common mean.",
+     .panels = panels,
+     .details = {{time_name(0.25, "distance"), "distance at 0.25 s", "m", "{:.4f}"},
+                 {time_name(0.5, "distance"), "at 0.5 s", "m", "{:.4f}"}},
+     .before = [](const Results&, const std::vector<Answer>& answers, Section& section) {
+       section.result("answer", answer_table(answers));
+     }});
 
 }  // namespace
 }  // namespace ricochet::tosses
