@@ -52,9 +52,9 @@ ParameterChanges smaller(const ProblemInfo& info) {
   return changes;
 }
 
-class EveryScene : public testing::TestWithParam<std::string> {};
+class EveryAdjustableScene : public testing::TestWithParam<std::string> {};
 
-TEST_P(EveryScene, IsTheSameAsOneThatIsMadeWithItsParameters) {
+TEST_P(EveryAdjustableScene, IsTheSameAsOneThatIsMadeWithItsParameters) {
   const auto plain = make_problem(GetParam());
   const ParameterChanges changes = smaller(plain->info());
   std::vector<std::string> names;
@@ -93,7 +93,7 @@ TEST_P(EveryScene, IsTheSameAsOneThatIsMadeWithItsParameters) {
   EXPECT_EQ(everything(varied.at(values), q, v), expected) << "nothing is left of the values before";
 }
 
-INSTANTIATE_TEST_SUITE_P(AdjustableProblems, EveryScene, testing::ValuesIn([] {
+INSTANTIATE_TEST_SUITE_P(AdjustableProblems, EveryAdjustableScene, testing::ValuesIn([] {
                            std::vector<std::string> ids;
                            for (const auto& scene : scenes()) ids.push_back(scene.id);
                            return ids;

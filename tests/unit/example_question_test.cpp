@@ -23,7 +23,7 @@ double deviation(const Answer& a) {
   return std::abs(a.value("way") / a.value("exact") - 1);
 }
 
-const bool registered = register_question(
+const bool slide_is_registered = register_question(
     {.kind = "slide",
      .summary = "how far does a block slide?",
      .fields =
