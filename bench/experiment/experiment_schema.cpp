@@ -19,30 +19,30 @@ constexpr const char* kDraft = "https://json-schema.org/draft/2020-12/schema";
 
 constexpr const char* kCommonFields = R"~({
   "id": {"type": "string", "minLength": 1, "description": "Name of the results file.", "examples": ["my_experiment"]},
-  "kind": {"type": "string", "description": "Of the study, see `ricochet list experiments`; method_grid without it.", "examples": ["zeno"]},
-  "title": {"type": "string", "description": "A line above the results.", "examples": ["Order through two impacts"]},
-  "description": {"type": "string", "description": "What is run and why, for the page of the results.", "examples": ["Two balls fall on the floor."]},
-  "quick_part": {"type": "object", "description": "Fields that replace those of the file in a --quick run, merged as RFC 7396 says.", "examples": [{"times": false}]},
-  "quick": {"type": "boolean", "description": "Set by --quick, where the study has a short form of its own.", "examples": [true]},
-  "times": {"type": "boolean", "description": "false: times are not measured; --no-times sets it.", "examples": [false]},
-  "time_limit": {"type": "number", "exclusiveMinimum": 0, "description": "Wall time of a run [s]; --time-limit sets it.", "examples": [60]}
+  "kind": {"type": "string", "description": "Kind of the study, see `ricochet list studies` (default: method_grid).", "examples": ["zeno"]},
+  "title": {"type": "string", "description": "Title of the results.", "examples": ["Order through two impacts"]},
+  "description": {"type": "string", "description": "Purpose of the experiment, for the page of the results.", "examples": ["Two balls fall on the floor."]},
+  "quick_part": {"type": "object", "description": "Fields that replace those of the file in a --quick run (JSON merge patch, RFC 7396).", "examples": [{"times": false}]},
+  "quick": {"type": "boolean", "description": "Set by --quick, if the study has its own short form.", "examples": [true]},
+  "times": {"type": "boolean", "description": "false: CPU times are not measured; set by --no-times.", "examples": [false]},
+  "time_limit": {"type": "number", "exclusiveMinimum": 0, "description": "Limit of the wall time of a run [s]; set by --time-limit.", "examples": [60]}
 })~";
 
 constexpr const char* kGroup = R"~({
   "type": "object", "additionalProperties": false, "required": ["parts"],
   "properties": {
     "id": {"type": "string", "minLength": 1, "description": "Its name.", "examples": ["all_of_mine"]},
-    "title": {"type": "string", "description": "A line above the results.", "examples": ["Peers"]},
+    "title": {"type": "string", "description": "Title of the results.", "examples": ["Peers"]},
     "description": {"type": "string", "description": "What is run and why.", "examples": ["Two scenes beside peers."]},
-    "parts": {"type": "array", "minItems": 1, "items": {"type": "string"}, "description": "Names of experiments, which are run one by one.", "examples": [["zeno", "friction_ramp"]]},
-    "also_shown": {"type": "array", "items": {"type": "string"}, "description": "Names whose results go into the page when there are some.", "examples": [["scale"]]}
+    "parts": {"type": "array", "minItems": 1, "items": {"type": "string"}, "description": "Names of experiments, which are run one after the other.", "examples": [["zeno", "friction_ramp"]]},
+    "also_shown": {"type": "array", "items": {"type": "string"}, "description": "Names of experiments whose results are shown on the page if they exist.", "examples": [["scale"]]}
   }
 })~";
 
 constexpr const char* kShared = R"~({
   "method": {"type": "string", "minLength": 1, "format": "method", "description": "NAME:ARGUMENT,OPTION=VALUE of `ricochet list methods`; @FILE is a tableau file beside the experiment."},
   "problem": {"type": "string", "minLength": 1, "format": "scene", "description": "A scene of `ricochet list problems`, or FILE.json or FILE.json#ID beside the experiment."},
-  "parameters": {"type": "object", "additionalProperties": {"type": "number"}, "description": "Parameters of the problem that are changed, in its units."},
+  "parameters": {"type": "object", "additionalProperties": {"type": "number"}, "description": "Changed parameters of the problem, in its units."},
   "range": {
     "type": "object", "additionalProperties": false, "required": ["from", "to", "per_decade"],
     "description": "A logarithmic grid.",

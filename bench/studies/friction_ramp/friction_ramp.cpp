@@ -243,7 +243,7 @@ constexpr const char* kFrictionRampFields = R"~({
       "description": "Methods with one setting each, or \"all\": those of the program with the settings of others.", "examples": ["all"]},
     "others": {"type": "object", "additionalProperties": false, "description": "Also the methods that are not named, with these settings.", "examples": [{"steps": 100, "tolerance": 1e-8}], "properties": {
       "steps": {"type": "integer", "minimum": 1, "description": "Of fixed-step methods.", "examples": [100]},
-      "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Of error-controlled methods.", "examples": [1e-8]}}},
+      "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Tolerance of error-controlled methods.", "examples": [1e-8]}}},
     "facets": {"type": "object", "additionalProperties": false, "required": ["directions", "load", "methods"], "description": "Polygons in place of the friction disc, on ramps in space.", "properties": {
       "directions": {"type": "integer", "minimum": 2, "description": "Ways down in a quarter of a turn.", "examples": [31]},
       "load": {"type": "number", "exclusiveMinimum": 0, "description": "tan(slope) / mu where the direction of slip is measured.", "examples": [1.1]},

@@ -180,8 +180,8 @@ constexpr const char* kMethodGridFields = R"~({
   "properties": {
     "problem": {"$ref": "#/$defs/problem", "examples": ["two_balls_spring"]},
     "parameters": {"$ref": "#/$defs/parameters", "examples": [{"height": 2}]},
-    "reference": {"type": "null", "description": "null: no reference is computed, so rows have no errors. Without this field the reference is the solution known to many digits, or one by SUNDIALS with located events.", "examples": [null]},
-    "sensitivities": {"type": "array", "items": {"type": "string"}, "description": "q0:0, v0:0 or param:NAME: whose error is measured instead of the state's, against a ground truth.", "examples": [["param:e"]]},
+    "reference": {"type": "null", "description": "null: no reference is computed, and rows have no errors. Default: the certified solution if one is known, else a solution by SUNDIALS with located events.", "examples": [null]},
+    "sensitivities": {"type": "array", "items": {"type": "string"}, "description": "Variables q0:K, v0:K or param:NAME; the error is that of derivatives with respect to them, against a certified solution.", "examples": [["param:e"]]},
     "grids": {"type": "object", "additionalProperties": {"$ref": "#/$defs/steps"}, "description": "Grids of steps by name.", "examples": [{"short": [10, 20, 40]}]},
     "methods": {"type": "array", "minItems": 1, "description": "Methods, each with steps or with tolerances.", "items": {
       "type": "object", "additionalProperties": false, "required": ["method"], "properties": {
@@ -189,11 +189,11 @@ constexpr const char* kMethodGridFields = R"~({
         "steps": {"$ref": "#/$defs/steps", "description": "Of a fixed-step method: numbers, a range, the name of a grid, or a list of those.", "examples": [[10, 20]]},
         "tolerances": {"$ref": "#/$defs/tolerances", "description": "Of an error-controlled method.", "examples": [[1e-6]]},
         "on_failure": {"$ref": "#/$defs/method", "description": "A method that is run where this one fails.", "examples": ["fesd:gauss:3,n_fe=3"]},
-        "may_fail": {"type": "string", "description": "Why a failure is no surprise.", "examples": ["too few elements"]}}}},
+        "may_fail": {"type": "string", "description": "Reason for an expected failure.", "examples": ["too few elements"]}}}},
     "trajectory": {"type": "object", "additionalProperties": false, "required": ["method", "steps"], "description": "A run with all grid points, for a figure.", "properties": {
       "method": {"$ref": "#/$defs/method", "examples": ["fesd:gauss:3"]},
       "steps": {"type": "integer", "minimum": 1, "description": "Number of steps.", "examples": [200]}}},
-    "metrics": {"type": "boolean", "description": "false: errors at the end alone, not those of the whole motion and by law.", "examples": [false]},
+    "metrics": {"type": "boolean", "description": "false: only errors at the end time, not those of the whole motion and of each law.", "examples": [false]},
     "overhead_of": {"type": "object", "additionalProperties": {"type": "string"}, "description": "By method the one its cost is compared with.", "examples": [{"fesd:gauss:2,n_fe=1": "irk:gauss:2,contacts=ignored"}]}
   }
 })~";

@@ -300,7 +300,7 @@ constexpr const char* kHardCasesFields = R"~({
       "steps": {"type": "object", "additionalProperties": false, "description": "Of fixed-step methods.", "examples": [{"first_order": 2000}], "properties": {
         "first_order": {"type": "integer", "minimum": 1, "description": "Of methods of first order.", "examples": [2000]},
         "high_order": {"type": "integer", "minimum": 1, "description": "Of all others.", "examples": [200]}}},
-      "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Of error-controlled methods.", "examples": [1e-9]},
+      "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Tolerance of error-controlled methods.", "examples": [1e-9]},
       "limits": {"type": "object", "additionalProperties": {"type": "object", "additionalProperties": false, "required": ["limit", "reason"], "properties": {
         "limit": {"type": "number", "minimum": 0, "description": "The number.", "examples": [1e-9]},
         "reason": {"type": "string", "minLength": 1, "description": "Why this one.", "examples": ["rounding"]}}}, "description": "Limits of verdicts: exact, error, energy [J], penetration [m], momentum [N s], cone [N s].", "examples": [{"error": {"limit": 0.01, "reason": "one percent"}}]}}},
@@ -318,7 +318,7 @@ constexpr const char* kHardCasesFields = R"~({
       "steps": {"type": "object", "additionalProperties": false, "description": "Of fixed-step methods.", "examples": [{"first_order": 2000}], "properties": {
         "first_order": {"type": "integer", "minimum": 1, "description": "Of methods of first order.", "examples": [2000]},
         "high_order": {"type": "integer", "minimum": 1, "description": "Of all others.", "examples": [200]}}},
-      "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Of error-controlled methods.", "examples": [1e-9]},
+      "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Tolerance of error-controlled methods.", "examples": [1e-9]},
       "limits": {"type": "object", "additionalProperties": {"type": "object", "additionalProperties": false, "required": ["limit", "reason"], "properties": {
         "limit": {"type": "number", "minimum": 0, "description": "The number.", "examples": [1e-9]},
         "reason": {"type": "string", "minLength": 1, "description": "Why this one.", "examples": ["rounding"]}}}, "description": "Limits of verdicts: exact, error, energy [J], penetration [m], momentum [N s], cone [N s].", "examples": [{"error": {"limit": 0.01, "reason": "one percent"}}]},

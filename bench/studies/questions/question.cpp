@@ -20,14 +20,14 @@ using nlohmann::json;
 constexpr double kPatience = 20;  // [s] of a run, where the experiment says nothing
 
 constexpr const char* kFieldsOfQuestions = R"~({
-  "methods": {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/method"}, "description": "That are asked; one that is not built is listed as such.", "examples": [["moreau_jean"]]},
-  "step_lengths": {"type": "array", "minItems": 1, "items": {"type": "number", "exclusiveMinimum": 0}, "description": "H of fixed-step methods [s].", "examples": [[0.01, 0.001]]},
-  "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Of error-controlled methods.", "examples": [1e-8]},
+  "methods": {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/method"}, "description": "Methods; one that is not built is listed as such.", "examples": [["moreau_jean"]]},
+  "step_lengths": {"type": "array", "minItems": 1, "items": {"type": "number", "exclusiveMinimum": 0}, "description": "Step lengths of fixed-step methods [s].", "examples": [[0.01, 0.001]]},
+  "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Tolerance of error-controlled methods.", "examples": [1e-8]},
   "threads": {"type": "array", "items": {"type": "object", "additionalProperties": false, "required": ["of", "url", "asks"], "properties": {
-    "of": {"type": "string", "description": "Project and number.", "examples": ["bullet3#4341"]},
-    "url": {"type": "string", "description": "Where it is.", "examples": ["https://github.com/bulletphysics/bullet3/issues/4341"]},
-    "asks": {"type": "string", "description": "In a few words.", "examples": ["restitution fails for small steps"]}}},
-    "description": "Where people ask.", "examples": [[{"of": "bullet3#4341", "url": "https://github.com/bulletphysics/bullet3/issues/4341", "asks": "restitution fails for small steps"}]]}
+    "of": {"type": "string", "description": "Project and number of the discussion.", "examples": ["bullet3#4341"]},
+    "url": {"type": "string", "description": "Address of the discussion.", "examples": ["https://github.com/bulletphysics/bullet3/issues/4341"]},
+    "asks": {"type": "string", "description": "The question in a few words.", "examples": ["restitution fails for small steps"]}}},
+    "description": "Discussions that ask the question.", "examples": [[{"of": "bullet3#4341", "url": "https://github.com/bulletphysics/bullet3/issues/4341", "asks": "restitution fails for small steps"}]]}
 })~";
 
 std::string fields_of(const Question& question) {

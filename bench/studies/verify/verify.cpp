@@ -75,7 +75,7 @@ constexpr const char* kVerifyFields = R"~({
         "except": {"type": "array", "items": {"type": "string"}, "description": "Cases that are not checked.", "examples": [["P1d_ball_e05_through_zeno"]]},
         "first_order_steps": {"type": "integer", "minimum": 1, "description": "Of methods of first order.", "examples": [4000]},
         "steps": {"type": "integer", "minimum": 1, "description": "Of other fixed-step methods.", "examples": [400]},
-        "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Of error-controlled methods.", "examples": [1e-9]},
+        "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Tolerance of error-controlled methods.", "examples": [1e-9]},
         "first_order_error": {"type": "number", "exclusiveMinimum": 0, "description": "Allowed to methods of first order, relative to the solution where that is larger than 1.", "examples": [0.02]},
         "error": {"type": "number", "exclusiveMinimum": 0, "description": "Allowed to the others.", "examples": [1e-6]}},
       "description": "Errors and impacts against the solutions in reference/data/ground_truth.json.", "examples": [{"except": [], "first_order_steps": 4000, "steps": 400, "tolerance": 1e-9, "first_order_error": 0.02, "error": 1e-6}]},
@@ -87,14 +87,14 @@ constexpr const char* kVerifyFields = R"~({
         "only": {"type": "array", "items": {"type": "string"}, "description": "Names of the scenes; without it all.", "examples": [["post"]]},
         "first_order_steps": {"type": "integer", "minimum": 1, "description": "Of methods of first order.", "examples": [2000]},
         "steps": {"type": "integer", "minimum": 1, "description": "Of other fixed-step methods.", "examples": [100]},
-        "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Of error-controlled methods.", "examples": [1e-10]},
+        "tolerance": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1, "description": "Tolerance of error-controlled methods.", "examples": [1e-10]},
         "error": {"type": "number", "exclusiveMinimum": 0, "description": "Allowed to fixed steps, relative to the answer where that is larger than 1.", "examples": [0.01]},
         "factor": {"type": "number", "minimum": 1, "description": "Error allowed to error-controlled methods, times the tolerance to which the answer is known, relative to the answer where that is larger than 1.", "examples": [100]},
         "multistep_factor": {"type": "number", "minimum": 1, "description": "The same for CVODE and IDA, whose tolerance is of one step of thousands.", "examples": [10000]}},
       "description": "Scenes made from public reports, each with its right answer.", "examples": [{"cases": "../../reference/data/public_reports/cases.json", "first_order_steps": 2000, "steps": 100, "tolerance": 1e-10, "error": 0.01, "factor": 100, "multistep_factor": 10000}]},
     "first_order_steps": {"$ref": "#/$defs/range", "description": "Steps for the order of methods of first order.", "examples": [{"from": 100, "to": 10000, "per_decade": 5}]},
     "high_order_steps": {"$ref": "#/$defs/range", "description": "Steps for the order of the others.", "examples": [{"from": 10, "to": 640, "per_decade": 6}]},
-    "tolerances": {"$ref": "#/$defs/range", "description": "Of error-controlled methods.", "examples": [{"from": 1e-3, "to": 1e-10, "per_decade": 1}]},
+    "tolerances": {"$ref": "#/$defs/range", "description": "Tolerance of error-controlled methods.", "examples": [{"from": 1e-3, "to": 1e-10, "per_decade": 1}]},
     "methods": {"type": "array", "items": {"$ref": "#/$defs/method"}, "description": "Methods; without it the examples of all that are built.", "examples": [["moreau_jean"]]}
   }
 })~";

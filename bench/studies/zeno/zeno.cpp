@@ -249,7 +249,7 @@ constexpr const char* kZenoFields = R"~({
   "properties": {
     "tableaus": {"type": "array", "items": {"type": "string"}, "description": "Whose closed element is measured.", "examples": [["radau-iia:3"]]},
     "restitution": {"type": "array", "items": {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}, "description": "Coefficients e.", "examples": [[0.5, 0.9]]},
-    "step_lengths": {"$ref": "#/$defs/range", "description": "H of fixed-step methods [s].", "examples": [{"from": 0.1, "to": 1e-4, "per_decade": 2}]},
+    "step_lengths": {"$ref": "#/$defs/range", "description": "Step lengths of fixed-step methods [s].", "examples": [{"from": 0.1, "to": 1e-4, "per_decade": 2}]},
     "methods": {"type": "array", "items": {"$ref": "#/$defs/method"}, "description": "Fixed-step methods.", "examples": [["fesd:radau-iia:3"]]},
     "tolerances": {"type": "array", "items": {"type": "number", "minimum": 1e-15, "exclusiveMaximum": 1}, "description": "Of adaptive_methods.", "examples": [[1e-6]]},
     "adaptive_methods": {"type": "array", "items": {"$ref": "#/$defs/method"}, "description": "Error-controlled methods.", "examples": [["fesd_adaptive:radau-iia:3"]]}
