@@ -80,7 +80,7 @@ Vector moreau_impulses(const Row& row, double e) {
 
 Table table_of_cradle(double e, int beads) {
   Table table;
-  table.title = "Row of equal beads that touch, struck by the first: velocities behind the impact";
+  table.title = "Row of equal touching beads, hit by the first: velocities after the impact";
   table.note = fmt::format("relative to that of the first bead; e = {}; energy relative to that before", e);
   table.columns = {{"law", true}, {"beads"}, {"energy"}};
   for (int i = 1; i <= beads; ++i) table.columns.push_back({fmt::format("v_{}", i)});

@@ -139,7 +139,7 @@ TEST(Verify, EachFaultIsFound) {
       {"ends_early", "promises/bouncing_ball", "it ends at t = 1, not at 2"},
       {"silent", "promises/bouncing_ball", "a failure has no reason"},
       {"pulls", "promises/bouncing_ball", "has the impulse -"},
-      {"unordered", "promises/bouncing_ball", "is behind one at"},
+      {"unordered", "promises/bouncing_ball", "follows one at"},
       {"dice", "promises/bouncing_ball", "a second run has other bits"},
       {"dice", "promises/a kept solver forgets", "the solver has another result"},
       {"watched", "promises/bouncing_ball", "a run that records less ends elsewhere, by 1.0e-06"},

@@ -132,7 +132,7 @@ constexpr const char* kContactSolversFields = R"~({
     "method": {"$ref": "#/$defs/method", "description": "Of time stepping, whose contact problems are recorded.", "examples": ["moreau_jean"]},
     "steps": {"type": "integer", "minimum": 1, "description": "Of each run.", "examples": [300]},
     "per_scene": {"type": "integer", "minimum": 1, "description": "Most problems of a scene, evenly over its run.", "examples": [40]},
-    "solvers": {"type": "array", "minItems": 1, "items": {"type": "string"}, "description": "As behind solver= of a method.", "examples": [["pgs", "lemke,facets=16"]]},
+    "solvers": {"type": "array", "minItems": 1, "items": {"type": "string"}, "description": "Contact solvers, as in the option solver= of a method.", "examples": [["pgs", "lemke,facets=16"]]},
     "accuracy": {"type": "number", "exclusiveMinimum": 0, "description": "Violation of the laws, relative, up to which a problem is solved.", "examples": [1e-8]}
   }
 })~";

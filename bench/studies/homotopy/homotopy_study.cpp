@@ -200,7 +200,7 @@ constexpr const char* kHomotopyFields = R"~({
     "families": {"type": "array", "minItems": 1, "items": {"type": "string"}, "description": "Of tableaus.", "examples": [["radau-iia"]]},
     "stages": {"type": "integer", "minimum": 1, "description": "Each family with 1 to so many stages.", "examples": [4]},
     "steps": {"type": "array", "minItems": 1, "items": {"type": "integer", "minimum": 1}, "description": "N_sim of the runs: numbers >= 1.", "examples": [[50, 80]]},
-    "margin": {"type": "integer", "minimum": -1, "description": "Steps before and behind one with an impact that are solved; -1: all.", "examples": [0]},
+    "margin": {"type": "integer", "minimum": -1, "description": "Number of steps before and after a step with an impact that are solved; -1: all.", "examples": [0]},
     "guess": {"type": "array", "items": {"type": "string"}, "description": "Values of this option of fesd_homotopy; every combination with the next three is run.", "examples": [["cold"]]},
     "relaxation": {"type": "array", "items": {"type": "string"}, "description": "Likewise.", "examples": [["scholtes"]]},
     "sigma_0": {"type": "array", "items": {"type": "string"}, "description": "Likewise.", "examples": [["1e-1"]]},

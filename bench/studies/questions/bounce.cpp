@@ -194,7 +194,7 @@ std::vector<QuestionPanel> panels(const std::vector<Answer>&) {
 
 constexpr const char* kFields = R"~({
   "restitution": {"type": "array", "minItems": 1, "items": {"type": "number", "minimum": 0, "maximum": 1}, "description": "Coefficients e.", "examples": [[0.8, 1]]},
-  "bounces": {"type": "array", "minItems": 1, "items": {"type": "integer", "minimum": 1}, "description": "Impacts behind which the height is compared, where it is not too low.", "examples": [[1, 10, 100]]}
+  "bounces": {"type": "array", "minItems": 1, "items": {"type": "integer", "minimum": 1}, "description": "Numbers of impacts after which the height is compared, unless it is too low.", "examples": [[1, 10, 100]]}
 })~";
 
 const bool registered = register_question(

@@ -160,7 +160,7 @@ const bool registered = register_question(
      .measure = measure,
      .figure = "Derivatives of the final state",
      .caption =
-         "Grey: exact. The derivative of a time-stepping scheme does not contain that an impact comes earlier or later.",
+         "Grey: exact. The derivative of a time-stepping scheme does not contain the change of the impact time.",
      .panels = panels,
      .details = {{"change", "change", "", "{:g}"}, {"error", "error", "", "{:.3e}"}},
      .before = show_answers,

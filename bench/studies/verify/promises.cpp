@@ -45,7 +45,7 @@ void check_end(const Solution& s, const ProblemInfo& info, Findings& findings) {
 void check_events(const Solution& s, const ProblemInfo& info, Findings& findings) {
   double t = 0;
   for (const Event& e : s.events) {
-    findings.require(e.t >= t, "an event at t = {} is behind one at {}", e.t, t);
+    findings.require(e.t >= t, "an event at t = {} follows one at {}", e.t, t);
     t = e.t;
     const bool is_contact = e.contact >= 0 && e.contact < info.n_c() && !info.contacts[e.contact].is_bilateral;
     findings.require(is_contact, "an event at t = {} is of contact {}, which is no unilateral one", e.t, e.contact);
