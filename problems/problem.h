@@ -137,7 +137,7 @@ class Problem {
   const ProblemInfo& info() const { return info_; }  ///< Sizes, names, initial state, structure.
   int n_q() const { return info_.n_q; }              ///< Coordinates, the clock among them.
   int n_c() const { return info_.n_c(); }            ///< Contacts, constraints among them.
-  /// Replaces the initial state, n_q each, with the clock. Not validated. Do not call while a method runs.
+  /// Replaces the initial state by `q0`, `v0`, with the clock. Not validated. Do not call while a method runs.
   void set_initial_state(const Vector& q0, const Vector& v0) {
     info_.q0 = q0;
     info_.v0 = v0;
