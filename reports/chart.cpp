@@ -50,15 +50,18 @@ std::pair<double, double> Chart::Panel::range(const Axis& axis, bool is_x) const
   }
   if (low > high) low = high = 1;
   constexpr double kMargin = 0.04, kNameMargin = 0.6;
+  // The labels of an axis could not tell closer values apart: they are drawn as one value.
+  constexpr double kSame = 1e-5;
+  const bool is_one = high - low <= kSame * std::max(std::abs(low), std::abs(high));
   if (!axis.names.empty()) {
     low = -kNameMargin;
     high = static_cast<double>(axis.names.size()) - 1 + kNameMargin;
   } else if (axis.is_log) {
-    const double margin = high > low ? std::pow(high / low, kMargin) : 2;
+    const double margin = is_one ? 2 : std::pow(high / low, kMargin);
     low /= margin;
     high *= margin;
   } else {
-    const double margin = high > low ? kMargin * (high - low) : std::max(0.1, kMargin * std::abs(high));
+    const double margin = is_one ? std::max(0.1, kMargin * std::abs(high)) : kMargin * (high - low);
     low -= margin;
     high += margin;
   }

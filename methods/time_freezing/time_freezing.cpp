@@ -12,7 +12,7 @@ namespace {
 
 /// Time freezing: impacts as motion of auxiliary dynamics in a pseudo time in which the clock stands still, persistent
 /// contact as sliding motion of the Filippov system that is left, and this by finite elements with switch detection. The
-/// equations are in pseudo_time_element.h, time_freezing_run.h; README.md says what differs from the sources.
+/// equations are in pseudo_time_equations.h, pseudo_time_end.h; README.md says what differs from the sources.
 class TimeFreezing final : public Method {
  public:
   explicit TimeFreezing(const MethodSpec& spec) : id_(spec.text()), tableau_(tableau_argument(spec)) {

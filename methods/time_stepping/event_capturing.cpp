@@ -1,6 +1,6 @@
 // Event capturing of higher order: fixed steps of order p between switches, steps of length O(h^p) at them.
 //
-// Every step of length h = T / N is the extrapolation of Moreau's midpoint rule (moreau_extrapolation.h, (1)-(5)) with p
+// Every step of length h = T / N is the extrapolation of Moreau's midpoint rule (moreau_midpoint.h, (1)-(5)) with p
 // rows, one more where contacts or joints are curved: they are of index 2, and the error of T_{j,j} is O(h^j) there. Where
 // a contact changes its mode within it, it is halved, again and again, down to
 //

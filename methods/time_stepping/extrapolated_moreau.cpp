@@ -1,6 +1,6 @@
 // Moreau's midpoint rule with step-size adjustment and extrapolation: time stepping with error control.
 //
-// Between switches the steps of moreau_extrapolation.h, (1)-(5), of any order up to p: the table has as many rows as the
+// Between switches the extrapolated steps of moreau_midpoint.h, (1)-(5), of any order up to p: the table has as many rows as the
 // tolerance asks for. A step with a switch is halved, down to
 //
 //   h_min = max(tolerance, 1e-9) T                                                           (6)

@@ -156,7 +156,7 @@ TEST_F(Cli, APageShowsTheSceneInMotion) {
   const Outcome outcome = run("run-experiment " + write("moving.json", document.dump()) + " --no-times -o " +
                               folder.string() + " --page " + (folder / "page").string());
   ASSERT_EQ(outcome.code, 0) << outcome.text;
-  EXPECT_HAS(read(folder / "page/experiments/moving_scene.svg"), "<animate attributeName=\"cy\"");
+  EXPECT_HAS(read(folder / "page/experiments/small_scene.svg"), "<animate attributeName=\"cy\"");
 }
 
 /// An option with one value leaves the next word to the command.

@@ -72,7 +72,9 @@ TEST_P(RowsOf, AreRepeatedByTheirCommands) {
   std::mt19937 draw(std::random_device{}());
   const json& row = rows[draw() % rows.size()];
   const std::string command = row["command"];
-  const Outcome single = output_of(RICOCHET_PROGRAM + command.substr(std::string("ricochet").size()) + " --json");
+  // Scene files of the project are named from its folder.
+  const Outcome single = output_of("cd " + test_data("../..") + " && " + RICOCHET_PROGRAM +
+                                   command.substr(std::string("ricochet").size()) + " --json");
   ASSERT_EQ(single.code, 0) << command << "\n" << single.text;
   const json again = json::parse(single.text);
   EXPECT_EQ(again["status"], row["status"]) << command;

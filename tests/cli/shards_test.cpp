@@ -188,7 +188,7 @@ TEST_F(Cli, ShardsOfTheFastestRunsHaveTimes) {
              merged = lines_of(read(folder / "merged" / "small.jsonl"));
   ASSERT_EQ(whole.size(), merged.size());
   for (std::size_t k = 1; k + 1 < whole.size(); ++k) {
-    for (const char* field : {"scene", "family", "level", "tried", "failed", "uncertainty"})
+    for (const char* field : {"scene", "labels", "conditions", "values", "reference_error"})
       EXPECT_EQ(json::parse(whole[k]).at(field), json::parse(merged[k]).at(field)) << field;
   }
 }

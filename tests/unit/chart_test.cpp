@@ -58,7 +58,8 @@ TEST(Chart, HasRangesOfItsPoints) {
 TEST(Chart, FindsThePanelOfATitle) {
   Chart chart = small_chart();
   EXPECT_EQ(&chart.panel("right", {}, {}), &chart.panels[1]);
-  EXPECT_EQ(&chart.panel("new", {.label = "x"}, {}), &chart.panels[2]);
+  const Chart::Panel* const added = &chart.panel("new", {.label = "x"}, {});
+  EXPECT_EQ(added, &chart.panels[2]);
   EXPECT_EQ(chart.panels[2].x.label, "x");
 }
 

@@ -51,7 +51,7 @@ TEST(GeometricScenes, FourBarsAreAPendulum) {
 }
 
 TEST(GeometricScenes, AFreeBoxKeepsItsMomenta) {
-  const auto box = scene_of("free_box");
+  const auto box = scene_of("../../bench/experiments/scenes/free_box");
   const Body& body = box->info().geometry->bodies[0];
   const auto angular_momentum = [&](const Vector& q, const Vector& v) {
     const auto motion = motion_of<double>(*box->info().geometry, 0, {q.begin(), q.end()});

@@ -107,7 +107,7 @@ Chart order_chart(const GridResults& results) {
 }
 
 Chart trajectory_chart(const Trajectory& trajectory, const std::string& file) {
-  const std::string run = fmt::format("{}, {} {}", trajectory.problem, trajectory.method, trajectory.setting);
+  const std::string run = fmt::format("{}, {}, {}", trajectory.problem, trajectory.method, trajectory.setting);
   Chart chart{.name = "trajectory",
               .file = file,
               .title = "Motion",

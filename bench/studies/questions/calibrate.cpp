@@ -62,6 +62,8 @@ void measure_step(const json& experiment, const Method& method, Answer& answer) 
   const Solution s = run_for(method, scene.choice, *scene.problem, Recording::final_state, answer);
   if (!s.succeeded()) return;
   answer.error = scene.reference.error_of(s);
+  answer.reference_error = scene.reference.uncertainty;
+  answer.solution_size = scene.reference.size();
 }
 
 /// A method on a scene.

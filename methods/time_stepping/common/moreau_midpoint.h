@@ -55,6 +55,8 @@ class MoreauMidpoint {
 
   bool is_affine() const { return is_affine_; }  ///< No direction of a contact depends on q.
   // Of the last step:
+  /// A contact was active or bilateral; otherwise the impulses below are those of an earlier step.
+  bool has_contacts() const { return !active_.empty() || info_.has_bilateral(); }
   const Vector& gap() const { return gap_; }                          ///< n_c, at q_m [m]
   bool strikes(int contact) const { return strikes_[contact] != 0; }  ///< An open contact closed with an impulse.
   bool bounces() const { return bounces_; }                           ///< A contact did.
