@@ -131,7 +131,7 @@ struct Layout {
   int width = 0, height = 0, key_columns = 1, key_height = 0;
 
   explicit Layout(const Chart& chart) {
-    constexpr int kEdge = 26, kLabel = 30, kNumbers = 50, kAround = 14, kScale = 100;
+    constexpr int kEdge = 26, kLabel = 40, kNumbers = 50, kAround = 14, kScale = 100;
     constexpr double kLetter = 8;
     const int n = static_cast<int>(chart.panels.size());
     const int columns = std::clamp(n, 1, chart.columns), rows = (n + columns - 1) / columns;
@@ -169,7 +169,7 @@ struct Layout {
     if (!chart.scale.label.empty()) width += kScale;
     if (chart.has_key_each) return;
     constexpr int kSample = 90;
-    constexpr double kKeyLetter = 9.5;  // of the key's font
+    constexpr double kKeyLetter = 7.5;  // of the key's font
     std::size_t longest = 1;
     const auto key = key_of(chart.panels);
     for (const auto* series : key) longest = std::max(longest, series->label.size());
@@ -266,7 +266,7 @@ std::string scale_text(const Chart::Scale& scale, const Layout& layout) {
 
 std::string key_text(const Chart& chart, const Layout& layout) {
   if (layout.key_height == 0) return "";
-  std::string text = "unset logscale\nunset border\nunset tics\nunset grid\nunset title\nunset xlabel\nunset ylabel\n" +
+  std::string text = "unset logscale\nunset xzeroaxis\nunset border\nunset tics\nunset grid\nunset title\nunset xlabel\nunset ylabel\n" +
                      layout.margins(20, layout.width - 10, layout.height - layout.key_height, layout.height) +
                      fmt::format(
                          "set key center center horizontal maxcols {} reverse Left samplen 3 font ',13'\n"
