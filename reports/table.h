@@ -48,6 +48,17 @@ auto different(const std::vector<Row>& rows, Get get) {
   return values;
 }
 
+/// The rows that fulfil a condition, in their order.
+/// @param condition  of a row: a member, or a function
+template <class Row, class Condition>
+std::vector<Row> rows_where(const std::vector<Row>& rows, Condition condition) {
+  std::vector<Row> chosen;
+  for (const Row& row : rows) {
+    if (std::invoke(condition, row)) chosen.push_back(row);
+  }
+  return chosen;
+}
+
 /// "-" where there is no finite number.
 template <class Value>
 std::string cell_text(const std::string& format, const Value& value) {

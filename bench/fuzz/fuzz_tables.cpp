@@ -159,10 +159,8 @@ Table fuzz_findings(const std::vector<FuzzScene>& scenes) {
       {"detail", &S::detail},
       {"file", &S::file},
   };
-  std::vector<S> found;
-  std::ranges::copy_if(scenes, std::back_inserter(found), [](const S& s) {
-    return s.verdict == FuzzVerdict::disagree || s.verdict == FuzzVerdict::hangs;
-  });
+  const auto found = rows_where(
+      scenes, [](const S& s) { return s.verdict == FuzzVerdict::disagree || s.verdict == FuzzVerdict::hangs; });
   return table_of("Scenes on which methods disagree or hang", columns, found);
 }
 

@@ -110,16 +110,13 @@ std::string reasons(const std::vector<M>& runs) {
 }  // namespace
 
 void show_metrics(const std::vector<MeasuredRun>& all, Section& section) {
-  std::vector<M> runs;
-  std::ranges::copy_if(all, std::back_inserter(runs), [](const M& run) { return run.metrics.are_known; });
+  const auto runs = rows_where(all, [](const M& run) { return run.metrics.are_known; });
   if (runs.empty()) return;
   Table motions = motion_table(runs);
   motions.note += reasons(all);
   section.details("motions", motions);
   section.details("laws", impact_table(runs));
-  std::vector<M> persistent;
-  std::ranges::copy_if(runs, std::back_inserter(persistent),
-                       [](const M& run) { return !std::isnan(run.metrics.contact_gap); });
+  const auto persistent = rows_where(runs, [](const M& run) { return !std::isnan(run.metrics.contact_gap); });
   if (!persistent.empty()) section.details("contacts", contact_table(persistent));
 }
 

@@ -53,9 +53,7 @@ Table control_failures(const std::vector<ControlRun>& runs) {
       {"reason", why_not},
       {"command", &R::command},
   };
-  std::vector<R> failed;
-  std::ranges::copy_if(runs, std::back_inserter(failed),
-                       [](const R& run) { return !run.succeeded() || !run.replay_message.empty(); });
+  const auto failed = rows_where(runs, [](const R& run) { return !run.succeeded() || !run.replay_message.empty(); });
   return table_of("Not solved, or not replayed by the reference", columns, failed);
 }
 

@@ -14,8 +14,7 @@ Table gradient_table(const std::vector<ControlGradient>& gradients) {
       {"relative error", "", "{:.1e}", &G::error},
       {"after the last impact", "", "{:.1e}", &G::error_after_impact},
   };
-  std::vector<G> compared;
-  std::ranges::copy_if(gradients, std::back_inserter(compared), [](const G& g) { return !g.is_reference(); });
+  const auto compared = rows_where(gradients, [](const G& g) { return !g.is_reference(); });
   return table_of(
       "Derivatives of the terminal state with respect to the controls", columns, compared,
       "The largest error over the components of (q, v) at T and the intervals, relative to the largest derivative of "

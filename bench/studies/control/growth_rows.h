@@ -38,7 +38,6 @@ struct ControlGrowth {
   double again_seconds = 0;
 
   bool succeeded() const { return status == "success"; }
-  double seconds_per_iteration() const { return iterations > 0 ? seconds / iterations : 0; }
 };
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlGrowth::Step, sigma, iterations, seconds, complementarity,

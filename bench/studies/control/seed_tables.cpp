@@ -25,15 +25,11 @@ std::string quartiles(std::vector<double> values) {
 }
 
 SeedGroup solved(const SeedGroup& group) {
-  SeedGroup runs;
-  std::ranges::copy_if(group, std::back_inserter(runs), &SeedRun::succeeded);
-  return runs;
+  return rows_where(group, &SeedRun::succeeded);
 }
 
 SeedGroup replayed(const SeedGroup& group) {
-  SeedGroup runs;
-  std::ranges::copy_if(group, std::back_inserter(runs), &SeedRun::is_replayed);
-  return runs;
+  return rows_where(group, &SeedRun::is_replayed);
 }
 
 /// "S 45, W 3", the strongest first.

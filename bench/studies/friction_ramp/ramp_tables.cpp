@@ -114,8 +114,7 @@ Table ramp_facets_table(const std::vector<RampFacets>& facets) {
       {"from its polygon", "deg", "{:.1e}",
        [](const F& f) { return degrees * largest_difference(f.drift, f.drift_exact); }},
   };
-  std::vector<F> measured;
-  std::ranges::copy_if(facets, std::back_inserter(measured), [](const F& f) { return !f.limit.empty(); });
+  const auto measured = rows_where(facets, [](const F& f) { return !f.limit.empty(); });
   return table_of(
       "A polygon in place of the friction disc", columns, measured,
       "Maxima over the downhill direction. Drift: angle between the downhill direction and the displacement of a block "

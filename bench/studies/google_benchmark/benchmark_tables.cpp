@@ -56,8 +56,7 @@ BenchmarkName BenchmarkName::parse(const std::string& name) {
 }
 
 Table benchmark_table(const std::vector<BenchmarkRow>& rows, const std::string& note) {
-  std::vector<BenchmarkRow> measured;
-  std::ranges::copy_if(rows, std::back_inserter(measured), &BenchmarkRow::succeeded);
+  const auto measured = rows_where(rows, &BenchmarkRow::succeeded);
   using R = BenchmarkRow;
   std::vector<Column<R>> columns;
   if (std::ranges::all_of(measured, has_our_form)) {
@@ -97,8 +96,7 @@ Table benchmark_table(const std::vector<BenchmarkRow>& rows, const std::string& 
 Table benchmark_failures(const std::vector<BenchmarkRow>& rows) {
   using R = BenchmarkRow;
   static const std::vector<Column<R>> columns = {{"benchmark", &R::name}, {"reason", &R::error}};
-  std::vector<R> failed;
-  std::ranges::copy_if(rows, std::back_inserter(failed), [](const R& row) { return !row.succeeded(); });
+  const auto failed = rows_where(rows, [](const R& row) { return !row.succeeded(); });
   return table_of("Benchmarks without a time", columns, failed);
 }
 

@@ -145,9 +145,7 @@ void run_contact_cost(const nlohmann::json& experiment, ResultsFile& file) {
 }
 
 std::vector<Run> failed_costs(const std::vector<Run>& costs) {
-  std::vector<Run> failed;
-  std::ranges::copy_if(costs, std::back_inserter(failed), [](const auto& cost) { return !cost.succeeded(); });
-  return failed;
+  return rows_where(costs, [](const auto& cost) { return !cost.succeeded(); });
 }
 
 void show_contact_cost(const Results& results, Section& section) {

@@ -37,9 +37,7 @@ std::string which_solver(const std::vector<FastestRun>& runs) {
 }  // namespace
 
 std::vector<FastestRun> runs_of_solver(const std::vector<FastestRun>& runs, const std::string& solver) {
-  std::vector<FastestRun> list;
-  std::ranges::copy_if(runs, std::back_inserter(list), [&](const FastestRun& run) { return run.solver() == solver; });
-  return list;
+  return rows_where(runs, [&](const FastestRun& run) { return run.solver() == solver; });
 }
 
 Table fastest_table(const std::vector<FastestRun>& runs) {
@@ -133,8 +131,7 @@ Table choice_table(const std::vector<FastestRun>& runs) {
       {"failed", "", "{:g}", [](const R& r) { return r.value("failed"); }},
       {"repeat with", &R::command},
   };
-  std::vector<R> reached;
-  std::ranges::copy_if(runs, std::back_inserter(reached), &R::is_reached);
+  const auto reached = rows_where(runs, &R::is_reached);
   return table_of("The fastest runs", columns, reached);
 }
 

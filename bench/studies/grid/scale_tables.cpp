@@ -94,8 +94,7 @@ Table scale_failures(const std::vector<Run>& runs) {
       {"scene", &R::scene},   {"bodies", "", "{:g}", size_of}, {"method", &R::method},
       {"status", &R::status}, {"reason", &R::message},
   };
-  std::vector<Run> failed;
-  std::ranges::copy_if(runs, std::back_inserter(failed), [](const R& run) { return !run.succeeded(); });
+  const auto failed = rows_where(runs, [](const R& run) { return !run.succeeded(); });
   return table_of("Runs without a result", columns, failed);
 }
 

@@ -132,9 +132,7 @@ Table energy_table(const std::vector<HardCell>& cells) {
       {"error", "", "{:.2e}", &C::error},
       {"seconds", "", "{:.2f}", wall_seconds},
   };
-  std::vector<C> conserving;
-  std::ranges::copy_if(cells, std::back_inserter(conserving),
-                       [](const C& c) { return c.limits.conserves_energy && c.succeeded(); });
+  const auto conserving = rows_where(cells, [](const C& c) { return c.limits.conserves_energy && c.succeeded(); });
   return table_of("Energy drift where energy is conserved", columns, conserving);
 }
 
@@ -145,9 +143,8 @@ Table hard_failures(const std::vector<HardCell>& cells) {
       {"verdict", word_of},         {"because", [](const C& c) { return decisive_number(c.verdict(), c); }},
       {"repeat with", &C::command},
   };
-  std::vector<C> failed;
-  std::ranges::copy_if(cells, std::back_inserter(failed),
-                       [](const C& c) { return !is_right(c) && c.verdict() != CaseVerdict::declined; });
+  const auto failed =
+      rows_where(cells, [](const C& c) { return !is_right(c) && c.verdict() != CaseVerdict::declined; });
   return table_of("Cells that are not right", columns, failed);
 }
 
