@@ -86,7 +86,7 @@ class Method {
   virtual MethodInfo info() const = 0;                             ///< Name, source and orders.
   virtual Support supports(const ProblemInfo& problem) const = 0;  ///< Whether it can run `problem`, or why not.
 
-  /// Whether it can run `problem`, or why not: supports() behind what all methods have in common, the law of impacts.
+  /// Whether it can run `problem`, or why not: supports() after what all methods have in common, the law of impacts.
   Support can_run(const ProblemInfo& problem) const;
 
   /// Integrates `problem` from t = 0 to end_time, as `settings` say. Numerical failure is a status with a message and the

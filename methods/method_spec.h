@@ -28,7 +28,7 @@ class MethodSpec {
 
   const std::string& text() const { return text_; }                         ///< The whole text, as it was given.
   const std::string& name() const { return name_; }                         ///< Of the method, before the first colon.
-  const std::vector<std::string>& arguments() const { return arguments_; }  ///< Between colons, behind the name.
+  const std::vector<std::string>& arguments() const { return arguments_; }  ///< Between colons, after the name.
 
   /// The number that is given for `option`, or `fallback` where none is.
   /// @throws InputError for what is no number from `min` to `max`

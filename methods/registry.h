@@ -19,7 +19,7 @@ namespace ricochet {
 struct MethodEntry {
   std::string name;                   ///< before the first colon of a spec, lower_snake
   std::string usage;                  ///< "fesd:TABLEAU:STAGES[,n_fe=2][,elements=fixed|as_needed]"
-  std::size_t max_arguments = 0;      ///< behind the name: TABLEAU and STAGES
+  std::size_t max_arguments = 0;      ///< after the name: TABLEAU and STAGES
   std::string summary;                ///< one line
   std::vector<std::string> examples;  ///< specs that the conformance tests run on every scene
   int conformance_steps = 400;        ///< that they take: fewer for methods whose steps are long

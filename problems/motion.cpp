@@ -58,10 +58,10 @@ void Motion::at(double t, Vector& q, Vector& v, Side side) const {
     throw InputError("time", t,
                      empty() ? "no motion was recorded" : fmt::format("{:g} s to {:g} s is known", begin(), end()));
   // The last piece that begins before t, or at t if the limit after t is required.
-  const auto behind = std::partition_point(pieces_.begin(), pieces_.end(), [&](const Piece& piece) {
-    return side == Side::behind ? piece.begin <= t : piece.begin < t;
+  const auto after = std::partition_point(pieces_.begin(), pieces_.end(), [&](const Piece& piece) {
+    return side == Side::after ? piece.begin <= t : piece.begin < t;
   });
-  const auto piece = behind == pieces_.begin() ? behind : behind - 1;
+  const auto piece = after == pieces_.begin() ? after : after - 1;
   within(static_cast<std::size_t>(piece - pieces_.begin()),
          std::clamp((t - piece->begin) / (piece->end - piece->begin), 0.0, 1.0), q, v);
 }

@@ -30,7 +30,7 @@ class Motion {
   /// The limit to be used at an instant at which two pieces meet.
   enum class Side {
     before,  ///< of the piece that ends
-    behind   ///< of the piece that begins
+    after    ///< of the piece that begins
   };
 
   /// Appends the piece from `begin` to `end`, unless its length is zero.
@@ -49,7 +49,7 @@ class Motion {
 
   /// Sets `q` and `v`, n_q each, to their values at the time `t` [s], with the limit `side` if two pieces meet there.
   /// @throws InputError for a time outside begin() to end()
-  void at(double t, Vector& q, Vector& v, Side side = Side::behind) const;
+  void at(double t, Vector& q, Vector& v, Side side = Side::after) const;
   /// The same within one `piece`, from `s` = 0 at its start to 1 at its end.
   void within(std::size_t piece, double s, Vector& q, Vector& v) const;
   /// Sets `a`, n_q, to the time derivative of v there. Contact forces follow from it, and impulses from the jumps of v

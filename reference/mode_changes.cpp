@@ -330,12 +330,12 @@ bool ModeChanges::begin_slip(double& t, Solution& solution) {
   const double left = problem_.info().end_time - t;
   if (beginning.empty() || left <= 0) return true;
 
-  Vector y(2 * n_q_), before(motion_.n_roots()), behind(before.size());
+  Vector y(2 * n_q_), before(motion_.n_roots()), after(before.size());
   y << solution.q, solution.v;
   motion_.roots(y.data(), before.data());
   const auto keeps_modes = [&](const Vector& q, const Vector& v) {
     y << q, v;
-    return motion_.roots(y.data(), behind.data()) && ((before.array() <= 0) || (behind.array() > 0)).all();
+    return motion_.roots(y.data(), after.data()) && ((before.array() <= 0) || (after.array() > 0)).all();
   };
   const auto start = start_slip(problem_, scales_, dynamics_, solution.q, solution.v, beginning,
                                 {.longest_step = std::min(kSlipStart * problem_.info().end_time, left),

@@ -73,8 +73,8 @@ Vector compressing(const Matrix& G, double mu, const Vector& w) {
   for (const double t : {-mu, mu}) {  // w_t after it is positive, negative
     const Vector direction = (Vector(2) << 1, t).finished();
     const double p_n = -w[0] / G.row(0).dot(direction);
-    const Vector behind = w + p_n * (G * direction);
-    if (p_n >= 0 && behind[1] * t <= 0) return p_n * direction;
+    const Vector after = w + p_n * (G * direction);
+    if (p_n >= 0 && after[1] * t <= 0) return p_n * direction;
   }
   return {};
 }
@@ -187,12 +187,12 @@ class Springs {
       y_ = next;
       next = advanced(y_, length);
     }
-    double before = 0, behind = length;
-    while (behind - before > 1e-15 * length) {
-      const double middle = (before + behind) / 2;
-      (has_changed(advanced(y_, middle)) ? behind : before) = middle;
+    double before = 0, after = length;
+    while (after - before > 1e-15 * length) {
+      const double middle = (before + after) / 2;
+      (has_changed(advanced(y_, middle)) ? after : before) = middle;
     }
-    y_ = advanced(y_, behind);
+    y_ = advanced(y_, after);
     return y_.allFinite();
   }
 

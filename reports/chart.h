@@ -69,7 +69,7 @@ struct Chart {
     std::pair<double, double> range(const Axis& axis, bool is_x) const;
   };
 
-  /// Of the colours of cells.
+  /// Colour scale of cells.
   struct Scale {
     std::string label = {};
     double from = 0, to = 1;

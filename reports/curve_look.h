@@ -4,8 +4,8 @@
 
 namespace ricochet {
 
-/// How a curve looks, whatever draws it. Curves differ in more than their
-/// colour, for readers who cannot tell all colours apart, and for print in grey.
+/// Look of a curve in all formats. Curves differ in more than their colour, for readers who cannot distinguish all
+/// colours, and for print in grey.
 struct CurveLook {
   static constexpr int kColours = 8, kSymbols = 6, kDashes = 4;
 
@@ -14,7 +14,7 @@ struct CurveLook {
   int dash = 0;          ///< solid, dashed, dotted, dashes and dots
   bool is_open = false;  ///< the symbol is an outline
 
-  /// Of the k-th of some curves that have nothing in common; 24 of them differ.
+  /// Look of the k-th of some unrelated curves; 24 looks differ.
   static CurveLook of(std::size_t k);
   /// The k-th colour with a solid line and circles.
   static CurveLook plain(std::size_t k) { return {.colour = of(k).colour}; }

@@ -8,7 +8,7 @@
 
 namespace ricochet {
 
-// What results are for papers and for other programs.
+// Export of results for papers and for other programs.
 
 /// One line per run, as CSV: every number with all its digits and NaN where there is none, nested fields joined by '_',
 /// names in snake_case. Rows of the kind that most rows have; rows that name one of them by its number ("row", as times do)

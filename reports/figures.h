@@ -12,7 +12,7 @@ struct Figure {
   nlohmann::json motion = {};  ///< the row whose motion it shows, if it is a drawing of one
 };
 
-/// Where figures are drawn: charts by gnuplot (reports/render/gnuplot.h), motions as SVG of our own.
+/// Folder into which figures are drawn: charts by gnuplot (reports/render/gnuplot.h), motions as our own SVG.
 class FigureFolder {
  public:
   /// @param with_pdf  charts are drawn as PDF, too, for a paper

@@ -6,13 +6,13 @@
 
 namespace ricochet {
 
-/// What else there is to say of a motion beside its error at the end: against a reference motion, of what bodies keep, and
-/// by law of contact. NaN where a quantity does not exist: no reference motion, no geometry, no potential, no impact.
+/// Metrics of a motion beside its final error: distance to a reference motion, conserved quantities, and residuals by law
+/// of contact. NaN if a quantity does not exist: no reference motion, no geometry, no potential, no impact.
 struct Metrics {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   bool are_known = false;  ///< false: the run was not looked at
-  std::string why_not;  ///< why it was not; of a known one, why there is no reference motion; empty where all is there
+  std::string reason;  ///< why it was not; of a known one, why there is no reference motion; empty where all is there
 
   // Against the reference motion.
   double position_error = kNone;      ///< max-norm over the time of q
@@ -26,7 +26,7 @@ struct Metrics {
   double momentum_error = kNone;      ///< Euclidean norm, linear momentum of the bodies [N s]
   double angular_momentum_error = kNone;  ///< the same about the origin [N m s]
 
-  // Of the motion itself.
+  // Metrics without a reference motion.
   double penetration = kNone;       ///< deepest, as bench/measure/penetration.h [m]
   double constraint_drift = kNone;  ///< largest |g| of bilateral constraints [m]
 
@@ -42,7 +42,7 @@ struct Metrics {
   double contact_cone = kNone;         ///< integral of W max(0, |lambda_t| - mu lambda_n) [m/s]
   double contact_dissipation = kNone;  ///< integral of |mu lambda_n |v_t| + lambda_t' v_t| [J]
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Metrics, are_known, why_not, position_error, velocity_error,
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Metrics, are_known, reason, position_error, velocity_error,
                                                 end_velocity_error, event_time_error, impulse_error, missed_events,
                                                 spurious_events, energy_error, momentum_error, angular_momentum_error,
                                                 penetration, constraint_drift, signorini, restitution, cone,

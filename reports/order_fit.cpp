@@ -40,7 +40,7 @@ Window::Window(const std::vector<const Run*>& runs) {
   }
 }
 
-/// Why so few points are in the window.
+/// States why the window has so few points.
 void explain_few_points(const Window& window, const std::vector<const Run*>& runs, ObservedOrder& order) {
   const auto& points = window.points;
   if (points.empty()) {

@@ -11,7 +11,7 @@ namespace ricochet {
 /// Observed order: the slope of log(error) over log(step length).
 ///
 /// Window rule, the same for every method, fixed before any result was seen: of the runs in order of decreasing step
-/// length, from the first behind which every error is below 0.3 % of the solution (larger errors are not asymptotic) to
+/// length, from the first after which every error is below 0.3 % of the solution (larger errors are not asymptotic) to
 /// the last before any error is below 10 times the floor, the larger of the reference's uncertainty and 1e-13 of the
 /// solution (rounding). Failed runs carry no error and are counted, not dropped in silence. Fewer than 6 points: no
 /// fit. An interval wider than +- 1 does not tell an order from the next one: no fit.
@@ -26,7 +26,7 @@ struct OrderFit {
   double upper() const { return slope + half_width; }
 };
 
-/// What the runs of a method say of its order: a fit, or why there is none.
+/// Observed order of a method: a fit, or the reason why there is none.
 struct ObservedOrder {
   std::optional<OrderFit> fit;
   std::string no_fit;  ///< in a few words, "exact to rounding"; empty with a fit

@@ -22,7 +22,7 @@ void read_null_as_nan(json& value) {
   for (json& part : value) read_null_as_nan(part);
 }
 
-/// Of what is read of the header line.
+/// Schema of the fields of the header line that are read.
 const JsonSchema& header_schema() {
   static const JsonSchema schema = JsonSchema::parse(R"~({
     "type": "object", "required": ["schema"],

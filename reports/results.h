@@ -69,8 +69,8 @@ struct Results {
   }
 };
 
-/// What a reader has to know before the numbers, a sentence each: that the run was interrupted, that its times were taken
-/// beside other work, or on different processors. Whatever shows results says it.
+/// Warnings that precede the numbers, one sentence each: an interrupted run, times measured beside other work or on
+/// different processors. Every output of results shows them.
 std::vector<std::string> warnings(const Results& results);
 
 /// The header of a results file, complete or not; an empty object of a file that is not there, or has none.

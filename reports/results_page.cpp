@@ -35,7 +35,7 @@ std::string provenance(const Results& results) {
                      environment.value("date", "unknown date"));
 }
 
-/// What a reader wants of a study, and where the rest is.
+/// Main results of a study, with links to the rest.
 std::string markdown_of(const ShownResults& shown, const fs::path& page, const fs::path& tables) {
   const Results& results = shown.results;
   std::string text = fmt::format("## {}\n\n", results.title());

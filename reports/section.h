@@ -12,8 +12,8 @@
 
 namespace ricochet {
 
-/// What a study has to say of its results, in the order in which it is read. The terminal, the page and the Markdown
-/// page of results each print of it what they have room for.
+/// Presentation of the results of a study, in reading order. The terminal, the page and the Markdown page of results each
+/// show the parts for which they have room.
 class Section {
  public:
   enum class Role {

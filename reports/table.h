@@ -23,7 +23,7 @@ struct Table {
   std::vector<std::vector<std::string>> rows;
   bool is_list = false;   ///< a terminal shows a paragraph per row: for cells that hold sentences
   bool is_whole = false;  ///< the page of results shows all rows, however many there are
-  /// Of the rows in HTML, for links to them; empty, or one per row.
+  /// Identifiers of the rows in HTML, for links to them; empty, or one per row.
   std::vector<std::string> row_ids = {};
   std::vector<std::size_t> filters = {};  ///< columns of text by whose values the site can choose rows
 
@@ -114,7 +114,7 @@ Table table_of(std::string title, const std::vector<Column<Row>>& columns, const
 /// Leaves out those columns, by their headers, of which every cell is "-", as of times where none were measured.
 Table without_empty(Table table, const std::vector<std::string>& headers);
 
-/// Of a cell: "1.2e-05"; "-" where there is no finite number.
+/// Text of a cell: "1.2e-05"; "-" for a number that is not finite.
 std::string scientific(double x, int digits = 1);
 
 /// In quotes where it needs them.

@@ -10,7 +10,7 @@ namespace ricochet {
 
 inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
-/// What a run of a hard case must keep, from the file of the cases. NaN: not required.
+/// Limits that a run of a hard case must keep, from the file of the cases. NaN: not required.
 struct CaseLimits {
   double exact = kNoNumber;        ///< error that counts as rounding, max-norm of (q, v)
   double error = kNoNumber;        ///< error that counts as accurate, the same norm
@@ -66,7 +66,7 @@ enum class CaseVerdict {
 /// @param run  of a hard case, bench/studies/hard_cases/hard_cell.h
 CaseVerdict verdict(const CaseLimits& limits, const Run& run);
 
-/// How good a verdict is, for colours and counts.
+/// Grade of a verdict, for colours and counts.
 enum class Grade { good, neutral, poor, bad };
 NLOHMANN_JSON_SERIALIZE_ENUM(
     Grade, {{Grade::bad, "bad"}, {Grade::good, "good"}, {Grade::neutral, "neutral"}, {Grade::poor, "poor"}})

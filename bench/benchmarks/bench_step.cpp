@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kSteps = 200;
 constexpr double kTolerance = 1e-6;
-constexpr double kTimeLimit = 5;  // [s] of a run, behind which it is an error
+constexpr double kTimeLimit = 5;  // [s] of a run, after which it is an error
 
 void register_all() {
   std::map<std::string, std::shared_ptr<const Problem>> problems;

@@ -9,7 +9,7 @@
 
 namespace ricochet {
 
-// What the programs of Google Benchmark have in common. Names of benchmarks are METHOD/SCENE/N or METHOD/SCENE/N/WHAT.
+// Code shared by the programs of Google Benchmark. Names of benchmarks are METHOD/SCENE/N or METHOD/SCENE/N/WHAT.
 
 /// Sets a counter. Google Benchmark writes counters beside its own fields: none is to be called iterations.
 inline void set_counter(benchmark::State& state, const std::string& name, std::int64_t value) {

@@ -113,7 +113,7 @@ ProblemChoice choice_of(const AdHocStudy& study) {
   return choice;
 }
 
-/// What a file may be called by.
+/// The text as a file name: other characters are replaced.
 std::string file_name_of(const std::string& text) {
   std::string name;
   for (const char c : text) {

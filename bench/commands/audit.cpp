@@ -93,7 +93,7 @@ std::vector<LowestGap> passed_gaps(const Problem& problem, const Motion& motion)
   return lowest;
 }
 
-/// What every motion must respect, measured at points of the motion between the steps, too.
+/// Violations of the conditions that hold for every motion, also measured between the steps.
 Table invariant_table(const Problem& problem, const Solution& solution) {
   Table table;
   table.title = "Invariants of the motion";

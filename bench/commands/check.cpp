@@ -29,7 +29,7 @@ struct CheckOptions {
   bool as_json = false, for_github = false;
 };
 
-/// What a gate holds: errors and work of methods on a grid, or counters of benchmarks.
+/// Input of a gate: errors and work of methods on a grid, or counters of benchmarks.
 using Gated = std::variant<GridResults, CounterResults>;
 
 Gated read_gated(const std::string& path) {

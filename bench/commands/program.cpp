@@ -88,7 +88,7 @@ int refuse(const CLI::App& app, const CLI::ParseError& error) {
   return 2;
 }
 
-/// What was printed is there, or the run has failed: a full disk, a reader that is gone.
+/// Exit code after flushing the output: a failure if the text could not be written (full disk, closed pipe).
 int flushed(int exit_code) {
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return exit_code;
   fmt::print(stderr, "ricochet: standard output cannot be written\n");

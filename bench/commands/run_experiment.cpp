@@ -111,7 +111,7 @@ int run_and_show(const ExperimentCommand& command) {
     }
     const ShownResults shown = shown_results(paths.back());
     print_results(shown, command.print);
-    const int here = surprises(shown.results);
+    const int here = unexpected_failures(shown.results);
     if (here > 0) fmt::print("{} rows failed unexpectedly\n\n", here);
     failed += here;
     if (!command.page.empty()) site.update(paths, paths.size() == parts.size());

@@ -141,7 +141,7 @@ MeritStudy run_merit_study(int draws) {
           impulse.push_back(m.impulse);
           for (int k = 0; k < kMerits; ++k) {
             merits[k].push_back(m.merits[k]);
-            // What moves nothing, in the null space of a redundant problem, has no distance of velocities.
+            // A change in the null space of a redundant problem moves nothing, and has no distance of velocities.
             if (m.velocity > kMoves * delta) bands.velocities[k].push_back(m.merits[k] / m.velocity);
             bands.both[k].push_back(m.merits[k] / std::max(m.velocity, m.impulse));
           }

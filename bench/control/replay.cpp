@@ -13,7 +13,7 @@
 namespace ricochet {
 namespace {
 
-// Of the largest momentum.
+// Smallest impulse of an impact, relative to the largest momentum.
 constexpr double kImpact = 1e-6;
 
 }  // namespace

@@ -18,7 +18,7 @@ constexpr const char* kDistributions =
     "log-grid:FROM:TO:PER_DECADE or values:A:B:... is required";
 constexpr int kMostPoints = 1000000;
 
-/// The numbers behind the word, "uniform:0:1". @throws InputError for anything else
+/// The numbers after the word, "uniform:0:1". @throws InputError for anything else
 std::vector<double> numbers_of(const std::string& text, const std::string& arguments) {
   std::vector<double> numbers;
   std::istringstream stream(arguments);

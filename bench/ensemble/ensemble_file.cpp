@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// What must not have changed for rows to be taken over: the ensemble, a scene file, and the program.
+/// Key of an ensemble: the ensemble, its scene file and the program. Rows are taken over while it is unchanged.
 std::string key_of(const Ensemble& ensemble) {
   const std::string& problem = ensemble.problem.problem;
   const std::string scene =
@@ -49,8 +49,8 @@ std::set<int> numbers_of_shards(const std::string& path) {
   return numbers;
 }
 
-/// Why a shard cannot be taken; empty where it can.
-std::string why_not_taken(const std::string& path, const std::string& key) {
+/// Reason why a shard cannot be merged; empty if it can.
+std::string reason_not_taken(const std::string& path, const std::string& key) {
   if (!fs::exists(path)) return "it is missing, or not complete";
   const json known = json::parse(read_text(path + ".json"), nullptr, false);
   return known.is_object() && known.value("key", "") == key ? "" : "it is of another ensemble or another program";
@@ -153,7 +153,7 @@ std::vector<std::string> complete_shards(const std::string& path, const std::str
     std::vector<std::string> paths;
     for (int number = 1; number <= of; ++number) {
       paths.push_back(shard_path(here, {number, of}));
-      const std::string reason = why_not_taken(paths.back(), key);
+      const std::string reason = reason_not_taken(paths.back(), key);
       if (reason.empty()) continue;
       if (why.empty()) first_missing = paths.back();
       if (why.empty()) why = reason;

@@ -64,11 +64,11 @@ bool measures_times(const Study& study, const json& document) {
   return study.times != Times::none && document.value("times", true);
 }
 
-/// What keeps rows from being shared as the options say; empty where nothing does.
+/// Reason why rows cannot be shared as the options require; empty if they can.
 /// @param alone  value of the option that shares nothing
 /// @param marks  by which times are allowed
-std::string why_not_shared(const Study& study, const json& document, TimesMark mark, const std::string& alone,
-                           const std::string& marks) {
+std::string reason_not_shared(const Study& study, const json& document, TimesMark mark, const std::string& alone,
+                              const std::string& marks) {
   const bool is_marked = mark != TimesMark::unspecified;
   switch (study.times) {
     case Times::none:
@@ -83,7 +83,7 @@ std::string why_not_shared(const Study& study, const json& document, TimesMark m
       return fmt::format("{}{} is required: experiments of kind {} say nothing without times", marks,
                          document.value("times", true) ? "" : ", and not --no-times,", study.kind);
     case Times::in_rows:
-    case Times::behind:
+    case Times::after:
       if (is_marked || !document.value("times", true)) return "";
       return fmt::format("--no-times is required, or {}, since runs beside each other would spoil the times", marks);
   }
@@ -94,7 +94,7 @@ std::string why_not_shared(const Study& study, const json& document, TimesMark m
 void require_shareable(const Study& study, const json& document, const RunOptions& options) {
   const auto require = [&](const std::string& option, const std::string& value, const std::string& alone,
                            const std::string& marks) {
-    const std::string reason = why_not_shared(study, document, options.times, alone, marks);
+    const std::string reason = reason_not_shared(study, document, options.times, alone, marks);
     if (!reason.empty()) throw InputError(option, value, reason);
   };
   const std::string any = "--times exclusive or --times shared";
@@ -108,15 +108,15 @@ void require_shareable(const Study& study, const json& document, const RunOption
   }
   if (!options.shard.is_all())
     require("--shard", fmt::format("{}/{}", options.shard.number, options.shard.of), "1/1", any);
-  if (!options.shards.empty() && (study.times == Times::session || study.times == Times::behind))
+  if (!options.shards.empty() && (study.times == Times::session || study.times == Times::after))
     require("--from-shards", options.shards, "one process", any);
 }
 
-/// Rows of shards, and what their headers say of their times: the merge has measured none but those behind the pieces.
+/// Rows of shards, and what their headers say of their times: the merge has measured none but those after the pieces.
 ShardRows take_shards(const RunOptions& options, const Study& study, const json& document, json& header) {
   std::vector<json> headers;
   ShardRows rows = read_shards(options.shards, header.at("experiment"), header.at("key"), headers);
-  if (!measures_times(study, document) || study.times == Times::behind) return rows;
+  if (!measures_times(study, document) || study.times == Times::after) return rows;
   TimesMark mark = options.times == TimesMark::shared ? TimesMark::shared : TimesMark::exclusive;
   std::set<std::string> processors;
   for (const json& of_shard : headers) {
@@ -128,7 +128,7 @@ ShardRows take_shards(const RunOptions& options, const Study& study, const json&
   return rows;
 }
 
-/// What a row says of a run that failed unexpectedly, as soon as it is made.
+/// Prints the failure of an unexpectedly failed run as soon as its row is made.
 void tell_failure(const Study& study, const std::string& id, const json& line) {
   if (!study.failure) return;
   if (const std::string reason = study.failure(line); !reason.empty())

@@ -20,7 +20,7 @@ bool lists_methods(const std::string& field) {
   return field == "methods" || field == "adaptive_methods" || field == "only_method";
 }
 
-/// What errors are measured against is no matter of choice.
+/// Whether a field states what errors are measured against. Such fields are never deselected.
 bool is_measure(const std::string& field) {
   return field == "reference" || field == "check";
 }

@@ -109,7 +109,7 @@ const bool fuzz_is_registered = register_study(
            throw InputError("kind", experiment.at("kind").dump(), "`ricochet fuzz` draws the scenes of this kind");
          },
      .show = show_fuzz,
-     .surprises = {}});
+     .unexpected_failures = {}});
 
 }  // namespace
 }  // namespace ricochet

@@ -20,7 +20,7 @@ struct FuzzResult {
 
   bool succeeded() const { return status == "success"; }
   bool is_killed_or_crashed() const { return status == "killed" || status == "crashed"; }
-  /// Why it did not succeed, without numbers and names of contacts, so that equal reasons are counted together.
+  /// Reason of the failure, without numbers and names of contacts, so that equal reasons are counted together.
   std::string reason_class() const;
   /// The command that repeats the run.
   std::string command(const std::string& scene_file) const;

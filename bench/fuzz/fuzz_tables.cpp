@@ -59,7 +59,7 @@ std::string FuzzResult::reason_class() const {
   std::string text = std::regex_replace(message, name, "C");
   text = std::regex_replace(text, number, "#");
   text = std::regex_replace(text, count, "");
-  // Where and in which step is no part of why.
+  // Time and step are no part of the reason.
   static const std::regex place(R"(^(from )?(step # of #, from )?t = # s(, with a step of # s)?: )");
   text = std::regex_replace(text, place, "");
   return fmt::format("{}: {}", status, text.substr(0, 160));

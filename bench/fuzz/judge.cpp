@@ -194,7 +194,7 @@ class Judge {
       result.error = kConfirming * size_of(result);
   }
 
-  /// How far another answer is from this one; 0 where there is none.
+  /// Distance between two answers; 0 if there is no other.
   static double change(const FuzzResult& result, const FuzzResult& other) {
     return other.succeeded() ? distance(result, other) : 0;
   }

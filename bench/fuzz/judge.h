@@ -61,7 +61,7 @@ struct JudgeOptions {
 ///
 /// One of them that fails then keeps its answer with d = 1e-2 s.
 ///
-/// What the motion makes of small changes is measured, too: a, c and e run with forces disturbed by +-1e-9 of g, and K is
+/// The sensitivity of the motion to small changes is measured, too: a, c and e run with forces disturbed by +-1e-9 of g, and K is
 /// the largest change of x, by a disturbance or by the tolerance 1e-12 in place of 1e-10. Of the three K the smallest
 /// counts, since a method that is wrong may be so in one run and not in the next, and must not be its own excuse:
 ///

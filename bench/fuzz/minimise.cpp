@@ -52,7 +52,7 @@ ordered_json without_friction(ordered_json scene, std::size_t i) {
   return scene;
 }
 
-/// Coordinate k keeps its initial value, and those behind it move up. Contacts that touch no other one go, too.
+/// Coordinate k keeps its initial value, and those after it move up. Contacts that touch no other one go, too.
 ordered_json without_coordinate(ordered_json scene, std::size_t k) {
   const std::string q0 = scene["q0"][k];
   static const std::regex component(R"(([qv])\[(\d+)\])");

@@ -32,7 +32,7 @@ class SceneDraw {
   std::string restitution(const std::string& name);
   /// A distance that is open: 0, touching, with the given chance, else up to `high`.
   std::string clearance(const std::string& name, double high, int percent_touching = 15);
-  /// Of either sign: 0 with 12 %.
+  /// A velocity of either sign; 0 with a probability of 12 %.
   std::string velocity(const std::string& name, double high);
 
   // Equations. Expressions are texts in the parameters, q(k) and v(k).
@@ -77,7 +77,7 @@ class SceneDraw {
   /// The parameters unit_length and unit_time are L and T, by which the judge takes the answers back.
   void change_units(int mass, int length, int time);
 
-  /// What was said so far, as a scene file.
+  /// The scene drawn so far, as a scene file.
   nlohmann::ordered_json scene(const std::string& id, const std::string& title) const;
 
  private:

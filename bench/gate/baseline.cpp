@@ -106,7 +106,7 @@ void check_fields(const json& row, const std::string& path, std::size_t line) {
   }
 }
 
-/// What no results can be held against.
+/// Rejects results that cannot serve as a baseline.
 void check_is_baseline(const GridResults& results, const std::string& what) {
   const auto refuse = [&](const Run& record, const std::string& reason) {
     throw InputError(fmt::format("{}:{}: {} at {}: {}", what, results.line_of(record), record.method,

@@ -79,7 +79,7 @@ void hold_counters(const Pair& pair, GateLine& line) {
   hold("detected events", pair.then->detected_events, pair.now->detected_events, false);
 }
 
-/// Why the results have no error that could be held; empty when they have one, or need none.
+/// Reason why the results have no error to compare; empty if they have one, or need none.
 std::string why_no_error(const Pair& pair) {
   const Run& now = *pair.now;
   if (now.error < 0 || std::isinf(now.error)) return fmt::format("error {}: a number >= 0 is required", now.error);
@@ -88,8 +88,8 @@ std::string why_no_error(const Pair& pair) {
   return {};
 }
 
-/// What was not carried out whole has no work, residual or error to hold.
-std::string why_not_whole(const Run& now) {
+/// Reason why a run is incomplete, and has no work, residual or error to compare; empty for a complete run.
+std::string reason_incomplete(const Run& now) {
   const auto counted = now.counters.steps;
   const bool is_whole = is_error_controlled(now) ? counted > 0 : counted == now.setting.steps;
   if (is_whole) return {};
@@ -97,7 +97,7 @@ std::string why_not_whole(const Run& now) {
                                   : fmt::format("success with {} of {} steps", counted, now.setting.steps);
 }
 
-/// Whether both were measured with the same reference.
+/// Reason why two errors belong to different references; empty if the reference is the same.
 std::string why_other_reference(const Pair& pair) {
   const double size = pair.now->solution_size, size_then = pair.then->solution_size;
   if (!(std::abs(size - size_then) <= GateRules::kSizeTolerance * size_then))
@@ -118,7 +118,7 @@ void hold_run(const Pair& pair, double then_at_coarser_tolerance, GateLine& line
       line.add(GateVerdict::worse, fmt::format("succeeded in the baseline, now {}: {}", now.status, now.message));
     return;
   }
-  if (const auto reason = why_not_whole(now); !reason.empty()) return line.add(GateVerdict::not_compared, reason);
+  if (const auto reason = reason_incomplete(now); !reason.empty()) return line.add(GateVerdict::not_compared, reason);
   if (const auto reason = why_no_error(pair); !reason.empty()) return line.add(GateVerdict::not_compared, reason);
   if (!then.succeeded()) return line.add(GateVerdict::better, "failed in the baseline, now succeeds");
   if (pair.have_errors()) {
@@ -137,7 +137,7 @@ std::string method_of(const Run& run) {
   return run.instead_of.empty() ? run.method : fmt::format("{} in place of {}", run.method, run.instead_of);
 }
 
-/// Of the runs of a method that succeed in both.
+/// Comparison of all runs of a method that succeed in baseline and results.
 class MethodGate {
  public:
   explicit MethodGate(std::string method) : method_(std::move(method)) {}

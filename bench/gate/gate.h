@@ -81,7 +81,7 @@ struct GateReport {
 /// @throws InputError for results of another experiment, or a quick run held against a whole one
 GateReport hold_against(const GridResults& baseline, const GridResults& results);
 
-/// What tells two runs of results apart: method, steps, tolerance, in place of which method.
+/// Identity of a run in its results: method, steps, tolerance, and the method that it stands in for.
 using GateKey = std::tuple<std::string, int, double, std::string>;
 GateKey key_of(const Run& record);
 

@@ -8,7 +8,7 @@
 
 namespace ricochet {
 
-// What a gate found, for people and for machines. All of these are texts; the command writes them where they belong.
+// Findings of a gate, for people and for machines. All of these functions return text; the command writes the files.
 
 /// A line per finding and one that sums up.
 std::string gate_text(const GateReport& report);

@@ -11,10 +11,10 @@ struct Allocations {
   std::int64_t peak = 0;  ///< bytes that lived at the same time, at most, above those before
 };
 
-/// Whether this program counts allocations: one with bench/measure/malloc/counting_malloc.cpp in it does.
+/// Whether this program counts allocations, which requires bench/measure/malloc/counting_malloc.cpp.
 bool counts_allocations();
 
-/// Of one call in this thread. @throws std::logic_error in a program that does not count them
+/// Allocations of one call in this thread. @throws std::logic_error in a program that does not count them
 Allocations allocations_of(const std::function<void()>& work);
 
 /// Heap that lives at the same time in a run, at most, above what was taken before [bytes]. It differs a little from process

@@ -4,7 +4,7 @@
 
 namespace ricochet {
 
-/// What a measurement must be read with: git revision, compiler and flags, library versions, processor, frequency
+/// Conditions of a measurement: git revision, compiler and flags, library versions, processor, frequency
 /// scaling, date.
 nlohmann::json environment();
 

@@ -19,8 +19,8 @@
 
 namespace ricochet {
 
-/// Why the method of a `spec` is not in this program, "libode-dev not found"; empty where it is, or where no such method
-/// is known.
+/// Reason why this program was built without the method of a `spec`, "libode-dev not found"; empty if it contains the
+/// method, or if the method is unknown.
 std::string reason_not_built(const std::string& spec);
 
 /// A setting of the kind that the method takes.
@@ -34,15 +34,15 @@ void require_kind_of_setting(const Method& method, const std::string& steps, con
 /// A run with problem, method and setting; a method that is not built has the status of its result, too.
 Run planned_run(const ProblemChoice& choice, const std::string& method, const Setting& setting);
 
-/// What a run is compared with, and how much of it is measured.
+/// Problem, reference and extent of a measurement.
 struct Measurement {
   const Problem& problem;
   const reference::Reference* reference = nullptr;  ///< null: the run has no error
   const ReferenceMotion* motion = nullptr;          ///< null: the run has no metrics
   Recording recording = Recording::events;
-  double time_limit = 0;       ///< wall time [s]; 0: none
+  double time_limit = 0;        ///< wall time [s]; 0: none
   int most_audited_steps = -1;  ///< longer runs are not audited; -1: none is
-  /// Relative change of a variable for sensitivities by differences (solve_with_differences); 0: as
+  /// Relative change of a variable for sensitivities by differences (solve_with_differences); 0: sensitivities by
   /// solve_with_sensitivities().
   double change = 0;
 

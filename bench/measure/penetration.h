@@ -5,7 +5,7 @@
 
 namespace ricochet {
 
-/// How deep q is in a unilateral contact [m]: the largest -g, 0 when all gaps are open.
+/// Deepest penetration of a unilateral contact at q [m]: the largest -g, 0 when all gaps are open.
 double penetration(const Problem& problem, const Vector& q);
 
 /// The deepest of a motion, at the ends of its pieces and at Chebyshev points between, since a step that begins and ends

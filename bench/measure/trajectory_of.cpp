@@ -11,7 +11,7 @@
 namespace ricochet {
 namespace {
 
-// Of a picture: more points than pixels in a line show nothing.
+// Numbers of points in a picture: a line with more points than pixels shows nothing more.
 constexpr std::size_t kPoints = 2000, kPointsOfAPiece = 96;
 
 }  // namespace
@@ -66,7 +66,7 @@ std::string trajectory_csv(const Problem& problem, const Solution& solution, int
   times.insert(solution.t);
   for (const double t : times) {
     if (events.contains(t)) add(t, Motion::Side::before);
-    add(t, Motion::Side::behind);
+    add(t, Motion::Side::after);
   }
   return text;
 }

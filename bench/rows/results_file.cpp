@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// Whether rows with this header are as good as those that are asked for: exclusive times are those of exclusive runs.
+/// Whether rows with this header can serve as the requested ones: exclusive times require exclusive runs.
 bool is_as_good(const json& header, const json& asked) {
   const bool has_times = times_mark(asked) != TimesMark::exclusive || times_mark(header) == TimesMark::exclusive;
   return header.value("key", "") == asked.at("key") && has_times;
@@ -43,7 +43,7 @@ void keep_aside(const fs::path& path) {
   fs::rename(path, aside);
 }
 
-/// The complete lines of an interrupted run behind its header.
+/// The complete lines of an interrupted run after its header.
 std::vector<std::pair<std::string, json>> taken_lines(const std::string& partial) {
   std::vector<std::pair<std::string, json>> lines;
   std::ifstream file(partial);
@@ -117,8 +117,8 @@ void ResultsFile::open() {
   if (error) throw InputError("results folder", folder.string(), error.message());
   lock();
   if (fs::exists(path_)) keep_aside(path_);
-  // What is taken over is whole in a file of its own before the old one goes: an interruption here loses no row. An
-  // unfinished run of another program is no more.
+  // Rows are copied to a file of their own before the old file is removed: an interruption loses no row. Rows of another
+  // program are discarded.
   const std::string fresh = partial_ + ".new";
   const int fresh_lock = locked(fresh);
   file_.open(fresh, std::ios::trunc);

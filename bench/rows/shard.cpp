@@ -43,7 +43,7 @@ std::map<int, Division> divisions_in(const std::string& folder, const std::strin
   return divisions;
 }
 
-/// What keeps a division from being merged.
+/// Names the missing shards of a division, which prevent a merge.
 std::string lacks_of(const Division& division, int of) {
   std::vector<int> missing;
   for (int number = 1; number <= of; ++number) {

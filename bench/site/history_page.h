@@ -7,8 +7,8 @@
 
 namespace ricochet {
 
-/// What changed in the program commit by commit, from the folder that ./run history writes (bench/history/make_history).
-/// @throws InputError where there is no history in it, or a damaged one
+/// Changes of the program commit by commit, from the folder that ./run history writes (bench/history/make_history).
+/// @throws InputError if the folder contains no history, or a damaged one
 SitePage history_page(const std::string& folder);
 
 /// The same as a list: none for an empty name of a folder.

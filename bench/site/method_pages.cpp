@@ -39,7 +39,7 @@ class RowsByMethod {
   std::map<std::string, std::vector<Row>> rows_;
 };
 
-/// What pages of methods show of the results of a site.
+/// Results that pages of methods show.
 struct MethodResults {
   RowsByMethod<CheckRow> checks;
   RowsByMethod<HardCell> hard_cases;

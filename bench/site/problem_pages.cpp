@@ -81,8 +81,8 @@ std::string equations_html(const SymbolicModel& model) {
   return html;
 }
 
-/// What the file of the scene says of it. Where the page has its formulas, with the indices of scene files, the words
-/// alone: the sketch and the equations of the file have names of their own.
+/// Description of the scene in its source file. If the page shows formulas, whose indices are those of scene files, only
+/// the text is included: sketch and equations of the source file use other names.
 std::string statement_html(const SceneEntry& scene, bool has_formulas) {
   const auto statement = statement_of(scene);
   if (!statement || statement->text.empty()) return "";
@@ -95,7 +95,7 @@ std::string statement_html(const SceneEntry& scene, bool has_formulas) {
   return html + fmt::format("<p class=\"links\">From {}</p>\n", escape_html(statement->file));
 }
 
-/// Of a scene of any number of bodies (assembled_problem.h).
+/// Equations of a scene with any number of bodies (assembled_problem.h).
 std::string assembled_equations_html() {
   return site_heading("Equations", "equations") +
          tex_line(
@@ -226,7 +226,7 @@ std::string methods_html(const ProblemInfo& info) {
   return table_of("Which methods can run it", columns, lines).html();
 }
 
-/// What the results of a site say of problems, read once.
+/// Results that pages of problems show, read once.
 struct ProblemResults {
   /// The runs of each results file that has some, by problem; scenes of `fastest` have names of their own.
   std::vector<std::map<std::string, std::vector<FastestRun>>> competitions;

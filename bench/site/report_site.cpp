@@ -12,7 +12,7 @@
 namespace ricochet {
 namespace {
 
-/// How to cite: this program, and what each method is from.
+/// Page with the citations of this program and of the source of each method.
 SitePage citation_page() {
   SitePage page{.folder = "", .id = "cite", .title = "To cite", .label = "To cite", .html = ""};
   page.html = fmt::format(

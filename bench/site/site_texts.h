@@ -9,7 +9,7 @@
 
 namespace ricochet {
 
-// What the source tree says of methods and scenes, collected when the program is built (collect_texts).
+// Texts about methods and scenes from the source tree, collected when the program is built (collect_texts).
 
 struct SourceText {
   std::string file;  ///< "methods/time_stepping/moreau_jean.cpp"

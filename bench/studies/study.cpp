@@ -62,9 +62,9 @@ ShownResults shown_results(const std::string& path) {
   return shown;
 }
 
-int surprises(const Results& results) {
+int unexpected_failures(const Results& results) {
   const Study& study = study_of(results);
-  return study.surprises ? study.surprises(results) : 0;
+  return study.unexpected_failures ? study.unexpected_failures(results) : 0;
 }
 
 }  // namespace ricochet

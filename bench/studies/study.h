@@ -11,12 +11,12 @@
 
 namespace ricochet {
 
-/// Where a study has times, which runs beside each other would spoil. But for the last, its rows are made by
-/// ResultsFile::pieces() or sessions().
+/// Part of the results that contains CPU times, which simultaneous runs would spoil. The rows of all but the last are
+/// made by ResultsFile::pieces() or sessions().
 enum class Times {
   none,     ///< nowhere
   in_rows,  ///< in rows that say something else, too: where "times" of the experiment is false, they are NaN
-  behind,   ///< in rows behind the pieces, of one session, which are left out where "times" is false
+  after,    ///< in rows after the pieces, of one session, which are left out where "times" is false
   always,   ///< in rows that say nothing without them
   session   ///< in all rows, which are made in one session, since that alone can compare them
 };
@@ -48,14 +48,14 @@ struct Study {
   /// @throws InputError for damaged rows
   std::function<void(const Results& results, Section& section)> show;
 
-  /// What is said of a row as soon as it is made, where it failed unexpectedly; empty elsewhere.
+  /// Message about an unexpectedly failed row, printed as soon as it is made; empty for other rows.
   std::function<std::string(const nlohmann::json& line)> failure = {};
 
-  /// How many rows failed that the experiment does not expect to fail. Empty: none is a surprise.
-  std::function<int(const Results& results)> surprises;
+  /// Number of rows that failed unexpectedly. Empty: every failure is expected.
+  std::function<int(const Results& results)> unexpected_failures;
 };
 
-/// Of an experiment file without "kind".
+/// Study of an experiment file without "kind".
 inline constexpr const char* kDefaultStudy = "method_grid";
 
 /// Called once in the folder of each study.
@@ -77,6 +77,6 @@ Results read_any_results(const std::string& path);
 ShownResults shown_results(const std::string& path);
 
 /// Failed rows of results that were not expected to fail.
-int surprises(const Results& results);
+int unexpected_failures(const Results& results);
 
 }  // namespace ricochet

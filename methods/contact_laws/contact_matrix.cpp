@@ -10,7 +10,7 @@ void ContactMatrix::begin(int n_contacts, int n_rows) {
   n_rows_ = n_rows;
   is_dense_ = n_contacts <= kMaxDenseContacts;
   if (!is_dense_) return entries_.clear();
-  // A dense matrix keeps its largest size, with an identity behind the problem: sizes that change would allocate.
+  // A dense matrix keeps its largest size, with an identity after the problem: sizes that change would allocate.
   const int size = std::max(n_rows, static_cast<int>(dense_.rows()));
   if (dense_.rows() != size) {
     dense_.resize(size, size);

@@ -73,7 +73,7 @@ struct ContactScale {
   double velocity = 0, impulse = 0;
 };
 
-/// The largest |b| and |G_kk r_k|, and the impulse behind it.
+/// The largest |b| and |G_kk r_k|, and the impulse after it.
 ContactScale scale_of(const ContactProblem& problem, const Vector& r);
 
 /// E = max_j |b_j| / sqrt(g_j), g_j the largest G_kk of a contact: the root of an energy, which all units share.

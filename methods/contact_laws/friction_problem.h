@@ -11,7 +11,7 @@
 
 namespace ricochet {
 
-/// The contact laws at one instant, for impulses or for forces. r_n^i, r_t^i are impulses and w the velocities behind
+/// The contact laws at one instant, for impulses or for forces. r_n^i, r_t^i are impulses and w the velocities after
 /// them, or r forces and w accelerations:
 ///
 ///   w = G r + b                                                                         (1)

@@ -24,7 +24,7 @@ struct ExplorationResult {
 /// independent normal distributions about the guess, run each sample (rollout.h), take mean and spread of the best for
 /// the next round.
 ///
-/// A plant at rest behind dry friction does not answer to a small change of its controls: there a guess without motion
+/// A plant at rest after dry friction does not answer to a small change of its controls: there a guess without motion
 /// is a local solution, and a homotopy has to invent the contacts out of what its relaxation allows and the plant does
 /// not. Rollouts obey the plant.
 ///

@@ -46,7 +46,7 @@ class Transcription {
   /// Reads the motion out of a solution x.
   virtual ControlTrajectory trajectory(const Vector& x) const = 0;
   /// Takes these controls, and the motion under them as the pivoting solver finds it, for the guess of everything.
-  /// @param u  n_u x N. @return its status; what lies behind a failure keeps the plain guess
+  /// @param u  n_u x N. @return its status; what lies after a failure keeps the plain guess
   Status guess_from_simulation(const Matrix& u);
   /// The same with the problem's guess of the control.
   Status guess_from_simulation();
@@ -80,7 +80,7 @@ class Transcription {
 
   /// Is called before the initial state is added.
   void begin_sections();
-  /// Is called behind the initial state and behind every interval. @param end  its last point
+  /// Is called after the initial state and after every interval. @param end  its last point
   void end_section(const ContactEquations::Point& end);
 
   /// Variables of every interval's control.

@@ -53,8 +53,8 @@ struct StageWorkspace {
 ///   slip+, slip-     lambda_t,j = -+mu lambda_n,j                                                           (7b)
 ///   slip in space    0 = lambda_t,j + mu lambda_n,j v_t,j / ||v_t,j||,   v_t = J_t' v                       (7c)
 ///
-/// Where slip in space starts from rest, v_t is zero, and its direction in (7c) has no derivative, which Newton's method
-/// needs. The direction of the force has a derivative. In
+/// When slip in space starts from rest, v_t is zero. The direction of v_t in (7c) then has no derivative, which Newton's
+/// method needs. The direction of the force has a derivative. In
 ///
 ///   0 = ||lambda_t,j|| - mu lambda_n,j,   0 = l_perp' v_t,j / h,   l = lambda_t,j / ||lambda_t,j||            (7d)
 ///

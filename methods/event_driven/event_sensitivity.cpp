@@ -197,7 +197,7 @@ std::optional<std::string> EventSensitivity::reach(const DetectedEvent& event, c
       const Vector J_n = problem_.normal_jacobian(q).col(i);
       const double acceleration = J_n.dot(a) + problem_.gap_acceleration_bias(q, v)[i];
       if (rate * rate <= 2 * acceleration * kGrazing * scales_.nearly_touching(i))
-        return fmt::format("contact '{}' grazes, and the motion behind it has no derivative", contact.name);
+        return fmt::format("contact '{}' grazes, and the motion after it has no derivative", contact.name);
       break;
     }
     case SwitchKind::slip_stops:

@@ -16,7 +16,7 @@ struct ClientFailure : std::runtime_error {
 };
 
 /// A program of somebody else that reads lines and answers each with a line. It is started by the shell when it is
-/// first asked, stays alive between questions, and is started again behind a failure. For one thread at a time; a fork
+/// first asked, stays alive between questions, and is started again after a failure. For one thread at a time; a fork
 /// of this process has a client of its own.
 class ClientProcess {
  public:

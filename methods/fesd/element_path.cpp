@@ -77,7 +77,7 @@ ElementPath::ElementPath(const ButcherTableau& tableau)
       from_velocities_(from_velocities(points_).transpose()),
       values_(Vector::Zero(from_positions_.rows())) {}
 
-/// @return behind the values of the points
+/// @return after the values of the points
 double* ElementPath::set_points(const Vector& left, const Matrix& stages, const Vector& right, int k) {
   double* value = values_.data();
   for (const Point& point : points_)

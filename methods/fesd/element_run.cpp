@@ -17,7 +17,7 @@ constexpr int kMaxSwitchesInTurn = 4;
 constexpr double kShortestGuess = 1e-3, kShortestRefutation = 1e-12;
 // Lengths at which a switch function is sampled when Newton's method misses its root.
 constexpr int kBracketSamples = 16;
-// Of the regula falsi behind them, and the relative width at which it ends.
+// Of the regula falsi after them, and the relative width at which it ends.
 constexpr int kMaxBracketSteps = 60;
 constexpr double kBracketWidth = 1e-12;
 // Lengths of the element before that its stage polynomials are continued over.
@@ -383,7 +383,7 @@ double ElementRunSolver::switch_value(int first, int count, const Switch& end, d
 /// lengths of the run, then regula falsi (Illinois variant). Leaves the run solved for that length.
 bool ElementRunSolver::bracket_switch(int first, int count, const Switch& end, double remaining) {
   if (properties(end.kind).needs_force && tableau_.right_end.size() == 0) return false;
-  // Slip in space has no solution behind the switch that could bracket it.
+  // Slip in space has no solution after the switch that could bracket it.
   if (buffers_.element(first).modes[end.contact] == ContactMode::slip) return false;
 
   double low = 0, high = 0, at_low = 0, at_high = 0;

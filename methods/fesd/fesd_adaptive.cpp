@@ -138,7 +138,7 @@ AdaptiveRun::Next AdaptiveRun::judge(const Attempt& attempt, const PivotingSolve
       std::clamp(kSafety * std::pow(std::max(error, 1e-300), exponent_), kMaxShrinking, kMaxGrowth);  // (4)
   if (error > 1 && can_be_shorter) {
     // A bounce that cannot be followed is closed, and its velocity is an error that no shorter step loses. The motion
-    // behind it has to be as accurate as elsewhere.
+    // after it has to be as accurate as elsewhere.
     const bool was_refused = closed.throughout && rest_speed() == 0;
     const bool is_of_motion = error * settings_.tolerance > kClosingErrors * closed.speed;
     if (was_refused && is_of_motion && ++refusals_ <= kMaxRefusals) return repeat_with(0.2 * H);

@@ -494,8 +494,8 @@ void FesdAudit::add_impulses(const View& at) {
   const auto law = problem_.info().impact_law.hypothesis;
   const bool may_gain = law == ImpactHypothesis::poisson || law == ImpactHypothesis::routh;
   if (!at.obeys_newton && !may_gain) {  // each of its impacts loses energy, and none is left to come
-    const double before = at.v_minus.dot(at.M * at.v_minus), behind = e.v0.dot(at.M * e.v0);
-    report(FesdCondition::impulse_restitution, std::max(behind - before, 0.0), before + behind, -1);
+    const double before = at.v_minus.dot(at.M * at.v_minus), after = e.v0.dot(at.M * e.v0);
+    report(FesdCondition::impulse_restitution, std::max(after - before, 0.0), before + after, -1);
   }
   for (const int i : problem_.info().unilateral) {
     const double gap = at.left_gaps[i], L = gap_size_[i], size = impulse_size(at, i);

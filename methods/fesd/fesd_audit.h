@@ -43,7 +43,7 @@ class FesdAudit {
     Vector v_minus, Lambda_n;  ///< there
     Vector left_gaps, right_gaps;
     Matrix accelerations, gaps;  ///< at the stages; n_q x n_s, n_c x n_s
-    double momentum;             ///< size of those before and behind the left end
+    double momentum;             ///< size of those before and after the left end
     bool obeys_newton;           ///< one impact at most, by Newton's law
     bool forces_jump;            ///< at the left end, whatever switches there
   };

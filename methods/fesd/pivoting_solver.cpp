@@ -43,7 +43,7 @@ unsigned elastic_bounces(const Alternatives& alternatives, const ProblemInfo& in
   return set;
 }
 
-/// The largest normal velocity behind a bounce that the set closes, among those that are combined.
+/// The largest normal velocity after a bounce that the set closes, among those that are combined.
 double fastest_closed(const Alternatives& alternatives, unsigned set) {
   double speed = 0;
   for (std::size_t k = 0; k < std::min(alternatives.size(), kMaxCombined); ++k) {
@@ -318,7 +318,7 @@ bool PivotingSolver::split_unpinned(int element, int m, int count, const Violati
   return is_feasible(feasible);
 }
 
-/// (e): searches the rest of the step behind m elements that are solved.
+/// (e): searches the rest of the step after m elements that are solved.
 bool PivotingSolver::continue_after(int element, int m, double remaining, int elements_left) {
   FesdStep& step = buffers_.step();
   const double rest = remaining - m * step.elements[element].h;

@@ -7,7 +7,7 @@
 namespace ricochet {
 
 /// Adds the events and, on Recording::grid, the grid points of a step. @param previous  the one before it, or null;
-/// @param t  its start [s]; @param sensitivity  behind the step, or null
+/// @param t  its start [s]; @param sensitivity  after the step, or null
 void record_step(const Problem& problem, Recording recording, const FesdStep& step, const FesdStep* previous, double t,
                  const Sensitivity* sensitivity, Solution& solution);
 

@@ -39,7 +39,7 @@ struct StepFailure {
 /// What the search for one step keeps of its refuted predictions.
 struct SearchFailures {
   StepFailure first;    ///< of the natural prediction, without a switch
-  StepFailure deepest;  ///< behind as many switches as the search got
+  StepFailure deepest;  ///< after as many switches as the search got
 
   void note(const StepFailure& failure);
 };

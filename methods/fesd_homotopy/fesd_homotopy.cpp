@@ -1,7 +1,7 @@
 // FESD-J as published: the equations of a step are a program with complementarity constraints, solved by homotopy.
 //
 // The unknowns x of a step of length H are those of its finite elements: each has its length h_n, the impulse Lambda_n,
-// Lambda_t and the velocity v_0 behind it at its left end, and at its stages j positions, velocities, accelerations and
+// Lambda_t and the velocity v_0 after it at its left end, and at its stages j positions, velocities, accelerations and
 // forces, with
 //
 //   q_j = q_0 + h_n sum_k a_jk v_k,   v_j = v_0 + h_n sum_k a_jk w_k                                        (1)

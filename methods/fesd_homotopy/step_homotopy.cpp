@@ -96,7 +96,7 @@ void StepHomotopy::accept() {
   ++n_steps_;
   FesdStep& step = steps_[current_];
   step.touches = true;
-  // What a relaxation leaves of an impulse where the gap is open; nothing behind a crossover.
+  // What a relaxation leaves of an impulse where the gap is open; nothing after a crossover.
   for (int n = 0; n < step.n_elements; ++n) {
     const Vector gap = problem_.gap(step.elements[n].q0);
     for (int i = 0; i < info_.n_c(); ++i) {

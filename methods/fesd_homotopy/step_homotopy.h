@@ -29,7 +29,7 @@ class StepHomotopy {
   enum class Guess {
     cold,       ///< the state at the step's start, everywhere
     ballistic,  ///< the motion (1)
-    pivoting,   ///< the step of the pivoting solver; ballistic behind a step where that has failed
+    pivoting,   ///< the step of the pivoting solver; ballistic after a step where that has failed
   };
 
   struct Options {

@@ -27,7 +27,7 @@ namespace ricochet {
 /// stage forces (open question 2 in fesd/DIFFERENCES.md), and an optimisation finds that out.
 ///
 /// On a curve (1)-(4) leave a velocity of O(h^n_s) across a closed contact. As in the simulation (end_projection.h,
-/// (10)) impulses P of either sign take it away at the right end, v_1 behind them and v_ns before,
+/// (10)) impulses P of either sign take it away at the right end, v_1 after them and v_ns before,
 ///
 ///   0 = M(q_1) (v_1 - v_ns) - J_n P,   P = p+ - p-,   0 <= p+ + p-  _|_  sum_j y_j >= 0                    (10)
 ///   J_n' v_1 = r+ - r-,   0 <= r+ + r-  _|_  sum_j lambda_n,j >= 0                                        (11)
@@ -84,7 +84,7 @@ class FesdEquations final : public ContactEquations {
   /// A finite element.
   struct ElementVariables {
     int h = -1;
-    Point left;  ///< v is v_0, behind an impact
+    Point left;  ///< v is v_0, after an impact
     std::vector<int> v_minus;
     std::vector<int> Lambda_n, s_plus, s_minus;
     std::vector<int> z_plus, z_minus;                      ///< of (9)

@@ -231,7 +231,7 @@ class ArkStep final : public reference::SundialsIntegrator {
 ///
 ///   t <- t - g / g'                                                                                     (9)
 ///
-/// then the laws of an instant give the velocities and modes behind it, and ARKODE starts anew.
+/// then the laws of an instant give the velocities and modes after it, and ARKODE starts anew.
 class ArkodeWithEvents final : public EventLocatedMethod {
  public:
   explicit ArkodeWithEvents(const MethodSpec& spec) : ArkodeWithEvents(spec, choice_of(spec)) {}

@@ -13,7 +13,7 @@ namespace {
 ///
 ///   sum_{i=0}^k1 alpha_{n,i} y_{n-i} + h_n sum_{i=0}^k2 beta_{n,i} y_{n-i}' = 0          (6)
 ///
-/// At events, which its root finding locates, the laws of an instant give what is behind, and CVODE starts anew.
+/// At events, which its root finding locates, the laws of an instant give what is after, and CVODE starts anew.
 class CvodeWithEvents final : public EventLocatedMethod {
  public:
   explicit CvodeWithEvents(const MethodSpec& spec) : CvodeWithEvents(spec, uses_adams(spec)) {}

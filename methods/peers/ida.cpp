@@ -15,7 +15,7 @@ using reference::StepEnd;
 ///
 ///   0 = F(y, y') = y' - f(y)                                                             (6)
 ///
-/// with the contact forces eliminated by (5) of reference/contact_dynamics.h. At t_n, with k steps behind it, y' is the
+/// with the contact forces eliminated by (5) of reference/contact_dynamics.h. At t_n, with k steps before it, y' is the
 /// derivative of a polynomial through them,
 ///
 ///   sum_{i=0}^k alpha_{n,i} y_{n-i} = h_n y_n'                                           (7)

@@ -6,7 +6,7 @@
 //
 //   h_min = T max(N^-p, 1e-10)                                                               (6)
 //
-// and a step of that length is taken as it is, with order 1. Behind it parts of the step double, up to its end, which
+// and a step of that length is taken as it is, with order 1. After it parts of the step double, up to its end, which
 // is always a point of the grid k h. So an impact is known to O(h^p), and the order is p through impacts, too.
 //
 // Source: Acary, Higher order event capturing time-stepping schemes, Appl. Numer. Math. 62 (2012) 1259-1275; extrapolation
@@ -57,7 +57,7 @@ class EventCapturing final : public TimeSteppingMethod {
     SwitchingRun run(problem, settings, solver_, observer_, shortest);
     const int rows = order_ + (run.table().is_affine() ? 0 : 1);
     int step = 0;
-    double length = 0;  // modes are known behind a single step
+    double length = 0;  // modes are known after a single step
     return run.run([&] {
       const double end = step + 1 == settings.steps ? T : (step + 1) * h;
       if (length <= run.least()) {

@@ -118,7 +118,7 @@ Solution ExtrapolatedMoreau::do_solve(const Problem& problem, const Settings& se
   OrderControl control(0.01 * T * std::sqrt(tolerance), order_);
   // Bisection for a switch: it is before `switched`, and the next step no longer than `limit`.
   constexpr double kNone = std::numeric_limits<double>::infinity();
-  double switched = kNone, limit = 0;  // modes are known behind a step
+  double switched = kNone, limit = 0;  // modes are known after a step
 
   const auto pass_switch = [&] {
     switched = limit = kNone;

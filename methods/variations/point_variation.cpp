@@ -9,7 +9,7 @@
 namespace ricochet {
 namespace {
 
-/// A slip velocity behind an impulse that counts as none, as part of the velocities that cancel in it.
+/// A slip velocity after an impulse that counts as none, as part of the velocities that cancel in it.
 constexpr double kNoSlip = 1e-12;
 /// A difference of fourth order takes steps of this part of the state: its error and rounding are both of 1e-12.
 constexpr double kFourthOrderStep = 1e-3;
@@ -183,7 +183,7 @@ void PointVariation::through_impulse(const Numbering& acts, const Impulse& impul
   const Eigen::Index columns = dq.cols();
   const Matrix before = direct_of_velocities(q, v_minus).leftCols(columns),
                without = direct_of_velocities(q, v).leftCols(columns),
-               behind = varied_.rows(q, v, jump, Lambda_n, Lambda_t).leftCols(columns);
+               after = varied_.rows(q, v, jump, Lambda_n, Lambda_t).leftCols(columns);
   const Matrix M = problem_.mass_matrix(q), J_n = problem_.normal_jacobian(q);
   Rows rows;
   rows.reset(acts.size, n_q_, columns);
@@ -192,7 +192,7 @@ void PointVariation::through_impulse(const Numbering& acts, const Impulse& impul
   problem_.contact_force_derivative(q.data(), Lambda_n.data(), Lambda_t.data(), J_q.data());
   rows.q.topRows(n_q_) = M_q - J_q;  // (1)
   rows.v.topRows(n_q_) = M;
-  rows.theta.topRows(n_q_) = (behind - without).topRows(n_q_) - M * dv;
+  rows.theta.topRows(n_q_) = (after - without).topRows(n_q_) - M * dv;
   add_force_columns(acts, q, rows);
   for (std::size_t k = 0; k < acts.contacts.size(); ++k) {
     const auto& [i, row] = acts.contacts[k];
@@ -201,9 +201,9 @@ void PointVariation::through_impulse(const Numbering& acts, const Impulse& impul
     rows.q.row(row) = varied_.gap_curvature(i, q, v + eps_r * v_minus);  // (2)
     rows.v.row(row) = J_n.col(i).transpose();
     rows.theta.row(row) =
-        behind.row(varied_.rate_row(i)) + eps_r * before.row(varied_.rate_row(i)) + eps_r * J_n.col(i).transpose() * dv;
+        after.row(varied_.rate_row(i)) + eps_r * before.row(varied_.rate_row(i)) + eps_r * J_n.col(i).transpose() * dv;
     if (restitutes) rows.theta.row(row) += varied_.deps_r().row(i).leftCols(columns) * J_n.col(i).dot(v_minus);
-    if (info.n_t > 0) add_friction(i, laws[k], q, v, Lambda_n[i], behind, row, row + 1, rows);  // (5)
+    if (info.n_t > 0) add_friction(i, laws[k], q, v, Lambda_n[i], after, row, row + 1, rows);  // (5)
   }
   rows.x.leftCols(n_q_) += rows.v;  // v+ is an unknown here
   dv = -solve_full_pivoting(rows.x, rows.q * dq + rows.theta).topRows(n_q_);

@@ -99,7 +99,7 @@ class PointVariation {
 
   /// (1), (2), (5) solved for dv+. @param acts  contacts with (2); @param restitutes  whether eps_r counts
   /// @param laws  one per contact of `acts`, of those with tangents
-  /// @param dq, dv  n_q x n_theta, or one column more; dv out: behind the impulse
+  /// @param dq, dv  n_q x n_theta, or one column more; dv out: after the impulse
   void through_impulse(const Numbering& acts, const Impulse& impulse, bool restitutes,
                        const std::vector<Friction>& laws, const Matrix& dq, Matrix& dv) const;
   /// The same of an impact: of the contacts that press.

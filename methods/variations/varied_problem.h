@@ -15,7 +15,7 @@ class VariedProblem {
   /// Why a run with sensitivities ends where impacts follow each other at one instant: their number and their order
   /// change with any perturbation.
   static constexpr const char* kNoDerivative =
-      "the impacts of several contacts accumulate, and the motion behind them has no derivative";
+      "the impacts of several contacts accumulate, and the motion after them has no derivative";
 
   /// The problem has to outlive this. @throws InputError for a name that the problem does not have, and for one whose
   /// variation of the initial state violates a bilateral constraint

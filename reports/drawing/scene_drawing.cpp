@@ -8,8 +8,8 @@
 #include <tuple>
 
 #include "problems/input_error.h"
-#include "reports/drawing/scene_marks.h"
 #include "reports/curve_look.h"
+#include "reports/drawing/scene_marks.h"
 #include "reports/markup.h"
 
 namespace ricochet {
@@ -72,7 +72,7 @@ const char* tag_of(const Mark& mark) {
   return "";
 }
 
-/// What says where a mark is.
+/// Attributes of a mark that change with its position.
 Attributes places_of(const Mark& mark, const View& view) {
   const auto number = [](double x) { return fmt::format("{:.2f}", x); };
   const Point a = view(mark.points[0]);
@@ -98,7 +98,7 @@ Attributes places_of(const Mark& mark, const View& view) {
   return {};
 }
 
-/// What does not move.
+/// Attributes of a mark that stay constant.
 std::string constants_of(const Mark& mark, const View& view) {
   const double radius = std::max(view.scale * mark.radius, kDot);
   switch (mark.kind) {

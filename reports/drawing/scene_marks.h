@@ -11,7 +11,7 @@
 
 namespace ricochet {
 
-// What is drawn of a scene, in metres on paper.
+// Marks of the drawing of a scene, in metres on paper.
 
 constexpr double kAzimuth = -1.05, kElevation = 0.35;  // where space is seen from [rad]
 
@@ -69,11 +69,11 @@ class SceneMarks {
   /// One arrow for each contact with a pair of shapes, where they touch, on the second of them; one for the control of
   /// each body. Bodies have their arrows where their coordinates are their own.
   std::vector<ForceArrow> arrows(const Vector& q, const SceneForces& forces) const;
-  /// Where a contact acts; the first body's centre for a contact without a pair of shapes.
+  /// Point at which a contact acts; the centre of the first body for a contact without a pair of shapes.
   Point place_of(int contact, const Vector& q) const;
   /// Adds room for the bodies, and for where they start from each surface.
   void add_to(PaperBox& box, const Vector& q, bool is_first) const;
-  /// Where the centres of the bodies are.
+  /// Centres of the bodies.
   std::vector<Point> centres(const Vector& q) const;
 
  private:
@@ -82,10 +82,10 @@ class SceneMarks {
   /// A geometry for drawings alone has no pairs: of a surface, the point that a body is nearest to.
   void add_nearest_to(int surface, const std::vector<double>& x, PaperBox& box) const;
   void add_shape(const BodyShape& shape, const std::vector<double>& x, std::vector<Mark>& marks) const;
-  /// How far a surface that moves by itself has moved along its normal: what the gap of the geometry has too much.
+  /// Distance that a surface with a prescribed motion has moved along its normal: the excess of the gap of the geometry.
   double shift_of(int shape, const Vector& q) const;
   void add_half_space(int number, const Vector& q, std::vector<Mark>& marks) const;
-  /// Of balls on the first horizontal floor: where they are in space.
+  /// Adds shadows of balls on the first horizontal floor, which show their positions in space.
   void add_shadows(const std::vector<double>& x, std::vector<Mark>& marks) const;
 
   const Problem& problem_;

@@ -46,7 +46,7 @@ std::string point_type(const CurveLook& look, double size) {
   return fmt::format("pt {} ps {}", look.is_open ? kOpen[k] : kFilled[k], size);
 }
 
-/// How a series is drawn; stems have their marks by a second item.
+/// Style of a series; the marks of stems are a second plot item.
 std::string gnuplot_style(const Chart::Series& series) {
   const CurveLook& look = series.look;
   const int dash = 1 + look.dash % CurveLook::kDashes;
@@ -125,7 +125,7 @@ std::vector<const Chart::Series*> key_of(const std::vector<Chart::Panel>& panels
   return key;
 }
 
-/// Where everything stands [px], from the left and from above.
+/// Positions of all parts [px], from the left and from above.
 struct Layout {
   std::vector<int> left, right, top, bottom;  ///< of the columns' and the rows' areas
   int width = 0, height = 0, key_columns = 1, key_height = 0;
@@ -266,12 +266,13 @@ std::string scale_text(const Chart::Scale& scale, const Layout& layout) {
 
 std::string key_text(const Chart& chart, const Layout& layout) {
   if (layout.key_height == 0) return "";
-  std::string text = "unset logscale\nunset xzeroaxis\nunset border\nunset tics\nunset grid\nunset title\nunset xlabel\nunset ylabel\n" +
-                     layout.margins(20, layout.width - 10, layout.height - layout.key_height, layout.height) +
-                     fmt::format(
-                         "set key center center horizontal maxcols {} reverse Left samplen 3 font ',13'\n"
-                         "plot [0:1][0:1] NaN notitle",
-                         layout.key_columns);
+  std::string text =
+      "unset logscale\nunset xzeroaxis\nunset border\nunset tics\nunset grid\nunset title\nunset xlabel\nunset ylabel\n" +
+      layout.margins(20, layout.width - 10, layout.height - layout.key_height, layout.height) +
+      fmt::format(
+          "set key center center horizontal maxcols {} reverse Left samplen 3 font ',13'\n"
+          "plot [0:1][0:1] NaN notitle",
+          layout.key_columns);
   for (const auto* series : key_of(chart.panels))
     text += fmt::format(", \\\n     NaN {} title {}", gnuplot_style(*series), quoted(series->label));
   return text + "\n";

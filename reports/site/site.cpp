@@ -26,7 +26,7 @@ std::string warning(const std::string& text) {
   return fmt::format("<p class=\"warning\">{}</p>\n", escape_html(text));
 }
 
-/// How to repeat what stands above.
+/// Command that repeats the results above it.
 std::string command_html(const Results& results) {
   const std::string command = results.header.value("command", "");
   return command.empty() ? "" : fmt::format("<code class=\"command\">{}</code>", escape_html(command));
@@ -158,7 +158,7 @@ class ResultsPage {
   SitePage page_;
 };
 
-/// What to choose, from every study that says so; what there is, below.
+/// First page: recommendations of all studies that have some, then a list of all results.
 SitePage first_page(const std::vector<ShownResults>& list, const std::vector<SiteGroup>& groups) {
   SitePage page{.folder = "", .id = "index", .title = "Which method to take", .label = "What to choose", .html = ""};
   std::vector<std::pair<const ShownResults*, const Section::NamedTable*>> choices;
@@ -167,7 +167,7 @@ SitePage first_page(const std::vector<ShownResults>& list, const std::vector<Sit
       if (named->role == Section::Role::choice) choices.emplace_back(&shown, named);
     }
   }
-  // What tells more classes of scenes apart comes first.
+  // Tables that distinguish more classes of scenes come first.
   std::ranges::stable_sort(choices, std::greater(), [](const auto& c) { return c.second->table.rows.size(); });
   for (const auto& [shown, named] : choices) {
     const std::string id = site_id(shown->results.experiment());

@@ -20,7 +20,7 @@ struct SitePage {
   bool has_equations = false;  ///< elements of class "tex", which KaTeX typesets
 
   std::string path() const { return (folder.empty() ? "" : folder + "/") + id + ".html"; }
-  /// Of the top, from this page: "../" or empty.
+  /// Path from this page to the top folder: "../" or empty.
   std::string root() const { return folder.empty() ? "" : "../"; }
 };
 

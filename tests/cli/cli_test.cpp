@@ -264,7 +264,8 @@ TEST_F(Cli, AuditsEveryCondition) {
   EXPECT_HAS(
       run("audit --scene " + reference_data("public_reports/scenes/bullets.json") + " moreau_jean --steps 7").text,
       "passed over within a step: contact 'bullets' [m]");
-  EXPECT_HAS(run("audit pendulum_wall moreau_jean -p sliding_block").text, "problem_id = pendulum_wall: the problem is also given");
+  EXPECT_HAS(run("audit pendulum_wall moreau_jean -p sliding_block").text,
+             "problem_id = pendulum_wall: the problem is also given");
   EXPECT_HAS(run("audit").text, "--method = '': a method is required");
   EXPECT_EQ(run("audit moreau_jean").code, 2);
 }
@@ -282,7 +283,7 @@ TEST_F(Cli, RunsAnExperimentResumesItAndChecksIt) {
   ASSERT_EQ(run("run-experiment " + experiment + " --no-times -o " + out).code, 0);
   EXPECT_EQ(read(results), complete);
 
-  // Interrupted behind the fourth row, inside the fifth: continued without repeating or losing a row.
+  // Interrupted after the fourth row, inside the fifth: continued without repeating or losing a row.
   std::istringstream lines(complete);
   std::string partial, line;
   for (int k = 0; k < 5 && std::getline(lines, line); ++k) partial += line + "\n";
@@ -606,7 +607,8 @@ TEST_F(Cli, WritesAReport) {
   const Outcome outcome = run("report " + out + "/small.jsonl --pdf -o " + report);
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_TRUE(read(report + "/experiments/small_trajectory.pdf").starts_with("%PDF"));
-  EXPECT_HAS(read(report + "/experiments/small_trajectory.gp"), "set terminal svg") << "the script of the figure on the page";
+  EXPECT_HAS(read(report + "/experiments/small_trajectory.gp"), "set terminal svg")
+      << "the script of the figure on the page";
   const std::string page = read(report + "/experiments/small.html");
   EXPECT_HAS(page, "small_trajectory.svg");
   EXPECT_HAS(page, "Observed orders");

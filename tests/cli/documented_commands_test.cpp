@@ -57,7 +57,7 @@ std::string without_comment(const std::string& line) {
   return end == std::string::npos ? "" : text.substr(0, end + 1);
 }
 
-/// Commands that go on behind a backslash are joined, those behind && are taken apart.
+/// Commands that go on after a backslash are joined, those after && are taken apart.
 std::vector<std::string> commands_of(const std::string& block) {
   std::vector<std::string> commands;
   std::string command;

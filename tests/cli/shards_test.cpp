@@ -193,7 +193,7 @@ TEST_F(Cli, ShardsOfTheFastestRunsHaveTimes) {
   }
 }
 
-/// An ensemble's shards are its runs, one part behind the other; so is what an interrupted one goes on with.
+/// An ensemble's shards are its runs, one part after the other; so is what an interrupted one goes on with.
 TEST_F(Cli, ShardsOfAnEnsembleAreItsRuns) {
   const std::string run_it =
       "ensemble -p two_balls_spring --vary k=log-uniform:1e3:1e5 --vary e=values:0.5:0.7:0.9 --runs 7 "

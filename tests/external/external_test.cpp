@@ -29,7 +29,7 @@ double distance(const Solution& a, const Solution& b) {
 }
 
 /// The client's scheme is that of moreau_jean with theta = 1 where forces are constant and contacts affine. Elsewhere,
-/// and behind infinitely many impacts, both have order one and differ by about what two values of theta do: up to five
+/// and after infinitely many impacts, both have order one and differ by about what two values of theta do: up to five
 /// times of it in the scenes here.
 TEST(ExternalEuler, AgreesWithMoreauJeanOnFrictionlessScenes) {
   const auto client = make_method(kEuler), jean = make_method("moreau_jean,theta=1"),

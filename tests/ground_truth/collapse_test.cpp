@@ -36,7 +36,7 @@ TEST_P(Collapse, IsFollowedToItsLimit) {
        {std::pair("fesd_adaptive:radau-iia:4", 3e-8), {"fesd_adaptive:radau-iia:5", 3e-8}}) {
     const Solution solution = solve(method);
     ASSERT_TRUE(solution.succeeded()) << method << ": " << solution.message;
-    // Tolerance 1e-10; springs and up to a dozen impacts amplify it, seen 1.7e-10, and behind three collapses 6e-9.
+    // Tolerance 1e-10; springs and up to a dozen impacts amplify it, seen 1.7e-10, and after three collapses 6e-9.
     EXPECT_LT(error(solution, GetParam()), most) << method;
     EXPECT_LT(solution.max_residual(), 1e-10) << method << ": gaps of rounding in elements of 1e-12 s, seen 3e-12";
   }

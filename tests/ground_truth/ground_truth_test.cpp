@@ -65,7 +65,7 @@ TEST(Reference, KeepsItsClaimOnEveryCase) {
   EXPECT_EQ(cases, 15);
 }
 
-/// One contact whose flights become lower than rounding of its gap rests behind its last impact, (3) of flights.h.
+/// One contact whose flights become lower than rounding of its gap rests after its last impact, (3) of flights.h.
 TEST(Reference, PassesTheZenoPointOfOneContact) {
   const auto problem = ground_truth_problem("P1d_ball_e05_through_zeno");
   const Solution s = reference::integrate_event_located(*problem, {.tolerance = 1e-14});

@@ -62,7 +62,7 @@ TEST_P(FesdOnMovingScenes, ReachesTheGroundTruth) {
   EXPECT_LE(event_time_error(s, truth_of(moving_scenes(), id)), with_rounding(times));
 }
 
-// Tolerances: three times what was measured; with four stages that is rounding, 1e-13 behind seven impacts.
+// Tolerances: three times what was measured; with four stages that is rounding, 1e-13 after seven impacts.
 INSTANTIATE_TEST_SUITE_P(
     Tableaus, FesdOnMovingScenes,
     testing::Values(TruthCase{"shaken_table_bounces", "fesd:radau-iia:2,elements=as_needed", 100, 2e-6, 2e-7},
@@ -248,9 +248,9 @@ TEST(MovingScenes, ADrivenPivotIsAVaryingGravity) {
 void expect_carried(const Problem& problem) {
   const double g = 9.81, mu = 0.3, u = 0.5, w = 0.2, T = 1.2, v_x = 1;
   const double landing = (std::sqrt(u * u + 2 * g * 0.3) - u) / g;  // 0.3 - g t^2 / 2 = u t
-  const double behind = v_x - mu * (g * landing + u);               // the impulse of friction
-  const double stop = landing + (behind - w) / (mu * g);
-  const double x = v_x * landing + 0.5 * (behind + w) * (stop - landing) + w * (T - stop);
+  const double after = v_x - mu * (g * landing + u);                // the impulse of friction
+  const double stop = landing + (after - w) / (mu * g);
+  const double x = v_x * landing + 0.5 * (after + w) * (stop - landing) + w * (T - stop);
   for (const char* method :
        {"fesd:radau-iia:2", "fesd:gauss:3", "fesd_adaptive:radau-iia:3", "event_driven", "cvode:adams"}) {
     Settings settings;

@@ -47,7 +47,7 @@ TEST_P(FesdSensitivities, ReachTheGroundTruth) {
 // P7a with three stages, which are discretisation. With Gauss P4b has rounding across the plane, which no stage at the
 // right end removes: 1e-12 to 7e-12 for N from 190 to 210, in the state and in event times. The time of the take-off in
 // P8b, three stages, has rounding that depends on N: three times the median of N = 380 to 420, 4e-14; so has the state
-// behind it with Gauss. P1c states no sensitivities.
+// after it with Gauss. P1c states no sensitivities.
 INSTANTIATE_TEST_SUITE_P(
     GroundTruth, FesdSensitivities,
     testing::Values(TruthCase{"P1a_ball_e09", "fesd:radau-iia:4", 50, 3e-14, 7e-15},
@@ -172,7 +172,7 @@ TEST(FesdSensitivitiesOfEveryVariable, AreTheDerivativesOfTheDiscreteSolution) {
 }
 
 TEST(FesdSensitivitiesAtAStepBoundary, SlipThatStopsThere) {
-  // v_x0 / (mu g) = 1: the block stops behind 20 of 40 steps, having slid v_x0^2 / (2 mu g).
+  // v_x0 / (mu g) = 1: the block stops after 20 of 40 steps, having slid v_x0^2 / (2 mu g).
   const ParameterChanges changes{{"g", 10}, {"mu", 0.25}, {"v_x0", 2.5}, {"duration", 2}};
   const auto problem = make_problem("sliding_block", changes);
   Settings settings;

@@ -246,8 +246,8 @@ void EventArbiter::impact(const std::vector<bool>& touching) {
     has_changed = false;
     for (const int i : contacts) {
       const auto k = static_cast<std::size_t>(i);
-      const BigFloat behind = -(e_[k] * before[k]);
-      if (law.active[k] && !plastic[k] && behind.sign() > 0 && behind < plastic_velocity()) {
+      const BigFloat after = -(e_[k] * before[k]);
+      if (law.active[k] && !plastic[k] && after.sign() > 0 && after < plastic_velocity()) {
         plastic[k] = has_changed = true;
         if (result_.collapses.empty() || t_.to_double() > result_.collapses.back() + 1e-12)
           result_.collapses.push_back(t_.to_double());

@@ -22,7 +22,7 @@ namespace ricochet::arbiter {
 ///
 /// q'' is affine in q, and the Taylor series of q in t follows by recursion. Each gap has its own series, whose
 /// constant term is the gap itself, never a difference of positions: a gap keeps its 100 digits however small it
-/// becomes. Behind an impact, and behind a contact that breaks, the terms that vanish are set to zero. A zero of a
+/// becomes. After an impact, and after a contact that breaks, the terms that vanish are set to zero. A zero of a
 /// series p with p(0) > 0 is approached from the left: with B >= |p''| on the step,
 ///
 ///   p(s + d) >= p(s) + p'(s) d - B d^2 / 2,                                                                    (4)
@@ -30,7 +30,7 @@ namespace ricochet::arbiter {
 /// and the step d to the zero of the right-hand side never passes a zero of p; near a simple one it converges as
 /// Newton's method does.
 ///
-/// Infinitely many impacts in finite time (inelastic collapse, a bouncing ball) are followed until the velocity behind
+/// Infinitely many impacts in finite time (inelastic collapse, a bouncing ball) are followed until the velocity after
 /// an impact is below 10^-40; then the impact is plastic, e_i = 0. What is left out changes velocities by about 10^-40.
 class EventArbiter {
  public:

@@ -157,8 +157,8 @@ TEST_P(AffineElements, EndWithTheSameSwitches) {
           return newton.function().value(run.back(), end);
         };
         // Without gravity a force is zero at any time.
-        const double before = value_at(0.9 * by_newton[0].h), behind = value_at(1.1 * by_newton[0].h);
-        if (before * behind >= 0 || std::abs(before - behind) < 1e-6) continue;
+        const double before = value_at(0.9 * by_newton[0].h), after = value_at(1.1 * by_newton[0].h);
+        if (before * after >= 0 || std::abs(before - after) < 1e-6) continue;
         for (Element& e : in_closed_form) e.h = 1.001 * by_newton[0].h;
         const auto result = SwitchSolver(both.closed, 1e-14).solve(in_closed_form, end, 0.5);
         ASSERT_EQ(result, SwitchResult::converged) << properties(kind).name;

@@ -125,7 +125,7 @@ TEST(ContactScales, TakeAVelocityOfRoundingForNone) {
   }
 }
 
-/// Five pendulums that touch: their gaps are zero without a size of their own, and behind the impact their forces are
+/// Five pendulums that touch: their gaps are zero without a size of their own, and after the impact their forces are
 /// rounding. They go on together, since Newton's law is imposed on all contacts at once.
 TEST(ContactScales, KeepACradleTogether) {
   for (const char* eps_r : {"1", "0.9", "0.5"}) {
@@ -152,7 +152,7 @@ TEST(ContactScales, KeepACradleTogether) {
   }
 }
 
-/// A contact whose own switch ends the element, at an instant when an impact strikes its bodies: what it does behind the
+/// A contact whose own switch ends the element, at an instant when an impact strikes its bodies: what it does after the
 /// impact follows from the velocity there.
 TEST(ContactScales, LetAnImpactDecideAtASwitch) {
   // A block slides to rest under a ball that lands on its slope at this very instant: slip stops at t = v / (mu g).

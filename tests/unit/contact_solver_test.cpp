@@ -283,7 +283,7 @@ TEST(ContactSolvers, AdmmSolvesWithAnOperatorThatIsNotSymmetric) {
   EXPECT_LE((admm.r - pgs.r).norm(), kIterated);
 }
 
-/// A warm and two cold starts, each with Newton's method behind it.
+/// A warm and two cold starts, each with Newton's method after it.
 TEST(ContactSolvers, TheInteriorPointKeepsItsLimitOfIterations) {
   constexpr double kUnreachable = -1;
   for (const auto law : {FrictionLaw::coulomb, FrictionLaw::associated}) {

@@ -143,7 +143,7 @@ TEST(Drawings, OfOptimalControlShowGoalsForcesAndImpacts) {
   }
 }
 
-/// Numbers of the first list behind `begin` up to `end`.
+/// Numbers of the first list after `begin` up to `end`.
 std::vector<double> list_in(const std::string& text, const std::string& begin, const std::string& end) {
   const auto from = text.find(begin) + begin.size();
   std::string list = text.substr(from, text.find(end, from) - from);

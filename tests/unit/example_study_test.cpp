@@ -58,7 +58,7 @@ const bool dice_are_registered = register_study({
     .rows = {Throw::kKind},
     .run = run_dice,
     .show = show_dice,
-    .surprises =
+    .unexpected_failures =
         [](const Results& results) {
           const auto throws = results.all<Throw>();
           return static_cast<int>(std::ranges::count(throws, false, &Throw::is_on_table));
@@ -127,8 +127,8 @@ TEST_F(ExampleStudy, IsInTheTerminalTheSiteAndTheResults) {
 }
 
 TEST_F(ExampleStudy, CountsItsSurprises) {
-  EXPECT_EQ(surprises(read_results(run_experiment(experiment(R"("throws": 3)"), options))), 0);
-  EXPECT_EQ(surprises(read_results(run_experiment(experiment(R"("throws": 3, "falls": 1)"), options))), 1);
+  EXPECT_EQ(unexpected_failures(read_results(run_experiment(experiment(R"("throws": 3)"), options))), 0);
+  EXPECT_EQ(unexpected_failures(read_results(run_experiment(experiment(R"("throws": 3, "falls": 1)"), options))), 1);
 }
 
 TEST_F(ExampleStudy, AChangedExperimentHasResultsOfItsOwn) {

@@ -43,7 +43,7 @@ TEST_F(Expression, FollowsPythonsPrecedence) {
   EXPECT_DOUBLE_EQ(value("-m**2"), -4);
   EXPECT_DOUBLE_EQ(value("2**-1"), 0.5);
   EXPECT_DOUBLE_EQ(value("2**3**2"), 512) << "powers group from the right";
-  EXPECT_DOUBLE_EQ(value("q[0]**-2*q[1]"), b / (a * a)) << "a power binds tighter than the product behind it";
+  EXPECT_DOUBLE_EQ(value("q[0]**-2*q[1]"), b / (a * a)) << "a power binds tighter than the product after it";
   EXPECT_DOUBLE_EQ(value("8/4/2"), 1) << "quotients group from the left";
   EXPECT_DOUBLE_EQ(value("1-2-3"), -4);
   EXPECT_DOUBLE_EQ(value("m - -q[0]"), mass + a);

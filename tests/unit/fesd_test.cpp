@@ -176,7 +176,7 @@ TEST(FesdContact, BreaksWhenTheForceVanishes) {
 }
 
 TEST(FesdContact, TwoStageTableausHaveNoFeasiblePinnedBreaking) {
-  // Open question 1 of DIFFERENCES.md: with n_s = 2 the first stage behind a pinned breaking lies O(h^3) below the
+  // Open question 1 of DIFFERENCES.md: with n_s = 2 the first stage after a pinned breaking lies O(h^3) below the
   // surface.
   const auto p = ground_truth_problem("P8b_spring_table");
   for (const char* method : {"fesd:radau-iia:2", "fesd:gauss:2"}) {

@@ -345,7 +345,7 @@ TEST_F(BaselineFile, HoldsWhatItWasMadeOf) {
   const GridResults read = read_baseline(path);
   EXPECT_TRUE(hold_against(read, results).holds()) << gate_text(hold_against(read, results));
   EXPECT_EQ(hold_against(read, results).lines.size(), held().lines.size());
-  EXPECT_EQ(read.line_of(read.records[3]), 5) << "behind the header, counted from 1";
+  EXPECT_EQ(read.line_of(read.records[3]), 5) << "after the header, counted from 1";
   const std::string text = read_text(path), fourth = "\"method\":\"answer\"";
   EXPECT_EQ(std::ranges::count(text.substr(0, text.find(fourth)), '\n'), 4);
   EXPECT_NE(error_of([&] { write_baseline(baseline, path); }), "no error") << "an existing file is not replaced";

@@ -225,7 +225,7 @@ TEST(GeometricScenes, AnImpactOscillatorHitsItsStopOnceInAPeriod) {
 /// Motion of equal masses m on a line, x'' = -K x / m, by its modes.
 struct Modes {
   Modes(const Matrix& K, double m) : solver(K / m) {}
-  /// Place and velocity at t behind x, v.
+  /// Place and velocity at t after x, v.
   std::pair<Vector, Vector> at(double t, const Vector& x, const Vector& v) const {
     const Matrix& V = solver.eigenvectors();
     Vector a = V.transpose() * x, b = V.transpose() * v;
@@ -263,7 +263,7 @@ TEST(GeometricScenes, ABarAtAWallIsSolvedByItsModes) {
   };
   const auto [x_end, v_end] = flying.at(info.end_time - reaches - pushes, with_first(x), with_first(v));
   const double energy = *bar->energy(info.q0, info.v0);
-  // Behind the impact the push of the wall grows from zero: its sign there is rounding, and must not decide.
+  // After the impact the push of the wall grows from zero: its sign there is rounding, and must not decide.
   for (const auto& [method, tolerance] : {std::pair{"fesd:radau-iia:3,elements=as_needed", 1e-7},  // order 5
                                           {"fesd:gauss:3,elements=as_needed", 1e-7},
                                           {"fesd_adaptive:radau-iia:4", 1e-7},  // a hundred of its tolerances

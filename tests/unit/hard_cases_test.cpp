@@ -253,14 +253,14 @@ TEST(HardCases, ASuccessHasMetrics) {
   const auto problem = hard_case.make_problem();
   const auto motions = hard_case.true_motions(*problem);
   const ReferenceMotion motion = reference_motion(*problem, motions.at(0).reference());
-  ASSERT_NE(motion.get(), nullptr) << motion.why_not;
+  ASSERT_NE(motion.get(), nullptr) << motion.reason;
   const auto with_metrics = [&](const std::string& method, const ReferenceMotion& reference) {
     HardCell cell = run_cell(hard_case, *problem, motions, method, 10);
     add_metrics(*problem, reference, true, 10, cell);
     return round_trip(cell);
   };
   const HardCell fesd = with_metrics("fesd:gauss:3", motion);
-  EXPECT_TRUE(fesd.metrics.are_known) << fesd.metrics.why_not;
+  EXPECT_TRUE(fesd.metrics.are_known) << fesd.metrics.reason;
   EXPECT_LT(fesd.metrics.position_error, 1e-9) << "free flight is a polynomial, which the method integrates exactly";
   EXPECT_LT(fesd.metrics.event_time_error, 1e-9);
   EXPECT_EQ(fesd.metrics.missed_events, 0);
@@ -270,7 +270,7 @@ TEST(HardCases, ASuccessHasMetrics) {
   EXPECT_GT(stepping.metrics.position_error, 1e-6) << "a method of first order";
 
   const HardCell alone = with_metrics("fesd:gauss:3", {{}, "nobody knows it"});
-  EXPECT_EQ(alone.metrics.why_not, "nobody knows it");
+  EXPECT_EQ(alone.metrics.reason, "nobody knows it");
   EXPECT_TRUE(std::isnan(alone.metrics.position_error));
   EXPECT_FALSE(std::isnan(alone.metrics.penetration)) << "needs no truth";
 

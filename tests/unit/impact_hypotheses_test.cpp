@@ -218,10 +218,10 @@ TEST(LzbImpact, OneContactHasNewtonsRestitution) {
 // until the second does. v_1 = 1/3 + cos(t) / 2 + cos(sqrt(3) t) / 6 stays from t_1 on.
 TEST(LzbImpact, ThreeBeadsWithLinearSpringsInClosedForm) {
   const double r = std::sqrt(3);
-  double before = 1.5, behind = 3.1;  // delta_1 = sin(t) / 2 + sin(r t) / (2 r) changes its sign in between
+  double before = 1.5, after = 3.1;  // delta_1 = sin(t) / 2 + sin(r t) / (2 r) changes its sign in between
   for (int k = 0; k < 60; ++k) {
-    const double t = (before + behind) / 2;
-    (std::sin(t) / 2 + std::sin(r * t) / (2 * r) > 0 ? before : behind) = t;
+    const double t = (before + after) / 2;
+    (std::sin(t) / 2 + std::sin(r * t) / (2 * r) > 0 ? before : after) = t;
   }
   const double t = before, v1 = 1.0 / 3 + std::cos(t) / 2 + std::cos(r * t) / 6;
   const double v2 = (1 - std::cos(r * t)) / 3, v3 = 1.0 / 3 - std::cos(t) / 2 + std::cos(r * t) / 6;

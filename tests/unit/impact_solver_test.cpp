@@ -166,7 +166,7 @@ TEST(ImpactLaws, CoupleNormalAndFrictionAtTheTipOfARod) {
   EXPECT_NEAR(tip(stuck).second, 0, 1e-14);
 }
 
-/// In space friction is opposite to the slip velocity behind the impact, in the disc or at a vertex of a polygon.
+/// In space friction is opposite to the slip velocity after the impact, in the disc or at a vertex of a polygon.
 TEST(ImpactLaws, KeepFrictionInTheDiscOrThePolygon) {
   const double mu = 0.5, angle = 0.3, m = 1;
   const auto slide = [&](const FrictionPolygon& polygon) {

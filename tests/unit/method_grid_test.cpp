@@ -79,18 +79,18 @@ TEST(MethodGrid, AFailureIsASurpriseUntilItIsAnswered) {
   ricochet::Run answer = failed;
   answer.method = "second";
   answer.instead_of = "first";
-  const auto surprises_of = [](const std::vector<ricochet::Run>& records) {
+  const auto unexpected_failures_of = [](const std::vector<ricochet::Run>& records) {
     Results results;
     results.header = {{"kind", "header"}, {"study", "method_grid"}};
     for (const ricochet::Run& record : records) results.rows.push_back(line_of(record));
-    return surprises(results);
+    return unexpected_failures(results);
   };
-  EXPECT_EQ(surprises_of({failed}), 1);
-  EXPECT_EQ(surprises_of({failed, answer}), 1) << "an answer that failed, too";
+  EXPECT_EQ(unexpected_failures_of({failed}), 1);
+  EXPECT_EQ(unexpected_failures_of({failed, answer}), 1) << "an answer that failed, too";
   answer.status = "success";
-  EXPECT_EQ(surprises_of({failed, answer}), 0);
+  EXPECT_EQ(unexpected_failures_of({failed, answer}), 0);
   answer.setting.steps = 20;
-  EXPECT_EQ(surprises_of({failed, answer}), 1) << "the answer to another setting";
+  EXPECT_EQ(unexpected_failures_of({failed, answer}), 1) << "the answer to another setting";
 }
 
 /// Charts show what locates events as one family, whatever a method is registered as.

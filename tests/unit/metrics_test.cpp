@@ -153,7 +153,7 @@ TEST(Metrics, SeeForcesThatNoContactHas) {
   EXPECT_NEAR(lifted.contact_gap, 1e-3, 1e-12);
 }
 
-/// A ball that rests behind its impact, by methods whose forces are in accelerations and by one with forces in impulses.
+/// A ball that rests after its impact, by methods whose forces are in accelerations and by one with forces in impulses.
 TEST(Metrics, OfAContactThatAnImpactCloses) {
   const auto problem = ground_truth_problem("P1c_ball_e0");
   const auto truth = reference_motion(*problem, reference::make_reference(*problem)).motion;

@@ -29,7 +29,7 @@ TEST(Motion, IsThePolynomialsThatItWasGiven) {
   Vector q, v, a;
   for (const double s : {0.0, 0.1, 0.25, 0.5, 0.77, 0.999, 1.0}) {
     for (const auto& [piece, degree] : {std::pair(0, 1), std::pair(1, 4), std::pair(2, 12)}) {
-      motion.at(0.5 + 2 * (piece + s), q, v, s == 1 ? Motion::Side::before : Motion::Side::behind);
+      motion.at(0.5 + 2 * (piece + s), q, v, s == 1 ? Motion::Side::before : Motion::Side::after);
       // Thirteen terms of size one.
       EXPECT_NEAR(q[0], std::pow(s, degree), 1e-14);
       EXPECT_NEAR(q[1], 1, 1e-14);

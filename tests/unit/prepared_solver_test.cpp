@@ -60,7 +60,7 @@ TEST_P(PreparedSolver, ForgetsTheRunsBefore) {
     problem->set_initial_state(q0, slower);
     solver->solve(settings_of(is_adaptive, true));
     problem->set_initial_state(q0, v0);
-    expect_same(solver->solve(settings), first, "behind another run");
+    expect_same(solver->solve(settings), first, "after another run");
     ++compared;
   }
   EXPECT_GT(compared, 10);

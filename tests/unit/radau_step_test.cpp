@@ -142,7 +142,7 @@ TEST_P(Radau, HasTheOrderOfItsTableau) {
 /// The polynomial between the ends passes through both, q is its integral, and it is of order n_s + 1.
 TEST_P(Radau, IsThePolynomialOfItsStagesBetweenTheEnds) {
   const auto problem = braked_pendulum();
-  Vector q(1), v(1), before(1), behind(1), ignored(1);
+  Vector q(1), v(1), before(1), after(1), ignored(1);
   const auto error = [&](double h) {
     RadauSteps steps(*problem, GetParam()), half(*problem, GetParam());
     const StepEnds& ends = steps.step.ends;
@@ -158,9 +158,9 @@ TEST_P(Radau, IsThePolynomialOfItsStagesBetweenTheEnds) {
     EXPECT_NEAR(v[0], ends.v1[0], 1e-11);
     constexpr double kDifference = 1e-4;
     ends.interpolate(0.5 - kDifference, before, ignored);
-    ends.interpolate(0.5 + kDifference, behind, ignored);
+    ends.interpolate(0.5 + kDifference, after, ignored);
     ends.interpolate(0.5, q, v);
-    EXPECT_NEAR(behind[0] - before[0], 2 * kDifference * h * v[0], 1e-10) << "the cube of the difference";
+    EXPECT_NEAR(after[0] - before[0], 2 * kDifference * h * v[0], 1e-10) << "the cube of the difference";
     return std::abs(v[0] - half.step.ends.v1[0]);
   };
   const double coarse = error(0.4), fine = error(0.2);

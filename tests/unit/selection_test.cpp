@@ -155,7 +155,7 @@ TEST(Processes, AnInterruptedRunGoesOn) {
     return header.dump() + text.substr(end);
   };
   const std::string complete = text_of(path);
-  // Cut off behind the first row of a piece of two, and inside a line.
+  // Cut off after the first row of a piece of two, and inside a line.
   for (const std::size_t n_lines : {2, 3, 5}) {
     std::size_t end = 0;
     for (std::size_t k = 0; k < n_lines; ++k) end = complete.find('\n', end) + 1;

@@ -75,7 +75,7 @@ TEST(Scheme, IsTheCommentOfTheMethod) {
   EXPECT_FALSE(scheme_of(elsewhere)) << "a plugin that could not be loaded";
 }
 
-// As src/scheme.js finds them: lines that end in a number in brackets, behind space.
+// As src/scheme.js finds them: lines that end in a number in brackets, after space.
 std::ptrdiff_t count_equations(const std::string& text) {
   static const std::regex equation("(^|\\n) {2,}[^ \\n][^\\n]* \\([0-9]+[a-z']?\\)(?=\\n)");
   return std::distance(std::sregex_iterator(text.begin(), text.end(), equation), std::sregex_iterator());

@@ -70,7 +70,7 @@ TEST(TimeFreezing, PersistentContactHasItsForce) {
 }
 
 /// Friction while time is frozen is that of Routh: where slip reverses in an impact it acts both ways, and no energy comes
-/// from it. Newton's law at one instant takes the impulse of the slip behind the impact, and gains energy.
+/// from it. Newton's law at one instant takes the impulse of the slip after the impact, and gains energy.
 TEST(TimeFreezing, GainsNoEnergyAtKanesPendulum) {
   const auto pendulum = make_problem("kane_pendulum", {{"mu", 0.5}});
   const auto gain = [&](const std::string& method) {

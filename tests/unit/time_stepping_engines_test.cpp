@@ -101,7 +101,7 @@ TEST(Sap, SlidingBlockHovers) {
   const Solution s = solve_with_samples(*p, "sap", 400);
   const double R_n = beta * beta / (4 * std::numbers::pi * std::numbers::pi), r = 1e-3 / R_n;
   EXPECT_GT(s.v[0], 0.5) << "it still slides";
-  // The gap of the next step is h (mu |v_t| - (1 + mu^2 r) R_n m g h), behind v_t by a step: mu g h^2 of the former.
+  // The gap of the next step is h (mu |v_t| - (1 + mu^2 r) R_n m g h), after v_t by a step: mu g h^2 of the former.
   EXPECT_NEAR(p->gap(s.q)[0], h * (mu * s.v[0] - (1 + mu * mu * r) * R_n * kStandardGravity * h),
               mu * mu * kStandardGravity * h * h);
 }

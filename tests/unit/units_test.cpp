@@ -20,7 +20,7 @@ struct UnitChange {
 constexpr UnitChange kChanges[] = {{"small", -30, 0, 0}, {"large", 30, 0, 0}, {"light", 0, -30, 0}, {"heavy", 0, 30, 0},
                                    {"short", 0, 0, -30}, {"long", 0, 0, 30},  {"all", 20, -40, 10}};
 
-/// Of "kg m^2" and the like: factors by spaces, divisors behind a slash.
+/// Of "kg m^2" and the like: factors by spaces, divisors after a slash.
 int exponent_of(const std::string& unit, const UnitChange& change) {
   const int force = change.kg + change.m - 2 * change.s;
   const std::map<std::string, int> known{{"1", 0},        {"rad", 0},      {"kg", change.kg},

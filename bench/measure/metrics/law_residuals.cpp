@@ -42,7 +42,7 @@ std::vector<int> closed_contacts(const std::vector<ContactMode>& modes) {
   return closed;
 }
 
-/// What a motion does in contacts that are closed, instant by instant.
+/// Residuals of the contact laws in closed contacts, instant by instant.
 class PersistentContacts {
  public:
   PersistentContacts(const Problem& problem, Metrics& metrics) : problem_(problem), metrics_(metrics) {}
@@ -113,14 +113,14 @@ bool tells_impact(const Solution& solution, double t, IsIt is_it) {
   return false;
 }
 
-/// The jump of v where a piece begins is an impact. @param before, behind  v on either side
-bool begins_with_impact(const Solution& solution, double begin, const Vector& before, const Vector& behind) {
+/// The jump of v where a piece begins is an impact. @param before, after  v on either side
+bool begins_with_impact(const Solution& solution, double begin, const Vector& before, const Vector& after) {
   return tells_impact(solution, begin, [&](const Event& event) {
-    return (event.v_plus - behind).norm() < (event.v_plus - before).norm();
+    return (event.v_plus - after).norm() < (event.v_plus - before).norm();
   });
 }
 
-/// Where a piece with constant v ends, an impact takes it away. @param v_end  at its end
+/// Whether an impact ends a piece with constant v. @param v_end  velocity at the end of the piece
 bool ends_with_impact(const Solution& solution, double end, const Vector& v_end) {
   return tells_impact(solution, end, [&](const Event& event) {
     return (event.v_minus - v_end).norm() < (event.v_plus - v_end).norm();
@@ -148,7 +148,7 @@ void measure_persistent_contact(const Problem& problem, const Solution& solution
     const bool is_impact = begins_with_impact(solution, begin, before, v);
     const Vector jump = is_impact ? Vector(Vector::Zero(v.size())) : Vector(v - before);
     before = v_end;
-    // Of a step of time stepping with an impact, whose forces are in the impulse, v is constant on either side of it.
+    // In a step of time stepping with an impact, the impulse contains the forces, and v is constant on either side of it.
     if (v == v_end && (is_impact || ends_with_impact(solution, end, v_end))) continue;
     const auto cuts = cuts_of(motion, piece, reference.events, [](const Event&) { return true; });
     for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {

@@ -23,7 +23,7 @@ auto events(int Metrics::*member) {
   return [=](const M& run) { return when(!std::isnan(run.metrics.position_error), run.metrics.*member); };
 }
 
-/// What run it is, then `quantities`.
+/// Columns that identify the run, then `quantities`.
 std::vector<Column<M>> columns_of(const std::vector<M>& runs, std::vector<Column<M>> quantities) {
   std::vector<Column<M>> columns;
   if (!std::ranges::all_of(runs, &std::string::empty, &M::scene)) columns.emplace_back("scene", &M::scene);
@@ -92,11 +92,11 @@ Table contact_table(const std::vector<M>& runs) {
       "contacts are redundant at some time, so that the motion does not determine forces.");
 }
 
-/// Why runs have no metrics, or none against a reference motion, and how many.
+/// Reasons why runs have no metrics, or none against a reference motion, and the number of these runs.
 std::string reasons(const std::vector<M>& runs) {
   std::map<std::pair<bool, std::string>, int> counts;
   for (const M& run : runs) {
-    const std::string& why = run.metrics.why_not;
+    const std::string& why = run.metrics.reason;
     if (!run.metrics.are_known || !why.empty())
       ++counts[{run.metrics.are_known, why.empty() ? "the results do not say why" : why}];
   }

@@ -50,7 +50,7 @@ void compare_motions(const Problem& problem, const Motion& motion, const Solutio
   }
 }
 
-/// Of a method that tells the ends of its steps alone, as engines do.
+/// Adds the metrics of a method that returns only the ends of its steps, as engines do.
 void compare_samples(const Problem& problem, const Solution& solution, const Motion& truth, Metrics& metrics) {
   const int n = problem.info().n_mechanical();
   Vector q, v;
@@ -86,7 +86,7 @@ std::map<std::pair<int, EventKind>, EventGroup> groups_of(const Solution& soluti
   return groups;
 }
 
-/// Of events in the order of time. @return nearest in time, the first of several
+/// Index of the event nearest to t, the first of several. @param events  in the order of time
 std::size_t nearest(const EventGroup& events, double t) {
   std::size_t best = 0;
   for (std::size_t k = 1; k < events.size(); ++k) {
@@ -134,17 +134,17 @@ Metrics metrics_of_run(const Method& method, const Problem& problem, Settings se
                        const ReferenceMotion& reference) {
   Metrics metrics;
   const auto is_too_long = [&metrics](std::int64_t n) {
-    if (n > kMostMeasuredSteps) metrics.why_not = fmt::format("more than {} steps", kMostMeasuredSteps);
+    if (n > kMostMeasuredSteps) metrics.reason = fmt::format("more than {} steps", kMostMeasuredSteps);
     return n > kMostMeasuredSteps;
   };
   if (is_too_long(steps)) return metrics;
   settings.recording = Recording::motion;
   const Solution solution = method.solve(problem, settings);
   if (!solution.succeeded()) {
-    metrics.why_not = "the run that records its motion fails: " + solution.message;
+    metrics.reason = "the run that records its motion fails: " + solution.message;
   } else if (!is_too_long(solution.counters.steps)) {
     metrics = measure_metrics(problem, solution, reference.get());
-    metrics.why_not = reference.why_not;
+    metrics.reason = reference.reason;
   }
   return metrics;
 }

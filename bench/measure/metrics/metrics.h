@@ -12,10 +12,10 @@
 
 namespace ricochet {
 
-/// What a motion is held against at all times: an event-located run whose end agrees with the reference of the end.
+/// Reference of a whole trajectory: an event-located run whose end agrees with the reference of the final state.
 struct ReferenceMotion {
   std::optional<Solution> motion;
-  std::string why_not;  ///< why there is none, as behind an accumulation of impacts
+  std::string reason;  ///< why there is none, as after an accumulation of impacts
 
   const Solution* get() const { return motion ? &*motion : nullptr; }
 };

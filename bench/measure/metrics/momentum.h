@@ -4,7 +4,7 @@
 
 namespace ricochet {
 
-/// What the bodies of a scene carry, about the origin of the world.
+/// Linear and angular momentum of the bodies, about the origin of the world.
 struct Momentum {
   Vector linear;   ///< 3 [N s]
   Vector angular;  ///< 3 [N m s]

@@ -11,7 +11,7 @@
 
 namespace ricochet {
 
-/// What one solver makes of one recorded contact problem, which is so hard.
+/// Result of one solver on one recorded contact problem, with the conditioning of the problem.
 struct ContactSolve : Conditioning {
   static constexpr const char* kKind = "contact_solve";
 

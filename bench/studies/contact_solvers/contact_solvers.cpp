@@ -137,7 +137,7 @@ constexpr const char* kContactSolversFields = R"~({
   }
 })~";
 
-// How many problems a solver does not solve is what is counted.
+// The study counts unsolved problems, so that none of them is unexpected.
 const bool contact_solvers_is_registered =
     register_study({.kind = "contact_solvers",
                     .summary = "contact problems of single steps of all scenes, by every contact solver",
@@ -147,7 +147,7 @@ const bool contact_solvers_is_registered =
                     .times = Times::in_rows,
                     .run = run_contact_solvers,
                     .show = show_contact_solvers,
-                    .surprises = {}});
+                    .unexpected_failures = {}});
 
 }  // namespace
 }  // namespace ricochet

@@ -21,7 +21,7 @@ Group group_of(const std::vector<C>& solves, const std::function<bool(const C&)>
   return group;
 }
 
-/// Of those that are solved.
+/// Values of the solved problems.
 std::vector<double> of_solved(const Group& group, double accuracy, const std::function<double(const C&)>& value) {
   std::vector<double> values;
   for (const C* solve : group) {

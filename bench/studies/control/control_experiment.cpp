@@ -20,7 +20,7 @@ namespace {
 
 using nlohmann::json;
 
-// Of the event-located reference.
+// Tolerance of the event-located reference.
 constexpr double kReferenceReplayTolerance = 1e-11;
 constexpr double kPivotingTolerance = 1e-9;
 
@@ -87,7 +87,7 @@ int steps_of_equal_size(int variables, ControlOptions options) {
   return std::max(1, static_cast<int>(std::lround(1 + static_cast<double>(variables - one) / (two - one))));
 }
 
-/// What depends on how fast the machine is, and on what runs beside.
+/// Removes everything that depends on the speed and load of the machine.
 void leave_times_out(ControlRun& run) {
   run.seconds = std::numeric_limits<double>::quiet_NaN();
   if (run.status != to_string(Status::time_limit)) return;
@@ -157,7 +157,7 @@ void show_control_experiment(const Results& results, Section& section) {
 }
 
 /// Time stepping stands beside FESD-J for comparison: it may fail, and the table says so.
-int control_experiment_surprises(const Results& results) {
+int control_experiment_unexpected_failures(const Results& results) {
   const auto runs = results.all<ControlRun>();
   return static_cast<int>(std::ranges::count_if(
       runs, [](const ControlRun& run) { return !run.succeeded() && run.discretisation.starts_with("FESD-J"); }));
@@ -182,7 +182,7 @@ const bool control_experiment_is_registered =
                     .times = Times::in_rows,
                     .run = run_control_experiment,
                     .show = show_control_experiment,
-                    .surprises = control_experiment_surprises});
+                    .unexpected_failures = control_experiment_unexpected_failures});
 
 }  // namespace
 }  // namespace ricochet

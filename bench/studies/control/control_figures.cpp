@@ -70,7 +70,7 @@ void add_controls(const ControlRun& run, Chart::Panel& panel) {
   }
 }
 
-/// Where the claimed motion has two points at one instant: the borders of the elements.
+/// Times of the borders of elements, at which the claimed motion has two points.
 std::vector<double> borders(const ControlRun& run) {
   std::vector<double> t;
   for (std::size_t s = 1; s < run.claimed.t.size(); ++s) {

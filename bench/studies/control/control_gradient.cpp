@@ -46,7 +46,7 @@ ControlTrajectory trajectory_of(const json& experiment, const ProblemInfo& info)
   return trajectory;
 }
 
-/// Columns of a gradient that belong to intervals behind the last impact of the motion.
+/// Columns of a gradient that belong to intervals after the last impact of the motion.
 Eigen::Index columns_behind_impacts(const OptimalControlProblem& problem, const ControlTrajectory& trajectory) {
   double last_impact = 0;
   for (const auto& event : replay(problem, trajectory, reference_solver(kGradientTolerance)).events) {
@@ -141,7 +141,7 @@ const bool control_gradient_is_registered =
                     .times = Times::none,
                     .run = run_control_gradient,
                     .show = show_control_gradient,
-                    .surprises = {}});
+                    .unexpected_failures = {}});
 
 }  // namespace
 }  // namespace ricochet

@@ -50,14 +50,14 @@ ControlGrowth measure_growth(const std::string& arguments, double disturbance) {
   return result;
 }
 
-/// What depends on how fast the machine is, and on what runs beside.
+/// Removes everything that depends on the speed and load of the machine.
 void leave_times_out(ControlGrowth& run) {
   run.seconds = run.derivative_seconds = run.again_seconds = std::numeric_limits<double>::quiet_NaN();
   for (auto& step : run.steps) step.seconds = run.seconds;
 }
 
-/// How the work of an optimal control solve grows with the number of control intervals, step by step of its homotopy,
-/// and what a second solve takes after the plant has run one interval and its positions were moved by up to
+/// Measures the work of an optimal control solve over the number of control intervals, step by step of its homotopy,
+/// and the work of a second solve, after the plant has run one interval and its positions were moved by up to
 /// "disturbance". "runs": [{"problem", "arguments" of `ricochet control`, "intervals": a list; without it the problem's
 /// own}]
 void run_control_growth(const json& experiment, ResultsFile& file) {
@@ -92,7 +92,7 @@ void show_control_growth(const Results& results, Section& section) {
   section.details("steps", homotopy_steps(runs));
 }
 
-int control_growth_surprises(const Results& results) {
+int control_growth_unexpected_failures(const Results& results) {
   const auto runs = results.all<ControlGrowth>();
   return static_cast<int>(std::ranges::count_if(runs, [](const auto& run) { return !run.succeeded(); }));
 }
@@ -117,7 +117,7 @@ const bool control_growth_is_registered =
                     .times = Times::in_rows,
                     .run = run_control_growth,
                     .show = show_control_growth,
-                    .surprises = control_growth_surprises});
+                    .unexpected_failures = control_growth_unexpected_failures});
 
 }  // namespace
 }  // namespace ricochet

@@ -29,13 +29,13 @@ struct ControlRun {
   int iterations = 0;
   double seconds = 0;  ///< with those for the guess; NaN where times are not measured
 
-  // Of a run that was solved.
+  // Results of a solved run.
   double claimed_cost = 0;
   double penetration = 0;  ///< deepest in the claimed motion [m, or the unit of the gap]
   double T = 0;
   std::vector<std::vector<double>> u;  ///< per interval
   Motion claimed;
-  /// Of the claimed motion.
+  /// An impact of the claimed motion.
   struct Impact {
     double t = 0;
     int contact = 0;               ///< in `contacts`
@@ -48,7 +48,7 @@ struct ControlRun {
   std::vector<std::vector<double>> lambda_n, lambda_t;  ///< per instant of force_t [N]
   std::vector<int> friction;                            ///< contact of each component of lambda_t
 
-  // Of its replay: with the event-located reference, and where that declines with the pivoting solver.
+  // Replay with the event-located reference, or with the pivoting solver if the reference declines.
   std::string replayed_by;     ///< "reference" or "pivoting"
   std::string replay_status;   ///< of that one
   std::string replay_message;  ///< what the first that failed said

@@ -74,7 +74,7 @@ SeedRun solve_from_seed(SeedRun run) {
   return run;
 }
 
-/// What depends on how fast the machine is, and on what runs beside.
+/// Removes everything that depends on the speed and load of the machine.
 void leave_times_out(SeedRun& run) {
   run.seconds = run.cpu_seconds = std::numeric_limits<double>::quiet_NaN();
   if (run.status != to_string(Status::time_limit)) return;
@@ -147,7 +147,7 @@ constexpr const char* kControlSeedsFields = R"~({
   }
 })~";
 
-// How many guesses find no solution is what is counted.
+// The study counts guesses without a solution, so that none of them is unexpected.
 const bool control_seeds_is_registered =
     register_study({.kind = "control_seeds",
                     .summary = "optimal control from random initial guesses: success, cost, time",
@@ -156,7 +156,7 @@ const bool control_seeds_is_registered =
                     .times = Times::in_rows,
                     .run = run_control_seeds,
                     .show = show_control_seeds,
-                    .surprises = {}});
+                    .unexpected_failures = {}});
 
 }  // namespace
 }  // namespace ricochet

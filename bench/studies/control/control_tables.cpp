@@ -13,7 +13,7 @@ std::string impact_times_off(const ControlRun& run) {
   return std::isnan(run.events) ? "other" : scientific(run.events);
 }
 
-std::string why_not(const ControlRun& run) {
+std::string failure_reason(const ControlRun& run) {
   return run.succeeded() ? "replay: " + run.replay_message : fmt::format("{}: {}", run.status, run.message);
 }
 
@@ -50,7 +50,7 @@ Table control_failures(const std::vector<ControlRun>& runs) {
   static const std::vector<Column<R>> columns = {
       {"problem", &R::problem},
       {"discretisation", &R::discretisation},
-      {"reason", why_not},
+      {"reason", failure_reason},
       {"command", &R::command},
   };
   const auto failed = rows_where(runs, [](const R& run) { return !run.succeeded() || !run.replay_message.empty(); });

@@ -18,7 +18,7 @@ struct ControlGradient {
   std::vector<std::string> components;           ///< of the terminal state
   std::vector<std::vector<double>> derivatives;  ///< per component, over intervals and controls
   double error = 0;                              ///< largest, relative to the reference's largest derivative
-  double error_after_impact = 0;                 ///< the same, of the intervals behind the last impact
+  double error_after_impact = 0;                 ///< the same, of the intervals after the last impact
 
   bool is_reference() const { return steps == 0; }
 };

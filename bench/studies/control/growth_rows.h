@@ -31,7 +31,7 @@ struct ControlGrowth {
   double derivative_seconds = 0;  ///< of these, in gradients, Jacobians and Hessians
   std::vector<Step> steps;
 
-  // Of a run that was solved.
+  // Results of a solved run.
   std::string again_status;  ///< of the second solve; why the plant did not come to it
   bool again_kept_branch = false;
   int again_iterations = 0;

@@ -21,7 +21,7 @@ struct SeedRun {
   double seconds = 0;      ///< wall time, with that for the guess; NaN where times are not measured
   double cpu_seconds = 0;  ///< the same of the processor: other work on the machine disturbs it less
 
-  // Of a run that was solved.
+  // Results of a solved run.
   double cost = 0;
   std::string stationarity;  ///< "S", "M", "C", "W" or "unknown"
   bool is_b_stationary = false;

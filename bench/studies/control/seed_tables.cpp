@@ -64,7 +64,7 @@ std::vector<SeedGroup> seed_groups(const std::vector<SeedRun>& runs) {
 
 Table seed_table(const std::vector<SeedRun>& runs) {
   using G = SeedGroup;
-  // Of the runs that were solved.
+  // Statistics of the solved runs.
   const auto of_solved = [](auto value) { return [=](const G& g) { return value(solved(g)); }; };
   const auto cost = [](const G& g) { return values_of(g, &SeedRun::cost); };
   static const std::vector<Column<G>> columns = {

@@ -140,7 +140,7 @@ std::vector<RampGrid> run_row(const std::vector<const Entry*>& entries, double v
   return grids;
 }
 
-/// Where a block that starts at rest is after the duration, and how fast. @param load  tan(slope) / mu
+/// Final state of a block that starts at rest. @param load  tan(slope) / mu
 Solution slide(const Entry& entry, double load, double direction, double T) {
   constexpr double mu = 0.5;
   const auto ramp = make_problem(
@@ -178,7 +178,7 @@ RampFacets run_facets(const json& entry_json, int n, double load, double T) {
   return line;
 }
 
-/// A piece is a row of the grid with one initial speed, and behind all of them a method with its polygon.
+/// A piece is a row of the grid with one initial speed, and after all of them a method with its polygon.
 void run_friction_ramp(const json& experiment, ResultsFile& file) {
   const int size = experiment.at("grid");
   if (size < 2) throw InputError("grid", size, "at least 2 is required");
@@ -265,7 +265,7 @@ const bool friction_ramp_is_registered =
                     .name_methods = name_methods,
                     .run = run_friction_ramp,
                     .show = show_friction_ramp,
-                    .surprises = {}});
+                    .unexpected_failures = {}});
 
 }  // namespace
 

@@ -60,7 +60,7 @@ Table ramp_facets_table(const std::vector<RampFacets>& facets);
 /// Errors on the (tan(slope), mu) plane, a panel per method, for the last initial speed of the results.
 Chart ramp_chart(const std::vector<RampGrid>& grids, const std::string& name);
 
-/// What friction polygons do: the stick limit and the direction of slip over the direction of the way down.
+/// Effects of friction polygons: stick limit and direction of slip over the downhill direction.
 Chart ramp_facets_chart(const std::vector<RampFacets>& facets, const std::string& name);
 
 }  // namespace ricochet

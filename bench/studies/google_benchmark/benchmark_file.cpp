@@ -108,7 +108,7 @@ class BenchmarkEntry {
     throw InputError(place_ + ".time_unit", unit, "ns, us, ms or s is required");
   }
 
-  /// Of all its repetitions.
+  /// Counters of all repetitions.
   std::string run_name() const { return text("run_name", text("name")); }
   /// Two benchmarks may have the same name.
   std::string key() const {

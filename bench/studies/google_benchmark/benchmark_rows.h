@@ -35,7 +35,7 @@ struct BenchmarkRow {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(BenchmarkRow, name, real_seconds, cpu_seconds, items_per_second,
                                                 repetitions, aggregate, spread, counters, error)
 
-/// How the time of a family of benchmarks grows, as Google Benchmark has fitted it.
+/// Growth of the time of a family of benchmarks, fitted by Google Benchmark.
 struct ComplexityRow {
   static constexpr const char* kKind = "complexity";
 

@@ -7,7 +7,7 @@
 namespace ricochet {
 namespace {
 
-/// What makes the times of a machine doubtful, in sentences.
+/// Reasons to doubt the times of a machine, in sentences.
 std::string warnings_of(const nlohmann::json& environment) {
   std::string text;
   if (environment.value("library_build_type", "") == "debug")
@@ -41,7 +41,7 @@ const bool google_benchmark_is_registered = register_study(
            throw InputError("kind", experiment.at("kind").dump(), "programs of Google Benchmark run this kind");
          },
      .show = show_benchmarks,
-     .surprises = {}});
+     .unexpected_failures = {}});
 
 }  // namespace
 }  // namespace ricochet

@@ -169,15 +169,15 @@ constexpr const char* kContactCostFields = R"~({
   }
 })~";
 
-const bool contact_cost_is_registered =
-    register_study({.kind = "contact_cost",
-                    .summary = "the time of a step of a box in space per active contact",
-                    .fields = kContactCostFields,
-                    .rows = {Run::kKind},
-                    .reads_quick = true,
-                    .run = run_contact_cost,
-                    .show = show_contact_cost,
-                    .surprises = [](const Results& r) { return static_cast<int>(failed_costs(r.all<Run>()).size()); }});
+const bool contact_cost_is_registered = register_study(
+    {.kind = "contact_cost",
+     .summary = "the time of a step of a box in space per active contact",
+     .fields = kContactCostFields,
+     .rows = {Run::kKind},
+     .reads_quick = true,
+     .run = run_contact_cost,
+     .show = show_contact_cost,
+     .unexpected_failures = [](const Results& r) { return static_cast<int>(failed_costs(r.all<Run>()).size()); }});
 
 }  // namespace
 }  // namespace ricochet

@@ -24,13 +24,13 @@ MethodName take_apart(const std::string& method) {
   return {fmt::format("{}:{}", spec.name(), fmt::join(arguments.begin(), arguments.end() - 1, ":")), arguments.back()};
 }
 
-/// Behind the first comma: "elements=as_needed".
+/// After the first comma: "elements=as_needed".
 std::string options_of(const std::string& method) {
   const auto comma = method.find(',');
   return comma == std::string::npos ? "" : method.substr(comma + 1);
 }
 
-/// Options behind the tableau, when another method of the results differs in nothing else.
+/// Options after the tableau, when another method of the results differs in nothing else.
 std::string distinguishing_options(const GridResults& results, const std::string& method) {
   const auto own = take_apart(method);
   const auto all = results.methods();

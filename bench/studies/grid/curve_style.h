@@ -8,13 +8,13 @@
 
 namespace ricochet {
 
-// How the methods of some results are called and drawn: a family of methods reads as one.
+// Names and looks of methods in figures: a family of methods reads as one.
 
-/// Of all methods of some results, in their order: a method looks the same in all figures of its results. The members of a
-/// family with several tableaus have its colour and differ by symbol; the others have what colours are left, and dashes.
+/// Looks of all methods of the results, in their order: a method looks the same in all figures of its results. Members of
+/// a family with several tableaus share a colour and differ by symbol; the others have the remaining colours, and dashes.
 /// Variants of a method, which differ in options alone, are dashed.
 std::vector<CurveLook> curve_looks(const GridResults& results);
-/// Of one of them.
+/// Look of one method.
 CurveLook curve_look(const GridResults& results, const std::string& method);
 
 /// An error beyond it says nothing: it is drawn on the edge, so that it does not squeeze the others.

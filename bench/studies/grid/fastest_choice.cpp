@@ -25,7 +25,7 @@ double mean_ratio(const ByScene& times, const ByScene& over) {
   return count == 0 ? std::nan("") : std::exp(sum / count);
 }
 
-/// Of an odd number of runs the median by time, of an even number the faster of the two in the middle.
+/// Median by time of an odd number of runs; of an even number, the faster of the two in the middle.
 const FastestRun& middle_of(const ByScene& runs) {
   std::vector<const FastestRun*> list;
   for (const auto& [scene, run] : runs) list.push_back(run);

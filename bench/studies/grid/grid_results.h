@@ -32,7 +32,7 @@ struct Trajectory {
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Trajectory, problem, method, setting, t, q, v, picture)
 
-/// What the errors of results are errors of, in words.
+/// Names of the quantity whose error is measured.
 struct ErrorMeasure {
   std::string axis;        ///< of a figure
   std::string definition;  ///< a sentence

@@ -30,7 +30,7 @@ struct GridLine {
   std::optional<double> residual() const { return when(run->max_residual >= 0, run->max_residual); }
 };
 
-/// What a column shows of the record.
+/// Getter of a column, applied to the run.
 auto of_run(auto value) {
   return [=](const GridLine& line) { return std::invoke(value, *line.run); };
 }

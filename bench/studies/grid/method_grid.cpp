@@ -164,7 +164,7 @@ std::string method_grid_failure(const nlohmann::json& line) {
 }
 
 /// Unexpected failures that no other method answered.
-int method_grid_surprises(const Results& file) {
+int method_grid_unexpected_failures(const Results& file) {
   const auto runs = file.all<Run>();
   const auto is_answered = [&](const Run& run) {
     return std::ranges::any_of(runs, [&](const Run& other) {
@@ -204,11 +204,11 @@ const bool method_grid_is_registered = register_study(
      .fields = kMethodGridFields,
      .rows = {Run::kKind, TimingRow::kKind, Trajectory::kKind},
      .reads_quick = true,
-     .times = Times::behind,
+     .times = Times::after,
      .run = run_method_grid,
      .show = show_method_grid,
      .failure = method_grid_failure,
-     .surprises = method_grid_surprises});
+     .unexpected_failures = method_grid_unexpected_failures});
 
 }  // namespace
 }  // namespace ricochet

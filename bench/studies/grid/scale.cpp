@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-// Of the size of q: time stepping lets contacts sink a little, and flying ones are farther.
+// Gap of a touching contact, relative to the size of q: time stepping lets contacts sink a little; open ones are farther.
 constexpr double kTouches = 1e-4;
 
 // Runs up to this CPU time [s] are repeated, longer ones are timed once.
@@ -140,7 +140,7 @@ const bool scale_is_registered = register_study({.kind = "scale",
                                                  .times = Times::in_rows,
                                                  .run = run_scale,
                                                  .show = show_scale,
-                                                 .surprises = {}});
+                                                 .unexpected_failures = {}});
 
 }  // namespace
 }  // namespace ricochet

@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::json;
 
-/// What a reader chooses among for an axis: a field of a run and what it is.
+/// Quantities that a reader can choose for an axis: field of a run, and title.
 json measures(const GridResults& results) {
   return {{"errors",
            {{{"field", "error"}, {"label", results.error_measure().axis}},
@@ -40,7 +40,7 @@ json counted(std::int64_t number, bool is_counted) {
   return is_counted ? json(number) : json();
 }
 
-/// What is known of a run with or without a solution.
+/// Fields of a run that exist with or without a solution.
 json work_of(const GridResults& results, const Run& record, std::size_t method) {
   const Counters& work = record.counters;
   return {{"method", method},

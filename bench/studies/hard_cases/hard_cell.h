@@ -24,7 +24,7 @@ struct HardCell : Run {
   CaseLimits limits;
 
   CaseVerdict verdict() const { return ricochet::verdict(limits, *this); }
-  /// Of its row in the table of an experiment, which links lead to.
+  /// Identifier of its row in the table of an experiment, the target of links.
   std::string row_id(const std::string& results) const { return results + "-" + scene + "-" + method; }
 };
 

@@ -41,8 +41,8 @@ double momentum(const Problem& problem, const Vector& q, const Vector& v) {
   return (problem.mass_matrix(q) * v).sum();
 }
 
-/// What every motion must keep, on the grid points and in the impacts; gaps between them, too, where a method has a dense
-/// motion. Sets the status "not_finite" if a number is not.
+/// Adds the violations of conditions that hold for every motion, at grid points and in impacts; gaps also between them
+/// if the method has a dense motion. Sets the status "not_finite" if a number is not finite.
 void add_invariants(const Problem& problem, const Solution& s, Run& run) {
   const ProblemInfo& info = problem.info();
   const auto start = problem.energy(info.q0, info.v0);
@@ -116,7 +116,7 @@ ReferenceMotion isolated_reference_motion(const Problem& problem, const std::vec
   if (motions.size() != 1)
     return {{}, motions.empty() ? "no motion is known to be the true one" : "more than one motion is a true one"};
   const reference::Reference end = motions[0].reference();
-  const IsolatedResult trial = run_isolated([&] { return reference_motion(problem, end).why_not; }, kReferenceLimit);
+  const IsolatedResult trial = run_isolated([&] { return reference_motion(problem, end).reason; }, kReferenceLimit);
   switch (trial.ending) {
     case IsolatedResult::Ending::killed:
       return {{}, fmt::format("no event-located motion: it has no end within {} s", kReferenceLimit)};
@@ -164,7 +164,7 @@ HardCell run_cell(const HardCase& hard_case, const Problem& problem, const std::
 
 void add_metrics(const Problem& problem, const ReferenceMotion& reference, bool with_memory, double time_limit,
                  HardCell& cell) {
-  if (cell.status == "not_finite") cell.metrics.why_not = "it has numbers that are not finite";
+  if (cell.status == "not_finite") cell.metrics.reason = "it has numbers that are not finite";
   if (!cell.succeeded()) return;
   const double limit = 3 * time_limit + kLookLimit;
   const Run measured = measured_in_child(cell, limit, [&](Run run) {
@@ -184,8 +184,8 @@ void add_metrics(const Problem& problem, const ReferenceMotion& reference, bool 
   if (measured.succeeded())
     static_cast<Run&>(cell) = measured;
   else
-    cell.metrics.why_not = measured.status == "killed" ? fmt::format("measuring has no end within {} s", limit)
-                                                       : "measuring it fails: " + measured.message;
+    cell.metrics.reason = measured.status == "killed" ? fmt::format("measuring has no end within {} s", limit)
+                                                      : "measuring it fails: " + measured.message;
 }
 
 namespace {
@@ -284,7 +284,7 @@ void show_matrix(const Results& results, Section& section) {
 }
 
 /// A method may fail on a hard case; it must not hang, crash, or call a number that is not finite a success.
-int matrix_surprises(const Results& results) {
+int matrix_unexpected_failures(const Results& results) {
   const auto cells = results.all<HardCell>();
   return static_cast<int>(std::ranges::count_if(cells, [](const HardCell& cell) {
     const CaseVerdict verdict = cell.verdict();
@@ -338,7 +338,7 @@ const bool hard_cases_are_registered =
                     .name_methods = [](json& j) { j["only_method"] = read_hard_cases(j).methods; },
                     .run = run_matrix,
                     .show = show_matrix,
-                    .surprises = matrix_surprises});
+                    .unexpected_failures = matrix_unexpected_failures});
 
 }  // namespace
 }  // namespace ricochet

@@ -24,7 +24,7 @@ struct PivotingRun {
 
 PivotingRun run_pivoting(const Problem& problem, const ButcherTableau& tableau, int steps);
 
-/// What a homotopy made of some steps of a run.
+/// Results of a homotopy on some steps of a run.
 struct HomotopyRun {
   int steps = 0, failed = 0, retried = 0;
   std::vector<double> milliseconds[2];  ///< CPU time of the steps that were solved; [1]: with an impact
@@ -36,7 +36,7 @@ struct HomotopyRun {
 };
 
 /// Solves the steps of a run that are within `margin` of one with an impact; margin < 0: all steps. Every stretch of
-/// them begins from the state of the pivoting solver, and so does the step behind one that failed.
+/// them begins from the state of the pivoting solver, and so does the step after one that failed.
 HomotopyRun run_homotopy(const Problem& problem, const PivotingRun& pivoting, const StepHomotopy::Options& options,
                          int margin);
 

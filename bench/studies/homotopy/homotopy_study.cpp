@@ -24,7 +24,7 @@ using nlohmann::json;
 ///   "problem"                problem_choice.h
 ///   "families", "stages"     tableaus: each family with 1 to so many stages
 ///   "steps"                  N_sim of the runs
-///   "margin"                 steps before and behind one with an impact that are solved; -1: all
+///   "margin"                 steps before and after one with an impact that are solved; -1: all
 ///   "guess", "relaxation", "sigma_0", "factor"   lists of values of these options of `fesd_homotopy`, in every
 ///                            combination; one that is not there has its default
 ///   "options"                of all homotopies: "retry=0,max_iterations=200"
@@ -209,7 +209,7 @@ constexpr const char* kHomotopyFields = R"~({
   }
 })~";
 
-// How many steps a homotopy does not find is what is measured.
+// The study counts steps that a homotopy does not find, so that none of them is unexpected.
 const bool homotopy_is_registered =
     register_study({.kind = "homotopy",
                     .summary = "the equations of FESD-J by homotopy, against the pivoting solver",
@@ -219,7 +219,7 @@ const bool homotopy_is_registered =
                     .times = Times::in_rows,
                     .run = run_homotopy_study,
                     .show = show_homotopy,
-                    .surprises = {}});
+                    .unexpected_failures = {}});
 
 }  // namespace
 }  // namespace ricochet

@@ -8,7 +8,7 @@
 #include "problems/registry.h"
 
 /// @file
-/// Does a ball bounce as high as it should? A ball falls from 1 m above the floor. Behind its k-th impact it rises to
+/// Does a ball bounce as high as it should? A ball falls from 1 m above the floor. After its k-th impact it rises to
 ///
 ///     h_k = e^(2k) h_0,   h_0 = 0.9 m the way that it falls                                                          (1)
 ///
@@ -36,7 +36,7 @@ double time_of_impact(double e, int k) {
   return std::sqrt(2 * kFall / kGravity) * sum;
 }
 
-/// The highest point behind the k-th impact of a motion that is known at steps; nothing where there are fewer impacts.
+/// The highest point after the k-th impact of a motion that is known at steps; nothing where there are fewer impacts.
 std::optional<double> height_in(const std::vector<Sample>& samples, int bounces) {
   int impacts = 0;
   double highest = -1;
@@ -61,7 +61,7 @@ std::optional<double> height_in(const std::vector<Event>& events, int bounces) {
 void measure_height(const Method& method, Answer& answer) {
   const double e = answer.condition("e");
   const int bounces = static_cast<int>(answer.condition("bounces"));
-  // The flight behind the impact is over for three quarters: it was at its highest point, also of one that is higher.
+  // The flight after the impact is over for three quarters: it was at its highest point, also of one that is higher.
   const double flight = 2 * std::pow(e, bounces) * std::sqrt(2 * kFall / kGravity);
   const double T = time_of_impact(e, bounces) + 0.75 * (e > 0 ? flight : 0.4);
   answer.values["exact"] = height_after(e, bounces);

@@ -113,7 +113,7 @@ Table step_table(const std::vector<Answer>& answers) {
       "end time. -: no step does.");
 }
 
-/// How many scenes a method reaches an error on, and with which steps.
+/// Number of scenes on which a method reaches an error, and the steps that it needs.
 struct Summary {
   std::string method;
   int scenes = 0;
@@ -164,7 +164,7 @@ struct MatrixRow {
   std::vector<double> errors;
 };
 
-/// Of the rows of each method with several settings, the one that is nearest to the best of them in most columns.
+/// Names, for each method with several settings, the row that is nearest to the best one in most columns.
 std::string who_wins(const std::vector<MatrixRow>& rows) {
   constexpr double kAsGood = 1.5;  // times the least error
   std::map<std::string, std::vector<const MatrixRow*>> families;

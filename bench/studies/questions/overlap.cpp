@@ -14,10 +14,10 @@
 #include "problems/scene_file/scene_file.h"
 
 /// @file
-/// What becomes of bodies that overlap at the start? At rest, by a depth d, they are in a state that the laws of contact
-/// do not have: 0 <= f_c is violated, and no motion begins there. What is known of it is what a method can do:
+/// Question: what do methods do with bodies that overlap at the start? At rest, with a depth d, their state violates the
+/// laws of contact: 0 <= f_c does not hold, and no motion begins there. A method can do one of the following:
 ///
-///   - say so; this program does, `--allow-penetration` moves the bodies to the nearest state without overlap, in
+///   - reject it; this program does, and `--allow-penetration` moves the bodies to the nearest state without overlap, in
 ///     the norm of M, and there they rest;
 ///   - keep it: laws of velocities, 0 <= J_n' v _|_ lambda_n >= 0, ask nothing of a depth                            (1)
 ///   - remove it in a step of h seconds. Where a velocity is a difference of positions, v = (q_{k+1} - q_k) / h, bodies
@@ -109,7 +109,7 @@ void measure_overlap(const json&, const Method& method, Answer& answer) {
   answer.values["gained"] = gained;
 }
 
-/// What a method makes of a scene, the worst last.
+/// Outcome of a method on a scene, the worst last.
 enum class Ending { rests, rests_apart, partly_left, kept, thrown, failed };
 
 Ending ending_of(const Answer& a) {

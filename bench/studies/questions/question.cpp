@@ -233,8 +233,8 @@ bool register_question(const Question& question) {
        .times = Times::none,
        .run = [question](const json& experiment, ResultsFile& file) { run_question(question, experiment, file); },
        .show = [question](const Results& results, Section& section) { show_question(question, results, section); },
-       // What an engine fails at is the answer.
-       .surprises = {}});
+       // A failure of an engine is an answer.
+       .unexpected_failures = {}});
 }
 
 int steps_of(double T, double h) {

@@ -23,8 +23,8 @@ namespace ricochet {
 /// Status of an answer that is left out because it would take too long.
 inline constexpr const char* kNotRun = "not_run";
 
-/// What one method with one step length does under one condition. Its conditions are those of the question, "e" or "mu";
-/// its values are what was measured, and what is exact.
+/// Answer of one method with one step length under one condition of the question, such as "e" or "mu". Its values are
+/// the measured and the exact numbers.
 struct Answer : Run {
   static constexpr const char* kKind = "answer";
 

@@ -32,7 +32,7 @@ std::vector<std::string> toss_files(const std::string& folder);
 /// that the Cardan angles of the measured motion stay as far from their singularity as they can.
 struct Toss {
   std::unique_ptr<Problem> problem;  ///< with the measured start
-  std::vector<Pose> measured;        ///< at k / kTossRate behind it, in the axes of the problem
+  std::vector<Pose> measured;        ///< at k / kTossRate after it, in the axes of the problem
 };
 
 /// @param rows  of which the second is the start: its velocities are those of central differences; the lowest corner of

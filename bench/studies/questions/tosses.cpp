@@ -12,9 +12,9 @@
 #include "problems/input_error.h"
 
 /// @file
-/// How near is a simulation to a measured motion? A cube that was tossed on a table (toss_data.h), from its measured start
-/// with the coefficients that were fitted to it. Beside the distance to the measurement stands how far the methods are
-/// apart: where they are nearer to each other than to the cube, a better method helps nobody, only a better model does.
+/// Question: how near is a simulation to a measured motion? A cube was tossed on a table (toss_data.h). Simulations start
+/// from the measured state, with fitted coefficients. The distance between the methods stands beside the distance to the
+/// measurement: if methods are nearer to each other than to the cube, only a better model helps, not a better method.
 
 namespace ricochet::tosses {
 namespace {

@@ -35,7 +35,7 @@ constexpr double kPartWithin = 0.9;
 constexpr double kMostMicroseconds = 3e5;
 // Than the cheapest setting that reaches the least error: those that follow are costlier still.
 constexpr double kClearlyCostlier = 1.5;
-// Of a measurement: with fewer, threads wait for the last one.
+// Numbers of runs in a measurement: with fewer, threads wait for the last one.
 constexpr double kFewestRunsMeasured = 64, kMostRunsMeasured = 1e6;
 
 struct ThroughputPlan {
@@ -419,7 +419,7 @@ constexpr const char* kThroughputFields = R"~({
   }
 })~";
 
-// That a method does not reach an error is what the study is about.
+// The study shows which errors a method does not reach, so that none of them is unexpected.
 const bool throughput_is_registered =
     register_study({.kind = "throughput",
                     .summary = "runs per second and core of methods at the same error, for many initial values",
@@ -427,7 +427,7 @@ const bool throughput_is_registered =
                     .rows = {ThroughputCurve::kKind, ThroughputRun::kKind},
                     .run = run_throughput,
                     .show = show_throughput,
-                    .surprises = {}});
+                    .unexpected_failures = {}});
 
 }  // namespace
 }  // namespace ricochet

@@ -68,7 +68,7 @@ Table throughput_summary(const std::vector<ThroughputRun>& runs);
 Table throughput_table(const std::vector<ThroughputRun>& runs);
 /// Every setting that was tried.
 Table throughput_settings_table(const std::vector<ThroughputCurve>& curves);
-/// What a run costs before its first step: making a problem, and setting its values.
+/// Cost of a run before its first step: building the problem and setting its values.
 Table throughput_setup_table(const std::vector<ThroughputCurve>& curves);
 /// Errors that a method does not reach, with the reason.
 Table throughput_failures(const std::vector<ThroughputRun>& runs, const std::vector<ThroughputCurve>& curves);

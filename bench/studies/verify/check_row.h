@@ -13,7 +13,7 @@ NLOHMANN_JSON_SERIALIZE_ENUM(CheckVerdict, {{CheckVerdict::fail, "fail"},
 /// "pass", "fail", "not applicable"
 const char* to_string(CheckVerdict verdict);
 
-/// What a check finds out.
+/// Result of a check.
 struct CheckResult {
   CheckVerdict verdict = CheckVerdict::fail;
   std::string reason;   ///< what was measured, and why it is enough or not

@@ -10,11 +10,11 @@
 #include "problems/input_error.h"
 #include "reports/order_fit.h"
 
-// What a fixed-step method claims is an order p: its interval of 95 % must reach
+// A fixed-step method claims an order p: its interval of 95 % must reach
 //
 //   slope + half width >= p - 0.3,                                                                            (1)
 //
-// since a window of a decade and a half has that much of the next term. What an error-controlled method claims is its
+// since a window of a decade and a half has that much of the next term. An error-controlled method claims its
 // tolerance: errors at T, relative to the solution where that is larger than 1, stay below
 //
 //   error <= 1000 tol,   d log error / d log tol >= 0.7                                                       (2)
@@ -29,9 +29,9 @@ using nlohmann::json;
 constexpr double kSlack = 0.3;                             // (1)
 constexpr double kOverTolerance = 1e3, kLeastSlope = 0.7;  // (2)
 constexpr double kAboveFloor = 10;                         // as in the window rule of order_fit.h
-constexpr double kShareOfTime = 0.7;                       // of the time limit; finer runs are left out behind it
+constexpr double kShareOfTime = 0.7;                       // of the time limit; finer runs are left out after it
 
-/// What the checks of one group have in common.
+/// Data shared by the checks of one group.
 struct Grids {
   std::vector<double> first_order, high_order, tolerances;
 

@@ -114,7 +114,7 @@ CheckResult refuses_bad_settings(const KnownProblem& known, const Subject& subje
   return CheckResult::fail(fmt::format("taken without an error: {}", fmt::join(taken, ", ")));
 }
 
-/// What supports() declines solve() refuses, and both say why.
+/// Problems that supports() declines are refused by solve(), and both state the reason.
 CheckResult refuses_what_it_declines(const std::vector<std::shared_ptr<KnownProblem>>& scenes, const Subject& subject) {
   const auto method = make_method(subject.spec);
   int declined = 0;
@@ -130,7 +130,7 @@ CheckResult refuses_what_it_declines(const std::vector<std::shared_ptr<KnownProb
   return CheckResult::pass(fmt::format("{} scenes are declined with a reason, and refused", declined));
 }
 
-/// What a run allocates depends on its events, not on its steps: many steps take no more than few.
+/// Allocations of a run depend on its events, not on its steps: many steps need no more than few.
 CheckResult allocates_nothing(const KnownProblem& known, const Subject& subject) {
   if (!subject.info.is_allocation_free) return CheckResult::not_applicable("it does not claim that");
   if (!counts_allocations()) return CheckResult::not_applicable("this build of the program does not count allocations");

@@ -15,7 +15,7 @@ bool same_bits(const Vector& a, const Vector& b) {
 
 namespace {
 
-/// What is not kept, told as it is found.
+/// List of violations, in the order in which they are found.
 class Findings {
  public:
   template <class... Values>
@@ -63,9 +63,9 @@ void check_events(const Solution& s, const ProblemInfo& info, Findings& findings
   }
 }
 
-/// Of methods of first order 5 % of the energy that moves: they gain O(h) on curved constraints and through explicit
-/// forces. Of others 1e-3 of it: Kane's pendulum gains 0.018 J with Newton's law and any method. What moves by itself may
-/// do work.
+/// Requires that the motion gains no energy. Methods of first order may gain 5 % of the kinetic energy: they gain O(h) on
+/// curved constraints and through explicit forces. Others may gain 1e-3 of it: Kane's pendulum gains 0.018 J with Newton's
+/// law and any method. Surfaces with a prescribed motion may do work.
 void check_energy(const Solution& s, const Problem& problem, bool is_first_order, Findings& findings) {
   const ProblemInfo& info = problem.info();
   const auto before = info.clock < 0 ? problem.energy(info.q0, info.v0) : std::nullopt;

@@ -7,7 +7,7 @@
 
 namespace ricochet {
 
-/// Of the same size, and equal to the last bit.
+/// Whether two vectors have the same size and are equal to the last bit.
 bool same_bits(const Vector& a, const Vector& b);
 
 /// A run, and what of the promises that every method makes on every problem it does not keep.
@@ -16,7 +16,7 @@ struct PromisedRun {
   std::vector<std::string> broken;  ///< sentences; empty: all are kept
 };
 
-/// How far rounding goes.
+/// Bounds of rounding errors.
 struct PromiseBounds {
   double clock = 1e-13;  ///< of the clock's rate; relative
   /// Between runs that record more or less, relative to the larger of 1 and the state: a run that nobody watches may

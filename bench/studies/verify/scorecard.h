@@ -9,7 +9,7 @@
 
 namespace ricochet {
 
-/// What the checks say of one method.
+/// Results of all checks of one method.
 struct Scorecard {
   std::string method;
   std::vector<CheckRow> rows;

@@ -108,7 +108,7 @@ const bool verify_is_registered =
                     .name_methods = [](json& experiment) { experiment["methods"] = methods_of(experiment); },
                     .run = run_verify,
                     .show = show_verify,
-                    .surprises = {}});
+                    .unexpected_failures = {}});
 
 }  // namespace
 

@@ -30,8 +30,8 @@ constexpr int kLengthBisections = 60;    // to the last bit of a length
 constexpr int kExcursionSamples = 500;   // an extremum between two of them is missed by 1e-5 of it
 constexpr double kNoBound = std::numeric_limits<double>::quiet_NaN();
 
-/// How far the motion of a closed element that takes v+ = 1 m/s leaves the ground in 1 s [m]: its velocity vanishes at
-/// the stages and not between them. Longer elements go as much farther, faster balls, too.
+/// Height above the ground that a closed element reaches in 1 s from v+ = 1 m/s [m]: its velocity vanishes at the stages,
+/// and not between them. The height is proportional to the length of the element and to v+.
 double excursion(const ButcherTableau& tableau) {
   Element element;
   element.h = 1;
@@ -237,7 +237,7 @@ void show_zeno(const Results& results, Section& section) {
 
 /// Two of the ways to fail are among what is measured: FESD-J may find no solution with two elements, and a tableau that
 /// gives the velocity back never ends the bounces.
-int zeno_surprises(const Results& results) {
+int zeno_unexpected_failures(const Results& results) {
   const auto runs = results.all<ZenoRun>();
   return static_cast<int>(std::ranges::count_if(runs, [](const ZenoRun& run) {
     return !run.succeeded() && run.status != "infeasible" && run.status != "step_limit";
@@ -263,7 +263,7 @@ const bool zeno_is_registered = register_study({.kind = "zeno",
                                                 .times = Times::none,
                                                 .run = run_zeno,
                                                 .show = show_zeno,
-                                                .surprises = zeno_surprises});
+                                                .unexpected_failures = zeno_unexpected_failures});
 
 }  // namespace
 

@@ -20,7 +20,7 @@ struct ExactBall {
   double t_Z() const;
   /// Above the ground [m].
   double height(double t) const;
-  /// When it is highest in each of its flights, from t on [s].
+  /// Times of the highest points of its flights, from t on [s].
   std::vector<double> highest_after(double t) const;
 };
 

@@ -9,7 +9,7 @@
 
 namespace ricochet {
 
-/// What a closed element of a tableau does with a velocity across its contact, computed and measured.
+/// Motion of a closed element that starts with a normal velocity, computed and measured.
 struct ZenoCapture {
   static constexpr const char* kKind = "zeno_capture";
 
@@ -32,12 +32,12 @@ struct ZenoRun {
   double t_Z = 0;  ///< exact [s]
   int impacts = 0;
 
-  // Of a run that succeeded.
+  // Results of a successful run.
   bool rests = false;         ///< closed from the last impact on
   double t_rest = 0;          ///< of that impact [s]
-  double v_plus = 0;          ///< behind it [m/s]: stopped by stage forces unless zero
+  double v_plus = 0;          ///< after it [m/s]: stopped by stage forces unless zero
   double v_end = 0;           ///< size of the velocity at the end [m/s]
-  double position_error = 0;  ///< largest behind t_rest, between the steps, too [m]
+  double position_error = 0;  ///< largest after t_rest, between the steps, too [m]
   double rest_bound = 0;      ///< for t_Z - t_rest [s]; NaN where none is claimed
   double position_bound = 0;  ///< [m]; NaN where none is claimed
   double energy = 0;          ///< that vanished without an impact [J], per mass [m^2/s^2]

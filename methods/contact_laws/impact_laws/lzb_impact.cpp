@@ -69,12 +69,12 @@ class Springs {
   void step(double h) {
     Vector end = stepped(h);
     if (changes(end)) {
-      double before = 0, behind = h;
+      double before = 0, after = h;
       for (int k = 0; k < kHalvings; ++k) {
-        const double middle = (before + behind) / 2;
-        (changes(stepped(middle)) ? behind : before) = middle;
+        const double middle = (before + after) / 2;
+        (changes(stepped(middle)) ? after : before) = middle;
       }
-      end = stepped(behind);
+      end = stepped(after);
     }
     y_ = end;
   }

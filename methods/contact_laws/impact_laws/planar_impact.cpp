@@ -66,7 +66,7 @@ std::optional<PlanarImpact> poisson(const PlanarContact& k, PlanarPair w) {
   return PlanarImpact{pushed(k, w, p), p};
 }
 
-// (4)-(6) as two straight lines: until slip stops, and behind.
+// (4)-(6) as two straight lines: until slip stops, and after.
 class ImpulsePath {
  public:
   ImpulsePath(const PlanarContact& k, PlanarPair w) : k_(k), w_(w) {
@@ -85,7 +85,7 @@ class ImpulsePath {
     return {p_n, before_.t * slipping + (rest > 0 ? behind_.t * rest : 0)};
   }
   double normal_velocity(double p_n) const { return pushed(k_, w_, impulse(p_n)).n; }
-  // p_c: w_n grows behind the stop, and before it unless the contact jams; it passes through zero once.
+  // p_c: w_n grows after the stop, and before it unless the contact jams; it passes through zero once.
   double compression() const {
     if (const double slope = slope_of(before_); slope > 0 && -w_.n <= slope * stop_) return -w_.n / slope;
     return stop_ - normal_velocity(stop_) / slope_of(behind_);
@@ -95,13 +95,13 @@ class ImpulsePath {
     const double middle = std::clamp(stop_, from, to);
     return trapezoid(from, middle) + trapezoid(middle, to);
   }
-  // Where the work of w_n behind p_c, at which w_n = 0, reaches W.
+  // Where the work of w_n after p_c, at which w_n = 0, reaches W.
   double end_of_work(double p_c, double W) const {
     if (p_c < stop_) {
       const double end = p_c + std::sqrt(2 * W / slope_of(before_));
       if (end <= stop_) return end;
     }
-    // w x + slope x^2 / 2 = W on the line behind `start`, by the root without cancellation
+    // w x + slope x^2 / 2 = W on the line after `start`, by the root without cancellation
     const double start = std::max(p_c, stop_), w = p_c < stop_ ? normal_velocity(start) : 0;
     const double left = W - work(p_c, start);
     if (left <= 0) return start;

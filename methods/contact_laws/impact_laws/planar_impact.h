@@ -33,8 +33,8 @@ namespace ricochet {
 /// What an impact does to the kinetic energy is (p' (w+ + w-)) / 2                                           (9)
 ///
 /// Under (8) it never grows: the normal work is (1 - e^2) times a negative number, the work of friction is negative.
-/// Under (2) it may, for the work of friction in (9) takes the mean of slip before and behind, and an impulse that
-/// opposes the slip behind may point along the slip before. Along the path (4)-(6) the force of a jam (a < mu s c)
+/// Under (2) it may, for the work of friction in (9) takes the mean of slip before and after, and an impulse that
+/// opposes the slip after may point along the slip before. Along the path (4)-(6) the force of a jam (a < mu s c)
 /// grows until slip stops; (2) and (3) may then have no solution.
 ///
 /// Sources: Kane, Levinson, Dynamics: Theory and Applications (1985); Routh, Dynamics of a System of Rigid Bodies;

@@ -241,7 +241,7 @@ bool AdmmContactSolver::factorize(double rho) {
   return cholesky_.factorize(eta_ + rho_);
 }
 
-/// (3)-(6), from velocity_ = A x + a, which is that of x+ behind.
+/// (3)-(6), from velocity_ = A x + a, which is that of x+ after.
 AdmmContactSolver::Residuals AdmmContactSolver::iterate(const ContactProblem& problem, double alpha) {
   const int n = problem.G.n_rows();
   step_.head(n) = rho_ * (y_.head(n) - x_.head(n)) + z_.head(n) - velocity_.head(n);

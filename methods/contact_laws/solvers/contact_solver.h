@@ -39,7 +39,7 @@ enum class ContactSolverKind { automatic, lemke, exact, pgs, newton, interior_po
 
 /// What is known of a kind of contact solver before it runs.
 struct ContactSolverEntry {
-  const char* name;  ///< behind solver=
+  const char* name;  ///< the value of the option solver=
   ContactSolverKind kind;
   int usual_iterations;  ///< contact_iterations= where it is not given; 0: pivoting has no such limit
   int most_contacts = std::numeric_limits<int>::max();  ///< above, comparisons of all leave it out: it takes seconds

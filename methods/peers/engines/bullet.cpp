@@ -12,7 +12,7 @@
 // split_impulse the second term of (4), erp2's, is left out where d is below split_impulse_penetration_threshold, and a
 // problem of pseudo-velocities like (3) has it instead, which moves x_{k+1} and is forgotten.
 //
-// Each iteration goes through the rows once, friction behind the normal ones, with the bounds of (5) by the Lambda_n of
+// Each iteration goes through the rows once, friction after the normal ones, with the bounds of (5) by the Lambda_n of
 // that moment,
 //
 //   Lambda <- max(lower, min(upper, Lambda + (b - J' v - (cfm / h) Lambda) / (J' M^-1 J + cfm / h)))           (6)

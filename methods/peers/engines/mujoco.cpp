@@ -74,7 +74,7 @@ void note(const char* text) {
   if (messages.n++ == 0) messages.first = text;
 }
 
-/// MuJoCo ends its process otherwise, behind a line in a file of the working directory.
+/// MuJoCo ends its process otherwise, after a line in a file of the working directory.
 [[noreturn]] void give_up(const char* text) {
   throw std::runtime_error(fmt::format("MuJoCo gave up: {}", text));
 }

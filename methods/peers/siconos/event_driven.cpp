@@ -59,7 +59,7 @@ Solution integrate_event_driven(const Problem& problem, const Settings& settings
     lsodar->setTol(1, settings.tolerance, settings.tolerance);
     lsodar->setMaxNstep(kMaxLsodarSteps);
     LagrangianDS& system = *model.bodies().front().system;
-    while (solution.t < info.end_time) {  // hasNextEvent() goes on behind the end
+    while (solution.t < info.end_time) {  // hasNextEvent() goes on after the end
       if (time_limit.is_over()) {
         stop(Status::time_limit, time_limit.message());
         break;

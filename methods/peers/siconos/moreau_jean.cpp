@@ -176,7 +176,7 @@ Solution integrate_moreau_jean(const Problem& problem, const Settings& settings,
           combined ? combined->cumulatedNewtonNbIterations() : simulation->getNewtonNbIterations();
       model.count(counters);
       solution.t = k + 1 == settings.steps ? info.end_time : (k + 1) * h;
-      // A contact that carries an impulse and did not before has closed; by (2) the impulse acts 1 - theta of a step behind t_k.
+      // A contact that carries an impulse and did not before has closed; by (2) the impulse acts 1 - theta of a step after t_k.
       for (int i = 0; i < info.n_c(); ++i) {
         const bool is_pressed = Lambda_n[i] > 0;
         if (is_pressed && !was_pressed[i]) {

@@ -195,7 +195,7 @@ class FixedStepRun {
     return impact_place < 1 ? Vector(q_minus + impact_place * h * v_minus) : q;
   }
 
-  /// v is that of the left end before the impact, that of the right end behind it.
+  /// v is that of the left end before the impact, that of the right end after it.
   void record_impact(double t, double t_impact, const Vector& q_minus, const Vector& v_minus) {
     const Vector q_impact = at_impact(q_minus, v_minus);
     solution.motion.add(t, t_impact, 1, [&](double s, Vector& at_q, Vector& at_v) {

@@ -95,7 +95,7 @@ bool SwitchingRun::has_passed(double h) {
   });
 }
 
-/// q on the cubic with the velocities at both ends of a step of length `h`, s of it behind its begin.
+/// q on the cubic with the velocities at both ends of a step of length `h`, s of it after its begin.
 void SwitchingRun::between_ends(double h, double s, Vector& q) const {
   const double r = 1 - s;
   q = before_.q + s * (state_.q - before_.q) +
@@ -147,7 +147,7 @@ void SwitchingRun::end_step() {
   if (settings_.recording >= Recording::grid) solution_.samples.push_back({t_, state_.q, state_.v, state_.v});
 }
 
-/// Between the ends of a step: the straight line behind a switch, else the cubic with the velocities at both ends.
+/// Between the ends of a step: the straight line after a switch, else the cubic with the velocities at both ends.
 void SwitchingRun::record_piece(double begin, int degree) {
   if (settings_.recording != Recording::motion) return;
   const double h = t_ - begin;
