@@ -160,7 +160,7 @@ struct Layout {
         const bool has_key = chart.has_key_each && !key_of({panel}).empty();
         above = std::max(above,
                          kAround + kTitleLine * (title_lines(panel.title) + has_key) + (panel.title.empty() ? 0 : 10));
-        if (!panel.x.label.empty()) below = kAround + 2 * kTitleLine + 4;
+        if (!panel.x.label.empty()) below = 2 * kAround + 2 * kTitleLine + 4;
       }
       top[r] = height + above;
       bottom[r] = top[r] + chart.height;
