@@ -20,11 +20,11 @@ extern char** environ;
 namespace ricochet {
 namespace {
 
-constexpr int kNoHistory = 77;  // the exit code of bench/history/make_history where git has none
+constexpr int kNoHistory = 77;  // the exit code of bench/tools/history/make_history where git has none
 
-/// Runs bench/history/make_history, which reads git, with this program for the orders. @return its exit code
+/// Runs bench/tools/history/make_history, which reads git, with this program for the orders. @return its exit code
 int make_history(const std::string& folder, int commits) {
-  std::string script = find_project_file("bench/history/make_history"), number = std::to_string(commits), to = folder,
+  std::string script = find_project_file("bench/tools/history/make_history"), number = std::to_string(commits), to = folder,
               python = "python3", option = "--program",
               program = std::filesystem::read_symlink("/proc/self/exe").string();
   std::array<char*, 7> words = {python.data(), script.data(),  to.data(), number.data(),

@@ -7,7 +7,7 @@
 
 namespace ricochet {
 
-/// Changes of the program commit by commit, from the folder that ./run history writes (bench/history/make_history).
+/// Changes of the program commit by commit, from the folder that ./run history writes (bench/tools/history/make_history).
 /// @throws InputError if the folder contains no history, or a damaged one
 SitePage history_page(const std::string& folder);
 

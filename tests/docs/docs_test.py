@@ -12,11 +12,11 @@ import unittest
 from pathlib import Path
 
 SOURCE = Path(__file__).resolve().parents[2]
-HEADERS = [line for line in (SOURCE / "bench/package/headers.txt").read_text().splitlines() if not line.startswith("#")]
+HEADERS = [line for line in (SOURCE / "bench/tools/package/headers.txt").read_text().splitlines() if not line.startswith("#")]
 
 
 def make_site(folder, source=SOURCE, **environment):
-    return subprocess.run([sys.executable, str(source / "bench/docs/make_site"), str(folder), str(source)],
+    return subprocess.run([sys.executable, str(source / "bench/tools/docs/make_site"), str(folder), str(source)],
                           text=True, capture_output=True, env=os.environ | environment)
 
 
@@ -104,16 +104,16 @@ class Mistakes(unittest.TestCase):
 
 
 class Library(unittest.TestCase):
-    """bench/package/README.md says what is there."""
+    """bench/tools/package/README.md says what is there."""
 
-    TEXT = (SOURCE / "bench/package/README.md").read_text()
+    TEXT = (SOURCE / "bench/tools/package/README.md").read_text()
 
     def test_lists_the_installed_headers(self):
         linked = re.findall(r"\]\(([^)]*\.h)\)", self.TEXT)
-        self.assertEqual(sorted(os.path.normpath(os.path.join("bench/package", path)) for path in linked), sorted(HEADERS))
+        self.assertEqual(sorted(os.path.normpath(os.path.join("bench/tools/package", path)) for path in linked), sorted(HEADERS))
 
     def test_installed_headers_include_no_other(self):
-        installed = {header.removeprefix("bench/package/").removeprefix("bench/plugin/") for header in HEADERS}
+        installed = {header.removeprefix("bench/tools/package/").removeprefix("bench/plugin/") for header in HEADERS}
         for header in HEADERS:
             for included in re.findall(r'^#include "(.*)"', (SOURCE / header).read_text(), re.M):
                 self.assertIn(included, installed, header)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 SOURCE = Path(__file__).resolve().parents[2]
 PROGRAM = os.environ["RICOCHET_PROGRAM"]
-SCRIPT = SOURCE / "bench/history/make_history"
+SCRIPT = SOURCE / "bench/tools/history/make_history"
 # A hook of git, which may run this, names its own repository; identity and date of a commit are those of no user.
 ENVIRONMENT = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")} | {
     "GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_NOSYSTEM": "1", "GIT_AUTHOR_NAME": "a", "GIT_AUTHOR_EMAIL": "a@b",
@@ -137,7 +137,7 @@ class History(unittest.TestCase):
         self.assertIn("grid: turning, order", page)
 
     def test_without_the_program_there_are_no_orders(self):
-        script = self.repository / "elsewhere/bench/history/make_history"  # beside which nothing is built
+        script = self.repository / "elsewhere/bench/tools/history/make_history"  # beside which nothing is built
         script.parent.mkdir(parents=True)
         shutil.copy(SCRIPT, script)
         made = make_history(self.repository, "bare", script=script)

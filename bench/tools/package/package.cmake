@@ -20,11 +20,11 @@ if(NOT RICOCHET_SANITIZE)
     RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
 endif()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/bench/experiments DESTINATION ${data_dir}/bench COMPONENT program)
-install(PROGRAMS ${PROJECT_SOURCE_DIR}/bench/history/make_history DESTINATION ${data_dir}/bench/history COMPONENT program)
+install(PROGRAMS ${PROJECT_SOURCE_DIR}/bench/tools/history/make_history DESTINATION ${data_dir}/bench/tools/history COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/reports/baselines DESTINATION ${data_dir}/reports COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/reference/data DESTINATION ${data_dir}/reference COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples DESTINATION ${data_dir} COMPONENT program USE_SOURCE_PERMISSIONS)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/bench/python/ricochet DESTINATION lib/python3/dist-packages
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/bench/tools/python/ricochet DESTINATION lib/python3/dist-packages
   COMPONENT program PATTERN __pycache__ EXCLUDE)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/CITATION.cff ${PROJECT_SOURCE_DIR}/CHANGELOG.md
   DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
