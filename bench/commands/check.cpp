@@ -9,10 +9,10 @@
 #include <variant>
 
 #include "bench/commands/commands.h"
+#include "bench/experiment/study.h"
 #include "bench/gate/baseline.h"
 #include "bench/gate/counter_gate.h"
 #include "bench/gate/gate_output.h"
-#include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "reports/text_file.h"
 

@@ -8,7 +8,7 @@
 #include "bench/control/control_claim.h"
 #include "bench/control/control_guess.h"
 #include "bench/control/replay.h"
-#include "bench/studies/control/control_run.h"
+#include "bench/studies/control/control_views.h"
 #include "methods/complementarity/mpcc/homotopy.h"
 #include "problems/input_error.h"
 #include "reports/render/gnuplot.h"

@@ -10,6 +10,7 @@
 #include "bench/commands/commands.h"
 #include "bench/commands/number_checks.h"
 #include "bench/experiment/experiment_file.h"
+#include "bench/measure/data_folder.h"
 #include "bench/site/history_page.h"
 #include "problems/input_error.h"
 #include "reports/site/site.h"
@@ -24,8 +25,8 @@ constexpr int kNoHistory = 77;  // the exit code of bench/tools/history/make_his
 
 /// Runs bench/tools/history/make_history, which reads git, with this program for the orders. @return its exit code
 int make_history(const std::string& folder, int commits) {
-  std::string script = find_project_file("bench/tools/history/make_history"), number = std::to_string(commits), to = folder,
-              python = "python3", option = "--program",
+  std::string script = find_project_file("bench/tools/history/make_history"), number = std::to_string(commits),
+              to = folder, python = "python3", option = "--program",
               program = std::filesystem::read_symlink("/proc/self/exe").string();
   std::array<char*, 7> words = {python.data(), script.data(),  to.data(), number.data(),
                                 option.data(), program.data(), nullptr};

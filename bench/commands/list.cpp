@@ -7,7 +7,7 @@
 #include "bench/commands/commands.h"
 #include "bench/experiment/experiment_file.h"
 #include "bench/experiment/experiment_schema.h"
-#include "bench/studies/study.h"
+#include "bench/experiment/study.h"
 #include "methods/registry.h"
 #include "problems/control/optimal_control_problem.h"
 #include "problems/names.h"

@@ -4,9 +4,9 @@
 
 #include "bench/commands/commands.h"
 #include "bench/commands/show.h"
+#include "bench/experiment/study.h"
 #include "bench/site/history_page.h"
 #include "bench/site/report_site.h"
-#include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "reports/results_page.h"
 #include "reports/text_file.h"

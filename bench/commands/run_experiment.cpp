@@ -14,7 +14,7 @@
 #include "bench/experiment/experiment_file.h"
 #include "bench/site/history_page.h"
 #include "bench/site/report_site.h"
-#include "bench/studies/study.h"
+#include "bench/experiment/study.h"
 #include "problems/input_error.h"
 #include "reports/text_file.h"
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "bench/commands/commands.h"
-#include "bench/studies/study.h"
+#include "bench/experiment/study.h"
 #include "problems/input_error.h"
 #include "problems/names.h"
 #include "reports/export.h"

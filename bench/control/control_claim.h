@@ -1,6 +1,6 @@
 #pragma once
 
-#include "bench/studies/control/control_run.h"
+#include "bench/control/control_run.h"
 #include "methods/control/transcription.h"
 #include "problems/control/optimal_control_problem.h"
 

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "bench/experiment/experiment_file.h"
+#include "bench/measure/data_folder.h"
 #include "bench/measure/environment.h"
 #include "bench/rows/in_order.h"
 #include "problems/input_error.h"

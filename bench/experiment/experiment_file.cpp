@@ -6,9 +6,9 @@
 #include <cmath>
 #include <filesystem>
 
-#include "bench/experiment/data_folder.h"
 #include "bench/experiment/experiment_schema.h"
-#include "bench/studies/study.h"
+#include "bench/experiment/study.h"
+#include "bench/measure/data_folder.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"
 #include "problems/names.h"
@@ -25,12 +25,6 @@ constexpr int kMostGridIntervals = 1000000;  // a slip of the keyboard would fil
 constexpr double kGridRounding = 1e-9;       // of a number of intervals that is whole on paper
 
 }  // namespace
-
-std::string find_project_file(const std::string& path) {
-  if (fs::exists(path)) return path;
-  const fs::path in_data = fs::path(data_folder()) / path;
-  return fs::exists(in_data) ? in_data.string() : path;
-}
 
 std::vector<std::string> experiment_names() {
   std::vector<std::string> names;

@@ -7,7 +7,7 @@
 
 namespace ricochet {
 
-/// An experiment is a file in bench/experiments/ that defines the runs of a study (bench/studies/study.h).
+/// An experiment is a file in bench/experiments/ that defines the runs of a study (bench/experiment/study.h).
 ///
 ///   "id", "title", "description"   of the results
 ///   "kind"                         of the study; "method_grid" without it
@@ -44,9 +44,6 @@ ExperimentFile read_experiment_file(const std::string& name);
 
 /// Names of the files in bench/experiments/.
 std::vector<std::string> experiment_names();
-
-/// Path of a file in data_folder(); a path that exists is returned unchanged.
-std::string find_project_file(const std::string& path);
 
 /// @param what  kind of file for the message: "an experiment"  @throws InputError if the file does not exist or
 /// contains no JSON object

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "bench/experiment/experiment_file.h"
+#include "bench/measure/data_folder.h"
 #include "bench/measure/environment.h"
 #include "reports/text_file.h"
 

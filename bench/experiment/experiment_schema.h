@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "bench/studies/study.h"
+#include "bench/experiment/study.h"
 #include "problems/json_schema.h"
 
 namespace ricochet {

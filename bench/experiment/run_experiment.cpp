@@ -10,8 +10,8 @@
 
 #include "bench/experiment/experiment_file.h"
 #include "bench/experiment/experiment_schema.h"
+#include "bench/experiment/study.h"
 #include "bench/measure/environment.h"
-#include "bench/studies/study.h"
 #include "problems/input_error.h"
 
 namespace ricochet {

@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <chrono>
 
+#include "bench/experiment/study.h"
 #include "bench/fuzz/evidence.h"
 #include "bench/fuzz/families.h"
 #include "bench/measure/environment.h"
 #include "bench/rows/progress.h"
 #include "bench/rows/results_file.h"
-#include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "problems/names.h"
 

@@ -7,8 +7,8 @@
 #include <limits>
 #include <set>
 
+#include "bench/experiment/study.h"
 #include "bench/gate/gate.h"
-#include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "reports/order_fit.h"
 #include "reports/text_file.h"

@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "bench/studies/study.h"
+#include "bench/experiment/study.h"
 #include "problems/input_error.h"
 #include "reports/text_file.h"
 

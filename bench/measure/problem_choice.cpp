@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "bench/experiment/experiment_file.h"
+#include "bench/measure/data_folder.h"
 #include "problems/scene_file/scene_file.h"
 #include "reference/truths.h"
 

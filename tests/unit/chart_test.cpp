@@ -10,6 +10,7 @@
 #include <set>
 
 #include "bench/experiment/experiment_file.h"
+#include "bench/measure/data_folder.h"
 #include "problems/input_text.h"
 #include "reports/render/csv.h"
 #include "reports/render/gnuplot.h"

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "bench/control/control_claim.h"
+#include "bench/studies/control/control_views.h"
 #include "bench/studies/control/gradient_rows.h"
 #include "bench/studies/control/seed_rows.h"
 #include "problems/geometry_kinematics.h"

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
+#include "bench/experiment/study.h"
 #include "bench/studies/questions/question.h"
-#include "bench/studies/study.h"
 #include "tests/small_experiment.h"
 
 namespace ricochet {

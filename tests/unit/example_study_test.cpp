@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "bench/experiment/run_experiment.h"
-#include "bench/studies/study.h"
+#include "bench/experiment/study.h"
 #include "problems/input_error.h"
 #include "reports/results_page.h"
 #include "reports/site/site.h"

@@ -10,7 +10,7 @@
 #include "bench/commands/schema_page.h"
 #include "bench/experiment/experiment_schema.h"
 #include "bench/experiment/run_experiment.h"
-#include "bench/studies/study.h"
+#include "bench/experiment/study.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"
 #include "problems/scene_file/scene_file.h"

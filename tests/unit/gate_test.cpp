@@ -13,6 +13,7 @@
 #include "bench/experiment/experiment_file.h"
 #include "bench/gate/baseline.h"
 #include "bench/gate/gate_output.h"
+#include "bench/measure/data_folder.h"
 #include "bench/studies/grid/grid_experiment.h"
 #include "problems/input_error.h"
 #include "reports/text_file.h"

@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <fstream>
 
+#include "bench/experiment/study.h"
 #include "bench/gate/counter_gate.h"
 #include "bench/gate/gate_output.h"
 #include "bench/studies/google_benchmark/benchmark_file.h"
-#include "bench/studies/study.h"
 #include "problems/input_error.h"
 
 namespace ricochet {

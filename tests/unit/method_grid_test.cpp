@@ -1,8 +1,8 @@
 // The runs of a grid of methods and settings, as their rows say.
 #include <gtest/gtest.h>
 
+#include "bench/experiment/study.h"
 #include "bench/studies/grid/curve_style.h"
-#include "bench/studies/study.h"
 #include "methods/registry.h"
 #include "reports/run.h"
 #include "reports/text_file.h"

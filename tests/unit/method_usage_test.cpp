@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bench/experiment/experiment_file.h"
+#include "bench/measure/data_folder.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"

@@ -9,11 +9,11 @@
 
 #include "bench/experiment/experiment_file.h"
 #include "bench/experiment/run_experiment.h"
+#include "bench/experiment/study.h"
 #include "bench/measure/sensitivities.h"
 #include "bench/studies/questions/gradient_cases.h"
 #include "bench/studies/questions/question.h"
 #include "bench/studies/questions/toss_data.h"
-#include "bench/studies/study.h"
 #include "methods/method_spec.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"

@@ -7,7 +7,7 @@
 
 #include "bench/experiment/experiment_file.h"
 #include "bench/experiment/experiment_schema.h"
-#include "bench/studies/study.h"
+#include "bench/experiment/study.h"
 #include "problems/input_error.h"
 #include "reports/run.h"
 #include "tests/small_experiment.h"

@@ -5,9 +5,9 @@
 
 #include "bench/contacts/contact_sampler.h"
 #include "bench/contacts/contact_set_tables.h"
+#include "bench/experiment/study.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/contact_solvers/contact_solve.h"
-#include "bench/studies/study.h"
 #include "problems/input_error.h"
 
 namespace ricochet {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "bench/studies/control/control_run.h"
+#include "bench/studies/control/control_views.h"
 #include "reports/drawing/scene_drawing.h"
 
 namespace ricochet {

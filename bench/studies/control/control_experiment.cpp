@@ -10,9 +10,9 @@
 #include "bench/control/control_guess.h"
 #include "bench/control/control_options.h"
 #include "bench/control/replay.h"
+#include "bench/experiment/study.h"
 #include "bench/rows/progress.h"
-#include "bench/studies/control/control_run.h"
-#include "bench/studies/study.h"
+#include "bench/studies/control/control_views.h"
 #include "methods/complementarity/mpcc/homotopy.h"
 
 namespace ricochet {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/studies/control/control_run.h"
+#include "bench/studies/control/control_views.h"
 
 namespace ricochet {
 namespace {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/experiment/study.h"
 #include "bench/measure/measure_run.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/control/gradient.h"
 #include "bench/studies/control/gradient_rows.h"
-#include "bench/studies/study.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 
@@ -47,7 +47,7 @@ ControlTrajectory trajectory_of(const json& experiment, const ProblemInfo& info)
 }
 
 /// Columns of a gradient that belong to intervals after the last impact of the motion.
-Eigen::Index columns_behind_impacts(const OptimalControlProblem& problem, const ControlTrajectory& trajectory) {
+Eigen::Index columns_after_impacts(const OptimalControlProblem& problem, const ControlTrajectory& trajectory) {
   double last_impact = 0;
   for (const auto& event : replay(problem, trajectory, reference_solver(kGradientTolerance)).events) {
     if (event.kind == EventKind::impact) last_impact = event.t;
@@ -93,7 +93,7 @@ void run_control_gradient(const json& experiment, ResultsFile& file) {
         *problem, "reference", 0,
         gradient_by_differences(*problem, trajectory, reference_solver(kGradientTolerance), kReferenceChange));
   }));
-  const Eigen::Index n_behind = columns_behind_impacts(*problem, trajectory);
+  const Eigen::Index n_after = columns_after_impacts(*problem, trajectory);
   std::vector<std::pair<std::string, int>> runs;
   for (const auto& entry : experiment.at("methods")) {
     for (const int steps : entry.at("steps").get<std::vector<int>>()) runs.emplace_back(entry.at("method"), steps);
@@ -106,7 +106,7 @@ void run_control_gradient(const json& experiment, ResultsFile& file) {
             : gradient_by_differences(*problem, trajectory, fixed_step_solver(method, steps), kSchemeChange);
     ControlGradient row = row_of_gradient(*problem, method, steps, gradient);
     row.error = largest_error(gradient, reference, gradient.cols());
-    row.error_after_impact = largest_error(gradient, reference, n_behind);
+    row.error_after_impact = largest_error(gradient, reference, n_after);
     return row;
   };
   file.each<ControlGradient>(runs.size(), run, [&](std::size_t k) {

@@ -5,9 +5,9 @@
 #include <random>
 
 #include "bench/control/control_guess.h"
+#include "bench/experiment/study.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/control/growth_rows.h"
-#include "bench/studies/study.h"
 #include "methods/control/shrinking_horizon.h"
 
 namespace ricochet {

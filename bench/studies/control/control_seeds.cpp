@@ -8,10 +8,10 @@
 #include "bench/control/control_guess.h"
 #include "bench/control/replay.h"
 #include "bench/experiment/experiment_file.h"
+#include "bench/experiment/study.h"
 #include "bench/measure/timing.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/control/seed_rows.h"
-#include "bench/studies/study.h"
 #include "problems/input_error.h"
 #include "reports/performance_profile.h"
 

@@ -7,10 +7,10 @@
 #include <limits>
 #include <numbers>
 
+#include "bench/experiment/study.h"
 #include "bench/measure/measure_run.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/friction_ramp/ramp_rows.h"
-#include "bench/studies/study.h"
 #include "methods/contact_laws/friction_polygon.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"

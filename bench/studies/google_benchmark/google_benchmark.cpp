@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
+#include "bench/experiment/study.h"
 #include "bench/studies/google_benchmark/benchmark_file.h"
 #include "bench/studies/google_benchmark/benchmark_rows.h"
-#include "bench/studies/study.h"
 
 namespace ricochet {
 namespace {

@@ -8,10 +8,10 @@
 #include <map>
 #include <memory>
 
+#include "bench/experiment/study.h"
 #include "bench/measure/measure_run.h"
 #include "bench/measure/timing.h"
 #include "bench/rows/progress.h"
-#include "bench/studies/study.h"
 #include "methods/registry.h"
 
 namespace ricochet {

@@ -10,12 +10,12 @@
 #include <utility>
 
 #include "bench/experiment/experiment_file.h"
+#include "bench/experiment/study.h"
 #include "bench/measure/allocations.h"
 #include "bench/measure/measure_run.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/grid/fastest_choice.h"
 #include "bench/studies/grid/fastest_rows.h"
-#include "bench/studies/study.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "reports/performance_profile.h"

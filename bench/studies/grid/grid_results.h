@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/measure/trajectory_of.h"
 #include "reports/results.h"
 #include "reports/run.h"
 #include "reports/timing.h"
@@ -20,25 +21,13 @@ struct TimingRow {
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(TimingRow, row, timing, peak_bytes)
 
-/// A motion for a figure.
-struct Trajectory {
-  static constexpr const char* kKind = "trajectory";
-
-  std::string problem, method;
-  std::string setting;  ///< "500 steps", "tolerance 1e-09"
-  std::vector<double> t;
-  std::vector<std::vector<double>> q, v;  ///< per sample
-  std::string picture;                    ///< SVG, the scene in motion; empty where the scene has no geometry
-};
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Trajectory, problem, method, setting, t, q, v, picture)
-
 /// Names of the quantity whose error is measured.
 struct ErrorMeasure {
   std::string axis;        ///< of a figure
   std::string definition;  ///< a sentence
 };
 
-/// Behind the header, lines counted from 1.
+/// The line after the header, counted from 1.
 constexpr int kFirstRowLine = 2;
 
 /// Results of methods on a grid of settings.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "bench/experiment/study.h"
 #include "bench/measure/allocations.h"
 #include "bench/measure/measure_run.h"
 #include "bench/measure/metrics/metric_tables.h"
@@ -12,7 +13,6 @@
 #include "bench/studies/grid/grid_experiment.h"
 #include "bench/studies/grid/grid_tables.h"
 #include "bench/studies/grid/work_precision.h"
-#include "bench/studies/study.h"
 #include "methods/registry.h"
 
 namespace ricochet {

@@ -4,10 +4,10 @@
 #include <limits>
 
 #include "bench/experiment/experiment_file.h"
+#include "bench/experiment/study.h"
 #include "bench/measure/measure_run.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/grid/scale_rows.h"
-#include "bench/studies/study.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"

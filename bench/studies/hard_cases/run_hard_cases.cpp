@@ -10,12 +10,12 @@
 #include <span>
 #include <stdexcept>
 
+#include "bench/experiment/study.h"
 #include "bench/measure/allocations.h"
 #include "bench/measure/measure_run.h"
 #include "bench/measure/penetration.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/hard_cases/verdict_matrix.h"
-#include "bench/studies/study.h"
 #include "methods/isolated.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "bench/experiment/experiment_file.h"
+#include "bench/experiment/study.h"
 #include "bench/measure/problem_choice.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/homotopy/homotopy.h"
 #include "bench/studies/homotopy/homotopy_rows.h"
-#include "bench/studies/study.h"
 #include "methods/fesd_homotopy/options.h"
 #include "problems/input_error.h"
 

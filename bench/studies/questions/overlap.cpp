@@ -6,6 +6,7 @@
 #include <map>
 
 #include "bench/experiment/experiment_file.h"
+#include "bench/measure/data_folder.h"
 #include "bench/measure/problem_choice.h"
 #include "bench/studies/questions/question.h"
 #include "methods/initial_state.h"

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "bench/experiment/study.h"
 #include "bench/rows/progress.h"
-#include "bench/studies/study.h"
 #include "methods/method_spec.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"

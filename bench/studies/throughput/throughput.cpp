@@ -13,11 +13,11 @@
 
 #include "bench/ensemble/ensemble.h"
 #include "bench/experiment/experiment_file.h"
+#include "bench/experiment/study.h"
 #include "bench/measure/measure_run.h"
 #include "bench/measure/timing.h"
 #include "bench/rows/in_order.h"
 #include "bench/rows/progress.h"
-#include "bench/studies/study.h"
 #include "bench/studies/throughput/throughput_rows.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"

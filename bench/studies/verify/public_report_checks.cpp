@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "bench/experiment/experiment_file.h"
+#include "bench/measure/data_folder.h"
 #include "methods/method_spec.h"
 #include "problems/input_error.h"
 #include "problems/input_text.h"

@@ -1,8 +1,8 @@
 #include "bench/studies/verify/verify.h"
 
+#include "bench/experiment/study.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/hard_cases/run_hard_cases.h"
-#include "bench/studies/study.h"
 #include "bench/studies/verify/public_report_checks.h"
 #include "bench/studies/verify/scorecard.h"
 #include "methods/registry.h"

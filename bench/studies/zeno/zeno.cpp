@@ -7,10 +7,10 @@
 #include <limits>
 
 #include "bench/experiment/experiment_file.h"
+#include "bench/experiment/study.h"
 #include "bench/measure/measure_run.h"
 #include "bench/measure/problem_choice.h"
 #include "bench/rows/progress.h"
-#include "bench/studies/study.h"
 #include "methods/contact_laws/contact_scales.h"
 #include "methods/elements/element_motion.h"
 #include "methods/elements/element_solver.h"

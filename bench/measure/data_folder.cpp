@@ -1,4 +1,4 @@
-#include "bench/experiment/data_folder.h"
+#include "bench/measure/data_folder.h"
 
 #include <cstdlib>
 #include <filesystem>
@@ -14,6 +14,12 @@ std::string data_folder() {
   if (!program.empty() && fs::is_directory(installed, error)) return installed;
   if (fs::is_directory(RICOCHET_SOURCE_DIR, error)) return RICOCHET_SOURCE_DIR;
   return "/usr/share/ricochet";  // where /proc is not mounted
+}
+
+std::string find_project_file(const std::string& path) {
+  if (std::filesystem::exists(path)) return path;
+  const std::filesystem::path in_data = std::filesystem::path(data_folder()) / path;
+  return std::filesystem::exists(in_data) ? in_data.string() : path;
 }
 
 }  // namespace ricochet

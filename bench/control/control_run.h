@@ -4,11 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "problems/control/optimal_control_problem.h"
-#include "reports/chart.h"
-#include "reports/figures.h"
-#include "reports/table.h"
-
 namespace ricochet {
 
 /// An optimal control problem solved with one discretisation, and the replay of its controls on the plant.
@@ -68,19 +63,5 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlRun, problem, title, disc
                                                 claimed, impacts, contacts, force_t, lambda_n, lambda_t, friction,
                                                 replayed_by, replay_status, replay_message, true_cost, terminal, events,
                                                 replayed)
-
-/// One line per run: size, work, claim and truth.
-Table control_table(const std::vector<ControlRun>& runs);
-/// Runs that were not solved, or not replayed, with the reason.
-Table control_failures(const std::vector<ControlRun>& runs);
-
-/// Claimed and replayed motion, velocities, controls, contact forces and impulses of the runs of one problem, side by
-/// side.
-Chart control_chart(const std::vector<ControlRun>& runs, const std::string& file);
-/// The claimed motion with its forces, for a problem with a geometry: in twelve frames, and as an animation.
-Figure draw_frames(const FigureFolder& folder, const OptimalControlProblem& problem, const ControlRun& run,
-                   const std::string& name);
-Figure draw_scene(const FigureFolder& folder, const OptimalControlProblem& problem, const ControlRun& run,
-                  const std::string& name);
 
 }  // namespace ricochet

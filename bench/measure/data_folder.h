@@ -9,4 +9,7 @@ namespace ricochet {
 /// from which it was built, or /usr/share/ricochet if that does not exist.
 std::string data_folder();
 
+/// Path of a file in data_folder(); a path that exists is returned unchanged.
+std::string find_project_file(const std::string& path);
+
 }  // namespace ricochet

@@ -1,4 +1,4 @@
-#include "bench/studies/study.h"
+#include "bench/experiment/study.h"
 
 #include <algorithm>
 #include <stdexcept>
