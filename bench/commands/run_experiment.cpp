@@ -12,9 +12,9 @@
 #include "bench/commands/number_checks.h"
 #include "bench/commands/show.h"
 #include "bench/experiment/experiment_file.h"
+#include "bench/experiment/study.h"
 #include "bench/site/history_page.h"
 #include "bench/site/report_site.h"
-#include "bench/experiment/study.h"
 #include "problems/input_error.h"
 #include "reports/text_file.h"
 
@@ -101,6 +101,9 @@ int run_and_show(const ExperimentCommand& command) {
   if (!command.page.empty()) require_writable_folder("folder of the site", command.page);
   // A damaged history is an error before the runs, not after them.
   SiteOfParts site(command.page, also_shown(experiment, command.run.folder), history_pages(command.history));
+  // The tables of several experiments are a thousand lines: the page shows them.
+  const bool is_summary =
+      parts.size() > 1 && !command.page.empty() && command.print.views.empty() && !command.print.all;
   std::vector<std::string> paths;
   int failed = 0;
   for (const auto& part : parts) {
@@ -110,7 +113,7 @@ int run_and_show(const ExperimentCommand& command) {
       continue;
     }
     const ShownResults shown = shown_results(paths.back());
-    print_results(shown, command.print);
+    is_summary ? print_summary(shown) : print_results(shown, command.print);
     const int here = unexpected_failures(shown.results);
     if (here > 0) fmt::print("{} rows failed unexpectedly\n\n", here);
     failed += here;

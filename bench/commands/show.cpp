@@ -33,4 +33,12 @@ void print_results(const ShownResults& shown, const PrintOptions& options) {
   }
 }
 
+void print_summary(const ShownResults& shown) {
+  std::size_t failures = 0;
+  for (const auto* table : shown.section.tables())
+    if (table->role == Section::Role::failures) failures += table->table.rows.size();
+  fmt::print("{}: {} rows{}; {}\n", shown.results.title(), shown.results.rows.size(),
+             failures > 0 ? fmt::format(", {} entries in its list of failures", failures) : "", shown.results.path);
+}
+
 }  // namespace ricochet

@@ -23,4 +23,7 @@ void add_print_options(CLI::App& command, PrintOptions& options);
 /// Prints title, file and tables. @throws InputError for a view that the results do not have
 void print_results(const ShownResults& shown, const PrintOptions& options);
 
+/// Prints a line: title, number of rows, number of runs without a result, file.
+void print_summary(const ShownResults& shown);
+
 }  // namespace ricochet
