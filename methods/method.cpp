@@ -38,8 +38,8 @@ void check(const MethodInfo& method, const ProblemInfo& problem, const Settings&
   require(settings.time_limit >= 0, "time_limit", settings.time_limit, "a number of seconds >= 0 is required");
 }
 
-/// What `run` returns. Of a method that breaks its promise, and throws something else, a failed run with the reason: it
-/// may be of a plugin.
+/// The result of `run`. If the method, which may be of a plugin, throws an exception that is not allowed: a failed run
+/// with the reason.
 template <class Run>
 Solution guarded(const Problem& problem, const Run& run) {
   try {

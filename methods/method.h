@@ -12,8 +12,8 @@
 
 namespace ricochet {
 
-/// What a run keeps, each more than the one before. Events are counted always. n contacts that close at once are n events
-/// of n numbers.
+/// How much of a run is recorded; each level includes the one before. Events are always counted. n contacts that close
+/// at once are n events of n numbers.
 enum class Recording {
   final_state,  ///< Solution::q and v
   events,       ///< Solution::events, with the state at each
@@ -33,13 +33,13 @@ struct Settings {
 
   double time_limit = 0;                    ///< wall time [s]; 0 is none
   Recording recording = Recording::events;  ///< what of the run is kept
-  /// What Solution::dq, dv and Event::dt are derivatives with respect to: "q0:0", "v0:0" for a component of the initial
+  /// Variables of the derivatives Solution::dq, dv and Event::dt: "q0:0", "v0:0" for a component of the initial
   /// values, "param:NAME" for a parameter, which the initial values may depend on.
   std::vector<std::string> sensitivities;
   bool audit = false;  ///< evaluate every equation of the method after each step: Solution::residuals
 };
 
-/// What a method claims of itself, for reports; tests hold its orders against measured ones.
+/// Properties that a method claims, for reports; tests compare its orders with measured ones.
 struct MethodInfo {
   std::string id;                  ///< as on the command line, "fesd:radau-iia:3,n_fe=2"
   std::string title;               ///< its name in the literature
@@ -71,9 +71,9 @@ class Solver {
   virtual ~Solver() = default;
 
   /// As Method::solve(). Between runs the initial state, the control and the end time of the problem may change; for
-  /// other parameters another Solver is needed. A run knows nothing of those before it: to the last bit, what it returns
-  /// depends on the initial state of this run and on the one that the solver was made with. Counters are of this run,
-  /// which finds the factors of constant matrices made.
+  /// other parameters another Solver is needed. Runs are independent: to the last bit, the result depends on the
+  /// initial state of this run and on the one that the solver was made with. Counters are of this run, which finds the
+  /// factors of constant matrices made.
   /// @throws InputError for `settings` out of range
   virtual Solution solve(const Settings& settings) = 0;
 };
@@ -99,8 +99,8 @@ class Method {
   std::unique_ptr<Solver> prepare(const Problem& problem) const;
 
  protected:
-  /// The method itself, which solve() calls with a `problem` that it supports and checked `settings`. May throw nothing but InputError and std::bad_alloc. May
-  /// return events that nobody wanted: solve() drops them.
+  /// The method itself, which solve() calls with a `problem` that it supports and checked `settings`. Throws only
+  /// InputError and std::bad_alloc. May return more events than requested; solve() drops the surplus.
   virtual Solution do_solve(const Problem& problem, const Settings& settings) const = 0;
   /// A solver that keeps storage between runs of `problem`, and whose solve() does what do_solve() does; null where a
   /// method has none.

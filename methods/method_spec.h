@@ -23,20 +23,20 @@ struct MethodOption {
 /// "fesd:radau-iia:3,elements=as_needed". A method asks it for the options that it knows.
 class MethodSpec {
  public:
-  /// Takes `text` apart. @throws InputError for an option without value, or one that is given twice
+  /// Parses `text`. @throws InputError for an option without value, or one that is given twice
   explicit MethodSpec(const std::string& text);
 
   const std::string& text() const { return text_; }                         ///< The whole text, as it was given.
-  const std::string& name() const { return name_; }                         ///< Of the method, before the first colon.
+  const std::string& name() const { return name_; }                         ///< Name, before the first colon.
   const std::vector<std::string>& arguments() const { return arguments_; }  ///< Between colons, after the name.
 
   /// The number that is given for `option`, or `fallback` where none is.
   /// @throws InputError for what is no number from `min` to `max`
   double number(const std::string& option, double fallback, double min, double max) const;
-  /// The same for a whole number: of `option`, or `fallback`, from `min` to `max`.
-  /// @throws InputError for anything else
+  /// The whole number given for `option`, or `fallback` if none is given.
+  /// @throws InputError unless it is from `min` to `max`
   int whole_number(const std::string& option, int fallback, int min, int max) const;
-  /// What is given for `option`, one of `choices`; the first is the default.
+  /// The value given for `option`, one of `choices`; the first is the default.
   /// @throws InputError for anything else, with the choices
   std::string choice(const std::string& option, const std::vector<std::string>& choices) const;
   /// The value whose name is given for `option`; the first of `names` is the default.
@@ -49,7 +49,7 @@ class MethodSpec {
   /// @throws InputError for options that no accessor asked for, or more arguments than `max_arguments`
   void finish(std::size_t max_arguments) const;
 
-  /// What the accessors were asked for so far, in this order.
+  /// Options that the accessors have read so far, in this order.
   const std::vector<MethodOption>& asked_for() const { return asked_for_; }
 
  private:

@@ -54,8 +54,8 @@ bool register_method(MethodEntry entry, const char* file = __builtin_FILE()) {
 /// All methods that are registered, by name.
 std::vector<MethodEntry> methods();
 
-/// What a built `method` asks its text for: in its examples, and in the first of them with each choice of each option,
-/// since some options are asked for only beside another one.
+/// Options that a built `method` reads: in its examples, and in the first of them with each choice of each option,
+/// since some options are read only together with another one.
 std::vector<MethodOption> options_of(const MethodEntry& method);
 
 /// The method of a `spec`, "fesd:gauss:4,elements=as_needed".

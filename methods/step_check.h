@@ -23,14 +23,14 @@ namespace ricochet {
 /// passes to and fro.
 class StepCheck {
  public:
-  /// Of an error-controlled method: what its gaps may have gathered when a step is accepted, in tolerances.
+  /// Accuracy of an error-controlled method, in tolerances: errors of earlier steps add up in the gaps.
   static constexpr double kTolerances = 1000;
 
   /// @param accuracy  of the method, relative to states of size 1 + |q|; rounding of a long run at least
   StepCheck(const Problem& problem, double accuracy);
 
-  /// Status::success, or what a run that took this step ends with. @param modes  within the step; without any, (2)
-  /// holds for all unilateral contacts
+  /// Status::success, or the status of a run that ends here. @param modes  within the step; empty: (2) for all
+  /// unilateral contacts
   Status operator()(const Vector& q0, const Vector& q, const Vector& v, std::span<const ContactMode> modes);
   /// Why the last call returned no success.
   std::string message() const;

@@ -36,7 +36,7 @@ class PartialPivotingFactors {
 class FullPivotingFactors {
  public:
   FullPivotingFactors() = default;
-  /// @param threshold  part of the largest pivot up to which a pivot is zero; 0 is Eigen's, some roundings
+  /// @param threshold  pivots up to this fraction of the largest one count as zero; 0 is Eigen's, some roundings
   explicit FullPivotingFactors(const Matrix& A, double threshold = 0);
   bool is_invertible() const;
   Eigen::Index rank() const;
@@ -48,7 +48,7 @@ class FullPivotingFactors {
 
 /// Complete orthogonal decomposition of a matrix of any rank.
 struct RankDecomposition {
-  /// @param threshold  part of the largest pivot up to which a pivot is zero
+  /// @param threshold  pivots up to this fraction of the largest one count as zero
   RankDecomposition(const Matrix& A, double threshold);
   Matrix pseudo_inverse, null_space;  ///< A^+; columns N with A N = 0
 };

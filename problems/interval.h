@@ -49,7 +49,7 @@ inline Interval widened(double lower, double upper, double units) {
   if (!(lower <= upper)) return Interval::whole();
   return {lower - units * kUnit * std::abs(lower), upper + units * kUnit * std::abs(upper)};
 }
-/// The same for results that may have underflowed.
+/// widened() for results that may have underflowed.
 inline Interval widened_from_zero(double lower, double upper, double units) {
   const Interval x = widened(lower, upper, units);
   return {std::abs(x.lower) < 1e-290 ? x.lower - kTiny : x.lower,

@@ -50,7 +50,7 @@ class Motion {
   /// Sets `q` and `v`, n_q each, to their values at the time `t` [s], with the limit `side` if two pieces meet there.
   /// @throws InputError for a time outside begin() to end()
   void at(double t, Vector& q, Vector& v, Side side = Side::after) const;
-  /// The same within one `piece`, from `s` = 0 at its start to 1 at its end.
+  /// Sets `q` and `v` within one `piece`, from `s` = 0 at its start to 1 at its end.
   void within(std::size_t piece, double s, Vector& q, Vector& v) const;
   /// Sets `a`, n_q, to the time derivative of v there. Contact forces follow from it, and impulses from the jumps of v
   /// between pieces.

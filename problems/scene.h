@@ -167,7 +167,7 @@ auto control_of(const auto& scene, const auto& t) {
     return scene.control();
 }
 
-/// The control of the plain simulation is part of the force.
+/// The scene has a control(t), which a plain simulation adds to the force.
 template <class Scene>
 concept HasControlOfTime = requires(const Scene s) {
   s.control(s.end_time());

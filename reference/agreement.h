@@ -37,7 +37,7 @@ Reference make_reference(const Problem& problem, double tolerance = 1e-14);
 /// Max-norm of the difference of the final states (q, v), the error measure E(T) of the paper.
 double final_state_difference(const Vector& q, const Vector& v, const Vector& q_reference, const Vector& v_reference);
 
-/// The same for dq and dv: the largest over the columns, each relative to 1 or to its max-norm in the reference,
+/// Error of dq and dv: the largest over the columns, each relative to 1 or to its max-norm in the reference,
 /// whichever is larger. Both solutions have the same columns.
 double sensitivity_difference(const Solution& solution, const Solution& reference);
 

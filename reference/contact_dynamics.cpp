@@ -78,7 +78,7 @@ bool ContactDynamics::acceleration(const double* q, const double* v, double* a, 
   return true;
 }
 
-/// M^-1 J. Contact forces do not push the clock.
+/// M^-1 J. Contact forces do not act on the clock coordinate.
 void ContactDynamics::evaluate_columns(const double* q) {
   contacts_.evaluate(q);
   MJ_.setZero();

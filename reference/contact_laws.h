@@ -57,7 +57,7 @@ class ContactLaws {
   Matrix jacobian(const Vector& q, const std::vector<int>& contacts) const;
   /// Solves (2). @return columns (v+ or v', m)
   Matrix under_constraints(const Vector& q, const Matrix& right_hand_side) const;
-  /// v+ or v' of (2) for columns p alone
+  /// v+ or v' of (2) for the columns p, with no bilateral terms on the right
   Matrix response(const Vector& q, const Matrix& p) const;
   Decision stated_law(const Matrix& J, const Matrix& MJ, const Vector& v_minus, const std::vector<int>& touching,
                       const std::vector<char>& last) const;

@@ -14,7 +14,7 @@ constexpr double kRounding = 1e-13;
 constexpr double kAboveFloor = 10;
 constexpr std::size_t kFewest = 6;
 
-/// Runs with an error, of which those of [begin, end) are fitted.
+/// Runs with an error; those in [begin, end) are fitted.
 struct Window {
   std::vector<const Run*> points;
   std::size_t begin = 0, end = 0;

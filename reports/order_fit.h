@@ -36,7 +36,7 @@ struct ObservedOrder {
 
 /// Errors above this part of the solution are not asymptotic.
 constexpr double kAsymptoticError = 3e-3;
-/// Half width of the widest interval that is a fit.
+/// Largest half width of the interval at which a fit counts.
 constexpr double kWidestInterval = 1;
 
 /// @param runs  of one fixed-step method, ascending steps (Results::of)

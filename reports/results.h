@@ -79,7 +79,7 @@ nlohmann::json read_header(const std::string& path);
 /// Reads a results file (JSON lines: header, rows, end).
 /// @throws InputError when it cannot be read, is damaged, or has another schema
 Results read_results(const std::string& path);
-/// The same of its text. @param path  for messages
+/// Reads a results file from its text. @param path  for messages
 Results parse_results(const std::string& path, const std::string& text);
 
 }  // namespace ricochet

@@ -15,13 +15,13 @@ void write_text(const std::string& what, const std::filesystem::path& path, cons
 /// Before the work that a file is the result of: makes its folder. @throws InputError when it could not be written
 void require_writable(const std::string& what, const std::filesystem::path& path);
 
-/// The same where the folder has to be there.
+/// Like require_writable(), for a folder that must exist.
 void require_writable_there(const std::string& what, const std::filesystem::path& path);
 
-/// The same of a file that must not be there yet.
+/// Like require_writable(), for a file that must not exist yet.
 void require_new_file(const std::string& what, const std::filesystem::path& path);
 
-/// The same of a folder: it is there, or can be made. Nothing is left behind. @throws InputError
+/// Requires that the folder exists or can be made; leaves no files. @throws InputError
 void require_writable_folder(const std::string& what, const std::filesystem::path& path);
 
 }  // namespace ricochet

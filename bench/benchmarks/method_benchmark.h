@@ -8,9 +8,9 @@
 
 namespace ricochet {
 
-/// A benchmark of Google Benchmark: runs of a solver that is kept between them. Its items are elements or steps; counters
-/// are those of a run (Counters), allocations and their bytes of one, too.
-/// @param counts_elements  instead of steps
+/// Registers a benchmark that repeats runs of one solver. Items are elements or steps; counters, allocations and their
+/// bytes are per run.
+/// @param counts_elements  items are elements instead of steps
 void register_method_benchmark(const std::string& name, std::shared_ptr<const Method> method,
                                std::shared_ptr<const Problem> problem, const Settings& settings, bool counts_elements);
 

@@ -110,8 +110,8 @@ std::string experiment_file_page() {
   std::string page =
       "# Experiment files\n\n<!-- Written by `ricochet schema experiment --page`; the source is Study::fields in "
       "bench/studies/. -->\n\n"
-      "An experiment is a JSON file, which `ricochet run-experiment FILE.json` runs. Files that it names are those beside "
-      "it. A method that cannot run a scene has a row that says so. Fields that are not listed here are refused.\n";
+      "An experiment is a JSON file, which `ricochet run-experiment FILE.json` runs. Paths in it are relative to its "
+      "folder. A method that cannot run a scene gets a row with the reason. Fields not listed here are refused.\n";
   for (const Study& study : studies()) {
     const JsonSchema& schema = experiment_schema(study);
     if (!study.fields.empty()) page += section(schema, study.kind, schema.document());

@@ -46,7 +46,7 @@ std::string SampledScene::name() const {
 std::vector<SampledScene> sampled_scenes() {
   std::vector<SampledScene> list;
   for (const auto& scene : scenes()) list.push_back({scene.id, {}});
-  // Those that are made to grow, in a size whose contact problems are no longer small.
+  // Scenes of variable size, in a size with large contact problems.
   for (const auto& [id, n] : {std::pair{"sphere_pile", 30},
                               {"block_column", 16},
                               {"bead_row", 32},

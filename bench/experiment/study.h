@@ -64,7 +64,7 @@ bool register_study(Study study);
 /// By name.
 const std::vector<Study>& studies();
 
-/// @throws InputError for an unknown one, with those that there are
+/// @throws InputError for an unknown kind, with the known ones
 const Study& find_study(const std::string& kind);
 
 /// The one that wrote the results. @throws InputError when their rows are of no study
@@ -73,7 +73,7 @@ const Study& study_of(const Results& results);
 /// A results file, or a file that a study reads in place of one. @throws InputError
 Results read_any_results(const std::string& path);
 
-/// The same with what their study says of them. @throws InputError
+/// A results file with the section of its study. @throws InputError
 ShownResults shown_results(const std::string& path);
 
 /// Failed rows of results that were not expected to fail.

@@ -15,11 +15,11 @@ namespace ricochet {
 /// @throws InputError with file, line and field if the file cannot be read, is damaged, incomplete, or of another
 /// study
 GridResults gated_results(const Results& results);
-/// The same for a file.
+/// gated_results() of a file.
 GridResults read_gated_results(const std::string& path);
 
-/// The same for a baseline, which must also be consistent: no row twice, no negative error, and no success without an
-/// error if other runs have one. @throws InputError
+/// gated_results() of a baseline file, which must also be consistent: no row twice, no negative error, and no success
+/// without an error if other runs have one. @throws InputError
 GridResults read_baseline(const std::string& path);
 
 /// @throws InputError for results that read_baseline() would reject, for an empty baseline, and if the file cannot be

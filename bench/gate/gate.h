@@ -53,7 +53,7 @@ bool is_more_work(double then, double now, double share, double least);
 enum class GateVerdict { same, better, worse, not_compared };
 const char* to_string(GateVerdict verdict);
 
-/// A run of the baseline or of the results; or all runs, the order, the work, the residual of a method.
+/// Verdict on a run of the baseline or of the results, or on a method: all runs, order, work or residual.
 struct GateLine {
   std::string method;
   std::string what = "run";  ///< or "all runs", "order", "work", "residual"; of a benchmark "counters"

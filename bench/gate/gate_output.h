@@ -17,8 +17,8 @@ std::string gate_text(const GateReport& report);
 /// "better", "lines": [{"method", "what", "setting", "verdict", "findings", "line"}]}]}
 nlohmann::json gate_json(const std::vector<GateReport>& reports);
 
-/// JUnit XML: a test suite per experiment, a test case per run and per method; worse is a failure, not compared an
-/// error. What XML 1.0 does not allow in a text, control characters and broken UTF-8, becomes U+FFFD.
+/// JUnit XML: a test suite per experiment, a test case per run and per method. `worse` is a failure, `not_compared` an
+/// error. Characters that XML 1.0 forbids and broken UTF-8 become U+FFFD.
 std::string gate_junit(const std::vector<GateReport>& reports);
 
 /// A Markdown section: counts, a table of what blocks, and what is better, folded. A summary may hold a megabyte: 200

@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kOwnSeconds = "own_seconds";
 
-/// Collects the CPU time per iteration of each repetition, by the number that is the benchmark's name.
+/// Collects the CPU time per iteration of each repetition; a benchmark's name is its index.
 class Collector final : public benchmark::BenchmarkReporter {
  public:
   Collector(std::size_t n_runs, std::size_t n_repetitions, const std::function<void(double)>& progress)

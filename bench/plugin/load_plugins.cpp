@@ -70,7 +70,7 @@ std::vector<std::string> libraries_in(const fs::path& folder) {
   return files;
 }
 
-/// Those that come with the program: beside its folder where it was built, in RICOCHET_PLUGIN_FOLDER where installed.
+/// Plugins that come with the program: beside its folder where it was built, in RICOCHET_PLUGIN_FOLDER where installed.
 std::vector<std::string> shipped() {
   std::error_code error;
   const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
@@ -93,7 +93,7 @@ void load_shipped(const std::string& file) {
   }
 }
 
-/// Those in the user's folder.
+/// Plugins in the user's folder.
 std::vector<std::string> configured() {
   const char *config = std::getenv("XDG_CONFIG_HOME"), *home = std::getenv("HOME");
   fs::path folder;

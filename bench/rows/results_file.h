@@ -118,7 +118,7 @@ class ResultsFile {
     return list;
   }
 
-  /// The same with one row per piece. @param make  make(piece) returns the row
+  /// Like pieces(), with one row per piece. @param make  make(piece) returns the row
   template <class Row>
   std::vector<Row> each(std::size_t n, const std::function<Row(std::size_t piece)>& make,
                         const std::function<void(std::size_t piece)>& done) {

@@ -15,13 +15,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The shards of an experiment in a folder that divide it by the same number.
+/// The shards in a folder that belong to one division of an experiment.
 struct Division {
   std::set<int> of_key;  ///< complete ones of the results that are made
   std::set<int> others;  ///< complete ones of another experiment, other files or another program
 };
 
-/// By the number of their shards. A folder keeps what was made by an earlier program, with another number of them even.
+/// Divisions by number of shards. A folder may also contain shards of an earlier program, even with another number.
 std::map<int, Division> divisions_in(const std::string& folder, const std::string& experiment, const std::string& key) {
   static const std::regex tail(R"(\.shard-([1-9][0-9]{0,5})-of-([1-9][0-9]{0,5})\.jsonl(\.partial)?)");
   std::map<int, Division> divisions;

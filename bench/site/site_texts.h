@@ -31,7 +31,7 @@ struct Source {
   std::vector<std::string> methods;  ///< of which it is a source
 };
 
-/// All of them, in the order of the file.
+/// All sources, in the order of the file.
 const std::vector<Source>& sources();
 
 /// BibTeX of the sources of a method.

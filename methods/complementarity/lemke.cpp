@@ -13,7 +13,8 @@ namespace {
 // Numbers that agree to this, relative to themselves or to what they were computed from, are equal: the rest is
 // rounding.
 constexpr double kTie = 1e-13;
-// delta, relative to the largest diagonal entry: above rounding, and below what distinguishes contacts.
+// Values of delta, tried in turn, relative to the largest diagonal entry: above rounding, and below the differences of
+// contacts.
 constexpr double kRegularizations[] = {1e-8, 1e-10, 1e-6};
 // Some ties, one after another, relative to q.
 constexpr double kTies = 10 * kTie;
@@ -21,8 +22,8 @@ constexpr int kMaxCorrections = 10;
 // Powers of two that the scales of two rows differ by where pivots leave less of small terms than their rounding, as in
 // the friction cone of a direction in which hardly anything moves: the equations of the last basis are solved again.
 constexpr int kUneven = 8;
-// What (1) may be left with there, relative to the terms of a row, but to no more than q: below the error of any time
-// step, and nothing that a problem without a solution comes near.
+// Largest residual of (1) in redundant equations, relative to the terms of a row, but at most to q: below the error of
+// any time step, and far below that of a problem without a solution.
 constexpr double kInconsistency = 1e-9;
 // More than pivots leave of (1), unless their bases are nearly singular.
 constexpr double kPivoted = 1e-11;
@@ -285,7 +286,7 @@ LcpStatus LemkeSolver::follow_path(const Eigen::Ref<const Matrix>& M, const Eige
   return LcpStatus::solved;
 }
 
-/// The complementary basis that `z` brings along. @return whether it is a solution, z then
+/// Tries the complementary basis with z_i > 0. @return whether it is a solution, which is then in `z`
 bool LemkeSolver::try_active_set(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q,
                                  Eigen::Ref<Vector> z) {
   const int n = static_cast<int>(q.size());

@@ -36,7 +36,7 @@ inline Interval range(const double* b, int degree, std::ptrdiff_t stride = 1) {
           upper + 4 * std::numeric_limits<double>::epsilon() * std::abs(upper)};
 }
 
-/// The same of p'(s), whose coefficients are degree (b_k+1 - b_k).
+/// Bounds of p'(s), whose coefficients are degree (b_k+1 - b_k).
 inline Interval slope_range(const double* b, int degree) {
   double lower = b[1] - b[0], upper = lower, size = std::abs(b[0]);
   for (int k = 1; k <= degree; ++k) {

@@ -37,7 +37,7 @@ void ContactMatrix::add_rows(const Delassus& G, int i, const double A_r[3][3], c
   }
 }
 
-/// Order of elimination, unless it is known for this pattern.
+/// Computes the order of elimination unless it is known for this pattern.
 void ContactMatrix::analyze() {
   const int *outer = sparse_.outerIndexPtr(), *inner = sparse_.innerIndexPtr();
   if (std::equal(outer, outer + n_rows_ + 1, outer_.begin(), outer_.end()) &&

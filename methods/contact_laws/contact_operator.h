@@ -29,7 +29,7 @@ namespace ricochet {
 /// islands() and apply(), for all islands or for some. Nothing allocates while the islands of W stay the same.
 class ContactOperator {
  public:
-  /// What becomes of bilateral constraints: P of (1) keeps them, or they are contacts among the others and P = I.
+  /// Treatment of bilateral constraints: P of (1) keeps them, or they are contacts like the others and P = I.
   enum class Joints { eliminated, as_contacts };
 
   /// @param normal_only  as if no contact had tangents

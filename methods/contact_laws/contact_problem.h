@@ -8,7 +8,7 @@
 
 namespace ricochet {
 
-/// What relates the impulses of a contact to its velocities.
+/// Law between the impulses of a contact and its velocities.
 enum class FrictionLaw {
   coulomb,     ///< friction opposes slip; the normal part does not know of it
   associated,  ///< the convex relaxation: the velocity is in the dual of the friction cone, slip opens the contact

@@ -8,9 +8,9 @@
 
 namespace ricochet {
 
-/// Bounds below which quantities of a contact count as zero. A quantity is zero when it is rounding of the terms that
-/// cancel in it, so the size that it is compared with must not vanish with it. Sizes are, per contact, the largest so far in
-/// a run of
+/// Bounds below which quantities of a contact count as zero. A quantity is zero if it is no larger than the rounding
+/// errors of its terms. It is compared with a size that does not vanish with it: per contact, the largest value so far
+/// in a run of
 ///
 ///   gap       |J_n|' |q| + H (2),   at the start of a run H^2 |J_n|' |w|, and the distance that a
 ///             surface moves by itself, whose terms cancel in the gap but are not in J_n               [m]   (1)
@@ -61,7 +61,7 @@ class ContactScales {
   /// After an element, velocities carry the rounding of its stage equations: across a contact, and along it.
   double no_drift(int contact) const { return kStageRounding * approach_[contact]; }
   double no_slip(int contact) const { return kStageRounding * slip_[contact]; }
-  /// The same of forces.
+  /// So do forces.
   double no_force(int contact) const { return kStageRounding * force_[contact]; }
 
   double normal_delassus(int contact) const { return G_nn_[contact]; }

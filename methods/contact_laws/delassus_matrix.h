@@ -11,7 +11,7 @@ namespace ricochet {
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
-/// Entries of the blocks that are not zero.
+/// G as a sparse matrix of its nonzero entries.
 SparseMatrix sparse_matrix(const Delassus& G);
 
 /// Blocks where the matrix has entries, or its transpose has, and on the diagonal.

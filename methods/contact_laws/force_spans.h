@@ -41,7 +41,7 @@ class ForceSpans {
   const Problem& problem_;
   const double T_;
   const bool is_limited_;
-  std::vector<Span> spans_;  // of which the first passed_ lie behind
+  std::vector<Span> spans_;  // of which the first passed_ are over
   std::size_t passed_ = 0;
   double known_until_ = 0;           // [s]
   std::vector<Interval> q_, v_, f_;  // n_q, over a span

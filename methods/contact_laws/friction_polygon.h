@@ -35,7 +35,7 @@ struct TangentialLaw {
   std::array<std::array<double, 2>, 2> held{{{1, 0}, {0, 1}}};
 };
 
-/// What a contact on a polygon has to fulfil while its mode lasts,
+/// Condition on a contact on a polygon while its mode lasts,
 ///
 ///   direction' v_t >= 0   or   cone mu lambda_n - direction' lambda_t >= 0.               (2)
 struct FacetCondition {
@@ -79,7 +79,7 @@ class FrictionPolygon {
   /// Vertex that dissipates most at v_t, not zero.
   int most_dissipative(const double* v_t) const;
 
-  /// Where a force on the border of the polygon is: at a vertex, up to `rounding` of the radius, or on an edge.
+  /// Place of a force on the border of the polygon: at a vertex, up to `rounding` of the radius, or on an edge.
   /// @return vertex_slip or edge_slip; facet is set
   ContactMode locate(const double* lambda_t, double radius, double rounding, int& facet) const;
 

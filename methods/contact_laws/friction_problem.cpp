@@ -11,7 +11,7 @@ namespace {
 constexpr int kFacetsOfGuess = 8;  // in place of the disc
 // A friction force this near to a vertex of the polygon, as part of the radius, is there.
 constexpr double kAtVertex = 1e-12;
-// What a solve leaves of the projection equations by rounding, relative to the impulses.
+// Rounding error of the projection equations after a solve, relative to the impulses.
 constexpr double kRounding = 1e-12;
 constexpr int kMaxNewton = 60;
 constexpr int kMaxHalvings = 12;

@@ -84,9 +84,10 @@ class GapSearch {
   Closing first_closing(int contact, const Allowance& allowed);
   /// |J_n|' e of a contact, with J_n where the path begins [m].
   double gap_error(int contact);
-  /// The same of (7) [m], to be multiplied by w s^p.
+  /// Like gap_error(), for the error (7) [m], to be multiplied by w s^p.
   double begin_error(int contact);
-  /// Where the gap of a closing vanishes, to 1e-9 of the piece; the left end of the piece where it is not positive.
+  /// Position at which the gap of a closing vanishes, to 1e-9 of the piece; the left end of the piece if the gap is not
+  /// positive there.
   double zero(int contact, const Closing& closing);
 
   /// At the left end of the path.

@@ -118,7 +118,7 @@ bool ImpactSequence::add_unless_pulled_apart(const std::vector<int>& contacts, c
   for (const auto& closed : resting_) {
     const int i = closed.contact;
     if (std::ranges::count(contacts, i) == 0) continue;
-    // Where the load vanishes what is left of it is rounding of q; where it presses, that of a light body's acceleration.
+    // A load that vanishes is rounding of q; one that presses has the rounding of a light body's acceleration.
     const bool is_load = law_.gap_acceleration(i) * problem_.info().end_time > kLoad * scales_.approach(i);
     const bool opens = closed.mode == ContactMode::open && is_load && law_.is_pulled_apart(i);
     if (!opens) together_.push_back(i);

@@ -20,7 +20,7 @@ namespace ricochet {
 /// one impact of all of them would be another motion wherever one of them is elastic.
 class ImpactSequence {
  public:
-  /// All of them have to outlive this. @param law  prepared by its owner, for candidates() after find_touching()
+  /// All references must outlive this object. @param law  prepared by its owner, for candidates() after find_touching()
   ImpactSequence(const Problem& problem, ContactScales& scales, ImpactSolver& law);
 
   /// accumulates: the impacts lose too little of their velocity
@@ -42,7 +42,7 @@ class ImpactSequence {
   /// @param before  modes of the contacts before this instant, or null at the start of a run: those that were closed
   /// touch. @param touching  out, ascending
   void find_touching(const Vector& q, const std::vector<ContactMode>* before, std::vector<int>& touching);
-  /// The same where it is known.
+  /// Sets the touching contacts if they are known.
   void set_touching(const std::vector<int>& touching) { candidates_ = together_ = touching; }
   /// After find_touching(): adds a contact whose closing has been located.
   void add_touching(int contact, std::vector<int>& touching);

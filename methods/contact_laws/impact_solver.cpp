@@ -12,7 +12,7 @@ namespace {
 // Contacts up to which an island does not predict their modes: where friction admits several solutions, Lemke's method
 // chooses.
 constexpr std::size_t kMaxUnpredicted = 8;
-// What an impact may leave of the velocities that it makes zero, relative to those before it.
+// Largest error of the velocities that an impact makes zero, relative to those before it.
 constexpr double kResidual = 1e-11;
 // The next moment of a contact without a load, as part of the end time.
 constexpr double kNextMoment = 1e-8;

@@ -261,7 +261,7 @@ bool LoadSearch::is_near_zero() {
   return nearest && nearest.to < 1;
 }
 
-/// How long all that has fallen at `from` stays below zero, to a factor of two.
+/// Time for which all functions that are negative at `from` stay below zero, to a factor of two.
 double LoadSearch::duration(double from) {
   double length = 1 - from;
   for (std::size_t k = 0; k < functions_.size(); ++k) {

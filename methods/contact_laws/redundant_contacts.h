@@ -26,7 +26,7 @@ class RedundantContacts {
 
   int n_rows() const { return static_cast<int>(values_.size()); }
   int n_redundant() const { return n_null_; }  ///< dimension of null(G)
-  /// Of the part of G that is not redundant: largest over smallest eigenvalue.
+  /// Condition number of the part of G that is not redundant: largest over smallest eigenvalue.
   double condition() const;
 
   Vector internal_part(const Vector& r) const;  ///< r_0 of (1)

@@ -7,7 +7,7 @@
 
 namespace ricochet {
 
-/// What the plant does under given controls.
+/// Motion of the plant under given controls.
 struct Rollout {
   Status status = Status::success;
   int n_solved = 0;      ///< intervals

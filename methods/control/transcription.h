@@ -48,7 +48,7 @@ class Transcription {
   /// Takes these controls, and the motion under them as the pivoting solver finds it, for the guess of everything.
   /// @param u  n_u x N. @return its status; what lies after a failure keeps the plain guess
   Status guess_from_simulation(const Matrix& u);
-  /// The same with the problem's guess of the control.
+  /// Guess from a simulation with the problem's guess of the control.
   Status guess_from_simulation();
 
   /// Interval k begins at (q, v), before an impact there: this and everything before becomes constant, at the values of

@@ -57,12 +57,12 @@ SwitchResult AffineSwitchSolver::solve(std::span<Element> run, const Switch& end
     if (!std::isfinite(full_dh)) return SwitchResult::no_convergence;
     const double dh = std::clamp(full_dh, -0.7 * h, 2 * h), size = std::abs(full_dh) / h;
     const double contraction = iteration == 0 ? 1 : size / previous;
-    // What forces of short elements say about the time of a switch has rounding of its own, which h does not measure;
-    // so has a gap that closes slowly.
+    // In short elements, forces give the time of a switch with a rounding error that is not relative to h; so does a
+    // gap that closes slowly.
     const bool stagnates =
         iteration > 3 && contraction > 0.5 &&
         ((std::abs(full_dh) <= 1e-9 * max_h && dh == full_dh) || function_.is_rounding_of_gap(run.back(), end));
-    // The secant leaves less than this correction times the last contraction.
+    // After a secant step the remaining error is below this correction times the last contraction.
     const bool is_converged =
         size <= tolerance_ || (contraction < 0.1 && size * contraction <= kOfCorrection * tolerance_) || stagnates;
     h_before = h;

@@ -17,8 +17,8 @@ constexpr double kWorthKeeping = 0.01, kStillWorthKeeping = 0.1;
 // Far below anything physical in SI units, and far above subnormal numbers.
 constexpr double kVanishing = 1e-250;
 
-/// What rounding leaves of a body at rest decays from step to step, down to subnormal numbers: arithmetic with these
-/// takes a hundred times as long.
+/// Rounding errors of a body at rest decay from step to step to subnormal numbers; arithmetic with these takes a
+/// hundred times as long.
 void clear_vanishing(double* x, Eigen::Index n) {
   for (Eigen::Index k = 0; k < n; ++k) x[k] = std::abs(x[k]) < kVanishing ? 0 : x[k];
 }
@@ -109,7 +109,7 @@ ElementSolver::Result ElementSolver::solve_by_newton(const StageCoefficients& k,
       if (iteration == 1) keeps_factors_ = contraction <= (is_fresh ? kWorthKeeping : kStillWorthKeeping);
       if (is_fresh && contraction > 0.5 && size > 1e-3 * scale && ++stagnations > kMaxStagnations)
         return Result::no_convergence;
-      // What the next correction would be; and corrections that rounding keeps from shrinking further.
+      // Converged if the next correction is predicted to be small, or if rounding keeps corrections from shrinking.
       is_converged = is_converged ||
                      (contraction < 1 && contraction / (1 - contraction) * size <= predicted_tolerance * scale) ||
                      (iteration > 3 && contraction > 0.5 && size <= 1e-9 * scale);

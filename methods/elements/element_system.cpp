@@ -5,7 +5,7 @@
 namespace ricochet {
 namespace {
 
-// What equations of redundant contacts may be left with at the end of Newton's method, relative to the accelerations.
+// Largest residual of the equations of redundant contacts after Newton's method, relative to the accelerations.
 constexpr double kContradiction = 1e-9;
 
 }  // namespace

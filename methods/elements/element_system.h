@@ -18,7 +18,7 @@ namespace ricochet {
 /// (mode_map.h, affine_stages.h).
 class ElementSystem {
  public:
-  /// By Newton's method alone: what the closed form is tested against.
+  /// newton: by Newton's method alone, for tests of the closed form.
   enum class Form : std::uint8_t { closed_where_affine, newton };
 
   /// @param polygon  friction in space; the disc is the default

@@ -8,8 +8,7 @@
 
 namespace ricochet {
 
-/// What the closed contacts say of velocities and forces at one state: what EndProjection keeps from one of its
-/// functions to the next.
+/// Equations of the closed contacts for velocities and forces at one state, which the functions of EndProjection share.
 struct EndSystem {
   Eigen::Index n = 0;         ///< columns of R, C
   bool is_constant = false;   ///< the system holds for this active set
@@ -64,7 +63,7 @@ class EndProjection {
   void linearize(const Vector& q, const Vector& v, const Element& e, EndSystem& s) const;
   /// v_1 of (5), by (10). Linearizes at q_1 and the velocity before.
   void project(Element& e, EndSystem& s) const;
-  /// The same for variations of q_1, v_1, with the system of project(): R' dv_1 + dR' v_1 = 0. Variations of C are left
+  /// Projects variations of q_1, v_1 with the system of project(): R' dv_1 + dR' v_1 = 0. Variations of C are left
   /// out, since the impulses are O(h^n_s). @param dq, dv  n_q x 2
   void project_variations(const Element& e, const Matrix& dq, Matrix& dv, EndSystem& s) const;
   /// The forces (11) at q, v where the system was linearized.

@@ -15,7 +15,7 @@ constexpr int kMaxOfOneIsland = 40;
 constexpr int kMaxDense = 64;
 // Pivots, relative to their column, below which contacts may be redundant: the inverse decides.
 constexpr double kSuspicious = 1e-12;
-// Of an island: element lengths and active sets that alternate, full step, rest after an impact, ...
+// Factors kept per island: element lengths and active sets alternate (full step, rest after an impact, ...).
 constexpr std::size_t kMaxFactors = 8;
 
 }  // namespace

@@ -21,7 +21,7 @@ namespace ricochet {
 /// one.
 class RedundantSystem {
  public:
-  /// Of a pivot; while Newton's method converges they are not yet dependent.
+  /// Relative size up to which pivots are zero; while Newton's method converges, rows are not yet dependent.
   static constexpr double kRank = 1e-11;
 
   /// @param force_rows  of the unknowns that are forces

@@ -47,7 +47,7 @@ StageEquations::StageEquations(const Problem& problem, const StageTableau& table
   chord_variation_.setZero(info.n_c());
   chord_integral_.setZero(info.n_c());
   gap_change_.setZero(info.n_c());
-  // Of the dense matrices only those that the scene needs: of thousands of bodies they are large.
+  // Allocates only the dense matrices that the scene needs: with thousands of bodies they are large.
   const Matrix square = Matrix::Zero(n_q_, n_q_);
   if (has_force_jacobian_) Fq_ = Fv_ = square;
   if (is_curved_) Jq_ = square;
@@ -63,7 +63,7 @@ void StageEquations::prepare(StageWorkspace& work) const {
   work.is_short.assign(info.contacts.size(), false);
 }
 
-/// What Newton's method needs besides.
+/// Allocates what only Newton's method needs.
 void StageEquations::prepare_derivatives(StageWorkspace& work) const {
   const Matrix square = Matrix::Zero(n_q_, n_q_);
   StageDerivatives& K = work.K;

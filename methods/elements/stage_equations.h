@@ -7,7 +7,7 @@
 
 namespace ricochet {
 
-/// What a Newton matrix is made of: the derivatives of (3), (4) and (7) of stage_equations.h, per stage. Those of a
+/// The parts of a Newton matrix: the derivatives of (3), (4) and (7) of stage_equations.h, per stage. Those of a
 /// closed contact exist on its support only: entry (row, s) of row < n_rows stands at `entry` + row * support.size() +
 /// s. The clock's column of K is left out: its equation says that its acceleration is zero.
 struct StageDerivatives {
@@ -19,7 +19,7 @@ struct StageDerivatives {
   std::vector<const double*> M;  ///< n_q x n_q
 };
 
-/// What solving an element keeps from one function of StageEquations to the next; each says what it sets.
+/// Workspace that the functions of StageEquations share; each documents what it sets.
 struct StageWorkspace {
   StageWorkspace() = default;
   StageWorkspace(const StageWorkspace&) = delete;  // StageDerivatives::M points into it
@@ -86,7 +86,7 @@ class StageEquations {
  public:
   StageEquations(const Problem& problem, const StageTableau& tableau, const ActiveSet& active, Counters& counters);
 
-  /// Makes room in a new workspace for what an element begins with.
+  /// Allocates in a new workspace what every element needs.
   void prepare(StageWorkspace& work) const;
   /// Makes room for the residual and the derivatives of another active set: only Newton's method needs them.
   void resize(StageWorkspace& work) const;

@@ -47,8 +47,8 @@ class SwitchFunction {
 
   /// A gap that closes is as small as rounding of the positions that it is a difference of.
   bool is_rounding_of_gap(const Element& last, const Switch& end);
-  /// Of the friction forces at the last stage of (9), all with the same effect, takes those nearest to the limit at
-  /// rest.
+  /// Chooses those friction forces at the last stage of (9) that are nearest to the limit at rest; all have the same
+  /// effect.
   void spread_friction(Element& last);
 
   // The functions of switch_kinds().

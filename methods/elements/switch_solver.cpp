@@ -163,8 +163,8 @@ SwitchSolver::Result SwitchSolver::solve_by_newton(std::span<Element> run, const
     h += dh;
     if (!std::isfinite(size)) return Result::no_convergence;
     const double contraction = is_first ? 1 : size / previous;
-    // What forces of short elements say about the time of a switch has rounding of its own, which h does not measure;
-    // so has a gap that closes slowly.
+    // In short elements, forces give the time of a switch with a rounding error that is not relative to h; so does a
+    // gap that closes slowly.
     const bool is_time_rounding = std::abs(full_dh) <= 1e-9 * max_h && dh == full_dh;
     const bool stagnates = iteration > 3 && contraction > 0.5 && correction <= 1e-9;
     // Newton is quadratic: the error after this correction is about its square.

@@ -6,7 +6,7 @@ namespace ricochet {
 
 struct StepEnds;
 
-/// What lies between the ends of a collocation step: v - v_0 is the polynomial through zero at the left end and the
+/// The motion between the ends of a collocation step: v - v_0 is the polynomial through zero at the left end and the
 /// stages w_i at c_i, q - q_0 - h s v_0 its integral,
 ///
 ///   v(s) = v_0 + s (b_0 + s (b_1 + s (..))),   w_i = sum_p b_p c_i^(p+1)                  (1)

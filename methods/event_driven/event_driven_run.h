@@ -38,7 +38,7 @@ namespace ricochet {
 /// change no step.
 class EventDrivenRun {
  public:
-  /// All of them have to outlive this. @param formula  with derivatives an explicit pair
+  /// All references must outlive this object. @param formula  with derivatives an explicit pair
   /// @param workspace  of this problem and formula
   /// @param n_samples  of Recording::grid; 0: the ends of the steps
   EventDrivenRun(const Problem& problem, const Settings& settings, const StepFormula& formula,

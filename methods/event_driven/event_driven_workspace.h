@@ -10,9 +10,9 @@
 
 namespace ricochet {
 
-/// What an EventDrivenRun works with besides its state, made once for many runs of one problem.
+/// Workspace of an EventDrivenRun, made once for many runs of one problem.
 struct EventDrivenWorkspace {
-  /// Problem and formula have to outlive this.
+  /// Problem and formula must outlive this object.
   EventDrivenWorkspace(const Problem& problem, const StepFormula& formula)
       : scales(problem),
         dynamics(problem, counters),

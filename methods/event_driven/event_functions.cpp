@@ -20,7 +20,7 @@ constexpr int kMaxHalvings = 50;       // in search of a point after a zero at t
 // Speed of slip in space that is left to the run, over the root of the tolerance and the size of slip.
 constexpr double kStop = 0.03;
 
-/// Where a function falls, or rises, through zero between two points, by the Illinois method.
+/// Locates the zero of a function between two points, where it falls or rises, by the Illinois method.
 struct Bracket {
   double from, value_from, to, value_to;
   bool rises = value_to > value_from;
@@ -314,7 +314,7 @@ void EventFunctions::search(const Function& f, double from, double value_from, d
     if (next != theta) slope = (at_next - value) / (next - theta);
     theta = next;
     value = at_next;
-    // By the slope there: next to a minimum the ends of the bracket say nothing of how far the zero is.
+    // The slope decides: next to a minimum the ends of the bracket do not bound the distance to the zero.
     if (std::abs(value) <= kLocated * std::abs(slope)) break;
     bracket.narrow(theta, value);
   }
@@ -419,7 +419,7 @@ DetectedEvent EventFunctions::find(const StepEnds& ends, const std::vector<int>&
   return first;
 }
 
-/// A cone that is reached where the normal force vanishes, too, up to what zeros are located to: the contact opens.
+/// Opens the contact if the normal force vanishes where the cone is reached, up to the accuracy of located zeros.
 void EventFunctions::tell_opening(const StepEnds& ends, DetectedEvent& first) {
   const double located = 4 * kLocated * std::abs(first.slope) * ends.h / info_.contacts[first.contact].mu;
   const Function force{SwitchKind::force_vanishes, first.contact};
@@ -427,7 +427,7 @@ void EventFunctions::tell_opening(const StepEnds& ends, DetectedEvent& first) {
     first.kind = SwitchKind::force_vanishes;
 }
 
-/// How far a function may fall within a step, for the tolerance.
+/// How far a function may fall below zero within a step without a switch.
 double EventFunctions::hidden_slack(const Function& f) const {
   const double size = f.kind == SwitchKind::slip_stops     ? scales_.slip(f.contact)
                       : f.kind == SwitchKind::cone_reached ? info_.contacts[f.contact].mu * scales_.force(f.contact)
@@ -435,8 +435,8 @@ double EventFunctions::hidden_slack(const Function& f) const {
   return std::max(rounding(f), tolerance_ * size);
 }
 
-/// Of a slip velocity within a step, from the estimate (2) of step_ends.h for positions: the slope of that remainder is
-/// at most 3.5 times its largest value.
+/// Error of a slip velocity within a step, from the estimate (2) of step_ends.h for positions: the slope of that
+/// remainder is at most 3.5 times its largest value.
 double EventFunctions::slip_error(int contact, double h) const {
   const auto& info = info_.contacts[contact];
   double error = 0;

@@ -19,7 +19,7 @@ struct DetectedEvent {
   int contact = -1;  ///< -1: no event
   double theta = 1;  ///< part of the step at which it does
   double slope = 0;  ///< of the function there [1/s]
-  /// How long the function stays below zero, where neither the ends of the step nor its stages show that it does; else 0
+  /// Time below zero if neither the ends of the step nor its stages show that the function is negative; else 0
   double duration = 0;  ///< [s]
 
   explicit operator bool() const { return contact >= 0; }
@@ -60,8 +60,8 @@ class EventFunctions {
   /// there.
   void begin(const double* q, const double* v);
   bool has_forces() const { return !dynamics_.closed().empty(); }
-  /// A contact whose force contradicts its mode at the left end by more than a flight lower than rounding explains: it
-  /// pulls, or sticks outside its cone. -1: none.
+  /// A contact whose force contradicts its mode at the left end: it pulls, or sticks outside its cone, by more than a
+  /// flight below rounding can cause. -1: none.
   int contradicted() const;
 
   /// Before the stages of a step.

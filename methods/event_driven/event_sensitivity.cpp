@@ -154,7 +154,7 @@ bool EventSensitivity::take_slip_start(const StepEnds& ends, double h, const std
     }
     return true;
   };
-  // What the turns of the held directions make of those of the slip velocities: constant, and by each of them.
+  // Turns of the slip velocities as functions of the turns of the held directions: constant, and by each of them.
   Matrix constant, with_turn, B(n, n);
   turns_.setZero();
   if (!turn_at_middle(constant)) return false;

@@ -45,7 +45,7 @@ namespace ricochet {
 /// At the end of the run dq = S_q + v dT, dv = S_v + a dT.                                (6)
 class EventSensitivity {
  public:
-  /// All of them have to outlive this. @throws InputError as VariedProblem
+  /// All references must outlive this object. @throws InputError as VariedProblem
   EventSensitivity(const Problem& problem, const EmbeddedTableau& pair, const ContactScales& scales,
                    ModeDynamics& dynamics, const Settings& settings);
   EventSensitivity(const EventSensitivity&) = delete;

@@ -11,11 +11,11 @@ namespace {
 
 // A pivot of D, as a part of its diagonal entry, that is rounding: of redundant contacts, not of different masses.
 constexpr double kDependent = 1e-11;
-// What redundant rows may leave of (2), as a part of its terms.
+// Largest residual of (2) in redundant rows, relative to its terms.
 constexpr double kConsistent = 1e-9;
 // Coordinates up to which P is formed.
 constexpr Eigen::Index kFewCoordinates = 16;
-// Of differences, as a part of 1 + |x|: the root of rounding.
+// Step of difference quotients, relative to 1 + |x|: the square root of rounding.
 constexpr double kDifference = 1.5e-8;
 
 }  // namespace

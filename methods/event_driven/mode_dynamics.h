@@ -83,7 +83,7 @@ class ModeDynamics {
     for (int k = 0; k < info_.contacts[contact].n_t; ++k) d[k] = rows_.direction(contact)[k];
   }
 
-  // Of the last accelerate():
+  // Results of the last accelerate():
   double normal_force(int contact) const { return lambda_[rows_.first(contact)]; }
   /// @param force  n_t
   void tangential_force(int contact, double* force) const;

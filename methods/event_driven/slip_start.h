@@ -30,7 +30,7 @@ namespace ricochet {
 /// the angle between u and d is not.
 class SlipStart {
  public:
-  /// All of them have to outlive this.
+  /// All references must outlive this object.
   SlipStart(const Problem& problem, ModeDynamics& dynamics, EventFunctions& functions);
 
   /// One step of length h [s]. @param contacts  that slip, with a direction held by the dynamics

@@ -69,7 +69,7 @@ struct StepEnds {
     v0.swap(v1);
     a0.swap(a1);
   }
-  /// Of what lies between them.
+  /// Degree of the polynomial between the ends.
   int degree() const { return collocation ? collocation->degree() : 5; }
   /// State at theta h from the left end, theta in [0, 1].
   void interpolate(double theta, Vector& q, Vector& v) const;

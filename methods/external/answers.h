@@ -15,7 +15,7 @@ struct BadAnswer : std::runtime_error {
 
 /// @throws BadAnswer
 ClientGreeting greeting_of(const nlohmann::json& answer);
-/// @throws BadAnswer with the reason of a client that refuses
+/// @throws BadAnswer with the client's reason if it refuses
 void require_ok(const nlohmann::json& answer);
 /// Nothing of an answer is believed before its sizes and ranges are right. @throws BadAnswer
 Solution solution_of(const nlohmann::json& answer, const Problem& problem);

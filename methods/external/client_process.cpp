@@ -116,7 +116,7 @@ void ClientProcess::start() {
   ++starts_;
 }
 
-/// What is there of standard error; of much, the end.
+/// Reads the available standard error; of a long text it keeps the end.
 void ClientProcess::read_errors() {
   std::array<char, 4096> buffer;
   for (ssize_t n; (n = read(errors_, buffer.data(), buffer.size())) > 0;) {

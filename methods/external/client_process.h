@@ -29,9 +29,9 @@ class ClientProcess {
   /// could not be started
   std::string ask(const std::string& line, double limit);
 
-  /// How often it has been started: a client that is new knows nothing of what was said before.
+  /// Number of starts: a new client has none of the scenes that were sent before.
   int starts() const { return starts_; }
-  /// A client that talks nonsense is not asked again.
+  /// Ends the client, after an answer that violates the protocol.
   void kill();
 
  private:

@@ -71,7 +71,7 @@ const ClientGreeting& ExternalClient::greeting() {
   return *greeting_;
 }
 
-/// Where the client does not have it.
+/// Sends the scene unless the client already has it.
 void ExternalClient::send_scene(const Problem& problem, double limit) {
   std::string text = scene_text(problem, {.with_normals = true});
   if (text == scene_ && process_.starts() == scene_start_) return;

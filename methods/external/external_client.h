@@ -12,7 +12,7 @@
 
 namespace ricochet {
 
-/// What a client says of itself.
+/// Properties that a client reports of itself.
 struct ClientGreeting {
   std::string title, source;
   double order_smooth = 0, order_impacts = 0;

@@ -4,7 +4,7 @@
 
 namespace ricochet {
 
-/// What a closed element does with a velocity v+ > 0 across its contact (DIFFERENCES.md, open question 2).
+/// Effect of a closed element on a velocity v+ > 0 across its contact (DIFFERENCES.md, open question 2).
 ///
 /// All gaps at the stages are zero, so by q_j = q_0 + h sum_k a_jk v_k, A regular, all stage velocities are, and the
 /// stage forces on a mass m under the constant load -m g are

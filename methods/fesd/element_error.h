@@ -32,9 +32,9 @@ class ElementError {
 
   /// The largest e / (tolerance (1 + |x|)) of all components x of q and v, at most 1 when the element is accepted.
   double operator()(const Element& element, double tolerance) const;
-  /// The same with gaps and slip paths of moving contacts.
+  /// The largest error, including gaps and slip paths of moving contacts.
   double operator()(const Element& element, MovingContacts& moving, double tolerance) const;
-  /// The same of the derivatives in the element that was added last.
+  /// The largest error of the derivatives in the element that was added last.
   double operator()(const Element& element, const Sensitivity& sensitivity, double tolerance) const;
 
  private:

@@ -18,7 +18,7 @@ ElementGaps::ElementGaps(const Problem& problem, const ButcherTableau& tableau, 
       is_set_(static_cast<std::size_t>(problem.n_q()), 0),
       J_n_(Vector::Zero(problem.info().n_normal_entries)) {}
 
-/// Of the coordinates that gaps of open contacts depend on.
+/// Sets the paths of the coordinates that gaps of open contacts depend on.
 void ElementGaps::set_path(const Element& stages) {
   const auto& info = problem_.info();
   std::ranges::fill(is_set_, 0);

@@ -99,7 +99,7 @@ Violation ElementLoads::check(const Element& stages) {
   for (std::size_t k = 0; fall && k < functions.size(); ++k) {
     if (!search_->has_fallen(k)) continue;
     const double zero = falling_zero(fall.from, fall.to, [&](double s) { return search_->value(k, s); });
-    // Where the force of a contact vanishes its cone is reached, too, up to what zeros are located to.
+    // Where the force of a contact vanishes, its cone is reached as well, up to the accuracy of located zeros.
     const bool opens = first.is_past(SwitchKind::force_vanishes) && first.contact == functions[k].contact;
     if (first && (zero + (opens ? kSameTime : 0)) * stages.h >= first.time) continue;
     first = {.kind = Violation::Kind::past_switch,

@@ -20,7 +20,7 @@ double sum(const Vector& values, const double* weights, Eigen::Index n) {
 
 }  // namespace
 
-/// Those with abscissae of their own.
+/// The points without duplicate abscissae.
 std::vector<ElementPath::Point> ElementPath::points_of(const ButcherTableau& tableau) {
   std::vector<Point> points{{-1, 0}, {tableau.n_s, 1}};
   for (int j = 0; j < tableau.n_s; ++j) {

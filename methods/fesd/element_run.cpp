@@ -17,7 +17,7 @@ constexpr int kMaxSwitchesInTurn = 4;
 constexpr double kShortestGuess = 1e-3, kShortestRefutation = 1e-12;
 // Lengths at which a switch function is sampled when Newton's method misses its root.
 constexpr int kBracketSamples = 16;
-// Of the regula falsi after them, and the relative width at which it ends.
+// Steps of the regula falsi after them, and the relative width at which it ends.
 constexpr int kMaxBracketSteps = 60;
 constexpr double kBracketWidth = 1e-12;
 // Lengths of the element before that its stage polynomials are continued over.
@@ -128,7 +128,7 @@ Violation ElementRunSolver::check_element(int element, bool is_first) {
   Violation violation = sign_conditions_.check(stages, broken, unloaded);
   const bool is_of_forces =
       violation.is_past(SwitchKind::force_vanishes) || violation.is_past(SwitchKind::cone_reached);
-  // Of redundant contacts these were the smallest forces; others may be allowed.
+  // For redundant contacts these were the smallest forces; others may be admissible.
   if (is_of_forces && elements_.is_redundant() && force_division_.into_cones(stages))
     violation = sign_conditions_.check(stages, broken, unloaded);
   if (violation || !gaps_between_) return violation;

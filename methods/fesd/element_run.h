@@ -36,7 +36,7 @@ class ElementRunSolver {
     element_solver_.set_tolerance(tolerance);
     switch_solver_.set_tolerance(tolerance);
   }
-  /// Of the motion: what signs between the stages may be wrong by, where Options::between_stages looks at them.
+  /// Tolerance of the signs between the stages, which Options::between_stages checks.
   void set_motion_tolerance(double tolerance) {
     if (loads_between_) loads_between_->set_tolerance(tolerance);
   }
@@ -49,7 +49,7 @@ class ElementRunSolver {
   void begin_step() {
     if (loads_between_) loads_between_->begin_step();
   }
-  /// Of this step, ElementLoads::shortest().
+  /// ElementLoads::shortest() of this step.
   double shortest_load() const { return loads_between_ ? loads_between_->shortest() : 0; }
 
   /// `count` elements of length h. The first failure in time; its violation counts time from the start of the run.

@@ -41,7 +41,7 @@ class AdaptiveRun {
   Solution solve();
 
  private:
-  /// What becomes of a step that was tried: it counts, or another one starts at the same time, or the run has failed.
+  /// Outcome of a tried step: it is accepted, or another one starts at the same time, or the run has failed.
   enum class Next : std::uint8_t { accept, repeat, stop };
   /// The length that is tried, and whether the run would end with it.
   struct Attempt {
@@ -119,7 +119,7 @@ AdaptiveRun::Attempt AdaptiveRun::next_attempt() {
   return {is_last ? rest : (2 * h > rest ? 0.5 * rest : h), is_last};
 }
 
-/// Whether the error of a step that has a solution is accepted, and how long the next one may be.
+/// Decides whether the error of a solved step is accepted, and how long the next step may be.
 AdaptiveRun::Next AdaptiveRun::judge(const Attempt& attempt, const PivotingSolver::ClosedBounces& closed) {
   const double H = attempt.H;
   const FesdStep& step = solver_.step();
@@ -143,7 +143,8 @@ AdaptiveRun::Next AdaptiveRun::judge(const Attempt& attempt, const PivotingSolve
     const bool is_of_motion = error * settings_.tolerance > kClosingErrors * closed.speed;
     if (was_refused && is_of_motion && ++refusals_ <= kMaxRefusals) return repeat_with(0.2 * H);
     if (!was_refused) {
-      // What the forces do that close a bounce is the same in a shorter step: the contact has to bounce once more.
+      // A shorter step does not change the effect of the forces that close a bounce: the contact has to bounce once
+      // more.
       if (closed.throughout) may_close_ = false;
       return repeat_with(closed.throughout ? h_ : step.H * wanted);
     }

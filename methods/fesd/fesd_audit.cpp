@@ -94,12 +94,14 @@ bool FesdAudit::forces_jump(const Element& left, const Element& right) {
   return false;
 }
 
-/// Of slip: at the last stage, when it is the right end, P has acted; the direction of slip in space was there before.
+/// Velocity for slip at a stage. At the right end it includes P, but not in space, where the direction of slip is older
+/// than P.
 Vector FesdAudit::stage_velocity(const Element& e, int j, int n_t) const {
   return stiffly_accurate_ && n_t == 1 && j + 1 == tableau_.n_s ? e.v1 : Vector(e.v.col(j));
 }
 
-/// What v_{n+1} has besides the velocity of the Runge-Kutta step and what P took away, an impulse of closed contacts.
+/// Difference of v_{n+1} from the velocity of the Runge-Kutta step, except what P took away, an impulse of closed
+/// contacts.
 Vector FesdAudit::end_velocity_residual(const Element& e, const Matrix& accelerations) const {
   const ProblemInfo& info = problem_.info();
   Vector residual = e.v1 - e.v0 - e.h * accelerations * tableau_.b;
@@ -136,7 +138,7 @@ void FesdAudit::add_end_stage(const Element& e) {
   }
 }
 
-/// What P and the forces at the right end are to achieve.
+/// Adds the conditions that P and the forces at the right end fulfil.
 void FesdAudit::add_right_end(const View& at) {
   const Element& e = at.e;
   const Switch& end = at.step.ends[static_cast<std::size_t>(at.n)];
@@ -511,7 +513,7 @@ void FesdAudit::add_impulses(const View& at) {
   }
 }
 
-/// What an impulse of a contact is relative to.
+/// Size that an impulse of a contact is compared with.
 double FesdAudit::impulse_size(const View& at, int i) {
   return at.momentum > 0 ? at.momentum / max_abs(at.J_n.col(i)) : 0;
 }

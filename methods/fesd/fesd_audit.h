@@ -18,7 +18,7 @@ namespace ricochet {
 /// bilateral constraints are load to the other contacts.
 class FesdAudit {
  public:
-  /// What a solver says of its steps.
+  /// Properties that a solver claims of its steps.
   struct Claims {
     bool pinned = true;          ///< they fulfil FesdCondition::pinned_breaking and pinned_sliding
     double gap_tolerance = 0;    ///< [m] by which the gap of a contact that has just broken may be negative
@@ -94,7 +94,8 @@ class FesdAudit {
   const FrictionCone cone_;
   const FrictionPolygon polygon_;
   std::vector<Residual> residuals_;
-  // What residuals are relative to, n_c. Over all steps so far: a body at rest has the rounding of its journey.
+  // Sizes that residuals are compared with, n_c. Over all steps so far: a body at rest keeps the rounding of its
+  // earlier motion.
   Vector gap_size_, speed_size_, slip_size_;
   Vector force_size_;             // in the step
   double acceleration_size_ = 0;  // of the terms of M^-1 (f_v + J_n lambda), in the step so far

@@ -16,7 +16,7 @@
 
 namespace ricochet {
 
-/// What all FESD methods do with the steps that they accept. It checks a step for the last time, records its events and
+/// Handles the accepted steps of all FESD methods. It checks a step for the last time, records its events and
 /// grid points, audits and differentiates it, keeps the state reached, and ends the run.
 class FesdRun {
  public:

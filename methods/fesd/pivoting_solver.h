@@ -56,7 +56,7 @@ class PivotingSolver {
 
   /// Tolerance of Newton's method from now on, in place of Options::tolerance.
   void set_tolerance(double tolerance) { runs_.set_tolerance(tolerance); }
-  /// Of the motion, for Options::between_stages.
+  /// Tolerance of the motion, for Options::between_stages.
   void set_motion_tolerance(double tolerance) { runs_.set_motion_tolerance(tolerance); }
   /// Starts a run at (q, v), v before an impact at this instant. It does not depend on the runs before it.
   void start(const Vector& q, const Vector& v);
@@ -100,7 +100,7 @@ class PivotingSolver {
   std::string failure_message() const;
 
  private:
-  /// What came of an attempt to solve the rest of the step.
+  /// Outcome of an attempt to solve the rest of the step.
   struct Attempt {
     enum class Outcome : std::uint8_t {
       solved,

@@ -5,7 +5,7 @@
 namespace ricochet {
 namespace {
 
-/// What a contact does at the left end of an element, if anything; on a polygon its vertex or edge counts, too.
+/// Event of a contact at the left end of an element, if any; on a polygon a change of vertex or edge counts, too.
 std::optional<EventKind> kind_of_event(const Element* left, const Element& element, int i, double Lambda_n) {
   const ContactMode before = left ? left->modes[i] : ContactMode::open, after = element.modes[i];
   const bool is_on_polygon = after == ContactMode::vertex_slip || after == ContactMode::edge_slip;

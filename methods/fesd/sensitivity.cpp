@@ -128,7 +128,7 @@ Sensitivity::Friction Sensitivity::slip_at_end(const Element& e, int contact, do
                      e.slip_start.segment(info.tangent_index, info.n_t));
 }
 
-/// Of the closed contacts, as PointVariation takes them. @param lambda_n  n_c, or impulses
+/// Friction laws of the closed contacts for PointVariation. @param lambda_n  n_c, or impulses
 std::vector<Sensitivity::Friction> Sensitivity::laws_at_end(const Element& e, const Switch& end,
                                                             const Vector& lambda_n) const {
   std::vector<Friction> laws;

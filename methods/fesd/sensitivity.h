@@ -31,7 +31,7 @@ namespace ricochet {
 ///   f_c^i(q_1),   lambda_n^i,   s^i,   mu lambda_n^i - ||lambda_t^i||                    (4)
 ///
 /// with the forces at the right end, of the stages or of the state there (end_projection.h, 11); where slip in space
-/// comes to rest, the last of them, and the contact sticks at the last stage. Behind the last switch the elements of a
+/// comes to rest, the last of them, and the contact sticks at the last stage. After the last switch the elements of a
 /// step share its remaining time: n dh = dt_end - dt.      (5)
 ///
 /// A switch that falls on the boundary of two steps has no equation there, but it moves off the boundary with theta. It
@@ -60,7 +60,7 @@ class Sensitivity {
   /// Derivatives of Element::a of the last element: a column per theta, the columns of a below each other.
   const Matrix& stage_accelerations() const { return stage_accelerations_; }
   const Vector& dt_final() const { return varied_.dt_final(); }  ///< of the problem's end_time
-  /// Of the left end of an element of the last step.
+  /// Derivatives of the time of the left end of an element of the last step.
   const Vector& dt_of_element(int element) const { return dt_elements_[static_cast<std::size_t>(element)]; }
 
  private:

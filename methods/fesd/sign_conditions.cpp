@@ -84,8 +84,8 @@ Violation SignConditions::check(const Element& stages, int just_broken, std::spa
   return first;
 }
 
-/// Rounding of a gap that starts at zero: of the ways that velocity, acceleration and force make along the normal, which
-/// cancel in it.
+/// Rounding error of a gap that starts at zero: that of the displacements by velocity, acceleration and force along the
+/// normal, which cancel.
 double SignConditions::gap_rounding(const Element& stages, int i) {
   problem_.normal_jacobian(stages.q0.data(), J_n_.data());
   const auto& contact = problem_.info().contacts[i];

@@ -36,7 +36,7 @@ struct StepFailure {
   bool depends_on_length() const;
 };
 
-/// What the search for one step keeps of its refuted predictions.
+/// The refuted predictions that the search for one step keeps.
 struct SearchFailures {
   StepFailure first;    ///< of the natural prediction, without a switch
   StepFailure deepest;  ///< after as many switches as the search got
@@ -47,8 +47,8 @@ struct SearchFailures {
 /// One sentence about a failure. @param tableau  its name
 std::string describe(const StepFailure& failure, const ProblemInfo& problem, const std::string& tableau);
 
-/// Why the search found no solution. @param step  as the search left it; @param elements  how many it could have had
-/// @param predictions  tried
+/// Why the search found no solution. @param step  as the search left it; @param elements  how many the step may have
+/// @param predictions  how many were tried
 std::string describe(const SearchFailures& failures, const Problem& problem, const std::string& tableau,
                      const FesdStep& step, const std::string& elements, int predictions);
 

@@ -96,7 +96,7 @@ void StepHomotopy::accept() {
   ++n_steps_;
   FesdStep& step = steps_[current_];
   step.touches = true;
-  // What a relaxation leaves of an impulse where the gap is open; nothing after a crossover.
+  // Removes the impulses that a relaxation leaves at open gaps; a crossover leaves none.
   for (int n = 0; n < step.n_elements; ++n) {
     const Vector gap = problem_.gap(step.elements[n].q0);
     for (int i = 0; i < info_.n_c(); ++i) {
@@ -178,7 +178,7 @@ void StepHomotopy::fly_element(double h, Vector& q, Vector& v, Element& element)
   element.v1 = v;
 }
 
-/// Where the flight first meets a contact, or, if it meets none, comes nearest to one.
+/// First contact of the flight, or, if it meets none, its nearest approach to one.
 StepHomotopy::Approach StepHomotopy::nearest_approach(Vector q, Vector v) const {
   Approach nearest{-1, 0, kInfinity};
   for (int k = 1; k <= kProbes; ++k) {

@@ -31,7 +31,8 @@ void SmallLu::permute(double* column, int last) const {
   for (int k = 0; k < last; ++k) std::swap(column[k], column[pivots_[k]]);
 }
 
-/// Forward substitution by the first `last` columns of L; below them column - L (its solution) is left.
+/// Forward substitution with the first `last` columns of L. Subtracts these columns times the solution from the entries
+/// below.
 void SmallLu::take_lower(double* column, int last) const {
   const double* L = lu_.data();
   int k = 0;

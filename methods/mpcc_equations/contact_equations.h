@@ -10,7 +10,7 @@
 
 namespace ricochet {
 
-/// What every discretisation of a plant with contacts has in an MPCC: points (q, v) with their gaps and slip
+/// Common part of all discretisations of a plant with contacts in an MPCC: points (q, v) with their gaps and slip
 /// velocities, forces with their cones, and Coulomb's law between them,
 ///
 ///   y = f_c(q),   v_t = J_t' v                                                                            (1)
@@ -41,7 +41,7 @@ class ContactEquations {
     std::vector<int> gap;   ///< y, n_c
     std::vector<int> slip;  ///< v_t, n_lambda_t
   };
-  /// What (2)-(4) need of a contact with friction at a point; empty where the cone has no such thing.
+  /// Variables of (2)-(4) for a contact with friction at a point; empty where the cone has none.
   struct Slip {
     std::vector<int> xi_plus, xi_minus;  ///< n_t
     std::vector<int> gamma;              ///< 0 or 1

@@ -110,7 +110,7 @@ class QuadratureBlock final : public NlpBlock {
     integrand_.jacobian(x + 1, J + 1);
     for (std::size_t k = 1; k < variables.size(); ++k) J[k] *= b_ * x[0];
   }
-  /// H is its own room: the curvature of f is written packed behind the column of h, and spread from its end on.
+  /// H is its own room: the curvature of f is written packed after the column of h, and spread from its end on.
   void hessian(const double* x, const double* weights, double* H) const override {
     const std::size_t n = variables.size();
     integrand_.hessian(x + 1, weights, H + n);

@@ -36,7 +36,7 @@ void require(bool holds, const ContactInfo& contact, const char* what) {
   if (!holds) throw InputError("plant", "contact " + contact.name, what);
 }
 
-/// Behind every number that is a variable.
+/// The numbers that are not negative: a negative one stands for a variable that does not exist.
 std::vector<int> present(std::initializer_list<int> numbers) {
   std::vector<int> result;
   for (const int number : numbers)

@@ -22,7 +22,7 @@ using reference::Integrator;
 using reference::SmoothSystem;
 using reference::StepEnd;
 
-// Hermite polynomials through the ends of a step, the highest degree of ARKODE: its dense output and root finding.
+// Degree of ARKODE's Hermite polynomials through the ends of a step, its highest: for dense output and root finding.
 constexpr int kInterpolantDegree = ARK_INTERP_MAX_DEGREE;
 
 /// Tables by order: ARKODE's defaults, but for order 5 the pair of Dormand and Prince, and the newest of Kennedy and
@@ -186,7 +186,7 @@ class ArkStep final : public reference::SundialsIntegrator {
     return StepEnd::root;
   }
 
-  /// Of root function k along the motion. @param length  of the step [s]
+  /// Newton step for root function k along the motion. @param length  of the step [s]
   double newton_step(std::size_t k, double length) {
     constexpr double kDifference = 1e-6;  // of the step: three digits of the slope are plenty
     if (!system_.roots(state(), values_.data()) || !system_.rates(state(), N_VGetArrayPointer(y_dot_))) return NAN;
@@ -201,7 +201,7 @@ class ArkStep final : public reference::SundialsIntegrator {
   void interpolate(double t, int order, N_Vector y) override { ARKStepGetDky(memory_, t, order, y); }
   char* flag_name(int flag) const override { return ARKStepGetReturnFlagName(flag); }
 
-  // Of a step: how often it is taken to its root, what of it is rounding, and how far dense output may be wrong.
+  // Limits of a step: repetitions to its root; rounding and error of dense output, relative to its length.
   static constexpr int kRepetitions = 4;
   static constexpr double kRounding = 1e-14, kNear = 0.1;
 

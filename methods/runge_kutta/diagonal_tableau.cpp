@@ -12,7 +12,7 @@ using ComplexMatrix = Eigen::Matrix<std::complex<LongReal>, Eigen::Dynamic, Eige
 
 // Sums over k cancel this much at most: two digits of an acceleration.
 constexpr double kMaxSigma = 1e4;
-// What (1) may be off by.
+// Largest residual of (1).
 constexpr double kResidual = 1e-15;
 constexpr double kSingular = 1e-12;  // an eigenvalue up to this is zero
 
@@ -25,7 +25,8 @@ DiagonalTableau::DiagonalTableau(const Matrix& matrix) {
   if (solver.info() != Eigen::Success) return;
   const ComplexMatrix S = solver.eigenvectors();
   const Eigen::Matrix<std::complex<LongReal>, Eigen::Dynamic, 1> values = solver.eigenvalues(),
-                                                             part = S.partialPivLu().solve(ComplexMatrix::Ones(n, 1));
+                                                                 part =
+                                                                     S.partialPivLu().solve(ComplexMatrix::Ones(n, 1));
   const ComplexMatrix sigma = S * part.asDiagonal();
   const bool is_diagonal =
       sigma.allFinite() && sigma.cwiseAbs().maxCoeff() <= kMaxSigma &&

@@ -434,7 +434,7 @@ struct Verner98 {
   static constexpr Weights<n_s> e = error_weights(b, b_hat);
 };
 
-/// All of them, for what is made for each.
+/// All pairs, for code that is instantiated for each.
 using EmbeddedPairs = std::tuple<BogackiShampine32, DormandPrince54, BogackiShampine54, Tsitouras54, PrinceDormand87,
                                  DormandPrince853, Verner76, Verner98>;
 

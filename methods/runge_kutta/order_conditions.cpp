@@ -6,7 +6,7 @@
 namespace ricochet {
 namespace {
 
-/// What the conditions of larger trees need of a tree that is hung below their root.
+/// Data of a subtree for the order conditions of larger trees.
 struct Subtree {
   int nodes;
   double density;  // gamma(t)

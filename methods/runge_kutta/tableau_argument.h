@@ -8,7 +8,7 @@ namespace ricochet {
 /// The tableau that a method text names: "fesd:radau-iia:3" or "fesd:@my_tableau.json".
 ButcherTableau tableau_argument(const MethodSpec& spec);
 
-/// The same of a text alone: "radau-iia:3" or "@my_tableau.json".
+/// The tableau of a text alone: "radau-iia:3" or "@my_tableau.json".
 ButcherTableau tableau_argument(const std::string& text);
 
 }  // namespace ricochet

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kMaxInstants = 200;      // switches without time between them
 constexpr int kMaxFrozen = 1'000'000;  // elements of one instant
-// Of the slip whose direction is held: what is slower where it stops, stops with it.
+// Part of the slip speed at which its direction is held: slower contacts come to rest with it.
 constexpr double kTogether = 0.3;
 // A bounce that rises by this many roundings of the gap is none.
 constexpr double kLow = 4;
@@ -123,7 +123,7 @@ RegionStep::Failure InstantChange::leave(RegionState& state) {
   return {};
 }
 
-/// Length in pseudo time of the next frozen elements: what stops the fastest approach.
+/// Length of the next frozen elements in pseudo time, which stops the fastest approach.
 double InstantChange::frozen_length(const RegionState& state) const {
   double length = 0;
   bool has_limit = false;

@@ -14,7 +14,7 @@ class InstantChange {
     double length;  ///< of an element where nothing switches [s]
   };
 
-  /// All of them have to outlive this.
+  /// All references must outlive this object.
   InstantChange(const Problem& problem, const Options& options, const AuxiliaryDynamics& auxiliary,
                 ContactScales& scales, InstantSystem& system, RegionForces& forces, RegionStep& step,
                 const TimeLimit& time_limit, Counters& counters);

@@ -16,7 +16,7 @@ InstantLaw::InstantLaw(const InstantSystem& system, const ProblemInfo& info, con
                        const ContactScales& scales, Counters& counters)
     : system_(system), info_(info), auxiliary_(auxiliary), scales_(scales), counters_(counters) {}
 
-/// The slip of a contact as far as it is known before its law is solved.
+/// Sets the law of a contact, with the slip as far as it is known before.
 void InstantLaw::set_law(int contact, const Vector& v, RegionSwitch cause, const ContactRegion& before,
                          const RegionForces& forces, FrictionProblem::Contact& law) const {
   const ContactInfo& info = info_.contacts[contact];

@@ -26,7 +26,7 @@ namespace ricochet {
 /// direction of its friction; its force is (6) of pseudo_time_equations.h.
 class InstantLaw {
  public:
-  /// All of them have to outlive this. @param system  of the state at hand
+  /// All references must outlive this object. @param system  of the state at hand
   InstantLaw(const InstantSystem& system, const ProblemInfo& info, const AuxiliaryDynamics& auxiliary,
              const ContactScales& scales, Counters& counters);
 

@@ -44,13 +44,13 @@ struct PseudoTimeWorkspace {
 /// them is removed in pseudo_time_end.h.
 class PseudoTimeEquations {
  public:
-  /// All of them have to outlive this.
+  /// All references must outlive this object.
   PseudoTimeEquations(const Problem& problem, const ButcherTableau& tableau, const AuxiliaryDynamics& auxiliary,
                       const HeldContacts& held, Counters& counters);
 
   /// Makes room in a new workspace.
   void prepare(PseudoTimeWorkspace& work) const;
-  /// Makes room for the unknowns of other regions.
+  /// Resizes the workspace for the unknowns of new regions.
   void resize(PseudoTimeWorkspace& work);
 
   /// The left end of an element: while time is frozen s = 0, and J_n is that of q0. Sets J_n then.

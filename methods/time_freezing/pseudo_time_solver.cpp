@@ -66,7 +66,7 @@ bool PseudoTimeSolver::solve(PseudoTimeElement& e, double dt) {
     ++counters_.inner_iterations;
     ++counters_.linear_solves;
     if (!x_.allFinite()) return has_factors_ = false;
-    // What comes to rest, or stays there, is compared with what its load would do.
+    // The size includes the velocity that the load causes, since a body may be at rest.
     double size = std::max({e.v0.lpNorm<Eigen::Infinity>(), e.h * work_.load, std::numeric_limits<double>::min()});
     const double change = apply_correction(e, dt, size);
     if (change <= tolerance_ * size || (change <= kStalled * size && change >= 0.5 * last)) {

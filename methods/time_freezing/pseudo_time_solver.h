@@ -10,7 +10,7 @@ namespace ricochet {
 /// long as they contract.
 class PseudoTimeSolver {
  public:
-  /// All of them have to outlive this. @param tolerance  relative size of the last correction
+  /// All references must outlive this object. @param tolerance  relative size of the last correction
   PseudoTimeSolver(const Problem& problem, const ButcherTableau& tableau, const AuxiliaryDynamics& auxiliary,
                    double tolerance, Counters& counters);
   PseudoTimeSolver(const PseudoTimeSolver&) = delete;
@@ -21,7 +21,7 @@ class PseudoTimeSolver {
   /// An element that ends when the clock has moved by dt [s]: (9). The element has its left end, and w, s, beta, tau and h
   /// as first guess. @return false where Newton's method fails; the unknowns are then of no use
   bool solve_to_clock(PseudoTimeElement& e, double dt);
-  /// The same of given length, while time is frozen.
+  /// An element of given length, while time is frozen.
   bool solve_length(PseudoTimeElement& e, double length);
 
  private:

@@ -5,7 +5,7 @@
 namespace ricochet {
 namespace {
 
-// Of the push over the force of persistent contact: near beta = 1 time would hardly run.
+// Least ratio of the push to the force of persistent contact: near beta = 1 time would hardly run.
 constexpr double kReserve = 10;
 constexpr double kMostWeight = 0.5;
 

@@ -12,7 +12,7 @@ namespace ricochet {
 /// PseudoTimeSolver.
 class RegionElement {
  public:
-  /// All of them have to outlive this. @param auxiliary  pushes that persistent contact needs are raised in it
+  /// All references must outlive this object. @param auxiliary  pushes that persistent contact needs are raised in it
   RegionElement(const Problem& problem, const ButcherTableau& tableau, AuxiliaryDynamics& auxiliary,
                 double inner_tolerance, Counters& counters);
 
@@ -21,8 +21,8 @@ class RegionElement {
   /// First guess of an element that is no flight, from the forces at its left end. @param length  as of solve()
   void guess(const RegionState& from, const RegionForces& forces, double length);
   void forget_flight() { flight_.forget_guess(); }
-  /// An element from this state on. @param length  of time, or of pseudo time while time is frozen [s]
-  /// @return false where Newton's method fails
+  /// Computes one element that starts at this state. @param length  of time, or of pseudo time while time is frozen [s]
+  /// @return false if Newton's method fails
   bool solve(const RegionState& from, double length);
   /// An element of length zero.
   void stay(const RegionState& from);

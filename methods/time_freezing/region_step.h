@@ -22,7 +22,7 @@ class RegionStep {
   static constexpr const char* kNoForces = "no forces hold the contacts in their modes";
   static constexpr double kShortest = 1e-15;  ///< of the end time: rounding of the time
 
-  /// All of them have to outlive this. @param system, forces  of the state at hand
+  /// All references must outlive this object. @param system, forces  of the state at hand
   RegionStep(const Problem& problem, const ButcherTableau& tableau, AuxiliaryDynamics& auxiliary,
              const ContactScales& scales, InstantSystem& system, RegionForces& forces, double inner_tolerance,
              Counters& counters);
@@ -33,7 +33,7 @@ class RegionStep {
 
   /// First guess at a state whose forces are known.
   void guess(const RegionState& state, double length) { element_.guess(state, forces_, length); }
-  /// The same where they are not, or Newton's method has spoilt the guess. @return false where there are no forces
+  /// First guess where forces are unknown, or after Newton's method has failed. @return false if there are no forces
   bool renew_guess(const RegionState& state, double length);
   /// The state is the right end of the last element; its regions change or not.
   void leave(bool changes) { has_system_ = !changes && problem_.info().clock < 0; }

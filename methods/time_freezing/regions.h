@@ -8,7 +8,7 @@
 
 namespace ricochet {
 
-/// Where the state is, as the switching functions of one contact divide the state space:
+/// Region of the state, as divided by the switching functions of one contact:
 enum class Region : std::uint8_t {
   free,     ///< f_c > 0, or J_n' v > 0: the contact leaves the dynamics alone
   sliding,  ///< on the surface J_n' v = 0 between `free` and `pushed`: persistent contact

@@ -24,7 +24,7 @@ class SwitchingFunctions {
     double rounding = 0;
   };
 
-  /// All of them have to outlive this. @param system, forces  of the state at hand
+  /// All references must outlive this object. @param system, forces  of the state at hand
   SwitchingFunctions(const Problem& problem, const ButcherTableau& tableau, const AuxiliaryDynamics& auxiliary,
                      const ContactScales& scales, InstantSystem& system, RegionForces& forces);
 
@@ -59,7 +59,7 @@ class SwitchingFunctions {
   bool needs_forces_ = false;
 };
 
-/// Slip in space that turns gets the direction of `v` in `regions`, with the sign of the element's left end.
+/// Turns slip directions in `regions` to that of `v`, or its opposite if closer to that of `from`.
 void turn_slip(const InstantSystem& system, const ContactScales& scales, const RegionState& from, const Vector& v,
                Regions& regions);
 

@@ -28,7 +28,7 @@ namespace {
 
 using Outcome = MoreauExtrapolation::Outcome;
 
-/// Of the end time: in shorter steps rounding hides velocities that begin.
+/// Shortest step relative to the end time: in shorter ones rounding hides velocities that begin.
 constexpr double kShortest = 1e-10;
 
 class EventCapturing final : public TimeSteppingMethod {

@@ -40,8 +40,8 @@ double work(int row) {
   return 0.5 * row * (row + 1);
 }  // A_j
 
-/// Of the end time: in shorter steps what begins to slip on a curve has velocities that rounding hides, and the
-/// error control takes them for a switch.
+/// Shortest step relative to the end time: in shorter ones rounding hides the velocity of slip that begins on a curve,
+/// and the error control takes it for a switch.
 constexpr double kShortest = 1e-9;
 
 class ExtrapolatedMoreau final : public TimeSteppingMethod {

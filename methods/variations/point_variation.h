@@ -28,7 +28,7 @@ namespace ricochet {
 /// Derivatives of v' (grad^2 f_c) v and T v, third ones of a gap, are differences of fourth order along the variations.
 class PointVariation {
  public:
-  /// What is varied has to outlive this.
+  /// @param varied  must outlive this object
   explicit PointVariation(const VariedProblem& varied);
 
   /// Linear equations in the variations of q and v, of the unknowns x of the point and of theta.
@@ -52,7 +52,7 @@ class PointVariation {
     std::vector<Contact> contacts;
     Eigen::Index size;
   };
-  /// Of the contacts that are not open.
+  /// Numbering of the contacts that are not open.
   static Numbering numbering(const ProblemInfo& info, const std::vector<ContactMode>& modes) {
     return {info, [&](int i) { return is_closed(modes[static_cast<std::size_t>(i)]); }};
   }
@@ -102,7 +102,7 @@ class PointVariation {
   /// @param dq, dv  n_q x n_theta, or one column more; dv out: after the impulse
   void through_impulse(const Numbering& acts, const Impulse& impulse, bool restitutes,
                        const std::vector<Friction>& laws, const Matrix& dq, Matrix& dv) const;
-  /// The same of an impact: of the contacts that press.
+  /// Solves (1), (2), (5) for an impact, with the contacts that press.
   void through_impact(const Impulse& impulse, const Matrix& dq, Matrix& dv) const;
 
   /// (3)-(5) solved for da and the forces: closed.size x columns. @param direct  VariedProblem::rows() of the point

@@ -7,7 +7,7 @@
 
 namespace ricochet {
 
-/// What Settings::sensitivities, the variables theta, change in a problem: its initial state and its equations. One
+/// Effect of the variables theta, Settings::sensitivities, on a problem: on its initial state and its equations. One
 /// column per theta; matrices of equations have one more, in which nothing varies directly, for the variation along the
 /// motion.
 class VariedProblem {

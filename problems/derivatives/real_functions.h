@@ -20,19 +20,19 @@ namespace ricochet {
 inline double sign(double x) {
   return static_cast<double>((x > 0) - (x < 0));
 }
-/// The same for an expression `x`, with the derivative (1).
+/// The sign of an expression `x`, with the derivative (1).
 GiNaC::ex sign(const GiNaC::ex& x);
 
 /// `a` if `c` > 0, else `b`. For example, max(a, b) is choose(a - b, a, b).
 inline double choose(double c, double a, double b) {
   return c > 0 ? a : b;
 }
-/// The same for expressions `c`, `a`, `b`, with the derivative (1).
+/// choose() for expressions `c`, `a`, `b`, with the derivative (1).
 GiNaC::ex choose(const GiNaC::ex& c, const GiNaC::ex& a, const GiNaC::ex& b);
 
 /// |x| of an expression `x`, with the derivative (1). The name differs from `abs`, which is GiNaC's own function.
 GiNaC::ex magnitude(const GiNaC::ex& x);
-/// The same for a number `x`.
+/// |x| of a number `x`.
 inline double magnitude(double x) {
   return x < 0 ? -x : x;
 }

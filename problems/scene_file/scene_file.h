@@ -28,7 +28,7 @@ namespace ricochet {
 /// @throws InputError that names the file, the field and the position
 std::unique_ptr<Problem> read_scene_file(const std::string& path, const ParameterChanges& changes = {});
 
-/// The same for the `text` of a scene, with `changes`. Messages contain `name` instead of the name of a file.
+/// Reads a scene from `text`, with `changes`. Messages contain `name` instead of a file name.
 /// @throws InputError as read_scene_file()
 std::unique_ptr<Problem> read_scene_text(const std::string& text, const std::string& name,
                                          const ParameterChanges& changes = {});

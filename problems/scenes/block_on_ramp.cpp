@@ -44,7 +44,7 @@ struct BlockOnRamp {
     return m * g * (q[1] * cos(slope) - q[0] * sin(slope));
   }
 
-  /// A block of 20 cm by 10 cm, of which q is the middle of the lower face, in the axes of the ramp.
+  /// A block of 20 cm by 10 cm in the axes of the ramp; q is the middle of its lower face.
   GeometryOf<T> geometry() const {
     using std::cos, std::sin;
     GeometryOf<T> geometry{.gravity = {g * sin(slope), -g * cos(slope), 0}};

@@ -63,8 +63,7 @@ struct FallingRod {
   }
   T potential_energy(const Vec<T, 3>& q) const { return m * g * q[1]; }
 
-  /// A line without thickness. theta counts clockwise: the rod's axes are those of a body that half a turn about x has
-  /// put upside down.
+  /// A line without thickness. theta counts clockwise, so the rod's axes are turned by half a turn about x.
   GeometryOf<T> geometry() const {
     GeometryOf<T> geometry{.gravity = {0, -g, 0}};
     const int rod = geometry.add_body({.name = "rod",

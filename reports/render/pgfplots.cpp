@@ -71,7 +71,7 @@ std::string pgfplots_style(const Chart::Series& series) {
   return "";
 }
 
-/// Those that are drawn, each a line of numbers; what has no place on an axis is nan, which PGFPlots leaves out.
+/// Coordinates of a drawn point as text; a value without a place on its axis is nan, which PGFPlots leaves out.
 std::string numbers_of(const Chart::Panel& panel, const Chart::Series& series, std::size_t k) {
   if (k >= series.points.size()) return "nan nan";
   auto [x, y] = series.points[k];

@@ -246,7 +246,7 @@ TEST_F(Cli, HardCasesAreTheSameHoweverTheirWorkIsShared) {
 }
 
 /// Killed, it leaves no process behind that would keep the results locked.
-TEST_F(Cli, GoesOnAtOnceBehindAKilledRunOfSeveralProcesses) {
+TEST_F(Cli, GoesOnAtOnceAfterAKilledRunOfSeveralProcesses) {
   const std::string experiment =
       write("long.json", R"({"id": "long", "problem": "bouncing_ball", "reference": null, "methods": [
     {"method": "moreau_jean", "steps": [400000, 400001, 400002, 400003, 400004, 400005, 400006, 400007]}]})");

@@ -170,7 +170,7 @@ TEST(EventSensitivities, GrazingIsFound) {
   }
 }
 
-TEST(EventSensitivities, HaveNoneBehindGrazing) {
+TEST(EventSensitivities, HaveNoneAfterGrazing) {
   const auto disc = grazing_disc();
   const Solution s = solve_event_driven(*disc, 1e-8, {"v0:1"});
   EXPECT_EQ(s.status, Status::infeasible);

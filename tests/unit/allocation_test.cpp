@@ -60,36 +60,40 @@ TEST_P(StepWithoutAllocation, AllocatesTheSameForTwiceTheSteps) {
 
 INSTANTIATE_TEST_SUITE_P(
     Methods, StepWithoutAllocation,
-    testing::Values(AllocationCase{"two_balls_spring", "fesd:gauss:4"}, AllocationCase{"two_balls_spring", "fesd:radau-iia:3"},
-                    AllocationCase{"two_balls_spring", "fesd:radau-iia:2,elements=as_needed"},
-                    AllocationCase{"pendulum_wall", "fesd:gauss:3"}, AllocationCase{"bouncing_ball", "fesd:radau-iia:2"},
-                    AllocationCase{"two_balls_spring", "irk:gauss:4,contacts=ignored"},
-                    AllocationCase{"pendulum_wall", "irk:radau-iia:3,contacts=ignored"}, AllocationCase{"bouncing_ball", "moreau_jean"},
-                    AllocationCase{"pendulum_wall", "moreau_jean"}, AllocationCase{"sliding_block", "moreau_jean"},
-                    AllocationCase{"pendulum_wall_cartesian", "fesd:radau-iia:3"}, AllocationCase{"pendulum_wall_cartesian", "moreau_jean"},
-                    AllocationCase{"slider_crank_stop", "anitescu_potra"}, AllocationCase{"bouncing_ball", "anitescu_potra"},
-                    AllocationCase{"sliding_block", "anitescu_potra"}, AllocationCase{"stacked_blocks", "moreau_jean,solver=pgs"},
-                    AllocationCase{"stacked_blocks", "moreau_jean,solver=newton"},
-                    AllocationCase{"stacked_blocks", "moreau_jean,solver=interior_point"},
-                    AllocationCase{"stacked_blocks", "moreau_jean,solver=admm"}, AllocationCase{"ball_3d", "moreau_jean,solver=admm"},
-                    AllocationCase{"stacked_blocks", "moreau_jean,solver=staggered"}, AllocationCase{"ball_3d", "moreau_jean"},
-                    AllocationCase{"ball_3d", "moreau_jean,solver=newton,projection=on"},
-                    AllocationCase{"pendulum_wall_cartesian", "moreau_jean,implicit=full"},
-                    AllocationCase{"stacked_blocks", "stewart_trinkle"}, AllocationCase{"stacked_blocks", "anitescu_convex,solver=pgs"},
-                    AllocationCase{"two_balls_spring", "schatzman_paoli"}, AllocationCase{"two_balls_spring", "generalized_alpha"},
-                    AllocationCase{"two_balls_spring", "anitescu_potra,implicit=linear"}, AllocationCase{"two_balls_spring", "penalty"}),
+    testing::Values(
+        AllocationCase{"two_balls_spring", "fesd:gauss:4"}, AllocationCase{"two_balls_spring", "fesd:radau-iia:3"},
+        AllocationCase{"two_balls_spring", "fesd:radau-iia:2,elements=as_needed"},
+        AllocationCase{"pendulum_wall", "fesd:gauss:3"}, AllocationCase{"bouncing_ball", "fesd:radau-iia:2"},
+        AllocationCase{"two_balls_spring", "irk:gauss:4,contacts=ignored"},
+        AllocationCase{"pendulum_wall", "irk:radau-iia:3,contacts=ignored"},
+        AllocationCase{"bouncing_ball", "moreau_jean"}, AllocationCase{"pendulum_wall", "moreau_jean"},
+        AllocationCase{"sliding_block", "moreau_jean"}, AllocationCase{"pendulum_wall_cartesian", "fesd:radau-iia:3"},
+        AllocationCase{"pendulum_wall_cartesian", "moreau_jean"}, AllocationCase{"slider_crank_stop", "anitescu_potra"},
+        AllocationCase{"bouncing_ball", "anitescu_potra"}, AllocationCase{"sliding_block", "anitescu_potra"},
+        AllocationCase{"stacked_blocks", "moreau_jean,solver=pgs"},
+        AllocationCase{"stacked_blocks", "moreau_jean,solver=newton"},
+        AllocationCase{"stacked_blocks", "moreau_jean,solver=interior_point"},
+        AllocationCase{"stacked_blocks", "moreau_jean,solver=admm"},
+        AllocationCase{"ball_3d", "moreau_jean,solver=admm"},
+        AllocationCase{"stacked_blocks", "moreau_jean,solver=staggered"}, AllocationCase{"ball_3d", "moreau_jean"},
+        AllocationCase{"ball_3d", "moreau_jean,solver=newton,projection=on"},
+        AllocationCase{"pendulum_wall_cartesian", "moreau_jean,implicit=full"},
+        AllocationCase{"stacked_blocks", "stewart_trinkle"},
+        AllocationCase{"stacked_blocks", "anitescu_convex,solver=pgs"},
+        AllocationCase{"two_balls_spring", "schatzman_paoli"}, AllocationCase{"two_balls_spring", "generalized_alpha"},
+        AllocationCase{"two_balls_spring", "anitescu_potra,implicit=linear"},
+        AllocationCase{"two_balls_spring", "penalty"}),
     [](const auto& test) { return test_name(std::string(test.param.problem) + "_" + test.param.method); });
 
-INSTANTIATE_TEST_SUITE_P(Engines, StepWithoutAllocation,
-                         testing::Values(AllocationCase{"two_balls_spring", "soft_step"},
-                                         AllocationCase{"pendulum_wall_cartesian", "soft_step"}, AllocationCase{"ball_3d", "soft_step"},
-                                         AllocationCase{"stacked_blocks", "soft_step"}, AllocationCase{"ball_3d", "xpbd"},
-                                         AllocationCase{"pendulum_wall_cartesian", "xpbd"},
-                                         AllocationCase{"stacked_blocks", "xpbd,iterations=3"}, AllocationCase{"stacked_blocks", "sap"},
-                                         AllocationCase{"block_on_ramp_3d", "sap"}, AllocationCase{"sliding_block", "sap,theta=0.5"}),
-                         [](const auto& test) {
-                           return test_name(std::string(test.param.problem) + "_" + test.param.method);
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Engines, StepWithoutAllocation,
+    testing::Values(AllocationCase{"two_balls_spring", "soft_step"},
+                    AllocationCase{"pendulum_wall_cartesian", "soft_step"}, AllocationCase{"ball_3d", "soft_step"},
+                    AllocationCase{"stacked_blocks", "soft_step"}, AllocationCase{"ball_3d", "xpbd"},
+                    AllocationCase{"pendulum_wall_cartesian", "xpbd"},
+                    AllocationCase{"stacked_blocks", "xpbd,iterations=3"}, AllocationCase{"stacked_blocks", "sap"},
+                    AllocationCase{"block_on_ramp_3d", "sap"}, AllocationCase{"sliding_block", "sap,theta=0.5"}),
+    [](const auto& test) { return test_name(std::string(test.param.problem) + "_" + test.param.method); });
 
 TEST(Allocations, OfAPersistentContact) {
   const auto resting = make_problem("bouncing_ball", {{"e", 0}});
@@ -136,7 +140,7 @@ struct ModeCase {
 
 class RightHandSideWithoutAllocation : public testing::TestWithParam<ModeCase> {};
 
-TEST_P(RightHandSideWithoutAllocation, BehindTheFirstCall) {
+TEST_P(RightHandSideWithoutAllocation, AfterTheFirstCall) {
   const auto problem = make_problem(GetParam().problem);
   reference::ContactDynamics dynamics(*problem);
   auto modes = dynamics.modes();

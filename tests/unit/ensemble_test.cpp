@@ -182,7 +182,7 @@ TEST_F(EnsembleOutput, OfInitialStatesIsTheSameForAnyNumberOfThreads) {
   EXPECT_GT(compared, 20);
 }
 
-TEST_F(EnsembleOutput, IsTheSameBehindAnInterruption) {
+TEST_F(EnsembleOutput, IsTheSameAfterAnInterruption) {
   run("whole.csv", kBalls, 2);
   const std::string whole = read(folder / "whole.csv");
   run("cut.csv", kBalls, 1);

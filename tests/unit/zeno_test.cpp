@@ -40,7 +40,7 @@ TEST(Capture, FollowsTheFormulaOfCollocation) {
 
 /// Steps of one element from the ground, upwards with v+ = 1: between a flight that fits and a capture that is long
 /// enough there is nothing.
-TEST(Capture, LeavesAGapBehindTheFlight) {
+TEST(Capture, LeavesAGapAfterTheFlight) {
   const double g = 9.81, e = 0.5, flight = 2 / g;
   const auto ball = make_problem("bouncing_ball", {{"e", e}});
   const ButcherTableau tableau = make_tableau("radau-iia", 4);

@@ -6,8 +6,8 @@
 
 namespace ricochet {
 
-// By how much a motion breaks each law of contact. Impulses are told by methods, forces are not: they follow from the
-// motion as it is interpolated between the steps, whatever a method solves for. What is lost by an interpolation of lower
+// Residuals of a motion in each law of contact. Methods report impulses, but not forces: these follow from the motion
+// as it is interpolated between the steps, whatever a method solves for. What is lost by an interpolation of lower
 // order than the steps is therefore part of the residuals in persistent contact.
 
 /// In the impacts that the solution tells, of contact i with the diagonal entry W = J_n' M^-1 J_n of the Delassus operator,

@@ -19,8 +19,8 @@ Table gradient_table(const std::vector<ControlGradient>& gradients) {
       "Derivatives of the terminal state with respect to the controls", columns, compared,
       "The largest error over the components of (q, v) at T and the intervals, relative to the largest derivative of "
       "that component; then the same for the intervals after the last impact only. Reference: "
-      "central differences of CVODE with located events. Time stepping: differences of the discrete "
-      "scheme, which are its derivatives.");
+      "central differences of CVODE with located events. The derivatives of time "
+      "stepping are central differences of the discrete scheme.");
 }
 
 Table gradient_details(const std::vector<ControlGradient>& gradients) {

@@ -27,7 +27,7 @@ double rest_of(const ControlGrowth& run) {
   return per_iteration(run, run.seconds - run.derivative_seconds);
 }
 
-/// Over the solved runs from `first` up to before `last`, which are of one problem.
+/// Growth over the solved runs in [first, last), all of one problem.
 GrowthLine growth_of(const std::vector<ControlGrowth>& runs, std::size_t first, std::size_t last) {
   std::vector<double> N, variables, iterations, derivatives, rest, seconds, again_N, again;
   for (std::size_t i = first; i < last; ++i) {

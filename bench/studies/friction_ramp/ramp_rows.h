@@ -26,7 +26,7 @@ struct RampGrid {
 
   int count(Cell cell) const;
   int wrong() const { return count(moves_but_should_rest) + count(rests_but_should_move); }
-  /// Those with tan(slope) = mu, on which the decision depends on rounding.
+  /// Number of wrong cells with tan(slope) = mu, where rounding decides.
   int wrong_on_boundary() const;
   double largest_error() const;              ///< of the runs that succeeded
   double largest_error_on_boundary() const;  ///< the same, where tan(slope) = mu
@@ -48,7 +48,7 @@ struct RampFacets {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(RampFacets, method, facets, load, direction, limit, limit_exact, drift,
                                                 drift_exact)
 
-/// Those grids of which all rows are there, in the order of their first parts: of an interrupted run some are not.
+/// The complete grids, in the order of their first parts; an interrupted run leaves incomplete ones.
 /// @throws InputError for rows that follow none
 std::vector<RampGrid> whole_grids(const std::vector<RampGrid>& parts);
 

@@ -143,7 +143,7 @@ class BenchmarkEntry {
   std::string place_;
 };
 
-/// What a file says of one benchmark: its repetitions, and what was made of them.
+/// Rows of one benchmark in a file: its repetitions and their aggregates.
 struct Measurements {
   std::vector<BenchmarkEntry> runs;
   std::map<std::string, BenchmarkEntry> aggregates;
@@ -205,7 +205,7 @@ json environment_of(const json& context) {
   return environment;
 }
 
-/// Of the program, with nothing in it that a file name should not have.
+/// Name of the program, without characters that a file name should not have.
 std::string experiment_of(const json& environment, const std::string& path) {
   const std::filesystem::path program = environment.value("executable", "");
   std::string name = program.filename().empty() ? std::filesystem::path(path).stem() : program.filename();

@@ -7,9 +7,9 @@
 
 namespace ricochet {
 
-/// What `--benchmark_out=FILE` or `--benchmark_format=json` of a program of Google Benchmark writes, as results: its
-/// context as their environment, a BenchmarkRow for each benchmark, a ComplexityRow for each fit. The experiment is
-/// called as the program. JSON has no NaN; Google Benchmark writes it all the same.
+/// Reads the output of Google Benchmark (`--benchmark_out=FILE` or `--benchmark_format=json`) as results: its context
+/// as their environment, a BenchmarkRow for each benchmark, a ComplexityRow for each fit. The experiment has the name
+/// of the program. Google Benchmark writes NaN, which JSON does not have.
 /// @param path  for messages  @param text  of the file
 /// @return empty for what is none, which is told from results files by its beginning
 /// @throws InputError where it is damaged, with the field, or has no benchmark

@@ -125,7 +125,7 @@ bool is_drawn(const BenchmarkRow& row) {
   return row.succeeded() && std::isfinite(seconds) && seconds > 0;
 }
 
-/// Those that have several N.
+/// Curves of the benchmarks that have several N.
 std::vector<GrowthCurve> curves_over_n(const std::vector<BenchmarkRow>& rows) {
   std::vector<GrowthCurve> curves;
   for (const auto& row : rows) {

@@ -22,7 +22,7 @@ struct FastestRun : Run {
   bool is_judged() const { return level() > reference_error; }
 };
 
-/// Those with this solver, for the tables below.
+/// The runs with this solver, for the tables below.
 std::vector<FastestRun> runs_of_solver(const std::vector<FastestRun>& runs, const std::string& solver);
 
 /// A line per scene, a column per level: microseconds of each family, and those of the second over those of the first.

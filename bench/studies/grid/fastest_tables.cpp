@@ -49,7 +49,7 @@ Table fastest_table(const std::vector<FastestRun>& runs) {
       .title = "Microseconds of the fastest run that reaches an error" + which_solver(runs),
       .note =
           names +
-          ", each with the best of its methods and settings; in brackets the ratio of the second to the first. CPU "
+          ": each family with its best method and setting; in brackets the ratio of the second to the first. CPU "
           "time, median of interleaved repetitions. ?: the reference is not accurate enough to decide; -: no setting "
           "reaches the error.",
       .columns = {{"scene", true}, {"group", true}},

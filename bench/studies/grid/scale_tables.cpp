@@ -38,7 +38,7 @@ ScaleLine growth_of(const std::vector<Run>& runs, std::size_t first, std::size_t
           has_iterations ? growth_text("n", n, iterations) : "-"};
 }
 
-/// A cell of a run's line; empty in a line of a fit.
+/// Cell with a value of the run; empty if the line is a fit.
 auto of_line(std::function<double(const Run&)> value, const char* format = "{:g}") {
   return [=](const ScaleLine& line) { return line.fitted ? "" : cell_text(format, value(line.run)); };
 }

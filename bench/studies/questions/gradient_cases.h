@@ -29,7 +29,7 @@ struct GradientCase {
   std::unique_ptr<Problem> problem;
 };
 
-/// All of them. Their numbers are derived in gradient_cases.cpp.
+/// All cases. Their numbers are derived in gradient_cases.cpp.
 std::vector<GradientCase> gradient_cases();
 
 }  // namespace ricochet

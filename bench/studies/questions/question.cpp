@@ -105,7 +105,7 @@ Table failures_table(const std::vector<Answer>& answers) {
   }
   static const std::vector<Column<Failure>> columns = {
       {"method", &Failure::method}, {"runs", "", "{}", &Failure::runs}, {"the first of them", &Failure::why}};
-  return table_of("What has no answer", columns, failures);
+  return table_of("Runs without an answer", columns, failures);
 }
 
 /// The look of a method, the same in all questions: a colour for each engine, dashed and open with its default settings.

@@ -71,7 +71,7 @@ struct Axes {
   Pose seen(const Pose& pose) const { return {times(world, pose.centre), times(times(world, pose.R), cube)}; }
 };
 
-/// Those in which |sin(beta)| = |R[0][2]| stays smallest over all rows.
+/// The axes in which |sin(beta)| = |R[0][2]| stays smallest over all rows.
 Axes best_axes(const std::vector<TossRow>& rows) {
   constexpr int kYaws = 12;
   Axes best{};

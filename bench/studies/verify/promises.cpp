@@ -81,7 +81,7 @@ void check_energy(const Solution& s, const Problem& problem, bool is_first_order
   }
 }
 
-/// Thousands of additions, to the rounding of each.
+/// The clock must be the time, to the rounding of thousands of additions.
 void check_clock(const Solution& s, const ProblemInfo& info, double rounding, Findings& findings) {
   if (info.clock < 0) return;
   for (const auto& sample : s.samples) {
@@ -104,7 +104,7 @@ void check_again(const Solution& s, const Solution& again, Findings& findings) {
                    s.counters.events, s.events.size());
 }
 
-/// @param unwatched  the run of which the final state alone is recorded  @param bound  PromiseBounds::recording
+/// @param unwatched  the same run, of which only the final state is recorded  @param bound  PromiseBounds::recording
 void check_unwatched(const Solution& s, const Solution& unwatched, double bound, Findings& findings) {
   findings.require(unwatched.events.empty() && unwatched.samples.empty(),
                    "where the final state alone is asked for, events or samples are recorded");

@@ -247,7 +247,7 @@ class MpccSolver::Run {
     return true;
   }
 
-  /// What failed, and what of the Mpcc is worst there.
+  /// Describes the failure and the largest violations of the Mpcc at that point.
   std::string describe(const std::string& what, const NlpResult& result) {
     std::string text = fmt::format("{}: {}", what, result.message);
     const double* x = result.point.x.data();

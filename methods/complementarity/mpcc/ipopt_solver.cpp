@@ -15,7 +15,7 @@ namespace {
 
 using Ipopt::Index, Ipopt::Number;
 
-/// What a start near the solution is pushed away from bounds by: less than the barrier that a warm start begins with.
+/// Distance by which a warm start is pushed away from bounds: less than its first barrier parameter.
 constexpr double kWarmPush = 1e-9;
 
 /// The program as Ipopt asks for it.

@@ -59,7 +59,7 @@ struct Relaxation {
   bool is_elastic() const { return penalty || has_elastic_variable; }
 };
 
-/// All of them, (1) to (8).
+/// All relaxations, (1) to (8).
 const std::vector<Relaxation>& relaxations();
 
 /// @throws InputError for an unknown name, with the known ones

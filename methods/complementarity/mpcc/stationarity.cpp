@@ -8,7 +8,7 @@ namespace ricochet {
 
 namespace {
 
-/// What one variable contributes to linear rows: a x.
+/// Contribution of one variable to linear rows: a x.
 class LinearColumn : public NlpBlock {
  public:
   explicit LinearColumn(int variable) { variables = {variable}; }

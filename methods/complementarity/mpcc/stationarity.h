@@ -32,9 +32,9 @@ class StationarityTest {
  public:
   static constexpr int max_enumerated = 4;
 
-  /// @param zero  variables and slacks of bounds and rows up to this are zero, and so is a residual of (1) relative to
-  ///              1 + |f'(x)|; at least 10 sqrt(tolerance) of the solves that led to x and of classify(), which an
-  ///              interior-point method leaves where variable and multiplier are both zero
+  /// @param zero  variables, slacks of bounds and rows, and the residual of (1) relative to 1 + |f'(x)| are zero up to
+  /// this. At least 10 sqrt(tolerance) of the solves for x and of classify(): values that an interior-point method
+  /// returns where variable and multiplier are both zero
   StationarityTest(const Mpcc& mpcc, const Vector& x, double zero);
 
   /// @param ipopt  for the least squares. `unknown` when (1) has no solution: x is not stationary to the tolerance

@@ -77,25 +77,25 @@ class ImpulsePath {
       stop_ = std::abs(w.t) / loss;
     }
     before_ = {1, -k.mu * s};
-    behind_ = {1, std::abs(k.c) <= k.mu * k.b ? -k.c / k.b : -k.mu * sign(k.c)};
+    after_ = {1, std::abs(k.c) <= k.mu * k.b ? -k.c / k.b : -k.mu * sign(k.c)};
   }
 
   PlanarPair impulse(double p_n) const {
     const double slipping = std::min(p_n, stop_), rest = p_n - slipping;
-    return {p_n, before_.t * slipping + (rest > 0 ? behind_.t * rest : 0)};
+    return {p_n, before_.t * slipping + (rest > 0 ? after_.t * rest : 0)};
   }
   double normal_velocity(double p_n) const { return pushed(k_, w_, impulse(p_n)).n; }
   // p_c: w_n grows after the stop, and before it unless the contact jams; it passes through zero once.
   double compression() const {
     if (const double slope = slope_of(before_); slope > 0 && -w_.n <= slope * stop_) return -w_.n / slope;
-    return stop_ - normal_velocity(stop_) / slope_of(behind_);
+    return stop_ - normal_velocity(stop_) / slope_of(after_);
   }
   // int_from^to w_n dp_n by trapezoids, exact on straight lines.
   double work(double from, double to) const {
     const double middle = std::clamp(stop_, from, to);
     return trapezoid(from, middle) + trapezoid(middle, to);
   }
-  // Where the work of w_n after p_c, at which w_n = 0, reaches W.
+  // Impulse at which the work of w_n after p_c reaches W; w_n = 0 at p_c.
   double end_of_work(double p_c, double W) const {
     if (p_c < stop_) {
       const double end = p_c + std::sqrt(2 * W / slope_of(before_));
@@ -105,7 +105,7 @@ class ImpulsePath {
     const double start = std::max(p_c, stop_), w = p_c < stop_ ? normal_velocity(start) : 0;
     const double left = W - work(p_c, start);
     if (left <= 0) return start;
-    return start + 2 * left / (w + std::sqrt(w * w + 2 * slope_of(behind_) * left));
+    return start + 2 * left / (w + std::sqrt(w * w + 2 * slope_of(after_) * left));
   }
 
  private:
@@ -115,7 +115,7 @@ class ImpulsePath {
   }
 
   PlanarContact k_;
-  PlanarPair w_, before_{}, behind_{};
+  PlanarPair w_, before_{}, after_{};
   double stop_ = HUGE_VAL;
 };
 

@@ -43,7 +43,7 @@ namespace ricochet {
 inline constexpr std::array kPlanarHypotheses{ImpactHypothesis::newton, ImpactHypothesis::poisson,
                                               ImpactHypothesis::routh, ImpactHypothesis::stronge};
 
-/// What two bodies are to their contact.
+/// Properties of two bodies at their contact.
 struct PlanarContact {
   double a, b, c;  ///< of G [1/kg]
   double e;        ///< restitution, 0 <= e <= 1

@@ -17,7 +17,7 @@ namespace ricochet {
 LcpStatus stated_impact(const ProblemInfo& info, std::span<const int> contacts, const Eigen::Ref<const Matrix>& G,
                         const Eigen::Ref<const Vector>& w, Eigen::Ref<Vector> r);
 
-/// What a failed impact law is said to fail for, as the end of a sentence.
+/// Reason why an impact law fails, as the end of a sentence.
 std::string why_no_impulse(const ProblemInfo& info);
 
 }  // namespace ricochet

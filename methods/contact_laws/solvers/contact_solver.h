@@ -33,11 +33,11 @@ class ContactSolver {
   virtual void count(Counters& counters) = 0;
 };
 
-/// automatic: lemke for problems without friction in space, where it is exact; exact with it.
-/// exact: newton, and where that fails interior_point.
+/// automatic: `exact` with friction in space, otherwise lemke, which is exact there.
+/// exact: newton, or interior_point if newton fails.
 enum class ContactSolverKind { automatic, lemke, exact, pgs, newton, interior_point, admm, staggered, siconos };
 
-/// What is known of a kind of contact solver before it runs.
+/// Properties of a kind of contact solver.
 struct ContactSolverEntry {
   const char* name;  ///< the value of the option solver=
   ContactSolverKind kind;
@@ -45,7 +45,7 @@ struct ContactSolverEntry {
   int most_contacts = std::numeric_limits<int>::max();  ///< above, comparisons of all leave it out: it takes seconds
 };
 
-/// Those of this build, in the order of tables; without automatic, which is one of them.
+/// The solvers of this build, in the order of tables; without automatic, which is one of them.
 const std::vector<ContactSolverEntry>& contact_solvers();
 const ContactSolverEntry& contact_solver(ContactSolverKind kind);
 
@@ -77,7 +77,7 @@ constexpr const char* kTightContactSolverUsage =
     "[,contact_tolerance=1e-12][,contact_iterations=N]]";
 constexpr double kTightContactTolerance = 1e-12;
 
-/// What automatic chooses for a problem; other options as they are.
+/// Replaces `automatic` by the solver for this problem; other options stay unchanged.
 ContactSolverOptions options_for(const ProblemInfo& problem, ContactSolverOptions options);
 /// @param options  not of the kind automatic
 std::unique_ptr<ContactSolver> make_contact_solver(const ContactSolverOptions& options);

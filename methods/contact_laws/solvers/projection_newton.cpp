@@ -9,7 +9,7 @@ namespace {
 constexpr double kRegularization = 1e-10, kLeastRegularization = 1e-13;
 constexpr double kSlow = 0.1;
 constexpr int kMaxHalvings = 12;
-// What rounding may leave of a velocity of zero, as a part of the largest one; both over sqrt(G_kk).
+// Rounding error of a velocity of zero, relative to the largest one; both over sqrt(G_kk).
 constexpr double kTie = 1e-12;
 
 }  // namespace

@@ -16,7 +16,7 @@
 
 namespace ricochet {
 
-/// What of an engine the list of methods shows, and how its worlds are made.
+/// Entry of an engine in the list of methods, and how its worlds are made.
 struct EngineEntry {
   const char* name;            ///< of the method, "bullet"
   const char* library;         ///< its name in the literature
@@ -48,7 +48,7 @@ class EngineMethod : public Method {
 
   MethodInfo info() const override {
     return {.id = id_,
-            .title = fmt::format("{}, {}", engine_.library, choice_ == "defaults" ? "as it comes" : choice_),
+            .title = fmt::format("{}, {}", engine_.library, choice_ == "defaults" ? "default settings" : choice_),
             .source = engine_.source,
             .order_smooth = engine_.order_smooth,
             .order_impacts = 0};  // no engine promises that smaller steps are better
@@ -77,7 +77,7 @@ inline void register_engine(const EngineEntry& engine, const char* file = __buil
   add_method({.name = name,
               .usage = name + "[:defaults|tuned|@FILE.json]",
               .max_arguments = 1,
-              .summary = fmt::format("{}, as it comes, as tuned by us, or with your settings", engine.library),
+              .summary = fmt::format("{} with default settings, our tuned ones, or yours", engine.library),
               .examples = {name, name + ":tuned"},
               .make = [engine](const MethodSpec& spec) -> std::unique_ptr<Method> {
                 return std::make_unique<EngineMethod>(engine, spec);

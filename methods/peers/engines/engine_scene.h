@@ -26,7 +26,7 @@ struct BodyState {
   Vector3<double> omega;     ///< [rad/s]
 };
 
-/// What acts on a body, in the axes of the world.
+/// Force and torque on a body, in the axes of the world.
 struct Wrench {
   Vector3<double> force;   ///< at the centre [N]
   Vector3<double> torque;  ///< about it [N m]

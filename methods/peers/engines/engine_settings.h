@@ -4,7 +4,7 @@
 #include <vector>
 
 /// @file
-/// The settings of an engine: as it comes, as we tuned it, or as a user's file has them.
+/// The settings of an engine: the defaults, our tuned ones, or those of a user's file.
 
 namespace ricochet {
 

@@ -23,9 +23,9 @@ class EngineWorld {
 
   /// A step of the length that the world was made for.
   virtual void step() = 0;
-  /// What is where now.
+  /// Reads the present states of the bodies.
   virtual void read(std::span<BodyState> states) const = 0;
-  /// What the engine warned of, dropped or reset so far; empty: nothing. Such a run is a failed one.
+  /// Warnings, omissions and resets of the engine so far; empty: none. A run with some is a failed one.
   virtual std::string complaint() const { return ""; }
   /// The gap that the engine finds for each of EngineScene::pairs() at its present state [m]; NaN where it finds the
   /// shapes too far apart to say. For tests.

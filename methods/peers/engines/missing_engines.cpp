@@ -8,7 +8,7 @@ namespace {
   return register_method<NotBuilt>({.name = name,
                                     .usage = std::string(name) + "[:defaults|tuned|@FILE.json]",
                                     .max_arguments = 1,
-                                    .summary = "a physics engine, as it comes, as tuned by us, or with your settings",
+                                    .summary = "a physics engine with default settings, our tuned ones, or yours",
                                     .examples = {name, std::string(name) + ":tuned"},
                                     .not_built = std::string(package) + " not found",
                                     .scheme = std::string(name) + ".cpp"});

@@ -63,7 +63,7 @@ double damping_ratio_of(double e) {
   return std::expm1((low + high) / 2);
 }
 
-/// What MuJoCo printed otherwise.
+/// Warnings of MuJoCo, which are not printed.
 struct Messages {
   int n = 0;
   std::string first;
@@ -245,7 +245,7 @@ class MujocoWorld final : public EngineWorld {
     return text + "\n";
   }
 
-  /// Where the joints of a body begin in qpos and in qvel.
+  /// Indices at which the joints of a body begin in qpos and in qvel.
   struct Addresses {
     int position, velocity;
   };

@@ -35,7 +35,7 @@
 namespace ricochet {
 namespace {
 
-/// What ODE wrote to its message handler, which is silent otherwise.
+/// Messages of ODE, which are recorded instead of printed.
 struct Messages {
   int n = 0;
   std::string first;
@@ -124,7 +124,7 @@ class OdeWorld final : public EngineWorld {
   }
 
  private:
-  /// Where two bodies may touch.
+  /// A point at which two bodies may touch.
   struct Point {
     const ShapePair* pair;
     int first, second;  // bodies, -1 for the world

@@ -57,7 +57,7 @@ class Model {
   std::vector<SP::Interaction> interactions_;  ///< n_c
 };
 
-/// What a Siconos exception says, in one line.
+/// Message of a Siconos exception, in one line.
 std::string message_of(const Siconos::exception& error);
 
 }  // namespace ricochet::siconos

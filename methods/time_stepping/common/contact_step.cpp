@@ -86,7 +86,7 @@ void ContactStep::add_impulses(double factor, const Vector& r_n, const Vector& r
   }
 }
 
-/// What adding up a J_n' v leaves of zero, relative to its terms: some units of the last place.
+/// Rounding error of a sum J_n' v that is zero, relative to its terms: some units in the last place.
 constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
 
 ContactStatus ContactStep::solve(Vector& v, const Vector& shift, const Vector& present, const Vector& slip_shift) {

@@ -12,7 +12,7 @@
 
 namespace ricochet {
 
-/// What laws the contacts of a step have.
+/// Laws of the contacts in a step.
 struct ContactLaws {
   FrictionLaw friction = FrictionLaw::coulomb;
   bool normal_only = false;  ///< as if nothing had friction: for positions instead of velocities
@@ -69,7 +69,7 @@ class ContactStep {
   /// @param slip_shift  s of all contacts in the tangential directions of (2), n_lambda_t; empty is zero
   ContactStatus solve(Vector& v, const Vector& shift, const Vector& present, const Vector& slip_shift = {});
 
-  /// What the solver leaves of J_n' v+ + s of an active contact that carries an impulse, and so should have zero [m/s]:
+  /// Error of J_n' v+ + s at an active contact with an impulse, where it should be zero [m/s]:
   /// a part of the velocities at that contact, and where the solver iterates of the largest velocity at any, which its
   /// tolerance is relative to; and the rounding of J_n' v+ itself. Zero of a contact without impulse.
   double velocity_rounding(int contact) const { return velocity_rounding_[contact]; }

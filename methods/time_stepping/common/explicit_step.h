@@ -19,7 +19,7 @@ class ExplicitStep {
     if (!problem_.info().structure.constant_mass) invert(q);
     return change_without_mass(q, v);
   }
-  /// The same where M is that of the last call, at the same q.
+  /// h M^-1 f with M of the last call, at the same q.
   const Vector& change_without_mass(const Vector& q, const Vector& v) {
     problem_.force(q.data(), v.data(), problem_.info().u.data(), f_.data());
     f_ *= run_.h;

@@ -33,7 +33,7 @@ class NewtonEnd {
   double tolerance_, rounding_, last_ = std::numeric_limits<double>::infinity();
 };
 
-/// What every fixed-step time-stepping method has around its formulas: the state, the contact problem, the active set,
+/// Common part of all fixed-step time-stepping methods: the state, the contact problem, the active set,
 /// the loop over the steps with its time limit, events and recording.
 class FixedStepRun {
  public:
@@ -78,7 +78,7 @@ class FixedStepRun {
       if (gap_[i] <= touching_[i] + drift_[i] || also(i)) active.push_back(i);
     }
   }
-  /// What the gap of a contact that touches may be: rounding of its terms [m].
+  /// Largest gap of a touching contact: the rounding error of its terms [m].
   double touching(int contact) const { return touching_[contact]; }
   /// The largest of them.
   double largest_touching() const { return touching_.size() > 0 ? touching_.maxCoeff() : 0; }

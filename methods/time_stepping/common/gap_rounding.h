@@ -4,7 +4,7 @@
 
 namespace ricochet {
 
-/// What a gap of zero may be in double precision, per contact [m]: a few roundings of the lengths that its terms have
+/// Rounding error of a gap of zero, per contact [m]: a few roundings of the lengths that its terms have
 /// in the motion,
 ///
 ///   64 eps |J_n^i|' (|q_0| + T |v_0| + T h |a_0|),   a_0 = M^-1 f(q_0, v_0),

@@ -35,7 +35,7 @@ class MoreauExtrapolation {
   /// @param tolerance  relative, and absolute in SI units; 0: all rows, none is inaccurate
   /// @return switches when a contact changes its mode in a substep; failed with reason()
   Outcome step(double h, int rows, double tolerance, State& state);
-  /// Of the last step(): error(j) of T_{j,j-1} in parts of the tolerance, for j = 2 .. rows_used().
+  /// Errors of the last step(): error(j) of T_{j,j-1} in parts of the tolerance, for j = 2 .. rows_used().
   double error(int row) const { return errors_[row]; }
   int rows_used() const { return table_.rows(); }
 

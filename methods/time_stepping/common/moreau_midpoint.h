@@ -54,7 +54,7 @@ class MoreauMidpoint {
   bool step(double h, Rates rates, const MoreauState& from, MoreauState& to);
 
   bool is_affine() const { return is_affine_; }  ///< No direction of a contact depends on q.
-  // Of the last step:
+  // Results of the last step:
   /// A contact was active or bilateral; otherwise the impulses below are those of an earlier step.
   bool has_contacts() const { return !active_.empty() || info_.has_bilateral(); }
   const Vector& gap() const { return gap_; }                          ///< n_c, at q_m [m]

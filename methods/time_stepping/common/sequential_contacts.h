@@ -24,7 +24,7 @@ class SequentialContacts {
   void choose(const Vector& q, const Vector& v, const Vector& dv, double h, FrictionLaw law = FrictionLaw::coulomb);
   /// M^-1 at q. @return false, and the run fails, when M is singular
   bool set_mass(const Vector& q);
-  /// The same, and J_n, J_t and the blocks of the chosen contacts at q.
+  /// M^-1, and J_n, J_t and the blocks of the chosen contacts, at q.
   bool set_position(const Vector& q);
 
   /// Chosen ones.

@@ -1,7 +1,7 @@
 #pragma once
 
-// std::span for translation units of C++17, where libstdc++'s header <span> is empty: as much of it as headers of this
-// suite use. Siconos' headers hold these units back (CMakeLists.txt); layout and meaning are those of C++20.
+// The part of std::span that headers of this suite use, for C++17, where libstdc++'s header <span> is empty. Siconos'
+// headers require C++17 (CMakeLists.txt). Layout and meaning are those of C++20.
 
 #include <cstddef>
 #include <span>
