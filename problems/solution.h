@@ -26,6 +26,21 @@ enum class Status {
 /// The name of `status` in files and tables: "success", "inner_solver_failed" and so on.
 const char* to_string(Status status);
 
+/// Reasons of failures that decide a verdict.
+enum class FailureCode : std::uint8_t {
+  not_stated,          ///< no verdict depends on it; or the method does not state it
+  impacts_accumulate,  ///< impacts of the contacts follow each other faster and faster
+  painleve,            ///< slip pulls the bodies together: one of the next two
+  inconsistent,        ///< no impulses or forces of the contacts fulfil the contact laws
+  indeterminate,       ///< several impulses or forces do, and the motion, at once or later, depends on the choice
+};
+
+/// Reason of a failure as data; Solution::message is the text for readers.
+struct FailureReason {
+  FailureCode code = FailureCode::not_stated;  ///< what the failure is
+  std::vector<std::string> contacts = {};      ///< names of those that it concerns
+};
+
 /// Work, counted in the same way by every method.
 struct Counters {
   std::int64_t steps = 0;                   ///< simulation steps accepted
@@ -134,6 +149,7 @@ struct Residual {
 struct Solution {
   Status status = Status::success;  ///< how the run ended
   std::string message;              ///< why it stopped early; empty on success
+  FailureReason reason;             ///< the same as data, where a verdict depends on it
   double t = 0;                     ///< time that was reached [s]
   Vector q;                         ///< n_q, coordinates there; the clock, if there is one, is the last entry
   Vector v;                         ///< n_q, velocities there, the left limit

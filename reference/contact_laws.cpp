@@ -77,7 +77,7 @@ ContactLaws::Decision ContactLaws::coulomb_law(ContactQuestion question, const s
     question.names.push_back(contact.name);
   }
   const ContactAnswer answer = answer_coulomb_law(question);
-  Decision decision{answer.failure, answer.modes, {}, {}, {}};
+  Decision decision{answer.failure, answer.reason, answer.modes, {}, {}, {}};
   if (!decision.failure.empty()) return decision;
   decision.normal = Vector::Zero(problem_.n_c());
   decision.tangential = Vector::Zero(problem_.info().n_lambda_t);

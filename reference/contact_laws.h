@@ -28,7 +28,8 @@ class ContactLaws {
 
   /// Result of a law for the given contacts.
   struct Decision {
-    std::string failure;             ///< reason, if the law decides nothing; else empty
+    std::string failure;             ///< message, if the law decides nothing; else empty
+    FailureReason reason;            ///< of the failure
     std::vector<ContactMode> modes;  ///< in the order of the contacts given
     Vector motion;                   ///< n_q, v_plus or v'
     Vector normal, tangential;       ///< n_c and n_lambda_t, impulses or forces of these contacts, else zero; the

@@ -32,6 +32,7 @@ class Law {
         G_(question.J.transpose() * question.MJ),
         rows_(rows_of(question.contacts)),
         answer_{{},
+                {},
                 std::vector<ContactMode>(question.contacts.size(), ContactMode::open),
                 Vector::Zero(question.b.size()),
                 question.b,
@@ -86,7 +87,8 @@ class Law {
     const auto solutions = solve_coulomb_by_enumeration(G, question_.b(rows), b_size, contacts);
     if (solutions.empty()) {
       answer_.failure =
-          fmt::format("inconsistent: no combination of modes satisfies the {} at {}", question_.what, names(group));
+          fmt::format("inconsistent: no combination of modes satisfies the {} at {}", question_.what, quoted(group));
+      answer_.reason = {FailureCode::inconsistent, names(group)};
       return;
     }
     const auto weight = [&](const CoulombSolution& s) { return s.z.cwiseAbs2().dot(G.diagonal()); };
@@ -185,14 +187,16 @@ class Law {
   void fail(const char* difference, const Group& group, const std::vector<std::string>& choices) {
     answer_.failure =
         fmt::format("indeterminate: the {} has several solutions that differ in {}, {}", question_.what, difference,
-                    choices.empty() ? "at " + names(group) : fmt::format("{}", fmt::join(choices, ", ")));
+                    choices.empty() ? "at " + quoted(group) : fmt::format("{}", fmt::join(choices, ", ")));
+    answer_.reason = {FailureCode::indeterminate, names(group)};
   }
 
-  std::string names(const Group& group) const {
+  std::vector<std::string> names(const Group& group) const {
     std::vector<std::string> names;
-    for (const std::size_t k : group) names.push_back("'" + question_.names[k] + "'");
-    return fmt::format("{}", fmt::join(names, ", "));
+    for (const std::size_t k : group) names.push_back(question_.names[k]);
+    return names;
   }
+  std::string quoted(const Group& group) const { return fmt::format("'{}'", fmt::join(names(group), "', '")); }
 
   const ContactQuestion& question_;
   const Matrix G_;

@@ -20,7 +20,8 @@ struct ContactQuestion {
 };
 
 struct ContactAnswer {
-  std::string failure;             ///< reason, if the law does not determine the motion; else empty
+  std::string failure;             ///< message, if the law does not determine the motion; else empty
+  FailureReason reason;            ///< of the failure
   std::vector<ContactMode> modes;  ///< by contact
   Vector z, u;                     ///< rows
   Vector u_size;                   ///< rows, sizes of the terms of u

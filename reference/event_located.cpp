@@ -77,7 +77,7 @@ bool EventLocatedRun::check_gaps(double t, Solution& solution) {
       return stop(solution, Status::inner_solver_failed, t,
                   fmt::format("bilateral constraint '{}' has drifted to {:.3g} m", name(i), gap[i]));
     if (gap[i] < -part * size[i] && flights_.bounced(i, t))  // too low for its next impact to be seen
-      return stop(solution, Status::step_limit, t, flights_.accumulating(t));
+      return flights_.stop_accumulation(t, solution);
     if (is_closed(dynamics_.modes()[i]) && gap[i] > part * size[i])
       return stop(solution, Status::inner_solver_failed, t,
                   fmt::format("closed contact '{}' has left its surface, its gap is {:.3g} m", name(i), gap[i]));

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "reference/stop.h"
+
 namespace ricochet::reference {
 namespace {
 
@@ -64,14 +66,16 @@ bool Flights::accumulates(int i, double t) {
          (height_[i] > 0 && height_[i] < flat_[i] && interval < kAccumulation * zeno_interval_);
 }
 
-std::string Flights::accumulating(double t) const {
+bool Flights::stop_accumulation(double t, Solution& solution) const {
   std::vector<std::string> names;
   for (const int i : problem_.info().unilateral) {
     if (last_impact_[i] >= 0 && t - last_impact_[i] < kAccumulation * zeno_interval_)
-      names.push_back("'" + problem_.info().contacts[i].name + "'");
+      names.push_back(problem_.info().contacts[i].name);
   }
-  return fmt::format("the impacts of contact{} {} accumulate (Zeno); event location cannot pass",
-                     names.size() > 1 ? "s" : "", fmt::join(names, ", "));
+  return stop(solution, Status::step_limit, t,
+              fmt::format("the impacts of contact{} '{}' accumulate (Zeno); event location cannot pass",
+                          names.size() > 1 ? "s" : "", fmt::join(names, "', '")),
+              {FailureCode::impacts_accumulate, names});
 }
 
 }  // namespace ricochet::reference

@@ -95,8 +95,8 @@ class Flights {
   /// Records the impact of contact i at t, after start(). @return whether its impacts accumulate: they follow too
   /// closely, or the contact bounced recently and the height of its next flight is rounding
   bool accumulates(int i, double t);
-  /// Names of the contacts whose impacts accumulate, for a message.
-  std::string accumulating(double t) const;
+  /// Ends the run at t [s]: the impacts of contacts accumulate. @return false
+  bool stop_accumulation(double t, Solution& solution) const;
 
  private:
   // Intervals, by the shortest that counts, within which impacts belong to one accumulation.

@@ -55,9 +55,9 @@ bool ModeChanges::decide(double& t, const Roots& found, Solution& solution) {
 bool ModeChanges::check_roots(double t, const Roots& found, Solution& solution) const {
   for (const int i : dynamics_.closed()) {
     if (found.friction[i] && is_slipping(modes_[i]) && slips_.is_new(i)) {
-      return stop(
-          solution, Status::inner_solver_failed, t,
-          fmt::format("inconsistent: contact '{}' began to slip and moves against its slip direction", name(i)));
+      return stop(solution, Status::inner_solver_failed, t,
+                  fmt::format("inconsistent: contact '{}' began to slip and moves against its slip direction", name(i)),
+                  {FailureCode::inconsistent, {name(i)}});
     }
     if (found.normal[i] && !dynamics_.determines_forces(i)) {
       return stop(
@@ -180,7 +180,8 @@ bool ModeChanges::leave_out_opening(double t, const Instant& instant, const Vect
     if (slip.norm() > kSame * slips_.size(i, J_t, solution.v)) directions[i] = slip.normalized();
   }
   const auto decision = laws_.decide(solution.q, solution.v, resting, directions);
-  if (!decision.failure.empty()) return stop(solution, Status::inner_solver_failed, t, decision.failure);
+  if (!decision.failure.empty())
+    return stop(solution, Status::inner_solver_failed, t, decision.failure, decision.reason);
   const Matrix J = problem_.normal_jacobian(solution.q);
   const Vector& a = decision.motion;
   const Vector apart = J.transpose() * a + problem_.gap_acceleration_bias(solution.q, solution.v);
@@ -215,7 +216,7 @@ bool ModeChanges::follow_impacts(double t, Instant& instant, Solution& solution)
     if (!approaches) return true;
     if (!leave_out_opening(t, instant, rate, rate_size, meeting, solution)) return false;
     const auto impact = laws_.impact(solution.q, solution.v, meeting, last);
-    if (!impact.failure.empty()) return stop(solution, Status::inner_solver_failed, t, impact.failure);
+    if (!impact.failure.empty()) return stop(solution, Status::inner_solver_failed, t, impact.failure, impact.reason);
     solution.v = impact.motion;
     total.normal += impact.normal;
     if (!problem_.info().has_friction()) continue;
@@ -226,7 +227,7 @@ bool ModeChanges::follow_impacts(double t, Instant& instant, Solution& solution)
       total.modes[static_cast<std::size_t>(at)] = impact.modes[m];
     }
   }
-  return stop(solution, Status::step_limit, t, flights_.accumulating(t));
+  return flights_.stop_accumulation(t, solution);
 }
 
 /// Impacts, if a contact approaches; then candidates for closed contacts, separating contacts, contacts without slip.
@@ -234,8 +235,7 @@ bool ModeChanges::collide(double t, Instant& instant, Solution& solution) {
   if (instant.approaches) {
     if (!remove_drift(t, instant, solution)) return false;
     instant.ends_together = end_together(instant, solution);
-    if (instant.is_ambiguous && !instant.ends_together)
-      return stop(solution, Status::step_limit, t, flights_.accumulating(t));
+    if (instant.is_ambiguous && !instant.ends_together) return flights_.stop_accumulation(t, solution);
     if (!follow_impacts(t, instant, solution)) return false;
   }
   const Matrix J = problem_.normal_jacobian(solution.q), J_t = problem_.tangent_jacobian(solution.q);
@@ -279,7 +279,8 @@ bool ModeChanges::decide_candidates(double t, Instant& instant, Solution& soluti
   find_stopped_along(instant, solution);
   auto directions = known_directions(instant, solution);
   const auto decision = laws_.decide(solution.q, solution.v, instant.candidates, directions);
-  if (!decision.failure.empty()) return stop(solution, Status::inner_solver_failed, t, decision.failure);
+  if (!decision.failure.empty())
+    return stop(solution, Status::inner_solver_failed, t, decision.failure, decision.reason);
   std::vector<char> begins(modes_.size(), false);
   for (std::size_t k = 0; k < instant.candidates.size(); ++k) {
     const int i = instant.candidates[k];
@@ -379,7 +380,7 @@ bool ModeChanges::record_events(double t, const Instant& instant, Solution& solu
     const bool is_soon = *kind == EventKind::impact && flights_.accumulates(i, t);
     accumulates = accumulates || (is_soon && !is_closed(modes_[i]));
   }
-  return !accumulates || stop(solution, Status::step_limit, t, flights_.accumulating(t));
+  return !accumulates || flights_.stop_accumulation(t, solution);
 }
 
 }  // namespace ricochet::reference

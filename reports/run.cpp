@@ -31,6 +31,7 @@ void for_each_field(SomeRun& run, Function&& at) {
   at("nominal_order", run.nominal_order);
   at("status", run.status);
   at("message", run.message);
+  at("reason", run.reason);
   at("h_bar", run.h_bar);
   at("error", run.error);
   at("reference_error", run.reference_error);

@@ -17,6 +17,13 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Counters, steps, elements, force
                                                 mass_factorizations, matrix_factorizations, linear_solves,
                                                 complementarity_solves, inner_iterations, pivots, events)
 
+NLOHMANN_JSON_SERIALIZE_ENUM(FailureCode, {{FailureCode::not_stated, "not_stated"},
+                                           {FailureCode::impacts_accumulate, "impacts_accumulate"},
+                                           {FailureCode::painleve, "painleve"},
+                                           {FailureCode::inconsistent, "inconsistent"},
+                                           {FailureCode::indeterminate, "indeterminate"}})
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FailureReason, code, contacts)
+
 /// The options of `ricochet run` that choose a problem: "--problem two_balls_spring --set height=100".
 /// @param problem  id of a scene, or FILE.json or FILE.json#ID of a scene file
 std::string problem_options(const std::string& problem, const std::map<std::string, double>& parameters);
@@ -42,9 +49,10 @@ struct Run {
   // The result.
   std::string title;  ///< of the method
   double nominal_order = 0;
-  std::string status;   ///< to_string(Status), "not_built", "declined" or "not_run"
-  std::string message;  ///< reason of a failure
-  double h_bar = 0;     ///< mean length of a Runge-Kutta step, T / elements [s]
+  std::string status;    ///< to_string(Status), "not_built", "declined" or "not_run"
+  std::string message;   ///< reason of a failure
+  FailureReason reason;  ///< the same as data; not stated in rows of older files
+  double h_bar = 0;      ///< mean length of a Runge-Kutta step, T / elements [s]
   /// Max-norm of the error of the final (q, v), or of its derivatives (reference::sensitivity_difference). NaN of a failed
   /// run, and without a reference.
   double error = std::numeric_limits<double>::quiet_NaN();

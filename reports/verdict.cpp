@@ -2,10 +2,20 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
 namespace ricochet {
+namespace {
+
+/// Whether the contact laws give no motion at `contact`, or more than one.
+bool is_paradox_at(const std::string& contact, const FailureReason& reason) {
+  return reason.code != FailureCode::not_stated && reason.code != FailureCode::impacts_accumulate &&
+         std::ranges::find(reason.contacts, contact) != reason.contacts.end();
+}
+
+}  // namespace
 
 CaseVerdict verdict(const CaseLimits& limits, const Run& run) {
   if (run.status == "crashed") return CaseVerdict::crashed;        // (1)
@@ -13,11 +23,8 @@ CaseVerdict verdict(const CaseLimits& limits, const Run& run) {
   if (run.status == "declined") return CaseVerdict::declined;      // (3)
   if (run.status == "time_limit") return CaseVerdict::time_limit;  // (4)
   if (run.status == "not_finite") return CaseVerdict::not_finite;  // (5)
-  const bool is_paradox = !limits.paradox.empty();
-  if (!run.succeeded()) {
-    const bool names_contact = is_paradox && run.message.find("'" + limits.paradox + "'") != std::string::npos;
-    return names_contact ? CaseVerdict::refuses : CaseVerdict::fails;  // (6), (7)
-  }
+  if (!run.succeeded())
+    return is_paradox_at(limits.paradox, run.reason) ? CaseVerdict::refuses : CaseVerdict::fails;  // (6), (7)
   // A comparison with a limit or a number that is not there is false.
   const double loss = limits.conserves_energy ? -run.value("energy_change") : kNoNumber;
   if (run.value("energy_gain") > limits.energy || loss > limits.energy) return CaseVerdict::violates_energy;  // (8)
@@ -25,10 +32,10 @@ CaseVerdict verdict(const CaseLimits& limits, const Run& run) {
   if (run.value("momentum") > limits.momentum) return CaseVerdict::changes_momentum;                          // (8)
   if (run.value("cone") > limits.cone) return CaseVerdict::leaves_cone;                                       // (8)
   const bool is_accurate = run.error <= limits.error;
-  if (is_paradox) return is_accurate ? CaseVerdict::resolves : CaseVerdict::wrong;  // (9), (10)
-  if (std::isnan(run.error)) return CaseVerdict::keeps;                             // (11)
-  if (run.error <= limits.exact) return CaseVerdict::exact;                         // (12)
-  return is_accurate ? CaseVerdict::accurate : CaseVerdict::inaccurate;             // (13), (14)
+  if (!limits.paradox.empty()) return is_accurate ? CaseVerdict::resolves : CaseVerdict::wrong;  // (9), (10)
+  if (std::isnan(run.error)) return CaseVerdict::keeps;                                          // (11)
+  if (run.error <= limits.exact) return CaseVerdict::exact;                                      // (12)
+  return is_accurate ? CaseVerdict::accurate : CaseVerdict::inaccurate;                          // (13), (14)
 }
 
 const VerdictText& text_of(CaseVerdict verdict) {

@@ -33,7 +33,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(CaseLimits, exact, error, energy
 ///   (3)  declined      the method cannot run this problem
 ///   (4)  time_limit    status time_limit
 ///   (5)  not_finite    the method reported success, and a number is not finite
-///   (6)  refuses       no success in a paradox, and the message names the contact
+///   (6)  refuses       no success in a paradox, and the reason is that its contact has no motion, or several
 ///   (7)  fails         no success
 ///   (8)  violates_energy, penetrates, changes_momentum, leaves_cone
 ///                      success beyond a limit of the case, the first of these

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "reports/setting.h"
+#include "reports/run.h"
 #include "reports/table.h"
 
 namespace ricochet {
@@ -14,9 +14,10 @@ struct FuzzResult {
   std::string method;  ///< as on the command line
   Setting setting;
   std::string status, message;  ///< to_string(Status), "declined", "killed" or "crashed"
-  std::vector<double> q, v;     ///< final state of a success
-  double error = 0;             ///< that the judge allows it, max-norm of (q, v)
-  double seconds = 0;           ///< wall time
+  FailureReason reason = {};
+  std::vector<double> q, v;  ///< final state of a success
+  double error = 0;          ///< that the judge allows it, max-norm of (q, v)
+  double seconds = 0;        ///< wall time
 
   bool succeeded() const { return status == "success"; }
   bool is_killed_or_crashed() const { return status == "killed" || status == "crashed"; }
@@ -25,7 +26,8 @@ struct FuzzResult {
   /// The command that repeats the run.
   std::string command(const std::string& scene_file) const;
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FuzzResult, method, setting, status, message, q, v, error, seconds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FuzzResult, method, setting, status, message, reason, q, v, error,
+                                                seconds)
 
 /// Verdict on a scene, by the rule in bench/fuzz/judge.h.
 enum class FuzzVerdict {

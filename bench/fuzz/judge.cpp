@@ -58,17 +58,12 @@ double size_of(const FuzzResult& a) {
   return largest;
 }
 
-/// The impacts of several contacts accumulate.
-bool says_collapse(const FuzzResult& result) {
-  return !result.succeeded() && result.message.find("the impacts of contacts") != std::string::npos &&
-         result.message.find("accumulate") != std::string::npos;
+bool is_collapse(const FailureReason& reason) {
+  return reason.code == FailureCode::impacts_accumulate && reason.contacts.size() > 1;
 }
 
-bool says_not_unique(const FuzzResult& result) {
-  if (result.succeeded()) return false;
-  return result.message.find("indeterminate") != std::string::npos ||
-         result.message.find("several solutions") != std::string::npos ||
-         result.message.find("not unique") != std::string::npos;
+bool is_indeterminate(const FuzzResult& result) {
+  return result.reason.code == FailureCode::indeterminate;
 }
 
 /// A parameter of the scene, 1 where it has none of that name.
@@ -259,9 +254,9 @@ class Judge {
       }
     }
     if (!judged.detail.empty()) {
-      if (std::ranges::any_of(results_, says_not_unique)) return FuzzVerdict::open;
+      if (std::ranges::any_of(results_, is_indeterminate)) return FuzzVerdict::open;
       if (is_of_time_stepping && both(0, 2)) return FuzzVerdict::outvoted;
-      return is_of_time_stepping && says_collapse(results_[2]) ? FuzzVerdict::collapse : FuzzVerdict::disagree;
+      return is_of_time_stepping && is_collapse(results_[2].reason) ? FuzzVerdict::collapse : FuzzVerdict::disagree;
     }
     if (std::ranges::none_of(results_, &FuzzResult::succeeded)) return FuzzVerdict::declined;
     if (!is_confirmed()) return FuzzVerdict::undecided;
@@ -290,29 +285,30 @@ FuzzResult run_method(const Problem& problem, const std::string& method, const S
   result.method = method;
   result.setting = setting;
   const auto begin = std::chrono::steady_clock::now();
-  const auto work = [&]() -> std::string {
+  const auto work = [&] {
     Run run;
     run.method = method;
     run.setting = setting;
     const Solution s =
         measure_run({.problem = problem, .recording = Recording::final_state, .time_limit = time_limit}, run);
-    if (run.succeeded() && !(s.q.allFinite() && s.v.allFinite())) run.status = "not finite, called a success";
-    return json{{"status", run.status}, {"message", run.message}, {"q", s.q}, {"v", s.v}}.dump();
+    FuzzResult answer = result;
+    answer.status = run.status;
+    answer.message = run.message;
+    answer.reason = run.reason;
+    if (!run.succeeded()) return json(answer).dump();
+    if (!(s.q.allFinite() && s.v.allFinite())) answer.status = "not finite, called a success";
+    answer.q.assign(s.q.begin(), s.q.end());
+    answer.v.assign(s.v.begin(), s.v.end());
+    return json(answer).dump();
   };
   const IsolatedResult ended = run_isolated(work, 2 * time_limit);
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  if (ended.ending != IsolatedResult::Ending::returned) {
+  if (ended.ending == IsolatedResult::Ending::returned) {
+    result = json::parse(ended.text).get<FuzzResult>();
+  } else {
     result.status = ended.ending == IsolatedResult::Ending::killed ? "killed" : "crashed";
     result.message = ended.text;
-    return result;
   }
-  const json answer = json::parse(ended.text);
-  result.status = answer["status"];
-  result.message = answer["message"];
-  if (result.succeeded()) {
-    result.q = answer["q"].get<std::vector<double>>();
-    result.v = answer["v"].get<std::vector<double>>();
-  }
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;
 }
 

@@ -102,6 +102,7 @@ Solution measure_run(const Measurement& what, const Method& method, Run& run, So
   run.nominal_order = info.order_impacts;
   run.status = to_string(solution.status);
   run.message = solution.message;
+  run.reason = solution.reason;
   run.counters = solution.counters;
   run.detected_events = static_cast<int>(solution.events.size());
   run.max_residual = solution.max_residual();

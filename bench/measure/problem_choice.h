@@ -15,7 +15,7 @@ namespace ricochet {
 /// The problem of a run, and the reference of its solution.
 struct ProblemChoice {
   std::string problem;  ///< scene id, or "FILE#ID" of a scene file
-  ParameterChanges parameters;
+  ParameterChanges parameters = {};
   bool is_changed = false;  ///< beyond its parameters, so that no known solution belongs to it
 
   bool is_scene_file() const { return problem.find(".json") != std::string::npos; }

@@ -65,6 +65,7 @@ Solution solve_with_differences(const Method& method, const Problem& problem, co
       if (!other.succeeded()) {
         solution.status = other.status;
         solution.message = fmt::format("at {} = {:.17g}: {}", name, there, other.message);
+        solution.reason = other.reason;
         return solution;
       }
       const double factor = weight / (12 * delta);

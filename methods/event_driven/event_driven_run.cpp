@@ -56,8 +56,9 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
   mode_change_.keep_impacts(&impacts_);
 }
 
-bool EventDrivenRun::stop(Status status, const std::string& message) {
+bool EventDrivenRun::stop(Status status, const std::string& message, FailureReason reason) {
   solution_.status = status;
+  solution_.reason = std::move(reason);
   solution_.message = fmt::format("at t = {:.6g} s: {}", t_, message);
   return false;
 }
@@ -300,7 +301,7 @@ bool EventDrivenRun::change_modes(const DetectedEvent& cause) {
   }
   const auto outcome = mode_change_.decide(cause, is_first ? nullptr : &before_, ends_.q0, ends_.v0, stopped_);
   stopped_.clear();
-  if (outcome.status != Status::success) return stop(outcome.status, outcome.message);
+  if (outcome.status != Status::success) return stop(outcome.status, outcome.message, outcome.reason);
   if (is_first) {
     for (auto& mode : before_) mode = ContactMode::open;
     solution_.initial_modes = dynamics_.modes();

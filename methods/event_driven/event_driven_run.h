@@ -66,7 +66,7 @@ class EventDrivenRun {
   bool sample_until(double end);
   bool sample_until(double end, const auto& reach);
   bool accelerate();
-  bool stop(Status status, const std::string& message);
+  bool stop(Status status, const std::string& message, FailureReason reason = {});
   bool stop_undetermined();
 
   const Problem& problem_;

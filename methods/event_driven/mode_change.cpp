@@ -86,8 +86,9 @@ void ModeChange::set_closed(const DetectedEvent& cause, const std::vector<Contac
 
 ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::vector<ContactMode>* modes, Vector& q,
                                        Vector& v, const std::vector<int>& stopped) {
-  const auto failed = [&](Status status, const std::string& what, int contact) {
-    return Outcome{status, fmt::format("{} at contact '{}'", what, info_.contacts[contact].name), false};
+  const auto failed = [&](Status status, FailureCode code, const std::string& what, int contact) {
+    const std::string& name = info_.contacts[contact].name;
+    return Outcome{status, fmt::format("{} at contact '{}'", what, name), {code, {name}}, false};
   };
   if (modes) modes_ = *modes;
   const std::vector<ContactMode>* before = modes ? &modes_ : nullptr;
@@ -102,7 +103,9 @@ ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::ve
   std::vector<ContactMode>& next = modes_;
   if (!touching_.empty() || info_.has_bilateral()) {
     if (!law_.prepare(q, impacts_.candidates()))
-      return {Status::inner_solver_failed, "M is not positive definite, or bilateral constraints depend on each other",
+      return {Status::inner_solver_failed,
+              "M is not positive definite, or bilateral constraints depend on each other",
+              {},
               false};
   }
   if (!touching_.empty()) {
@@ -113,21 +116,25 @@ ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::ve
       case ImpactSequence::Result::done:
         break;
       case ImpactSequence::Result::no_impulse:
-        return failed(Status::infeasible, "the impact law has no solution: " + why_no_impulse(info_),
-                      impacts.failed_contact);
+        return failed(Status::infeasible, FailureCode::inconsistent,
+                      "the impact law has no solution: " + why_no_impulse(info_), impacts.failed_contact);
       case ImpactSequence::Result::no_forces:
-        return failed(Status::infeasible, "the contact law has no solution", impacts.failed_contact);
+        return failed(Status::infeasible, FailureCode::inconsistent, "the contact law has no solution",
+                      impacts.failed_contact);
       case ImpactSequence::Result::accumulates:
-        return failed(Status::step_limit, "impacts accumulate", impacts.failed_contact);
+        return failed(Status::step_limit, FailureCode::impacts_accumulate, "impacts accumulate",
+                      impacts.failed_contact);
     }
     outcome.has_impact = impacts.n_impacts > 0;
     set_closed(cause, before, q, v, stopped);
     for (const auto& closed : closed_) {
       if (!closed.slides || law_.sliding_delassus(closed.contact, closed.direction) > 0) continue;
-      return failed(Status::infeasible, "Painleve's paradox: slip pulls the bodies together", closed.contact);
+      return failed(Status::infeasible, FailureCode::painleve, "Painleve's paradox: slip pulls the bodies together",
+                    closed.contact);
     }
     if (!closed_.empty() && law_.contact_forces(q, v, closed_, lambda_n_, lambda_t_) != LcpStatus::solved)
-      return failed(Status::infeasible, "the contact law has no solution", closed_.front().contact);
+      return failed(Status::infeasible, FailureCode::inconsistent, "the contact law has no solution",
+                    closed_.front().contact);
     for (const auto& closed : closed_) gap_acceleration_[closed.contact] = law_.gap_acceleration(closed.contact);
     law_.decide_unloaded(q, v, closed_, lambda_n_, lambda_t_);
   }
@@ -158,7 +165,7 @@ ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::ve
     beginning_.push_back(i);
   }
   if (!dynamics_.project(q.data(), v.data()))
-    return {Status::inner_solver_failed, ModeDynamics::kUndetermined, outcome.has_impact};
+    return {Status::inner_solver_failed, ModeDynamics::kUndetermined, {}, outcome.has_impact};
   return outcome;
 }
 

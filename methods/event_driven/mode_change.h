@@ -36,6 +36,7 @@ class ModeChange {
   struct Outcome {
     Status status = Status::success;
     std::string message;
+    FailureReason reason;
     bool has_impact = false;
   };
 

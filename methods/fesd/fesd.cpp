@@ -73,9 +73,9 @@ class Fesd final : public Method {
     PivotingSolver& solver = reused.start(settings.inner_tolerance);
     steps.take_equal_steps(
         solver, [&](double H) { return steps.time_is_over() ? Status::time_limit : solver.advance(H); },
-        [&] {
-          return solver.failure_message() +
-                 (solver.more_elements_may_help() ? "; elements=as_needed may solve it" : "");
+        [&](Status status, const std::string& where) {
+          const char* advice = solver.more_elements_may_help() ? "; elements=as_needed may solve it" : "";
+          steps.fail(status, where, solver.failure_message() + advice, solver.failure_reason());
         },
         [&](double H, int n) { return solver.skip_steps(H, n); });
     return steps.finish();

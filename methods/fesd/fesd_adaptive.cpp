@@ -56,7 +56,7 @@ class AdaptiveRun {
   Next repeat_with(double h);
   void choose_length(double H, double wanted);
   bool accept(const Attempt& attempt);
-  Next stop(Status status, const std::string& where, const std::string& message);
+  Next stop(Status status, const std::string& where, const std::string& message, FailureReason reason = {});
 
   const Settings& settings_;
   const ElementError& error_;
@@ -183,7 +183,7 @@ AdaptiveRun::Next AdaptiveRun::after_failure(const Attempt& attempt, Status stat
     return Next::repeat;
   }
   return stop(status, fmt::format("from t = {:.12g} s, with a step of {:.3g} s: ", t_, attempt.H),
-              solver_.failure_message());
+              solver_.failure_message(), solver_.failure_reason());
 }
 
 /// False when the step fails the last check, or the time stands still.
@@ -199,8 +199,9 @@ bool AdaptiveRun::accept(const Attempt& attempt) {
   return false;
 }
 
-AdaptiveRun::Next AdaptiveRun::stop(Status status, const std::string& where, const std::string& message) {
-  run_.fail(status, where, message);
+AdaptiveRun::Next AdaptiveRun::stop(Status status, const std::string& where, const std::string& message,
+                                    FailureReason reason) {
+  run_.fail(status, where, message, std::move(reason));
   return Next::stop;
 }
 

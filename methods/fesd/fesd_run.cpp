@@ -37,9 +37,11 @@ bool FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, d
   return true;
 }
 
-void FesdRun::fail(Status status, const std::string& where, const std::string& message) {
+void FesdRun::fail(Status status, const std::string& where, const std::string& message, FailureReason reason) {
+  const bool is_late = status == Status::time_limit;
   solution_.status = status;
-  solution_.message = where + (status == Status::time_limit ? time_limit_.message() : message);
+  solution_.message = where + (is_late ? time_limit_.message() : message);
+  solution_.reason = is_late ? FailureReason() : std::move(reason);
 }
 
 Solution FesdRun::finish() {

@@ -43,18 +43,18 @@ class FesdRun {
   /// @return false where the step fails the last check: the run has ended with the reason
   /// @param previous  the one before it, or null; @param t, t_end  from and to [s]
   bool accept(const FesdStep& step, const FesdStep* previous, double t, double t_end);
-  /// The run ends here. @param message  why; after a time limit, its message
-  void fail(Status status, const std::string& where, const std::string& message);
+  /// The run ends here. @param message, reason  why; not read after a time limit, which has its own message
+  void fail(Status status, const std::string& where, const std::string& message, FailureReason reason = {});
 
   /// Settings::steps steps of equal length H. @param solver  has step() and previous_step()
-  /// @param advance  solves the next one: Status(double H); @param message  says why it has failed: std::string()
+  /// @param advance  solves the next one: Status(double H); @param fail_step  calls fail(): void(Status, std::string where)
   /// @param skip_steps  takes up to n steps that are not recorded: int(double H, int n)
-  template <class Solver, class Advance, class Message, class SkipSteps>
-  void take_equal_steps(const Solver& solver, const Advance& advance, const Message& message,
+  template <class Solver, class Advance, class FailStep, class SkipSteps>
+  void take_equal_steps(const Solver& solver, const Advance& advance, const FailStep& fail_step,
                         const SkipSteps& skip_steps);
-  template <class Solver, class Advance, class Message>
-  void take_equal_steps(const Solver& solver, const Advance& advance, const Message& message) {
-    take_equal_steps(solver, advance, message, [](double, int) { return 0; });
+  template <class Solver, class Advance, class FailStep>
+  void take_equal_steps(const Solver& solver, const Advance& advance, const FailStep& fail_step) {
+    take_equal_steps(solver, advance, fail_step, [](double, int) { return 0; });
   }
 
   /// The run so far, at its end.
@@ -75,8 +75,8 @@ class FesdRun {
   const Element* reached_ = nullptr;     // the last element that was accepted
 };
 
-template <class Solver, class Advance, class Message, class SkipSteps>
-void FesdRun::take_equal_steps(const Solver& solver, const Advance& advance, const Message& message,
+template <class Solver, class Advance, class FailStep, class SkipSteps>
+void FesdRun::take_equal_steps(const Solver& solver, const Advance& advance, const FailStep& fail_step,
                                const SkipSteps& skip_steps) {
   const int n = settings_.steps;
   const double T = problem_.info().end_time, H = T / n;
@@ -89,7 +89,7 @@ void FesdRun::take_equal_steps(const Solver& solver, const Advance& advance, con
     }
     const auto where = [&] { return fmt::format("step {} of {}, from t = {:.6g} s: ", k + 1, n, k * H); };
     const Status status = advance(H);
-    if (status != Status::success) return fail(status, where(), message());
+    if (status != Status::success) return fail_step(status, where());
     if (has_no_derivative(solver.step())) return fail(Status::infeasible, where(), VariedProblem::kNoDerivative);
     if (sensitivity_) sensitivity_->add(solver.step(), (k + 1.0) / n * sensitivity_->dt_final());
     if (!accept(solver.step(), solver.previous_step(), k * H, k + 1 == n ? T : (k + 1) * H)) return;

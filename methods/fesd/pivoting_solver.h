@@ -98,6 +98,7 @@ class PivotingSolver {
   bool more_elements_may_help() const;
   /// Why advance() failed, with times from the start of the step.
   std::string failure_message() const;
+  FailureReason failure_reason() const { return reason_of(failures_, problem_, step()); }  ///< the same as data
 
  private:
   /// Outcome of an attempt to solve the rest of the step.

@@ -21,24 +21,37 @@ std::string describe(const Violation& violation, const std::string& contact, con
       contact, tableau, violation.value, where);
 }
 
+/// Contacts that share their forces in ways that move the bodies differently, where the step fails at a friction cone.
+std::vector<std::string> open_contacts(const StepFailure& failure, const Problem& problem, const FesdStep& step) {
+  if (!failure.violation.is_past(SwitchKind::cone_reached)) return {};
+  const Element& element = step.elements[static_cast<std::size_t>(failure.element)];
+  return contacts_of_nonunique_motion(problem, element.q0, element.v0, element.modes);
+}
+
+FailureCode code_of(StepFailure::Kind kind) {
+  switch (kind) {
+    case StepFailure::Kind::accumulates:
+    case StepFailure::Kind::impacts_accumulate:
+      return FailureCode::impacts_accumulate;
+    case StepFailure::Kind::no_impulse:
+    case StepFailure::Kind::no_forces:
+      return FailureCode::inconsistent;
+    case StepFailure::Kind::indeterminate:
+      return FailureCode::indeterminate;
+    case StepFailure::Kind::none:
+    case StepFailure::Kind::sign_condition:
+    case StepFailure::Kind::newton_failed:
+    case StepFailure::Kind::undetermined:
+    case StepFailure::Kind::no_right_stage:
+      break;
+  }
+  return FailureCode::not_stated;
+}
+
 }  // namespace
 
 bool StepFailure::depends_on_length() const {
-  switch (kind) {
-    case Kind::no_impulse:
-    case Kind::no_forces:
-    case Kind::indeterminate:
-    case Kind::accumulates:
-    case Kind::impacts_accumulate:
-      return false;
-    case Kind::none:
-    case Kind::sign_condition:
-    case Kind::newton_failed:
-    case Kind::undetermined:
-    case Kind::no_right_stage:
-      return true;
-  }
-  return true;
+  return code_of(kind) == FailureCode::not_stated;
 }
 
 void SearchFailures::note(const StepFailure& failure) {
@@ -99,16 +112,21 @@ std::string describe(const SearchFailures& failures, const Problem& problem, con
                         deepest.violation.kind != first.violation.kind ||
                         deepest.violation.passed != first.violation.passed;
   if (is_other) message += fmt::format("; with a switch before it, {}", describe(deepest, info, tableau));
-  if (first.violation.is_past(SwitchKind::cone_reached)) {
-    const Element& element = step.elements[static_cast<std::size_t>(first.element)];
-    const auto open = contacts_of_nonunique_motion(problem, element.q0, element.v0, element.modes);
-    if (!open.empty())
-      message += fmt::format(
-          "; Coulomb's law leaves the motion open there, contacts '{}' may share their forces in ways "
-          "that move the bodies differently",
-          fmt::join(open, "', '"));
-  }
+  if (const auto open = open_contacts(first, problem, step); !open.empty())
+    message += fmt::format(
+        "; Coulomb's law leaves the motion open there, contacts '{}' may share their forces in ways "
+        "that move the bodies differently",
+        fmt::join(open, "', '"));
   return message + fmt::format(" ({} predictions)", predictions);
+}
+
+FailureReason reason_of(const SearchFailures& failures, const Problem& problem, const FesdStep& step) {
+  if (auto open = open_contacts(failures.first, problem, step); !open.empty())
+    return {FailureCode::indeterminate, std::move(open)};
+  const StepFailure& failure = failures.first.depends_on_length() ? failures.deepest : failures.first;
+  const int i = failure.violation.contact;
+  if (failure.depends_on_length() || i < 0) return {code_of(failure.kind)};
+  return {code_of(failure.kind), {problem.info().contacts[i].name}};
 }
 
 }  // namespace ricochet

@@ -52,4 +52,7 @@ std::string describe(const StepFailure& failure, const ProblemInfo& problem, con
 std::string describe(const SearchFailures& failures, const Problem& problem, const std::string& tableau,
                      const FesdStep& step, const std::string& elements, int predictions);
 
+/// The same as data.
+FailureReason reason_of(const SearchFailures& failures, const Problem& problem, const FesdStep& step);
+
 }  // namespace ricochet

@@ -83,7 +83,7 @@ class FesdHomotopy final : public Method {
           count(solver, status, counters);
           return status;
         },
-        [&] { return solver.solution().message; });
+        [&](Status status, const std::string& where) { run.fail(status, where, solver.solution().message); });
     return run.finish();
   }
 

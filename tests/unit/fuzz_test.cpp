@@ -57,9 +57,9 @@ struct Answers {
   double fixed = 0, cvode = 0;
   std::optional<double> cvode_tighter{};
   double moreau_jean = 0;
-  std::string cvode_message{};
+  std::optional<FailureReason> cvode_failure{};
   double event_driven = 0;
-  std::string event_driven_message{};
+  std::optional<FailureReason> event_driven_failure{};
 };
 Answers answers;
 
@@ -71,11 +71,10 @@ FuzzResult answer(const Problem& problem, const std::string& method, const Setti
   result.status = "success";
   const bool is_disturbed = problem.force(problem.info().q0, problem.info().v0)[0] != -9.81;
   double x = answers.cvode;
-  std::string message = answers.cvode_message;
+  std::optional<FailureReason> failure;
   if (method == "event_driven") {
     x = answers.event_driven;
-    message = answers.event_driven_message;
-    if (!message.empty()) result.status = "step_limit";
+    failure = answers.event_driven_failure;
   } else if (method.starts_with("fesd_adaptive"))
     x = is_disturbed        ? answers.adaptive_disturbed
         : tolerance < 1e-11 ? answers.adaptive_tighter.value_or(answers.adaptive)
@@ -86,9 +85,12 @@ FuzzResult answer(const Problem& problem, const std::string& method, const Setti
     x = answers.moreau_jean + 1e-3 / steps;
   else if (answers.cvode_tighter && tolerance < 1e-10)
     x = *answers.cvode_tighter;
-  else if (!answers.cvode_message.empty())
+  else
+    failure = answers.cvode_failure;
+  if (failure) {
     result.status = "inner_solver_failed";
-  result.message = result.succeeded() ? "" : message;
+    result.reason = *failure;
+  }
   result.q = {x};
   result.v = {0};
   return result;
@@ -119,11 +121,12 @@ TEST(Judge, AMethodThatIsWrongNowAndThenIsNotItsOwnExcuse) {
   // The disturbed runs of fesd_adaptive find the motion of the others: its spread is as large as its error.
   EXPECT_EQ(judged({.adaptive = 1e-4, .adaptive_disturbed = 0}).verdict, FuzzVerdict::disagree);
   // Where no other method says how much the motion amplifies, the spread counts.
-  EXPECT_EQ(
-      judged(
-          {.adaptive = 1e-4, .adaptive_disturbed = 0, .cvode_message = "no roots", .event_driven_message = "no roots"})
-          .verdict,
-      FuzzVerdict::sensitive);
+  EXPECT_EQ(judged({.adaptive = 1e-4,
+                    .adaptive_disturbed = 0,
+                    .cvode_failure = FailureReason(),
+                    .event_driven_failure = FailureReason()})
+                .verdict,
+            FuzzVerdict::sensitive);
 }
 
 TEST(Judge, AllowsCvodeWhatItsToleranceChanges) {
@@ -140,15 +143,16 @@ TEST(Judge, AllowsAdaptiveFesdLittle) {
 TEST(Judge, TrustsTwoThatLocateEventsMoreThanTimeStepping) {
   EXPECT_EQ(judged({.moreau_jean = 0.3}).verdict, FuzzVerdict::outvoted);
   EXPECT_EQ(judged({.fixed = 0.1, .moreau_jean = 0.3}).verdict, FuzzVerdict::disagree);
-  EXPECT_EQ(judged({.moreau_jean = 0.3, .cvode_message = "no roots"}).verdict, FuzzVerdict::disagree);
+  EXPECT_EQ(judged({.moreau_jean = 0.3, .cvode_failure = FailureReason()}).verdict, FuzzVerdict::disagree);
 }
 
 TEST(Judge, ExplainsTimeSteppingThroughACollapse) {
-  const std::string collapse = "t = 0.3 s: the impacts of contacts 'a', 'b' accumulate (Zeno)";
-  EXPECT_EQ(judged({.moreau_jean = 0.3, .cvode_message = collapse}).verdict, FuzzVerdict::collapse);
-  EXPECT_EQ(judged({.moreau_jean = 0.3, .cvode_message = "of contact 'a' accumulate"}).verdict, FuzzVerdict::disagree);
+  const FailureReason collapse{FailureCode::impacts_accumulate, {"a", "b"}};
+  EXPECT_EQ(judged({.moreau_jean = 0.3, .cvode_failure = collapse}).verdict, FuzzVerdict::collapse);
+  const FailureReason bounces{FailureCode::impacts_accumulate, {"a"}};
+  EXPECT_EQ(judged({.moreau_jean = 0.3, .cvode_failure = bounces}).verdict, FuzzVerdict::disagree);
   // It explains nothing of the others.
-  EXPECT_EQ(judged({.fixed = 0.1, .moreau_jean = 0.3, .cvode_message = collapse}).verdict, FuzzVerdict::disagree);
+  EXPECT_EQ(judged({.fixed = 0.1, .moreau_jean = 0.3, .cvode_failure = collapse}).verdict, FuzzVerdict::disagree);
 }
 
 TEST(Judge, HearsTheEventDrivenMethod) {
@@ -174,9 +178,11 @@ TEST(Judge, ComparesInTheUnitsOfTheScene) {
 }
 
 TEST(Judge, ExplainsWhatIsNotUnique) {
-  const Answers given{
-      .adaptive = 1e-4, .adaptive_disturbed = 1e-4, .cvode_message = "indeterminate: 'g' sticks or slips"};
+  Answers given{
+      .adaptive = 1e-4, .adaptive_disturbed = 1e-4, .cvode_failure = FailureReason{FailureCode::indeterminate, {"g"}}};
   EXPECT_EQ(judged(given).verdict, FuzzVerdict::open);
+  given.cvode_failure->code = FailureCode::inconsistent;
+  EXPECT_EQ(judged(given).verdict, FuzzVerdict::disagree);
 }
 
 TEST(Judge, CountsReasonsWithoutNumbersAndNames) {

@@ -81,8 +81,20 @@ TEST(Verdict, ByTheFirstRuleThatApplies) {
 }
 
 TEST(Verdict, InAParadox) {
-  EXPECT_EQ(AFTER(l.paradox = "tip"; r.status = "infeasible"; r.message = "at 'tip': none"), CaseVerdict::refuses);
-  EXPECT_EQ(AFTER(l.paradox = "tip"; r.status = "infeasible"; r.message = "tipped over"), CaseVerdict::fails);
+  using Code = FailureCode;
+  const auto after_failure = [](Code code, const char* contact, const char* paradox = "tip") {
+    return after([&](ricochet::Run& r, CaseLimits& l) {
+      l.paradox = paradox;
+      r.status = "infeasible";
+      r.reason = {code, {contact}};
+    });
+  };
+  for (const Code code : {Code::painleve, Code::inconsistent, Code::indeterminate})
+    EXPECT_EQ(after_failure(code, "tip"), CaseVerdict::refuses);
+  EXPECT_EQ(after_failure(Code::inconsistent, "heel"), CaseVerdict::fails);
+  EXPECT_EQ(after_failure(Code::impacts_accumulate, "tip"), CaseVerdict::fails);
+  EXPECT_EQ(after_failure(Code::not_stated, "tip"), CaseVerdict::fails);
+  EXPECT_EQ(after_failure(Code::inconsistent, "tip", ""), CaseVerdict::fails) << "the case is no paradox";
   EXPECT_EQ(AFTER(l.paradox = "tip"), CaseVerdict::resolves);
   EXPECT_EQ(AFTER(l.paradox = "tip"; r.error = 1), CaseVerdict::wrong);
   EXPECT_EQ(AFTER(l.paradox = "tip"; r.error = kNoNumber), CaseVerdict::wrong);

@@ -13,6 +13,7 @@
 #include "bench/experiment/study.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/control/control_views.h"
+#include "bench/studies/control/leave_times_out.h"
 #include "methods/complementarity/mpcc/homotopy.h"
 
 namespace ricochet {
@@ -85,14 +86,6 @@ int steps_of_equal_size(int variables, ControlOptions options) {
   };
   const int one = size(1), two = size(2);
   return std::max(1, static_cast<int>(std::lround(1 + static_cast<double>(variables - one) / (two - one))));
-}
-
-/// Removes everything that depends on the speed and load of the machine.
-void leave_times_out(ControlRun& run) {
-  run.seconds = std::numeric_limits<double>::quiet_NaN();
-  if (run.status != to_string(Status::time_limit)) return;
-  run.iterations = 0;
-  run.message.clear();
 }
 
 /// Problems with FESD-J, and with time stepping with the same number of variables; the controls are replayed. "runs":

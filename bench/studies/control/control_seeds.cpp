@@ -11,6 +11,7 @@
 #include "bench/experiment/study.h"
 #include "bench/measure/timing.h"
 #include "bench/rows/progress.h"
+#include "bench/studies/control/leave_times_out.h"
 #include "bench/studies/control/seed_rows.h"
 #include "problems/input_error.h"
 #include "reports/performance_profile.h"
@@ -72,14 +73,6 @@ SeedRun solve_from_seed(SeedRun run) {
   run.replay_status = to_string(truth.status);
   if (truth.status == Status::success) run.terminal = mismatch(*problem, trajectory, truth).terminal;
   return run;
-}
-
-/// Removes everything that depends on the speed and load of the machine.
-void leave_times_out(SeedRun& run) {
-  run.seconds = run.cpu_seconds = std::numeric_limits<double>::quiet_NaN();
-  if (run.status != to_string(Status::time_limit)) return;
-  run.iterations = 0;
-  run.message.clear();
 }
 
 /// From random initial guesses, the seeds 1 to n of each problem, one run after the other. "runs": [{"problem",

@@ -128,10 +128,13 @@ std::vector<RampGrid> run_row(const std::vector<const Entry*>& entries, double v
       if (!ramp)
         ramp = make_problem("block_on_ramp",
                             {{"mu", exact.mu}, {"slope", std::atan(exact.tangent)}, {"v_x0", v_0}, {"duration", T}});
-      if (const Support support = entry.method->can_run(ramp->info()); support.ok)
-        run_ramp(entry, *ramp, exact.at(T), static_cast<std::size_t>(column / entry.stride), grids[k]);
-      else if (grids[k].message.empty())
-        grids[k].message = "declined: " + support.reason;
+      const auto cell = static_cast<std::size_t>(column / entry.stride);
+      if (const Support support = entry.method->can_run(ramp->info()); support.ok) {
+        run_ramp(entry, *ramp, exact.at(T), cell, grids[k]);
+      } else {
+        grids[k].cells[0][cell] = RampGrid::declined;
+        if (grids[k].message.empty()) grids[k].message = "declined: " + support.reason;
+      }
     }
   }
   for (RampGrid& grid : grids) {

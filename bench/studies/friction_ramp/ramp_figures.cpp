@@ -56,7 +56,7 @@ Chart ramp_chart(const std::vector<RampGrid>& grids, const std::string& name) {
       .height = 170,
       .scale = {.label = "error of the position at the end [m]", .from = std::log10(kLeastError), .to = 0}};
   for (const auto& grid : grids) {
-    if (grid.v_0 != grids.back().v_0 || grid.message.starts_with("declined")) continue;
+    if (grid.v_0 != grids.back().v_0 || grid.count(RampGrid::declined) > 0) continue;
     const bool is_left = chart.panels.size() % kColumns == 0;
     Chart::Panel& panel =
         chart.panels.emplace_back(Chart::Panel{.title = grid.method + "\n" + grid.setting,

@@ -13,7 +13,7 @@ namespace ricochet {
 /// of it, as they are made.
 struct RampGrid {
   static constexpr const char* kKind = "ramp_grid";
-  enum Cell { right, moves_but_should_rest, rests_but_should_move, failed };
+  enum Cell { right, moves_but_should_rest, rests_but_should_move, failed, declined };
 
   std::string method, setting;  ///< "-N 20" or "--tolerance 1e-08"
   double v_0 = 0;               ///< initial speed down the ramp [m/s]

@@ -84,7 +84,7 @@ Table ramp_table(const std::vector<RampGrid>& grids) {
       {"setting", &G::setting},
       {"v_0", "m/s", "{:g}", &G::v_0},
       {"ramps", "", "{}", [](const G& g) { return g.cells.size() * g.cells.size(); }},
-      {"failed", "", "{}", of_cells([](const G& g) { return g.count(G::failed); })},
+      {"failed", "", "{}", of_cells([](const G& g) { return g.count(G::failed) + g.count(G::declined); })},
       {"wrong decision", "", "{}", of_cells([](const G& g) { return g.wrong(); })},
       {"of these at tan = mu", "", "{}", of_cells([](const G& g) { return g.wrong_on_boundary(); })},
       {"largest error", "m", "{:.1e}", of_cells([](const G& g) { return g.largest_error(); })},

@@ -26,7 +26,7 @@ struct GradientCase {
   std::string title;  ///< what happens, with its numbers
   ProblemChoice choice;
   std::vector<GradientEntry> entries;
-  std::unique_ptr<Problem> problem;
+  std::unique_ptr<Problem> problem = {};
 };
 
 /// All cases. Their numbers are derived in gradient_cases.cpp.

@@ -33,6 +33,9 @@ CheckResult CheckResult::fail(std::string reason, std::string command) {
 CheckResult CheckResult::not_applicable(std::string reason) {
   return {CheckVerdict::not_applicable, std::move(reason), ""};
 }
+CheckResult CheckResult::not_judged(const std::string& reason) {
+  return {CheckVerdict::not_applicable, "not judged: " + reason, "", false};
+}
 
 Setting Subject::setting(int first_order_steps, int high_order_steps, double tolerance) const {
   return info.is_adaptive ? Setting{0, tolerance}
@@ -64,7 +67,7 @@ CheckRow run_check(const Check& check, const Subject& subject) {
   row.group = check.group;
   row.check = check.name;
   row.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  CheckResult result;
+  CheckResult& result = row;
   switch (answer.ending) {
     case IsolatedResult::Ending::returned:
       result = json::parse(answer.text).get<CheckResult>();
@@ -76,9 +79,6 @@ CheckRow run_check(const Check& check, const Subject& subject) {
       result = CheckResult::fail("it ended with: " + answer.text);
       break;
   }
-  row.verdict = result.verdict;
-  row.reason = std::move(result.reason);
-  row.command = std::move(result.command);
   return row;
 }
 

@@ -64,7 +64,7 @@ namespace {
 
 /// @param steps  of a fixed-step method
 CheckResult answer_with(int steps, const PublicReport& report, const PublicReportRule& rule, const Subject& subject) {
-  const auto declined = [](const std::string& why) { return CheckResult::not_applicable(kDeclined + why); };
+  const auto declined = [](const std::string& why) { return CheckResult::not_applicable("declined: " + why); };
   const ProblemChoice choice{.problem = report.scene};
   Run run = subject.planned(choice, subject.setting(steps, steps, rule.tolerance));
   const double time_limit = subject.time_limit * 0.9;
@@ -89,11 +89,9 @@ CheckResult answer_with(int steps, const PublicReport& report, const PublicRepor
   const double error = error_of(report, solution);
   const std::string text = fmt::format("error {:.1e}, {:.0e} allowed", error, allowed);
   if (error <= allowed) return CheckResult::pass(text, command);
-  if (report.has_corners)
-    return CheckResult::not_applicable(kNotJudged + text + "; corners are judged by a later version");
+  if (report.has_corners) return CheckResult::not_judged(text + "; corners are judged by a later version");
   if (subject.is_first_order())
-    return CheckResult::not_applicable(
-        fmt::format("{}{} with {} steps of first order", kNotJudged, text, run.setting.steps));
+    return CheckResult::not_judged(fmt::format("{} with {} steps of first order", text, run.setting.steps));
   return CheckResult::fail(text, command);
 }
 
@@ -139,7 +137,7 @@ Table public_report_table(const std::vector<CheckRow>& rows) {
       if (row.method != method || row.group != kPublicReportGroup) continue;
       ++(row.verdict == CheckVerdict::pass   ? correct
          : row.verdict == CheckVerdict::fail ? wrong
-         : row.reason.starts_with(kDeclined) ? declined
+         : row.is_judged                     ? declined
                                              : shown);
     }
     table.rows.push_back(

@@ -33,9 +33,6 @@ struct PublicReportRule {
                             ///< of methods of order 1 at impacts, whose tolerance is of the time of an impact
 };
 
-/// The start of the reason of a run that found no answer, and of an answer that is shown only.
-inline constexpr const char *kDeclined = "declined: ", *kNotJudged = "not judged: ";
-
 /// A method of fixed steps takes `first_order_steps` if it is of first order. Of higher order it takes `steps`, and
 /// `first_order_steps` where that answer is wrong. pass: the answer is right. fail: a success with a wrong answer, or no
 /// end. not applicable: the method declined, with its reason; or a wrong answer that is not judged: of a scene with
