@@ -15,14 +15,20 @@ constexpr double kBitsPerDigit = 3.3219280948873626;
 constexpr int kSpareBits = 60;  // of the first attempt, lost along the motion
 constexpr int kMostAttempts = 12;
 constexpr int kMostBitsFactor = 8;  // of the first attempt: what is undecided then is taken for a tie
-constexpr double kLongLoss = 30;    // digits; boxes that lose more are replaced by the mean value form
+constexpr double kTieLoss = 30;     // digits; what is undecided twice with less is taken for a tie
 constexpr int kLeastOrder = 12;
+
+/// Digits that boxes may lose before the mean value form is cheaper, which costs (2n)^2 more series.
+double affordable_loss(int n) {
+  return 20 + 10 * n;
+}
 
 /// How an attempt ended.
 struct Attempt {
   CertifiedMotion motion;
   double log10_radius = -1e9;  ///< at its end
   bool is_undecided = false;   ///< more bits may help
+  bool is_out_of_time = false;
 };
 
 Attempt attempt(const Problem& problem, const Options& options, const TimeLimit& limit) {
@@ -53,10 +59,13 @@ Attempt attempt(const Problem& problem, const Options& options, const TimeLimit&
     } catch (const Undecided& error) {
       result.is_undecided = true;
       end(error.what());
-    } catch (const std::exception& error) {  // Unsupported, OutOfTime
+    } catch (const OutOfTime& error) {
+      result.is_out_of_time = true;
+      end(error.what());
+    } catch (const Unsupported& error) {
       end(error.what());
     }
-  } catch (const std::exception& error) {  // no formulas
+  } catch (const Unsupported& error) {  // no formulas
     stop(error.what());
   }
   return result;
@@ -79,9 +88,9 @@ CertifiedMotion certified_motion(const Problem& problem, const Options& options)
     if (is_final) break;
     const double lost = last.log10_radius + static_cast<double>(next.bits) / kBitsPerDigit;  // digits
     const bool is_same = last.is_undecided && last.motion.reason == reason;
-    if (is_same && lost < kLongLoss) break;  // a tie
+    if (is_same && lost < kTieLoss) break;  // a tie
     reason = last.motion.reason;
-    if (!next.mean_value_form && lost > kLongLoss) {
+    if (!next.mean_value_form && lost > affordable_loss(problem.n_q())) {
       next.mean_value_form = true;
     } else if (last.is_undecided) {
       next.bits = 2 * next.bits;
@@ -90,6 +99,7 @@ CertifiedMotion certified_motion(const Problem& problem, const Options& options)
     }
     if (next.bits > most_bits) break;
   }
+  if (last.is_out_of_time && !reason.empty()) last.motion.reason += ", before it: " + reason;
   last.motion.reading = options.reading;
   last.motion.seconds = limit.seconds();
   return last.motion;

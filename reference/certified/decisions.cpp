@@ -126,6 +126,12 @@ void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const st
     }
     if (verdict.add(sign, names(candidates, combination))) best = modes;
   } while (combination.next());
+  if (verdict.all_are_refuted()) {
+    for (const int i : candidates) {
+      if (scene_.contacts[i].n_t() == 2 && slip_sign[i] == 0)
+        throw Unsupported("slip in space begins from rest: " + scene_.contacts[i].name);
+    }
+  }
   verdict.require_one("modes");
   for (const int i : candidates) {
     states.modes[i] = best[i];

@@ -45,6 +45,7 @@ class Verdict {
   bool add(Sign sign, const std::string& alternative);
   /// @throws Undecided unless one alternative is proven and all others are refuted
   void require_one(const std::string& what) const;
+  bool all_are_refuted() const { return n_proven_ == 0 && n_undecided_ == 0; }  ///< The options are not complete.
 
  private:
   int n_proven_ = 0, n_undecided_ = 0;

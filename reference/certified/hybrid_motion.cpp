@@ -109,7 +109,24 @@ void HybridMotion::begin_motion() {
   }
 }
 
+bool HybridMotion::impacts_accumulate() const {
+  constexpr std::size_t kMany = 16, kLast = 8;
+  constexpr double kShort = 1e-6;  // of the end time
+  const std::size_t n = event_times_.size();
+  if (n < kMany) return false;
+  return event_times_[n - 1].nearest() - event_times_[n - kLast].nearest() < kShort * scene_.end_time.nearest();
+}
+
 void HybridMotion::run() {
+  try {
+    run_to_end();
+  } catch (const Undecided& error) {
+    if (!impacts_accumulate()) throw;
+    throw Unsupported(fmt::format("impacts accumulate at t = {}", short_text(t_)));
+  }
+}
+
+void HybridMotion::run_to_end() {
   begin();
   for (bool is_last = false; !is_last;) {
     limit_.check();

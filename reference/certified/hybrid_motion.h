@@ -32,6 +32,8 @@ class HybridMotion {
     bool is_last = false;              ///< ends at the end time
   };
 
+  void run_to_end();
+  bool impacts_accumulate() const;
   void begin();
   bool touches_at_start(int i, std::vector<int>& hit, std::vector<int>& touching, std::vector<int>& slip_sign);
   void assume(const std::string& what);

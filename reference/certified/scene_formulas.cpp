@@ -31,6 +31,30 @@ struct ExactNumbers : GiNaC::map_function {
   Reading reading;
 };
 
+/// Rules of angles: sin(-x) = -sin(x), sin(asin(x)) = x, cos(asin(x)) = sqrt(1 - x^2), and cos(x)^2 = 1 - sin(x)^2 last.
+struct AngleRules : GiNaC::map_function {
+  ex operator()(const ex& e) override {
+    const ex inner = e.map(*this);
+    if (GiNaC::is_a<GiNaC::power>(inner) && is_call(inner.op(0), "cos") && inner.op(1).info(GiNaC::info_flags::posint) &&
+        GiNaC::ex_to<numeric>(inner.op(1)) <= 20) {
+      const int n = GiNaC::ex_to<numeric>(inner.op(1)).to_int();
+      const ex x = inner.op(0).op(0);
+      return pow(1 - pow(GiNaC::sin(x), 2), n / 2) * pow(GiNaC::cos(x), n % 2);
+    }
+    const bool is_sine = is_call(inner, "sin");
+    if (!is_sine && !is_call(inner, "cos")) return inner;
+    ex x = inner.op(0);
+    const bool is_negative = is_call(-x, "asin");
+    if (is_negative) x = -x;
+    if (!is_call(x, "asin")) return inner;
+    if (!is_sine) return sqrt(1 - pow(x.op(0), 2));
+    return is_negative ? ex(-x.op(0)) : x.op(0);
+  }
+  static bool is_call(const ex& e, const char* name) {
+    return GiNaC::is_a<GiNaC::function>(e) && GiNaC::ex_to<GiNaC::function>(e).get_name() == name;
+  }
+};
+
 /// Translates formulas of GiNaC into nodes.
 class Translator {
  public:
@@ -217,7 +241,10 @@ class SceneTranslation {
   bool is_zero_at_start(const ex& e) const {
     try {
       const ex value = e.subs(start_, GiNaC::subs_options::no_pattern);
-      return value.is_zero() || value.expand().is_zero() || value.normal().is_zero();
+      if (value.is_zero() || value.expand().is_zero()) return true;
+      AngleRules rules;
+      const ex simpler = rules(rules(value).expand()).expand();
+      return simpler.is_zero() || simpler.normal().is_zero();
     } catch (const std::exception&) {  // a division by zero
       return false;
     }
