@@ -88,7 +88,6 @@ Sign Decisions::check_modes(const std::vector<int>& candidates, const std::vecto
         const Ball value(p_.coefficient(friction, 0));
         rest = a.sub(rest, a.mul(value, value));
       }
-      signs.push_back(bound.sign());
       signs.push_back(rest.sign());
     }
     const bool plus = modes[i] == Mode::slip_plus;
