@@ -226,7 +226,7 @@ TEST(CertifiedMotion, DecoupledImpactsAtOnceAreProven) {
 
 /// With few bits the times of the impacts are wide; the boxes contain the motion all the same.
 TEST(CertifiedMotion, WideWindowsOfImpactsContainTheMotion) {
-  const std::string scene = R"({"q0": ["0.5", "0.5"], "v0": ["0", "0"], "T": "0.3193", "M": [["1", "0"], ["0", "2"]],
+  const std::string scene = R"({"q0": ["0.5", "0.5"], "v0": ["0", "0"], "T": "0.32", "M": [["1", "0"], ["0", "2"]],
     "f": ["-9.81", "-19.62"],
     "contacts": [{"name": "a", "gap": "q[0]", "e": "0.7"}, {"name": "b", "gap": "q[1]", "e": "0.5"}]})";
   Options coarse;
