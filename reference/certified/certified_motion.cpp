@@ -1,0 +1,112 @@
+#include "reference/certified/certified_motion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+
+#include "reference/certified/hybrid_motion.h"
+
+namespace ricochet::reference::certified {
+namespace {
+
+constexpr double kBitsPerDigit = 3.3219280948873626;
+constexpr int kSpareBits = 60;  // of the first attempt, lost along the motion
+constexpr int kMostAttempts = 12;
+constexpr int kMostBitsFactor = 8;  // of the first attempt: what is undecided then is taken for a tie
+constexpr double kTieLoss = 30;     // digits; what is undecided twice with less is taken for a tie
+constexpr int kLeastOrder = 12;
+
+/// Digits that boxes may lose before the mean value form is cheaper, which costs (2n)^2 more series.
+double affordable_loss(int n) {
+  return 20 + 10 * n;
+}
+
+/// How an attempt ended.
+struct Attempt {
+  CertifiedMotion motion;
+  double log10_radius = -1e9;  ///< at its end
+  bool is_undecided = false;   ///< more bits may help
+  bool is_out_of_time = false;
+};
+
+Attempt attempt(const Problem& problem, const Options& options, const TimeLimit& limit) {
+  Attempt result;
+  const int order = std::max(kLeastOrder, static_cast<int>(options.order_per_bit * static_cast<double>(options.bits)));
+  const Precision precision{static_cast<slong>(options.bits), order};
+  SeriesProgram program(precision);
+  const auto stop = [&](const std::string& reason) {
+    result.motion.grade = Grade::open;
+    result.motion.reason = reason;
+    result.motion.bits = options.bits;
+    result.motion.order = order;
+    result.motion.q.clear();
+    result.motion.v.clear();
+    result.motion.modes.clear();
+  };
+  try {
+    HybridMotion motion(scene_formulas(problem, options.reading, program), program, options, limit);
+    const auto end = [&](const std::string& reason) {
+      result.motion = motion.result();
+      result.log10_radius = motion.log10_radius();
+      stop(reason);
+    };
+    try {
+      motion.run();
+      result.motion = motion.result();
+      result.log10_radius = motion.log10_radius();
+    } catch (const Undecided& error) {
+      result.is_undecided = true;
+      end(error.what());
+    } catch (const OutOfTime& error) {
+      result.is_out_of_time = true;
+      end(error.what());
+    } catch (const Unsupported& error) {
+      end(error.what());
+    }
+  } catch (const Unsupported& error) {  // no formulas
+    stop(error.what());
+  }
+  return result;
+}
+
+}  // namespace
+
+CertifiedMotion certified_motion(const Problem& problem, const Options& options) {
+  const TimeLimit limit(options.max_seconds);
+  Options next = options;
+  if (next.bits <= 0) next.bits = std::lround(options.digits * kBitsPerDigit) + kSpareBits;
+  const long most_bits = kMostBitsFactor * next.bits;
+  const double wanted = -static_cast<double>(options.digits);
+  Attempt last;
+  std::string reason;
+  for (int n = 1; n <= kMostAttempts; ++n) {
+    last = attempt(problem, next, limit);
+    last.motion.attempts = n;
+    const bool is_final = last.motion.grade == Grade::open ? !last.is_undecided : last.log10_radius <= wanted;
+    if (is_final) break;
+    const double lost = last.log10_radius + static_cast<double>(next.bits) / kBitsPerDigit;  // digits
+    const bool is_same = last.is_undecided && last.motion.reason == reason;
+    if (is_same && lost < kTieLoss) break;  // a tie
+    reason = last.motion.reason;
+    if (!next.mean_value_form && lost > affordable_loss(problem.n_q())) {
+      next.mean_value_form = true;
+    } else if (last.is_undecided) {
+      next.bits = 2 * next.bits;
+    } else {
+      next.bits += std::lround((last.log10_radius - wanted) * kBitsPerDigit) + 12;
+    }
+    if (next.bits > most_bits) break;
+  }
+  if (last.is_out_of_time && !reason.empty()) last.motion.reason += ", before it: " + reason;
+  last.motion.reading = options.reading;
+  last.motion.seconds = limit.seconds();
+  return last.motion;
+}
+
+bool can_certify() {
+  return true;
+}
+
+}  // namespace ricochet::reference::certified

@@ -1,0 +1,143 @@
+#include "reference/certified/decisions.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace ricochet::reference::certified {
+
+void ContactStates::moved() {
+  std::ranges::fill(vanishing_gap, 0);
+  std::ranges::fill(vanishing_slip, 0);
+  std::ranges::fill(gap_is_bounded_only, 0);
+}
+
+Combinations::Combinations(std::vector<std::vector<Mode>> options)
+    : options_(std::move(options)), index_(options_.size(), 0) {
+  constexpr double kMost = 20000;
+  double count = 1;
+  for (const auto& list : options_) count *= static_cast<double>(list.size());
+  if (count > kMost) throw Unsupported(fmt::format("{:.0f} combinations of contact modes", count));
+}
+
+bool Combinations::next() {
+  for (std::size_t k = 0; k < index_.size(); ++k) {
+    if (++index_[k] < options_[k].size()) return true;
+    index_[k] = 0;
+  }
+  return false;
+}
+
+bool Verdict::add(Sign sign, const std::string& alternative) {
+  if (sign == Sign::positive) ++n_proven_;
+  if (sign == Sign::unknown && n_undecided_++ == 0) undecided_ = alternative;
+  return sign == Sign::positive;
+}
+
+void Verdict::require_one(const std::string& what) const {
+  if (n_proven_ == 1 && n_undecided_ == 0) return;
+  throw Undecided(fmt::format("{}: {} alternatives proven, {} undecided{}", what, n_proven_, n_undecided_,
+                              undecided_.empty() ? "" : ", for example " + undecided_));
+}
+
+Sign all_of(const std::vector<Sign>& signs) {
+  if (std::ranges::count(signs, Sign::negative) > 0) return Sign::negative;
+  return std::ranges::count(signs, Sign::unknown) > 0 ? Sign::unknown : Sign::positive;
+}
+
+std::vector<Mode> Decisions::mode_options(int i, int slip_sign) const {
+  const ContactFormulas& contact = scene_.contacts[i];
+  std::vector<Mode> options;
+  if (!contact.is_bilateral) options.push_back(Mode::open);
+  if (contact.n_t() == 0) {
+    options.push_back(Mode::closed);
+  } else if (contact.n_t() == 2) {
+    options.push_back(slip_sign != 0 ? Mode::slip : Mode::stick);
+  } else {
+    if (slip_sign == 0) options.push_back(Mode::stick);
+    if (slip_sign >= 0) options.push_back(Mode::slip_plus);
+    if (slip_sign <= 0) options.push_back(Mode::slip_minus);
+  }
+  return options;
+}
+
+std::string Decisions::names(const std::vector<int>& candidates, const Combinations& combination) const {
+  std::string text;
+  for (std::size_t k = 0; k < candidates.size(); ++k)
+    text += fmt::format("{}{}: {}", k ? ", " : "", scene_.contacts[candidates[k]].name, name_of(combination[k]));
+  return text;
+}
+
+/// Inequalities (1). The series of `motion` must be there up to order 2.
+Sign Decisions::check_modes(const std::vector<int>& candidates, const std::vector<int>& slip_sign,
+                            const ModeMotion& motion, const std::vector<Mode>& modes) {
+  const Precision& a = p_.precision();
+  std::vector<Sign> signs;
+  for (const int i : candidates) {
+    const ContactFormulas& contact = scene_.contacts[i];
+    if (modes[i] == Mode::open) {
+      signs.push_back(p_.is_constant(contact.gap) ? Sign::unknown : Ball(p_.coefficient(contact.gap, 2)).sign());
+      continue;
+    }
+    const Ball force(p_.coefficient(motion.normal_force.at(i), 0));
+    if (!contact.is_bilateral) signs.push_back(force.sign());
+    if (modes[i] == Mode::stick) {
+      const Ball bound = a.mul(contact.mu, force);
+      Ball rest = a.mul(bound, bound);
+      for (const Node friction : motion.friction.at(i)) {
+        const Ball value(p_.coefficient(friction, 0));
+        rest = a.sub(rest, a.mul(value, value));
+      }
+      signs.push_back(rest.sign());
+    }
+    const bool plus = modes[i] == Mode::slip_plus;
+    if (slip_sign[i] == 0 && (plus || modes[i] == Mode::slip_minus)) {
+      if (p_.is_constant(contact.v_t[0])) {
+        signs.push_back(Sign::negative);
+        continue;
+      }
+      const Ball rate(p_.coefficient(contact.v_t[0], 1));
+      signs.push_back(plus ? rate.sign() : (-rate).sign());
+    }
+  }
+  return all_of(signs);
+}
+
+void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
+                             const std::vector<int>& slip_sign, ContactStates& states) {
+  if (candidates.empty()) return;
+  std::vector<std::vector<Mode>> options;
+  for (const int i : candidates) options.push_back(mode_options(i, slip_sign[i]));
+  Combinations combination(std::move(options));
+  Verdict verdict;
+  std::vector<Mode> best;
+  do {
+    limit_.check();
+    std::vector<Mode> modes = states.modes;
+    for (std::size_t k = 0; k < candidates.size(); ++k) modes[candidates[k]] = combination[k];
+    step_.load(x, t);
+    Sign sign = Sign::unknown;
+    try {
+      const ModeMotion motion = mode_motion(scene_, modes, p_);
+      step_.expand(motion, 2);
+      sign = check_modes(candidates, slip_sign, motion, modes);
+    } catch (const Undecided&) {  // singular equations
+    }
+    if (verdict.add(sign, names(candidates, combination))) best = modes;
+  } while (combination.next());
+  if (verdict.all_are_refuted()) {
+    for (const int i : candidates) {
+      if (scene_.contacts[i].n_t() == 2 && slip_sign[i] == 0)
+        throw Unsupported("slip in space begins from rest: " + scene_.contacts[i].name);
+    }
+  }
+  verdict.require_one("modes");
+  for (const int i : candidates) {
+    states.modes[i] = best[i];
+    if (best[i] == Mode::open) states.vanishing_gap[i] = 2;
+    if (slip_sign[i] == 0 && (best[i] == Mode::slip_plus || best[i] == Mode::slip_minus)) states.vanishing_slip[i] = 1;
+    if (best[i] == Mode::stick && scene_.contacts[i].n_t() == 2) sticking_in_space_.push_back(i);
+  }
+}
+
+}  // namespace ricochet::reference::certified

@@ -1,0 +1,293 @@
+#include "reference/certified/hybrid_motion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ricochet::reference::certified {
+namespace {
+
+constexpr double kWidest = -3;    // log10 of the radius of a state beyond which nothing is decided any more
+constexpr int kSpareDigits = 15;  // significant digits beyond the decimal places that are wanted
+constexpr int kMostTrials = 60;   // lengths of one step
+
+std::string short_text(const Ball& ball) {
+  char* const text = arb_get_str(ball.get(), 12, ARB_STR_NO_RADIUS);
+  std::string result = text;
+  flint_free(text);
+  return result;
+}
+
+std::string exact_text(const Ball& ball) {
+  char* const text = arb_dump_str(ball.get());
+  std::string result = text;
+  flint_free(text);
+  return result;
+}
+
+/// Rounds up to 24 bits, so that powers of h stay short.
+double short_length(double h) {
+  int exponent = 0;
+  const double mantissa = std::frexp(h, &exponent);
+  return std::ldexp(std::ceil(std::ldexp(mantissa, 24)), exponent - 24);
+}
+
+}  // namespace
+
+HybridMotion::HybridMotion(SceneFormulas formulas, SeriesProgram& program, const Options& options,
+                           const TimeLimit& limit)
+    : scene_(std::move(formulas)),
+      p_(program),
+      options_(options),
+      limit_(limit),
+      taylor_(scene_, program, limit),
+      set_(scene_, program, taylor_, options.mean_value_form),
+      decisions_(scene_, program, taylor_, limit),
+      states_(scene_.n_c()) {
+  result_.grade = Grade::proven;
+}
+
+void HybridMotion::assume(const std::string& what) {
+  result_.assumptions.push_back(what);
+  result_.grade = std::max(result_.grade, Grade::assumed);
+}
+
+/// Sorts the contacts that touch at t = 0 into those that are hit and those that rest or slip.
+bool HybridMotion::touches_at_start(int i, std::vector<int>& hit, std::vector<int>& touching,
+                                    std::vector<int>& slip_sign) {
+  const ContactFormulas& contact = scene_.contacts[i];
+  const auto sign_of = [&](const Ball& value, bool is_zero, const char* what) {
+    if (is_zero || value.is_zero()) return 0;
+    if (value.sign() == Sign::unknown) assume(fmt::format("{} of {} is zero at t = 0", what, contact.name));
+    return static_cast<int>(value.sign());
+  };
+  const int gap = sign_of(p_.value_of(contact.gap), contact.gap_is_zero, "the gap");
+  if (contact.is_bilateral && gap != 0) throw Unsupported("a violated constraint at the start: " + contact.name);
+  if (gap > 0) return false;
+  if (gap < 0) throw Unsupported("penetration at the start: " + contact.name);
+  const int v_n = sign_of(p_.value_of(contact.v_n), contact.v_n_is_zero, "the normal velocity");
+  if (v_n > 0 && !contact.is_bilateral) {
+    states_.vanishing_gap[i] = 1;
+    return false;
+  }
+  if (v_n != 0) {
+    hit.push_back(i);
+    return true;
+  }
+  touching.push_back(i);
+  const Ball slip = contact.n_t() == 1   ? p_.value_of(contact.v_t[0])
+                    : contact.n_t() == 2 ? p_.value_of(p_.dot(contact.v_t, contact.v_t))
+                                         : Ball();
+  slip_sign[i] = sign_of(slip, contact.v_t_is_zero, "the slip velocity");
+  return true;
+}
+
+void HybridMotion::begin() {
+  std::vector<int> hit, touching, slip_sign(scene_.n_c(), 0);
+  taylor_.load(set_.box(), t_);
+  for (int i = 0; i < scene_.n_c(); ++i) touches_at_start(i, hit, touching, slip_sign);
+  if (hit.empty()) {
+    decisions_.decide_modes(set_.box(), t_, touching, slip_sign, states_);
+  } else {
+    std::vector<char> closed(scene_.n_c(), 0);
+    for (const int i : touching) closed[i] = 1;
+    std::vector<int> candidates = hit;
+    candidates.insert(candidates.end(), touching.begin(), touching.end());
+    strike(candidates, closed, scene_.contacts[hit.front()].name);
+  }
+  begin_motion();
+}
+
+void HybridMotion::begin_motion() {
+  taylor_.load(set_.box(), t_);
+  motion_ = mode_motion(scene_, states_.modes, p_);
+  set_.begin(motion_);
+  for (const int i : decisions_.sticking_in_space()) {
+    const std::string text = fmt::format("{} sticks; slip in space from rest is not refuted", scene_.contacts[i].name);
+    if (std::ranges::count(result_.assumptions, text) == 0) assume(text);
+  }
+}
+
+bool HybridMotion::impacts_accumulate() const {
+  constexpr std::size_t kMany = 16, kLast = 8;
+  constexpr double kShort = 1e-6;  // of the end time
+  const std::size_t n = event_times_.size();
+  if (n < kMany) return false;
+  return event_times_[n - 1].nearest() - event_times_[n - kLast].nearest() < kShort * scene_.end_time.nearest();
+}
+
+void HybridMotion::run() {
+  try {
+    run_to_end();
+  } catch (const Undecided& error) {
+    if (!impacts_accumulate()) throw;
+    throw Unsupported(fmt::format("impacts accumulate at t = {}", short_text(t_)));
+  }
+}
+
+void HybridMotion::run_to_end() {
+  begin();
+  for (bool is_last = false; !is_last;) {
+    limit_.check();
+    for (const Ball& x : set_.box()) {
+      if (!(x.log10_radius() < kWidest))
+        throw Undecided(fmt::format("the enclosure is too wide at t = {}", short_text(t_)));
+    }
+    const Step step = find_step();
+    is_last = step.is_last;
+    ++result_.n_steps;
+    if (options_.with_steps) keep(step);
+    if (step.reached.size() > 1) {
+      handle_decoupled_impacts(step);
+      continue;
+    }
+    advance(step);
+    if (!step.reached.empty()) handle(EventFunction(motion_.events[step.reached.front()]));
+  }
+}
+
+void HybridMotion::advance(const Step& step) {
+  set_.advance(motion_, t_, step.h, step.end, !step.reached.empty());
+  const Precision& a = p_.precision();
+  t_ = a.add(t_, a.mul(step.end, Ball(step.h)));
+  states_.moved();
+}
+
+HybridMotion::Step HybridMotion::find_step() {
+  set_.expand(motion_, t_);
+  const Ball left = p_.precision().sub(scene_.end_time, t_);
+  if (left.sign() != Sign::positive) throw Undecided("an event at the end time");
+  const double longest = left.nearest() * (1 + 1e-9) + 1e-300;
+  double h = std::min(taylor_.suggested_length(motion_), longest);
+  std::string reason = "no step";
+  for (int trial = 0; trial < kMostTrials; ++trial, h *= trial < 3 ? 0.9 : 0.6) {
+    limit_.check();
+    Step step;
+    if (try_step(short_length(h), step, reason)) return step;
+  }
+  throw Undecided(fmt::format("no step at t = {}: {}", short_text(t_), reason));
+}
+
+bool HybridMotion::try_step(double h, Step& step, std::string& reason) {
+  step = {};
+  step.h = h;
+  step.end = Ball(1.0);
+  if (!set_.validate(motion_, h)) {
+    reason = "the remainder of the series is not proven";
+    return false;
+  }
+  const Ball left = p_.precision().sub(scene_.end_time, t_), length(h);
+  if (h >= left.nearest()) {
+    if (p_.precision().sub(length, left).sign() != Sign::positive) {
+      reason = "the end time cannot be told from the end of the step";
+      return false;
+    }
+    step.end = p_.precision().div(left, length);
+    step.is_last = true;
+  }
+  return find_events(h, Ball(step.end), step, reason);
+}
+
+std::string HybridMotion::name_of_event(const EventFunction& event) const {
+  static const char* const names[] = {"impact", "detach", "end of slip", "friction limit"};
+  return fmt::format("{} of {}", names[static_cast<int>(event.kind)], scene_.contacts[event.contact].name);
+}
+
+bool HybridMotion::find_events(double h, const Ball& end, Step& step, std::string& reason) {
+  std::vector<std::pair<std::size_t, Ball>> roots;
+  for (std::size_t k = 0; k < motion_.events.size(); ++k) {
+    const EventFunction& event = motion_.events[k];
+    const bool is_bounded_only = event.kind == EventKind::impact && states_.gap_is_bounded_only[event.contact];
+    const int vanishing = event.kind == EventKind::impact     ? states_.vanishing_gap[event.contact]
+                          : event.kind == EventKind::slip_end ? states_.vanishing_slip[event.contact]
+                                                              : 0;
+    BoundedPolynomial f;
+    taylor_.polynomial(f, event.node, h, vanishing);
+    Ball first;
+    arb_poly_get_coeff_arb(first.get(), f.p, 0);
+    if (first.sign() != Sign::positive)
+      throw Undecided(fmt::format("{}: undecided whether it happens at t = {}", name_of_event(event), short_text(t_)));
+    const FirstRoot root = first_root(f, end, p_.precision());
+    if (root.kind == FirstRoot::Kind::unknown || (is_bounded_only && root.kind == FirstRoot::Kind::found)) {
+      reason = fmt::format("{}: {}", name_of_event(event), *root.reason ? root.reason : "an impact at once");
+      return false;
+    }
+    if (root.kind == FirstRoot::Kind::found) roots.emplace_back(k, root.root);
+  }
+  if (roots.empty()) return true;
+  const auto is_before = [](const auto& a, const auto& b) {
+    return arf_cmp(arb_midref(a.second.get()), arb_midref(b.second.get())) < 0;
+  };
+  const auto first = *std::ranges::min_element(roots, is_before);
+  step.end = first.second;
+  step.is_last = false;
+  step.reached.push_back(first.first);
+  for (const auto& [k, root] : roots) {
+    if (k == first.first || arb_lt(first.second.get(), root.get())) continue;
+    step.reached.push_back(k);
+    step.end = p_.precision().hull(step.end, root);
+  }
+  if (step.reached.size() > 1 && !are_decoupled_impacts(step))
+    throw Undecided(fmt::format("{} and {} at the same time, t = {}", name_of_event(motion_.events[step.reached[0]]),
+                                name_of_event(motion_.events[step.reached[1]]),
+                                short_text(p_.precision().add(t_, p_.precision().mul(step.end, Ball(h))))));
+  return true;
+}
+
+void HybridMotion::keep(const Step& step) {
+  CertifiedStep kept;
+  kept.time = exact_text(t_);
+  kept.length = step.h;
+  kept.end = exact_text(step.end);
+  kept.modes = names_of(states_.modes);
+  for (const Ball& x : set_.box()) kept.state.push_back(exact_text(x));
+  for (const auto* variables : {&scene_.q, &scene_.v}) {
+    for (const Node node : *variables) {
+      Magnitude rho;
+      mag_set(rho.get(), p_.rho(node));
+      kept.remainders.push_back(rho.upper());
+    }
+  }
+  result_.steps.push_back(std::move(kept));
+}
+
+double HybridMotion::log10_radius() const {
+  double worst = -1e9;
+  for (const Ball& x : set_.box()) worst = std::max(worst, x.log10_radius());
+  for (const Ball& t : event_times_) worst = std::max(worst, t.log10_radius());
+  return worst;
+}
+
+CertifiedMotion HybridMotion::result() const {
+  CertifiedMotion result = result_;
+  const auto number = [&](const Ball& ball) {
+    const Decimal d = decimal(ball, options_.digits + kSpareDigits);
+    return CertifiedNumber{d.text, d.radius, d.decimals};
+  };
+  for (int k = 0; k < scene_.n; ++k) result.q.push_back(number(set_.box()[k]));
+  for (int k = 0; k < scene_.n; ++k) result.v.push_back(number(set_.box()[scene_.n + k]));
+  for (std::size_t k = 0; k < event_times_.size(); ++k) result.events[k].time = number(event_times_[k]);
+  result.end_time = number(t_);
+  result.modes = names_of(states_.modes);
+  result.bits = p_.precision().bits;
+  result.order = p_.precision().order;
+  result.mean_value_form = set_.mean_value_form();
+  return result;
+}
+
+void HybridMotion::record(const std::string& kind, const std::string& contact, const std::vector<Ball>& Lambda_n) {
+  CertifiedEvent event;
+  event.kind = kind;
+  event.contact = contact;
+  event.modes = names_of(states_.modes);
+  event.grade = result_.grade;
+  for (const Ball& impulse : Lambda_n) {
+    const Decimal d = decimal(impulse, options_.digits + kSpareDigits);
+    event.Lambda_n.push_back({d.text, d.radius, d.decimals});
+  }
+  result_.events.push_back(std::move(event));
+  event_times_.push_back(t_);
+}
+
+}  // namespace ricochet::reference::certified

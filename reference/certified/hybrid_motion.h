@@ -1,0 +1,79 @@
+#pragma once
+
+#include "reference/certified/certified_motion.h"
+#include "reference/certified/decisions.h"
+#include "reference/certified/moving_set.h"
+
+/// @file
+/// HybridMotion: one attempt, at one precision, to enclose a motion from event to event.
+
+namespace ricochet::reference::certified {
+
+/// Encloses the motion of a scene. Smooth pieces are Taylor steps; the first root of all event functions ends a piece;
+/// impacts and modes after it are decided by signs. Errors of rounding and truncation are in the balls.
+class HybridMotion {
+ public:
+  /// @param formulas  in terms of the `program`
+  HybridMotion(SceneFormulas formulas, SeriesProgram& program, const Options& options, const TimeLimit& limit);
+
+  /// Runs to the end time. @throws Undecided, Unsupported, OutOfTime, with what is enclosed until then in result()
+  void run();
+  /// State, events, grade and statistics, with decimal numbers.
+  CertifiedMotion result() const;
+  /// Upper bound of log10 of all radii of the state and of the event times.
+  double log10_radius() const;
+
+ private:
+  /// A step within which nothing happens, or which ends at events.
+  struct Step {
+    double h = 0;
+    Ball end;                          ///< fraction of h
+    std::vector<std::size_t> reached;  ///< event functions of the motion that vanish at the end, not to be told apart
+    bool is_last = false;              ///< ends at the end time
+  };
+
+  void run_to_end();
+  bool impacts_accumulate() const;
+  void begin();
+  bool touches_at_start(int i, std::vector<int>& hit, std::vector<int>& touching, std::vector<int>& slip_sign);
+  void assume(const std::string& what);
+  void begin_motion();
+  Step find_step();
+  bool try_step(double h, Step& step, std::string& reason);
+  bool find_events(double h, const Ball& end, Step& step, std::string& reason);
+  void keep(const Step& step);
+  void advance(const Step& step);
+  std::string name_of_event(const EventFunction& event) const;
+
+  void handle(const EventFunction& event);
+  void handle_impact(int contact);
+  void handle_cone(const EventFunction& event);
+  void handle_detach(int contact);
+  void handle_slip_end(int contact);
+  void strike(const std::vector<int>& candidates, const std::vector<char>& closed, const std::string& contact);
+  std::vector<int> coupled_with(int contact) const;
+  void record(const std::string& kind, const std::string& contact, const std::vector<Ball>& Lambda_n = {});
+
+  // simultaneous_impacts.cpp
+  bool are_decoupled_impacts(const Step& step) const;
+  void handle_decoupled_impacts(const Step& step);
+  struct Window;
+  Window window_of(const Step& step);
+  void map_window(Window& window);
+  void require_impacts(const Window& window);
+
+  SceneFormulas scene_;
+  SeriesProgram& p_;
+  const Options& options_;
+  const TimeLimit& limit_;
+  TaylorStep taylor_;
+  MovingSet set_;
+  Decisions decisions_;
+  ContactStates states_;
+  ModeMotion motion_;
+  Ball t_;
+  CertifiedMotion result_;
+  std::vector<Ball> event_times_;
+};
+
+}  // namespace ricochet::reference::certified

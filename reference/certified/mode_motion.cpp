@@ -1,0 +1,212 @@
+#include "reference/certified/mode_motion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/disjoint_sets.h"
+
+namespace ricochet::reference::certified {
+
+const char* name_of(Mode mode) {
+  static const char* const names[] = {"open", "closed", "stick", "slip+", "slip-", "slip"};
+  return names[static_cast<int>(mode)];
+}
+
+std::vector<std::string> names_of(const std::vector<Mode>& modes) {
+  std::vector<std::string> names;
+  for (const Mode mode : modes) names.emplace_back(name_of(mode));
+  return names;
+}
+
+namespace {
+
+/// Builds one ModeMotion.
+class ModeEquations {
+ public:
+  ModeEquations(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program)
+      : scene_(scene), modes_(modes), p_(program) {}
+
+  ModeMotion derive() {
+    for (int i = 0; i < scene_.n_c(); ++i) {
+      if (modes_[i] != Mode::open) add_normal(i);
+    }
+    for (int i = 0; i < scene_.n_c(); ++i) {
+      if (modes_[i] == Mode::stick) add_friction(i);
+    }
+    const std::vector<Node> solution = eliminate();
+    motion_.acceleration.assign(solution.begin(), solution.begin() + scene_.n);
+    for (std::size_t j = 0; j < unknowns_.size(); ++j) {
+      const auto [contact, direction] = unknowns_[j];
+      const Node force = solution[scene_.n + j];
+      if (direction < 0)
+        motion_.normal_force[contact] = force;
+      else
+        motion_.friction[contact].push_back(force);
+    }
+    for (int i = 0; i < scene_.n_c(); ++i) add_events(i);
+    collect_schedule();
+    return std::move(motion_);
+  }
+
+ private:
+  /// d/dt of a rate w(q, v, t) without the part with accelerations: sum_k dw/dq_k v_k + dw/dt.
+  Node bias(Node rate) {
+    Node sum = p_.derivative(rate, scene_.clock);
+    for (int k = 0; k < scene_.n; ++k) sum = p_.add(sum, p_.mul(p_.derivative(rate, scene_.q[k]), scene_.v[k]));
+    return sum;
+  }
+
+  void add_normal(int i) {
+    const ContactFormulas& contact = scene_.contacts[i];
+    std::vector<Node> column = contact.J_n;
+    const Node mu = p_.constant(contact.mu);
+    for (int r = 0; r < scene_.n; ++r) {
+      const auto along = [&](int d) { return p_.mul(mu, contact.J_t[d][r]); };
+      if (modes_[i] == Mode::slip_plus) column[r] = p_.sub(column[r], along(0));
+      if (modes_[i] == Mode::slip_minus) column[r] = p_.add(column[r], along(0));
+      if (modes_[i] != Mode::slip) continue;
+      const Node speed = p_.sqrt(p_.dot(contact.v_t, contact.v_t));
+      for (int d = 0; d < 2; ++d) column[r] = p_.sub(column[r], p_.mul(p_.div(contact.v_t[d], speed), along(d)));
+    }
+    add_unknown({i, -1}, column, contact.J_n, contact.v_n);
+  }
+
+  void add_friction(int i) {
+    const ContactFormulas& contact = scene_.contacts[i];
+    for (int d = 0; d < contact.n_t(); ++d) add_unknown({i, d}, contact.J_t[d], contact.J_t[d], contact.v_t[d]);
+  }
+
+  void add_unknown(std::pair<int, int> label, const std::vector<Node>& column, const std::vector<Node>& row,
+                   Node rate) {
+    unknowns_.push_back(label);
+    columns_.push_back(column);
+    rows_.push_back(row);
+    right_.push_back(p_.neg(bias(rate)));
+  }
+
+  std::vector<Node> eliminate() {
+    const int n = scene_.n, m = static_cast<int>(unknowns_.size()), size = n + m;
+    std::vector<std::vector<Node>> A(size, std::vector<Node>(size + 1, p_.number(0)));
+    for (int r = 0; r < n; ++r) {
+      for (int c = 0; c < n; ++c) A[r][c] = scene_.M[r][c];
+      for (int c = 0; c < m; ++c) A[r][n + c] = p_.neg(columns_[c][r]);
+      A[r][size] = scene_.f[r];
+    }
+    for (int r = 0; r < m; ++r) {
+      for (int c = 0; c < n; ++c) A[n + r][c] = rows_[r][c];
+      A[n + r][size] = right_[r];
+    }
+    for (int i = 0; i < size; ++i) eliminate_column(A, i);
+    std::vector<Node> solution(size);
+    for (int i = size - 1; i >= 0; --i) {
+      Node sum = A[i][size];
+      for (int c = i + 1; c < size; ++c) sum = p_.sub(sum, p_.mul(A[i][c], solution[c]));
+      solution[i] = p_.div(sum, A[i][i]);
+    }
+    return solution;
+  }
+
+  /// The pivot is the largest entry that is certainly not zero.
+  void eliminate_column(std::vector<std::vector<Node>>& A, int i) {
+    const int size = static_cast<int>(A.size());
+    int pivot = -1;
+    double largest = 0;
+    for (int r = i; r < size; ++r) {
+      if (p_.is_zero(A[r][i])) continue;
+      const Ball value = p_.value_of(A[r][i]);
+      if (value.sign() == Sign::unknown || !(std::abs(value.nearest()) > largest)) continue;
+      largest = std::abs(value.nearest());
+      pivot = r;
+    }
+    if (pivot < 0) throw Undecided("the equations of motion may be singular (redundant contacts)");
+    std::swap(A[i], A[pivot]);
+    for (int r = i + 1; r < size; ++r) {
+      if (p_.is_zero(A[r][i])) continue;
+      const Node factor = p_.div(A[r][i], A[i][i]);
+      for (int c = i + 1; c <= size; ++c) A[r][c] = p_.sub(A[r][c], p_.mul(factor, A[i][c]));
+    }
+  }
+
+  void add_events(int i) {
+    const ContactFormulas& contact = scene_.contacts[i];
+    auto& events = motion_.events;
+    if (modes_[i] == Mode::open) {
+      events.push_back({contact.gap, EventKind::impact, i});
+      return;
+    }
+    const Node force = motion_.normal_force[i];
+    if (!contact.is_bilateral) events.push_back({force, EventKind::detach, i});
+    if (modes_[i] == Mode::slip_plus) events.push_back({contact.v_t[0], EventKind::slip_end, i});
+    if (modes_[i] == Mode::slip_minus) events.push_back({p_.neg(contact.v_t[0]), EventKind::slip_end, i});
+    if (modes_[i] == Mode::slip) events.push_back({p_.dot(contact.v_t, contact.v_t), EventKind::slip_end, i});
+    if (modes_[i] != Mode::stick) return;
+    const Node bound = p_.mul(p_.constant(contact.mu), force);
+    const auto& friction = motion_.friction[i];
+    if (contact.n_t() == 1) {
+      events.push_back({p_.sub(bound, friction[0]), EventKind::cone, i, 1});
+      events.push_back({p_.add(bound, friction[0]), EventKind::cone, i, -1});
+    } else {
+      events.push_back({p_.sub(p_.mul(bound, bound), p_.dot(friction, friction)), EventKind::cone, i});
+    }
+  }
+
+  void collect_schedule() {
+    std::vector<Node> outputs = motion_.acceleration;
+    const auto append = [&](const std::vector<Node>& nodes) {
+      outputs.insert(outputs.end(), nodes.begin(), nodes.end());
+    };
+    append(scene_.q);
+    append(scene_.v);
+    outputs.push_back(scene_.clock);
+    for (const auto& event : motion_.events) outputs.push_back(event.node);
+    for (const auto& contact : scene_.contacts) {
+      outputs.push_back(contact.gap);
+      append(contact.v_t);
+    }
+    motion_.schedule = p_.schedule(outputs);
+  }
+
+  const SceneFormulas& scene_;
+  const std::vector<Mode>& modes_;
+  SeriesProgram& p_;
+  ModeMotion motion_;
+  std::vector<std::pair<int, int>> unknowns_;  ///< contact, and direction or -1 for the normal
+  std::vector<std::vector<Node>> columns_, rows_;
+  std::vector<Node> right_;
+};
+
+}  // namespace
+
+ModeMotion mode_motion(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program) {
+  return ModeEquations(scene, modes, program).derive();
+}
+
+MomentumGroups momentum_groups(const SceneFormulas& scene, const std::vector<int>& contacts,
+                               const SeriesProgram& program) {
+  DisjointSets sets(scene.n);
+  for (int a = 0; a < scene.n; ++a) {
+    for (int b = 0; b < scene.n; ++b) {
+      if (!program.is_zero(scene.M[a][b])) sets.join(a, b);
+    }
+  }
+  std::vector<int> first;
+  for (const int i : contacts) {
+    const ContactFormulas& contact = scene.contacts[i];
+    int begin = -1;
+    for (int k = 0; k < scene.n; ++k) {
+      bool pushes = !program.is_zero(contact.J_n[k]);
+      for (const auto& direction : contact.J_t) pushes = pushes || !program.is_zero(direction[k]);
+      if (!pushes) continue;
+      if (begin < 0) begin = k;
+      sets.join(begin, k);
+    }
+    first.push_back(begin);
+  }
+  MomentumGroups groups;
+  for (int k = 0; k < scene.n; ++k) groups.of_coordinate.push_back(sets.of(k));
+  for (std::size_t k = 0; k < contacts.size(); ++k)
+    groups.of_contact.push_back(first[k] < 0 ? -1 - contacts[k] : sets.of(first[k]));
+  return groups;
+}
+
+}  // namespace ricochet::reference::certified

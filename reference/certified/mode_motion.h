@@ -1,0 +1,72 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "reference/certified/scene_formulas.h"
+
+/// @file
+/// ModeMotion: accelerations, forces and event functions of one combination of contact modes.
+
+namespace ricochet::reference::certified {
+
+/// Mode of a contact.
+enum class Mode {
+  open,        ///< no force
+  closed,      ///< touches, without friction
+  stick,       ///< does not slip
+  slip_plus,   ///< planar, v_t >= 0
+  slip_minus,  ///< planar, v_t <= 0
+  slip         ///< in space, v_t != 0
+};
+/// As in reference/data: open, closed, stick, slip+, slip-, slip.
+const char* name_of(Mode mode);
+/// The modes of all contacts as texts.
+std::vector<std::string> names_of(const std::vector<Mode>& modes);
+
+/// Kinds of events of a smooth motion.
+enum class EventKind {
+  impact,    ///< an open gap closes
+  detach,    ///< a normal force vanishes
+  slip_end,  ///< a slip velocity vanishes
+  cone       ///< a sticking force reaches the friction cone
+};
+
+/// A function that is positive until its event.
+struct EventFunction {
+  Node node = -1;
+  EventKind kind = EventKind::impact;
+  int contact = -1;
+  int side = 1;  ///< cone: sign of lambda_t
+};
+
+/// The smooth motion while the modes do not change. The forces follow from the equations of index 1
+///
+///     M a - sum_j c_j lambda_j = f                                                                              (1)
+///     d/dt v_n = 0 of every contact that is closed, with the column c = J_n, or J_n -+ mu J_t while it slips      (2)
+///     d/dt v_t = 0 of every contact that sticks, with the column c = J_t                                          (3)
+///
+/// which are eliminated symbolically. Gaps and rates that are zero at the beginning stay zero.
+struct ModeMotion {
+  std::vector<Node> acceleration;             ///< n
+  std::map<int, Node> normal_force;           ///< of contacts that are closed [N]
+  std::map<int, std::vector<Node>> friction;  ///< of contacts that stick, n_t each [N]
+  std::vector<EventFunction> events;          ///< all must stay positive
+  std::vector<Node> schedule;                 ///< everything above, with q, v, gaps and slip velocities
+};
+
+/// Derives the motion of the `modes`. Pivots are chosen by the current values of the program.
+/// @throws Undecided if the equations may be singular, as of redundant contacts
+ModeMotion mode_motion(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program);
+
+/// Sets between which no momentum passes through M and the contacts of a list. Labels are coordinates.
+struct MomentumGroups {
+  std::vector<int> of_coordinate;  ///< n labels
+  std::vector<int> of_contact;     ///< in the order of the list; -1 - i of a contact i that pushes nothing
+};
+/// Groups that are joined by M and by the forces of `contacts`.
+MomentumGroups momentum_groups(const SceneFormulas& scene, const std::vector<int>& contacts,
+                               const SeriesProgram& program);
+
+}  // namespace ricochet::reference::certified

@@ -1,0 +1,306 @@
+#include "reference/certified/scene_formulas.h"
+
+#include <fmt/format.h>
+#include <ginac/ginac.h>
+
+#include <map>
+
+#include "problems/derivatives/symbolic_problem.h"
+
+namespace ricochet::reference::certified {
+namespace {
+
+using GiNaC::ex;
+using GiNaC::numeric;
+
+/// A double or an inexact number of GiNaC as a rational number.
+numeric as_read(double value, Reading reading) {
+  return reading == Reading::decimal ? shortest_decimal(value) : exact_value(value);
+}
+
+/// Replaces every number of a formula by a rational number.
+struct ExactNumbers : GiNaC::map_function {
+  explicit ExactNumbers(Reading r) : reading(r) {}
+  ex operator()(const ex& e) override {
+    if (!GiNaC::is_a<numeric>(e)) return e.map(*this);
+    const auto& number = GiNaC::ex_to<numeric>(e);
+    if (number.is_integer() || (number.is_rational() && reading == Reading::decimal)) return e;
+    if (!number.is_real()) throw Unsupported("a formula contains a complex number");
+    return as_read(number.to_double(), reading);
+  }
+  Reading reading;
+};
+
+/// Rules of angles: sin(-x) = -sin(x), sin(asin(x)) = x, cos(asin(x)) = sqrt(1 - x^2), and cos(x)^2 = 1 - sin(x)^2 last.
+struct AngleRules : GiNaC::map_function {
+  ex operator()(const ex& e) override {
+    const ex inner = e.map(*this);
+    if (GiNaC::is_a<GiNaC::power>(inner) && is_call(inner.op(0), "cos") && inner.op(1).info(GiNaC::info_flags::posint) &&
+        GiNaC::ex_to<numeric>(inner.op(1)) <= 20) {
+      const int n = GiNaC::ex_to<numeric>(inner.op(1)).to_int();
+      const ex x = inner.op(0).op(0);
+      return pow(1 - pow(GiNaC::sin(x), 2), n / 2) * pow(GiNaC::cos(x), n % 2);
+    }
+    const bool is_sine = is_call(inner, "sin");
+    if (!is_sine && !is_call(inner, "cos")) return inner;
+    ex x = inner.op(0);
+    const bool is_negative = is_call(-x, "asin");
+    if (is_negative) x = -x;
+    if (!is_call(x, "asin")) return inner;
+    if (!is_sine) return sqrt(1 - pow(x.op(0), 2));
+    return is_negative ? ex(-x.op(0)) : x.op(0);
+  }
+  static bool is_call(const ex& e, const char* name) {
+    return GiNaC::is_a<GiNaC::function>(e) && GiNaC::ex_to<GiNaC::function>(e).get_name() == name;
+  }
+};
+
+/// Translates formulas of GiNaC into nodes.
+class Translator {
+ public:
+  explicit Translator(SeriesProgram& program) : program_(program) {}
+
+  void bind(const GiNaC::symbol& symbol, Node node) { nodes_[symbol] = node; }
+
+  Node operator()(const ex& e) {
+    if (const auto known = nodes_.find(e); known != nodes_.end()) return known->second;
+    const Node node = translate(e);
+    nodes_.emplace(e, node);
+    return node;
+  }
+
+ private:
+  Node translate(const ex& e) {
+    if (GiNaC::is_a<numeric>(e)) return program_.constant(program_.precision().ball(GiNaC::ex_to<numeric>(e)));
+    if (e.is_equal(GiNaC::Pi)) return program_.constant(pi());
+    if (GiNaC::is_a<GiNaC::add>(e)) return sum(e);
+    if (GiNaC::is_a<GiNaC::mul>(e)) return product(e);
+    if (GiNaC::is_a<GiNaC::power>(e)) return power(e.op(0), e.op(1));
+    if (GiNaC::is_a<GiNaC::function>(e)) return call(GiNaC::ex_to<GiNaC::function>(e));
+    throw Unsupported(fmt::format("a formula contains {}, which has no value", print(e)));
+  }
+
+  Ball pi() const {
+    Ball pi;
+    arb_const_pi(pi.get(), program_.precision().bits);
+    return pi;
+  }
+
+  Node sum(const ex& e) {
+    Node total = program_.number(0);
+    for (const ex& term : e) total = program_.add(total, (*this)(term));
+    return total;
+  }
+
+  /// Numerator over denominator.
+  Node product(const ex& e) {
+    Node top = program_.number(1), bottom = top;
+    for (const ex& factor : e) {
+      const bool divides = GiNaC::is_a<GiNaC::power>(factor) && factor.op(1).info(GiNaC::info_flags::negative);
+      Node& side = divides ? bottom : top;
+      side = program_.mul(side, divides ? power(factor.op(0), -factor.op(1)) : (*this)(factor));
+    }
+    return program_.div(top, bottom);
+  }
+
+  Node power(const ex& base, const ex& exponent) {
+    if (GiNaC::is_a<numeric>(exponent)) {
+      const auto& number = GiNaC::ex_to<numeric>(exponent);
+      if (number.is_negative()) return program_.div(program_.number(1), power(base, -exponent));
+      const numeric twice = 2 * number;
+      if (twice.is_integer() && twice < 200) {
+        const int n = twice.to_int();
+        const Node whole = whole_power((*this)(base), n / 2);
+        return n % 2 ? program_.mul(whole, program_.sqrt((*this)(base))) : whole;
+      }
+    }
+    return program_.exp(program_.mul((*this)(exponent), program_.log((*this)(base))));
+  }
+
+  Node whole_power(Node base, int n) {
+    if (n == 0) return program_.number(1);
+    const Node half = whole_power(base, n / 2), square = program_.mul(half, half);
+    return n % 2 ? program_.mul(square, base) : square;
+  }
+
+  Node call(const GiNaC::function& f) {
+    const std::string name = f.get_name();
+    if (name == "magnitude" || name == "abs" || name == "sign" || name == "csgn" || name == "choose")
+      throw Unsupported(fmt::format("a formula bends or jumps: {}", name));
+    const Node x = (*this)(f.op(0));
+    auto& p = program_;
+    if (name == "sin") return p.sin(x);
+    if (name == "cos") return p.cos(x);
+    if (name == "tan") return p.div(p.sin(x), p.cos(x));
+    if (name == "exp") return p.exp(x);
+    if (name == "log") return p.log(x);
+    if (name == "atan") return p.atan(x);
+    if (name == "asin") return p.asin(x);
+    if (name == "acos") return p.sub(p.div(p.constant(pi()), p.number(2)), p.asin(x));
+    if (name == "atan2") return atan2(x, (*this)(f.op(1)));
+    if (name == "sinh" || name == "cosh" || name == "tanh") return hyperbolic(name, x);
+    throw Unsupported(fmt::format("a formula contains {}, which has no series here", name));
+  }
+
+  /// 2 atan(y / (sqrt(x^2 + y^2) + x)), which is smooth except where y = 0, x <= 0.
+  Node atan2(Node y, Node x) {
+    auto& p = program_;
+    const Node length = p.sqrt(p.add(p.mul(x, x), p.mul(y, y)));
+    return p.mul(p.number(2), p.atan(p.div(y, p.add(length, x))));
+  }
+
+  Node hyperbolic(const std::string& name, Node x) {
+    auto& p = program_;
+    const Node grows = p.exp(x), falls = p.div(p.number(1), grows);
+    const Node twice_sinh = p.sub(grows, falls), twice_cosh = p.add(grows, falls);
+    if (name == "tanh") return p.div(twice_sinh, twice_cosh);
+    return p.div(name == "sinh" ? twice_sinh : twice_cosh, p.number(2));
+  }
+
+  static std::string print(const ex& e) {
+    std::ostringstream text;
+    text << e;
+    return text.str();
+  }
+
+  SeriesProgram& program_;
+  std::map<ex, Node, GiNaC::ex_is_less> nodes_;
+};
+
+/// Reads a scene: exact formulas first, nodes next.
+class SceneTranslation {
+ public:
+  SceneTranslation(const Problem& problem, Reading reading, SeriesProgram& program)
+      : problem_(problem),
+        model_(problem.formulas()->model()),
+        reading_(reading),
+        exact_(reading),
+        program_(program),
+        translate_(program) {
+    for (std::size_t k = 0; k < model_.parameters.size(); ++k)
+      parameters_[model_.parameter_symbols[k]] = as_read(model_.parameters[k].value, reading);
+  }
+
+  SceneFormulas run() {
+    scene_.n = static_cast<int>(model_.q.size());
+    for (const auto& q : model_.q) translate_.bind(q, add(scene_.q, program_.state()));
+    for (const auto& v : model_.v) translate_.bind(v, add(scene_.v, program_.state()));
+    scene_.clock = program_.state();
+    translate_.bind(model_.t, scene_.clock);
+    read_start();
+    read_dynamics();
+    for (const auto& contact : model_.contacts) read_contact(contact);
+    return std::move(scene_);
+  }
+
+ private:
+  static Node add(std::vector<Node>& list, Node node) {
+    list.push_back(node);
+    return node;
+  }
+  ex exact(const ex& e) { return exact_(e).subs(parameters_, GiNaC::subs_options::no_pattern); }
+  Node node(const ex& e) { return translate_(exact(e)); }
+  Ball number(const ex& e) {
+    const Node n = node(e);
+    if (!program_.is_constant(n)) throw Unsupported("a number of the scene depends on the motion");
+    return program_.value_of(n);
+  }
+
+  /// q0, v0 and T. Those of the problem hold if they are not those of the formulas.
+  void read_start() {
+    const ProblemInfo& info = problem_.info();
+    const auto read = [&](const SymbolicModel::Expressions& stated, const std::vector<GiNaC::symbol>& symbols,
+                          const Vector& current) {
+      for (std::size_t k = 0; k < stated.size(); ++k) {
+        const double value = current[static_cast<Eigen::Index>(k)];
+        const ex start = model_.number(stated[k]) == value ? exact(stated[k]) : ex(as_read(value, reading_));
+        start_[symbols[k]] = start;
+        scene_.start.push_back(number(start));
+      }
+    };
+    read(model_.q0, model_.q, info.q0);
+    read(model_.v0, model_.v, info.v0);
+    start_[model_.t] = 0;
+    scene_.end_time = number(model_.end_time);
+  }
+
+  void read_dynamics() {
+    for (const auto& row : model_.mass) {
+      scene_.M.emplace_back();
+      for (const ex& entry : row) scene_.M.back().push_back(node(entry));
+    }
+    for (std::size_t i = 0; i < model_.force.size(); ++i) {
+      ex total = model_.force[i];
+      for (std::size_t k = 0; !model_.input.empty() && k < model_.control.size(); ++k)
+        total += model_.input[i][k] * model_.control[k];
+      scene_.f.push_back(node(total));
+    }
+  }
+
+  /// Whether a formula of q, v and t is zero at the start, by the rules of algebra.
+  bool is_zero_at_start(const ex& e) const {
+    try {
+      const ex value = e.subs(start_, GiNaC::subs_options::no_pattern);
+      if (value.is_zero() || value.expand().is_zero()) return true;
+      AngleRules rules;
+      const ex simpler = rules(rules(value).expand()).expand();
+      return simpler.is_zero() || simpler.normal().is_zero();
+    } catch (const std::exception&) {  // a division by zero
+      return false;
+    }
+  }
+
+  void read_contact(const SymbolicModel::Contact& stated) {
+    ContactFormulas contact;
+    contact.name = stated.name;
+    contact.is_bilateral = stated.is_bilateral;
+    contact.eps_r = number(stated.eps_r);
+    contact.mu = number(stated.mu);
+    const ex gap = exact(stated.gap);
+    contact.gap = translate_(gap);
+    ex v_n = gap.diff(model_.t);
+    for (std::size_t k = 0; k < model_.q.size(); ++k) {
+      contact.J_n.push_back(program_.derivative(contact.gap, scene_.q[k]));
+      v_n += gap.diff(model_.q[k]) * model_.v[k];
+    }
+    contact.v_n = program_.add(program_.dot(contact.J_n, scene_.v), program_.derivative(contact.gap, scene_.clock));
+    contact.gap_is_zero = is_zero_at_start(gap);
+    contact.v_n_is_zero = is_zero_at_start(v_n);
+    contact.v_t_is_zero = true;
+    for (std::size_t d = 0; !contact.mu.is_zero() && d < stated.tangents.size(); ++d) {
+      ex v_t = stated.drives.empty() ? ex(0) : exact(stated.drives[d]);
+      std::vector<Node> direction;
+      Node slip = translate_(v_t);
+      for (std::size_t k = 0; k < model_.q.size(); ++k) {
+        const ex entry = exact(stated.tangents[d][k]);
+        direction.push_back(translate_(entry));
+        v_t += entry * model_.v[k];
+      }
+      slip = program_.add(program_.dot(direction, scene_.v), slip);
+      contact.J_t.push_back(direction);
+      contact.v_t.push_back(slip);
+      contact.v_t_is_zero = contact.v_t_is_zero && is_zero_at_start(v_t);
+    }
+    scene_.contacts.push_back(std::move(contact));
+  }
+
+  const Problem& problem_;
+  const SymbolicModel& model_;
+  Reading reading_;
+  ExactNumbers exact_;
+  SeriesProgram& program_;
+  Translator translate_;
+  GiNaC::exmap parameters_, start_;
+  SceneFormulas scene_;
+};
+
+}  // namespace
+
+SceneFormulas scene_formulas(const Problem& problem, Reading reading, SeriesProgram& program) {
+  if (!problem.formulas()) throw Unsupported("the scene is not made of formulas");
+  if (problem.info().impact_law.hypothesis != ImpactHypothesis::newton)
+    throw Unsupported(fmt::format("impact law {}", name_of(problem.info().impact_law.hypothesis)));
+  return SceneTranslation(problem, reading, program).run();
+}
+
+}  // namespace ricochet::reference::certified

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "problems/problem.h"
+#include "reference/certified/certified_motion.h"
+#include "reference/certified/series_program.h"
+
+/// @file
+/// SceneFormulas: a scene as nodes of a SeriesProgram, with exact numbers.
+
+namespace ricochet::reference::certified {
+
+/// The scene has a feature for which there is no proof; more digits do not help.
+struct Unsupported : std::runtime_error {
+  using std::runtime_error::runtime_error;  ///< With the reason.
+};
+/// A sign could not be decided at this precision.
+struct Undecided : std::runtime_error {
+  using std::runtime_error::runtime_error;  ///< With the reason.
+};
+
+/// Contact i: gap f_c, J_n = grad f_c, v_n = J_n' v + df_c/dt, v_t = J_t' v + drive.
+struct ContactFormulas {
+  std::string name;                                         ///< as in ContactInfo
+  Ball eps_r, mu;                                           ///< Newton's restitution, Coulomb's friction
+  bool is_bilateral = false;                                ///< a constraint
+  Node gap = -1, v_n = -1;                                  ///< f_c [m], v_n [m/s]
+  std::vector<Node> J_n;                                    ///< n_q
+  std::vector<std::vector<Node>> J_t;                       ///< n_t directions with n_q entries; none without friction
+  std::vector<Node> v_t;                                    ///< n_t slip velocities [m/s]
+  bool gap_is_zero = false;                                 ///< at t = 0, proven by formulas, as are the next two
+  bool v_n_is_zero = false;                                 ///< v_n = 0 at t = 0
+  bool v_t_is_zero = false;                                 ///< v_t = 0 at t = 0, all directions
+  int n_t() const { return static_cast<int>(J_t.size()); }  ///< Tangent directions.
+};
+
+/// The equations M(q) v' = f(q, v, t) + contact forces, with the control in f. Time is a variable, the clock.
+struct SceneFormulas {
+  int n = 0;                         ///< coordinates, without a clock
+  std::vector<Node> q, v;            ///< n each
+  Node clock = -1;                   ///< t
+  std::vector<std::vector<Node>> M;  ///< n rows of n
+  std::vector<Node> f;               ///< n
+  std::vector<ContactFormulas> contacts;
+  std::vector<Ball> start;                                       ///< q0, then v0
+  Ball end_time;                                                 ///< [s]
+  int n_c() const { return static_cast<int>(contacts.size()); }  ///< Contacts.
+};
+
+/// Translates the formulas of the `problem` into nodes of the `program`. Every number is taken as a rational number,
+/// read as `reading` says. An initial state that was set by Problem::set_initial_state() is read in the same way.
+/// @throws Unsupported if there are no formulas, or if one of them bends, jumps, or has a function without a series
+SceneFormulas scene_formulas(const Problem& problem, Reading reading, SeriesProgram& program);
+
+}  // namespace ricochet::reference::certified

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <chrono>
+
+#include "reference/certified/first_root.h"
+#include "reference/certified/mode_motion.h"
+
+/// @file
+/// Taylor series of a motion, the length of a step, and the proof of the remainder by Picard's operator.
+
+namespace ricochet::reference::certified {
+
+/// The time limit is exceeded.
+struct OutOfTime : std::runtime_error {
+  using std::runtime_error::runtime_error;  ///< With the limit.
+};
+
+/// Wall time limit of a proof.
+class TimeLimit {
+ public:
+  explicit TimeLimit(double seconds) : begin_(Clock::now()), limit_(seconds) {}
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }  ///< Until now.
+  void check() const;  ///< @throws OutOfTime
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point begin_;
+  double limit_;
+};
+
+/// Variational equation of a motion: Phi' = D(v, a)/D(q, v) Phi, in the same program.
+struct Variation {
+  std::vector<std::vector<Node>> phi;  ///< 2n x 2n variables
+  std::vector<std::vector<Node>>
+      rate;                    ///< n x 2n, derivative of the lower half; that of the upper half is the lower half
+  std::vector<Node> schedule;  ///< what the ModeMotion does not compute already
+};
+
+/// Series of q' = v, v' = a on [0, h]. With p the Taylor polynomial of degree N, Picard's operator maps the set
+///
+///     { p(t) + (t/h)^(N+1) r(t):  |r| <= rho }                                                                  (1)
+///
+/// into itself if h (|c_N| h^N / (N+1) + rho_a / (N+2)) <= rho, where c_N and rho_a are those of v or a. By Schauder's
+/// theorem it contains a solution, which is the only one because all formulas are smooth there. The contraction is
+/// h L / (N+2), not h L, so that h is nearly the step of a method without proof.
+class TaylorStep {
+ public:
+  TaylorStep(const SceneFormulas& scene, SeriesProgram& program, const TimeLimit& limit)
+      : scene_(scene), p_(program), limit_(limit) {}
+
+  /// Sets the variables' values: q and v from `x`, 2n, and the clock.
+  void load(const std::vector<Ball>& x, const Ball& t);
+  /// Coefficients up to `order` of everything in motion.schedule, from loaded values.
+  void expand(const ModeMotion& motion, int order);
+  /// The same together with the variation from Phi(0) = Q, of 2n columns; the variation with kVariationBits.
+  void expand(const ModeMotion& motion, const Variation& variation, const std::vector<std::vector<Ball>>& Q);
+
+  /// A step length of Jorba and Zou, by the last coefficients of velocities and event functions [s].
+  double suggested_length(const ModeMotion& motion) const;
+  /// Whether the remainders on [0, h] are proven; they are in the program then.
+  bool validate(const ModeMotion& motion, double h);
+  /// The same for the variation, after validate().
+  bool validate(const Variation& variation, double h);
+
+  /// f(tau h) / tau^vanishing, of a node whose first `vanishing` coefficients are exactly zero.
+  void polynomial(BoundedPolynomial& f, Node node, double h, int vanishing) const;
+  /// Value of a node at t = tau h.
+  Ball at(Node node, double h, const Ball& tau, slong bits) const;
+
+  static constexpr slong kVariationBits = 96;  ///< the variation multiplies radii only
+
+ private:
+  /// A variable and its derivative with respect to time.
+  using Rates = std::vector<std::pair<Node, Node>>;
+  Rates rates(const ModeMotion& motion) const;
+  Rates rates(const Variation& variation) const;
+  void integrate(const Rates& rates, int k, slong bits);
+  bool contract(const std::vector<Node>& schedule, const Rates& rates, double h, int most_iterations);
+
+  const SceneFormulas& scene_;
+  SeriesProgram& p_;
+  const TimeLimit& limit_;
+};
+
+/// Adds the variational equation of a motion. @param phi  2n x 2n variables
+Variation variation_of(const ModeMotion& motion, const SceneFormulas& scene, std::vector<std::vector<Node>> phi,
+                       SeriesProgram& program);
+
+}  // namespace ricochet::reference::certified
