@@ -187,6 +187,39 @@ concept TakesTime = HasDrives<Scene> || HasControlOfTime<Scene> || requires(cons
 template <class Scene>
 constexpr std::size_t n_q = std::tuple_size_v<decltype(std::declval<const Scene>().q0())>;
 
+template <class Array>
+constexpr std::size_t length = std::tuple_size_v<std::remove_cvref_t<Array>>;
+
+/// Rejects a scene whose members have different numbers of coordinates or contacts.
+template <class Scene>
+constexpr bool sizes_agree() {
+  using S = const Scene&;
+  using Q = decltype(std::declval<S>().q0());
+  using T = decltype(std::declval<S>().end_time());
+  constexpr std::size_t n = length<Q>;
+  static_assert(length<decltype(std::declval<S>().v0())> == n, "v0() needs as many numbers as q0()");
+  static_assert(length<decltype(mass_of(std::declval<S>(), std::declval<Q>()))> == n,
+                "mass() needs as many rows as q0() has numbers");
+  static_assert(
+      length<decltype(force_of(std::declval<S>(), std::declval<Q>(), std::declval<Q>(), std::declval<T>()))> == n,
+      "force() needs as many numbers as q0()");
+  if constexpr (HasContacts<Scene>) {
+    constexpr std::size_t n_c = length<decltype(std::declval<S>().contacts())>;
+    static_assert(length<decltype(gap_of(std::declval<S>(), std::declval<Q>(), std::declval<T>()))> == n_c,
+                  "gap() needs as many numbers as contacts() has entries");
+    if constexpr (HasTangents<Scene>)
+      static_assert(length<decltype(tangents_of(std::declval<S>(), std::declval<Q>(), std::declval<T>()))> == n_c,
+                    "tangents() needs as many entries as contacts()");
+    if constexpr (HasDrives<Scene>)
+      static_assert(length<decltype(std::declval<S>().drives(std::declval<Q>(), std::declval<T>()))> == n_c,
+                    "drives() needs as many entries as contacts()");
+  }
+  if constexpr (HasControl<Scene>)
+    static_assert(length<decltype(input_of(std::declval<S>(), std::declval<Q>(), std::declval<T>()))> == n,
+                  "input() needs as many rows as q0() has numbers");
+  return true;
+}
+
 template <std::size_t n>
 std::array<double, n> load(const double* x) {
   std::array<double, n> values;
@@ -346,6 +379,7 @@ Scene<double> scene_with(const ParameterChanges& changes) {
 /// @returns true, so that a constant of that file can be initialised by it
 template <template <class> class Scene>
 bool register_scene(const char* file = __builtin_FILE()) {
+  static_assert(scene_detail::sizes_agree<Scene<double>>());
   const auto text = Scene<double>::text;
   SceneEntry entry{text.id, text.title, text.source, text.hard_feature, nullptr};
   entry.file = file;

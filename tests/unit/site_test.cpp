@@ -86,7 +86,9 @@ TEST(Scheme, HasEquationsOrSaysWhyNot) {
     if (method.file.empty()) continue;                               // a plugin that could not be loaded
     if (method.file.find("/tests/") != std::string::npos) continue;  // methods of other tests in this program
     const auto scheme = scheme_of(method);
-    ASSERT_TRUE(scheme) << method.name;
+    ASSERT_TRUE(scheme) << method.file
+                        << ": the comment at its top states the scheme; equations are indented lines that "
+                           "end in ' (1)'";
     if (scheme->text.find("No equations: ") != std::string::npos) continue;
     EXPECT_GE(count_equations(scheme->text), 2) << method.name << ", " << scheme->file;
   }
@@ -96,7 +98,7 @@ TEST(Statement, IsTheCommentAboveAScene) {
   for (const auto& scene : scenes()) {
     if (!scene.solution.empty()) continue;  // has no file
     const auto statement = statement_of(scene);
-    ASSERT_TRUE(statement) << scene.id;
+    ASSERT_TRUE(statement) << scene.file << ": a comment of three lines // or more stands above the class";
     EXPECT_NE(statement->text.find('\n'), std::string::npos) << scene.id;
     EXPECT_EQ(statement->text.find("//"), std::string::npos) << scene.id;
   }

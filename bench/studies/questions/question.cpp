@@ -202,7 +202,7 @@ void show_question(const Question& question, const Results& results, Section& se
   if (question.after) question.after(results, answers, section);
   section.details("runs", run_table(question, answers));
   section.failures("failures", failures_table(answers));
-  section.result("threads", threads_table(results));
+  if (const Table threads = threads_table(results); !threads.rows.empty()) section.result("threads", threads);
 }
 
 }  // namespace
