@@ -16,12 +16,12 @@
 namespace ricochet::reference::certified {
 namespace {
 
-constexpr slong kBits = 400;
+constexpr slong kIntervalBits = 400;
 
 /// The interval that a number states.
 Ball interval(const CertifiedNumber& number) {
   Ball ball;
-  arb_set_str(ball.get(), number.text.c_str(), kBits);
+  arb_set_str(ball.get(), number.text.c_str(), kIntervalBits);
   Magnitude radius;
   mag_set_d(radius.get(), number.radius);
   ball.widen(radius.get());
@@ -30,7 +30,7 @@ Ball interval(const CertifiedNumber& number) {
 
 Ball decimal_ball(const std::string& text) {
   Ball ball;
-  arb_set_str(ball.get(), text.c_str(), kBits);
+  arb_set_str(ball.get(), text.c_str(), kIntervalBits);
   return ball;
 }
 
@@ -38,7 +38,7 @@ Ball decimal_ball(const std::string& text) {
 template <class... Arguments>
 Ball value_of(void (*function)(arb_t, const arb_t, slong), const Ball& x) {
   Ball result;
-  function(result.get(), x.get(), kBits);
+  function(result.get(), x.get(), kIntervalBits);
   return result;
 }
 
@@ -57,7 +57,7 @@ std::string point_mass(const std::string& force, const std::string& q0, const st
                      T, force, contacts);
 }
 
-const Precision kExact{kBits, 1};
+const Precision kExact{kIntervalBits, 1};
 
 TEST(CertifiedMotion, ParabolaIsExact) {
   const auto motion = motion_of(point_mass("-9.81", "0.3", "2", "0.7"));
