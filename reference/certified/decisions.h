@@ -74,7 +74,7 @@ class Decisions {
   ///     slip+-: lambda_n > 0, and d/dt v_t > 0 or < 0 where v_t = 0
   ///
   /// Where a left-hand side is exactly zero, its first derivative that is not decides. A combination whose forces are
-  /// zero by their formulas has the motion of the one in which these contacts are open, which is not another alternative.
+  /// zero by their formulas has the motion of the one in which these contacts are open; they are one alternative.
   ///
   /// @param slip_sign  of v_t, of all contacts; 0 where it is exactly zero
   /// @throws Undecided, Unsupported

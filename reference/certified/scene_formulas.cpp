@@ -31,7 +31,7 @@ struct ExactNumbers : GiNaC::map_function {
   Reading reading;
 };
 
-/// Rules of angles: sin(-x) = -sin(x), sin(asin(x)) = x, cos(asin(x)) = sqrt(1 - x^2), and cos(x)^2 = 1 - sin(x)^2 last.
+/// Rules of angles: sin(-x) = -sin(x), sin(asin(x)) = x, cos(asin(x)) = sqrt(1 - x^2), cos(x)^2 = 1 - sin(x)^2.
 struct AngleRules : GiNaC::map_function {
   ex operator()(const ex& e) override {
     const ex inner = e.map(*this);

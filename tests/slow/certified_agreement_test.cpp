@@ -40,8 +40,8 @@ double difference(const CertifiedMotion& proven, const Solution& solution) {
   return largest;
 }
 
-/// On all compiled scenes whose motion is proven, references are right within their claim. Numbers are those of doubles,
-/// which references integrate.
+/// On all compiled scenes whose motion is proven, references are right within their claim. Numbers are doubles, as in
+/// the references.
 TEST(CertifiedAgreement, ReferencesAreRightWithinTheirClaim) {
   if (!can_certify()) GTEST_SKIP() << "built without Arb";
   int n_compared = 0;
