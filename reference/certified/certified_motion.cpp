@@ -65,7 +65,7 @@ Attempt attempt(const Problem& problem, const Options& options, const TimeLimit&
     } catch (const Unsupported& error) {
       end(error.what());
     }
-  } catch (const Unsupported& error) {  // no formulas
+  } catch (const std::exception& error) {  // no formulas, or formulas without a value, such as 1/0
     stop(error.what());
   }
   return result;

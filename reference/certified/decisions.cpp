@@ -36,6 +36,7 @@ bool Verdict::add(Sign sign, const std::string& alternative) {
 
 void Verdict::require_one(const std::string& what) const {
   if (n_proven_ == 1 && n_undecided_ == 0) return;
+  if (all_are_refuted()) throw Unsupported(what + ": every combination violates the contact laws strictly");
   throw Undecided(fmt::format("{}: {} alternatives proven, {} undecided{}", what, n_proven_, n_undecided_,
                               undecided_.empty() ? "" : ", for example " + undecided_));
 }
@@ -68,39 +69,52 @@ std::string Decisions::names(const std::vector<int>& candidates, const Combinati
   return text;
 }
 
-/// Inequalities (1). The series of `motion` must be there up to order 2.
+/// Inequalities (1): the first coefficient of every event function that is not exactly zero is positive. The series of
+/// `motion` must be there up to `order`. @returns unknown if more orders are needed
 Sign Decisions::check_modes(const std::vector<int>& candidates, const std::vector<int>& slip_sign,
-                            const ModeMotion& motion, const std::vector<Mode>& modes) {
-  const Precision& a = p_.precision();
+                            const ModeMotion& motion, int order) {
   std::vector<Sign> signs;
-  for (const int i : candidates) {
-    const ContactFormulas& contact = scene_.contacts[i];
-    if (modes[i] == Mode::open) {
-      signs.push_back(p_.is_constant(contact.gap) ? Sign::unknown : Ball(p_.coefficient(contact.gap, 2)).sign());
-      continue;
+  for (const EventFunction& event : motion.events) {
+    if (std::ranges::count(candidates, event.contact) == 0) continue;
+    int first = event.kind == EventKind::impact ? 2 : 0;  // f_c = v_n = 0
+    if (event.kind == EventKind::slip_end) {
+      if (slip_sign[event.contact] != 0) continue;
+      if (p_.is_constant(event.node)) return Sign::negative;  // no slip is possible
+      first = 1;
     }
-    const Ball force(p_.coefficient(motion.normal_force.at(i), 0));
-    if (!contact.is_bilateral) signs.push_back(force.sign());
-    if (modes[i] == Mode::stick) {
-      const Ball bound = a.mul(contact.mu, force);
-      Ball rest = a.mul(bound, bound);
-      for (const Node friction : motion.friction.at(i)) {
-        const Ball value(p_.coefficient(friction, 0));
-        rest = a.sub(rest, a.mul(value, value));
-      }
-      signs.push_back(rest.sign());
-    }
-    const bool plus = modes[i] == Mode::slip_plus;
-    if (slip_sign[i] == 0 && (plus || modes[i] == Mode::slip_minus)) {
-      if (p_.is_constant(contact.v_t[0])) {
-        signs.push_back(Sign::negative);
-        continue;
-      }
-      const Ball rate(p_.coefficient(contact.v_t[0], 1));
-      signs.push_back(plus ? rate.sign() : (-rate).sign());
-    }
+    const int k = p_.leading(event.node, first, order);
+    signs.push_back(k > order ? Sign::unknown : Ball(p_.coefficient(event.node, k)).sign());
   }
   return all_of(signs);
+}
+
+/// The sign of a combination, by two orders and, if coefficients vanish exactly, by more.
+void Decisions::check_alternative(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
+                                  const std::vector<int>& slip_sign, ModeAlternative& alternative) {
+  constexpr int kFirstOrder = 2, kLastOrder = 8;
+  try {
+    step_.load(x, t);
+    const ModeMotion motion = mode_motion(scene_, alternative.modes, p_);
+    for (const auto& [contact, force] : motion.normal_force) {
+      if (p_.is_zero(force) && scene_.contacts[contact].n_t() == 0) alternative.idle.push_back(contact);
+    }
+    for (const int order : {kFirstOrder, kLastOrder}) {
+      step_.load(x, t);
+      step_.expand(motion, order);
+      alternative.sign = check_modes(candidates, slip_sign, motion, order);
+      if (alternative.sign != Sign::unknown) return;
+    }
+  } catch (const Undecided&) {  // singular equations
+  }
+}
+
+/// Whether a combination differs from a proven one only in that contacts without force are open.
+bool Decisions::has_same_motion(const ModeAlternative& open, const ModeAlternative& proven) {
+  for (std::size_t i = 0; i < open.modes.size(); ++i) {
+    if (open.modes[i] == proven.modes[i]) continue;
+    if (open.modes[i] != Mode::open || std::ranges::count(proven.idle, static_cast<int>(i)) == 0) return false;
+  }
+  return true;
 }
 
 void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
@@ -109,22 +123,22 @@ void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const st
   std::vector<std::vector<Mode>> options;
   for (const int i : candidates) options.push_back(mode_options(i, slip_sign[i]));
   Combinations combination(std::move(options));
+  ModeAlternative best;
+  std::vector<ModeAlternative> undecided;
   Verdict verdict;
-  std::vector<Mode> best;
   do {
     limit_.check();
-    std::vector<Mode> modes = states.modes;
-    for (std::size_t k = 0; k < candidates.size(); ++k) modes[candidates[k]] = combination[k];
-    step_.load(x, t);
-    Sign sign = Sign::unknown;
-    try {
-      const ModeMotion motion = mode_motion(scene_, modes, p_);
-      step_.expand(motion, 2);
-      sign = check_modes(candidates, slip_sign, motion, modes);
-    } catch (const Undecided&) {  // singular equations
-    }
-    if (verdict.add(sign, names(candidates, combination))) best = modes;
+    ModeAlternative next;
+    next.modes = states.modes;
+    for (std::size_t k = 0; k < candidates.size(); ++k) next.modes[candidates[k]] = combination[k];
+    next.name = names(candidates, combination);
+    check_alternative(x, t, candidates, slip_sign, next);
+    if (next.sign == Sign::unknown) undecided.push_back(next);
+    if (next.sign == Sign::positive && verdict.add(next.sign, next.name)) best = next;
   } while (combination.next());
+  for (const auto& alternative : undecided) {
+    if (best.modes.empty() || !has_same_motion(alternative, best)) verdict.add(Sign::unknown, alternative.name);
+  }
   if (verdict.all_are_refuted()) {
     for (const int i : candidates) {
       if (scene_.contacts[i].n_t() == 2 && slip_sign[i] == 0)
@@ -133,10 +147,11 @@ void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const st
   }
   verdict.require_one("modes");
   for (const int i : candidates) {
-    states.modes[i] = best[i];
-    if (best[i] == Mode::open) states.vanishing_gap[i] = 2;
-    if (slip_sign[i] == 0 && (best[i] == Mode::slip_plus || best[i] == Mode::slip_minus)) states.vanishing_slip[i] = 1;
-    if (best[i] == Mode::stick && scene_.contacts[i].n_t() == 2) sticking_in_space_.push_back(i);
+    const Mode mode = best.modes[i];
+    states.modes[i] = mode;
+    if (mode == Mode::open) states.vanishing_gap[i] = 2;
+    if (slip_sign[i] == 0 && (mode == Mode::slip_plus || mode == Mode::slip_minus)) states.vanishing_slip[i] = 1;
+    if (mode == Mode::stick && scene_.contacts[i].n_t() == 2) sticking_in_space_.push_back(i);
   }
 }
 

@@ -7,7 +7,7 @@
 // whatever the order of the impacts:
 //
 //     q in Q = q(t_1) + [0, w] V,    V = hull(V-, V+)
-//     V- = v(t_1) + [0, w] A,    V+ = impact(Q, V-) + [0, w] A,    A = a(Q, V)                                       (1)
+//     V- = v(t_1) + [0, w] A,    V+ = impact(Q, V-) + [0, w] A,    A = a(Q, V)                                     (1)
 //
 // where V+ = V- for coordinates that no impact changes. If the right-hand sides lie within Q, V- and V+, these boxes
 // contain the motion. Contact i hits exactly once if gap(t_1) + w v_n(Q, V-) < 0 and v_n(Q, V+) > 0.

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "problems/registry.h"
 #include "problems/scene_file/scene_file.h"
@@ -16,12 +17,12 @@
 namespace ricochet::reference::certified {
 namespace {
 
-constexpr slong kBits = 400;
+constexpr slong kIntervalBits = 400;
 
 /// The interval that a number states.
 Ball interval(const CertifiedNumber& number) {
   Ball ball;
-  arb_set_str(ball.get(), number.text.c_str(), kBits);
+  arb_set_str(ball.get(), number.text.c_str(), kIntervalBits);
   Magnitude radius;
   mag_set_d(radius.get(), number.radius);
   ball.widen(radius.get());
@@ -30,7 +31,7 @@ Ball interval(const CertifiedNumber& number) {
 
 Ball decimal_ball(const std::string& text) {
   Ball ball;
-  arb_set_str(ball.get(), text.c_str(), kBits);
+  arb_set_str(ball.get(), text.c_str(), kIntervalBits);
   return ball;
 }
 
@@ -38,7 +39,7 @@ Ball decimal_ball(const std::string& text) {
 template <class... Arguments>
 Ball value_of(void (*function)(arb_t, const arb_t, slong), const Ball& x) {
   Ball result;
-  function(result.get(), x.get(), kBits);
+  function(result.get(), x.get(), kIntervalBits);
   return result;
 }
 
@@ -57,7 +58,7 @@ std::string point_mass(const std::string& force, const std::string& q0, const st
                      T, force, contacts);
 }
 
-const Precision kExact{kBits, 1};
+const Precision kExact{kIntervalBits, 1};
 
 TEST(CertifiedMotion, ParabolaIsExact) {
   const auto motion = motion_of(point_mass("-9.81", "0.3", "2", "0.7"));
@@ -111,6 +112,63 @@ TEST(CertifiedMotion, BouncesHaveTheirClosedForm) {
   const Ball impulse = kExact.mul(decimal_ball("1.7"), kExact.mul(g, first));  // (1 + e) m g t_1
   EXPECT_TRUE(arb_contains(interval(motion.events[0].Lambda_n[0]).get(), impulse.get()));
   EXPECT_EQ(motion.events[0].kind, "impact");
+}
+
+/// Random drops and throws: the k-th impact is at t_k = t_1 + 2 sum_{i<=k-1} e^i v_1 / g, v_1 the speed of the first.
+TEST(CertifiedMotion, RandomBouncesContainTheirClosedForms) {
+  std::mt19937 random(11);
+  const auto draw = [&](int low, int high) {
+    return low + static_cast<int>(random() % static_cast<unsigned>(high - low));
+  };
+  for (int n = 0; n < 60; ++n) {
+    const std::string g = fmt::format("{}.{}", draw(1, 30), draw(0, 10)), h = fmt::format("0.{}", draw(1, 1000));
+    const std::string v = fmt::format("{}.{}", draw(-3, 4), draw(0, 100)), e = fmt::format("0.{}", draw(60, 99));
+    const auto motion =
+        motion_of(point_mass("-" + g, h, v, "1.5", R"([{"name": "floor", "gap": "q[0]", "e": ")" + e + "\"}]"));
+    if (motion.grade == Grade::open) {
+      EXPECT_TRUE(motion.reason.find("accumulate") != std::string::npos) << motion.reason;
+      continue;
+    }
+    const Ball a = decimal_ball(g), v0 = decimal_ball(v);  // v_1^2 = v_0^2 + 2 g h, t_1 = (v_0 + v_1) / g
+    Ball speed =
+        value_of(arb_sqrt, kExact.add(kExact.mul(v0, v0), kExact.mul(Ball(2.0), kExact.mul(a, decimal_ball(h)))));
+    Ball t = kExact.div(kExact.add(v0, speed), a);
+    for (const auto& event : motion.events) {
+      EXPECT_TRUE(arb_contains(interval(event.time).get(), t.get())) << g << " " << h << " " << v << " " << e;
+      speed = kExact.mul(speed, decimal_ball(e));
+      t = kExact.add(t, kExact.div(kExact.mul(Ball(2.0), speed), a));
+    }
+    EXPECT_EQ(kExact.sub(t, decimal_ball("1.5")).sign(), Sign::positive);  // the next one is after the end
+  }
+}
+
+/// Random blocks on a rough plane that is pulled: slip ends at v / (mu g - F / m), or goes on.
+TEST(CertifiedMotion, RandomSlidesContainTheirClosedForms) {
+  std::mt19937 random(5);
+  const auto draw = [&](int low, int high) {
+    return low + static_cast<int>(random() % static_cast<unsigned>(high - low));
+  };
+  for (int n = 0; n < 60; ++n) {
+    const std::string mu = fmt::format("0.{}", draw(10, 90)), F = fmt::format("{}.{}", draw(0, 6), draw(1, 100));
+    const std::string v = fmt::format("{}.{}", draw(0, 3), draw(1, 100));
+    const auto motion = motion_of(fmt::format(
+        R"({{"q0": ["0", "0"], "v0": ["{}", "0"], "T": "1.01", "M": [["1", "0"], ["0", "1"]], "f": ["{}", "-9.81"],
+           "contacts": [{{"name": "floor", "gap": "q[1]", "mu": "{}", "Jt": [["1", "0"]]}}]}})",
+        v, F, mu));
+    ASSERT_EQ(motion.grade, Grade::proven) << motion.reason;
+    const Ball brake = kExact.sub(kExact.mul(decimal_ball(mu), decimal_ball("9.81")), decimal_ball(F));
+    const Ball stop = kExact.div(decimal_ball(v), brake), end = decimal_ball("1.01");
+    const bool stops = brake.sign() == Sign::positive && kExact.sub(end, stop).sign() == Sign::positive;
+    ASSERT_EQ(motion.events.size(), stops ? 1u : 0u) << v << " " << F << " " << mu;
+    const Ball t = stops ? stop : end;
+    if (stops) {
+      EXPECT_TRUE(arb_contains(interval(motion.events[0].time).get(), stop.get()));
+      EXPECT_EQ(motion.events[0].kind, "slip_to_stick");
+    }
+    const Ball q =
+        kExact.sub(kExact.mul(decimal_ball(v), t), kExact.div(kExact.mul(brake, kExact.mul(t, t)), Ball(2.0)));
+    EXPECT_TRUE(arb_overlaps(interval(motion.q[0]).get(), q.get())) << v << " " << F << " " << mu;
+  }
 }
 
 /// With numbers as doubles, the motion is that of 0.69999999999999996 and 9.8100000000000005.
