@@ -221,7 +221,9 @@ class SceneTranslation {
     read(model_.q0, model_.q, info.q0);
     read(model_.v0, model_.v, info.v0);
     start_[model_.t] = 0;
-    scene_.end_time = number(model_.end_time);
+    const ex end_time =
+        model_.number(model_.end_time) == info.end_time ? model_.end_time : ex(as_read(info.end_time, reading_));
+    scene_.end_time = number(end_time);
   }
 
   void read_dynamics() {

@@ -10,7 +10,8 @@ set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/ricochet)
 
 # Methods and scenes register themselves, so whoever links the library takes the whole of it.
 add_library(ricochet_library STATIC $<TARGET_OBJECTS:ricochet_problems> $<TARGET_OBJECTS:ricochet_reference>
-  $<TARGET_OBJECTS:ricochet_methods> $<TARGET_OBJECTS:ricochet_contact_files> $<TARGET_OBJECTS:ricochet_siconos_contact_solver>
+  $<TARGET_OBJECTS:ricochet_certified> $<TARGET_OBJECTS:ricochet_methods> $<TARGET_OBJECTS:ricochet_contact_files>
+  $<TARGET_OBJECTS:ricochet_siconos_contact_solver>
   $<$<TARGET_EXISTS:ricochet_siconos>:$<TARGET_OBJECTS:ricochet_siconos>>)
 set_target_properties(ricochet_library PROPERTIES OUTPUT_NAME ricochet LINKER_LANGUAGE CXX)
 
@@ -40,9 +41,12 @@ endforeach()
 install(TARGETS ricochet_library ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
 
 # What the library needs, for whoever links it.
+if(TARGET arb::arb)
+  set(certified_libraries ${ARB_LIBRARY} ${FLINT_LIBRARY})
+endif()
 set(RICOCHET_LINK_LIBRARIES fmt ginac cln ipopt gsl gslcblas lapack blas sundials_cvode sundials_arkode sundials_ida
   sundials_nvecserial sundials_sunmatrixdense sundials_sunlinsoldense sundials_sunnonlinsolfixedpoint
-  ${SICONOS_KERNEL_LIBRARY} ${SICONOS_NUMERICS_LIBRARY} ${HDF5_SERIAL_HL_LIBRARY} ${HDF5_SERIAL_LIBRARY})
+  ${certified_libraries} ${SICONOS_KERNEL_LIBRARY} ${SICONOS_NUMERICS_LIBRARY} ${HDF5_SERIAL_HL_LIBRARY} ${HDF5_SERIAL_LIBRARY})
 list(FILTER RICOCHET_LINK_LIBRARIES EXCLUDE REGEX "NOTFOUND$")
 string(REPLACE ";" " " RICOCHET_LINK_LIBRARIES "${RICOCHET_LINK_LIBRARIES}")
 
