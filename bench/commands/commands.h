@@ -14,6 +14,7 @@ void add_run_command(CLI::App& app, int& exit_code);
 void add_audit_command(CLI::App& app, int& exit_code);
 void add_ensemble_command(CLI::App& app, int& exit_code);
 void add_export_command(CLI::App& app, int& exit_code);
+void add_truth_command(CLI::App& app, int& exit_code);
 void add_contacts_command(CLI::App& app, int& exit_code);
 void add_control_command(CLI::App& app, int& exit_code);
 void add_mpc_command(CLI::App& app, int& exit_code);

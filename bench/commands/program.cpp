@@ -108,11 +108,11 @@ int parse(CLI::App& app, int argc, char** argv, const int& exit_code) {
 
 void add_commands(CLI::App& app, int& exit_code) {
   app.require_subcommand(1);
-  for (const auto add :
-       {add_list_command, add_run_command, add_audit_command, add_ensemble_command, add_export_command,
-        add_contacts_command, add_control_command, add_mpc_command, add_run_experiment_command, add_show_command,
-        add_report_command, add_results_command, add_table_command, add_check_command, add_history_command,
-        add_verify_command, add_check_gradient_command, add_fuzz_command, add_schema_command}) {
+  for (const auto add : {add_list_command,           add_run_command,      add_audit_command,   add_ensemble_command,
+                         add_export_command,         add_contacts_command, add_control_command, add_mpc_command,
+                         add_run_experiment_command, add_show_command,     add_report_command,  add_results_command,
+                         add_table_command,          add_check_command,    add_history_command, add_verify_command,
+                         add_check_gradient_command, add_fuzz_command,     add_schema_command,  add_truth_command}) {
     add(app, exit_code);
   }
 }

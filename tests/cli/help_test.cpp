@@ -13,7 +13,7 @@ namespace {
 TEST_F(Cli, ExamplesAreOfTheirSubcommand) {
   const char* commands[] = {"list",    "run",  "audit",          "ensemble", "export", "contacts", "contacts export",
                             "control", "mpc",  "run-experiment", "show",     "report", "results",  "contacts solve",
-                            "check",   "fuzz", "schema",         "table"};
+                            "check",   "fuzz", "schema",         "table",    "truth"};
   for (const std::string command : commands) {
     const Outcome help = run(command + " --help");
     EXPECT_EQ(help.code, 0);

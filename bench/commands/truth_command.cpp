@@ -1,0 +1,133 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "bench/commands/commands.h"
+#include "bench/commands/number_checks.h"
+#include "bench/commands/problem_options.h"
+#include "problems/input_error.h"
+#include "reference/certified/certified_motion.h"
+
+namespace ricochet {
+namespace {
+
+using nlohmann::ordered_json;
+using reference::certified::CertifiedEvent;
+using reference::certified::CertifiedMotion;
+using reference::certified::CertifiedNumber;
+using reference::certified::Grade;
+using reference::certified::Reading;
+
+struct TruthArguments {
+  ProblemOptions problem;
+  reference::certified::Options options;
+  bool rounded = false, as_json = false;
+};
+
+/// "0.123 +- 4.5e-32"
+std::string with_radius(const CertifiedNumber& number) {
+  return number.radius > 0 ? fmt::format("{} +- {:.1e}", number.text, number.radius) : number.text;
+}
+
+void print_event(const CertifiedEvent& event, const ProblemInfo& info) {
+  fmt::print("event      t = {}  {}, {}; modes {}\n", with_radius(event.time), event.kind, event.contact,
+             fmt::join(event.modes, ", "));
+  for (std::size_t i = 0; i < event.Lambda_n.size(); ++i) {
+    if (event.Lambda_n[i].text != "0")
+      fmt::print("           Lambda_n of {}: {} N s\n", info.contacts[i].name, with_radius(event.Lambda_n[i]));
+  }
+}
+
+void print_motion(const CertifiedMotion& motion, const ProblemInfo& info) {
+  fmt::print("problem    {}: {}\n", info.id, info.title);
+  fmt::print(
+      "grade      {}{}\n", name_of(motion.grade),
+      motion.grade == Grade::open ? ": " + motion.reason : fmt::format(", {} decimal places", motion.decimals()));
+  for (const auto& assumption : motion.assumptions) fmt::print("assumed    {}\n", assumption);
+  fmt::print("numbers    {}\n", motion.reading == Reading::decimal
+                                    ? "as written; parameters as the shortest decimals that read back to their doubles"
+                                    : "rounded to doubles, as methods integrate them");
+  for (const auto& event : motion.events) print_event(event, info);
+  if (motion.grade == Grade::open) {
+    fmt::print("stopped    t = {}\n", motion.end_time.text);
+  } else {
+    fmt::print("end        t = {}; modes {}\n", motion.end_time.text, fmt::join(motion.modes, ", "));
+  }
+  for (std::size_t k = 0; k < motion.q.size(); ++k) fmt::print("q[{}]       {}\n", k, with_radius(motion.q[k]));
+  for (std::size_t k = 0; k < motion.v.size(); ++k) fmt::print("v[{}]       {}\n", k, with_radius(motion.v[k]));
+  fmt::print("work       {:.3g} s; {} bits, order {}, {} steps, {}, {} attempt{}\n", motion.seconds, motion.bits,
+             motion.order, motion.n_steps, motion.mean_value_form ? "mean value form" : "boxes", motion.attempts,
+             motion.attempts == 1 ? "" : "s");
+}
+
+ordered_json json_of(const std::vector<CertifiedNumber>& numbers) {
+  ordered_json list = ordered_json::array();
+  for (const auto& number : numbers) list.push_back({{"value", number.text}, {"radius", number.radius}});
+  return list;
+}
+
+ordered_json json_of(const CertifiedMotion& motion, const ProblemInfo& info) {
+  ordered_json json = {{"problem", info.id}, {"grade", name_of(motion.grade)}, {"reason", motion.reason}};
+  json["assumptions"] = motion.assumptions;
+  json["reading"] = motion.reading == Reading::decimal ? "decimal" : "rounded";
+  json["decimals"] = motion.grade == Grade::open ? ordered_json() : ordered_json(motion.decimals());
+  json["t"] = motion.end_time.text;
+  json["q"] = json_of(motion.q);
+  json["v"] = json_of(motion.v);
+  json["modes"] = motion.modes;
+  json["events"] = ordered_json::array();
+  for (const auto& event : motion.events) {
+    json["events"].push_back({{"t", event.time.text},
+                              {"radius", event.time.radius},
+                              {"kind", event.kind},
+                              {"contact", event.contact},
+                              {"modes", event.modes},
+                              {"Lambda_n", json_of(event.Lambda_n)},
+                              {"grade", name_of(event.grade)}});
+  }
+  json["bits"] = motion.bits;
+  json["order"] = motion.order;
+  json["steps"] = motion.n_steps;
+  json["attempts"] = motion.attempts;
+  json["seconds"] = motion.seconds;
+  return json;
+}
+
+void print_truth(TruthArguments& arguments, int& exit_code) {
+  const auto problem = arguments.problem.make_problem();
+  if (!reference::certified::can_certify())
+    throw InputError("this program was built without Arb: install libflint-arb-dev and build again");
+  arguments.options.reading = arguments.rounded ? Reading::rounded : Reading::decimal;
+  const CertifiedMotion motion = certified_motion(*problem, arguments.options);
+  if (arguments.as_json)
+    fmt::print("{}\n", json_of(motion, problem->info()).dump(2));
+  else
+    print_motion(motion, problem->info());
+  if (motion.grade == Grade::open) exit_code = 1;
+}
+
+}  // namespace
+
+void add_truth_command(CLI::App& app, int& exit_code) {
+  static TruthArguments arguments;
+  constexpr int kMostDigits = 1000;
+  auto* command = app.add_subcommand("truth", "prove digits of the motion and its events in ball arithmetic");
+  arguments.problem.add_problem(*command);
+  command->add_option("--digits", arguments.options.digits, "number of proven decimal places (default: 30)")
+      ->check(CLI::Range(1, kMostDigits));
+  command->add_flag("--rounded", arguments.rounded,
+                    "round every number of the scene to double first, as methods do (default: decimals are exact)");
+  command
+      ->add_option("--time-limit", arguments.options.max_seconds,
+                   "limit of the wall time in seconds, after which the motion is left open (default: 10)")
+      ->check(positive_number());
+  command->add_flag("--json", arguments.as_json, "print JSON");
+  command->footer(
+      "Grades: proven; assumed (relies on the listed equalities); open (undecided, with the reason; exit code 1).\n"
+      "Example:\n  ricochet truth --problem rocking_block --set mu=0.5 --digits 40");
+  command->callback([&exit_code] { print_truth(arguments, exit_code); });
+}
+
+}  // namespace ricochet

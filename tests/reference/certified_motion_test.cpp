@@ -1,0 +1,280 @@
+// Proven motions: closed forms, the stored ground truth, and grades.
+#include "reference/certified/certified_motion.h"
+
+#include <arb.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "problems/registry.h"
+#include "problems/scene_file/scene_file.h"
+#include "reference/certified/ball.h"
+
+namespace ricochet::reference::certified {
+namespace {
+
+constexpr slong kBits = 400;
+
+/// The interval that a number states.
+Ball interval(const CertifiedNumber& number) {
+  Ball ball;
+  arb_set_str(ball.get(), number.text.c_str(), kBits);
+  Magnitude radius;
+  mag_set_d(radius.get(), number.radius);
+  ball.widen(radius.get());
+  return ball;
+}
+
+Ball decimal_ball(const std::string& text) {
+  Ball ball;
+  arb_set_str(ball.get(), text.c_str(), kBits);
+  return ball;
+}
+
+/// A value of Arb by its own functions.
+template <class... Arguments>
+Ball value_of(void (*function)(arb_t, const arb_t, slong), const Ball& x) {
+  Ball result;
+  function(result.get(), x.get(), kBits);
+  return result;
+}
+
+CertifiedMotion motion_of(const std::string& scene, const Options& options = {}) {
+  return certified_motion(*read_scene_text(scene, "scene"), options);
+}
+
+CertifiedMotion motion_of_problem(const std::string& id, const ParameterChanges& changes = {}, Options options = {}) {
+  return certified_motion(*make_problem(id, changes), options);
+}
+
+/// A point mass with a `force` and contacts in one coordinate.
+std::string point_mass(const std::string& force, const std::string& q0, const std::string& v0, const std::string& T,
+                       const std::string& contacts = "[]") {
+  return fmt::format(R"({{"q0": ["{}"], "v0": ["{}"], "T": "{}", "M": [["1"]], "f": ["{}"], "contacts": {}}})", q0, v0,
+                     T, force, contacts);
+}
+
+const Precision kExact{kBits, 1};
+
+TEST(CertifiedMotion, ParabolaIsExact) {
+  const auto motion = motion_of(point_mass("-9.81", "0.3", "2", "0.7"));
+  ASSERT_EQ(motion.grade, Grade::proven) << motion.reason;
+  EXPECT_TRUE(arb_overlaps(interval(motion.q[0]).get(), decimal_ball("-0.70345").get()));  // 0.3 + 1.4 - 9.81 0.49 / 2
+  EXPECT_TRUE(arb_overlaps(interval(motion.v[0]).get(), decimal_ball("-4.867").get()));
+  EXPECT_GE(motion.decimals(), 30);
+}
+
+/// q = cos(omega t), v = -omega sin(omega t), omega = 10, for 100 rad.
+TEST(CertifiedMotion, OscillatorContainsItsClosedForm) {
+  for (const bool form : {false, true}) {
+    Options options;
+    options.mean_value_form = form;
+    const auto motion = motion_of(point_mass("-100*q[0]", "1", "0", "10"), options);
+    ASSERT_EQ(motion.grade, Grade::proven) << motion.reason;
+    EXPECT_TRUE(arb_contains(interval(motion.q[0]).get(), value_of(arb_cos, Ball(100.0)).get()));
+    const Ball v = kExact.mul(Ball(-10.0), value_of(arb_sin, Ball(100.0)));
+    EXPECT_TRUE(arb_contains(interval(motion.v[0]).get(), v.get()));
+    EXPECT_GE(motion.decimals(), 30);
+  }
+}
+
+/// v' = -log(1 + v) and others, against what differentiates to them: q = log(1 + t), v = 1 / (1 + t) = exp(-q).
+TEST(CertifiedMotion, FunctionsContainTheirClosedForms) {
+  const auto motion = motion_of(point_mass("-exp(-2*q[0])", "0", "1", "2"));
+  ASSERT_EQ(motion.grade, Grade::proven) << motion.reason;
+  EXPECT_TRUE(arb_contains(interval(motion.q[0]).get(), value_of(arb_log, Ball(3.0)).get()));
+  const auto tangent = motion_of(point_mass("2*tan(q[0])*v[0]", "0", "1", "0.7"));  // q = tan(t) has q'' = 2 q q'
+  ASSERT_EQ(tangent.grade, Grade::proven) << tangent.reason;
+  const auto of_log = motion_of(point_mass("-v[0]/(1+t) + log(1+t)/(1+t)", "0", "0", "1"));  // ((1+t) v)' = log(1+t)
+  ASSERT_EQ(of_log.grade, Grade::proven) << of_log.reason;
+  const Ball v = kExact.sub(value_of(arb_log, Ball(2.0)), Ball(0.5));  // (2 log 2 - 1) / 2
+  EXPECT_TRUE(arb_contains(interval(of_log.v[0]).get(), v.get()));
+  const auto of_atan = motion_of(point_mass("atan(t)", "0", "0", "1"));  // v = t atan t - log(1 + t^2) / 2
+  ASSERT_EQ(of_atan.grade, Grade::proven) << of_atan.reason;
+  const Ball half_log = kExact.div(value_of(arb_log, Ball(2.0)), Ball(2.0));
+  EXPECT_TRUE(arb_contains(interval(of_atan.v[0]).get(), kExact.sub(value_of(arb_atan, Ball(1.0)), half_log).get()));
+}
+
+/// Drop from 1/2: t_1 = sqrt(1/g), then v = e g t_1 and t_2 = t_1 (1 + 2 e), as decimals of e and g.
+TEST(CertifiedMotion, BouncesHaveTheirClosedForm) {
+  const auto motion =
+      motion_of(point_mass("-9.81", "0.5", "0", "0.9", R"([{"name": "floor", "gap": "q[0]", "e": "0.7"}])"));
+  ASSERT_EQ(motion.grade, Grade::proven) << motion.reason;
+  ASSERT_EQ(motion.events.size(), 2u);
+  const Ball g = decimal_ball("9.81"), first = value_of(arb_sqrt, kExact.div(Ball(1.0), g));
+  const Ball second = kExact.mul(first, decimal_ball("2.4"));
+  EXPECT_TRUE(arb_contains(interval(motion.events[0].time).get(), first.get()));
+  EXPECT_TRUE(arb_contains(interval(motion.events[1].time).get(), second.get()));
+  const Ball impulse = kExact.mul(decimal_ball("1.7"), kExact.mul(g, first));  // (1 + e) m g t_1
+  EXPECT_TRUE(arb_contains(interval(motion.events[0].Lambda_n[0]).get(), impulse.get()));
+  EXPECT_EQ(motion.events[0].kind, "impact");
+}
+
+/// With numbers as doubles, the motion is that of 0.69999999999999996 and 9.8100000000000005.
+TEST(CertifiedMotion, ReadingsDiffer) {
+  const std::string scene = point_mass("-9.81", "0.5", "0", "0.9", R"([{"name": "floor", "gap": "q[0]", "e": "0.7"}])");
+  Options options;
+  options.reading = Reading::rounded;
+  const auto rounded = motion_of(scene, options), decimal = motion_of(scene);
+  ASSERT_EQ(rounded.grade, Grade::proven) << rounded.reason;
+  const Ball first = value_of(arb_sqrt, kExact.div(Ball(1.0), Ball(9.81)));
+  EXPECT_TRUE(arb_contains(interval(rounded.events[0].time).get(), first.get()));
+  EXPECT_FALSE(arb_overlaps(interval(rounded.events[0].time).get(), interval(decimal.events[0].time).get()));
+  const double difference = kExact.sub(interval(rounded.q[0]), interval(decimal.q[0])).nearest();
+  EXPECT_LT(std::abs(difference), 1e-15);  // a few ulp of the numbers
+}
+
+nlohmann::json stored_cases(const std::string& file) {
+  std::ifstream stream(std::string(RICOCHET_REFERENCE_DATA) + "/" + file);
+  return nlohmann::json::parse(stream).at("cases");
+}
+
+/// Every stored digit: 45 significant digits are rounded to half a unit of the last one.
+void expect_agreement(const CertifiedNumber& number, const std::string& stored, const std::string& what) {
+  const Ball difference = kExact.sub(interval(number), decimal_ball(stored));
+  EXPECT_LT(Magnitude(difference).upper(), 2e-42) << what << ": " << number.text << ", stored " << stored;
+}
+
+void expect_stored_motion(const nlohmann::json& known, const CertifiedMotion& motion) {
+  const std::string id = known["id"];
+  for (std::size_t k = 0; k < motion.q.size(); ++k) {
+    expect_agreement(motion.q[k], known["final"]["q"][k], id + " q");
+    expect_agreement(motion.v[k], known["final"]["v"][k], id + " v");
+  }
+  ASSERT_EQ(motion.events.size(), known["events"].size()) << id;
+  for (std::size_t k = 0; k < motion.events.size(); ++k) {
+    expect_agreement(motion.events[k].time, known["events"][k]["t"], id + " event");
+    EXPECT_EQ(motion.events[k].kind, known["events"][k]["kind"]) << id;
+    EXPECT_EQ(motion.events[k].contact, known["events"][k]["contact"]) << id;
+  }
+}
+
+TEST(CertifiedMotion, StoredGroundTruthIsProven) {
+  int n_proven = 0;
+  for (const auto& known : stored_cases("ground_truth.json")) {
+    const std::string id = known["id"];
+    Options options;
+    options.digits = 42;
+    options.max_seconds = 30;
+    if (id.starts_with("P7a") || id.starts_with("P1d")) options.max_seconds = 0.3;  // the end of slip in space, Zeno
+    const auto motion =
+        certified_motion(*read_scene_file(std::string(RICOCHET_REFERENCE_DATA) + "/ground_truth.json#" + id), options);
+    if (motion.grade == Grade::open) {
+      EXPECT_TRUE(id.starts_with("P7a") || id.starts_with("P1d")) << id << ": " << motion.reason;
+      continue;
+    }
+    EXPECT_EQ(motion.grade, Grade::proven) << id;
+    expect_stored_motion(known, motion);
+    ++n_proven;
+  }
+  EXPECT_EQ(n_proven, 14);
+}
+
+TEST(CertifiedMotion, StoredMovingScenesAreProven) {
+  for (const auto& known : stored_cases("moving_scenes.json")) {
+    const std::string id = known["id"];
+    Options options;
+    options.digits = 42;
+    const auto motion =
+        certified_motion(*read_scene_file(std::string(RICOCHET_REFERENCE_DATA) + "/moving_scenes.json#" + id), options);
+    ASSERT_EQ(motion.grade, Grade::proven) << id << ": " << motion.reason;
+    expect_stored_motion(known, motion);
+  }
+}
+
+/// Runs with other bits, orders and sets enclose the same numbers.
+TEST(CertifiedMotion, PrecisionsAgree) {
+  for (const char* id :
+       {"rocking_block", "pendulum_wall", "belt_oscillator", "stacked_blocks", "pendulum_wall_cartesian"}) {
+    const auto coarse = motion_of_problem(id);
+    ASSERT_NE(coarse.grade, Grade::open) << id << ": " << coarse.reason;
+    for (const auto& [bits, order, form] : {std::tuple(240L, 0.35, false), {200L, 0.22, true}, {320L, 0.6, false}}) {
+      Options options;
+      options.bits = bits;
+      options.order_per_bit = order;
+      options.mean_value_form = form;
+      const auto fine = motion_of_problem(id, {}, options);
+      ASSERT_NE(fine.grade, Grade::open) << id << ": " << fine.reason;
+      ASSERT_EQ(fine.events.size(), coarse.events.size());
+      for (std::size_t k = 0; k < fine.q.size(); ++k) {
+        EXPECT_TRUE(arb_overlaps(interval(coarse.q[k]).get(), interval(fine.q[k]).get())) << id;
+        EXPECT_TRUE(arb_overlaps(interval(coarse.v[k]).get(), interval(fine.v[k]).get())) << id;
+      }
+      for (std::size_t k = 0; k < fine.events.size(); ++k)
+        EXPECT_TRUE(arb_overlaps(interval(coarse.events[k].time).get(), interval(fine.events[k].time).get())) << id;
+    }
+  }
+}
+
+/// Two balls that hit the floor at the same time do not touch each other: each bounces as if it were alone.
+TEST(CertifiedMotion, DecoupledImpactsAtOnceAreProven) {
+  const auto motion = motion_of(R"({"q0": ["0.5", "0.5"], "v0": ["0", "0"], "T": "0.9", "M": [["1", "0"], ["0", "2"]],
+    "f": ["-9.81", "-19.62"],
+    "contacts": [{"name": "a", "gap": "q[0]", "e": "0.7"}, {"name": "b", "gap": "q[1]", "e": "0.5"}]})");
+  ASSERT_EQ(motion.grade, Grade::proven) << motion.reason;
+  ASSERT_GE(motion.events.size(), 4u);
+  const auto a = motion_of(point_mass("-9.81", "0.5", "0", "0.9", R"([{"name": "a", "gap": "q[0]", "e": "0.7"}])"));
+  const auto b = motion_of(point_mass("-9.81", "0.5", "0", "0.9", R"([{"name": "b", "gap": "q[0]", "e": "0.5"}])"));
+  EXPECT_TRUE(arb_overlaps(interval(motion.q[0]).get(), interval(a.q[0]).get()));
+  EXPECT_TRUE(arb_overlaps(interval(motion.q[1]).get(), interval(b.q[0]).get()));
+  EXPECT_TRUE(arb_overlaps(interval(motion.v[1]).get(), interval(b.v[0]).get()));
+  EXPECT_GE(motion.decimals(), 30);
+}
+
+/// What is not proven says why.
+TEST(CertifiedMotion, OpenMotionsStateTheirReason) {
+  const std::pair<std::string, const char*> scenes[] = {
+      {point_mass("-abs(v[0])", "0", "1", "1"), "a formula bends or jumps: magnitude"},
+      {point_mass("if(q[0] > 0, 1, 2)", "0", "1", "1"), "a formula bends or jumps: choose"},
+      {point_mass("-9.81", "0.5", "0", "2", R"([{"name": "floor", "gap": "q[0]", "e": "0.5"}])"),
+       "impacts accumulate at t = "},
+      {point_mass("-9.81", "0", "0", "1", R"([{"name": "floor", "gap": "q[0]"}, {"name": "twin", "gap": "2*q[0]"}])"),
+       "modes: "},
+      {R"({"q0": ["0.1"], "v0": ["-1"], "T": "1", "M": [["1"]], "f": ["0"], "impact_law": "poisson",
+           "contacts": [{"name": "wall", "gap": "q[0]", "e": "1"}]})",
+       "impact law poisson"}};
+  for (const auto& [scene, reason] : scenes) {
+    const auto motion = motion_of(scene);
+    EXPECT_EQ(motion.grade, Grade::open) << reason;
+    EXPECT_TRUE(motion.reason.find(reason) != std::string::npos) << motion.reason;
+    EXPECT_TRUE(motion.q.empty());
+  }
+  EXPECT_EQ(motion_of_problem("bead_row").reason, "the scene is not made of formulas");
+  EXPECT_EQ(motion_of_problem("ball_3d").reason, "impact with friction in space of plane");
+}
+
+TEST(CertifiedMotion, TimeLimitIsHonoured) {
+  Options options;
+  options.digits = 300;
+  options.max_seconds = 0.05;
+  const auto motion = motion_of_problem("double_pendulum_wall", {}, options);
+  EXPECT_EQ(motion.grade, Grade::open);
+  EXPECT_TRUE(motion.reason.starts_with("the time limit of 0.05 s is exceeded")) << motion.reason;
+  EXPECT_LT(motion.seconds, 1);  // a loaded machine
+}
+
+/// Data for certificates: the steps follow each other from 0 to the end.
+TEST(CertifiedMotion, StepsAreKept) {
+  Options options;
+  options.with_steps = true;
+  const auto motion = motion_of_problem("bouncing_ball", {}, options);
+  ASSERT_EQ(std::ssize(motion.steps), motion.n_steps);
+  Ball time;
+  for (const auto& step : motion.steps) {
+    Ball begin, end;
+    ASSERT_EQ(arb_load_str(begin.get(), step.time.c_str()), 0);
+    ASSERT_EQ(arb_load_str(end.get(), step.end.c_str()), 0);
+    EXPECT_TRUE(arb_overlaps(begin.get(), time.get()));
+    time = kExact.add(begin, kExact.mul(end, Ball(step.length)));
+    EXPECT_EQ(step.state.size(), 2u);
+    EXPECT_EQ(step.remainders.size(), 2u);
+    EXPECT_EQ(step.modes, std::vector<std::string>{"open"});
+  }
+  EXPECT_TRUE(arb_overlaps(time.get(), interval(motion.end_time).get()));
+}
+
+}  // namespace
+}  // namespace ricochet::reference::certified
