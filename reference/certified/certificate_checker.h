@@ -65,6 +65,8 @@ class CertificateChecker {
   TaylorStep taylor_;
   Decisions decisions_;
   ContactStates states_;
+  ModeMotion motion_;  ///< of the step; its pivots are those at the last event
+  bool modes_are_new_ = true;
   std::vector<Ball> x_;  ///< where the motion is, by what is verified
   Ball t_;               ///< when
   std::vector<std::string> assumptions_;

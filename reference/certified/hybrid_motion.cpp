@@ -8,10 +8,11 @@
 namespace ricochet::reference::certified {
 namespace {
 
-constexpr double kWidest = -3;    // log10 of the radius of a state beyond which nothing is decided any more
-constexpr int kSpareDigits = 15;  // significant digits beyond the decimal places that are wanted
-constexpr int kMostTrials = 60;   // lengths of one step
-constexpr slong kRoomBits = 6;    // of balls in a certificate, beyond rounding
+constexpr double kWidest = -3;     // log10 of the radius of a state beyond which nothing is decided any more
+constexpr int kSpareDigits = 15;   // significant digits beyond the decimal places that are wanted
+constexpr int kMostTrials = 60;    // lengths of one step
+constexpr slong kRoomBits = 6;     // of balls in a certificate, beyond rounding
+constexpr int kRemainderRoom = 2;  // bits
 
 std::string short_text(const Ball& ball) {
   char* const text = arb_get_str(ball.get(), 12, ARB_STR_NO_RADIUS);
@@ -56,6 +57,7 @@ HybridMotion::HybridMotion(SceneFormulas formulas, SeriesProgram& program, const
       decisions_(scene_, program, taylor_, limit),
       states_(scene_.n_c()) {
   result_.grade = Grade::proven;
+  if (options.with_steps) taylor_.leave_room(kRemainderRoom);
 }
 
 void HybridMotion::assume(const std::string& what) {
