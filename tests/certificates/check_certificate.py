@@ -398,7 +398,8 @@ class Checker:
         else:
             require(event or end.delta == 0, "an end with a radius")
         for parts in (1, 2, 4, 8, 16, 32):
-            result = self.try_parts(motion, X, t, duration, event, parts)
+            bounds = [float.fromhex(r) / parts for r in step["rho"]]
+            result = self.try_parts(motion, X, t, duration, event, parts, bounds)
             if result:
                 break
         require(result, "no remainders by Picard's operator")
@@ -409,7 +410,7 @@ class Checker:
             require(abs(iv.mpf(event["time"]["value"]) - t) <= event["time"]["radius"], "the time of the event")
         return x, t
 
-    def try_parts(self, motion, X, t, duration, event, parts):
+    def try_parts(self, motion, X, t, duration, event, parts, bounds):
         s, N, n = self.s, self.N, self.s.n
         h = float(duration.mid.a) * (1 + 1e-6) / parts
         whole = X + [t]
@@ -426,7 +427,7 @@ class Checker:
             wide = motion.series(motion.full, motion.varied, start, N)
             rho = motion.remainders(motion.full, motion.varied, wide, h, N)
             small = motion.remainders(motion.plain, motion.rate, point, h, N)
-            if not rho or not small:
+            if not rho or not small or any(small[a] > r for a, r in zip(motion.x, bounds)):
                 return None
             for kind, i, f in motion.events:
                 self.check_function(kind, i, wide[f], rho[f], h, tau, event if is_last else None, part == 0)
