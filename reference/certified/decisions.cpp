@@ -68,40 +68,41 @@ std::string Decisions::names(const std::vector<int>& candidates, const Combinati
   return text;
 }
 
-/// Inequalities (1). The series of `motion` must be there up to order 2.
+/// Inequalities (1): the first coefficient of every event function that is not exactly zero is positive. The series of
+/// `motion` must be there up to `order`. @returns unknown if more orders are needed
 Sign Decisions::check_modes(const std::vector<int>& candidates, const std::vector<int>& slip_sign,
-                            const ModeMotion& motion, const std::vector<Mode>& modes) {
-  const Precision& a = p_.precision();
+                            const ModeMotion& motion, int order) {
   std::vector<Sign> signs;
-  for (const int i : candidates) {
-    const ContactFormulas& contact = scene_.contacts[i];
-    if (modes[i] == Mode::open) {
-      signs.push_back(p_.is_constant(contact.gap) ? Sign::unknown : Ball(p_.coefficient(contact.gap, 2)).sign());
-      continue;
+  for (const EventFunction& event : motion.events) {
+    if (std::ranges::count(candidates, event.contact) == 0) continue;
+    int first = event.kind == EventKind::impact ? 2 : 0;  // f_c = v_n = 0
+    if (event.kind == EventKind::slip_end) {
+      if (slip_sign[event.contact] != 0) continue;
+      if (p_.is_constant(event.node)) return Sign::negative;  // no slip is possible
+      first = 1;
     }
-    const Ball force(p_.coefficient(motion.normal_force.at(i), 0));
-    if (!contact.is_bilateral) signs.push_back(force.sign());
-    if (modes[i] == Mode::stick) {
-      const Ball bound = a.mul(contact.mu, force);
-      Ball rest = a.mul(bound, bound);
-      for (const Node friction : motion.friction.at(i)) {
-        const Ball value(p_.coefficient(friction, 0));
-        rest = a.sub(rest, a.mul(value, value));
-      }
-      signs.push_back(bound.sign());
-      signs.push_back(rest.sign());
-    }
-    const bool plus = modes[i] == Mode::slip_plus;
-    if (slip_sign[i] == 0 && (plus || modes[i] == Mode::slip_minus)) {
-      if (p_.is_constant(contact.v_t[0])) {
-        signs.push_back(Sign::negative);
-        continue;
-      }
-      const Ball rate(p_.coefficient(contact.v_t[0], 1));
-      signs.push_back(plus ? rate.sign() : (-rate).sign());
-    }
+    const int k = p_.leading(event.node, first, order);
+    signs.push_back(k > order ? Sign::unknown : Ball(p_.coefficient(event.node, k)).sign());
   }
   return all_of(signs);
+}
+
+/// The sign of a combination, by two orders and, if coefficients vanish exactly, by more.
+Sign Decisions::check_combination(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
+                                  const std::vector<int>& slip_sign, const std::vector<Mode>& modes) {
+  constexpr int kFirstOrder = 2, kLastOrder = 8;
+  try {
+    step_.load(x, t);
+    const ModeMotion motion = mode_motion(scene_, modes, p_);
+    step_.expand(motion, kFirstOrder);
+    const Sign sign = check_modes(candidates, slip_sign, motion, kFirstOrder);
+    if (sign != Sign::unknown) return sign;
+    step_.load(x, t);
+    step_.expand(motion, kLastOrder);
+    return check_modes(candidates, slip_sign, motion, kLastOrder);
+  } catch (const Undecided&) {  // singular equations
+    return Sign::unknown;
+  }
 }
 
 void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
@@ -116,14 +117,7 @@ void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const st
     limit_.check();
     std::vector<Mode> modes = states.modes;
     for (std::size_t k = 0; k < candidates.size(); ++k) modes[candidates[k]] = combination[k];
-    step_.load(x, t);
-    Sign sign = Sign::unknown;
-    try {
-      const ModeMotion motion = mode_motion(scene_, modes, p_);
-      step_.expand(motion, 2);
-      sign = check_modes(candidates, slip_sign, motion, modes);
-    } catch (const Undecided&) {  // singular equations
-    }
+    const Sign sign = check_combination(x, t, candidates, slip_sign, modes);
     if (verdict.add(sign, names(candidates, combination))) best = modes;
   } while (combination.next());
   if (verdict.all_are_refuted()) {

@@ -73,6 +73,8 @@ class Decisions {
   ///     open: d2/dt2 gap > 0;   closed: lambda_n > 0;   stick: lambda_n > 0, |lambda_t| < mu lambda_n              (1)
   ///     slip+-: lambda_n > 0, and d/dt v_t > 0 or < 0 where v_t = 0
   ///
+  /// Where a left-hand side is exactly zero, its first derivative that is not decides.
+  ///
   /// @param slip_sign  of v_t, of all contacts; 0 where it is exactly zero
   /// @throws Undecided, Unsupported
   void decide_modes(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
@@ -93,7 +95,9 @@ class Decisions {
  private:
   std::vector<Mode> mode_options(int contact, int slip_sign) const;
   Sign check_modes(const std::vector<int>& candidates, const std::vector<int>& slip_sign, const ModeMotion& motion,
-                   const std::vector<Mode>& modes);
+                   int order);
+  Sign check_combination(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
+                         const std::vector<int>& slip_sign, const std::vector<Mode>& modes);
   std::string names(const std::vector<int>& candidates, const Combinations& combination) const;
 
   const SceneFormulas& scene_;

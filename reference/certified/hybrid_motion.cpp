@@ -233,9 +233,10 @@ bool HybridMotion::find_events(double h, const Ball& end, Step& step, std::strin
   for (std::size_t k = 0; k < motion_.events.size(); ++k) {
     const EventFunction& event = motion_.events[k];
     const bool is_bounded_only = event.kind == EventKind::impact && states_.gap_is_bounded_only[event.contact];
-    const int vanishing = event.kind == EventKind::impact     ? states_.vanishing_gap[event.contact]
-                          : event.kind == EventKind::slip_end ? states_.vanishing_slip[event.contact]
-                                                              : 0;
+    int vanishing = event.kind == EventKind::impact     ? states_.vanishing_gap[event.contact]
+                    : event.kind == EventKind::slip_end ? states_.vanishing_slip[event.contact]
+                                                        : 0;
+    vanishing = p_.leading(event.node, vanishing, p_.precision().order);
     BoundedPolynomial f;
     taylor_.polynomial(f, event.node, h, vanishing);
     Ball first;

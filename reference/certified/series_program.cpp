@@ -265,6 +265,13 @@ arb_srcptr SeriesProgram::value(Node i) {
   return nodes_[i].c.at(0);
 }
 
+int SeriesProgram::leading(Node a, int first, int last) const {
+  if (is_constant(a)) return first == 0 && !is_zero(a) ? 0 : last + 1;
+  int k = first;
+  while (k <= last && arb_is_zero(coefficient(a, k))) ++k;
+  return k;
+}
+
 void SeriesProgram::compute(Node i, int k, slong bits) {
   Entry& x = nodes_[i];
   if (x.op == Op::constant || x.op == Op::state) return;

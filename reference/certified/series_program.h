@@ -75,6 +75,8 @@ class SeriesProgram {
   Ball value_of(Node a) { return Ball(value(a)); }
   /// Computes coefficient k; those of lower order, and of the operands, must be there.
   void compute(Node a, int k, slong bits);
+  /// The first k, from `first` to `last`, whose coefficient is not exactly zero; last + 1 if there is none.
+  int leading(Node a, int first, int last) const;
   /// Coefficient k, if it was computed.
   arb_srcptr coefficient(Node a, int k) const { return nodes_[a].c.at(k); }
 

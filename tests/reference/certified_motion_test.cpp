@@ -224,6 +224,23 @@ TEST(CertifiedMotion, DecoupledImpactsAtOnceAreProven) {
   EXPECT_GE(motion.decimals(), 30);
 }
 
+/// With few bits the times of the impacts are wide; the boxes contain the motion all the same.
+TEST(CertifiedMotion, WideWindowsOfImpactsContainTheMotion) {
+  const std::string scene = R"({"q0": ["0.5", "0.5"], "v0": ["0", "0"], "T": "0.32", "M": [["1", "0"], ["0", "2"]],
+    "f": ["-9.81", "-19.62"],
+    "contacts": [{"name": "a", "gap": "q[0]", "e": "0.7"}, {"name": "b", "gap": "q[1]", "e": "0.5"}]})";
+  Options coarse;
+  coarse.bits = 40;
+  coarse.digits = 4;
+  const auto wide = motion_of(scene, coarse), narrow = motion_of(scene);
+  ASSERT_EQ(wide.grade, Grade::proven) << wide.reason;
+  EXPECT_EQ(wide.bits, 40);
+  for (int k = 0; k < 2; ++k) {
+    EXPECT_TRUE(arb_contains(interval(wide.q[k]).get(), interval(narrow.q[k]).get()));
+    EXPECT_TRUE(arb_contains(interval(wide.v[k]).get(), interval(narrow.v[k]).get()));
+  }
+}
+
 /// What is not proven says why.
 TEST(CertifiedMotion, OpenMotionsStateTheirReason) {
   const std::pair<std::string, const char*> scenes[] = {

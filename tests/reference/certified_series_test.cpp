@@ -32,7 +32,7 @@ class Series : public testing::Test {
   static constexpr double h = 0.25;
 
   Variable variable(double low, double high) {
-    Variable x{p.state(), {random_between(random, low, high)}, random_between(random, 0, 1e-5)};
+    Variable x{p.state(), {random_between(random, low, high)}, random_between(random, 0, 1e-3)};
     for (int k = 1; k <= 3; ++k) x.c.push_back(random_between(random, -0.3, 0.3));
     return x;
   }
