@@ -171,8 +171,10 @@ void CertificateChecker::require_remainders(const ModeMotion& motion, const Cert
 }
 
 int CertificateChecker::vanishing(const EventFunction& event) const {
-  if (event.kind == EventKind::impact) return states_.vanishing_gap[event.contact];
-  return event.kind == EventKind::slip_end ? states_.vanishing_slip[event.contact] : 0;
+  const int known = event.kind == EventKind::impact     ? states_.vanishing_gap[event.contact]
+                    : event.kind == EventKind::slip_end ? states_.vanishing_slip[event.contact]
+                                                        : 0;
+  return p_.leading(event.node, known, p_.precision().order);
 }
 
 /// (5) and (6).
