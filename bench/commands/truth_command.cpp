@@ -2,13 +2,16 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "bench/commands/commands.h"
 #include "bench/commands/number_checks.h"
 #include "bench/commands/problem_options.h"
 #include "problems/input_error.h"
-#include "reference/certified/certified_motion.h"
+#include "reference/certified/certificate.h"
 
 namespace ricochet {
 namespace {
@@ -24,6 +27,7 @@ struct TruthArguments {
   ProblemOptions problem;
   reference::certified::Options options;
   bool rounded = false, as_json = false;
+  std::string output, check;  ///< files of certificates to write and to check
 };
 
 /// "0.123 +- 4.5e-32"
@@ -95,17 +99,50 @@ ordered_json json_of(const CertifiedMotion& motion, const ProblemInfo& info) {
   return json;
 }
 
+/// Writes the certificate to a new file. @throws InputError where there is none
+void write_certificate(const Problem& problem, const CertifiedMotion& motion, const TruthArguments& arguments) {
+  const auto certificate = certificate_of(problem, motion, arguments.options);
+  std::ofstream file(arguments.output);
+  file << certificate_text(certificate);
+  file.close();
+  if (!file) throw InputError("--output", arguments.output, "cannot be written");
+}
+
+/// Verifies a certificate and prints the result. @throws InputError for a file that is none
+void print_check(const std::string& path, int& exit_code) {
+  std::ifstream file(path);
+  if (!file) throw InputError("--check", path, "cannot be read");
+  std::stringstream text;
+  text << file.rdbuf();
+  const auto certificate = reference::certified::read_certificate(text.str());
+  const auto report = check_certificate(certificate);
+  if (report.is_valid) {
+    fmt::print("valid      {}: grade {}, {} steps, {} events; {:.3g} s\n", path, name_of(certificate.grade),
+               certificate.steps.size(), certificate.events.size(), report.seconds);
+    return;
+  }
+  const std::string place = report.step < 0 ? "before the first step" : fmt::format("step {}", report.step);
+  fmt::print("refused    {}: {}: {}\n", path, place, report.reason);
+  exit_code = 1;
+}
+
 void print_truth(TruthArguments& arguments, int& exit_code) {
   const auto problem = arguments.problem.make_problem();
   if (!reference::certified::can_certify())
     throw InputError("this program was built without Arb: install libflint-arb-dev and build again");
   arguments.options.reading = arguments.rounded ? Reading::rounded : Reading::decimal;
+  if (!arguments.output.empty() && std::filesystem::exists(arguments.output))
+    throw InputError("--output", arguments.output, "the file exists; a new file is required");
+  arguments.options.with_steps = !arguments.output.empty();
   const CertifiedMotion motion = certified_motion(*problem, arguments.options);
   if (arguments.as_json)
     fmt::print("{}\n", json_of(motion, problem->info()).dump(2));
   else
     print_motion(motion, problem->info());
-  if (motion.grade == Grade::open) exit_code = 1;
+  if (motion.grade == Grade::open)
+    exit_code = 1;
+  else if (!arguments.output.empty())
+    write_certificate(*problem, motion, arguments);
 }
 
 }  // namespace
@@ -124,10 +161,21 @@ void add_truth_command(CLI::App& app, int& exit_code) {
                    "limit of the wall time in seconds, after which the motion is left open (default: 10)")
       ->check(positive_number());
   command->add_flag("--json", arguments.as_json, "print JSON");
+  command->add_option("--output,-o", arguments.output,
+                      "new FILE for a certificate, which others can check; balls are slightly wider then");
+  command->add_option("--check", arguments.check,
+                      "verify the certificate in FILE, without a search for steps or events; exit code 1 if refused");
   command->footer(
       "Grades: proven; assumed (relies on the listed equalities); open (undecided, with the reason; exit code 1).\n"
-      "Example:\n  ricochet truth --problem rocking_block --set mu=0.5 --digits 40");
-  command->callback([&exit_code] { print_truth(arguments, exit_code); });
+      "Example:\n  ricochet truth --problem rocking_block --set mu=0.5 --digits 40\n"
+      "  ricochet truth --problem pendulum_wall -o pendulum.cert.json\n"
+      "  ricochet truth --check pendulum.cert.json");
+  command->callback([&exit_code] {
+    if (arguments.check.empty())
+      print_truth(arguments, exit_code);
+    else
+      print_check(arguments.check, exit_code);
+  });
 }
 
 }  // namespace ricochet

@@ -90,7 +90,8 @@ CertifiedMotion certified_motion(const Problem& problem, const Options& options)
     const bool is_same = last.is_undecided && last.motion.reason == reason;
     if (is_same && lost < kTieLoss) break;  // a tie
     reason = last.motion.reason;
-    if (!next.mean_value_form && lost > affordable_loss(problem.n_q())) {
+    if (!next.mean_value_form && !next.with_steps &&
+        lost > affordable_loss(problem.n_q())) {  // certificates have boxes
       next.mean_value_form = true;
     } else if (last.is_undecided) {
       next.bits = 2 * next.bits;

@@ -35,7 +35,7 @@ struct Options {
   double max_seconds = 10;             ///< wall time [s]; an open result states that it ran out
   long bits = 0;                       ///< first precision of the midpoints; 0: from `digits`
   double order_per_bit = 0.35;         ///< N = order_per_bit * bits
-  bool with_steps = false;             ///< fill CertifiedMotion::steps, for certificates
+  bool with_steps = false;             ///< fill CertifiedMotion::steps, for certificates, and leave room in all balls
   bool mean_value_form = false;        ///< begin with the mean value form instead of boxes
 };
 
@@ -64,6 +64,7 @@ struct CertifiedStep {
   std::vector<std::string> modes;  ///< of all contacts
   std::vector<std::string> state;  ///< balls of q and v at the beginning
   std::vector<double> remainders;  ///< of q and v, bounds rho of SeriesProgram (1), rounded up
+  int n_events = 0;                ///< events before it, those at its beginning included
 };
 
 /// The motion of a scene from t = 0 to its end time.
@@ -77,6 +78,7 @@ struct CertifiedMotion {
   CertifiedNumber end_time;              ///< [s]; where an open motion stopped
   std::vector<CertifiedEvent> events;    ///< in order; those before it stopped if open
   std::vector<CertifiedStep> steps;      ///< if Options::with_steps
+  std::vector<std::string> final_state;  ///< balls of q and v at the end, as in `steps`
   long bits = 0;                         ///< of the last attempt
   int order = 0;                         ///< degree N of its Taylor polynomials
   int n_steps = 0;                       ///< its Taylor steps

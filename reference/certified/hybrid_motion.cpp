@@ -8,9 +8,11 @@
 namespace ricochet::reference::certified {
 namespace {
 
-constexpr double kWidest = -3;    // log10 of the radius of a state beyond which nothing is decided any more
-constexpr int kSpareDigits = 15;  // significant digits beyond the decimal places that are wanted
-constexpr int kMostTrials = 60;   // lengths of one step
+constexpr double kWidest = -3;     // log10 of the radius of a state beyond which nothing is decided any more
+constexpr int kSpareDigits = 15;   // significant digits beyond the decimal places that are wanted
+constexpr int kMostTrials = 60;    // lengths of one step
+constexpr slong kRoomBits = 6;     // of balls in a certificate, beyond rounding
+constexpr int kRemainderRoom = 2;  // bits
 
 std::string short_text(const Ball& ball) {
   char* const text = arb_get_str(ball.get(), 12, ARB_STR_NO_RADIUS);
@@ -24,6 +26,15 @@ std::string exact_text(const Ball& ball) {
   std::string result = text;
   flint_free(text);
   return result;
+}
+
+/// Adds 2^-shift of the radius, and some roundings of the size of the midpoint.
+void widen(Ball& x, slong bits, slong shift) {
+  Magnitude extra(x), share;
+  mag_mul_2exp_si(extra.get(), extra.get(), kRoomBits - bits);
+  mag_mul_2exp_si(share.get(), arb_radref(x.get()), -shift);
+  mag_add(extra.get(), extra.get(), share.get());
+  x.widen(extra.get());
 }
 
 /// Rounds up to 24 bits, so that powers of h stay short.
@@ -46,6 +57,7 @@ HybridMotion::HybridMotion(SceneFormulas formulas, SeriesProgram& program, const
       decisions_(scene_, program, taylor_, limit),
       states_(scene_.n_c()) {
   result_.grade = Grade::proven;
+  if (options.with_steps) taylor_.leave_room(kRemainderRoom);
 }
 
 void HybridMotion::assume(const std::string& what) {
@@ -134,6 +146,7 @@ void HybridMotion::run_to_end() {
       if (!(x.log10_radius() < kWidest))
         throw Undecided(fmt::format("the enclosure is too wide at t = {}", short_text(t_)));
     }
+    leave_room();
     const Step step = find_step();
     is_last = step.is_last;
     ++result_.n_steps;
@@ -145,6 +158,24 @@ void HybridMotion::run_to_end() {
     advance(step);
     if (!step.reached.empty()) handle(EventFunction(motion_.events[step.reached.front()]));
   }
+  leave_room();
+}
+
+/// In a certificate every set is wider than the result of the step before, so that a checker that rounds in another way,
+/// or bounds remainders in another way, finds its own result inside.
+void HybridMotion::leave_room() {
+  if (!options_.with_steps || set_.mean_value_form()) return;
+  constexpr slong kShare = 20;
+  const slong bits = p_.precision().bits;
+  std::vector<Ball> box = set_.box();
+  for (int k = 0; k < 2 * scene_.n; ++k) {
+    widen(box[k], bits, kShare);
+    Magnitude remainder;
+    mag_mul_2exp_si(remainder.get(), p_.rho(k < scene_.n ? scene_.q[k] : scene_.v[k - scene_.n]), 1);
+    box[k].widen(remainder.get());
+  }
+  set_.set_box(std::move(box));
+  widen(t_, bits, kShare);
 }
 
 void HybridMotion::advance(const Step& step) {
@@ -164,7 +195,10 @@ HybridMotion::Step HybridMotion::find_step() {
   for (int trial = 0; trial < kMostTrials; ++trial, h *= trial < 3 ? 0.9 : 0.6) {
     limit_.check();
     Step step;
-    if (try_step(short_length(h), step, reason)) return step;
+    if (!try_step(short_length(h), step, reason)) continue;
+    constexpr slong kShare = 4;
+    if (options_.with_steps && (step.is_last || !step.reached.empty())) widen(step.end, p_.precision().bits, kShare);
+    return step;
   }
   throw Undecided(fmt::format("no step at t = {}: {}", short_text(t_), reason));
 }
@@ -238,6 +272,7 @@ bool HybridMotion::find_events(double h, const Ball& end, Step& step, std::strin
 
 void HybridMotion::keep(const Step& step) {
   CertifiedStep kept;
+  kept.n_events = static_cast<int>(result_.events.size());
   kept.time = exact_text(t_);
   kept.length = step.h;
   kept.end = exact_text(step.end);
@@ -270,6 +305,7 @@ CertifiedMotion HybridMotion::result() const {
   for (int k = 0; k < scene_.n; ++k) result.v.push_back(number(set_.box()[scene_.n + k]));
   for (std::size_t k = 0; k < event_times_.size(); ++k) result.events[k].time = number(event_times_[k]);
   result.end_time = number(t_);
+  if (options_.with_steps) std::ranges::transform(set_.box(), std::back_inserter(result.final_state), exact_text);
   result.modes = names_of(states_.modes);
   result.bits = p_.precision().bits;
   result.order = p_.precision().order;

@@ -42,6 +42,7 @@ class HybridMotion {
   bool try_step(double h, Step& step, std::string& reason);
   bool find_events(double h, const Ball& end, Step& step, std::string& reason);
   void keep(const Step& step);
+  void leave_room();
   void advance(const Step& step);
   std::string name_of_event(const EventFunction& event) const;
 

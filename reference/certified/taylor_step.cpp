@@ -129,7 +129,7 @@ bool TaylorStep::contract(const std::vector<Node>& schedule, const Rates& rates,
   for (const auto& [variable, rate] : rates) {
     Magnitude guess;
     first_term(guess, rate);
-    mag_mul_2exp_si(p_.rho(variable), guess.get(), 1);
+    mag_mul_2exp_si(p_.rho(variable), guess.get(), 1 + room_);
   }
   std::vector<Magnitude> mapped(rates.size());
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
@@ -144,6 +144,7 @@ bool TaylorStep::contract(const std::vector<Node>& schedule, const Rates& rates,
       mag_mul(rest.get(), p_.rho(rates[j].second), length.get());
       mag_div_ui(rest.get(), rest.get(), N + 2);
       mag_add(mapped[j].get(), mapped[j].get(), rest.get());
+      mag_mul_2exp_si(mapped[j].get(), mapped[j].get(), room_);
       is_inside = is_inside && mag_cmp(mapped[j].get(), p_.rho(rates[j].first)) <= 0;
     }
     if (is_inside) return true;

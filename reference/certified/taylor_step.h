@@ -48,6 +48,9 @@ class TaylorStep {
   TaylorStep(const SceneFormulas& scene, SeriesProgram& program, const TimeLimit& limit)
       : scene_(scene), p_(program), limit_(limit) {}
 
+  /// Proves remainders that are 2^bits times as large as their images, for certificates.
+  void leave_room(int bits) { room_ = bits; }
+
   /// Sets the variables' values: q and v from `x`, 2n, and the clock.
   void load(const std::vector<Ball>& x, const Ball& t);
   /// Coefficients up to `order` of everything in motion.schedule, from loaded values.
@@ -80,6 +83,7 @@ class TaylorStep {
   const SceneFormulas& scene_;
   SeriesProgram& p_;
   const TimeLimit& limit_;
+  int room_ = 0;
 };
 
 /// Adds the variational equation of a motion. @param phi  2n x 2n variables
