@@ -95,7 +95,7 @@ class Checker:
         return [Wrap(found[a][0]) for a in nodes]
 
     def take(self, motion, step, X, t, k):
-        """The state and time at the end of a step. Steps are divided until Picard's operator contracts."""
+        """The state and time at the end of a step, divided until remainders are about as small as those stated."""
         h, end, event = iv.mpf(float.fromhex(step["h"])), ball(step["end"]), self.events.get(k)
         require(end > 0 and end <= 1, "the end of the step")
         duration = h * end
@@ -105,7 +105,8 @@ class Checker:
         else:
             require(event or end.delta == 0, "an end with a radius")
         for parts in (1, 2, 4, 8, 16, 32):
-            bounds = [float.fromhex(r) / parts + 1e-250 for r in step["rho"]]
+            stated = [float.fromhex(r) for r in step["rho"]]
+            bounds = [max(r, 1e-4 * size(x.delta), 1e-6 * max(stated), 1e-250) / parts for r, x in zip(stated, X)]
             result = self.try_parts(motion, X, t, duration, event, parts, bounds)
             if result:
                 break
