@@ -90,7 +90,9 @@ CertifiedMotion certified_motion(const Problem& problem, const Options& options)
     const bool is_same = last.is_undecided && last.motion.reason == reason;
     if (is_same && lost < kTieLoss) break;  // a tie
     reason = last.motion.reason;
-    if (!next.mean_value_form && lost > affordable_loss(problem.n_q())) {
+    // After each event the form begins again with a box.
+    const bool has_long_flights = last.motion.n_steps > 2 * std::ssize(last.motion.events);
+    if (!next.mean_value_form && has_long_flights && lost > affordable_loss(problem.n_q())) {
       next.mean_value_form = true;
     } else if (last.is_undecided) {
       next.bits = 2 * next.bits;

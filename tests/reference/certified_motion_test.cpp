@@ -120,25 +120,40 @@ TEST(CertifiedMotion, RandomBouncesContainTheirClosedForms) {
   const auto draw = [&](int low, int high) {
     return low + static_cast<int>(random() % static_cast<unsigned>(high - low));
   };
-  for (int n = 0; n < 60; ++n) {
+  Options options;
+  options.digits = 12;
+  for (int n = 0; n < 30; ++n) {
     const std::string g = fmt::format("{}.{}", draw(1, 30), draw(0, 10)), h = fmt::format("0.{}", draw(1, 1000));
-    const std::string v = fmt::format("{}.{}", draw(-3, 4), draw(0, 100)), e = fmt::format("0.{}", draw(60, 99));
-    const auto motion =
-        motion_of(point_mass("-" + g, h, v, "1.5", R"([{"name": "floor", "gap": "q[0]", "e": ")" + e + "\"}]"));
-    if (motion.grade == Grade::open) {
-      EXPECT_TRUE(motion.reason.find("accumulate") != std::string::npos) << motion.reason;
+    const std::string v = fmt::format("{}.{}", draw(-3, 4), draw(0, 100)), e = fmt::format("0.{}", draw(50, 75));
+    const auto motion = motion_of(
+        point_mass("-" + g, h, v, "1.5", R"([{"name": "floor", "gap": "q[0]", "e": ")" + e + "\"}]"), options);
+    if (motion.grade == Grade::open) {  // impacts that accumulate with e near 1
+      EXPECT_GT(motion.events.size(), 20u) << motion.reason;
       continue;
     }
     const Ball a = decimal_ball(g), v0 = decimal_ball(v);  // v_1^2 = v_0^2 + 2 g h, t_1 = (v_0 + v_1) / g
     Ball speed =
         value_of(arb_sqrt, kExact.add(kExact.mul(v0, v0), kExact.mul(Ball(2.0), kExact.mul(a, decimal_ball(h)))));
     Ball t = kExact.div(kExact.add(v0, speed), a);
+    bool has_ended = false;
     for (const auto& event : motion.events) {
-      EXPECT_TRUE(arb_contains(interval(event.time).get(), t.get())) << g << " " << h << " " << v << " " << e;
+      has_ended = event.kind == "zeno_end";
+      if (has_ended) {  // t + 2 speed / g (e + e^2 + ...), from the last impact but one
+        const Ball factor = kExact.div(decimal_ball(e), kExact.sub(Ball(1.0), decimal_ball(e)));
+        const Ball gone = kExact.div(kExact.mul(Ball(2.0), speed), a);
+        t = kExact.add(kExact.sub(t, gone), kExact.div(kExact.mul(gone, factor), decimal_ball(e)));
+      }
+      EXPECT_TRUE(arb_contains(interval(event.time).get(), t.get()))
+          << event.kind << " " << g << " " << h << " " << v << " " << e;
       speed = kExact.mul(speed, decimal_ball(e));
       t = kExact.add(t, kExact.div(kExact.mul(Ball(2.0), speed), a));
     }
-    EXPECT_EQ(kExact.sub(t, decimal_ball("1.5")).sign(), Sign::positive);  // the next one is after the end
+    if (has_ended) {
+      EXPECT_TRUE(arb_contains(interval(motion.q[0]).get(), Ball().get()));
+      EXPECT_TRUE(arb_contains(interval(motion.v[0]).get(), Ball().get()));
+    } else {
+      EXPECT_EQ(kExact.sub(t, decimal_ball("1.5")).sign(), Sign::positive);  // the next one is after the end
+    }
   }
 }
 
@@ -196,13 +211,17 @@ void expect_agreement(const CertifiedNumber& number, const std::string& stored, 
   EXPECT_LT(Magnitude(difference).upper(), 2e-42) << what << ": " << number.text << ", stored " << stored;
 }
 
-void expect_stored_motion(const nlohmann::json& known, const CertifiedMotion& motion) {
+/// Compares the final state and the events. Of impacts that accumulate a file lists the first ones and their limit.
+void expect_stored_motion(const nlohmann::json& known, CertifiedMotion motion) {
   const std::string id = known["id"];
   for (std::size_t k = 0; k < motion.q.size(); ++k) {
     expect_agreement(motion.q[k], known["final"]["q"][k], id + " q");
     expect_agreement(motion.v[k], known["final"]["v"][k], id + " v");
   }
-  ASSERT_EQ(motion.events.size(), known["events"].size()) << id;
+  const std::size_t n = known["events"].size();
+  if (n > 0 && motion.events.back().kind == "zeno_end")
+    motion.events.erase(motion.events.begin() + static_cast<std::ptrdiff_t>(n) - 1, motion.events.end() - 1);
+  ASSERT_EQ(motion.events.size(), n) << id;
   for (std::size_t k = 0; k < motion.events.size(); ++k) {
     expect_agreement(motion.events[k].time, known["events"][k]["t"], id + " event");
     EXPECT_EQ(motion.events[k].kind, known["events"][k]["kind"]) << id;
@@ -217,18 +236,18 @@ TEST(CertifiedMotion, StoredGroundTruthIsProven) {
     Options options;
     options.digits = 42;
     options.max_seconds = 30;
-    if (id.starts_with("P7a") || id.starts_with("P1d")) options.max_seconds = 0.3;  // the end of slip in space, Zeno
+    if (id.starts_with("P7a")) options.max_seconds = 0.3;  // the end of slip in space
     const auto motion =
         certified_motion(*read_scene_file(std::string(RICOCHET_REFERENCE_DATA) + "/ground_truth.json#" + id), options);
     if (motion.grade == Grade::open) {
-      EXPECT_TRUE(id.starts_with("P7a") || id.starts_with("P1d")) << id << ": " << motion.reason;
+      EXPECT_TRUE(id.starts_with("P7a")) << id << ": " << motion.reason;
       continue;
     }
     EXPECT_EQ(motion.grade, Grade::proven) << id;
     expect_stored_motion(known, motion);
     ++n_proven;
   }
-  EXPECT_EQ(n_proven, 14);
+  EXPECT_EQ(n_proven, 15);
 }
 
 TEST(CertifiedMotion, StoredMovingScenesAreProven) {
@@ -304,7 +323,8 @@ TEST(CertifiedMotion, OpenMotionsStateTheirReason) {
   const std::pair<std::string, const char*> scenes[] = {
       {point_mass("-abs(v[0])", "0", "1", "1"), "a formula bends or jumps: magnitude"},
       {point_mass("if(q[0] > 0, 1, 2)", "0", "1", "1"), "a formula bends or jumps: choose"},
-      {point_mass("-9.81", "0.5", "0", "2", R"([{"name": "floor", "gap": "q[0]", "e": "0.5"}])"),
+      {R"({"q0": ["0", "0.5"], "v0": ["0", "0"], "T": "2", "M": [["1", "0"], ["0", "1"]], "f": ["-9.81", "-9.81"],
+           "contacts": [{"name": "ball", "gap": "q[1]-q[0]", "e": "0.5"}, {"name": "floor", "gap": "q[0]"}]})",
        "impacts accumulate at t = "},
       {point_mass("-9.81", "0", "0", "1", R"([{"name": "floor", "gap": "q[0]"}, {"name": "twin", "gap": "2*q[0]"}])"),
        "modes: "},
