@@ -157,6 +157,23 @@ TEST(CertifiedMotion, RandomBouncesContainTheirClosedForms) {
   }
 }
 
+/// A block that bounces while it slips, and slips on: friction takes mu g T from its velocity, however it bounces.
+TEST(CertifiedMotion, ImpactsThatAccumulateInSlipContainTheMotion) {
+  for (const int digits : {4, 12, 30}) {
+    Options options;
+    options.digits = digits;
+    const auto motion = motion_of(R"({"q0": ["0", "0.1"], "v0": ["9", "0"], "T": "1", "M": [["1", "0"], ["0", "1"]],
+        "f": ["0", "-9.81"],
+        "contacts": [{"name": "floor", "gap": "q[1]", "mu": "0.3", "e": "0.5", "Jt": [["1", "0"]]}]})",
+                                  options);
+    ASSERT_EQ(motion.grade, Grade::proven) << motion.reason;
+    EXPECT_EQ(motion.events.back().kind, "zeno_end");
+    EXPECT_TRUE(arb_overlaps(interval(motion.v[0]).get(), decimal_ball("6.057").get())) << motion.v[0].text;
+    EXPECT_TRUE(arb_contains(interval(motion.v[1]).get(), Ball().get()));
+    EXPECT_EQ(motion.modes, std::vector<std::string>{"slip+"});
+  }
+}
+
 /// Random blocks on a rough plane that is pulled: slip ends at v / (mu g - F / m), or goes on.
 TEST(CertifiedMotion, RandomSlidesContainTheirClosedForms) {
   std::mt19937 random(5);
