@@ -285,7 +285,7 @@ TEST(CertifiedMotion, PrecisionsAgree) {
        {"rocking_block", "pendulum_wall", "belt_oscillator", "stacked_blocks", "pendulum_wall_cartesian"}) {
     const auto coarse = motion_of_problem(id);
     ASSERT_NE(coarse.grade, Grade::open) << id << ": " << coarse.reason;
-    for (const auto& [bits, order, form] : {std::tuple(240L, 0.35, false), {200L, 0.22, true}, {320L, 0.6, false}}) {
+    for (const auto& [bits, order, form] : {std::tuple(200L, 0.35, false), {190L, 0.22, true}, {220L, 0.55, false}}) {
       Options options;
       options.bits = bits;
       options.order_per_bit = order;
