@@ -17,7 +17,8 @@ namespace ricochet::reference::certified {
 /// What the ball of a real number proves about its sign.
 enum class Sign { negative = -1, unknown = 0, positive = 1 };
 
-/// All real numbers within a radius of a midpoint. A result of an operation on balls contains the results of all members.
+/// All real numbers within a radius of a midpoint. The result of an operation on balls contains the results of all
+/// members.
 class Ball {
  public:
   Ball() { arb_init(ball_); }
@@ -96,7 +97,8 @@ struct Decimal {
   int decimals = 0;   ///< floor(-log10(radius)): proven places after the point; 999 if the text is exact
 };
 
-/// The `ball` as a decimal number with at most `digits` significant digits. Its radius includes the rounding of the text.
+/// The `ball` as a decimal number with at most `digits` significant digits. Its radius includes the rounding of the
+/// text.
 Decimal decimal(const Ball& ball, int digits);
 
 /// The exact value of a finite double as a rational number.

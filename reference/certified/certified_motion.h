@@ -10,7 +10,8 @@
 
 namespace ricochet::reference::certified {
 
-/// What is proven of a result, from the strongest to the weakest. The grade of a motion is the weakest of its decisions.
+/// What is proven of a result, from the strongest to the weakest. The grade of a motion is the weakest of its
+/// decisions.
 enum class Grade {
   proven,    ///< strict signs, every alternative refuted, all zeros follow from formulas
   assumed,   ///< relies on listed equalities or statements that arithmetic with balls cannot prove
@@ -22,7 +23,8 @@ const char* name_of(Grade grade);
 
 /// How numbers of a scene are read.
 enum class Reading {
-  decimal,  ///< as written: 0.3 is three tenths. Where only a double is kept, the shortest decimal that reads back to it
+  decimal,  ///< as written: 0.3 is three tenths. Parameters, and numbers in code, are kept as doubles; they are the
+            ///< shortest decimals that read back to them
   rounded   ///< each number is the double next to it, exactly: the scene that methods in doubles integrate
 };
 
@@ -46,10 +48,10 @@ struct CertifiedNumber {
 
 /// An event of the motion.
 struct CertifiedEvent {
-  std::string kind;                       ///< impact, detach, slip_to_stick, stick_to_slip, slip_reversal, slip_end
-  std::string contact;                    ///< name of the contact that caused it
-  CertifiedNumber time;                   ///< [s]
-  std::vector<std::string> modes;         ///< of all contacts after it: open, closed, stick, slip+, slip-, slip
+  std::string kind;                ///< impact, detach, slip_to_stick, stick_to_slip, slip_reversal, slip_end, zeno_end
+  std::string contact;             ///< name of the contact that caused it
+  CertifiedNumber time;            ///< [s]
+  std::vector<std::string> modes;  ///< of all contacts after it: open, closed, stick, slip+, slip-, slip
   std::vector<CertifiedNumber> Lambda_n;  ///< impulses of all contacts, of an impact [N s]
   Grade grade = Grade::proven;            ///< of the motion up to here
 };

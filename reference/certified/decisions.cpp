@@ -36,6 +36,7 @@ bool Verdict::add(Sign sign, const std::string& alternative) {
 
 void Verdict::require_one(const std::string& what) const {
   if (n_proven_ == 1 && n_undecided_ == 0) return;
+  if (all_are_refuted()) throw Unsupported(what + ": every combination violates the contact laws strictly");
   throw Undecided(fmt::format("{}: {} alternatives proven, {} undecided{}", what, n_proven_, n_undecided_,
                               undecided_.empty() ? "" : ", for example " + undecided_));
 }
@@ -88,21 +89,32 @@ Sign Decisions::check_modes(const std::vector<int>& candidates, const std::vecto
 }
 
 /// The sign of a combination, by two orders and, if coefficients vanish exactly, by more.
-Sign Decisions::check_combination(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
-                                  const std::vector<int>& slip_sign, const std::vector<Mode>& modes) {
+void Decisions::check_alternative(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
+                                  const std::vector<int>& slip_sign, ModeAlternative& alternative) {
   constexpr int kFirstOrder = 2, kLastOrder = 8;
   try {
     step_.load(x, t);
-    const ModeMotion motion = mode_motion(scene_, modes, p_);
-    step_.expand(motion, kFirstOrder);
-    const Sign sign = check_modes(candidates, slip_sign, motion, kFirstOrder);
-    if (sign != Sign::unknown) return sign;
-    step_.load(x, t);
-    step_.expand(motion, kLastOrder);
-    return check_modes(candidates, slip_sign, motion, kLastOrder);
+    const ModeMotion motion = mode_motion(scene_, alternative.modes, p_);
+    for (const auto& [contact, force] : motion.normal_force) {
+      if (p_.is_zero(force) && scene_.contacts[contact].n_t() == 0) alternative.idle.push_back(contact);
+    }
+    for (const int order : {kFirstOrder, kLastOrder}) {
+      step_.load(x, t);
+      step_.expand(motion, order);
+      alternative.sign = check_modes(candidates, slip_sign, motion, order);
+      if (alternative.sign != Sign::unknown) return;
+    }
   } catch (const Undecided&) {  // singular equations
-    return Sign::unknown;
   }
+}
+
+/// Whether a combination differs from a proven one only in that contacts without force are open.
+bool Decisions::has_same_motion(const ModeAlternative& open, const ModeAlternative& proven) {
+  for (std::size_t i = 0; i < open.modes.size(); ++i) {
+    if (open.modes[i] == proven.modes[i]) continue;
+    if (open.modes[i] != Mode::open || std::ranges::count(proven.idle, static_cast<int>(i)) == 0) return false;
+  }
+  return true;
 }
 
 void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
@@ -111,15 +123,22 @@ void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const st
   std::vector<std::vector<Mode>> options;
   for (const int i : candidates) options.push_back(mode_options(i, slip_sign[i]));
   Combinations combination(std::move(options));
+  ModeAlternative best;
+  std::vector<ModeAlternative> undecided;
   Verdict verdict;
-  std::vector<Mode> best;
   do {
     limit_.check();
-    std::vector<Mode> modes = states.modes;
-    for (std::size_t k = 0; k < candidates.size(); ++k) modes[candidates[k]] = combination[k];
-    const Sign sign = check_combination(x, t, candidates, slip_sign, modes);
-    if (verdict.add(sign, names(candidates, combination))) best = modes;
+    ModeAlternative next;
+    next.modes = states.modes;
+    for (std::size_t k = 0; k < candidates.size(); ++k) next.modes[candidates[k]] = combination[k];
+    next.name = names(candidates, combination);
+    check_alternative(x, t, candidates, slip_sign, next);
+    if (next.sign == Sign::unknown) undecided.push_back(next);
+    if (next.sign == Sign::positive && verdict.add(next.sign, next.name)) best = next;
   } while (combination.next());
+  for (const auto& alternative : undecided) {
+    if (best.modes.empty() || !has_same_motion(alternative, best)) verdict.add(Sign::unknown, alternative.name);
+  }
   if (verdict.all_are_refuted()) {
     for (const int i : candidates) {
       if (scene_.contacts[i].n_t() == 2 && slip_sign[i] == 0)
@@ -128,10 +147,11 @@ void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const st
   }
   verdict.require_one("modes");
   for (const int i : candidates) {
-    states.modes[i] = best[i];
-    if (best[i] == Mode::open) states.vanishing_gap[i] = 2;
-    if (slip_sign[i] == 0 && (best[i] == Mode::slip_plus || best[i] == Mode::slip_minus)) states.vanishing_slip[i] = 1;
-    if (best[i] == Mode::stick && scene_.contacts[i].n_t() == 2) sticking_in_space_.push_back(i);
+    const Mode mode = best.modes[i];
+    states.modes[i] = mode;
+    if (mode == Mode::open) states.vanishing_gap[i] = 2;
+    if (slip_sign[i] == 0 && (mode == Mode::slip_plus || mode == Mode::slip_minus)) states.vanishing_slip[i] = 1;
+    if (mode == Mode::stick && scene_.contacts[i].n_t() == 2) sticking_in_space_.push_back(i);
   }
 }
 

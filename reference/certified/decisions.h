@@ -73,7 +73,8 @@ class Decisions {
   ///     open: d2/dt2 gap > 0;   closed: lambda_n > 0;   stick: lambda_n > 0, |lambda_t| < mu lambda_n              (1)
   ///     slip+-: lambda_n > 0, and d/dt v_t > 0 or < 0 where v_t = 0
   ///
-  /// Where a left-hand side is exactly zero, its first derivative that is not decides.
+  /// Where a left-hand side is exactly zero, its first derivative that is not decides. A combination whose forces are
+  /// zero by their formulas has the motion of the one in which these contacts are open; they are one alternative.
   ///
   /// @param slip_sign  of v_t, of all contacts; 0 where it is exactly zero
   /// @throws Undecided, Unsupported
@@ -96,8 +97,16 @@ class Decisions {
   std::vector<Mode> mode_options(int contact, int slip_sign) const;
   Sign check_modes(const std::vector<int>& candidates, const std::vector<int>& slip_sign, const ModeMotion& motion,
                    int order);
-  Sign check_combination(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
-                         const std::vector<int>& slip_sign, const std::vector<Mode>& modes);
+  /// Modes that are proven or undecided, and contacts without friction whose force is zero by its formula.
+  struct ModeAlternative {
+    Sign sign = Sign::unknown;
+    std::vector<Mode> modes;
+    std::vector<int> idle;
+    std::string name;
+  };
+  void check_alternative(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
+                         const std::vector<int>& slip_sign, ModeAlternative& alternative);
+  static bool has_same_motion(const ModeAlternative& open, const ModeAlternative& proven);
   std::string names(const std::vector<int>& candidates, const Combinations& combination) const;
 
   const SceneFormulas& scene_;

@@ -135,7 +135,8 @@ class ModeEquations {
       return;
     }
     const Node force = motion_.normal_force[i];
-    if (!contact.is_bilateral) events.push_back({force, EventKind::detach, i});
+    // A force that is zero by its formula pushes as little as an open contact; it never pulls.
+    if (!contact.is_bilateral && !p_.is_zero(force)) events.push_back({force, EventKind::detach, i});
     if (modes_[i] == Mode::slip_plus) events.push_back({contact.v_t[0], EventKind::slip_end, i});
     if (modes_[i] == Mode::slip_minus) events.push_back({p_.neg(contact.v_t[0]), EventKind::slip_end, i});
     if (modes_[i] == Mode::slip) events.push_back({p_.dot(contact.v_t, contact.v_t), EventKind::slip_end, i});

@@ -31,12 +31,12 @@ struct ExactNumbers : GiNaC::map_function {
   Reading reading;
 };
 
-/// Rules of angles: sin(-x) = -sin(x), sin(asin(x)) = x, cos(asin(x)) = sqrt(1 - x^2), and cos(x)^2 = 1 - sin(x)^2 last.
+/// Rules of angles: sin(-x) = -sin(x), sin(asin(x)) = x, cos(asin(x)) = sqrt(1 - x^2), cos(x)^2 = 1 - sin(x)^2.
 struct AngleRules : GiNaC::map_function {
   ex operator()(const ex& e) override {
     const ex inner = e.map(*this);
-    if (GiNaC::is_a<GiNaC::power>(inner) && is_call(inner.op(0), "cos") && inner.op(1).info(GiNaC::info_flags::posint) &&
-        GiNaC::ex_to<numeric>(inner.op(1)) <= 20) {
+    if (GiNaC::is_a<GiNaC::power>(inner) && is_call(inner.op(0), "cos") &&
+        inner.op(1).info(GiNaC::info_flags::posint) && GiNaC::ex_to<numeric>(inner.op(1)) <= 20) {
       const int n = GiNaC::ex_to<numeric>(inner.op(1)).to_int();
       const ex x = inner.op(0).op(0);
       return pow(1 - pow(GiNaC::sin(x), 2), n / 2) * pow(GiNaC::cos(x), n % 2);

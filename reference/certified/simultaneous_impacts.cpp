@@ -7,7 +7,7 @@
 // whatever the order of the impacts:
 //
 //     q in Q = q(t_1) + [0, w] V,    V = hull(V-, V+)
-//     V- = v(t_1) + [0, w] A,    V+ = impact(Q, V-) + [0, w] A,    A = a(Q, V)                                       (1)
+//     V- = v(t_1) + [0, w] A,    V+ = impact(Q, V-) + [0, w] A,    A = a(Q, V)                                     (1)
 //
 // where V+ = V- for coordinates that no impact changes. If the right-hand sides lie within Q, V- and V+, these boxes
 // contain the motion. Contact i hits exactly once if gap(t_1) + w v_n(Q, V-) < 0 and v_n(Q, V+) > 0.
@@ -38,7 +38,8 @@ bool contains(const std::vector<Ball>& outer, const std::vector<Ball>& inner) {
                             [](const Ball& a, const Ball& b) { return arb_contains(a.get(), b.get()) != 0; });
 }
 
-/// Doubles the radii, and adds what rounding may need.
+}  // namespace
+
 void inflate(std::vector<Ball>& box, slong bits) {
   for (Ball& x : box) {
     Magnitude extra(x);
@@ -47,8 +48,6 @@ void inflate(std::vector<Ball>& box, slong bits) {
     x.widen(extra.get());
   }
 }
-
-}  // namespace
 
 bool HybridMotion::are_decoupled_impacts(const Step& step) const {
   std::vector<int> hit, all;

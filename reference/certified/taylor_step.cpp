@@ -133,6 +133,7 @@ bool TaylorStep::contract(const std::vector<Node>& schedule, const Rates& rates,
   }
   std::vector<Magnitude> mapped(rates.size());
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
+    limit_.check();
     for (const Node i : schedule) {
       if (!p_.remainder(i)) return false;
     }

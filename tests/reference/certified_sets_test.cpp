@@ -10,7 +10,8 @@ namespace ricochet::reference::certified {
 namespace {
 
 /// Two pendulums coupled by a weak spring, with a drag of one.
-const char* const kScene = R"json({"q0": ["0.9", "-0.4"], "v0": ["0.2", "1.1"], "T": "5", "M": [["1", "0.1"], ["0.1", "2"]],
+const char* const kScene =
+    R"json({"q0": ["0.9", "-0.4"], "v0": ["0.2", "1.1"], "T": "5", "M": [["1", "0.1"], ["0.1", "2"]],
   "f": ["-4*sin(q[0]) + 0.3*(q[1]-q[0])", "-3*sin(q[1]) + 0.3*(q[0]-q[1]) - 0.2*v[1]/(1+v[1]*v[1])"]})json";
 
 /// The set after `steps` steps of length h from a box.
