@@ -73,15 +73,15 @@ ordered_json json_of(const std::vector<CertifiedNumber>& numbers) {
 }
 
 ordered_json json_of(const CertifiedMotion& motion, const ProblemInfo& info) {
-  ordered_json json = {{"problem", info.id}, {"grade", name_of(motion.grade)}, {"reason", motion.reason}};
-  json["assumptions"] = motion.assumptions;
-  json["reading"] = motion.reading == Reading::decimal ? "decimal" : "rounded";
-  json["decimals"] = motion.grade == Grade::open ? ordered_json() : ordered_json(motion.decimals());
-  json["t"] = motion.end_time.text;
-  json["q"] = json_of(motion.q);
-  json["v"] = json_of(motion.v);
-  json["modes"] = motion.modes;
-  json["events"] = ordered_json::array();
+  ordered_json document = {{"problem", info.id}, {"grade", name_of(motion.grade)}, {"reason", motion.reason}};
+  document["assumptions"] = motion.assumptions;
+  document["reading"] = motion.reading == Reading::decimal ? "decimal" : "rounded";
+  document["decimals"] = motion.grade == Grade::open ? ordered_json() : ordered_json(motion.decimals());
+  document["t"] = motion.end_time.text;
+  document["q"] = json_of(motion.q);
+  document["v"] = json_of(motion.v);
+  document["modes"] = motion.modes;
+  document["events"] = ordered_json::array();
   for (const auto& event : motion.events) {
     json["events"].push_back({{"t", event.time.text},
                               {"radius", event.time.radius},
@@ -91,12 +91,12 @@ ordered_json json_of(const CertifiedMotion& motion, const ProblemInfo& info) {
                               {"Lambda_n", json_of(event.Lambda_n)},
                               {"grade", name_of(event.grade)}});
   }
-  json["bits"] = motion.bits;
-  json["order"] = motion.order;
-  json["steps"] = motion.n_steps;
-  json["attempts"] = motion.attempts;
-  json["seconds"] = motion.seconds;
-  return json;
+  document["bits"] = motion.bits;
+  document["order"] = motion.order;
+  document["steps"] = motion.n_steps;
+  document["attempts"] = motion.attempts;
+  document["seconds"] = motion.seconds;
+  return document;
 }
 
 /// Writes the certificate to a new file. @throws InputError where there is none

@@ -9,8 +9,13 @@
 namespace ricochet::reference::certified {
 namespace {
 
-/// Impacts at one time end the same step.
+/// Impacts at one time end the same step. Impacts that accumulate are not verified one by one.
 void require_single_events(const std::vector<CertificateEvent>& events) {
+  for (const auto& event : events) {
+    if (event.kind == "zeno_end")
+      throw InputError(
+          fmt::format("no certificate: impacts of {} accumulate at t = {}", event.contact, event.time.text));
+  }
   for (std::size_t k = 1; k < events.size(); ++k) {
     if (events[k].step == events[k - 1].step)
       throw InputError(fmt::format("no certificate: simultaneous impacts of {} and {} at t = {}", events[k - 1].contact,

@@ -90,8 +90,9 @@ CertifiedMotion certified_motion(const Problem& problem, const Options& options)
     const bool is_same = last.is_undecided && last.motion.reason == reason;
     if (is_same && lost < kTieLoss) break;  // a tie
     reason = last.motion.reason;
-    if (!next.mean_value_form && !next.with_steps &&
-        lost > affordable_loss(problem.n_q())) {  // certificates have boxes
+    // After each event the form begins again with a box; a certificate has boxes only.
+    const bool has_long_flights = last.motion.n_steps > 2 * std::ssize(last.motion.events) && !next.with_steps;
+    if (!next.mean_value_form && has_long_flights && lost > affordable_loss(problem.n_q())) {
       next.mean_value_form = true;
     } else if (last.is_undecided) {
       next.bits = 2 * next.bits;

@@ -12,6 +12,7 @@ void HybridMotion::handle(const EventFunction& event) {
   switch (event.kind) {
     case EventKind::impact:
       handle_impact(event.contact);
+      pass_accumulation(event.contact);
       break;
     case EventKind::detach:
       handle_detach(event.contact);
@@ -41,6 +42,7 @@ std::vector<int> HybridMotion::coupled_with(int contact) const {
 }
 
 void HybridMotion::handle_impact(int i) {
+  last_impact_ = i;
   taylor_.load(set_.box(), t_);
   if (p_.value_of(scene_.contacts[i].v_n).sign() != Sign::negative)
     throw Undecided("a grazing impact of " + scene_.contacts[i].name);

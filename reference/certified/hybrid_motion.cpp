@@ -133,7 +133,7 @@ void HybridMotion::run() {
   try {
     run_to_end();
   } catch (const Undecided& error) {
-    if (!impacts_accumulate()) throw;
+    if (!impacts_accumulate() || may_collapse(last_impact_)) throw;  // more bits reach smaller speeds
     throw Unsupported(fmt::format("impacts accumulate at t = {}", short_text(t_)));
   }
 }

@@ -9,6 +9,9 @@
 
 namespace ricochet::reference::certified {
 
+/// Doubles the radii of a box, and adds what rounding may need.
+void inflate(std::vector<Ball>& box, slong bits);
+
 /// Encloses the motion of a scene. Smooth pieces are Taylor steps; the first root of all event functions ends a piece;
 /// impacts and modes after it are decided by signs. Errors of rounding and truncation are in the balls.
 class HybridMotion {
@@ -55,6 +58,12 @@ class HybridMotion {
   std::vector<int> coupled_with(int contact) const;
   void record(const std::string& kind, const std::string& contact, const std::vector<Ball>& Lambda_n = {});
 
+  // accumulation.cpp
+  bool may_collapse(int contact) const;
+  bool pass_accumulation(int contact);
+  struct Collapse;
+  void map_collapse(Collapse& collapse);
+
   // simultaneous_impacts.cpp
   bool are_decoupled_impacts(const Step& step) const;
   void handle_decoupled_impacts(const Step& step);
@@ -73,6 +82,7 @@ class HybridMotion {
   ContactStates states_;
   ModeMotion motion_;
   Ball t_;
+  int last_impact_ = 0;  ///< contact of the last impact
   CertifiedMotion result_;
   std::vector<Ball> event_times_;
 };

@@ -38,7 +38,8 @@ bool contains(const std::vector<Ball>& outer, const std::vector<Ball>& inner) {
                             [](const Ball& a, const Ball& b) { return arb_contains(a.get(), b.get()) != 0; });
 }
 
-/// Doubles the radii, and adds what rounding may need.
+}  // namespace
+
 void inflate(std::vector<Ball>& box, slong bits) {
   for (Ball& x : box) {
     Magnitude extra(x);
@@ -47,8 +48,6 @@ void inflate(std::vector<Ball>& box, slong bits) {
     x.widen(extra.get());
   }
 }
-
-}  // namespace
 
 bool HybridMotion::are_decoupled_impacts(const Step& step) const {
   std::vector<int> hit, all;

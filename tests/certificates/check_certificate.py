@@ -36,8 +36,9 @@ def positive(f, d, rho, begin, end, depth=60):
     return depth > 0 and positive(f, d, rho, begin, middle, depth - 1) and positive(f, d, rho, middle, end, depth - 1)
 
 
-def first_root(at, d, root, h):
-    """An interval that ends before the first root, if that lies in `root`. at(t) encloses f, d is the slope of p."""
+def first_root(at, f, rho, root, h):
+    """Where an interval without root ends, if the first root lies in `root`. at(t) encloses f +- rho more tightly."""
+    d = slope(f)
     middle = root.mid
     for k in range(6, 80, 6):
         w = iv.mpf(root.delta.b) * 2 ** k
@@ -45,7 +46,7 @@ def first_root(at, d, root, h):
         fall = horner(d, hull(begin, end))
         if not (begin > 0 and end <= h and fall < 0):
             return None
-        if at(begin) > 0 and at(end) < 0:
+        if horner(f, begin) - rho > 0 and at(end) < 0:
             return begin if middle - at(middle) / fall in root else None
     return None
 
@@ -95,7 +96,7 @@ class Checker:
         return [Wrap(found[a][0]) for a in nodes]
 
     def take(self, motion, step, X, t, k):
-        """The state and time at the end of a step. Steps are divided until Picard's operator contracts."""
+        """The state and time at the end of a step, divided until remainders are about as small as those stated."""
         h, end, event = iv.mpf(float.fromhex(step["h"])), ball(step["end"]), self.events.get(k)
         require(end > 0 and end <= 1, "the end of the step")
         duration = h * end
@@ -105,7 +106,8 @@ class Checker:
         else:
             require(event or end.delta == 0, "an end with a radius")
         for parts in (1, 2, 4, 8, 16, 32):
-            bounds = [float.fromhex(r) / parts + 1e-250 for r in step["rho"]]
+            stated = [float.fromhex(r) for r in step["rho"]]
+            bounds = [max(r, 1e-4 * size(x.delta), 1e-6 * max(stated), 1e-250) / parts for r, x in zip(stated, X)]
             result = self.try_parts(motion, X, t, duration, event, parts, bounds)
             if result:
                 break
@@ -149,7 +151,7 @@ class Checker:
                     bound = scale * (2 * rho[f] + small[f] + sum(rho[g] * size(x) for g, x in zip(gradient, rest)))
                     value = lambda t: (horner(point[f][skip:N + 1], t) + bound * iv.mpf([-1, 1]) +  # mean value form
                                        dot([horner(wide[g][skip:N + 1], t) for g in gradient], rest))
-                    last = first_root(value, slope(p), tau, h)
+                    last = first_root(value, p, scale * rho[f], tau, h)
                     require(last is not None, f"the root of {name}")
                 require(positive(p, slope(p), scale * rho[f], iv.mpf(0), last), f"{name} before the end of the step")
             at = lambda c, r, a: horner(c[a], tau.mid) + iv.mpf([-r[a], r[a]])

@@ -32,6 +32,8 @@ double difference(const CertifiedMotion& proven, const Solution& solution) {
     largest =
         std::max({largest, std::abs(value(proven.q[k]) - solution.q[i]), std::abs(value(proven.v[k]) - solution.v[i])});
   }
+  // References resolve fewer impacts that accumulate, and claim nothing of their times.
+  if (!proven.events.empty() && proven.events.back().kind == "zeno_end") return largest;
   std::vector<double> times, others;
   for (const auto& event : proven.events) times.push_back(value(event.time));
   for (const auto& event : solution.events) others.push_back(event.t);
