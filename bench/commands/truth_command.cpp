@@ -83,7 +83,7 @@ ordered_json json_of(const CertifiedMotion& motion, const ProblemInfo& info) {
   document["modes"] = motion.modes;
   document["events"] = ordered_json::array();
   for (const auto& event : motion.events) {
-    json["events"].push_back({{"t", event.time.text},
+    document["events"].push_back({{"t", event.time.text},
                               {"radius", event.time.radius},
                               {"kind", event.kind},
                               {"contact", event.contact},
