@@ -7,7 +7,7 @@
 
 namespace ricochet {
 
-/// A problem whose initial state respects its gaps, and what was changed for that.
+/// A problem with a corrected initial state, and the correction.
 struct ProjectedProblem {
   std::unique_ptr<Problem> problem;
   std::string note;  ///< one line: which contact was violated, by how much, what moved most; empty: nothing was
@@ -21,7 +21,7 @@ struct ProjectedProblem {
 /// (1) by the linearised steps of position_projection.h, so that on curved gaps the position is the nearest one to
 /// second order in the penetration. A velocity into a closed contact stays: it is an impact at t = 0.
 ///
-/// @param problem  that validate() of problems/initial_state.h lets pass
+/// @param problem  accepted by validate() of problems/initial_state.h
 /// @throws InputError when (1) finds no position, or for a problem that is not made of formulas
 ProjectedProblem project_initial_state(std::unique_ptr<Problem> problem);
 

@@ -12,7 +12,7 @@ struct IsolatedResult {
   std::string text;  ///< what the work returned; of a crash, the signal or the exception
 };
 
-/// For work that may take as long as it likes [s]: thirty years.
+/// Practically no limit [s]: thirty years.
 inline constexpr double kNoLimit = 1e9;
 
 /// Runs `work` in a child process, so that neither a crash nor an endless loop in it can reach this one. May be called

@@ -31,7 +31,7 @@ struct Settings {
   double inner_tolerance = 1e-13;  ///< relative size of the last Newton correction
   double event_tolerance = 1e-13;  ///< relative width of the interval that brackets an event
 
-  double time_limit = 0;                    ///< wall time [s]; 0 is none
+  double time_limit = 0;                    ///< wall time [s]; 0: no limit
   Recording recording = Recording::events;  ///< what of the run is kept
   /// Variables of the derivatives Solution::dq, dv and Event::dt: "q0:0", "v0:0" for a component of the initial
   /// values, "param:NAME" for a parameter, which the initial values may depend on.
@@ -50,7 +50,7 @@ struct MethodInfo {
   bool has_sensitivities = false;  ///< reads Settings::sensitivities
   bool is_audited = false;         ///< reads Settings::audit: it evaluates its own equations after each step
   bool keeps_samples = true;       ///< reads Recording::grid; an integrator with steps of its own may not
-  /// Laws of impacts that it can take: it declines scenes with another one.
+  /// Impact laws that it supports; it declines scenes with another law.
   std::vector<ImpactHypothesis> impact_laws{ImpactHypothesis::newton};
   /// A step allocates no memory: what a run allocates depends on its events, not on its steps.
   bool is_allocation_free = false;
@@ -65,20 +65,20 @@ struct Support {
   static Support no(std::string why) { return {false, std::move(why)}; }  ///< It cannot, because of `why`.
 };
 
-/// A method made ready for one problem: what its runs need besides their results is made once. For one thread.
+/// A method prepared for one problem: data that all runs share are computed once. For one thread.
 class Solver {
  public:
   virtual ~Solver() = default;
 
   /// As Method::solve(). Between runs the initial state, the control and the end time of the problem may change; for
   /// other parameters another Solver is needed. Runs are independent: to the last bit, the result depends on the
-  /// initial state of this run and on the one that the solver was made with. Counters are of this run, which finds the
-  /// factors of constant matrices made.
+  /// initial state of this run and on the one that the solver was made with. Counters cover this run; factors of
+  /// constant matrices that exist already are not counted again.
   /// @throws InputError for `settings` out of range
   virtual Solution solve(const Settings& settings) = 0;
 };
 
-/// A numerical method for complementarity Lagrangian systems. It knows a problem through `Problem` alone.
+/// A numerical method for complementarity Lagrangian systems. It accesses a problem only through `Problem`.
 class Method {
  public:
   virtual ~Method() = default;
@@ -86,7 +86,7 @@ class Method {
   virtual MethodInfo info() const = 0;                             ///< Name, source and orders.
   virtual Support supports(const ProblemInfo& problem) const = 0;  ///< Whether it can run `problem`, or why not.
 
-  /// Whether it can run `problem`, or why not: supports() after what all methods have in common, the law of impacts.
+  /// Whether it can run `problem`, or why not: checks the impact law, as for all methods, then supports().
   Support can_run(const ProblemInfo& problem) const;
 
   /// Integrates `problem` from t = 0 to end_time, as `settings` say. Numerical failure is a status with a message and the
@@ -94,7 +94,7 @@ class Method {
   /// @throws InputError for settings out of range, or a problem that can_run() declines
   Solution solve(const Problem& problem, const Settings& settings) const;
 
-  /// For many runs of one `problem`. Method and problem have to outlive what is returned.
+  /// For many runs of one `problem`. Method and problem must outlive the solver.
   /// @throws InputError for a problem that can_run() declines
   std::unique_ptr<Solver> prepare(const Problem& problem) const;
 

@@ -11,7 +11,7 @@
 
 namespace ricochet {
 
-/// An option that a method asks its text for.
+/// An option that a method reads from its text.
 struct MethodOption {
   std::string name;                  ///< "theta"
   std::string fallback;              ///< its value when it is not given; empty: the method chooses
@@ -19,8 +19,8 @@ struct MethodOption {
   std::vector<std::string> choices;  ///< the default first; empty for a number
 };
 
-/// The text that selects a method, taken apart: NAME[:ARGUMENT...][,OPTION=VALUE...], for example
-/// "fesd:radau-iia:3,elements=as_needed". A method asks it for the options that it knows.
+/// The text that selects a method, parsed: NAME[:ARGUMENT...][,OPTION=VALUE...], for example
+/// "fesd:radau-iia:3,elements=as_needed". A method reads its options from it.
 class MethodSpec {
  public:
   /// Parses `text`. @throws InputError for an option without value, or one that is given twice
@@ -30,8 +30,8 @@ class MethodSpec {
   const std::string& name() const { return name_; }                         ///< Name, before the first colon.
   const std::vector<std::string>& arguments() const { return arguments_; }  ///< Between colons, after the name.
 
-  /// The number that is given for `option`, or `fallback` where none is.
-  /// @throws InputError for what is no number from `min` to `max`
+  /// The number given for `option`, or `fallback` if none is given. @throws InputError unless it is a number from `min`
+  /// to `max`
   double number(const std::string& option, double fallback, double min, double max) const;
   /// The whole number given for `option`, or `fallback` if none is given.
   /// @throws InputError unless it is from `min` to `max`
@@ -46,7 +46,7 @@ class MethodSpec {
     return *ricochet::find(names, choice(option, list(names)));
   }
 
-  /// @throws InputError for options that no accessor asked for, or more arguments than `max_arguments`
+  /// @throws InputError for options that no accessor has read, or more arguments than `max_arguments`
   void finish(std::size_t max_arguments) const;
 
   /// Options that the accessors have read so far, in this order.
@@ -54,7 +54,7 @@ class MethodSpec {
 
  private:
   double number_of(const MethodOption& option, double fallback, double min, double max) const;
-  /// The value that is given, after the question is noted; null for none.
+  /// Records `option` as read. @return the value that is given; null for none
   const std::string* find(const MethodOption& option) const;
 
   std::string text_, name_;

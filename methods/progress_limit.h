@@ -8,10 +8,10 @@
 
 namespace ricochet {
 
-/// No run without an end: so many steps have to move the time by so large a part of the end time.
+/// Ends runs without progress: every `steps` steps must advance the time by the fraction `least` of the end time.
 class ProgressLimit {
  public:
-  /// @param least  part of the end time
+  /// @param least  fraction of the end time
   ProgressLimit(const ProblemInfo& problem, long steps, double least)
       : problem_(problem), steps_(steps), least_(least * problem.end_time), next_(steps) {}
 
@@ -23,14 +23,15 @@ class ProgressLimit {
     mark_ = t;
     return moved_ < least_;
   }
-  /// Afterwards: names the slipping contacts, or else the closed ones. @param modes  of the contacts
+  /// Message after the limit is passed: names the slipping contacts, or else the closed ones. @param modes  of the
+  /// contacts
   std::string message(std::span<const ContactMode> modes) const;
 
  private:
   const ProblemInfo& problem_;
   const long steps_;
   const double least_;           // [s]
-  long next_;                    // count at which the time is looked at again
+  long next_;                    // count of the next check
   double mark_ = 0, moved_ = 0;  // [s]
 };
 

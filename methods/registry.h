@@ -15,32 +15,32 @@
 
 namespace ricochet {
 
-/// A method in the list of all: how it is called, and how it is made.
+/// An entry in the list of all methods: its name, usage and factory.
 struct MethodEntry {
   std::string name;                   ///< before the first colon of a spec, lower_snake
   std::string usage;                  ///< "fesd:TABLEAU:STAGES[,n_fe=2][,elements=fixed|as_needed]"
   std::size_t max_arguments = 0;      ///< after the name: TABLEAU and STAGES
   std::string summary;                ///< one line
   std::vector<std::string> examples;  ///< specs that the conformance tests run on every scene
-  int conformance_steps = 400;        ///< that they take: fewer for methods whose steps are long
+  int conformance_steps = 400;        ///< steps of these tests: fewer for methods whose steps are long
   std::string not_built{};            ///< of NotBuilt: why, for example "Siconos was not found"
-  std::string scheme{};               ///< file with its equations, beside that which registers it; empty: that one
+  std::string scheme{};               ///< file with its equations, next to the registering file; empty: that file
   /// Makes the method of a spec: set by register_method(); empty: not built.
   std::function<std::unique_ptr<Method>(const MethodSpec&)> make{};
-  std::string file{};  ///< that registers it, as the compiler was given it: set by register_method()
+  std::string file{};  ///< source file as the compiler saw it; set by register_method()
 };
 
 /// In place of a method whose library was not found: it is listed, and cannot run.
 struct NotBuilt;
 
-/// Puts `entry` into the list; what register_method() calls. Throws std::logic_error for a name that is there.
+/// Adds `entry` to the list; called by register_method(). Throws std::logic_error for a name that exists already.
 /// @returns true, so that a constant of a file can be initialised by it
 bool add_method(MethodEntry entry);
 
-/// Makes a method known under `entry`'s name. Called once in each method's own file; no list of methods exists anywhere
+/// Registers a method under `entry`'s name. Called once in each method's own file; no list of methods exists anywhere
 /// else.
-/// @tparam T  a Method that a MethodSpec makes, or NotBuilt. It asks the spec for its options; options that it does not
-/// know, and arguments beyond `max_arguments`, are refused for it.
+/// @tparam T  a Method that a MethodSpec makes, or NotBuilt. It reads its options from the spec; unknown options, and
+/// arguments beyond `max_arguments`, are rejected.
 /// @param file  of the caller: std::source_location, which Clang has from 16 on only
 template <class T>
 bool register_method(MethodEntry entry, const char* file = __builtin_FILE()) {

@@ -8,7 +8,7 @@
 
 namespace ricochet {
 
-/// The last check of an accepted step, by none of the formulas that made it. At its right end
+/// The last check of an accepted step, independent of the formulas that computed it. At its right end
 ///
 ///   q, v are finite                                                                           (1)
 ///   f_c^i(q) >= -allowed_i           of open contacts                                        (2)
@@ -16,11 +16,11 @@ namespace ricochet {
 ///   allowed_i = accuracy sum_k |J_n,k| (1 + |q_k| + T |v_k|)                                  (4)
 ///   J_n^i does not jump on the line from q_0 to q of closed contacts                          (5)
 ///
-/// with q_0 at its left end. A step that breaks one ends the run: what it computed is no motion of the scene. (3) finds
+/// with q_0 at its left end. A step that violates one ends the run: its result is not a motion of the scene. (3) finds
 /// gaps with a jump, and (5) gaps with a corner that a closed contact has passed without an event; the stage equations
-/// of a closed contact see neither. (5) is for contacts that may have corners: the half of the line is halved again on
-/// which J_n changes more, and what then is left of the change belongs to one place. It misses a corner that a step
-/// passes to and fro.
+/// of a closed contact see neither. (5) is for contacts that may have corners: the line is bisected, each time in the
+/// half where J_n changes more, and the change that remains belongs to one place. It misses a corner that a step passes
+/// to and fro.
 class StepCheck {
  public:
   /// Accuracy of an error-controlled method, in tolerances: errors of earlier steps add up in the gaps.

@@ -10,7 +10,7 @@ namespace ricochet {
 /// Wall-clock limit of a run. Reading the clock costs as much as a short time step, so it is read every few calls.
 class TimeLimit {
  public:
-  /// @param seconds  0 is none
+  /// @param seconds  0: no limit
   explicit TimeLimit(double seconds) : seconds_(seconds), begin_(Clock::now()) {}
 
   bool is_over() const {

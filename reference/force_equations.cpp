@@ -5,7 +5,8 @@
 namespace ricochet::reference {
 namespace {
 
-// Motion of a null vector relative to that of its components: above the square root of such a pivot.
+// Largest motion by a null vector that counts as zero, relative to that by its components: above the square root of
+// kSingular.
 constexpr double kNoMotion = 1e-5;
 
 }  // namespace

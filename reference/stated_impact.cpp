@@ -25,7 +25,7 @@ StatedImpulses along_path(const ContactInfo& contact, ImpactHypothesis law, cons
   Vector r = Vector::Zero(2);
   const double size = std::abs(w[0]) + std::abs(w[1]);
   bool compresses = true;
-  double work = 0, left = HUGE_VAL;  // int w_n dp_n so far; what is left of it, or of p_n, in the expansion
+  double work = 0, left = HUGE_VAL;  // int w_n dp_n so far; the rest of it, or of p_n, in the expansion
   for (int piece = 0; piece < kMaxPieces; ++piece) {
     const Vector direction = (Vector(2) << 1, friction_direction(G, contact.mu, w, size)).finished();
     const Vector rate = G * direction;

@@ -66,7 +66,7 @@ bool measures_times(const Study& study, const json& document) {
 
 /// Reason why rows cannot be shared as the options require; empty if they can.
 /// @param alone  value of the option that shares nothing
-/// @param marks  by which times are allowed
+/// @param marks  options that allow times
 std::string reason_not_shared(const Study& study, const json& document, TimesMark mark, const std::string& alone,
                               const std::string& marks) {
   const bool is_marked = mark != TimesMark::unspecified;
@@ -90,7 +90,7 @@ std::string reason_not_shared(const Study& study, const json& document, TimesMar
   return "";
 }
 
-/// @throws InputError for several processes, or machines, where times are measured and nothing is said of them
+/// @throws InputError for several processes, or machines, where times are measured without --times
 void require_shareable(const Study& study, const json& document, const RunOptions& options) {
   const auto require = [&](const std::string& option, const std::string& value, const std::string& alone,
                            const std::string& marks) {

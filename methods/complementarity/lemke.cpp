@@ -25,9 +25,9 @@ constexpr int kUneven = 8;
 // Largest residual of (1) in redundant equations, relative to the terms of a row, but at most to q: below the error of
 // any time step, and far below that of a problem without a solution.
 constexpr double kInconsistency = 1e-9;
-// More than pivots leave of (1), unless their bases are nearly singular.
+// Largest residual of (1) after pivoting, unless bases are nearly singular.
 constexpr double kPivoted = 1e-11;
-// Rounding of M z + q, relative to the sum of its terms; and how much of q it may be where z is large.
+// Rounding of M z + q, relative to the sum of its terms; its upper limit relative to q, for large z.
 constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
 constexpr double kMostRounding = 1e-5;
 

@@ -26,19 +26,19 @@ enum class LcpStatus {
 /// is kept with the inverse basis beside it. The ratio test compares the rows (q_i, B^-1_i) / m_i lexicographically, so
 /// that no basis returns, whatever ties occur: simultaneous contacts are ties.
 ///
-/// Redundant contacts, a box on four corners, make M singular, and with it bases that rounding alone makes regular.
-/// When the pivots end there without a solution, they start again on M + delta I, whose forces are unique (and near the
-/// smallest ones), and the smallest correction of the active variables takes delta out of (1) again.
+/// Redundant contacts, such as a box on four corners, make M singular, and some bases regular only by rounding. If
+/// pivoting ends there without a solution, it starts again with M + delta I, whose forces are unique and near the
+/// smallest ones. The smallest correction of the active variables then removes delta from (1).
 ///
 /// Units: the solver works on (R M C, R q) with diagonal matrices R and C of powers of two, which round nothing. Rows with
 /// M_ii > 0 have R_i M_ii C_i near one and R_i / R_j = C_i / C_j; the others, the multipliers of friction, have largest
 /// entries near one. So thresholds and pivots do not depend on the units of masses, lengths and times.
 ///
 /// A solution is one where (1) holds relative to q and, as far as M z is known, to the rounding of its terms. Impulses
-/// that grow without bound, for which rounding is all that is left, solve nothing.
+/// that grow without bound, so that only rounding remains, are not a solution.
 ///
-/// A warm start tries the complementary basis of the last solution first: when the active set did not change, one
-/// factorisation answers, without a pivot.
+/// A warm start tries the complementary basis of the last solution first: if the active set did not change, one
+/// factorisation gives the solution, without a pivot.
 ///
 /// All storage is allocated by the constructor; solve() allocates nothing for problems up to `max_size`, unless M is
 /// redundant.
@@ -51,13 +51,13 @@ class LemkeSolver {
   /// @param M  n x n, @param q n, @param z  n, overwritten with the solution
   LcpStatus solve(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
 
-  /// Like solve(), but first tries the active set {i : z_i > 0} that `z` brings along.
+  /// Like solve(), but first tries the active set {i : z_i > 0} of the given `z`.
   LcpStatus solve_warm(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
 
-  /// Like solve(), but among the solutions of a redundant problem one with the smallest z, up to how delta rounds it.
+  /// Like solve(), but returns a smallest solution z of a redundant problem, up to the rounding by delta.
   LcpStatus solve_smallest(const Eigen::Ref<const Matrix>& M, const Eigen::Ref<const Vector>& q, Eigen::Ref<Vector> z);
 
-  /// @param size  what q may be wrong by in rows with M_ii > 0: redundant equations need not agree any better
+  /// @param size  error of q in rows with M_ii > 0, by which redundant equations may disagree
   void set_rounding(double size) { rounding_ = size; }
 
   int pivots() const { return pivots_; }  ///< of the last call

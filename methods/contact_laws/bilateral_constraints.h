@@ -12,8 +12,7 @@ namespace ricochet {
 ///
 /// G: their Jacobian, n_q x n_bilateral; m: their impulses or forces; W: M^-1, or the inverse of the iteration matrix
 /// of a method; b: 0 for velocities, v' (grad^2 f_c) v for accelerations. With b = 0 this is the projection P x, P = I
-/// - W G S^-1 G'. The response W d to an impulse d becomes P W d: whoever puts P W in place of W keeps the constraints
-/// without knowing of them.
+/// - W G S^-1 G'. The response W d to an impulse d becomes P W d: P W in place of W keeps the constraints.
 class BilateralConstraints {
  public:
   explicit BilateralConstraints(const Problem& problem);

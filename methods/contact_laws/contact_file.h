@@ -6,7 +6,7 @@
 
 namespace ricochet {
 
-/// A contact problem and what is known of it, as a file keeps it.
+/// A contact problem of a file, with its solution and guess.
 struct StoredContactProblem {
   ContactProblem problem{};
   std::string title{}, description{}, math_info{};
@@ -15,11 +15,10 @@ struct StoredContactProblem {
 
 /// Contact problems as files of the Friction Contact Library (FCLib: Acary, Bremond, Koziara, Perignon, INRIA RT-0444),
 /// in HDF5: the local problem u = W r + q, normal first, with Coulomb's law, in groups /fclib_local, /solution,
-/// /guesses. The global problem M v = H r + G l + f, u = H'v + w of /fclib_global is read, too, as the local one that
-/// is left when v and l are eliminated.
+/// /guesses. The global problem M v = H r + G l + f, u = H'v + w of /fclib_global is read, too: v and l are eliminated.
 ///
-/// Its contacts are all in the plane (spacedim 2) or all in space (3): see uniform_contacts.h. Where a file is read,
-/// contacts with mu = 0 lose their tangents.
+/// The contacts of a file are all in the plane (spacedim 2) or all in space (3): see uniform_contacts.h. When a file is
+/// read, contacts with mu = 0 lose their tangents.
 
 /// @throws InputError without the library
 void require_contact_files();
@@ -29,8 +28,8 @@ void require_contact_files();
 StoredContactProblem read_contact_file(const std::string& path);
 
 /// Writes a new file, under another name until it is complete; solution and guess with their velocities.
-/// @throws InputError without the library; for a file that exists or cannot be written; for what FCLib has no words
-/// for: the associated law with friction, impulses that are already there
+/// @throws InputError without the library; for a file that exists or cannot be written; for what FCLib cannot
+/// represent: the associated law with friction, impulses that are already there
 void write_contact_file(const StoredContactProblem& stored, const std::string& path);
 
 }  // namespace ricochet

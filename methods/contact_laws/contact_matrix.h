@@ -17,9 +17,9 @@ class ContactMatrix {
   void begin(int n_contacts, int n_rows);
   /// Adds A_r s_i + A_w (G s)_i, in the rows of contact i.
   void add_rows(const Delassus& G, int i, const double A_r[3][3], const double A_w[3][3]);
-  /// @return regular
+  /// @return whether it is regular
   bool factorize();
-  /// x <- the solution of A x = rhs, their first n_rows entries. @return finite
+  /// x <- the solution of A x = rhs, their first n_rows entries. @return whether x is finite
   bool solve(const Vector& rhs, Vector& x);
 
  private:

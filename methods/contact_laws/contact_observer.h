@@ -9,15 +9,15 @@ namespace ricochet {
 struct ContactProblem;
 enum class ContactStatus;
 
-/// Is shown the contact problems that a time-stepping method meets, TimeSteppingMethod::set_contact_observer().
+/// Observer of the contact problems of a time-stepping method, see TimeSteppingMethod::set_contact_observer().
 class ContactObserver {
  public:
   virtual ~ContactObserver() = default;
 
   /// @param step  from 0; a step may have several contact problems, or none
-  /// @param guess  what the solver starts from, G.n_rows() or more
+  /// @param guess  start of the solver, G.n_rows() or more
   virtual void before(std::int64_t step, const ContactProblem& problem, const Vector& guess) = 0;
-  /// @param r  what the solver ends with
+  /// @param r  result of the solver
   virtual void after(const ContactProblem& problem, const Vector& r, ContactStatus status) = 0;
 };
 

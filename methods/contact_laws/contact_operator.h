@@ -12,17 +12,17 @@
 
 namespace ricochet {
 
-/// The contact directions D = [J_n, J_t] of one instant, and what impulses r along them do:
+/// The contact directions D = [J_n, J_t] of one instant, and the effect of impulses r along them:
 ///
 ///   x+ = x + P W D r                                                                    (1)
 ///   D' x+ = D' x + G r,   G = D' P W D                                                  (2)
 ///
 /// x: a velocity or an acceleration; W: the inverse of the mass matrix or of the iteration matrix of a method; P: the
-/// projection that keeps bilateral constraints (bilateral_constraints.h), which answer r with impulses of their own;
-/// G: the Delassus matrix, of any contacts.
+/// projection onto the bilateral constraints (bilateral_constraints.h), which react to r with impulses of their own; G:
+/// the Delassus matrix of any set of contacts.
 ///
-/// W couples coordinates of one island only, so an impulse moves those of the islands that its contact touches: D and
-/// P W D are kept with these entries only, and G with the blocks of contacts that touch the same island. Bilateral
+/// W couples only coordinates of the same island, so an impulse moves only the islands that its contact touches. D and
+/// P W D are stored with these entries only, and G with the blocks of contacts that touch a common island. Bilateral
 /// constraints make all coordinates one island.
 ///
 /// Columns of a contact: d = 0 is the normal, d = 1, ... are its tangents. W is a BlockInverse or a MassInverse: it has
@@ -38,7 +38,7 @@ class ContactOperator {
   /// D of all contacts at q.
   void set_directions(const Vector& q);
 
-  /// P W D of these contacts; others keep what they had.
+  /// Sets P W D of these contacts; that of others stays unchanged.
   /// @return false when bilateral constraints depend on each other
   template <class Inverse>
   bool set_responses(std::span<const int> contacts, const Inverse& W) {
@@ -69,7 +69,7 @@ class ContactOperator {
   double dot(int contact, int d, const auto& x) const {
     return packed_dot(info_.contacts[contact], column(contact, d), x);
   }
-  /// |D_d|' |x|: what the rounding of D_d' x is measured against.
+  /// |D_d|' |x|, the scale of the rounding error of D_d' x.
   double terms(int contact, int d, const auto& x) const {
     return packed_terms(info_.contacts[contact], column(contact, d), x);
   }
@@ -80,7 +80,7 @@ class ContactOperator {
                   : packed_t_.data() + info.tangent_begin + (d - 1) * info.support.size();
   }
 
-  // The rest is for contacts whose responses are set.
+  // The functions below are for contacts whose responses are set.
 
   /// (1) of the impulse r along column d of a contact. @param Lambda_n  n_c: impulses of the bilateral constraints are
   /// added

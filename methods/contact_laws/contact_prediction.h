@@ -9,21 +9,21 @@
 
 namespace ricochet {
 
-/// The contact laws of one instant, (1)-(4) of friction_problem.h, where many contacts move each other and nearly all
-/// of them are known to be closed: a column of blocks, a row of beads. Predicts the mode of every contact, solves
+/// Solves the contact laws of one instant, (1)-(4) of friction_problem.h, for many contacts that move each other and
+/// are nearly all closed, as in a column of blocks or a row of beads. Predicts the mode of every contact, solves
 ///
 ///   closed: w_n = 0,   open: r = 0,   stick: w_t = 0,   slip: r_t = -mu r_n d                            (1)
 ///
-/// and corrects the modes whose signs are wrong, until none is: closed with r_n <= 0, open with w_n < 0, stick outside
-/// of the cone, slip in the plane against its friction. The first prediction is that all are closed and stick, but for
-/// those that slide already. With G as sparse as the contacts are far apart, (1) is a band matrix when contacts are
-/// numbered along their breadth-first levels: the cost is in proportion to their number.
+/// and corrects modes until none has a wrong sign: closed with r_n <= 0, open with w_n < 0, stick outside of the cone,
+/// slip in the plane against its friction. The first prediction is that all are closed and stick, but for those that
+/// slide already. With G as sparse as the contacts are far apart, (1) is a band matrix when contacts are numbered along
+/// their breadth-first levels: the cost is in proportion to their number.
 ///
 /// Ends without a solution where the modes do not settle, where contacts are redundant, and where friction in space is
 /// not linear: slip that begins, and friction polygons.
 class ContactPrediction {
  public:
-  /// @param b  rows of G; @param rounding  what b may be wrong by
+  /// @param b  rows of G; @param rounding  error bound of b
   /// @param r  overwritten; contacts: modes are set. @return whether r is the solution
   bool solve(const Delassus& G, const Eigen::Ref<const Vector>& b, double rounding,
              std::span<FrictionProblem::Contact> contacts, Eigen::Ref<Vector> r);

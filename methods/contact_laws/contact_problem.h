@@ -10,7 +10,7 @@ namespace ricochet {
 
 /// Law between the impulses of a contact and its velocities.
 enum class FrictionLaw {
-  coulomb,     ///< friction opposes slip; the normal part does not know of it
+  coulomb,     ///< friction opposes slip; the normal part is independent of it
   associated,  ///< the convex relaxation: the velocity is in the dual of the friction cone, slip opens the contact
 };
 
@@ -65,7 +65,7 @@ struct ContactMap {
                 const double* w, double tie = 0);
 };
 
-/// Takes what rounding leaves of the impulses of open contacts, which is at most the tolerance of a solver, out of r.
+/// Sets the impulses of open contacts in r to zero: they are rounding, at most the tolerance of a solver.
 void clear_open_contacts(const ContactProblem& problem, Vector& r);
 
 /// The units in which a report measures the residuals of a whole problem [m/s, N s].
@@ -85,10 +85,10 @@ double velocity_scale(const ContactProblem& problem);
 ///   V_i = max(|b_i|, min(R_i, E sqrt(g_i)), 1e-5 E sqrt(g_i)),   R_i = |b_i| + sum_j |G_ij| |r_j|     (7)
 ///
 /// R_i are the terms that cancel at the contact, so that the unit of a gap and contacts elsewhere change nothing. The
-/// scale stays absolute, in b: impulses that grow where the laws have no solution must not make the rest of b small.
-/// Rounding of the terms is no violation, up to a small part of V_i.
-/// Under Coulomb's law a friction impulse is measured by the slip that it makes, with the largest G_kk of the tangents.
-/// @param w  velocities that belong to r; @param known  per row, a size that V_i has at least; empty: none
+/// scale is limited by b: impulses that grow because the laws have no solution must not hide an error in b. Rounding of
+/// the terms is no violation, up to a small part of V_i. Under Coulomb's law a friction impulse is measured by the slip
+/// that it makes, with the largest G_kk of the tangents.
+/// @param w  velocities that belong to r; @param known  per row, lower bound of V_i; empty: none
 double violation(const ContactProblem& problem, const Vector& r, const Vector& w, const FrictionPolygon& polygon,
                  const Vector& known = {});
 

@@ -4,9 +4,9 @@
 
 namespace ricochet {
 
-/// How far impulses r and their velocities w = G r + b are from each law of contact_problem.h, law by law, each the
-/// largest over all contacts. Restitution is in b: w_n is the velocity that the impact law shifts, so that Signorini's
-/// condition is that of the impact law, too. Under the associated law w_n stands for w_n - mu ||w_t||.
+/// Residuals of impulses r and their velocities w = G r + b in each law of contact_problem.h, the largest over all
+/// contacts. Restitution is in b: w_n contains the shift of the impact law, so Signorini's condition includes that law.
+/// Under the associated law w_n stands for w_n - mu ||w_t||.
 ///
 /// Source: Le Lidec, Jallet, Montaut, Laptev, Schmid, Carpentier, Contact models in robotics: a comparative analysis,
 /// IEEE T-RO 40 (2024), arXiv 2304.06372, who split the laws this way.
@@ -26,16 +26,16 @@ ContactResiduals residuals_of(const ContactProblem& problem, const Vector& r, co
 ///
 ///   ||r - P_K(r - u)|| / (1 + sqrt ||q||),   u = W r + q + mu ||u_t|| e_n                                 (1)
 ///
-/// with q = b, W = G, K the friction cone, norms over all contacts. What is wrong with it:
+/// with q = b, W = G, K the friction cone, norms over all contacts. Its defects:
 ///
-/// - r - u subtracts a velocity from an impulse. In other units, g for kg, (1) is another number: over the true distance
-///   it changes by factors of hundreds (README.md of this folder).
+/// - r - u subtracts a velocity from an impulse. With g instead of kg, its ratio to the true distance changes by
+///   factors of hundreds (README.md of this folder).
 /// - sqrt ||q|| is the root of a norm, which has no meaning; 1 + makes it absolute where ||q|| is small. So (1) is not
 ///   relative to the problem.
-/// - Where it is not implemented it returns 0, the value of a solution: for problems in the plane, for global ones, and
-///   for MERIT_2. Here contacts in the plane get (1).
-/// - By CSparse a W that is not in compressed columns is not multiplied, without a word: then u = q. And with equality
-///   constraints the transpose of V is made without its values. Neither is reproduced.
+/// - Where it is not implemented, it returns 0, the value of a solution: for problems in the plane, global problems,
+///   and MERIT_2. Here (1) also covers contacts in the plane.
+/// - CSparse silently skips the product with a W that is not in compressed columns: then u = q. With equality
+///   constraints, V is transposed without its values. Neither is reproduced.
 /// - The velocities of a solution are not read, so they may be anything.
 ///
 /// Compared with FCLib 3.1.0: equal to 1e-15 for solutions of random problems that are disturbed by 1e-3.

@@ -27,11 +27,12 @@ class ContactScales {
  public:
   explicit ContactScales(const Problem& problem);
 
-  /// A new run: nothing is recorded.
+  /// Starts a new run: discards all records.
   void restart();
   /// (1) at the left end of a step of length H. @param is_first  of a run
   void begin_step(const double* q, const double* v, double H, bool is_first);
-  /// A contact that touches. @param J_n  packed; a curved contact may have other entries than where the run began
+  /// Records a contact that touches. @param J_n  packed; a curved contact may have other entries than where the run
+  /// began
   /// @param G_nn, G_tt  of (2), (3)
   void record_contact(int contact, const double* J_n, double G_nn, double G_tt);
 
@@ -47,21 +48,21 @@ class ContactScales {
   double slip(int contact) const { return slip_[contact]; }
   double force(int contact) const { return force_[contact]; }
 
-  /// A gap up to this is closed: a few dozen additions of numbers of the size of q.
+  /// Largest gap that counts as closed: a few dozen additions of numbers of the size of q.
   double touching(int contact) const { return kGapRounding * gap_[contact]; }
-  /// A gap that its equation holds at zero may have gathered rounding over many steps (StageEquations removes it from
-  /// 1e-13 on), and a flight that is no higher cannot be followed.
+  /// Largest gap of a contact that its equation keeps closed: rounding accumulates over many steps (StageEquations
+  /// removes it from 1e-13 on). A flight that is no higher cannot be followed.
   double nearly_touching(int contact) const { return kClosedGapRounding * gap_[contact]; }
   /// The gap that rounding of positions of size 1 + |q| makes, the size that tolerances are relative to. @param J_n  packed
   static double of_positions(const ContactInfo& contact, const double* J_n, const Vector& q) {
     return kGapRounding * packed_terms(contact, J_n + contact.normal_begin, 1 + q.array().abs());
   }
-  /// A normal velocity at the left end of an element up to this is none.
+  /// Largest normal velocity at the left end of an element that counts as zero.
   double no_approach(int contact) const { return kVelocityRounding * approach_[contact]; }
   /// After an element, velocities carry the rounding of its stage equations: across a contact, and along it.
   double no_drift(int contact) const { return kStageRounding * approach_[contact]; }
   double no_slip(int contact) const { return kStageRounding * slip_[contact]; }
-  /// So do forces.
+  /// Forces carry it, too.
   double no_force(int contact) const { return kStageRounding * force_[contact]; }
 
   double normal_delassus(int contact) const { return G_nn_[contact]; }

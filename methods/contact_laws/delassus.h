@@ -33,7 +33,7 @@ class Delassus {
   /// Values of the k-th block of contact i, to be filled,
   double* values(int i, int k) { return values_.data() + offset_[first_[i] + k]; }
   /// or all of them, column after column: those of column d of contact j are J_i,e' (W J_j,d).
-  /// @param begin(j, d)  makes W J_j,d known; @param entry(i, e)  J_i,e' times it; @param end(j)  forgets it
+  /// @param begin(j, d)  computes W J_j,d; @param entry(i, e)  J_i,e' times it; @param end(j)  forgets it
   void fill(auto&& begin, auto&& entry, auto&& end);
 
   int n_contacts() const { return static_cast<int>(sizes_.size()); }

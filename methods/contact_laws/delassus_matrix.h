@@ -6,8 +6,8 @@
 
 namespace ricochet {
 
-// The Delassus operator as a sparse matrix, to hand to others and to take from them. Not for the time step: they
-// allocate.
+// Conversions between the Delassus operator and a sparse matrix, for other programs. They allocate: not for the time
+// step.
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
 

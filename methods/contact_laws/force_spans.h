@@ -7,16 +7,16 @@
 
 namespace ricochet {
 
-/// How long a step may be for a force that depends on time. An error estimate compares the stages of a step, and a short
-/// pulse of a load between two of them is in none. So the force is looked at ahead of the steps, with q and v held, over
-/// spans of the time that are halved from T/16 on until the values f_0 .. f_4 at five equidistant times make of the span
-/// what the bounds of f allow, and f_1, f_3 are near the parabola through the others,
+/// Longest step for a force that depends on time. An error estimate compares the stages of a step and misses a short
+/// pulse of a load between two of them. The force is therefore examined in advance, with constant q and v. Time spans
+/// of T/16 are halved until the values f_0 .. f_4 at five equidistant times explain the bounds of f over the span, and
+/// f_1, f_3 are near the parabola through the others,
 ///
 ///   bounds within [min f_k - r, max f_k + r],   r = max((max f_k - min f_k)/2, 1e-3 max |f_k|, 1e-12 F) (1)
 ///   |f_1 - (3 f_0 + 6 f_2 - f_4)/8|, |f_3 - (-f_0 + 6 f_2 + 3 f_4)/8| <= r/4                           (1b)
 ///
-/// in every component, or 2^-24 of T/16 are left. F is the largest force that the bounds allow in all of the time, with q
-/// and v at the start. A step ends where a span begins, or is no longer than two of the span:
+/// in every component, or the span is 2^-24 of T/16. F is the upper bound of the force over the whole run, with q and v
+/// at the start. A step ends before a span, or is at most twice as long as it:
 ///
 ///   h <= max(begin of the span - t, 2 length of the span)   of all spans that begin before t + h     (2)
 ///
@@ -25,7 +25,7 @@ class ForceSpans {
  public:
   explicit ForceSpans(const Problem& problem);
 
-  /// Whether the force of a scene depends on time, or may: of one that is affine in q and v that is known.
+  /// Whether the force of a scene may depend on time; exact if the force is affine in q and v.
   static bool uses_time(const Problem& problem);
 
   /// (2) [s], for a step from t that is planned to last h. @param q, v  n_q, at t

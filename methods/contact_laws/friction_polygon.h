@@ -53,7 +53,7 @@ struct FacetCondition {
 ///     lambda_t = mu lambda_n cos(pi/F) n_k + x e_k,   |x| <= mu lambda_n sin(pi/F),   e_k' v_t = 0,   n_k' v_t <= 0.
 ///
 /// Edges attract: v_t turns until it is normal to one, and stays so while a force on the edge can hold it there. In the
-/// plane two facets are the cone itself, so that the polygon says nothing there.
+/// plane two facets are the cone itself, so that the polygon changes nothing there.
 class FrictionPolygon {
  public:
   /// 0 facets: there is no polygon, friction in space has the disc.
@@ -86,7 +86,7 @@ class FrictionPolygon {
   /// mu lambda_n - the radius that lambda_t needs: the least of (2) of a sticking contact, divided by cos(pi/F).
   double margin(double mu_lambda_n, const double* lambda_t) const;
 
-  /// gamma = -min_f d_f' v_t: what the polygon dissipates per mu lambda_n.
+  /// gamma = -min_f d_f' v_t, the dissipation of the polygon per mu lambda_n.
   double speed(const double* v_t) const;
 
   /// l_f >= 0 with lambda_t = sum_f l_f d_f of a contact that slips; where it sticks they are not unique: zero.

@@ -46,12 +46,12 @@ namespace ricochet {
 ///
 /// holds for both directions of slip, or for the one that is known, it has exactly one solution, open, stick or slip.
 ///
-/// Where the normals are dependent, a box on four corners, r is not unique: the smallest r is taken.
+/// If the normals are dependent, as for a box on four corners, r is not unique: the smallest r is taken.
 ///
-/// The solvers of contact_problem.h have the same law for the many contacts of a time step, and cannot stand in here.
-/// They know no contact that slides already, (4) and (8). They answer with impulses, to a tolerance and from those of
-/// the step before; an element needs modes, decided to the rounding of b, which the state alone determines. And where r
-/// is not unique they take the one that they meet first.
+/// The solvers of contact_problem.h solve the same law for the many contacts of a time step, but cannot be used here.
+/// They do not support contacts that already slide, (4) and (8). They return impulses, to a tolerance and depending on
+/// the previous step; an element needs modes, decided to the rounding of b and determined by the state alone. If r is
+/// not unique, they return the first solution that they find.
 ///
 /// Sources: (5) Stewart, Trinkle, IJNME 39 (1996), eq. (12)-(16); (6), (7) Alart, Curnier, CMAME 92 (1991).
 class FrictionProblem {
@@ -63,14 +63,14 @@ class FrictionProblem {
     double direction[2]{1, 0};             ///< d, a unit vector; of (8) minus the vertex d_k
     bool is_on_edge = false;               ///< (8) instead of (4)
     int facet = 0;                         ///< of a polygon: in for (8) k; out the vertex or edge that carries r_t
-    ContactMode mode = ContactMode::open;  ///< out: what (1)-(4) decided
+    ContactMode mode = ContactMode::open;  ///< out: decided by (1)-(4)
   };
 
   /// @param most_contacts, most_tangents  up to which solve() allocates nothing when no contact is in space
   /// @param polygon  friction in space; the disc is the default
   void resize(int most_contacts, int most_tangents, const FrictionPolygon& polygon = FrictionPolygon());
 
-  /// @param G  n x n, b  n with n = sum (1 + n_t); @param rounding  what b may be wrong by
+  /// @param G  n x n, b  n with n = sum (1 + n_t); @param rounding  error bound of b
   /// @param r  n, overwritten with the solution; contacts: modes are set
   LcpStatus solve(const Eigen::Ref<const Matrix>& G, const Eigen::Ref<const Vector>& b, double rounding,
                   std::span<Contact> contacts, Eigen::Ref<Vector> r);

@@ -10,8 +10,8 @@
 
 namespace ricochet {
 
-/// Looks for the first place on a polynomial path q(s), 0 <= s <= 1, at which the gap of a contact has closed, and proves
-/// that there is none where it finds none. With the Bernstein coefficients b_k of degree d,
+/// Finds the first s on a polynomial path q(s), 0 <= s <= 1, at which the gap of a contact has closed, or proves that
+/// there is none. With the Bernstein coefficients b_k of degree d,
 ///
 ///   q(s) = sum_k b_k B_k(s),  min_k b_k <= q(s) <= max_k b_k                                       (1)
 ///   q'(s) = d sum_k (b_k+1 - b_k) B_k(s)                                                           (2)
@@ -24,36 +24,36 @@ namespace ricochet {
 ///              f_c(q(m)) + [-1/2, 1/2] J_n(Q)' Q',  Q' the box of q' (b - a) (2), m the middle     (5)
 ///   both       the gap at one end, where its rate, J_n(Q)' Q', has one sign up to rounding         (6)
 ///
-/// with bounds over boxes from the problem (problems/interval.h). A piece that is not clear but falls throughout, by (2)
-/// or (6), to a gap below -allowed contains the closing, and any other is halved, the left half first. Pieces shorter
-/// than 2^-40 are decided by the gap at their end. What is proven holds for the path, whose distance from the motion is
-/// what the error control of a method bounds.
+/// with bounds over boxes from the problem (problems/interval.h). If a piece is not clear, but its gap falls
+/// throughout, by (2) or (6), to below -allowed, it contains the closing. Any other piece is halved, the left half
+/// first. Pieces shorter than 2^-40 are decided by the gap at their end. The proof is for the path; the error control
+/// of a method bounds its distance from the motion.
 ///
 /// Most contacts are far away most of the time. So (4) is evaluated for a WideBox around the path; as long as later paths
 /// stay inside, contacts that are clear there cost nothing.
 ///
-/// The gap of a contact that touches and moves along is zero throughout, and no bound shows it. Where it is zero up to
-/// rounding at both ends and in the middle of a path, and after 256 pieces of any path, pieces of 1/64 are not halved any
-/// more but decided by the gap in their middle and at their end.
+/// If bodies touch and move together, the gap is zero throughout, which no bound proves. If it is zero up to rounding
+/// at both ends and in the middle of a path, and after 256 pieces of any path, pieces of 1/64 are no longer halved: the
+/// gap in their middle and at their end decides.
 ///
-/// A path that is known up to an error e_k of its coordinates, zero at both ends, decides whether a gap closes where the
-/// gap is no smaller than |J_n|' e: that number is gap_error(), a negative allowance.
+/// If a path is known up to errors e_k of its coordinates, zero at both ends, it decides only gaps of at least |J_n|'
+/// e. This number is gap_error(), a negative allowance.
 ///
-/// A gap that is zero where the path begins may be wrong next to there by more than rounding. The next coefficient of
-/// each coordinate is taken for no larger than (7), with the coefficients m_k of s^k, and multiplies a polynomial that is
-/// zero at the nodes, at most w s^p next to the beginning:
+/// If a gap is zero at the beginning of the path, its error near there may be larger than rounding. The next
+/// coefficient of each coordinate is estimated by (7), with the coefficients m_k of s^k. It multiplies a polynomial
+/// that is zero at the nodes and at most w s^p near the beginning:
 ///
 ///   |m_d| + |m_d-1| / 4,   the second term for d > 3 alone                                         (7)
 ///
 /// For a body in free flight, (7) is rounding, so that the next impact is found however small the bounce is.
 ///
-/// A problem without bounds has estimates in their place: J_n at the ends and in the middle of a piece, and as much again
-/// as they differ, in (5) and (6). That is no proof, but no path is long compared with the gaps it passes.
+/// For a problem without bounds, (5) and (6) use the range of J_n at the ends and in the middle of a piece, widened by
+/// its width on either side. That is no proof, but no path is long compared with the gaps it passes.
 class GapSearch {
  public:
   /// @param degree  of the paths
   GapSearch(const Problem& problem, int degree);
-  /// Forgets what was proven: a new run.
+  /// Starts a new run: discards earlier proofs.
   void restart();
 
   int degree() const { return degree_; }
@@ -61,7 +61,7 @@ class GapSearch {
   Matrix& path() { return path_; }
   /// n_q: e_k of the next path; zero at first.
   Vector& path_error() { return path_error_; }
-  /// After path() has been filled. Contacts that are open in these `modes` can be looked at.
+  /// To be called after path() has been filled. Contacts that are open in these `modes` can be searched.
   void begin(std::span<const ContactMode> modes);
 
   /// How far below zero the gap may be [m]: `gap`, which (3)-(6) call allowed. Up to s = `until` it may be lower, by
@@ -90,9 +90,9 @@ class GapSearch {
   /// positive there.
   double zero(int contact, const Closing& closing);
 
-  /// At the left end of the path.
+  /// Gap at the left end of the path.
   double left_gap(int contact) const { return left_gap_[contact]; }
-  /// At s. Evaluates all gaps where the contact is curved.
+  /// Gap at s. Evaluates all gaps if the contact is curved.
   double gap(int contact, double s);
 
  private:
@@ -123,7 +123,7 @@ class GapSearch {
   const int degree_;
   const bool has_bounds_;
   std::vector<int> curved_;   // unilateral contacts
-  std::vector<int> watched_;  // coordinates that their gaps depend on
+  std::vector<int> watched_;  // coordinates on which their gaps depend
   int piece_size_ = 0;        // coefficients of a piece
 
   Matrix path_;

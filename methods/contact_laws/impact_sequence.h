@@ -7,17 +7,17 @@
 
 namespace ricochet {
 
-/// Impacts at one instant. They may follow each other ever faster: of a ball between the floor and another one, or of a
-/// disc that falls between two. When a flight between two of them is lower than rounding of q, or so short that no velocity
-/// changes in it, they are taken one after the other at one instant,
+/// Impacts at one instant. They may follow each other ever faster, as those of a ball between the floor and another
+/// ball, or of a disc that falls between two. If a flight between two impacts is lower than the rounding of q, or too
+/// short to change a velocity, they are applied one after the other at one instant,
 ///
 ///   v_0 = v-,   v_k from v_k-1 by Newton's law (1)-(3) of impact_solver.h at the contacts S_k,   v+ = v_K       (1)
 ///
-/// S_1: contacts that touch and do not part; S_k: those that the impact before has sent against each other, and those
-/// at rest there. Of contacts at rest that were open, or that have had an impulse, those that the load pulls apart take
-/// no part: they have opened by the time of the impact, however soon that follows. The last impact leaves no contact that
-/// approaches; of infinitely many what remains is rounding, which counts as rest. It is the limit of the motion, while
-/// one impact of all of them would be another motion wherever one of them is elastic.
+/// S_1: contacts that touch and do not separate; S_k: those that approach after the previous impact, and those at rest.
+/// Contacts at rest that were open, or had an impulse, take no part if the load pulls them apart: they open before the
+/// impact, however soon it follows. After the last impact no contact approaches; after infinitely many, the remaining
+/// velocities are rounding and count as rest. The result is the limit of the motion; one impact of all contacts would
+/// be a different motion if one of them is elastic.
 class ImpactSequence {
  public:
   /// All references must outlive this object. @param law  prepared by its owner, for candidates() after find_touching()
@@ -78,7 +78,7 @@ class ImpactSequence {
   ContactScales& scales_;
   ImpactSolver& law_;
   std::vector<int> candidates_;
-  std::vector<int> together_, approaching_;  // of them those of one impact, and those that it has to stop
+  std::vector<int> together_, approaching_;  // contacts of one impact, and those that it has to stop
   std::vector<int> may_open_;                // contacts at rest, if the load pulls them apart
   std::vector<ImpactSolver::ClosedContact> resting_;
   Vector impulse_n_, impulse_t_;  // impulses of one impact

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kMaxUnpredicted = 8;
 // Largest error of the velocities that an impact makes zero, relative to those before it.
 constexpr double kResidual = 1e-11;
-// The next moment of a contact without a load, as part of the end time.
+// Time until the next moment, at which a contact without a load is decided, as a fraction of the end time.
 constexpr double kNextMoment = 1e-8;
 
 }  // namespace

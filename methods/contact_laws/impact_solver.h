@@ -32,29 +32,29 @@ namespace ricochet {
 /// Friction in space may have a polygon in place of the disc (friction_polygon.h): (6) is then a vertex, or the edge
 /// that J_t^i' v+ is normal to.
 ///
-/// Both are friction problems (friction_problem.h) with the Delassus matrix of contact_operator.h. They fall apart into
-/// islands of contacts that move each other, each solved for itself: an impact is the business of its island, and in an
-/// island of many contacts their modes are predicted first (contact_prediction.h). Bilateral constraints are eliminated
+/// Both are friction problems (friction_problem.h) with the Delassus matrix of contact_operator.h. They split into
+/// islands of contacts that move each other, which are solved separately: an impact affects only its island. In an
+/// island of many contacts the modes are predicted first (contact_prediction.h). Bilateral constraints are eliminated
 /// (bilateral_constraints.h): P M^-1 stands for M^-1, and their impulses and forces follow; then all contacts are one
 /// island.
 class ImpactSolver {
  public:
-  /// @param scales  what rounding is relative to; read at every call
+  /// @param scales  sizes for rounding errors; read at every call
   ImpactSolver(const Problem& problem, const FrictionPolygon& polygon, const ContactScales& scales, Counters& counters);
 
   /// Evaluates M, J_n and J_t at q for the unilateral contacts in `touching` and the bilateral ones. False when M(q) is
   /// not positive definite, or bilateral constraints depend on each other.
   bool prepare(const Vector& q, std::span<const int> touching);
 
-  /// (1)-(3). @param together  the contacts, ascending, of those that prepare() knows, that have part in the impact
+  /// (1)-(3). @param together  contacts of the impact, ascending, among those of prepare()
   /// @param approaching  those of them that need an impulse: islands without one get none
   /// @param v  v- in, v+ out; @param Lambda_n  n_c, @param Lambda_t  n_lambda_t, written for the contacts of the other
   /// islands and bilateral constraints only
   LcpStatus impact(std::span<const int> together, std::span<const int> approaching, Eigen::Ref<Vector> v,
                    Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
 
-  /// sum_i |M^-1 J_n^i| Lambda_n^i + |M^-1 J_t^i| |Lambda_t^i|, the velocities that cancel in (1), n_q: what the
-  /// impulses of an impact leave of a velocity may be their rounding. @param together  as of impact()
+  /// sum_i |M^-1 J_n^i| Lambda_n^i + |M^-1 J_t^i| |Lambda_t^i|, the velocities that cancel in (1), n_q: a much smaller
+  /// velocity after the impact may be their rounding. @param together  as of impact()
   const Vector& impulse_size(std::span<const int> together, const Eigen::Ref<const Vector>& Lambda_n,
                              const Eigen::Ref<const Vector>& Lambda_t);
 
@@ -73,9 +73,9 @@ class ImpactSolver {
   LcpStatus contact_forces(const Vector& q, const Vector& v, std::span<ClosedContact> closed,
                            Eigen::Ref<Vector> lambda_n, Eigen::Ref<Vector> lambda_t);
   const Vector& acceleration() const { return w_; }
-  /// Contacts that neither press nor are pulled apart by the load at (q, v), as contact_forces() has just found them: the
-  /// load of the next moment, (q + dt v, v + dt w), decides about them, whatever the order of its first derivative that
-  /// is not zero. Sets their modes, and their forces to those of the next moment; those of the other contacts stay.
+  /// Decides about contacts that the load at (q, v) neither presses together nor pulls apart, as contact_forces() has
+  /// just found, by the load of the next moment, (q + dt v, v + dt w), whatever the order of its first nonzero
+  /// derivative. Sets their modes, and their forces to those of the next moment; those of the other contacts stay.
   void decide_unloaded(const Vector& q, const Vector& v, std::span<ClosedContact> closed, Eigen::Ref<Vector> lambda_n,
                        Eigen::Ref<Vector> lambda_t);
   /// |J_n|' |w| of a closed contact with w of the load alone, plus the term of the curvature of the gap [m/s^2];
@@ -105,16 +105,16 @@ class ImpactSolver {
   const double* normal(int contact) const { return operator_.column(contact, 0); }
   /// J_n^i' v of a touching contact.
   double normal_velocity(int contact, const Eigen::Ref<const Vector>& v) const { return operator_.dot(contact, 0, v); }
-  /// sum_k |J_n,k^i v_k|: what rounding of a normal velocity is measured against.
+  /// sum_k |J_n,k^i v_k|, the scale of the rounding error of a normal velocity.
   double normal_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const {
     return operator_.terms(contact, 0, v);
   }
   /// J_t^i' v of a touching contact, n_t components.
   void slip_velocity(int contact, const Eigen::Ref<const Vector>& v, double* v_t) const;
-  /// The contact slides the way it slips at velocity v, if its slip velocity is larger than `rounding`; on a polygon
-  /// normal to an edge, if what it has along the edge is not.
+  /// Sets the direction of sliding to that of the slip at velocity v, if this is larger than `rounding`; on a polygon,
+  /// normal to an edge if the component along the edge is not larger.
   void set_slide(ClosedContact& closed, const Eigen::Ref<const Vector>& v, double rounding) const;
-  /// The contact slides with the force at a vertex of the polygon, or normal to an edge.
+  /// Lets the contact slide with the force at a vertex of the polygon, or normal to an edge.
   void set_vertex(ClosedContact& closed, int vertex) const;
   void set_edge(ClosedContact& closed, int edge) const;
   double slip_velocity_scale(int contact, const Eigen::Ref<const Vector>& v) const;

@@ -11,31 +11,32 @@
 
 namespace ricochet {
 
-/// Looks for the first place on a polynomial path (q, v)(s), 0 <= s <= 1, at which a closed contact would leave its mode,
-/// and proves that there is none where it finds none. The functions of a contact that are positive in its mode,
+/// Finds the first s on a polynomial path (q, v)(s), 0 <= s <= 1, at which a closed contact would leave its mode, or
+/// proves that there is none. The functions of a contact that are positive in its mode,
 ///
 ///   force   lambda_n,   closed                                                                     (1)
 ///   cone    mu lambda_n - ||lambda_t||,   sticks                                                   (2)
 ///   slip    d' J_t' v - v_stop,   slips along d                                                    (3)
 ///
-/// are bounded over pieces of the path. Its Bernstein coefficients span boxes of q and v: ForceBounds has (1) and (2)
-/// over them, and (3) is a polynomial itself where J_t is constant, and else J_t(Q)' V. A function is clear in a piece
-/// where its bounds are at least -slack. A piece in which one is not clear is halved, the left half first; where a
-/// function is below -slack in the middle, the right half does not matter any more. Such a piece is halved until it is
-/// 1/1024 of the one that showed the change of sign, and contains the zero. Other pieces shorter than 2^-20 are decided by
-/// the values at their end, and so are pieces of 1/32 after 128 of them or where a box has no bounds. What is proven
-/// holds for the path, whose distance from the motion is what the error control of a method bounds.
+/// are bounded over pieces of the path. Its Bernstein coefficients span boxes of q and v: ForceBounds bounds (1) and
+/// (2) over them; (3) is a polynomial if J_t is constant, else it is bounded by J_t(Q)' V. A function is clear in a
+/// piece where its bounds are at least -slack. A piece in which one is not clear is halved, the left half first; where
+/// a function is below -slack in the middle, the right half does not matter any more. Such a piece is halved until it
+/// is 1/1024 of the one that showed the change of sign, and contains the zero. Other pieces shorter than 2^-20 are
+/// decided by the values at their end, and so are pieces of 1/32 after 128 of them or where a box has no bounds. The
+/// proof is for the path; the error control of a method bounds its distance from the motion.
 ///
-/// Most functions are far from zero most of the time. So they are bounded over a WideBox around the path, in the time
-/// forwards only; as long as later paths stay inside, functions that are positive there cost nothing.
+/// Most functions are far from zero most of the time. So they are bounded over a WideBox around the path, forward in
+/// time only; as long as later paths stay inside, functions that are positive there cost nothing.
 ///
-/// A function that is zero where the path begins, since the contact has just changed its mode, may be wrong there by a
-/// part of itself. So it may be below zero by 1/100 of its value at s = 1/8 up to there; and everywhere by twice what it
-/// is below zero at the beginning.
+/// If a function is zero at the beginning of the path, because the contact has just changed its mode, its error there
+/// is a fraction of its value. It may therefore be negative by 1/100 of its value at s = 1/8 up to there, and
+/// everywhere by twice its negative value at the beginning.
 ///
-/// A path that is known up to an error, zero at both ends, decides about slip where that is larger than the error.
+/// If a path is known up to an error, zero at both ends, slip is decided only where it is larger than the error.
 ///
-/// A path may end at a zero that is known already: pieces next to it are halved down to 1/1024 and then left to it.
+/// A path may end at a zero that is known already: pieces next to it are halved down to 1/1024 and then attributed to
+/// it.
 class LoadSearch {
  public:
   struct Function {
@@ -49,13 +50,14 @@ class LoadSearch {
   /// @param degree  of the paths
   LoadSearch(const Problem& problem, int degree);
 
-  /// The modes of the next paths, whose functions are listed next. Releases directions, forgets what was proven.
+  /// Sets the modes of the next paths, whose functions are listed next. Releases directions and discards earlier
+  /// proofs.
   void set_modes(std::span<const ContactMode> modes);
   void hold_direction(int contact, const double* d);
-  /// Whether (1) and (2) depend on the time, and not on q and v of the bodies alone. Of a force that is affine in q and v
-  /// that is known; others do if the scene has a clock.
+  /// Whether (1) and (2) depend on time, not only on q and v of the bodies. Exact for a force that is affine in q and
+  /// v; other forces count as dependent if the scene has a clock.
   bool depends_on_time() const;
-  /// Whether there are bounds of the forces in these modes, as of redundant contacts there are not.
+  /// Whether the forces have bounds in these modes; those of redundant contacts have none.
   bool is_known_at(const double* q, const double* v);
   /// Whether a function of the list needs the whole path. Slip that is a polynomial needs v of its contact alone.
   bool needs_boxes() const;
@@ -72,7 +74,7 @@ class LoadSearch {
     bool found = false;
     explicit operator bool() const { return found; }
   };
-  /// After path() has been filled: the first fall before s = `end`, which is a known zero unless it is 1.
+  /// To be called after path() has been filled. @return the first fall before s = `end`, a known zero unless it is 1
   Fall first_fall(double end = 1);
   /// After first_fall() has found none in a whole path: whether slip that is a polynomial is within its error of zero,
   /// before the end.

@@ -5,13 +5,13 @@
 namespace ricochet {
 
 /// Impulses that move nothing. The Delassus operator G = D' M^-1 D has the null space of D: impulses in it cancel each
-/// other on every body, and no velocity knows of them. A box on four corners has six such directions with friction, and
-/// the contact laws leave its reactions open by a part of them.
+/// other on every body and change no velocity. A box on four corners with friction has six such directions, and the
+/// contact laws do not determine all of its reactions.
 ///
 ///   r = r_0 + r_1,   r_0 in null(G), r_1 normal to it: ||r_0|| is the internal force                      (1)
 ///
-/// Not all of r_0 is a solver's choice, since the impulses have to stay in the friction cones. The measure for what is
-/// chosen is the least-norm solution: of all solutions with the velocities of r,
+/// A solver cannot choose r_0 freely, since the impulses must stay in the friction cones. Its choice is compared with
+/// the least-norm solution: of all solutions with the velocities of r,
 ///
 ///   r* = argmin ||x||   over   x - r in null(G),  x in F_1 x F_2 x ...                                    (2)
 ///
@@ -31,8 +31,8 @@ class RedundantContacts {
 
   Vector internal_part(const Vector& r) const;  ///< r_0 of (1)
   /// (2), by Dykstra's alternating projections from 0.
-  /// @param tolerance  of the velocities that tell what is open and what slips, as a part of the largest;
-  /// r has to be a solution up to it
+  /// @param tolerance  of the velocities by which contacts count as open or slipping, as a fraction of the largest; r
+  /// must be a solution up to it
   Vector least_norm(const ContactProblem& problem, const Vector& r, double tolerance) const;
 
  private:

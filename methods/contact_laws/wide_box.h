@@ -8,8 +8,8 @@
 namespace ricochet {
 
 /// A box around that of a path, several times wider. What is proven in it costs nothing as long as later paths stay
-/// inside. It becomes wider where everything could be proven in the last one, and narrower where nothing could; then the
-/// next few paths have none.
+/// inside. It becomes wider if everything was proven in the last box, and narrower if nothing was; then the next few
+/// paths have no box.
 class WideBox {
  public:
   explicit WideBox(std::size_t size) : box_(size, Interval(0.0)) {}

@@ -24,11 +24,11 @@ struct ExplorationResult {
 /// independent normal distributions about the guess, run each sample (rollout.h), take mean and spread of the best for
 /// the next round.
 ///
-/// A plant at rest after dry friction does not answer to a small change of its controls: there a guess without motion
-/// is a local solution, and a homotopy has to invent the contacts out of what its relaxation allows and the plant does
-/// not. Rollouts obey the plant.
+/// A plant held at rest by dry friction does not react to a small change of its controls. A guess without motion is
+/// then a local solution, and a homotopy finds contacts only through its relaxation, which violates the plant. Rollouts
+/// obey the plant.
 ///
-/// The first spread is a sixth of the distance between the bounds of a control; 1 where it has none.
+/// The first spread is a sixth of the distance between the bounds of a control; 1 if it has none.
 ///
 /// @throws InputError for options out of range
 /// Source: de Boer, Kroese, Mannor, Rubinstein, A tutorial on the cross-entropy method, Ann. Oper. Res. 134 (2005).

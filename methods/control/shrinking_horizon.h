@@ -8,21 +8,21 @@
 
 namespace ricochet {
 
-/// Model predictive control of a task that ends at T: the plant runs the first interval of the plan, and what remains
-/// is planned again from where it is,
+/// Model predictive control of a task that ends at T: the plant runs the first interval of the plan, and the rest is
+/// planned again from the state reached,
 ///
 ///   min  int_{t_k}^T L dt + E   subject to   (q, v)(t_k) = the plant's,   t_k = k T / N.                      (1)
 ///
 /// The horizon shrinks, since E and the terminal constraints belong to the time T: the rest of an optimal plan is then
-/// optimal for the rest of the task (Bellman), and without disturbance nothing changes, which a test can see. With a
+/// optimal for the rest of the task (Bellman), and without disturbance nothing changes, which a test checks. With a
 /// horizon of constant length every step would be another task. The program stays the same: the past is constant
 /// (Transcription::start_at), so functions, structure, and the numbers of variables are reused, the plan itself is the
 /// guess, and the last branch is solved first (MpccSolver::resolve).
 ///
-/// Where T is free, so is it in (1): it is N times the length of the intervals to come.
+/// If T is free, it is also free in (1): N times the length of the remaining intervals.
 class ShrinkingHorizon {
  public:
-  /// @param problem, transcription  outlive this. @throws InputError for options out of range
+  /// @param problem, transcription  must outlive this object. @throws InputError for options out of range
   ShrinkingHorizon(const OptimalControlProblem& problem, Transcription& transcription, const HomotopyOptions& options);
 
   /// The plan for the whole task, from the guess of the transcription.
@@ -32,10 +32,10 @@ class ShrinkingHorizon {
   Status advance();
 
   /// Moves the plant: positions by up to `size` [m, rad], velocities by up to `size` times their own. Closed contacts
-  /// stay closed, so what rests stays at rest, and open ones open: there `size` is halved until they are.
+  /// stay closed, so bodies at rest stay at rest. Open ones stay open: `size` is halved until they do.
   void disturb(double size, std::mt19937& random);
 
-  /// (1), from where the plant is. Without success the plan stays as it is.
+  /// Solves (1) from the state of the plant. If this fails, the plan is unchanged.
   MpccSolution resolve(const MpccSolver::Progress& progress = {});
 
   int interval() const { return k_; }  ///< of the plant, from 0; N at the end

@@ -10,7 +10,7 @@ namespace ricochet {
 ///
 ///   int L dt = sum over steps of h L(q_{k+1}, v_{k+1}, u).                                                  (1)
 ///
-/// What contact-implicit trajectory optimisation does, and what FESD-J is compared with.
+/// This is contact-implicit trajectory optimisation, with which FESD-J is compared.
 class TimeSteppingTranscription final : public Transcription {
  public:
   struct Options {

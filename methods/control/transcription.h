@@ -45,14 +45,14 @@ class Transcription {
   Mpcc& mpcc() { return mpcc_; }
   /// Reads the motion out of a solution x.
   virtual ControlTrajectory trajectory(const Vector& x) const = 0;
-  /// Takes these controls, and the motion under them as the pivoting solver finds it, for the guess of everything.
-  /// @param u  n_u x N. @return its status; what lies after a failure keeps the plain guess
+  /// Sets the guess of all variables from these controls and the motion of the pivoting solver under them.
+  /// @param u  n_u x N. @return its status; variables after a failure keep the plain guess
   Status guess_from_simulation(const Matrix& u);
   /// Guess from a simulation with the problem's guess of the control.
   Status guess_from_simulation();
 
-  /// Interval k begins at (q, v), before an impact there: this and everything before becomes constant, at the values of
-  /// x, and the rows there are left out. Variables, rows and pairs keep their numbers.
+  /// Lets interval k begin at (q, v), before an impact there. This state and everything before it become constant, with
+  /// the values of x, and their rows are left out. Variables, rows and pairs keep their numbers.
   /// @param k  from 0, not less than in an earlier call. @param is_closed  n_c: contacts that touch, whatever rounding
   /// their gap has
   void start_at(int k, const Vector& x, const Vector& q, const Vector& v, const std::vector<bool>& is_closed);
@@ -74,7 +74,7 @@ class Transcription {
   };
   static MeanForces mean_forces(const FesdStep& step, const ButcherTableau& tableau);
 
-  /// Simulates interval k, of length H, and takes its motion for a guess. @param solver  started at the interval's
+  /// Simulates interval k, of length H, and uses its motion as the guess. @param solver  started at the interval's
   /// start. @param q, v  the state there; at its end on return
   virtual Status guess_interval(PivotingSolver& solver, double H, int k, Vector& q, Vector& v) = 0;
 

@@ -29,17 +29,17 @@ struct SlipEnd {
   bool together = false;  ///< (9) holds for all contacts of the same bodies
 };
 
-/// Which contacts are closed in an element, in which mode, and which unknowns and equations that makes:
+/// The closed contacts of an element, their modes, and the resulting unknowns and equations:
 ///
 ///   x_j = (w_j, lambda_j),   lambda_j: of every closed contact lambda_n, then n_rows - 1 components of lambda_t
 ///
-/// An element belongs to the coordinates that it is given, not to the scene: loops over contacts go over closed()
-/// alone, and what couples them is found by newton_system.h.
+/// An element depends on the coordinates that it is given, not on the scene: loops over contacts run over closed()
+/// only, and newton_system.h finds the couplings.
 class ActiveSet {
  public:
   ActiveSet(const ProblemInfo& info, const FrictionPolygon& polygon, int n_s);
 
-  /// @return false when this active set is the present one
+  /// @return false if this is the active set already
   bool set(const std::vector<ContactMode>& modes, const std::vector<int>& facets);
 
   std::span<const ActiveContact> closed() const { return closed_; }
@@ -53,8 +53,8 @@ class ActiveSet {
   int n_rows() const { return static_cast<int>(row_power_.size()); }     ///< unknown forces per stage
   int n_unknowns() const { return n_coordinates_ + n_rows(); }           ///< per stage
   int n_entries() const { return n_entries_; }                           ///< of StageDerivatives, per stage
-  int row_power(int row) const { return row_power_[std::size_t(row)]; }  ///< of the h that the row is divided by
-  bool has_friction() const { return has_friction_; }                    ///< a closed contact has
+  int row_power(int row) const { return row_power_[std::size_t(row)]; }  ///< power of h by which it is divided
+  bool has_friction() const { return has_friction_; }                    ///< of a closed contact
   bool has_curved() const { return has_curved_; }                        ///< a closed contact is curved
   bool turns() const { return turns_; }                                  ///< a contact slips in space: (7c)
 

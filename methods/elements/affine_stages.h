@@ -7,29 +7,29 @@
 
 namespace ricochet {
 
-/// The stage equations (3), (4), (7) of stage_equations.h in closed form, where a ModeMap says what the accelerations
-/// are. (4) and (7a) ask for
+/// The stage equations (3), (4), (7) of stage_equations.h in closed form, if a ModeMap gives the accelerations. (4) and
+/// (7a) require
 ///
 ///   R' w_j = s_j,   s_j = -(A^-1 e)_j / h r_1 - (A^-2 e)_j / h^2 r_2                                          (1)
 ///
-/// r_1: the velocities J_n' v_0 across closed contacts unless they are rounding, and along those that stick what
-/// StageEquations keeps of them; r_2: what it keeps of their gaps. With (1), (2) of stage_equations.h the accelerations are the solution of
+/// r_1: J_n' v_0 of closed contacts, zero if it is rounding, and StageWorkspace::kept_slip of those that stick; r_2:
+/// kept_gap of closed contacts. With (1), (2) of stage_equations.h the accelerations are the solution of
 ///
 ///   w_j = g_0 + h (A e)_j g_1 + (A^-1 e)_j / h g_2 + (A^-2 e)_j / h^2 g_3 + sum_k (h a_jk A_v + h^2 (A^2)_jk A_q) w_k,
 ///   g_0 = A_0 + A_q (q_0 - q_r) + A_v (v_0 - v_r),   g_1 = A_q v_0,   g_2 = -B r_1,   g_3 = -B r_2,                           (2)
 ///
-/// and with the eigenvalues l_k of A (diagonal_tableau.h) and z_k = h l_k it falls apart into systems of n_q unknowns,
+/// and with the eigenvalues l_k of A (diagonal_tableau.h) and z_k = h l_k it splits into systems of n_q unknowns,
 ///
 ///   w_j = g_0 + (A^-1 e)_j / h g_2 + (A^-2 e)_j / h^2 g_3 + Re sum_k sigma_jk x_k,
 ///   (I - z_k A_v - z_k^2 A_q) x_k = A_v (z_k g_0 + g_2 + g_3 / z_k) + A_q (z_k v_0 + z_k^2 g_0 + z_k g_2 + g_3).   (3)
 ///
-/// x_k is what the motion changes of the acceleration within the element: in short ones its rounding is small.
-/// (3) holds for any h: nothing is factorised for a length.
+/// x_k is the change of the acceleration by the motion within the element, so its rounding is small in short elements.
+/// (3) holds for any h: no factors depend on a length.
 class AffineStages {
  public:
   AffineStages(const Problem& problem, const StageTableau& tableau, const ActiveSet& active);
 
-  /// Whether the tableau has (3), and where contacts are closed (1).
+  /// Whether the tableau allows (3) and, if contacts are closed, (1).
   bool has_closed_form(bool has_closed) const {
     return tableau_.diagonal && (!has_closed || tableau_.diagonal->inverse.size() > 0);
   }

@@ -11,7 +11,7 @@
 namespace ricochet {
 
 /// Whether elements can hold the bilateral constraints of a problem: a singular A does not determine their forces,
-/// and without a stage at the right end q_1 leaves those that are curved.
+/// and without a stage at the right end q_1 violates curved ones.
 inline Support can_hold_bilateral(const ButcherTableau& tableau, const ProblemInfo& problem) {
   if (!problem.has_bilateral()) return Support::yes();
   if (!is_invertible(tableau.A)) {

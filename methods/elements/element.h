@@ -24,7 +24,7 @@ struct Element {
   std::vector<int> facets;            ///< n_c, of vertex_slip and edge_slip, else 0; empty without friction in space
 
   void resize(const ProblemInfo& info, int n_s);
-  /// The values of another element are no first guess for this one.
+  /// Discards the values of another element as first guess.
   void forget_guess() {
     for (Matrix* unknowns : {&a, &lambda_n, &lambda_t}) unknowns->setZero();
   }

@@ -10,12 +10,12 @@ namespace ricochet {
 ///
 ///   v(theta) = v_0 + h int_0^theta w,   q(theta) = q_0 + h int_0^theta v,   w(c_j) = w_j                      (1)
 ///
-/// For Gauss and Radau IIA this is the collocation polynomial, of order s + 1 in v; at the right end of any tableau it is
-/// made the state there by
+/// For Gauss and Radau IIA this is the collocation polynomial, of order s + 1 in v; for any tableau it is corrected to
+/// reach the state at the right end by
 ///
 ///   x(theta) + theta^(s + 1) (x_1 - x(1))                                                                    (2)
 ///
-/// which is of the order of the tableau. Where no polynomial passes through the stages (1) is the cubic through q and v
+/// which is of the order of the tableau. If no polynomial passes through the stages, (1) is the cubic through q and v
 /// at both ends.
 class ElementMotion {
  public:

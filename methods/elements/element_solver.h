@@ -15,7 +15,7 @@ class ElementSolver {
   ElementSolver(ElementSystem& system, double tolerance);
 
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }
-  /// A new run: what the elements of the last one have left is forgotten.
+  /// Starts a new run: discards data of earlier elements.
   void restart();
 
   /// In: h, q0, v0, modes, and a, lambda_n as first guess. Out: everything else. No allocation, apart from the first

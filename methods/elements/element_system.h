@@ -11,8 +11,8 @@
 
 namespace ricochet {
 
-/// The equations of an element and their Newton system, for one active set at a time: what ElementSolver (given length)
-/// and SwitchSolver (unknown length) share. Factors that one of them made are good for the other.
+/// The equations of an element and their Newton system, for one active set at a time, shared by ElementSolver (given
+/// length) and SwitchSolver (unknown length). Each can use the factors of the other.
 ///
 /// There are two ways to solve them: by Newton's method, and in closed form where the active set makes them affine
 /// (mode_map.h, affine_stages.h).
@@ -27,9 +27,9 @@ class ElementSystem {
   ElementSystem(const ElementSystem&) = delete;
   ElementSystem& operator=(const ElementSystem&) = delete;
 
-  /// A new run: sizes that were seen and factors are of the last one.
+  /// Starts a new run: discards recorded sizes and factors.
   void restart();
-  /// Takes over the active set of an element, and sets the forces in it that are no unknowns.
+  /// Takes over the active set of an element, and sets the forces in it that are not unknowns.
   void set_active(Element& e);
   /// The map of the active set, where its equations have a closed form; else null.
   const ModeMap* affine() const { return map_; }
@@ -41,7 +41,7 @@ class ElementSystem {
   /// Element::end_lambda_n, end_lambda_t, see end_projection.h.
   void set_end_forces(Element& e);
 
-  /// The forces of the last element are not the only ones, since contacts are redundant: the smallest were taken.
+  /// Whether the forces of the last element are not unique, because contacts are redundant; the smallest were taken.
   bool is_redundant() const { return !map_ && newton.is_redundant(); }
   /// Equations of redundant contacts may contradict each other: then Newton's method converges to a compromise, and the
   /// residual in the workspace shows it.

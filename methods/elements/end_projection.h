@@ -26,23 +26,23 @@ struct EndSystem {
 };
 
 /// Velocity and forces at the right end of an element. P of (5) in stage_equations.h is the identity, unless a closed
-/// contact is curved, or a bounce is closed (below). (4) alone leaves a velocity of O(h^n_s) across it, which errors of
-/// the forces made. So P, at q_1, takes it away by impulses of all closed contacts, along the directions of their forces:
+/// contact is curved, or a bounce is closed (below). (4) alone leaves a velocity of O(h^n_s) across it, caused by
+/// errors of the forces. P, at q_1, removes it by impulses of all closed contacts, along the directions of their
+/// forces:
 ///
 ///   P = I - M^-1 C (R' M^-1 C)^-1 R',   R = [J_n closed, J_t held],   C = [J_n - mu J_t d slipping, else as R]    (10)
 ///
 /// with d the direction of slip, or `along`. The force of the last stage is of order n_s - 1 only. The forces at the
-/// right end, which say when a contact breaks or begins to slip, are those that keep q_1, v_1 on the contacts, as
+/// right end decide when a contact breaks or begins to slip. They are those that keep q_1, v_1 on the contacts, as
 /// accurate as the state:
 ///
 ///   M w = f_v + B_u u + C lambda,   R' w + (d/dt R') v_1 = 0.                                                     (11)
 ///
-/// Tableaus without a stage at the right end leave the curve already with q_1: P = I, and the forces are those of the
-/// stages, extrapolated. But affine contacts they keep, q_1 and v_1, and there (11) is far more accurate: the stage
-/// forces have order n_s, and the event times of P4b with gauss:4 a thousandth to a millionth of their errors. (11) is
-/// one system of all closed contacts; where more than 64 coordinates have no closed form these forces are extrapolated,
-/// too.
-/// Where a contact moves by itself R has the clock, and C has not.
+/// For tableaus without a stage at the right end, q_1 is off the curve already: P = I, and the forces are extrapolated
+/// from the stages. Affine contacts, however, hold at q_1, v_1, and (11) is far more accurate there: stage forces have
+/// order n_s, and (11) reduces the errors of the event times of P4b with gauss:4 to a thousandth to a millionth. (11)
+/// is one system of all closed contacts; where more than 64 coordinates have no closed form these forces are
+/// extrapolated, too. If a contact moves by itself, R contains the clock and C does not.
 ///
 /// An element that closes a bounce (methods/fesd/capture.h) starts with a velocity across its contact. A stage at the right
 /// end takes it away; Gauss leaves R(inf) v = +-v there, which would open the contact again. So P acts there, too.

@@ -22,8 +22,9 @@ namespace ricochet {
 ///   w      = A_0 + A_q (q - q_r) + A_v (v - v_r) + B s,      B   = M^-1 C (R' M^-1 C)^-1                       (2)
 ///   lambda = L_0 + L_q (q - q_r) + L_v (v - v_r) + L_s s,    L_s = (R' M^-1 C)^-1.                             (3)
 ///
-/// (q_r, v_r) is a state that the problem has begun with: there f is small, while that of all coordinates zero is what a stiff spring makes of
-/// them. What rounding leaves where terms of (2) cancel is zero, so that nothing moves across a contact.
+/// (q_r, v_r) is an initial state of the problem, where f is small; with all coordinates zero a stiff spring could make
+/// it large. Where terms of (2) cancel up to rounding, the result is set to zero, so that nothing moves across a
+/// contact.
 struct ModeMap {
   /// @param q, v  (q_r, v_r)
   ModeMap(const Problem& problem, const ActiveSet& active, const Vector& q, const Vector& v);
@@ -43,14 +44,14 @@ struct ModeMap {
   void set(const Problem& problem, const ActiveSet& active);
 };
 
-/// The maps of the mode sets that runs have come to. All have the initial state of the first run as (q_r, v_r), so that
-/// a map is the same whichever run makes it.
+/// The maps of the mode sets that have occurred in runs. All have the initial state of the first run as (q_r, v_r), so
+/// that a map is the same whichever run makes it.
 class ModeMaps {
  public:
   ModeMaps(const Problem& problem, Counters& counters)
       : problem_(problem), counters_(counters), q_r_(problem.info().q0), v_r_(problem.info().v0) {}
 
-  /// Null where (2) and (3) do not say what happens, and Newton's method has to. It may be forgotten at the next call.
+  /// Null if (2) and (3) do not apply, so that Newton's method is needed. Valid until the next call.
   const ModeMap* of(const ActiveSet& active);
 
  private:

@@ -18,14 +18,14 @@ namespace ricochet {
 ///   K dx = -r,   K = d(3, 4, 7) / d(w_1, lambda_1, ..., w_s, lambda_s)                                   (1)
 ///
 /// by *islands*: the connected components of coordinates that M, the derivatives of forces or a closed contact couple.
-/// (1) falls apart into one system per island, and each has its own factors. So a switch costs new factors for the
-/// islands of that contact only. Where neither M nor f_v nor the contacts of an island vary, its matrix does not depend
-/// on the state, and not on h either: rows (4) are divided by h^2 and rows (7a) by h. Its factors hold for ever.
+/// (1) splits into one system per island, each with its own factors. A switch therefore costs new factors only for the
+/// islands of that contact. If neither M nor f_v nor the contacts of an island vary, its matrix depends neither on the
+/// state nor on h: rows (4) are divided by h^2 and rows (7a) by h. Its factors then stay valid.
 ///
-/// A small island keeps its inverse where that holds for ever: it is used many times, and residuals correct its
-/// rounding. A large one is numbered along its breadth-first levels, all stages of a coordinate together and each
-/// contact between its bodies; then K is a band matrix (band_lu.h), and a row of n bodies costs time in proportion to n.
-/// A system with few unknowns is one island, whatever it couples.
+/// A small island keeps its inverse if that stays valid: it is used many times, and residuals correct its rounding. A
+/// large one is numbered along its breadth-first levels, all stages of a coordinate together and each contact between
+/// its bodies; then K is a band matrix (band_lu.h), and a row of n bodies costs time in proportion to n. A system with
+/// few unknowns is one island, whatever it couples.
 ///
 /// Contacts that are redundant in an island make it dense, see redundant_system.h.
 class NewtonSystem {
@@ -35,7 +35,7 @@ class NewtonSystem {
   /// Another active set: finds the islands. @param n_rows  unknown forces per stage
   void set_active(std::span<const ActiveContact> closed, int n_rows);
 
-  /// Factors of this and other active sets are gone, their storage stays.
+  /// Discards the factors of all active sets; their storage stays.
   void forget_factors();
   /// Takes the factors that were kept for this length and active set. False when some are missing.
   bool recall(double h);
@@ -45,10 +45,10 @@ class NewtonSystem {
   /// dx = -K^-1 r by the factors of recall() and factorize(); see redundant_system.h for redundant contacts.
   /// @param x  the forces among the unknowns, read only if is_redundant()
   void solve(const Vector& r, const Vector& x, Vector& dx);
-  bool is_constant() const;                            ///< factors hold for ever, those of every island
-  bool is_redundant() const { return is_redundant_; }  ///< some contacts are, as the last factors say
+  bool is_constant() const;                            ///< the factors of every island stay valid
+  bool is_redundant() const { return is_redundant_; }  ///< some contacts are redundant, by the last factors
 
-  /// response = -K^-1 rhs, two columns, with K of this instant; nothing of it is kept, unless it holds for ever.
+  /// response = -K^-1 rhs, two columns, with K of this instant; nothing of it is kept, unless it stays valid.
   /// @param x  as of solve(), counts for the first column
   void solve_once(const StageCoefficients& k, const StageDerivatives& derivatives, const Matrix& rhs, const Vector& x,
                   Matrix& response);

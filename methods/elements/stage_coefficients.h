@@ -8,7 +8,7 @@
 
 namespace ricochet {
 
-/// A tableau with what (1), (2), (5) of stage_equations.h need of it.
+/// A tableau with the data that (1), (2), (5) of stage_equations.h require.
 struct StageTableau : ButcherTableau {
   explicit StageTableau(const ButcherTableau& tableau);
 
@@ -16,7 +16,7 @@ struct StageTableau : ButcherTableau {
   Vector bA;             ///< A' b
   Vector rows;           ///< row sums of A; equal to c in all but the smallest Radau IA and Lobatto IIIB methods
   bool ends_with_stage;  ///< stiffly accurate: the last stage is the right end
-  bool has_polynomial;   ///< one passes through the stages: no two entries of c are equal
+  bool has_polynomial;   ///< a polynomial passes through the stages: no entries of c are equal
   Matrix extrapolation;  ///< stage values to those of the next step of equal length, if has_polynomial
   Vector node_weights;   ///< 1 / prod_m (c_k - c_m), m != k
 

@@ -30,11 +30,11 @@ struct StageWorkspace {
   Vector J_n0;                 ///< J_n(q_0), packed
   Vector kept_gap;             ///< n_c: the part of gap0 that (4) removes
   Vector kept_slip;            ///< n_lambda_t: the part of held' J_t' v_0 that (7a) removes
-  Vector gap_size;             ///< n_c: largest sum_k |J_n,k q_k| so far: what rounding of a gap is relative to
+  Vector gap_size;             ///< n_c: largest sum_k |J_n,k q_k| so far, the scale of the rounding of a gap
   std::vector<char> is_short;  ///< n_c: the element is so short that rounding of its gap would show in (4)
   Vector r;                    ///< n_s n_unknowns: residual of (3), (4), (7)
   double load = 0;             ///< largest |f_i| / M_ii of the last residual
-  StageDerivatives K;          ///< what the Newton matrix is made of
+  StageDerivatives K;          ///< parts of the Newton matrix
   std::vector<Matrix> M;       ///< n_s times n_q x n_q, where M varies
   Vector x, dx;                ///< n_s n_unknowns: forces among the unknowns, accelerations left out; a correction
 };
@@ -71,7 +71,7 @@ struct StageWorkspace {
 /// accelerations w_j (Element::a) and the forces lambda_j, without lambda_t where (7b) gives it; rows (4) are divided
 /// by h^2 and rows (7a) by h. A contact that is open, or has no friction, has no tangential unknown.
 ///
-/// Where a contact moves by itself (problem.h, (7)) the rows of (4), (7) have the clock, and the forces in (3) do not.
+/// If a contact moves by itself (problem.h, (7)), the rows of (4), (7) contain the clock, but the forces in (3) do not.
 /// A gap or a drive that is not affine in t is curved, whatever it is in the bodies' coordinates.
 ///
 /// (4) is evaluated as f_c(q_j) - f_c(q_0) = 0. Divided by h^2, the rounding of either term would show in the force, so
@@ -81,7 +81,7 @@ struct StageWorkspace {
 ///   f_c(q_0 + dq) - f_c(q_0) = int_0^1 J_n(q_0 + s dq)' dq ds.                                              (6)
 ///
 /// f_c(q_0) itself is rounding that one short step could remove only with forces far larger than rounding; it is
-/// removed when many steps have gathered more than 1e-13 of the largest size that q had in the run.
+/// removed when it has accumulated over many steps to more than 1e-13 of the largest |q| in the run.
 class StageEquations {
  public:
   StageEquations(const Problem& problem, const StageTableau& tableau, const ActiveSet& active, Counters& counters);
@@ -91,7 +91,7 @@ class StageEquations {
   /// Makes room for the residual and the derivatives of another active set: only Newton's method needs them.
   void resize(StageWorkspace& work) const;
 
-  /// Decides what of f_c(q_0) equation (4) removes, and what of J_t' v_0 equation (7a). Sets gap0, J_n0,
+  /// Decides which part of f_c(q_0) equation (4) removes, and which part of J_t' v_0 equation (7a). Sets gap0, J_n0,
   /// kept_gap, kept_slip, is_short.
   void set_initial_values(const Element& e, double h, StageWorkspace& work);
   /// (1) and (2). Sets dq.

@@ -17,7 +17,7 @@ struct Switch {
   SwitchKind kind = SwitchKind::gap_closes;
   int contact = -1;            ///< -1: no switch, the run ends with its time
   int zeros_at_start = 0;      ///< number of zeros h = 0 of the switch function, which are divided out
-  double left_gap = 0;         ///< [m] of a contact that touches at the left end: its gap closes where it is this again
+  double left_gap = 0;         ///< [m] of a contact that touches at the left end: its gap closes at this value again
   bool together = false;       ///< contacts of the same bodies that slip in space come to rest with this one
   FacetCondition condition{};  ///< on a polygon: the condition that becomes zero; its facet is -1 elsewhere
 

@@ -45,7 +45,7 @@ class SwitchFunction {
   double deflated(const Element& last, const Switch& end, double h, const RunResponse& response,
                   Eigen::RowVector2d& slope);
 
-  /// A gap that closes is as small as rounding of the positions that it is a difference of.
+  /// Whether a gap that closes is as small as the rounding of the positions whose difference it is.
   bool is_rounding_of_gap(const Element& last, const Switch& end);
   /// Chooses those friction forces at the last stage of (9) that are nearest to the limit at rest; all have the same
   /// effect.

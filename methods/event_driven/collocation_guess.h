@@ -5,7 +5,7 @@
 
 namespace ricochet {
 
-/// The last step that counts, whose polynomial is the first guess of the next one: where this begins at either end of it.
+/// The last accepted step, whose polynomial is the first guess of the next one if that begins at either end of it.
 class CollocationGuess {
  public:
   CollocationGuess(const Vector& c, int n_q);

@@ -12,7 +12,7 @@ struct StepEnds;
 ///   v(s) = v_0 + s (b_0 + s (b_1 + s (..))),   w_i = sum_p b_p c_i^(p+1)                  (1)
 ///   q(s) = q_0 + h s v_0 + h s^2 (b_0 / 2 + s (b_1 / 3 + s (..)))                        (2)
 ///
-/// of order n_s + 1 in v and n_s + 2 in q. It has no accelerations, which of stiff motion are large at the ends.
+/// of order n_s + 1 in v and n_s + 2 in q. It does not use accelerations, which are large at the ends in stiff motion.
 class CollocationPolynomial {
  public:
   CollocationPolynomial(const Vector& c, int n_q);

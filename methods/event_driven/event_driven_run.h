@@ -15,26 +15,26 @@
 
 namespace ricochet {
 
-/// Smooth motion from event to event: steps whose length follows the tolerance, and where a function of EventFunctions
-/// falls through zero the step is taken again, up to there, and ModeChange decides what follows.
+/// Smooth motion from event to event, with step lengths that follow the tolerance. If a function of EventFunctions
+/// falls through zero, the step is repeated up to that point, and ModeChange determines the next modes.
 ///
 ///   h <- h clamp(s e^(-alpha) e_before^beta),  alpha = 1 / (k + 1) - 3/4 beta                          (1)
 ///
 /// e the error of the step as a part of the tolerance, k the order of its estimate (Gustafsson's PI controller; Hairer,
-/// Wanner, Solving ODEs II, (IV.2.43)). The length goes on after an event.
+/// Wanner, Solving ODEs II, (IV.2.43)). The length is kept after an event.
 ///
 /// The zero of a function phi is the one of the interpolation first; the step to it leaves dt = -phi / phi'. While
 ///
 ///   dt^2 (|a| + |a_1 - a_0| / h) > tolerance / 100                                                      (2)
 ///
-/// it is taken again with h + dt; the last dt is one of Taylor's polynomial. Where (2) does not come to hold, the steps
-/// to one point after the other do not belong to one motion: the step is rejected, and half as long.
+/// it is taken again with h + dt; the last dt is one of Taylor's polynomial. If (2) remains true, the steps to
+/// successive points do not belong to one motion: the step is rejected and halved.
 ///
-/// An event that neither the ends nor the stages of a step show is made by something shorter than the step, such as a
-/// short pulse of a load: the next step is no longer than that.
+/// An event that neither the ends nor the stages of a step show is caused by something shorter than the step, such as a
+/// pulse of a load. The next step is no longer than that.
 ///
 /// Samples are the ends of the steps, or dense: at k T / n_samples, each by a step of its own from the left end of the
-/// step at hand. So they have the order of the pair, which the interpolation (step_ends.h, order 5 in v) has not, and
+/// step at hand. They therefore have the order of the pair, unlike the interpolation (step_ends.h, order 5 in v), and
 /// change no step.
 class EventDrivenRun {
  public:
@@ -84,7 +84,7 @@ class EventDrivenRun {
   StepEnds& ends_;
   Solution solution_;
   std::optional<EventSensitivity> sensitivity_;
-  std::vector<ImpactSequence::Impact> impacts_;  // of the instant, where derivatives are asked for
+  std::vector<ImpactSequence::Impact> impacts_;  // of the instant, if derivatives are requested
   std::optional<SlipStart> slip_start_;
   std::vector<ContactMode> before_;
   std::vector<int> stopped_;  // contacts in space that stop at this instant

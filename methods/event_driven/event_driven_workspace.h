@@ -21,8 +21,8 @@ struct EventDrivenWorkspace {
         step(make_step(formula, problem.n_q(), dynamics)) {}
   EventDrivenWorkspace(const EventDrivenWorkspace&) = delete;
 
-  /// Ready for a run from any state. Its counters are zero, but for the first run: what has been made once is counted
-  /// there.
+  /// Prepares a run from any state. Its counters start at zero; those of the first run include the work that is done
+  /// only once.
   void start(double tolerance) {
     if (has_run) counters = {};
     has_run = true;

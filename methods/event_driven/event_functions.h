@@ -34,18 +34,18 @@ struct DetectedEvent {
 ///   slips     d' J_t' v,  in space d' J_t' v - v_stop                                    (4)
 ///
 /// d is the direction of slip: in the plane that of the mode, in space that at the left end of the step. There the
-/// direction has no limit at v_t = 0 that a step could cross, so the last v_stop of slip is left to the run. Slip slower than
-/// twice that has half of its speed for v_stop.
+/// direction has no limit at v_t = 0 that a step could cross, so the last v_stop of slip is left to the run. For slip
+/// slower than twice that, v_stop is half of its speed.
 ///
 /// A step that has been taken is searched for the first zero: of functions negative at its right end; of gaps, along the
 /// whole of it (GapSearch); and of forces negative at a stage, if their interpolation is negative, too. If a function is
 /// zero at the left end, since a contact has just closed or begun to slip, the zero that counts is the next one. A step is
-/// too long, and not is_exact(), if its interpolation passes a surface, or zero slip, more closely than it is exact.
+/// too long, and not is_exact(), if its interpolation passes a surface, or zero slip, more closely than its accuracy.
 ///
 /// Slip is searched along the whole of a step, too, and so are (2) and (3) where forces depend on time (LoadSearch),
-/// for falls by more than the tolerance: a load may rise and fall within a step that nothing else makes short. Without
-/// time forces vary with q and v alone, which the error control resolves, and the stages are enough. Where forces have no
-/// bounds, as those of redundant contacts have not, all is compared at 16 points.
+/// for falls by more than the tolerance: a load may rise and fall within a step that nothing else makes short. Forces
+/// that do not depend on time vary only with q and v, which the error control resolves, and the stages are enough. If
+/// forces have no bounds, such as those of redundant contacts, all are compared at 16 points.
 class EventFunctions {
  public:
   /// @param degree  of the polynomial between the ends of a step
@@ -88,14 +88,14 @@ class EventFunctions {
   /// How a contact in space that has slowed down to v_stop would pass zero with its acceleration held.
   struct Rest {
     double speed = 0;         ///< [m/s]
-    double duration = 0;      ///< until it is nearest [s]; negative: it was
+    double duration = 0;      ///< until it is nearest [s]; negative: in the past
     double distance = 0;      ///< from zero there [m/s]
-    double turning_time = 0;  ///< distance over acceleration [s]: how wrong the duration may be
+    double turning_time = 0;  ///< distance over acceleration [s]: error bound of the duration
   };
   Rest rest(int contact, const Vector& q, const Vector& v, const Vector& a);
   /// The contacts in space that slip no faster than their v_stop at first, and this one.
   void find_slow(int contact, const Vector& q, const Vector& v, std::vector<int>& slow);
-  /// Slip that has slowed down to v_stop goes on: half of its speed is the next one.
+  /// Continues slip that has slowed down to v_stop; the next v_stop is half of its speed.
   void pass_slip(int contact, const Vector& q, const Vector& v);
 
  private:
@@ -142,7 +142,7 @@ class EventFunctions {
   /// How (2)-(4) are searched within a step.
   enum class LoadWatch : std::uint8_t { none, bounds, samples };
   LoadWatch watch_ = LoadWatch::none;
-  std::optional<LoadSearch> loads_;         // where slip or the time has called for it
+  std::optional<LoadSearch> loads_;         // if slip or time requires it
   std::vector<std::size_t> load_function_;  // of functions_, by function of loads_
   Vector path_error_;
   bool is_exact_ = true;

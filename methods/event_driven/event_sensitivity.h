@@ -35,7 +35,7 @@ namespace ricochet {
 ///
 /// R is the identity where contacts break, stick or slip: then S jumps by (f- - f+) dt, zero where accelerations are
 /// continuous. Impacts are (1), (2), (5) of point_variation.h, one after the other where they follow each other. S+ is
-/// moved to where the closed contacts hold, as the state is.
+/// projected onto the closed contacts, like the state.
 ///
 /// Slip in space that begins from rest has the direction n of its slip velocity s in the middle of a short step, held
 /// over the whole of it (EventDrivenRun::start_slip). It turns by
@@ -53,7 +53,7 @@ class EventSensitivity {
   /// (2) from the left end of a step of length h. @return the largest error of a column, in parts of the tolerance;
   /// infinite when there is no acceleration somewhere. The dynamics has the forces of the last stage.
   double take(const StepEnds& ends, double h);
-  /// The last take() counts.
+  /// Accepts the last take().
   void accept();
   /// (5) and (2) for the step in which these contacts, whose directions the dynamics holds, begin to slip.
   bool take_slip_start(const StepEnds& ends, double h, const std::vector<int>& contacts);

@@ -21,7 +21,7 @@ namespace ricochet {
 ///
 ///   0 < eps_r < 1,   (eps_r r)^2 <= 2 |a| (rounding of the gap)                          (1)
 ///
-/// ends an accumulation of impacts; its rebound is taken away with the friction impulse that belongs to it
+/// ends an accumulation of impacts; its rebound is removed, with the friction impulse that belongs to it
 /// (ModeDynamics::project). The load of the next moment decides about a contact without one
 /// (ImpactSolver::decide_unloaded). A contact without friction that separates, but is pressed in the next moment, stays
 /// closed: with the acceleration a and the jerk j of its gap without a force of its own,
@@ -45,7 +45,7 @@ class ModeChange {
   Outcome decide(const DetectedEvent& cause, const std::vector<ContactMode>* modes, Vector& q, Vector& v,
                  const std::vector<int>& stopped);
 
-  /// As of ImpactSequence.
+  /// See ImpactSequence.
   void keep_impacts(std::vector<ImpactSequence::Impact>* impacts) { impacts_.keep_impacts(impacts); }
 
   const Vector& Lambda_n() const { return Lambda_n_; }

@@ -25,9 +25,9 @@ namespace ricochet {
 ///
 ///   lambda = L f,   a = P f                                                              (4)
 ///
-/// with matrices that belong to the modes. Redundant contacts make D singular: of all lambda that fulfil (2) they have the
-/// one nearest to the forces that the contact law has found for these modes, in the norm that makes the diagonal of D
-/// one, so that no contact reaches its cone for want of a better division.
+/// with matrices that belong to the modes. Redundant contacts make D singular: of all lambda that fulfil (2), the one
+/// nearest to the forces of the contact law for these modes is used, in the norm that makes the diagonal of D one. With
+/// a worse division a contact would reach its cone too early.
 class ModeDynamics {
  public:
   ModeDynamics(const Problem& problem, Counters& counters);
@@ -35,7 +35,7 @@ class ModeDynamics {
   /// Message of a run that ends where accelerate() or project() fails.
   static constexpr const char* kUndetermined = "the contact forces do not determine the motion";
 
-  /// From here on, at (q, v) first. @param modes  n_c, bilateral contacts closed
+  /// Sets the modes from now on, first at (q, v). @param modes  n_c, bilateral contacts closed
   void set_modes(std::span<const ContactMode> modes, const double* q, const double* v);
   const std::vector<ContactMode>& modes() const { return rows_.modes(); }
   const std::vector<int>& closed() const { return rows_.closed(); }  ///< contacts that are not open

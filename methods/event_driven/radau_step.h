@@ -14,10 +14,11 @@ namespace ricochet {
 ///   q_i = q_0 + h c_i v_0 + h sum_j A_ij w_j                                             (1)
 ///   h^-1 sum_j (A^-1)_ij w_j = a(q_i, v_0 + w_i)                                         (2)
 ///
-/// and the last stage is the right end. Simplified Newton iterations (radau_system.h) end where what is left, theta /
-/// (1 - theta) of the last correction with theta its contraction, is a hundredth of the tolerance; in the first one the
-/// factor is that of the last step to the power 0.8. a_q and a_v are those of the left end, kept while they contract by
-/// 1e-3; the first guess is the polynomial of the last step. The estimate of the error is in radau_error.h.
+/// and the last stage is the right end. Simplified Newton iterations (radau_system.h) end if the remaining error is a
+/// hundredth of the tolerance. It is estimated as theta / (1 - theta) times the last correction, theta its contraction;
+/// in the first iteration the factor is that of the last step to the power 0.8. a_q and a_v are those of the left end,
+/// kept while they contract by 1e-3; the first guess is the polynomial of the last step. The estimate of the error is
+/// in radau_error.h.
 ///
 /// Source: Hairer, Wanner, Solving Ordinary Differential Equations II, section IV.8, (8.13)-(8.19).
 class RadauStep final : public StepScheme {

@@ -15,7 +15,7 @@ namespace ricochet {
 ///
 /// which is singular at s = 0: of all solutions of (1) one is regular, with d_perp' w(d) = 0 there. Where slip begins at
 /// the edge of the cone, w(d) = 0 there, too, so d(0) is opposite to the force of the last moment of stick. The next term of
-/// (1), with w = b(t) - W mu lambda_n d, says how fast friction turns and slip grows:
+/// (1), with w = b(t) - W mu lambda_n d, determines how fast friction turns and slip grows:
 ///
 ///   sigma d(0) = b'(0) - W (mu lambda_n d)'(0),   s = sigma t^2 / 2 + O(t^3)                              (2)
 ///

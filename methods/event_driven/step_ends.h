@@ -13,7 +13,7 @@ namespace ricochet {
 ///
 ///   p(s) = x_0 + s x_0' + s^2 x_0'' / 2 + s^3 (c_3 + s c_4 + s^2 c_5)                    (1)
 ///
-/// with c_3, c_4, c_5 from what Taylor's polynomial at 0 leaves of x, x' and x'' at 1.
+/// with c_3, c_4, c_5 from the errors of Taylor's polynomial at 0 in x, x' and x'' at 1.
 struct QuinticHermite {
   double c[6]{};
 
@@ -51,8 +51,8 @@ struct QuinticBernstein {
   }
 };
 
-/// The two ends of a step, with the accelerations there. What lies between them is (1) of each coordinate, of order 6 in
-/// q and 5 in v, or the polynomial of a step that has its own.
+/// The two ends of a step, with the accelerations there. Between them the motion is (1) of each coordinate, of order 6
+/// in q and 5 in v, or the polynomial of a step that has its own.
 struct StepEnds {
   double h = 0;       ///< [s]
   Vector q0, v0, a0;  ///< n_q, left end

@@ -19,14 +19,14 @@ class StepScheme {
  public:
   virtual ~StepScheme() = default;
 
-  /// Before a run: nothing is left of the steps of another one. @param tolerance  of error(), for inner iterations
+  /// Starts a run: discards data of earlier steps. @param tolerance  of error(), for inner iterations
   virtual void start(double /*tolerance*/) {}
-  /// From the left end of `ends`; the functions of `watched` are shown every stage, null for none.
-  /// @return false when there is no acceleration somewhere, or an iteration does not converge
+  /// Makes a step from the left end of `ends`; `watched`, unless null, records every stage. @return false if some
+  /// acceleration does not exist, or an iteration does not converge
   virtual bool take(double h, EventFunctions* watched) = 0;
-  /// The acceleration at the right end.
+  /// Computes the acceleration at the right end.
   virtual bool finish() = 0;
-  /// The estimate of the last step, as the root mean square of its parts of `tolerance` (1 + |x|).
+  /// Error estimate of the last step: root mean square of its components relative to `tolerance` (1 + |x|).
   virtual double error(double tolerance) const = 0;
 
   StepEnds ends;
@@ -38,7 +38,7 @@ class StepScheme {
 /// The largest StepEnds::degree() in a run with a formula, in which slip in space starts with the polynomial of explicit
 /// steps.
 int degree_between_ends(const StepFormula& formula);
-/// @param formula  has to outlive the step; of implicit ones Radau IIA with an odd number of stages
+/// @param formula  must outlive the step; if implicit, Radau IIA with an odd number of stages
 std::unique_ptr<StepScheme> make_step(const StepFormula& formula, int n_q, ModeDynamics& dynamics);
 
 }  // namespace ricochet

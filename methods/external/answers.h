@@ -7,8 +7,7 @@
 
 namespace ricochet {
 
-/// An answer with a field that is missing, or of another type, size or range than README.md says: which, and what is
-/// required.
+/// A field of an answer is missing, or its type, size or range violates README.md; names the field and the requirement.
 struct BadAnswer : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -17,7 +16,7 @@ struct BadAnswer : std::runtime_error {
 ClientGreeting greeting_of(const nlohmann::json& answer);
 /// @throws BadAnswer with the client's reason if it refuses
 void require_ok(const nlohmann::json& answer);
-/// Nothing of an answer is believed before its sizes and ranges are right. @throws BadAnswer
+/// Checks all sizes and ranges before it uses anything of the answer. @throws BadAnswer
 Solution solution_of(const nlohmann::json& answer, const Problem& problem);
 
 }  // namespace ricochet

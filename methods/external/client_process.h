@@ -9,15 +9,15 @@
 
 namespace ricochet {
 
-/// Why a client gave no answer.
+/// Reason why an answer of a client is missing.
 struct ClientFailure : std::runtime_error {
   ClientFailure(Status which, const std::string& what) : std::runtime_error(what), status(which) {}
   Status status;  ///< time_limit or inner_solver_failed
 };
 
-/// A program of somebody else that reads lines and answers each with a line. It is started by the shell when it is
-/// first asked, stays alive between questions, and is started again after a failure. For one thread at a time; a fork
-/// of this process has a client of its own.
+/// A user's program that reads lines and replies to each with a line. The shell starts it at the first request; it
+/// stays alive between requests and is restarted after a failure. For one thread at a time; a fork of this process has
+/// a client of its own.
 class ClientProcess {
  public:
   explicit ClientProcess(std::string command) : command_(std::move(command)) {}
@@ -25,7 +25,7 @@ class ClientProcess {
   ClientProcess(const ClientProcess&) = delete;
 
   /// @param line  without its end @param limit  [s] of wall time; 0: none
-  /// @throws ClientFailure, and the client is gone: it ended (with its last words on standard error), was too late, or
+  /// @throws ClientFailure, and the client is gone: it ended (the message quotes its standard error), timed out, or
   /// could not be started
   std::string ask(const std::string& line, double limit);
 

@@ -20,7 +20,7 @@ struct ClientGreeting {
   std::set<std::string> features;  ///< what scenes may have: "friction_2d", "friction_3d", "bilateral", "time"
 };
 
-/// The line protocol of README.md with one client. For many threads, whose questions take turns.
+/// The line protocol of README.md with one client. For many threads, whose requests are served in turn.
 class ExternalClient {
  public:
   /// The living client of a command; methods with the same command share it.
@@ -28,10 +28,10 @@ class ExternalClient {
 
   explicit ExternalClient(const std::string& command) : process_(command) {}
 
-  /// Asked once. @throws InputError when there is no answer, or one that the protocol does not know
+  /// Requested once. @throws InputError without an answer, or for one that violates the protocol
   const ClientGreeting& greeting();
 
-  /// Whatever goes wrong is a status and its reason. @param seed  for clients that draw random numbers
+  /// Every failure is returned as a status with its reason. @param seed  for clients that draw random numbers
   Solution solve(const Problem& problem, const Settings& settings, int seed);
 
  private:

@@ -21,13 +21,13 @@ namespace ricochet {
 /// stages. It is largest at c_1, and for Radau IIA grows like 2 n_s^2 J_1(z)/z = 0.432 n_s^2, z the first zero of J_0.
 struct Capture {
   double kappa = 0;  ///< infinity when A is singular: a closed element has no solution then
-  double kept = 0;   ///< R(inf), the share of v+ that is there again at the right end
+  double kept = 0;   ///< R(inf), the share of v+ that returns at the right end
 
-  /// The velocity is gone at the right end.
+  /// Whether the velocity is zero at the right end.
   bool absorbs() const;
-  /// Longest time by which FESD-J with elements of length at most h can call a ball that bounces with restitution e at
-  /// rest too early. A capture is tried only where the next flight, 2 v+/g, does not fit into the element. So with (3)
-  /// v+ <= g h / max(2, kappa), and the flights that are left out take 2 v+ / (g (1 - e)):
+  /// Longest time by which FESD-J with elements of length at most h can stop a ball that bounces with restitution e too
+  /// early. A capture is tried only where the next flight, 2 v+/g, does not fit into the element. So with (3) v+ <= g h
+  /// / max(2, kappa), and the flights that are left out take 2 v+ / (g (1 - e)):
   ///
   ///   t_Z - t_rest <= 2 h / (max(2, kappa) (1 - e)).                                                        (4)
   ///

@@ -18,13 +18,13 @@ namespace ricochet {
 ///
 ///   C = b' A^p 1 - 1 / (p + 1)!,   or  (b' c^p - 1 / (p + 1)) / p!  of its quadrature if that is larger.      (2)
 ///
-/// The last coefficient alpha_k says what x is, and the one before it too in case the last is small by chance, for each
-/// velocity
+/// For each velocity, x follows from the last coefficient alpha_k, and from the one before it in case the last is small
+/// by chance:
 ///
 ///   e_v = |C| 2^p h |w| max over k = n_s - 1, n_s - 2 >= 1 of ((2 k - 1)!! |alpha_k| / |w|)^(p / k),   e_q = h e_v.  (3)
 ///
-/// This is the local error of order p + 1 itself, without evaluating anything: not that of a lower-order method
-/// embedded in it. Where surfaces move by themselves, gaps and slip paths are estimated as well (moving_contacts.h).
+/// This is the local error of order p + 1 itself, not that of an embedded method of lower order, and needs no
+/// evaluation. Where surfaces move by themselves, gaps and slip paths are estimated as well (moving_contacts.h).
 class ElementError {
  public:
   /// @throws InputError with fewer than two stages, or two of the same node c: (1) needs them

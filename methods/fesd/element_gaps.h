@@ -13,17 +13,16 @@ namespace ricochet {
 ///
 ///   f_c^i(q(s)) >= 0                                                                      (1)
 ///
-/// at the points alone, so that an impact between two of them is no impact. A method that chooses its steps by a
-/// tolerance has to see it however long they are. Here (1) holds for 0 <= s <= 1, with the polynomial (1) of
-/// element_path.h.
+/// only at the points, so that an impact between two of them is missed. A method that chooses its steps by a tolerance
+/// must find it, however long they are. Here (1) holds for 0 <= s <= 1, with the polynomial (1) of element_path.h.
 ///
-/// GapSearch proves (1) or finds the first closing. Where a contact has touched at the left end, q(s) has an error before
-/// the first stage that is a part of the gap there, however small both are; so up to the first stage (1) may be broken by
-/// a hundredth of the gap at that stage, and by no more than (7) of gap_search.h. A contact that opens without a load may
-/// have a negative gap there, as in SignConditions::check().
+/// GapSearch proves (1) or finds the first closing. If a contact touches at the left end, the error of its gap before
+/// the first stage is a fraction of the gap there, however small both are. Up to the first stage (1) may therefore be
+/// violated by a hundredth of the gap at that stage, and by no more than (7) of gap_search.h. A contact that opens
+/// without a load may have a negative gap there, as in SignConditions::check().
 class ElementGaps {
  public:
-  /// @param scales  what rounding of the gaps is relative to; read at every call
+  /// @param scales  sizes for rounding errors of the gaps; read at every call
   ElementGaps(const Problem& problem, const ButcherTableau& tableau, const ContactScales& scales);
   void restart() { search_.restart(); }
 

@@ -10,15 +10,15 @@
 
 namespace ricochet {
 
-/// The closed contacts between the points of an element, as ElementGaps has the open ones: slip velocities and, where
+/// Checks closed contacts between the points of an element, as ElementGaps checks open ones: slip velocities and, if
 /// forces depend on time, forces and cone margins along the polynomials of element_path.h. FESD-J requires their signs
-/// at the points alone, so that a short pulse of a load between two of them is none. LoadSearch proves the signs, up to
-/// the tolerance of the motion, or finds the first fall. Without time forces vary with q and v alone, which the error
-/// control resolves. Forces of redundant contacts and those on a polygon in place of the friction disc have no bounds,
-/// and are known at the stages alone.
+/// only at the points, so that a short pulse of a load between two of them is missed. LoadSearch proves the signs, up
+/// to the tolerance of the motion, or finds the first fall. Forces that do not depend on time vary only with q and v,
+/// which the error control resolves. Forces of redundant contacts, and of contacts on a friction polygon, have no
+/// bounds and are checked only at the stages.
 class ElementLoads {
  public:
-  /// @param scales  what rounding and the tolerance are relative to; read at every call
+  /// @param scales  sizes for rounding errors and the tolerance; read at every call
   ElementLoads(const Problem& problem, const ButcherTableau& tableau, const ContactScales& scales);
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }  ///< of the motion
   void restart() { modes_.clear(); }                                ///< a new run

@@ -21,13 +21,13 @@ namespace ricochet {
 /// the next element has the same modes, and no other value of this one is needed. If it does not, by rounding or by far,
 /// the element is solved in full.
 ///
-/// (1) is of the increments: the rounding of D does not act on the whole of x. One product of 2 n_q + 1 columns.
+/// (1) adds an increment: the rounding of D does not act on x as a whole. One product of 2 n_q + 1 columns.
 class ElementMap {
  public:
   /// For elements with the active set of the system, which must be affine. Uses the workspace of the system.
   ElementMap(ElementSystem& system, double h);
 
-  /// False where (2) has not all conditions: friction in space, curved or bilateral contacts.
+  /// False if (2) does not contain all conditions: friction in space, curved or bilateral contacts.
   bool is_complete() const { return is_complete_; }
   double h() const { return h_; }
   const std::vector<ContactMode>& modes() const { return modes_; }

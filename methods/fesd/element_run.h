@@ -28,7 +28,7 @@ class ElementRunSolver {
     bool between_stages;   ///< sign conditions have to hold between the stages, too
   };
 
-  /// All but the options are kept and have to outlive this.
+  /// All arguments but the options must outlive this object.
   ElementRunSolver(const Problem& problem, const ButcherTableau& tableau, const Options& options, ContactScales& scales,
                    ElementStartSolver& start_solver, StepBuffers& buffers, Counters& counters);
 
@@ -52,16 +52,16 @@ class ElementRunSolver {
   /// ElementLoads::shortest() of this step.
   double shortest_load() const { return loads_between_ ? loads_between_->shortest() : 0; }
 
-  /// `count` elements of length h. The first failure in time; its violation counts time from the start of the run.
+  /// Solves `count` elements of length h. @return the first failure; the time of its violation is from the start of the
+  /// run
   StepFailure equal_elements(int first, int count, double h);
 
-  /// `count` elements up to the switch that they would go past. When the solution shows another switch before it,
-  /// that one is taken instead. Whether all sign conditions are fulfilled up to there. @param remaining  most of their
-  /// length together [s]
+  /// Solves `count` elements up to the switch that they would pass, or up to an earlier one that the solution shows.
+  /// @return whether all sign conditions hold up to there  @param remaining  upper bound of their total length [s]
   bool run_to_switch(int first, int count, Violation violation, double remaining, SearchBudget& budget);
 
-  /// `count` elements of length h, with a switch of the contact at their end, whatever its equation says. Whether all
-  /// sign conditions are fulfilled up to there.
+  /// Solves `count` elements of length h with a switch of the contact at their end, without the equation of the switch.
+  /// @return whether all sign conditions hold up to there
   bool run_to_time(int first, int count, double h, SwitchKind kind, int contact, SearchBudget& budget);
 
   /// Advances the right end of an element by up to n elements of length h in which nothing happens, as long as they have

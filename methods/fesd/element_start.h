@@ -34,13 +34,13 @@ struct ElementStart {
 
   std::vector<int> touching;
   std::vector<ImpactSolver::ClosedContact>
-      closed;  ///< touching contacts that do not separate; the load opens them or not
+      closed;  ///< touching contacts that do not separate; the load decides whether they open
   std::vector<Alternative> alternatives;
   unsigned closed_instead = 0;  ///< set of alternatives: the bounces that modes and forces have closed instead
   std::vector<int> from_rest;   ///< contacts that start to slip with zero slip velocity
   std::vector<int> unloaded;    ///< contacts without a load that the load of the next moment opens
   std::vector<OnEdge> on_edge;
-  int failed_contact = -1;  ///< the contact that a Result other than done is about
+  int failed_contact = -1;  ///< the contact of a Result other than done
   bool has_forces = false;  ///< acceleration and forces right after the start are known:
   Vector acceleration, lambda_n, lambda_t;
 
@@ -80,7 +80,7 @@ struct LeftEnd {
 /// (ImpactSolver::decide_unloaded); where it does not press either, a contact that rested stays closed, and may break.
 class ElementStartSolver {
  public:
-  /// @param scales  what rounding is relative to; read at every call, and velocities and loads are recorded there
+  /// @param scales  sizes for rounding errors; read at every call, and velocities and loads are recorded there
   ElementStartSolver(const Problem& problem, const ButcherTableau& tableau, const FrictionPolygon& polygon,
                      ContactScales& scales, Counters& counters);
 

@@ -137,8 +137,8 @@ AdaptiveRun::Next AdaptiveRun::judge(const Attempt& attempt, const PivotingSolve
   const double wanted =
       std::clamp(kSafety * std::pow(std::max(error, 1e-300), exponent_), kMaxShrinking, kMaxGrowth);  // (4)
   if (error > 1 && can_be_shorter) {
-    // A bounce that cannot be followed is closed, and its velocity is an error that no shorter step loses. The motion
-    // after it has to be as accurate as elsewhere.
+    // A bounce that cannot be followed is closed. Its velocity is an error that a shorter step does not reduce. The
+    // motion after it has to be as accurate as elsewhere.
     const bool was_refused = closed.throughout && rest_speed() == 0;
     const bool is_of_motion = error * settings_.tolerance > kClosingErrors * closed.speed;
     if (was_refused && is_of_motion && ++refusals_ <= kMaxRefusals) return repeat_with(0.2 * H);

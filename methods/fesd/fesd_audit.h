@@ -14,8 +14,8 @@ namespace ricochet {
 /// f_v|, |M^-1 J_n lambda|) for velocities; gaps to |J_n|' (|q| + H |v| + H^2 |M^-1 f_v|), forces to the largest
 /// contact force or load J_n' M^-1 f_v / G of the step, normal velocities to sum_k |J_n,k v_k| + H G force, impulses to
 /// m |v|; slip velocities to |J_t|' (|v| + H |M^-1 f_v|) + H G_t mu lambda_n; products to the product of both sizes.
-/// Indicators in eta_n are normalised in the same way. Squared cones have the square of the force for a size. Forces of
-/// bilateral constraints are load to the other contacts.
+/// Indicators in eta_n are normalised in the same way. The size of squared cones is the square of the force. Forces of
+/// bilateral constraints count as load of the other contacts.
 class FesdAudit {
  public:
   /// Properties that a solver claims of its steps.
@@ -33,7 +33,7 @@ class FesdAudit {
   std::vector<Residual> residuals() const;
 
  private:
-  /// An element with what several sections need of it.
+  /// An element with the data that several sections use.
   struct View {
     const FesdStep& step;
     int n;

@@ -21,32 +21,33 @@ namespace ricochet {
 class FesdRun {
  public:
   /// Problem and settings have to outlive the run. @param accuracy  of the gaps at the ends of elements, see StepCheck
-  /// @param claims  what the audit is to know; without, there is none
-  /// @param counters  of what solves the steps
+  /// @param claims  claims for the audit; without them there is no audit
+  /// @param counters  of the solver of the steps
   FesdRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings, double accuracy,
           const std::optional<FesdAudit::Claims>& claims, Counters& counters);
 
   bool time_is_over() const { return time_limit_.is_over(); }
-  /// Null when no derivatives are asked for.
+  /// Null if no derivatives are requested.
   Sensitivity* sensitivity() { return sensitivity_ ? &*sensitivity_ : nullptr; }
-  /// Whether derivatives are asked for and this step has none: VariedProblem::kNoDerivative.
+  /// Whether derivatives are requested and this step has none: VariedProblem::kNoDerivative.
   bool has_no_derivative(const FesdStep& step) const { return sensitivity_ && step.has_impact_sequence(); }
 
-  /// State at the end of what has been accepted.
+  /// State at the end of the last accepted element.
   const Vector& q() const { return reached_ ? reached_->q1 : problem_.info().q0; }
   const Vector& v() const { return reached_ ? reached_->v1 : problem_.info().v0; }
   /// Contact modes of the last accepted element; empty before the first one.
   std::span<const ContactMode> modes() const {
     return reached_ ? std::span<const ContactMode>(reached_->modes) : std::span<const ContactMode>();
   }
-  /// The next step, which has been added to sensitivity(); it has to stay where it is until the next one is accepted.
+  /// Accepts the next step, which has been added to sensitivity(). It must not move until the following one is
+  /// accepted.
   /// @return false where the step fails the last check: the run has ended with the reason
   /// @param previous  the one before it, or null; @param t, t_end  from and to [s]
   bool accept(const FesdStep& step, const FesdStep* previous, double t, double t_end);
   /// The run ends here. @param message, reason  why; not read after a time limit, which has its own message
   void fail(Status status, const std::string& where, const std::string& message, FailureReason reason = {});
 
-  /// Settings::steps steps of equal length H. @param solver  has step() and previous_step()
+  /// Takes Settings::steps steps of equal length H. @param solver  has step() and previous_step()
   /// @param advance  solves the next one: Status(double H); @param fail_step  calls fail(): void(Status, std::string where)
   /// @param skip_steps  takes up to n steps that are not recorded: int(double H, int n)
   template <class Solver, class Advance, class FailStep, class SkipSteps>

@@ -11,9 +11,9 @@ namespace ricochet {
 ///
 ///   D x = D x_0,   x = x_0 + N y,   N: an orthonormal basis of the null space of D,     (1)
 ///
-/// moves the bodies as x_0 does. The solvers of elements take the smallest forces, and those may lie outside of the friction cones
-/// where others do not: of a pendulum that leans on a rough wall, one force along its path is enough, and any direction
-/// of it will do. The laws ask for some x inside,
+/// moves the bodies as x_0 does. The solvers of elements take the smallest forces, which may lie outside the friction
+/// cones although others lie inside: of a pendulum that leans on a rough wall, one force along its path is enough, and
+/// any direction of it will do. The laws ask for some x inside,
 ///
 ///   x_n >= 0,   ||x_t|| <= mu x_n   at sticking contacts,   x_t = r x_n   at slipping ones.     (2)
 ///
@@ -31,7 +31,8 @@ class ForceDivision {
   explicit ForceDivision(const Problem& problem) : problem_(problem) {}
 
   /// Divides the forces at every stage and at the right end of an element so that (2) holds, up to rounding of the
-  /// forces. False, and nothing is changed, where that was not possible, or (3) is, or friction in space has a polygon.
+  /// forces. Returns false and changes nothing if that is impossible, if (3) has a solution, or if friction in space
+  /// has a polygon.
   bool into_cones(Element& element) const;
 
  private:

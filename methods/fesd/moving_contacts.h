@@ -5,9 +5,9 @@
 
 namespace ricochet {
 
-/// The contacts with surfaces that move by themselves, as step control has to see them. A body in free flight above a
-/// table that shakes moves along a parabola, which one long step integrates exactly; that the gap swings below the
-/// table and back meanwhile shows in no coordinate but the time. So gaps and slip paths of moving contacts are
+/// Contacts with surfaces that move by themselves, for the error estimates of step control. A body in free flight above
+/// a table that shakes moves along a parabola, which one long step integrates exactly; meanwhile the gap may swing
+/// below zero and back, which shows in no coordinate but the time. Gaps and slip paths of moving contacts are therefore
 /// error-controlled like coordinates, by their accelerations at the stages:
 ///
 ///   J_n' w_j + v_j' (grad^2 f_c) v_j,   J_t' w_j + T(q_j, v_j) v_j                                            (1)

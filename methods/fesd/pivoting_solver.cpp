@@ -43,7 +43,7 @@ unsigned elastic_bounces(const Alternatives& alternatives, const ProblemInfo& in
   return set;
 }
 
-/// The largest normal velocity after a bounce that the set closes, among those that are combined.
+/// The largest normal velocity after a bounce that the set closes, among the first kMaxCombined alternatives.
 double fastest_closed(const Alternatives& alternatives, unsigned set) {
   double speed = 0;
   for (std::size_t k = 0; k < std::min(alternatives.size(), kMaxCombined); ++k) {

@@ -25,9 +25,9 @@ namespace ricochet {
 /// (e) Rest. The elements and the time that remain are searched from (a) on.
 /// (f) Pivot. Where (d) or (e) fail, another m is tried, and then another set of alternatives of (a).
 ///
-/// So a step is either solved to rounding, or it is infeasible for this number of elements as far as the search
-/// reaches, and says why. With Options::as_needed an infeasible step is searched again with as many elements as it
-/// takes, none longer than H / N_FE.
+/// A step is either solved to rounding, or reported as infeasible for this number of elements, within the limits of the
+/// search and with the reason. With Options::as_needed an infeasible step is searched again with as many elements as it
+/// needs, none longer than H / N_FE.
 ///
 /// Published equations: paper section 3, with the corrections of DIFFERENCES.md. They leave an interval of length O(h)
 /// for the time at which a contact breaks or begins to slip (open question 1 there). It is pinned by one more equation,
@@ -61,7 +61,8 @@ class PivotingSolver {
   /// Starts a run at (q, v), v before an impact at this instant. It does not depend on the runs before it.
   void start(const Vector& q, const Vector& v);
 
-  /// Solves the next step, of length H, from where the step() before ended: that one tells which contacts were closed.
+  /// Solves the next step, of length H, from the end of the previous step(), which determines the contacts that were
+  /// closed.
   Status advance(double H);
 
   /// Takes up to n further steps of length H in which nothing happens, where the elements are affine maps: of the last
@@ -80,8 +81,8 @@ class PivotingSolver {
   /// Solves a step of one element that ends after H or where the first switch is, so that step().H may be less than H.
   /// A contact that bounces with at most the normal velocity `rest_speed` [m/s] stays closed if it can: the state
   /// changes by no more than that, and an accumulation of impacts ends.
-  /// @param is_accurate  says of an element whether its error would be accepted. No switch is looked for in one that
-  /// would not: it comes back as it is, and the caller has to reject() it.
+  /// @param is_accurate  whether the error of an element would be accepted. If not, no switch is searched in it: it is
+  /// returned as it is, and the caller must reject() it.
   ElementStep advance_to_switch(double H, double rest_speed, const std::function<bool(const Element&)>& is_accurate);
   /// Forgets the last step, which succeeded; the next one starts where it started.
   void reject();
@@ -107,7 +108,7 @@ class PivotingSolver {
       solved,
       refuted,
       reached_the_switch,  ///< with all sign conditions fulfilled before it: the modes are right, the rest has failed
-      flight_unresolved    ///< the switch ends a flight lower than positions are known
+      flight_unresolved    ///< the switch ends a flight lower than the rounding of positions
     };
     Outcome outcome = Outcome::refuted;
     int alternative = -1;  ///< the one that closes the contact of an unresolved flight

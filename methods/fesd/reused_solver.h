@@ -10,7 +10,7 @@ namespace ricochet {
 /// A PivotingSolver that many runs of one problem share, and its counters.
 class ReusedSolver {
  public:
-  /// Problem and tableau have to outlive this.
+  /// Problem and tableau must outlive this object.
   ReusedSolver(const Problem& problem, const ButcherTableau& tableau, const PivotingSolver::Options& options)
       : problem_(problem), solver_(problem, tableau, options, counters_) {}
 

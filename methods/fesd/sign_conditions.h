@@ -42,7 +42,7 @@ struct Violation {
 /// A bilateral constraint has none of them; only its drift at a right end that is no stage is refused.
 class SignConditions {
  public:
-  /// @param scales  what rounding is relative to; read at every call; forces are recorded there
+  /// @param scales  sizes for rounding errors; read at every call; forces are recorded there
   /// @param gap_tolerance  [m] by which the gap of a contact that has just broken may be negative
   SignConditions(const Problem& problem, const ButcherTableau& tableau, const FrictionPolygon& polygon,
                  ContactScales& scales, double gap_tolerance);
@@ -50,7 +50,7 @@ class SignConditions {
   /// The condition that fails first in time; Violation::time from the left end of the element.
   /// @param just_broken  contact that broke at the left end, or -1
   /// @param unloaded  contacts that the load of the next moment opens: gap, velocity and acceleration start at zero, so
-  /// the error of the first stages is a part of the gap there, however short the element. It may be negative by
+  /// the error of the first stages is a fraction of the gap there, however short the element. It may be negative by
   /// ContactScales::of_positions().
   Violation check(const Element& stages, int just_broken, std::span<const int> unloaded = {});
 

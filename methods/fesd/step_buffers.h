@@ -14,13 +14,13 @@ class StepBuffers {
   StepBuffers(const StepBuffers&) = delete;
   StepBuffers& operator=(const StepBuffers&) = delete;
 
-  /// Room for more elements than the step had so far. Not inside a run of elements: references to them move.
+  /// Makes room for more elements than the step had so far. Not inside a run of elements: references to them move.
   void make_room(int n_elements);
   /// A new run from (q, v): there is no step before.
   void restart(const Vector& q, const Vector& v);
   /// The next step, of length H, where the last one ended; where the last one started, if that has been dropped.
   void begin_step(double H, int n_elements);
-  /// Forgets what the step has become; it can be begun again.
+  /// Discards the elements of the step; it can begin again.
   void drop() { step_->n_elements = 0; }
 
   FesdStep& step() { return *step_; }

@@ -11,9 +11,9 @@ namespace ricochet {
 struct StepFailure {
   enum class Kind : std::uint8_t {
     none,
-    sign_condition,      ///< the stage equations have a solution, and `violation` says which inequality it breaks
-    newton_failed,       ///< none was found
-    undetermined,        ///< the tableau has a singular A, which leaves the forces of closed contacts open
+    sign_condition,      ///< the stage equations have a solution that breaks the inequality `violation`
+    newton_failed,       ///< the stage equations were not solved
+    undetermined,        ///< the tableau has a singular A, which does not determine forces of closed contacts
     no_right_stage,      ///< slip in space comes to rest, and the tableau has no stage at the right end
     accumulates,         ///< a contact bounces lower than its gap is known, and closing it would not stop it
     impacts_accumulate,  ///< impacts at one instant have no end

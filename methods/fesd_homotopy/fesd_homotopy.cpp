@@ -67,7 +67,7 @@ class FesdHomotopy final : public Method {
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
     const auto begin = std::chrono::steady_clock::now();
     StepHomotopy solver(problem, tableau_, options_, problem.info().end_time / settings.steps);
-    // Steps of milliseconds to seconds: the clock is read at each, and in it.
+    // A step takes milliseconds to seconds, so the clock is read before and within each.
     const auto seconds_left = [&] {
       return settings.time_limit - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     };

@@ -14,8 +14,8 @@ namespace ricochet {
 /// homotopy, as published: every step is a feasibility problem, with the equilibration of the lengths as the only
 /// objective. One program serves all steps; initial state and guess change.
 ///
-/// Where a step ends closed is where the next one begins closed: an impact at the right end of a step is one at the
-/// left end of the next (correction 7 in methods/fesd/DIFFERENCES.md).
+/// A contact that is closed at the end of a step is closed at the beginning of the next one: an impact at the right end
+/// of a step is one at the left end of the next (correction 7 in methods/fesd/DIFFERENCES.md).
 ///
 /// A guess is a motion q' = v,
 ///

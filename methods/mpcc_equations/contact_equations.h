@@ -29,7 +29,7 @@ namespace ricochet {
 ///
 ///   lambda_t = D l,   0 <= l  _|_  D' v_t + gamma >= 0,   0 <= gamma  _|_  mu lambda_n - sum l >= 0        (4)
 ///
-/// No object of the scene, no variable: a contact without friction has no tangential one. Which forces are
+/// Parts that the scene lacks have no variables: a contact without friction has no tangential ones. Which forces are
 /// complementary to which points is up to the discretisation.
 class ContactEquations {
  public:
@@ -76,7 +76,7 @@ class ContactEquations {
   void set_initial_state(const Point& point, const Vector& q, const Vector& v, const std::vector<bool>& is_closed);
 
  protected:
-  /// @param mpcc  what everything is added to; outlives this object, as `plant` does
+  /// @param mpcc  receives all variables, rows and pairs; must outlive this object, like `plant`
   /// @param eps  see plant_functions()
   ContactEquations(const Problem& plant, Cone cone, int facets, double eps, Mpcc& mpcc);
 

@@ -24,7 +24,7 @@ namespace ricochet {
 ///   J_n' v_0 = z+ - z-,   0 <= z+  _|_  lambda_n,j >= 0,   z+  _|_  z-                                    (9)
 ///
 /// (9) is ours: a contact that bounces has no force. Without it a closed element of Radau type may absorb the bounce by
-/// stage forces (open question 2 in fesd/DIFFERENCES.md), and an optimisation finds that out.
+/// stage forces (open question 2 in fesd/DIFFERENCES.md), and an optimisation would exploit that.
 ///
 /// On a curve (1)-(4) leave a velocity of O(h^n_s) across a closed contact. As in the simulation (end_projection.h,
 /// (10)) impulses P of either sign take it away at the right end, v_1 after them and v_ns before,
@@ -73,7 +73,7 @@ class FesdEquations final : public ContactEquations {
     double eps_c = 1e-3;         ///< of (6); 0 leaves (6) out
   };
 
-  /// @param mpcc  what everything is added to; outlives this object, as `plant` does
+  /// @param mpcc  receives all variables, rows and pairs; must outlive this object, like `plant`
   FesdEquations(const Problem& plant, const ButcherTableau& tableau, const Options& options, Mpcc& mpcc);
 
   /// One interval of N_FE elements with constant control. @param u  its variables; @param H  its length [s], or, with
@@ -100,7 +100,7 @@ class FesdEquations final : public ContactEquations {
   /// The solution x of the MPCC in an interval.
   FesdStep read(const Vector& x, int interval) const;
 
-  /// The interval's variables for a step that is solved, with as many elements; the indicators of (8) stay as they are.
+  /// Sets the guess of the interval to a solved step with as many elements; the indicators of (8) stay unchanged.
   void set_guess(const FesdStep& step, int interval);
 
  private:

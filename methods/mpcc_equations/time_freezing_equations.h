@@ -28,7 +28,7 @@ namespace ricochet {
 ///
 ///   theta_j = h s_j,   sum_n sum_j b_j theta_nj = H                                                         (8)
 ///
-/// which is a speed of time of its own for every interval; rho (h_n - h_n-1)^2 is added to the objective. And
+/// so that every interval has its own speed of time; rho (h_n - h_n-1)^2 is added to the objective. And
 ///
 ///   r-_0  _|_  sum_j b_q,j s_j   of an inelastic contact                                                   (9)
 ///
@@ -49,7 +49,7 @@ class TimeFreezingEquations final : public ContactEquations {
     bool no_capture = true;  ///< (9)
   };
 
-  /// @param mpcc  what everything is added to; outlives this object, as `plant` does
+  /// @param mpcc  receives all variables, rows and pairs; must outlive this object, like `plant`
   /// @throws InputError for friction in space, friction with restitution, a curved elastic contact, or a tableau without
   /// a stage at the right end
   TimeFreezingEquations(const Problem& plant, const ButcherTableau& tableau, const Options& options, Mpcc& mpcc);

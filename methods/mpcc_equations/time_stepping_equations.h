@@ -19,8 +19,8 @@ namespace ricochet {
 ///
 ///   0 <= lambda_n  _|_  f_c(q) >= 0,                                                                      (3)
 ///
-/// knows no restitution. Law::velocity is Newton's with the coefficient eps_r, for contacts that are closed in the
-/// middle of a step that is predicted with v_k, q_m = q_k + h/2 v_k:
+/// has no restitution. Law::velocity is Newton's with the coefficient eps_r, for contacts that are closed in the middle
+/// of a step that is predicted with v_k, q_m = q_k + h/2 v_k:
 ///
 ///   f_c(q_m) = g+ - g-,   J_n(q)' (v + eps_r v_k) = s+ - s-
 ///   0 <= lambda_n  _|_  g+ + s+ >= 0,   0 <= g+  _|_  g- >= 0,   0 <= g-  _|_  s- >= 0                    (4)
@@ -41,7 +41,7 @@ class TimeSteppingEquations final : public ContactEquations {
     int facets = 8;  ///< of Cone::polyhedral in space
   };
 
-  /// @param mpcc  what everything is added to; outlives this object, as `plant` does
+  /// @param mpcc  receives all variables, rows and pairs; must outlive this object, like `plant`
   /// @throws InputError for Law::position with restitution
   TimeSteppingEquations(const Problem& plant, const Options& options, Mpcc& mpcc);
 

@@ -26,7 +26,7 @@ struct ButcherTableau {
   /// last stage is the output; empty when two abscissae coincide, so that no polynomial passes through the stages.
   Vector right_end;
 
-  /// A by its eigenvalues (diagonal_tableau.h); null where nobody has asked for them, or A is not diagonalisable.
+  /// A by its eigenvalues (diagonal_tableau.h); null if they were not requested, or if A is not diagonalisable.
   std::shared_ptr<const DiagonalTableau> diagonal;
 
   /// The last stage is the output: a_{n_s,k} = b_k. Then c_{n_s} = 1.

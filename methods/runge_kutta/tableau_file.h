@@ -8,8 +8,8 @@
 
 namespace ricochet {
 
-/// JSON file of a tableau. Numbers may be exact expressions in quotes, "1/4-sqrt(3)/6". Whatever is read of it throws
-/// InputError that names the file, the field, what stands there and what is required.
+/// JSON file of a tableau. Numbers may be exact expressions in quotes, "1/4-sqrt(3)/6". Every accessor throws an
+/// InputError with the file, the field, its value and what is required.
 class TableauFile {
  public:
   /// @throws InputError when the file cannot be opened or is no JSON object, a required field is missing, or it has

@@ -23,7 +23,7 @@ class HeldContacts {
  public:
   HeldContacts(const ProblemInfo& info, int n_s);
 
-  /// @return whether the equations are others than before: the direction of a slip that turns changes none
+  /// @return whether the equations differ from before; a turning slip direction does not change them
   bool set(const Regions& regions);
 
   std::span<const HeldContact> all() const { return held_; }

@@ -23,7 +23,7 @@ class InstantChange {
   RegionStep::Failure pass(RegionState& state, RegionSwitch cause, bool is_first);
   /// First guess of the element after pass().
   RegionStep::Failure leave(RegionState& state);
-  /// The last of a slip in space keeps its direction: at its end it would have none.
+  /// Holds the direction of the last part of a slip in space: at its end it would be undefined.
   RegionStep::Failure hold_slip(RegionState& state, int contact);
 
   const Vector& Lambda_n() const { return Lambda_n_; }  ///< n_c, impulses of the last instant [N s]

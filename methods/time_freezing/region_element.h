@@ -34,7 +34,7 @@ class RegionElement {
   const Vector& Lambda_n() const { return slide_.Lambda_n; }  ///< n_c, of a frozen element [N s]
   const Vector& Lambda_t() const { return slide_.Lambda_t; }
   const Element& flight() const { return flight_; }  ///< its stages, where it is free
-  /// Whether the push is so small for the force of a contact that time hardly runs.
+  /// Whether the push is so small compared with the force of a contact that time hardly runs.
   bool is_short_of_push() const;
   /// Adds the motion from `from` until t_end [s] to the motion of the run.
   void add_motion(const RegionState& from, double t_end, Motion& motion) const;

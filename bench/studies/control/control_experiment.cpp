@@ -89,8 +89,8 @@ int steps_of_equal_size(int variables, ControlOptions options) {
 }
 
 /// Problems with FESD-J, and with time stepping with the same number of variables; the controls are replayed. "runs":
-/// [{"problem", "fesd", "time_stepping"}], "fesd" and "time_stepping" with the arguments of `ricochet control`. A piece is
-/// one of the two.
+/// [{"problem", "fesd", "time_stepping"}], "fesd" and "time_stepping" with the arguments of `ricochet control`. Each of
+/// the two runs is a piece.
 void run_control_experiment(const json& experiment, ResultsFile& file) {
   const bool with_times = experiment.value("times", true);
   const json& runs = experiment.at("runs");

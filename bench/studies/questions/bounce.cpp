@@ -61,7 +61,8 @@ std::optional<double> height_in(const std::vector<Event>& events, int bounces) {
 void measure_height(const Method& method, Answer& answer) {
   const double e = answer.condition("e");
   const int bounces = static_cast<int>(answer.condition("bounces"));
-  // The flight after the impact is over for three quarters: it was at its highest point, also of one that is higher.
+  // Three quarters of the flight after the impact have passed, so the highest point was reached, even if the flight is
+  // higher.
   const double flight = 2 * std::pow(e, bounces) * std::sqrt(2 * kFall / kGravity);
   const double T = time_of_impact(e, bounces) + 0.75 * (e > 0 ? flight : 0.4);
   answer.values["exact"] = height_after(e, bounces);

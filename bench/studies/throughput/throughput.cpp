@@ -33,7 +33,8 @@ using nlohmann::json;
 constexpr double kPartWithin = 0.9;
 // Costlier settings than this are not tried.
 constexpr double kMostMicroseconds = 3e5;
-// Than the cheapest setting that reaches the least error: those that follow are costlier still.
+// A setting that reaches the least error and costs this many times the cheapest one ends the search: later ones cost
+// even more.
 constexpr double kClearlyCostlier = 1.5;
 // Numbers of runs in a measurement: with fewer, threads wait for the last one.
 constexpr double kFewestRunsMeasured = 64, kMostRunsMeasured = 1e6;

@@ -13,7 +13,7 @@ NamedResidual complementarity(const Mpcc& mpcc, const double* x);
 struct CrossoverOptions {
   IpoptOptions ipopt;
   int max_branches = 10;        ///< branches that may be tried besides the first
-  bool search_branches = true;  ///< others too when the first has no solution
+  bool search_branches = true;  ///< try others if the first has no solution
   bool descend = true;          ///< look for better branches and classify the point; false: any branch that is solved
 };
 
@@ -33,15 +33,15 @@ struct CrossoverResult {
   double derivative_seconds = 0;
 };
 
-/// From a solution of a relaxation to a point that is complementary exactly: takes from every pair the side that is
-/// smaller there and solves the branch
+/// Turns a solution of a relaxation into a point with exact complementarity: holds the smaller side of every pair at
+/// zero and solves the branch
 ///
 ///   min f  subject to  rows, bounds, and for every pair i:  G_i = 0 or H_i = 0,                               (1)
 ///
 /// where a sum is held at zero by its variables. An S-stationary point, and one without biactive pairs, is
-/// B-stationary: no feasible direction descends (stationarity.h). Where the point is not known to be, the other branch
-/// of a biactive pair whose held variable has a negative multiplier may descend, and is tried; so are, one by one, the
-/// least clear pairs when a branch has no solution.
+/// B-stationary: no feasible direction descends (stationarity.h). If this is not established, the other branch of a
+/// biactive pair whose held variable has a negative multiplier may descend and is tried. If a branch has no solution,
+/// the least clear pairs are switched, one by one.
 ///
 class Crossover {
  public:
@@ -51,8 +51,8 @@ class Crossover {
   /// @param relaxed  near a solution: n_variables and n_rows of the Mpcc, its multipliers start the first branch
   CrossoverResult run(const NlpPoint& relaxed, const CrossoverOptions& options);
 
-  /// The branch of an earlier result once more, from its x: bounds have moved a little since. It is left as it is, not
-  /// classified, and has no solution where they ask for another one.
+  /// Solves the branch of an earlier result again, from its x, after small changes of bounds. It is neither improved
+  /// nor classified; there is no solution if the new bounds require another branch.
   CrossoverResult resume(const CrossoverResult& earlier, const IpoptOptions& ipopt);
 
   /// Evaluations since construction.

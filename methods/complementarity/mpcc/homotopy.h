@@ -31,8 +31,8 @@ struct HomotopyOptions {
   bool adaptive_barrier = false;      ///< see IpoptOptions
   double sigma_warm = 1e-2;           ///< first relaxation parameter of a resolve() whose branch has no solution
   int max_iterations = 1000;          ///< of one step
-  double time_limit = 0;              ///< wall time of a solve() [s]; 0 is none
-  double warm_time_limit = 0;         ///< the same of a resolve()
+  double time_limit = 0;              ///< wall time of a solve() [s]; 0: no limit
+  double warm_time_limit = 0;         ///< wall time of a resolve() [s]; 0: no limit
   double barrier = 0.1;               ///< first barrier parameter of the first step
   double push = 1e-2;                 ///< the guess is moved inside of its bounds by this, relatively
   bool cross_over = true;             ///< to exact complementarity; false: the last relaxation is the solution
@@ -62,7 +62,7 @@ struct MpccSolution {
   bool is_b_stationary = false;  ///< known to be
   int n_biactive = 0;            ///< pairs of variables
   int switches = 0;              ///< branches that the crossover tried besides the first
-  bool kept_branch = false;      ///< by resolve(): the branch of the solution before, without a homotopy
+  bool kept_branch = false;      ///< resolve() solved the branch of the previous solution, without a homotopy
   std::vector<HomotopyStep> steps;
   // Totals of homotopy and crossover.
   int iterations = 0;
@@ -71,11 +71,10 @@ struct MpccSolution {
   bool succeeded() const { return status == Status::success; }
 };
 
-/// Solves one `Mpcc`, or many that differ in bounds and guesses, through a sequence of relaxations with sigma_0 >
-/// sigma_1 > ... , each from the solution before, until sigma_final or until the pairs are complementary to the
-/// tolerance; then crosses over to a point that is complementary exactly, or before that where sigma_crossover lets it
-/// try and it succeeds. When no branch can be solved there, the solution of the last relaxation is returned with a
-/// status that says so.
+/// Solves one `Mpcc`, or many that differ in bounds and guesses, through relaxations with sigma_0 > sigma_1 > ..., each
+/// from the previous solution, until sigma_final or until the pairs are complementary to the tolerance. A crossover
+/// then finds a point with exact complementarity; from sigma_crossover on it is tried after every step. If no branch
+/// can be solved, the solution of the last relaxation is returned, with its own status.
 class MpccSolver {
  public:
   using Progress = std::function<void(const HomotopyStep&)>;
@@ -88,16 +87,16 @@ class MpccSolver {
   /// @param progress  called after every step
   MpccSolution solve(const Progress& progress = {});
 
-  /// Solves from the last solution, where bounds have moved a little since: first its branch, a smooth program
-  /// near its solution; where that has none a homotopy from sigma_warm. The branch is not left for a better one
-  /// (HomotopyOptions::descend = false), so the solution is optimal among those with the same active pairs. Without a
-  /// solution before it is solve().
+  /// Solves again from the last solution, after small changes of bounds: first its branch, a smooth program near its
+  /// solution; if that has no solution, a homotopy from sigma_warm. Better branches are not searched (as with
+  /// HomotopyOptions::descend = false), so the solution is optimal among those with the same active pairs. Without an
+  /// earlier solution this is solve().
   MpccSolution resolve(const Progress& progress = {});
 
   /// Evaluations since construction, in the homotopy and in the crossover.
   NlpEvaluator::Work work() const;
 
-  /// Options of the following solves. @throws InputError for options out of range; `relaxation` has to stay as it is
+  /// Options of the following solves. @throws InputError for options out of range; `relaxation` must not change
   void set_options(HomotopyOptions options);
 
  private:
@@ -113,7 +112,7 @@ class MpccSolver {
   std::optional<CrossoverResult> last_;  // of the last solve that succeeded
 };
 
-/// Checked options, and a solver for whatever program.
+/// Checked options and a solver for any program.
 class Homotopy {
  public:
   using Progress = MpccSolver::Progress;

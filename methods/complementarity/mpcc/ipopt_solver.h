@@ -9,12 +9,12 @@ namespace ricochet {
 
 enum class NlpStatus {
   solved,
-  acceptable,  ///< to IpoptOptions::acceptable_factor times the tolerance, and no further
+  acceptable,  ///< solved only to IpoptOptions::acceptable_factor times the tolerance
   infeasible,  ///< a stationary point of the violation
   iteration_limit,
   time_limit,
   non_finite,
-  failed,  ///< the message says why
+  failed,  ///< see the message
 };
 
 inline bool is_solved(NlpStatus status) {
@@ -34,10 +34,10 @@ struct IpoptOptions {
   double tolerance = 1e-10;        ///< of the scaled optimality conditions, and of the violation in the rows' own units
   double acceptable_factor = 100;  ///< a point this much worse is taken when nothing better is found
   int max_iterations = 1000;
-  double time_limit = 0;              ///< wall time [s]; 0 is none
+  double time_limit = 0;              ///< wall time [s]; 0: no limit
   double barrier = 0.1;               ///< first barrier parameter mu
   bool adaptive_barrier = false;      ///< mu follows the complementarity of the iterates; else it only decreases
-  double push = 1e-2;                 ///< what a start without multipliers is moved away from bounds by, relatively
+  double push = 1e-2;                 ///< relative distance by which a start without multipliers moves from bounds
   bool multipliers_of_fixed = false;  ///< of variables with x_L = x_U: they stay in the problem, with a constraint each
 };
 

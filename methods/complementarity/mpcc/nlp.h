@@ -22,7 +22,7 @@ class NlpBlock {
   std::vector<int> variables;
   std::vector<int> rows;  ///< empty for a term of the objective
 
-  /// A piecewise function, whose derivatives vanish on some pieces only: all its entries belong to the structure.
+  /// Whether derivatives vanish on some pieces of the function only: all its entries then belong to the structure.
   virtual bool is_piecewise() const { return false; }
 
   /// Outputs: rows.size() constraint values, or 1 objective term.
@@ -40,8 +40,8 @@ class NlpBlock {
 ///
 ///   min sum of objective blocks   subject to   g_L <= g(x) <= g_U,   x_L <= x <= x_U,                       (1)
 ///
-/// where a row of g is the sum of what the blocks that name it write there. Structure is known per block, so Jacobian
-/// and Hessian are assembled by structure, exact and sparse.
+/// where a row of g is the sum of the outputs of the blocks that list it. Structure is known per block, so Jacobian and
+/// Hessian are assembled by structure, exact and sparse.
 struct Nlp {
   struct Variable {
     double lower = -kInfinity, upper = kInfinity;

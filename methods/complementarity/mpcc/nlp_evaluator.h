@@ -26,8 +26,8 @@ struct NamedResidual {
 ///   W(x, w, lambda) = w f''(x) + sum_i lambda_i g_i''(x).                                                    (1)
 ///
 /// The structure is found once. Blocks state dense matrices; an entry that vanishes at several random points is a
-/// structural zero, since an analytic function that vanishes there vanishes everywhere. So the author of a block
-/// declares nothing, and unused variables of a block cost no fill-in. Blocks for which this does not hold say
+/// structural zero, since an analytic function that vanishes there vanishes everywhere. A block therefore declares no
+/// structure, and its unused variables cost no fill-in. Blocks for which this does not hold must return true from
 /// is_piecewise(). Entries of several blocks at one position are summed.
 class NlpEvaluator {
  public:

@@ -22,9 +22,9 @@ const char* to_string(Stationarity stationarity);
 ///   M-stationary  when one has  nu_v, nu_w >= 0  or  nu_v nu_w = 0,                                          (4)
 ///   S-stationary  when one has  nu_v, nu_w >= 0                                                              (5)
 ///
-/// for every biactive pair. Multipliers need not be unique, so each combination of signs is a problem of its own: the
-/// least squares of (1) over the multipliers that have them. (5) is one combination, (4) are 3^b and (3) 2^b with b
-/// biactive pairs; beyond max_enumerated the answer is W, unless it is S.
+/// for every biactive pair. Multipliers need not be unique, so each combination of signs is a separate problem: least
+/// squares of (1) over multipliers with these signs. With b biactive pairs, (5) is one combination, (4) are 3^b and (3)
+/// 2^b; beyond max_enumerated the result is W, unless it is S.
 ///
 /// Source: Scheel, Scholtes, Mathematical programs with complementarity constraints: stationarity, optimality, and
 /// sensitivity, Math. Oper. Res. 25 (2000).

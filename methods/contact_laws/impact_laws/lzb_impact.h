@@ -5,7 +5,8 @@
 namespace ricochet {
 
 /// Several simultaneous impacts without friction, by the law of Liu, Zhao and Brogliato (LZB). Contacts are springs in
-/// the limit of infinite stiffness, of which only ratios are left; each returns e_i^2 of the energy that it has stored.
+/// the limit of infinite stiffness, where only ratios of stiffnesses matter. Each returns e_i^2 of the energy that it
+/// has stored.
 ///
 ///   dw = G dP,   w_i = J_n^i' v,   G = J_n' M^-1 J_n                                                           (1)
 ///   dE_i = -w_i dP_i while w_i < 0 (compression),   dE_i = -(1 / e_i^2) w_i dP_i otherwise (expansion)         (2)

@@ -8,12 +8,12 @@
 
 namespace ricochet {
 
-/// Impulses of contacts that strike together, by the law that a scene states in place of Newton's: of one contact with
-/// friction in the plane that of planar_impact.h, of any number without friction that of lzb_impact.h. Without friction
-/// one contact has w+ = -e w- by all of them.
+/// Impulses of contacts that strike together, by the law that a scene states instead of Newton's: planar_impact.h for
+/// one contact with friction in the plane, lzb_impact.h for any number without friction. For one contact without
+/// friction all laws give w+ = -e w-.
 /// @param contacts  those that strike, one after the other in G, each its normal and then its tangent
 /// @param G  their Delassus matrix [1/kg]  @param w  w- [m/s]  @param r  their impulses, out [N s]
-/// @returns ray where the law has no solution: for several contacts all but lzb
+/// @returns ray if the law has no solution; for several contacts every law but lzb
 LcpStatus stated_impact(const ProblemInfo& info, std::span<const int> contacts, const Eigen::Ref<const Matrix>& G,
                         const Eigen::Ref<const Vector>& w, Eigen::Ref<Vector> r);
 

@@ -221,7 +221,7 @@ void AdmmContactSolver::project(const ContactProblem& problem, Vector& y) const 
   }
 }
 
-/// x = y from the guess, z what it makes of the velocities.
+/// Sets x = y from the guess, and z from the velocities that it causes.
 void AdmmContactSolver::start(const ContactProblem& problem, const Vector& r) {
   const int n = problem.G.n_rows();
   y_.head(n) = r.head(n).cwiseQuotient(S_.head(n));

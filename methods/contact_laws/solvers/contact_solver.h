@@ -17,7 +17,7 @@ enum class ContactStatus {
   dependent,        ///< bilateral constraints depend on each other
 };
 
-/// The reason in the words of a status message.
+/// The reason as text for a status message.
 const char* reason_of(ContactStatus status);
 
 /// Solves contact problems, step after step. All storage is kept between calls.
@@ -27,7 +27,7 @@ class ContactSolver {
 
   /// @param r  G.n_rows(): in a guess, the impulses of the step before; out the solution
   virtual ContactStatus solve(const ContactProblem& problem, Vector& r) = 0;
-  /// Friction in space that it solves with: a polygon, or the disc.
+  /// Model of friction in space: a polygon, or the disc.
   virtual const FrictionPolygon& polygon() const = 0;
   /// Adds its work since the last call.
   virtual void count(Counters& counters) = 0;
@@ -42,7 +42,7 @@ struct ContactSolverEntry {
   const char* name;  ///< the value of the option solver=
   ContactSolverKind kind;
   int usual_iterations;  ///< contact_iterations= where it is not given; 0: pivoting has no such limit
-  int most_contacts = std::numeric_limits<int>::max();  ///< above, comparisons of all leave it out: it takes seconds
+  int most_contacts = std::numeric_limits<int>::max();  ///< comparisons of all solvers skip it above: it takes seconds
 };
 
 /// The solvers of this build, in the order of tables; without automatic, which is one of them.
@@ -61,8 +61,8 @@ struct ContactSolverOptions {
   int iterations = 0;
 };
 
-/// Options solver=automatic|lemke|exact|pgs|newton|interior_point|admm|staggered|siconos; facets=8 of lemke, which it
-/// asks for; contact_tolerance=, contact_iterations= of the solvers that iterate. @param tolerance  without
+/// Options solver=automatic|lemke|exact|pgs|newton|interior_point|admm|staggered|siconos; facets=8, which selects
+/// lemke; contact_tolerance=, contact_iterations= of the solvers that iterate. @param tolerance  without
 /// contact_tolerance=
 ContactSolverOptions contact_solver_argument(const MethodSpec& spec, double tolerance = kContactTolerance);
 /// The options of a contact solver in usage texts.
@@ -70,7 +70,7 @@ constexpr const char* kContactSolverUsage =
     "[,solver=automatic|lemke[,facets=8]]"
     "[,solver=exact|pgs|newton|interior_point|admm|staggered|siconos"
     "[,contact_tolerance=1e-9][,contact_iterations=N]]";
-/// The same of methods of order 2 in persistent contact: their errors reach what 1e-9 in each step adds up to.
+/// The same for methods of order 2 in persistent contact, whose errors may be as small as the sum of 1e-9 per step.
 constexpr const char* kTightContactSolverUsage =
     "[,solver=automatic|lemke[,facets=8]]"
     "[,solver=exact|pgs|newton|interior_point|admm|staggered|siconos"

@@ -5,8 +5,8 @@
 
 namespace ricochet {
 
-/// Contact solvers on the friction disc whose work is that of ProjectionNewton: they differ in what they do where its
-/// line search finds nothing.
+/// Contact solvers on the friction disc whose work is that of ProjectionNewton: they differ in their fallback when its
+/// line search fails.
 class NewtonBasedSolver : public ContactSolver {
  public:
   ContactStatus solve(const ContactProblem& problem, Vector& r) final {

@@ -12,9 +12,9 @@ namespace ricochet {
 ///   (F_r + F_w (G + alpha I)) s = -F,   an element of the generalised Jacobian                     (2)
 ///   r <- r + 2^-k s with the first k = 0, 1, ... that shortens F                                  (3)
 ///
-/// A contact at r_n = w_n = 0 may count as open or as closed in (2). In the first step from r = 0 it is closed: bodies
-/// that rest on each other have no other contacts, and one by one they would take an iteration each. Where (3) finds
-/// nothing that way, it is open.
+/// A contact at r_n = w_n = 0 may count as open or as closed in (2). In the first step from r = 0 it is closed:
+/// otherwise the contacts of bodies at rest would close one by one, an iteration each. If (3) then finds no step, it is
+/// open.
 ///
 /// alpha = 1e-10 of the diagonal, or less where that makes (2) slow, keeps (2) regular for redundant contacts, a box on
 /// four corners, where r is not unique; F itself stays exact. Storage is kept between calls.

@@ -29,7 +29,7 @@ struct EngineEntry {
 };
 
 /// Runs `settings`.steps steps of a world. Solution::own_seconds is the median of some runs where one takes less than
-/// 20 ms; it contains the steps and the scene's forces, and neither the process nor the making of the world.
+/// 20 ms; it includes the steps and the scene's forces, but not starting the process and making the world.
 Solution run_engine(const EngineEntry& engine, const EngineSettings& engine_settings, const Problem& problem,
                     const Settings& settings);
 
@@ -51,7 +51,7 @@ class EngineMethod : public Method {
             .title = fmt::format("{}, {}", engine_.library, choice_ == "defaults" ? "default settings" : choice_),
             .source = engine_.source,
             .order_smooth = engine_.order_smooth,
-            .order_impacts = 0};  // no engine promises that smaller steps are better
+            .order_impacts = 0};  // no engine claims an order through impacts
   }
   Support supports(const ProblemInfo& problem) const override {
     const Support common = EngineScene::supports(problem);

@@ -12,8 +12,8 @@
 /// A scene as an engine sees it: free rigid bodies, their shapes, and the pairs that may touch, with maps between the
 /// scene's coordinates and the engine's positions, rotations and velocities.
 ///
-/// What acts on bodies beside contacts is f(q, v) of the scene without the inertial forces of its coordinates, for which
-/// an engine has terms of its own:
+/// Apart from contacts, bodies are subject to f(q, v) of the scene without the inertial forces of its coordinates,
+/// which an engine computes itself:
 ///
 ///     f_ext = f + (d(M v)/dq) v - 1/2 (d(M v)/dq)' v,     J_p' F = f_ext at positions, J_omega' tau = f_ext at angles   (1)
 
@@ -32,7 +32,7 @@ struct Wrench {
   Vector3<double> torque;  ///< about it [N m]
 };
 
-/// Two shapes that may touch, with what the scene says of their contacts. A box on a plane is one pair to an engine.
+/// Two shapes that may touch, with the properties of their contacts. A box on a plane is one pair to an engine.
 struct EnginePair {
   int first = 0;   ///< of Geometry::shapes
   int second = 0;  ///< of Geometry::shapes
@@ -43,7 +43,7 @@ struct EnginePair {
 /// See above. Holds references to the problem.
 class EngineScene {
  public:
-  /// Whether the bodies of a scene are what engines take, or why not.
+  /// Whether engines support the bodies of a scene, or why not.
   static Support supports(const ProblemInfo& info);
 
   /// @param problem  whose geometry supports() takes
@@ -67,10 +67,10 @@ class EngineScene {
 
   /// States of the bodies at (q, v), n_q entries each.
   std::vector<BodyState> states_of(const Vector& q, const Vector& v) const;
-  /// (q, v) of the bodies' `states`, where `q` holds coordinates of `h` seconds before: angles go on from there.
+  /// (q, v) of the bodies' `states`, where `q` holds coordinates of `h` seconds before: angles continue from there.
   void coordinates_of(std::span<const BodyState> states, double h, Vector& q, Vector& v) const;
 
-  /// Nothing but the geometry's gravity acts on bodies: an engine's own does it.
+  /// Whether only the geometry's gravity acts on bodies: the gravity of the engine is then enough.
   bool has_only_weight() const { return has_only_weight_; }
   /// (1) at (q, v).
   void wrenches(const Vector& q, const Vector& v, std::span<Wrench> wrenches) const;

@@ -8,7 +8,7 @@
 
 namespace ricochet {
 
-/// A number that an engine can be told.
+/// A number that can be set in an engine.
 struct EngineSetting {
   std::string name;    ///< of the adapter's list, "erp"
   double value = 0;    ///< what the run uses

@@ -11,12 +11,11 @@
 #include "methods/peers/engines/engine_settings.h"
 
 /// @file
-/// What an adapter of an engine implements: EngineWorld.
+/// EngineWorld, the interface of the adapters of engines.
 
 namespace ricochet {
 
-/// A scene in an engine, which keeps the time step from its making on. Engines have global variables: one world of a
-/// process at a time.
+/// A scene in an engine, with a constant time step. Engines have global variables: one world of a process at a time.
 class EngineWorld {
  public:
   virtual ~EngineWorld() = default;

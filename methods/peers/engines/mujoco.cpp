@@ -74,7 +74,7 @@ void note(const char* text) {
   if (messages.n++ == 0) messages.first = text;
 }
 
-/// MuJoCo ends its process otherwise, after a line in a file of the working directory.
+/// Replaces MuJoCo's error handler, which writes a line to a file in the working directory and ends the process.
 [[noreturn]] void give_up(const char* text) {
   throw std::runtime_error(fmt::format("MuJoCo gave up: {}", text));
 }

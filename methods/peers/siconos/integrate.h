@@ -4,8 +4,8 @@
 
 namespace ricochet::siconos {
 
-// Siconos' integrators, run on a problem of this suite. What Siconos gives up on is a status with its message. Siconos
-// keeps state in static variables: one run at a time.
+// Siconos' integrators, run on a problem of this suite. Failures of Siconos are returned as a status with its message.
+// Siconos keeps state in static variables: one run at a time.
 
 /// Whether and how Moreau-Jean time stepping moves positions back onto the surfaces.
 enum class Projection { none, direct, combined };

@@ -29,8 +29,8 @@ struct ContactLaws {
 /// normal velocity by the impact law or by the gap, of the slip velocity where a method takes slip elsewhere than in v+.
 /// The solver of (2) starts from the impulses of the step before.
 ///
-/// J, W J and the operator of (2) are those of contact_operator.h. While directions are constant, the active contacts and
-/// W the same, so are they.
+/// J, W J and the operator of (2) are those of contact_operator.h. They are reused while the directions, the active
+/// contacts and W do not change.
 class ContactStep {
  public:
   ContactStep(const Problem& problem, const ContactSolverOptions& options, const ContactLaws& laws, Counters& counters,
@@ -69,9 +69,9 @@ class ContactStep {
   /// @param slip_shift  s of all contacts in the tangential directions of (2), n_lambda_t; empty is zero
   ContactStatus solve(Vector& v, const Vector& shift, const Vector& present, const Vector& slip_shift = {});
 
-  /// Error of J_n' v+ + s at an active contact with an impulse, where it should be zero [m/s]:
-  /// a part of the velocities at that contact, and where the solver iterates of the largest velocity at any, which its
-  /// tolerance is relative to; and the rounding of J_n' v+ itself. Zero of a contact without impulse.
+  /// Error bound of J_n' v+ + s at an active contact with an impulse, where it should be zero [m/s]: a fraction of the
+  /// velocities at that contact, or for an iterative solver of the largest velocity at any contact, to which its
+  /// tolerance is relative; plus the rounding of J_n' v+. Zero for a contact without impulse.
   double velocity_rounding(int contact) const { return velocity_rounding_[contact]; }
 
   /// Why the last problem was not solved, with the names of its contacts.

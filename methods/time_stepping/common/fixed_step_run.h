@@ -14,11 +14,11 @@
 
 namespace ricochet {
 
-/// When Newton's method for implicit forces ends: at its tolerance, or where corrections are so small and shrink so
-/// little that they are the rounding of the forces. Stiff springs round long before the tolerance.
+/// When Newton's method for implicit forces ends: at its tolerance, or when corrections are small and hardly shrink, so
+/// that they are rounding of the forces. Stiff springs reach their rounding long before the tolerance.
 class NewtonEnd {
  public:
-  /// @param size  of what the corrections are of; @param noise  what rounding makes of them at least
+  /// @param size  of the corrected quantity; @param noise  least size of corrections due to rounding
   NewtonEnd(double tolerance, double size, double noise = 0)
       : tolerance_(tolerance * size), rounding_(std::max(kRounding * size, noise)) {}
 
@@ -63,8 +63,8 @@ class FixedStepRun {
   FixedStepRun(const FixedStepRun&) = delete;
   FixedStepRun& operator=(const FixedStepRun&) = delete;
 
-  /// Unilateral contacts with f_c(q) <= 0, up to rounding: that of the gap, and of a contact that is pressed what its
-  /// normal velocity of zero may have made of the gap since it closed.
+  /// Finds the unilateral contacts with f_c(q) <= 0 up to rounding: that of the gap and, for a contact that is pressed,
+  /// the drift of the gap by the rounding of its zero normal velocity since it closed.
   void find_active(const Vector& position) {
     find_active(position, [](int) { return false; });
   }
@@ -85,7 +85,7 @@ class FixedStepRun {
   /// The contact carried an impulse in the step before.
   bool was_pressed(int contact) const { return was_pressed_[contact] != 0; }
   /// J_n' v at the beginning of the step, as the law of impact takes it: a contact that was pressed in the step before
-  /// and stayed closed rests, whatever rounding left of its velocity.
+  /// and stayed closed rests, regardless of rounding in its velocity.
   double impact_velocity(int contact) const {
     const double speed = contacts.normal_velocity(contact, v);
     return std::abs(speed) <= rest_speed_[contact] ? 0 : speed;
@@ -120,7 +120,7 @@ class FixedStepRun {
     return true;
   }
 
-  /// Before the contacts of the same step are solved afresh.
+  /// To be called before the contacts of the same step are solved again.
   void clear_impulses() {
     Lambda_n.setZero();
     Lambda_t.setZero();

@@ -11,10 +11,10 @@ namespace ricochet {
 ///
 ///   0 <= Lambda_n^i  _|_  J_n^i' v+ + s^i >= 0,   s^i a multiple of f_c^i(q_k) / h         (1)
 ///
-/// (with the associated law minus mu^i ||J_t^i' v+||). Most contacts of a step stay open. Those that the free velocity
-/// would close are solved for, those that the result closes are added, until (1) holds for all. In a row of bodies that
-/// touch each contact would add the next one so: where there is any, contacts of the step before, and those that the
-/// free velocity leaves just closed, are there from the beginning.
+/// (with the associated law minus mu^i ||J_t^i' v+||). Most contacts of a step stay open. The law is solved for those
+/// that the free velocity would close; those that the result would close are added, until (1) holds for all. In a row
+/// of touching bodies each contact would add only the next one. If any contact closes, those of the previous step and
+/// those that the free velocity leaves just closed are therefore included from the beginning.
 class GapContacts {
  public:
   GapContacts(FixedStepRun& run, FrictionLaw law) : run_(run), law_(law), v_free_(run.v) {}

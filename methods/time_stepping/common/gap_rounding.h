@@ -9,8 +9,8 @@ namespace ricochet {
 ///
 ///   64 eps |J_n^i|' (|q_0| + T |v_0| + T h |a_0|),   a_0 = M^-1 f(q_0, v_0),
 ///
-/// so that no other body matters, and a body that rests at the origin has one, too: its velocity rounds as the velocity
-/// h a_0 does that a step takes away again. @param h  of steps [s], or 0 for a state alone
+/// so that other bodies have no influence. A body that rests at the origin has a rounding error, too: that of the
+/// velocity h a_0, which a step adds and removes. @param h  of steps [s], or 0 for a state alone
 Vector gap_rounding(const Problem& problem, double h);
 
 }  // namespace ricochet

@@ -11,11 +11,11 @@ namespace ricochet {
 /// closed, stick, slip) it is a smooth map with an expansion of its error in powers of h, so that j steps of length h/j are
 /// extrapolated by (1) of extrapolation_table.h.
 ///
-/// The substeps look at q_m, none of which is the end of the step: a single step of the least length from there looks
-/// whether the modes are the same, too. Where contacts are curved the rates at q_m leave J_n' v and J_t' v at q+ off by what
-/// the directions turn in h/2, which the extrapolation takes out; single steps do by (5) of moreau_midpoint.h, so that a
-/// step of another length may follow. With that alone the extrapolation would gain little: the rule is a leapfrog method,
-/// the first errors of which are small.
+/// The substeps check contacts at q_m, and no q_m is the end of the step: a single step of the least length from there
+/// checks that the modes are still the same. For curved contacts the rates at q_m leave errors of J_n' v and J_t' v at
+/// q+, since the directions turn within h/2. The extrapolation removes them; single steps do so by (5) of
+/// moreau_midpoint.h, so that a step of another length may follow. With (5) alone the extrapolation would gain little:
+/// the rule is a leapfrog method, the first errors of which are small.
 ///
 /// Source: Studer, Leine, Glocker, IJNME 76 (2008) 1747-1781.
 class MoreauExtrapolation {
@@ -29,8 +29,8 @@ class MoreauExtrapolation {
   MoreauExtrapolation(const Problem& problem, const Settings& settings, const ContactSolverOptions& solver,
                       ContactObserver* observer, Counters& counters, double shortest);
 
-  /// An extrapolated step from `state`, which is replaced when reached, with rows until T_{j,j} - T_{j,j-1} is within the
-  /// tolerance.
+  /// Makes an extrapolated step from `state`, which is replaced on success, with rows until T_{j,j} - T_{j,j-1} is
+  /// within the tolerance.
   /// @param rows       the last row where the tolerance is 0
   /// @param tolerance  relative, and absolute in SI units; 0: all rows, none is inaccurate
   /// @return switches when a contact changes its mode in a substep; failed with reason()
@@ -45,7 +45,7 @@ class MoreauExtrapolation {
   bool is_affine() const { return midpoint_.is_affine(); }  ///< No direction of a contact depends on q.
   /// An open contact closed in the last substep, with an impulse.
   bool strikes(int contact) const { return midpoint_.strikes(contact); }
-  bool bounces() const { return midpoint_.bounces(); }             ///< A contact did, in the last substep.
+  bool bounces() const { return midpoint_.bounces(); }             ///< A contact bounced in the last substep.
   const Vector& Lambda_n() const { return midpoint_.Lambda_n(); }  ///< n_c, of the last substep
   const Vector& Lambda_t() const { return midpoint_.Lambda_t(); }  ///< n_lambda_t
   const std::string& reason() const { return midpoint_.reason(); }

@@ -38,10 +38,10 @@ struct MoreauState {
 ///
 /// in place of J_n' v+ and J_t' v+.
 ///
-/// Modes are those of velocities, so that forces of redundant contacts may be any. A contact that bounces switches. A
-/// contact that opens has a gap that penetrates by its drift, or by the length of a step: until it has a gap of zero, it is
-/// a contact again where it penetrates deeper. Bounces whose flights are of a few of the least steps are at an end: the
-/// contact rests.
+/// Modes are decided by velocities, so that forces of redundant contacts need not be unique. A contact that bounces
+/// changes its mode. A contact that opens may still penetrate, by drift or by the motion within a step: until its gap
+/// reaches zero, it acts again only if it penetrates deeper. If flights last only a few of the least steps, bouncing
+/// ends and the contact rests.
 class MoreauMidpoint {
  public:
   enum class Rates { in_middle, at_end };  ///< (3), or with (5)
@@ -59,7 +59,7 @@ class MoreauMidpoint {
   bool has_contacts() const { return !active_.empty() || info_.has_bilateral(); }
   const Vector& gap() const { return gap_; }                          ///< n_c, at q_m [m]
   bool strikes(int contact) const { return strikes_[contact] != 0; }  ///< An open contact closed with an impulse.
-  bool bounces() const { return bounces_; }                           ///< A contact did.
+  bool bounces() const { return bounces_; }                           ///< A contact bounced.
   const Vector& Lambda_n() const { return contacts_.Lambda_n(); }     ///< n_c
   const Vector& Lambda_t() const { return contacts_.Lambda_t(); }     ///< n_lambda_t
   const std::string& reason() const { return reason_; }

@@ -27,7 +27,7 @@ class SequentialContacts {
   /// M^-1, and J_n, J_t and the blocks of the chosen contacts, at q.
   bool set_position(const Vector& q);
 
-  /// Chosen ones.
+  /// The chosen contacts.
   const std::vector<int>& list() const { return list_; }
   bool is_chosen(int contact) const { return is_chosen_[contact] != 0; }
   int n_t(int contact) const { return info_.contacts[contact].n_t; }
@@ -37,7 +37,7 @@ class SequentialContacts {
   std::array<double, 2> slip(int contact, const Vector& v) const {
     return {operator_.dot(contact, 1, v), n_t(contact) == 2 ? operator_.dot(contact, 2, v) : 0};
   }
-  /// 1 / (J_n' M^-1 J_n), the mass that the contact feels.
+  /// 1 / (J_n' M^-1 J_n), the effective mass of the contact.
   double mass(int contact) const { return blocks_[contact].mass; }
   /// (J_t' M^-1 J_t)^-1 w: the impulse that changes the slip by w.
   std::array<double, 2> slip_impulse(int contact, const std::array<double, 2>& w) const {
@@ -53,7 +53,7 @@ class SequentialContacts {
   void push_tangent(int contact, const std::array<double, 2>& r, Vector& v) {
     for (int d = 0; d < n_t(contact); ++d) operator_.push(contact, 1 + d, r[d], v, none_);
   }
-  /// h M^-1 f(q, v), M of the last of both.
+  /// h M^-1 f(q, v), with M of the last set_mass() or set_position().
   const Vector& free_change(const Vector& q, const Vector& v, double h);
   const ContactOperator& directions() const { return operator_; }
 

@@ -12,7 +12,7 @@
 namespace ricochet {
 
 /// A run of steps without switches, extrapolated (moreau_extrapolation.h), and of single steps of the least length where
-/// contacts switch: what methods have in common that find switches by halving their steps.
+/// contacts switch: the common part of methods that find switches by halving their steps.
 class SwitchingRun {
  public:
   /// @param shortest  length of single steps [s]
@@ -37,13 +37,13 @@ class SwitchingRun {
   /// Single steps of the length least() until one of them leaves all modes as they are, or until `end`. @return false when
   /// one failed
   bool switch_modes(double end);
-  /// A step of the method ends here: it is counted, and recorded as Recording::grid wants it.
+  /// Ends a step of the method: counts it and records it for Recording::grid.
   void end_step();
   /// Ends the run. @return false
   bool fail(Status status, const std::string& why);
 
   /// Length of single steps [s]: the shortest; twice the last one where switches follow each other with nothing between
-  /// them that could be extrapolated, which gets such series to their end.
+  /// them that could be extrapolated, so that such series end.
   double least() const { return t_ < series_end_ + kSeries * single_ ? std::min(2 * single_, longest_) : shortest_; }
 
   const MoreauExtrapolation& table() const { return table_; }

@@ -9,10 +9,11 @@
 
 namespace ricochet {
 
-/// A method that solves a contact problem in each step (contact_step.h): what all of them have besides their formulas.
+/// A method that solves a contact problem in each step (contact_step.h): everything but the formulas of the individual
+/// methods.
 class TimeSteppingMethod : public Method {
  public:
-  /// Is shown the contact problems of the runs that follow. @param observer  outlives them; null is none
+  /// Sets the observer of the contact problems of later runs. @param observer  must outlive them; null: none
   void set_contact_observer(ContactObserver* observer) { observer_ = observer; }
 
  protected:

@@ -6,13 +6,13 @@
 
 namespace ricochet {
 
-/// Where a step takes the direction of friction in space while slip turns. A contact law of the slip velocity at the end
-/// of a step, J_t' v+, has friction in the direction of the end: order 1. A shift of the slip velocity,
+/// The direction of friction in space in a step while slip turns. A contact law of the slip velocity at the end of a
+/// step, J_t' v+, has friction in the direction of the end: order 1. A shift of the slip velocity,
 ///
 ///   s_t = J_t' (v_wanted - v_last),   v_last: the solution without s_t                       (1)
 ///
-/// has it in the direction of J_t' v_wanted. Only contacts that slide on have one: whose slip of v_last is larger than
-/// kClearly |s_t|. Others may stop within the step, which the law without shift decides.
+/// has it in the direction of J_t' v_wanted. Only contacts that keep sliding have a shift: those whose slip at v_last
+/// is larger than kClearly |s_t|. Others may stop within the step, which the law without shift decides.
 class TurningSlip {
  public:
   explicit TurningSlip(const ProblemInfo& info) : info_(info) {
@@ -42,7 +42,7 @@ class TurningSlip {
   }
 
  private:
-  static constexpr double kClearly = 2;  // a stop within the next step as well is then out of reach
+  static constexpr double kClearly = 2;  // excludes a stop within the next step, too
 
   const ProblemInfo& info_;
   bool is_any_ = false;
