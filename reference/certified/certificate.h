@@ -21,8 +21,8 @@ struct CertificateEvent {
   std::vector<CertifiedNumber> Lambda_n;  ///< impulses of all contacts, of an impact [N s]
 };
 
-/// A motion as a chain of sets. Let X_k be the box `steps[k].state` at the time t_k in the ball `steps[k].time`, and phi
-/// the flow of the equations of motion with the modes of step k. A certificate states
+/// A motion as a chain of sets. Let X_k be the box `steps[k].state` at the time t_k in the ball `steps[k].time`, and
+/// phi the flow of the equations of motion with the modes of step k. A certificate states
 ///
 ///     (q0, v0) in X_0                                             after an impact at t = 0, if there is one     (1)
 ///     x(t) = sum_{j<=N} c_j (t - t_k)^j + r,  |r| <= rho_k,       on [t_k, t_k + h_k], for every x(t_k) in X_k  (2)
@@ -57,8 +57,10 @@ struct Certificate {
   std::string stated_hash, hash;  ///< of everything else: as a file states it, and as it is; set by read_certificate()
 };
 
-/// The certificate of a `motion` of the `problem`, which certified_motion() found with `options`, with_steps among them.
-/// @throws InputError if there is none: an open motion, the mean value form, simultaneous impacts, or no formulas
+/// The certificate of a `motion` of the `problem`, which certified_motion() found with `options`; they include
+/// with_steps.
+/// @throws InputError if there is none: an open motion, the mean value form, impacts that are simultaneous or
+/// accumulate, or no formulas
 Certificate certificate_of(const Problem& problem, const CertifiedMotion& motion, const Options& options);
 
 /// The certificate as JSON, with the hash of its content.

@@ -5,9 +5,9 @@
 
 #include "reference/certified/certificate_checker.h"
 
-// Statements (1) and (4) of a Certificate: the start, and what happens at events. Leading coefficients that vanish after
-// an event: of a gap one after an impact, two where a contact opens from rest, three where its force vanishes; of a slip
-// velocity one after a reversal, two where sticking ends.
+// Statements (1) and (4) of a Certificate: the start, and what happens at events. Leading coefficients that vanish
+// after an event: of a gap one after an impact, two where a contact opens from rest, three where its force vanishes; of
+// a slip velocity one after a reversal, two where sticking ends.
 
 namespace ricochet::reference::certified {
 
