@@ -67,4 +67,9 @@ std::optional<Reference> proven_reference(const Problem& problem, double max_sec
   return reference;
 }
 
+Reference best_reference(const Problem& problem) {
+  if (auto proven = proven_reference(problem)) return *std::move(proven);
+  return make_reference(problem);
+}
+
 }  // namespace ricochet::reference

@@ -5,7 +5,7 @@
 #include "reference/agreement.h"
 
 /// @file
-/// A reference from a proof (reference/certified): proven_reference().
+/// A reference from a proof (reference/certified): proven_reference(); best_reference().
 ///
 /// Methods integrate the scene whose numbers are rounded to double; the proof is of the scene as it is written, where
 /// 0.3 is three tenths and a block that touches the ground touches it exactly. So the uncertainty is
@@ -22,5 +22,9 @@ namespace ricochet::reference {
 /// @param max_seconds  wall time of both proofs [s]
 /// @returns nothing where the proof is open or not to 17 digits, or the program was built without Arb
 std::optional<Reference> proven_reference(const Problem& problem, double max_seconds = 2);
+
+/// The proven reference if there is one, otherwise that of make_reference().
+/// @throws std::runtime_error as make_reference()
+Reference best_reference(const Problem& problem);
 
 }  // namespace ricochet::reference

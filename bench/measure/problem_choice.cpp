@@ -38,10 +38,7 @@ reference::Reference ProblemChoice::make_reference(const Problem& made,
   const auto known = truth();
   if (!known && !sensitivities.empty())
     throw std::logic_error("a computed reference has no derivatives of the final state");
-  if (!known) {
-    if (const auto proven = reference::proven_reference(made)) return *proven;
-    return reference::make_reference(made);
-  }
+  if (!known) return reference::best_reference(made);
   reference::Reference reference;
   reference.solution = known->solution(sensitivities);
   // 42 decimals of the state, 27 and more of its derivatives, rounded to double.

@@ -65,6 +65,9 @@ Attempt attempt(const Problem& problem, const Options& options, const TimeLimit&
     } catch (const Unsupported& error) {
       end(error.what());
     }
+  } catch (const Bends& error) {
+    stop(error.what());
+    result.motion.bends = true;
   } catch (const std::exception& error) {  // no formulas, or formulas without a value, such as 1/0
     stop(error.what());
   }

@@ -71,6 +71,7 @@ struct CertifiedStep {
 struct CertifiedMotion {
   Grade grade = Grade::open;             ///< of the whole
   std::string reason;                    ///< why it is open; empty otherwise
+  bool bends = false;                    ///< open because a formula bends or jumps
   std::vector<std::string> assumptions;  ///< of grades `assumed` and `computed`
   Reading reading = Reading::decimal;    ///< as in Options
   std::vector<CertifiedNumber> q, v;     ///< at the end time; empty if open

@@ -126,7 +126,7 @@ class Translator {
   Node call(const GiNaC::function& f) {
     const std::string name = f.get_name();
     if (name == "magnitude" || name == "abs" || name == "sign" || name == "csgn" || name == "choose")
-      throw Unsupported(fmt::format("a formula bends or jumps: {}", name));
+      throw Bends(fmt::format("a formula bends or jumps: {}", name));
     const Node x = (*this)(f.op(0));
     auto& p = program_;
     if (name == "sin") return p.sin(x);

@@ -17,6 +17,10 @@ namespace ricochet::reference::certified {
 struct Unsupported : std::runtime_error {
   using std::runtime_error::runtime_error;  ///< With the reason.
 };
+/// A formula bends or jumps.
+struct Bends : Unsupported {
+  using Unsupported::Unsupported;  ///< With its name.
+};
 /// A sign could not be decided at this precision.
 struct Undecided : std::runtime_error {
   using std::runtime_error::runtime_error;  ///< With the reason.

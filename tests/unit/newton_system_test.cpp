@@ -128,10 +128,10 @@ struct IslandsCase {
   bool is_curved;
 };
 
-class Islands : public testing::TestWithParam<IslandsCase> {};
+class NewtonIslands : public testing::TestWithParam<IslandsCase> {};
 
 /// One dense system, and islands that are small or banded: steps of given length and steps to a switch.
-TEST_P(Islands, SolveLikeOneDenseSystem) {
+TEST_P(NewtonIslands, SolveLikeOneDenseSystem) {
   constexpr int n = 24;
   const auto [name, height, is_curved] = GetParam();
   Vector v0 = Vector::NullaryExpr(2 * n, [] { return 0.1 * random_number(); });
@@ -174,7 +174,7 @@ TEST_P(Islands, SolveLikeOneDenseSystem) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Columns, Islands,
+INSTANTIATE_TEST_SUITE_P(Columns, NewtonIslands,
                          testing::Values(IslandsCase{"one_column", 24, false}, IslandsCase{"of_three", 3, false},
                                          IslandsCase{"one_curved", 24, true}, IslandsCase{"curved_of_three", 3, true}),
                          [](const auto& test) { return test.param.name; });

@@ -8,7 +8,7 @@
 #include "methods/method.h"
 #include "problems/problem.h"
 #include "problems/registry.h"
-#include "reference/agreement.h"
+#include "reference/proven.h"
 #include "reports/verdict.h"
 
 namespace ricochet {

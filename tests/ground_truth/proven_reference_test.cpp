@@ -1,0 +1,78 @@
+// References from proofs, against solutions of 42 decimals, and their uncertainty.
+#include <gtest/gtest.h>
+
+#include "problems/registry.h"
+#include "reference/certified/certified_motion.h"
+#include "reference/proven.h"
+#include "reference/truths.h"
+
+namespace ricochet {
+namespace {
+
+using reference::proven_reference;
+
+class ProvenReference : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!reference::certified::can_certify()) GTEST_SKIP() << "Arb is not installed";
+  }
+};
+
+TEST_F(ProvenReference, KeepsItsClaim) {
+  int proven = 0;
+  for (const auto& truth : reference::certified_cases()) {
+    const auto problem = make_problem(truth.id);
+    const auto found = proven_reference(*problem, 20);
+    if (!found) continue;
+    ++proven;
+    const auto& s = found->solution;
+    const Eigen::Index n = problem->info().n_mechanical();
+    EXPECT_LE(reference::final_state_difference(s.q.head(n), s.v.head(n), truth.q.head(n), truth.v.head(n)),
+              found->uncertainty)
+        << truth.id;
+    EXPECT_LE(found->uncertainty, 1e-11 * found->size()) << truth.id;  // rounded parameters times their effect
+  }
+  EXPECT_GE(proven, 14);  // of 16: slip in space ends in P7a
+}
+
+TEST_F(ProvenReference, ContainsTheEffectOfRoundedNumbers) {
+  // e^2 of the ball moves by rounding 0.9; the motion of the rounded scene is another one.
+  const auto problem = make_problem("P1a_ball_e09");
+  const auto rounded = reference::certified::certified_motion(
+      *problem, {.digits = 30, .reading = reference::certified::Reading::rounded});
+  const auto decimal = reference::certified::certified_motion(*problem, {.digits = 30});
+  ASSERT_FALSE(rounded.q.empty());
+  EXPECT_NE(rounded.q[0].text, decimal.q[0].text);
+  const auto found = proven_reference(*problem);
+  ASSERT_TRUE(found);
+  EXPECT_LE(std::abs(std::stod(rounded.q[0].text) - found->solution.q[0]), found->uncertainty);
+}
+
+TEST_F(ProvenReference, IsOfTheInitialStateThatWasSet) {
+  const auto problem = make_problem("bouncing_ball");
+  const auto before = proven_reference(*problem);
+  problem->set_initial_state(2 * problem->info().q0, problem->info().v0);
+  const auto after = proven_reference(*problem);
+  ASSERT_TRUE(before && after);
+  const auto exact = reference::make_reference(*problem);
+  EXPECT_LE(reference::final_state_difference(after->solution.q, after->solution.v, exact.solution.q, exact.solution.v),
+            after->uncertainty + exact.uncertainty);
+  EXPECT_GT(std::abs(before->solution.q[0] - after->solution.q[0]), 1e-3);
+}
+
+TEST_F(ProvenReference, IsNotOfAnotherImpactLaw) {
+  const auto problem = make_problem("kane_pendulum");
+  ASSERT_TRUE(proven_reference(*problem));
+  ImpactLaw law = problem->info().impact_law;
+  law.hypothesis = ImpactHypothesis::poisson;
+  problem->set_impact_law(law);
+  EXPECT_FALSE(proven_reference(*problem));
+}
+
+TEST_F(ProvenReference, IsTakenBeforeCvodeWhereThereIsOne) {
+  EXPECT_FALSE(proven_reference(*make_problem("bead_row")));  // assembled, without formulas
+  EXPECT_EQ(reference::best_reference(*make_problem("bouncing_ball")).how.substr(0, 6), "proven");
+}
+
+}  // namespace
+}  // namespace ricochet
