@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "reference/certified/certified_motion.h"
 #include "tests/cli/program.h"
 
 namespace ricochet::cli {
@@ -17,7 +18,11 @@ TEST_F(Cli, PrintsTheErrorAndWhatItIsMeasuredAgainst) {
   EXPECT_EQ(known.code, 0);
   EXPECT_HAS(known.text, "\nerror      ");
   EXPECT_HAS(known.text, "reference/data/ground_truth.json, P2_two_balls_spring; its own error is below ");
-  const Outcome computed = run("run -p bouncing_ball -m fesd:gauss:4 -N 50");
+  if (reference::certified::can_certify()) {
+    const Outcome proven = run("run -p bouncing_ball -m fesd:gauss:4 -N 50");
+    EXPECT_HAS(proven.text, "decimals by Taylor series in ball arithmetic; its own error is below ");
+  }
+  const Outcome computed = run("run -p bead_row -m moreau_jean -N 100");  // assembled, without formulas
   EXPECT_HAS(computed.text, "reference  CVODE with event location, Adams and BDF at 1e-14 and 1e-13; its own error");
   const Outcome without = run("run -p bouncing_ball -m fesd:gauss:4 -N 50 --no-reference");
   EXPECT_EQ(without.text.find("error  "), std::string::npos) << without.text;
