@@ -67,7 +67,8 @@ void HybridMotion::strike(const std::vector<int>& candidates, const std::vector<
       continue;
     }
     resting.push_back(i);
-    slip_sign[i] = outcome.modes[k] == Mode::slip_plus ? 1 : outcome.modes[k] == Mode::slip_minus ? -1 : 0;
+    const Mode mode = outcome.modes[k];
+    slip_sign[i] = mode == Mode::slip_plus || mode == Mode::slip ? 1 : mode == Mode::slip_minus ? -1 : 0;
   }
   std::vector<Ball> x = set_.box();
   std::ranges::copy(outcome.velocity, x.begin() + scene_.n);

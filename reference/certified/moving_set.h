@@ -1,5 +1,6 @@
 #pragma once
 
+#include "reference/certified/ball_matrix.h"
 #include "reference/certified/taylor_step.h"
 
 /// @file
@@ -32,7 +33,6 @@ class MovingSet {
   void advance(const ModeMotion& motion, const Ball& t, double h, const Ball& tau, bool at_event);
 
  private:
-  using BallMatrix = std::vector<std::vector<Ball>>;
   void reset();
   void turn(const BallMatrix& B, const std::vector<Ball>& image);
 

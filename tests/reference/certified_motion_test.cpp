@@ -355,7 +355,6 @@ TEST(CertifiedMotion, OpenMotionsStateTheirReason) {
     EXPECT_TRUE(motion.q.empty());
   }
   EXPECT_EQ(motion_of_problem("bead_row").reason, "the scene is not made of formulas");
-  EXPECT_EQ(motion_of_problem("ball_3d").reason, "impact with friction in space of plane");
 }
 
 TEST(CertifiedMotion, TimeLimitIsHonoured) {
