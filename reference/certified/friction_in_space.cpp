@@ -7,6 +7,7 @@ namespace {
 
 constexpr slong kSearchBits = 80;     // of signs on arcs
 constexpr int kMostArcs = 20000;      // that are looked at; directions are undecided then
+constexpr int kMostBisections = 50;   // of one of them
 constexpr int kMostIterations = 60;   // of Newton's operator
 constexpr int kQuarters = 4;          // arcs at the beginning
 constexpr double kFirstAngle = 0.37;  // unlikely to be a solution: its arcs end at simple fractions of the circle
@@ -70,9 +71,9 @@ class DirectionSearch {
     return x;
   }
 
-  void search(const Ball& begin, const Ball& end) {
+  void search(const Ball& begin, const Ball& end, int depth = 0) {
     if (!result_.is_complete) return;
-    if (++n_arcs_ > kMostArcs) {
+    if (++n_arcs_ > kMostArcs || depth > kMostBisections) {
       result_.is_complete = false;
       return;
     }
@@ -86,8 +87,8 @@ class DirectionSearch {
       decide(begin, end, all.slope.sign());
       return;
     }
-    search(begin, middle);
-    search(middle, end);
+    search(begin, middle, depth + 1);
+    search(middle, end, depth + 1);
   }
 
   /// An arc where F is strictly monotonous.
