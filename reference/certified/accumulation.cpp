@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reference/certified/contact_law.h"
 #include "reference/certified/friction_in_space.h"
 #include "reference/certified/hybrid_motion.h"
 
@@ -153,56 +154,25 @@ std::vector<Ball> HybridMotion::jumps_of_slip(const Collapse& collapse) {
 std::vector<Ball> HybridMotion::jumps_of_sticking(const Collapse& collapse) {
   const Precision& a = p_.precision();
   const ContactFormulas& contact = scene_.contacts[collapse.contact];
-  BallMatrix M, columns(scene_.n), J;
-  std::vector<std::vector<Node>> rows{contact.J_n};
-  rows.insert(rows.end(), contact.J_t.begin(), contact.J_t.end());
-  for (const auto& row : rows) {
-    J.emplace_back();
-    for (int r = 0; r < scene_.n; ++r) {
-      J.back().push_back(p_.value_of(row[r]));
-      columns[r].push_back(J.back().back());
-    }
-  }
-  for (const auto& row : scene_.M) {
-    M.emplace_back();
-    for (const Node entry : row) M.back().push_back(p_.value_of(entry));
-  }
-  const auto moved = solve(M, columns, a.bits);  // M^-1 J'
-  if (!moved) throw Undecided("a singular mass matrix while impacts accumulate");
-  BallMatrix G(J.size(), std::vector<Ball>(J.size()));
-  for (std::size_t i = 0; i < J.size(); ++i) {
-    for (std::size_t j = 0; j < J.size(); ++j) {
-      for (int r = 0; r < scene_.n; ++r) G[i][j] = a.add(G[i][j], a.mul(J[i][r], (*moved)[r][j]));
-    }
-  }
+  const ContactLaw law = contact_law(scene_, collapse.contact, p_);
   const Ball ratio = square_root(a.div(collapse.most, collapse.least), a.bits);
   const Ball flight = a.hull(Ball(), upper_bound(a.div(Ball(2.0), collapse.least), a.bits));
   const Ball speed = a.hull(ratio, a.div(Ball(1.0), ratio));
   std::vector<Ball> impact{-a.mul(a.add(Ball(1.0), contact.eps_r), speed)}, forces{p_.value_of(collapse.rates[0])}, L,
       unused;
-  for (std::size_t k = 1; k < J.size(); ++k) {
+  for (std::size_t k = 1; k < law.G.size(); ++k) {
     forces.push_back(p_.value_of(collapse.rates[k]));
     impact.push_back(a.mul(flight, forces.back()));
   }
-  if (!only_sticks(G, impact, contact.mu, a, L) || !only_sticks(G, forces, contact.mu, a, unused))
+  if (!only_sticks(law.G, impact, contact.mu, a, L) || !only_sticks(law.G, forces, contact.mu, a, unused))
     throw Undecided("impacts accumulate, and not all of them need stick: " + contact.name);
   const Ball speeds = a.hull(Ball(), upper_bound(a.div(collapse.delta, collapse.rest), a.bits));
   std::vector<Ball> jumps(scene_.n);
   for (int r = 0; r < scene_.n; ++r) {
-    for (std::size_t k = 0; k < J.size(); ++k) jumps[r] = a.add(jumps[r], a.mul((*moved)[r][k], a.mul(speeds, L[k])));
+    for (std::size_t k = 0; k < law.G.size(); ++k)
+      jumps[r] = a.add(jumps[r], a.mul(law.moved[r][k], a.mul(speeds, L[k])));
   }
   return jumps;
-}
-
-/// The derivative of a rate w(q, v, t) along a motion.
-Node HybridMotion::rate_along(const ModeMotion& motion, Node w) {
-  Node sum = p_.derivative(w, scene_.clock);
-  for (int k = 0; k < scene_.n; ++k) {
-    const Node by_q = p_.mul(p_.derivative(w, scene_.q[k]), scene_.v[k]);
-    const Node by_v = p_.mul(p_.derivative(w, scene_.v[k]), motion.acceleration[k]);
-    sum = p_.add(sum, p_.add(by_q, by_v));
-  }
-  return sum;
 }
 
 /// The mode after the limit. @param last  mode of the last impact; if it stuck, the slip velocity is exactly zero
@@ -236,8 +206,7 @@ bool HybridMotion::pass_accumulation(int i, Mode last) {
   std::vector<Mode> modes = states_.modes;
   modes[i] = collapse.mode;
   collapse.closed = mode_motion(scene_, modes, p_);
-  collapse.rates.push_back(rate_along(collapse.open, contact.v_n));
-  for (const Node v_t : contact.v_t) collapse.rates.push_back(rate_along(collapse.open, v_t));
+  collapse.rates = contact_rates(collapse.open, contact, scene_, p_);
   collapse.start = collapse.box = set_.box();
   collapse.delta = upper_bound(v_n, a.bits);
   map_collapse(collapse);

@@ -35,7 +35,44 @@ class DirectionSearch {
     return result_;
   }
 
+  /// Bounds over arcs of equal length.
+  std::optional<SlipBounds> bounds() const {
+    constexpr int kArcs = 256;
+    if (sense_ != Sign::positive) return std::nullopt;
+    const Precision coarse{kSearchBits, precision_.order};
+    std::optional<SlipBounds> result;
+    for (int k = 0; k < kArcs; ++k) {
+      const Values x = at(arc(k, kArcs), kSearchBits);
+      const Ball braking = -coarse.div(x.S, x.D);
+      if (x.D.sign() != Sign::positive || braking.sign() != Sign::positive) return std::nullopt;
+      const Ball push = coarse.div(b_, x.D), friction = -coarse.mul(c_.mu, push);
+      const std::array<Ball, 3> force{push, coarse.mul(friction, x.d[0]), coarse.mul(friction, x.d[1])};
+      Ball least;
+      arb_get_lbound_arf(arb_midref(least.get()), braking.get(), kSearchBits);
+      if (least.sign() != Sign::positive) return std::nullopt;
+      if (!result) {
+        result = {least, force};
+        continue;
+      }
+      if (arb_lt(least.get(), result->braking.get())) result->braking = least;
+      for (int i = 0; i < 3; ++i) result->force[i] = coarse.hull(result->force[i], force[i]);
+    }
+    return result;
+  }
+
  private:
+  /// Part k of `n` equal parts of the circle.
+  static Ball arc(int k, int n) {
+    Ball angle(2. * k + 1);
+    const Magnitude one{Ball(1.0)};
+    angle.widen(one.get());
+    Ball scale;
+    arb_const_pi(scale.get(), kSearchBits);
+    arb_div_si(scale.get(), scale.get(), n, kSearchBits);
+    arb_mul(angle.get(), angle.get(), scale.get(), kSearchBits);
+    return angle;
+  }
+
   /// Values at an angle, or on an arc.
   struct Values {
     std::array<Ball, 2> d;
@@ -145,6 +182,10 @@ class DirectionSearch {
 
 SlipDirections slip_directions(const ContactInSpace& contact, const Precision& precision) {
   return DirectionSearch(contact, precision).run();
+}
+
+std::optional<SlipBounds> slip_bounds(const ContactInSpace& contact, const Precision& precision) {
+  return DirectionSearch(contact, precision).bounds();
 }
 
 std::optional<std::array<Ball, 3>> sticking_force(const ContactInSpace& contact, const Precision& precision) {

@@ -44,6 +44,15 @@ struct SlipDirections {
 /// value theorem; if F' != 0 it has a root at most, which the signs of F at its ends and Newton's operator decide.
 SlipDirections slip_directions(const ContactInSpace& contact, const Precision& precision);
 
+/// Slip along any direction d, with the forces of (1) and (2).
+struct SlipBounds {
+  Ball braking;               ///< lower bound of -d . w_t+, positive
+  std::array<Ball, 3> force;  ///< contain the forces, of all d
+};
+
+/// Bounds for all directions. @returns nothing unless friction brakes slip along each of them, with Lambda_n > 0
+std::optional<SlipBounds> slip_bounds(const ContactInSpace& contact, const Precision& precision);
+
 /// The impulses for w+ = 0. @returns nothing if G may be singular
 std::optional<std::array<Ball, 3>> sticking_force(const ContactInSpace& contact, const Precision& precision);
 

@@ -147,6 +147,9 @@ void HybridMotion::run_to_end() {
         throw Undecided(fmt::format("the enclosure is too wide at t = {}", short_text(t_)));
     }
     leave_room();
+    for (int i = 0; i < scene_.n_c(); ++i) {
+      if (states_.modes[i] == Mode::slip) pass_slip_end(i);
+    }
     const Step step = find_step();
     is_last = step.is_last;
     ++result_.n_steps;

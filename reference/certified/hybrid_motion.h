@@ -62,11 +62,15 @@ class HybridMotion {
   bool may_collapse(int contact) const;
   bool pass_accumulation(int contact, Mode last);
   struct Collapse;
-  Node rate_along(const ModeMotion& motion, Node w);
   Mode mode_of_collapse(int contact, Mode last);
   void map_collapse(Collapse& collapse);
   std::vector<Ball> jumps_of_slip(const Collapse& collapse);
   std::vector<Ball> jumps_of_sticking(const Collapse& collapse);
+
+  // slip_end_in_space.cpp
+  struct LastSlip;
+  bool pass_slip_end(int contact);
+  void map_last_slip(LastSlip& last);
 
   // simultaneous_impacts.cpp
   bool are_decoupled_impacts(const Step& step) const;

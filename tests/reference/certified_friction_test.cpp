@@ -109,6 +109,32 @@ TEST(FrictionInSpace, DoubtIsNotDecided) {
   EXPECT_FALSE(slip_directions(contact, kPrecision).is_complete);
 }
 
+/// Forces of slip along random directions, in doubles, are within the bounds, and brake at least as stated.
+TEST(FrictionInSpace, BoundsHoldForAllDirections) {
+  RandomContacts random;
+  int n_bounded = 0;
+  for (int n = 0; n < 1000; ++n) {
+    ContactInSpace contact = random.next();
+    contact.r = {Ball(random.number(-2, 0.5)), Ball(random.number(-0.1, 0.1)), Ball(random.number(-0.1, 0.1))};
+    const auto bounds = slip_bounds(contact, kPrecision);
+    if (!bounds) continue;
+    ++n_bounded;
+    EXPECT_EQ(slip_directions(contact, kPrecision).n_proven, 0);
+    for (int k = 0; k < 20; ++k) {
+      const double phi = random.number(-3.2, 3.2), d[2] = {std::cos(phi), std::sin(phi)}, mu = contact.mu.nearest();
+      const auto G = [&](int i, int j) { return contact.G[i][j].nearest(); };
+      const double push = -contact.r[0].nearest() / (G(0, 0) - mu * (G(0, 1) * d[0] + G(0, 2) * d[1]));
+      const double force[3] = {push, -mu * push * d[0], -mu * push * d[1]};
+      double braking = 0;
+      for (int i = 1; i < 3; ++i)
+        braking -= d[i - 1] * (contact.r[i].nearest() + G(i, 0) * force[0] + G(i, 1) * force[1] + G(i, 2) * force[2]);
+      EXPECT_GE(braking, bounds->braking.nearest() - 1e-12);
+      for (int i = 0; i < 3; ++i) EXPECT_TRUE(arb_contains(bounds->force[i].get(), Ball(force[i]).get())) << i;
+    }
+  }
+  EXPECT_GT(n_bounded, 10);
+}
+
 /// With so much friction that D changes sign, slip and sticking both satisfy the law, or neither: as Painleve's rod.
 TEST(FrictionInSpace, MuchFrictionAllowsSeveralSolutions) {
   ContactInSpace contact;
@@ -121,8 +147,9 @@ TEST(FrictionInSpace, MuchFrictionAllowsSeveralSolutions) {
   EXPECT_EQ(slip.force[0].sign(), Sign::positive);
 }
 
-CertifiedMotion motion_of(const std::string& scene, int digits) {
+CertifiedMotion motion_of(const std::string& scene, int digits, double max_seconds = 10) {
   Options options;
+  options.max_seconds = max_seconds;
   options.digits = digits;
   return certified_motion(*read_scene_text(scene, "scene"), options);
 }
@@ -159,6 +186,34 @@ TEST(FrictionInSpace, ImpactWithAJointHasItsClosedForm) {
   EXPECT_TRUE(motion.v[0].text.starts_with("2.82")) << motion.v[0].text;
   EXPECT_TRUE(motion.v[1].text.starts_with("3.76")) << motion.v[1].text;
   EXPECT_TRUE(motion.v[3].text.starts_with("0.5")) << motion.v[3].text;
+}
+
+/// A block that slides straight on: it stops at v / (mu g) = 5/4 s, after v^2 / (2 mu g) = 3.125 m.
+TEST(FrictionInSpace, SlipThatEndsHasItsClosedForm) {
+  const std::string scene = R"({"q0": ["0", "0", "0"], "v0": ["3", "-4", "0"], "T": "2",
+      "M": [["2", "0", "0"], ["0", "2", "0"], ["0", "0", "2"]], "f": ["{0}*0.3", "-{0}*0.4", "-20"],
+      "contacts": [{"name": "floor", "gap": "q[2]", "mu": "0.4", "Jt": [["1", "0", "0"], ["0", "1", "0"]]}]})";
+  const auto pushed = [&](const std::string& force) {
+    std::string text = scene;
+    for (auto k = text.find("{0}"); k != std::string::npos; k = text.find("{0}")) text.replace(k, 3, force);
+    return text;
+  };
+  for (const int digits : {4, 12, 30}) {
+    const auto motion = motion_of(pushed("0"), digits);
+    ASSERT_EQ(motion.grade, Grade::proven) << motion.reason;
+    ASSERT_EQ(motion.events.size(), 1u);
+    EXPECT_EQ(motion.events[0].kind, "slip_to_stick");
+    EXPECT_EQ(motion.modes, std::vector<std::string>{"stick"});
+    EXPECT_NEAR(std::stod(motion.events[0].time.text), 1.25, motion.events[0].time.radius + 1e-15);
+    EXPECT_NEAR(std::stod(motion.q[0].text), 1.875, motion.q[0].radius + 1e-15);
+    EXPECT_NEAR(std::stod(motion.q[1].text), -2.5, motion.q[1].radius + 1e-15);
+    EXPECT_LE(motion.q[0].radius, 0.5 * std::pow(10., -digits));
+  }
+  const auto slower = motion_of(pushed("10"), 12);  // 2.5 m/s^2 forwards: it does not stop before 3.3 s
+  ASSERT_EQ(slower.grade, Grade::proven) << slower.reason;
+  EXPECT_TRUE(slower.events.empty());
+  const auto turning = motion_of(pushed("-20"), 12, 0.2);  // 5 m/s^2 backwards: it turns back, and does not stick
+  EXPECT_EQ(turning.grade, Grade::open);
 }
 
 }  // namespace
