@@ -23,19 +23,6 @@ void require_single_events(const std::vector<CertificateEvent>& events) {
   }
 }
 
-/// The end of slip in space lies within a step that is none of the series.
-void require_no_end_of_slip_in_space(const std::vector<CertificateEvent>& events, const CertifiedMotion& motion) {
-  for (const auto& event : events) {
-    if (event.step < 0) continue;
-    const auto& before = motion.steps[event.step].modes;
-    for (std::size_t i = 0; i < before.size(); ++i) {
-      if (before[i] == "slip" && event.modes[i] == "stick")
-        throw InputError(
-            fmt::format("no certificate: slip in space of {} ends at t = {}", event.contact, event.time.text));
-    }
-  }
-}
-
 /// An event with the step that it ends.
 CertificateEvent event_of(const CertifiedEvent& event, int index, const CertifiedMotion& motion, int digits) {
   CertificateEvent stated{-1, event.kind, event.contact, event.modes, {}, event.Lambda_n};
@@ -49,6 +36,7 @@ CertificateEvent event_of(const CertifiedEvent& event, int index, const Certifie
 
 Certificate certificate_of(const Problem& problem, const CertifiedMotion& motion, const Options& options) {
   if (motion.grade == Grade::open) throw InputError("no certificate: " + motion.reason);
+  if (!motion.no_certificate.empty()) throw InputError("no certificate: " + motion.no_certificate);
   if (motion.mean_value_form) throw InputError("no certificate: the motion was enclosed in mean value form");
   if (motion.steps.empty()) throw InputError("no certificate: the steps were not recorded");
   Certificate c;
@@ -64,7 +52,6 @@ Certificate certificate_of(const Problem& problem, const CertifiedMotion& motion
   for (std::size_t k = 0; k < motion.events.size(); ++k)
     c.events.push_back(event_of(motion.events[k], static_cast<int>(k), motion, options.digits));
   require_single_events(c.events);
-  require_no_end_of_slip_in_space(c.events, motion);
   c.final_state = motion.final_state;
   c.final_modes = motion.modes;
   for (std::size_t i = 0; i < c.final_state.size(); ++i)

@@ -40,6 +40,7 @@ class MovingSet {
   SeriesProgram& p_;
   TaylorStep& step_;
   bool form_;
+  bool varies_ = false;  ///< this motion has a variational equation; the start of slip in space has none
   std::vector<Ball> box_, center_, r_;
   BallMatrix Q_;
   std::vector<std::vector<Node>> phi_;

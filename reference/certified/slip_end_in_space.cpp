@@ -113,6 +113,7 @@ bool HybridMotion::pass_slip_end(int i) {
   const Ball begin = t_;
   t_ = a.add(begin, a.hull(Ball(), last.w));
   record("slip_to_stick", contact.name);
+  result_.no_certificate = "slip in space ends";
   t_ = a.add(begin, last.w);
   begin_motion();
   return true;

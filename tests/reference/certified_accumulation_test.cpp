@@ -75,11 +75,11 @@ TEST(CertifiedAccumulation, ImpactsThatSlipInSpaceHaveTheirClosedForm) {
 /// F > mu g (1 + e) / 2: a flight gains more speed than friction takes. A closed contact would brake, F < mu g.
 /// After the first impact, which sticks, the flights last 0.8 s and bring 0.8 F - 0.4 g mu (1 + e) = 0.257.
 TEST(CertifiedAccumulation, ImpactsThatCannotStickHaveTheirClosedForm) {
-  const auto plane = bounces("0", "4", "0.5", "", "", 30);
+  const auto plane = bounces("0", "4", "0.5", "", "", 12);
   ASSERT_EQ(plane.grade, Grade::proven) << plane.reason;
   EXPECT_EQ(plane.modes, std::vector<std::string>{"slip+"});
   EXPECT_TRUE(contains(plane.v[0], "0.076")) << plane.v[0].text;  // 0.257 - 0.2 (mu g - F)
-  const auto space = bounces("0", "2.4", "0.5", "0", "3.2", 30);
+  const auto space = bounces("0", "2.4", "0.5", "0", "3.2", 12);
   ASSERT_EQ(space.grade, Grade::proven) << space.reason;
   EXPECT_EQ(space.modes, std::vector<std::string>{"slip"});
   EXPECT_TRUE(contains(space.v[0], "0.0456")) << space.v[0].text;

@@ -216,5 +216,34 @@ TEST(FrictionInSpace, SlipThatEndsHasItsClosedForm) {
   EXPECT_EQ(turning.grade, Grade::open);
 }
 
+/// A block that is pushed so that q = (t^2 / 2, t^3 / 3): its direction of slip is (1, t) / sqrt(1 + t^2).
+TEST(FrictionInSpace, SlipThatBeginsHasItsClosedForm) {
+  const auto motion = motion_of(R"scene({"params": {"m": "1.5", "g": "9.81", "mu": "0.4"},
+      "q0": ["0", "0", "0", "0"], "v0": ["0", "0", "0", "1"], "T": "0.75",
+      "M": [["m", "0", "0", "0"], ["0", "m", "0", "0"], ["0", "0", "m", "0"], ["0", "0", "0", "1"]],
+      "f": ["m+mu*m*g/sqrt(1+q[3]*q[3])", "2*m*q[3]+mu*m*g*q[3]/sqrt(1+q[3]*q[3])", "-m*g", "0"],
+      "contacts": [{"name": "plane", "gap": "q[2]", "mu": "mu",
+                    "Jt": [["1", "0", "0", "0"], ["0", "1", "0", "0"]]}]})scene",
+                                30);
+  ASSERT_EQ(motion.grade, Grade::proven) << motion.reason;
+  EXPECT_GE(motion.decimals(), 30);
+  EXPECT_EQ(motion.modes, std::vector<std::string>{"slip"});
+  EXPECT_NEAR(std::stod(motion.q[0].text), 0.28125, 1e-16);
+  EXPECT_NEAR(std::stod(motion.q[1].text), 0.140625, 1e-16);
+  EXPECT_NEAR(std::stod(motion.v[1].text), 0.5625, 1e-16);
+}
+
+/// Down the slope, in the direction 3/10 rad, with g (sin - mu cos) t; a block that sticks is proven to stick.
+TEST(FrictionInSpace, BlockOnRampSlipsOrSticks) {
+  const auto slips = certified_motion(*make_problem("block_on_ramp_3d"));
+  ASSERT_EQ(slips.grade, Grade::proven) << slips.reason;
+  const double v = 9.81 * (std::sin(0.6) - 0.5 * std::cos(0.6)) * 0.5;
+  EXPECT_NEAR(std::stod(slips.v[0].text), v * std::cos(0.3), 1e-14);
+  EXPECT_NEAR(std::stod(slips.v[1].text), v * std::sin(0.3), 1e-14);
+  const auto sticks = certified_motion(*make_problem("block_on_ramp_3d", {{"mu", 0.7}}));
+  ASSERT_EQ(sticks.grade, Grade::proven) << sticks.reason;
+  EXPECT_EQ(sticks.modes, std::vector<std::string>{"stick"});
+}
+
 }  // namespace
 }  // namespace ricochet::reference::certified
