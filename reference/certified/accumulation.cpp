@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reference/certified/contact_law.h"
+#include "reference/certified/friction_in_space.h"
 #include "reference/certified/hybrid_motion.h"
 
 // Infinitely many impacts of one contact that exchanges no momentum with others, in finite time. The
@@ -16,8 +18,21 @@
 //
 //     V = v_0 + [0, w] hull(a_o, a_c) + (1 + eps_r) [0, S] (a_c - a_o) / (-d2/dt2 gap),    Q = q_0 + [0, w] V       (4)
 //
-// Boxes that (4) maps into themselves contain the motion. A planar contact with friction must slip in one direction all
-// the time; a_c is then that of slip, and J_n stands for J_n -+ mu J_t as a direction of impulses.
+// Boxes that (4) maps into themselves contain the motion. If a contact with friction slips, it must slip all the time,
+// in the plane in one direction, in space in those of V; a_c is then that of slip, and J_n stands for J_n - mu J_t d as
+// a direction of impulses.
+//
+// If the last impact stuck, v_t = 0 after it, exactly. With the acceleration A_t of v_t without contact force, a flight
+// from the speed v returns with
+//
+//     v_n- in -v [sqrt(a/b), sqrt(b/a)],   v_t- in v [0, 2/a] A_t                                                   (5)
+//
+// so that the impulse is v L, with L in a ball that does not depend on v. If the impact law with (5) for v = 1 allows
+// sticking alone, the next impact sticks too, and so on; the sum of their v is at most delta / (1 - rho), and
+//
+//     V = v_0 + [0, w] hull(a_o, a_c) + [0, delta / (1 - rho)] M^-1 J' L                                            (6)
+//
+// After the limit, the law of forces must allow sticking alone.
 
 namespace ricochet::reference::certified {
 
@@ -25,11 +40,14 @@ namespace ricochet::reference::certified {
 struct HybridMotion::Collapse {
   int contact;
   ModeMotion open, closed;
-  Node gap_acceleration;    ///< without contact force
+  Mode mode;                ///< of the contact after the limit
+  std::vector<Node> rates;  ///< accelerations of gap and slip without contact force
   std::vector<Ball> start;  ///< q_0, v_0
   Ball delta;               ///< upper bound of v_n
   std::vector<Ball> box;    ///< Q, V
   Ball w;                   ///< upper bound, exact
+  Ball least, most;         ///< a and b
+  Ball rest;                ///< 1 - rho
 };
 
 namespace {
@@ -40,12 +58,48 @@ Ball upper_bound(const Ball& x, slong bits) {
   return bound;
 }
 
+Ball square_root(const Ball& x, slong bits) {
+  Ball root;
+  arb_sqrt(root.get(), x.get(), bits);
+  return root;
+}
+
+/// Whether sticking is the only solution of the law w+ = r + G Lambda, in the plane or in space.
+/// @param force  its Lambda
+bool only_sticks(const BallMatrix& G, const std::vector<Ball>& r, const Ball& mu, const Precision& a,
+                 std::vector<Ball>& force) {
+  if (r[0].sign() != Sign::negative) return false;  // it may open
+  if (r.size() == 3) {
+    ContactInSpace law;
+    for (int i = 0; i < 3; ++i) std::ranges::copy(G[i], law.G[i].begin());
+    std::ranges::copy(r, law.r.begin());
+    law.mu = mu;
+    const auto sticking = sticking_force(law, a);
+    if (!sticking || is_inside_cone(*sticking, mu, a) != Sign::positive) return false;
+    force.assign(sticking->begin(), sticking->end());
+    const SlipDirections slip = slip_directions(law, a);
+    return slip.is_complete && slip.n_proven == 0;
+  }
+  const auto sticking = solve(G, {{-r[0]}, {-r[1]}}, a.bits);
+  if (!sticking) return false;
+  force = {(*sticking)[0][0], (*sticking)[1][0]};
+  const Ball bound = a.mul(mu, force[0]);
+  bool sticks = force[0].sign() == Sign::positive;
+  for (const double side : {1., -1.}) {
+    const Ball friction = a.mul(mu, Ball(side)), D = a.sub(G[0][0], a.mul(friction, G[0][1]));
+    const Ball u = a.sub(a.mul(D, r[1]), a.mul(r[0], a.sub(G[1][0], a.mul(friction, G[1][1]))));
+    sticks = sticks && a.add(bound, a.mul(Ball(side), force[1])).sign() == Sign::positive;
+    sticks = sticks && D.sign() == Sign::positive && a.mul(Ball(side), u).sign() == Sign::negative;
+  }
+  return sticks;
+}
+
 }  // namespace
 
 /// Whether impacts of this contact alone can accumulate in a way that pass_accumulation() proves.
 bool HybridMotion::may_collapse(int i) const {
   const ContactFormulas& contact = scene_.contacts[i];
-  return contact.n_t() <= 1 && !contact.is_bilateral && contact.eps_r.sign() == Sign::positive &&
+  return !contact.is_bilateral && contact.eps_r.sign() == Sign::positive &&
          p_.precision().sub(Ball(1.0), contact.eps_r).sign() == Sign::positive && coupled_with(i).size() == 1;
 }
 
@@ -63,30 +117,79 @@ void HybridMotion::map_collapse(Collapse& collapse) {
         throw Undecided(name_of_event(event) + " while impacts accumulate");
     }
   }
-  const Ball fall = -p_.value_of(collapse.gap_acceleration);
+  const Ball fall = -p_.value_of(collapse.rates[0]);
   if (fall.sign() != Sign::positive) throw Undecided("the gap may not fall while impacts accumulate");
-  Ball least, ratio;
-  arb_get_lbound_arf(arb_midref(least.get()), fall.get(), a.bits);
-  arb_sqrt(ratio.get(), a.div(upper_bound(fall, a.bits), least).get(), a.bits);
-  const Ball rest = a.sub(Ball(1.0), a.mul(e, ratio));
-  if (rest.sign() != Sign::positive) throw Undecided("impacts may not become weaker");
-  const Ball speeds = a.div(a.mul(collapse.delta, ratio), rest);
-  collapse.w = upper_bound(a.div(a.mul(Ball(2.0), collapse.delta), a.mul(least, rest)), a.bits);
-  const Ball impulses = a.mul(a.add(Ball(1.0), e), a.hull(Ball(), upper_bound(speeds, a.bits)));
+  arb_get_lbound_arf(arb_midref(collapse.least.get()), fall.get(), a.bits);
+  collapse.most = upper_bound(fall, a.bits);
+  const Ball ratio = square_root(a.div(collapse.most, collapse.least), a.bits);
+  collapse.rest = a.sub(Ball(1.0), a.mul(e, ratio));
+  if (collapse.rest.sign() != Sign::positive) throw Undecided("impacts may not become weaker");
+  collapse.w = upper_bound(a.div(a.mul(Ball(2.0), collapse.delta), a.mul(collapse.least, collapse.rest)), a.bits);
+  const std::vector<Ball> jumps = collapse.mode == Mode::stick ? jumps_of_sticking(collapse) : jumps_of_slip(collapse);
   const Ball window = a.hull(Ball(), collapse.w);
   std::vector<Ball> next = collapse.start;
   for (int r = 0; r < n; ++r) {
     const Ball a_o = p_.value_of(collapse.open.acceleration[r]), a_c = p_.value_of(collapse.closed.acceleration[r]);
-    const Ball change = a.add(a.mul(window, a.hull(a_o, a_c)), a.mul(impulses, a.div(a.sub(a_c, a_o), fall)));
-    next[n + r] = a.add(collapse.start[n + r], change);
+    next[n + r] = a.add(collapse.start[n + r], a.add(a.mul(window, a.hull(a_o, a_c)), jumps[r]));
     next[r] = a.add(collapse.start[r], a.mul(window, collapse.box[n + r]));
   }
   collapse.box = std::move(next);
 }
 
+/// The last term of (4).
+std::vector<Ball> HybridMotion::jumps_of_slip(const Collapse& collapse) {
+  const Precision& a = p_.precision();
+  const Ball ratio = square_root(a.div(collapse.most, collapse.least), a.bits);
+  const Ball speeds = a.hull(Ball(), upper_bound(a.div(a.mul(collapse.delta, ratio), collapse.rest), a.bits));
+  const Ball impulses = a.mul(a.add(Ball(1.0), scene_.contacts[collapse.contact].eps_r), speeds);
+  std::vector<Ball> jumps;
+  for (int r = 0; r < scene_.n; ++r) {
+    const Ball a_o = p_.value_of(collapse.open.acceleration[r]), a_c = p_.value_of(collapse.closed.acceleration[r]);
+    jumps.push_back(a.mul(impulses, a.div(a.sub(a_c, a_o), -p_.value_of(collapse.rates[0]))));
+  }
+  return jumps;
+}
+
+/// The last term of (6). @throws Undecided unless sticking is the only solution
+std::vector<Ball> HybridMotion::jumps_of_sticking(const Collapse& collapse) {
+  const Precision& a = p_.precision();
+  const ContactFormulas& contact = scene_.contacts[collapse.contact];
+  const ContactLaw law = contact_law(scene_, collapse.contact, p_);
+  const Ball ratio = square_root(a.div(collapse.most, collapse.least), a.bits);
+  const Ball flight = a.hull(Ball(), upper_bound(a.div(Ball(2.0), collapse.least), a.bits));
+  const Ball speed = a.hull(ratio, a.div(Ball(1.0), ratio));
+  std::vector<Ball> impact{-a.mul(a.add(Ball(1.0), contact.eps_r), speed)}, forces{p_.value_of(collapse.rates[0])}, L,
+      unused;
+  for (std::size_t k = 1; k < law.G.size(); ++k) {
+    forces.push_back(p_.value_of(collapse.rates[k]));
+    impact.push_back(a.mul(flight, forces.back()));
+  }
+  if (!only_sticks(law.G, impact, contact.mu, a, L) || !only_sticks(law.G, forces, contact.mu, a, unused))
+    throw Undecided("impacts accumulate, and not all of them need stick: " + contact.name);
+  const Ball speeds = a.hull(Ball(), upper_bound(a.div(collapse.delta, collapse.rest), a.bits));
+  std::vector<Ball> jumps(scene_.n);
+  for (int r = 0; r < scene_.n; ++r) {
+    for (std::size_t k = 0; k < law.G.size(); ++k)
+      jumps[r] = a.add(jumps[r], a.mul(law.moved[r][k], a.mul(speeds, L[k])));
+  }
+  return jumps;
+}
+
+/// The mode after the limit. @param last  mode of the last impact; if it stuck, the slip velocity is exactly zero
+Mode HybridMotion::mode_of_collapse(int i, Mode last) {
+  const ContactFormulas& contact = scene_.contacts[i];
+  if (contact.n_t() == 0) return Mode::closed;
+  if (last == Mode::stick) return Mode::stick;
+  taylor_.load(set_.box(), t_);
+  const Sign slip = p_.value_of(contact.n_t() == 1 ? contact.v_t[0] : p_.dot(contact.v_t, contact.v_t)).sign();
+  if (slip == Sign::unknown) throw Undecided("impacts accumulate while slip ends: " + contact.name);
+  if (contact.n_t() == 2) return Mode::slip;
+  return slip == Sign::positive ? Mode::slip_plus : Mode::slip_minus;
+}
+
 /// After an impact of contact i: if its speed is so small that the digits do not suffer, the motion goes on behind the
-/// limit of all further impacts, with the contact closed. @returns whether it does
-bool HybridMotion::pass_accumulation(int i) {
+/// limit of all further impacts, with the contact closed. @param last  mode of the impact  @returns whether it does
+bool HybridMotion::pass_accumulation(int i, Mode last) {
   constexpr int kMostIterations = 20;
   constexpr double kSpare = 3;  // digits that the window may cost
   const Precision& a = p_.precision();
@@ -99,22 +202,11 @@ bool HybridMotion::pass_accumulation(int i) {
   Collapse collapse;
   collapse.contact = i;
   collapse.open = mode_motion(scene_, states_.modes, p_);
+  collapse.mode = mode_of_collapse(i, last);
   std::vector<Mode> modes = states_.modes;
-  if (contact.n_t() == 0) {
-    modes[i] = Mode::closed;
-  } else {
-    taylor_.load(set_.box(), t_);
-    const Sign slip = p_.value_of(contact.v_t[0]).sign();
-    if (slip == Sign::unknown) throw Unsupported("impacts accumulate without slip: " + contact.name);
-    modes[i] = slip == Sign::positive ? Mode::slip_plus : Mode::slip_minus;
-  }
+  modes[i] = collapse.mode;
   collapse.closed = mode_motion(scene_, modes, p_);
-  collapse.gap_acceleration = p_.derivative(contact.v_n, scene_.clock);
-  for (int k = 0; k < scene_.n; ++k) {
-    const Node by_q = p_.mul(p_.derivative(contact.v_n, scene_.q[k]), scene_.v[k]);
-    const Node by_v = p_.mul(p_.derivative(contact.v_n, scene_.v[k]), collapse.open.acceleration[k]);
-    collapse.gap_acceleration = p_.add(collapse.gap_acceleration, p_.add(by_q, by_v));
-  }
+  collapse.rates = contact_rates(collapse.open, contact, scene_, p_);
   collapse.start = collapse.box = set_.box();
   collapse.delta = upper_bound(v_n, a.bits);
   map_collapse(collapse);

@@ -149,7 +149,8 @@ void CertificateChecker::strike(const std::vector<int>& candidates, const std::v
       continue;
     }
     resting.push_back(i);
-    slip_sign[i] = outcome.modes[k] == Mode::slip_plus ? 1 : outcome.modes[k] == Mode::slip_minus ? -1 : 0;
+    const Mode mode = outcome.modes[k];
+    slip_sign[i] = mode == Mode::slip_plus || mode == Mode::slip ? 1 : mode == Mode::slip_minus ? -1 : 0;
   }
   std::ranges::copy(outcome.velocity, x_.begin() + scene_.n);
   decisions_.decide_modes(x_, t_, resting, slip_sign, states_);

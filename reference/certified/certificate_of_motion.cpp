@@ -36,6 +36,7 @@ CertificateEvent event_of(const CertifiedEvent& event, int index, const Certifie
 
 Certificate certificate_of(const Problem& problem, const CertifiedMotion& motion, const Options& options) {
   if (motion.grade == Grade::open) throw InputError("no certificate: " + motion.reason);
+  if (!motion.no_certificate.empty()) throw InputError("no certificate: " + motion.no_certificate);
   if (motion.mean_value_form) throw InputError("no certificate: the motion was enclosed in mean value form");
   if (motion.steps.empty()) throw InputError("no certificate: the steps were not recorded");
   Certificate c;

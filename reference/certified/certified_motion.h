@@ -79,6 +79,7 @@ struct CertifiedMotion {
   CertifiedNumber end_time;              ///< [s]; where an open motion stopped
   std::vector<CertifiedEvent> events;    ///< in order; those before it stopped if open
   std::vector<CertifiedStep> steps;      ///< if Options::with_steps
+  std::string no_certificate;            ///< why certificates cannot describe it; empty if they can
   std::vector<std::string> final_state;  ///< balls of q and v at the end, as in `steps`
   long bits = 0;                         ///< of the last attempt
   int order = 0;                         ///< degree N of its Taylor polynomials

@@ -4,12 +4,15 @@
 
 #include <algorithm>
 
+#include "reference/certified/contact_law.h"
+
 namespace ricochet::reference::certified {
 
 void ContactStates::moved() {
   std::ranges::fill(vanishing_gap, 0);
   std::ranges::fill(vanishing_slip, 0);
   std::ranges::fill(gap_is_bounded_only, 0);
+  starting.clear();
 }
 
 Combinations::Combinations(std::vector<std::vector<Mode>> options)
@@ -78,7 +81,7 @@ Sign Decisions::check_modes(const std::vector<int>& candidates, const std::vecto
     if (std::ranges::count(candidates, event.contact) == 0) continue;
     int first = event.kind == EventKind::impact ? 2 : 0;  // f_c = v_n = 0
     if (event.kind == EventKind::slip_end) {
-      if (slip_sign[event.contact] != 0) continue;
+      if (slip_sign[event.contact] != 0 || motion.starts.count(event.contact) > 0) continue;
       if (p_.is_constant(event.node)) return Sign::negative;  // no slip is possible
       first = 1;
     }
@@ -94,7 +97,7 @@ void Decisions::check_alternative(const std::vector<Ball>& x, const Ball& t, con
   constexpr int kFirstOrder = 2, kLastOrder = 8;
   try {
     step_.load(x, t);
-    const ModeMotion motion = mode_motion(scene_, alternative.modes, p_);
+    const ModeMotion motion = mode_motion(scene_, alternative.modes, p_, alternative.starting);
     for (const auto& [contact, force] : motion.normal_force) {
       if (p_.is_zero(force) && scene_.contacts[contact].n_t() == 0) alternative.idle.push_back(contact);
     }
@@ -117,11 +120,51 @@ bool Decisions::has_same_motion(const ModeAlternative& open, const ModeAlternati
   return true;
 }
 
+/// Slip from rest of the candidates in space that exchange no momentum with others: their directions do not depend on
+/// the modes of those.
+std::map<int, SlipDirections> Decisions::slips_from_rest(const std::vector<Ball>& x, const Ball& t,
+                                                         const std::vector<int>& candidates,
+                                                         const std::vector<int>& slip_sign,
+                                                         const ContactStates& states) {
+  std::vector<int> all = candidates;
+  for (int j = 0; j < scene_.n_c(); ++j) {
+    if (states.modes[j] != Mode::open && std::ranges::count(candidates, j) == 0) all.push_back(j);
+  }
+  const std::vector<int> labels = momentum_groups(scene_, all, p_).of_contact;
+  std::map<int, SlipDirections> slips;
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    const int i = candidates[k];
+    const ContactFormulas& contact = scene_.contacts[i];
+    if (contact.n_t() < 2 || slip_sign[i] != 0 || std::ranges::count(labels, labels[k]) > 1) continue;
+    step_.load(x, t);
+    const ModeMotion open = mode_motion(scene_, std::vector<Mode>(scene_.n_c(), Mode::open), p_);
+    const std::vector<Node> rates = contact_rates(open, contact, scene_, p_);
+    const ContactLaw law = contact_law(scene_, i, p_);
+    ContactInSpace in_space;
+    in_space.mu = contact.mu;
+    for (int r = 0; r < 3; ++r) {
+      std::ranges::copy(law.G[r], in_space.G[r].begin());
+      in_space.r[r] = p_.value_of(rates[r]);
+    }
+    slips[i] = slip_directions(in_space, p_.precision());
+  }
+  return slips;
+}
+
 void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
                              const std::vector<int>& slip_sign, ContactStates& states) {
   if (candidates.empty()) return;
+  const auto slips = slips_from_rest(x, t, candidates, slip_sign, states);
   std::vector<std::vector<Mode>> options;
-  for (const int i : candidates) options.push_back(mode_options(i, slip_sign[i]));
+  for (const int i : candidates) {
+    options.push_back(mode_options(i, slip_sign[i]));
+    const auto slip = slips.find(i);
+    if (slip == slips.end()) continue;
+    const SlipDirections& directions = slip->second;
+    if (!directions.is_complete || directions.n_proven > 1 || (directions.n_proven == 1 && !directions.is_stable))
+      throw Undecided("undecided whether slip in space begins: " + scene_.contacts[i].name);
+    if (directions.n_proven == 1) options.back().push_back(Mode::slip);
+  }
   Combinations combination(std::move(options));
   ModeAlternative best;
   std::vector<ModeAlternative> undecided;
@@ -130,7 +173,11 @@ void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const st
     limit_.check();
     ModeAlternative next;
     next.modes = states.modes;
-    for (std::size_t k = 0; k < candidates.size(); ++k) next.modes[candidates[k]] = combination[k];
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+      next.modes[candidates[k]] = combination[k];
+      if (combination[k] == Mode::slip && slips.count(candidates[k]) > 0)
+        next.starting[candidates[k]] = slips.at(candidates[k]).slip;
+    }
     next.name = names(candidates, combination);
     check_alternative(x, t, candidates, slip_sign, next);
     if (next.sign == Sign::unknown) undecided.push_back(next);
@@ -146,12 +193,13 @@ void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const st
     }
   }
   verdict.require_one("modes");
+  states.starting = best.starting;
   for (const int i : candidates) {
     const Mode mode = best.modes[i];
     states.modes[i] = mode;
     if (mode == Mode::open) states.vanishing_gap[i] = 2;
     if (slip_sign[i] == 0 && (mode == Mode::slip_plus || mode == Mode::slip_minus)) states.vanishing_slip[i] = 1;
-    if (mode == Mode::stick && scene_.contacts[i].n_t() == 2) sticking_in_space_.push_back(i);
+    if (mode == Mode::stick && scene_.contacts[i].n_t() == 2 && slips.count(i) == 0) sticking_in_space_.push_back(i);
   }
 }
 

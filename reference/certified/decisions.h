@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "reference/certified/friction_in_space.h"
 #include "reference/certified/taylor_step.h"
 
 /// @file
@@ -19,6 +20,7 @@ struct ContactStates {
   /// The gap is at least what remains without its first coefficient, as after impacts within one time ball. No root may
   /// be looked for in this step.
   std::vector<char> gap_is_bounded_only;
+  std::map<int, std::array<Ball, 2>> starting;  ///< contacts in space whose slip begins, with dv_t/dt
 
   explicit ContactStates(int n_c)
       : modes(n_c, Mode::open), vanishing_gap(n_c), vanishing_slip(n_c), gap_is_bounded_only(n_c) {}
@@ -73,6 +75,7 @@ class Decisions {
   ///     open: d2/dt2 gap > 0;   closed: lambda_n > 0;   stick: lambda_n > 0, |lambda_t| < mu lambda_n              (1)
   ///     slip+-: lambda_n > 0, and d/dt v_t > 0 or < 0 where v_t = 0
   ///
+  /// In space, slip_directions() decides slip from rest of a contact that exchanges no momentum with others.
   /// Where a left-hand side is exactly zero, its first derivative that is not decides. A combination whose forces are
   /// zero by their formulas has the motion of the one in which these contacts are open; they are one alternative.
   ///
@@ -90,7 +93,8 @@ class Decisions {
   ImpactOutcome decide_impact(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
                               const std::vector<char>& closed);
 
-  /// Of sticking contacts in space, slip in any direction is not refuted: contacts for which this was used.
+  /// Of sticking contacts in space that are coupled with others, slip in any direction is not refuted: contacts for
+  /// which this was used.
   const std::vector<int>& sticking_in_space() const { return sticking_in_space_; }
 
  private:
@@ -101,6 +105,7 @@ class Decisions {
   struct ModeAlternative {
     Sign sign = Sign::unknown;
     std::vector<Mode> modes;
+    std::map<int, std::array<Ball, 2>> starting;
     std::vector<int> idle;
     std::string name;
   };
@@ -108,6 +113,9 @@ class Decisions {
                          const std::vector<int>& slip_sign, ModeAlternative& alternative);
   static bool has_same_motion(const ModeAlternative& open, const ModeAlternative& proven);
   std::string names(const std::vector<int>& candidates, const Combinations& combination) const;
+  std::map<int, SlipDirections> slips_from_rest(const std::vector<Ball>& x, const Ball& t,
+                                                const std::vector<int>& candidates, const std::vector<int>& slip_sign,
+                                                const ContactStates& states);
 
   const SceneFormulas& scene_;
   SeriesProgram& p_;

@@ -11,8 +11,7 @@ namespace ricochet::reference::certified {
 void HybridMotion::handle(const EventFunction& event) {
   switch (event.kind) {
     case EventKind::impact:
-      handle_impact(event.contact);
-      pass_accumulation(event.contact);
+      pass_accumulation(event.contact, handle_impact(event.contact));
       break;
     case EventKind::detach:
       handle_detach(event.contact);
@@ -41,7 +40,8 @@ std::vector<int> HybridMotion::coupled_with(int contact) const {
   return coupled;
 }
 
-void HybridMotion::handle_impact(int i) {
+/// @returns the mode of the contact in the impact
+Mode HybridMotion::handle_impact(int i) {
   last_impact_ = i;
   taylor_.load(set_.box(), t_);
   if (p_.value_of(scene_.contacts[i].v_n).sign() != Sign::negative)
@@ -49,11 +49,11 @@ void HybridMotion::handle_impact(int i) {
   const std::vector<int> candidates = coupled_with(i);
   std::vector<char> closed(scene_.n_c(), 0);
   for (const int j : candidates) closed[j] = j != i;
-  strike(candidates, closed, scene_.contacts[i].name);
+  return strike(candidates, closed, scene_.contacts[i].name);
 }
 
-/// The impact of the candidates, and the modes of those that stay closed.
-void HybridMotion::strike(const std::vector<int>& candidates, const std::vector<char>& closed,
+/// The impact of the candidates, and the modes of those that stay closed. @returns the first one's mode in the impact
+Mode HybridMotion::strike(const std::vector<int>& candidates, const std::vector<char>& closed,
                           const std::string& contact) {
   const ImpactOutcome outcome = decisions_.decide_impact(set_.box(), t_, candidates, closed);
   std::vector<int> resting, slip_sign(scene_.n_c(), 0);
@@ -67,13 +67,15 @@ void HybridMotion::strike(const std::vector<int>& candidates, const std::vector<
       continue;
     }
     resting.push_back(i);
-    slip_sign[i] = outcome.modes[k] == Mode::slip_plus ? 1 : outcome.modes[k] == Mode::slip_minus ? -1 : 0;
+    const Mode mode = outcome.modes[k];
+    slip_sign[i] = mode == Mode::slip_plus || mode == Mode::slip ? 1 : mode == Mode::slip_minus ? -1 : 0;
   }
   std::vector<Ball> x = set_.box();
   std::ranges::copy(outcome.velocity, x.begin() + scene_.n);
   set_.set_box(std::move(x));
   decisions_.decide_modes(set_.box(), t_, resting, slip_sign, states_);
   record("impact", contact, outcome.Lambda_n);
+  return outcome.modes.front();
 }
 
 void HybridMotion::handle_detach(int i) {

@@ -113,7 +113,8 @@ void HybridMotion::begin() {
 
 void HybridMotion::begin_motion() {
   taylor_.load(set_.box(), t_);
-  motion_ = mode_motion(scene_, states_.modes, p_);
+  motion_ = mode_motion(scene_, states_.modes, p_, states_.starting);
+  if (!states_.starting.empty()) result_.no_certificate = "slip in space begins from rest";
   set_.begin(motion_);
   for (const int i : decisions_.sticking_in_space()) {
     const std::string text = fmt::format("{} sticks; slip in space from rest is not refuted", scene_.contacts[i].name);
@@ -147,6 +148,9 @@ void HybridMotion::run_to_end() {
         throw Undecided(fmt::format("the enclosure is too wide at t = {}", short_text(t_)));
     }
     leave_room();
+    for (int i = 0; i < scene_.n_c(); ++i) {
+      if (states_.modes[i] == Mode::slip) pass_slip_end(i);
+    }
     const Step step = find_step();
     is_last = step.is_last;
     ++result_.n_steps;
@@ -155,14 +159,16 @@ void HybridMotion::run_to_end() {
       handle_decoupled_impacts(step);
       continue;
     }
+    const bool has_started_slip = !states_.starting.empty();
     advance(step);
+    if (has_started_slip && step.reached.empty()) begin_motion();
     if (!step.reached.empty()) handle(EventFunction(motion_.events[step.reached.front()]));
   }
   leave_room();
 }
 
-/// In a certificate every set is wider than the result of the step before, so that a checker that rounds in another way,
-/// or bounds remainders in another way, finds its own result inside.
+/// In a certificate every set is wider than the result of the step before, so that a checker that rounds in another
+/// way, or bounds remainders in another way, finds its own result inside.
 void HybridMotion::leave_room() {
   if (!options_.with_steps || set_.mean_value_form()) return;
   constexpr slong kShare = 20;

@@ -50,19 +50,27 @@ class HybridMotion {
   std::string name_of_event(const EventFunction& event) const;
 
   void handle(const EventFunction& event);
-  void handle_impact(int contact);
+  Mode handle_impact(int contact);
   void handle_cone(const EventFunction& event);
   void handle_detach(int contact);
   void handle_slip_end(int contact);
-  void strike(const std::vector<int>& candidates, const std::vector<char>& closed, const std::string& contact);
+  Mode strike(const std::vector<int>& candidates, const std::vector<char>& closed, const std::string& contact);
   std::vector<int> coupled_with(int contact) const;
   void record(const std::string& kind, const std::string& contact, const std::vector<Ball>& Lambda_n = {});
 
   // accumulation.cpp
   bool may_collapse(int contact) const;
-  bool pass_accumulation(int contact);
+  bool pass_accumulation(int contact, Mode last);
   struct Collapse;
+  Mode mode_of_collapse(int contact, Mode last);
   void map_collapse(Collapse& collapse);
+  std::vector<Ball> jumps_of_slip(const Collapse& collapse);
+  std::vector<Ball> jumps_of_sticking(const Collapse& collapse);
+
+  // slip_end_in_space.cpp
+  struct LastSlip;
+  bool pass_slip_end(int contact);
+  void map_last_slip(LastSlip& last);
 
   // simultaneous_impacts.cpp
   bool are_decoupled_impacts(const Step& step) const;

@@ -1,44 +1,22 @@
-#include <arb_mat.h>
-
+#include <algorithm>
 #include <array>
 #include <optional>
 
+#include "reference/certified/ball_matrix.h"
 #include "reference/certified/decisions.h"
+#include "reference/certified/friction_in_space.h"
 
 namespace ricochet::reference::certified {
 namespace {
 
-/// Solves A X = B. @returns nothing if A may be singular
-std::optional<std::vector<std::vector<Ball>>> solve(const std::vector<std::vector<Ball>>& A,
-                                                    const std::vector<std::vector<Ball>>& B, slong bits) {
-  const auto n = static_cast<slong>(A.size()), m = static_cast<slong>(B.front().size());
-  arb_mat_t a, b, x;
-  arb_mat_init(a, n, n);
-  arb_mat_init(b, n, m);
-  arb_mat_init(x, n, m);
-  for (slong i = 0; i < n; ++i) {
-    for (slong k = 0; k < n; ++k) arb_set(arb_mat_entry(a, i, k), A[i][k].get());
-    for (slong k = 0; k < m; ++k) arb_set(arb_mat_entry(b, i, k), B[i][k].get());
-  }
-  std::optional<std::vector<std::vector<Ball>>> result;
-  if (arb_mat_solve(x, a, b, bits)) {
-    result.emplace(n);
-    for (slong i = 0; i < n; ++i) {
-      for (slong k = 0; k < m; ++k) (*result)[i].emplace_back(arb_mat_entry(x, i, k));
-    }
-  }
-  arb_mat_clear(a);
-  arb_mat_clear(b);
-  arb_mat_clear(x);
-  return result;
-}
-
 /// Contacts of an impact with their values at the state.
 struct Strike {
   int contact;
-  bool is_closed;  ///< before the impact, with w- = 0
-  Ball w, v_t;     ///< w- and v_t-
-  std::vector<Ball> J_n, J_t;
+  bool is_closed;         ///< before the impact, with w- = 0
+  Ball w;                 ///< w-
+  std::vector<Ball> v_t;  ///< v_t-, n_t
+  std::vector<Ball> J_n;
+  BallMatrix J_t;  ///< n_t rows
 };
 
 /// Unknown impulse of the linear system.
@@ -47,38 +25,50 @@ struct Impulse {
   bool is_tangential;
 };
 
-/// One combination of an impact, M v+ - sum c Lambda = M v-, J' v+ given.
+/// One combination of an impact, M v+ - sum c Lambda = M v-, J' v+ given. The impulse of a contact in space is a
+/// parameter of the solution, which Coulomb's law decides then.
 class ImpactSystem {
  public:
-  ImpactSystem(const SceneFormulas& scene, const Precision& a, const std::vector<std::vector<Ball>>& M,
-               const std::vector<Ball>& v, const std::vector<Strike>& strikes, const Combinations& modes)
+  ImpactSystem(const SceneFormulas& scene, const Precision& a, const BallMatrix& M, const std::vector<Ball>& v,
+               const std::vector<Strike>& strikes, const Combinations& modes)
       : scene_(scene), a_(a), v_(v), strikes_(strikes), modes_(modes) {
     const std::size_t n = v.size();
     for (std::size_t k = 0; k < strikes.size(); ++k) {
-      if (modes[k] == Mode::open) continue;
+      if (strikes[k].J_t.size() == 2) in_space_ = k;
+      if (modes[k] == Mode::open || in_space_ == k) continue;
       impulses_.push_back({k, false});
       if (modes[k] == Mode::stick) impulses_.push_back({k, true});
     }
     const std::size_t size = n + impulses_.size();
     A_.assign(size, std::vector<Ball>(size));
-    B_.assign(size, std::vector<Ball>(1));
+    B_.assign(size, std::vector<Ball>(in_space_ ? 4 : 1));
     for (std::size_t r = 0; r < n; ++r) {
       for (std::size_t c = 0; c < n; ++c) {
         A_[r][c] = M[r][c];
         B_[r][0] = a.add(B_[r][0], a.mul(M[r][c], v[c]));
       }
+      for (int j = 0; in_space_ && j < 3; ++j) B_[r][1 + j] = row_in_space(j)[r];
     }
     for (std::size_t j = 0; j < impulses_.size(); ++j) add(j);
   }
 
   /// Whether inequalities (2) hold. @param outcome  velocities and impulses, if the system is regular
   Sign check(ImpactOutcome& outcome) const {
-    const auto solution = solve(A_, B_, a_.bits);
-    if (!solution) return check_redundant();
+    auto solution = solve(A_, B_, a_.bits);
+    if (!solution) return in_space_ ? Sign::unknown : check_redundant();
     const std::size_t n = v_.size();
+    std::array<Ball, 3> force;
+    if (in_space_ && modes_[*in_space_] != Mode::open) {
+      const Sign sign = decide_force(*solution, force);
+      if (sign != Sign::positive) return sign;
+      for (auto& row : *solution) {
+        for (int j = 0; j < 3; ++j) row[0] = a_.add(row[0], a_.mul(row[1 + j], force[j]));
+      }
+    }
     outcome.velocity.clear();
     for (std::size_t r = 0; r < n; ++r) outcome.velocity.push_back((*solution)[r][0]);
     outcome.Lambda_n.assign(static_cast<std::size_t>(scene_.n_c()), Ball());
+    if (in_space_) outcome.Lambda_n[strikes_[*in_space_].contact] = force[0];
     std::vector<Ball> Lambda_t(strikes_.size());
     for (std::size_t j = 0; j < impulses_.size(); ++j) {
       const Ball& impulse = (*solution)[n + j][0];
@@ -93,17 +83,49 @@ class ImpactSystem {
  private:
   const ContactFormulas& contact(std::size_t k) const { return scene_.contacts[strikes_[k].contact]; }
 
+  /// J_n or J_t of the contact in space.
+  const std::vector<Ball>& row_in_space(int j) const {
+    const Strike& s = strikes_[*in_space_];
+    return j == 0 ? s.J_n : s.J_t[j - 1];
+  }
+
+  /// Stick or slip of the contact in space, from the velocities without its impulse and with unit impulses.
+  Sign decide_force(const BallMatrix& solution, std::array<Ball, 3>& force) const {
+    const Strike& s = strikes_[*in_space_];
+    ContactInSpace law;
+    law.mu = contact(*in_space_).mu;
+    law.r = {s.w, s.v_t[0], s.v_t[1]};
+    if (!s.is_closed) law.r[0] = a_.add(s.w, a_.mul(contact(*in_space_).eps_r, s.w));
+    for (int i = 0; i < 3; ++i) {
+      for (std::size_t r = 0; r < v_.size(); ++r) {
+        const Ball& along = row_in_space(i)[r];
+        law.r[i] = a_.add(law.r[i], a_.mul(along, a_.sub(solution[r][0], v_[r])));
+        for (int j = 0; j < 3; ++j) law.G[i][j] = a_.add(law.G[i][j], a_.mul(along, solution[r][1 + j]));
+      }
+    }
+    if (modes_[*in_space_] == Mode::stick) {
+      const auto sticking = sticking_force(law, a_);
+      if (!sticking) return Sign::unknown;
+      force = *sticking;
+      return is_inside_cone(force, law.mu, a_);
+    }
+    const SlipDirections directions = slip_directions(law, a_);
+    if (!directions.is_complete || directions.n_proven > 1) return Sign::unknown;
+    force = directions.force;
+    return directions.n_proven == 1 ? Sign::positive : Sign::negative;
+  }
+
   void add(std::size_t j) {
     const std::size_t n = v_.size(), k = impulses_[j].strike;
     const Strike& s = strikes_[k];
     const bool tangential = impulses_[j].is_tangential;
-    const std::vector<Ball>& row = tangential ? s.J_t : s.J_n;
-    Ball rate = tangential ? s.v_t : s.w;  // w - J' v is the part that does not depend on v
+    const std::vector<Ball>& row = tangential ? s.J_t[0] : s.J_n;
+    Ball rate = tangential ? s.v_t[0] : s.w;  // w - J' v is the part that does not depend on v
     for (std::size_t r = 0; r < n; ++r) {
       A_[n + j][r] = row[r];
       Ball column = row[r];
-      if (!tangential && modes_[k] == Mode::slip_plus) column = a_.sub(column, a_.mul(contact(k).mu, s.J_t[r]));
-      if (!tangential && modes_[k] == Mode::slip_minus) column = a_.add(column, a_.mul(contact(k).mu, s.J_t[r]));
+      if (!tangential && modes_[k] == Mode::slip_plus) column = a_.sub(column, a_.mul(contact(k).mu, s.J_t[0][r]));
+      if (!tangential && modes_[k] == Mode::slip_minus) column = a_.add(column, a_.mul(contact(k).mu, s.J_t[0][r]));
       A_[r][n + j] = -column;
       rate = a_.sub(rate, a_.mul(row[r], v_[r]));
     }
@@ -119,7 +141,7 @@ class ImpactSystem {
     for (std::size_t r = 0; r < v_.size(); ++r) {
       const Ball jump = a_.sub(outcome.velocity[r], v_[r]);
       change_n = a_.add(change_n, a_.mul(s.J_n[r], jump));
-      if (!s.J_t.empty()) change_t = a_.add(change_t, a_.mul(s.J_t[r], jump));
+      if (s.J_t.size() == 1) change_t = a_.add(change_t, a_.mul(s.J_t[0][r], jump));
     }
     if (modes_[k] == Mode::open) {
       const Ball before = s.is_closed ? Ball() : s.w;
@@ -127,7 +149,8 @@ class ImpactSystem {
       return;
     }
     if (!c.is_bilateral) signs.push_back(Lambda_n.sign());
-    const Ball v_t = a_.add(s.v_t, change_t);
+    if (s.J_t.size() != 1) return;
+    const Ball v_t = a_.add(s.v_t[0], change_t);
     if (modes_[k] == Mode::slip_plus) signs.push_back(v_t.sign());
     if (modes_[k] == Mode::slip_minus) signs.push_back((-v_t).sign());
     if (modes_[k] != Mode::stick) return;
@@ -145,7 +168,7 @@ class ImpactSystem {
       if (impulses_[j].is_tangential) left_out = j;
     }
     if (left_out == impulses_.size()) return Sign::unknown;
-    std::vector<std::vector<Ball>> A, B;
+    BallMatrix A, B;
     for (std::size_t r = 0; r < A_.size(); ++r) {
       if (r == n + left_out) continue;
       A.emplace_back();
@@ -180,37 +203,59 @@ class ImpactSystem {
   const std::vector<Ball>& v_;
   const std::vector<Strike>& strikes_;
   const Combinations& modes_;
+  std::optional<std::size_t> in_space_;  ///< strike with two tangents
   std::vector<Impulse> impulses_;
-  std::vector<std::vector<Ball>> A_, B_;
+  BallMatrix A_, B_;
 };
+
+/// Modes that a contact may have in an impact.
+std::vector<Mode> impact_options(const ContactFormulas& contact) {
+  std::vector<Mode> options;
+  if (!contact.is_bilateral) options.push_back(Mode::open);
+  if (contact.n_t() == 0) options.push_back(Mode::closed);
+  if (contact.n_t() > 0) options.push_back(Mode::stick);
+  if (contact.n_t() == 1) options.insert(options.end(), {Mode::slip_plus, Mode::slip_minus});
+  if (contact.n_t() == 2) options.push_back(Mode::slip);
+  return options;
+}
+
+/// @throws Unsupported for more than one contact in space
+void require_one_in_space(const SceneFormulas& scene, const std::vector<int>& candidates) {
+  int n_in_space = 0;
+  for (const int i : candidates) {
+    const ContactFormulas& contact = scene.contacts[i];
+    if (contact.n_t() < 2) continue;
+    if (contact.is_bilateral) throw Unsupported("impact of a joint with friction in space: " + contact.name);
+    if (++n_in_space > 1)
+      throw Unsupported("impact of several coupled contacts with friction in space, one of them " + contact.name);
+  }
+}
 
 }  // namespace
 
 ImpactOutcome Decisions::decide_impact(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
                                        const std::vector<char>& closed) {
+  require_one_in_space(scene_, candidates);
   step_.load(x, t);
   const auto values = [&](const std::vector<Node>& nodes) {
     std::vector<Ball> list;
     for (const Node node : nodes) list.push_back(p_.value_of(node));
     return list;
   };
-  std::vector<std::vector<Ball>> M;
-  for (const auto& row : scene_.M) M.push_back(values(row));
+  const auto rows = [&](const std::vector<std::vector<Node>>& nodes) {
+    BallMatrix matrix;
+    for (const auto& row : nodes) matrix.push_back(values(row));
+    return matrix;
+  };
+  const BallMatrix M = rows(scene_.M);
   const std::vector<Ball> v(x.begin() + scene_.n, x.end());
   std::vector<Strike> strikes;
   std::vector<std::vector<Mode>> options;
   for (const int i : candidates) {
     const ContactFormulas& contact = scene_.contacts[i];
-    if (contact.n_t() == 2) throw Unsupported("impact with friction in space of " + contact.name);
-    const bool planar = contact.n_t() == 1;
-    strikes.push_back({i, closed[i] != 0, p_.value_of(contact.v_n), planar ? p_.value_of(contact.v_t[0]) : Ball(),
-                       values(contact.J_n), planar ? values(contact.J_t[0]) : std::vector<Ball>()});
-    options.emplace_back();
-    if (!contact.is_bilateral) options.back().push_back(Mode::open);
-    if (planar)
-      options.back().insert(options.back().end(), {Mode::stick, Mode::slip_plus, Mode::slip_minus});
-    else
-      options.back().push_back(Mode::closed);
+    strikes.push_back(
+        {i, closed[i] != 0, p_.value_of(contact.v_n), values(contact.v_t), values(contact.J_n), rows(contact.J_t)});
+    options.push_back(impact_options(contact));
   }
   Combinations combination(std::move(options));
   Verdict verdict;

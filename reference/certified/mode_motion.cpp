@@ -26,6 +26,12 @@ class ModeEquations {
   ModeEquations(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program)
       : scene_(scene), modes_(modes), p_(program) {}
 
+  void start_slip(int contact, const std::array<Ball, 2>& first) {
+    SlipStart start{{p_.state(), p_.state()}, {}, first};
+    for (int d = 0; d < 2; ++d) p_.set(start.w[d], 0, first[d].get());
+    motion_.starts[contact] = start;
+  }
+
   ModeMotion derive() {
     for (int i = 0; i < scene_.n_c(); ++i) {
       if (modes_[i] != Mode::open) add_normal(i);
@@ -42,6 +48,12 @@ class ModeEquations {
         motion_.normal_force[contact] = force;
       else
         motion_.friction[contact].push_back(force);
+    }
+    for (auto& [contact, start] : motion_.starts) {
+      for (int d = 0; d < 2; ++d) {
+        const ContactFormulas& formulas = scene_.contacts[contact];
+        start.rate[d] = p_.add(bias(formulas.v_t[d]), p_.dot(formulas.J_t[d], motion_.acceleration));
+      }
     }
     for (int i = 0; i < scene_.n_c(); ++i) add_events(i);
     collect_schedule();
@@ -65,10 +77,18 @@ class ModeEquations {
       if (modes_[i] == Mode::slip_plus) column[r] = p_.sub(column[r], along(0));
       if (modes_[i] == Mode::slip_minus) column[r] = p_.add(column[r], along(0));
       if (modes_[i] != Mode::slip) continue;
-      const Node speed = p_.sqrt(p_.dot(contact.v_t, contact.v_t));
-      for (int d = 0; d < 2; ++d) column[r] = p_.sub(column[r], p_.mul(p_.div(contact.v_t[d], speed), along(d)));
+      const std::vector<Node> slip = slip_of(i);
+      const Node speed = p_.sqrt(p_.dot(slip, slip));
+      for (int d = 0; d < 2; ++d) column[r] = p_.sub(column[r], p_.mul(p_.div(slip[d], speed), along(d)));
     }
     add_unknown({i, -1}, column, contact.J_n, contact.v_n);
+  }
+
+  /// v_t, or w where slip begins.
+  std::vector<Node> slip_of(int i) const {
+    const auto start = motion_.starts.find(i);
+    if (start == motion_.starts.end()) return scene_.contacts[i].v_t;
+    return {start->second.w[0], start->second.w[1]};
   }
 
   void add_friction(int i) {
@@ -139,7 +159,7 @@ class ModeEquations {
     if (!contact.is_bilateral && !p_.is_zero(force)) events.push_back({force, EventKind::detach, i});
     if (modes_[i] == Mode::slip_plus) events.push_back({contact.v_t[0], EventKind::slip_end, i});
     if (modes_[i] == Mode::slip_minus) events.push_back({p_.neg(contact.v_t[0]), EventKind::slip_end, i});
-    if (modes_[i] == Mode::slip) events.push_back({p_.dot(contact.v_t, contact.v_t), EventKind::slip_end, i});
+    if (modes_[i] == Mode::slip) events.push_back({p_.dot(slip_of(i), slip_of(i)), EventKind::slip_end, i});
     if (modes_[i] != Mode::stick) return;
     const Node bound = p_.mul(p_.constant(contact.mu), force);
     const auto& friction = motion_.friction[i];
@@ -160,6 +180,10 @@ class ModeEquations {
     append(scene_.v);
     outputs.push_back(scene_.clock);
     for (const auto& event : motion_.events) outputs.push_back(event.node);
+    for (const auto& [contact, start] : motion_.starts) {
+      append({start.w.begin(), start.w.end()});
+      append({start.rate.begin(), start.rate.end()});
+    }
     for (const auto& contact : scene_.contacts) {
       outputs.push_back(contact.gap);
       append(contact.v_t);
@@ -178,8 +202,11 @@ class ModeEquations {
 
 }  // namespace
 
-ModeMotion mode_motion(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program) {
-  return ModeEquations(scene, modes, program).derive();
+ModeMotion mode_motion(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program,
+                       const std::map<int, std::array<Ball, 2>>& starting) {
+  ModeEquations equations(scene, modes, program);
+  for (const auto& [contact, first] : starting) equations.start_slip(contact, first);
+  return equations.derive();
 }
 
 MomentumGroups momentum_groups(const SceneFormulas& scene, const std::vector<int>& contacts,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <map>
 #include <string>
 #include <vector>
@@ -41,6 +42,13 @@ struct EventFunction {
   int side = 1;  ///< cone: sign of lambda_t
 };
 
+/// Slip in space that begins from rest, v_t = t w(t). Its direction is w / |w|, also at the beginning.
+struct SlipStart {
+  std::array<Node, 2> w;      ///< variables
+  std::array<Node, 2> rate;   ///< dv_t/dt
+  std::array<Ball, 2> first;  ///< w(0) = dv_t/dt at the beginning
+};
+
 /// The smooth motion while the modes do not change. The forces follow from the equations of index 1
 ///
 ///     M a - sum_j c_j lambda_j = f                                                                              (1)
@@ -53,12 +61,15 @@ struct ModeMotion {
   std::map<int, Node> normal_force;           ///< of contacts that are closed [N]
   std::map<int, std::vector<Node>> friction;  ///< of contacts that stick, n_t each [N]
   std::vector<EventFunction> events;          ///< all must stay positive
+  std::map<int, SlipStart> starts;            ///< of contacts in space whose slip begins
   std::vector<Node> schedule;                 ///< everything above, with q, v, gaps and slip velocities
 };
 
 /// Derives the motion of the `modes`. Pivots are chosen by the current values of the program.
+/// @param starting  dv_t/dt of contacts in space whose slip begins
 /// @throws Undecided if the equations may be singular, as of redundant contacts
-ModeMotion mode_motion(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program);
+ModeMotion mode_motion(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program,
+                       const std::map<int, std::array<Ball, 2>>& starting = {});
 
 /// Sets between which no momentum passes through M and the contacts of a list. Labels are coordinates.
 struct MomentumGroups {

@@ -97,19 +97,20 @@ void MovingSet::reset() {
 }
 
 void MovingSet::begin(const ModeMotion& motion) {
-  if (form_) variation_ = variation_of(motion, scene_, phi_, p_);
+  varies_ = form_ && motion.starts.empty();
+  if (varies_) variation_ = variation_of(motion, scene_, phi_, p_);
 }
 
 void MovingSet::expand(const ModeMotion& motion, const Ball& t) {
   step_.load(box_, t);
-  if (form_)
+  if (varies_)
     step_.expand(motion, variation_, Q_);
   else
     step_.expand(motion, p_.precision().order);
 }
 
 bool MovingSet::validate(const ModeMotion& motion, double h) {
-  return step_.validate(motion, h) && (!form_ || step_.validate(variation_, h));
+  return step_.validate(motion, h) && (!varies_ || step_.validate(variation_, h));
 }
 
 void MovingSet::advance(const ModeMotion& motion, const Ball& t, double h, const Ball& tau, bool at_event) {
@@ -118,8 +119,8 @@ void MovingSet::advance(const ModeMotion& motion, const Ball& t, double h, const
   const auto state = [&](std::size_t i) { return i < n ? scene_.q[i] : scene_.v[i - n]; };
   std::vector<Ball> image(m);
   for (std::size_t i = 0; i < m; ++i) image[i] = step_.at(state(i), h, tau, bits);
-  if (!form_) {
-    box_ = std::move(image);
+  if (!varies_) {
+    set_box(std::move(image));
     return;
   }
   BallMatrix B(m, std::vector<Ball>(m));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "reference/certified/ball_matrix.h"
 #include "reference/certified/taylor_step.h"
 
 /// @file
@@ -32,7 +33,6 @@ class MovingSet {
   void advance(const ModeMotion& motion, const Ball& t, double h, const Ball& tau, bool at_event);
 
  private:
-  using BallMatrix = std::vector<std::vector<Ball>>;
   void reset();
   void turn(const BallMatrix& B, const std::vector<Ball>& image);
 
@@ -40,6 +40,7 @@ class MovingSet {
   SeriesProgram& p_;
   TaylorStep& step_;
   bool form_;
+  bool varies_ = false;  ///< this motion has a variational equation; the start of slip in space has none
   std::vector<Ball> box_, center_, r_;
   BallMatrix Q_;
   std::vector<std::vector<Node>> phi_;

@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "reference/certified/ball_matrix.h"
 #include "reference/certified/first_root.h"
 #include "reference/certified/mode_motion.h"
 
@@ -43,6 +44,13 @@ struct Variation {
 /// into itself if h (|c_N| h^N / (N+1) + rho_a / (N+2)) <= rho, where c_N and rho_a are those of v or a. By Schauder's
 /// theorem it contains a solution, which is the only one because all formulas are smooth there. The contraction is
 /// h L / (N+2), not h L, so that h is nearly the step of a method without proof.
+///
+/// Where slip in space begins, v_t = t w(t), the variables w have the rates a_t = dv_t/dt(q, v, w):
+///
+///     w(t) = 1/t int_0^t a_t,    (k+1) w_k = a_t,k = g_k + K w_k for k >= 1,   K = da_t/dw at t = 0              (2)
+///
+/// g_k is known from lower orders, so that w_k follows from two linear equations. The operator maps the bounds rho of w
+/// to those of a_t, divided by N+2.
 class TaylorStep {
  public:
   TaylorStep(const SceneFormulas& scene, SeriesProgram& program, const TimeLimit& limit)
@@ -78,7 +86,9 @@ class TaylorStep {
   Rates rates(const ModeMotion& motion) const;
   Rates rates(const Variation& variation) const;
   void integrate(const Rates& rates, int k, slong bits);
-  bool contract(const std::vector<Node>& schedule, const Rates& rates, double h, int most_iterations);
+  bool contract(const std::vector<Node>& schedule, const Rates& rates, double h, int most_iterations,
+                const Rates& starts = {});
+  void start_slip(const ModeMotion& motion, const SlipStart& start, int k, BallMatrix& K);
 
   const SceneFormulas& scene_;
   SeriesProgram& p_;
