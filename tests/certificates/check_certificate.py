@@ -205,6 +205,7 @@ class Checker:
         """Newton's and Coulomb's law: one combination of modes holds strictly, every other regular one is violated."""
         s, contacts, proven = self.s, self.coupled(i), []
         require(self.values([s.contacts[i]["v_n"]], x, t)[0] < 0, "the normal velocity before an impact")
+        require(all(len(s.contacts[j]["Jt"]) < 2 for j in contacts), "not covered: an impact with friction in space")
         options = [([] if c["both"] else ["open"]) + (["stick", "slip+", "slip-"] if c["Jt"] else ["closed"])
                    for c in (s.contacts[j] for j in contacts)]
         for modes in itertools.product(*options):

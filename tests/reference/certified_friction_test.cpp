@@ -233,6 +233,39 @@ TEST(FrictionInSpace, SlipThatBeginsHasItsClosedForm) {
   EXPECT_NEAR(std::stod(motion.v[1].text), 0.5625, 1e-16);
 }
 
+/// Runs with other bits, orders and steps enclose the same numbers: a mass whose slip turns until it stops, and a ball
+/// that slips, bounces and sticks.
+TEST(FrictionInSpace, PrecisionsAgree) {
+  const char* const spring = R"({"q0": ["-0.0246", "-0.2743", "0"], "v0": ["0.7892", "1.5837", "0"], "T": "2",
+      "M": [["0.779", "0", "0"], ["0", "0.779", "0"], ["0", "0", "0.779"]],
+      "f": ["-32.303*q[0]", "-32.303*q[1]", "-0.779*9.81"],
+      "contacts": [{"name": "g", "gap": "q[2]", "mu": "0.432", "Jt": [["1", "0", "0"], ["0", "1", "0"]]}]})";
+  for (const auto& problem : {read_scene_text(spring, "spring"), make_problem("ball_3d", {{"duration", 0.8}})}) {
+    const auto exact = certified_motion(*problem);
+    ASSERT_EQ(exact.grade, Grade::proven) << exact.reason;
+    const auto overlaps = [](const CertifiedNumber& a, const CertifiedNumber& b) {
+      Ball x, y;
+      arb_set_str(x.get(), a.text.c_str(), 400);
+      arb_set_str(y.get(), b.text.c_str(), 400);
+      return Magnitude(kPrecision.sub(x, y)).upper() <= 1.0001 * (a.radius + b.radius);
+    };
+    for (const double order_per_bit : {0.25, 0.45}) {
+      Options options;
+      options.digits = 12;
+      options.order_per_bit = order_per_bit;
+      const auto motion = certified_motion(*problem, options);
+      ASSERT_EQ(motion.grade, Grade::proven) << motion.reason;
+      ASSERT_EQ(motion.events.size(), exact.events.size());
+      for (std::size_t k = 0; k < exact.events.size(); ++k)
+        EXPECT_TRUE(overlaps(motion.events[k].time, exact.events[k].time)) << k;
+      for (std::size_t k = 0; k < exact.q.size(); ++k) {
+        EXPECT_TRUE(overlaps(motion.q[k], exact.q[k])) << motion.q[k].text << " " << exact.q[k].text;
+        EXPECT_TRUE(overlaps(motion.v[k], exact.v[k])) << motion.v[k].text << " " << exact.v[k].text;
+      }
+    }
+  }
+}
+
 /// Down the slope, in the direction 3/10 rad, with g (sin - mu cos) t; a block that sticks is proven to stick.
 TEST(FrictionInSpace, BlockOnRampSlipsOrSticks) {
   const auto slips = certified_motion(*make_problem("block_on_ramp_3d"));
