@@ -6,29 +6,15 @@
 #include <bit>
 #include <cmath>
 #include <map>
-#include <string_view>
 #include <tuple>
 #include <unordered_map>
 
+#include "problems/derivatives/canonical_order.h"
 #include "problems/derivatives/real_functions.h"
 #include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
-
-std::uint64_t mix(std::uint64_t seed, std::uint64_t value) {
-  // splitmix64 finaliser: spreads the structural hash so that a collision of different subexpressions is negligible
-  std::uint64_t z = seed ^ (value + 0x9e3779b97f4a7c15ULL + (seed << 6) + (seed >> 2));
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-  return z ^ (z >> 31);
-}
-
-std::uint64_t hash_text(std::string_view text) {
-  std::uint64_t h = 0xcbf29ce484222325ULL;
-  for (const char c : text) h = (h ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
-  return h;
-}
 
 double real_value(const GiNaC::numeric& number) {
   if (!number.is_real()) throw InputError("expression", "complex number", "only real numbers are allowed");
@@ -37,10 +23,8 @@ double real_value(const GiNaC::numeric& number) {
 
 }  // namespace
 
-/// Translates expressions into instructions. GiNaC orders operands by memory address and moves minus signs accordingly.
-/// Both are brought into a canonical form: every value is a magnitude with a separate sign, and operands are ordered by
-/// the hash of their structure up to that sign. A change of sign is exact, so the rounding of the program is the same
-/// in every run.
+/// Translates expressions into instructions. Every value is a magnitude with a separate sign, and operands are in
+/// canonical order, so the rounding of the program is the same in every run.
 class ProgramBuilder {
  public:
   ProgramBuilder(StraightLineProgram& program, const StraightLineProgram::InputGroups& inputs,
@@ -117,12 +101,6 @@ class ProgramBuilder {
     bool binary;
     Node left, right, third;
   };
-  /// Hash of an expression up to its sign, and the sign.
-  struct Shape {
-    std::uint64_t hash = 0;
-    bool negative = false;
-  };
-
   Value visit(const GiNaC::ex& expression) {
     const auto known = values_.find(expression);
     if (known != values_.end()) return known->second;
@@ -142,17 +120,17 @@ class ProgramBuilder {
       return {false, bound->second};
     }
     if (GiNaC::is_a<GiNaC::add>(e)) return sum(e);
-    if (GiNaC::is_a<GiNaC::mul>(e)) return product(sorted(e));
+    if (GiNaC::is_a<GiNaC::mul>(e)) return product(order_.sorted(e));
     if (GiNaC::is_a<GiNaC::power>(e)) return product({e});
     if (GiNaC::is_a<GiNaC::function>(e)) return {false, call(GiNaC::ex_to<GiNaC::function>(e))};
-    throw InputError("expression", print(e), "this kind of expression cannot be evaluated in doubles");
+    throw InputError("expression", printed(e), "this kind of expression cannot be evaluated in doubles");
   }
 
   /// The first term in canonical order is positive in the magnitude of the sum.
   Value sum(const GiNaC::ex& e) {
     Value total;
     bool is_first = true;
-    for (const auto& term : sorted(e)) {
+    for (const auto& term : order_.sorted(e)) {
       const Value value = visit(term);
       if (is_first) {
         total = value;
@@ -176,7 +154,7 @@ class ProgramBuilder {
     for (const auto& factor : factors) {
       if (GiNaC::is_a<GiNaC::power>(factor)) {
         const GiNaC::ex exponent = factor.op(1);
-        const bool inverse = shape(exponent).negative && !GiNaC::is_a<GiNaC::add>(exponent);
+        const bool inverse = order_.shape(exponent).negative && !GiNaC::is_a<GiNaC::add>(exponent);
         times(inverse ? bottom : top, raise(visit(factor.op(0)), inverse ? GiNaC::ex(-exponent) : exponent));
       } else if (GiNaC::is_a<GiNaC::numeric>(factor)) {
         const auto& rational = GiNaC::ex_to<GiNaC::numeric>(factor);
@@ -267,70 +245,18 @@ class ProgramBuilder {
     return -entry->second - 1;
   }
 
-  /// Operands of a sum or product in canonical order.
-  std::vector<GiNaC::ex> sorted(const GiNaC::ex& e) {
-    std::vector<GiNaC::ex> operands;
-    for (std::size_t i = 0; i < e.nops(); ++i) operands.push_back(e.op(i));
-    std::sort(operands.begin(), operands.end(),
-              [&](const auto& a, const auto& b) { return shape(a).hash < shape(b).hash; });
-    return operands;
-  }
-
-  Shape shape(const GiNaC::ex& e) {
-    const auto known = shapes_.find(e);
-    if (known != shapes_.end()) return known->second;
-    Shape result;
-    if (GiNaC::is_a<GiNaC::numeric>(e)) {
-      const auto& n = GiNaC::ex_to<GiNaC::numeric>(e);
-      result = {hash_text(print(GiNaC::abs(n))), n.is_negative()};
-    } else if (e.nops() == 0) {
-      result.hash = hash_text(lasting_name(e));
-    } else if (GiNaC::is_a<GiNaC::add>(e)) {
-      result.hash = hash_text("+");
-      const auto terms = sorted(e);
-      result.negative = shape(terms.front()).negative;
-      for (const auto& term : terms) {
-        result.hash = mix(result.hash, shape(term).hash + (shape(term).negative != result.negative));
-      }
-    } else if (GiNaC::is_a<GiNaC::mul>(e)) {
-      int n_factors = 0;
-      for (const auto& factor : sorted(e)) {
-        result.negative = result.negative != shape(factor).negative;
-        if (factor.is_equal(-1)) continue;  // -x has the shape of x
-        const std::uint64_t hash = shape(factor).hash;
-        result.hash = n_factors++ == 0 ? hash : mix(result.hash + hash_text("*"), hash);
-      }
-    } else {  // a power or a function: the sign of an argument belongs to the hash, unless the power is a whole number
-      result.hash = hash_text(GiNaC::is_a<GiNaC::function>(e) ? GiNaC::ex_to<GiNaC::function>(e).get_name() : "^");
-      const bool is_whole = GiNaC::is_a<GiNaC::power>(e) && e.op(1).info(GiNaC::info_flags::integer);
-      for (std::size_t i = 0; i < e.nops(); ++i) {
-        const bool drops_sign = is_whole && i == 0;
-        result.hash = mix(result.hash, shape(e.op(i)).hash + (!drops_sign && shape(e.op(i)).negative));
-      }
-      if (is_whole) result.negative = shape(e.op(0)).negative && e.op(1).info(GiNaC::info_flags::odd);
-    }
-    shapes_.emplace(e, result);
-    return result;
-  }
-
   /// GiNaC names a symbol without a name by a counter of the process; here its position in the inputs is used.
   std::string lasting_name(const GiNaC::ex& e) const {
-    const std::string name = print(e);
+    const std::string name = printed(e);
     const auto bound = symbols_.find(e);
     const bool is_nameless = bound != symbols_.end() && name.starts_with("symbol");
     return is_nameless ? "input " + std::to_string(bound->second.index) : name;
   }
 
-  static std::string print(const GiNaC::ex& e) {
-    std::ostringstream text;
-    text << e;
-    return text.str();
-  }
-
   StraightLineProgram& program_;
   std::map<GiNaC::ex, Node, GiNaC::ex_is_less> symbols_;
   std::map<GiNaC::ex, Value, GiNaC::ex_is_less> values_;
-  std::map<GiNaC::ex, Shape, GiNaC::ex_is_less> shapes_;
+  CanonicalOrder order_{[this](const GiNaC::ex& e) { return lasting_name(e); }};
   std::map<std::tuple<Op, Node, Node, Node>, Node> emitted_;
   std::unordered_map<std::uint64_t, std::int32_t> constant_indices_;
   std::vector<double> changing_;  // values of the constants that may change

@@ -5,6 +5,7 @@
 
 #include <map>
 
+#include "problems/derivatives/canonical_order.h"
 #include "problems/derivatives/symbolic_problem.h"
 
 namespace ricochet::reference::certified {
@@ -55,29 +56,43 @@ struct AngleRules : GiNaC::map_function {
   }
 };
 
-/// Translates formulas of GiNaC into nodes.
+/// Translates formulas of GiNaC into nodes: magnitudes with separate signs, in canonical order, so that nodes and their
+/// roundings are the same in every run.
 class Translator {
  public:
   explicit Translator(SeriesProgram& program) : program_(program) {}
 
-  void bind(const GiNaC::symbol& symbol, Node node) { nodes_[symbol] = node; }
+  void bind(const GiNaC::symbol& symbol, Node node) { values_[symbol] = {false, node}; }
 
   Node operator()(const ex& e) {
-    if (const auto known = nodes_.find(e); known != nodes_.end()) return known->second;
-    const Node node = translate(e);
-    nodes_.emplace(e, node);
-    return node;
+    const Value value = visit(e);
+    return value.negative ? program_.neg(value.magnitude) : value.magnitude;
   }
 
  private:
-  Node translate(const ex& e) {
-    if (GiNaC::is_a<numeric>(e)) return program_.constant(program_.precision().ball(GiNaC::ex_to<numeric>(e)));
-    if (e.is_equal(GiNaC::Pi)) return program_.constant(pi());
+  struct Value {
+    bool negative = false;
+    Node magnitude = -1;
+  };
+
+  Value visit(const ex& e) {
+    if (const auto known = values_.find(e); known != values_.end()) return known->second;
+    const Value value = translate(e);
+    values_.emplace(e, value);
+    return value;
+  }
+
+  Value translate(const ex& e) {
+    if (GiNaC::is_a<numeric>(e)) {
+      const auto& number = GiNaC::ex_to<numeric>(e);
+      return {number.is_negative(), program_.constant(program_.precision().ball(GiNaC::abs(number)))};
+    }
+    if (e.is_equal(GiNaC::Pi)) return {false, program_.constant(pi())};
     if (GiNaC::is_a<GiNaC::add>(e)) return sum(e);
-    if (GiNaC::is_a<GiNaC::mul>(e)) return product(e);
-    if (GiNaC::is_a<GiNaC::power>(e)) return power(e.op(0), e.op(1));
-    if (GiNaC::is_a<GiNaC::function>(e)) return call(GiNaC::ex_to<GiNaC::function>(e));
-    throw Unsupported(fmt::format("a formula contains {}, which has no value", print(e)));
+    if (GiNaC::is_a<GiNaC::mul>(e)) return product(order_.sorted(e));
+    if (GiNaC::is_a<GiNaC::power>(e)) return product({e});
+    if (GiNaC::is_a<GiNaC::function>(e)) return {false, call(GiNaC::ex_to<GiNaC::function>(e))};
+    throw Unsupported(fmt::format("a formula contains {}, which has no value", printed(e)));
   }
 
   Ball pi() const {
@@ -86,35 +101,48 @@ class Translator {
     return pi;
   }
 
-  Node sum(const ex& e) {
-    Node total = program_.number(0);
-    for (const ex& term : e) total = program_.add(total, (*this)(term));
+  /// The first term in canonical order is positive in the magnitude.
+  Value sum(const ex& e) {
+    Value total;
+    for (const ex& term : order_.sorted(e)) {
+      const Value value = visit(term);
+      if (total.magnitude < 0)
+        total = value;
+      else if (value.negative == total.negative)
+        total.magnitude = program_.add(total.magnitude, value.magnitude);
+      else
+        total.magnitude = program_.sub(total.magnitude, value.magnitude);
+    }
     return total;
   }
 
   /// Numerator over denominator.
-  Node product(const ex& e) {
+  Value product(const std::vector<ex>& factors) {
+    bool negative = false;
     Node top = program_.number(1), bottom = top;
-    for (const ex& factor : e) {
-      const bool divides = GiNaC::is_a<GiNaC::power>(factor) && factor.op(1).info(GiNaC::info_flags::negative);
+    for (const ex& factor : factors) {
+      const bool is_power = GiNaC::is_a<GiNaC::power>(factor);
+      const bool divides = is_power && factor.op(1).info(GiNaC::info_flags::negative);
+      const Value value = is_power ? power(factor.op(0), divides ? ex(-factor.op(1)) : factor.op(1)) : visit(factor);
+      negative = negative != value.negative;
       Node& side = divides ? bottom : top;
-      side = program_.mul(side, divides ? power(factor.op(0), -factor.op(1)) : (*this)(factor));
+      side = program_.mul(side, value.magnitude);
     }
-    return program_.div(top, bottom);
+    return {negative, program_.div(top, bottom)};
   }
 
-  Node power(const ex& base, const ex& exponent) {
+  /// base^exponent, the exponent not a negative number: whole and half powers by multiplication and square root.
+  Value power(const ex& base, const ex& exponent) {
     if (GiNaC::is_a<numeric>(exponent)) {
-      const auto& number = GiNaC::ex_to<numeric>(exponent);
-      if (number.is_negative()) return program_.div(program_.number(1), power(base, -exponent));
-      const numeric twice = 2 * number;
+      const numeric twice = 2 * GiNaC::ex_to<numeric>(exponent);
       if (twice.is_integer() && twice < 200) {
         const int n = twice.to_int();
-        const Node whole = whole_power((*this)(base), n / 2);
-        return n % 2 ? program_.mul(whole, program_.sqrt((*this)(base))) : whole;
+        const Value value = visit(base);
+        const Node whole = whole_power(value.magnitude, n / 2);
+        return {n % 4 >= 2 && value.negative, n % 2 ? program_.mul(whole, program_.sqrt((*this)(base))) : whole};
       }
     }
-    return program_.exp(program_.mul((*this)(exponent), program_.log((*this)(base))));
+    return {false, program_.exp(program_.mul((*this)(exponent), program_.log((*this)(base))))};
   }
 
   Node whole_power(Node base, int n) {
@@ -157,14 +185,16 @@ class Translator {
     return p.div(name == "sinh" ? twice_sinh : twice_cosh, p.number(2));
   }
 
-  static std::string print(const ex& e) {
-    std::ostringstream text;
-    text << e;
-    return text.str();
+  /// A name that is the same in every run: the node of a symbol, since GiNaC numbers symbols without a name.
+  std::string lasting_name(const ex& e) const {
+    const auto bound = values_.find(e);
+    const bool is_bound = GiNaC::is_a<GiNaC::symbol>(e) && bound != values_.end();
+    return is_bound ? fmt::format("node {}", bound->second.magnitude) : printed(e);
   }
 
   SeriesProgram& program_;
-  std::map<ex, Node, GiNaC::ex_is_less> nodes_;
+  std::map<ex, Value, GiNaC::ex_is_less> values_;
+  CanonicalOrder order_{[this](const ex& e) { return lasting_name(e); }};
 };
 
 /// Reads a scene: exact formulas first, nodes next.
